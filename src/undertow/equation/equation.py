@@ -1,0 +1,140 @@
+"""An equation of motion: terms, their coefficients, and what is at rest where.
+
+Belongs here: the frozen `Equation`, its text, its LaTeX, and its parameter vector for the compiled integrator.
+Does not belong here: integration (simulate.py) or identification.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from types import MappingProxyType
+
+import numpy as np
+
+from undertow.equation import shelf
+from undertow.equation.term import Array, Term
+from undertow.errors import UndertowError
+from undertow.quantities import format_number
+
+_NUMBERED = {"hidden_resonator": 3, "relaxation": 2}
+"""How many of a term the compiled integrator can hold, where more than one."""
+
+
+@dataclass(frozen=True)
+class Equation:
+    """M x'' + sum_i coefficient_i force_i = 0.
+
+    ``mass_kg`` is the total mass M (1 when everything is per mass), without added mass where ``added_mass`` is a term.
+    ``coefficients`` (in the order of ``terms``) in each term's unit; ``rest_m`` is the position in which the springs
+    are at rest. UndertowError where lengths differ, a number is not finite, or the total mass is not positive.
+
+    >>> from undertow.equation.structure import Stiffness, ViscousDamping
+    >>> eq = Equation((Stiffness(), ViscousDamping()), (100.0, 2.0), mass_kg=4.0)
+    >>> print(eq)
+    4 x'' + 100 x + 2 v = 0
+    """
+
+    terms: tuple[Term, ...]
+    coefficients: tuple[float, ...]
+    mass_kg: float = 1.0
+    rest_m: float = 0.0
+    constants: Mapping[str, float] = field(default_factory=dict)
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "coefficients", tuple(float(c) for c in self.coefficients))
+        object.__setattr__(self, "constants", MappingProxyType(dict(self.constants)))
+        if len(self.terms) != len(self.coefficients):
+            raise UndertowError(
+                f"equation has {len(self.terms)} terms but {len(self.coefficients)} coefficients; give one each"
+            )
+        for term, value in zip(self.terms, self.coefficients, strict=True):
+            if not np.isfinite(value):
+                raise UndertowError(f"coefficient of {term.name} is {value}; give a finite value in {term.coefficient.unit}")
+        if not self.total_mass_kg > 0.0:
+            raise UndertowError(f"total mass is {self.total_mass_kg:g} kg; it must be positive: check added_mass")
+
+    @property
+    def total_mass_kg(self) -> float:
+        """M plus added mass, in kg (1 when per mass)."""
+        added = sum(c for t, c in zip(self.terms, self.coefficients, strict=True) if t.name == "added_mass")
+        return self.mass_kg + added
+
+    @property
+    def compiled(self) -> bool:
+        """Whether the compiled integrator knows every term (a user's own law takes the general path)."""
+        counts: dict[str, int] = {}
+        for term in self.terms:
+            counts[term.name] = counts.get(term.name, 0) + 1
+        return all(t.slots for t in self.terms) and all(
+            count <= _NUMBERED.get(name, count) for name, count in counts.items()
+        )
+
+    def theta(self, x0: float = 0.0, v0: float = 0.0) -> Array:
+        """Parameter vector of the compiled integrator (kernel.SLOTS) with the initial state x0 (m), v0 (m/s)."""
+        from undertow.equation.kernel import N_SLOTS, SLOT
+
+        theta = np.zeros(N_SLOTS)
+        theta[SLOT["mass"]] = self.mass_kg
+        theta[SLOT["xe"]], theta[SLOT["x0"]], theta[SLOT["v0"]] = self.rest_m, x0, v0
+        seen: dict[str, int] = {}
+        for term, value in zip(self.terms, self.coefficients, strict=True):
+            seen[term.name] = seen.get(term.name, 0) + 1
+            suffix = str(seen[term.name]) if term.name in _NUMBERED else ""
+            for slot, number in slot_values(term, value).items():
+                theta[SLOT[slot + suffix]] += number
+        return theta
+
+    def __str__(self) -> str:
+        return self.text()
+
+    def text(self, errors: Mapping[str, float] | None = None) -> str:
+        """The equation in one line, each number with the digits its error (by term name) allows."""
+        errors = errors or {}
+        parts = [f"{format_number(self.mass_kg, errors.get('mass', float('nan')))} x''"]
+        for term, value in zip(self.terms, self.coefficients, strict=True):
+            number = format_number(abs(value), errors.get(term.name, float("nan")))
+            law = term.law.split(",")[0]
+            symbol, _, rest = law.partition(" ")
+            body = rest if rest else law
+            parts.append(f"{'-' if value < 0 else '+'} {number} {body if rest else symbol}")
+        return " ".join(parts) + " = 0"
+
+    def to_latex(self) -> str:
+        """The equation with symbols, in LaTeX."""
+        inertia = r"m\ddot{x}" if any(t.name == "added_mass" for t in self.terms) else r"M\ddot{x}"
+        return " + ".join([inertia, *(t.latex for t in self.terms)]) + " = 0"
+
+
+def slot_values(term: Term, coefficient: float) -> dict[str, float]:
+    """What one term writes into the compiled integrator's slots.
+
+    Most laws write their coefficient and inner parameters as they stand; a harmonic force writes its cosine and sine
+    parts, a hysteresis its yield force.
+    """
+    if term.name == "external_forcing":
+        phase = term.inner["phase_rad"]
+        return {
+            "fcos": coefficient * float(np.cos(phase)),
+            "fsin": -coefficient * float(np.sin(phase)),
+            "omega": term.inner["frequency_rad_per_s"],
+        }
+    if term.name == "hysteresis":
+        return {"kb": coefficient, "fb": abs(coefficient) * term.inner["yield_displacement_m"]}
+    values = {term.slots[term.coefficient.name]: coefficient}
+    for name, number in term.inner.items():
+        values[term.slots[name]] = number
+    return values
+
+
+def equation_15(
+    mass_kg: float, added_mass_kg: float, c: float, k: float, friction_N: float, drag_Ns2_per_m2: float
+) -> Equation:
+    """The report's Eq. 15: (m + m_a) x'' + c x' + k x + F_c sign(x') + q x'|x'| = 0, all SI.
+
+    >>> equation_15(2637.4, 1271.0, 590.0, 109600.0, 170.0, 3924.0).total_mass_kg
+    3908.4
+    """
+    names = ("stiffness", "viscous_damping", "coulomb_friction", "added_mass", "quadratic_drag")
+    terms = tuple(shelf.find(name) for name in names)
+    return Equation(terms, (k, c, friction_N, added_mass_kg, drag_Ns2_per_m2), mass_kg=mass_kg)

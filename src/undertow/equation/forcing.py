@@ -1,0 +1,61 @@
+"""Forces with a clock of their own.
+
+Belongs here: what acts on the body without the body's doing (forcing) or comes back late (echo).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import ClassVar
+
+import numpy as np
+
+from undertow.equation.term import Array, Term
+from undertow.quantities import Parameter
+
+
+@dataclass(frozen=True)
+class ExternalForcing(Term):
+    """A harmonic force whose phase is not tied to the release, F = A cos(W t + phase), phase free in each trial."""
+
+    frequency_rad_per_s: float = 5.0
+    phase_rad: float = 0.0
+    name: ClassVar[str] = "external_forcing"
+    kind: ClassVar = "outside"
+    parameters: ClassVar[tuple[Parameter, ...]] = (
+        Parameter("amplitude_N", "N", "A", lower=0.0),
+        Parameter("frequency_rad_per_s", "rad/s", r"\Omega", lower=0.05),
+        Parameter("phase_rad", "rad", r"\varphi"),
+    )
+    slots: ClassVar[Mapping[str, str]] = {"amplitude_N": "fcos", "frequency_rad_per_s": "omega", "phase_rad": "fsin"}
+    law: ClassVar[str] = "A cos(W t + phase)"
+    latex: ClassVar[str] = r"A\cos(\Omega t+\varphi)"
+    source: ClassVar[str] = "wave, seiche or machine"
+    left_out: ClassVar[str] = "a line at one frequency in all trials, with another phase in each; it does not decay"
+
+    def force(self, x: Array, v: Array, a: Array, t: Array) -> Array:
+        """cos(W t + phase), dimensionless; t in s after the release."""
+        return np.cos(self.frequency_rad_per_s * t + self.phase_rad)
+
+
+@dataclass(frozen=True)
+class DelayedEcho(Term):
+    """What the body radiated comes back after a delay, F = gain v(t - delay); nothing before the release."""
+
+    delay_s: float = 1.0
+    name: ClassVar[str] = "delayed_echo"
+    kind: ClassVar = "outside"
+    parameters: ClassVar[tuple[Parameter, ...]] = (
+        Parameter("gain", "N s/m", "G"),
+        Parameter("delay_s", "s", r"\tau_e", lower=1e-3),
+    )
+    slots: ClassVar[Mapping[str, str]] = {"gain": "ge", "delay_s": "tau_e"}
+    law: ClassVar[str] = "G v(t - delay)"
+    latex: ClassVar[str] = r"G\,\dot{x}(t-\tau_e)"
+    source: ClassVar[str] = "reflection at the flume's ends"
+    left_out: ClassVar[str] = "nothing until the delay has passed, then a disturbance that repeats the motion"
+
+    def force(self, x: Array, v: Array, a: Array, t: Array) -> Array:
+        """v(t - delay) in m/s, zero before the first sample."""
+        return np.interp(t - self.delay_s, t, v, left=0.0)

@@ -1,0 +1,160 @@
+"""Terms with a state of their own: water that oscillates, memory that relaxes, bristles that creep.
+
+Belongs here: hidden-state terms; as a column each is the response of its own ODE, driven by the measured motion,
+at rest before the release. Does not belong here: forces with a clock of their own (forcing.py).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import ClassVar
+
+import numpy as np
+from scipy.signal import cont2discrete, lfilter
+
+from undertow.equation.term import Array, Term
+from undertow.errors import UndertowError
+from undertow.quantities import Parameter
+
+
+def even_step(t: Array, quantity: str) -> float:
+    """The time step of evenly spaced instants, s; UndertowError where steps differ by over 1 %.
+
+    >>> even_step(np.array([0.0, 0.1, 0.2]), "x")
+    0.1
+    """
+    steps = np.diff(t)
+    step = float(np.median(steps))
+    worst = float(np.max(np.abs(steps - step)))
+    if worst > 0.01 * step:
+        raise UndertowError(
+            f"{quantity}: time steps differ by {worst:.3g} s from their median {step:.3g} s; a hidden state needs even "
+            "steps within 1 %: resample the motion first"
+        )
+    return step
+
+
+def linear_response(numerator: list[float], denominator: list[float], drive: Array, step: float) -> Array:
+    """Response of a linear filter b(s)/a(s) at rest to ``drive`` (n,), first-order hold, step in s, (n,)."""
+    b, a, _ = cont2discrete((numerator, denominator), step, method="foh")
+    response: Array = lfilter(np.ravel(b), np.ravel(a), drive)
+    return response
+
+
+@dataclass(frozen=True)
+class HiddenResonator(Term):
+    """A mass m_s of water that oscillates relative to the body: F = m_s (x'' + s''),
+
+    s'' + 2 zeta w s' + w^2 s + b s'|s'| + g s^3 = -x''. Frequency ``natural_frequency_rad_per_s`` is with the body
+    held, for small motion; b (1/m) and g (1/m^2/s^2) make it depend on its amplitude.
+
+    >>> HiddenResonator(10.0, 0.01).inner["damping_ratio"]
+    0.01
+    """
+
+    natural_frequency_rad_per_s: float = 10.0
+    damping_ratio: float = 0.02
+    quadratic_damping_per_m: float = 0.0
+    cubic_stiffness_per_m2_s2: float = 0.0
+    name: ClassVar[str] = "hidden_resonator"
+    kind: ClassVar = "memory"
+    parameters: ClassVar[tuple[Parameter, ...]] = (
+        Parameter("mass_kg", "kg", "m_s", lower=0.0),
+        Parameter("natural_frequency_rad_per_s", "rad/s", r"\omega_s", lower=0.05),
+        Parameter("damping_ratio", "1", r"\zeta_s", lower=0.0, upper=1.5),
+        Parameter("quadratic_damping_per_m", "1/m", "b_s", lower=0.0),
+        Parameter("cubic_stiffness_per_m2_s2", "1/m^2/s^2", "g_s"),
+    )
+    slots: ClassVar[Mapping[str, str]] = {
+        "mass_kg": "hm",
+        "natural_frequency_rad_per_s": "hw",
+        "damping_ratio": "hz",
+        "quadratic_damping_per_m": "hb",
+        "cubic_stiffness_per_m2_s2": "hg",
+    }
+    law: ClassVar[str] = "m_s (x'' + s''), s'' + 2 zeta w s' + w^2 s + b s'|s'| + g s^3 = -x''"
+    latex: ClassVar[str] = r"m_s(\ddot{x}+\ddot{s})"
+    source: ClassVar[str] = "Graham and Rodriguez 1952, doi:10.1115/1.4010494; Ibrahim 2005, Liquid Sloshing Dynamics"
+    left_out: ClassVar[str] = "beats in every trial with the release's phase; an added mass that depends on the spring"
+
+    def force(self, x: Array, v: Array, a: Array, t: Array) -> Array:
+        """x'' + s'' in m/s^2, the response to the measured acceleration from rest at t[0]; t evenly spaced."""
+        step = even_step(t, "hidden_resonator")
+        w, z = self.natural_frequency_rad_per_s, self.damping_ratio
+        b, g = self.quadratic_damping_per_m, self.cubic_stiffness_per_m2_s2
+        if b == 0.0 and g == 0.0:
+            return linear_response([2.0 * z * w, w * w], [1.0, 2.0 * z * w, w * w], a, step)
+        return _amplitude_dependent_response(a, step, w, z, b, g)
+
+
+def _amplitude_dependent_response(a: Array, step: float, w: float, z: float, b: float, g: float) -> Array:
+    """x'' + s'' of a resonator with quadratic damping and cubic stiffness, by RK4 with the drive interpolated."""
+
+    def restoring(s: float, u: float) -> float:
+        return 2.0 * z * w * u + w * w * s + b * u * abs(u) + g * s**3
+
+    out = np.zeros_like(a)
+    s = u = 0.0
+    for i in range(a.size - 1):
+        middle = 0.5 * (a[i] + a[i + 1])
+        k1s, k1u = u, -a[i] - restoring(s, u)
+        k2s, k2u = u + 0.5 * step * k1u, -middle - restoring(s + 0.5 * step * k1s, u + 0.5 * step * k1u)
+        k3s, k3u = u + 0.5 * step * k2u, -middle - restoring(s + 0.5 * step * k2s, u + 0.5 * step * k2u)
+        k4s, k4u = u + step * k3u, -a[i + 1] - restoring(s + step * k3s, u + step * k3u)
+        s += step / 6.0 * (k1s + 2.0 * k2s + 2.0 * k3s + k4s)
+        u += step / 6.0 * (k1u + 2.0 * k2u + 2.0 * k3u + k4u)
+        out[i + 1] = -restoring(s, u)
+    return out
+
+
+@dataclass(frozen=True)
+class Relaxation(Term):
+    """Fluid memory or a Maxwell element, F = z with z' = k_r x' - z / tau."""
+
+    time_s: float = 0.5
+    name: ClassVar[str] = "relaxation"
+    kind: ClassVar = "memory"
+    parameters: ClassVar[tuple[Parameter, ...]] = (
+        Parameter("stiffness_N_per_m", "N/m", "k_r"),
+        Parameter("time_s", "s", r"\tau", lower=1e-3),
+    )
+    slots: ClassVar[Mapping[str, str]] = {"stiffness_N_per_m": "rk", "time_s": "rt"}
+    law: ClassVar[str] = "z, z' = k_r v - z / tau"
+    latex: ClassVar[str] = r"z,\ \dot{z}=k_r\dot{x}-z/\tau"
+    source: ClassVar[str] = "Maxwell 1867; Cummins 1962 (fluid memory)"
+    left_out: ClassVar[str] = "stiffness and damping that depend on frequency: two springs disagree, one spring does not show it"
+
+    def force(self, x: Array, v: Array, a: Array, t: Array) -> Array:
+        """z / k_r in m, the response to the velocity from rest at t[0]; t evenly spaced."""
+        return linear_response([1.0], [1.0, 1.0 / self.time_s], v, even_step(t, "relaxation"))
+
+
+@dataclass(frozen=True)
+class Hysteresis(Term):
+    """Bouc-Wen element of exponent one, F = r with r' = k_h v (1 - sign(v) r / F_y): yields at F_y.
+
+    Linear in ``stiffness_N_per_m`` at a fixed yield displacement F_y / k_h (``yield_displacement_m``).
+    """
+
+    yield_displacement_m: float = 0.005
+    name: ClassVar[str] = "hysteresis"
+    kind: ClassVar = "memory"
+    parameters: ClassVar[tuple[Parameter, ...]] = (
+        Parameter("stiffness_N_per_m", "N/m", "k_h"),
+        Parameter("yield_displacement_m", "m", "x_y", lower=1e-6),
+    )
+    slots: ClassVar[Mapping[str, str]] = {"stiffness_N_per_m": "kb", "yield_displacement_m": "fb"}
+    law: ClassVar[str] = "r, r' = k_h v (1 - sign(v) r / (k_h x_y))"
+    latex: ClassVar[str] = r"r,\ \dot{r}=k_h\dot{x}\,(1-\mathrm{sgn}(\dot{x})\,r/(k_h x_y))"
+    source: ClassVar[str] = "Wen 1976, doi:10.1061/JMCEA3.0002106; Dahl 1968"
+    left_out: ClassVar[str] = "loops in force against displacement that do not depend on speed"
+
+    def force(self, x: Array, v: Array, a: Array, t: Array) -> Array:
+        """r / k_h in m, integrated along the displacement from r = 0 at t[0]."""
+        out = np.zeros_like(x)
+        for i in range(x.size - 1):
+            dx = x[i + 1] - x[i]
+            limit = self.yield_displacement_m * np.sign(dx)
+            out[i + 1] = limit + (out[i] - limit) * np.exp(-abs(dx) / self.yield_displacement_m) if dx else out[i]
+        return out

@@ -1,0 +1,104 @@
+"""Laws of the water that depend on the body's motion at the same instant.
+
+Belongs here: added mass, drag and its rivals. Does not belong here: water with a motion of its own (hidden.py).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import ClassVar
+
+import numpy as np
+
+from undertow.equation.term import Array, Term
+from undertow.quantities import Parameter
+
+
+@dataclass(frozen=True)
+class AddedMass(Term):
+    """Water that moves with the body, F = m_a x'' (report Eq. 15; Morison et al. 1950)."""
+
+    name: ClassVar[str] = "added_mass"
+    parameters: ClassVar[tuple[Parameter, ...]] = (Parameter("mass_kg", "kg", "m_a"),)
+    slots: ClassVar[Mapping[str, str]] = {"mass_kg": "mass"}
+    law: ClassVar[str] = "m_a x''"
+    latex: ClassVar[str] = r"m_a \ddot{x}"
+    source: ClassVar[str] = "Morison et al. 1950, doi:10.2118/950149-G; report Eq. 15"
+    left_out: ClassVar[str] = "wet trials slower than dry ones by the same ratio at every amplitude"
+
+    def force(self, x: Array, v: Array, a: Array, t: Array) -> Array:
+        """a, in m/s^2."""
+        return 1.0 * a
+
+
+@dataclass(frozen=True)
+class QuadraticDrag(Term):
+    """Drag, F = q v|v| with q = rho A C_d / 2 (report Eq. 15)."""
+
+    name: ClassVar[str] = "quadratic_drag"
+    parameters: ClassVar[tuple[Parameter, ...]] = (Parameter("drag_Ns2_per_m2", "N s^2/m^2", "q", lower=0.0),)
+    slots: ClassVar[Mapping[str, str]] = {"drag_Ns2_per_m2": "q"}
+    law: ClassVar[str] = "q v |v|"
+    latex: ClassVar[str] = r"q\,\dot{x}|\dot{x}|"
+    source: ClassVar[str] = "Morison et al. 1950; report Eq. 15"
+    left_out: ClassVar[str] = "decrement rises with amplitude in proportion"
+
+    def force(self, x: Array, v: Array, a: Array, t: Array) -> Array:
+        """v|v|, in m^2/s^2."""
+        return v * np.abs(v)
+
+
+@dataclass(frozen=True)
+class LinearDamping(Term):
+    """Linear damping beyond the structure's own, F = c_w v: waves radiated at the body's frequency, laminar shear."""
+
+    name: ClassVar[str] = "linear_damping"
+    parameters: ClassVar[tuple[Parameter, ...]] = (Parameter("c_Ns_per_m", "N s/m", "c_w"),)
+    slots: ClassVar[Mapping[str, str]] = {"c_Ns_per_m": "c1"}
+    law: ClassVar[str] = "c_w v"
+    latex: ClassVar[str] = r"c_w \dot{x}"
+    source: ClassVar[str] = "radiation damping, e.g. Newman 1977 ch. 6"
+    left_out: ClassVar[str] = "decrement too small by the same amount at every amplitude; a fitted C_d that falls with amplitude"
+
+    def force(self, x: Array, v: Array, a: Array, t: Array) -> Array:
+        """v, in m/s."""
+        return 1.0 * v
+
+
+@dataclass(frozen=True)
+class CubicDamping(Term):
+    """F = c3 v^3."""
+
+    name: ClassVar[str] = "cubic_damping"
+    parameters: ClassVar[tuple[Parameter, ...]] = (Parameter("Ns3_per_m3", "N s^3/m^3", "c_3"),)
+    slots: ClassVar[Mapping[str, str]] = {"Ns3_per_m3": "c3"}
+    law: ClassVar[str] = "c3 v^3"
+    latex: ClassVar[str] = r"c_3 \dot{x}^3"
+    source: ClassVar[str] = "Himeno 1981"
+    left_out: ClassVar[str] = "decrement rises with the square of the amplitude"
+
+    def force(self, x: Array, v: Array, a: Array, t: Array) -> Array:
+        """v^3, in m^3/s^3."""
+        return v**3
+
+
+@dataclass(frozen=True)
+class DragExponent(Term):
+    """Drag with another exponent, F = d |v|^p sign(v); p = 2 is quadratic drag, 1 linear, 0 friction."""
+
+    exponent: float = 1.5
+    name: ClassVar[str] = "drag_exponent"
+    parameters: ClassVar[tuple[Parameter, ...]] = (
+        Parameter("coefficient_N_sp_per_mp", "N (s/m)^p", "d", lower=0.0),
+        Parameter("exponent", "1", "p", lower=0.3, upper=4.0),
+    )
+    slots: ClassVar[Mapping[str, str]] = {"coefficient_N_sp_per_mp": "cp", "exponent": "p"}
+    law: ClassVar[str] = "d |v|^p sign(v)"
+    latex: ClassVar[str] = r"d\,|\dot{x}|^{p}\,\mathrm{sgn}(\dot{x})"
+    source: ClassVar[str] = "power-law damping, e.g. Elliott et al. 2015, doi:10.1016/j.jsv.2015.05.003"
+    left_out: ClassVar[str] = "a drag coefficient that follows a power of the amplitude"
+
+    def force(self, x: Array, v: Array, a: Array, t: Array) -> Array:
+        """|v|^p sign(v), in (m/s)^p."""
+        return np.sign(v) * np.abs(v) ** self.exponent

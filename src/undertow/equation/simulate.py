@@ -1,0 +1,155 @@
+"""Where an equation takes the body: event-exact simulation.
+
+Belongs here: one call from an Equation to a Trajectory, by the compiled integrator where it knows every term, else by
+scipy's DOP853 split at velocity reversals. Does not belong here: fitting.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.integrate import solve_ivp
+
+from undertow.equation.equation import Equation
+from undertow.equation.term import Array
+from undertow.errors import UndertowError
+
+STEPS_PER_PERIOD = 60
+"""Largest step of a simulation: this many a period of the fastest mode (error under 1e-5 of x0; see docs)."""
+
+
+@dataclass(frozen=True)
+class Trajectory:
+    """Simulated motion: ``t`` (n,) s after the release, ``x``, ``v``, ``a`` (n,) in SI; ``hidden`` (n, 2 n_hidden)
+    displacement and velocity of each hidden oscillator relative to the body; ``steps`` the integrator took."""
+
+    t: Array
+    x: Array
+    v: Array
+    a: Array
+    hidden: Array
+    steps: int
+
+
+def fastest_frequency(theta: Array) -> float:
+    """Fastest linear rate of a parameter vector, rad/s: body at its stiffest, hidden oscillators, forcing.
+
+    Amplitude enters through the hardening terms at the initial displacement.
+    """
+    from undertow.equation.kernel import MAX_HIDDEN, SLOT
+
+    size = abs(theta[SLOT["x0"]] - theta[SLOT["xe"]])
+    hardening = 3.0 * abs(theta[SLOT["k3"]]) * size**2 + 5.0 * abs(theta[SLOT["k5"]]) * size**4
+    hardening += 2.0 * size * (abs(theta[SLOT["k2"]]) + abs(theta[SLOT["ka"]]))
+    stiffness = abs(theta[SLOT["k1"]]) + abs(theta[SLOT["ks"]]) + hardening + abs(theta[SLOT["kb"]])
+    stiffness += abs(theta[SLOT["rk1"]]) + abs(theta[SLOT["rk2"]])
+    rates = [math.sqrt(stiffness / theta[SLOT["mass"]]), theta[SLOT["omega"]]]
+    for i in range(1, MAX_HIDDEN + 1):
+        share = max(theta[SLOT[f"hm{i}"]], 0.0) / theta[SLOT["mass"]]
+        rates.append(theta[SLOT[f"hw{i}"]] * math.sqrt(1.0 + share))
+    for i in (1, 2):
+        if theta[SLOT[f"rt{i}"]] > 0.0:
+            rates.append(1.0 / theta[SLOT[f"rt{i}"]])
+    return max(*rates, 1e-3)
+
+
+def simulate(
+    equation: Equation, x0: float, times: Array, v0: float = 0.0, steps_per_period: int = STEPS_PER_PERIOD
+) -> Trajectory:
+    """Motion from x0 (m), v0 (m/s) at t = 0, at ``times`` (n,) in s, increasing, none negative.
+
+    Sticks, slips and slips again exactly where friction says so. UndertowError where times are not increasing or the
+    motion leaves every bound.
+
+    >>> from undertow.equation.equation import equation_15
+    >>> eq = equation_15(2637.4, 0.0, 0.0, 109600.0, 200.0, 0.0)
+    >>> T = 2 * np.pi * (2637.4 / 109600.0) ** 0.5
+    >>> drop = 0.05 - simulate(eq, 0.05, np.array([0.0, T])).x[1]  # 4 F_c / k a cycle
+    >>> round(float(drop * 109600.0 / 200.0), 6)
+    4.0
+    """
+    times = np.ascontiguousarray(times, dtype=np.float64)
+    if times.size == 0 or times[0] < 0.0 or np.any(np.diff(times) <= 0.0):
+        raise UndertowError(
+            f"simulate: {times.size} times, the first {times[0] if times.size else math.nan:g} s; they must be "
+            "increasing and not negative"
+        )
+    if not equation.compiled:
+        return _general(equation, x0, v0, times)
+    from undertow.equation.kernel import integrate
+
+    theta = equation.theta(x0, v0)
+    h = 2.0 * math.pi / fastest_frequency(theta) / steps_per_period
+    x, v, a, hidden, steps = integrate(theta, np.zeros(0, dtype=np.int64), times, h)
+    if steps < 0:
+        raise UndertowError(
+            f"simulate: the motion from x0 = {x0:g} m left every bound after {-steps} steps; a coefficient has the "
+            f"wrong sign: {equation}"
+        )
+    return Trajectory(times, x[:, 0], v[:, 0], a[:, 0], hidden, int(steps))
+
+
+def _general(equation: Equation, x0: float, v0: float, times: Array) -> Trajectory:
+    """The slower path for a user's own algebraic law: DOP853 split where the velocity reverses; sticks there."""
+    memory = [t.name for t in equation.terms if t.kind in ("memory",)]
+    if memory:
+        raise UndertowError(
+            f"simulate: {', '.join(memory)} beside a law without compiled slots cannot be integrated; give the law "
+            "slots or take the hidden state out"
+        )
+    mass = equation.total_mass_kg
+    pairs = [(t, c) for t, c in zip(equation.terms, equation.coefficients, strict=True) if t.name != "added_mass"]
+
+    def acceleration(t: float, x: float, v: float) -> float:
+        one = np.ones(1)
+        at = (np.array([x - equation.rest_m]), np.array([v]), 0.0 * one, t * one)
+        return -sum(c * float(term.force(*at)[0]) for term, c in pairs) / mass
+
+    return _split_at_reversals(acceleration, x0, v0, times)
+
+
+def _split_at_reversals(
+    acceleration: Callable[[float, float, float], float], x0: float, v0: float, times: Array
+) -> Trajectory:
+    """March DOP853 from reversal to reversal; at rest the body moves on only if it would move against friction."""
+    end = float(times[-1])
+    tiny = 1e-9 * max(abs(x0), abs(v0), 1e-9)
+    out = np.zeros((3, times.size))
+    t, x, v, steps = 0.0, x0, v0, 0
+    while t < end or steps == 0:
+        side = float(np.sign(v)) or _side_of_motion(acceleration, t, x, tiny)
+        if side == 0.0:
+            rest = times >= t
+            out[0, rest], out[1:, rest] = x, 0.0
+            break
+
+        def slope(s: float, y: Array, side: float = side) -> list[float]:
+            moving = y[1] if y[1] * side > 0.0 else side * tiny
+            return [y[1], acceleration(s, y[0], moving)]
+
+        def reversal(s: float, y: Array, side: float = side) -> float:
+            return y[1] * side + (tiny if s == t else 0.0)
+
+        reversal.terminal, reversal.direction = True, -1  # type: ignore[attr-defined]
+        piece = solve_ivp(slope, (t, end), [x, v], "DOP853", events=reversal, rtol=1e-10, atol=1e-14, dense_output=True)
+        stop = float(piece.t[-1])
+        here = (times >= t) & (times <= stop)
+        out[:2, here] = piece.sol(times[here])
+        out[2, here] = [acceleration(s, p, w or side * tiny) for s, p, w in zip(times[here], *out[:2, here], strict=True)]
+        steps += piece.t.size
+        if stop >= end:
+            break
+        t, x, v = stop, float(piece.y[0, -1]), 0.0
+    return Trajectory(times, out[0], out[1], out[2], np.zeros((times.size, 0)), steps)
+
+
+def _side_of_motion(acceleration: Callable[[float, float, float], float], t: float, x: float, tiny: float) -> float:
+    """Direction in which a body at rest starts to move, 0 where it sticks."""
+    if acceleration(t, x, tiny) > 0.0:
+        return 1.0
+    if acceleration(t, x, -tiny) < 0.0:
+        return -1.0
+    return 0.0

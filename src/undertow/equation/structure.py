@@ -1,0 +1,247 @@
+"""Laws of the structure itself: springs, dampers, friction.
+
+Belongs here: algebraic laws of x and v. Does not belong here: water (hydrodynamics.py), memory (hidden.py).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import ClassVar
+
+import numpy as np
+
+from undertow.equation.term import Array, Term, restoring
+from undertow.quantities import Parameter
+
+
+@dataclass(frozen=True)
+class Stiffness(Term):
+    """Linear spring, F = k x (report Eq. 1).
+
+    >>> Stiffness().force(np.array([0.1]), np.zeros(1), np.zeros(1), np.zeros(1))
+    array([0.1])
+    """
+
+    name: ClassVar[str] = "stiffness"
+    parameters: ClassVar[tuple[Parameter, ...]] = (Parameter("k_N_per_m", "N/m", "k", lower=0.0),)
+    slots: ClassVar[Mapping[str, str]] = {"k_N_per_m": "k1"}
+    law: ClassVar[str] = "k x"
+    latex: ClassVar[str] = r"k x"
+    source: ClassVar[str] = "Hooke; report Eq. 1"
+    left_out: ClassVar[str] = "nothing oscillates without it"
+
+    def force(self, x: Array, v: Array, a: Array, t: Array) -> Array:
+        """x, in m."""
+        return 1.0 * x
+
+
+@dataclass(frozen=True)
+class ViscousDamping(Term):
+    """Linear viscous damping of the structure, F = c v (report Eq. 1)."""
+
+    name: ClassVar[str] = "viscous_damping"
+    parameters: ClassVar[tuple[Parameter, ...]] = (Parameter("c_Ns_per_m", "N s/m", "c", lower=0.0),)
+    slots: ClassVar[Mapping[str, str]] = {"c_Ns_per_m": "c1"}
+    law: ClassVar[str] = "c v"
+    latex: ClassVar[str] = r"c \dot{x}"
+    source: ClassVar[str] = "report Eq. 1"
+    left_out: ClassVar[str] = "the logarithm of the amplitude falls too slowly by the same amount every cycle"
+
+    def force(self, x: Array, v: Array, a: Array, t: Array) -> Array:
+        """v, in m/s."""
+        return 1.0 * v
+
+
+@dataclass(frozen=True)
+class CoulombFriction(Term):
+    """Dry friction of constant size, F = F_c sign(v); F_c = mu (m g - V rho g) on rails (report Eqs. 1 and 15)."""
+
+    name: ClassVar[str] = "coulomb_friction"
+    parameters: ClassVar[tuple[Parameter, ...]] = (Parameter("force_N", "N", "F_c", lower=0.0),)
+    slots: ClassVar[Mapping[str, str]] = {"force_N": "fc"}
+    law: ClassVar[str] = "F_c sign(v)"
+    latex: ClassVar[str] = r"F_c\,\mathrm{sgn}(\dot{x})"
+    source: ClassVar[str] = "Coulomb; report Eq. 15"
+    left_out: ClassVar[str] = "peaks fall by a constant step a cycle; strongest in the small-amplitude tail"
+
+    def force(self, x: Array, v: Array, a: Array, t: Array) -> Array:
+        """sign(v), dimensionless."""
+        return np.sign(v)
+
+
+@dataclass(frozen=True)
+class CubicStiffness(Term):
+    """Hardening (k3 > 0) or softening (k3 < 0) spring, F = k3 x^3 (Duffing)."""
+
+    name: ClassVar[str] = "cubic_stiffness"
+    parameters: ClassVar[tuple[Parameter, ...]] = restoring("k_3", "N/m^3", "N_per_m3")
+    slots: ClassVar[Mapping[str, str]] = {"N_per_m3": "k3"}
+    law: ClassVar[str] = "k3 x^3"
+    latex: ClassVar[str] = r"k_3 x^3"
+    source: ClassVar[str] = "Duffing 1918"
+    left_out: ClassVar[str] = "frequency shifts with the square of the amplitude; third harmonic"
+
+    def force(self, x: Array, v: Array, a: Array, t: Array) -> Array:
+        """x^3, in m^3."""
+        return x**3
+
+
+@dataclass(frozen=True)
+class QuinticStiffness(Term):
+    """F = k5 x^5."""
+
+    name: ClassVar[str] = "quintic_stiffness"
+    parameters: ClassVar[tuple[Parameter, ...]] = restoring("k_5", "N/m^5", "N_per_m5")
+    slots: ClassVar[Mapping[str, str]] = {"N_per_m5": "k5"}
+    law: ClassVar[str] = "k5 x^5"
+    latex: ClassVar[str] = r"k_5 x^5"
+    source: ClassVar[str] = "roll restoring arm, e.g. Himeno 1981"
+    left_out: ClassVar[str] = "frequency shifts with the fourth power of the amplitude, at the largest only"
+
+    def force(self, x: Array, v: Array, a: Array, t: Array) -> Array:
+        """x^5, in m^5."""
+        return x**5
+
+
+@dataclass(frozen=True)
+class AsymmetricStiffness(Term):
+    """F = k2 x^2: stiffer to one side."""
+
+    name: ClassVar[str] = "asymmetric_stiffness"
+    parameters: ClassVar[tuple[Parameter, ...]] = restoring("k_2", "N/m^2", "N_per_m2")
+    slots: ClassVar[Mapping[str, str]] = {"N_per_m2": "k2"}
+    law: ClassVar[str] = "k2 x^2"
+    latex: ClassVar[str] = r"k_2 x^2"
+    source: ClassVar[str] = "Helmholtz oscillator"
+    left_out: ClassVar[str] = "mean position moves with the square of the amplitude; second harmonic"
+
+    def force(self, x: Array, v: Array, a: Array, t: Array) -> Array:
+        """x^2, in m^2."""
+        return x**2
+
+
+@dataclass(frozen=True)
+class QuadraticStiffness(Term):
+    """F = ka x|x|: symmetric, between linear and cubic."""
+
+    name: ClassVar[str] = "quadratic_stiffness"
+    parameters: ClassVar[tuple[Parameter, ...]] = restoring("k_a", "N/m^2", "N_per_m2")
+    slots: ClassVar[Mapping[str, str]] = {"N_per_m2": "ka"}
+    law: ClassVar[str] = "ka x |x|"
+    latex: ClassVar[str] = r"k_a x|x|"
+    source: ClassVar[str] = "geometric slack of cables"
+    left_out: ClassVar[str] = "frequency shifts in proportion to the amplitude"
+
+    def force(self, x: Array, v: Array, a: Array, t: Array) -> Array:
+        """x|x|, in m^2."""
+        return x * np.abs(x)
+
+
+@dataclass(frozen=True)
+class SineRestoring(Term):
+    """Pendulum, M = ks sin(x), x in rad (coordinate: rotation)."""
+
+    name: ClassVar[str] = "sine_restoring"
+    parameters: ClassVar[tuple[Parameter, ...]] = restoring("k_s", "N", "sine_N")
+    slots: ClassVar[Mapping[str, str]] = {"sine_N": "ks"}
+    law: ClassVar[str] = "ks sin(x)"
+    latex: ClassVar[str] = r"k_s \sin x"
+    source: ClassVar[str] = "Huygens 1673"
+    left_out: ClassVar[str] = "period grows with amplitude as a pendulum's: softening at every amplitude"
+
+    def force(self, x: Array, v: Array, a: Array, t: Array) -> Array:
+        """sin(x), dimensionless."""
+        return np.sin(x)
+
+
+@dataclass(frozen=True)
+class PositionDamping(Term):
+    """F = c_x x v: damping that differs from side to side."""
+
+    name: ClassVar[str] = "position_damping"
+    parameters: ClassVar[tuple[Parameter, ...]] = restoring("c_x", "N s/m^2", "Ns_per_m2")
+    slots: ClassVar[Mapping[str, str]] = {"Ns_per_m2": "xv"}
+    law: ClassVar[str] = "cx x v"
+    latex: ClassVar[str] = r"c_x x\dot{x}"
+    source: ClassVar[str] = "polynomial library"
+    left_out: ClassVar[str] = "mean position moves; second harmonic in quadrature"
+
+    def force(self, x: Array, v: Array, a: Array, t: Array) -> Array:
+        """x v, in m^2/s."""
+        return x * v
+
+
+@dataclass(frozen=True)
+class VanDerPolDamping(Term):
+    """F = c_xx x^2 v: damping that grows with the square of the displacement (van der Pol)."""
+
+    name: ClassVar[str] = "van_der_pol_damping"
+    parameters: ClassVar[tuple[Parameter, ...]] = restoring("c_{xx}", "N s/m^3", "Ns_per_m3")
+    slots: ClassVar[Mapping[str, str]] = {"Ns_per_m3": "xxv"}
+    law: ClassVar[str] = "cxx x^2 v"
+    latex: ClassVar[str] = r"c_{xx} x^2\dot{x}"
+    source: ClassVar[str] = "van der Pol 1926"
+    left_out: ClassVar[str] = "decrement falls with the square of the amplitude"
+
+    def force(self, x: Array, v: Array, a: Array, t: Array) -> Array:
+        """x^2 v, in m^3/s."""
+        return x**2 * v
+
+
+@dataclass(frozen=True)
+class StribeckFriction(Term):
+    """Extra friction at low speed, F = F_s exp(-(v/v_s)^2) sign(v), on top of the Coulomb force.
+
+    ``static_force_N`` is what sticking holds beyond the Coulomb force; ``velocity_m_per_s`` where it has faded.
+    """
+
+    velocity_m_per_s: float = 0.01
+    name: ClassVar[str] = "stribeck_friction"
+    parameters: ClassVar[tuple[Parameter, ...]] = (
+        Parameter("static_force_N", "N", "F_s"),
+        Parameter("velocity_m_per_s", "m/s", "v_s", lower=1e-5),
+    )
+    slots: ClassVar[Mapping[str, str]] = {"static_force_N": "fs", "velocity_m_per_s": "vs"}
+    law: ClassVar[str] = "Fs exp(-(v/vs)^2) sign(v)"
+    latex: ClassVar[str] = r"F_s e^{-(\dot{x}/v_s)^2}\mathrm{sgn}(\dot{x})"
+    source: ClassVar[str] = "Armstrong-Helouvry et al. 1994, doi:10.1016/0005-1098(94)90209-7"
+    left_out: ClassVar[str] = "residual only around the turning points; motion stops earlier than predicted"
+
+    def force(self, x: Array, v: Array, a: Array, t: Array) -> Array:
+        """exp(-(v/vs)^2) sign(v), dimensionless."""
+        return np.sign(v) * np.exp(-((v / self.velocity_m_per_s) ** 2))
+
+
+@dataclass(frozen=True)
+class AsymmetricFriction(Term):
+    """F = F_a |sign(v)|: friction F_c + F_a moving one way, F_c - F_a the other; nothing while stuck."""
+
+    name: ClassVar[str] = "asymmetric_friction"
+    parameters: ClassVar[tuple[Parameter, ...]] = (Parameter("force_N", "N", "F_a"),)
+    slots: ClassVar[Mapping[str, str]] = {"force_N": "fa"}
+    law: ClassVar[str] = "Fa |sign(v)|"
+    latex: ClassVar[str] = r"F_a\,|\mathrm{sgn}(\dot{x})|"
+    source: ClassVar[str] = "direction-dependent rails"
+    left_out: ClassVar[str] = "a rest position that is not where the oscillation is centred"
+
+    def force(self, x: Array, v: Array, a: Array, t: Array) -> Array:
+        """1 while moving, 0 while stuck."""
+        return np.abs(np.sign(v))
+
+
+@dataclass(frozen=True)
+class VariableNormalForce(Term):
+    """F = n |x| sign(v): friction whose normal force grows with displacement (or amplitude-proportional hysteresis)."""
+
+    name: ClassVar[str] = "variable_normal_force"
+    parameters: ClassVar[tuple[Parameter, ...]] = (Parameter("N_per_m", "N/m", "n"),)
+    slots: ClassVar[Mapping[str, str]] = {"N_per_m": "fn"}
+    law: ClassVar[str] = "n |x| sign(v)"
+    latex: ClassVar[str] = r"n|x|\,\mathrm{sgn}(\dot{x})"
+    source: ClassVar[str] = "Anderson and Ferri 1990, doi:10.1115/1.2896046"
+    left_out: ClassVar[str] = "decrement independent of amplitude, with force kinks at turning points growing with amplitude"
+
+    def force(self, x: Array, v: Array, a: Array, t: Array) -> Array:
+        """|x| sign(v), in m."""
+        return np.abs(x) * np.sign(v)

@@ -1,0 +1,88 @@
+"""What every identifier returns, and what it is told about the specimen.
+
+Belongs here: the frozen `Fit`, `Specimen` and `Structure`. Does not belong here: any identification.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from types import MappingProxyType
+
+from undertow.errors import IdentificationError
+from undertow.quantities import OK, Estimate
+
+GRAVITY_M_PER_S2 = 9.81
+"""Standard value used by the report (m g in Eqs. 1 and 15)."""
+
+
+@dataclass(frozen=True)
+class Specimen:
+    """What the laboratory knows of the specimen in one group of trials; nan where it does not.
+
+    ``mass_kg`` is all that moves when dry, ``stiffness_N_per_m`` the stated spring, ``area_m2`` the drag area (0 when
+    dry), ``submerged_volume_m3`` reduces the normal force: N = m g - V rho g (report Eq. 15).
+    """
+
+    mass_kg: float = math.nan
+    stiffness_N_per_m: float = math.nan
+    area_m2: float = math.nan
+    water_density_kg_per_m3: float = 1000.0
+    submerged_volume_m3: float = 0.0
+    gravity_m_per_s2: float = GRAVITY_M_PER_S2
+
+    @property
+    def normal_force_N(self) -> float:
+        """m g - V rho g in N; nan without a mass."""
+        buoyancy = self.submerged_volume_m3 * self.water_density_kg_per_m3
+        return (self.mass_kg - buoyancy) * self.gravity_m_per_s2
+
+    @property
+    def drag_N_per_unit_coefficient(self) -> float:
+        """rho A / 2 in N s^2/m^2: drag force per C_d and squared velocity; nan without an area."""
+        return 0.5 * self.water_density_kg_per_m3 * self.area_m2
+
+
+@dataclass(frozen=True)
+class Structure:
+    """The structure's own parameters, from dry trials or a config: k (N/m), c (N s/m), mu (1), each an Estimate.
+
+    ``scatter`` is the relative standard deviation (1 sigma) from trial to trial of ``k``, ``c`` and ``mu``.
+    """
+
+    k: Estimate
+    c: Estimate
+    mu: Estimate
+    scatter: Mapping[str, float] = field(default_factory=lambda: {"k": 0.0, "c": 0.0, "mu": 0.0})
+    source: str = ""
+
+
+@dataclass(frozen=True)
+class Fit:
+    """One identification of one trial or of one group's trials together.
+
+    ``per_mass`` holds term name -> coefficient over total mass (and ``term.inner`` for inner parameters);
+    ``parameters`` the same in the contract's names after an anchor (total_mass_kg, added_mass_kg, c_Ns_per_m, mu,
+    drag_coefficient, k_N_per_m ...) or ``..._per_mass`` where there is none. ``outcome`` is "ok" or a sentence;
+    ``notes`` say what a reader should know before using the numbers.
+    """
+
+    method: str
+    trials: tuple[str, ...]
+    per_mass: Mapping[str, Estimate] = field(default_factory=dict)
+    parameters: Mapping[str, Estimate] = field(default_factory=dict)
+    outcome: str = OK
+    notes: tuple[str, ...] = ()
+    anchor: str = ""
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "per_mass", MappingProxyType(dict(self.per_mass)))
+        object.__setattr__(self, "parameters", MappingProxyType(dict(self.parameters)))
+
+    def value(self, parameter: str) -> float:
+        """Value of one parameter; IdentificationError where the fit does not have it."""
+        if parameter not in self.parameters:
+            have = ", ".join(self.parameters) or "none"
+            raise IdentificationError(f"{self.method} has no parameter {parameter!r}; it has {have}")
+        return self.parameters[parameter].value

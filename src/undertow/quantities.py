@@ -1,0 +1,104 @@
+"""A number with its unit and its error.
+
+Belongs here: `Parameter` (what a number means) and `Estimate` (what it turned out to be, and how sure).
+Does not belong here: how it was found.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, replace
+
+OK = "ok"
+
+
+@dataclass(frozen=True)
+class Parameter:
+    """A named number of an equation: its unit, its symbol, and the range in which it has a meaning.
+
+    >>> Parameter("stiffness", "N/m", "k", lower=0.0).unit
+    'N/m'
+    """
+
+    name: str
+    unit: str
+    symbol: str
+    lower: float = -math.inf
+    upper: float = math.inf
+
+
+@dataclass(frozen=True)
+class Estimate:
+    """A value with its unit, its statistical and its systematic standard error (1 sigma each).
+
+    ``stderr`` comes from the noise of the trials used, ``systematic`` from what was held fixed
+    (k, c, mu from the dry trials, areas, volumes, clocks). ``outcome`` is ``"ok"`` or a sentence.
+
+    >>> print(Estimate(1271.43, 12.2, 8.0, unit="kg"))
+    1271 ± 12 (noise) ± 8 (systematic) kg
+    """
+
+    value: float
+    stderr: float = math.nan
+    systematic: float = 0.0
+    unit: str = ""
+    source: str = ""
+    outcome: str = OK
+
+    @property
+    def total_stderr(self) -> float:
+        """Both parts in quadrature: sqrt(stderr^2 + systematic^2), in the estimate's unit."""
+        return math.hypot(self.stderr, self.systematic)
+
+    def scaled(self, factor: float, unit: str) -> Estimate:
+        """The same estimate times an exact factor, in another unit."""
+        size = abs(factor)
+        return replace(
+            self, value=self.value * factor, stderr=self.stderr * size, systematic=self.systematic * size, unit=unit
+        )
+
+    def __str__(self) -> str:
+        return format_estimate(self)
+
+
+def significant_decimals(error: float) -> int | None:
+    """Decimals (may be negative) that keep two digits of an error below 30 and one above; None without an error.
+
+    >>> significant_decimals(12.2), significant_decimals(0.044)
+    (0, 2)
+    """
+    if not math.isfinite(error) or error <= 0.0:
+        return None
+    exponent = math.floor(math.log10(error))
+    leading = error / 10.0**exponent
+    return -exponent + (1 if leading < 3.0 else 0)
+
+
+def format_number(value: float, error: float = math.nan) -> str:
+    """A number with as many digits as its error allows (five significant digits where there is none).
+
+    >>> format_number(1271.43, 12.2), format_number(0.66172, 0.0044)
+    ('1271', '0.662')
+    """
+    if not math.isfinite(value):
+        return "not finite" if math.isinf(value) else "-"
+    decimals = significant_decimals(error)
+    if decimals is None:
+        return f"{value:.5g}"
+    rounded = round(value, decimals)
+    return f"{rounded:.{max(decimals, 0)}f}"
+
+
+def format_estimate(estimate: Estimate) -> str:
+    """``value ± noise (noise) ± systematic (systematic) unit``, digits as the larger error allows."""
+    largest = max((e for e in (estimate.stderr, estimate.systematic) if math.isfinite(e)), default=math.nan)
+    text = format_number(estimate.value, largest)
+    if math.isfinite(estimate.stderr):
+        text += f" ± {format_number(estimate.stderr, estimate.stderr)}"
+        if estimate.systematic > 0.0:
+            text += f" (noise) ± {format_number(estimate.systematic, estimate.systematic)} (systematic)"
+    elif estimate.systematic > 0.0:
+        text += f" ± {format_number(estimate.systematic, estimate.systematic)} (systematic)"
+    if estimate.unit:
+        text += f" {estimate.unit}"
+    return text

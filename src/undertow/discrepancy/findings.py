@@ -1,0 +1,83 @@
+"""Everything a campaign found, as the report shows it: trials, groups, and the campaign as a whole.
+
+Belongs here: frozen results. Does not belong here: how they were found (campaign/run.py) or are shown (report/).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+
+from undertow.conditioning.motion import Motion
+from undertow.discrepancy.mismatch import Mismatch
+from undertow.discrepancy.verdict import Verdict
+from undertow.equation.equation import Equation
+from undertow.identification.fit import Fit, Specimen, Structure
+from undertow.recording.recording import Array, Condition
+
+
+@dataclass(frozen=True)
+class FailedTrial:
+    """A trial that could not be used, and why, in one sentence."""
+
+    name: str
+    reason: str
+    conditions: Mapping[str, Condition] = field(default_factory=dict)
+
+
+@dataclass(frozen=True)
+class TrialFindings:
+    """One trial: its motion, what each method found on it alone (``fits``: method -> Fit), free-run errors
+    (``nrmse``: method -> value, "baseline" is the group's equation) and the mismatch with the group's baseline.
+
+    ``t`` (n,) s after release, ``measured`` and ``simulated`` (n,) m about the rest position: the baseline's free run
+    inside the motion window.
+    """
+
+    motion: Motion
+    fits: Mapping[str, Fit]
+    nrmse: Mapping[str, float]
+    mismatch: Mismatch
+    t: Array
+    measured: Array
+    simulated: Array
+    held_out: bool = False
+
+
+@dataclass(frozen=True)
+class GroupFindings:
+    """Trials that share one set of parameters (same spring, same water).
+
+    ``fits`` holds what each method found for the group together; ``equation`` is the baseline with its numbers,
+    ``equation_errors`` standard errors by term name ("mass" for the total mass).
+    """
+
+    key: Mapping[str, Condition]
+    dry: bool
+    trials: tuple[TrialFindings, ...]
+    specimen: Specimen
+    structure: Structure | None
+    fits: Mapping[str, Fit]
+    equation: Equation
+    equation_errors: Mapping[str, float]
+    verdict: Verdict
+    notes: tuple[str, ...] = ()
+
+    @property
+    def label(self) -> str:
+        """The group's conditions in words, as in "spring short, water_depth_m 2.36"."""
+        return ", ".join(f"{k} {v:g}" if isinstance(v, float) else f"{k} {v}" for k, v in self.key.items())
+
+
+@dataclass(frozen=True)
+class Findings:
+    """One campaign: groups in order (dry first), failed trials, methods run, wall time a stage in s, notes."""
+
+    name: str
+    groups: tuple[GroupFindings, ...]
+    failed: tuple[FailedTrial, ...]
+    methods: tuple[str, ...]
+    coordinate: str
+    seconds: Mapping[str, float]
+    across_groups: str = ""
+    notes: tuple[str, ...] = ()

@@ -1,0 +1,66 @@
+"""What is said of a group of trials: the frozen `Verdict`, as verdict.json has it.
+
+Belongs here: the verdict's shape and its sentence. Does not belong here: the search for what is missing.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from typing import Literal
+
+from undertow.quantities import Estimate
+
+Status = Literal["explained", "nothing_missing", "unknown", "not_identifiable"]
+Origin = Literal["water", "structure", "outside", "instrument", "undetermined"]
+
+
+@dataclass(frozen=True)
+class Described:
+    """Scores and parameters of one equation in one group: the baseline, or the augmented one."""
+
+    nrmse: float = math.nan
+    held_out_nrmse: float = math.nan
+    parameters: Mapping[str, Estimate] = field(default_factory=dict)
+
+
+@dataclass(frozen=True)
+class Rejected:
+    """A suspect and why it is not the answer."""
+
+    name: str
+    because: str
+
+
+@dataclass(frozen=True)
+class PhysicalCheck:
+    """A found parameter against what physics allows; ``agrees`` None where no bound applies."""
+
+    expected: float = math.nan
+    found: float = math.nan
+    agrees: bool | None = None
+    because: str = ""
+
+
+@dataclass(frozen=True)
+class Verdict:
+    """One group's entry of verdict.json (contract 1); see docs for every key."""
+
+    group: Mapping[str, str | float]
+    trials: tuple[str, ...]
+    held_out: tuple[str, ...] = ()
+    status: Status = "unknown"
+    verdict: tuple[str, ...] = ()
+    alternatives: tuple[tuple[str, ...], ...] = ()
+    confidence: float = math.nan
+    origin: Origin = "undetermined"
+    parameters: Mapping[str, object] = field(default_factory=dict)
+    baseline: Described = field(default_factory=Described)
+    augmented: Described | None = None
+    sensor_floor_nrmse: float = math.nan
+    repeatability_nrmse: float = math.nan
+    rejected: tuple[Rejected, ...] = ()
+    physical_check: PhysicalCheck = field(default_factory=PhysicalCheck)
+    next_test: str = ""
+    sentence: str = ""

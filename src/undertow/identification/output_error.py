@@ -1,0 +1,333 @@
+"""Output error: the parameters whose simulated motion lies closest to what the sensors said.
+
+Levenberg-Marquardt on the compiled trajectories with their exact sensitivities, all trials and channels together,
+weighted by noise, with priors on nuisances and on random effects; first on a short window, then on longer ones, so
+that a wrong start cannot lock on to a wrong phase. Source: Maine and Iliff 1985 (NASA RP 1138) for output error;
+report Method 1 for the trajectory fit.
+
+Belongs here: residuals, Jacobian, search. Does not belong here: what is fitted (problem.py), intervals (intervals.py).
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+
+from undertow.equation.kernel import SLOT, integrate
+from undertow.equation.simulate import fastest_frequency
+from undertow.errors import IdentificationError
+from undertow.identification.problem import TRAJECTORY_STEPS_PER_PERIOD, Channel, Problem, TrialProblem
+from undertow.quantities import OK
+from undertow.recording.recording import Array
+
+STOP_IN_STDERR = 1e-3
+"""The search ends when no unknown moves by more than this share of its own standard error."""
+
+MAX_ITERATIONS = 60
+FIRST_WINDOW_PERIODS = 2.0
+"""The first window of a growing fit, in periods of the motion; each next one is twice as long."""
+
+
+@dataclass(frozen=True)
+class Solution:
+    """Where the search ended: ``values`` and ``covariance`` of the unknowns (noise as stated, priors included).
+
+    ``cost`` is the sum of squared weighted residuals and prior terms, ``chi2`` without priors; ``residuals`` one array
+    a trial, channels one after the other, in units of their noise; ``jacobians`` likewise (n, p), p in ``used``.
+    """
+
+    problem: Problem
+    values: Array
+    covariance: Array
+    cost: float
+    chi2: float
+    n_data: int
+    iterations: int
+    outcome: str
+    residuals: tuple[Array, ...]
+    jacobians: tuple[Array, ...]
+    used: tuple[np.ndarray, ...]
+
+    def value(self, name: str) -> float:
+        """Value of the unknown of that name."""
+        return float(self.values[self.problem.names.index(name)])
+
+    def stderr(self, name: str) -> float:
+        """Standard error of the unknown of that name from the covariance."""
+        index = self.problem.names.index(name)
+        return math.sqrt(max(float(self.covariance[index, index]), 0.0))
+
+
+def parameter_vector(trial: TrialProblem, values: Array) -> Array:
+    """The integrator's parameter vector of one trial at the unknowns' values."""
+    theta = trial.base.copy()
+    for link in trial.links:
+        theta[link.slot] += link.factor * values[link.unknown]
+    return theta
+
+
+def _integrate(trial: TrialProblem, values: Array, times: Array, slots: np.ndarray) -> tuple[Array, Array, Array] | None:
+    theta = parameter_vector(trial, values)
+    if not theta[SLOT["mass"]] > 0.0 or not np.all(np.isfinite(theta)):
+        return None
+    step = 2.0 * math.pi / fastest_frequency(theta) / TRAJECTORY_STEPS_PER_PERIOD
+    x, v, a, _, count = integrate(theta, slots, times, step)
+    return None if count < 0 else (x, v, a)
+
+
+def model(trial: TrialProblem, values: Array, quantity: str = "displacement") -> Array:
+    """Simulated channel of one trial at its cells, (n,), without sensor offset; nan where the motion has no bounds."""
+    shift = values[trial.shift] if trial.shift >= 0 else 0.0
+    times = np.maximum(trial.t + shift, 0.0)
+    motion = _integrate(trial, values, times, np.zeros(0, dtype=np.int64))
+    if motion is None:
+        return np.full(trial.t.size, math.nan)
+    picked: Array = dict(zip(("displacement", "velocity", "acceleration"), motion, strict=True))[quantity][:, 0]
+    return picked
+
+
+def residuals(trial: TrialProblem, values: Array) -> tuple[Array, Array, np.ndarray] | None:
+    """Weighted residuals (n,), their Jacobian (n, p) and the indices (p,) of the unknowns it belongs to; None where
+    the motion leaves every bound."""
+    slots = trial.slots
+    shift = values[trial.shift] if trial.shift >= 0 else 0.0
+    times = trial.t + shift
+    rows = [_grid(times, channel, values) for channel in trial.channels]
+    merged, orders = _merge(rows)
+    motion = _integrate(trial, values, np.maximum(merged, 0.0), slots)
+    if motion is None:
+        return None
+    used, column = _columns(trial)
+    n = trial.t.size
+    r = np.empty(n * len(trial.channels))
+    jac = np.zeros((r.size, used.size))
+    for i, channel in enumerate(trial.channels):
+        at = slice(i * n, (i + 1) * n)
+        r[at] = _one_channel(trial, channel, motion, orders[i], values, jac[at], column, slots)
+    return r, jac, used
+
+
+def _grid(times: Array, channel: Channel, values: Array) -> Array:
+    return times + values[channel.shift] if channel.shift >= 0 else times
+
+
+def _merge(rows: list[Array]) -> tuple[Array, list[np.ndarray | slice]]:
+    """One rising time grid for all channels, and where each channel's instants stand in it."""
+    first = rows[0]
+    if all(row is first for row in rows):
+        return first, [slice(None)] * len(rows)
+    every = np.concatenate(rows)
+    order = np.argsort(every, kind="stable")
+    place = np.empty(order.size, dtype=np.int64)
+    place[order] = np.arange(order.size)
+    return every[order], [place[i * first.size : (i + 1) * first.size] for i in range(len(rows))]
+
+
+def _columns(trial: TrialProblem) -> tuple[np.ndarray, dict[int, int]]:
+    wanted = {link.unknown for link in trial.links}
+    for channel in trial.channels:
+        wanted |= {channel.offset, channel.drift, channel.shift, channel.gain}
+    wanted.add(trial.shift)
+    used = np.array(sorted(wanted - {-1}), dtype=np.int64)
+    return used, {int(j): c for c, j in enumerate(used)}
+
+
+def _one_channel(
+    trial: TrialProblem,
+    channel: Channel,
+    motion: tuple[Array, Array, Array],
+    rows: np.ndarray | slice,
+    values: Array,
+    jac: Array,
+    column: dict[int, int],
+    slots: np.ndarray,
+) -> Array:
+    """Weighted residual of one channel; fills its rows of the Jacobian."""
+    x, v, a = (m[rows] for m in motion)
+    half_spread = 0.5 * trial.spread_s2
+    if channel.quantity == "displacement":
+        signal, rate = x + half_spread * a, v[:, 0]
+    elif channel.quantity == "velocity":
+        signal, rate = v, a[:, 0]
+    else:
+        signal, rate = a, np.gradient(a[:, 0], trial.t)
+    gain = 1.0 + (values[channel.gain] if channel.gain >= 0 else 0.0)
+    level = signal[:, 0]
+    predicted = gain * level
+    weight = 1.0 / channel.sigma
+    place = {int(slot): c for c, slot in enumerate(slots)}
+    for link in trial.links:
+        jac[:, column[link.unknown]] += (link.factor * gain * weight) * signal[:, 1 + place[link.slot]]
+    for index in (trial.shift, channel.shift):
+        if index >= 0:
+            jac[:, column[index]] += gain * weight * rate
+    if channel.offset >= 0:
+        predicted = predicted + values[channel.offset]
+        jac[:, column[channel.offset]] += weight
+    if channel.drift >= 0:
+        line = (trial.t - trial.t[0]) / (trial.t[-1] - trial.t[0]) - 0.5
+        predicted = predicted + values[channel.drift] * line
+        jac[:, column[channel.drift]] += weight * line
+    if channel.gain >= 0:
+        jac[:, column[channel.gain]] += weight * level
+    return (predicted - channel.values) * weight
+
+
+@dataclass(frozen=True)
+class _Point:
+    """Everything at one set of values: normal matrix, gradient, cost."""
+
+    normal: Array
+    gradient: Array
+    cost: float
+    chi2: float
+    residuals: tuple[Array, ...]
+    jacobians: tuple[Array, ...]
+    used: tuple[np.ndarray, ...]
+
+
+def _evaluate(problem: Problem, values: Array) -> _Point | None:
+    size = len(problem.unknowns)
+    normal, gradient = np.zeros((size, size)), np.zeros(size)
+    chi2 = 0.0
+    all_r, all_j, all_used = [], [], []
+    for trial in problem.trials:
+        got = residuals(trial, values)
+        if got is None:
+            return None
+        r, jac, used = got
+        normal[np.ix_(used, used)] += jac.T @ jac
+        gradient[used] += jac.T @ r
+        chi2 += float(r @ r)
+        all_r.append(r)
+        all_j.append(jac)
+        all_used.append(used)
+    precision = np.array([1.0 / u.prior_std**2 for u in problem.unknowns])
+    away = values - np.array([u.start for u in problem.unknowns])
+    normal[np.diag_indices(size)] += precision
+    gradient += precision * away
+    cost = chi2 + float(precision @ away**2)
+    return _Point(normal, gradient, cost, chi2, tuple(all_r), tuple(all_j), tuple(all_used))
+
+
+def _bounds(problem: Problem) -> tuple[Array, Array]:
+    return np.array([u.lower for u in problem.unknowns]), np.array([u.upper for u in problem.unknowns])
+
+
+def _step(point: _Point, damping: float, free: np.ndarray, scale: Array) -> Array:
+    """Damped Gauss-Newton step of the unknowns that are free to move."""
+    step = np.zeros(point.gradient.size)
+    index = np.flatnonzero(free)
+    s = scale[index]
+    a = point.normal[np.ix_(index, index)] * np.outer(s, s)
+    diagonal = np.maximum(np.diag(a), 1e-30)
+    a[np.diag_indices(index.size)] += damping * diagonal
+    try:
+        step[index] = -s * np.linalg.solve(a, s * point.gradient[index])
+    except np.linalg.LinAlgError:
+        a[np.diag_indices(index.size)] += 1e-9 * diagonal
+        step[index] = -s * np.linalg.lstsq(a, s * point.gradient[index], rcond=None)[0]
+    return step
+
+
+def _search(problem: Problem, values: Array) -> tuple[Array, _Point, int, bool]:
+    """Levenberg-Marquardt from ``values``; IdentificationError where the start itself has no bounds."""
+    lower, upper = _bounds(problem)
+    values = np.clip(values, lower, upper)
+    point = _evaluate(problem, values)
+    if point is None:
+        raise IdentificationError(
+            f"output error cannot start: the motion at {dict(zip(problem.names[:6], values[:6].tolist(), strict=False))}"
+            " leaves every bound; give a start nearer to the truth"
+        )
+    damping = 1e-4
+    for iteration in range(1, MAX_ITERATIONS + 1):
+        scale = 1.0 / np.sqrt(np.maximum(np.diag(point.normal), 1e-300))
+        pinned = ((values <= lower) & (point.gradient > 0.0)) | ((values >= upper) & (point.gradient < 0.0))
+        step = _step(point, damping, ~pinned, scale)
+        trial_values = np.clip(values + step, lower, upper)
+        moved = np.abs(trial_values - values) / scale
+        candidate = _evaluate(problem, trial_values)
+        if candidate is not None and candidate.cost <= point.cost * (1.0 + 1e-14):
+            gained = point.cost - candidate.cost
+            values, point = trial_values, candidate
+            damping = max(damping * 0.2, 1e-12)
+            if np.max(moved) < STOP_IN_STDERR or gained < 1e-10 * point.cost:
+                return values, point, iteration, True
+        else:
+            if np.max(moved) < STOP_IN_STDERR:
+                return values, point, iteration, True
+            damping = max(damping * 8.0, 1e-6)
+            if damping > 1e12:
+                return values, point, iteration, True
+    return values, point, MAX_ITERATIONS, False
+
+
+def shortened(problem: Problem, seconds: float) -> Problem:
+    """The same problem on each trial's first ``seconds`` of motion."""
+    trials = []
+    for trial in problem.trials:
+        keep = trial.t <= trial.t[0] + seconds
+        channels = tuple(
+            Channel(c.quantity, c.values[keep], c.sigma, c.offset, c.drift, c.shift, c.gain) for c in trial.channels
+        )
+        trials.append(
+            TrialProblem(
+                trial.name, trial.t[keep], trial.base, trial.links, channels, trial.shift, trial.spread_s2, trial.period_s
+            )
+        )
+    return Problem(problem.unknowns, tuple(trials))
+
+
+def fit(
+    problem: Problem, start: Array | None = None, growing: bool = True, progress: Callable[[str], None] | None = None
+) -> Solution:
+    """The best values of all unknowns.
+
+    ``start`` (p,) replaces the unknowns' own starts (priors stay where they are); ``growing`` begins with two periods
+    of motion and doubles the window up to the whole.
+
+    Raises IdentificationError where the start's motion leaves every bound.
+    """
+    values = np.array([u.start for u in problem.unknowns]) if start is None else np.array(start, dtype=np.float64)
+    iterations = 0
+    if growing:
+        longest = max(float(t.t[-1] - t.t[0]) for t in problem.trials)
+        window = FIRST_WINDOW_PERIODS * max(t.period_s for t in problem.trials)
+        while window < longest:
+            values, _, count, _ = _search(shortened(problem, window), values)
+            iterations += count
+            window *= 2.0
+            if progress is not None:
+                progress(f"window {window:.3g} s")
+    values, point, count, converged = _search(problem, values)
+    return _solution(problem, values, point, iterations + count, converged)
+
+
+def _solution(problem: Problem, values: Array, point: _Point, iterations: int, converged: bool) -> Solution:
+    lower, upper = _bounds(problem)
+    on_bound = (values <= lower) | (values >= upper)
+    free = np.flatnonzero(~on_bound)
+    scale = 1.0 / np.sqrt(np.maximum(np.diag(point.normal)[free], 1e-300))
+    scaled = point.normal[np.ix_(free, free)] * np.outer(scale, scale)
+    eigenvalues = np.linalg.eigvalsh(scaled)
+    covariance = np.zeros_like(point.normal)
+    covariance[np.ix_(free, free)] = np.linalg.pinv(scaled, hermitian=True) * np.outer(scale, scale)
+    outcome = OK
+    if not converged:
+        outcome = f"did not converge in {iterations} iterations"
+    elif np.any(on_bound):
+        names = ", ".join(f"{problem.names[i]} = {values[i]:.4g}" for i in np.flatnonzero(on_bound))
+        outcome = f"on a bound: {names}"
+    elif eigenvalues[0] < 1e-10 * eigenvalues[-1]:
+        weak = np.linalg.eigh(scaled)[1][:, 0]
+        worst = [problem.names[free[i]] for i in np.argsort(-np.abs(weak))[:3]]
+        outcome = f"not identifiable from these trials: {', '.join(worst)} move together"
+    n_data = sum(r.size for r in point.residuals)
+    return Solution(
+        problem, values, covariance, point.cost, point.chi2, n_data, iterations, outcome,
+        point.residuals, point.jacobians, point.used,
+    )  # fmt: skip

@@ -1,0 +1,256 @@
+"""What is fitted to what: unknowns, trials as the integrator sees them, channels with their nuisances.
+
+Belongs here: the frozen description of a fit. Does not belong here: the search (output_error.py).
+
+A trial's parameter vector is linear in the unknowns: theta = base + sum factor * unknown, so that mu and C_d, shared
+by trials with different normal forces and areas, need no special case.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from undertow.conditioning.motion import Motion
+from undertow.equation.kernel import SLOT
+from undertow.errors import IdentificationError
+from undertow.recording.recording import Array
+
+SAMPLES_PER_PERIOD = 50
+"""Cells a period that samples are averaged into: averaging to 100 Hz at 2 Hz loses nothing (cell's mean compared)."""
+
+TRAJECTORY_STEPS_PER_PERIOD = 40
+"""Largest step in fits: error under 1e-7 of x0 (docs/performance.md), far below any sensor."""
+
+
+@dataclass(frozen=True)
+class Unknown:
+    """One number to be found: start, bounds, and a Gaussian prior (mean ``start``, ``prior_std``; inf for none)."""
+
+    name: str
+    start: float
+    lower: float = -math.inf
+    upper: float = math.inf
+    prior_std: float = math.inf
+    scale: float = 1.0
+    unit: str = ""
+
+
+@dataclass(frozen=True)
+class Link:
+    """theta[slot] += factor * unknown, in one trial."""
+
+    slot: int
+    unknown: int
+    factor: float = 1.0
+
+
+@dataclass(frozen=True)
+class Channel:
+    """One recorded quantity of a trial in cells: ``values`` (n,) in SI with noise ``sigma``.
+
+    Indices into the unknowns (-1: none): ``offset``, ``drift`` (value at the end of a straight line through zero at
+    the window's middle), ``shift`` (s, on top of the trial's own), ``gain`` (relative).
+    """
+
+    quantity: str
+    values: Array
+    sigma: float
+    offset: int = -1
+    drift: int = -1
+    shift: int = -1
+    gain: int = -1
+
+
+@dataclass(frozen=True)
+class TrialProblem:
+    """One trial: cell centres ``t`` (n,) s after the release, cell width, base parameter vector, links, channels.
+
+    ``shift`` is the index of the unknown by which the trial's clock is late (s; -1: none); ``spread_s2`` the variance
+    of sample instants inside a cell, for comparing means with means.
+    """
+
+    name: str
+    t: Array
+    base: Array
+    links: tuple[Link, ...]
+    channels: tuple[Channel, ...]
+    shift: int = -1
+    spread_s2: float = 0.0
+    period_s: float = 1.0
+
+    @property
+    def slots(self) -> np.ndarray:
+        """Distinct slots that an unknown reaches, sorted, (p,) int64: the integrator's ``active``."""
+        return np.array(sorted({link.slot for link in self.links}), dtype=np.int64)
+
+
+@dataclass(frozen=True)
+class Problem:
+    """All trials of one fit and all unknowns, shared ones and each trial's own."""
+
+    unknowns: tuple[Unknown, ...]
+    trials: tuple[TrialProblem, ...]
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """Names of the unknowns, in order."""
+        return tuple(u.name for u in self.unknowns)
+
+
+@dataclass(frozen=True)
+class TrialOptions:
+    """Which nuisances a trial brings along. Prior widths in SI; 0 leaves the nuisance out.
+
+    ``rest_offset_std`` is the prior of the equilibrium (mu N / k and its own error), ``shift_std`` the release
+    instant's, ``channel_shift_std`` the accelerometer's clock against the potentiometer's.
+    """
+
+    channels: tuple[str, ...] = ("displacement", "acceleration", "velocity")
+    initial_velocity: bool = False
+    shift_std: float = 0.005
+    rest_offset_std: float = 2e-3
+    acceleration_offset_std: float = 0.1
+    channel_shift_std: float = 0.0
+    displacement_gain_std: float = 0.0
+    acceleration_gain_std: float = 0.0
+    drift_std: float = 0.0
+    end_s: float = math.inf
+
+
+def cells(motion: Motion, period_s: float, end_s: float = math.inf) -> tuple[np.ndarray, int]:
+    """Indices (n_cells, m) of the window's samples, m consecutive ones a cell, and m; the rest is dropped.
+
+    IdentificationError where fewer than 20 cells are left.
+    """
+    chosen = np.flatnonzero(motion.inside & (motion.t <= end_s))
+    dt = float(np.median(np.diff(motion.t)))
+    m = max(1, round(period_s / SAMPLES_PER_PERIOD / dt))
+    n = chosen.size // m
+    if n < 20:
+        raise IdentificationError(
+            f"trial {motion.name}: {chosen.size} samples in the motion window make {n} cells of {m}; a fit needs 20: "
+            "widen trials.window"
+        )
+    return chosen[: n * m].reshape(n, m), m
+
+
+class ProblemBuilder:
+    """Collects unknowns and trials into a Problem. The one mutable object of a fit's set-up.
+
+    >>> b = ProblemBuilder()
+    >>> b.unknown("added_mass_kg", 100.0), b.unknown("added_mass_kg", 5.0)
+    (0, 0)
+    """
+
+    def __init__(self) -> None:
+        self._unknowns: dict[str, Unknown] = {}
+        self._trials: list[TrialProblem] = []
+
+    def unknown(self, name: str, start: float, **options: float) -> int:
+        """Index of the unknown of that name; made with the given start, bounds and prior if it is new."""
+        if name not in self._unknowns:
+            self._unknowns[name] = Unknown(name, float(start), **options)  # type: ignore[arg-type]
+        return list(self._unknowns).index(name)
+
+    def trial(self, motion: Motion, base: Array, links: tuple[Link, ...], options: TrialOptions) -> None:
+        """Add a trial with its own nuisances: x0, v0, shift, rest offset, accelerometer bias."""
+        period = dominant_period(motion)
+        index, m = cells(motion, period, options.end_s)
+        t = motion.t[index].mean(axis=1)
+        dt = float(np.median(np.diff(motion.t)))
+        own, shift = self._initial_state(motion, options)
+        channels = tuple(
+            self._channel(motion, quantity, index, m, options)
+            for quantity in options.channels
+            if quantity in motion.recording.channels and motion.noise.get(quantity, 0.0) > 0.0
+        )
+        if not channels:
+            have = ", ".join(motion.recording.channels)
+            raise IdentificationError(
+                f"trial {motion.name}: none of {', '.join(options.channels)} is recorded (it has {have}); map one"
+            )
+        self._trials.append(
+            TrialProblem(
+                motion.name, t, np.array(base, dtype=np.float64), links + own, channels, shift,
+                dt * dt * (m * m - 1) / 12.0, period,
+            )
+        )  # fmt: skip
+
+    def _initial_state(self, motion: Motion, options: TrialOptions) -> tuple[tuple[Link, ...], int]:
+        name = motion.name
+        x_start = float(motion.x[0] - motion.equilibrium.value)
+        size = max(abs(x_start), 1e-3 * float(np.ptp(motion.x)))
+        x0 = self.unknown(f"x0_m[{name}]", x_start, scale=size, unit="m")
+        own = [Link(SLOT["x0"], x0)]
+        speed = float(np.max(np.abs(motion.v)))
+        if not motion.window.held:
+            v0 = self.unknown(f"v0_m_per_s[{name}]", float(motion.v[0]), scale=speed, unit="m/s")
+            return (*own, Link(SLOT["v0"], v0)), -1
+        if options.initial_velocity:
+            a_start = float(np.max(np.abs(motion.a)))
+            v0 = self.unknown(
+                f"v0_m_per_s[{name}]", 0.0, prior_std=a_start * options.shift_std, scale=speed, unit="m/s"
+            )
+            own.append(Link(SLOT["v0"], v0))
+        if options.shift_std <= 0.0:
+            return tuple(own), -1
+        prior = math.hypot(options.shift_std, motion.window.release_stderr_s)
+        return tuple(own), self.unknown(f"shift_s[{name}]", 0.0, prior_std=prior, scale=prior, unit="s")
+
+    def _channel(self, motion: Motion, quantity: str, index: np.ndarray, m: int, options: TrialOptions) -> Channel:
+        name = motion.name
+        values = motion.recorded(quantity)[index].mean(axis=1)
+        sigma = motion.noise[quantity] / math.sqrt(m)
+        drift = gain = shift = -1
+        if quantity == "displacement":
+            width = math.hypot(options.rest_offset_std, motion.equilibrium.total_stderr)
+            offset = self.unknown(
+                f"rest_m[{name}]", motion.equilibrium.value, prior_std=width, scale=width, unit="m"
+            )
+            if options.displacement_gain_std > 0.0:
+                gain = self._small(f"displacement_gain[{name}]", options.displacement_gain_std)
+            if options.drift_std > 0.0:
+                drift = self._small(f"drift_m[{name}]", options.drift_std)
+            return Channel(quantity, values, sigma, offset, drift, shift, gain)
+        spread = max(float(np.ptp(values)), 1e-9)
+        offset = self.unknown(f"{quantity}_offset[{name}]", 0.0, prior_std=spread, scale=1e-2 * spread)
+        if quantity == "acceleration":
+            if options.channel_shift_std > 0.0:
+                shift = self._small(f"acceleration_shift_s[{name}]", options.channel_shift_std)
+            if options.acceleration_gain_std > 0.0:
+                gain = self._small(f"acceleration_gain[{name}]", options.acceleration_gain_std)
+        return Channel(quantity, values, sigma, offset, drift, shift, gain)
+
+    def _small(self, name: str, std: float) -> int:
+        return self.unknown(name, 0.0, prior_std=std, scale=std)
+
+    def build(self) -> Problem:
+        """The finished problem; IdentificationError without a trial."""
+        if not self._trials:
+            raise IdentificationError(f"a fit needs at least 1 trial; it was given {len(self._trials)}")
+        return Problem(tuple(self._unknowns.values()), tuple(self._trials))
+
+
+def dominant_period(motion: Motion) -> float:
+    """Mean period of the motion from crossings of the equilibrium inside the window, s.
+
+    IdentificationError where fewer than two crossings are found.
+    """
+    x = motion.windowed("x") - motion.equilibrium.value
+    t = motion.windowed("t")
+    if "displacement" not in motion.recording.channels:
+        x = motion.windowed("v")
+    threshold = 0.05 * float(np.max(np.abs(x)))
+    side = np.where(x > threshold, 1, np.where(x < -threshold, -1, 0))
+    marked = side[side != 0]
+    instants = t[side != 0]
+    crossings = instants[np.flatnonzero(np.diff(marked) != 0)]
+    if crossings.size < 2:
+        raise IdentificationError(
+            f"trial {motion.name}: {crossings.size} crossings of the equilibrium in the motion window of "
+            f"{t[-1] - t[0]:.3g} s; a fit needs two: widen trials.window"
+        )
+    return 2.0 * float(crossings[-1] - crossings[0]) / (crossings.size - 1)

@@ -1,0 +1,107 @@
+"""The door for files: a suffix leads to the function that reads it.
+
+A new format (HDF5, TDMS, Parquet) is one function and one line in `READERS`. Belongs here: the choice of the reader.
+Does not belong here: what a format looks like inside (text.py, matlab.py), what a column means (catalogue.py).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from pathlib import Path
+from types import MappingProxyType
+
+import pandas as pd
+
+from undertow.errors import RecordingError
+from undertow.recording.layout import Column, FileFormat
+from undertow.recording.matlab import read_cells, read_matlab
+from undertow.recording.text import read_text
+
+Reader = Callable[[Path, FileFormat, Sequence[Column] | None], pd.DataFrame]
+
+READERS: Mapping[str, Reader] = MappingProxyType(
+    {
+        ".csv": read_text,
+        ".txt": read_text,
+        ".dat": read_text,
+        ".tsv": read_text,
+        ".asc": read_text,
+        ".csv.gz": read_text,
+        ".txt.gz": read_text,
+        ".dat.gz": read_text,
+        ".tsv.gz": read_text,
+        ".mat": read_matlab,
+    }
+)
+"""Suffix -> reader. Nothing that can carry code (pickles, object arrays) has a place here."""
+
+PLAIN = FileFormat()
+"""Separator found, a header line, decimal points."""
+
+_PICKLED = (".pkl", ".pickle", ".npy", ".npz", ".joblib")
+
+
+def suffix_of(path: Path) -> str:
+    """A file's suffix, with what was compressed.
+
+    >>> suffix_of(Path("r1.CSV.gz")), suffix_of(Path("m_14.9_0.2_3.csv"))
+    ('.csv.gz', '.csv')
+    """
+    last = path.suffix.lower()
+    return Path(path.stem).suffix.lower() + last if last == ".gz" else last
+
+
+def trial_name(path: Path) -> str:
+    """A file's name without its suffix.
+
+    >>> trial_name(Path("a/r116a.csv.gz")), trial_name(Path("disc_0.2016_3.csv"))
+    ('r116a', 'disc_0.2016_3')
+    """
+    return path.name[: -len(suffix_of(path))] if suffix_of(path) else path.name
+
+
+def read_table(
+    path: Path, layout: FileFormat = PLAIN, columns: Sequence[Column] | None = None, trial: int | None = None
+) -> pd.DataFrame:
+    """The asked columns of a file as float64; all where ``columns`` is None; other columns are never converted.
+
+    ``trial`` chooses one of several trials in a file (``layout.cells``). NaN is passed on: who maps a column judges it.
+
+    Raises RecordingError where the file is missing, unreadable, of an unknown kind or without a column.
+    """
+    reader = _reader(path)
+    if layout.cells is None:
+        return reader(path, layout, columns)
+    tables = read_cells(path, layout.cells)
+    at = 0 if trial is None else trial
+    if not 0 <= at < len(tables):
+        raise RecordingError(f"{path} has {len(tables)} trials; there is none with number {at}: count from 0")
+    table = tables[at]
+    missing = [column for column in columns or () if column not in table.columns]
+    if missing:
+        raise RecordingError(
+            f"{path}: trial {at} has {table.shape[1]} cells; there is none with number {missing[0]}: count from 0"
+        )
+    return table if columns is None else table[list(columns)]
+
+
+def count_trials(path: Path, layout: FileFormat) -> int:
+    """How many trials a file holds: 1 unless the layout speaks of cells."""
+    if layout.cells is None:
+        return 1
+    _reader(path)
+    return len(read_cells(path, layout.cells))
+
+
+def _reader(path: Path) -> Reader:
+    suffix = suffix_of(path)
+    if not path.is_file():
+        kind = "a folder" if path.is_dir() else "not there"
+        raise RecordingError(f"{path} is {kind}; check the path, which is relative to the config or the index")
+    if suffix in _PICKLED:
+        raise RecordingError(f"{path}: {suffix} can carry code and is never read; save it as CSV, MAT or HDF5")
+    if suffix not in READERS:
+        raise RecordingError(
+            f"{path}: no reader for {suffix or 'a name without suffix'!r}; known: {', '.join(READERS)}"
+        )
+    return READERS[suffix]

@@ -1,0 +1,191 @@
+"""Units at the door: what a laboratory writes becomes SI, checked by dimension.
+
+Belongs here: spellings, the one pint registry, conversion. Does not belong here: columns and files (catalogue.py).
+"""
+
+from __future__ import annotations
+
+import difflib
+import re
+import tokenize
+from collections.abc import Mapping
+from functools import cache
+from types import MappingProxyType
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from undertow.errors import RecordingError
+from undertow.recording.recording import CHANNELS, Array, Coordinate
+
+SPELLINGS: Mapping[str, str] = MappingProxyType(
+    {
+        "°": "degree",
+        "º": "degree",
+        "degs": "degree",
+        "Nm": "newton*meter",
+        "kNm": "kilonewton*meter",
+        "mNm": "millinewton*meter",
+        "Nmm": "newton*millimeter",
+        "mps": "meter/second",
+        "mmps": "millimeter/second",
+        "mps2": "meter/second**2",
+        "mmps2": "millimeter/second**2",
+        "dps": "degree/second",
+        "rps": "radian/second",
+        "radps": "radian/second",
+        "radps2": "radian/second**2",
+        "seconds": "second",
+        "secs": "second",
+        "micron": "micrometer",
+        "tf": "metric_ton*standard_gravity",
+    }
+)
+"""Whole spellings that pint does not read, or reads as something else."""
+
+ACCELERATION_SPELLINGS: Mapping[str, str] = MappingProxyType(
+    {
+        "g": "standard_gravity",
+        "G": "standard_gravity",
+        "gn": "standard_gravity",
+        "g0": "standard_gravity",
+        "g_n": "standard_gravity",
+        "mg": "millistandard_gravity",
+        "gal": "galileo",
+        "Gal": "galileo",
+        "mGal": "milligalileo",
+        "mgal": "milligalileo",
+    }
+)
+"""For an acceleration only: pint would read ``g`` as gram, ``G`` as gauss and ``gal`` as gallon."""
+
+ARBITRARY_LENGTHS = ("%", "percent", "px", "pixel", "pixels", "counts", "1")
+"""Scales of a displacement that nobody calibrated. Kept as they are: 'm' then stands for one of them."""
+
+KNOWN: Mapping[str, tuple[str, ...]] = MappingProxyType(
+    {
+        "time": ("s", "ms", "us", "min", "h"),
+        "displacement": ("m", "mm", "cm", "um", "in", "ft", "rad", "mrad", "deg", "°", *ARBITRARY_LENGTHS),
+        "velocity": ("m/s", "mm/s", "cm/s", "in/s", "ft/s", "rad/s", "deg/s", "°/s", "rpm", "%/s", "px/s"),
+        "acceleration": ("m/s^2", "mm/s^2", "g", "mg", "Gal", "ft/s^2", "rad/s^2", "deg/s^2"),
+        "spring_force": ("N", "kN", "MN", "mN", "kgf", "tf", "lbf", "N m", "kN m", "kN-m", "N mm"),
+        "normal_force": ("N", "kN", "MN", "mN", "kgf", "tf", "lbf"),
+    }
+)
+"""Spellings offered when one is not understood."""
+
+_TOWER = re.compile(r"\*\*\s*-?(\d{2}|\(|\d+\s*\*\*)")  # exponents that take an evaluator for ever
+_LONGEST_UNIT = 40  # characters: no laboratory writes a longer one, and a parser should not be fed a page
+
+
+@cache
+def _registry() -> Any:
+    import pint
+
+    return pint.UnitRegistry()
+
+
+def si_unit(channel: str, coordinate: Coordinate) -> str:
+    """SI unit of a channel (or of ``time``) in translation or rotation.
+
+    >>> si_unit("spring_force", "rotation")
+    'N m'
+    """
+    return "s" if channel == "time" else CHANNELS[channel][1 if coordinate == "rotation" else 0]
+
+
+def spelled(unit: str, channel: str) -> str:
+    """A laboratory's spelling as pint reads it: ``mm/s2``, ``m/s²``, ``m s-2``, ``kN-m``, ``N·m``, ``°/s``, ``g``.
+
+    >>> spelled("mm/s2", "acceleration"), spelled("kN-m", "spring_force")
+    ('mm/s**2', 'kN*m')
+    """
+    text = unit.strip().strip("[]() ")
+    if channel == "acceleration" and text in ACCELERATION_SPELLINGS:
+        return ACCELERATION_SPELLINGS[text]
+    if text in SPELLINGS:
+        return SPELLINGS[text]
+    text = text.replace("μ", "u").replace("µ", "u").replace("°", "deg").replace("º", "deg")
+    text = text.translate(str.maketrans("·⋅⁻²¹", "**-21")).replace("^", "**")
+    text = re.sub(r"(?<=[A-Za-z])[-.](?=[A-Za-z])", "*", text)
+    text = re.sub(r"(?<=[A-Za-z])(-?\d)", r"**\1", text)
+    return re.sub(r"\bsecs?\b", "s", text)
+
+
+def factor_to_si(unit: str, channel: str, coordinate: Coordinate = "translation") -> tuple[float, str]:
+    """What one ``unit`` is in SI, and the unit the values then have.
+
+    A displacement in translation may be in an uncalibrated scale (`ARBITRARY_LENGTHS`): it stays as it is,
+    with factor 1, and the returned unit says so (``%``; ``%/s`` for a velocity). Coefficients that are per metre are
+    then per that unit; frequencies, damping ratios and everything per mass and linear stay true.
+
+    Raises RecordingError where the unit is not known or has another dimension than the channel.
+
+    >>> factor_to_si("kN", "spring_force"), factor_to_si("%", "displacement")
+    ((1000.0, 'N'), (1.0, '%'))
+    """
+    target = si_unit(channel, coordinate)
+    text = unit.strip().strip("[]() ")
+    if coordinate == "translation" and channel in ("displacement", "velocity", "acceleration"):
+        scale, _, per = text.partition("/")
+        expected = {"displacement": "", "velocity": "s", "acceleration": "s2"}[channel]
+        if scale.strip() in ARBITRARY_LENGTHS and per.strip().replace("^", "").replace("²", "2") == expected:
+            return 1.0, text
+    base = _base(unit, channel)
+    wanted = _registry().Quantity(1.0, target.replace("^", "**").replace(" ", "*")).to_base_units()
+    if base.units != wanted.units:
+        raise RecordingError(
+            f"{channel} is said to be in {unit!r}, which is {base.units:~} in SI base units, but a {coordinate}'s {channel} is in "
+            f"{target}; {_remedy(unit, channel, coordinate)}"
+        )
+    return float(base.magnitude / wanted.magnitude), target
+
+
+def to_si(
+    values: ArrayLike, unit: str, channel: str, coordinate: Coordinate = "translation"
+) -> tuple[Array, str]:
+    """Values (n,) in ``unit`` as float64 in SI, and the SI unit (see `factor_to_si`, also for what is raised).
+
+    >>> to_si([1.0, 2.0], "g", "acceleration")
+    (array([ 9.80665, 19.6133 ]), 'm/s^2')
+    """
+    factor, target = factor_to_si(unit, channel, coordinate)
+    return np.asarray(values, dtype=np.float64) * factor, target
+
+
+def _base(unit: str, channel: str) -> Any:
+    """One ``unit`` as a pint quantity in SI base units; RecordingError where pint cannot read it."""
+    import pint
+
+    try:
+        text = spelled(unit, channel)
+        if not text or len(unit) > _LONGEST_UNIT or _TOWER.search(text):
+            raise ValueError(unit)
+        return _registry().Quantity(1.0, _registry().parse_units(text)).to_base_units()
+    except (pint.PintError, AttributeError, ValueError, TypeError, ArithmeticError, tokenize.TokenError) as error:
+        raise RecordingError(
+            f"{channel}: unit {unit[:_LONGEST_UNIT]!r} is not known; {_remedy(unit, channel, None)}"
+        ) from error
+
+
+def _remedy(unit: str, channel: str, coordinate: Coordinate | None) -> str:
+    """What to write instead: the nearest spelling of the channel, a coordinate, or a force for a mass."""
+    text = unit.strip()
+    if channel.endswith("force") and text in ("kg", "t", "lb", "g"):
+        return f"a load cell that reads {text} reads a force: write {({'kg': 'kgf', 't': 'tf'}).get(text, 'lbf')!r}"
+    if coordinate is not None and channel in CHANNELS:
+        other: Coordinate = "rotation" if coordinate == "translation" else "translation"
+        if _base(unit, channel).units == _base(si_unit(channel, other), channel).units:
+            return f"set equation.coordinate to {other}, or correct the unit"
+    known = [one for one in KNOWN[channel] if coordinate is None or _fits(one, channel, coordinate)]
+    near = difflib.get_close_matches(text, known, n=1, cutoff=0.3)
+    nearest = f"the nearest known spelling is {near[0]!r}; " if near else ""
+    return f"{nearest}it may be {', '.join(known)}"
+
+
+def _fits(unit: str, channel: str, coordinate: Coordinate) -> bool:
+    """Whether a known spelling has the dimension of the channel."""
+    if unit.partition("/")[0] in ARBITRARY_LENGTHS:
+        return coordinate == "translation"
+    return bool(_base(unit, channel).units == _base(si_unit(channel, coordinate), channel).units)

@@ -1,0 +1,262 @@
+"""The exact search over all subsets of columns, and what it tells besides the winner.
+
+Belongs here: the criterion of every subset, the trace of deletions, rivals, the evidence for a column. Does not belong
+here: pysindy (subset.py), correlated noise, physics.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from undertow.errors import IdentificationError
+
+Array = NDArray[np.float64]
+
+MAX_FREE_COLUMNS = 20
+"""2^20 subsets take about a second and some 100 MB; each further column doubles both."""
+
+COLLINEAR = 1e-10
+"""A unit column with less than this square left after the others is a combination of them."""
+
+RESIDUAL_FLOOR = 1e-13
+"""Residual sums below this share of the response's are rounding: such subsets explain it equally well."""
+
+SIGN_CHECK_CHUNK = 16_384
+"""Subsets whose coefficients are solved for at once when signs are looked at."""
+
+SIGN_CHECK_MARGIN = 60.0
+"""Odds of e^30 against: subsets so far behind the best allowed one weigh nothing whatever their signs."""
+
+
+@dataclass(frozen=True)
+class Candidate:
+    """A subset: its columns, its criterion and its residual sum of squares."""
+
+    columns: tuple[int, ...]
+    criterion: float
+    rss: float
+
+
+@dataclass(frozen=True)
+class Step:
+    """The best subset of one size. ``dropped`` left it and ``taken`` came in against the next larger one.
+
+    ``cost`` is the criterion's rise against that larger one: negative where the smaller subset is better.
+    """
+
+    columns: tuple[int, ...]
+    dropped: tuple[int, ...]
+    taken: tuple[int, ...]
+    criterion: float
+    cost: float
+
+
+@dataclass(frozen=True)
+class SubsetSearch:
+    """Outcome of a search over all subsets.
+
+    ``evidence`` maps a column to the criterion of the best subset without it less that of the best one with it:
+    above 0 it is needed (inf where forced); ``inclusion`` to the weight of the subsets that hold it,
+    exp(-criterion / 2) normalised: near 1 it is there, near 0 it is not. ``refused`` counts subsets that broke a sign.
+    """
+
+    best: Candidate
+    rivals: tuple[Candidate, ...]
+    trace: tuple[Step, ...]
+    evidence: Mapping[int, float]
+    inclusion: Mapping[int, float]
+    n_effective: float
+    refused: int
+
+    def support(self, columns: int, nuisance: Sequence[int] = ()) -> NDArray[np.bool_]:
+        """(columns,) True for the best subset's columns and for the nuisance."""
+        chosen = np.zeros(columns, dtype=bool)
+        chosen[[*self.best.columns, *nuisance]] = True
+        return chosen
+
+
+def search_subsets(
+    columns: Array,
+    response: Array,
+    labels: Sequence[int],
+    forced: Sequence[int] = (),
+    signs: Mapping[int, int] | None = None,
+    n_effective: float | None = None,
+    rival_difference: float = 6.0,
+) -> SubsetSearch:
+    """Criterion of every subset of ``columns`` (n, p), each of unit length, against ``response`` (n,).
+
+    ``labels`` (p,) are the names by which ``forced``, ``signs`` and the result speak of the columns. The criterion is
+    n_eff ln(RSS) + |S| ln(n_eff), n_eff = n unless given.
+
+    Raises IdentificationError with more than 20 free columns, forced columns that are collinear, or signs that leave no
+    subset.
+    """
+    place = {label: index for index, label in enumerate(labels)}
+    held = [place[label] for label in forced]
+    free = [index for index in range(len(labels)) if index not in held]
+    if len(free) > MAX_FREE_COLUMNS:
+        raise IdentificationError(
+            f"{len(free)} free columns; all subsets can be tried up to {MAX_FREE_COLUMNS}: "
+            "force the terms known to be there or leave some out"
+        )
+    stacked = np.column_stack([columns, response])
+    gram = stacked.T @ stacked
+    size = float(columns.shape[0] if n_effective is None else n_effective)
+    sums = residual_sums(_reduced(gram, held, free, labels))
+    sums = np.maximum(sums, RESIDUAL_FLOOR * gram[-1, -1] + np.finfo(float).tiny)
+    counts = np.array([int(mask).bit_count() for mask in range(sums.size)]) + len(held)
+    criteria = size * np.log(sums) + counts * np.log(size)
+    limits = {place[label]: sign for label, sign in (signs or {}).items() if label in place}
+    refused = _refuse(criteria, gram, held, free, limits) if limits else 0
+    if not np.any(np.isfinite(criteria)):
+        raise IdentificationError(
+            f"none of {sums.size} subsets obeys the signs {dict(signs or {})}; free the sign of a forced column"
+        )
+    names = [labels[index] for index in free]
+    table = _Table(criteria, sums, counts, tuple(forced), tuple(names))
+    return table.summarise(rival_difference, size, refused)
+
+
+def residual_sums(gram: Array) -> Array:
+    """Residual sums of squares of all subsets, (2^p,), from ``gram`` (p + 1, p + 1) of columns and response (last).
+
+    Bit j of the index says whether column j is in. Column by column the table doubles: one half leaves the column out,
+    the other takes it in by a Schur complement. inf where a column is a combination of those before it.
+
+    >>> columns = np.array([[1.0, 0.0, 2.0], [0.0, 1.0, 1.0]])   # unit vectors and the response (2, 1)
+    >>> residual_sums(columns.T @ columns).tolist()
+    [5.0, 1.0, 4.0, 0.0]
+    """
+    table, valid = gram[None], np.ones(1, dtype=bool)
+    for _ in range(gram.shape[0] - 1):
+        pivot = table[:, 0, 0]
+        usable = pivot > COLLINEAR
+        inverse = np.where(usable, 1.0 / np.where(usable, pivot, 1.0), 0.0)
+        row = table[:, 0, 1:]
+        without = table[:, 1:, 1:]
+        table = np.concatenate([without, without - row[:, :, None] * (row * inverse[:, None])[:, None, :]])
+        valid = np.concatenate([valid, valid & usable])
+    return np.where(valid, table[:, 0, 0], np.inf)
+
+
+def _reduced(gram: Array, held: Sequence[int], free: Sequence[int], labels: Sequence[int]) -> Array:
+    """Gram matrix of the free columns and the response after the held ones are taken in."""
+    rest = [*free, gram.shape[0] - 1]
+    reduced: Array = gram[np.ix_(rest, rest)]
+    if not held:
+        return reduced
+    own, cross = gram[np.ix_(held, held)], gram[np.ix_(held, rest)]
+    smallest = float(np.linalg.eigvalsh(own)[0])
+    if smallest <= COLLINEAR:
+        raise IdentificationError(
+            f"forced columns {[labels[index] for index in held]} are combinations of each other (smallest eigenvalue "
+            f"{smallest:.2g} of their correlation matrix, more than {COLLINEAR:g} is needed); force fewer of them"
+        )
+    return reduced - cross.T @ np.linalg.solve(own, cross)
+
+
+def _refuse(
+    criteria: Array, gram: Array, held: Sequence[int], free: Sequence[int], limits: Mapping[int, int]
+) -> int:
+    """Set the criterion of subsets that break a sign to inf, in place; how many.
+
+    The best are looked at first; once one obeys, those more than `SIGN_CHECK_MARGIN` behind it keep their criterion.
+    """
+    order = np.argsort(criteria)
+    order = order[np.isfinite(criteria[order])]
+    refused, best = 0, np.inf
+    for first in range(0, order.size, SIGN_CHECK_CHUNK):
+        chunk = order[first : first + SIGN_CHECK_CHUNK]
+        if criteria[chunk[0]] > best + SIGN_CHECK_MARGIN:
+            break
+        broken = _breaks_sign(chunk, gram, held, free, limits)
+        if not np.all(broken):
+            best = min(best, float(criteria[chunk[~broken]].min()))
+        criteria[chunk[broken]] = np.inf
+        refused += int(np.count_nonzero(broken))
+    return refused
+
+
+def _breaks_sign(
+    masks: NDArray[np.int64], gram: Array, held: Sequence[int], free: Sequence[int], limits: Mapping[int, int]
+) -> NDArray[np.bool_]:
+    """Whether the least-squares coefficients of each subset break a sign, (n_masks,)."""
+    bits = (masks[:, None] >> np.arange(len(free))) & 1
+    sizes = bits.sum(axis=1)
+    broken = np.zeros(masks.size, dtype=bool)
+    for size in np.unique(sizes):
+        rows = np.flatnonzero(sizes == size)
+        if size + len(held) == 0:
+            continue
+        chosen = np.nonzero(bits[rows])[1].reshape(rows.size, int(size))
+        members = np.hstack([np.tile(held, (rows.size, 1)).astype(int), np.asarray(free, dtype=int)[chosen]])
+        normal = gram[members[:, :, None], members[:, None, :]]
+        values = np.linalg.solve(normal, gram[members, -1][:, :, None])[:, :, 0]
+        for column, sign in limits.items():
+            broken[rows] |= np.any((members == column) & (sign * values < 0.0), axis=1)
+    return broken
+
+
+@dataclass(frozen=True)
+class _Table:
+    """Criteria (2^p,), residual sums and sizes of all subsets; bit j of an index stands for names[j]."""
+
+    criteria: Array
+    sums: Array
+    counts: NDArray[np.int64]
+    forced: tuple[int, ...]
+    names: tuple[int, ...]
+
+    def summarise(self, rival_difference: float, n_effective: float, refused: int) -> SubsetSearch:
+        winner = int(np.argmin(self.criteria))
+        near = np.flatnonzero(self.criteria <= self.criteria[winner] + rival_difference)
+        near = near[np.argsort(self.criteria[near])]
+        weights = np.exp(-0.5 * (self.criteria - self.criteria[winner]))
+        evidence = {label: float("inf") for label in self.forced}
+        inclusion = {label: 1.0 for label in self.forced}
+        masks = np.arange(self.criteria.size)
+        for bit, label in enumerate(self.names):
+            inside = (masks >> bit) & 1 == 1
+            evidence[label] = _difference(self.criteria[~inside].min(), self.criteria[inside].min())
+            inclusion[label] = float(weights[inside].sum() / weights.sum())
+        return SubsetSearch(
+            best=self.candidate(winner),
+            rivals=tuple(self.candidate(int(mask)) for mask in near if mask != winner),
+            trace=self.trace(),
+            evidence=evidence,
+            inclusion=inclusion,
+            n_effective=n_effective,
+            refused=refused,
+        )
+
+    def columns(self, mask: int) -> tuple[int, ...]:
+        chosen = [name for bit, name in enumerate(self.names) if mask >> bit & 1]
+        return tuple(sorted([*self.forced, *chosen]))
+
+    def candidate(self, mask: int) -> Candidate:
+        return Candidate(self.columns(mask), float(self.criteria[mask]), float(self.sums[mask]))
+
+    def trace(self) -> tuple[Step, ...]:
+        """The best subset of every size, the largest first."""
+        steps: list[Step] = []
+        for count in sorted(set(self.counts.tolist()), reverse=True):
+            of_size = np.where(self.counts == count, self.criteria, np.inf)
+            mask = int(np.argmin(of_size))
+            if not np.isfinite(of_size[mask]):
+                continue
+            columns, criterion = self.columns(mask), float(of_size[mask])
+            before = set(steps[-1].columns) if steps else set(columns)
+            dropped, taken = before - set(columns), set(columns) - before
+            cost = criterion - steps[-1].criterion if steps else 0.0
+            steps.append(Step(columns, tuple(sorted(dropped)), tuple(sorted(taken)), criterion, cost))
+        return tuple(steps)
+
+
+def _difference(without: float, within: float) -> float:
+    """without - within, -inf where no subset with the column is allowed."""
+    return float("-inf") if not np.isfinite(within) else float(without - within)

@@ -164,14 +164,17 @@ def _unique(entries: Sequence[Entry], folder: Path) -> list[Entry]:
 
 
 def _trials(entry: Entry, catalogue: Catalogue) -> list[Entry]:
-    """The trials of one file: itself, or one a row of its cell array, named ``file[0]``, ``file[1]``, ..."""
+    """The trials of one file: itself, or one a row of its cell array, ``file_1``, ..., with the condition ``trial``."""
     if catalogue.layout.cells is None or entry.problem:
         return [entry]
     try:
         count = count_trials(entry.path, catalogue.layout)
     except RecordingError as error:
         return [replace(entry, problem=str(error))]
-    return [replace(entry, name=f"{entry.name}[{at}]", trial=at) for at in range(count)]
+    return [
+        replace(entry, name=f"{entry.name}_{at + 1}", trial=at, conditions={**entry.conditions, "trial": at + 1.0})
+        for at in range(count)
+    ]
 
 
 def _with_patterns(entry: Entry, catalogue: Catalogue) -> Entry:

@@ -1,0 +1,250 @@
+"""The parts of a campaign's configuration, one model a section; every key says what it means.
+
+Belongs here: keys, their types, their defaults. Does not belong here: reading YAML (source.py), the whole and what
+follows from it (config.py).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Annotated, Any, Literal
+
+from pydantic import BaseModel, BeforeValidator, ConfigDict, Discriminator, Field, Tag, model_validator
+
+from undertow.recording.recording import Condition
+
+Real = Annotated[float, Field(strict=True)]
+Positive = Annotated[float, Field(strict=True, gt=0.0)]
+NotNegative = Annotated[float, Field(strict=True, ge=0.0)]
+Whole = Annotated[int, Field(strict=True, ge=0)]
+ColumnName = Annotated[str, Field(strict=True, min_length=1)] | Whole
+Value = Annotated[str, Field(strict=True)] | Real
+KEY_TOLERANCE = 1e-6
+"""Conditions and table keys that are numbers are equal within this (a depth of 2.36 m, read from two files)."""
+
+
+def same_condition(a: Condition | None, b: Condition | None) -> bool:
+    """Whether two conditions are equal: numbers within `KEY_TOLERANCE`, texts exactly.
+
+    >>> same_condition(2.36, "2.360"), same_condition("long", "short")
+    (True, False)
+    """
+    try:
+        return abs(float(a) - float(b)) <= KEY_TOLERANCE  # type: ignore[arg-type]
+    except (TypeError, ValueError):
+        return a is not None and b is not None and str(a) == str(b)
+
+
+def _kind(*kinds: str) -> Discriminator:
+    """A discriminator by the YAML kind of a value, so that an error speaks of the kind that was meant."""
+
+    def choose(value: Any) -> str:
+        if isinstance(value, Mapping | BaseModel) and "table" in kinds:
+            return "table"
+        if isinstance(value, list | tuple) and "list" in kinds:
+            return "list"
+        return kinds[0]
+
+    return Discriminator(choose)
+
+
+class Section(BaseModel):
+    """Base of every section: unknown keys are errors, nothing changes after loading, no NaN."""
+
+    model_config = ConfigDict(extra="forbid", frozen=True, allow_inf_nan=False)
+
+
+class Table(BaseModel):
+    """A value by a condition: ``{by: spring, long: 109592, short: 402036}``; keys are the condition's values (numbers
+    are compared within 1e-6). With ``by`` alone the value is the condition's own number.
+    """
+
+    model_config = ConfigDict(extra="allow", frozen=True, allow_inf_nan=False)
+    __pydantic_extra__: dict[str, Real] = Field(init=False)
+
+    by: str = Field(description="Condition (column of the index, named group of the file name) that decides.")
+
+    @model_validator(mode="before")
+    @classmethod
+    def _keys_are_texts(cls, data: Any) -> Any:
+        return {str(key): value for key, value in data.items()} if isinstance(data, Mapping) else data
+
+    @property
+    def values(self) -> Mapping[str, float]:
+        """Value of each key, as written."""
+        return dict(self.__pydantic_extra__)
+
+
+Quantity = Annotated[Annotated[Real, Tag("number")] | Annotated[Table, Tag("table")], _kind("number", "table")]
+"""A number, or a table of numbers by a condition."""
+
+
+class TimeSettings(Section):
+    """Time stamps: a column, or a constant rate."""
+
+    column: ColumnName | None = Field(default=None, description="Column of the time stamps: a name, or a number from 0.")
+    unit: str = Field(default="s", description="Unit of the column.")
+    rate_hz: Positive | None = Field(default=None, description="Sampling rate where no column holds the time, Hz.")
+
+
+class ChannelSettings(Section):
+    """One physical quantity: SI value = sign (sum of columns - offset) unit."""
+
+    column: ColumnName | None = Field(default=None, description="Column: a name, or a number from 0 where there is no header.")
+    columns: tuple[ColumnName, ...] | None = Field(default=None, description="Several columns, summed (load cells).")
+    unit: str = Field(description="Unit as the laboratory writes it: mm, m/s^2, g, kN, deg, ...")
+    sign: Literal[1, -1] = Field(default=1, description="-1 where the sensor counts the other way.")
+    offset: Real = Field(default=0.0, description="Reading at zero, in `unit`; subtracted before the sign.")
+
+
+class ChannelsSettings(Section):
+    """Which columns hold which physical quantity. A column that is not mapped is never read."""
+
+    time: TimeSettings = Field(default_factory=TimeSettings, description="Time stamps.")
+    displacement: ChannelSettings | None = Field(default=None, description="Displacement (m) or angle (rad).")
+    velocity: ChannelSettings | None = Field(default=None, description="Velocity; a rate gyro alone is enough.")
+    acceleration: ChannelSettings | None = Field(default=None, description="Acceleration of the body.")
+    spring_force: ChannelSettings | None = Field(default=None, description="Force in the springs, + with displacement.")
+    normal_force: ChannelSettings | None = Field(default=None, description="Vertical force on the rails.")
+
+
+class DespikeSettings(Section):
+    """How spikes of a channel are found."""
+
+    median: Annotated[int, Field(strict=True, ge=5)] = Field(description="Width of the running median, samples, odd.")
+
+
+class CellsSettings(Section):
+    """Several trials in one MATLAB file: a cell array with a trial a row (or a column)."""
+
+    variable: str = Field(description="Name of the cell array.")
+    trial: Literal["row", "column"] = Field(default="row", description="What one trial is.")
+    time: Whole | None = Field(default=None, description="Cell of a trial that holds the time, from 0.")
+    displacement: Whole | None = Field(default=None, description="Cell of the displacement.")
+    velocity: Whole | None = Field(default=None, description="Cell of the velocity.")
+    acceleration: Whole | None = Field(default=None, description="Cell of the acceleration.")
+    spring_force: Whole | None = Field(default=None, description="Cell of the spring force.")
+    normal_force: Whole | None = Field(default=None, description="Cell of the normal force.")
+
+
+class RecordingsSettings(Section):
+    """Where the recordings are and how they are read; paths are relative to the config."""
+
+    index: str | None = Field(default=None, description="Table with one row a trial; its columns are the trial's conditions.")
+    index_column: str = Field(default="file", description="Column of the index that names the file.")
+    file: str | None = Field(default=None, description="File name made from the index's columns: test_{id}.csv.")
+    files: str | None = Field(default=None, description="Glob of the files, where there is no index.")
+    pattern: str | None = Field(default=None, description="Regular expression on file names; named groups are conditions.")
+    exclude: tuple[str, ...] = Field(default=(), description="File name patterns of trials to be left out.")
+    skip_rows: Whole = Field(default=0, description="Lines above the header.")
+    header: Literal["first", "none"] = Field(default="first", description="none: columns are numbers from 0.")
+    unit_row: bool = Field(default=False, description="Whether a line of units stands below the header.")
+    separator: Annotated[str, Field(min_length=1)] = Field(default="auto", description="Between columns; auto: found.")
+    decimal: Literal[".", ","] = Field(default=".", description="Decimal mark.")
+    variable: str | None = Field(default=None, description="Array or structure in a MATLAB file (dots lead into structures).")
+    cells: CellsSettings | None = Field(default=None, description="Several trials in one file.")
+    channels: ChannelsSettings = Field(description="Physical quantity -> column(s), unit, sign, offset.")
+    despike: dict[str, DespikeSettings] = Field(default={}, description="Channel -> how its spikes are replaced.")
+
+
+class WindowSettings(Section):
+    """The part of a recording to be used, in its own time."""
+
+    start_s: Real | None = Field(default=None, description="First instant used, s.")
+    end_s: Real | None = Field(default=None, description="Last instant used, s.")
+
+
+class EverySettings(Section):
+    """Hold out every n-th trial of a group, ordered by release amplitude."""
+
+    every: Annotated[int, Field(strict=True, ge=2)] = Field(description="Every n-th trial, from the second on.")
+
+
+class LargestSettings(Section):
+    """Hold out the trials of the largest releases."""
+
+    largest: Annotated[int, Field(strict=True, ge=1)] = Field(description="How many of the largest releases.")
+
+
+def _holding(value: Any) -> str:
+    if isinstance(value, Mapping):
+        return "largest" if "largest" in value else "every"
+    return value.__class__.__name__.lower().removesuffix("settings") if isinstance(value, BaseModel) else (
+        "list" if isinstance(value, list | tuple) else "auto")  # fmt: skip
+
+
+HoldOut = Annotated[
+    Annotated[Literal["auto"], Tag("auto")]
+    | Annotated[tuple[str, ...], Tag("list")]
+    | Annotated[EverySettings, Tag("every")]
+    | Annotated[LargestSettings, Tag("largest")],
+    Discriminator(_holding),
+]
+
+
+def _none_is_null(value: Any) -> Any:
+    return None if value == "none" else value
+
+
+class TrialsSettings(Section):
+    """Which trials belong together, which are dry, which are held out, which part of them is used."""
+
+    group_by: tuple[str, ...] = Field(default=(), description="Conditions that a group shares; empty: all trials together.")
+    dry: Annotated[dict[str, Value] | None, BeforeValidator(_none_is_null)] = Field(
+        default=None, description="Conditions of the trials without water; none: nothing is known beforehand."
+    )
+    hold_out: HoldOut = Field(default="auto", description="Trials never fitted: auto, a list of files, every: n, largest: n.")
+    window: Annotated[
+        Annotated[Literal["auto"], Tag("auto")] | Annotated[dict[str, WindowSettings], Tag("table")],
+        _kind("auto", "table"),
+    ] = Field(default="auto", description="auto, or the part to be used by file name pattern; the last that fits wins.")
+    conditions: dict[str, dict[str, Value]] = Field(default={}, description="Conditions by file name pattern.")
+    hidden_at_release: Literal["rest", "free"] = Field(default="rest", description="State of hidden water at the release.")
+
+
+class ScatterSettings(Section):
+    """Trial-to-trial scatter, relative, 1 sigma."""
+
+    k: NotNegative = Field(default=0.0, description="Of the stiffness.")
+    c: NotNegative = Field(default=0.0, description="Of the viscous damping.")
+    mu: NotNegative = Field(default=0.0, description="Of the friction coefficient.")
+
+
+class CellSettings(Section):
+    """Geometry of the water that may oscillate by itself, for the physical check of a hidden resonator."""
+
+    surface_width_m: Quantity | None = Field(default=None, description="Width of the free surface along the motion, m.")
+    depth_m: Quantity | None = Field(default=None, description="Depth of the water in a cell, m.")
+    length_m: Quantity | None = Field(default=None, description="Length of all cells together, across the motion, m.")
+
+
+class SpecimenSettings(Section):
+    """What the laboratory knows. Every entry is optional: what is missing is identified, or stays per unit mass."""
+
+    mass_kg: Quantity | None = Field(default=None, description="All that moves when dry, kg (kg m^2 in rotation).")
+    stiffness_N_per_m: Quantity | None = Field(default=None, description="Stated spring, N/m (N m in rotation).")
+    area_m2: Quantity | None = Field(default=None, description="Drag area, m^2; a level without one has 0 when dry.")
+    water_density_kg_per_m3: Positive = Field(default=1000.0, description="Density of the water, kg/m^3.")
+    gravity_m_per_s2: Positive = Field(default=9.81, description="Gravity, m/s^2, for the normal force.")
+    submerged_volume_m3: Quantity | None = Field(default=None, description="Displaced water, m^3; absent means 0 when dry.")
+    scatter: ScatterSettings | None = Field(default=None, description="Trial-to-trial scatter; absent: from the dry trials.")
+    cell: CellSettings | None = Field(default=None, description="Cells whose water may slosh.")
+
+
+class EquationSettings(Section):
+    """The prescribed equation."""
+
+    terms: tuple[str, ...] = Field(
+        default=("stiffness", "viscous_damping", "coulomb_friction", "added_mass", "quadratic_drag"),
+        min_length=1,
+        description="Terms beside the inertia, by their names on the shelf (`undertow terms`).",
+    )
+    coordinate: Literal["translation", "rotation"] = Field(default="translation", description="m and N, or rad and N m.")
+
+
+class DiscrepancySettings(Section):
+    """What is looked for where the equation leaves something unexplained."""
+
+    suspects: Annotated[
+        Annotated[Literal["all"], Tag("all")] | Annotated[tuple[str, ...], Tag("list")], _kind("all", "list")
+    ] = Field(default="all", description="all, or the names to be tried.")

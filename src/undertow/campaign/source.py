@@ -1,0 +1,203 @@
+"""A YAML file as plain values, with the line of each, and the sentence for each thing that is wrong in it.
+
+Belongs here: YAML 1.2, overrides, lines, nearest keys. Does not belong here: which keys there are (settings.py).
+"""
+
+from __future__ import annotations
+
+import difflib
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+from pydantic_core import ErrorDetails
+from ruamel.yaml import YAML
+from ruamel.yaml.error import MarkedYAMLError, YAMLError
+from ruamel.yaml.nodes import MappingNode, Node, ScalarNode, SequenceNode
+from ruamel.yaml.tokens import AliasToken, TagToken
+
+from undertow.errors import ConfigError
+
+Location = tuple[int | str, ...]
+
+
+@dataclass(frozen=True)
+class Source:
+    """What a config file says (``data``), where each key stands in it, and what was set on the command line."""
+
+    path: Path
+    data: Mapping[str, Any]
+    root: Node
+    overrides: Mapping[Location, str] = field(default_factory=dict)
+
+    def place(self, location: Location) -> str:
+        """Where a key was written: ``config.yaml line 12``, or ``--set seed=x``."""
+        for path, text in self.overrides.items():
+            if tuple(map(str, location[: len(path)])) == tuple(map(str, path)):
+                return f"--set {text}"
+        return f"{self.path.name} line {_line(self.root, location)}"
+
+
+def read_source(path: Path, overrides: Sequence[str] = ()) -> Source:
+    """A config file and ``a.b=value`` overrides, whose values are read as YAML.
+
+    Raises ConfigError where the file is missing, is no YAML mapping, repeats a key, or uses tags or aliases (they are
+    refused: a config says everything once, in plain values).
+    """
+    try:
+        text = path.read_text(encoding="utf-8-sig")
+    except (OSError, UnicodeDecodeError) as error:
+        reason = error.strerror if isinstance(error, OSError) else "it is not UTF-8 text"
+        raise ConfigError(f"config {path} cannot be read: {reason}; check the path") from error
+    try:
+        for token in YAML(typ="safe", pure=True).scan(text):
+            if isinstance(token, TagToken | AliasToken):
+                kind = "a tag (!...)" if isinstance(token, TagToken) else "an alias (*...)"
+                raise ConfigError(
+                    f"{path.name} line {token.start_mark.line + 1}: {kind} is not read; write the value itself"
+                )
+        root = YAML(typ="safe", pure=True).compose(text)
+        data = YAML(typ="safe", pure=True).load(text)
+    except (YAMLError, ValueError, RecursionError) as error:
+        if isinstance(error, ConfigError):
+            raise
+        raise ConfigError(_yaml_sentence(path.name, error)) from error
+    if not isinstance(data, dict):
+        raise ConfigError(f"config {path} holds {type(data).__name__}, not keys with values; see configs/ for examples")
+    given: dict[Location, str] = {}
+    for override in overrides:
+        data, location = _with_override(data, override)
+        given[location] = override
+    return Source(path, data, root, given)
+
+
+def sentences(source: Source, errors: Sequence[ErrorDetails], schema: Mapping[str, Any]) -> list[str]:
+    """One sentence a problem: where, what was written, what it should be, the nearest key."""
+    said = []
+    for error in errors:
+        location = _without_tags(source.data, error["loc"])
+        name = ".".join(map(str, location)) or "the config"
+        if error["type"] == "extra_forbidden":
+            said.append(f"{source.place(location)}: {_unknown_key(location, schema)}")
+        elif error["type"] == "missing":
+            above = ".".join(map(str, location[:-1])) or "the config"
+            said.append(f"{source.place(location[:-1])}: {above} has no {location[-1]!r}; it is needed")
+        else:
+            rule = error["msg"].removeprefix("Value error, ").removeprefix("Input ")
+            said.append(f"{source.place(location)}: {name} is {_shown(error['input'])} but {rule}")
+    return list(dict.fromkeys(said))
+
+
+def _shown(value: Any) -> str:
+    text = repr(value)
+    return text if len(text) <= 60 else text[:57] + "..."
+
+
+def _unknown_key(location: Location, schema: Mapping[str, Any]) -> str:
+    key, where = str(location[-1]), ".".join(map(str, location[:-1])) or "the config"
+    known = sorted(_properties(schema, location[:-1]))
+    near = difflib.get_close_matches(key, known, n=1, cutoff=0.5)
+    hint = f"did you mean {near[0]!r}?" if near else f"it may have {', '.join(known)}"
+    return f"unknown key {key!r} in {where}; {hint}"
+
+
+def _properties(schema: Mapping[str, Any], location: Location) -> set[str]:
+    """Keys that the schema knows at a place."""
+    nodes = _expanded(schema, schema)
+    for part in location:
+        inner = []
+        for node in nodes:
+            found = node.get("properties", {}).get(str(part), node.get("additionalProperties"))
+            if isinstance(found, Mapping):
+                inner += _expanded(found, schema)
+        nodes = inner
+    return {key for node in nodes for key in node.get("properties", {})}
+
+
+def _expanded(node: Mapping[str, Any], schema: Mapping[str, Any]) -> list[Mapping[str, Any]]:
+    """A schema node without references: its alternatives, one by one."""
+    if "$ref" in node:
+        return _expanded(schema["$defs"][node["$ref"].rsplit("/", 1)[1]], schema)
+    choices = [*node.get("anyOf", ()), *node.get("oneOf", ())]
+    return [one for choice in choices for one in _expanded(choice, schema)] if choices else [node]
+
+
+def _without_tags(data: Any, location: Sequence[int | str]) -> Location:
+    """A location in the data: pydantic also names the branch of a union, which is no key."""
+    kept: list[int | str] = []
+    here = data
+    for at, part in enumerate(location):
+        keys = {str(key): key for key in here} if isinstance(here, Mapping) else {}
+        if str(part) in keys:
+            kept.append(part)
+            here = here[keys[str(part)]]
+        elif isinstance(here, list) and isinstance(part, int) and part < len(here):
+            kept.append(part)
+            here = here[part]
+        elif isinstance(here, Mapping) and at == len(location) - 1:
+            kept.append(part)  # a key that is missing
+    return tuple(kept)
+
+
+def _line(root: Node, location: Location) -> int:
+    """Line (from 1) of a key, or of the last part of its path that was written."""
+    node, line = root, root.start_mark.line + 1
+    for part in location:
+        if isinstance(node, MappingNode):
+            found = [pair for pair in node.value if isinstance(pair[0], ScalarNode) and _names(pair[0], part)]
+            if not found:
+                return line
+            line, node = found[0][0].start_mark.line + 1, found[0][1]
+        elif isinstance(node, SequenceNode) and isinstance(part, int) and part < len(node.value):
+            node = node.value[part]
+            line = node.start_mark.line + 1
+    return line
+
+
+def _names(key: ScalarNode, part: int | str) -> bool:
+    if str(key.value) == str(part):
+        return True
+    try:
+        return float(key.value) == float(part)
+    except ValueError:
+        return False
+
+
+def _yaml_sentence(name: str, error: Exception) -> str:
+    """A parser's complaint in one line."""
+    if isinstance(error, MarkedYAMLError):
+        mark = error.problem_mark or error.context_mark
+        where = f"{name} line {mark.line + 1}" if mark is not None else name
+        problem = " ".join(str(error.problem or error.context).split())
+        return f"{where}: {problem}; correct the YAML"
+    return f"{name}: {' '.join(str(error).split()) or type(error).__name__}; correct the YAML"
+
+
+def _with_override(data: Mapping[str, Any], override: str) -> tuple[dict[str, Any], Location]:
+    """The data with one ``a.b=value`` in it, and where that is. The data itself stays as it is."""
+    path, sign, text = override.partition("=")
+    keys = tuple(part for part in path.strip().split("."))
+    if not sign or not all(keys):
+        raise ConfigError(f"--set {override}: it must read key.key=value, e.g. seed=1 or specimen.area_m2=0.97")
+    try:
+        value = YAML(typ="safe", pure=True).load(text) if text.strip() else None
+    except YAMLError as error:
+        raise ConfigError(f"--set {override}: {text!r} is no YAML value; quote it") from error
+    return _placed(data, keys, value, override), keys
+
+
+def _placed(data: Any, keys: Location, value: Any, override: str) -> Any:
+    if not keys:
+        return value
+    if isinstance(data, list):
+        if not str(keys[0]).isdigit() or int(keys[0]) >= len(data):
+            raise ConfigError(f"--set {override}: {keys[0]!r} is no place in a list of {len(data)}; count from 0")
+        at = int(keys[0])
+        return [*data[:at], _placed(data[at], keys[1:], value, override), *data[at + 1 :]]
+    if data is not None and not isinstance(data, Mapping):
+        raise ConfigError(f"--set {override}: {keys[0]!r} lies below {data!r}, which has no keys; set the whole of it")
+    table = dict(data or {})
+    key = next((key for key in table if str(key) == keys[0]), keys[0])
+    table[key] = _placed(table.get(key), keys[1:], value, override)
+    return table

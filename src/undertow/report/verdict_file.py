@@ -1,0 +1,108 @@
+"""verdict.json: what a machine reads of a campaign (contract 1).
+
+Belongs here: verdicts as plain JSON. Does not belong here: how they were reached (discrepancy/).
+"""
+
+from __future__ import annotations
+
+import json
+import math
+from collections import Counter
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from undertow.discrepancy.findings import Findings
+from undertow.discrepancy.verdict import Described, Verdict
+from undertow.errors import UndertowError
+from undertow.quantities import Estimate
+from undertow.report.writing import write_text
+
+CONTRACT = 1
+"""Version of verdict.json's shape."""
+
+
+def plain(value: object) -> Any:
+    """A value as JSON knows it: estimates as value, stderr (total) and unit; what is not finite as None.
+
+    Raises UndertowError for a value JSON cannot hold.
+
+    >>> plain({"mass_kg": Estimate(288.0, 20.0, unit="kg"), "because": float("nan")})
+    {'mass_kg': {'value': 288.0, 'stderr': 20.0, 'unit': 'kg'}, 'because': None}
+    """
+    if isinstance(value, Estimate):
+        return {"value": plain(value.value), "stderr": plain(value.total_stderr), "unit": value.unit}
+    if isinstance(value, Mapping):
+        return {str(key): plain(item) for key, item in value.items()}
+    if isinstance(value, (list, tuple)):
+        return [plain(item) for item in value]
+    if isinstance(value, np.generic):
+        return plain(value.item())
+    if isinstance(value, float):
+        return value if math.isfinite(value) else None
+    if value is None or isinstance(value, (bool, int, str)):
+        return value
+    raise UndertowError(
+        f"verdict.json cannot hold {value!r} of type {type(value).__name__}; give numbers, texts, estimates, or "
+        "lists and mappings of them"
+    )
+
+
+def verdict_json(findings: Findings) -> dict[str, Any]:
+    """verdict.json as a dictionary: contract, groups in the findings' order, across_groups."""
+    return {
+        "contract": CONTRACT,
+        "groups": [group_json(group.verdict) for group in findings.groups],
+        "across_groups": {"verdict": _named_across(findings), "sentence": findings.across_groups},
+    }
+
+
+def group_json(verdict: Verdict) -> dict[str, Any]:
+    """One group's entry."""
+    check = verdict.physical_check
+    return {
+        "group": plain(verdict.group),
+        "trials": list(verdict.trials),
+        "held_out": list(verdict.held_out),
+        "status": verdict.status,
+        "verdict": list(verdict.verdict),
+        "alternatives": [list(names) for names in verdict.alternatives],
+        "confidence": plain(verdict.confidence),
+        "origin": verdict.origin,
+        "parameters": plain(verdict.parameters),
+        "baseline": _described(verdict.baseline),
+        "augmented": None if verdict.augmented is None else _described(verdict.augmented),
+        "sensor_floor_nrmse": plain(verdict.sensor_floor_nrmse),
+        "repeatability_nrmse": plain(verdict.repeatability_nrmse),
+        "rejected": [{"name": suspect.name, "because": suspect.because} for suspect in verdict.rejected],
+        "physical_check": {
+            "expected": plain(check.expected),
+            "found": plain(check.found),
+            "agrees": check.agrees,
+            "because": check.because,
+        },
+        "next_test": verdict.next_test,
+        "sentence": verdict.sentence,
+    }
+
+
+def _described(described: Described) -> dict[str, Any]:
+    return {
+        "nrmse": plain(described.nrmse),
+        "held_out_nrmse": plain(described.held_out_nrmse),
+        "parameters": plain(described.parameters),
+    }
+
+
+def _named_across(findings: Findings) -> list[str]:
+    """Every effect that some group's verdict names, the one of most groups first."""
+    names = Counter(name for group in findings.groups for name in group.verdict.verdict)
+    return [name for name, _ in names.most_common()]
+
+
+def write_verdict(findings: Findings, path: Path) -> Path:
+    """Write verdict.json; it never holds NaN or infinity."""
+    text = json.dumps(verdict_json(findings), indent=2, ensure_ascii=False, allow_nan=False)
+    return write_text(path, text + "\n")

@@ -40,13 +40,13 @@ def exact_motion(
     a = moved.a + a_offset + a_noise * rng.standard_normal(since.size)
     x = moved.x + offset_m
     spring = (body.k_N_per_m if k_cells_N_per_m is None else k_cells_N_per_m) * moved.x + force_offset_N
-    spring = spring + force_noise * rng.standard_normal(since.size)
+    spring = np.concatenate([np.full(held, spring[0]), spring])
     channels = {
         "displacement": np.concatenate([np.full(held, x[0]), x]),
         "acceleration": np.concatenate([a_offset + a_noise * rng.standard_normal(held), a]),
-        "spring_force": np.concatenate([spring[0] + force_noise * rng.standard_normal(held), spring]),
+        "spring_force": spring + force_noise * rng.standard_normal(spring.size),
     }
-    end = MOVING_SHARE * min(float(moved.reversals_s[-1]), duration_s)
+    end = MOVING_SHARE * (duration_s if moved.stopped_s is None else moved.stopped_s)
     return Motion(
         recording=Recording(name, time, channels),
         window=Window(HOLD_S, HOLD_S + START_S, HOLD_S + end, held=True),

@@ -21,7 +21,8 @@ from undertow.identification.sindy import discover, discover_each
 
 EQ15 = (Stiffness(), ViscousDamping(), CoulombFriction(), QuadraticDrag())
 RIVALS = (
-    AsymmetricStiffness(), CubicStiffness(), QuadraticStiffness(), CubicDamping(), PositionDamping(), VanDerPolDamping(),
+    AsymmetricStiffness(), CubicStiffness(), QuadraticStiffness(), CubicDamping(), PositionDamping(),
+    VanDerPolDamping(),
 )  # fmt: skip
 NAMES = {term.name for term in EQ15}
 

@@ -1,0 +1,152 @@
+"""Dry decays: the envelope is exact for Eq. 1, the spring shows in period and load cells, few trials say so."""
+
+import math
+
+import numpy as np
+import pytest
+
+from experiments.eq15_campaign.motion import Body, simulate
+from tests.exact_motions import exact_motion
+from undertow.errors import IdentificationError
+from undertow.identification.decay import (
+    dry_structure,
+    fit_envelope,
+    identify_decay,
+    load_cell_stiffness,
+    stiffness_disagreement,
+    turning_points,
+)
+from undertow.identification.fit import Specimen
+from undertow.quantities import Estimate
+
+MASS_KG, MU = 2637.4, 0.0073
+FRICTION_N = MU * MASS_KG * 9.81
+DRY = Body(inertia_kg=MASS_KG, c_Ns_per_m=590.0, k_N_per_m=109592.0, friction_N=FRICTION_N, drag_Ns2_per_m2=0.0)
+SPECIMEN = Specimen(mass_kg=MASS_KG, area_m2=0.0)
+
+
+def decay(x0=0.1, body=DRY, **sensors):
+    return exact_motion(body, x0, **sensors)
+
+
+def test_envelope_of_equation_1_returns_damping_friction_and_period():
+    fit = identify_decay(decay(), SPECIMEN)
+    assert fit.value("c_Ns_per_m") == pytest.approx(590.0, rel=2e-4)  # turning points interpolated between 1 ms samples
+    assert fit.value("mu") == pytest.approx(MU, rel=2e-4)
+    assert fit.value("k_N_per_m") == pytest.approx(109592.0, rel=1e-5)
+    assert fit.value("damping_ratio") == pytest.approx(590.0 / 2.0 / math.sqrt(109592.0 * MASS_KG), rel=2e-4)
+    assert fit.anchor == "mass"
+
+
+def test_a_turning_point_is_where_the_exact_motion_turns():
+    motion = decay(rate_hz=250.0)
+    exact = simulate(DRY, 0.1, motion.t)
+    times, places = turning_points(motion)
+    assert times == pytest.approx(exact.reversals_s[1 : times.size + 1], abs=2e-5)
+    assert places == pytest.approx(exact.reversals_m[1 : times.size + 1], abs=1e-6)
+
+
+def test_frictionless_decay_has_the_logarithmic_decrement_and_says_that_friction_is_not_told_from_0():
+    # a window to 0.9 of 12 s, friction of nothing
+    body = Body(MASS_KG, 590.0, 109592.0, 1e-9, 0.0)
+    envelope = fit_envelope(decay(body=body))
+    zeta = 590.0 / 2.0 / math.sqrt(109592.0 * MASS_KG)
+    assert envelope.values[0] == pytest.approx(2.0 * math.pi * zeta / math.sqrt(1.0 - zeta**2), rel=1e-4)
+    assert "not told from 0" in identify_decay(decay(body=body), SPECIMEN).parameters["mu"].outcome
+
+
+def test_envelope_does_not_care_where_the_sensor_has_its_zero():
+    shifted = fit_envelope(decay(offset_m=0.004))
+    assert shifted.rest_m == pytest.approx(0.004, abs=2e-6)
+    assert shifted.values == pytest.approx(fit_envelope(decay()).values, rel=1e-6)
+
+
+def test_a_stiffness_anchors_where_there_is_no_mass_and_neither_gives_ratios_over_mass():
+    by_stiffness = identify_decay(decay(), Specimen(stiffness_N_per_m=109592.0))
+    assert by_stiffness.value("c_Ns_per_m") == pytest.approx(590.0, rel=3e-4)
+    assert by_stiffness.anchor == "stiffness"
+    per_mass = identify_decay(decay(), Specimen())
+    assert per_mass.value("k_N_per_m_per_mass") == pytest.approx(109592.0 / MASS_KG, rel=1e-5)
+    assert per_mass.value("mu") == pytest.approx(MU, rel=3e-4)
+    assert per_mass.anchor == "none"
+
+
+def test_a_decay_of_four_turning_points_is_refused_with_the_count():
+    with pytest.raises(IdentificationError, match=r"trial r1: [0-4] turning points .* the envelope needs 5"):
+        fit_envelope(decay(x0=0.009))
+
+
+def test_load_cells_return_their_stiffness_despite_offsets_and_noise():
+    motion = decay(force_noise=30.0, force_offset_N=250.0, offset_m=0.003)
+    spring = load_cell_stiffness(motion)
+    assert spring.unit == "N/m"
+    assert abs(spring.value - 109592.0) < 4.0 * spring.stderr
+    assert spring.stderr < 1e-3 * spring.value
+
+
+def test_load_cell_error_is_the_scatter_of_repetitions():
+    springs = [load_cell_stiffness(decay(force_noise=50.0, rate_hz=250.0, seed=seed)) for seed in range(25)]
+    scatter = np.std([spring.value for spring in springs])
+    assert np.mean([spring.stderr for spring in springs]) == pytest.approx(scatter, rel=0.45)  # 14 % from 25 draws
+
+
+def test_two_springs_that_disagree_are_both_printed():
+    motion = decay(k_cells_N_per_m=115000.0, force_noise=300.0)
+    (note,) = identify_decay(motion, SPECIMEN).notes
+    assert "109592" in note
+    assert "by the period, 11" in note
+    assert "they differ by 4.9 %" in note
+    close = stiffness_disagreement(Estimate(100.0, 1.0, unit="N/m"), Estimate(100.5, 1.0, unit="N/m"))
+    assert "they agree within 1 %, apart by 0.5 % (0.35 standard errors)" in close
+
+
+def test_load_cells_that_were_not_recorded_are_named():
+    motion = decay()
+    channels = {name: values for name, values in motion.recording.channels.items() if name != "spring_force"}
+    object.__setattr__(motion.recording, "channels", channels)
+    with pytest.raises(IdentificationError, match=r"trial r1 has no channel spring_force; it has displacement"):
+        load_cell_stiffness(motion)
+    assert identify_decay(motion, SPECIMEN).notes == ()
+
+
+def scattered(count, seed=0):
+    """Dry trials with 0.3 % scatter in k, 6 % in c, 5 % in mu, and the means drawn."""
+    rng = np.random.default_rng(seed)
+    draws = [(109592.0 * (1 + 0.003 * a), 590.0 * (1 + 0.06 * b), FRICTION_N * (1 + 0.05 * c))
+             for a, b, c in rng.standard_normal((count, 3))]  # fmt: skip
+    motions = [decay(0.06 + 0.01 * i, Body(MASS_KG, c, k, f, 0.0), name=f"d{i}") for i, (k, c, f) in enumerate(draws)]
+    return motions, np.array(draws)
+
+
+def test_structure_is_the_mean_over_dry_trials_with_their_scatter():
+    motions, draws = scattered(6)
+    structure = dry_structure(motions, SPECIMEN)
+    assert structure.k.value == pytest.approx(draws[:, 0].mean(), rel=1e-4)
+    assert structure.c.value == pytest.approx(draws[:, 1].mean(), rel=1e-3)
+    assert structure.mu.value == pytest.approx(draws[:, 2].mean() / MASS_KG / 9.81, rel=1e-3)
+    assert structure.scatter["c"] == pytest.approx(draws[:, 1].std(ddof=1) / draws[:, 1].mean(), rel=0.02)
+    assert "mean of 6 dry trials" in structure.source
+    assert "by the load cells" in structure.source
+
+
+def test_standard_error_of_the_mean_covers_the_truth_with_four_trials():
+    inside = 0
+    for seed in range(25):
+        structure = dry_structure(scattered(4, seed)[0], SPECIMEN)
+        inside += abs(structure.c.value - 590.0) < 1.645 * structure.c.stderr
+    assert inside >= 19  # 90 % of 25 is 22.5; 19 lies at 2 % of the binomial
+
+
+def test_one_dry_trial_has_no_scatter_and_a_short_one_is_left_out():
+    single = dry_structure([decay()], SPECIMEN)
+    assert single.scatter == {"k": 0.0, "c": 0.0, "mu": 0.0}
+    assert "mean of 1 dry trials, 1 left out" in dry_structure([decay(), decay(x0=0.009)], SPECIMEN).source
+
+
+def test_a_structure_without_trials_anchor_or_envelope_is_refused():
+    with pytest.raises(IdentificationError, match=r"0 dry trials; name them in trials.dry"):
+        dry_structure([], SPECIMEN)
+    with pytest.raises(IdentificationError, match=r"mass nan kg and stiffness nan N/m; a decay gives ratios alone"):
+        dry_structure([decay()], Specimen())
+    with pytest.raises(IdentificationError, match=r"none of 1 dry trials has a usable envelope; the first: trial r1"):
+        dry_structure([decay(x0=0.009)], SPECIMEN)

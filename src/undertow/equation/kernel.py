@@ -7,8 +7,11 @@
 
 Method: explicit Runge-Kutta of order 5 (Tsitouras 2011, doi:10.1016/j.camwa.2011.06.002) with a fixed largest step;
 a step that crosses a velocity reversal is repeated up to the reversal (Newton on the step's length), so that every
-step sees a smooth right-hand side. Samples in between come from the quintic through x, v, a at both ends. Columns
-1.. of the state carry d(state)/d(parameter); across an event they jump by (f_minus - f_plus) dt*/dp.
+step sees a smooth right-hand side. Samples in between come from the quintic through x, v, a at both ends. The state
+is an array y[column, i]: column 0 the motion, columns 1.. d(state)/d(parameter); across an event these jump by
+(f_minus - f_plus) dt*/dp. Each step runs in one mode: ``d`` the direction of motion (+1, -1; 0 stuck), ``side`` the
+side of the rest position (+1, -1). Laws with a kink are continued smoothly beyond their side, so that a stage that
+oversteps an event by rounding does not see the other branch. An echo's kinks, a delay after each event, end steps too.
 
 One file, because numba's cache does not see changes in other files. Sections: slots, right-hand side, step, events,
 output, integrate. Does not belong here: what the slots mean to a user (term.py and its neighbours).
@@ -49,8 +52,10 @@ _NH = len(_HIDDEN)
 _R = _H + MAX_HIDDEN * _NH
 _NR = len(_RELAX)
 
-_STUCK_TOLERANCE = 1e-12
-"""Share of the velocity's change over the step that counts as zero after Newton's iteration on an event."""
+_EVENT_TOLERANCE = 1e-10
+"""Share of a gauge's change over the step that counts as zero on an event: moves the event by as much of the step."""
+_ECHO_INSIDE = 1e-9
+"""Share of a step by which an echo is looked up inside its stretch of history, away from the kinks at its ends."""
 
 # Tsitouras' 5(4) pair, row s: weights of the slopes before stage s; the seventh stage is the next step's first.
 _A = np.array(
@@ -69,14 +74,24 @@ _A = np.array(
 )  # fmt: skip
 _C = np.array([0.0, 0.161, 0.327, 0.9, 0.9800255409045097, 1.0, 1.0])
 
+_int = np.int64
+"""Written around an integer constant that is passed on: numba compiles a function once more for a literal's type."""
+_ECHOES = 3.0
+"""How often a kink's echo is a step's end again: each echo is smoother by one derivative than what it repeats."""
+_INSTANT = 1e-12
+"""Two events nearer than that are one, s."""
 _SLIP = -1
 _NONE = -2
+_MOST_STEPS = 2_000_000
+"""A motion of more steps than that is given up."""
 _OPT = {"fastmath": False, "error_model": "numpy", "nogil": True}
 """Compiler options; only `integrate` is cached: the functions it calls are compiled into it."""
+_BORROWS = {**_OPT, "_nrt": False}
+"""For functions that allocate nothing: numba then does not count references to arrays, which cost half of the time."""
 
 
 # ---------------------------------------------------------------- right-hand side
-@njit(inline="always", **_OPT)
+@njit(inline="always", **_BORROWS)
 def _power_law(v, d, p):
     """|v|^p in the direction d, safe at v = 0."""
     s = v * d
@@ -85,23 +100,21 @@ def _power_law(v, d, p):
     return d * s**p
 
 
-@njit(inline="always", **_OPT)
-def _resisting(th, x, v, d):
+@njit(inline="always", **_BORROWS)
+def _resisting(th, x, v, d, side):
     """Friction's size in the direction d of motion: F_c + F_a d + F_n |x| + F_s exp(-(v/v_s)^2)."""
-    size = th[_FC] + th[_FA] * d
-    if th[_FN] != 0.0:
-        size += th[_FN] * abs(x)
+    size = th[_FC] + th[_FA] * d + th[_FN] * x * side
     if th[_FS] != 0.0:
         size += th[_FS] * math.exp(-((v / th[_VS]) ** 2))
     return size
 
 
-@njit(inline="always", **_OPT)
-def _smooth_force(th, x, v, d):
+@njit(inline="always", **_BORROWS)
+def _smooth_force(th, x, v, d, side):
     """All algebraic forces but friction, at displacement x from rest and velocity v moving in direction d."""
     f = th[_K1] * x + th[_C1] * v + th[_Q] * v * v * d
     if th[_K3] != 0.0 or th[_K2] != 0.0 or th[_KA] != 0.0 or th[_K5] != 0.0:
-        f += x * x * (th[_K2] + x * (th[_K3] + x * x * th[_K5])) + th[_KA] * x * abs(x)
+        f += x * x * (th[_K2] + th[_KA] * side + x * (th[_K3] + x * x * th[_K5]))
     if th[_KS] != 0.0:
         f += th[_KS] * math.sin(x)
     if th[_C3] != 0.0 or th[_XV] != 0.0 or th[_XXV] != 0.0:
@@ -111,7 +124,7 @@ def _smooth_force(th, x, v, d):
     return f
 
 
-@njit(inline="always", **_OPT)
+@njit(inline="always", **_BORROWS)
 def _outside_force(th, t, echo):
     """Forces with a clock of their own: harmonic forcing and the delayed echo of the velocity."""
     f = th[_GE] * echo
@@ -120,7 +133,7 @@ def _outside_force(th, t, echo):
     return f
 
 
-@njit(inline="always", **_OPT)
+@njit(inline="always", **_BORROWS)
 def _hidden_restoring(th, i, s, u):
     """R_i of hidden oscillator i at displacement s and velocity u relative to the body, per unit mass."""
     o = _H + i * _NH
@@ -128,121 +141,119 @@ def _hidden_restoring(th, i, s, u):
     return 2.0 * th[o + 2] * w * u + w * w * s + th[o + 3] * u * abs(u) + th[o + 4] * s * s * s
 
 
-@njit(inline="always", **_OPT)
-def _pull(th, y, cols, nh, nr, nb, t, d, echo, v):
+@njit(inline="always", **_BORROWS)
+def _pull(th, y, dims, t, d, side, echo, v):
     """Net force on the body without friction, N: what accelerates it, or what friction has to hold."""
-    x = y[0] - th[_XE]
-    f = -_smooth_force(th, x, v, d) - _outside_force(th, t, echo)
+    _, nh, nr, nb = dims
+    f = -_smooth_force(th, y[0, 0] - th[_XE], v, d, side) - _outside_force(th, t, echo)
     for i in range(nh):
-        f += th[_H + i * _NH] * _hidden_restoring(th, i, y[(2 + 2 * i) * cols], y[(3 + 2 * i) * cols])
-    base = 2 + 2 * nh
-    for j in range(nr + nb):
-        f -= y[(base + j) * cols]
+        f += th[_H + i * _NH] * _hidden_restoring(th, i, y[0, 2 + 2 * i], y[0, 3 + 2 * i])
+    for j in range(2 + 2 * nh, 2 + 2 * nh + nr + nb):
+        f -= y[0, j]
     return f
 
 
-@njit(**_OPT)
-def _rhs(th, active, y, dy, cols, nh, nr, nb, t, d, sens):
-    """d(state)/dt into dy, column 0; with cols > 1 the sensitivities of the ``active`` slots in columns 1...
+@njit(**_BORROWS)
+def _rhs(th, active, y, k, stage, cols, dims, t, d, side, sens, jac):
+    """d(state)/dt of the first ``cols`` columns of y into k[:, :, stage].
 
-    d is the direction of motion (+1, -1) or 0 for a stuck body. sens[0] is v(t - tau), sens[1:] its sensitivities.
+    dims: state length, hidden oscillators, relaxations, bristles. sens[0] is v(t - tau), sens[1:] its sensitivities;
+    jac is room for the hidden oscillators' slopes.
     """
-    mass = th[_M]
-    x = y[0] - th[_XE]
-    v = y[cols]
+    _, nh, nr, nb = dims
+    x = y[0, 0] - th[_XE]
+    v = y[0, 1]
     base = 2 + 2 * nh
+    speed = 0.0
     a = 0.0
     if d != 0.0:
-        a = (_pull(th, y, cols, nh, nr, nb, t, d, sens[0], v) - _resisting(th, x, v, d) * d) / mass
-    dy[0] = v if d != 0.0 else 0.0
-    dy[cols] = a
+        speed = v
+        a = (_pull(th, y, dims, t, d, side, sens[0], v) - _resisting(th, x, v, d, side) * d) / th[_M]
+    k[0, 0, stage] = speed
+    k[0, 1, stage] = a
     for i in range(nh):
-        dy[(2 + 2 * i) * cols] = y[(3 + 2 * i) * cols]
-        dy[(3 + 2 * i) * cols] = -a - _hidden_restoring(th, i, y[(2 + 2 * i) * cols], y[(3 + 2 * i) * cols])
+        k[0, 2 + 2 * i, stage] = y[0, 3 + 2 * i]
+        k[0, 3 + 2 * i, stage] = -a - _hidden_restoring(th, i, y[0, 2 + 2 * i], y[0, 3 + 2 * i])
     for j in range(nr):
         o = _R + j * _NR
-        dy[(base + j) * cols] = th[o] * dy[0] - y[(base + j) * cols] / th[o + 1]
+        k[0, base + j, stage] = th[o] * speed - y[0, base + j] / th[o + 1]
     if nb:
-        dy[(base + nr) * cols] = th[_KB] * v * (1.0 - d * y[(base + nr) * cols] / th[_FB]) if d != 0.0 else 0.0
+        k[0, base + nr, stage] = th[_KB] * speed * (1.0 - d * y[0, base + nr] / th[_FB])
     if cols > 1:
-        _rhs_sensitivities(th, active, y, dy, cols, nh, nr, nb, t, d, x, v, a, sens)
-
-
-@njit(inline="always", **_OPT)
-def _rhs_sensitivities(th, active, y, dy, cols, nh, nr, nb, t, d, x, v, a, sens):
-    """Columns 1.. of dy: Jacobian times sensitivity, plus the explicit derivative by each active slot."""
-    mass = th[_M]
-    base = 2 + 2 * nh
-    moving = d != 0.0
-    fx = th[_K1]
-    fv = th[_C1] + 2.0 * th[_Q] * v * d
-    if moving:
-        if th[_K3] != 0.0 or th[_K2] != 0.0 or th[_KA] != 0.0 or th[_K5] != 0.0:
-            fx += x * (2.0 * th[_K2] + x * (3.0 * th[_K3] + 5.0 * x * x * th[_K5])) + 2.0 * th[_KA] * abs(x)
-        if th[_KS] != 0.0:
-            fx += th[_KS] * math.cos(x)
-        if th[_C3] != 0.0 or th[_XV] != 0.0 or th[_XXV] != 0.0:
-            fx += v * (th[_XV] + 2.0 * th[_XXV] * x)
-            fv += 3.0 * th[_C3] * v * v + x * (th[_XV] + th[_XXV] * x)
-        if th[_CP] != 0.0 and v * d > 0.0:
-            fv += th[_CP] * th[_P] * (v * d) ** (th[_P] - 1.0)
-        if th[_FN] != 0.0:
-            fx += th[_FN] * d * (1.0 if x >= 0.0 else -1.0)
-        if th[_FS] != 0.0:
-            fv -= d * th[_FS] * math.exp(-((v / th[_VS]) ** 2)) * 2.0 * v / th[_VS] ** 2
-    for c in range(1, cols):
-        da = 0.0
-        if moving:
-            da = -fx * y[c] - fv * y[cols + c] - th[_GE] * sens[c]
-            for i in range(nh):
-                o = _H + i * _NH
-                s = y[(2 + 2 * i) * cols]
-                u = y[(3 + 2 * i) * cols]
-                rs = th[o + 1] * th[o + 1] + 3.0 * th[o + 4] * s * s
-                ru = 2.0 * th[o + 2] * th[o + 1] + 2.0 * th[o + 3] * abs(u)
-                da += th[o] * (rs * y[(2 + 2 * i) * cols + c] + ru * y[(3 + 2 * i) * cols + c])
-            for j in range(nr + nb):
-                da -= y[(base + j) * cols + c]
-            da += _explicit_force(th, active[c - 1], y, cols, nh, t, d, x, v, a, fx, sens)
-            da /= mass
-        dy[c] = y[cols + c] if moving else 0.0
-        dy[cols + c] = da
+        fx, fv = _slopes(th, x, v, d, side)
         for i in range(nh):
             o = _H + i * _NH
-            s = y[(2 + 2 * i) * cols]
-            u = y[(3 + 2 * i) * cols]
-            rs = th[o + 1] * th[o + 1] + 3.0 * th[o + 4] * s * s
-            ru = 2.0 * th[o + 2] * th[o + 1] + 2.0 * th[o + 3] * abs(u)
-            dr = rs * y[(2 + 2 * i) * cols + c] + ru * y[(3 + 2 * i) * cols + c]
-            dr += _explicit_hidden(th, active[c - 1], i, s, u)
-            dy[(2 + 2 * i) * cols + c] = y[(3 + 2 * i) * cols + c]
-            dy[(3 + 2 * i) * cols + c] = -da - dr
-        for j in range(nr):
-            o = _R + j * _NR
-            slope = th[o] * dy[c] - y[(base + j) * cols + c] / th[o + 1]
-            if active[c - 1] == o:
-                slope += dy[0]
-            elif active[c - 1] == o + 1:
-                slope += y[(base + j) * cols] / (th[o + 1] * th[o + 1])
-            dy[(base + j) * cols + c] = slope
-        if nb:
-            r = y[(base + nr) * cols]
-            slope = 0.0
-            if moving:
-                free = 1.0 - d * r / th[_FB]
-                slope = th[_KB] * (y[cols + c] * free - v * d * y[(base + nr) * cols + c] / th[_FB])
-                if active[c - 1] == _KB:
-                    slope += v * free
-                elif active[c - 1] == _FB:
-                    slope += th[_KB] * v * d * r / (th[_FB] * th[_FB])
-            dy[(base + nr) * cols + c] = slope
+            s, u = y[0, 2 + 2 * i], y[0, 3 + 2 * i]
+            jac[2 * i] = th[o + 1] * th[o + 1] + 3.0 * th[o + 4] * s * s
+            jac[2 * i + 1] = 2.0 * th[o + 2] * th[o + 1] + 2.0 * th[o + 3] * abs(u)
+        for c in range(1, cols):
+            _rhs_column(th, active[c - 1], y, k, stage, c, dims, t, d, side, x, speed, a, fx, fv, sens[0], sens[c], jac)
 
 
-@njit(inline="always", **_OPT)
+@njit(inline="always", **_BORROWS)
+def _slopes(th, x, v, d, side):
+    """Derivatives of the algebraic forces by x and by v, N/m and N s/m."""
+    fx = th[_K1] + th[_FN] * d * side
+    fv = th[_C1] + 2.0 * th[_Q] * v * d
+    if th[_K3] != 0.0 or th[_K2] != 0.0 or th[_KA] != 0.0 or th[_K5] != 0.0:
+        fx += x * (2.0 * (th[_K2] + th[_KA] * side) + x * (3.0 * th[_K3] + 5.0 * x * x * th[_K5]))
+    if th[_KS] != 0.0:
+        fx += th[_KS] * math.cos(x)
+    if th[_C3] != 0.0 or th[_XV] != 0.0 or th[_XXV] != 0.0:
+        fx += v * (th[_XV] + 2.0 * th[_XXV] * x)
+        fv += 3.0 * th[_C3] * v * v + x * (th[_XV] + th[_XXV] * x)
+    if th[_CP] != 0.0 and v * d > 0.0:
+        fv += th[_CP] * th[_P] * (v * d) ** (th[_P] - 1.0)
+    if th[_FS] != 0.0:
+        fv -= d * th[_FS] * math.exp(-((v / th[_VS]) ** 2)) * 2.0 * v / th[_VS] ** 2
+    return fx, fv
+
+
+@njit(inline="always", **_BORROWS)
+def _rhs_column(th, slot, y, k, stage, c, dims, t, d, side, x, v, a, fx, fv, echo, echo_by, jac):
+    """The column c of y: Jacobian times sensitivity, plus the explicit derivative by its slot."""
+    _, nh, nr, nb = dims
+    base = 2 + 2 * nh
+    da = 0.0
+    dv = 0.0
+    if d != 0.0:
+        dv = y[c, 1]
+        da = -fx * y[c, 0] - fv * dv - th[_GE] * echo_by
+        for i in range(nh):
+            da += th[_H + i * _NH] * (jac[2 * i] * y[c, 2 + 2 * i] + jac[2 * i + 1] * y[c, 3 + 2 * i])
+        for j in range(base, base + nr + nb):
+            da -= y[c, j]
+        da = (da + _explicit_force(th, slot, y, nh, t, d, side, x, v, a, fx, echo)) / th[_M]
+    k[c, 0, stage] = dv
+    k[c, 1, stage] = da
+    for i in range(nh):
+        dr = jac[2 * i] * y[c, 2 + 2 * i] + jac[2 * i + 1] * y[c, 3 + 2 * i]
+        k[c, 2 + 2 * i, stage] = y[c, 3 + 2 * i]
+        k[c, 3 + 2 * i, stage] = -da - dr - _explicit_hidden(th, slot, i, y[0, 2 + 2 * i], y[0, 3 + 2 * i])
+    for j in range(nr):
+        r = _R + j * _NR
+        slope = th[r] * dv - y[c, base + j] / th[r + 1]
+        if slot == r:
+            slope += v
+        elif slot == r + 1:
+            slope += y[0, base + j] / (th[r + 1] * th[r + 1])
+        k[c, base + j, stage] = slope
+    if nb:
+        r0 = y[0, base + nr]
+        free = 1.0 - d * r0 / th[_FB]
+        slope = th[_KB] * (dv * free - v * d * y[c, base + nr] / th[_FB])
+        if slot == _KB:
+            slope += v * free
+        elif slot == _FB:
+            slope += th[_KB] * v * d * r0 / (th[_FB] * th[_FB])
+        k[c, base + nr, stage] = slope
+
+
+@njit(inline="always", **_BORROWS)
 def _explicit_hidden(th, slot, i, s, u):
     """dR_i / d(slot) at fixed state."""
-    o = slot - (_H + i * _NH)
     base = _H + i * _NH
+    o = slot - base
     if o == 1:
         return 2.0 * th[base + 2] * u + 2.0 * th[base + 1] * s
     if o == 2:
@@ -254,8 +265,8 @@ def _explicit_hidden(th, slot, i, s, u):
     return 0.0
 
 
-@njit(inline="always", **_OPT)
-def _explicit_force(th, slot, y, cols, nh, t, d, x, v, a, fx, sens):
+@njit(inline="always", **_BORROWS)
+def _explicit_force(th, slot, y, nh, t, d, side, x, v, a, fx, echo):
     """d(M a)/d(slot) at fixed state, N per unit of the slot."""
     if slot == _M:
         return -a
@@ -272,11 +283,11 @@ def _explicit_force(th, slot, y, cols, nh, t, d, x, v, a, fx, sens):
     if slot == _FA:
         return -1.0
     if slot == _FN:
-        return -d * abs(x)
+        return -d * x * side
     if slot == _K2:
         return -x * x
     if slot == _KA:
-        return -x * abs(x)
+        return -x * x * side
     if slot == _K3:
         return -x * x * x
     if slot == _K5:
@@ -304,92 +315,135 @@ def _explicit_force(th, slot, y, cols, nh, t, d, x, v, a, fx, sens):
     if slot == _OM:
         return t * (th[_FCOS] * math.sin(th[_OM] * t) - th[_FSIN] * math.cos(th[_OM] * t))
     if slot == _GE:
-        return -sens[0]
+        return -echo
     for i in range(nh):
         o = _H + i * _NH
         if slot >= o and slot < o + _NH:
-            s = y[(2 + 2 * i) * cols]
-            u = y[(3 + 2 * i) * cols]
             if slot == o:
-                return _hidden_restoring(th, i, s, u)
-            return th[o] * _explicit_hidden(th, slot, i, s, u)
+                return _hidden_restoring(th, i, y[0, 2 + 2 * i], y[0, 3 + 2 * i])
+            return th[o] * _explicit_hidden(th, slot, i, y[0, 2 + 2 * i], y[0, 3 + 2 * i])
     return 0.0
 
 
 # ---------------------------------------------------------------- history for the delayed echo
-@njit(**_OPT)
-def _echo_at(th, active, t, hist_t, hist, hist_n, cols, sens):
-    """v(t - tau) and its sensitivities into sens, by cubic Hermite through the stored ends of the step before.
+@njit(**_BORROWS)
+def _remember(past, at, y, out, k, cols, dims, t, h):
+    """Store x, v, a of every column at both ends of the step from y to out as number ``at`` of the history."""
+    ends, states = past
+    ends[at, 0] = t
+    ends[at, 1] = t + h
+    for c in range(cols):
+        states[at, 0, c] = y[c, 0]
+        states[at, 1, c] = y[c, 1]
+        states[at, 2, c] = k[c, 1, 0]
+        states[at, 3, c] = out[c, 0]
+        states[at, 4, c] = out[c, 1]
+        states[at, 5, c] = k[c, 1, 6]
 
-    Before the release the body is at rest: zero. hist[i] holds (v, a) columns at both ends of step i.
+
+@njit(**_BORROWS)
+def _echo_at(th, active, when, past, stored, cols, sens):
+    """v(when) and its sensitivities into sens, from the quintic through x, v, a at both ends of the stored step.
+
+    Before the release the body is at rest: zero. The sensitivity by tau also holds -a(when).
     """
     for c in range(cols):
         sens[c] = 0.0
-    when = t - th[_TE]
-    if th[_GE] == 0.0 or when < 0.0 or hist_n == 0:
+    if when < 0.0 or stored == 0:
         return
+    ends, states = past
     lo = 0
-    hi = hist_n - 1
+    hi = stored - 1
     while lo < hi:
         mid = (lo + hi + 1) // 2
-        if hist_t[mid, 0] <= when:
+        if ends[mid, 0] <= when:
             lo = mid
         else:
             hi = mid - 1
-    h = hist_t[lo, 1] - hist_t[lo, 0]
-    r = (when - hist_t[lo, 0]) / h
-    if r > 1.0:
-        r = 1.0
-    h00 = (1.0 + 2.0 * r) * (1.0 - r) ** 2
-    h10 = r * (1.0 - r) ** 2 * h
-    h01 = r * r * (3.0 - 2.0 * r)
-    h11 = r * r * (r - 1.0) * h
+    h = ends[lo, 1] - ends[lo, 0]
+    r = min((when - ends[lo, 0]) / h, 1.0)
+    r2 = r * r
+    r3 = r2 * r
+    r4 = r3 * r
+    db = (30.0 * r2 - 60.0 * r3 + 30.0 * r4) / h
+    dp1 = 1.0 - 18.0 * r2 + 32.0 * r3 - 15.0 * r4
+    dq1 = -12.0 * r2 + 28.0 * r3 - 15.0 * r4
+    dp2 = (r - 4.5 * r2 + 6.0 * r3 - 2.5 * r4) * h
+    dq2 = (1.5 * r2 - 4.0 * r3 + 2.5 * r4) * h
     for c in range(cols):
-        sens[c] = h00 * hist[lo, 0, c] + h10 * hist[lo, 1, c] + h01 * hist[lo, 2, c] + h11 * hist[lo, 3, c]
+        sens[c] = db * (states[lo, 3, c] - states[lo, 0, c]) + dp1 * states[lo, 1, c] + dq1 * states[lo, 4, c]
+        sens[c] += dp2 * states[lo, 2, c] + dq2 * states[lo, 5, c]
     if cols > 1:
-        d00 = 6.0 * r * (r - 1.0) / h
-        a = d00 * (hist[lo, 0, 0] - hist[lo, 2, 0])
-        a += (1.0 - r) * (1.0 - 3.0 * r) * hist[lo, 1, 0] + r * (3.0 * r - 2.0) * hist[lo, 3, 0]
+        s = states[lo, :, 0]
+        a = (60.0 * r - 180.0 * r2 + 120.0 * r3) / (h * h) * (s[3] - s[0])
+        a += ((-36.0 * r + 96.0 * r2 - 60.0 * r3) * s[1] + (-24.0 * r + 84.0 * r2 - 60.0 * r3) * s[4]) / h
+        a += (1.0 - 9.0 * r + 18.0 * r2 - 10.0 * r3) * s[2] + (3.0 * r - 12.0 * r2 + 10.0 * r3) * s[5]
         for c in range(1, cols):
             if active[c - 1] == _TE:
                 sens[c] -= a
 
 
-# ---------------------------------------------------------------- one step
 @njit(**_OPT)
-def _step(th, active, y, out, k, tmp, cols, n, nh, nr, nb, t, h, d, hist_t, hist, hist_n, sens):
-    """One Runge-Kutta step of length h from y to out; k[:, 0] must hold the slope at y; k[:, 6] gets that at out."""
+def _longer(rows):
+    """Rows (n, 2) with room for twice as many."""
+    more = np.zeros((2 * rows.shape[0], 2))
+    for i in range(rows.shape[0]):
+        more[i, 0] = rows[i, 0]
+        more[i, 1] = rows[i, 1]
+    return more
+
+
+@njit(**_OPT)
+def _grown(past):
+    """The history with room for twice as many steps."""
+    ends, states = past
+    more = np.zeros((2 * ends.shape[0], 6, states.shape[2]))
+    for i in range(ends.shape[0]):
+        for j in range(6):
+            for c in range(states.shape[2]):
+                more[i, j, c] = states[i, j, c]
+    return _longer(ends), more
+
+
+# ---------------------------------------------------------------- one step
+@njit(**_BORROWS)
+def _step(th, active, y, out, k, cols, dims, t, h, d, side, past, stored, sens, jac):
+    """One Runge-Kutta step of length h from y to out, for the first ``cols`` columns.
+
+    The slope of stage s stands at k[:, :, s]; that of y (s = 0) must be there, that of out is left there (s = 6).
+    """
+    n = dims[0]
     delayed = th[_GE] != 0.0
-    size = n * cols
     for stage in range(1, 7):
         w0, w1, w2 = h * _A[stage, 0], h * _A[stage, 1], h * _A[stage, 2]
         w3, w4, w5 = h * _A[stage, 3], h * _A[stage, 4], h * _A[stage, 5]
-        for i in range(size):
-            out[i] = (
-                y[i] + w0 * k[i, 0] + w1 * k[i, 1] + w2 * k[i, 2] + w3 * k[i, 3] + w4 * k[i, 4] + w5 * k[i, 5]
-            )  # fmt: skip
+        for c in range(cols):
+            for i in range(n):
+                out[c, i] = (
+                    y[c, i] + w0 * k[c, i, 0] + w1 * k[c, i, 1] + w2 * k[c, i, 2] + w3 * k[c, i, 3]
+                    + w4 * k[c, i, 4] + w5 * k[c, i, 5]
+                )  # fmt: skip
         now = t + _C[stage] * h
         if delayed:
-            _echo_at(th, active, now, hist_t, hist, hist_n, cols, sens)
-        _rhs(th, active, out, tmp, cols, nh, nr, nb, now, d, sens)
-        for i in range(size):
-            k[i, stage] = tmp[i]
+            when = now - th[_TE] - (_ECHO_INSIDE * h if _C[stage] == 1.0 else 0.0)
+            _echo_at(th, active, when, past, stored, cols, sens)
+        _rhs(th, active, out, k, stage, cols, dims, now, d, side, sens, jac)
 
 
 # ---------------------------------------------------------------- events
-@njit(**_OPT)
-def _excess(th, y, cols, nh, nr, nb, t, echo):
+@njit(**_BORROWS)
+def _excess(th, y, dims, t, side, echo):
     """By how much the pull on a body at rest exceeds what friction holds, N (negative: it sticks), and whereto."""
-    x = y[0] - th[_XE]
-    pull = _pull(th, y, cols, nh, nr, nb, t, 0.0, echo, 0.0)
-    forward = pull - _resisting(th, x, 0.0, 1.0)
-    backward = -pull - _resisting(th, x, 0.0, -1.0)
+    x = y[0, 0] - th[_XE]
+    pull = _pull(th, y, dims, t, 0.0, side, echo, 0.0)
+    forward = pull - _resisting(th, x, 0.0, 1.0, side)
+    backward = -pull - _resisting(th, x, 0.0, -1.0, side)
     if forward > backward:
         return forward, 1.0
     return backward, -1.0
 
 
-@njit(**_OPT)
+@njit(**_BORROWS)
 def _cubic_root(f0, f1, s0, s1, r):
     """Root in (0, 1) of the cubic through f0, f1 with slopes s0, s1, by two Newton steps from r."""
     c2 = 3.0 * (f1 - f0) - 2.0 * s0 - s1
@@ -402,61 +456,131 @@ def _cubic_root(f0, f1, s0, s1, r):
     return r
 
 
-@njit(**_OPT)
-def _gauge(th, y, cols, nh, nr, nb, t, echo, which):
-    """What is zero at an event: state ``which`` (x from rest, or a velocity), or with _SLIP a stuck body's excess pull."""
+@njit(**_BORROWS)
+def _gauge(th, y, dims, t, side, echo, which):
+    """What is zero at an event: state ``which`` (x from rest, or a velocity); _SLIP: a stuck body's excess pull."""
     if which == _SLIP:
-        return _excess(th, y, cols, nh, nr, nb, t, echo)[0]
-    return y[which * cols] - (th[_XE] if which == 0 else 0.0)
+        return _excess(th, y, dims, t, side, echo)[0]
+    return y[0, which] - (th[_XE] if which == 0 else 0.0)
 
 
-@njit(**_OPT)
-def _locate(th, active, y, out, k, tmp, cols, n, nh, nr, nb, t, h, d, hist_t, hist, hist_n, sens, which):
-    """Length of the step that ends on an event, with ``out`` and k[6] there; the full step must have crossed it.
+@njit(**_BORROWS)
+def _locate(th, active, y, out, k, cols, dims, t, h, d, side, past, stored, sens, jac, which, f0):
+    """Length of the step that ends on an event, with ``out`` and slope 6 there; the full step must have crossed it.
 
-    Newton with the state's own slope, kept inside a bracket; bisection for the excess pull, which has none.
+    Newton with the state's own slope, the secant for the excess pull, which has none; both kept inside a bracket. The
+    search runs on the motion alone, its last step on all columns. f0 is the gauge at the step's start.
     """
+    alone = _int(1)
     lo = 0.0
     hi = h
-    f0 = _gauge(th, y, cols, nh, nr, nb, t, sens[0], which)
-    f1 = _gauge(th, out, cols, nh, nr, nb, t + h, sens[0], which)
-    scale = abs(f0) + abs(f1)
-    guess = h * f0 / (f0 - f1) if f0 * f1 < 0.0 else 0.5 * h
-    if which != _SLIP and f0 * f1 < 0.0:
-        guess = _cubic_root(f0, f1, h * k[which * cols, 0], h * k[which * cols, 6], guess / h) * h
+    f_lo = f0
+    f_hi = _gauge(th, out, dims, t + h, side, sens[0], which)
+    scale = abs(f0) + abs(f_hi)
+    guess = 0.5 * h
+    if f0 * f_hi < 0.0:
+        guess = h * f0 / (f0 - f_hi)
+        if which != _SLIP:
+            guess = _cubic_root(f0, f_hi, h * k[0, which, 0], h * k[0, which, 6], guess / h) * h
     length = h
     for _ in range(80):
-        if guess <= lo or guess >= hi:
+        if not (guess > lo and guess < hi):
             guess = 0.5 * (lo + hi)
         length = guess
-        _step(th, active, y, out, k, tmp, cols, n, nh, nr, nb, t, length, d, hist_t, hist, hist_n, sens)
-        f = _gauge(th, out, cols, nh, nr, nb, t + length, sens[0], which)
-        if abs(f) <= _STUCK_TOLERANCE * scale or hi - lo < 1e-15 * (1.0 + t):
+        _step(th, active, y, out, k, alone, dims, t, length, d, side, past, stored, sens, jac)
+        f = _gauge(th, out, dims, t + length, side, sens[0], which)
+        if abs(f) <= _EVENT_TOLERANCE * scale or hi - lo < 1e-15 * (1.0 + t):
             break
-        if f * f1 > 0.0:
-            hi = length
+        if f * f_hi > 0.0:
+            hi, f_hi = length, f
+            f_lo *= 0.5 if which == _SLIP else 1.0
         else:
-            lo = length
-        slope = k[which * cols, 6] if which != _SLIP else 0.0
-        guess = length - f / slope if slope != 0.0 else 0.5 * (lo + hi)
+            lo, f_lo = length, f
+            f_hi *= 0.5 if which == _SLIP else 1.0
+        if which == _SLIP:
+            guess = lo + (hi - lo) * f_lo / (f_lo - f_hi) if f_lo != f_hi else 0.5 * (lo + hi)
+        else:
+            slope = k[0, which, 6]
+            guess = length - f / slope if slope != 0.0 else 0.5 * (lo + hi)
+    if cols > 1:
+        _step(th, active, y, out, k, cols, dims, t, length, d, side, past, stored, sens, jac)
     return length
 
 
-@njit(**_OPT)
-def _jump(y, before, after, n, cols, which):
-    """Sensitivities across an event at which state ``which`` is zero: S += (f_minus - f_plus) dt*/dp."""
-    slope = before[which * cols]
-    if slope == 0.0:
+@njit(**_BORROWS)
+def _first_event(th, active, y, out, k, cols, dims, t, h, d, side, past, stored, sens, jac, signed, kinked):
+    """Which event ends the step before h, if any (_NONE), and the step's length; ``out`` is there.
+
+    Events: the body passes its rest position (0), reverses (1), slips (_SLIP); hidden oscillator i reverses (3 + 2 i).
+    """
+    event = _NONE
+    echo = sens[0]
+    for e in range(-2, dims[1]):
+        which = 3 + 2 * e
+        f0 = 0.0
+        if e == -2:
+            which = 0
+            f0 = y[0, 0] - th[_XE]
+            crossed = kinked and f0 * (out[0, 0] - th[_XE]) < 0.0
+        elif e == -1 and d == 0.0:
+            which = _SLIP
+            crossed = _excess(th, out, dims, t + h, side, sens[0])[0] > 0.0
+            if crossed:
+                if th[_GE] != 0.0:
+                    _echo_at(th, active, t - th[_TE] + _ECHO_INSIDE * h, past, stored, _int(1), sens)
+                    echo, sens[0] = sens[0], echo
+                f0 = _excess(th, y, dims, t, side, echo)[0]
+        elif e == -1:
+            which = 1
+            f0 = y[0, 1]
+            crossed = signed and out[0, 1] * d < 0.0
+        else:
+            f0 = y[0, which]
+            crossed = th[_H + e * _NH + 3] != 0.0 and out[0, which] * f0 < 0.0
+        if crossed:
+            h = _locate(
+                th, active, y, out, k, cols, dims, t, h, d, side, past, stored, sens, jac, which, f0
+            )  # fmt: skip
+            event = which
+    return event, h
+
+
+@njit(**_BORROWS)
+def _jump(y, k, cols, dims, which):
+    """Sensitivities across an event at which state ``which`` is zero: S += (f_minus - f_plus) dt*/dp.
+
+    f_minus stands at slope 6, f_plus at slope 0.
+    """
+    n = dims[0]
+    if k[0, which, 6] == 0.0:
         return
     for c in range(1, cols):
-        dt = -y[which * cols + c] / slope
+        dt = -y[c, which] / k[0, which, 6]
         for i in range(n):
-            y[i * cols + c] += (before[i * cols] - after[i * cols]) * dt
+            y[c, i] += (k[0, i, 6] - k[0, i, 0]) * dt
+
+
+@njit(**_BORROWS)
+def _cross_break(th, active, y, k, cols, dims, t, h, d, side, past, stored, sens, jac):
+    """New slope 0 where an echo starts or has a kink; the sensitivity by tau jumps where the echo itself does.
+
+    It does where the release had a velocity: that front arrives at t = tau, so dt*/dtau = 1.
+    """
+    n = dims[0]
+    zero = _int(0)
+    _echo_at(th, active, t - th[_TE] + _ECHO_INSIDE * h, past, stored, cols, sens)
+    _rhs(th, active, y, k, zero, cols, dims, t, d, side, sens, jac)
+    if t < 1.5 * th[_TE] and th[_V0] != 0.0:
+        for c in range(1, cols):
+            if active[c - 1] == _TE:
+                for i in range(n):
+                    y[c, i] += k[0, i, 6] - k[0, i, 0]
+        _rhs(th, active, y, k, zero, cols, dims, t, d, side, sens, jac)
 
 
 # ---------------------------------------------------------------- samples inside a step
-@njit(**_OPT)
-def _sample(y, f0, out, f1, cols, nh, h, r, row, ox, ov, oa, os):
+@njit(**_BORROWS)
+def _sample(y, out, k, cols, dims, h, r, row, ox, ov, oa, os):
     """Quintic Hermite through x, v, a at both ends of a step, at the fraction r of its length, into row ``row``."""
     r2 = r * r
     r3 = r2 * r
@@ -478,45 +602,66 @@ def _sample(y, f0, out, f1, cols, nh, h, r, row, ox, ov, oa, os):
     ep2 = 1.0 - 9.0 * r + 18.0 * r2 - 10.0 * r3
     eq2 = 3.0 * r - 12.0 * r2 + 10.0 * r3
     for c in range(cols):
-        x0 = y[c]
-        x1 = out[c]
-        v0 = y[cols + c]
-        v1 = out[cols + c]
-        a0 = f0[cols + c]
-        a1 = f1[cols + c]
-        ox[row, c] = x0 + b * (x1 - x0) + p1 * v0 + q1 * v1 + p2 * a0 + q2 * a1
-        ov[row, c] = db * (x1 - x0) + dp1 * v0 + dq1 * v1 + dp2 * a0 + dq2 * a1
-        oa[row, c] = eb * (x1 - x0) + ep1 * v0 + eq1 * v1 + ep2 * a0 + eq2 * a1
-    for i in range(nh):
-        s0 = y[(2 + 2 * i) * cols]
-        s1 = out[(2 + 2 * i) * cols]
-        u0 = y[(3 + 2 * i) * cols]
-        u1 = out[(3 + 2 * i) * cols]
-        a0 = f0[(3 + 2 * i) * cols]
-        a1 = f1[(3 + 2 * i) * cols]
-        os[row, 2 * i] = s0 + b * (s1 - s0) + p1 * u0 + q1 * u1 + p2 * a0 + q2 * a1
-        os[row, 2 * i + 1] = db * (s1 - s0) + dp1 * u0 + dq1 * u1 + dp2 * a0 + dq2 * a1
+        dx = out[c, 0] - y[c, 0]
+        v0 = y[c, 1]
+        v1 = out[c, 1]
+        a0 = k[c, 1, 0]
+        a1 = k[c, 1, 6]
+        ox[row, c] = y[c, 0] + b * dx + p1 * v0 + q1 * v1 + p2 * a0 + q2 * a1
+        ov[row, c] = db * dx + dp1 * v0 + dq1 * v1 + dp2 * a0 + dq2 * a1
+        oa[row, c] = eb * dx + ep1 * v0 + eq1 * v1 + ep2 * a0 + eq2 * a1
+    for i in range(2, 2 + 2 * dims[1], 2):
+        ds = out[0, i] - y[0, i]
+        os[row, i - 2] = (
+            y[0, i] + b * ds + p1 * y[0, i + 1] + q1 * out[0, i + 1] + p2 * k[0, i + 1, 0] + q2 * k[0, i + 1, 6]
+        )  # fmt: skip
+        os[row, i - 1] = db * ds + dp1 * y[0, i + 1] + dq1 * out[0, i + 1] + dp2 * k[0, i + 1, 0] + dq2 * k[0, i + 1, 6]
 
 
-@njit(**_OPT)
-def _start(th, active, y, cols, nh):
+@njit(**_BORROWS)
+def _start(th, active, y, cols, dims):
     """Initial state and its sensitivities by x0, v0 and the hidden oscillators' initial states."""
-    y[0] = th[_X0]
-    y[cols] = th[_V0]
+    nh = dims[1]
+    y[0, 0] = th[_X0]
+    y[0, 1] = th[_V0]
     for i in range(nh):
-        y[(2 + 2 * i) * cols] = th[_H + i * _NH + 5]
-        y[(3 + 2 * i) * cols] = th[_H + i * _NH + 6]
+        y[0, 2 + 2 * i] = th[_H + i * _NH + 5]
+        y[0, 3 + 2 * i] = th[_H + i * _NH + 6]
     for c in range(1, cols):
         slot = active[c - 1]
         if slot == _X0:
-            y[c] = 1.0
+            y[c, 0] = 1.0
         elif slot == _V0:
-            y[cols + c] = 1.0
+            y[c, 1] = 1.0
         for i in range(nh):
             if slot == _H + i * _NH + 5:
-                y[(2 + 2 * i) * cols + c] = 1.0
+                y[c, 2 + 2 * i] = 1.0
             elif slot == _H + i * _NH + 6:
-                y[(3 + 2 * i) * cols + c] = 1.0
+                y[c, 3 + 2 * i] = 1.0
+
+
+@njit(**_BORROWS)
+def _dimensions(th):
+    """Length of the state; numbers of hidden oscillators, of relaxations and of bristles that the vector asks for."""
+    nh = 0
+    for i in range(MAX_HIDDEN):
+        if th[_H + i * _NH + 1] > 0.0:
+            nh = i + 1
+    nr = 0
+    for j in range(MAX_RELAX):
+        if th[_R + j * _NR + 1] > 0.0:
+            nr = j + 1
+    nb = 1 if th[_FB] > 0.0 else 0
+    return 2 + 2 * nh + nr + nb, nh, nr, nb
+
+
+@njit(**_BORROWS)
+def _bound(th, dims):
+    """A displacement no sound motion reaches, m: a million times what the initial state and the forcing stand for."""
+    size = abs(th[_X0]) + abs(th[_V0]) + abs(th[_XE]) + (abs(th[_FCOS]) + abs(th[_FSIN])) / th[_M]
+    for i in range(dims[1]):
+        size += abs(th[_H + i * _NH + 5]) + abs(th[_H + i * _NH + 6])
+    return 1e6 * (size + 1e-9)
 
 
 # ---------------------------------------------------------------- the whole motion
@@ -534,128 +679,103 @@ def integrate(th, active, times, h_max):
     """
     m = times.size
     cols = 1 + active.size
-    nh = 0
-    for i in range(3):
-        if th[_H + i * _NH + 1] > 0.0:
-            nh = i + 1
-    nr = 0
-    for j in range(2):
-        if th[_R + j * _NR + 1] > 0.0:
-            nr = j + 1
-    nb = 1 if th[_FB] > 0.0 else 0
-    n = 2 + 2 * nh + nr + nb
+    dims = _dimensions(th)
+    nh = dims[1]
     ox = np.zeros((m, cols))
     ov = np.zeros((m, cols))
     oa = np.zeros((m, cols))
     os = np.zeros((m, 2 * nh))
-    size = n * cols
-    y = np.zeros(size)
-    out = np.zeros(size)
-    tmp = np.zeros(size)
-    k = np.zeros((size, 7))
-    first = np.zeros(size)
-    last = np.zeros(size)
+    n = dims[0]
+    y = np.zeros((cols, n))
+    out = np.zeros((cols, n))
+    k = np.zeros((cols, n, 7))
+    jac = np.zeros(2 * MAX_HIDDEN)
     sens = np.zeros(cols)
     delayed = th[_GE] != 0.0
-    room = 4 + int(4.0 * (times[m - 1] / min(h_max, max(th[_TE], 1e-4)) + 1.0)) if delayed else 1
-    hist_t = np.zeros((room, 2))
-    hist = np.zeros((room, 4, cols))
-    breaks = np.zeros(room)
-    n_breaks = 0
     if delayed:
-        breaks[0] = th[_TE]
-        n_breaks = 1
         h_max = min(h_max, max(th[_TE], 1e-4))
-    hist_n = 0
-    driven = nh > 0 or nr > 0 or delayed or th[_FCOS] != 0.0 or th[_FSIN] != 0.0
+    room = 64 + int(times[m - 1] / h_max) if delayed else 1
+    past = (np.zeros((room, 2)), np.zeros((room, 6, cols)))
+    zero = _int(0)
+    stored = _int(0)
+    kinks = np.zeros((room, 2))  # instants at which an echo has a kink, in order, and how often that was echoed
+    kinks[0, 0] = th[_TE]
+    n_kinks = 1 if delayed else 0
+    next_kink = 0
+    driven = nh > 0 or dims[2] > 0 or delayed or th[_FCOS] != 0.0 or th[_FSIN] != 0.0
     signed = (
         th[_FC] != 0.0 or th[_Q] != 0.0 or th[_CP] != 0.0 or th[_FA] != 0.0
-        or th[_FN] != 0.0 or th[_FS] != 0.0 or nb > 0
+        or th[_FN] != 0.0 or th[_FS] != 0.0 or dims[3] > 0
     )  # fmt: skip
     kinked = th[_KA] != 0.0 or th[_FN] != 0.0
-    _start(th, active, y, cols, nh)
+    _start(th, active, y, cols, dims)
     t = 0.0
     row = 0
     steps = 0
-    limit = 1e6 * (abs(th[_X0]) + abs(th[_V0]) + 1e-9)
-    d = 1.0 if y[cols] > 0.0 else -1.0
-    if y[cols] == 0.0:
-        excess, side = _excess(th, y, cols, nh, nr, nb, t, 0.0)
-        d = side if excess > 0.0 else 0.0
-    _rhs(th, active, y, first, cols, nh, nr, nb, t, d, sens)
-    for i in range(size):
-        k[i, 0] = first[i]
+    limit = _bound(th, dims)
+    side = 1.0 if y[0, 0] > th[_XE] or (y[0, 0] == th[_XE] and y[0, 1] > 0.0) else -1.0
+    d = 1.0 if y[0, 1] > 0.0 else -1.0
+    if y[0, 1] == 0.0:
+        excess, way = _excess(th, y, dims, t, side, 0.0)
+        d = way if excess > 0.0 else 0.0
+    _rhs(th, active, y, k, zero, cols, dims, t, d, side, sens, jac)
     while row < m:
         if d == 0.0 and not driven:
             for r in range(row, m):
                 for c in range(cols):
-                    ox[r, c] = y[c]
+                    ox[r, c] = y[c, 0]
             break
         h = h_max
-        for b in range(n_breaks):
-            if breaks[b] > t + 1e-12 and breaks[b] < t + h:
-                h = breaks[b] - t
-        _step(th, active, y, out, k, tmp, cols, n, nh, nr, nb, t, h, d, hist_t, hist, hist_n, sens)
-        event = _NONE
-        for e in range(-2, nh):
-            which = 1 if e == -1 else 3 + 2 * e
-            if e == -2:
-                which = 0
-                if not kinked or (y[0] - th[_XE]) * (out[0] - th[_XE]) >= 0.0:
-                    continue
-            elif e == -1 and d == 0.0:
-                which = _SLIP
-                if _excess(th, out, cols, nh, nr, nb, t + h, sens[0])[0] <= 0.0:
-                    continue
-            elif e == -1:
-                if not signed or out[cols] * d >= 0.0:
-                    continue
-            elif th[_H + e * _NH + 3] == 0.0 or abs(y[which * cols]) < 1e-12:
-                continue
-            elif out[which * cols] * y[which * cols] > 0.0:
-                continue
-            h = _locate(
-                th, active, y, out, k, tmp, cols, n, nh, nr, nb, t, h, d, hist_t, hist, hist_n, sens, which
-            )  # fmt: skip
-            event = which
+        on_kink = next_kink < n_kinks and kinks[next_kink, 0] < t + h * (1.0 + 1e-9)
+        if on_kink:
+            h = kinks[next_kink, 0] - t
+        if on_kink and h < _INSTANT:
+            _cross_break(th, active, y, k, cols, dims, t, h_max, d, side, past, stored, sens, jac)
+            next_kink += 1
+            continue
+        _step(th, active, y, out, k, cols, dims, t, h, d, side, past, stored, sens, jac)
+        event, length = _first_event(
+            th, active, y, out, k, cols, dims, t, h, d, side, past, stored, sens, jac, signed, kinked
+        )  # fmt: skip
+        on_kink = on_kink and length == h
+        h = length
         steps += 1
-        for i in range(size):
-            last[i] = k[i, 6]
         while row < m and times[row] <= t + h + 1e-13:
-            _sample(y, first, out, last, cols, nh, h, (times[row] - t) / h, row, ox, ov, oa, os)
+            _sample(y, out, k, cols, dims, h, (times[row] - t) / h, row, ox, ov, oa, os)
             row += 1
         if delayed:
-            hist_t[hist_n, 0] = t
-            hist_t[hist_n, 1] = t + h
-            for c in range(cols):
-                hist[hist_n, 0, c] = y[cols + c]
-                hist[hist_n, 1, c] = first[cols + c]
-                hist[hist_n, 2, c] = out[cols + c]
-                hist[hist_n, 3, c] = last[cols + c]
-            hist_n += 1
-        t += h
-        for i in range(size):
-            y[i] = out[i]
-            first[i] = last[i]
+            if stored == past[0].shape[0]:
+                past = _grown(past)
+            _remember(past, stored, y, out, k, cols, dims, t, h)
+            stored += 1
+        t = kinks[next_kink, 0] if on_kink else t + h
+        for c in range(cols):
+            for i in range(n):
+                y[c, i] = out[c, i]
+                k[c, i, 0] = k[c, i, 6]
         if event != _NONE:
             if event == 0:
-                y[0] = th[_XE]
+                y[0, 0] = th[_XE]
+                side = 1.0 if y[0, 1] > 0.0 else -1.0
             elif event > 0:
-                y[event * cols] = 0.0
+                y[0, event] = 0.0
             if event == 1 or event == _SLIP:
-                excess, side = _excess(th, y, cols, nh, nr, nb, t, sens[0])
-                d = side if event == _SLIP or excess > 0.0 else 0.0
-            _rhs(th, active, y, tmp, cols, nh, nr, nb, t, d, sens)
+                excess, way = _excess(th, y, dims, t, side, sens[0])
+                d = way if event == _SLIP or excess > 0.0 else 0.0
+            _rhs(th, active, y, k, zero, cols, dims, t, d, side, sens, jac)
             if event == 1:
-                _jump(y, last, tmp, n, cols, event)
-                _rhs(th, active, y, tmp, cols, nh, nr, nb, t, d, sens)
-            for i in range(size):
-                first[i] = tmp[i]
-            if delayed and (event == 1 or event == _SLIP) and n_breaks < room:
-                breaks[n_breaks] = t + th[_TE]
-                n_breaks += 1
-        for i in range(size):
-            k[i, 0] = first[i]
-        if not (abs(y[0]) < limit) or steps > 2000000 or (delayed and hist_n == room):
+                _jump(y, k, cols, dims, event)
+                _rhs(th, active, y, k, zero, cols, dims, t, d, side, sens, jac)
+        if on_kink:
+            _cross_break(th, active, y, k, cols, dims, t, h_max, d, side, past, stored, sens, jac)
+            next_kink += 1
+        fresh = event == 1 or event == _SLIP
+        if delayed and (fresh or (on_kink and kinks[next_kink - 1, 1] < _ECHOES)):
+            if n_kinks == kinks.shape[0]:
+                kinks = _longer(kinks)
+            kinks[n_kinks, 0] = t + th[_TE]
+            kinks[n_kinks, 1] = 0.0 if fresh else kinks[next_kink - 1, 1] + 1.0
+            n_kinks += 1
+        if not (abs(y[0, 0]) < limit) or steps > _MOST_STEPS:
             return ox, ov, oa, os, -steps
     return ox, ov, oa, os, steps

@@ -1,7 +1,7 @@
 """The configuration of a campaign: loading it, judging it, and what follows from it for a trial.
 
-Belongs here: `RunConfig`, `load`, the schema for editors. Does not belong here: sections (settings.py), YAML
-(source.py), running (run.py).
+Belongs here: `RunConfig`, `load`, the schema for editors. Does not belong here: sections (settings.py,
+recording_settings.py), what contradicts what (rules.py), YAML (source.py), running (run.py).
 """
 
 from __future__ import annotations
@@ -14,25 +14,24 @@ from typing import Any, Literal
 
 from pydantic import Field, PrivateAttr, ValidationError
 
+from undertow.campaign.recording_settings import RecordingsSettings
+from undertow.campaign.rules import contradictions
 from undertow.campaign.settings import (
     DiscrepancySettings,
     EquationSettings,
     Quantity,
-    RecordingsSettings,
     Section,
     SpecimenSettings,
     Table,
     TrialsSettings,
     same_condition,
 )
-from undertow.campaign.source import Location, Source, read_source, sentences
-from undertow.equation import shelf
-from undertow.errors import ConfigError, RecordingError
+from undertow.campaign.source import Source, read_source, sentences
+from undertow.errors import ConfigError
 from undertow.identification.fit import Specimen
 from undertow.recording.catalogue import Catalogue, ChannelSpec, TimeSpec, Window
 from undertow.recording.layout import CellLayout, FileFormat
 from undertow.recording.recording import CHANNELS, Condition
-from undertow.recording.units import factor_to_si
 
 Method = Literal["decay", "sindy", "method1", "method2", "output_error"]
 GroupKey = tuple[tuple[str, Condition], ...]
@@ -45,9 +44,13 @@ class RunConfig(Section):
     recordings: RecordingsSettings = Field(description="Where the recordings are and how they are read.")
     trials: TrialsSettings = Field(default=TrialsSettings(), description="Groups, dry trials, windows.")
     specimen: SpecimenSettings = Field(default=SpecimenSettings(), description="What the laboratory knows.")
-    equation: EquationSettings = Field(default=EquationSettings(), description="The prescribed equation.")
+    equation: EquationSettings = Field(
+        default=EquationSettings(), description="Terms and coordinate of the prescribed equation."
+    )
     identify: tuple[Method, ...] = Field(
-        default=("decay", "sindy", "method1", "method2", "output_error"), min_length=1, description="Identifiers that are run."
+        default=("decay", "sindy", "method1", "method2", "output_error"),
+        min_length=1,
+        description="Identifiers that are run.",
     )
     discrepancy: DiscrepancySettings = Field(
         default=DiscrepancySettings(), description="What is looked for where something is unexplained."
@@ -170,7 +173,7 @@ def load(path: str | Path, overrides: Sequence[str] = ()) -> RunConfig:
         found = sentences(source, error.errors(include_url=False), RunConfig.model_json_schema())
         raise ConfigError("\n".join(found)) from error
     config._folder = Path(path).absolute().parent
-    wrong = [f"{source.place(location)}: {text}" for location, text in _contradictions(config)]
+    wrong = [f"{source.place(location)}: {text}" for location, text in contradictions(config)]
     if wrong:
         raise ConfigError("\n".join(wrong))
     return config
@@ -193,59 +196,6 @@ def _layout(said: RecordingsSettings, positions: Mapping[str, int]) -> FileForma
     return FileFormat(
         separator, said.decimal, said.header == "first", said.skip_rows, said.unit_row, said.variable, cells
     )
-
-
-def _contradictions(config: RunConfig) -> list[tuple[Location, str]]:
-    """What each key alone cannot say: keys that exclude or need each other, names that nobody knows."""
-    said = config.recordings
-    wrong: list[tuple[Location, str]] = []
-    if (said.index is None) == (said.files is None):
-        text = f"recordings has index {said.index!r} and files {said.files!r}; give exactly one of them"
-        wrong.append((("recordings",), text))
-    wrong += _unusable_channels(config)
-    for at, name in enumerate(config.equation.terms):
-        try:
-            shelf.find(name)
-        except ConfigError as error:
-            wrong.append((("equation", "terms", at), str(error)))
-    for name, one in said.despike.items():
-        if getattr(said.channels, name, None) is None or name == "time":
-            wrong.append((("recordings", "despike", name), f"despike names {name!r}, which is no mapped channel"))
-        if one.median % 2 == 0:
-            wrong.append((("recordings", "despike", name), f"median is {one.median} samples; give an odd number"))
-    if config.trials.window != "auto":
-        for pattern, window in config.trials.window.items():
-            if None not in (window.start_s, window.end_s) and not window.start_s < window.end_s:  # type: ignore[operator]
-                text = f"the window starts at {window.start_s} s and ends at {window.end_s} s; it must end later"
-                wrong.append((("trials", "window", pattern), text))
-    return wrong
-
-
-def _unusable_channels(config: RunConfig) -> list[tuple[Location, str]]:
-    """Channels without a column, with an unknown unit, or too few of them."""
-    channels, cells = config.recordings.channels, config.recordings.cells
-    place: Location = ("recordings", "channels")
-    wrong: list[tuple[Location, str]] = []
-    if channels.displacement is None and channels.velocity is None:
-        wrong.append((place, "channels has neither displacement nor velocity; map one of them"))
-    time = channels.time
-    in_cells = cells is not None and cells.time is not None
-    if (time.column is not None) + (time.rate_hz is not None) + in_cells != 1:
-        text = f"time has column {time.column!r} and rate_hz {time.rate_hz!r}; give exactly one of them"
-        wrong.append(((*place, "time"), text))
-    for name in ("time", *CHANNELS):
-        one = getattr(channels, name)
-        if one is None:
-            continue
-        try:
-            factor_to_si(one.unit, name, config.equation.coordinate)
-        except RecordingError as error:
-            wrong.append(((*place, name, "unit"), str(error)))
-        given = 0 if name == "time" else (one.column is not None) + bool(one.columns)
-        if name != "time" and given + (cells is not None and getattr(cells, name) is not None) != 1:
-            text = f"{name} has column {one.column!r} and columns {one.columns!r}; give exactly one of them"
-            wrong.append(((*place, name), text))
-    return wrong
 
 
 __all__ = ["GroupKey", "Quantity", "RunConfig", "Source", "load", "look_up", "schema_text", "write_schema"]

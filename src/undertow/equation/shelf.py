@@ -76,3 +76,8 @@ def find(name: str, **inner: float) -> Term:
     near = difflib.get_close_matches(name, names(), n=1)
     hint = f"did you mean {near[0]!r}?" if near else "`undertow terms` lists all"
     raise ConfigError(f"equation term {name!r} is not on the shelf; {hint}")
+
+
+def catalogue() -> tuple[type[Term], ...]:
+    """All term classes in the shelf's order, for what describes them."""
+    return _SHELF

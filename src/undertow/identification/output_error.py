@@ -12,7 +12,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -26,7 +26,11 @@ from undertow.recording.recording import Array
 STOP_IN_STDERR = 1e-3
 """The search ends when no unknown moves by more than this share of its own standard error."""
 
-MAX_ITERATIONS = 60
+MAX_ITERATIONS = 80
+FIRST_DAMPING = 1e-6
+"""Start of Levenberg-Marquardt's damping relative to the diagonal: nearly Gauss-Newton, since a free decay leaves the
+common scale of mass and forces to the priors alone, and damping would freeze that direction."""
+
 FIRST_WINDOW_PERIODS = 2.0
 """The first window of a growing fit, in periods of the motion; each next one is twice as long."""
 
@@ -69,13 +73,31 @@ def parameter_vector(trial: TrialProblem, values: Array) -> Array:
     return theta
 
 
-def _integrate(trial: TrialProblem, values: Array, times: Array, slots: np.ndarray) -> tuple[Array, Array, Array] | None:
-    theta = parameter_vector(trial, values)
-    if not theta[SLOT["mass"]] > 0.0 or not np.all(np.isfinite(theta)):
-        return None
+def trajectory(theta: Array, slots: np.ndarray, times: Array) -> tuple[Array, Array, Array]:
+    """x, v, a, each (n, 1 + p), of a parameter vector at ``times`` (n,): motion and derivatives by ``slots`` (p,).
+
+    Raises IdentificationError where the total mass is not positive or the motion leaves every bound.
+    """
+    mass = float(theta[SLOT["mass"]])
+    if not mass > 0.0 or not np.all(np.isfinite(theta)):
+        raise IdentificationError(f"a trajectory needs a positive total mass and finite parameters, got {mass:g} kg")
     step = 2.0 * math.pi / fastest_frequency(theta) / TRAJECTORY_STEPS_PER_PERIOD
-    x, v, a, _, count = integrate(theta, slots, times, step)
-    return None if count < 0 else (x, v, a)
+    x, v, a, _, count = integrate(theta, slots, np.ascontiguousarray(times), step)
+    if count < 0:
+        raise IdentificationError(
+            f"the motion leaves every bound after {-count} steps; a coefficient has the wrong sign"
+        )
+    return x, v, a
+
+
+def _integrate(
+    trial: TrialProblem, values: Array, times: Array, slots: np.ndarray
+) -> tuple[Array, Array, Array] | None:
+    """The trajectory, or None where there is none: a search step that went too far, not an error."""
+    try:
+        return trajectory(parameter_vector(trial, values), slots, times)
+    except IdentificationError:
+        return None
 
 
 def model(trial: TrialProblem, values: Array, quantity: str = "displacement") -> Array:
@@ -240,10 +262,10 @@ def _search(problem: Problem, values: Array) -> tuple[Array, _Point, int, bool]:
     point = _evaluate(problem, values)
     if point is None:
         raise IdentificationError(
-            f"output error cannot start: the motion at {dict(zip(problem.names[:6], values[:6].tolist(), strict=False))}"
-            " leaves every bound; give a start nearer to the truth"
+            f"output error cannot start: the motion at {dict(zip(problem.names, values.tolist(), strict=True))} leaves "
+            "every bound; give a start nearer to the truth"
         )
-    damping = 1e-4
+    damping = FIRST_DAMPING
     for iteration in range(1, MAX_ITERATIONS + 1):
         scale = 1.0 / np.sqrt(np.maximum(np.diag(point.normal), 1e-300))
         pinned = ((values <= lower) & (point.gradient > 0.0)) | ((values >= upper) & (point.gradient < 0.0))
@@ -254,7 +276,7 @@ def _search(problem: Problem, values: Array) -> tuple[Array, _Point, int, bool]:
         if candidate is not None and candidate.cost <= point.cost * (1.0 + 1e-14):
             gained = point.cost - candidate.cost
             values, point = trial_values, candidate
-            damping = max(damping * 0.2, 1e-12)
+            damping = max(damping * 0.1, 1e-15)
             if np.max(moved) < STOP_IN_STDERR or gained < 1e-10 * point.cost:
                 return values, point, iteration, True
         else:
@@ -271,14 +293,8 @@ def shortened(problem: Problem, seconds: float) -> Problem:
     trials = []
     for trial in problem.trials:
         keep = trial.t <= trial.t[0] + seconds
-        channels = tuple(
-            Channel(c.quantity, c.values[keep], c.sigma, c.offset, c.drift, c.shift, c.gain) for c in trial.channels
-        )
-        trials.append(
-            TrialProblem(
-                trial.name, trial.t[keep], trial.base, trial.links, channels, trial.shift, trial.spread_s2, trial.period_s
-            )
-        )
+        channels = tuple(replace(c, values=c.values[keep]) for c in trial.channels)
+        trials.append(replace(trial, t=trial.t[keep], channels=channels))
     return Problem(problem.unknowns, tuple(trials))
 
 

@@ -9,7 +9,7 @@ by trials with different normal forces and areas, need no special case.
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -149,10 +149,20 @@ class ProblemBuilder:
         self._unknowns: dict[str, Unknown] = {}
         self._trials: list[TrialProblem] = []
 
-    def unknown(self, name: str, start: float, **options: float) -> int:
+    def unknown(
+        self,
+        name: str,
+        start: float,
+        *,
+        lower: float = -math.inf,
+        upper: float = math.inf,
+        prior_std: float = math.inf,
+        scale: float = 1.0,
+        unit: str = "",
+    ) -> int:
         """Index of the unknown of that name; made with the given start, bounds and prior if it is new."""
         if name not in self._unknowns:
-            self._unknowns[name] = Unknown(name, float(start), **options)  # type: ignore[arg-type]
+            self._unknowns[name] = Unknown(name, float(start), lower, upper, prior_std, scale, unit)
         return list(self._unknowns).index(name)
 
     def trial(self, motion: Motion, base: Array, links: tuple[Link, ...], options: TrialOptions) -> None:
@@ -253,4 +263,4 @@ def dominant_period(motion: Motion) -> float:
             f"trial {motion.name}: {crossings.size} crossings of the equilibrium in the motion window of "
             f"{t[-1] - t[0]:.3g} s; a fit needs two: widen trials.window"
         )
-    return 2.0 * float(crossings[-1] - crossings[0]) / (crossings.size - 1)
+    return float(2.0 * (crossings[-1] - crossings[0]) / (crossings.size - 1))

@@ -161,9 +161,7 @@ def _time(table: pd.DataFrame, catalogue: Catalogue) -> Array:
     return values
 
 
-def _without_nan(
-    table: pd.DataFrame, time: Array, window: Window
-) -> tuple[pd.DataFrame, Array, tuple[str, ...]]:
+def _without_nan(table: pd.DataFrame, time: Array, window: Window) -> tuple[pd.DataFrame, Array, tuple[str, ...]]:
     """The table without incomplete rows outside the window; an incomplete row inside it is an error."""
     finite = np.isfinite(table.to_numpy(dtype=np.float64))
     complete, inside = finite.all(axis=1), window.contains(time)
@@ -184,9 +182,7 @@ def _without_nan(
     return table[complete], time[complete], notes
 
 
-def _channel(
-    name: str, spec: ChannelSpec, table: pd.DataFrame, catalogue: Catalogue
-) -> tuple[Array, tuple[str, ...]]:
+def _channel(name: str, spec: ChannelSpec, table: pd.DataFrame, catalogue: Catalogue) -> tuple[Array, tuple[str, ...]]:
     """A channel (n,) in SI, and what was done to it."""
     summed = np.sum([table[column].to_numpy(dtype=np.float64) for column in spec.columns], axis=0)
     values, unit = to_si(spec.sign * (summed - spec.offset), spec.unit, name, catalogue.coordinate)

@@ -15,6 +15,9 @@ from undertow.recording.recording import Array
 
 Mask = NDArray[np.bool_]
 
+MOST_SPIKES = 0.05
+"""Largest share of samples that may be replaced: from 15 % on spikes hide in the scatter they are judged by."""
+
 SPIKE_SIGMAS = 8.0
 """A sample is a spike where it is this many standard deviations off; white noise does that once in 10^15 samples."""
 
@@ -60,13 +63,13 @@ def find_spikes(values: Array, width: int = 7) -> Mask:
 def despike(values: Array, width: int) -> tuple[Array, int]:
     """Values (n,) with spikes replaced by a cubic spline through the samples that are none, and how many were replaced.
 
-    Raises RecordingError where more than a fifth of the samples are spikes: then they are the signal.
+    Raises RecordingError where more samples than `MOST_SPIKES` are spikes: then they are the signal.
     """
     mask = find_spikes(values, width)
     count = int(np.count_nonzero(mask))
     if count == 0:
         return np.array(values), 0
-    if count > values.size // 5:
+    if count > MOST_SPIKES * values.size:
         raise RecordingError(
             f"{count} of {values.size} samples are spikes by a running median of {width}; "
             "that is the signal itself: despike with a narrower median or not at all"

@@ -90,9 +90,7 @@ def read_text(path: Path, layout: FileFormat, columns: Sequence[Column] | None) 
     _check_header(path, head, layout)
     chosen = pick(path, names, columns)
     frame = _parse(path, [line for _, line in data], separator, layout, max(len(names), width))
-    table = pd.DataFrame(
-        {names[at]: _numbers(path, names[at], frame[at], [n for n, _ in data]) for at in chosen}
-    )
+    table = pd.DataFrame({names[at]: _numbers(path, names[at], frame[at], [n for n, _ in data]) for at in chosen})
     if layout.unit_row:
         units = _fields(numbered[1 if layout.header else 0][1], separator)
         table.attrs["units"] = {names[at]: units[at] for at in chosen if at < len(units)}
@@ -108,7 +106,7 @@ def _extremes(counts: Sequence[int]) -> tuple[int, int]:
 def _fields(line: str, separator: str) -> list[str]:
     if separator == _WHITESPACE:
         return line.lstrip("#").split()
-    row = next(csv.reader([line], delimiter=separator), [])
+    row = next(csv.reader([line], delimiter=separator, skipinitialspace=True), [])
     return [field.strip().lstrip("#").strip() for field in row]
 
 

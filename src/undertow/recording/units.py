@@ -136,15 +136,13 @@ def factor_to_si(unit: str, channel: str, coordinate: Coordinate = "translation"
     wanted = _registry().Quantity(1.0, target.replace("^", "**").replace(" ", "*")).to_base_units()
     if base.units != wanted.units:
         raise RecordingError(
-            f"{channel} is said to be in {unit!r}, which is {base.units:~} in SI base units, but a {coordinate}'s {channel} is in "
-            f"{target}; {_remedy(unit, channel, coordinate)}"
+            f"{channel} is said to be in {unit!r}, which is {base.units:~} in SI base units, but a {coordinate}'s "
+            f"{channel} is in {target}; {_remedy(unit, channel, coordinate)}"
         )
     return float(base.magnitude / wanted.magnitude), target
 
 
-def to_si(
-    values: ArrayLike, unit: str, channel: str, coordinate: Coordinate = "translation"
-) -> tuple[Array, str]:
+def to_si(values: ArrayLike, unit: str, channel: str, coordinate: Coordinate = "translation") -> tuple[Array, str]:
     """Values (n,) in ``unit`` as float64 in SI, and the SI unit (see `factor_to_si`, also for what is raised).
 
     >>> to_si([1.0, 2.0], "g", "acceleration")

@@ -1,0 +1,301 @@
+"""One group's trials through every identifier, and what their equation does not explain.
+
+Belongs here: the order of work inside a group. Does not belong here: reading, conditioning, writing (run.py).
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field, replace
+
+import numpy as np
+
+from undertow.conditioning.motion import Motion
+from undertow.discrepancy.findings import GroupFindings, TrialFindings
+from undertow.discrepancy.locate import locate
+from undertow.discrepancy.verdict import Described, Verdict
+from undertow.equation.kernel import SLOT
+from undertow.equation.term import Term
+from undertow.errors import UndertowError
+from undertow.identification import decay, method1, method2
+from undertow.identification.baseline import (
+    GroupFit,
+    GroupModel,
+    as_fit,
+    fit_group,
+    group_model,
+)
+from undertow.identification.fit import Fit, Specimen, Structure
+from undertow.identification.freerun import FreeRun, free_run, repeatability, scored_channel, sensor_floor
+from undertow.identification.intervals import mean_of_trials
+from undertow.identification.problem import TrialOptions
+from undertow.identification.scale import Anchor, to_physical
+from undertow.identification.sindy import SindyResult, discover
+from undertow.quantities import OK, Estimate, format_number
+from undertow.recording.recording import Condition
+
+PER_TRIAL = ("decay", "sindy", "method1", "method2", "output_error")
+"""Methods that a trial can be given alone."""
+
+
+@dataclass(frozen=True)
+class GroupTask:
+    """Everything one group's analysis needs: trials in order of amplitude, equation, specimen, structure, anchor."""
+
+    key: Mapping[str, Condition]
+    dry: bool
+    motions: tuple[Motion, ...]
+    terms: tuple[Term, ...]
+    specimen: Specimen
+    structure: Structure | None
+    anchor: Anchor
+    stiffness: Mapping[str, Estimate] = field(default_factory=dict)
+    scatter: Mapping[str, float] = field(default_factory=dict)
+    held_out: tuple[str, ...] = ()
+    methods: tuple[str, ...] = PER_TRIAL
+    options: TrialOptions = field(default_factory=TrialOptions)
+    seed: int = 0
+
+
+def rest_width(task: GroupTask) -> float:
+    """Half width mu N / k within which a body comes to rest, m; nan where one of them is unknown."""
+    if task.structure is None:
+        return math.nan
+    width = task.structure.mu.value * task.specimen.normal_force_N / task.structure.k.value
+    return width if math.isfinite(width) else math.nan
+
+
+def analyse(task: GroupTask, progress: Callable[[str], None] = lambda _: None) -> GroupFindings:
+    """All methods on one group, its baseline equation, free runs, mismatches and verdict."""
+    training = [m for m in task.motions if m.name not in task.held_out]
+    model = group_model(
+        task.terms, task.motions, task.specimen, task.structure, dry=task.dry, anchored=task.anchor.known,
+        stiffness={n: e.value for n, e in task.stiffness.items()},
+    )  # fmt: skip
+    baseline = fit_group(model, training, task.options)
+    fits = _group_fits(task, model, baseline)
+    singles = _single_fits(task, model, progress)
+    fits |= _means_of_singles(task, singles)
+    trials = tuple(_trial(task, model, baseline, motion, singles[motion.name], progress) for motion in task.motions)
+    equation = baseline.equation()
+    return GroupFindings(
+        task.key, task.dry, trials, task.specimen, task.structure, fits, equation, baseline.equation_errors(),
+        _verdict(task, trials, baseline), task.anchor.doubts,
+    )  # fmt: skip
+
+
+def _group_fits(task: GroupTask, model: GroupModel, baseline: GroupFit) -> dict[str, Fit]:
+    """Methods that take a group's trials together: output error with random effects, SINDy pooled."""
+    names = [m.name for m in task.motions]
+    fits: dict[str, Fit] = {}
+    if "output_error" in task.methods:
+        joint = fit_group(model, task.motions, task.options, scattered=True)
+        fits["output_error"] = as_fit(joint, "output_error", names, task.anchor.sentence)
+    if "sindy" in task.methods:
+        fits["sindy"] = _attempt("sindy", tuple(names), lambda: _sindy(task, task.motions))
+    return fits
+
+
+def _attempt(method: str, trials: tuple[str, ...], work: Callable[[], Fit]) -> Fit:
+    """The method's Fit, or an empty one whose outcome is the reason why there is none."""
+    try:
+        return work()
+    except UndertowError as reason:
+        return Fit(method, trials, outcome=str(reason))
+
+
+def _sindy(task: GroupTask, motions: Sequence[Motion]) -> Fit:
+    terms = [t for t in task.terms if t.name != "added_mass" and not (task.dry and t.name == "quadratic_drag")]
+    found: SindyResult = discover(motions, terms)
+    physical = to_physical(
+        found.names, found.coefficients, found.covariance, task.anchor, task.specimen, task.dry
+    )
+    return replace(found.fit, method="sindy", parameters=physical, anchor=task.anchor.sentence)
+
+
+def _single_fits(
+    task: GroupTask, model: GroupModel, progress: Callable[[str], None]
+) -> dict[str, dict[str, Fit]]:
+    """Every method on every trial alone."""
+    out: dict[str, dict[str, Fit]] = {}
+    for motion in task.motions:
+        fits: dict[str, Fit] = {}
+        for method in task.methods:
+            for name, work in _single(task, model, motion, method).items():
+                fits[name] = _attempt(name, (motion.name,), work)
+        out[motion.name] = fits
+        progress(motion.name)
+    return out
+
+
+def _single(
+    task: GroupTask, model: GroupModel, motion: Motion, method: str
+) -> dict[str, Callable[[], Fit]]:
+    """What a method runs on one trial: name -> work; empty where it does not apply."""
+    structure, specimen = task.structure, task.specimen
+    own = task.stiffness.get(motion.name)
+    if method == "output_error":
+        said = task.anchor.sentence
+        return {method: lambda: as_fit(fit_group(model, [motion], task.options), method, [motion.name], said)}
+    if method == "sindy":
+        return {method: lambda: _sindy(task, [motion])}
+    if method == "decay" and task.dry:
+        return {method: lambda: decay.identify_decay(motion, specimen)}
+    if method in ("method1", "method2") and not task.dry and structure is not None:
+        if not (math.isfinite(specimen.mass_kg) and specimen.area_m2 > 0.0):
+            return {}
+        k = own.value if own else structure.k.value
+        trial_structure = replace(structure, k=replace(structure.k, value=k))
+        if method == "method1":
+            return {method: lambda: method1.fit(motion, trial_structure, specimen)}
+        if "acceleration" not in motion.recording.channels:
+            return {}
+        both: dict[str, Fit] = {}
+
+        def instants(name: str) -> Fit:
+            if not both:
+                both.update({f.method: f for f in method2.identify_method2(motion, trial_structure, specimen)})
+            return both[name]
+
+        return {name: (lambda name=name: instants(name)) for name in ("method2", "method2_printed")}  # type: ignore[misc]
+    return {}
+
+
+def _means_of_singles(task: GroupTask, singles: Mapping[str, Mapping[str, Fit]]) -> dict[str, Fit]:
+    """Group rows of the methods that work trial by trial: means over trials with errors from their scatter."""
+    out: dict[str, Fit] = {}
+    methods = {name for fits in singles.values() for name in fits} - {"sindy", "output_error"}
+    for method in sorted(methods):
+        good = [fits[method] for fits in singles.values() if method in fits and fits[method].parameters]
+        if not good:
+            continue
+        parameters = {}
+        for name in good[0].parameters:
+            estimates = [f.parameters[name] for f in good if name in f.parameters]
+            mean = mean_of_trials(estimates, estimates[0].unit, f"mean of {len(estimates)} trials")
+            systematic = float(np.mean([e.systematic for e in estimates]))
+            bounded = [e.outcome for e in estimates if e.outcome != OK]
+            outcome = f"{len(bounded)} of {len(estimates)} trials: {bounded[0]}" if bounded else OK
+            parameters[name] = replace(mean, systematic=systematic, outcome=outcome)
+        outcomes = [e.outcome for e in parameters.values() if e.outcome != OK]
+        outcome = outcomes[0] if outcomes else OK
+        out[method] = Fit(method, tuple(singles), {}, parameters, outcome, ("mean over trials",), good[0].anchor)
+    return out
+
+
+def theta_of(model: GroupModel, baseline: GroupFit, fit: Fit, trial: str) -> np.ndarray:
+    """The integrator's parameter vector that a method's numbers stand for; the baseline's where it gives none."""
+    parameters = fit.parameters
+    values = baseline.values
+    values |= {c.name: parameters[c.name].value for c in model.coefficients if c.name in parameters}
+    theta = model.theta(values, trial)
+    if fit.method == "sindy":
+        normal = model.specimen.normal_force_N
+        for name, slot, factor in (("k_N_per_m", "k1", 1.0), ("c_Ns_per_m", "c1", 1.0), ("mu", "fc", normal)):
+            if name in parameters:
+                theta[SLOT[slot]] = factor * parameters[name].value
+    return theta
+
+
+def _trial(
+    task: GroupTask,
+    model: GroupModel,
+    baseline: GroupFit,
+    motion: Motion,
+    fits: Mapping[str, Fit],
+    progress: Callable[[str], None],
+) -> TrialFindings:
+    """One trial's free runs: the baseline's with its floors, and each method's own score."""
+    width = rest_width(task)
+    width = max(width, motion.equilibrium.total_stderr) if math.isfinite(width) else motion.equilibrium.total_stderr
+    run = free_run(motion, model.theta(baseline.values, motion.name), width)
+    floor = sensor_floor(motion, run)
+    limit = repeatability(run, _spread(task, model, run), floor, scored_channel(motion), task.seed)
+    scores = {"baseline": run.nrmse}
+    for name, fit in fits.items():
+        if fit.parameters:
+            scores[name] = _score(motion, theta_of(model, baseline, fit, motion.name), width)
+    mismatch = locate(motion, run, floor, limit)
+    return TrialFindings(
+        motion, fits, scores, mismatch, run.t, run.measured, run.simulated, motion.name in task.held_out
+    )
+
+
+def _score(motion: Motion, theta: np.ndarray, width: float) -> float:
+    """nrmse of a free run; nan where the numbers describe no motion (as Method 2 as printed often does)."""
+    try:
+        return free_run(motion, theta, width).nrmse
+    except UndertowError:
+        return math.nan
+
+
+def _spread(task: GroupTask, model: GroupModel, run: FreeRun) -> dict[str, float]:
+    """Standard deviations of the slots k1, c1, fc from trial to trial, the dry means' own errors included."""
+    relative = task.structure.scatter if task.structure is not None else task.scatter
+    means = {"k": 0.0, "c": 0.0, "mu": 0.0}
+    if task.structure is not None:
+        for symbol in means:
+            estimate: Estimate = getattr(task.structure, symbol)
+            means[symbol] = estimate.total_stderr / estimate.value if estimate.value else 0.0
+    spread = {}
+    for symbol, slot in (("k", "k1"), ("c", "c1"), ("mu", "fc")):
+        own = relative.get(symbol, 0.0)
+        error = means[symbol] if math.isfinite(means[symbol]) and not task.dry else 0.0
+        if symbol == "k":
+            error = 0.0  # the group's added mass takes the mean of k up
+        spread[slot] = math.hypot(own, error) * abs(float(run.theta[SLOT[slot]]))
+    return spread
+
+
+def _verdict(task: GroupTask, trials: Sequence[TrialFindings], baseline: GroupFit) -> Verdict:
+    """Until suspects are searched: nothing_missing, or unknown with the mismatch's place."""
+    missing = [t for t in trials if t.mismatch.missing]
+    open_trials = [t for t in trials if not t.held_out]
+    held = [t for t in trials if t.held_out]
+    typical = _median([t.mismatch.nrmse for t in open_trials])
+    described = Described(
+        typical, _median([t.mismatch.nrmse for t in held]), baseline.estimates
+    )
+    many = len(missing) > len(trials) / 2
+    label = ", ".join(f"{k} {v:g}" if isinstance(v, float) else f"{k} {v}" for k, v in task.key.items()) or "all trials"
+    limit = _median([t.mismatch.repeatability_nrmse for t in trials])
+    sentence = _sentence(label, missing, trials, typical, limit)
+    return Verdict(
+        task.key,
+        tuple(t.motion.name for t in trials),
+        task.held_out,
+        "unknown" if many else "nothing_missing",
+        ("unknown",) if many else (),
+        baseline=described,
+        sensor_floor_nrmse=_median([t.mismatch.sensor_floor_nrmse for t in trials]),
+        repeatability_nrmse=limit,
+        sentence=sentence,
+    )
+
+
+def _sentence(
+    label: str, missing: Sequence[TrialFindings], trials: Sequence[TrialFindings], typical: float, limit: float
+) -> str:
+    if not missing:
+        return (
+            f"{label}: the equation explains all {len(trials)} trials "
+            f"(error {format_number(typical)}, repeatability {format_number(limit)}); nothing is missing."
+        )
+    worst = max(missing, key=lambda t: t.mismatch.nrmse / t.mismatch.repeatability_nrmse)
+    m = worst.mismatch
+    parts = {"first": m.share_early, "second": m.share_middle, "last": m.share_late}
+    where = max(parts, key=lambda part: parts[part] if math.isfinite(parts[part]) else -1.0)
+    line = ""
+    if math.isfinite(m.line_frequency_hz) and m.line_share > 0.2:
+        line = f", {100 * m.line_share:.0f} % of it in a line at {m.line_frequency_hz:.2f} Hz"
+    return (
+        f"{label}: the equation does not explain {len(missing)} of {len(trials)} trials; worst {worst.motion.name}, "
+        f"which it misses by {100 * m.nrmse:.0f} % (repeatability {100 * m.repeatability_nrmse:.1f} %), most in the "
+        f"{where} third of the motion{line}."
+    )
+
+
+def _median(values: Sequence[float]) -> float:
+    finite = [v for v in values if math.isfinite(v)]
+    return float(np.median(finite)) if finite else math.nan

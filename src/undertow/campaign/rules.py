@@ -1,0 +1,70 @@
+"""What each key of a config alone cannot say: keys that exclude or need each other, names that nobody knows.
+
+Belongs here: rules across keys. Does not belong here: types and ranges of one key (settings.py).
+"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from undertow.campaign.source import Location
+from undertow.equation import shelf
+from undertow.errors import ConfigError, RecordingError
+from undertow.recording.recording import CHANNELS
+from undertow.recording.units import factor_to_si
+
+if TYPE_CHECKING:
+    from undertow.campaign.config import RunConfig
+
+
+def contradictions(config: RunConfig) -> list[tuple[Location, str]]:
+    """Where and what is wrong across keys, one pair a problem; empty where the config can be run."""
+    said = config.recordings
+    wrong: list[tuple[Location, str]] = []
+    if (said.index is None) == (said.files is None):
+        text = f"recordings has index {said.index!r} and files {said.files!r}; give exactly one of them"
+        wrong.append((("recordings",), text))
+    wrong += _unusable_channels(config)
+    for at, name in enumerate(config.equation.terms):
+        try:
+            shelf.find(name)
+        except ConfigError as error:
+            wrong.append((("equation", "terms", at), str(error)))
+    for name, one in said.despike.items():
+        if getattr(said.channels, name, None) is None or name == "time":
+            wrong.append((("recordings", "despike", name), f"despike names {name!r}, which is no mapped channel"))
+        if one.median % 2 == 0:
+            wrong.append((("recordings", "despike", name), f"median is {one.median} samples; give an odd number"))
+    if config.trials.window != "auto":
+        for pattern, window in config.trials.window.items():
+            if None not in (window.start_s, window.end_s) and not window.start_s < window.end_s:  # type: ignore[operator]
+                text = f"the window starts at {window.start_s} s and ends at {window.end_s} s; it must end later"
+                wrong.append((("trials", "window", pattern), text))
+    return wrong
+
+
+def _unusable_channels(config: RunConfig) -> list[tuple[Location, str]]:
+    """Channels without a column, with an unknown unit, or too few of them."""
+    channels, cells = config.recordings.channels, config.recordings.cells
+    place: Location = ("recordings", "channels")
+    wrong: list[tuple[Location, str]] = []
+    if channels.displacement is None and channels.velocity is None:
+        wrong.append((place, "channels has neither displacement nor velocity; map one of them"))
+    time = channels.time
+    in_cells = cells is not None and cells.time is not None
+    if (time.column is not None) + (time.rate_hz is not None) + in_cells != 1:
+        text = f"time has column {time.column!r} and rate_hz {time.rate_hz!r}; give exactly one of them"
+        wrong.append(((*place, "time"), text))
+    for name in ("time", *CHANNELS):
+        one = getattr(channels, name)
+        if one is None:
+            continue
+        try:
+            factor_to_si(one.unit, name, config.equation.coordinate)
+        except RecordingError as error:
+            wrong.append(((*place, name, "unit"), str(error)))
+        given = 0 if name == "time" else (one.column is not None) + bool(one.columns)
+        if name != "time" and given + (cells is not None and getattr(cells, name) is not None) != 1:
+            text = f"{name} has column {one.column!r} and columns {one.columns!r}; give exactly one of them"
+            wrong.append(((*place, name), text))
+    return wrong

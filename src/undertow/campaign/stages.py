@@ -1,0 +1,132 @@
+"""Finished groups on disk, so that an interrupted run goes on where it stopped.
+
+A group's findings are kept as JSON (numbers, texts) without its motions: recordings are read again, which is cheap.
+Its name is a digest of everything that decides it: the resolved config, the recordings' bytes, the code's version.
+
+Belongs here: that JSON. Does not belong here: what a group's analysis is.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+import hashlib
+import json
+import os
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from undertow import __version__
+from undertow.campaign.analysis import GroupTask
+from undertow.discrepancy.findings import GroupFindings, TrialFindings
+from undertow.discrepancy.mismatch import Mismatch
+from undertow.discrepancy.verdict import Described, PhysicalCheck, Rejected, Verdict
+from undertow.equation import shelf
+from undertow.equation.equation import Equation
+from undertow.identification.fit import Fit
+from undertow.quantities import Estimate
+
+FORMAT = 1
+"""Number of this file's layout; an older file is not taken."""
+
+
+def digest(task: GroupTask) -> str:
+    """Name of a group's finished findings: what decides it, hashed."""
+    parts = [__version__, str(FORMAT), repr(sorted(task.key.items())), repr(task.specimen), repr(task.structure)]
+    parts += [repr(task.anchor), repr(sorted(task.stiffness.items())), repr(sorted(task.scatter.items()))]
+    parts += [repr(task.held_out), repr(task.methods), repr(task.options), repr(task.seed), repr(task.terms)]
+    parts += [f"{m.recording.sha256} {m.window} {m.name}" for m in task.motions]
+    return hashlib.sha256("\n".join(parts).encode()).hexdigest()[:20]
+
+
+def save(findings: GroupFindings, path: Path) -> None:
+    """Write a group's findings; the file appears whole or not at all."""
+    path.parent.mkdir(parents=True, exist_ok=True)
+    partial = path.with_suffix(f".{os.getpid()}.part")
+    partial.write_text(json.dumps(_plain(findings)), encoding="utf-8")
+    os.replace(partial, path)
+
+
+def _plain(value: Any) -> Any:
+    if isinstance(value, GroupFindings):
+        fields = ("dry", "held", "fits", "verdict", "notes", "equation_errors")
+        out = {name: _plain(getattr(value, name)) for name in fields if hasattr(value, name)}
+        terms = [[t.name, dict(t.inner)] for t in value.equation.terms]
+        out["equation"] = [terms, list(value.equation.coefficients), value.equation.mass_kg, value.equation.rest_m]
+        out["trials"] = [_plain(t) for t in value.trials]
+        return out
+    if isinstance(value, TrialFindings):
+        return {
+            "name": value.motion.name, "fits": _plain(value.fits), "nrmse": dict(value.nrmse),
+            "mismatch": _plain(value.mismatch), "held_out": value.held_out, "t": value.t.tolist(),
+            "measured": value.measured.tolist(), "simulated": value.simulated.tolist(),
+        }  # fmt: skip
+    if dataclasses.is_dataclass(value) and not isinstance(value, type):
+        return {f.name: _plain(getattr(value, f.name)) for f in dataclasses.fields(value)}
+    if isinstance(value, Mapping):
+        return {str(k): _plain(v) for k, v in value.items()}
+    if isinstance(value, tuple | list):
+        return [_plain(v) for v in value]
+    return value.item() if isinstance(value, np.generic) else value
+
+
+def load(task: GroupTask, path: Path) -> GroupFindings | None:
+    """A group's findings as saved, joined with its motions; None where there are none that fit."""
+    try:
+        data = json.loads(path.read_text(encoding="utf-8"))
+        by_name = {t["name"]: t for t in data["trials"]}
+        trials = tuple(_trial(by_name[m.name], m) for m in task.motions)
+        terms, coefficients, mass, rest = data["equation"]
+        equation = Equation(
+            tuple(shelf.find(name, **inner) for name, inner in terms), tuple(coefficients), mass, rest
+        )
+        return GroupFindings(
+            task.key, task.dry, trials, task.specimen, task.structure, _fits(data["fits"]), equation,
+            data["equation_errors"], _verdict(data["verdict"], task), tuple(data["notes"]),
+        )  # fmt: skip
+    except (OSError, KeyError, TypeError, ValueError):
+        return None
+
+
+def _trial(data: Mapping[str, Any], motion: Any) -> TrialFindings:
+    arrays = (np.array(data[name]) for name in ("t", "measured", "simulated"))
+    return TrialFindings(
+        motion, _fits(data["fits"]), data["nrmse"], Mismatch(**data["mismatch"]), *arrays, data["held_out"]
+    )
+
+
+def _estimates(data: Mapping[str, Any]) -> dict[str, Estimate]:
+    return {name: Estimate(**value) for name, value in data.items()}
+
+
+def _fits(data: Mapping[str, Any]) -> dict[str, Fit]:
+    return {
+        name: Fit(
+            f["method"], tuple(f["trials"]), _estimates(f["per_mass"]), _estimates(f["parameters"]), f["outcome"],
+            tuple(f["notes"]), f["anchor"],
+        )
+        for name, f in data.items()
+    }  # fmt: skip
+
+
+def _verdict(data: Mapping[str, Any], task: GroupTask) -> Verdict:
+    def described(value: Mapping[str, Any] | None) -> Described | None:
+        if value is None:
+            return None
+        return Described(value["nrmse"], value["held_out_nrmse"], _estimates(value["parameters"]))
+
+    kept = dict(data)
+    kept |= {
+        "group": task.key,
+        "trials": tuple(data["trials"]),
+        "held_out": tuple(data["held_out"]),
+        "verdict": tuple(data["verdict"]),
+        "alternatives": tuple(tuple(a) for a in data["alternatives"]),
+        "baseline": described(data["baseline"]) or Described(),
+        "augmented": described(data["augmented"]),
+        "rejected": tuple(Rejected(**r) for r in data["rejected"]),
+        "physical_check": PhysicalCheck(**data["physical_check"]),
+    }
+    return Verdict(**kept)

@@ -1,0 +1,89 @@
+"""The structure from its dry trials: k, c, mu with their scatter from trial to trial.
+
+Belongs here: output error on dry trials, trial by trial, and what their spread says. Does not belong here: the
+report's envelope fit (decay.py), water.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+
+import numpy as np
+
+from undertow.conditioning.motion import Motion
+from undertow.equation.term import Term
+from undertow.errors import IdentificationError
+from undertow.identification.baseline import STRUCTURAL, GroupFit, fit_group, group_model
+from undertow.identification.fit import Specimen, Structure
+from undertow.identification.intervals import mean_of_trials
+from undertow.identification.problem import TrialOptions
+from undertow.quantities import Estimate
+
+DEFAULT_SCATTER: Mapping[str, float] = {"k": 0.003, "c": 0.10, "mu": 0.05}
+"""Relative scatter assumed where one dry trial shows none: order of the spread of repeated trials on such rigs."""
+
+_NAMES = {"k": "k_N_per_m", "c": "c_Ns_per_m", "mu": "mu"}
+_UNITS = {"k": "N/m", "c": "N s/m", "mu": "1"}
+
+
+def dry_fits(
+    motions: Sequence[Motion], terms: Sequence[Term], specimen: Specimen, options: TrialOptions
+) -> dict[str, GroupFit]:
+    """Each dry trial fitted alone: trial name -> its k, c, mu (kilograms from the known mass)."""
+    fits = {}
+    for motion in motions:
+        model = group_model(terms, [motion], specimen, None, dry=True, anchored=True)
+        fits[motion.name] = fit_group(model, [motion], options)
+    return fits
+
+
+def structure_from(
+    fits: Mapping[str, GroupFit], stated_scatter: Mapping[str, float] | None = None
+) -> Structure:
+    """Means of k, c, mu over dry trials with standard errors of the means, and the scatter from trial to trial.
+
+    ``stated_scatter`` (relative, from the config) replaces what the trials show; with one trial and nothing stated a
+    default is assumed and said. IdentificationError where no dry trial was fitted.
+    """
+    if not fits:
+        raise IdentificationError(f"structure: {len(fits)} dry trials were fitted; give k, c, mu in the config")
+    scatter = {symbol: _scatter(fits, symbol, stated_scatter) for symbol in _NAMES}
+    means = {symbol: _mean(fits, symbol, scatter[symbol]) for symbol in _NAMES}
+    source = f"output error on {len(fits)} dry trials"
+    if not stated_scatter and len(fits) == 1:
+        source += "; scatter assumed, not seen"
+    return Structure(means["k"], means["c"], means["mu"], scatter, source)
+
+
+def _values(fits: Mapping[str, GroupFit], symbol: str) -> list[Estimate]:
+    name = _NAMES[symbol]
+    return [f.estimates[name] for f in fits.values() if name in f.estimates]
+
+
+def _scatter(fits: Mapping[str, GroupFit], symbol: str, stated: Mapping[str, float] | None) -> float:
+    """Relative standard deviation between trials, noise taken out; few trials: enlarged as their number asks."""
+    if stated and symbol in stated:
+        return float(stated[symbol])
+    found = _values(fits, symbol)
+    if len(found) < 2:
+        return DEFAULT_SCATTER[symbol] if found else 0.0
+    values = np.array([e.value for e in found])
+    noise = np.array([e.stderr if math.isfinite(e.stderr) else 0.0 for e in found])
+    between = max(float(np.var(values, ddof=1)) - float(np.mean(noise**2)), 0.0)
+    return math.sqrt(between) / abs(float(np.mean(values)))
+
+
+def _mean(fits: Mapping[str, GroupFit], symbol: str, scatter: float) -> Estimate:
+    found = _values(fits, symbol)
+    if not found:
+        return Estimate(0.0, 0.0, unit=_UNITS[symbol], source="not in the equation")
+    mean = mean_of_trials(found, _UNITS[symbol], "dry trials")
+    floor = scatter * abs(mean.value) / math.sqrt(len(found))
+    stderr = max(mean.stderr, floor) if math.isfinite(mean.stderr) else floor
+    return Estimate(mean.value, stderr, unit=_UNITS[symbol], source=f"mean of {len(found)} dry trials")
+
+
+def structural_terms(terms: Sequence[Term]) -> tuple[Term, ...]:
+    """Those of an equation's terms that a dry trial has: everything but water."""
+    return tuple(t for t in terms if t.name in STRUCTURAL or t.name.endswith(("stiffness", "friction")))

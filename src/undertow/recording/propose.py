@@ -1,0 +1,152 @@
+"""A guess at what a file's columns mean, from their names and units, for a person to confirm.
+
+Belongs here: names that laboratories give. Does not belong here: anything that a run relies on.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from types import MappingProxyType
+
+import numpy as np
+import pandas as pd
+
+from undertow.errors import RecordingError
+from undertow.recording.catalogue import ChannelSpec, TimeSpec
+from undertow.recording.layout import Column
+from undertow.recording.recording import CHANNELS, Coordinate
+from undertow.recording.units import factor_to_si, si_unit
+
+_NAMES: Mapping[str, str] = MappingProxyType(
+    {
+        "time": r"^(time|zeit|elapsed)|^t$",
+        "normal_force": r"vertical|normal",
+        "spring_force": r"load|force|cell|moment|torque|^f\d*$",
+        "acceleration": r"acc|^a\d*$",
+        "velocity": r"veloc|gyro|rate|speed|omega|^v\d*$",
+        "displacement": r"disp|pos|angle|roll|phi|theta|weg|pot|laser|sensor|heave|surge|sway|pitch|^x\d*$|^y\d*$",
+    }
+)
+_UNIT_IN_NAME = re.compile(r"^(?P<stem>.*?)\s*(?:[\[(]\s*(?P<bracket>[^\])]*)\s*[\])]|_(?P<tail>[A-Za-z°%/^0-9]+))\s*$")
+_ROTATION = re.compile(r"angle|angular|roll|phi|theta|pitch|gyro|omega", re.IGNORECASE)
+
+
+@dataclass(frozen=True)
+class Proposal:
+    """A proposed mapping: ``time`` (None where no column looks like it), ``channels``, ``coordinate``, and ``remarks``
+    that say what was left out or guessed.
+    """
+
+    time: TimeSpec | None
+    channels: Mapping[str, ChannelSpec]
+    coordinate: Coordinate = "translation"
+    remarks: tuple[str, ...] = field(default_factory=tuple)
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "channels", MappingProxyType(dict(self.channels)))
+
+
+def name_and_unit(column: Column) -> tuple[str, str]:
+    """A column's name and the unit in it, empty where it has none.
+
+    >>> name_and_unit("Time[s]"), name_and_unit("accel_mps2"), name_and_unit("angular_velocity")
+    (('Time', 's'), ('accel', 'mps2'), ('angular_velocity', ''))
+    """
+    match = _UNIT_IN_NAME.match(str(column))
+    if match is None:
+        return str(column), ""
+    unit = match["bracket"] if match["bracket"] is not None else match["tail"]
+    if match["bracket"] is None and not any(_reads(unit, channel) for channel in ("time", *CHANNELS)):
+        return str(column), ""
+    return match["stem"], unit
+
+
+def propose_mapping(table: pd.DataFrame, units: Mapping[Column, str] | None = None) -> Proposal:
+    """Which columns may be time and which channels; ``units`` from a unit row win over those in the names.
+
+    Load cells are summed; of several displacements the one with the widest range is taken and the others are named. A
+    velocity or acceleration beside a displacement without a unit of its own is taken as SI, and said.
+    """
+    said = units or {}
+    found: dict[str, list[tuple[Column, str]]] = {}
+    remarks: list[str] = []
+    for column in table.columns:
+        stem, unit = name_and_unit(column)
+        unit = said.get(column, unit)
+        quantity = _quantity(stem, unit, column, table)
+        if quantity is None:
+            remarks.append(f"column {column!r} is not mapped")
+        else:
+            found.setdefault(quantity, []).append((column, unit))
+    coordinate = _coordinate(found)
+    time = None
+    if "time" in found:
+        time = TimeSpec(found["time"][0][0], found["time"][0][1] or "s")
+    else:
+        remarks.append("no column looks like time; give channels.time: {rate_hz: ...}")
+    channels = {}
+    for channel in CHANNELS:
+        if channel in found:
+            channels[channel], more = _spec(channel, found[channel], table, coordinate)
+            remarks += more
+    return Proposal(time, channels, coordinate, tuple(remarks))
+
+
+def _quantity(stem: str, unit: str, column: Column, table: pd.DataFrame) -> str | None:
+    """The quantity that a name speaks of and its unit allows; by the unit alone where the name says nothing."""
+    for quantity, pattern in _NAMES.items():
+        if re.search(pattern, stem.strip(), re.IGNORECASE) and (not unit or _reads(unit, quantity)):
+            return quantity
+    candidates = ("acceleration", "displacement", "spring_force") if unit else ()
+    by_unit = [quantity for quantity in candidates if _reads(unit, quantity)]
+    if by_unit:
+        return by_unit[0]
+    first = table.columns[0] == column
+    rising = len(table) > 2 and bool(np.all(np.diff(table[column].to_numpy(dtype=np.float64)) > 0.0))
+    return "time" if first and rising else None
+
+
+def _reads(unit: str, quantity: str) -> bool:
+    """Whether a unit fits a quantity in translation or rotation."""
+    coordinates: tuple[Coordinate, ...] = ("translation", "rotation")
+    for coordinate in coordinates:
+        try:
+            factor_to_si(unit, quantity, coordinate)
+        except RecordingError:
+            continue
+        return True
+    return False
+
+
+def _coordinate(found: Mapping[str, Sequence[tuple[Column, str]]]) -> Coordinate:
+    for channel in ("displacement", "velocity"):
+        for column, unit in found.get(channel, ()):
+            if unit:
+                try:
+                    factor_to_si(unit, channel, "translation")
+                except RecordingError:
+                    return "rotation"
+            elif _ROTATION.search(str(column)):
+                return "rotation"
+    return "translation"
+
+
+def _spec(
+    channel: str, columns: Sequence[tuple[Column, str]], table: pd.DataFrame, coordinate: Coordinate
+) -> tuple[ChannelSpec, list[str]]:
+    """A channel's columns: forces of one unit are summed, otherwise the one with the widest range."""
+    remarks = []
+    if channel.endswith("force") and len({unit for _, unit in columns}) == 1:
+        chosen = tuple(column for column, _ in columns)
+        unit = columns[0][1]
+    else:
+        turning = [one for one in columns if _ROTATION.search(str(one[0]))] if coordinate == "rotation" else []
+        widest = max(turning or columns, key=lambda one: float(np.ptp(table[one[0]].to_numpy(dtype=np.float64))))
+        chosen, unit = (widest[0],), widest[1]
+        remarks += [f"{channel} may also be column {column!r}" for column, _ in columns if column != widest[0]]
+    if not unit:
+        unit = si_unit(channel, coordinate)
+        remarks.append(f"{channel}: column {chosen[0]!r} says no unit; {unit} is assumed")
+    return ChannelSpec(chosen, unit), remarks

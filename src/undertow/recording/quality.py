@@ -1,0 +1,248 @@
+"""Whether a recording can be used: noise, finest step, clipping, gaps; doubts in words, and errors where it cannot.
+
+Belongs here: what the samples say of the sensor. Does not belong here: what they say of the motion (conditioning).
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass
+from types import MappingProxyType
+
+import numpy as np
+
+from undertow.errors import RecordingError
+from undertow.recording.recording import Array, Recording
+from undertow.recording.spikes import find_spikes
+
+FEWEST_SAMPLES = 50
+"""Below this a recording holds less than three cycles at twenty samples each, and a decrement is guesswork."""
+
+PLATEAU_SAMPLES = 5
+"""An unclipped peak, finely sampled and quantised, rests this long on its last step only if it is flat there."""
+
+PLATEAU_DROP_QUANTA = 10.0
+"""A parabola that rests L samples on its top step has fallen 4 steps at L from its middle (x'' L^2/2 with
+L = 2 sqrt(2q/x'')) and a fifth by rounding; a clipped peak leaves at full speed. Twice that divides them."""
+
+SATURATED_SAMPLES = 30
+"""A quantised channel whose noise is a whole step repeats a value 30 times in a row once in 10^9 tries."""
+
+NOISE_FREE_SHARE = 1e-5
+"""Noise below this share of the range is a simulation's: its hold may well be constant."""
+
+GAP_STEPS = 1.5
+"""A step longer than this many median steps lacks at least one sample."""
+
+UNEVEN_SHARE = 0.05
+"""Relative standard deviation of the time steps above which evenness is doubted."""
+
+SNAP_SAMPLES = 20
+"""Spikes that all lie within so many samples are one event, the release most of all, and no faulty sensor."""
+
+_MAD_TO_SIGMA = 1.4826  # of a normal distribution: 1 / 0.6745
+_ORDERS = range(2, 9)  # differences of these orders: each removes the motion better than the one before
+
+
+@dataclass(frozen=True)
+class ChannelSummary:
+    """One channel: extremes, ``noise`` (1 sigma, rounding included), ``quantum`` (finest step, 0: none seen), all in
+    ``unit``; how many samples look like spikes; ``plateaus``, the times a peak was cut at the channel's own extreme.
+    """
+
+    unit: str
+    minimum: float
+    maximum: float
+    noise: float
+    quantum: float
+    spikes: int
+    plateaus: int
+
+
+@dataclass(frozen=True)
+class RecordingSummary:
+    """A recording at a glance. ``gaps`` counts steps in time that lack samples; ``unevenness`` is the relative
+    standard deviation of the other steps; ``doubts`` are sentences.
+    """
+
+    name: str
+    samples: int
+    duration_s: float
+    rate_hz: float
+    gaps: int
+    largest_gap_s: float
+    unevenness: float
+    channels: Mapping[str, ChannelSummary]
+    doubts: tuple[str, ...]
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "channels", MappingProxyType(dict(self.channels)))
+
+
+def quantum(values: Array) -> float:
+    """Finest step of a channel in its unit; 0 where values lie on no grid that can be seen.
+
+    >>> round(quantum(np.round(np.sin(np.linspace(0.0, 9.0, 500)) / 0.01) * 0.01), 6)
+    0.01
+    """
+    levels = np.unique(values)
+    steps = np.diff(levels)
+    steps = steps[steps > 1e-9 * max(float(np.ptp(values)), 1e-300)]
+    if steps.size < 2:
+        return float(steps[0]) if steps.size else 0.0
+    finest = float(np.median(steps[steps < 1.5 * np.min(steps)]))
+    near = steps[steps < 5.5 * finest] / finest
+    # printing rounds a grid to decimals, which moves steps of a few quanta by at most a fifth of one
+    on_grid = float(np.mean(np.abs(near - np.round(near)) < 0.2))
+    if on_grid > 0.95 and levels.size < 0.9 * values.size:
+        return finest
+    return float(np.median(steps)) if levels.size < values.size / 20 else 0.0  # an uneven grid, visited often
+
+
+def noise(values: Array) -> float:
+    """Standard deviation of what is no motion (n,), rounding included, in the values' unit.
+
+    White noise of variance s^2 has a d-th difference of variance C(2d, d) s^2, while a smooth motion's shrinks with
+    every order: the smallest estimate among orders 2 to 8 is taken, by the median of absolute differences, so that
+    spikes and the release do not count. A channel rounded to steps q has at least q / sqrt(12).
+
+    >>> rng = np.random.default_rng(1); t = np.arange(4000) / 250
+    >>> round(noise(0.1 * np.cos(6 * t) + rng.normal(0, 1e-3, t.size)), 4)
+    0.001
+    """
+    floor = quantum(values) / math.sqrt(12.0)
+    sizes = []
+    for order in _ORDERS:
+        differences = np.diff(values, n=order)
+        if differences.size:
+            size = _MAD_TO_SIGMA * float(np.median(np.abs(differences)))
+            sizes.append(size / math.sqrt(math.comb(2 * order, order)))
+    return max(min(sizes, default=0.0), floor)
+
+
+def plateaus(values: Array, step: float) -> int:
+    """How often a channel (n,) runs into its own largest or smallest value and leaves it at speed.
+
+    A plateau is `PLATEAU_SAMPLES` or more samples exactly at the extreme, with a fall of `PLATEAU_DROP_QUANTA` steps
+    on both sides within half its length. The hold before a release has no such fall on its left, a quantised peak
+    has less of one.
+    """
+    found = 0
+    for extreme, sign in ((np.max(values), 1.0), (np.min(values), -1.0)):
+        for start, end in _runs(values == extreme):
+            reach = max((end - start) // 2, 3)
+            if end - start < PLATEAU_SAMPLES or start < reach or end + reach > values.size:
+                continue
+            before, after = values[start - reach], values[end - 1 + reach]
+            fall = min(sign * (extreme - before), sign * (extreme - after))
+            found += bool(fall > PLATEAU_DROP_QUANTA * step)
+    return found
+
+
+def check(recording: Recording) -> tuple[str, ...]:
+    """Doubts about a recording, in sentences.
+
+    Raises RecordingError where an answer would be wrong: too few samples, a constant channel, a clipped one.
+    """
+    if recording.time.size < FEWEST_SAMPLES:
+        raise RecordingError(
+            f"trial {recording.name} has {recording.time.size} samples; at least {FEWEST_SAMPLES} are needed for three "
+            "cycles: is it the right file, or a cut copy?"
+        )
+    doubts = list(_doubts_of_time(recording))
+    for name, values in recording.channels.items():
+        doubts += _doubts_of_channel(recording, name, values)
+    return tuple(doubts)
+
+
+def summary(recording: Recording) -> RecordingSummary:
+    """What is in a recording, for ``undertow inspect``; what `check` would raise stands among the doubts."""
+    try:
+        doubts = check(recording)
+    except RecordingError as error:
+        doubts = (str(error),)
+    steps = np.diff(recording.time)
+    usual = float(np.median(steps)) if steps.size else math.nan
+    gaps = steps[steps > GAP_STEPS * usual]
+    even = steps[steps <= GAP_STEPS * usual]
+    return RecordingSummary(
+        recording.name, recording.time.size, recording.duration_s, 1.0 / usual, gaps.size,
+        float(np.max(gaps, initial=0.0)), float(np.std(even) / usual) if even.size else math.nan,
+        {name: _channel_summary(recording, name, values) for name, values in recording.channels.items()}, doubts,
+    )  # fmt: skip
+
+
+def _channel_summary(recording: Recording, name: str, values: Array) -> ChannelSummary:
+    step = quantum(values)
+    return ChannelSummary(
+        recording.unit(name), float(np.min(values)), float(np.max(values)), noise(values), step,
+        int(np.count_nonzero(find_spikes(values))), plateaus(values, step),
+    )  # fmt: skip
+
+
+def _doubts_of_time(recording: Recording) -> list[str]:
+    steps = np.diff(recording.time)
+    usual = float(np.median(steps))
+    gaps = np.flatnonzero(steps > GAP_STEPS * usual)
+    doubts = []
+    if gaps.size:
+        worst = gaps[np.argmax(steps[gaps])]
+        doubts.append(
+            f"{gaps.size} gaps in time, the longest of {steps[worst]:.3g} s (usual step {usual:.3g} s) at "
+            f"{recording.time[worst]:.4g} s"
+        )
+    even = steps[steps <= GAP_STEPS * usual]
+    uneven = float(np.std(even) / usual)
+    if uneven > UNEVEN_SHARE:
+        doubts.append(f"time steps scatter by {uneven:.0%} of {usual:.3g} s; more than {UNEVEN_SHARE:.0%} is uneven")
+    return doubts
+
+
+def _doubts_of_channel(recording: Recording, name: str, values: Array) -> list[str]:
+    unit = recording.unit(name)
+    low, high = float(np.min(values)), float(np.max(values))
+    if low == high:
+        raise RecordingError(
+            f"trial {recording.name}: {name} is constant at {low:.6g} {unit} over {recording.duration_s:.3g} s; "
+            "was the sensor connected? take it out of recordings.channels or exclude the trial"
+        )
+    step = quantum(values)
+    cut = plateaus(values, step)
+    held = _longest_hold(values)
+    stuck = held >= SATURATED_SAMPLES and _rough(values) > max(step, NOISE_FREE_SHARE * (high - low))
+    if cut >= 2 or stuck:
+        said = f"{cut} peaks are cut" if cut >= 2 else f"{held} samples in a row do not move at all"
+        raise RecordingError(
+            f"trial {recording.name}: {name} is clipped between {low:.6g} and {high:.6g} {unit}: {said} at the extreme "
+            "value; widen the sensor's range, take it out of recordings.channels, or start trials.window later"
+        )
+    doubts = []
+    if cut == 1:
+        doubts.append(f"{name}: one peak looks cut at its extreme, between {low:.6g} and {high:.6g} {unit}")
+    places = np.flatnonzero(find_spikes(values))
+    spikes = places.size
+    if spikes and places[-1] - places[0] > SNAP_SAMPLES:
+        doubts.append(f"{name}: {spikes} samples look like spikes; state recordings.despike if they are")
+    if high - low < 10.0 * noise(values):
+        doubts.append(f"{name}: its range of {high - low:.3g} {unit} is less than ten times its noise of "
+                      f"{noise(values):.2g} {unit}")  # fmt: skip
+    return doubts
+
+
+def _rough(values: Array) -> float:
+    """Noise while the channel moves at all: from the steps that are not zero."""
+    moving = np.flatnonzero(np.diff(values) != 0.0)
+    return noise(values[np.unique(np.concatenate([moving, moving + 1]))]) if moving.size > FEWEST_SAMPLES else 0.0
+
+
+def _longest_hold(values: Array) -> int:
+    """Longest run of samples exactly at the largest or smallest value."""
+    runs = [end - start for extreme in (np.max(values), np.min(values)) for start, end in _runs(values == extreme)]
+    return max(runs, default=0)
+
+
+def _runs(mask: np.ndarray[tuple[int, ...], np.dtype[np.bool_]]) -> list[tuple[int, int]]:
+    """Half-open index ranges where a mask holds."""
+    edges = np.flatnonzero(np.diff(np.concatenate([[False], mask, [False]]).astype(np.int8)))
+    return list(zip(edges[::2].tolist(), edges[1::2].tolist(), strict=True))

@@ -1,0 +1,309 @@
+"""Figures of what was found: parameters against level and amplitude, agreement of methods, mismatch.
+
+Each function takes a finished result and an Axes and returns the Axes; none fits, filters or saves. Does not belong here:
+curves in time (trial_figures.py), style and saving (style.py).
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable, Sequence
+from statistics import median
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+from matplotlib.lines import Line2D
+
+from undertow.discrepancy.findings import Findings, GroupFindings
+from undertow.quantities import Estimate
+from undertow.report.arrange import Span, by_amplitude, is_usable, spanning_conditions
+from undertow.report.style import GREY, INK, NOT_EXPLAINED, PALE, SKY, method_colour, series_marker
+from undertow.report.wording import (
+    condition_words,
+    is_as_printed,
+    method_label,
+    ordered_parameters,
+    parameter_name,
+    percent,
+    split_unit,
+)
+
+OUTLIER_IN_SPREADS = 10.0
+"""A value further from the median than this many spreads is drawn as an arrow at the edge, so that it hides no other."""
+
+DODGE_SHARE = 0.6
+"""Share of the closest two levels' distance over which the methods are set side by side."""
+
+
+def parameter_axis_label(parameter: str, unit: str) -> str:
+    """Words, symbol and unit of a parameter, for an axis.
+
+    >>> parameter_axis_label("added_mass_kg", "kg")
+    'added mass $m_a$ (kg)'
+    """
+    name = parameter_name(parameter)
+    symbol = f" ${name.symbol}$" if name.symbol else ""
+    return f"{name.words}{symbol}" + (f" ({unit})" if unit not in ("", "1") else "")
+
+
+def amplitude_scale(findings: Findings) -> tuple[float, str]:
+    """Factor and unit in which amplitudes are drawn: mm, or mrad for a rotation."""
+    return (1e3, "mrad") if findings.coordinate == "rotation" else (1e3, "mm")
+
+
+def compared_methods(groups: Iterable[GroupFindings], parameter: str) -> tuple[str, ...]:
+    """Methods that found the parameter in some group, in the order they ran, without recipes shown as printed."""
+    found = [method for group in groups for method, fit in group.fits.items() if parameter in fit.parameters]
+    return tuple(method for method in dict.fromkeys(found) if not is_as_printed(method))
+
+
+def parameters_of(groups: Sequence[GroupFindings]) -> list[str]:
+    """Every parameter that some method found in these groups, in reading order."""
+    return ordered_parameters(name for group in groups for fit in group.fits.values() for name in fit.parameters)
+
+
+def draw_against_level(findings: Findings, parameter: str, axes: Axes) -> Axes:
+    """A parameter of each group against the numeric condition (water level): colour a method, marker a series.
+
+    Bars are one standard error (noise and what was held fixed). Hollow: on a bound, or without an error bar. Without a
+    numeric condition the groups stand side by side.
+    """
+    span = spanning_conditions(findings)
+    groups = [g for g in findings.groups if any(parameter in fit.parameters for fit in g.fits.values())]
+    methods = compared_methods(groups, parameter)
+    series = _series_values(findings, span)
+    places = {id(g): span.level_of(g) if span.level else float(i) for i, g in enumerate(groups)}
+    offsets = _offsets(sorted(set(places.values())), len(methods) * len(series))
+    points = []
+    for group in groups:
+        at = series.index(span.series_of(group))
+        for i, method in enumerate(methods):
+            fit = group.fits.get(method)
+            if fit is None or parameter not in fit.parameters:
+                continue
+            place = places[id(group)] + offsets[at * len(methods) + i]
+            points.append((place, fit.parameters[parameter], method_colour(method, methods), series_marker(at)))
+    _draw_points(points, axes)
+    if span.level:
+        axes.set_xticks(sorted(set(places.values())))
+        words, unit = split_unit(span.level)
+        axes.set_xlabel(f"{words} ({unit})" if unit else words)
+    else:
+        labels = [", ".join(condition_words(c, v) for c, v in g.key.items()) or "all trials" for g in groups]
+        axes.set_xticks(list(places.values()), labels, rotation=20, ha="right")
+        axes.set_xlabel("group")
+    axes.set_ylabel(parameter_axis_label(parameter, _unit_of(points)))
+    return axes
+
+
+def draw_against_amplitude(findings: Findings, groups: Sequence[GroupFindings], parameter: str, axes: Axes) -> Axes:
+    """A parameter found on each trial alone against its release amplitude, for the groups of one level.
+
+    The same colours, markers and bars as draw_against_level.
+    """
+    span = spanning_conditions(findings)
+    series = _series_values(findings, span)
+    methods = compared_methods(findings.groups, parameter)
+    factor, unit = amplitude_scale(findings)
+    points = []
+    for group in groups:
+        marker = series_marker(series.index(span.series_of(group)))
+        for trial in by_amplitude(group.trials):
+            for i, method in enumerate(methods):
+                fit = trial.fits.get(method)
+                if fit is None or parameter not in fit.parameters:
+                    continue
+                place = trial.motion.amplitude * factor * 1.05 ** (i - 0.5 * (len(methods) - 1))
+                points.append((place, fit.parameters[parameter], method_colour(method, methods), marker))
+    _draw_points(points, axes)
+    axes.set_xscale("log")
+    _plain_log_ticks(axes, [p[0] for p in points])
+    axes.set_xlabel(f"release amplitude ({unit})")
+    axes.set_ylabel(parameter_axis_label(parameter, _unit_of(points)))
+    return axes
+
+
+def draw_agreement(group: GroupFindings, parameter: str, axes: Axes) -> Axes:
+    """Each method's interval of one parameter in one group, side by side: thick one, thin two standard errors.
+
+    A value far from all others is an arrow at the edge with its number; hollow: on a bound or without an error bar.
+    """
+    rows = [(m, f.parameters[parameter]) for m, f in group.fits.items() if parameter in f.parameters]
+    rows = [(m, e) for m, e in rows if math.isfinite(e.value)]
+    methods = tuple(group.fits)
+    low, high = sensible_limits([e for m, e in rows if not is_as_printed(m)] or [e for _, e in rows])
+    for row, (method, estimate) in enumerate(rows):
+        colour = method_colour(method, methods)
+        if not low <= estimate.value <= high:
+            _edge_arrow(axes, row, estimate, (low, high), colour)
+            continue
+        error = estimate.total_stderr if math.isfinite(estimate.total_stderr) else 0.0
+        axes.plot([estimate.value - 2 * error, estimate.value + 2 * error], [row, row], color=colour, lw=1.0)
+        axes.plot([estimate.value - error, estimate.value + error], [row, row], color=colour, lw=3.2)
+        face = colour if is_usable(estimate) else "white"
+        axes.plot([estimate.value], [row], "o", color=colour, mfc=face, ms=5.5)
+    axes.set_xlim(low, high)
+    axes.set_ylim(len(rows) - 0.5, -0.5)
+    axes.set_yticks(range(len(rows)), [method_label(method) for method, _ in rows])
+    axes.grid(axis="y", visible=False)
+    axes.locator_params(axis="x", nbins=4)
+    axes.set_xlabel(parameter_axis_label(parameter, rows[0][1].unit if rows else ""))
+    return axes
+
+
+def draw_mismatch(findings: Findings, group: GroupFindings, axes: Axes) -> Axes:
+    """Free-run error of each trial of a group against amplitude, in per cent, with both floors, on log axes.
+
+    Grey up to what repeatability allows, paler up to what the sensors alone give. A trial above the grey is not
+    explained: vermillion, with how many times what is allowed.
+    """
+    factor, unit = amplitude_scale(findings)
+    trials = by_amplitude(group.trials)
+    x = [trial.motion.amplitude * factor for trial in trials]
+    repeat = [100.0 * trial.mismatch.repeatability_nrmse for trial in trials]
+    sensor = [100.0 * trial.mismatch.sensor_floor_nrmse for trial in trials]
+    axes.set_xscale("log")
+    axes.set_yscale("log")
+    wide = _widened(x)
+    bottom = 1e-3
+    axes.fill_between(wide, bottom, _ends_repeated(repeat), color=PALE, lw=0, label="repeatability")
+    axes.plot(wide, _ends_repeated(sensor), color=SKY, lw=1.2, label="sensors alone")
+    for place, trial in zip(x, trials, strict=True):
+        missing = trial.mismatch.missing
+        style = {"color": NOT_EXPLAINED, "marker": "D"} if missing else {"color": INK, "marker": "o"}
+        hollow = {"mfc": "white"} if trial.held_out else {}
+        axes.plot([place], [100.0 * trial.mismatch.nrmse], ms=5.5, ls="none", **style, **hollow)
+    axes.set_xlim(wide[0], wide[-1])
+    _plain_log_ticks(axes, x)
+    axes.yaxis.set_major_formatter(lambda value, _: f"{value:g}")
+    axes.yaxis.set_minor_formatter(lambda value, _: "")
+    axes.set_xlabel(f"release amplitude ({unit})")
+    axes.set_ylabel("free-run error (% of motion)")
+    return axes
+
+
+def mismatch_legend(figure: Figure) -> None:
+    """What the marks of draw_mismatch mean, above a figure's panels."""
+    marks = [
+        Line2D([], [], color=INK, marker="o", ls="none", label="explained"),
+        Line2D([], [], color=NOT_EXPLAINED, marker="D", ls="none", label="not explained"),
+        Line2D([], [], color=GREY, marker="o", mfc="white", ls="none", label="hollow: held out"),
+        Line2D([], [], color=PALE, lw=7, label="allowed by repeatability"),
+        Line2D([], [], color=SKY, lw=1.2, label="sensors alone"),
+    ]
+    figure.legend(handles=marks, loc="outside upper left", ncols=len(marks))
+
+
+def method_legend(findings: Findings, parameters: Sequence[str], figure: Figure) -> None:
+    """Colours of methods and markers of series, above a figure's panels."""
+    found = [m for p in parameters for m in compared_methods(findings.groups, p)]
+    methods = tuple(dict.fromkeys(found))
+    span = spanning_conditions(findings)
+    marks = [Line2D([], [], color=method_colour(m, methods), lw=3, label=method_label(m)) for m in methods]
+    if span.series is not None:
+        for i, value in enumerate(_series_values(findings, span)):
+            label = condition_words(span.series, value)
+            marks.append(Line2D([], [], color=GREY, marker=series_marker(i), ls="none", label=label))
+    marks.append(Line2D([], [], color=GREY, marker="o", mfc="white", ls="none", label="hollow: on a bound or no error bar"))
+    figure.legend(handles=marks, loc="outside upper left", ncols=min(len(marks), 8))
+
+
+def sensible_limits(estimates: Sequence[Estimate]) -> tuple[float, float]:
+    """Limits of an axis that show these estimates with their errors, without those far from all others.
+
+    >>> low, high = sensible_limits([Estimate(10.0, 1.0), Estimate(11.0, 1.0), Estimate(900.0, 1.0)])
+    >>> low < 8.0, 13.0 < high < 100.0
+    (True, True)
+    """
+    usable = [e for e in estimates if math.isfinite(e.value)]
+    if not usable:
+        return 0.0, 1.0
+    middle = median(e.value for e in usable)
+    errors = [e.total_stderr for e in usable if math.isfinite(e.total_stderr)]
+    spread = max(median(abs(e.value - middle) for e in usable), median(errors) if errors else 0.0)
+    kept = [e for e in usable if abs(e.value - middle) <= OUTLIER_IN_SPREADS * spread] or usable
+    widest = 3.0 * max(spread, max(e.value for e in kept) - min(e.value for e in kept))
+    reach = [min(2.0 * e.total_stderr, widest) if math.isfinite(e.total_stderr) else 0.0 for e in kept]
+    low = min(e.value - r for e, r in zip(kept, reach, strict=True))
+    high = max(e.value + r for e, r in zip(kept, reach, strict=True))
+    room = 0.08 * (high - low) or 0.05 * abs(middle) or 1.0
+    return low - room, high + room
+
+
+Point = tuple[float, Estimate, str, str]
+
+
+def _draw_points(points: Sequence[Point], axes: Axes) -> None:
+    low, high = sensible_limits([p[1] for p in points])
+    for place, estimate, colour, marker in points:
+        if not math.isfinite(estimate.value):
+            continue
+        if not low <= estimate.value <= high:
+            edge, mark = (high, "^") if estimate.value > high else (low, "v")
+            axes.plot([place], [edge], mark, color=colour, ms=4.5, mfc="white", clip_on=False)
+            continue
+        total = estimate.total_stderr
+        error = total if math.isfinite(total) else 0.0
+        face = colour if is_usable(estimate) else "white"
+        axes.errorbar([place], [estimate.value], [error], fmt=marker, color=colour, mfc=face, ms=4.5, elinewidth=1.0)
+    axes.set_ylim(low, high)
+    if low < 0.0 < high:
+        axes.axhline(0.0, color=GREY, lw=0.6)
+
+
+def _edge_arrow(axes: Axes, row: int, estimate: Estimate, limits: tuple[float, float], colour: str) -> None:
+    right = estimate.value > limits[1]
+    edge = limits[1] if right else limits[0]
+    axes.plot([edge], [row], ">" if right else "<", color=colour, ms=6, clip_on=False)
+    shift, align = (-8, "right") if right else (8, "left")
+    text = f"{estimate.value:.3g}"
+    axes.annotate(text, (edge, row), (shift, 0), textcoords="offset points", ha=align, va="center", color=colour, fontsize=8)
+
+
+def _series_values(findings: Findings, span: Span) -> list[object]:
+    return list(dict.fromkeys(span.series_of(group) for group in findings.groups))
+
+
+def _offsets(levels: Sequence[float], number: int) -> list[float]:
+    closest = min((b - a for a, b in zip(levels[:-1], levels[1:], strict=True)), default=1.0)
+    if number < 2:
+        return [0.0] * number
+    return [float(value) for value in np.linspace(-0.5, 0.5, number) * DODGE_SHARE * closest]
+
+
+def _unit_of(points: Sequence[Point]) -> str:
+    return next((estimate.unit for _, estimate, _, _ in points if estimate.unit), "")
+
+
+def _widened(x: Sequence[float]) -> list[float]:
+    return [x[0] / 1.25, *x, x[-1] * 1.25]
+
+
+def _ends_repeated(values: Sequence[float]) -> list[float]:
+    return [values[0], *values, values[-1]]
+
+
+def _plain_log_ticks(axes: Axes, values: Sequence[float]) -> None:
+    """Ticks at 1, 2, 5 of each decade, written plainly."""
+    if not values:
+        return
+    decades = range(math.floor(math.log10(min(values))) - 1, math.ceil(math.log10(max(values))) + 1)
+    ticks = [step * 10.0**decade for decade in decades for step in (1, 2, 5)]
+    low, high = min(values) / 1.3, max(values) * 1.3
+    shown = [tick for tick in ticks if low <= tick <= high]
+    axes.set_xticks(shown, [f"{tick:g}" for tick in shown])
+    axes.set_xticks([], minor=True)
+
+
+def times_allowed(group: GroupFindings) -> str:
+    """How far the group's worst trial is above what repeatability allows, in words.
+
+    Empty where all trials are explained.
+    """
+    missing = [trial for trial in group.trials if trial.mismatch.missing]
+    if not missing:
+        return ""
+    worst = max(missing, key=lambda trial: trial.mismatch.nrmse / trial.mismatch.repeatability_nrmse)
+    ratio = worst.mismatch.nrmse / worst.mismatch.repeatability_nrmse
+    return f"{percent(worst.mismatch.nrmse)}, {ratio:.1f} times what is allowed"

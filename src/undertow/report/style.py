@@ -1,0 +1,96 @@
+"""How figures look: colours that colour-blind readers can tell apart, type sizes, markers, and the way to SVG and PNG.
+
+Belongs here: style and saving. Does not belong here: what is drawn (figures.py, trial_figures.py).
+"""
+
+from __future__ import annotations
+
+import io
+from collections.abc import Mapping
+
+from matplotlib import rc_context
+from matplotlib.figure import Figure
+
+BLUE, ORANGE, GREEN, VERMILLION = "#0072B2", "#E69F00", "#009E73", "#D55E00"
+PURPLE, SKY, INK, GREY, PALE = "#CC79A7", "#56B4E9", "#222222", "#777777", "#d9d9d9"
+"""Okabe and Ito's palette (jfly.uni-koeln.de/color, 2008), and greys; vermillion is kept for what is not explained."""
+
+NOT_EXPLAINED = VERMILLION
+
+_METHOD_COLOURS: Mapping[str, str] = {
+    "output_error": INK,
+    "sindy": BLUE,
+    "method1": ORANGE,
+    "method2": GREEN,
+    "decay": PURPLE,
+    "method2_as_printed": GREY,
+}
+_SPARE_COLOURS = (SKY, "#8C6D31", "#7B4FA3")
+_MARKERS = ("o", "s", "^", "D", "v", "P", "X")
+
+SETTINGS: Mapping[str, object] = {
+    "font.family": "DejaVu Sans",
+    "font.size": 9.0,
+    "axes.titlesize": 9.0,
+    "axes.titlelocation": "left",
+    "axes.labelsize": 9.0,
+    "axes.spines.top": False,
+    "axes.spines.right": False,
+    "axes.linewidth": 0.7,
+    "axes.grid": True,
+    "axes.axisbelow": True,
+    "grid.color": "#e6e6e6",
+    "grid.linewidth": 0.6,
+    "xtick.labelsize": 8.0,
+    "ytick.labelsize": 8.0,
+    "legend.fontsize": 8.0,
+    "legend.frameon": False,
+    "lines.linewidth": 0.9,
+    "svg.hashsalt": "undertow",
+    "svg.fonttype": "path",
+    "mathtext.fontset": "dejavusans",
+    "figure.constrained_layout.use": True,
+}
+"""matplotlib settings of every figure, at the page's width of eleven inches."""
+
+RASTER_DPI = 160
+"""Dots an inch of the dense lines inside an SVG, and of a PNG: sharp at the page's size, small in bytes."""
+
+
+def method_colour(method: str, methods: tuple[str, ...] = ()) -> str:
+    """A method's colour, the same in every figure; methods of a user's own share the spare ones in order.
+
+    >>> method_colour("sindy"), method_colour("mine", ("sindy", "mine"))
+    ('#0072B2', '#56B4E9')
+    """
+    if method in _METHOD_COLOURS:
+        return _METHOD_COLOURS[method]
+    own = [name for name in methods if name not in _METHOD_COLOURS]
+    return _SPARE_COLOURS[own.index(method) % len(_SPARE_COLOURS)] if method in own else _SPARE_COLOURS[0]
+
+
+def series_marker(index: int) -> str:
+    """Marker of the i-th series (spring), the same in every figure."""
+    return _MARKERS[index % len(_MARKERS)]
+
+
+def new_figure(width_in: float, height_in: float) -> Figure:
+    """An empty figure in the page's style; it belongs to no window and to no global list."""
+    with rc_context(dict(SETTINGS)):
+        return Figure(figsize=(width_in, height_in), layout="constrained")
+
+
+def svg_text(figure: Figure) -> str:
+    """The figure as SVG, equal bytes for equal figures (no date, fixed identifiers)."""
+    stream = io.StringIO()
+    with rc_context(dict(SETTINGS)):
+        figure.savefig(stream, format="svg", metadata={"Date": None}, dpi=RASTER_DPI)
+    return stream.getvalue()
+
+
+def png_bytes(figure: Figure) -> bytes:
+    """The figure as PNG at RASTER_DPI."""
+    stream = io.BytesIO()
+    with rc_context(dict(SETTINGS)):
+        figure.savefig(stream, format="png", dpi=RASTER_DPI)
+    return stream.getvalue()

@@ -1,0 +1,210 @@
+"""Figures of trials in time: measured against free run, residual and its spectrum, decay.
+
+Each function takes a finished result and an Axes (a Figure for small multiples) and returns it; none fits, filters or
+saves. Does not belong here: figures of parameters (figures.py), style and saving (style.py).
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+
+from undertow.discrepancy.findings import GroupFindings, TrialFindings
+from undertow.recording.recording import Array
+from undertow.report.arrange import chosen, excess
+from undertow.report.style import BLUE, GREY, INK, NOT_EXPLAINED, PALE, SKY
+from undertow.report.wording import percent
+
+PANELS_AT_MOST = 24
+"""Trials of a group that are drawn; of more, the ends and the worst explained ones."""
+
+CURVES_AT_MOST = 8
+"""Decays on one axes that a reader can still tell apart."""
+
+_RESPONSES = {
+    ("displacement", "translation"): ("displacement", "mm"),
+    ("displacement", "rotation"): ("angle", "mrad"),
+    ("velocity", "translation"): ("velocity", "mm/s"),
+    ("velocity", "rotation"): ("angular velocity", "mrad/s"),
+}
+MILLI = 1e3
+"""Drawn units (mm, mrad) an SI unit."""
+
+
+def response(trial: TrialFindings) -> tuple[str, str]:
+    """What the free run is compared with, in words, and the unit it is drawn in.
+
+    Displacement where it was recorded, else velocity (a rate gyro alone).
+    """
+    recording = trial.motion.recording
+    channel = "displacement" if "displacement" in recording.channels else "velocity"
+    return _RESPONSES[channel, recording.coordinate]
+
+
+def trial_heading(trial: TrialFindings) -> str:
+    """Release amplitude, free-run error against what is allowed, and in words if the trial is not explained."""
+    unit = "mrad" if trial.motion.recording.coordinate == "rotation" else "mm"
+    mismatch = trial.mismatch
+    error = f"error {percent(mismatch.nrmse)} (allowed {percent(mismatch.repeatability_nrmse)})"
+    text = f"{trial.motion.amplitude * MILLI:.3g} {unit} · {error}"
+    if trial.held_out:
+        text += " · held out"
+    return text + (f" · NOT EXPLAINED ({excess(trial):.1f}×)" if mismatch.missing else "")
+
+
+def draw_free_run(trial: TrialFindings, axes: Axes) -> Axes:
+    """Measured motion of one trial and the free run of its group's equation from the release, against time."""
+    words, unit = response(trial)
+    run = NOT_EXPLAINED if trial.mismatch.missing else BLUE
+    axes.plot(trial.t, trial.measured * MILLI, color=INK, lw=1.1, label="measured", rasterized=True)
+    axes.plot(trial.t, trial.simulated * MILLI, color=run, lw=0.7, label="free run", rasterized=True)
+    axes.set_ylabel(f"{words} ({unit})")
+    axes.set_xlabel("time after release (s)")
+    axes.set_title(trial_heading(trial), color=NOT_EXPLAINED if trial.mismatch.missing else INK)
+    axes.margins(x=0.0)
+    return axes
+
+
+def draw_residual(trial: TrialFindings, axes: Axes) -> Axes:
+    """Measured minus free run against time; grey: plus and minus what repeatability allows, as an RMS."""
+    words, unit = response(trial)
+    rms = float(np.sqrt(np.mean(trial.measured**2)))
+    allowed = trial.mismatch.repeatability_nrmse * rms * MILLI
+    if math.isfinite(allowed):
+        axes.axhspan(-allowed, allowed, color=PALE, lw=0)
+    colour = NOT_EXPLAINED if trial.mismatch.missing else BLUE
+    residual = (trial.measured - trial.simulated) * MILLI
+    axes.plot(trial.t, residual, color=colour, lw=0.7, rasterized=True)
+    size = 1.1 * max(float(np.max(np.abs(residual))), allowed if math.isfinite(allowed) else 0.0, 1e-9)
+    axes.set_ylim(-size, size)
+    axes.set_ylabel(f"residual ({unit})" if words else unit)
+    axes.set_xlabel("time after release (s)")
+    axes.margins(x=0.0)
+    return axes
+
+
+def draw_free_runs(group: GroupFindings, figure: Figure, at_most: int = PANELS_AT_MOST) -> Figure:
+    """Small multiples of a group: one panel a trial by amplitude, measured and free run above, residual below."""
+    trials = chosen(group.trials, at_most)
+    columns, rows = panel_grid(len(trials))
+    grid = figure.add_gridspec(rows, columns)
+    for i, trial in enumerate(trials):
+        row, column = divmod(i, columns)
+        cell = grid[row, column].subgridspec(2, 1, height_ratios=(3.0, 1.3), hspace=0.02)
+        upper = figure.add_subplot(cell[0])
+        lower = figure.add_subplot(cell[1], sharex=upper)
+        draw_free_run(trial, upper)
+        draw_residual(trial, lower)
+        upper.set_xlabel("")
+        upper.tick_params(labelbottom=False)
+        if i + columns < len(trials):
+            lower.set_xlabel("")
+        if column:
+            upper.set_ylabel("")
+            lower.set_ylabel("")
+        if i == 0:
+            upper.legend(loc="upper right", ncols=2, borderaxespad=0.1)
+        if trial.mismatch.missing:
+            for spine in (*upper.spines.values(), *lower.spines.values()):
+                spine.set_color(NOT_EXPLAINED)
+    return figure
+
+
+def panel_grid(panels: int) -> tuple[int, int]:
+    """Columns and rows for so many panels: wide while they are few.
+
+    >>> panel_grid(4), panel_grid(7)
+    ((2, 2), (3, 3))
+    """
+    columns = 1 if panels < 2 else 2 if panels <= 6 else 3
+    return columns, max(1, math.ceil(panels / columns))
+
+
+def amplitude_spectrum(t: Array, values: Array) -> tuple[Array, Array]:
+    """Frequencies (m,) in Hz and amplitudes (m,) in the values' unit, from a Hann window over all of ``values`` (n,).
+
+    A sine of amplitude A that fills the window stands at A. Uneven instants are interpolated to their median step.
+
+    >>> t = np.arange(0.0, 10.0, 0.01)
+    >>> f, a = amplitude_spectrum(t, 2.0 * np.sin(2.0 * np.pi * 1.5 * t))
+    >>> round(float(f[np.argmax(a)]), 2), round(float(a.max()), 2)
+    (1.5, 2.0)
+    """
+    step = float(np.median(np.diff(t)))
+    even = np.arange(t[0], t[-1], step)
+    window = np.hanning(even.size)
+    sampled = np.interp(even, t, values)
+    transform = np.fft.rfft((sampled - sampled.mean()) * window)
+    return np.fft.rfftfreq(even.size, step), 2.0 * np.abs(transform) / window.sum()
+
+
+def draw_residual_spectrum(trial: TrialFindings, axes: Axes) -> Axes:
+    """Amplitude spectra of the measured motion and of what the free run leaves, with the residual's line marked."""
+    _, unit = response(trial)
+    frequency, motion = amplitude_spectrum(trial.t, trial.measured)
+    _, left = amplitude_spectrum(trial.t, trial.measured - trial.simulated)
+    top = 4.0 * float(frequency[int(np.argmax(motion[1:])) + 1])
+    axes.semilogy(frequency, motion * MILLI, color=GREY, lw=0.9, label="measured")
+    axes.semilogy(frequency, left * MILLI, color=NOT_EXPLAINED, lw=1.1, label="residual")
+    line = trial.mismatch.line_frequency_hz
+    if math.isfinite(line):
+        axes.axvline(line, color=SKY, lw=1.0, ls="--", label=f"line at {line:.3g} Hz")
+    shown = (frequency <= top) & (frequency > 0.0)
+    largest = MILLI * max(float(motion[shown].max()), float(left[shown].max()))
+    axes.set_ylim(largest * 1e-4, largest * 2.0)
+    axes.set_xlim(0.0, top)
+    axes.set_xlabel("frequency (Hz)")
+    axes.set_ylabel(f"amplitude ({unit})")
+    axes.legend(loc="upper right")
+    return axes
+
+
+def draw_residuals(trials: Sequence[TrialFindings], figure: Figure) -> Figure:
+    """Residual against time, and its spectrum, one row for each trial (the unexplained ones)."""
+    panels = figure.subplots(len(trials), 2, squeeze=False, width_ratios=(1.6, 1.0))
+    for i, (trial, (left, right)) in enumerate(zip(trials, panels, strict=True)):
+        draw_residual(trial, left)
+        draw_residual_spectrum(trial, right)
+        left.set_title(trial_heading(trial), color=NOT_EXPLAINED)
+        if i + 1 < len(trials):
+            left.set_xlabel("")
+            right.set_xlabel("")
+    return figure
+
+
+def half_cycle_peaks(t: Array, x: Array, smallest: float) -> tuple[Array, Array]:
+    """Time and size of the largest |x| of every half cycle; crossings are counted once |x| has exceeded ``smallest``.
+
+    >>> t = np.arange(0.0, 2.0, 0.01)
+    >>> _, sizes = half_cycle_peaks(t, np.exp(-t) * np.cos(2.0 * np.pi * t), 0.01)
+    >>> [round(float(size), 2) for size in sizes]
+    [1.0, 0.61, 0.37, 0.22, 0.14]
+    """
+    side = np.where(x > smallest, 1, np.where(x < -smallest, -1, 0))
+    away = np.flatnonzero(side)
+    if away.size == 0:
+        return np.zeros(0), np.zeros(0)
+    splits = np.flatnonzero(np.diff(side[away])) + 1
+    peaks = [piece[int(np.argmax(np.abs(x[piece])))] for piece in np.split(away, splits)]
+    return t[peaks], np.abs(x[peaks])
+
+
+def draw_decay(group: GroupFindings, axes: Axes, at_most: int = CURVES_AT_MOST) -> Axes:
+    """Amplitude of every half cycle against time on a log axis: points measured, lines the free run."""
+    trials = chosen(group.trials, at_most)
+    for trial in trials:
+        smallest = max(0.01 * float(np.max(np.abs(trial.measured))), 3.0 * min(trial.motion.noise.values(), default=0.0))
+        colour = NOT_EXPLAINED if trial.mismatch.missing else BLUE
+        t, size = half_cycle_peaks(trial.t, trial.measured, smallest)
+        axes.semilogy(t, size * MILLI, ".", color=INK, ms=4.0)
+        t, size = half_cycle_peaks(trial.t, trial.simulated, smallest)
+        axes.semilogy(t, size * MILLI, "-", color=colour, lw=0.9)
+    words, unit = response(trials[0])
+    axes.set_ylabel(f"{words} a half cycle ({unit})")
+    axes.set_xlabel("time after release (s)")
+    axes.yaxis.set_major_formatter(lambda value, _: f"{value:g}")
+    return axes

@@ -1,7 +1,7 @@
 """The parts of a campaign's configuration, one model a section; every key says what it means.
 
-Belongs here: keys, their types, their defaults. Does not belong here: recordings (recording_settings.py), reading YAML (source.py), the whole and what
-follows from it (config.py).
+Belongs here: keys, their types, their defaults. Does not belong here: recordings (recording_settings.py),
+reading YAML (source.py), the whole and what follows from it (config.py).
 """
 
 from __future__ import annotations

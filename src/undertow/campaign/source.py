@@ -142,16 +142,17 @@ def _without_tags(data: Any, location: Sequence[int | str]) -> Location:
 
 def _line(root: Node, location: Location) -> int:
     """Line (from 1) of a key, or of the last part of its path that was written."""
-    node, line = root, root.start_mark.line + 1
+    node: Node = root
+    line = int(root.start_mark.line) + 1
     for part in location:
         if isinstance(node, MappingNode):
             found = [pair for pair in node.value if isinstance(pair[0], ScalarNode) and _names(pair[0], part)]
             if not found:
                 return line
-            line, node = found[0][0].start_mark.line + 1, found[0][1]
+            line, node = int(found[0][0].start_mark.line) + 1, found[0][1]
         elif isinstance(node, SequenceNode) and isinstance(part, int) and part < len(node.value):
             node = node.value[part]
-            line = node.start_mark.line + 1
+            line = int(node.start_mark.line) + 1
     return line
 
 

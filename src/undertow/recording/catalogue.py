@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import hashlib
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from types import MappingProxyType
 
@@ -139,6 +139,22 @@ def read_trial(entry: Entry, catalogue: Catalogue) -> Recording:
     )  # fmt: skip
 
 
+def cut(recording: Recording, window: Window) -> Recording:
+    """The part of a recording inside a window; RecordingError where the window holds no sample."""
+    inside = window.contains(recording.time)
+    _must_hold_samples(inside, recording.time, window)
+    channels = {name: values[inside] for name, values in recording.channels.items()}
+    return replace(recording, time=recording.time[inside], channels=channels)
+
+
+def _must_hold_samples(inside: Mask, time: Array, window: Window) -> None:
+    if not inside.any():
+        raise RecordingError(
+            f"the window {window.start_s} to {window.end_s} s holds none of the samples, which are at {time[0]:g} to "
+            f"{time[-1]:g} s; correct trials.window"
+        )
+
+
 def _mapped(catalogue: Catalogue) -> tuple[Column, ...]:
     """Every column that a channel or the time needs, once."""
     time = () if catalogue.time.column is None else (catalogue.time.column,)
@@ -165,11 +181,7 @@ def _without_nan(table: pd.DataFrame, time: Array, window: Window) -> tuple[pd.D
     """The table without incomplete rows outside the window; an incomplete row inside it is an error."""
     finite = np.isfinite(table.to_numpy(dtype=np.float64))
     complete, inside = finite.all(axis=1), window.contains(time)
-    if not inside.any():
-        raise RecordingError(
-            f"the window {window.start_s} to {window.end_s} s holds none of the samples, which are at {time[0]:g} to "
-            f"{time[-1]:g} s; correct trials.window"
-        )
+    _must_hold_samples(inside, time, window)
     for at, column in enumerate(table.columns):
         bad = np.flatnonzero(~finite[:, at] & inside)
         if bad.size:

@@ -75,7 +75,10 @@ def read_index(path: Path) -> list[dict[str, str]]:
     except RecordingError as error:
         raise ConfigError(f"recordings.index: {error}") from error
     separator = sniff(lines[:1], ".")
-    rows = list(csv.reader(lines, delimiter="," if len(separator) > 1 else separator))
+    try:
+        rows = list(csv.reader(lines, delimiter="," if len(separator) > 1 else separator, skipinitialspace=True))
+    except csv.Error as error:
+        raise ConfigError(f"recordings.index {path} is no table ({error}); save it as CSV") from error
     head = [name.strip() for name in rows[0]]
     return [dict(zip(head, (cell.strip() for cell in row), strict=False)) for row in rows[1:]]
 
@@ -103,7 +106,7 @@ def _row_entry(row: Mapping[str, str], catalogue: Catalogue, folder: Path) -> En
         if value and value.lower() != "nan" and (catalogue.file is not None or key != catalogue.index_column)
     }
     entry = Entry(trial_name(Path(name)), folder / name, conditions)
-    parts = [row[key] for key in _FIELD.findall(catalogue.file)] if catalogue.file else [name]
+    parts = [row.get(key, "") for key in _FIELD.findall(catalogue.file)] if catalogue.file else [name]
     if not name or any(_escapes(part) for part in parts):
         path = folder / (Path(name).name or "unnamed")
         problem = f"the index names the file {name!r}; it must lie in the index's folder {folder}"

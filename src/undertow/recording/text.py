@@ -106,7 +106,10 @@ def _extremes(counts: Sequence[int]) -> tuple[int, int]:
 def _fields(line: str, separator: str) -> list[str]:
     if separator == _WHITESPACE:
         return line.lstrip("#").split()
-    row = next(csv.reader([line], delimiter=separator, skipinitialspace=True), [])
+    try:
+        row = next(csv.reader([line], delimiter=separator, skipinitialspace=True), [])
+    except csv.Error as error:
+        raise RecordingError(f"line {line[:40]!r}... is no row of a table ({error}); is it a recording?") from error
     return [field.strip().lstrip("#").strip() for field in row]
 
 
@@ -140,12 +143,14 @@ def _parse(path: Path, lines: Sequence[str], separator: str, layout: FileFormat,
 
 def _numbers(path: Path, name: Column, column: pd.Series, numbers: Sequence[int]) -> pd.Series:
     """A column as float64; the first text in it is the error."""
-    if column.dtype.kind in "fi":
+    if column.dtype.kind in "fiu":
         return column.astype("float64")
     converted = pd.to_numeric(column, errors="coerce")
     wrong = converted.isna() & column.notna()
-    if column.dtype.kind == "b" or not wrong.any():
+    if column.dtype.kind == "b":
         wrong = column.notna()
+    elif not wrong.any():
+        return converted.astype("float64")  # whole numbers too long for 64 bits
     at = int(wrong.to_numpy().argmax())
     text = str(column.iloc[at])
     advice = "set decimal: ','" if _DECIMAL_COMMA.match(text) else "repair the file, or skip the lines above its data"

@@ -1,0 +1,187 @@
+"""Noise, steps, clipping, gaps and spikes on signals whose truth is known; and honest records that must pass."""
+
+from __future__ import annotations
+
+import numpy as np
+import pandas as pd
+import pytest
+
+from undertow.errors import RecordingError
+from undertow.recording.propose import name_and_unit, propose_mapping
+from undertow.recording.quality import check, noise, plateaus, quantum, summary
+from undertow.recording.recording import Array, Recording
+from undertow.recording.spikes import despike, find_spikes
+
+RATE_HZ = 250.0
+
+
+def decay(amplitude: float = 0.03, hold_s: float = 0.6, duration_s: float = 15.0) -> tuple[Array, Array]:
+    """A hold, a snap release and a free decay at 1.9 Hz: time (s) and displacement (m)."""
+    t = np.arange(int(duration_s * RATE_HZ)) / RATE_HZ
+    moving = np.maximum(t - hold_s, 0.0)
+    return t, amplitude * np.exp(-0.3 * moving) * np.cos(12.0 * moving)
+
+
+def rounded(values: Array, step: float) -> Array:
+    return np.round(values / step) * step
+
+
+def recording(x: Array, t: Array | None = None, **channels: Array) -> Recording:
+    time = np.arange(x.size) / RATE_HZ if t is None else t
+    return Recording("r1", time, {"displacement": x, **channels})
+
+
+@pytest.mark.parametrize("sigma", [2e-5, 2e-4, 1e-3])
+@pytest.mark.parametrize("step", [0.0, 2e-5])
+def test_noise_is_found_under_a_decay(sigma: float, step: float) -> None:
+    _, x = decay()
+    values = x + np.random.default_rng(3).normal(0.0, sigma, x.size)
+    values = rounded(values, step) if step else values
+    # 3750 samples give the median of a high difference to about 3 %; the smallest of seven orders is a little low
+    assert noise(values) == pytest.approx(np.hypot(sigma, step / np.sqrt(12.0)), rel=0.15)
+
+
+def test_a_channel_without_noise_has_that_of_its_rounding() -> None:
+    _, x = decay()
+    assert noise(rounded(x, 1e-3)) == pytest.approx(1e-3 / np.sqrt(12.0), rel=0.3)
+
+
+@pytest.mark.parametrize("step", [2.44e-5, 1e-4, 1e-3])
+def test_the_finest_step_is_found(step: float) -> None:
+    _, x = decay()
+    values = x + np.random.default_rng(4).normal(0.0, 3e-5, x.size)
+    assert quantum(rounded(values, step)) == pytest.approx(step, rel=0.02)
+
+
+def test_a_channel_on_no_grid_has_no_step() -> None:
+    _, x = decay()
+    assert quantum(x + np.random.default_rng(5).normal(0.0, 3e-5, x.size)) == 0.0
+
+
+@pytest.mark.parametrize("sigma", [0.0, 1e-5, 1e-4])
+@pytest.mark.parametrize("step", [0.0, 2.4e-5, 2e-4, 1e-3])
+def test_an_honest_snap_release_is_not_called_clipped(sigma: float, step: float) -> None:
+    t, x = decay()
+    x = x + np.random.default_rng(6).normal(0.0, sigma, x.size) if sigma else x
+    said = check(recording(rounded(x, step) if step else x, t))
+    assert not any("cut" in doubt for doubt in said)
+
+
+@pytest.mark.parametrize("sides", ["both", "upper", "lower"])
+@pytest.mark.parametrize("step", [0.0, 2.4e-5])
+def test_a_clipped_channel_is_refused(sides: str, step: float) -> None:
+    t, x = decay()
+    x = x + np.random.default_rng(7).normal(0.0, 3e-5, x.size)
+    x = rounded(x, step) if step else x
+    limit = 0.015
+    low, high = (-limit if sides != "upper" else -np.inf), (limit if sides != "lower" else np.inf)
+    with pytest.raises(RecordingError, match=r"displacement is clipped between"):
+        check(recording(np.clip(x, low, high), t))
+
+
+def test_a_load_cell_that_saturates_in_the_hold_is_refused() -> None:
+    t, x = decay()
+    force = rounded(4e5 * x + np.random.default_rng(8).normal(0.0, 20.0, x.size), 5.0)
+    with pytest.raises(RecordingError, match=r"spring_force is clipped .* samples in a row do not move"):
+        check(recording(x, t, spring_force=np.minimum(force, 11500.0)))
+
+
+def test_one_cut_peak_is_a_doubt() -> None:
+    t, x = decay(hold_s=0.0)
+    x = np.maximum(x, -0.025)
+    assert plateaus(x, 0.0) == 1
+    assert any("one peak looks cut" in doubt for doubt in check(recording(x, t)))
+
+
+def test_a_constant_channel_is_refused() -> None:
+    t, x = decay()
+    with pytest.raises(RecordingError, match=r"trial r1: acceleration is constant at 0 m/s\^2"):
+        check(recording(x, t, acceleration=np.zeros(x.size)))
+
+
+@pytest.mark.parametrize("n", [2, 49])
+def test_too_few_samples_are_refused(n: int) -> None:
+    with pytest.raises(RecordingError, match=f"trial r1 has {n} samples; at least 50"):
+        check(recording(np.linspace(0.0, 1.0, n)))
+
+
+def test_gaps_and_uneven_steps_are_doubts_with_their_numbers() -> None:
+    t, x = decay()
+    keep = np.r_[0:1000, 1100:1200, 1250 : t.size]
+    said = summary(recording(x[keep], t[keep]))
+    assert (said.gaps, said.largest_gap_s) == (2, pytest.approx(0.404))
+    assert any("2 gaps in time, the longest of 0.404 s" in doubt for doubt in said.doubts)
+    uneven = t + np.random.default_rng(9).uniform(-0.3, 0.3, t.size) / RATE_HZ
+    assert any("is uneven" in doubt for doubt in check(recording(x, uneven)))
+
+
+def test_a_channel_of_noise_is_a_doubt() -> None:
+    values = np.random.default_rng(10).normal(0.0, 1.0, 2000)
+    assert any("less than ten times its noise" in doubt for doubt in check(recording(values)))
+
+
+def test_a_summary_says_what_check_would_raise() -> None:
+    said = summary(recording(np.zeros(100)))
+    assert "constant" in said.doubts[0]
+    assert said.channels["displacement"].unit == "m"
+
+
+@pytest.mark.parametrize("length", [1, 2, 3])
+def test_spikes_are_found_and_bridged(length: int) -> None:
+    _, x = decay()
+    truth = x + np.random.default_rng(11).normal(0.0, 3e-5, x.size)
+    spoiled = truth.copy()
+    places = [300, 1111, 2500]
+    for place in places:
+        spoiled[place : place + length] += 0.05
+    cleaned, count = despike(spoiled, 7)
+    assert count == 3 * length
+    assert np.max(np.abs(cleaned - truth)) < 1e-3  # a cubic over three samples of a 0.5 s period
+    assert np.max(np.abs(spoiled - truth)) == pytest.approx(0.05)
+
+
+@pytest.mark.parametrize("step", [0.0, 2.4e-5, 1e-3])
+def test_peaks_and_the_release_are_no_spikes(step: float) -> None:
+    _, x = decay()
+    x = x + np.random.default_rng(12).normal(0.0, 3e-5, x.size)
+    assert not find_spikes(rounded(x, step) if step else x).any()
+
+
+def test_despiking_refuses_a_width_or_a_signal_it_cannot_judge() -> None:
+    with pytest.raises(RecordingError, match=r"width of 4 samples is not usable"):
+        find_spikes(np.zeros(100), 4)
+    half = np.where(np.random.default_rng(13).random(1000) < 0.08, 1.0, 0.0) + 1e-6 * np.arange(1000.0)
+    with pytest.raises(RecordingError, match=r"of 1000 samples are spikes"):
+        despike(half, 7)
+    assert not find_spikes(np.zeros(5), 7).any()
+
+
+def test_names_of_laboratories_are_understood() -> None:
+    assert name_and_unit("sensor1[mm]") == ("sensor1", "mm")
+    assert name_and_unit("loadcell1_N") == ("loadcell1", "N")
+    assert name_and_unit("Force (kN)") == ("Force", "kN")
+
+
+def test_a_mapping_is_proposed_from_names_and_units() -> None:
+    t = np.arange(10.0)
+    names = ["time_s", "disp_m", "accel_mps2", "loadcell1_N", "loadcell2_N", "temperature_C"]
+    proposal = propose_mapping(pd.DataFrame({name: t * (at + 1) for at, name in enumerate(names)}))
+    assert proposal.time is not None
+    assert proposal.time.column == "time_s"
+    assert proposal.channels["displacement"].columns == ("disp_m",)
+    assert proposal.channels["acceleration"].unit == "mps2"
+    assert proposal.channels["spring_force"].columns == ("loadcell1_N", "loadcell2_N")
+    assert proposal.remarks == ("column 'temperature_C' is not mapped",)
+
+
+def test_a_rate_gyro_is_a_rotation_and_its_unit_an_assumption() -> None:
+    proposal = propose_mapping(pd.DataFrame({"time": [0.0, 1.0, 2.0], "angular_velocity": [1.0, 0.0, -1.0]}))
+    assert proposal.coordinate == "rotation"
+    assert proposal.channels["velocity"].unit == "rad/s"
+    assert "rad/s is assumed" in proposal.remarks[0]
+
+
+def test_without_time_a_rate_is_asked_for() -> None:
+    proposal = propose_mapping(pd.DataFrame({"x": [1.0, 0.0, -1.0]}), {"x": "mm"})
+    assert proposal.time is None
+    assert any("rate_hz" in remark for remark in proposal.remarks)

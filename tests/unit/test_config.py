@@ -18,9 +18,7 @@ from undertow.recording.gather import gather
 
 ROOT = Path(__file__).resolve().parents[2]
 SHARED = ROOT / ".." / "shared"
-CONFIGS = sorted((ROOT / "configs" / "recordings").glob("*.yaml")) + sorted(
-    (ROOT / "configs" / "practice").glob("*.yaml")
-)
+CONFIGS = sorted((ROOT / "configs").glob("*/*.yaml"))
 
 GOOD = """\
 name: small

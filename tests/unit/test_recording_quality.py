@@ -185,3 +185,9 @@ def test_without_time_a_rate_is_asked_for() -> None:
     proposal = propose_mapping(pd.DataFrame({"x": [1.0, 0.0, -1.0]}), {"x": "mm"})
     assert proposal.time is None
     assert any("rate_hz" in remark for remark in proposal.remarks)
+
+
+def test_the_jump_of_the_acceleration_at_a_release_is_no_spike() -> None:
+    t, x = decay()
+    a = np.where(t < 0.6, 0.0, -144.0 * x) + np.random.default_rng(14).normal(0.0, 0.01, t.size)
+    assert not find_spikes(a).any()

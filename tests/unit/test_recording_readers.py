@@ -196,3 +196,10 @@ def test_numbers_too_long_for_an_integer_are_numbers(tmp_path: Path) -> None:
         write(tmp_path / "r.csv", "a,b\n18446744073709551615,1\n99999999999999999999999999,2\n"), columns=["a"]
     )
     assert table["a"].tolist() == [18446744073709551615.0, 1e26]
+
+
+@pytest.mark.parametrize("value", [np.zeros((2, 3, 4)), np.array([1.0 + 1.0j, 2.0])])
+def test_an_array_that_is_no_matrix_of_real_numbers_is_refused(tmp_path: Path, value: np.ndarray) -> None:
+    scipy.io.savemat(tmp_path / "r.mat", {"data": value})
+    with pytest.raises(RecordingError, match=r"'data' holds a .* array .*, not numbers"):
+        read_table(tmp_path / "r.mat", FileFormat(variable="data"))

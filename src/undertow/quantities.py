@@ -10,6 +10,8 @@ import math
 from dataclasses import dataclass, replace
 
 OK = "ok"
+_PLAIN_BELOW = 1e7
+"""A number without an error is written without a power of ten below this."""
 
 
 @dataclass(frozen=True)
@@ -77,14 +79,15 @@ def significant_decimals(error: float) -> int | None:
 def format_number(value: float, error: float = math.nan) -> str:
     """A number with as many digits as its error allows (five significant digits where there is none).
 
-    >>> format_number(1271.43, 12.2), format_number(0.66172, 0.0044)
-    ('1271', '0.662')
+    >>> format_number(1271.43, 12.2), format_number(0.66172, 0.0044), format_number(109600.0)
+    ('1271', '0.662', '109600')
     """
     if not math.isfinite(value):
         return "not finite" if math.isinf(value) else "-"
     decimals = significant_decimals(error)
     if decimals is None:
-        return f"{value:.5g}"
+        short = f"{value:.5g}"
+        return f"{float(short):.0f}" if "e+" in short and abs(value) < _PLAIN_BELOW else short
     rounded = round(value, decimals)
     return f"{rounded:.{max(decimals, 0)}f}"
 

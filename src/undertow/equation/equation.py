@@ -6,6 +6,7 @@ Does not belong here: integration (simulate.py) or identification.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from types import MappingProxyType
@@ -13,6 +14,7 @@ from types import MappingProxyType
 import numpy as np
 
 from undertow.equation import shelf
+from undertow.equation.notation import quantity_latex, term_latex, term_text
 from undertow.equation.term import Array, Term
 from undertow.errors import UndertowError
 from undertow.quantities import format_number
@@ -50,7 +52,9 @@ class Equation:
             )
         for term, value in zip(self.terms, self.coefficients, strict=True):
             if not np.isfinite(value):
-                raise UndertowError(f"coefficient of {term.name} is {value}; give a finite value in {term.coefficient.unit}")
+                raise UndertowError(
+                    f"coefficient of {term.name} is {value}; give a finite value in {term.coefficient.unit}"
+                )
         if not self.total_mass_kg > 0.0:
             raise UndertowError(f"total mass is {self.total_mass_kg:g} kg; it must be positive: check added_mass")
 
@@ -89,21 +93,44 @@ class Equation:
         return self.text()
 
     def text(self, errors: Mapping[str, float] | None = None) -> str:
-        """The equation in one line, each number with the digits its error (by term name) allows."""
-        errors = errors or {}
-        parts = [f"{format_number(self.mass_kg, errors.get('mass', float('nan')))} x''"]
-        for term, value in zip(self.terms, self.coefficients, strict=True):
-            number = format_number(abs(value), errors.get(term.name, float("nan")))
-            law = term.law.split(",")[0]
-            symbol, _, rest = law.partition(" ")
-            body = rest if rest else law
-            parts.append(f"{'-' if value < 0 else '+'} {number} {body if rest else symbol}")
-        return " ".join(parts) + " = 0"
+        """The equation in one line, each number with the digits its error (by term name, "mass") allows.
 
-    def to_latex(self) -> str:
-        """The equation with symbols, in LaTeX."""
+        The equations of hidden states follow after a semicolon each.
+        """
+        errors = errors or {}
+        written = [
+            term_text(term, value, errors.get(term.name, math.nan), number)
+            for term, value, number in self._numbered_terms()
+        ]
+        inertia = f"{format_number(self.mass_kg, errors.get('mass', math.nan))} x''"
+        motion = " ".join([inertia, *(w[0] for w in written)])
+        return "; ".join([f"{motion} = 0", *(w[1] for w in written if w[1])])
+
+    def to_latex(self, numbers: bool = False, errors: Mapping[str, float] | None = None) -> str:
+        r"""The equation in LaTeX: with symbols, or with numbers, units and standard errors (by term name, "mass").
+
+        >>> from undertow.equation.structure import Stiffness
+        >>> print(Equation((Stiffness(),), (100.0,), mass_kg=4.0).to_latex(numbers=True))
+        4\,\mathrm{kg}\,\ddot{x} + 100\,\mathrm{N/m}\,x = 0
+        """
+        errors = errors or {}
         inertia = r"m\ddot{x}" if any(t.name == "added_mass" for t in self.terms) else r"M\ddot{x}"
-        return " + ".join([inertia, *(t.latex for t in self.terms)]) + " = 0"
+        if numbers:
+            inertia = quantity_latex(self.mass_kg, "kg", errors.get("mass", math.nan)) + r"\,\ddot{x}"
+        written = [
+            term_latex(term, value if numbers else None, errors.get(term.name, math.nan), number and f"_{number}")
+            for term, value, number in self._numbered_terms()
+        ]
+        motion = " ".join([inertia, *(w[0] for w in written)])
+        return r",\quad ".join([f"{motion} = 0", *(w[1] for w in written if w[1])])
+
+    def _numbered_terms(self) -> list[tuple[Term, float, str]]:
+        """Terms, coefficients, and a number where a term occurs more than once."""
+        names = [t.name for t in self.terms]
+        return [
+            (term, value, str(names[: i + 1].count(term.name)) if names.count(term.name) > 1 else "")
+            for i, (term, value) in enumerate(zip(self.terms, self.coefficients, strict=True))
+        ]
 
 
 def slot_values(term: Term, coefficient: float) -> dict[str, float]:

@@ -29,7 +29,7 @@ class ExternalForcing(Term):
         Parameter("phase_rad", "rad", r"\varphi"),
     )
     slots: ClassVar[Mapping[str, str]] = {"amplitude_N": "fcos", "frequency_rad_per_s": "omega", "phase_rad": "fsin"}
-    law: ClassVar[str] = "A cos(W t + phase)"
+    law: ClassVar[str] = "A cos(Omega t + varphi)"
     latex: ClassVar[str] = r"A\cos(\Omega t+\varphi)"
     source: ClassVar[str] = "wave, seiche or machine"
     left_out: ClassVar[str] = "a line at one frequency in all trials, with another phase in each; it does not decay"
@@ -51,7 +51,7 @@ class DelayedEcho(Term):
         Parameter("delay_s", "s", r"\tau_e", lower=1e-3),
     )
     slots: ClassVar[Mapping[str, str]] = {"gain": "ge", "delay_s": "tau_e"}
-    law: ClassVar[str] = "G v(t - delay)"
+    law: ClassVar[str] = "G v(t - tau_e)"
     latex: ClassVar[str] = r"G\,\dot{x}(t-\tau_e)"
     source: ClassVar[str] = "reflection at the flume's ends"
     left_out: ClassVar[str] = "nothing until the delay has passed, then a disturbance that repeats the motion"

@@ -73,8 +73,13 @@ class HiddenResonator(Term):
         "quadratic_damping_per_m": "hb",
         "cubic_stiffness_per_m2_s2": "hg",
     }
-    law: ClassVar[str] = "m_s (x'' + s''), s'' + 2 zeta w s' + w^2 s + b s'|s'| + g s^3 = -x''"
-    latex: ClassVar[str] = r"m_s(\ddot{x}+\ddot{s})"
+    law: ClassVar[str] = (
+        "m_s (x'' + s''), s'' + 2 zeta_s omega_s s' + omega_s^2 s + b_s s' |s'| + g_s s^3 = -x''"
+    )
+    latex: ClassVar[str] = (
+        r"m_s(\ddot{x}+\ddot{s}),\ \ddot{s}+2\,\zeta_s\,\omega_s\,\dot{s}+\omega_s^2\,s"
+        r"+b_s\,\dot{s}|\dot{s}|+g_s\,s^3=-\ddot{x}"
+    )
     source: ClassVar[str] = "Graham and Rodriguez 1952, doi:10.1115/1.4010494; Ibrahim 2005, Liquid Sloshing Dynamics"
     left_out: ClassVar[str] = "beats in every trial with the release's phase; an added mass that depends on the spring"
 
@@ -121,9 +126,11 @@ class Relaxation(Term):
     )
     slots: ClassVar[Mapping[str, str]] = {"stiffness_N_per_m": "rk", "time_s": "rt"}
     law: ClassVar[str] = "z, z' = k_r v - z / tau"
-    latex: ClassVar[str] = r"z,\ \dot{z}=k_r\dot{x}-z/\tau"
+    latex: ClassVar[str] = r"z,\ \dot{z}=k_r\,\dot{x}-z/\tau"
     source: ClassVar[str] = "Maxwell 1867; Cummins 1962 (fluid memory)"
-    left_out: ClassVar[str] = "stiffness and damping that depend on frequency: two springs disagree, one spring does not show it"
+    left_out: ClassVar[str] = (
+        "stiffness and damping that depend on frequency: two springs disagree, one spring does not show it"
+    )
 
     def force(self, x: Array, v: Array, a: Array, t: Array) -> Array:
         """z / k_r in m, the response to the velocity from rest at t[0]; t evenly spaced."""
@@ -146,7 +153,7 @@ class Hysteresis(Term):
     )
     slots: ClassVar[Mapping[str, str]] = {"stiffness_N_per_m": "kb", "yield_displacement_m": "fb"}
     law: ClassVar[str] = "r, r' = k_h v (1 - sign(v) r / (k_h x_y))"
-    latex: ClassVar[str] = r"r,\ \dot{r}=k_h\dot{x}\,(1-\mathrm{sgn}(\dot{x})\,r/(k_h x_y))"
+    latex: ClassVar[str] = r"r,\ \dot{r}=k_h\,\dot{x}\,(1-\mathrm{sgn}(\dot{x})\,r/(k_h\,x_y))"
     source: ClassVar[str] = "Wen 1976, doi:10.1061/JMCEA3.0002106; Dahl 1968"
     left_out: ClassVar[str] = "loops in force against displacement that do not depend on speed"
 

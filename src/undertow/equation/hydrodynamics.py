@@ -59,7 +59,9 @@ class LinearDamping(Term):
     law: ClassVar[str] = "c_w v"
     latex: ClassVar[str] = r"c_w \dot{x}"
     source: ClassVar[str] = "radiation damping, e.g. Newman 1977 ch. 6"
-    left_out: ClassVar[str] = "decrement too small by the same amount at every amplitude; a fitted C_d that falls with amplitude"
+    left_out: ClassVar[str] = (
+        "decrement too small by the same amount at every amplitude; a fitted C_d that falls with amplitude"
+    )
 
     def force(self, x: Array, v: Array, a: Array, t: Array) -> Array:
         """v, in m/s."""
@@ -73,7 +75,7 @@ class CubicDamping(Term):
     name: ClassVar[str] = "cubic_damping"
     parameters: ClassVar[tuple[Parameter, ...]] = (Parameter("Ns3_per_m3", "N s^3/m^3", "c_3"),)
     slots: ClassVar[Mapping[str, str]] = {"Ns3_per_m3": "c3"}
-    law: ClassVar[str] = "c3 v^3"
+    law: ClassVar[str] = "c_3 v^3"
     latex: ClassVar[str] = r"c_3 \dot{x}^3"
     source: ClassVar[str] = "Himeno 1981"
     left_out: ClassVar[str] = "decrement rises with the square of the amplitude"

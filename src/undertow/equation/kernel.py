@@ -20,6 +20,7 @@ output, integrate. Does not belong here: what the slots mean to a user (term.py 
 from __future__ import annotations
 
 import math
+from typing import Any
 
 import numpy as np
 from numba import njit
@@ -84,9 +85,9 @@ _SLIP = -1
 _NONE = -2
 _MOST_STEPS = 2_000_000
 """A motion of more steps than that is given up."""
-_OPT = {"fastmath": False, "error_model": "numpy", "nogil": True}
+_OPT: dict[str, Any] = {"fastmath": False, "error_model": "numpy", "nogil": True}
 """Compiler options; only `integrate` is cached: the functions it calls are compiled into it."""
-_BORROWS = {**_OPT, "_nrt": False}
+_BORROWS: dict[str, Any] = {**_OPT, "_nrt": False}
 """For functions that allocate nothing: numba then does not count references to arrays, which cost half of the time."""
 
 

@@ -53,7 +53,7 @@ def fastest_frequency(theta: Array) -> float:
     for i in (1, 2):
         if theta[SLOT[f"rt{i}"]] > 0.0:
             rates.append(1.0 / theta[SLOT[f"rt{i}"]])
-    return max(*rates, 1e-3)
+    return float(max(*rates, 1e-3))
 
 
 def simulate(
@@ -130,15 +130,16 @@ def _split_at_reversals(
             moving = y[1] if y[1] * side > 0.0 else side * tiny
             return [y[1], acceleration(s, y[0], moving)]
 
-        def reversal(s: float, y: Array, side: float = side) -> float:
-            return y[1] * side + (tiny if s == t else 0.0)
+        def reversal(s: float, y: Array, side: float = side, start: float = t) -> float:
+            return float(y[1]) * side + (tiny if s == start else 0.0)
 
         reversal.terminal, reversal.direction = True, -1  # type: ignore[attr-defined]
         piece = solve_ivp(slope, (t, end), [x, v], "DOP853", events=reversal, rtol=1e-10, atol=1e-14, dense_output=True)
         stop = float(piece.t[-1])
         here = (times >= t) & (times <= stop)
         out[:2, here] = piece.sol(times[here])
-        out[2, here] = [acceleration(s, p, w or side * tiny) for s, p, w in zip(times[here], *out[:2, here], strict=True)]
+        sampled = zip(times[here], *out[:2, here], strict=True)
+        out[2, here] = [acceleration(s, position, v or side * tiny) for s, position, v in sampled]
         steps += piece.t.size
         if stop >= end:
             break

@@ -77,7 +77,7 @@ class CubicStiffness(Term):
     name: ClassVar[str] = "cubic_stiffness"
     parameters: ClassVar[tuple[Parameter, ...]] = restoring("k_3", "N/m^3", "N_per_m3")
     slots: ClassVar[Mapping[str, str]] = {"N_per_m3": "k3"}
-    law: ClassVar[str] = "k3 x^3"
+    law: ClassVar[str] = "k_3 x^3"
     latex: ClassVar[str] = r"k_3 x^3"
     source: ClassVar[str] = "Duffing 1918"
     left_out: ClassVar[str] = "frequency shifts with the square of the amplitude; third harmonic"
@@ -94,7 +94,7 @@ class QuinticStiffness(Term):
     name: ClassVar[str] = "quintic_stiffness"
     parameters: ClassVar[tuple[Parameter, ...]] = restoring("k_5", "N/m^5", "N_per_m5")
     slots: ClassVar[Mapping[str, str]] = {"N_per_m5": "k5"}
-    law: ClassVar[str] = "k5 x^5"
+    law: ClassVar[str] = "k_5 x^5"
     latex: ClassVar[str] = r"k_5 x^5"
     source: ClassVar[str] = "roll restoring arm, e.g. Himeno 1981"
     left_out: ClassVar[str] = "frequency shifts with the fourth power of the amplitude, at the largest only"
@@ -111,7 +111,7 @@ class AsymmetricStiffness(Term):
     name: ClassVar[str] = "asymmetric_stiffness"
     parameters: ClassVar[tuple[Parameter, ...]] = restoring("k_2", "N/m^2", "N_per_m2")
     slots: ClassVar[Mapping[str, str]] = {"N_per_m2": "k2"}
-    law: ClassVar[str] = "k2 x^2"
+    law: ClassVar[str] = "k_2 x^2"
     latex: ClassVar[str] = r"k_2 x^2"
     source: ClassVar[str] = "Helmholtz oscillator"
     left_out: ClassVar[str] = "mean position moves with the square of the amplitude; second harmonic"
@@ -128,7 +128,7 @@ class QuadraticStiffness(Term):
     name: ClassVar[str] = "quadratic_stiffness"
     parameters: ClassVar[tuple[Parameter, ...]] = restoring("k_a", "N/m^2", "N_per_m2")
     slots: ClassVar[Mapping[str, str]] = {"N_per_m2": "ka"}
-    law: ClassVar[str] = "ka x |x|"
+    law: ClassVar[str] = "k_a x |x|"
     latex: ClassVar[str] = r"k_a x|x|"
     source: ClassVar[str] = "geometric slack of cables"
     left_out: ClassVar[str] = "frequency shifts in proportion to the amplitude"
@@ -145,7 +145,7 @@ class SineRestoring(Term):
     name: ClassVar[str] = "sine_restoring"
     parameters: ClassVar[tuple[Parameter, ...]] = restoring("k_s", "N", "sine_N")
     slots: ClassVar[Mapping[str, str]] = {"sine_N": "ks"}
-    law: ClassVar[str] = "ks sin(x)"
+    law: ClassVar[str] = "k_s sin(x)"
     latex: ClassVar[str] = r"k_s \sin x"
     source: ClassVar[str] = "Huygens 1673"
     left_out: ClassVar[str] = "period grows with amplitude as a pendulum's: softening at every amplitude"
@@ -162,7 +162,7 @@ class PositionDamping(Term):
     name: ClassVar[str] = "position_damping"
     parameters: ClassVar[tuple[Parameter, ...]] = restoring("c_x", "N s/m^2", "Ns_per_m2")
     slots: ClassVar[Mapping[str, str]] = {"Ns_per_m2": "xv"}
-    law: ClassVar[str] = "cx x v"
+    law: ClassVar[str] = "c_x x v"
     latex: ClassVar[str] = r"c_x x\dot{x}"
     source: ClassVar[str] = "polynomial library"
     left_out: ClassVar[str] = "mean position moves; second harmonic in quadrature"
@@ -179,7 +179,7 @@ class VanDerPolDamping(Term):
     name: ClassVar[str] = "van_der_pol_damping"
     parameters: ClassVar[tuple[Parameter, ...]] = restoring("c_{xx}", "N s/m^3", "Ns_per_m3")
     slots: ClassVar[Mapping[str, str]] = {"Ns_per_m3": "xxv"}
-    law: ClassVar[str] = "cxx x^2 v"
+    law: ClassVar[str] = "c_xx x^2 v"
     latex: ClassVar[str] = r"c_{xx} x^2\dot{x}"
     source: ClassVar[str] = "van der Pol 1926"
     left_out: ClassVar[str] = "decrement falls with the square of the amplitude"
@@ -203,7 +203,7 @@ class StribeckFriction(Term):
         Parameter("velocity_m_per_s", "m/s", "v_s", lower=1e-5),
     )
     slots: ClassVar[Mapping[str, str]] = {"static_force_N": "fs", "velocity_m_per_s": "vs"}
-    law: ClassVar[str] = "Fs exp(-(v/vs)^2) sign(v)"
+    law: ClassVar[str] = "F_s exp(-(v / v_s)^2) sign(v)"
     latex: ClassVar[str] = r"F_s e^{-(\dot{x}/v_s)^2}\mathrm{sgn}(\dot{x})"
     source: ClassVar[str] = "Armstrong-Helouvry et al. 1994, doi:10.1016/0005-1098(94)90209-7"
     left_out: ClassVar[str] = "residual only around the turning points; motion stops earlier than predicted"
@@ -220,7 +220,7 @@ class AsymmetricFriction(Term):
     name: ClassVar[str] = "asymmetric_friction"
     parameters: ClassVar[tuple[Parameter, ...]] = (Parameter("force_N", "N", "F_a"),)
     slots: ClassVar[Mapping[str, str]] = {"force_N": "fa"}
-    law: ClassVar[str] = "Fa |sign(v)|"
+    law: ClassVar[str] = "F_a |sign(v)|"
     latex: ClassVar[str] = r"F_a\,|\mathrm{sgn}(\dot{x})|"
     source: ClassVar[str] = "direction-dependent rails"
     left_out: ClassVar[str] = "a rest position that is not where the oscillation is centred"
@@ -240,7 +240,9 @@ class VariableNormalForce(Term):
     law: ClassVar[str] = "n |x| sign(v)"
     latex: ClassVar[str] = r"n|x|\,\mathrm{sgn}(\dot{x})"
     source: ClassVar[str] = "Anderson and Ferri 1990, doi:10.1115/1.2896046"
-    left_out: ClassVar[str] = "decrement independent of amplitude, with force kinks at turning points growing with amplitude"
+    left_out: ClassVar[str] = (
+        "decrement independent of amplitude, with force kinks at turning points growing with amplitude"
+    )
 
     def force(self, x: Array, v: Array, a: Array, t: Array) -> Array:
         """|x| sign(v), in m."""

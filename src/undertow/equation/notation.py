@@ -1,0 +1,119 @@
+"""How an equation is written: in one line of text, and in LaTeX.
+
+A term's ``law`` and ``latex`` hold its parameters' symbols; here numbers take their places, with the digits that
+their errors allow. What stands behind the first comma of a law is the equation of its hidden state: it is written
+after the equation of motion. Does not belong here: the laws themselves.
+"""
+
+from __future__ import annotations
+
+import math
+import re
+
+from undertow.equation.term import Term
+from undertow.quantities import Parameter, format_number
+
+
+def plain_symbol(parameter: Parameter) -> str:
+    """The parameter's symbol as the term's ``law`` writes it, without LaTeX's marks.
+
+    >>> plain_symbol(Parameter("damping_ratio", "1", r"\\zeta_s"))
+    'zeta_s'
+    """
+    return re.sub(r"[\\{}]", "", parameter.symbol)
+
+
+def term_text(term: Term, coefficient: float, error: float = math.nan, number: str = "") -> tuple[str, str]:
+    """A term as text with numbers, sign in front, and the equation of its hidden state ("" where it has none).
+
+    ``number`` tells several hidden states apart (s1, s2).
+
+    >>> from undertow.equation.structure import StribeckFriction
+    >>> term_text(StribeckFriction(velocity_m_per_s=0.02), -60.0)
+    ('- 60 exp(-(v / 0.02)^2) sign(v)', '')
+    """
+    values = {plain_symbol(p): format_number(float(getattr(term, p.name))) for p in term.parameters[1:]}
+    symbol = plain_symbol(term.coefficient)
+    force, _, memory = term.law.partition(", ")
+    sign = "+"
+    if _holds(force, symbol):
+        sign = "-" if coefficient < 0.0 else "+"
+        force = _replaced(force, {symbol: format_number(abs(coefficient), error)})
+    memory = _replaced(memory, {symbol: format_number(coefficient, error)} | values)
+    return f"{sign} {_numbered(_replaced(force, values), number)}", _tidy(_numbered(memory, number))
+
+
+def term_latex(
+    term: Term, coefficient: float | None = None, error: float = math.nan, number: str = ""
+) -> tuple[str, str]:
+    """A term in LaTeX and the equation of its hidden state; with a coefficient, numbers and units instead of symbols.
+
+    >>> from undertow.equation.structure import Stiffness
+    >>> term_latex(Stiffness(), 109600.0, 300.0)[0]
+    '+ (109600 \\\\pm 300)\\\\,\\\\mathrm{N/m}\\\\,x'
+    """
+    force, _, memory = term.latex.partition(r",\ ")
+    sign = "+"
+    if coefficient is not None:
+        values = {p.symbol: quantity_latex(float(getattr(term, p.name)), p.unit) for p in term.parameters[1:]}
+        symbol, unit = term.coefficient.symbol, term.coefficient.unit
+        if _holds(force, symbol):
+            sign = "-" if coefficient < 0.0 else "+"
+            force = _replaced(force, {symbol: quantity_latex(abs(coefficient), unit, error) + r"\,"})
+        memory = _replaced(memory, {symbol: quantity_latex(coefficient, unit, error)} | values).replace("+-", "-")
+        memory = re.sub(r"(?<=[\d}])\\,(?=\d)", r"\\cdot ", memory)
+        force = re.sub(r"(\\,\s*)+", r"\\,", _replaced(force, values))
+    return f"{sign} {_numbered(force, number)}", _numbered(memory, number)
+
+
+def quantity_latex(value: float, unit: str, error: float = math.nan) -> str:
+    """A number with its unit (none for "1") in LaTeX; with its error where that is finite.
+
+    >>> quantity_latex(3924.2, "N s^2/m^2", 120.0)
+    '(3920 \\\\pm 120)\\\\,\\\\mathrm{N\\\\,s^{2}/m^{2}}'
+    """
+    text = format_number(value, error)
+    if math.isfinite(error) and error > 0.0:
+        text = rf"({text} \pm {format_number(error, error)})"
+    mantissa, marked, exponent = text.partition("e")
+    if marked:
+        text = rf"{mantissa}\times10^{{{int(exponent)}}}"
+    if unit in ("", "1"):
+        return text
+    printed = re.sub(r"\^(\w+)", r"^{\1}", unit).replace(" ", r"\,")
+    return rf"{text}\,\mathrm{{{printed}}}"
+
+
+def _pattern(symbol: str) -> str:
+    """Matches a symbol that is not a part of a longer one."""
+    return rf"(?<![\\A-Za-z_]){re.escape(symbol)}(?![A-Za-z_0-9])"
+
+
+def _holds(law: str, symbol: str) -> bool:
+    return re.search(_pattern(symbol), law) is not None
+
+
+def _replaced(law: str, values: dict[str, str]) -> str:
+    """The law with symbols replaced, all at once, so that no replacement is taken for a symbol."""
+    if not values:
+        return law
+    either = re.compile("|".join(f"(?:{_pattern(s)})" for s in values))
+
+    def written(found: re.Match[str]) -> str:
+        value = values[found.group()]
+        powered = found.end() < len(law) and law[found.end()] == "^"
+        return f"({value})" if powered and "\\" in value else value
+
+    return either.sub(written, law)
+
+
+def _numbered(law: str, number: str) -> str:
+    """The law with its hidden states s, z, r numbered, where there are several."""
+    return re.sub(r"(?<![\\A-Za-z_0-9])([szr])(?![A-Za-z_0-9])", rf"\g<1>{number}", law) if number else law
+
+
+def _tidy(law: str) -> str:
+    """Without parts that are zero; dots between numbers that stand side by side; minus for a plus and a minus."""
+    law = re.sub(r" \+ 0 [^+=]+(?= [+=])", "", law)
+    law = re.sub(r"(?<=\d) (?=\d)", " · ", law)
+    return law.replace("+ -", "- ")

@@ -9,6 +9,7 @@ what their coefficients mean (sindy.py).
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 
@@ -16,6 +17,7 @@ import numpy as np
 from numpy.typing import NDArray
 from pysindy.feature_library.base import BaseFeatureLibrary
 from pysindy.utils import AxesArray
+from scipy.signal import fftconvolve
 from sklearn.utils.validation import check_is_fitted
 
 from undertow.conditioning.motion import Motion
@@ -24,17 +26,17 @@ from undertow.errors import IdentificationError
 
 Array = NDArray[np.float64]
 
-SLOW_SHARE = 0.05
-"""Samples slower than this share of the trial's highest speed are left out: noise turns the sign of v there."""
+TEST_FUNCTION_PERIODS = 0.5
+"""Length of the test function in periods of the motion: half a period passes the motion and little else."""
 
-CELL_RATE_HZ = 200.0
-"""Cells of motion averaged into one row: 5 ms, some fifty rows a period of the fastest motion looked at (4 Hz)."""
+ROWS_PER_TEST_FUNCTION = 10
+"""Test functions start a tenth of their length apart; a Hann window has nothing left beyond a fifth of that rate."""
 
 DRIFT_ORDER = 2
 """Order of the polynomial of time taken off each trial: drift of the sensors within a decay, slower than the body."""
 
-MIN_CELLS = 20
-"""Rows that a trial must have to be worth a constant of its own."""
+MIN_ROWS = 20
+"""Rows that a trial must have to be worth a constant and a drift of its own: two test functions on end and a little."""
 
 
 class TermLibrary(BaseFeatureLibrary):  # type: ignore[misc]
@@ -125,22 +127,22 @@ def evaluate(terms: Sequence[Term], x: Array, v: Array, a: Array, t: Array) -> A
 
 @dataclass(frozen=True)
 class Design:
-    """Rows of a regression -a = columns @ coefficients + a constant for each trial.
+    """Rows of a regression -a = columns @ coefficients + slow drift of each trial, in weak form.
 
-    ``columns`` (n, p) and ``response`` (n,), the negative acceleration, are means over cells of ``cell_s`` seconds: the
-    equation is linear in them, so that averaging loses no exactness. Rows outside the window or slower than the cut
-    are all zero and False in ``used`` (n,), so that a trial keeps its length in time. ``trial`` (n,) numbers the
-    trials, ``time`` (n,) is s after the release.
+    ``columns`` (n, p) and ``response`` (n,), the negative acceleration, are means weighted by a test function
+    ``length_s`` seconds long and ``step_s`` seconds on from row to row. ``trial`` (n,) numbers the trials, ``time`` (n,) is
+    the test function's middle in s after the release. ``period_s`` is that of the motion.
     """
 
     columns: Array
     response: Array
-    used: NDArray[np.bool_]
     trial: NDArray[np.int64]
     time: Array
     names: tuple[str, ...]
     trials: tuple[str, ...]
-    cell_s: float
+    length_s: float
+    step_s: float
+    period_s: float
     drift_order: int = DRIFT_ORDER
 
     @property
@@ -150,77 +152,78 @@ class Design:
 
     @property
     def nuisance(self) -> Array:
-        """Constants and slow drift, (n, n_trials (drift_order + 1)), zero in rows that are not used.
+        """Constants and slow drift, (n, n_trials (drift_order + 1)).
 
-        Legendre polynomials of time within each trial: all constants first, then all slopes, and so on.
+        Legendre polynomials of time within each trial: all constants first, then all slopes, and so on. The mean of a
+        polynomial over a moving test function is a polynomial of the same order.
         """
-        blocks = np.zeros((self.used.size, self.drift_order + 1, len(self.trials)))
+        blocks = np.zeros((self.response.size, self.drift_order + 1, len(self.trials)))
         for index in range(len(self.trials)):
-            rows = np.flatnonzero((self.trial == index) & self.used)
+            rows = np.flatnonzero(self.trial == index)
             time = self.time[rows]
             unit = 2.0 * (time - time[0]) / (time[-1] - time[0]) - 1.0
             blocks[rows, :, index] = np.polynomial.legendre.legvander(unit, self.drift_order)
-        return blocks.reshape(self.used.size, -1)
+        return blocks.reshape(self.response.size, -1)
+
+
+def motion_period(motion: Motion) -> float:
+    """Period of the motion in its window, s: 2 pi sqrt(<v^2> / <a^2>)."""
+    v, a = motion.windowed("v"), motion.windowed("a")
+    return 2.0 * math.pi * math.sqrt(float(np.mean(v**2)) / float(np.mean(a**2)))
 
 
 def build_design(
     motions: Sequence[Motion],
     terms: Sequence[Term],
-    slow_share: float = SLOW_SHARE,
-    cell_rate_hz: float = CELL_RATE_HZ,
+    periods: float = TEST_FUNCTION_PERIODS,
     drift_order: int = DRIFT_ORDER,
 ) -> Design:
-    """Columns of ``terms`` along the windows of several trials.
+    """The equation of motion of several trials, averaged by moving test functions over their windows.
+
+    Every row is the equation multiplied by a Hann window and summed over the samples: linear, and therefore as exact as
+    the equation itself, whatever the sampling rate. The noise of acceleration and of displacement, which grows as the
+    square of frequency, is left behind, and so is what smoothing does to friction's step at a velocity reversal: no slow
+    samples have to be dropped. ``periods`` is the test function's length in (median) periods of the motion.
 
     Displacements are taken from `Motion.equilibrium`; what is wrong with it is a constant for a linear spring, which
-    the trial's own constant takes up. Samples with |v| below ``slow_share`` of the trial's largest are left out. Rows
-    are means over cells, so that 1 kHz costs no more than ``cell_rate_hz``; slower recordings keep their samples.
+    the trial's own constant takes up.
 
-    Raises IdentificationError without motions, with trials recorded at rates more than twofold apart after averaging,
-    or with a trial of fewer than 20 usable cells.
+    Raises IdentificationError without motions, or with a window too short for 20 rows (three test functions).
     """
     if not motions:
         raise IdentificationError("0 motions; give at least one trial")
-    parts = [_trial_rows(motion, terms, slow_share, cell_rate_hz) for motion in motions]
-    cells = np.array([part[4] for part in parts])
-    if cells.max() > 2.0 * cells.min():
-        slow, fast = motions[int(np.argmax(cells))], motions[int(np.argmin(cells))]
-        raise IdentificationError(
-            f"trial {slow.name} gives a row every {cells.max():.3g} s, {fast.name} every {cells.min():.3g} s; trials "
-            "fitted together must not differ more than twofold: lower cell_rate_hz"
-        )
+    period_s = float(np.median([motion_period(motion) for motion in motions]))
+    length_s = periods * period_s
+    step_s = length_s / ROWS_PER_TEST_FUNCTION
+    parts = [_trial_rows(motion, terms, length_s, step_s) for motion in motions]
     return Design(
-        columns=np.vstack([part[0] for part in parts]),
-        response=np.concatenate([part[1] for part in parts]),
-        used=np.concatenate([part[2] for part in parts]),
-        trial=np.repeat(np.arange(len(parts)), [part[2].size for part in parts]),
-        time=np.concatenate([part[3] for part in parts]),
+        columns=np.vstack([part[:, :-2] for part in parts]),
+        response=np.concatenate([part[:, -2] for part in parts]),
+        trial=np.repeat(np.arange(len(parts)), [part.shape[0] for part in parts]),
+        time=np.concatenate([part[:, -1] for part in parts]),
         names=tuple(label(term) for term in terms),
         trials=tuple(motion.name for motion in motions),
-        cell_s=float(np.median(cells)),
+        length_s=length_s,
+        step_s=step_s,
+        period_s=period_s,
         drift_order=drift_order,
     )
 
 
-def _trial_rows(
-    motion: Motion, terms: Sequence[Term], slow_share: float, cell_rate_hz: float
-) -> tuple[Array, Array, NDArray[np.bool_], Array, float]:
-    """Columns, response, use, time and cell length (s) of one trial, cells in order of time."""
+def _trial_rows(motion: Motion, terms: Sequence[Term], length_s: float, step_s: float) -> Array:
+    """Columns, response and time (n, p + 2) of one trial: Hann-weighted means, a row every ``step_s``."""
     forces = evaluate(terms, motion.x - motion.equilibrium.value, motion.v, motion.a, motion.t)
-    speed = np.abs(motion.v)
-    usable = motion.inside & (speed >= slow_share * speed[motion.inside].max())
-    step_s = float(np.median(np.diff(motion.t)))
-    size = max(1, round(1.0 / (cell_rate_hz * step_s)))
-    inside = np.flatnonzero(motion.inside)
-    count = (inside[-1] + 1 - inside[0]) // size
-    rows = slice(inside[0], inside[0] + count * size)
-    used = usable[rows].reshape(count, size).all(axis=1)
-    if np.count_nonzero(used) < MIN_CELLS:
+    table = np.column_stack([forces, -motion.a, motion.t])[motion.inside]
+    sample_s = float(np.median(np.diff(motion.t)))
+    weights = np.hanning(max(3, round(length_s / sample_s) + 2))[1:-1]
+    count = max(table.shape[0] - weights.size + 1, 0)
+    starts = np.unique(np.round(np.arange(0.0, count, max(step_s / sample_s, 1.0))).astype(int))
+    starts = starts[starts < count]
+    if starts.size < MIN_ROWS:
         raise IdentificationError(
-            f"trial {motion.name}: {np.count_nonzero(used)} cells of {size * step_s * 1e3:.3g} ms in the window from "
-            f"{motion.window.start_s:g} to {motion.window.end_s:g} s; {MIN_CELLS} are needed: widen trials.window"
+            f"trial {motion.name}: {starts.size} rows in the window from {motion.window.start_s:g} to "
+            f"{motion.window.end_s:g} s with test functions of {length_s:.3g} s; {MIN_ROWS} are needed: "
+            "widen trials.window or leave the trial out"
         )
-    table = np.column_stack([forces, -motion.a, motion.t])[rows]
-    means = table.reshape(count, size, -1).mean(axis=1)
-    means[~used, :-1] = 0.0
-    return means[:, :-2], means[:, -2], used, means[:, -1], size * step_s
+    means: Array = fftconvolve(table, (weights / weights.sum())[:, None], mode="valid", axes=0)[starts]
+    return means

@@ -82,7 +82,7 @@ def trajectory(theta: Array, slots: np.ndarray, times: Array) -> tuple[Array, Ar
     if not mass > 0.0 or not np.all(np.isfinite(theta)):
         raise IdentificationError(f"a trajectory needs a positive total mass and finite parameters, got {mass:g} kg")
     step = 2.0 * math.pi / fastest_frequency(theta) / TRAJECTORY_STEPS_PER_PERIOD
-    x, v, a, _, count = integrate(theta, slots, np.ascontiguousarray(times), step)
+    x, v, a, _, count = integrate(theta, slots, np.array(times, dtype=np.float64), step)
     if count < 0:
         raise IdentificationError(
             f"the motion leaves every bound after {-count} steps; a coefficient has the wrong sign"

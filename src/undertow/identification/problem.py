@@ -113,7 +113,7 @@ class TrialOptions:
     shift_std: float = 0.005
     rest_offset_std: float = 2e-3
     acceleration_offset_std: float = 0.1
-    channel_shift_std: float = 0.0
+    channel_shift_std: float = 0.005
     displacement_gain_std: float = 0.0
     acceleration_gain_std: float = 0.0
     drift_std: float = 0.0

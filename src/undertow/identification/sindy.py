@@ -29,6 +29,9 @@ from undertow.quantities import OK, Estimate
 
 Array = NDArray[np.float64]
 
+MEMORY_PERIODS = 2.0
+"""Residuals are taken as correlated over up to so many periods of the motion, four test functions."""
+
 COLLINEAR_CORRELATION = 0.98
 """Two coefficients correlated more than this are told to the reader as hardly separable."""
 
@@ -116,7 +119,7 @@ def discover(
                 "look at the window and the noise"
             )
     chosen = replace(design, columns=design.columns[:, kept], names=tuple(names[index] for index in kept))
-    return _solve(chosen, tuple(library[index] for index in kept), selection, names, _period_rows(motions, design))
+    return _solve(chosen, tuple(library[index] for index in kept), selection, names)
 
 
 def discover_each(
@@ -155,17 +158,8 @@ def _select(design: Design, library: Sequence[Term], forced: Sequence[int], sign
     return search
 
 
-def _period_rows(motions: Sequence[Motion], design: Design) -> int:
-    """Rows in one period of the motion: 2 pi sqrt(<v^2> / <a^2>), the slowest trial's."""
-    periods = []
-    for motion in motions:
-        v, a = motion.windowed("v"), motion.windowed("a")
-        periods.append(2.0 * math.pi * math.sqrt(float(np.mean(v**2)) / float(np.mean(a**2))))
-    return max(2, round(max(periods) / design.cell_s))
-
-
 def _solve(
-    design: Design, terms: tuple[Term, ...], selection: SubsetSearch | None, considered: tuple[str, ...], block: int
+    design: Design, terms: tuple[Term, ...], selection: SubsetSearch | None, considered: tuple[str, ...]
 ) -> SindyResult:
     """Least squares with covariance for the columns that stayed."""
     stacked = np.hstack([design.columns, design.nuisance])
@@ -179,20 +173,21 @@ def _solve(
     count = len(terms)
     columns = project_out(design.nuisance, design.columns)
     residual = design.response - stacked @ solution
+    block = max(2, round(MEMORY_PERIODS * design.period_s / design.step_s))
     parts = [design.trial == index for index in range(len(design.trials))]
     within, widening = robust_covariance(
         [columns[part] for part in parts], [residual[part] for part in parts], block, design.nuisance.shape[1]
     )
     covariance = within * np.outer(widening, widening)
-    used, errors = design.used, np.sqrt(np.diag(covariance))
+    errors = np.sqrt(np.diag(covariance))
     return SindyResult(
         names=design.names,
         coefficients=solution[:count],
         covariance=covariance,
         covariance_within=within,
-        contribution=np.std(design.columns[used], axis=0) * np.abs(solution[:count]),
+        contribution=np.std(design.columns, axis=0) * np.abs(solution[:count]),
         constants=solution[count : count + len(design.trials)],
-        residual_std=float(np.std(residual[used])),
+        residual_std=float(np.std(residual)),
         n_effective=effective_samples(residual, columns, design.lengths),
         terms=terms,
         fit=Fit(

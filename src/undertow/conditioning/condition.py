@@ -1,0 +1,81 @@
+"""From a recording to a motion: the one public entry of this room.
+
+Belongs here: the order of work. Does not belong here: the work (release.py, fusion.py, cycles.py).
+"""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from undertow.conditioning.cycles import equilibrium, find_cycles
+from undertow.conditioning.fusion import Smoothed, fuse
+from undertow.conditioning.motion import Motion, Window
+from undertow.conditioning.release import find_window
+from undertow.quantities import Estimate
+from undertow.recording.quality import noise
+from undertow.recording.recording import Array, Recording
+
+MOTION_CHANNELS = ("displacement", "velocity", "acceleration")
+
+CLOCK_SIGNIFICANT = 3.0
+"""A clock difference of more standard errors than this is said."""
+
+
+def condition(
+    recording: Recording,
+    *,
+    start_s: float | None = None,
+    end_s: float | None = None,
+    friction_halfwidth: float = 0.0,
+) -> Motion:
+    """Window, smoothed x, v, a with errors, noise and equilibrium of one recording.
+
+    ``start_s``, ``end_s`` (s, the recording's time) override the window found; ``friction_halfwidth`` (m) is mu N / k
+    where it is known.
+
+    Raises RecordingError where nothing moves, nothing that moves was recorded, or the window is too short.
+    """
+    window = find_window(recording, start_s, end_s)
+    levels = {name: noise(values) for name, values in recording.channels.items()}
+    after = recording.time >= window.release_s
+    t = recording.time[after] - window.release_s
+    channels = {n: recording.channels[n][after] for n in MOTION_CHANNELS if n in recording.channels}
+    smoothed = fuse(t, channels, levels, _hold_bias(recording, window, levels))
+    inside = (recording.time[after] >= window.start_s) & (recording.time[after] <= window.end_s)
+    centre = _centre(t, smoothed, inside, friction_halfwidth)
+    first = abs(float(smoothed.x[0]) - centre.value)
+    amplitude = max(first, float(np.max(np.abs(smoothed.x[inside] - centre.value)))) if not window.held else first
+    return Motion(
+        recording, window, t, smoothed.x, smoothed.v, smoothed.a, smoothed.x_std, smoothed.v_std, smoothed.a_std,
+        inside, centre, amplitude, levels, _notes(smoothed),
+    )  # fmt: skip
+
+
+def _hold_bias(recording: Recording, window: Window, levels: dict[str, float]) -> tuple[float, float]:
+    """Mean of the acceleration while held, and its standard error with room for drift; (0, 0) without a hold."""
+    if not window.held or "acceleration" not in recording.channels:
+        return 0.0, 0.0
+    hold = recording.time < window.release_s - 0.02
+    if np.count_nonzero(hold) < 10:
+        return 0.0, 0.0
+    values = recording.channels["acceleration"][hold]
+    return float(values.mean()), 0.25 * levels["acceleration"]
+
+
+def _centre(t: Array, smoothed: Smoothed, inside: np.ndarray, friction_halfwidth: float) -> Estimate:
+    cycles = find_cycles(t[inside], smoothed.x[inside], smoothed.v[inside], smoothed.x_std[inside])
+    return equilibrium(cycles, friction_halfwidth)
+
+
+def _notes(smoothed: Smoothed) -> tuple[str, ...]:
+    """What the smoother found out about the instruments."""
+    clock, error = smoothed.clock_s, smoothed.clock_stderr_s
+    if not math.isfinite(clock) or abs(clock) <= CLOCK_SIGNIFICANT * error:
+        return ()
+    later = "later" if clock > 0.0 else "earlier"
+    return (
+        f"acceleration is {1e3 * abs(clock):.2f} +- {1e3 * error:.2f} ms {later} than displacement at equal time stamps; "
+        "corrected",
+    )

@@ -1,0 +1,245 @@
+"""x, v, a with their errors from whatever was recorded: a Kalman filter and RTS smoother.
+
+State (x, v, a, b, d): displacement, velocity, acceleration, accelerometer bias, and the accelerometer's clock ahead
+of the other channels'. The acceleration is driven by white jerk whose density is found by the innovations' likelihood,
+the bias by a slow random walk; d is constant. Measured are x, v and a(t + d) + b = a + b + d a', whichever were
+recorded; samples need not be even. Moving the noisy samples themselves would smooth them, and the likelihood would
+take that for a better clock: so d is a state.
+
+Source: Rauch, Tung and Striebel 1965, doi:10.2514/3.3166; Smyth and Wu 2007, doi:10.1016/j.ymssp.2006.03.005.
+
+Belongs here: the smoother, its noise level, and the clock of one channel against another.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numba import njit
+from scipy.optimize import minimize_scalar
+
+from undertow.errors import RecordingError
+from undertow.recording.recording import Array
+
+BIAS_WALK = 1e-3
+"""Random walk of the accelerometer's bias: standard deviation gained in one second, relative to the channel's noise
+times sqrt(rate); a bias moves by a fraction of the noise over a record."""
+
+JERK_DECADES = 3.0
+"""The jerk's density is searched this many decades either side of what the motion's own size suggests."""
+
+LIKELIHOOD_SAMPLES = 1500
+"""At most this many samples decide the jerk's density; more sharpen it to no use."""
+
+CLOCK_STD_S = 0.005
+"""Prior standard deviation of the accelerometer's clock against the potentiometer's, s."""
+
+
+@dataclass(frozen=True)
+class Smoothed:
+    """x, v, a and their standard errors (n,) in SI at the instants given, the accelerometer's bias, the jerk's
+    density (m/s^3)^2/Hz, the innovations' log-likelihood, and by how much the accelerometer's samples are of a later
+    instant than their time stamp says (s, with standard error; nan where not both clocks are there)."""
+
+    x: Array
+    v: Array
+    a: Array
+    x_std: Array
+    v_std: Array
+    a_std: Array
+    bias: Array
+    jerk_density: float
+    log_likelihood: float
+    clock_s: float = math.nan
+    clock_stderr_s: float = math.nan
+
+
+@njit(
+    "Tuple((f8[:,::1], f8[:,:,::1], f8))(f8[::1], f8[:,::1], f8[::1], f8[::1], f8[::1], f8[:,::1], f8, f8)", cache=True
+)
+def _smooth(t, z, jerk, r, m0, p0, q, qb):  # type: ignore[no-untyped-def]
+    """Forward filter and backward smoother; z (n, 3) measured x, v, a with variance r (3,), r < 0: not measured;
+    jerk (n,) is what d multiplies."""
+    n = t.size
+    mf = np.empty((n, 5))
+    pf = np.empty((n, 5, 5))
+    mp = np.empty((n, 5))
+    pp = np.empty((n, 5, 5))
+    f = np.eye(5)
+    qm = np.zeros((5, 5))
+    m = m0.copy()
+    p = p0.copy()
+    loglik = 0.0
+    for i in range(n):
+        if i > 0:
+            d = t[i] - t[i - 1]
+            f[0, 1] = d
+            f[0, 2] = 0.5 * d * d
+            f[1, 2] = d
+            qm[0, 0] = q * d**5 / 20.0
+            qm[0, 1] = qm[1, 0] = q * d**4 / 8.0
+            qm[0, 2] = qm[2, 0] = q * d**3 / 6.0
+            qm[1, 1] = q * d**3 / 3.0
+            qm[1, 2] = qm[2, 1] = q * d * d / 2.0
+            qm[2, 2] = q * d
+            qm[3, 3] = qb * d
+            m = f @ m
+            p = f @ p @ f.T + qm
+        mp[i] = m
+        pp[i] = p
+        for c in range(3):
+            if r[c] < 0.0:
+                continue
+            hx = m[c]
+            ph = p[:, c].copy()
+            if c == 2:
+                hx += m[3] + jerk[i] * m[4]
+                ph += p[:, 3] + jerk[i] * p[:, 4]
+            s = ph[c] + r[c]
+            if c == 2:
+                s += ph[3] + jerk[i] * ph[4]
+            gain = ph / s
+            e = z[i, c] - hx
+            loglik -= 0.5 * (math.log(s) + e * e / s)
+            m = m + gain * e
+            p = p - np.outer(gain, ph)
+            p = 0.5 * (p + p.T)
+        mf[i] = m
+        pf[i] = p
+    ms = mf.copy()
+    ps = pf.copy()
+    for i in range(n - 2, -1, -1):
+        d = t[i + 1] - t[i]
+        f[0, 1] = d
+        f[0, 2] = 0.5 * d * d
+        f[1, 2] = d
+        g = np.linalg.solve(pp[i + 1], f @ pf[i]).T
+        ms[i] = mf[i] + g @ (ms[i + 1] - mp[i + 1])
+        ps[i] = pf[i] + g @ (ps[i + 1] - pp[i + 1]) @ g.T
+    return ms, ps, loglik
+
+
+@dataclass(frozen=True)
+class _Setting:
+    """What is smoothed: instants, measured values (n, 3), jerk (n,), variances (3,), prior mean and covariance."""
+
+    t: Array
+    z: Array
+    jerk: Array
+    r: Array
+    mean: Array
+    covariance: Array
+    bias_density: float
+
+    def at(self, jerk_density: float, samples: int | None = None) -> tuple[Array, Array, float]:
+        """Smoothed means (n, 5), covariances (n, 5, 5) and log-likelihood at a jerk density."""
+        n = self.t.size if samples is None else min(samples, self.t.size)
+        means, covariances, loglik = _smooth(
+            self.t[:n], self.z[:n], self.jerk[:n], self.r, self.mean, self.covariance, jerk_density, self.bias_density
+        )
+        return means, covariances, float(loglik)
+
+
+def fuse(
+    t: Array, channels: Mapping[str, Array], noise: Mapping[str, float], bias: tuple[float, float] = (0.0, 0.0)
+) -> Smoothed:
+    """Smoothed motion at ``t`` (n,) s from ``channels`` (displacement, velocity, acceleration; any of them).
+
+    ``noise`` is each channel's standard deviation; ``bias`` mean and standard deviation of the accelerometer's bias,
+    as the hold shows it. With a velocity alone x is relative to its own mean.
+
+    Raises RecordingError where no channel of motion is given.
+    """
+    setting = _setting(t, channels, noise, bias)
+    scale = _jerk_scale(t, channels)
+    density = _best_density(setting, scale)
+    if "acceleration" in channels and ("displacement" in channels or "velocity" in channels):
+        first = setting.at(density)[0]
+        setting = replace(setting, jerk=_oscillator_jerk(first))
+        setting.covariance[4, 4] = CLOCK_STD_S**2
+        density = _best_density(setting, scale)
+    means, covariances, loglik = setting.at(density)
+    errors = np.sqrt(np.maximum(np.einsum("nii->ni", covariances), 0.0))
+    x, v, a, b = (np.ascontiguousarray(means[:, i]) for i in range(4))
+    if "displacement" not in channels:
+        x = x - float(np.mean(x))
+    clock = (float(means[-1, 4]), float(errors[-1, 4])) if np.any(setting.jerk) else (math.nan, math.nan)
+    return Smoothed(x, v, a, errors[:, 0], errors[:, 1], errors[:, 2], b, density, loglik, *clock)
+
+
+def _best_density(setting: _Setting, scale: float) -> float:
+    best = minimize_scalar(
+        lambda e: -setting.at(scale * 10.0**e, LIKELIHOOD_SAMPLES)[2],
+        bounds=(-JERK_DECADES, JERK_DECADES), method="bounded", options={"xatol": 0.1},
+    )  # fmt: skip
+    return float(scale * 10.0 ** float(best.x))
+
+
+def _oscillator_jerk(means: Array) -> Array:
+    """a' (n,) of an oscillation with these v and a: -(mean a^2 / mean v^2) v, free of the noise of a derivative."""
+    v, a = means[:, 1], means[:, 2]
+    return -float(np.mean(a**2) / np.mean(v**2)) * v
+
+
+def _setting(
+    t: Array, channels: Mapping[str, Array], noise: Mapping[str, float], bias: tuple[float, float]
+) -> _Setting:
+    names = ("displacement", "velocity", "acceleration")
+    if not any(name in channels for name in names):
+        have = ", ".join(channels) or "nothing"
+        raise RecordingError(
+            f"channels recorded are {have}; motion needs displacement, velocity or acceleration: map one"
+        )
+    if t.size < 10:
+        raise RecordingError(f"{t.size} samples after the release; smoothing needs 10: look at the window")
+    z = np.zeros((t.size, 3))
+    r = np.full(3, -1.0)
+    mean = np.zeros(5)
+    spread = np.zeros(5)
+    spread[3:] = (1e-9, 1e-9)
+    for i, name in enumerate(names):
+        if name in channels:
+            z[:, i] = channels[name]
+            r[i] = max(noise[name], 1e-12) ** 2
+    first = z[:5].mean(axis=0)
+    size = _sizes(t, channels)
+    for i in range(3):
+        measured = r[i] >= 0.0
+        mean[i] = first[i] - (bias[0] if i == 2 else 0.0) if measured else 0.0
+        spread[i] = size[i] if size[i] > 0.0 else 1.0
+    if "acceleration" in channels:
+        mean[3], spread[3] = bias[0], bias[1] if bias[1] > 0.0 else size[2]
+    sigma_a = noise.get("acceleration", 0.0)
+    walk = (BIAS_WALK * sigma_a) ** 2 / float(np.median(np.diff(t)))
+    return _Setting(np.array(t, dtype=np.float64), z, np.zeros(t.size), r, mean, np.diag(spread**2), walk)
+
+
+def _sizes(t: Array, channels: Mapping[str, Array]) -> tuple[float, float, float]:
+    """Largest displacement, velocity, acceleration that the record suggests: for a prior that is wide enough."""
+    rate = _angular_rate(t, channels)
+    for power, name in enumerate(("displacement", "velocity", "acceleration")):
+        if name in channels:
+            size = float(np.ptp(channels[name])) + 1e-12
+            x = size / rate**power
+            return x, x * rate, x * rate**2
+    return 1.0, 1.0, 1.0
+
+
+def _angular_rate(t: Array, channels: Mapping[str, Array]) -> float:
+    """Angular frequency at which the record crosses its own middle, rad/s; noise damped by a short mean."""
+    values = next(channels[n] for n in ("displacement", "velocity", "acceleration") if n in channels)
+    low, high = np.quantile(values, [0.05, 0.95])
+    middle, margin = 0.5 * (low + high), 0.2 * (high - low)
+    side = np.where(values > middle + margin, 1, np.where(values < middle - margin, -1, 0))
+    side = side[side != 0]
+    crossings = max(int(np.count_nonzero(np.diff(side))), 1)
+    return math.pi * crossings / float(t[-1] - t[0])
+
+
+def _jerk_scale(t: Array, channels: Mapping[str, Array]) -> float:
+    """Jerk density a steady oscillation of the record's size would need: (w a)^2 / w."""
+    rate = _angular_rate(t, channels)
+    return (_sizes(t, channels)[2] * rate) ** 2 / rate

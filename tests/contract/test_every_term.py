@@ -144,7 +144,7 @@ def _unit(text: str, exponent: float | None) -> pint.Unit:
 @pytest.mark.parametrize("name", sorted(set(ALL) - {"sine_restoring"}))
 def test_coefficient_times_column_is_a_force(name):
     # the column's unit from how it scales when metres and seconds are renamed
-    coefficient, inner, _ = CASES[name]
+    _, inner, _ = CASES[name]
     term = shelf.find(name, **inner)
     rng = np.random.default_rng(3)
     n = 400

@@ -77,6 +77,13 @@ _C = np.array([0.0, 0.161, 0.327, 0.9, 0.9800255409045097, 1.0, 1.0])
 
 _int = np.int64
 """Written around an integer constant that is passed on: numba compiles a function once more for a literal's type."""
+_STRIBECK_REACH = 3.0
+_STRIBECK_SHARE = 0.3
+"""Within three v_s of v = 0 (beyond, exp(-9) is left) a step may change v by 0.3 v_s: 1e-5 of x0 down to 1 mm/s."""
+_SHARP_EXPONENT = 1.8
+_POWER_SHARE = 0.5
+_POWER_FINEST = 256.0
+"""Below that exponent steps near v = 0 change v by half of it, the finest by 1/256 of a full step's change."""
 _ECHOES = 3.0
 """How often a kink's echo is a step's end again: each echo is smoother by one derivative than what it repeats."""
 _INSTANT = 1e-12
@@ -431,6 +438,22 @@ def _step(th, active, y, out, k, cols, dims, t, h, d, side, past, stored, sens, 
         _rhs(th, active, out, k, stage, cols, dims, now, d, side, sens, jac)
 
 
+@njit(**_BORROWS)
+def _short_near_reversal(th, speed, slope, h):
+    """Step length that resolves what changes sharply around v = 0, at the speed |v| and its slope |a|.
+
+    Stribeck's peak: steps of a share of v_s inside three v_s. A power law with an exponent near or below one is not
+    analytic at v = 0: steps shrink and grow there in geometric progression.
+    """
+    change = slope * h
+    if th[_FS] != 0.0:
+        outside = speed - _STRIBECK_REACH * th[_VS]
+        change = min(change, _STRIBECK_SHARE * th[_VS] + max(outside, 0.0))
+    if th[_CP] != 0.0 and th[_P] < _SHARP_EXPONENT:
+        change = min(change, _POWER_SHARE * speed + slope * h / _POWER_FINEST)
+    return h if change >= slope * h else change / slope
+
+
 # ---------------------------------------------------------------- events
 @njit(**_BORROWS)
 def _excess(th, y, dims, t, side, echo):
@@ -704,10 +727,9 @@ def integrate(th, active, times, h_max):
     n_kinks = 1 if delayed else 0
     next_kink = 0
     driven = nh > 0 or dims[2] > 0 or delayed or th[_FCOS] != 0.0 or th[_FSIN] != 0.0
-    signed = (
-        th[_FC] != 0.0 or th[_Q] != 0.0 or th[_CP] != 0.0 or th[_FA] != 0.0
-        or th[_FN] != 0.0 or th[_FS] != 0.0 or dims[3] > 0
-    )  # fmt: skip
+    rubs = th[_FC] != 0.0 or th[_FA] != 0.0 or th[_FN] != 0.0 or th[_FS] != 0.0
+    sharp = th[_FS] != 0.0 or (th[_CP] != 0.0 and th[_P] < _SHARP_EXPONENT)
+    signed = rubs or th[_Q] != 0.0 or th[_CP] != 0.0 or dims[3] > 0
     kinked = th[_KA] != 0.0 or th[_FN] != 0.0
     _start(th, active, y, cols, dims)
     t = 0.0
@@ -718,7 +740,7 @@ def integrate(th, active, times, h_max):
     d = 1.0 if y[0, 1] > 0.0 else -1.0
     if y[0, 1] == 0.0:
         excess, way = _excess(th, y, dims, t, side, 0.0)
-        d = way if excess > 0.0 else 0.0
+        d = way if excess > 0.0 or not rubs else 0.0
     _rhs(th, active, y, k, zero, cols, dims, t, d, side, sens, jac)
     while row < m:
         if d == 0.0 and not driven:
@@ -727,6 +749,8 @@ def integrate(th, active, times, h_max):
                     ox[r, c] = y[c, 0]
             break
         h = h_max
+        if sharp:
+            h = _short_near_reversal(th, abs(y[0, 1]), abs(k[0, 1, 0]), h_max)
         on_kink = next_kink < n_kinks and kinks[next_kink, 0] < t + h * (1.0 + 1e-9)
         if on_kink:
             h = kinks[next_kink, 0] - t
@@ -762,7 +786,7 @@ def integrate(th, active, times, h_max):
                 y[0, event] = 0.0
             if event == 1 or event == _SLIP:
                 excess, way = _excess(th, y, dims, t, side, sens[0])
-                d = way if event == _SLIP or excess > 0.0 else 0.0
+                d = way if event == _SLIP or excess > 0.0 or not rubs else 0.0
             _rhs(th, active, y, k, zero, cols, dims, t, d, side, sens, jac)
             if event == 1:
                 _jump(y, k, cols, dims, event)

@@ -36,9 +36,24 @@ def even_step(t: Array, quantity: str) -> float:
 
 
 def linear_response(numerator: list[float], denominator: list[float], drive: Array, step: float) -> Array:
-    """Response of a linear filter b(s)/a(s) at rest to ``drive`` (n,), first-order hold, step in s, (n,)."""
+    """Response (n,) of a strictly proper filter b(s)/a(s), of order one or two, to ``drive`` (n,), step in s.
+
+    Exact for a drive that is straight between samples. The filter is at rest at the first sample even where the drive
+    starts with a jump, as the acceleration of a release does (a plain digital filter would have it rise from zero in
+    the step before).
+
+    >>> linear_response([1.0], [1.0, 0.0], np.ones(3), 0.1)  # an integrator
+    array([0. , 0.1, 0.2])
+    """
+    numerator = list(np.trim_zeros(numerator, "f"))
     b, a, _ = cont2discrete((numerator, denominator), step, method="foh")
-    response: Array = lfilter(np.ravel(b), np.ravel(a), drive)
+    b, a = np.ravel(b), np.ravel(a)
+    start = np.zeros(a.size - 1)
+    start[0] = -b[0]
+    if start.size > 1:
+        held, _, _ = cont2discrete((numerator, denominator), step, method="zoh")
+        start[1] = np.ravel(held)[1] - b[0] - b[1]
+    response: Array = lfilter(b, a, drive, zi=start * drive[0])[0]
     return response
 
 

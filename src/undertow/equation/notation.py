@@ -40,7 +40,7 @@ def term_text(term: Term, coefficient: float, error: float = math.nan, number: s
         sign = "-" if coefficient < 0.0 else "+"
         force = _replaced(force, {symbol: format_number(abs(coefficient), error)})
     memory = _replaced(memory, {symbol: format_number(coefficient, error)} | values)
-    return f"{sign} {_numbered(_replaced(force, values), number)}", _tidy(_numbered(memory, number))
+    return f"{sign} {_tidy(_numbered(_replaced(force, values), number))}", _tidy(_numbered(memory, number))
 
 
 def term_latex(

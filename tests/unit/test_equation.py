@@ -1,0 +1,191 @@
+"""Equations: what they refuse, how they are written, what they hand to the integrator."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+
+from undertow.equation import shelf
+from undertow.equation.equation import Equation, equation_15
+from undertow.equation.kernel import SLOT
+from undertow.equation.notation import plain_symbol, quantity_latex, term_latex
+from undertow.equation.term import Term
+from undertow.errors import UndertowError
+from undertow.quantities import Parameter
+
+
+def one_term(name: str, coefficient: float, **inner: float) -> Equation:
+    return Equation((shelf.find("stiffness"), shelf.find(name, **inner)), (109600.0, coefficient), mass_kg=3908.4)
+
+
+def test_unequal_numbers_of_terms_and_coefficients_are_refused():
+    with pytest.raises(UndertowError, match="2 terms but 1 coefficients; give one each"):
+        Equation((shelf.find("stiffness"), shelf.find("viscous_damping")), (1.0,))
+
+
+@pytest.mark.parametrize("value", [math.nan, math.inf])
+def test_a_coefficient_that_is_not_finite_is_refused_with_its_unit(value):
+    with pytest.raises(UndertowError, match=rf"of viscous_damping is {value}; give a finite value in N s/m"):
+        one_term("viscous_damping", value)
+
+
+def test_added_mass_that_eats_the_mass_is_refused():
+    with pytest.raises(UndertowError, match="total mass is -100 kg; it must be positive: check added_mass"):
+        equation_15(1000.0, -1100.0, 0.0, 1.0, 0.0, 0.0)
+
+
+def test_equation_15_is_written_as_the_report_does():
+    equation = Equation(
+        tuple(shelf.find(n) for n in ("stiffness", "viscous_damping", "coulomb_friction", "quadratic_drag")),
+        (109600.0, 590.0, 170.0, 3924.0),
+        mass_kg=3908.0,
+    )
+    assert str(equation) == "3908 x'' + 109600 x + 590 v + 170 sign(v) + 3924 v |v| = 0"
+
+
+@pytest.mark.parametrize(
+    ("name", "coefficient", "inner", "written"),
+    [
+        ("linear_damping", 900.0, {}, "+ 900 v = 0"),
+        ("added_mass", 1271.0, {}, "+ 1271 x'' = 0"),
+        ("cubic_damping", 2e4, {}, "+ 20000 v^3 = 0"),
+        ("drag_exponent", 2e3, {"exponent": 1.5}, "+ 2000 |v|^1.5 sign(v) = 0"),
+        ("cubic_stiffness", -4e7, {}, "- 4e+07 x^3 = 0"),
+        ("quintic_stiffness", 4e10, {}, "+ 4e+10 x^5 = 0"),
+        ("asymmetric_stiffness", 2e6, {}, "+ 2000000 x^2 = 0"),
+        ("quadratic_stiffness", -2e6, {}, "- 2000000 x |x| = 0"),
+        ("sine_restoring", 5e5, {}, "+ 500000 sin(x) = 0"),
+        ("position_damping", 2e4, {}, "+ 20000 x v = 0"),
+        ("van_der_pol_damping", 2e6, {}, "+ 2000000 x^2 v = 0"),
+        ("stribeck_friction", 60.0, {"velocity_m_per_s": 0.02}, "+ 60 exp(-(v / 0.02)^2) sign(v) = 0"),
+        ("asymmetric_friction", 30.0, {}, "+ 30 |sign(v)| = 0"),
+        ("variable_normal_force", 5e3, {}, "+ 5000 |x| sign(v) = 0"),
+        (
+            "hidden_resonator",
+            288.0,
+            {"natural_frequency_rad_per_s": 9.6, "damping_ratio": 0.02},
+            "+ 288 (x'' + s'') = 0; s'' + 2 · 0.02 · 9.6 s' + 9.6^2 s = -x''",
+        ),
+        ("relaxation", -3e4, {"time_s": 0.3}, "+ z = 0; z' = -30000 v - z / 0.3"),
+        (
+            "hysteresis",
+            4e4,
+            {"yield_displacement_m": 0.004},
+            "+ r = 0; r' = 40000 v (1 - sign(v) r / (40000 · 0.004))",
+        ),
+        ("external_forcing", 300.0, {"frequency_rad_per_s": 7.0, "phase_rad": -1.0}, "+ 300 cos(7 t - 1) = 0"),
+        ("delayed_echo", -500.0, {"delay_s": 1.7}, "- 500 v(t - 1.7) = 0"),
+    ],
+)
+def test_every_term_is_written_with_its_numbers(name, coefficient, inner, written):
+    assert str(one_term(name, coefficient, **inner)) == f"3908.4 x'' + 109600 x {written}"
+
+
+def test_an_amplitude_dependent_resonator_shows_its_own_damping_and_stiffness():
+    text = str(one_term("hidden_resonator", 300.0, quadratic_damping_per_m=3.0, cubic_stiffness_per_m2_s2=-500.0))
+    assert text.endswith("+ 10^2 s + 3 s' |s'| - 500 s^3 = -x''")
+
+
+def test_two_resonators_have_their_own_states():
+    equation = Equation((shelf.find("hidden_resonator"),) * 2, (300.0, 200.0), mass_kg=2637.4)
+    assert str(equation).startswith("2637.4 x'' + 300 (x'' + s1'') + 200 (x'' + s2'') = 0; s1'' + ")
+
+
+def test_digits_in_the_text_follow_the_errors():
+    text = equation_15(2637.4, 1271.43, 590.0, 109600.0, 170.0, 3924.0).text({"added_mass": 12.2, "mass": 31.0})
+    assert text.startswith("2640 x'' + 109600 x")
+    assert "+ 1271 x''" in text
+
+
+def test_latex_has_symbols_by_default():
+    latex = equation_15(2637.4, 1271.0, 590.0, 109600.0, 170.0, 3924.0).to_latex()
+    assert latex == (
+        r"m\ddot{x} + k x + c \dot{x} + F_c\,\mathrm{sgn}(\dot{x}) + m_a \ddot{x} + q\,\dot{x}|\dot{x}| = 0"
+    )
+
+
+def test_latex_with_numbers_has_units_and_errors():
+    latex = one_term("added_mass", 1271.43).to_latex(numbers=True, errors={"added_mass": 12.2})
+    assert r"+ (1271 \pm 12)\,\mathrm{kg}\,\ddot{x} = 0" in latex
+
+
+@pytest.mark.parametrize("name", shelf.names())
+def test_latex_of_every_term_is_balanced_and_holds_no_symbol_beside_its_number(name):
+    latex = one_term(name, 3.0).to_latex(numbers=True)
+    assert latex.count("{") == latex.count("}")
+    assert latex.count("(") == latex.count(")")
+    term = shelf.find(name)
+    force, memory = term_latex(term, 3.0)
+    bare = (force + memory).replace(r"\mathrm", "")
+    for parameter in term.parameters:
+        if len(parameter.symbol) > 1:  # single letters also stand in units
+            assert parameter.symbol not in bare
+
+
+def test_the_hidden_state_stands_after_the_equation_of_motion():
+    motion, memory = one_term("relaxation", 3e4).to_latex().split(r",\quad ")
+    assert motion.endswith("+ z = 0")
+    assert memory == r"\dot{z}=k_r\,\dot{x}-z/\tau"
+
+
+def test_large_numbers_have_powers_of_ten():
+    assert quantity_latex(4e10, "N/m^5") == r"4\times10^{10}\,\mathrm{N/m^{5}}"
+
+
+def test_numbers_without_a_unit_stand_alone():
+    assert quantity_latex(0.02, "1") == "0.02"
+
+
+def test_plain_symbols_have_no_marks():
+    assert plain_symbol(Parameter("a", "1", "c_{xx}")) == "c_xx"
+
+
+def test_theta_adds_up_what_shares_a_slot():
+    theta = equation_15(2637.4, 1271.0, 590.0, 109600.0, 170.0, 3924.0).theta(0.1, -0.2)
+    got = {name: theta[SLOT[name]] for name in ("mass", "k1", "c1", "fc", "q", "x0", "v0")}
+    assert got == pytest.approx(
+        {"mass": 3908.4, "k1": 109600.0, "c1": 590.0, "fc": 170.0, "q": 3924.0, "x0": 0.1, "v0": -0.2}
+    )
+
+
+def test_theta_numbers_resonators():
+    first = shelf.find("hidden_resonator", natural_frequency_rad_per_s=5.0)
+    second = shelf.find("hidden_resonator", natural_frequency_rad_per_s=9.0)
+    theta = Equation((first, second), (1.0, 2.0)).theta()
+    assert [theta[SLOT[s]] for s in ("hm1", "hw1", "hm2", "hw2", "hm3")] == [1.0, 5.0, 2.0, 9.0, 0.0]
+
+
+def test_theta_splits_a_forcing_into_cosine_and_sine():
+    theta = one_term("external_forcing", 10.0, frequency_rad_per_s=2.0, phase_rad=0.5).theta()
+    t = 0.3
+    parts = theta[SLOT["fcos"]] * math.cos(2.0 * t) + theta[SLOT["fsin"]] * math.sin(2.0 * t)
+    assert parts == pytest.approx(10.0 * math.cos(2.0 * t + 0.5))
+
+
+@pytest.mark.parametrize(("count", "compiled"), [(3, True), (4, False)])
+def test_the_compiled_integrator_holds_three_resonators(count, compiled):
+    equation = Equation((shelf.find("hidden_resonator"),) * count, (1.0,) * count)
+    assert equation.compiled is compiled
+
+
+def test_a_users_own_law_is_not_compiled():
+    class Own(Term):
+        """A law without slots."""
+
+        name = "own"
+        parameters = (Parameter("c", "N", "c"),)
+        law = latex = "c"
+        source = left_out = "test"
+
+        def force(self, x, v, a, t):
+            return np.ones_like(x)
+
+    assert not Equation((Own(),), (1.0,)).compiled
+
+
+def test_constants_cannot_be_edited():
+    equation = Equation((), (), constants={"area_m2": 0.97})
+    with pytest.raises(TypeError, match="does not support item assignment"):
+        equation.constants["area_m2"] = 1.0

@@ -76,6 +76,10 @@ def significant_decimals(error: float) -> int | None:
     return -exponent + (1 if leading < 3.0 else 0)
 
 
+DIGITS_AT_MOST = 10
+"""Significant digits printed at most, however small an error is said to be."""
+
+
 def format_number(value: float, error: float = math.nan) -> str:
     """A number with as many digits as its error allows (five significant digits where there is none).
 
@@ -88,6 +92,8 @@ def format_number(value: float, error: float = math.nan) -> str:
     if decimals is None:
         short = f"{value:.5g}"
         return f"{float(short):.0f}" if "e+" in short and abs(value) < _PLAIN_BELOW else short
+    if abs(value) > error * 10.0**DIGITS_AT_MOST:
+        return f"{value:.{DIGITS_AT_MOST}g}"
     rounded = round(value, decimals)
     return f"{rounded:.{max(decimals, 0)}f}"
 

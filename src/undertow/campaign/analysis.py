@@ -26,6 +26,7 @@ from undertow.identification.baseline import (
     fit_group,
     group_model,
 )
+from undertow.identification.dry import DEFAULT_SCATTER
 from undertow.identification.fit import Fit, Specimen, Structure
 from undertow.identification.freerun import FreeRun, free_run, repeatability, scored_channel, sensor_floor
 from undertow.identification.intervals import mean_of_trials
@@ -81,8 +82,16 @@ def analyse(task: GroupTask, progress: Callable[[str], None] = lambda _: None) -
     equation = baseline.equation()
     return GroupFindings(
         task.key, task.dry, trials, task.specimen, task.structure, fits, equation, baseline.equation_errors(),
-        _verdict(task, trials, baseline), task.anchor.doubts,
+        _verdict(task, trials, baseline), task.anchor.doubts + _assumed(task),
     )  # fmt: skip
+
+
+def _assumed(task: GroupTask) -> tuple[str, ...]:
+    """What had to be assumed, in words."""
+    if task.structure is not None or task.scatter:
+        return ()
+    parts = ", ".join(f"{100 * v:g} % in {k}" for k, v in DEFAULT_SCATTER.items())
+    return (f"neither dry trials nor specimen.scatter say how trials scatter; assumed for repeatability: {parts}",)
 
 
 def _group_fits(task: GroupTask, model: GroupModel, baseline: GroupFit) -> dict[str, Fit]:
@@ -107,11 +116,21 @@ def _attempt(method: str, trials: tuple[str, ...], work: Callable[[], Fit]) -> F
 
 def _sindy(task: GroupTask, motions: Sequence[Motion]) -> Fit:
     terms = [t for t in task.terms if t.name != "added_mass" and not (task.dry and t.name == "quadratic_drag")]
-    found: SindyResult = discover(motions, terms)
+    found: SindyResult = discover(motions, terms, subset=False)
     physical = to_physical(
         found.names, found.coefficients, found.covariance, task.anchor, task.specimen, task.dry
     )
-    return replace(found.fit, method="sindy", parameters=physical, anchor=task.anchor.sentence)
+    notes = (*found.fit.notes, _selected(motions, terms))
+    return replace(found.fit, method="sindy", parameters=physical, notes=notes, anchor=task.anchor.sentence)
+
+
+def _selected(motions: Sequence[Motion], terms: Sequence[Term]) -> str:
+    """Which of the prescribed terms a free choice by evidence keeps, in words."""
+    if len(motions) < 2:
+        return ""
+    kept = discover(motions, terms).names
+    dropped = [t.name for t in terms if t.name not in kept]
+    return "evidence keeps every term" if not dropped else f"evidence would do without {', '.join(dropped)}"
 
 
 def _single_fits(
@@ -232,7 +251,7 @@ def _score(motion: Motion, theta: np.ndarray, width: float) -> float:
 
 def _spread(task: GroupTask, model: GroupModel, run: FreeRun) -> dict[str, float]:
     """Standard deviations of the slots k1, c1, fc from trial to trial, the dry means' own errors included."""
-    relative = task.structure.scatter if task.structure is not None else task.scatter
+    relative = task.structure.scatter if task.structure is not None else task.scatter or DEFAULT_SCATTER
     means = {"k": 0.0, "c": 0.0, "mu": 0.0}
     if task.structure is not None:
         for symbol in means:

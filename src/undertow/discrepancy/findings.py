@@ -66,7 +66,8 @@ class GroupFindings:
     @property
     def label(self) -> str:
         """The group's conditions in words, as in "spring short, water_depth_m 2.36"."""
-        return ", ".join(f"{k} {v:g}" if isinstance(v, float) else f"{k} {v}" for k, v in self.key.items())
+        words = ", ".join(f"{k} {v:g}" if isinstance(v, float) else f"{k} {v}" for k, v in self.key.items())
+        return words or "all trials"
 
 
 @dataclass(frozen=True)

@@ -143,8 +143,8 @@ class SineRestoring(Term):
     """Pendulum, M = ks sin(x), x in rad (coordinate: rotation)."""
 
     name: ClassVar[str] = "sine_restoring"
-    parameters: ClassVar[tuple[Parameter, ...]] = restoring("k_s", "N", "sine_N")
-    slots: ClassVar[Mapping[str, str]] = {"sine_N": "ks"}
+    parameters: ClassVar[tuple[Parameter, ...]] = restoring("k_s", "N", "N")
+    slots: ClassVar[Mapping[str, str]] = {"N": "ks"}
     law: ClassVar[str] = "k_s sin(x)"
     latex: ClassVar[str] = r"k_s \sin x"
     source: ClassVar[str] = "Huygens 1673"

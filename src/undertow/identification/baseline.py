@@ -23,6 +23,7 @@ from undertow.identification.fit import Fit, Specimen, Structure
 from undertow.identification.intervals import noise_covariance
 from undertow.identification.output_error import Solution
 from undertow.identification.problem import Link, Problem, ProblemBuilder, TrialOptions, dominant_period
+from undertow.identification.scale import contract_name
 from undertow.quantities import OK, Estimate
 from undertow.recording.recording import Array
 
@@ -102,7 +103,9 @@ def group_model(
     base = np.zeros(N_SLOTS)
     mass = specimen.mass_kg if known_mass and anchored else 1.0
     coefficients: list[Coefficient] = []
-    if anchored and not known_mass:
+    fixes_k = anchored and not dry and (structure is not None or math.isfinite(specimen.stiffness_N_per_m))
+    names = {t.name for t in kept}
+    if anchored and (not known_mass or (fixes_k and structure is None and "added_mass" not in names)):
         k = structure.k.value if structure else specimen.stiffness_N_per_m
         mass = k / rate**2
         kept = tuple(t for t in kept if t.name != "added_mass")
@@ -111,7 +114,6 @@ def group_model(
         base[SLOT["mass"]] = mass
     speed = max(float(np.max(np.abs(m.v))) for m in motions)
     size = max(m.amplitude for m in motions)
-    fixes_k = anchored and not dry and (structure is not None or math.isfinite(specimen.stiffness_N_per_m))
     for term in kept:
         if structure is not None and term.name in STRUCTURAL:
             _fix(base, term.name, structure, specimen)
@@ -138,26 +140,21 @@ def _unknowns(
     """Unknowns of one term: contract name, start from the motion's own scale (5 % of critical in total), bounds."""
     force = mass * rate * speed
     suffix = "" if anchored else "_per_mass"
-    normal, drag = specimen.normal_force_N, specimen.drag_N_per_unit_coefficient
-    name = term.name
-    if name == "stiffness":
-        return [_one("k_N_per_m", "N/m", "k1", mass * rate**2, mass * rate**2, term, suffix, lower=0.0)]
-    if name == "viscous_damping":
-        return [_one("c_Ns_per_m", "N s/m", "c1", 0.02 * mass * rate, mass * rate, term, suffix)]
-    if name == "coulomb_friction":
-        if anchored and math.isfinite(normal) and normal > 0.0:
-            start = 2e-3 * force / normal
-            return [_one("mu", "1", "fc", start, start, term, suffix, factor=normal)]
-        return [_one("friction_N", "N", "fc", 2e-3 * force, 1e-2 * force, term, suffix)]
-    if name == "added_mass":
-        return [_one("added_mass_kg", "kg", "mass", 0.1 * mass, 0.1 * mass, term, suffix, lower=-0.9 * mass)]
-    if name == "quadratic_drag":
-        start = 0.02 * mass * rate / speed
-        if anchored and drag > 0.0:
-            return [_one("drag_coefficient", "1", "q", start / drag, start / drag, term, suffix, factor=drag)]
-        return [_one("drag_Ns2_per_m2", "N s^2/m^2", "q", start, start, term, suffix)]
-    if name == "sine_restoring":
-        return [_one("sine_N", "N", "ks", mass * rate**2, mass * rate**2, term, suffix)]
+    label, unit, per_force = contract_name(term.name, specimen if anchored else Specimen())
+    if term.name == "added_mass":
+        return [_one("added_mass_kg", "kg", "mass", 0.1 * mass, 0.1 * mass, term, "", lower=-0.9 * mass)]
+    starts = {
+        "stiffness": mass * rate**2,
+        "sine_restoring": mass * rate**2,
+        "viscous_damping": 0.02 * mass * rate,
+        "coulomb_friction": 2e-3 * force,
+        "quadratic_drag": 0.02 * mass * rate / speed,
+    }
+    if term.name in starts:
+        start = starts[term.name] * per_force
+        lower = 0.0 if term.name == "stiffness" else -math.inf
+        slot = term.slots[term.coefficient.name]
+        return [_one(label, unit, slot, start, start, term, suffix, factor=1.0 / per_force, lower=lower)]
     return _general(term, force / _typical(term, size, speed), suffix)
 
 
@@ -186,7 +183,7 @@ def _general(term: Term, scale: float, suffix: str) -> list[Coefficient]:
     out = []
     for slot, number in slot_values(term, 1e-3 * scale).items():
         parameter = next((p for p in term.parameters if term.slots[p.name] == slot), term.coefficient)
-        label = f"{term.name}.{parameter.name}"
+        label = f"{term.name}_{parameter.name}"
         size = abs(number) if number else scale
         numbered = slot + "1" if slot in {"hm", "hw", "hz", "hb", "hg", "rk", "rt"} else slot
         out.append(
@@ -239,7 +236,7 @@ class GroupFit:
         for c in self.model.coefficients:
             estimate = self.estimates[c.name]
             key = c.term or "mass"
-            if key not in errors and "." not in c.name.split("_per_mass")[0]:
+            if key not in errors:
                 errors[key] = abs(c.factor) * estimate.total_stderr
         if self.model.fixed is not None:
             normal = self.model.specimen.normal_force_N
@@ -329,7 +326,7 @@ def as_fit(group: GroupFit, method: str, trials: Sequence[str], anchor: str) -> 
     if "added_mass_kg" in parameters:
         added = parameters["added_mass_kg"]
         parameters["total_mass_kg"] = replace(added, value=added.value + specimen.mass_kg)
-    elif group.model.anchored and math.isfinite(specimen.mass_kg) and "total_mass_kg" not in parameters:
+    elif group.model.anchored and "total_mass_kg" not in parameters and math.isfinite(specimen.mass_kg):
         parameters["total_mass_kg"] = Estimate(specimen.mass_kg, 0.0, unit="kg", source="config")
     if group.model.fixed is not None:
         held = group.model.fixed

@@ -29,14 +29,14 @@ Array = NDArray[np.float64]
 TEST_FUNCTION_PERIODS = 0.5
 """Length of the test function in periods of the motion: half a period passes the motion and little else."""
 
-ROWS_PER_TEST_FUNCTION = 10
-"""Test functions start a tenth of their length apart; a Hann window has nothing left beyond a fifth of that rate."""
+ROWS_PER_TEST_FUNCTION = 5
+"""Test functions start a fifth of their length apart: a Hann window passes nothing above half that rate."""
 
 DRIFT_ORDER = 2
 """Order of the polynomial of time taken off each trial: drift of the sensors within a decay, slower than the body."""
 
-MIN_ROWS = 20
-"""Rows that a trial must have to be worth a constant and a drift of its own: two test functions on end and a little."""
+MIN_ROWS = 10
+"""Rows that a trial must have to be worth a constant and a drift of its own: three test functions on end."""
 
 
 class TermLibrary(BaseFeatureLibrary):  # type: ignore[misc]
@@ -130,8 +130,8 @@ class Design:
     """Rows of a regression -a = columns @ coefficients + slow drift of each trial, in weak form.
 
     ``columns`` (n, p) and ``response`` (n,), the negative acceleration, are means weighted by a test function
-    ``length_s`` seconds long and ``step_s`` seconds on from row to row. ``trial`` (n,) numbers the trials, ``time`` (n,) is
-    the test function's middle in s after the release. ``period_s`` is that of the motion.
+    ``length_s`` seconds long and ``step_s`` seconds on from row to row. ``trial`` (n,) numbers the trials, ``time``
+    (n,) is the test function's middle in s after the release. ``period_s`` is that of the motion.
     """
 
     columns: Array
@@ -167,7 +167,7 @@ class Design:
 
 
 def motion_period(motion: Motion) -> float:
-    """Period of the motion in its window, s: 2 pi sqrt(<v^2> / <a^2>)."""
+    """Period of the motion in its window within some 10 %, s: 2 pi sqrt(<v^2> / <a^2>)."""
     v, a = motion.windowed("v"), motion.windowed("a")
     return 2.0 * math.pi * math.sqrt(float(np.mean(v**2)) / float(np.mean(a**2)))
 
@@ -180,15 +180,15 @@ def build_design(
 ) -> Design:
     """The equation of motion of several trials, averaged by moving test functions over their windows.
 
-    Every row is the equation multiplied by a Hann window and summed over the samples: linear, and therefore as exact as
-    the equation itself, whatever the sampling rate. The noise of acceleration and of displacement, which grows as the
-    square of frequency, is left behind, and so is what smoothing does to friction's step at a velocity reversal: no slow
-    samples have to be dropped. ``periods`` is the test function's length in (median) periods of the motion.
+    Every row is the equation multiplied by a Hann window and summed over the samples: linear, and therefore as exact
+    as the equation itself, whatever the sampling rate. Most of the noise, which grows with frequency, is left behind,
+    and so is what smoothing does to friction's step at a velocity reversal: no slow samples have to be dropped.
+    ``periods`` is the test function's length in (median) periods of the motion.
 
     Displacements are taken from `Motion.equilibrium`; what is wrong with it is a constant for a linear spring, which
     the trial's own constant takes up.
 
-    Raises IdentificationError without motions, or with a window too short for 20 rows (three test functions).
+    Raises IdentificationError without motions, or with a window too short for 10 rows (three test functions).
     """
     if not motions:
         raise IdentificationError("0 motions; give at least one trial")

@@ -31,6 +31,10 @@ FIRST_DAMPING = 1e-6
 """Start of Levenberg-Marquardt's damping relative to the diagonal: nearly Gauss-Newton, since a free decay leaves the
 common scale of mass and forces to the priors alone, and damping would freeze that direction."""
 
+POOR_FIT = 25.0
+"""Mean squared residual in units of noise above which the whole record is also tried from the start itself: an
+equation that is wrong can lead growing windows astray."""
+
 FIRST_WINDOW_PERIODS = 2.0
 """The first window of a growing fit, in periods of the motion; each next one is twice as long."""
 
@@ -320,7 +324,15 @@ def fit(
             if progress is not None:
                 progress(f"window {window:.3g} s")
     values, point, count, converged = _search(problem, values)
-    return _solution(problem, values, point, iterations + count, converged)
+    iterations += count
+    n_data = sum(r.size for r in point.residuals)
+    if growing and (not converged or point.chi2 > POOR_FIT * n_data):
+        first = np.array([u.start for u in problem.unknowns]) if start is None else np.array(start, dtype=np.float64)
+        second = _search(problem, first)
+        iterations += second[2]
+        if second[1].cost < point.cost:
+            values, point, _, converged = second
+    return _solution(problem, values, point, iterations, converged)
 
 
 def _solution(problem: Problem, values: Array, point: _Point, iterations: int, converged: bool) -> Solution:

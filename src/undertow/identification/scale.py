@@ -16,6 +16,7 @@ from typing import Literal
 
 import numpy as np
 
+from undertow.equation import shelf
 from undertow.identification.fit import Specimen, Structure
 from undertow.quantities import Estimate, format_number
 from undertow.recording.recording import Array
@@ -93,8 +94,9 @@ def to_physical(
     errors = np.sqrt(np.maximum(np.diag(covariance), 0.0))
     if not anchor.known or "stiffness" not in index:
         return {
-            f"{_contract_name(n, specimen)[0]}_per_mass": Estimate(float(per_mass[i]), float(errors[i]), unit="per kg")
+            f"{name}_per_mass": Estimate(float(per_mass[i]), float(errors[i]), unit=f"{unit} per kg")
             for n, i in index.items()
+            for name, unit, _ in [contract_name(n, Specimen())]
         }
     kappa = float(per_mass[index["stiffness"]])
     k_error = anchor.stiffness.total_stderr / anchor.stiffness.value if anchor.stiffness.value > 0.0 else 0.0
@@ -104,7 +106,7 @@ def to_physical(
         k_error = 0.0
     found: dict[str, Estimate] = {}
     for name, i in index.items():
-        key, unit, factor = _contract_name(name, specimen)
+        key, unit, factor = contract_name(name, specimen)
         coefficient = float(per_mass[i])
         if name == "stiffness" and not (dry and anchor.kind == "mass"):
             found[key] = anchor.stiffness
@@ -123,8 +125,12 @@ def to_physical(
     return found
 
 
-def _contract_name(term: str, specimen: Specimen) -> tuple[str, str, float]:
-    """Column name, unit and factor (from the term's force coefficient) of one term's parameter."""
+def contract_name(term: str, specimen: Specimen) -> tuple[str, str, float]:
+    """Column name, unit and factor (from the term's force coefficient) of one term's parameter.
+
+    >>> contract_name("cubic_stiffness", Specimen())[0]
+    'cubic_stiffness_N_per_m3'
+    """
     normal, drag = specimen.normal_force_N, specimen.drag_N_per_unit_coefficient
     if term == "stiffness":
         return "k_N_per_m", "N/m", 1.0
@@ -134,6 +140,9 @@ def _contract_name(term: str, specimen: Specimen) -> tuple[str, str, float]:
         return ("mu", "1", 1.0 / normal) if math.isfinite(normal) and normal > 0.0 else ("friction_N", "N", 1.0)
     if term == "quadratic_drag":
         return ("drag_coefficient", "1", 1.0 / drag) if drag > 0.0 else ("drag_Ns2_per_m2", "N s^2/m^2", 1.0)
+    if term in shelf.names():
+        coefficient = shelf.find(term).coefficient
+        return f"{term}_{coefficient.name}", coefficient.unit, 1.0
     return term, "", 1.0
 
 

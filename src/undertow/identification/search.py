@@ -22,9 +22,6 @@ MAX_FREE_COLUMNS = 20
 COLLINEAR = 1e-10
 """A unit column with less than this square left after the others is a combination of them."""
 
-RESIDUAL_FLOOR = 1e-13
-"""Residual sums below this share of the response's are rounding: such subsets explain it equally well."""
-
 SIGN_CHECK_CHUNK = 16_384
 """Subsets whose coefficients are solved for at once when signs are looked at."""
 
@@ -34,11 +31,11 @@ SIGN_CHECK_MARGIN = 60.0
 
 @dataclass(frozen=True)
 class Candidate:
-    """A subset: its columns, its criterion and its residual sum of squares."""
+    """A subset: its columns, its criterion and its misfit (chi-squared of the columns left out)."""
 
     columns: tuple[int, ...]
     criterion: float
-    rss: float
+    misfit: float
 
 
 @dataclass(frozen=True)
@@ -80,18 +77,22 @@ class SubsetSearch:
 
 
 def search_subsets(
-    columns: Array,
-    response: Array,
+    information: Array,
+    moments: Array,
     labels: Sequence[int],
+    n_effective: float,
     forced: Sequence[int] = (),
     signs: Mapping[int, int] | None = None,
-    n_effective: float | None = None,
     rival_difference: float = 6.0,
 ) -> SubsetSearch:
-    """Criterion of every subset of ``columns`` (n, p), each of unit length, against ``response`` (n,).
+    """Every subset of columns by how much the data resist that the other coefficients are 0.
 
-    ``labels`` (p,) are the names by which ``forced``, ``signs`` and the result speak of the columns. The criterion is
-    n_eff ln(RSS) + |S| ln(n_eff), n_eff = n unless given.
+    Coefficients theta of all columns have the ``information`` matrix (p, p), the inverse of their covariance;
+    ``moments`` (p,) is information @ theta. The misfit of a subset S is the smallest (theta - t)' information
+    (theta - t) over all t that are 0 outside S. Its criterion is the extended BIC with gamma 1/2 (Chen and Chen 2008,
+    doi:10.1093/biomet/asn034), misfit + |S| [ln(n_effective) + ln(q)], q being the free columns: the more laws are
+    offered, the more one of them looks right by chance. ``labels`` (p,) are the names by which ``forced``, ``signs``
+    and the result speak of the columns.
 
     Raises IdentificationError with more than 20 free columns, forced columns that are collinear, or signs that leave no
     subset.
@@ -104,22 +105,29 @@ def search_subsets(
             f"{len(free)} free columns; all subsets can be tried up to {MAX_FREE_COLUMNS}: "
             "force the terms known to be there or leave some out"
         )
-    stacked = np.column_stack([columns, response])
-    gram = stacked.T @ stacked
-    size = float(columns.shape[0] if n_effective is None else n_effective)
-    sums = residual_sums(_reduced(gram, held, free, labels))
-    sums = np.maximum(sums, RESIDUAL_FLOOR * gram[-1, -1] + np.finfo(float).tiny)
+    gram = _gram(information, moments)
+    sums = np.maximum(residual_sums(_reduced(gram, held, free, labels)), 0.0)
     counts = np.array([int(mask).bit_count() for mask in range(sums.size)]) + len(held)
-    criteria = size * np.log(sums) + counts * np.log(size)
+    criteria = sums + counts * (np.log(n_effective) + np.log(max(len(free), 1)))
     limits = {place[label]: sign for label, sign in (signs or {}).items() if label in place}
     refused = _refuse(criteria, gram, held, free, limits) if limits else 0
     if not np.any(np.isfinite(criteria)):
         raise IdentificationError(
             f"none of {sums.size} subsets obeys the signs {dict(signs or {})}; free the sign of a forced column"
         )
-    names = [labels[index] for index in free]
-    table = _Table(criteria, sums, counts, tuple(forced), tuple(names))
-    return table.summarise(rival_difference, size, refused)
+    table = _Table(criteria, sums, counts, tuple(forced), tuple(labels[index] for index in free))
+    return table.summarise(rival_difference, n_effective, refused)
+
+
+def _gram(information: Array, moments: Array) -> Array:
+    """Gram matrix (p + 1, p + 1) of unit columns and a response with these moments; signs stay as they are."""
+    scale = np.sqrt(np.maximum(np.diag(information), np.finfo(float).tiny))
+    size = moments.size
+    gram = np.empty((size + 1, size + 1))
+    gram[:size, :size] = information / np.outer(scale, scale)
+    gram[size, :size] = gram[:size, size] = moments / scale
+    gram[size, size] = moments @ np.linalg.lstsq(information, moments, rcond=None)[0]
+    return gram
 
 
 def residual_sums(gram: Array) -> Array:

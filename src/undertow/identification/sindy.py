@@ -12,7 +12,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 
 import numpy as np
 from numpy.typing import NDArray
@@ -21,16 +21,31 @@ from undertow.conditioning.motion import Motion
 from undertow.equation.term import Term
 from undertow.errors import IdentificationError
 from undertow.identification.fit import Fit
-from undertow.identification.library import Design, build_design, label
+from undertow.identification.library import Design, build_design, label, motion_period
 from undertow.identification.robust import robust_covariance
 from undertow.identification.search import SubsetSearch
-from undertow.identification.subset import BestSubset, effective_samples, project_out
+from undertow.identification.subset import (
+    BestSubset,
+    effective_samples,
+    project_out,
+    residual_covariance,
+    score_matrix,
+)
 from undertow.quantities import OK, Estimate
 
 Array = NDArray[np.float64]
 
 MEMORY_PERIODS = 2.0
-"""Residuals are taken as correlated over up to so many periods of the motion, four test functions."""
+"""Residuals are taken as correlated over up to so many periods of the motion."""
+
+SELECTION_PERIODS = 0.125
+"""Length of the test functions by which terms are told apart: short, so that harmonics speak too."""
+
+ESTIMATION_PERIODS = (0.125, 0.25, 0.5)
+"""Lengths of which that with the coefficients' smallest generalised variance is taken: noisy x asks for short ones."""
+
+TEST_FUNCTIONS_PER_WINDOW = 4.0
+"""The shortest window must hold so many test functions on end for a length to be tried."""
 
 COLLINEAR_CORRELATION = 0.98
 """Two coefficients correlated more than this are told to the reader as hardly separable."""
@@ -108,18 +123,19 @@ def discover(
     if not library:
         raise IdentificationError(f"{len(terms)} terms besides the mass; give at least one, e.g. Stiffness()")
     forced = [_place(entry, names) for entry in known]
-    design = build_design(motions, library)
     selection, kept = None, tuple(range(len(library)))
     if subset:
-        selection = _select(design, library, forced, signs)
+        selection = _select(build_design(motions, library, SELECTION_PERIODS), library, forced, signs)
         kept = selection.best.columns
         if not kept:
             raise IdentificationError(
                 f"the best of all subsets of {', '.join(names)} is none of them; the motion is not explained by any: "
                 "look at the window and the noise"
             )
-    chosen = replace(design, columns=design.columns[:, kept], names=tuple(names[index] for index in kept))
-    return _solve(chosen, tuple(library[index] for index in kept), selection, names)
+    terms_kept = tuple(library[index] for index in kept)
+    solutions = [_solve(build_design(motions, terms_kept, periods)) for periods in _fitting_lengths(motions)]
+    best = min(solutions, key=lambda solution: solution.generalised_variance)
+    return _report(best, terms_kept, selection, names)
 
 
 def discover_each(
@@ -152,48 +168,93 @@ def _select(design: Design, library: Sequence[Term], forced: Sequence[int], sign
         nuisance=tuple(range(count, stacked.shape[1])),
         signs=limits if signs else None,
         trial_lengths=design.lengths,
+        memory=_memory(design),
     )
     optimizer.fit(stacked, design.response[:, None])
     search: SubsetSearch = optimizer.searches_[0]
     return search
 
 
-def _solve(
-    design: Design, terms: tuple[Term, ...], selection: SubsetSearch | None, considered: tuple[str, ...]
-) -> SindyResult:
-    """Least squares with covariance for the columns that stayed."""
+def _fitting_lengths(motions: Sequence[Motion]) -> tuple[float, ...]:
+    """Lengths of test functions, in periods, that the shortest window has room for; the shortest one always."""
+    shortest = min(motion.windowed("t")[-1] - motion.windowed("t")[0] for motion in motions)
+    most = shortest / float(np.median([motion_period(motion) for motion in motions])) / TEST_FUNCTIONS_PER_WINDOW
+    return tuple(length for length in ESTIMATION_PERIODS if length <= max(most, ESTIMATION_PERIODS[0]))
+
+
+def _memory(design: Design) -> int:
+    """Rows over which the residual may be correlated."""
+    return max(2, round(MEMORY_PERIODS * design.period_s / design.step_s))
+
+
+@dataclass(frozen=True)
+class _Solution:
+    """Least squares of one design: coefficients of terms and drifts, covariance of the terms', residual."""
+
+    design: Design
+    values: Array
+    within: Array
+    widening: Array
+    residual: Array
+    n_effective: float
+
+    @property
+    def generalised_variance(self) -> float:
+        """Logarithm of the determinant of the coefficients' covariance."""
+        return float(np.linalg.slogdet(self.within)[1])
+
+
+def _solve(design: Design) -> _Solution:
+    """Least squares with drifts as nuisance.
+
+    The variance of a coefficient is the larger of two estimates: moving sums of the scores (Newey and West 1987), and
+    the residual's autocovariance seen through the columns. Each alone is on the small side for a few short trials.
+    """
     stacked = np.hstack([design.columns, design.nuisance])
     found, _, rank, _ = np.linalg.lstsq(stacked, design.response, rcond=None)
-    solution: Array = np.asarray(found, dtype=np.float64)
     if rank < stacked.shape[1]:
         raise IdentificationError(
             f"{', '.join(design.names)} with {design.nuisance.shape[1]} constants and drifts have rank {rank} of "
             f"{stacked.shape[1]}; two of the terms are the same force along this motion: leave one out"
         )
-    count = len(terms)
+    values: Array = np.asarray(found, dtype=np.float64)
     columns = project_out(design.nuisance, design.columns)
-    residual = design.response - stacked @ solution
-    block = max(2, round(MEMORY_PERIODS * design.period_s / design.step_s))
+    residual = design.response - stacked @ values
     parts = [design.trial == index for index in range(len(design.trials))]
-    within, widening = robust_covariance(
-        [columns[part] for part in parts], [residual[part] for part in parts], block, design.nuisance.shape[1]
+    moving, widening = robust_covariance(
+        [columns[part] for part in parts], [residual[part] for part in parts], _memory(design), design.nuisance.shape[1]
     )
-    covariance = within * np.outer(widening, widening)
-    errors = np.sqrt(np.diag(covariance))
+    noise = residual_covariance(residual, design.lengths, _memory(design))
+    scores = score_matrix(columns, noise, design.lengths)
+    n_effective = effective_samples(columns, scores, max(float(noise[0]), np.finfo(float).tiny))
+    bread = np.linalg.inv(columns.T @ columns)
+    freedom = n_effective / max(n_effective - stacked.shape[1], 1.0)
+    seen = np.diag(bread @ scores @ bread) * freedom
+    stretch = np.sqrt(np.maximum(seen / np.diag(moving), 1.0))
+    return _Solution(design, values, moving * np.outer(stretch, stretch), widening, residual, n_effective)
+
+
+def _report(
+    solution: _Solution, terms: tuple[Term, ...], selection: SubsetSearch | None, considered: tuple[str, ...]
+) -> SindyResult:
+    """The solution in words, units and standard errors."""
+    design, count = solution.design, len(terms)
+    covariance = solution.within * np.outer(solution.widening, solution.widening)
+    values, errors = solution.values[:count], np.sqrt(np.diag(covariance))
     return SindyResult(
         names=design.names,
-        coefficients=solution[:count],
+        coefficients=values,
         covariance=covariance,
-        covariance_within=within,
-        contribution=np.std(design.columns, axis=0) * np.abs(solution[:count]),
-        constants=solution[count : count + len(design.trials)],
-        residual_std=float(np.std(residual)),
-        n_effective=effective_samples(residual, columns, design.lengths),
+        covariance_within=solution.within,
+        contribution=np.std(design.columns, axis=0) * np.abs(values),
+        constants=solution.values[count : count + len(design.trials)],
+        residual_std=float(np.std(solution.residual)),
+        n_effective=solution.n_effective,
         terms=terms,
         fit=Fit(
             "sindy",
             design.trials,
-            per_mass=_estimates(terms, design.names, solution[:count], errors),
+            per_mass=_estimates(terms, design.names, values, errors),
             notes=_notes(design.names, covariance),
         ),
         selection=selection,

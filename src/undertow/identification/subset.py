@@ -14,6 +14,7 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 from numpy.typing import NDArray
 from pysindy.optimizers.base import BaseOptimizer
+from scipy.signal import fftconvolve
 
 from undertow.errors import IdentificationError
 from undertow.identification.search import Candidate, Step, SubsetSearch, search_subsets
@@ -21,25 +22,29 @@ from undertow.identification.search import Candidate, Step, SubsetSearch, search
 Array = NDArray[np.float64]
 
 MEMORY_SHARE = 0.1
-"""Lags up to this share of a trial enter its autocorrelation: longer ones are mostly the estimate's own noise."""
+"""Longest memory of a residual looked for, as a share of the rows: beyond it is mostly the estimate's own noise."""
 
 WINDOW_TIMES = 6.0
-"""Lags are summed up to this many correlation times (Sokal 1997, doi:10.1007/978-1-4899-0319-8_6)."""
+"""Lags are used up to this many correlation times (Sokal 1997, doi:10.1007/978-1-4899-0319-8_6)."""
+
+ROUNDING_SHARE = 1e-13
+"""A residual below this share of the response's variance is rounding: both are then explained equally well."""
 
 MIN_ROWS_PER_COLUMN = 2
 """Rows needed for each column, so that the residual of the full model says something about the noise."""
 
 
 class BestSubset(BaseOptimizer):  # type: ignore[misc]
-    """Exact best subset by BIC with effective samples, as a pysindy optimiser.
+    """Exact best subset by BIC under correlated noise, as a pysindy optimiser.
 
-    Among all subsets S of the free columns the one with the smallest
+    Among all subsets S of the q free columns the one with the smallest extended BIC
 
-        n_eff ln(RSS_S) + |S| ln(n_eff)
+        chi2_S + |S| [ln(n_eff) + ln(q)]
 
-    is taken, where n_eff is the number of rows divided by the correlation time of the full model's residual as the
-    columns see it (Bartlett 1946): ten times as many rows of the same signal give the same verdict. Rows that are zero
-    throughout count as absent, so that a gap in a trial keeps its length in time.
+    is taken. chi2_S is the Wald statistic of leaving out the others: least-squares coefficients of all columns, with
+    the covariance (X'X)^-1 X'RX (X'X)^-1 where R is the autocovariance of the full model's residual. Each column is
+    thereby judged by the noise at its own frequencies, and ten times as many rows of the same signal give the same
+    verdict. n_eff is the number of rows over the noise's correlation time as the columns see it.
 
     Parameters
     ----------
@@ -49,7 +54,8 @@ class BestSubset(BaseOptimizer):  # type: ignore[misc]
         exact: where the best coefficient within the sign is 0, the subset without the column has been tried too.
     trial_lengths : rows of each trial in their order; None takes all rows as one trial.
     rival_difference : subsets within this difference of the criterion are reported as rivals. 6 is odds of 20 to 1.
-    n_effective : effective number of samples where it is known; None takes it from the residual.
+    n_effective : effective number of samples where it is known; None takes the correlation from the residual.
+    memory : rows over which the residual may be correlated; None takes six times its own correlation time.
     copy_X : as in pysindy.
 
     Attributes
@@ -80,6 +86,7 @@ class BestSubset(BaseOptimizer):  # type: ignore[misc]
         trial_lengths: Sequence[int] | None = None,
         rival_difference: float = 6.0,
         n_effective: float | None = None,
+        memory: int | None = None,
         copy_X: bool = True,
     ) -> None:
         super().__init__(copy_X=copy_X, unbias=False)
@@ -89,6 +96,7 @@ class BestSubset(BaseOptimizer):  # type: ignore[misc]
         self.trial_lengths = trial_lengths
         self.rival_difference = rival_difference
         self.n_effective = n_effective
+        self.memory = memory
 
     def _reduce(self, x: Array, y: Array) -> None:
         """Search the subsets of each target; called by pysindy's ``fit`` with x (n, p) and y (n, targets)."""
@@ -114,17 +122,28 @@ class BestSubset(BaseOptimizer):  # type: ignore[misc]
         scale = np.linalg.norm(columns, axis=0)
         scale[scale <= np.finfo(float).eps * np.linalg.norm(x[:, judged], axis=0)] = 1.0
         columns = columns / scale
-        n_effective = self.n_effective
-        if n_effective is None:
-            residual = response - columns @ np.linalg.lstsq(columns, response, rcond=None)[0]
-            n_effective = effective_samples(residual, columns, lengths)
+        theta = np.linalg.lstsq(columns, response, rcond=None)[0]
+        residual = response - columns @ theta
+        floor = ROUNDING_SHARE * float(response @ response) / response.size + np.finfo(float).tiny
+        if self.n_effective is None:
+            covariance = residual_covariance(residual, lengths, self.memory)
+            covariance[0] = max(covariance[0], floor)
+            scores = score_matrix(columns, covariance, lengths)
+            n_effective = effective_samples(columns, scores, covariance[0])
+        else:
+            n_effective = float(self.n_effective)
+            variance = max(float(residual @ residual) / response.size, floor)
+            scores = columns.T @ columns * variance * response.size / n_effective
+        freedom = max(n_effective - columns.shape[1] - len(self.nuisance), 1.0) / n_effective
+        gram = columns.T @ columns
+        information = freedom * gram @ np.linalg.pinv(scores, hermitian=True) @ gram
         search = search_subsets(
-            columns,
-            response,
+            information,
+            information @ theta,
             labels=tuple(judged),
+            n_effective=n_effective,
             forced=tuple(self.forced),
             signs=dict(self.signs or {}),
-            n_effective=n_effective,
             rival_difference=self.rival_difference,
         )
         coefficients = np.zeros(x.shape[1])
@@ -142,7 +161,7 @@ class BestSubset(BaseOptimizer):  # type: ignore[misc]
         return lengths
 
     def _check_columns(self, x: Array) -> None:
-        rows, columns = int(np.count_nonzero(np.any(x != 0.0, axis=1))), x.shape[1]
+        rows, columns = x.shape
         if rows < MIN_ROWS_PER_COLUMN * columns:
             raise IdentificationError(
                 f"{rows} rows for {columns} columns; a best subset needs at least {MIN_ROWS_PER_COLUMN} rows a column: "
@@ -171,50 +190,55 @@ def project_out(nuisance: Array, values: Array) -> Array:
     return remainder
 
 
-def effective_samples(residual: Array, columns: Array, lengths: Sequence[int]) -> float:
-    """Independent samples in ``residual`` (n,) as far as coefficients of ``columns`` (n, p) are concerned.
+def residual_covariance(residual: Array, lengths: Sequence[int], memory: int | None = None) -> Array:
+    """Autocovariance (memory,) of ``residual`` (n,) at lags 0, 1, ..., pooled over trials of ``lengths`` rows.
 
-    Trial i of n_i rows counts n_i / tau_i, where tau = sum over lags of rho_residual(lag) rho_column(lag), the factor
-    by which correlation widens the variance of a coefficient (Bartlett 1946, doi:10.2307/2983611), averaged over the
-    columns. Rows with residual and columns all zero are gaps. tau below 1 is taken as 1.
-
-    >>> rng = np.random.default_rng(1)
-    >>> noise, column = rng.standard_normal(4000), np.sin(np.arange(4000) / 50.0)[:, None]
-    >>> held = effective_samples(np.repeat(noise, 10), np.repeat(column, 10, axis=0), [40000])
-    >>> 0.7 < held / effective_samples(noise, column, [4000]) < 1.3
-    True
+    Weighted down by Parzen's window to ``memory`` rows, so that it belongs to a spectrum without negative values;
+    ``memory`` None takes `WINDOW_TIMES` correlation times, at most `MEMORY_SHARE` of the rows.
     """
-    total, first = 0.0, 0
+    longest = max(2, memory or int(MEMORY_SHARE * residual.size))
+    sums, first = np.zeros(longest), 0
     for length in lengths:
-        part = slice(first, first + length)
+        own = _autocovariance(residual[first : first + length, None], longest)[:, 0]
+        sums[: own.size] += own
         first += length
-        present = np.any(columns[part] != 0.0, axis=1)
-        rows = int(np.count_nonzero(present))
-        if rows:
-            total += rows / _correlation_time(residual[part], columns[part])
-    return max(total, float(columns.shape[1] + 1))
+    if memory is None and sums[0] > 0.0:
+        times = 2.0 * np.cumsum(np.abs(sums / sums[0])) - 1.0
+        enough = np.flatnonzero(np.arange(1, longest + 1) >= WINDOW_TIMES * times)
+        sums = sums[: max(2, int(enough[0]) + 1 if enough.size else longest)]
+    lag = np.arange(sums.size) / sums.size
+    parzen = np.where(lag < 0.5, 1.0 - 6.0 * lag**2 * (1.0 - lag), 2.0 * (1.0 - lag) ** 3)
+    covariance: Array = sums / residual.size * parzen
+    return covariance
 
 
-def _correlation_time(residual: Array, columns: Array) -> float:
-    """Bartlett's factor of one trial, summed over `WINDOW_TIMES` times the residual's own correlation time."""
-    lags = max(1, int(MEMORY_SHARE * residual.size))
-    residual_covariance = _autocovariance(residual[:, None], lags)[:, 0]
-    column_covariance = _autocovariance(columns, lags)
-    moving = column_covariance[0] > 0.0
-    if residual_covariance[0] <= 0.0 or not np.any(moving):
-        return 1.0
-    own = residual_covariance / residual_covariance[0]
-    times = 2.0 * np.cumsum(np.abs(own)) - 1.0
-    long_enough = np.flatnonzero(np.arange(1, lags + 1) >= WINDOW_TIMES * times)
-    window = int(long_enough[0]) + 1 if long_enough.size else lags
-    correlation = column_covariance[:window, moving] / column_covariance[0, moving]
-    factors = 2.0 * own[:window] @ correlation - 1.0
-    return max(1.0, float(np.mean(factors)))
+def score_matrix(columns: Array, covariance: Array, lengths: Sequence[int]) -> Array:
+    """X'RX (p, p): covariance of X'e for noise e of this autocovariance, independent between trials."""
+    kernel = np.concatenate([covariance[:0:-1], covariance])[:, None]
+    total, first = np.zeros((columns.shape[1], columns.shape[1])), 0
+    for length in lengths:
+        part = columns[first : first + length]
+        first += length
+        spread = fftconvolve(part, kernel, mode="full", axes=0)[covariance.size - 1 :][: part.shape[0]]
+        total += part.T @ spread
+    symmetric: Array = 0.5 * (total + total.T)
+    return symmetric
+
+
+def effective_samples(columns: Array, scores: Array, variance: float) -> float:
+    """Independent rows of ``columns`` (n, p) under noise of ``variance`` and `score_matrix` ``scores``.
+
+    n / tau, where tau is the mean factor by which correlation widens the variance of a coefficient (1 for white noise and
+    never below; Bartlett 1946, doi:10.2307/2983611).
+    """
+    gram = columns.T @ columns
+    widening = float(np.trace(np.linalg.pinv(gram, hermitian=True) @ scores)) / (columns.shape[1] * variance)
+    return float(max(columns.shape[0] / max(widening, 1.0), columns.shape[1] + 1))
 
 
 def _autocovariance(values: Array, lags: int) -> Array:
-    """Sums of products at lags 0 to lags - 1 of each column of ``values`` (n, p): (lags, p)."""
+    """Sums of products at lags 0 to lags - 1 of each column of ``values`` (n, p): (at most lags, p)."""
     size = 2 ** int(np.ceil(np.log2(2 * values.shape[0])))
     spectrum = np.fft.rfft(values, size, axis=0)
-    products: Array = np.fft.irfft(np.abs(spectrum) ** 2, size, axis=0)[:lags]
+    products: Array = np.fft.irfft(np.abs(spectrum) ** 2, size, axis=0)[: min(lags, values.shape[0])]
     return products

@@ -10,7 +10,7 @@ from tests.exact_motions import LONG, RELEASES_M, exact_group, exact_motion
 from undertow.equation.hydrodynamics import AddedMass, DragExponent, QuadraticDrag
 from undertow.equation.structure import CoulombFriction, Stiffness, ViscousDamping
 from undertow.errors import IdentificationError
-from undertow.identification.library import TermLibrary, build_design, evaluate, label
+from undertow.identification.library import TermLibrary, build_design, evaluate, label, motion_period
 from undertow.identification.subset import BestSubset
 
 EQ15 = (Stiffness(), ViscousDamping(), CoulombFriction(), QuadraticDrag())
@@ -22,39 +22,44 @@ def truth(body=LONG):
     return forces / body.inertia_kg
 
 
+@pytest.mark.parametrize("periods", [0.05, 0.5])
 @pytest.mark.parametrize("rate_hz", [1000.0, 250.0, 100.0])
-def test_equation_15_holds_row_by_row_at_every_rate(rate_hz):
-    design = build_design(exact_group(rate_hz=rate_hz), EQ15)
-    # cells average the equation itself, which is linear in columns and response: only the integrator's error is left
+def test_equation_15_holds_row_by_row_at_every_rate(rate_hz, periods):
+    design = build_design(exact_group(rate_hz=rate_hz), EQ15, periods)
+    # a test function averages the equation itself, linear in columns and response: only the integrator's error is left
     assert np.abs(design.columns @ truth() - design.response).max() < 1e-8
 
 
-def test_rows_cost_no_more_at_1_khz_than_at_200_hz():
+def test_rows_do_not_depend_on_the_sampling_rate():
     fast = build_design([exact_motion(LONG, 0.1, rate_hz=1000.0)], EQ15)
     slow = build_design([exact_motion(LONG, 0.1, rate_hz=200.0)], EQ15)
-    assert fast.cell_s == pytest.approx(0.005)
     assert abs(fast.response.size - slow.response.size) <= 1
+    at = np.interp(slow.time, fast.time, fast.columns[:, 0])
+    assert at == pytest.approx(slow.columns[:, 0], abs=2e-3)  # interpolation between rows a tenth of a period apart
 
 
-def test_rows_that_are_not_used_are_zero_and_slower_than_the_cut():
+def test_no_test_function_reaches_out_of_the_window():
     motion = exact_motion(LONG, 0.1)
-    design = build_design([motion], EQ15, slow_share=0.2, drift_order=0)
-    assert 0.3 < design.used.mean() < 0.7  # the last cycles are slower than a fifth of the first throughout
-    assert np.all(design.columns[~design.used] == 0.0)
-    assert np.all(design.response[~design.used] == 0.0)
-    fastest = np.abs(motion.windowed("v")).max()
-    assert np.abs(design.columns[design.used, 1]).min() >= 0.2 * fastest
-    assert design.time.min() >= motion.window.start_s - motion.window.release_s
+    design = build_design([motion], EQ15, 0.5)
+    inside = motion.windowed("t")
+    assert design.length_s == pytest.approx(0.5 * design.period_s)
+    assert design.time.min() - 0.5 * design.length_s >= inside[0] - 0.002
+    assert design.time.max() + 0.5 * design.length_s <= inside[-1] + 0.002
+
+
+def test_period_is_that_of_the_body():
+    period = 2.0 * np.pi * np.sqrt(LONG.inertia_kg / LONG.k_N_per_m)
+    assert motion_period(exact_motion(LONG, 0.1)) == pytest.approx(period, rel=0.1)  # v^2 and a^2 fade unequally
 
 
 def test_each_trial_has_its_own_constant_and_drift():
     group = exact_group()
     design = build_design(group, EQ15, drift_order=1)
     assert design.trials == ("r0", "r1", "r2", "r3")
-    assert design.nuisance.shape == (design.used.size, 8)
+    assert design.nuisance.shape == (design.response.size, 8)
     first = design.trial == 0
     assert np.all(design.nuisance[~first][:, [0, 4]] == 0.0)
-    assert np.array_equal(design.nuisance[:, :4].sum(axis=1), design.used.astype(float))
+    assert np.all(design.nuisance[:, :4].sum(axis=1) == 1.0)
     assert sum(design.lengths) == design.response.size
 
 
@@ -62,7 +67,7 @@ def test_a_wrong_equilibrium_is_taken_up_by_the_constant_for_a_linear_spring():
     motion = exact_motion(LONG, 0.1, offset_m=0.003)
     object.__setattr__(motion, "equilibrium", type(motion.equilibrium)(0.0, 1e-3, unit="m"))
     design = build_design([motion], EQ15, drift_order=0)
-    missing = design.response[design.used] - (design.columns @ truth())[design.used]
+    missing = design.response - design.columns @ truth()
     assert missing == pytest.approx(-0.003 * LONG.k_N_per_m / LONG.inertia_kg, abs=1e-8)
 
 
@@ -108,11 +113,8 @@ def test_library_refuses_no_terms_wrong_shapes_and_use_before_fit():
 def test_designs_that_cannot_be_built_are_refused_with_the_number():
     with pytest.raises(IdentificationError, match=r"0 motions; give at least one trial"):
         build_design([], EQ15)
-    with pytest.raises(IdentificationError, match=r"trial r1: \d+ cells of 50 ms .* 20 are needed"):
-        build_design([exact_motion(LONG, 0.018, rate_hz=1000.0, duration_s=0.9)], EQ15, cell_rate_hz=20.0)
-    mixed = [exact_motion(LONG, 0.1, "fast", rate_hz=200.0), exact_motion(LONG, 0.1, "slow", rate_hz=50.0)]
-    with pytest.raises(IdentificationError, match=r"trial slow gives a row every 0\.02 s, fast every 0\.005 s"):
-        build_design(mixed, EQ15)
+    with pytest.raises(IdentificationError, match=r"trial r1: \d rows .* test functions of 0\.\d+ s; 10 are needed"):
+        build_design([exact_motion(LONG, 0.018, duration_s=0.9)], EQ15)
 
 
 def test_evaluate_gives_one_column_a_term_in_order():

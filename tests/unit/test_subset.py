@@ -11,7 +11,13 @@ from sklearn.base import clone
 
 from undertow.errors import IdentificationError
 from undertow.identification.search import residual_sums, search_subsets
-from undertow.identification.subset import BestSubset, effective_samples, project_out
+from undertow.identification.subset import (
+    BestSubset,
+    effective_samples,
+    project_out,
+    residual_covariance,
+    score_matrix,
+)
 
 
 def planted(rows=400, columns=7, noise=0.3, seed=0):
@@ -53,8 +59,8 @@ def test_white_noise_alone_selects_nothing_in_nine_of_ten_draws():
         rng = np.random.default_rng(seed)
         optimizer = BestSubset().fit(rng.standard_normal((500, 6)), rng.standard_normal((500, 1)))
         empty += not optimizer.support_.any()
-    # chance of one of six columns above ln(500) = 6.2 is 6 * P(chi2_1 > 6.2) = 7.6 %
-    assert empty >= 34
+    # chance of one of six columns above ln(500) + ln(6) = 8.0 is 6 * P(chi2_1 > 8.0) = 3 %
+    assert empty >= 36
 
 
 def test_scale_of_a_column_changes_nothing_but_its_coefficient():
@@ -87,16 +93,34 @@ def test_correlated_noise_does_not_pass_for_signal():
         y = (x[:, 0] + smooth_noise(rng, 3000, 40))[:, None]
         wrong_effective += BestSubset().fit(x, y).support_[0, 1:].any()
         wrong_rows += BestSubset(n_effective=3000).fit(x, y).support_[0, 1:].any()
-    assert wrong_effective <= 6  # BIC at 75 samples: 4 columns * P(chi2_1 > ln 75) = 15 %
+    assert wrong_effective <= 5  # 75 independent samples: 4 columns * P(chi2_1 > ln 75 + ln 5) = 6 %
     assert wrong_rows >= 20
 
 
-def test_effective_samples_of_white_noise_are_its_rows_and_gaps_do_not_count():
+def test_score_matrix_is_the_covariance_of_repeated_scores():
+    rng = np.random.default_rng(0)
+    columns = np.column_stack([np.sin(np.arange(600) / 20.0), np.sin(np.arange(600) / 2.5)])
+    noise = [smooth_noise(rng, 600, 12) for _ in range(2000)]
+    found = np.cov(np.array(noise) @ columns, rowvar=False)
+    exact = np.maximum(1.0 - np.arange(12) / 12.0, 0.0)  # autocovariance of a mean of 12, scaled to variance 1
+    claimed = score_matrix(columns, exact, [600])
+    assert np.diag(claimed) == pytest.approx(np.diag(found), rel=0.12)  # 2000 draws: 3 % a variance
+    assert claimed[0, 0] > 5.0 * claimed[1, 1]  # slow noise disturbs the slow column
+
+
+def test_noise_is_not_taken_as_correlated_across_trials():
+    columns, covariance = np.ones((40, 1)), np.array([1.0, 0.9, 0.8])
+    joined, apart = score_matrix(columns, covariance, [40]), score_matrix(columns, covariance, [20, 20])
+    assert joined[0, 0] - apart[0, 0] == pytest.approx(2.0 * (0.9 + 0.8 + 0.8))
+
+
+def test_effective_samples_of_white_noise_are_its_rows():
     rng = np.random.default_rng(0)
     residual, column = rng.standard_normal(4000), np.sin(np.arange(4000) / 30.0)[:, None]
-    assert effective_samples(residual, column, [4000]) == pytest.approx(4000, rel=0.35)  # spread of tau over 400 lags
-    residual[1000:2000], column[1000:2000] = 0.0, 0.0
-    assert effective_samples(residual, column, [4000]) <= 3000.0
+    covariance = residual_covariance(residual, [4000])
+    assert covariance.size < 20
+    found = effective_samples(column, score_matrix(column, covariance, [4000]), covariance[0])
+    assert found == pytest.approx(4000, rel=0.1)
 
 
 def test_a_sign_constraint_refuses_the_wrong_sign_and_keeps_the_right_one():
@@ -111,6 +135,8 @@ def test_a_sign_constraint_refuses_the_wrong_sign_and_keeps_the_right_one():
 
 def test_sign_constrained_search_equals_brute_force():
     x, y, _ = planted(rows=60, columns=5, noise=1.5, seed=3)
+    full = y[:, 0] - x @ np.linalg.lstsq(x, y[:, 0], rcond=None)[0]
+    variance = float(full @ full) / 55.0
     signs = {0: 1, 1: -1, 4: 1}
     best = (np.inf, ())
     for size in range(6):
@@ -120,7 +146,7 @@ def test_sign_constrained_search_equals_brute_force():
                 values = np.linalg.lstsq(x[:, chosen], y[:, 0], rcond=None)[0]
                 sums = float(np.sum((y[:, 0] - x[:, chosen] @ values) ** 2))
             if all(signs.get(j, np.sign(v)) * v >= 0.0 for j, v in zip(chosen, values, strict=True)):
-                best = min(best, (60 * np.log(sums) + size * np.log(60), chosen))
+                best = min(best, (sums / variance + size * np.log(60 * 5), chosen))
     found = BestSubset(signs=signs, n_effective=60).fit(x, y)
     assert tuple(np.flatnonzero(found.support_[0])) == best[1]
 
@@ -223,8 +249,14 @@ def test_forced_columns_that_are_the_same_force_are_refused():
         BestSubset(forced=(1, 7)).fit(doubled, y)
 
 
-def test_search_without_signs_refuses_nothing():
-    x, y, _ = planted()
-    search = search_subsets(x / np.linalg.norm(x, axis=0), y[:, 0], labels=range(7))
+def test_misfit_of_a_subset_is_the_chi_squared_of_what_it_leaves_out():
+    rng = np.random.default_rng(2)
+    root = rng.standard_normal((5, 5))
+    information, theta = root @ root.T, rng.standard_normal(5)
+    search = search_subsets(information, information @ theta, range(5), n_effective=1.0 + 1e-9)
+    covariance = np.linalg.inv(information)
+    for step in search.trace:
+        left = [j for j in range(5) if j not in step.columns]
+        chi2 = theta[left] @ np.linalg.solve(covariance[np.ix_(left, left)], theta[left])
+        assert step.criterion - len(step.columns) * np.log(5.0) == pytest.approx(chi2, abs=1e-6)
     assert search.refused == 0
-    assert search.n_effective == 400.0

@@ -226,7 +226,7 @@ def score_matrix(columns: Array, covariance: Array, lengths: Sequence[int]) -> A
 
 
 def effective_samples(columns: Array, scores: Array, variance: float) -> float:
-    """Independent rows of ``columns`` (n, p) under noise of ``variance`` and `score_matrix` ``scores``.
+    """Independent rows of ``columns`` (n, p) under noise of this ``variance`` and `score_matrix`.
 
     n / tau, where tau is the mean factor by which correlation widens the variance of a coefficient (1 for white noise and
     never below; Bartlett 1946, doi:10.2307/2983611).

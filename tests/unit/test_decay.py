@@ -125,6 +125,8 @@ def test_structure_is_the_mean_over_dry_trials_with_their_scatter():
     assert structure.c.value == pytest.approx(draws[:, 1].mean(), rel=1e-3)
     assert structure.mu.value == pytest.approx(draws[:, 2].mean() / MASS_KG / 9.81, rel=1e-3)
     assert structure.scatter["c"] == pytest.approx(draws[:, 1].std(ddof=1) / draws[:, 1].mean(), rel=0.02)
+    # exact decays: the scatter alone, 2.015 / 1.645 wider for five degrees of freedom
+    assert structure.c.stderr == pytest.approx(draws[:, 1].std(ddof=1) / math.sqrt(6) * 2.015 / 1.645, rel=0.02)
     assert "mean of 6 dry trials" in structure.source
     assert "by the load cells" in structure.source
 

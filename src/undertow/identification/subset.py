@@ -228,8 +228,8 @@ def score_matrix(columns: Array, covariance: Array, lengths: Sequence[int]) -> A
 def effective_samples(columns: Array, scores: Array, variance: float) -> float:
     """Independent rows of ``columns`` (n, p) under noise of this ``variance`` and `score_matrix`.
 
-    n / tau, where tau is the mean factor by which correlation widens the variance of a coefficient (1 for white noise and
-    never below; Bartlett 1946, doi:10.2307/2983611).
+    n / tau, where tau is the mean factor by which correlation widens the variance of a coefficient (1 for white noise
+    and never below; Bartlett 1946, doi:10.2307/2983611).
     """
     gram = columns.T @ columns
     widening = float(np.trace(np.linalg.pinv(gram, hermitian=True) @ scores)) / (columns.shape[1] * variance)

@@ -34,7 +34,8 @@ class Reference:
 
     def oscillator(self, term, s, u):
         w, z = term.natural_frequency_rad_per_s, term.damping_ratio
-        return 2 * z * w * u + w**2 * s + term.quadratic_damping_per_m * u * abs(u) + term.cubic_stiffness_per_m2_s2 * s**3
+        beyond = term.quadratic_damping_per_m * u * abs(u) + term.cubic_stiffness_per_m2_s2 * s**3
+        return 2 * z * w * u + w**2 * s + beyond
 
     def force(self, t, y, v, friction: bool) -> float:
         """Force on the body at velocity v (used only to give the direction when it is tiny)."""
@@ -131,7 +132,7 @@ def reference(equation: Equation, x0: float, times, v0: float = 0.0, rtol: float
         else:
             t_start = t
         run = solve_ivp(lambda s, yy, d=d: model.slope(s, yy, d), (t_start, stop), y_start, "DOP853", events=events,
-                        rtol=rtol, atol=1e-15, dense_output=True, max_step=0.05)
+                        rtol=rtol, atol=1e-15, dense_output=True, max_step=0.05 if d else 0.002)  # short slips
         reached = float(run.t[-1])
         pieces.append((t_start, reached, run.sol))
         here = (times >= t) & (times <= reached)

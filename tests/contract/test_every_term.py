@@ -77,22 +77,25 @@ def test_sensitivity_of_every_active_slot_agrees_with_finite_differences(name):
     active = np.array(_active_slots(theta, name))
     h = 2.0 * math.pi / fastest_frequency(theta) / 200
     columns = integrate(theta, active, TIMES_S, h)[0][:, 1:]
-    # central differences with 1e-6 hold about 1e-6 here (cancellation 1e-16/1e-6 over columns that differ by 1e3);
-    # |v|^p has no second derivative at a reversal: both sides are of lower order there, 2e-5 apart at these steps
-    tolerance = 1e-4 if name == "drag_exponent" else 2e-6
+    # central differences with a step of 1e-6: rounding of x (1e-16 / 1e-6) weighs up to 1e4 on the smallest columns
+    tolerance = 2e-6
     gaps = {SLOTS[slot]: _largest_gap(theta, slot, columns[:, j], h) for j, slot in enumerate(active)}
     assert {slot: gap for slot, gap in gaps.items() if not gap < tolerance} == {}
 
 
-@pytest.mark.parametrize("name", ["drag_exponent"])
-def test_power_law_sensitivity_converges_to_finite_differences(name):
-    theta = equation_with(name).theta(X0_M, 0.03)
-    slot = np.array([SLOT["mass"]])
-    gaps = []
-    for steps_per_period in (200, 3200):
-        h = 2.0 * math.pi / fastest_frequency(theta) / steps_per_period
-        gaps.append(_largest_gap(theta, SLOT["mass"], integrate(theta, slot, TIMES_S, h)[0][:, 1], h))
-    assert gaps[1] < 0.2 * gaps[0]
+@pytest.mark.parametrize("exponent", [0.5, 1.0, 3.0])
+def test_sensitivity_of_a_power_law_holds_at_other_exponents(exponent):
+    base = equation_with("drag_exponent")
+    own = shelf.find("drag_exponent", exponent=exponent)
+    theta = Equation((*base.terms[:-1], own), (*base.coefficients[:-1], 300.0), mass_kg=MASS_KG).theta(X0_M, 0.03)
+    slots = np.array([SLOT["mass"], SLOT["cp"], SLOT["p"]])
+    h = 2.0 * math.pi / fastest_frequency(theta) / 200
+    columns = integrate(theta, slots, TIMES_S, h)[0][:, 1:]
+    # below one the slope of the law has a pole at every reversal, which the finest steps resolve to some per cent; at
+    # an exponent of 3 the term is small and its columns carry more of the difference's rounding
+    tolerance = 3e-2 if exponent < 1.0 else 1e-5
+    for j, slot in enumerate(slots):
+        assert _largest_gap(theta, slot, columns[:, j], h) < tolerance
 
 
 def _column(name: str, steps_per_period: int = 200):
@@ -112,9 +115,8 @@ def test_columns_of_a_simulated_motion_balance_to_zero(name):
         total = total + value * term.force(motion.x, motion.v, motion.a, t)
     moving = np.abs(motion.v) > 0.05 * np.max(np.abs(motion.v))
     largest = np.max(np.abs(equation.mass_kg * motion.a))
-    # columns with memory are integrated on the 1 ms samples with the drive held straight between them, and a
-    # sample interval that holds a friction jump of a is off by one part in two: 2e-3 of the largest inertia force
-    tolerance = {"algebraic": 1e-6}.get(equation.terms[-1].kind, 2e-3)
+    # columns with memory take the drive as straight between 1 ms samples, also where friction jumps in between
+    tolerance = 1e-4 if equation.terms[-1].kind == "memory" else 1e-6
     assert np.max(np.abs(total[moving])) < tolerance * largest
 
 
@@ -129,8 +131,8 @@ def test_hidden_resonator_column_is_the_force_inside_the_simulation():
         + term.quadratic_damping_per_m * u * np.abs(u)
         + term.cubic_stiffness_per_m2_s2 * s**3
     )
-    # straight drive between 1 ms samples, jumps of a at reversals: 1e-3 of the largest
-    assert np.max(np.abs(column - inside)) < 1e-3 * np.max(np.abs(inside))
+    # straight drive between 1 ms samples, jumps of a at reversals in between
+    assert np.max(np.abs(column - inside)) < 5e-4 * np.max(np.abs(inside))
 
 
 UNITS = pint.UnitRegistry()

@@ -100,12 +100,11 @@ _BORROWS: dict[str, Any] = {**_OPT, "_nrt": False}
 
 # ---------------------------------------------------------------- right-hand side
 @njit(inline="always", **_BORROWS)
-def _power_law(v, d, p):
-    """|v|^p in the direction d, safe at v = 0."""
-    s = v * d
-    if s <= 0.0:
+def _power_law(v, p):
+    """|v|^p sign(v); beyond a reversal it goes on as an odd function."""
+    if v == 0.0:
         return 0.0
-    return d * s**p
+    return math.copysign(abs(v) ** p, v)
 
 
 @njit(inline="always", **_BORROWS)
@@ -128,7 +127,7 @@ def _smooth_force(th, x, v, d, side):
     if th[_C3] != 0.0 or th[_XV] != 0.0 or th[_XXV] != 0.0:
         f += v * (th[_C3] * v * v + x * (th[_XV] + th[_XXV] * x))
     if th[_CP] != 0.0:
-        f += th[_CP] * _power_law(v, d, th[_P])
+        f += th[_CP] * _power_law(v, th[_P])
     return f
 
 
@@ -210,8 +209,8 @@ def _slopes(th, x, v, d, side):
     if th[_C3] != 0.0 or th[_XV] != 0.0 or th[_XXV] != 0.0:
         fx += v * (th[_XV] + 2.0 * th[_XXV] * x)
         fv += 3.0 * th[_C3] * v * v + x * (th[_XV] + th[_XXV] * x)
-    if th[_CP] != 0.0 and v * d > 0.0:
-        fv += th[_CP] * th[_P] * (v * d) ** (th[_P] - 1.0)
+    if th[_CP] != 0.0 and v != 0.0 and (v * d > 0.0 or th[_P] >= 1.0):  # below one the slope has a pole at v = 0
+        fv += th[_CP] * th[_P] * abs(v) ** (th[_P] - 1.0)
     if th[_FS] != 0.0:
         fv -= d * th[_FS] * math.exp(-((v / th[_VS]) ** 2)) * 2.0 * v / th[_VS] ** 2
     return fx, fv
@@ -309,9 +308,9 @@ def _explicit_force(th, slot, y, nh, t, d, side, x, v, a, fx, echo):
     if slot == _XXV:
         return -x * x * v
     if slot == _CP:
-        return -_power_law(v, d, th[_P])
+        return -_power_law(v, th[_P])
     if slot == _P:
-        return -th[_CP] * _power_law(v, d, th[_P]) * math.log(v * d) if v * d > 0.0 else 0.0
+        return -th[_CP] * _power_law(v, th[_P]) * math.log(abs(v)) if v != 0.0 else 0.0
     if slot == _FS:
         return -d * math.exp(-((v / th[_VS]) ** 2))
     if slot == _VS:

@@ -215,7 +215,10 @@ class StribeckFriction(Term):
 
 @dataclass(frozen=True)
 class AsymmetricFriction(Term):
-    """F = F_a |sign(v)|: friction F_c + F_a moving one way, F_c - F_a the other; nothing while stuck."""
+    """F = F_a |sign(v)|: friction F_c + F_a moving one way, F_c - F_a the other.
+
+    In a free decay that is a rest offset of -F_a / k: the band in which friction holds the body moves along.
+    """
 
     name: ClassVar[str] = "asymmetric_friction"
     parameters: ClassVar[tuple[Parameter, ...]] = (Parameter("force_N", "N", "F_a"),)
@@ -223,7 +226,7 @@ class AsymmetricFriction(Term):
     law: ClassVar[str] = "F_a |sign(v)|"
     latex: ClassVar[str] = r"F_a\,|\mathrm{sgn}(\dot{x})|"
     source: ClassVar[str] = "direction-dependent rails"
-    left_out: ClassVar[str] = "a rest position that is not where the oscillation is centred"
+    left_out: ClassVar[str] = "oscillation centred away from where the springs are at rest, as by a rest offset"
 
     def force(self, x: Array, v: Array, a: Array, t: Array) -> Array:
         """1 while moving, 0 while stuck."""

@@ -53,6 +53,7 @@ class GroupTask:
     anchor: Anchor
     stiffness: Mapping[str, Estimate] = field(default_factory=dict)
     scatter: Mapping[str, float] = field(default_factory=dict)
+    freedom: float = math.inf
     held_out: tuple[str, ...] = ()
     methods: tuple[str, ...] = PER_TRIAL
     options: TrialOptions = field(default_factory=TrialOptions)
@@ -74,7 +75,7 @@ def analyse(task: GroupTask, progress: Callable[[str], None] = lambda _: None) -
         task.terms, task.motions, task.specimen, task.structure, dry=task.dry, anchored=task.anchor.known,
         stiffness={n: e.value for n, e in task.stiffness.items()},
     )  # fmt: skip
-    baseline = fit_group(model, training, task.options)
+    baseline = fit_group(model, training, task.options, "trials")
     fits = _group_fits(task, model, baseline)
     singles = _single_fits(task, model, progress)
     fits |= _means_of_singles(task, singles)
@@ -99,7 +100,7 @@ def _group_fits(task: GroupTask, model: GroupModel, baseline: GroupFit) -> dict[
     names = [m.name for m in task.motions]
     fits: dict[str, Fit] = {}
     if "output_error" in task.methods:
-        joint = fit_group(model, task.motions, task.options, scattered=True)
+        joint = fit_group(model, task.motions, task.options, "trials and means")
         fits["output_error"] = as_fit(joint, "output_error", names, task.anchor.sentence)
     if "sindy" in task.methods:
         fits["sindy"] = _attempt("sindy", tuple(names), lambda: _sindy(task, task.motions))
@@ -230,7 +231,8 @@ def _trial(
     width = max(width, motion.equilibrium.total_stderr) if math.isfinite(width) else motion.equilibrium.total_stderr
     run = free_run(motion, model.theta(baseline.values, motion.name), width)
     floor = sensor_floor(motion, run)
-    limit = repeatability(run, _spread(task, model, run), floor, scored_channel(motion), task.seed)
+    freedom = task.structure.scatter_freedom if task.structure is not None else task.freedom
+    limit = repeatability(run, _spread(task, model, run), floor, scored_channel(motion), task.seed, freedom)
     scores = {"baseline": run.nrmse}
     for name, fit in fits.items():
         if fit.parameters:

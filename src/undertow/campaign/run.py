@@ -26,9 +26,9 @@ from undertow.conditioning.motion import Motion
 from undertow.discrepancy.findings import FailedTrial, Findings, GroupFindings
 from undertow.equation.term import Term
 from undertow.errors import RecordingError, UndertowError
-from undertow.identification.baseline import terms_by_name
+from undertow.identification.baseline import GroupFit, terms_by_name
 from undertow.identification.decay import load_cell_stiffness
-from undertow.identification.dry import dry_fits, structural_terms, structure_from
+from undertow.identification.dry import Scatter, dry_fits, pooled_scatter, structural_terms, structure_from
 from undertow.identification.fit import Specimen, Structure
 from undertow.identification.intervals import mean_of_trials
 from undertow.identification.problem import TrialOptions
@@ -204,26 +204,32 @@ class _Dry:
 
 def _structures(config: RunConfig, groups: Mapping[_Key, Sequence[Motion]], terms: Sequence[Term]) -> dict[_Key, _Dry]:
     """The structure of every spring that has dry trials and a known mass."""
-    stated = config.specimen.scatter
-    scatter = {"k": stated.k, "c": stated.c, "mu": stated.mu} if stated else None
-    out = {}
-    ratios: list[float] = []
+    fitted: dict[_Key, dict[str, GroupFit]] = {}
+    slopes: dict[_Key, list[float]] = {}
     for key, motions in groups.items():
-        conditions = motions[0].recording.conditions
-        specimen = config.specimen_for(conditions)
-        if not config.is_dry(conditions) or not math.isfinite(specimen.mass_kg):
+        specimen = config.specimen_for(motions[0].recording.conditions)
+        if not config.is_dry(motions[0].recording.conditions) or not math.isfinite(specimen.mass_kg):
             continue
-        fits = dry_fits(motions, structural_terms(terms), specimen, TrialOptions())
-        structure = structure_from(fits, scatter)
-        own = []
-        for motion in motions:
-            slope = _slope(motion)
-            if slope is not None:
-                own.append(slope.value / fits[motion.name].estimates["k_N_per_m"].value)
-        ratios += own
-        out[_spring(config, key)] = (structure, float(np.mean(own)) if own else math.nan)
-    spread = float(np.std(ratios, ddof=1)) if len(ratios) > 2 else math.nan
-    return {key: _Dry(s, Estimate(r, spread, unit="1", source="load cells over m w^2")) for key, (s, r) in out.items()}
+        spring = _spring(config, key)
+        fitted[spring] = dry_fits(motions, structural_terms(terms), specimen, TrialOptions())
+        measured = [(m, _slope(m)) for m in motions]
+        slopes[spring] = [
+            slope.value / fitted[spring][m.name].estimates["k_N_per_m"].value for m, slope in measured if slope
+        ]
+    stated = config.specimen.scatter
+    scatter = pooled_scatter(list(fitted.values()))
+    if stated is not None:
+        scatter = Scatter({"k": stated.k, "c": stated.c, "mu": stated.mu}, math.inf)
+    away = [ratio / float(np.mean(ratios)) - 1.0 for ratios in slopes.values() for ratio in ratios]
+    freedom = len(away) - sum(bool(ratios) for ratios in slopes.values())
+    spread = math.sqrt(sum(d * d for d in away) / freedom) if freedom > 0 else math.nan
+    return {
+        spring: _Dry(
+            structure_from(fits, scatter),
+            Estimate(float(np.mean(slopes[spring])) if slopes[spring] else math.nan, spread, unit="1"),
+        )
+        for spring, fits in fitted.items()
+    }
 
 
 def _slope(motion: Motion) -> Estimate | None:
@@ -257,6 +263,7 @@ def _task(
     return GroupTask(
         dict(key), dry, tuple(motions), _group_terms(terms, dry), specimen, None if dry else structure, anchor,
         stiffness, {"k": stated.k, "c": stated.c, "mu": stated.mu} if stated else _dry_scatter(structure),
+        structure.scatter_freedom if structure is not None and stated is None else math.inf,
         held_out(config, motions), tuple(config.identify), _options(structure, specimen), config.seed,
     )  # fmt: skip
 

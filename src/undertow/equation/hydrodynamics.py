@@ -89,8 +89,8 @@ class CubicDamping(Term):
 class DragExponent(Term):
     """Drag with another exponent, F = d |v|^p sign(v); p = 2 is quadratic drag, 1 linear, 0 friction.
 
-    Below p = 1 the slope of the law is infinite at v = 0: the motion stays exact, its sensitivities are good to 3 % down
-    to p = 0.5 and useless below.
+    Below p = 1 the slope of the law is infinite at v = 0: the motion stays exact, its sensitivities are good to 3 %
+    down to p = 0.5 and useless below.
     """
 
     exponent: float = 1.5

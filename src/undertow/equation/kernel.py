@@ -730,6 +730,9 @@ def integrate(th, active, times, h_max):
     sharp = th[_FS] != 0.0 or (th[_CP] != 0.0 and th[_P] < _SHARP_EXPONENT)
     signed = rubs or th[_Q] != 0.0 or th[_CP] != 0.0 or dims[3] > 0
     kinked = th[_KA] != 0.0 or th[_FN] != 0.0
+    for slot in active:  # a law whose coefficient is 0 makes no event, but its sensitivity changes sign there
+        signed = signed or slot in (_FC, _FN, _FS, _Q, _CP)
+        kinked = kinked or slot in (_KA, _FN)
     _start(th, active, y, cols, dims)
     t = 0.0
     row = 0

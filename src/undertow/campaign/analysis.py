@@ -75,7 +75,7 @@ def analyse(task: GroupTask, progress: Callable[[str], None] = lambda _: None) -
         task.terms, task.motions, task.specimen, task.structure, dry=task.dry, anchored=task.anchor.known,
         stiffness={n: e.value for n, e in task.stiffness.items()},
     )  # fmt: skip
-    baseline = fit_group(model, training, task.options, "trials")
+    baseline = _baseline(task, model, training)
     fits = _group_fits(task, model, baseline)
     singles = _single_fits(task, model, progress)
     fits |= _means_of_singles(task, singles)
@@ -93,6 +93,30 @@ def _assumed(task: GroupTask) -> tuple[str, ...]:
         return ()
     parts = ", ".join(f"{100 * v:g} % in {k}" for k, v in DEFAULT_SCATTER.items())
     return (f"neither dry trials nor specimen.scatter say how trials scatter; assumed for repeatability: {parts}",)
+
+
+def _baseline(task: GroupTask, model: GroupModel, training: Sequence[Motion]) -> GroupFit:
+    """The equation fitted to the training trials, so that their free runs come closest.
+
+    Random effects keep the loudest trial from deciding alone where the equation is right; where it is wrong they can
+    take up what it lacks. Both fits are scored, the better one is the baseline.
+    """
+    plain = fit_group(model, training, task.options)
+    if model.fixed is None or len(training) < 2:
+        return plain
+    fits = [plain, fit_group(model, training, task.options, "trials")]
+
+    def error(fit: GroupFit) -> float:
+        scores = [_score(m, model.theta(fit.values, m.name), _rest_prior(task, m)) for m in training]
+        return float(np.mean(np.square([s if math.isfinite(s) else 1e3 for s in scores])))
+
+    return min(fits, key=error)
+
+
+def _rest_prior(task: GroupTask, motion: Motion) -> float:
+    """Prior width of a trial's rest position: mu N / k where known, never under its own error, m."""
+    width, error = rest_width(task), motion.equilibrium.total_stderr
+    return max(width, error) if math.isfinite(width) else error
 
 
 def _group_fits(task: GroupTask, model: GroupModel, baseline: GroupFit) -> dict[str, Fit]:
@@ -227,8 +251,7 @@ def _trial(
     progress: Callable[[str], None],
 ) -> TrialFindings:
     """One trial's free runs: the baseline's with its floors, and each method's own score."""
-    width = rest_width(task)
-    width = max(width, motion.equilibrium.total_stderr) if math.isfinite(width) else motion.equilibrium.total_stderr
+    width = _rest_prior(task, motion)
     run = free_run(motion, model.theta(baseline.values, motion.name), width)
     floor = sensor_floor(motion, run)
     freedom = task.structure.scatter_freedom if task.structure is not None else task.freedom

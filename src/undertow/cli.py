@@ -124,12 +124,9 @@ def compare(
 @app.command()
 def terms() -> None:
     """The shelf: every term, its law, unit, source, what it looks like when it is left out."""
-    from undertow.equation.shelf import catalogue
+    from undertow.campaign.inspection import describe_terms
 
-    for term in catalogue():
-        units = ", ".join(f"{p.name} [{p.unit}]" for p in term.parameters)
-        typer.echo(f"{term.name}\n  law       {term.law}\n  parameter {units}\n  source    {term.source}")
-        typer.echo(f"  left out  {term.left_out}")
+    typer.echo(describe_terms())
 
 
 @app.callback(invoke_without_command=True)

@@ -132,7 +132,7 @@ def reference(equation: Equation, x0: float, times, v0: float = 0.0, rtol: float
         else:
             t_start = t
         run = solve_ivp(lambda s, yy, d=d: model.slope(s, yy, d), (t_start, stop), y_start, "DOP853", events=events,
-                        rtol=rtol, atol=1e-15, dense_output=True, max_step=0.05 if d else 0.002)  # short slips
+                        rtol=rtol, atol=1e-15, dense_output=True, max_step=0.05 if d else 0.01)  # short slips
         reached = float(run.t[-1])
         pieces.append((t_start, reached, run.sol))
         here = (times >= t) & (times <= reached)

@@ -25,7 +25,8 @@ def sensitivities(truth: Truth, x0_m: float, times_s: Floats) -> tuple[Floats, F
     columns_x, columns_a = [], []
     base = simulate(truth.body, x0_m, times_s)
     for index in range(5):
-        size = RELATIVE_STEP * (truth.unknowns[index] if index < 4 else x0_m)
+        # added mass may be 0: its step is a share of the whole mass
+        size = RELATIVE_STEP * (truth.body.inertia_kg, *truth.unknowns[1:], x0_m)[index]
         pair = []
         for sign in (1.0, -1.0):
             values, start = truth.unknowns.copy(), x0_m

@@ -47,3 +47,9 @@ def test_recordings_repeat_for_a_seed_and_differ_between_seeds():
     assert np.array_equal(first, again)
     assert not np.array_equal(first, other)
     assert np.unique(np.diff(np.unique(first))).min() == pytest.approx(0.3 / 2**14, rel=1e-6)
+
+
+def test_the_bound_exists_where_no_mass_is_added():
+    truth = plant("short", 2.22)
+    assert truth.added_mass_kg == 0.0
+    assert np.all(bound(truth, "N1") > 0.0)

@@ -91,7 +91,10 @@ _INSTANT = 1e-12
 _SLIP = -1
 _NONE = -2
 _MOST_STEPS = 2_000_000
-"""A motion of more steps than that is given up."""
+_STEPS_A_STRETCH = 20
+_STEPS_SPARE = 10_000
+"""A motion of more steps than that is given up: 20 a longest step of time, room for events and for short steps at sharp
+laws. More comes from a law too stiff for the step, whose velocity turns at every one of them."""
 _OPT: dict[str, Any] = {"fastmath": False, "error_model": "numpy", "nogil": True}
 """Compiler options; only `integrate` is cached: the functions it calls are compiled into it."""
 _BORROWS: dict[str, Any] = {**_OPT, "_nrt": False}
@@ -738,6 +741,7 @@ def integrate(th, active, times, h_max):
     row = 0
     steps = 0
     limit = _bound(th, dims)
+    most = min(_MOST_STEPS, _STEPS_SPARE + _STEPS_A_STRETCH * int(times[m - 1] / h_max))
     side = 1.0 if y[0, 0] > th[_XE] or (y[0, 0] == th[_XE] and y[0, 1] > 0.0) else -1.0
     d = 1.0 if y[0, 1] > 0.0 else -1.0
     if y[0, 1] == 0.0:
@@ -803,6 +807,6 @@ def integrate(th, active, times, h_max):
             kinks[n_kinks, 0] = t + th[_TE]
             kinks[n_kinks, 1] = 0.0 if fresh else kinks[next_kink - 1, 1] + 1.0
             n_kinks += 1
-        if not (abs(y[0, 0]) < limit) or steps > _MOST_STEPS:
+        if not (abs(y[0, 0]) < limit) or steps > most:
             return ox, ov, oa, os, -steps
     return ox, ov, oa, os, steps

@@ -37,6 +37,9 @@ WATER = ("added_mass", "quadratic_drag", "linear_damping", "cubic_damping", "dra
 LINEAR = ("stiffness", "sine_restoring", "viscous_damping", "added_mass")
 """Terms of a linear oscillator (sine restoring is one at small angles): where a fit that went astray starts anew."""
 
+WITHIN_NOISE = 2.0
+"""Mean squared residual in units of noise up to which a fit needs no second start: what is left is noise."""
+
 
 @dataclass(frozen=True)
 class Coefficient:
@@ -278,10 +281,10 @@ def _fit_plain(model: GroupModel, problem: Problem) -> Solution:
     """The fit from the motion's own scale; where it ends badly also from the linear equation's answer.
 
     An equation that is wrong can be led, by growing windows, to coefficients that a linear oscillator beats; started
-    from the linear answer the search cannot end above it. The better end is returned.
+    from a linear answer that is better, the search cannot end above it. The better end is returned.
     """
     direct = output_error.fit(problem)
-    if direct.outcome == OK and direct.chi2 <= output_error.POOR_FIT * direct.n_data:
+    if direct.outcome == OK and direct.chi2 <= WITHIN_NOISE * direct.n_data:
         return direct
     leading = {t.slots[t.coefficient.name] for t in model.terms if t.slots and t.name not in LINEAR}
     unknowns = list(problem.unknowns)
@@ -291,6 +294,8 @@ def _fit_plain(model: GroupModel, problem: Problem) -> Solution:
     if unknowns == list(problem.unknowns):
         return direct
     linear = output_error.fit(Problem(tuple(unknowns), problem.trials))
+    if linear.cost >= direct.cost:
+        return direct
     again = output_error.fit(problem, linear.values, growing=False)
     return again if again.cost < direct.cost else direct
 

@@ -35,6 +35,9 @@ POOR_FIT = 25.0
 """Mean squared residual in units of noise above which the whole record is also tried from the start itself: an
 equation that is wrong can lead growing windows astray."""
 
+LEAST_INFORMATION = 1e-120
+"""Floor of the normal matrix' diagonal: what the data say nothing of gets an error of 1e60, whose square is finite."""
+
 FIRST_WINDOW_PERIODS = 2.0
 """The first window of a growing fit, in periods of the motion; each next one is twice as long."""
 
@@ -225,9 +228,13 @@ def _evaluate(problem: Problem, values: Array) -> _Point | None:
         if got is None:
             return None
         r, jac, used = got
-        normal[np.ix_(used, used)] += jac.T @ jac
-        gradient[used] += jac.T @ r
-        chi2 += float(r @ r)
+        with np.errstate(over="ignore", invalid="ignore"):
+            square, slope, size_of_r = jac.T @ jac, jac.T @ r, float(r @ r)
+        if not (np.all(np.isfinite(square)) and np.all(np.isfinite(slope)) and math.isfinite(size_of_r)):
+            return None  # a motion that all but leaves every bound: no place to step from
+        normal[np.ix_(used, used)] += square
+        gradient[used] += slope
+        chi2 += size_of_r
         all_r.append(r)
         all_j.append(jac)
         all_used.append(used)
@@ -339,7 +346,7 @@ def _solution(problem: Problem, values: Array, point: _Point, iterations: int, c
     lower, upper = _bounds(problem)
     on_bound = (values <= lower) | (values >= upper)
     free = np.flatnonzero(~on_bound)
-    scale = 1.0 / np.sqrt(np.maximum(np.diag(point.normal)[free], 1e-300))
+    scale = 1.0 / np.sqrt(np.maximum(np.diag(point.normal)[free], LEAST_INFORMATION))
     scaled = point.normal[np.ix_(free, free)] * np.outer(scale, scale)
     eigenvalues = np.linalg.eigvalsh(scaled)
     covariance = np.zeros_like(point.normal)

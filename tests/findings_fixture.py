@@ -30,7 +30,7 @@ NOISE_M = 2e-4
 MASKED_KG = 430.0
 """A resonator below the body's frequency looks like this much negative added mass to Eq. 15."""
 
-METHODS = ("decay", "sindy", "method1", "method2", "method2_as_printed", "output_error")
+METHODS = ("decay", "sindy", "method1", "method2", "method2_printed", "output_error")
 
 
 @dataclass(frozen=True)
@@ -75,7 +75,7 @@ def _measured(case: Case, x0: float, t: np.ndarray, rng: np.random.Generator) ->
 
 def _estimates(case: Case, method: str, rng: np.random.Generator, spread: float = 1.0) -> dict[str, Estimate]:
     """What a method might say of the case: the truth, a little off, with an error bar."""
-    rough = {"output_error": 1.0, "sindy": 2.0, "method1": 1.2, "method2": 4.0, "method2_as_printed": 4.0, "decay": 1.5}
+    rough = {"output_error": 1.0, "sindy": 2.0, "method1": 1.2, "method2": 4.0, "method2_printed": 4.0, "decay": 1.5}
     scale = spread * rough[method]
 
     def near(value: float, error: float, unit: str, systematic: float = 0.0) -> Estimate:
@@ -93,7 +93,7 @@ def _estimates(case: Case, method: str, rng: np.random.Generator, spread: float 
         "added_mass_kg": near(case.added_mass, 8.0, "kg", 9.0),
         "drag_coefficient": near(case.drag, 0.08, "1", 0.3),
     }
-    if method == "method2_as_printed":
+    if method == "method2_printed":
         out["drag_coefficient"] = near(-2.5 * case.drag, 0.5, "1", 0.3)
     if method == "sindy":
         out["c_Ns_per_m"] = near(590.0, 12.0, "N s/m")
@@ -169,8 +169,8 @@ def _group(case: Case, rng: np.random.Generator) -> GroupFindings:
     )  # fmt: skip
     k, c, mu = Estimate(case.k, 50.0, unit="N/m"), Estimate(590.0, 9.0, unit="N s/m"), Estimate(0.0058, 1e-4)
     return GroupFindings(
-        key, case.depth < 2.0, trials, Specimen(MASS_KG, case.k, 0.0 if case.depth < 2.0 else 0.97), Structure(k, c, mu), fits,
-        equation_of(case), {"added_mass": 12.0, "quadratic_drag": 150.0, "stiffness": 60.0, "coulomb_friction": 3.0},
+        key, case.depth < 2.0, trials, Specimen(MASS_KG, case.k, 0.0 if case.depth < 2.0 else 0.97),
+        Structure(k, c, mu), fits, equation_of(case), {"added_mass": 12.0, "quadratic_drag": 150.0, "stiffness": 60.0, "coulomb_friction": 3.0},
         verdict, ("k from load cells 0.4 % above the stated one",) if case.spring == "long" else (),
     )  # fmt: skip
 

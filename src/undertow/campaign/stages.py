@@ -91,9 +91,9 @@ def load(task: GroupTask, path: Path) -> GroupFindings | None:
 
 
 def _trial(data: Mapping[str, Any], motion: Any) -> TrialFindings:
-    arrays = (np.array(data[name]) for name in ("t", "measured", "simulated"))
+    t, measured, simulated = (np.array(data[name]) for name in ("t", "measured", "simulated"))
     return TrialFindings(
-        motion, _fits(data["fits"]), data["nrmse"], Mismatch(**data["mismatch"]), *arrays, data["held_out"]
+        motion, _fits(data["fits"]), data["nrmse"], Mismatch(**data["mismatch"]), t, measured, simulated, data["held_out"]
     )
 
 

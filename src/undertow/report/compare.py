@@ -16,8 +16,9 @@ from jinja2 import Environment
 from undertow.errors import UndertowError
 
 _PAGE = """<!doctype html><html lang="en"><head><meta charset="utf-8"><title>undertow: runs side by side</title>
-<style>body{font:14px sans-serif;margin:30px}table{border-collapse:collapse}th,td{padding:4px 10px;border-bottom:1px solid #ccc;
-text-align:right}th:first-child,td:first-child{text-align:left}</style></head><body><h1>Runs side by side</h1>
+<style>body{font:14px sans-serif;margin:30px}table{border-collapse:collapse}
+th,td{padding:4px 10px;border-bottom:1px solid #ccc;text-align:right}
+th:first-child,td:first-child{text-align:left}</style></head><body><h1>Runs side by side</h1>
 <table><tr>{% for c in columns %}<th>{{ c }}</th>{% endfor %}</tr>
 {% for row in rows %}<tr>{% for cell in row %}<td>{{ cell }}</td>{% endfor %}</tr>{% endfor %}</table></body></html>"""
 
@@ -48,7 +49,8 @@ def _one_run(folder: Path) -> pd.DataFrame:
         rows = [_row(entry, folder.name) for entry in content["groups"]]
     except (OSError, ValueError, KeyError, TypeError) as reason:
         raise UndertowError(
-            f"run folder {folder}: {path.name} cannot be read ({type(reason).__name__}); give a folder that `undertow run` made"
+            f"run folder {folder}: {path.name} cannot be read ({type(reason).__name__}); give a folder that "
+            "`undertow run` made"
         ) from reason
     return pd.DataFrame(rows)
 

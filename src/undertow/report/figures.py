@@ -1,13 +1,14 @@
 """Figures of what was found: parameters against level and amplitude, agreement of methods, mismatch.
 
-Each function takes a finished result and an Axes and returns the Axes; none fits, filters or saves. Does not belong here:
-curves in time (trial_figures.py), style and saving (style.py).
+Each function takes a finished result and an Axes and returns the Axes; none fits, filters or saves. Does not belong
+here: curves in time (trial_figures.py), style and saving (style.py).
 """
 
 from __future__ import annotations
 
 import math
 from collections.abc import Iterable, Sequence
+from itertools import pairwise
 from statistics import median
 
 import numpy as np
@@ -17,6 +18,7 @@ from matplotlib.lines import Line2D
 
 from undertow.discrepancy.findings import Findings, GroupFindings
 from undertow.quantities import Estimate
+from undertow.recording.recording import Condition
 from undertow.report.arrange import Span, by_amplitude, is_usable, spanning_conditions
 from undertow.report.style import GREY, INK, NOT_EXPLAINED, PALE, SKY, method_colour, series_marker
 from undertow.report.wording import (
@@ -30,7 +32,7 @@ from undertow.report.wording import (
 )
 
 OUTLIER_IN_SPREADS = 10.0
-"""A value further from the median than this many spreads is drawn as an arrow at the edge, so that it hides no other."""
+"""A value further from the median than this many spreads is drawn as an arrow at the edge: it hides no other."""
 
 DODGE_SHARE = 0.6
 """Share of the closest two levels' distance over which the methods are set side by side."""
@@ -171,9 +173,10 @@ def draw_mismatch(findings: Findings, group: GroupFindings, axes: Axes) -> Axes:
     axes.plot(wide, _ends_repeated(sensor), color=SKY, lw=1.2, label="sensors alone")
     for place, trial in zip(x, trials, strict=True):
         missing = trial.mismatch.missing
-        style = {"color": NOT_EXPLAINED, "marker": "D"} if missing else {"color": INK, "marker": "o"}
-        hollow = {"mfc": "white"} if trial.held_out else {}
-        axes.plot([place], [100.0 * trial.mismatch.nrmse], ms=5.5, ls="none", **style, **hollow)
+        colour = NOT_EXPLAINED if missing else INK
+        face = "white" if trial.held_out else colour
+        marker = "D" if missing else "o"
+        axes.plot([place], [100.0 * trial.mismatch.nrmse], marker, ms=5.5, color=colour, mfc=face)
     axes.set_xlim(wide[0], wide[-1])
     _plain_log_ticks(axes, x)
     axes.yaxis.set_major_formatter(lambda value, _: f"{value:g}")
@@ -205,7 +208,8 @@ def method_legend(findings: Findings, parameters: Sequence[str], figure: Figure)
         for i, value in enumerate(_series_values(findings, span)):
             label = condition_words(span.series, value)
             marks.append(Line2D([], [], color=GREY, marker=series_marker(i), ls="none", label=label))
-    marks.append(Line2D([], [], color=GREY, marker="o", mfc="white", ls="none", label="hollow: on a bound or no error bar"))
+    hollow = "hollow: on a bound or no error bar"
+    marks.append(Line2D([], [], color=GREY, marker="o", mfc="white", ls="none", label=hollow))
     figure.legend(handles=marks, loc="outside upper left", ncols=min(len(marks), 8))
 
 
@@ -258,15 +262,17 @@ def _edge_arrow(axes: Axes, row: int, estimate: Estimate, limits: tuple[float, f
     axes.plot([edge], [row], ">" if right else "<", color=colour, ms=6, clip_on=False)
     shift, align = (-8, "right") if right else (8, "left")
     text = f"{estimate.value:.3g}"
-    axes.annotate(text, (edge, row), (shift, 0), textcoords="offset points", ha=align, va="center", color=colour, fontsize=8)
+    axes.annotate(
+        text, (edge, row), (shift, 0), textcoords="offset points", ha=align, va="center", color=colour, fontsize=8
+    )
 
 
-def _series_values(findings: Findings, span: Span) -> list[object]:
+def _series_values(findings: Findings, span: Span) -> list[Condition]:
     return list(dict.fromkeys(span.series_of(group) for group in findings.groups))
 
 
 def _offsets(levels: Sequence[float], number: int) -> list[float]:
-    closest = min((b - a for a, b in zip(levels[:-1], levels[1:], strict=True)), default=1.0)
+    closest = min((b - a for a, b in pairwise(levels)), default=1.0)
     if number < 2:
         return [0.0] * number
     return [float(value) for value in np.linspace(-0.5, 0.5, number) * DODGE_SHARE * closest]

@@ -19,7 +19,7 @@ from undertow.equation.equation import Equation
 from undertow.report import figures, trial_figures
 from undertow.report.arrange import excess, spanning_conditions, title, unexplained
 from undertow.report.expressions import numeric_lines
-from undertow.report.style import new_figure, svg_text
+from undertow.report.style import new_figure, page_style, svg_text
 from undertow.report.wording import (
     error_parts,
     estimate_text,
@@ -39,6 +39,9 @@ LEVEL_PARAMETERS = ("added_mass_kg", "drag_coefficient")
 WIDTH_IN = 11.0
 """Width of a figure over the whole page, inch."""
 
+ROW_IN = 2.7
+"""Height of one row of small multiples, inch."""
+
 STATUS_WORDS: Mapping[str, str] = {
     "explained": "explained with an addition",
     "nothing_missing": "nothing missing",
@@ -55,7 +58,8 @@ def write_report(findings: Findings, folder: Path, manifest: Mapping[str, Any]) 
     ``manifest`` is the run's provenance; its ``config_text`` is shown escaped. Every text that came from files or the
     config is escaped by the template.
     """
-    drawn = page_figures(findings)
+    with page_style():
+        drawn = page_figures(findings)
     (folder / "figures").mkdir(exist_ok=True)
     for name, svg in drawn.items():
         write_text(folder / "figures" / f"{name}.svg", svg)
@@ -85,7 +89,7 @@ def page(findings: Findings, drawn: Mapping[str, str], manifest: Mapping[str, An
 
 
 def page_figures(findings: Findings) -> dict[str, str]:
-    """Every figure of the page as SVG text, by name: ``all-...`` for the campaign, ``<group anchor>-...`` for groups."""
+    """Every figure of the page as SVG text, by name: ``all-...`` for the campaign, else the group's anchor first."""
     drawn = {}
     parameters = [p for p in LEVEL_PARAMETERS if figures.compared_methods(findings.groups, p)]
     if spanning_conditions(findings).level is not None and parameters and len(findings.groups) > 1:
@@ -107,7 +111,8 @@ def _row(figure: Figure, number: int) -> Sequence[Any]:
 def _group_figures(findings: Findings, group: GroupFindings, parameters: Sequence[str]) -> dict[str, str]:
     anchor = safe_anchor(title(group))
     drawn = {}
-    runs = new_figure(WIDTH_IN, 1.0)
+    shown = min(len(group.trials), trial_figures.PANELS_AT_MOST)
+    runs = new_figure(WIDTH_IN, ROW_IN * trial_figures.panel_grid(shown)[1])
     drawn[f"{anchor}-runs"] = svg_text(trial_figures.draw_free_runs(group, runs))
     found = [p for p in parameters if figures.compared_methods([group], p)]
     several = found if len(group.trials) > 1 else []
@@ -137,7 +142,7 @@ def equation_svg(equation: Equation, errors: Mapping[str, float]) -> str:
     figure = new_figure(WIDTH_IN, 0.34 * len(lines) + 0.1)
     for i, line in enumerate(lines):
         figure.text(0.0, 1.0 - (i + 0.55) / len(lines), f"${line}$", fontsize=12, va="center")
-    return svg_text(figure)
+    return svg_text(figure, outlines=True)
 
 
 def _inline(svg: str) -> str:
@@ -158,7 +163,7 @@ def _counts(findings: Findings) -> Mapping[str, int]:
 
 def _overview(findings: Findings) -> list[Block]:
     """One row a group: what stands for it, its error and what is allowed."""
-    rows = []
+    rows: list[Block] = []
     for group in findings.groups:
         fit = group.fits.get("output_error") or next(iter(group.fits.values()), None)
         shown = [p for p in ordered_parameters(fit.parameters if fit else ()) if p != "total_mass_kg"][:5]
@@ -195,7 +200,7 @@ def _group(findings: Findings, group: GroupFindings, drawn: Mapping[str, Markup]
         "methods": [_method_row(group, method, parameters) for method in group.fits],
         "latex": group.equation.to_latex(),
         "text": str(group.equation),
-        "figures": {name.removeprefix(f"{anchor}-"): svg for name, svg in drawn.items() if name.startswith(f"{anchor}-")},
+        "figures": {n.removeprefix(f"{anchor}-"): svg for n, svg in drawn.items() if n.startswith(f"{anchor}-")},
         "trials": [_trial_row(trial) for trial in group.trials],
         "notes": group.notes,
         "held_out": [t.motion.name for t in group.trials if t.held_out],
@@ -254,7 +259,8 @@ def _where(trial: TrialFindings) -> str:
 
 
 def _provenance(manifest: Mapping[str, Any]) -> list[tuple[str, str]]:
-    rows = [(key, str(manifest[key])) for key in ("undertow", "git_revision", "python", "platform", "config", "seed") if key in manifest]
+    keys = ("undertow", "git_revision", "python", "platform", "config", "seed")
+    rows = [(key, str(manifest[key])) for key in keys if key in manifest]
     packages = manifest.get("packages", {})
     rows.append(("packages", ", ".join(f"{name} {version}" for name, version in packages.items())))
     times = manifest.get("wall_time_s", {})

@@ -138,8 +138,8 @@ def amplitude_spectrum(t: Array, values: Array) -> tuple[Array, Array]:
     even = np.arange(t[0], t[-1], step)
     window = np.hanning(even.size)
     sampled = np.interp(even, t, values)
-    transform = np.fft.rfft((sampled - sampled.mean()) * window)
-    return np.fft.rfftfreq(even.size, step), 2.0 * np.abs(transform) / window.sum()
+    amplitudes = 2.0 * np.abs(np.fft.rfft((sampled - sampled.mean()) * window)) / window.sum()
+    return np.asarray(np.fft.rfftfreq(even.size, step), dtype=np.float64), np.asarray(amplitudes, dtype=np.float64)
 
 
 def draw_residual_spectrum(trial: TrialFindings, axes: Axes) -> Axes:
@@ -197,7 +197,8 @@ def draw_decay(group: GroupFindings, axes: Axes, at_most: int = CURVES_AT_MOST) 
     """Amplitude of every half cycle against time on a log axis: points measured, lines the free run."""
     trials = chosen(group.trials, at_most)
     for trial in trials:
-        smallest = max(0.01 * float(np.max(np.abs(trial.measured))), 3.0 * min(trial.motion.noise.values(), default=0.0))
+        noise = min(trial.motion.noise.values(), default=0.0)
+        smallest = max(0.01 * float(np.max(np.abs(trial.measured))), 3.0 * noise)
         colour = NOT_EXPLAINED if trial.mismatch.missing else BLUE
         t, size = half_cycle_peaks(trial.t, trial.measured, smallest)
         axes.semilogy(t, size * MILLI, ".", color=INK, ms=4.0)

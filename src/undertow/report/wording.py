@@ -18,7 +18,7 @@ METHOD_LABELS: Mapping[str, str] = {
     "sindy": "SINDy",
     "method1": "Method 1",
     "method2": "Method 2",
-    "method2_as_printed": "Method 2 as printed",
+    "method2_printed": "Method 2 as printed",
     "output_error": "Output error",
     "baseline": "Group's equation",
 }
@@ -29,7 +29,7 @@ METHOD_NOTES: Mapping[str, str] = {
     "sindy": "regression of the measured acceleration on a library of laws, the smallest set that explains it",
     "method1": "the simulated motion closest to the measured one, by simplex search, added mass held at or above zero",
     "method2": "the force balance at the first acceleration peak and at the first zero crossing, inertia kept",
-    "method2_as_printed": "the force balance at the zero crossing as printed, without the inertia that balances the "
+    "method2_printed": "the force balance at the zero crossing as printed, without the inertia that balances the "
     "forces there: its drag coefficient is negative on any decay, whatever the water does; shown for comparison only",
     "output_error": "the simulated motion closest to every sensor at once, by least squares weighted with the noise",
 }

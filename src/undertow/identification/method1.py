@@ -87,8 +87,9 @@ def search(
         if mass <= 0.1 * specimen.mass_kg:
             return math.inf
         x = runge_kutta(mass, c, k, friction, drag_unit * float(p[1]), data.x0, STEP_S, steps)
-        error = np.interp(data.t, grid, x) - data.x
-        value = float(np.sqrt(np.mean(error * error)))
+        with np.errstate(over="ignore", invalid="ignore"):  # negative drag runs away: a worse trial, not an error
+            error = np.interp(data.t, grid, x) - data.x
+            value = float(np.sqrt(np.mean(error * error)))
         return value if math.isfinite(value) else math.inf
 
     ends = [

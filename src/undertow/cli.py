@@ -1,28 +1,57 @@
 """The terminal: commands, progress, exit codes. Results go to stdout, messages to stderr.
 
 Belongs here: words typed and words printed. Does not belong here: any work; behind each command stands a function.
-Exit 0 done, 1 failed, 2 usage or config, 3 done but some trials failed.
+Exit 0 done, 1 failed, 2 usage or config, 3 done but some trials failed, 130 interrupted.
 """
 
 from __future__ import annotations
 
+import signal
 import sys
+import threading
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
+from typer.core import TyperGroup
 
 from undertow import __version__
 from undertow.errors import ConfigError, UndertowError
 
 if TYPE_CHECKING:
-    from undertow.campaign.run import Progress
+    from undertow.campaign.workers import Progress
 
 DONE, FAILED, USAGE, SOME_FAILED, INTERRUPTED = 0, 1, 2, 3, 130
 
+
+class _Commands(TyperGroup):
+    """Every expected error of a command is one sentence and an exit code, never a traceback."""
+
+    def invoke(self, ctx: Any) -> Any:
+        try:
+            return super().invoke(ctx)
+        except ConfigError as error:
+            _say(f"undertow: {error}")
+            raise typer.Exit(USAGE) from error
+        except BrokenPipeError:
+            raise  # whoever read stdout has gone; typer ends quietly
+        except (UndertowError, OSError) as error:
+            _say(f"undertow: {error}")
+            raise typer.Exit(FAILED) from error
+        except KeyboardInterrupt as interruption:
+            _say(f"undertow: interrupted{_GOES_ON.get(ctx.invoked_subcommand, '')}")
+            raise typer.Exit(INTERRUPTED) from interruption
+
+
+_GOES_ON = {
+    "run": "; finished groups are kept in the run folder, the same command with --resume goes on from there",
+    "fetch": "; what was fetched is kept, the same command goes on from there",
+}
+
 app = typer.Typer(
+    cls=_Commands,
     add_completion=False,
     no_args_is_help=True,
     rich_markup_mode=None,
@@ -40,6 +69,53 @@ def _say(text: str) -> None:
 
 
 @contextmanager
+def _compiling() -> Iterator[None]:
+    """Says once that the first start compiles, when it does (numba keeps what it compiled).
+
+    Modules with compiled functions compile when they are imported, here, before any worker process starts.
+    """
+    from numba.core import event
+
+    class Listener(event.Listener):
+        said = False
+
+        def on_start(self, event: Any) -> None:
+            if not self.said:
+                _say("compiling the integrator once, about 20 s")
+            self.said = True
+
+        def on_end(self, event: Any) -> None:
+            pass
+
+    try:
+        with event.install_listener("numba:compile", Listener()):
+            yield
+    except RuntimeError as reason:
+        if "cannot cache function" not in str(reason):
+            raise
+        raise UndertowError(
+            f"compiled functions cannot be kept ({reason}); set NUMBA_CACHE_DIR to a folder that can be written"
+        ) from reason
+
+
+@contextmanager
+def _terminable() -> Iterator[None]:
+    """SIGTERM ends the block as Ctrl-C does, so that worker processes end with it."""
+    if threading.current_thread() is not threading.main_thread():
+        yield
+        return
+
+    def interrupt(number: int, frame: object) -> None:
+        raise KeyboardInterrupt
+
+    before = signal.signal(signal.SIGTERM, interrupt)
+    try:
+        yield
+    finally:
+        signal.signal(signal.SIGTERM, before)
+
+
+@contextmanager
 def _bar() -> Iterator[Progress]:
     """A progress bar on stderr; plain lines where stderr is no terminal."""
     if not sys.stderr.isatty():
@@ -51,17 +127,17 @@ def _bar() -> Iterator[Progress]:
         yield line
         return
     from rich.console import Console
-    from rich.progress import BarColumn, MofNCompleteColumn, TextColumn, TimeElapsedColumn
+    from rich.progress import BarColumn, MofNCompleteColumn, TaskID, TextColumn, TimeElapsedColumn
     from rich.progress import Progress as Bar
 
     columns = (TextColumn("{task.description:22}"), BarColumn(), MofNCompleteColumn(), TimeElapsedColumn())
     with Bar(*columns, console=Console(stderr=True)) as bar:
-        tasks: dict[str, object] = {}
+        tasks: dict[str, TaskID] = {}
 
         def update(stage: str, done: int, of: int) -> None:
             if stage not in tasks:
                 tasks[stage] = bar.add_task(stage, total=of)
-            bar.update(tasks[stage], completed=done, total=of)  # type: ignore[arg-type]
+            bar.update(tasks[stage], completed=done, total=of)
 
         yield update
 
@@ -71,18 +147,19 @@ def run(
     config: ConfigPath,
     overrides: Overrides = None,
     out: Annotated[Path | None, typer.Option("--out", metavar="DIR", help="Run folder; default runs/<name>.")] = None,
-    jobs: Annotated[int, typer.Option("--jobs", min=0, help="Processes; 0: one a core.")] = 0,
+    jobs: Annotated[int, typer.Option("--jobs", metavar="N", min=0, help="Processes; 0: one a core.")] = 0,
     resume: Annotated[bool, typer.Option("--resume", help="Take finished groups from the run folder.")] = False,
 ) -> None:
     """The whole way, from recordings to report."""
-    from undertow.campaign.folder import run_to_folder
-
-    with _bar() as progress:
-        finished = run_to_folder(config, overrides or (), out, jobs=jobs, resume=resume, progress=progress)
+    with _terminable():
+        with _compiling():
+            from undertow.campaign.folder import run_to_folder
+        with _bar() as progress:
+            finished = run_to_folder(config, overrides or (), out, jobs=jobs, resume=resume, progress=progress)
     typer.echo(finished.summary)
     if finished.failed:
         for trial in finished.failed:
-            _say(f"failed: {trial.reason}")
+            _say(f"failed: {trial.reason if trial.name in trial.reason else f'{trial.name}: {trial.reason}'}")
         raise typer.Exit(SOME_FAILED)
 
 
@@ -91,15 +168,15 @@ def inspect(
     files: Annotated[list[Path], typer.Argument(metavar="FILE...", help="Recordings.")],
 ) -> None:
     """What is in a recording: channels, rate, gaps, noise, release, a proposed channel mapping."""
-    from undertow.campaign.inspection import inspect_file
-
+    with _compiling():
+        from undertow.campaign.inspection import inspect_file
     bad = 0
     for file in files:
         try:
             typer.echo(inspect_file(file))
         except UndertowError as reason:
             bad += 1
-            _say(f"{file}: {reason}")
+            _say(str(reason) if str(file) in str(reason) else f"{file}: {reason}")
     if bad:
         raise typer.Exit(FAILED if bad == len(files) else SOME_FAILED)
 
@@ -111,22 +188,39 @@ def compare(
 ) -> None:
     """Runs side by side."""
     from undertow.report.compare import compare_runs, comparison_html
+    from undertow.report.writing import write_text
 
     table = compare_runs(runs)
+    typer.echo(table.to_string(index=False, na_rep=""))
     if out is not None:
-        from undertow.report.writing import write_text
-
         write_text(out, comparison_html(runs))
         _say(f"written: {out}")
-    typer.echo(table.to_string(index=False))
 
 
 @app.command()
-def terms() -> None:
-    """The shelf: every term, its law, unit, source, what it looks like when it is left out."""
-    from undertow.campaign.inspection import describe_terms
+def fetch(
+    source: Annotated[str, typer.Argument(metavar="DOI-or-URL", help="A Zenodo record, or a file's address.")],
+    into: Annotated[Path, typer.Option("--into", metavar="DIR", help="Folder of the files; default: here.")] = Path(),
+    checksum: Annotated[
+        str, typer.Option("--checksum", metavar="ALGORITHM:HEX", help="What a file's checksum must be, if known.")
+    ] = "",
+) -> None:
+    """A public record, checksummed, resumed when cut."""
+    from undertow.campaign.fetch import fetch as fetch_files
 
-    typer.echo(describe_terms())
+    with _bar() as progress:
+        for file in fetch_files(source, into, checksum=checksum, progress=progress):
+            typer.echo(str(file))
+
+
+@app.command()
+def terms(
+    names: Annotated[list[str] | None, typer.Argument(metavar="[TERM]...", help="Only these; default: all.")] = None,
+) -> None:
+    """The shelf: every term, its law, unit, source, what it looks like when it is left out."""
+    from undertow.campaign.terms import describe_terms
+
+    typer.echo(describe_terms(names or ()))
 
 
 @app.callback(invoke_without_command=True)
@@ -141,18 +235,13 @@ def _version(
 
 
 def main(arguments: list[str] | None = None) -> None:
-    """Entry point: every expected error is one sentence and an exit code, never a traceback."""
-    try:
-        app(args=arguments, prog_name="undertow", standalone_mode=True)
-    except ConfigError as error:
-        _say(f"undertow: {error}")
-        sys.exit(USAGE)
-    except (UndertowError, OSError) as error:
-        _say(f"undertow: {error}")
-        sys.exit(FAILED)
-    except KeyboardInterrupt:
-        _say("undertow: interrupted; what was finished is kept, --resume goes on from there")
-        sys.exit(INTERRUPTED)
+    """Entry point: runs the command line (``sys.argv`` where None) and exits with its code.
+
+    >>> main(["--version"])
+    Traceback (most recent call last):
+    SystemExit: 0
+    """
+    app(args=arguments, prog_name="undertow", standalone_mode=True)
 
 
 if __name__ == "__main__":

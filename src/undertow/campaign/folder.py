@@ -5,6 +5,8 @@ Belongs here: names and order of files. Does not belong here: their content (rep
 
 from __future__ import annotations
 
+import json
+import time
 from collections.abc import Sequence
 from dataclasses import dataclass
 from io import StringIO
@@ -15,9 +17,17 @@ from ruamel.yaml import YAML
 
 from undertow.campaign.config import load
 from undertow.campaign.manifest import manifest
-from undertow.campaign.run import Progress, run
+from undertow.campaign.run import run
+from undertow.campaign.workers import Progress, silent
 from undertow.discrepancy.findings import FailedTrial, Findings
 from undertow.errors import UndertowError
+from undertow.report.html import write_report
+from undertow.report.tables import write_tables
+from undertow.report.verdict_file import write_verdict
+from undertow.report.writing import write_text
+
+LONGEST_NAME = 80
+"""Characters of a run folder's name at most: file systems take 255 bytes, and a letter may have four."""
 
 
 @dataclass(frozen=True)
@@ -46,37 +56,47 @@ def run_to_folder(
     *,
     jobs: int = 0,
     resume: bool = False,
-    progress: Progress | None = None,
+    progress: Progress = silent,
 ) -> Finished:
     """Run a campaign and write its folder (default ``runs/<name>``); finished groups are kept as they come.
+
+    An older run's files stay until the new ones are ready; ``config.yaml`` is there from the start, unless an older one
+    is, so that an interrupted run can go on from its folder.
 
     Raises ConfigError where the config is wrong, UndertowError where no trial can be used or the folder cannot be
     written.
     """
-    from undertow.report.html import write_report
-    from undertow.report.tables import write_tables
-    from undertow.report.verdict_file import write_verdict
-    from undertow.report.writing import write_text
-
     config = load(config_path, overrides)
     folder = out or Path("runs") / safe_name(config.name)
-    try:
-        folder.mkdir(parents=True, exist_ok=True)
-    except OSError as reason:
-        raise UndertowError(f"run folder {folder} cannot be made: {reason.strerror}; choose another with --out") from reason
     text = yaml_text(config.resolved())
-    write_text(folder / "config.yaml", text)
-    findings = run(config, jobs, progress or _silent, folder / "stages", resume)
-    provenance = manifest(findings, str(config_path), config.seed)
-    write_tables(findings, folder)
-    write_verdict(findings, folder / "verdict.json")
-    write_json(folder / "manifest.json", provenance)
-    write_report(findings, folder, provenance | {"config_text": text})
+    try:
+        _prepare(folder, config_path, text)
+        findings = run(config, jobs, progress, folder / "stages", resume)
+        start = time.perf_counter()
+        write_text(folder / "config.yaml", text)
+        write_tables(findings, folder)
+        write_verdict(findings, folder / "verdict.json")
+        provenance = manifest(findings, config, config_path, overrides)
+        write_report(findings, folder, provenance | {"config_text": text})
+        provenance["wall_time_s"]["report"] = round(time.perf_counter() - start, 3)
+        write_json(folder / "manifest.json", provenance)
+    except OSError as reason:
+        what = f"{reason.strerror or reason} ({reason.filename or folder})"
+        raise UndertowError(f"run folder {folder} cannot be written: {what}; choose another with --out") from reason
     return Finished(folder, findings)
 
 
-def _silent(stage: str, done: int, of: int) -> None:
-    """No progress."""
+def _prepare(folder: Path, config_path: Path, text: str) -> None:
+    """Make the folder with the resolved config in it; refuse to write over a config that says something else."""
+    folder.mkdir(parents=True, exist_ok=True)
+    kept = folder / "config.yaml"
+    if not kept.exists():
+        write_text(kept, text)
+    elif kept.samefile(config_path) and kept.read_text(encoding="utf-8") != text:
+        raise UndertowError(
+            f"run folder {folder} holds the config itself, {config_path}, which its resolved form with --set would "
+            "replace; choose another folder with --out"
+        )
 
 
 def safe_name(name: str) -> str:
@@ -85,7 +105,7 @@ def safe_name(name: str) -> str:
     >>> safe_name("../flume 2")
     '___flume_2'
     """
-    return "".join(c if c.isalnum() or c in "-_" else "_" for c in name) or "run"
+    return "".join(c if c.isalnum() or c in "-_" else "_" for c in name)[:LONGEST_NAME] or "run"
 
 
 def yaml_text(data: dict[str, Any]) -> str:
@@ -99,8 +119,4 @@ def yaml_text(data: dict[str, Any]) -> str:
 
 def write_json(path: Path, data: dict[str, Any]) -> None:
     """Plain values as JSON, whole or not at all."""
-    import json
-
-    from undertow.report.writing import write_text
-
     write_text(path, json.dumps(data, indent=1, allow_nan=False, ensure_ascii=False))

@@ -1,57 +1,125 @@
-"""What is in a file, before any config: channels, rate, gaps, noise, release, a proposed mapping.
+"""What is in a file, before any config: layout, channels, rate, gaps, noise, release, a proposed config.
 
-Belongs here: the look at one file and its text. Does not belong here: judgement (recording/quality.py).
+Belongs here: the look at one file and its text. Does not belong here: judgement (recording/quality.py), guesses
+(recording/propose.py, recording/propose_layout.py).
 """
 
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from collections.abc import Sequence
+from dataclasses import dataclass, field
 from pathlib import Path
+
+import numpy as np
+import pandas as pd
 
 from undertow.conditioning.condition import condition
 from undertow.conditioning.motion import Motion
-from undertow.equation.shelf import catalogue as shelf_catalogue
 from undertow.errors import RecordingError
-from undertow.recording.catalogue import Catalogue, ChannelSpec, Entry, read_trial
+from undertow.recording.catalogue import Catalogue, ChannelSpec, Entry, Window, read_trial
+from undertow.recording.layout import Column, FileFormat
+from undertow.recording.matlab import list_variables
 from undertow.recording.propose import Proposal, propose_mapping
+from undertow.recording.propose_layout import propose_layout
 from undertow.recording.quality import RecordingSummary, summary
-from undertow.recording.readers import read_table
+from undertow.recording.readers import READERS, read_table, suffix_of
+from undertow.recording.text import read_text
+
+COLUMNS_SHOWN = 12
+"""Columns named in a message at most."""
 
 
 @dataclass(frozen=True)
 class Inspection:
-    """One file: its proposed mapping, its channels at a glance, and its motion (None with the ``reason``)."""
+    """One file: its layout, proposed mapping, channels at a glance, and its motion (None with the ``reason``).
+
+    ``window`` is the part without missing values, where values are missing; ``remarks`` say what stands in the way.
+    """
 
     path: Path
+    layout: FileFormat
     proposal: Proposal
     summary: RecordingSummary
     motion: Motion | None
     reason: str = ""
+    window: Window = field(default_factory=Window)
+    remarks: tuple[str, ...] = ()
 
 
 def inspect(path: Path) -> Inspection:
-    """Look at one file with the mapping that its column names suggest.
+    """Look at one file with the layout that its lines and the mapping that its column names suggest.
 
-    Raises RecordingError where it cannot be read, or no column looks like a channel or like time.
+    Raises RecordingError where it cannot be read, or no column looks like a channel or like time; it then says what is
+    there and which config key helps.
     """
-    proposal = propose_mapping(read_table(path))
+    layout = propose_layout(path) if path.is_file() and READERS.get(suffix_of(path)) is read_text else FileFormat()
+    table = read_table(path, layout)
+    proposal = propose_mapping(table, table.attrs.get("units"))
     if not proposal.channels or proposal.time is None:
-        said = "; ".join(proposal.remarks) or "no column names"
-        raise RecordingError(
-            f"{path.name}: {len(proposal.channels)} channels recognised ({said}); write recordings.channels by hand "
-            "(header: none and skip_rows help with files without a header)"
-        )
-    source = Catalogue(path.parent, proposal.channels, proposal.time, files=path.name, coordinate=proposal.coordinate)
-    recording = read_trial(Entry(path.name, path), source)
+        raise RecordingError(f"{path}: {_what_lacks(path, table, layout, proposal)}")
+    window, remarks = _without_missing(table, proposal)
+    source = Catalogue(
+        path.parent, proposal.channels, proposal.time, files=path.name, layout=layout, coordinate=proposal.coordinate
+    )
+    recording = read_trial(Entry(path.name, path, window=window), source)
+    glance = summary(recording)
     try:
-        return Inspection(path, proposal, summary(recording), condition(recording))
+        motion = condition(recording, start_s=window.start_s, end_s=window.end_s)
     except RecordingError as reason:
-        return Inspection(path, proposal, summary(recording), None, str(reason))
+        return Inspection(path, layout, proposal, glance, None, str(reason), window, remarks)
+    return Inspection(path, layout, proposal, glance, motion, "", window, remarks)
+
+
+def _what_lacks(path: Path, table: pd.DataFrame, layout: FileFormat, proposal: Proposal) -> str:
+    """Why a file cannot be looked at further, and which keys of a config would tell what it holds."""
+    if suffix_of(path) == ".mat":
+        return (
+            f"no vector is named like a channel and one like time; it holds {', '.join(list_variables(path))}: "
+            "set recordings.variable for a matrix or structure, recordings.cells for a cell array of trials"
+        )
+    ranges = [
+        f"{name} ({np.nanmin(values):.4g} to {np.nanmax(values):.4g})"
+        for name, values in ((name, table[name].to_numpy(dtype=np.float64)) for name in table.columns[:COLUMNS_SHOWN])
+        if np.isfinite(values).any()
+    ]
+    named = "" if layout.header else " without names"
+    keys = ", ".join(_layout_lines(layout))
+    how = f"set recordings {{{keys}}} and " if keys else ""
+    rate = "" if proposal.time else "; no column looks like time: give channels.time: {rate_hz: ...}"
+    what = "by number from 0" if not layout.header else "by hand"
+    return (
+        f"{len(table)} rows, {table.shape[1]} columns{named}: {', '.join(ranges)}; {how}write recordings.channels "
+        f"{what}{rate}"
+    )
+
+
+def _without_missing(table: pd.DataFrame, proposal: Proposal) -> tuple[Window, tuple[str, ...]]:
+    """The longest part of a table whose mapped columns are complete, and a remark for each that is not."""
+    columns: list[Column] = [column for spec in proposal.channels.values() for column in spec.columns]
+    time = table[proposal.time.column].to_numpy(dtype=np.float64) if proposal.time else np.zeros(0)
+    finite = np.isfinite(table[columns].to_numpy(dtype=np.float64))
+    if finite.all() or not np.isfinite(time).all():
+        return Window(), ()
+    remarks = []
+    for at, column in enumerate(columns):
+        bad = np.flatnonzero(~finite[:, at])
+        if bad.size:
+            remarks.append(
+                f"column {column!r} lacks {bad.size} of {time.size} values, the first at {time[bad[0]]:g} s: leave it "
+                "unmapped, or set trials.window"
+            )
+    edges = np.flatnonzero(np.diff(np.concatenate([[False], finite.all(axis=1), [False]]).astype(np.int8)))
+    if not edges.size:
+        return Window(), tuple(remarks)
+    start, end = max(zip(edges[::2], edges[1::2], strict=True), key=lambda run: int(run[1] - run[0]))
+    first = float(time[start]) if start > 0 else None
+    last = float(time[end - 1]) if end < time.size else None
+    return Window(first, last), tuple(remarks)
 
 
 def inspect_file(path: Path) -> str:
-    """The same as text, with the mapping as YAML to paste into a config."""
+    """The same as text, with what a config would say as YAML to paste."""
     seen = inspect(path)
     s = seen.summary
     lines = [f"{path}", f"  {s.samples} samples, {s.duration_s:.4g} s at {s.rate_hz:.5g} Hz"]
@@ -63,10 +131,10 @@ def inspect_file(path: Path) -> str:
         steps = f", steps of {c.quantum:.3g}" if c.quantum else ""
         spikes = f", {c.spikes} spikes" if c.spikes else ""
         lines.append(f"  {name}: {c.minimum:.5g} to {c.maximum:.5g} {c.unit}, noise {c.noise:.2g}{steps}{spikes}")
-    lines += [f"  doubt: {doubt}" for doubt in s.doubts]
+    lines += [f"  doubt: {doubt}" for doubt in (*seen.remarks, *s.doubts)]
     lines.append(_motion_line(seen))
     lines += [f"  {remark}" for remark in seen.proposal.remarks]
-    return "\n".join([*lines, *_mapping(seen.proposal)])
+    return "\n".join([*lines, *_config_lines(seen)])
 
 
 def _motion_line(seen: Inspection) -> str:
@@ -78,13 +146,33 @@ def _motion_line(seen: Inspection) -> str:
     return f"  {start}, motion until {w.end_s:.4g} s, amplitude {seen.motion.amplitude:.4g} {unit}"
 
 
-def _mapping(proposal: Proposal) -> list[str]:
-    time = proposal.time
-    lines = ["proposed mapping:", "  channels:"]
+def _config_lines(seen: Inspection) -> list[str]:
+    """What a config would say of this file, as YAML."""
+    time = seen.proposal.time
+    lines = ["proposed config:", "recordings:", f"  files: {_plain(seen.path.name)}"]
+    lines += [f"  {line}" for line in _layout_lines(seen.layout)]
+    lines.append("  channels:")
     if time is not None:
-        lines.append(f"    time: {{column: {_plain(time.column)}, unit: {time.unit}}}")
-    lines += [f"    {name}: {_spec(spec)}" for name, spec in proposal.channels.items()]
+        lines.append(f"    time: {{column: {_plain(time.column)}, unit: {_plain(time.unit)}}}")
+    lines += [f"    {name}: {_spec(spec)}" for name, spec in seen.proposal.channels.items()]
+    limits = {"start_s": seen.window.start_s, "end_s": seen.window.end_s}
+    window = ", ".join(f"{name}: {value:g}" for name, value in limits.items() if value is not None)
+    if window:
+        lines += ["trials:", f"  window: {{{_plain(seen.path.name)}: {{{window}}}}}"]
+    if seen.proposal.coordinate == "rotation":
+        lines += ["equation:", "  coordinate: rotation"]
     return lines
+
+
+def _layout_lines(layout: FileFormat) -> Sequence[str]:
+    """Keys of a layout that differ from what a config has by default."""
+    said = {
+        "skip_rows": str(layout.skip_rows) if layout.skip_rows else "",
+        "header": "" if layout.header else "none",
+        "unit_row": "true" if layout.unit_row else "",
+        "decimal": "" if layout.decimal == "." else f'"{layout.decimal}"',
+    }
+    return [f"{key}: {value}" for key, value in said.items() if value]
 
 
 def _spec(spec: ChannelSpec) -> str:
@@ -96,17 +184,5 @@ def _spec(spec: ChannelSpec) -> str:
 def _plain(value: object) -> str:
     """A value as YAML: bare where that is safe, in double quotes else."""
     text = str(value)
-    safe = isinstance(value, int) or all(ch.isalnum() or ch in "_/^" for ch in text)
+    safe = isinstance(value, int) or (text[:1].isalpha() and all(ch.isalnum() or ch in "_/^" for ch in text))
     return text if safe else '"' + text.replace("\\", "\\\\").replace('"', '\\"') + '"'
-
-
-def describe_terms() -> str:
-    """Every term on the shelf: law, parameters with units, source, what a residual looks like without it."""
-    blocks = []
-    for term in shelf_catalogue():
-        units = ", ".join(f"{p.name} [{p.unit}]" for p in term.parameters)
-        blocks.append(
-            f"{term.name}\n  law        {term.law}\n  parameters {units}\n  source     {term.source}\n"
-            f"  left out   {term.left_out}"
-        )
-    return "\n".join(blocks)

@@ -6,21 +6,19 @@ Belongs here: the stages, their order, parallel work. Does not belong here: the 
 from __future__ import annotations
 
 import math
-import os
 import time
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, field, replace
 from pathlib import Path
-from typing import Any
 
-import joblib
 import numpy as np
 
 from undertow.campaign import stages
 from undertow.campaign.analysis import GroupTask, analyse
 from undertow.campaign.config import RunConfig
 from undertow.campaign.settings import EverySettings, LargestSettings
+from undertow.campaign.workers import Progress, on_processes, silent
 from undertow.conditioning.condition import condition
 from undertow.conditioning.motion import Motion
 from undertow.discrepancy.findings import FailedTrial, Findings, GroupFindings
@@ -38,13 +36,6 @@ from undertow.recording.catalogue import Catalogue, Entry, read_trial
 from undertow.recording.gather import gather
 from undertow.recording.quality import check
 from undertow.recording.recording import Condition
-
-Progress = Callable[[str, int, int], None]
-"""Called with the stage's name, how many items are done, and how many there are."""
-
-
-def _silent(stage: str, done: int, of: int) -> None:
-    """No progress."""
 
 
 @dataclass(frozen=True)
@@ -74,7 +65,7 @@ class _Clock:
 def run(
     config: RunConfig,
     jobs: int = 0,
-    progress: Progress = _silent,
+    progress: Progress = silent,
     stages_folder: Path | None = None,
     resume: bool = False,
 ) -> Findings:
@@ -99,21 +90,34 @@ def run(
         tasks = [
             _task(config, key, motions, terms, structures, groups) for key, motions in groups.items()
         ]
-        found = _parallel(_Analyst(stages_folder, resume), tasks, jobs, "identification", progress)
+        results = on_processes(_Analyst(stages_folder, resume), tasks, jobs, "identification", progress)
+    found = [r for r in results if isinstance(r, GroupFindings)]
+    failed = read.failed + tuple(f for r in results if not isinstance(r, GroupFindings) for f in r)
+    if not found:
+        raise UndertowError(f"none of {len(tasks)} groups can be identified: {failed[-1].reason}")
     return Findings(
-        config.name, tuple(found), read.failed, tuple(config.identify), config.equation.coordinate, clock.seconds,
+        config.name, tuple(found), failed, tuple(config.identify), config.equation.coordinate, clock.seconds,
         _across(found), _notes(read),
     )  # fmt: skip
 
 
 @dataclass(frozen=True)
 class _Analyst:
-    """Analyses one group, or takes it from a finished stage; picklable for worker processes."""
+    """Analyses one group, or takes it from a finished stage; picklable for worker processes.
+
+    A group that cannot be identified gives its trials as failed: it must not stop the others.
+    """
 
     folder: Path | None
     resume: bool
 
-    def __call__(self, task: GroupTask) -> GroupFindings:
+    def __call__(self, task: GroupTask) -> GroupFindings | tuple[FailedTrial, ...]:
+        try:
+            return self._found(task)
+        except UndertowError as reason:
+            return tuple(FailedTrial(m.name, str(reason), dict(m.recording.conditions)) for m in task.motions)
+
+    def _found(self, task: GroupTask) -> GroupFindings:
         if self.folder is None:
             return analyse(task)
         path = self.folder / f"{stages.digest(task)}.json"
@@ -125,32 +129,11 @@ class _Analyst:
         return findings
 
 
-def _parallel(
-    work: Callable[..., Any], items: Sequence[Any], jobs: int, stage: str, progress: Progress
-) -> list[Any]:
-    """work(item) for all items, in order, on ``jobs`` processes."""
-    count = jobs or os.cpu_count() or 1
-    progress(stage, 0, len(items))
-    out = []
-    if count == 1 or len(items) < 3:
-        for item in items:
-            out.append(work(item))
-            progress(stage, len(out), len(items))
-        return out
-    results = joblib.Parallel(n_jobs=min(count, len(items)), return_as="generator")(
-        joblib.delayed(work)(item) for item in items
-    )
-    for result in results:
-        out.append(result)
-        progress(stage, len(out), len(items))
-    return out
-
-
-def read_and_condition(config: RunConfig, jobs: int = 1, progress: Progress = _silent) -> Read:
+def read_and_condition(config: RunConfig, jobs: int = 1, progress: Progress = silent) -> Read:
     """Every trial of the config read and conditioned; failures with their reasons instead of an exception."""
     catalogue = config.catalogue()
     entries = gather(catalogue)
-    results = _parallel(_Conditioner(catalogue), entries, jobs, "read and condition", progress)
+    results = on_processes(_Conditioner(catalogue), entries, jobs, "read and condition", progress)
     motions = [r for r in results if isinstance(r, Motion)]
     failed = [r for r in results if isinstance(r, FailedTrial)]
     return Read(tuple(motions), tuple(failed))

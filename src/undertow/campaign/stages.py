@@ -1,7 +1,7 @@
 """Finished groups on disk, so that an interrupted run goes on where it stopped.
 
 A group's findings are kept as JSON (numbers, texts) without its motions: recordings are read again, which is cheap.
-Its name is a digest of everything that decides it: the resolved config, the recordings' bytes, the code's version.
+Its name is a digest of everything that decides it: the group's task, the recordings' bytes and samples, the code.
 
 Belongs here: that JSON. Does not belong here: what a group's analysis is.
 """
@@ -20,6 +20,8 @@ import numpy as np
 
 from undertow import __version__
 from undertow.campaign.analysis import GroupTask
+from undertow.campaign.manifest import source_digest
+from undertow.conditioning.motion import Motion
 from undertow.discrepancy.findings import GroupFindings, TrialFindings
 from undertow.discrepancy.mismatch import Mismatch
 from undertow.discrepancy.verdict import Described, PhysicalCheck, Rejected, Verdict
@@ -33,20 +35,44 @@ FORMAT = 1
 
 
 def digest(task: GroupTask) -> str:
-    """Name of a group's finished findings: what decides it, hashed."""
-    parts = [__version__, str(FORMAT), repr(sorted(task.key.items())), repr(task.specimen), repr(task.structure)]
-    parts += [repr(task.anchor), repr(sorted(task.stiffness.items())), repr(sorted(task.scatter.items()))]
-    parts += [repr(task.held_out), repr(task.methods), repr(task.options), repr(task.seed), repr(task.terms)]
-    parts += [f"{m.recording.sha256} {m.window} {m.name}" for m in task.motions]
-    return hashlib.sha256("\n".join(parts).encode()).hexdigest()[:20]
+    """Name of a group's finished findings: what decides it, hashed.
+
+    The motions count with their samples, so that a changed unit, sign or window of the same file is another name; the
+    code counts with its sources.
+    """
+    said = {f.name: getattr(task, f.name) for f in dataclasses.fields(task)}
+    motions, terms = said.pop("motions"), said.pop("terms")
+    sums = hashlib.sha256(f"{__version__} {FORMAT} {source_digest()}".encode())
+    sums.update(repr([(name, _sorted(value)) for name, value in said.items()]).encode())
+    sums.update(repr([(t.name, _sorted(t.inner)) for t in terms]).encode())
+    for motion in motions:
+        _add_motion(motion, sums)
+    return sums.hexdigest()[:20]
+
+
+def _add_motion(motion: Motion, sums: Any) -> None:
+    """A motion's samples, window, rest position and names, added to a hash."""
+    recording = motion.recording
+    about = (motion.name, recording.sha256, recording.coordinate, _sorted(recording.conditions), motion.window)
+    sums.update(repr((*about, motion.equilibrium, motion.amplitude, _sorted(motion.noise))).encode())
+    arrays = {"t": motion.t, "x": motion.x, "v": motion.v, "a": motion.a, "time": recording.time, **recording.channels}
+    for name, values in sorted(arrays.items()):
+        sums.update(name.encode() + np.ascontiguousarray(values).tobytes())
+
+
+def _sorted(value: Any) -> Any:
+    return sorted(value.items()) if isinstance(value, Mapping) else value
 
 
 def save(findings: GroupFindings, path: Path) -> None:
     """Write a group's findings; the file appears whole or not at all."""
     path.parent.mkdir(parents=True, exist_ok=True)
     partial = path.with_suffix(f".{os.getpid()}.part")
-    partial.write_text(json.dumps(_plain(findings)), encoding="utf-8")
-    os.replace(partial, path)
+    try:
+        partial.write_text(json.dumps(_plain(findings)), encoding="utf-8")
+        os.replace(partial, path)
+    finally:
+        partial.unlink(missing_ok=True)
 
 
 def _plain(value: Any) -> Any:
@@ -86,19 +112,30 @@ def load(task: GroupTask, path: Path) -> GroupFindings | None:
             task.key, task.dry, trials, task.specimen, task.structure, _fits(data["fits"]), equation,
             data["equation_errors"], _verdict(data["verdict"], task), tuple(data["notes"]),
         )  # fmt: skip
-    except (OSError, KeyError, TypeError, ValueError):
+    except (OSError, LookupError, TypeError, ValueError, AttributeError):
         return None
 
 
 def _trial(data: Mapping[str, Any], motion: Any) -> TrialFindings:
-    t, measured, simulated = (np.array(data[name]) for name in ("t", "measured", "simulated"))
+    t, measured, simulated = (np.array(data[name], dtype=np.float64) for name in ("t", "measured", "simulated"))
     return TrialFindings(
-        motion, _fits(data["fits"]), data["nrmse"], Mismatch(**data["mismatch"]), t, measured, simulated, data["held_out"]
-    )
+        motion, _fits(data["fits"]), data["nrmse"], Mismatch(**data["mismatch"]), t, measured, simulated,
+        data["held_out"],
+    )  # fmt: skip
+
+
+_ESTIMATE = {f.name for f in dataclasses.fields(Estimate)}
 
 
 def _estimates(data: Mapping[str, Any]) -> dict[str, Estimate]:
     return {name: Estimate(**value) for name, value in data.items()}
+
+
+def _revived(value: Any) -> Any:
+    """Plain values with every mapping that has an estimate's fields made an estimate again, at any depth."""
+    if isinstance(value, Mapping):
+        return Estimate(**value) if set(value) == _ESTIMATE else {key: _revived(v) for key, v in value.items()}
+    return [_revived(v) for v in value] if isinstance(value, list) else value
 
 
 def _fits(data: Mapping[str, Any]) -> dict[str, Fit]:
@@ -124,6 +161,7 @@ def _verdict(data: Mapping[str, Any], task: GroupTask) -> Verdict:
         "held_out": tuple(data["held_out"]),
         "verdict": tuple(data["verdict"]),
         "alternatives": tuple(tuple(a) for a in data["alternatives"]),
+        "parameters": _revived(data["parameters"]),
         "baseline": described(data["baseline"]) or Described(),
         "augmented": described(data["augmented"]),
         "rejected": tuple(Rejected(**r) for r in data["rejected"]),

@@ -51,6 +51,20 @@ def read_cells(path: Path, cells: CellLayout) -> tuple[pd.DataFrame, ...]:
     return tuple(_table(path, dict(enumerate(row))) for row in rows)
 
 
+def list_variables(path: Path) -> tuple[str, ...]:
+    """What a MATLAB file holds, in words: names with shapes. RecordingError where it is none."""
+    return tuple(f"{name} ({_kind(value)})" for name, value in _content(path).items()) or ("nothing",)
+
+
+def _kind(value: Any) -> str:
+    if isinstance(value, Mapping):
+        return f"structure with {', '.join(map(str, value))}"
+    if isinstance(value, list):
+        inner = f" x {len(value[0])}" if value and isinstance(value[0], list) else ""
+        return f"cell array {len(value)}{inner}"
+    return f"array {' x '.join(map(str, value.shape))}" if isinstance(value, np.ndarray) else type(value).__name__
+
+
 def _content(path: Path) -> dict[str, Any]:
     import pymatreader
     from scipy.io.matlab import MatReadError

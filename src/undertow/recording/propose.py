@@ -58,7 +58,7 @@ def name_and_unit(column: Column) -> tuple[str, str]:
     if match is None:
         return str(column), ""
     unit = match["bracket"] if match["bracket"] is not None else match["tail"]
-    if match["bracket"] is None and not any(_reads(unit, channel) for channel in ("time", *CHANNELS)):
+    if match["bracket"] is None and not is_unit(unit):
         return str(column), ""
     return match["stem"], unit
 
@@ -106,6 +106,15 @@ def _quantity(stem: str, unit: str, column: Column, table: pd.DataFrame) -> str 
     first = table.columns[0] == column
     rising = len(table) > 2 and bool(np.all(np.diff(table[column].to_numpy(dtype=np.float64)) > 0.0))
     return "time" if first and rising else None
+
+
+def is_unit(text: str) -> bool:
+    """Whether a text is a unit of time or of a channel.
+
+    >>> is_unit("[mm]"), is_unit("sensor1")
+    (True, False)
+    """
+    return any(_reads(text, quantity) for quantity in ("time", *CHANNELS))
 
 
 def _reads(unit: str, quantity: str) -> bool:

@@ -79,6 +79,8 @@ def analyse(task: GroupTask, progress: Callable[[str], None] = lambda _: None) -
     fits = _group_fits(task, model, baseline)
     singles = _single_fits(task, model, progress)
     fits |= _means_of_singles(task, singles)
+    if task.dry and len(task.motions) > 1 and "output_error" in fits:
+        fits["output_error"] = _mean_structure(fits["output_error"], singles)
     trials = tuple(_trial(task, model, baseline, motion, singles[motion.name], progress) for motion in task.motions)
     equation = baseline.equation()
     return GroupFindings(
@@ -204,6 +206,20 @@ def _single(
 
         return {name: (lambda name=name: instants(name)) for name in ("method2", "method2_printed")}  # type: ignore[misc]
     return {}
+
+
+def _mean_structure(pooled: Fit, singles: Mapping[str, Mapping[str, Fit]]) -> Fit:
+    """Dry trials by output error: means over trials, each fitted alone, with errors from their scatter.
+
+    Together they would share one k, which no rig keeps: the loudest trial's would pass for all, sure of itself.
+    """
+    alone = [fits["output_error"] for fits in singles.values() if fits["output_error"].parameters]
+    parameters = dict(pooled.parameters)
+    for name, one in pooled.parameters.items():
+        found = [fit.parameters[name] for fit in alone if name in fit.parameters]
+        if len(found) > 1 and any(estimate.stderr > 0.0 for estimate in found):
+            parameters[name] = mean_of_trials(found, one.unit, f"mean of {len(found)} trials")
+    return replace(pooled, parameters=parameters, notes=(*pooled.notes, "mean over trials, each fitted alone"))
 
 
 def _means_of_singles(task: GroupTask, singles: Mapping[str, Mapping[str, Fit]]) -> dict[str, Fit]:

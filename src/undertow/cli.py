@@ -37,8 +37,11 @@ class _Commands(TyperGroup):
             raise typer.Exit(USAGE) from error
         except BrokenPipeError:
             raise  # whoever read stdout has gone; typer ends quietly
-        except (UndertowError, OSError) as error:
+        except UndertowError as error:
             _say(f"undertow: {error}")
+            raise typer.Exit(FAILED) from error
+        except OSError as error:
+            _say(f"undertow: {error.filename or 'a file'}: {error.strerror or error}; check path, rights, space")
             raise typer.Exit(FAILED) from error
         except KeyboardInterrupt as interruption:
             _say(f"undertow: interrupted{_GOES_ON.get(ctx.invoked_subcommand, '')}")
@@ -187,11 +190,10 @@ def compare(
     out: Annotated[Path | None, typer.Option("--out", metavar="FILE", help="Also write the table as HTML.")] = None,
 ) -> None:
     """Runs side by side."""
-    from undertow.report.compare import compare_runs, comparison_html
+    from undertow.report.compare import comparison_html, comparison_text
     from undertow.report.writing import write_text
 
-    table = compare_runs(runs)
-    typer.echo(table.to_string(index=False, na_rep=""))
+    typer.echo(comparison_text(runs))
     if out is not None:
         write_text(out, comparison_html(runs))
         _say(f"written: {out}")

@@ -54,6 +54,7 @@ class GroupTask:
     stiffness: Mapping[str, Estimate] = field(default_factory=dict)
     scatter: Mapping[str, float] = field(default_factory=dict)
     freedom: float = math.inf
+    dry_structure: Structure | None = None
     held_out: tuple[str, ...] = ()
     methods: tuple[str, ...] = PER_TRIAL
     options: TrialOptions = field(default_factory=TrialOptions)

@@ -17,6 +17,7 @@ import numpy as np
 from undertow.campaign import stages
 from undertow.campaign.analysis import GroupTask, analyse
 from undertow.campaign.config import RunConfig
+from undertow.campaign.judgement import judged
 from undertow.campaign.settings import EverySettings, LargestSettings
 from undertow.campaign.workers import Progress, on_processes, silent
 from undertow.conditioning.condition import condition
@@ -95,6 +96,9 @@ def run(
     failed = read.failed + tuple(f for r in results if not isinstance(r, GroupFindings) for f in r)
     if not found:
         raise UndertowError(f"none of {len(tasks)} groups can be identified: {failed[-1].reason}")
+    kept = [t for t, r in zip(tasks, results, strict=True) if isinstance(r, GroupFindings)]
+    with clock.stage("what is missing"):
+        found = judged(config, kept, found, jobs, progress)
     return Findings(
         config.name, tuple(found), failed, tuple(config.identify), config.equation.coordinate, clock.seconds,
         _across(found), _notes(read),
@@ -246,7 +250,7 @@ def _task(
     return GroupTask(
         dict(key), dry, tuple(motions), _group_terms(terms, dry), specimen, None if dry else structure, anchor,
         stiffness, {"k": stated.k, "c": stated.c, "mu": stated.mu} if stated else _dry_scatter(structure),
-        structure.scatter_freedom if structure is not None and stated is None else math.inf,
+        structure.scatter_freedom if structure is not None and stated is None else math.inf, structure,
         held_out(config, motions), tuple(config.identify), _options(structure, specimen), config.seed,
     )  # fmt: skip
 
@@ -290,10 +294,14 @@ def held_out(config: RunConfig, motions: Sequence[Motion]) -> tuple[str, ...]:
 
 def _across(groups: Sequence[GroupFindings]) -> str:
     """One sentence over all groups."""
-    open_groups = [g.label for g in groups if g.verdict.status == "unknown"]
-    if not open_groups:
-        return f"The equation explains all {len(groups)} groups."
-    return f"The equation does not explain {len(open_groups)} of {len(groups)} groups: {'; '.join(open_groups)}."
+    named: dict[str, list[str]] = {}
+    for group in groups:
+        for name in dict.fromkeys(group.verdict.verdict):
+            named.setdefault(name, []).append(group.label)
+    if not named:
+        return f"The equation explains all {len(groups)} groups; nothing is missing."
+    parts = [f"{name.replace('_', ' ')} in {len(labels)} of {len(groups)} groups" for name, labels in named.items()]
+    return f"The equation leaves out: {'; '.join(parts)}."
 
 
 def _notes(read: Read) -> tuple[str, ...]:

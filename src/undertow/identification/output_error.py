@@ -266,7 +266,20 @@ def _step(point: _Point, damping: float, free: np.ndarray, scale: Array) -> Arra
     return step
 
 
-def _search(problem: Problem, values: Array) -> tuple[Array, _Point, int, bool]:
+@dataclass(frozen=True)
+class Effort:
+    """How far a search goes: at most so many iterations a window, and the step in standard errors at which it stops."""
+
+    iterations: int = MAX_ITERATIONS
+    stop_in_stderr: float = STOP_IN_STDERR
+
+
+FULL = Effort()
+QUICK = Effort(12, 0.05)
+"""Enough to tell a good start from a bad one."""
+
+
+def _search(problem: Problem, values: Array, effort: Effort = FULL) -> tuple[Array, _Point, int, bool]:
     """Levenberg-Marquardt from ``values``; IdentificationError where the start itself has no bounds."""
     lower, upper = _bounds(problem)
     values = np.clip(values, lower, upper)
@@ -277,7 +290,7 @@ def _search(problem: Problem, values: Array) -> tuple[Array, _Point, int, bool]:
             "every bound; give a start nearer to the truth"
         )
     damping = FIRST_DAMPING
-    for iteration in range(1, MAX_ITERATIONS + 1):
+    for iteration in range(1, effort.iterations + 1):
         scale = 1.0 / np.sqrt(np.maximum(np.diag(point.normal), 1e-300))
         pinned = ((values <= lower) & (point.gradient > 0.0)) | ((values >= upper) & (point.gradient < 0.0))
         step = _step(point, damping, ~pinned, scale)
@@ -288,15 +301,15 @@ def _search(problem: Problem, values: Array) -> tuple[Array, _Point, int, bool]:
             gained = point.cost - candidate.cost
             values, point = trial_values, candidate
             damping = max(damping * 0.1, 1e-15)
-            if np.max(moved) < STOP_IN_STDERR or gained < 1e-10 * point.cost:
+            if np.max(moved) < effort.stop_in_stderr or gained < 1e-10 * point.cost:
                 return values, point, iteration, True
         else:
-            if np.max(moved) < STOP_IN_STDERR:
+            if np.max(moved) < effort.stop_in_stderr:
                 return values, point, iteration, True
             damping = max(damping * 8.0, 1e-6)
             if damping > 1e12:
                 return values, point, iteration, True
-    return values, point, MAX_ITERATIONS, False
+    return values, point, effort.iterations, False
 
 
 def shortened(problem: Problem, seconds: float) -> Problem:
@@ -310,7 +323,11 @@ def shortened(problem: Problem, seconds: float) -> Problem:
 
 
 def fit(
-    problem: Problem, start: Array | None = None, growing: bool = True, progress: Callable[[str], None] | None = None
+    problem: Problem,
+    start: Array | None = None,
+    growing: bool = True,
+    progress: Callable[[str], None] | None = None,
+    effort: Effort = FULL,
 ) -> Solution:
     """The best values of all unknowns.
 
@@ -325,15 +342,15 @@ def fit(
         longest = max(float(t.t[-1] - t.t[0]) for t in problem.trials)
         window = FIRST_WINDOW_PERIODS * max(t.period_s for t in problem.trials)
         while window < longest:
-            values, _, count, _ = _search(shortened(problem, window), values)
+            values, _, count, _ = _search(shortened(problem, window), values, effort)
             iterations += count
             window *= 2.0
             if progress is not None:
                 progress(f"window {window:.3g} s")
-    values, point, count, converged = _search(problem, values)
+    values, point, count, converged = _search(problem, values, effort)
     iterations += count
     n_data = sum(r.size for r in point.residuals)
-    if growing and (not converged or point.chi2 > POOR_FIT * n_data):
+    if growing and effort is FULL and (not converged or point.chi2 > POOR_FIT * n_data):
         first = np.array([u.start for u in problem.unknowns]) if start is None else np.array(start, dtype=np.float64)
         second = _search(problem, first)
         iterations += second[2]

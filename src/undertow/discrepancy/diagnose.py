@@ -1,0 +1,246 @@
+"""What is missing: suspects ranked by evidence on one level, alone and together.
+
+Every suspect is added to the prescribed equation and everything is refitted, jointly over the level's training trials
+and springs. The criterion (joint.py) is turned into probabilities with a stated prior: half that nothing is missing,
+half shared equally among the suspects, and a hundredth of that for each further effect. A suspect whose numbers mean
+nothing (on a bound, not told from zero) is out. Rivals within odds of 20 to 1 are named beside the answer.
+
+Belongs here: the search. Does not belong here: the proof on held-out trials (prove.py), words (verdict.py).
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from undertow.discrepancy.joint import Addend, JointFit, Level, fit_joint, free_run_error, full_name, residual_memory
+from undertow.discrepancy.suspects import Addition, Suspect
+from undertow.errors import IdentificationError
+
+PRIOR_NOTHING = 0.5
+"""Prior probability that the prescribed equation lacks nothing."""
+
+FURTHER_EFFECT_PRIOR = 0.01
+"""Prior odds of a second (third) effect beside one that is there."""
+
+RIVAL_ODDS = 20.0
+"""A rival whose posterior odds against the answer are better than 1 to this is named beside it."""
+
+ACCUSE_PROBABILITY = 0.99
+"""Posterior probability from which a name is said."""
+
+SIGNIFICANT = 3.0
+"""A suspect's coefficient must be this many standard errors from zero."""
+
+MOST_EFFECTS = 3
+
+STRUCTURE_WHEN_DRY_IS_CLEAN = 0.01
+"""Prior odds of a structural effect where dry trials of the same rig show nothing missing."""
+
+OWN_FREQUENCY = 0.1
+"""A force this close (relative) to the body's own frequency cannot be told from a trial whose k differs."""
+
+REMAINING = 0.8
+"""A further effect must leave at most this share of the free run's error that stood before it."""
+
+WORTH = 0.5
+"""Share of repeatability by which the free run must come closer (in quadrature) for an effect to be named."""
+
+REFINED = 2
+"""Of several starts, so many of the best are followed to their end."""
+
+
+@dataclass(frozen=True)
+class Candidate:
+    """A set of suspects as fitted on one level; ``out`` says why it cannot be the answer (empty: it can)."""
+
+    suspects: tuple[Suspect, ...]
+    fit: JointFit
+    log_prior: float
+    out: str = ""
+
+    @property
+    def score(self) -> float:
+        """Log posterior up to a constant."""
+        return -0.5 * self.fit.criterion + self.log_prior
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """Names of the set, in the order they were found."""
+        return tuple(s.name for s in self.suspects)
+
+
+@dataclass(frozen=True)
+class Diagnosis:
+    """The search on one level: the prescribed equation alone, the best candidate, all others, posterior probability of
+    the best among all, rivals (sets of names) that the data cannot separate from it."""
+
+    null: Candidate
+    best: Candidate
+    candidates: tuple[Candidate, ...]
+    confidence: float
+    rivals: tuple[tuple[str, ...], ...]
+
+    @property
+    def accused(self) -> bool:
+        """Whether something is missing with a probability of `ACCUSE_PROBABILITY`."""
+        return bool(self.best.suspects)
+
+
+def diagnose(level: Level, suspects: Sequence[Suspect], allowed: float, clean_when_dry: bool = False) -> Diagnosis:
+    """Search one level for what its equation lacks; ``allowed`` is the level's repeatability (nrmse).
+
+    ``clean_when_dry`` says that the dry trials of the same rig need nothing: what belongs to the structure would have
+    shown there.
+
+    Evidence alone would accuse effects that no free run shows (a gram of water, the smoothing of an amplifier): what
+    is named must also bring the free run of the training trials closer by `WORTH` of what repeating the test allows.
+    The search for further effects ends where the free run is as close as repetitions are to each other.
+
+    Raises IdentificationError where not even the prescribed equation can be fitted.
+    """
+    first = fit_joint(level, (), 1.0, {}, 10.0, growing=True)
+    memory = residual_memory(first.solution)
+    null = Candidate((), fit_joint(level, (), memory, _values(first), first.misfit, growing=False), math.log(PRIOR_NOTHING))
+    found, best = [null], null
+    error = free_run_error(level, null.fit)
+    for depth in range(MOST_EFFECTS):
+        if depth and error <= allowed:
+            break
+        tried = [c for s in suspects if _may_join(best, s) and (c := _added(level, best, s, _log_prior(best, s, len(suspects), clean_when_dry)))]
+        found += tried
+        needed = best.score + math.log(ACCUSE_PROBABILITY / (1.0 - ACCUSE_PROBABILITY))
+        probable = [c for c in tried if not c.out and c.score > needed]
+        ahead = _worthwhile(level, probable, error, allowed, REMAINING if depth else 1.0)
+        if ahead is None:
+            break
+        best, error = ahead
+    return Diagnosis(null, best, tuple(found), _probability(best, found), _rivals(best, found))
+
+
+def _worthwhile(
+    level: Level, candidates: Sequence[Candidate], error: float, allowed: float, remaining: float
+) -> tuple[Candidate, float] | None:
+    """The most probable candidate that brings the free run closer by what counts, with its error."""
+    for candidate in sorted(candidates, key=lambda c: -c.score):
+        closer = free_run_error(level, candidate.fit)
+        if closer < remaining * error and math.sqrt(error**2 - closer**2) > WORTH * allowed:
+            return candidate, closer
+    return None
+
+
+def _may_join(best: Candidate, suspect: Suspect) -> bool:
+    """Whether a suspect can be added: once each, resonators up to three, one variant of a name."""
+    if suspect.name == "external_forcing" and best.suspects:
+        return False  # a clock of its own in every trial takes up whatever a memory leaves
+    if suspect.name == "hidden_resonator":
+        return not best.suspects or (not suspect.variant and sum(n == suspect.name for n in best.names) < 3)
+    return suspect.name not in best.names
+
+
+def _log_prior(best: Candidate, suspect: Suspect, count: int, clean_when_dry: bool) -> float:
+    """Log prior of the best set with one more suspect."""
+    share = (1.0 - PRIOR_NOTHING) / count if not best.suspects else math.exp(best.log_prior) * FURTHER_EFFECT_PRIOR / count
+    return math.log(share * (STRUCTURE_WHEN_DRY_IS_CLEAN if clean_when_dry and suspect.origin == "structure" else 1.0))
+
+
+def _added(level: Level, best: Candidate, suspect: Suspect, prior: float) -> Candidate | None:
+    """The best candidate with one more suspect, from several starts; None where no start gives a motion."""
+    starts = suspect.starts(level.scales)
+    quick = [f for start in starts if (f := _attempt(level, best, suspect, start)) is not None]
+    if not quick:
+        return None
+    ahead = sorted(quick, key=lambda f: f.criterion)[: (REFINED if len(starts) > 1 else 1)]
+    fit = min((_refined(level, f) for f in ahead), key=lambda f: f.criterion)
+    return Candidate((*best.suspects, suspect), fit, prior, _doubt(level, fit))
+
+
+def _attempt(level: Level, best: Candidate, suspect: Suspect, start: float) -> JointFit | None:
+    """One fit from one start, at the noise of what stands; None where it gives no motion."""
+    addend = Addend(_prefix(best, suspect), _renumbered(suspect.additions(level.scales, start), best))
+    known = _values(best.fit) if best.suspects or not suspect.memory else {}
+    growing = suspect.memory and not best.suspects
+    try:
+        return fit_joint(level, (*best.fit.addends, addend), best.fit.memory, known, best.fit.misfit, growing, True)
+    except IdentificationError:
+        return None
+
+
+def _refined(level: Level, fit: JointFit) -> JointFit:
+    """The same model refitted from where it is until its noise is its own."""
+    return fit_joint(level, fit.addends, fit.memory, _values(fit), fit.misfit, growing=False)
+
+
+def _prefix(best: Candidate, suspect: Suspect) -> str:
+    number = sum(n == suspect.name for n in best.names) + 1
+    return suspect.name if number == 1 else f"{suspect.name}#{number}"
+
+
+def _renumbered(additions: Sequence[Addition], best: Candidate) -> tuple[Addition, ...]:
+    """A second resonator takes the integrator's second place."""
+    taken = sum(n == "hidden_resonator" for n in best.names)
+    if not taken or not additions[0].slot.startswith("h") or additions[0].slot[-1] != "1":
+        return tuple(additions)
+    place = str(taken + 1)
+    return tuple(
+        Addition(a.name, a.unit, a.slot[:-1] + place, a.start, a.scale, a.lower, a.upper, a.scope, a.prior_std) for a in additions
+    )
+
+
+def _values(fit: JointFit) -> dict[str, float]:
+    return dict(zip(fit.solution.problem.names, fit.solution.values.tolist(), strict=True))
+
+
+def _doubt(level: Level, fit: JointFit) -> str:
+    """Why a candidate's numbers mean nothing: a bound, or a coefficient not told from zero; empty where they do."""
+    names = fit.solution.problem.names
+    for addend in fit.addends:
+        if addend.prefix == "external_forcing":
+            clock = fit.value("external_forcing.frequency_rad_per_s")
+            for own in (level.scales.slowest, level.scales.fastest):
+                if abs(clock / own - 1.0) < OWN_FREQUENCY:
+                    return f"external_forcing at {clock:.3g} rad/s is the body's own motion of {own:.3g} rad/s"
+        first = addend.additions[0]
+        strengths = []
+        for a in addend.additions:
+            for name in (n for n in names if n == f"{addend.prefix}.{a.name}" or n.startswith(f"{addend.prefix}.{a.name}@")):
+                value = fit.value(name)
+                at_bound = value >= a.upper * 0.999 or (a.lower > 0.0 and value <= a.lower * 1.001)
+                if at_bound:
+                    return f"{name} = {value:.4g} {a.unit} sits on its bound"
+                if a is first:
+                    error = fit.solution.stderr(name)
+                    strengths.append(abs(value) / error if error > 0.0 else 0.0)
+        if strengths and max(strengths) < SIGNIFICANT:
+            return f"{addend.prefix} is {max(strengths):.1f} standard errors from zero"
+    return ""
+
+
+def _probability(best: Candidate, found: Sequence[Candidate]) -> float:
+    """Posterior probability of the best set of names among all considered (variants of a name count together)."""
+    scores = np.array([c.score for c in found if not c.out or c is best])
+    names = [tuple(sorted(c.names)) for c in found if not c.out or c is best]
+    weights = np.exp(scores - scores.max())
+    mine = sum(w for w, n in zip(weights, names, strict=True) if n == tuple(sorted(best.names)))
+    return float(mine / weights.sum())
+
+
+def _rivals(best: Candidate, found: Sequence[Candidate]) -> tuple[tuple[str, ...], ...]:
+    """Other sets of names of the same size within `RIVAL_ODDS`."""
+    near = [
+        c.names for c in found
+        if not c.out and tuple(sorted(c.names)) != tuple(sorted(best.names)) and c.suspects
+        and best.score - c.score < math.log(RIVAL_ODDS) and len(c.names) == len(best.names)
+    ]  # fmt: skip
+    return tuple(dict.fromkeys(near))
+
+
+def strengths(diagnosis: Diagnosis) -> Mapping[str, float]:
+    """By how much the log posterior of each single suspect exceeds that of the prescribed equation alone."""
+    return {c.suspects[0].label: c.score - diagnosis.null.score for c in diagnosis.candidates if len(c.suspects) == 1}
+
+
+__all__ = ["Candidate", "Diagnosis", "diagnose", "full_name", "strengths"]

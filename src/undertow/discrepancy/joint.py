@@ -1,0 +1,285 @@
+"""All trials of one water fitted together: the prescribed equation, its structure's scatter, instruments, additions.
+
+Springs of one water share the water: added mass, drag and what is added are the same for both, k, c and mu are each
+spring's own within their errors and each trial's own within the scatter. The residual's size is found with the fit:
+each model is judged at the noise it leaves itself, n_eff ln(misfit) + priors + a penalty for every unknown.
+
+Belongs here: that fit and its criterion. Does not belong here: which additions are tried (suspects.py, diagnose.py).
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from undertow.conditioning.motion import Motion
+from undertow.discrepancy.suspects import Addition, Scales
+from undertow.equation.kernel import SLOT
+from undertow.errors import IdentificationError
+from undertow.identification import output_error
+from undertow.identification.baseline import GroupModel
+from undertow.identification.freerun import free_run
+from undertow.identification.output_error import Solution
+from undertow.identification.problem import Link, Problem, ProblemBuilder, TrialOptions, dominant_period
+from undertow.recording.recording import Array
+
+GAIN_STD = 0.005
+"""Prior of a sensor's relative gain: half a per cent."""
+
+DRIFT_SHARE = 0.003
+"""Prior of the displacement's drift over a record, relative to the group's largest release."""
+
+REFITS = 4
+"""Fits of one model at its own noise: the noise is found after two or three."""
+
+SETTLED = 0.2
+"""A trial's noise is found when its logarithm moves by less than this from fit to fit."""
+
+
+@dataclass(frozen=True)
+class Member:
+    """One group in a level: its spring's label, its model, its training trials, its options."""
+
+    label: str
+    model: GroupModel
+    motions: tuple[Motion, ...]
+    options: TrialOptions
+    free_start: bool = False
+
+
+@dataclass(frozen=True)
+class Level:
+    """Groups that stand in the same water, with the motion's scales."""
+
+    members: tuple[Member, ...]
+    scales: Scales
+
+    @property
+    def trials(self) -> int:
+        """Number of training trials."""
+        return sum(len(m.motions) for m in self.members)
+
+
+@dataclass(frozen=True)
+class Addend:
+    """A suspect's unknowns as added, with a prefix that tells two of a kind apart."""
+
+    prefix: str
+    additions: tuple[Addition, ...]
+
+
+@dataclass(frozen=True)
+class JointFit:
+    """One model on one level: the solution at its own noise, and what it is worth.
+
+    ``misfit`` is the mean squared residual in units of the sensors' noise; ``criterion`` is twice the negative log
+    evidence (Laplace, BIC for unknowns without prior): lower is better; ``outcome`` "ok" or a sentence.
+    """
+
+    addends: tuple[Addend, ...]
+    solution: Solution
+    misfit: float
+    criterion: float
+    memory: float
+
+    def value(self, name: str) -> float:
+        """Value of an unknown by its full name."""
+        return self.solution.value(name)
+
+
+def make_level(members: Sequence[Member]) -> Level:
+    """A level with the scales of its motion; IdentificationError without a trial."""
+    motions = [m for member in members for m in member.motions]
+    if not motions:
+        raise IdentificationError(f"a level of {len(members)} groups has no trial to fit; hold out fewer")
+    rates = [2.0 * math.pi / dominant_period(m) for m in motions]
+    speeds = [float(np.max(np.abs(m.v))) for m in motions]
+    loudest = int(np.argmax(speeds))
+    first = members[0].model
+    mass = float(first.base[SLOT["mass"]]) or 1.0
+    rate = rates[loudest]
+    scales = Scales(mass, rate, speeds[loudest], motions[loudest].amplitude, min(rates), max(rates))
+    return Level(tuple(members), scales)
+
+
+def build(level: Level, addends: Sequence[Addend]) -> Problem:
+    """The joint problem: shared water, each spring's structure, each trial's deviations and sensors, additions."""
+    builder = ProblemBuilder()
+    largest = max(m.amplitude for member in level.members for m in member.motions)
+    for member in level.members:
+        options = replace(
+            member.options, displacement_gain_std=GAIN_STD, acceleration_gain_std=GAIN_STD, drift_std=DRIFT_SHARE * largest
+        )
+        for motion in member.motions:
+            links = [
+                Link(SLOT[c.slot], builder.unknown(
+                    c.name if member.model.fixed is not None else f"{c.name}@{member.label}", c.start,
+                    lower=c.lower, upper=c.upper, scale=c.scale), c.factor)
+                for c in member.model.coefficients
+            ]  # fmt: skip
+            links += structure_links(builder, member, motion.name)
+            for addend in addends:
+                links += [_link(builder, addend.prefix, a, member.label, motion.name) for a in addend.additions]
+                if member.free_start:
+                    links += _free_hidden(builder, addend, level.scales, motion.name)
+            builder.trial(motion, member.model.trial_base(motion.name), tuple(links), options)
+    return builder.build()
+
+
+def _link(builder: ProblemBuilder, prefix: str, a: Addition, spring: str, trial: str) -> Link:
+    return Link(
+        SLOT[a.slot],
+        builder.unknown(
+            full_name(prefix, a, spring, trial), a.start, lower=a.lower, upper=a.upper, prior_std=a.prior_std, scale=a.scale,
+            unit=a.unit,
+        ),
+    )  # fmt: skip
+
+
+def full_name(prefix: str, a: Addition, spring: str, trial: str) -> str:
+    """Name of an addition's unknown in a problem: shared, of one spring, or of one trial."""
+    place = {"shared": "", "spring": f"@{spring}", "trial": f"[{trial}]"}[a.scope]
+    return f"{prefix}.{a.name}{place}"
+
+
+def _free_hidden(builder: ProblemBuilder, addend: Addend, scales: Scales, trial: str) -> list[Link]:
+    """Initial state of a hidden oscillator where nothing says that it was at rest."""
+    links = []
+    for a in addend.additions:
+        if a.slot.startswith("hw"):
+            for slot, size in ((f"hs{a.slot[2:]}", scales.size), (f"hu{a.slot[2:]}", scales.speed)):
+                links.append(Link(SLOT[slot], builder.unknown(f"{addend.prefix}.{slot}[{trial}]", 0.0, scale=size)))
+    return links
+
+
+def structure_links(builder: ProblemBuilder, member: Member, trial: str) -> list[Link]:
+    """Deviations of a spring's k, c, mu from its dry means, and of this trial from those."""
+    structure = member.model.fixed
+    if structure is None:
+        return []
+    links = []
+    normal = member.model.specimen.normal_force_N
+    for symbol, slot, estimate, factor in (
+        ("k", "k1", structure.k, 1.0), ("c", "c1", structure.c, 1.0), ("mu", "fc", structure.mu, normal),
+    ):  # fmt: skip
+        if not math.isfinite(estimate.value) or not math.isfinite(factor) or estimate.value == 0.0:
+            continue
+        for name, std in (
+            (f"{symbol}_mean@{member.label}", estimate.total_stderr),
+            (f"{symbol}[{trial}]", structure.scatter.get(symbol, 0.0) * estimate.value),
+        ):
+            if std > 0.0 and math.isfinite(std):
+                links.append(Link(SLOT[slot], builder.unknown(name, 0.0, prior_std=std, scale=std), factor))
+    return links
+
+
+def free_run_error(level: Level, fit: JointFit) -> float:
+    """RMS over training trials of the free run's nrmse, with k, c, mu at their dry values (x0, clock, rest adjusted)."""
+    squares = [
+        free_run(motion, shared_theta(level, member, fit, motion.name), member.options.rest_offset_std).nrmse ** 2
+        for member in level.members
+        for motion in member.motions
+    ]
+    return math.sqrt(float(np.mean(squares)))
+
+
+def shared_theta(level: Level, member: Member, fit: JointFit, trial: str) -> Array:
+    """Parameter vector of one trial from what all trials share: no deviations of this trial or of the dry means."""
+    known = dict(zip(fit.solution.problem.names, fit.solution.values.tolist(), strict=True))
+    theta = member.model.trial_base(trial)
+    for c in member.model.coefficients:
+        name = c.name if c.name in known else f"{c.name}@{member.label}"
+        theta[SLOT[c.slot]] += c.factor * known[name]
+    for addend in fit.addends:
+        for a in addend.additions:
+            theta[SLOT[a.slot]] += known.get(full_name(addend.prefix, a, member.label, trial), 0.0)
+    return theta
+
+
+def tempered(problem: Problem, misfits: Mapping[str, float], memory: float) -> Problem:
+    """The same problem with each trial's noise enlarged by sqrt(misfit of that trial x memory)."""
+    trials = []
+    for t in problem.trials:
+        factor = math.sqrt(misfits[t.name] * memory)
+        trials.append(replace(t, channels=tuple(replace(c, sigma=c.sigma * factor) for c in t.channels)))
+    return Problem(problem.unknowns, tuple(trials))
+
+
+def fit_joint(
+    level: Level,
+    addends: Sequence[Addend],
+    memory: float,
+    start: Mapping[str, float],
+    misfit: float,
+    growing: bool,
+    quick: bool = False,
+) -> JointFit:
+    """The model with these addends at its own noise, each trial's its own.
+
+    ``memory`` is the number of cells over which residuals are correlated; ``start`` gives values of unknowns by name
+    where known; ``misfit`` a first guess of the mean squared residual in units of the sensors' noise.
+    """
+    problem = build(level, addends)
+    values = np.array([start.get(u.name, u.start) for u in problem.unknowns])
+    misfits = {t.name: misfit for t in problem.trials}
+    solution: Solution | None = None
+    effort = output_error.QUICK if quick else output_error.FULL
+    for i in range(1 if quick else REFITS):
+        hot = tempered(problem, misfits, memory)
+        solution = output_error.fit(hot, values, growing=growing and i == 0, effort=effort)
+        values = solution.values
+        found = trial_misfits(solution, misfits, memory)
+        settled = max(abs(math.log(found[name] / misfits[name])) for name in found) < SETTLED
+        misfits = found
+        if settled:
+            break
+    if solution is None:
+        raise IdentificationError(f"{REFITS} fits gave no solution")
+    typical = math.exp(float(np.mean(np.log(list(misfits.values())))))
+    return JointFit(tuple(addends), solution, typical, criterion(solution, misfits, memory), memory)
+
+
+def trial_misfits(solution: Solution, misfits: Mapping[str, float], memory: float) -> dict[str, float]:
+    """Mean squared residual of each trial in units of its sensors' noise, at least 1."""
+    return {
+        trial.name: max(float(r @ r) * misfits[trial.name] * memory / r.size, 1.0)
+        for trial, r in zip(solution.problem.trials, solution.residuals, strict=True)
+    }
+
+
+def criterion(solution: Solution, misfits: Mapping[str, float], memory: float) -> float:
+    """Sum over trials of n_eff ln(misfit), prior terms, and ln(n_eff) for every unknown without a prior."""
+    samples = max(solution.n_data / memory, 2.0)
+    unknowns = solution.problem.unknowns
+    shared = sum(math.isinf(u.prior_std) and "[" not in u.name for u in unknowns)
+    of_trials = sum(math.isinf(u.prior_std) and "[" in u.name and "." in u.name for u in unknowns)
+    data = sum(
+        r.size / memory * math.log(misfits[t.name])
+        for t, r in zip(solution.problem.trials, solution.residuals, strict=True)
+    )
+    return data + solution.cost - solution.chi2 + (shared + of_trials) * math.log(samples)
+
+
+def residual_memory(solution: Solution) -> float:
+    """Mean number of cells over which residuals are correlated (integrated autocorrelation, at least 1)."""
+    total, count = 0.0, 0
+    for trial, r in zip(solution.problem.trials, solution.residuals, strict=True):
+        n = trial.t.size
+        for i in range(len(trial.channels)):
+            total += _memory(r[i * n : (i + 1) * n])
+            count += 1
+    return total / max(count, 1)
+
+
+def _memory(residual: Array) -> float:
+    """Integrated autocorrelation time of a series by its squared correlations: 1 for white noise, in samples."""
+    centred = residual - residual.mean()
+    power = np.abs(np.fft.rfft(centred, 2 * centred.size)) ** 2
+    correlation = np.fft.irfft(power)[: centred.size // 2]
+    if correlation[0] <= 0.0:
+        return 1.0
+    rho = correlation / correlation[0]
+    return float(1.0 + 2.0 * np.sum(rho[1:] ** 2))

@@ -1,0 +1,227 @@
+"""From a level's diagnosis to what is said of each of its groups.
+
+Belongs here: status, origin, rivals, rejected suspects, the next test, the sentence. Does not belong here: the search
+(diagnose.py) or the proof's numbers (prove.py).
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field, replace
+
+from undertow.conditioning.motion import Motion
+from undertow.discrepancy.diagnose import Candidate, Diagnosis, diagnose
+from undertow.discrepancy.joint import Level, Member, make_level
+from undertow.discrepancy.prove import addition_parameters, check_cell, rms, score
+from undertow.discrepancy.suspects import Suspect
+from undertow.discrepancy.verdict import Described, Origin, PhysicalCheck, Rejected, Status, Verdict
+from undertow.quantities import Estimate, format_number
+
+STILL_MISSING = 2.0
+"""With the addition the free run may be this many times repeatability away before the rest is called unknown too."""
+
+WORDS: Mapping[str, str] = {
+    "hidden_resonator": "water that oscillates by itself",
+    "linear_damping": "linear damping beyond the structure's own",
+    "cubic_damping": "damping with the cube of the speed",
+    "cubic_stiffness": "stiffness with the cube of the displacement",
+    "quintic_stiffness": "stiffness with the fifth power of the displacement",
+    "asymmetric_stiffness": "a spring stiffer to one side",
+    "coulomb_friction": "more dry friction than the dry trials have",
+    "variable_normal_force": "friction that grows with displacement",
+    "stribeck_friction": "friction that is larger at low speed",
+    "relaxation": "memory that relaxes",
+    "hysteresis": "hysteresis",
+    "external_forcing": "a force with a clock of its own",
+    "delayed_echo": "an echo of the motion that comes back late",
+}
+
+NEXT_TEST: Mapping[str, str] = {
+    "hidden_resonator": "a release at the same level with a third stiffness, or a wave gauge between the girders",
+    "linear_damping": "a longer decay from a small release, where drag has faded and linear damping has not",
+    "external_forcing": "the same level recorded without a release",
+    "relaxation": "the same level on another spring: memory depends on frequency, damping does not",
+}
+
+
+@dataclass(frozen=True)
+class Case:
+    """One group as the judge sees it: its member in the level (training trials), held-out trials, what is allowed."""
+
+    key: Mapping[str, str | float]
+    label: str
+    member: Member
+    held: tuple[Motion, ...]
+    baseline: Described
+    floor: float
+    allowed: float
+    missing: int
+    dry: bool
+    has_dry: bool
+    cell: Mapping[str, float] = field(default_factory=dict)
+
+    @property
+    def trials(self) -> tuple[str, ...]:
+        """Names of all trials, training first."""
+        return tuple(m.name for m in (*self.member.motions, *self.held))
+
+
+def judge(cases: Sequence[Case], suspects: Sequence[Suspect], dry_names: Sequence[str] = ()) -> tuple[Verdict, ...]:
+    """A verdict for each group of one level; ``dry_names`` are what is missing in the dry trials already."""
+    level = make_level([c.member for c in cases])
+    allowed = sorted(c.allowed for c in cases)[len(cases) // 2]
+    clean = all(c.has_dry and not c.dry for c in cases) and not dry_names
+    diagnosis = diagnose(level, suspects, allowed, clean)
+    return tuple(_verdict(level, case, diagnosis, dry_names) for case in cases)
+
+
+def _verdict(level: Level, case: Case, diagnosis: Diagnosis, dry_names: Sequence[str]) -> Verdict:
+    plain = Verdict(
+        case.key, case.trials, tuple(m.name for m in case.held), baseline=case.baseline,
+        sensor_floor_nrmse=case.floor, repeatability_nrmse=case.allowed, rejected=_rejected(diagnosis),
+        confidence=diagnosis.confidence,
+    )  # fmt: skip
+    if not diagnosis.accused:
+        return _without_a_name(plain, case)
+    fit, names = diagnosis.best.fit, diagnosis.best.names
+    training = rms([score(level, case.member, fit, m, case.member.options.rest_offset_std) for m in case.member.motions])
+    held = rms([score(level, case.member, fit, m, case.member.options.rest_offset_std) for m in case.held])
+    found = addition_parameters(fit, case.member.label)
+    status: Status = "not_identifiable" if diagnosis.rivals else "explained"
+    rest = training > STILL_MISSING * case.allowed and training > 0.5 * case.baseline.nrmse
+    return replace(
+        plain,
+        status="unknown" if rest else status,
+        verdict=(*names, "unknown") if rest else names,
+        alternatives=diagnosis.rivals,
+        origin=_origin(case, diagnosis.best.suspects, dry_names),
+        parameters={name: many[0] if len(many) == 1 else many for name, many in found.items()},
+        augmented=Described(training, held, _all_parameters(level, case, diagnosis, found)),
+        physical_check=_physics(case, found),
+        next_test=NEXT_TEST.get(names[0], ""),
+        sentence=_sentence(case, diagnosis, found, training, held, rest),
+    )
+
+
+def _without_a_name(plain: Verdict, case: Case) -> Verdict:
+    """Nothing is missing, or something is and no suspect explains it."""
+    total = len(case.trials)
+    if case.missing <= total / 2:
+        error = format_number(float(f"{case.baseline.nrmse:.2g}"))
+        text = (
+            f"{case.label}: the equation explains {total - case.missing} of {total} trials within repeatability "
+            f"(error {error}, repeatability {case.allowed:.2g}); nothing is missing."
+        )
+        return replace(plain, status="nothing_missing", verdict=(), sentence=text)
+    text = (
+        f"{case.label}: the equation misses {100 * case.baseline.nrmse:.2g} % of the motion (repeatability "
+        f"{100 * case.allowed:.2g} %) in {case.missing} of {total} trials, and no suspect explains it: unknown."
+    )
+    return replace(plain, status="unknown", verdict=("unknown",), sentence=text)
+
+
+def _origin(case: Case, suspects: Sequence[Suspect], dry_names: Sequence[str]) -> Origin:
+    first = suspects[0]
+    if first.origin in ("outside", "instrument"):
+        return first.origin
+    if case.dry or first.name in dry_names:
+        return "structure"
+    return "water" if case.has_dry else "undetermined"
+
+
+def _physics(case: Case, found: Mapping[str, Sequence[Mapping[str, Estimate]]]) -> PhysicalCheck:
+    resonators = found.get("hidden_resonator")
+    if not resonators:
+        return PhysicalCheck(because="no bound applies to this effect")
+    return check_cell(resonators[0]["natural_frequency_rad_per_s"], case.cell)
+
+
+def _all_parameters(
+    level: Level, case: Case, diagnosis: Diagnosis, found: Mapping[str, Sequence[Mapping[str, Estimate]]]
+) -> dict[str, Estimate]:
+    """The refitted equation's numbers and the additions', by name."""
+    fit = diagnosis.best.fit
+    numbers = {}
+    for c in case.member.model.coefficients:
+        name = c.name if c.name in fit.solution.problem.names else f"{c.name}@{case.member.label}"
+        numbers[c.name] = Estimate(fit.value(name), fit.solution.stderr(name), 0.0, c.unit, "joint fit")
+    for name, many in found.items():
+        for i, one in enumerate(many):
+            suffix = f"#{i + 1}" if i else ""
+            numbers |= {f"{name}{suffix}.{key}": value for key, value in one.items()}
+    return numbers
+
+
+def _rejected(diagnosis: Diagnosis) -> tuple[Rejected, ...]:
+    """Every single suspect that is not the answer, and why."""
+    out = []
+    best = diagnosis.best
+    for candidate in sorted(diagnosis.candidates, key=lambda c: -c.score):
+        if len(candidate.suspects) != 1 or candidate.names[0] in best.names or candidate.names in diagnosis.rivals:
+            continue
+        out.append(Rejected(candidate.suspects[0].label, candidate.out or _odds(candidate, diagnosis)))
+    return tuple(out)
+
+
+def _odds(candidate: Candidate, diagnosis: Diagnosis) -> str:
+    against = diagnosis.best if diagnosis.best.suspects else diagnosis.null
+    behind = against.score - candidate.score
+    other = " + ".join(against.names) or "the equation as it is"
+    if behind > 0.0:
+        return f"odds of {_power(behind)} to 1 against it beside {other}"
+    return f"brings the free run no closer by what counts, at odds of {_power(-behind)} to 1 for it"
+
+
+def _power(log_odds: float) -> str:
+    return f"10^{log_odds / math.log(10.0):.0f}" if log_odds > math.log(1e3) else f"{math.exp(log_odds):.0f}"
+
+
+def _sentence(
+    case: Case,
+    diagnosis: Diagnosis,
+    found: Mapping[str, Sequence[Mapping[str, Estimate]]],
+    training: float,
+    held: float,
+    rest: bool,
+) -> str:
+    size = f"{100 * case.baseline.nrmse:.2g} %"
+    allowed = f"repeatability {100 * case.allowed:.2g} %"
+    if case.missing:
+        parts = [f"{case.label}: the equation misses {size} of the motion in {case.missing} of {len(case.trials)} trials"]
+        parts[0] += f" ({allowed})."
+    else:
+        parts = [f"{case.label}: no trial alone stands out (error {size}, {allowed}), but together they do."]
+    named = " and ".join(WORDS.get(n, n.replace("_", " ")) for n in dict.fromkeys(diagnosis.best.names))
+    parts.append(f"{named[0].upper()}{named[1:]} explains it: {_numbers(found)}.")
+    if diagnosis.rivals:
+        others = "; ".join(" and ".join(WORDS.get(n, n) for n in names) for names in diagnosis.rivals)
+        parts.append(f"The data cannot tell it from {others}.")
+    if math.isfinite(held) and math.isfinite(case.baseline.held_out_nrmse):
+        number = len(case.held)
+        parts.append(
+            f"On {number} trial{'s' if number > 1 else ''} it never saw the error goes from "
+            f"{case.baseline.held_out_nrmse:.2g} to {held:.2g}"
+            + (", both within repeatability." if max(held, case.baseline.held_out_nrmse) <= case.allowed else ".")
+        )
+    else:
+        parts.append(f"On the trials it was fitted to the error goes from {case.baseline.nrmse:.2g} to {training:.2g}; "
+                     "not proved on an unseen trial.")  # fmt: skip
+    if rest:
+        parts.append("What is left is more than repetitions would differ: something else is missing too.")
+    return " ".join(parts)
+
+
+def _numbers(found: Mapping[str, Sequence[Mapping[str, Estimate]]]) -> str:
+    """The additions' numbers in words; a frequency in Hz."""
+    texts = []
+    for name, many in found.items():
+        for one in many:
+            if name == "hidden_resonator":
+                hertz = one["natural_frequency_rad_per_s"].scaled(1.0 / (2.0 * math.pi), "Hz")
+                texts.append(f"{one['mass_kg']} at {hertz}, damping {100 * one['damping_ratio'].value:.2g} %")
+                if "quadratic_damping_per_m" in one:
+                    texts[-1] += " and more with amplitude"
+            else:
+                texts.append(", ".join(str(e) for e in one.values()))
+    return "; ".join(texts)

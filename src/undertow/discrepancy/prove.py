@@ -1,0 +1,92 @@
+"""The proof: does the addition bring trials closer that no fit has seen, and does physics allow it?
+
+Belongs here: free runs on held-out trials before and after, and the check of a slosh mode against its cell. Does not
+belong here: finding the addition (diagnose.py).
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+
+import numpy as np
+
+from undertow.conditioning.motion import Motion
+from undertow.discrepancy.joint import JointFit, Level, Member, full_name, shared_theta
+from undertow.discrepancy.verdict import PhysicalCheck
+from undertow.errors import IdentificationError
+from undertow.identification.freerun import free_run
+from undertow.quantities import Estimate
+
+STANDARD_GRAVITY_M_PER_S2 = 9.81
+
+FINITE_AMPLITUDE_MARGIN = 0.05
+"""Relative error within which a frequency still counts as above its lower bound: finite amplitude and the fit."""
+
+SOFTENING_RATIO = 0.34
+"""Depth over width above which sloshing softens with amplitude, below which it hardens (Tadjbakhsh and Keller 1960)."""
+
+
+def score(level: Level, member: Member, fit: JointFit, motion: Motion, rest_std: float) -> float:
+    """nrmse of one trial's free run with what all trials share; nan where there is no motion."""
+    try:
+        return free_run(motion, shared_theta(level, member, fit, motion.name), rest_std).nrmse
+    except IdentificationError:
+        return math.nan
+
+
+def rms(values: Sequence[float]) -> float:
+    """Root mean square of the finite values; nan without one."""
+    finite = [v for v in values if math.isfinite(v)]
+    return math.sqrt(float(np.mean(np.square(finite)))) if finite else math.nan
+
+
+def addition_parameters(fit: JointFit, spring: str) -> dict[str, list[dict[str, Estimate]]]:
+    """What was added, by name: one dictionary a time it was added, parameter -> estimate, for one spring."""
+    found: dict[str, list[dict[str, Estimate]]] = {}
+    for addend in fit.addends:
+        numbers = {}
+        for a in addend.additions:
+            if a.scope == "trial":
+                continue
+            name = full_name(addend.prefix, a, spring, "")
+            if name not in fit.solution.problem.names:
+                continue
+            value, error = fit.value(name), fit.solution.stderr(name)
+            on_bound = value <= a.lower or value >= a.upper
+            outcome = f"{name} on its bound {value:.4g} {a.unit}" if on_bound else "ok"
+            numbers[a.name] = Estimate(value, math.nan if on_bound else error, 0.0, a.unit, "joint fit", outcome)
+        found.setdefault(addend.prefix.split("#")[0], []).append(numbers)
+    return found
+
+
+def closed_cell_frequency(width_m: float, depth_m: float, mode: int = 1) -> float:
+    """Natural frequency of water in a closed rectangular cell, rad/s: w^2 = g k tanh(k h), k = mode pi / width.
+
+    Lamb 1932, section 257.
+
+    >>> round(closed_cell_frequency(0.31, 0.12), 2)
+    9.13
+    """
+    k = mode * math.pi / width_m
+    return math.sqrt(STANDARD_GRAVITY_M_PER_S2 * k * math.tanh(k * depth_m))
+
+
+def check_cell(frequency: Estimate, cell: Mapping[str, float]) -> PhysicalCheck:
+    """A resonator's frequency against its cell: the closed cell is the lower bound, an open bottom raises it.
+
+    ``cell`` has surface_width_m and depth_m (nan where not stated: nothing is checked).
+    """
+    width, depth = cell.get("surface_width_m", math.nan), cell.get("depth_m", math.nan)
+    if not (math.isfinite(width) and math.isfinite(depth) and width > 0.0 and depth > 0.0):
+        return PhysicalCheck(found=frequency.value, because="the config states no cell with a free surface at this level")
+    bound = closed_cell_frequency(width, depth)
+    shift = "softens" if depth / width > SOFTENING_RATIO else "hardens"
+    margin = FINITE_AMPLITUDE_MARGIN * bound + 2.0 * (frequency.stderr if math.isfinite(frequency.stderr) else 0.0)
+    agrees = frequency.value > bound - margin
+    side = "at or above" if agrees else "below"
+    because = (
+        f"a closed cell {width:.3g} m wide and {depth:.3g} m deep oscillates at {bound:.3g} rad/s; an open bottom raises "
+        f"it, amplitude {shift} it; found {frequency.value:.3g} rad/s, {side} that bound"
+    )
+    return PhysicalCheck(bound, frequency.value, agrees, because)

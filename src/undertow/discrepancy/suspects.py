@@ -1,0 +1,194 @@
+"""Who can be missing: every suspect, its unknowns, and where it comes from.
+
+Belongs here: what a suspect adds to an equation, in slots of the integrator, with starts and bounds. Does not belong
+here: the search (diagnose.py).
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from typing import Literal
+
+from undertow.discrepancy.verdict import Origin
+from undertow.errors import ConfigError
+
+Scope = Literal["shared", "spring", "trial"]
+
+
+@dataclass(frozen=True)
+class Scales:
+    """Sizes of one level's motion: mass (kg), angular rate (rad/s), speed (m/s), displacement (m), slowest and
+    fastest body rate over the springs (rad/s)."""
+
+    mass: float
+    rate: float
+    speed: float
+    size: float
+    slowest: float
+    fastest: float
+
+    @property
+    def force(self) -> float:
+        """Inertia force at full motion, N."""
+        return self.mass * self.rate * self.speed
+
+
+@dataclass(frozen=True)
+class Addition:
+    """One unknown of a suspect: contract name, unit, slot, start, bounds, and whether all trials share it."""
+
+    name: str
+    unit: str
+    slot: str
+    start: float
+    scale: float
+    lower: float = -math.inf
+    upper: float = math.inf
+    scope: Scope = "shared"
+    prior_std: float = math.inf
+
+
+@dataclass(frozen=True)
+class Suspect:
+    """A suspect: its name in the contract, where it comes from when found wet but not dry, and its unknowns.
+
+    ``additions`` gives the unknowns at one start; ``starts`` are alternative first values of the searched parameter
+    (frequency, time); ``memory`` tells whether it remembers.
+    """
+
+    name: str
+    origin: Origin
+    additions: Callable[[Scales, float], tuple[Addition, ...]]
+    starts: Callable[[Scales], tuple[float, ...]] = lambda scales: (0.0,)
+    memory: bool = False
+    variant: str = ""
+
+    @property
+    def label(self) -> str:
+        """Name with its variant, for tables of rivals."""
+        return f"{self.name} ({self.variant})" if self.variant else self.name
+
+
+def _plain(
+    name: str, origin: Origin, parameter: tuple[str, str, str], size: Callable[[Scales], float], scope: Scope = "shared"
+) -> Suspect:
+    """A suspect with one coefficient: (contract name, unit, slot), starting from nothing."""
+    label, unit, slot = parameter
+
+    def additions(scales: Scales, start: float) -> tuple[Addition, ...]:
+        return (Addition(label, unit, slot, 0.0, size(scales), scope=scope),)
+
+    return Suspect(name, origin, additions)
+
+
+def _share(s: Scales, power: int) -> float:
+    """Coefficient of displacement^power that makes a fiftieth of the inertia force at full motion."""
+    return 0.02 * s.force / s.size**power
+
+
+def _echo_starts(s: Scales) -> tuple[float, ...]:
+    """Delays of one and a half, three and five periods, s."""
+    return tuple(n * 2.0 * math.pi / s.rate for n in (1.5, 3.0, 5.0))
+
+
+def _resonator(number: int = 1, amplitude_dependent: bool = False) -> Callable[[Scales, float], tuple[Addition, ...]]:
+    def additions(s: Scales, start: float) -> tuple[Addition, ...]:
+        n = str(number)
+        found = (
+            Addition("mass_kg", "kg", f"hm{n}", 0.08 * s.mass, 0.05 * s.mass, lower=0.0, upper=2.0 * s.mass),
+            Addition(
+                "natural_frequency_rad_per_s", "rad/s", f"hw{n}", start, 0.1 * start, 0.2 * s.slowest, 6.0 * s.fastest
+            ),
+            Addition("damping_ratio", "1", f"hz{n}", 0.02, 0.02, lower=0.0, upper=0.7),
+        )
+        if not amplitude_dependent:
+            return found
+        return (
+            *found,
+            Addition("quadratic_damping_per_m", "1/m", f"hb{n}", 0.3 / s.size * 0.1, 0.1 / s.size, lower=0.0),
+            Addition("cubic_stiffness_per_m2_s2", "1/m^2/s^2", f"hg{n}", 0.0, (0.1 * start / s.size) ** 2),
+        )
+
+    return additions
+
+
+def _resonator_starts(s: Scales) -> tuple[float, ...]:
+    """Starting frequencies over and between the body's own: a step of a fifth."""
+    low, high = 0.7 * s.slowest, 1.6 * s.fastest
+    count = max(4, math.ceil(math.log(high / low) / math.log(1.35)))
+    return tuple(low * (high / low) ** (i / (count - 1)) for i in range(count))
+
+
+def _relaxation(s: Scales, start: float) -> tuple[Addition, ...]:
+    """A relaxation must remember longer than two thirds of a radian of the slowest body: a faster one is damping."""
+    return (
+        Addition("stiffness_N_per_m", "N/m", "rk1", 0.01 * s.mass * s.rate**2, 0.02 * s.mass * s.rate**2),
+        Addition("time_s", "s", "rt1", start, 0.5 * start, 0.7 / s.slowest, 10.0 / s.slowest),
+    )
+
+
+def _hysteresis(s: Scales, start: float) -> tuple[Addition, ...]:
+    k = 0.02 * s.mass * s.rate**2
+    return (
+        Addition("stiffness_N_per_m", "N/m", "kb", k, k, lower=0.0),
+        Addition("yield_force_N", "N", "fb", k * start, k * start, lower=1e-3 * k * s.size),
+    )
+
+
+def _stribeck(s: Scales, start: float) -> tuple[Addition, ...]:
+    return (
+        Addition("static_force_N", "N", "fs", 1e-3 * s.force, 5e-3 * s.force, lower=0.0),
+        Addition("velocity_m_per_s", "m/s", "vs", start, 0.5 * start, 1e-3 * s.speed, 0.5 * s.speed),
+    )
+
+
+def _forcing(s: Scales, start: float) -> tuple[Addition, ...]:
+    force = 5e-3 * s.force
+    return (
+        Addition("frequency_rad_per_s", "rad/s", "omega", start, 0.05 * start, 0.1 * s.slowest, 6.0 * s.fastest),
+        Addition("cosine_N", "N", "fcos", force, force, scope="trial"),
+        Addition("sine_N", "N", "fsin", force, force, scope="trial"),
+    )
+
+
+def _echo(s: Scales, start: float) -> tuple[Addition, ...]:
+    gain = 0.01 * s.mass * s.rate
+    return (
+        Addition("gain", "N s/m", "ge", gain, gain),
+        Addition("delay_s", "s", "tau_e", start, 0.2 * start, 0.2 / s.fastest, 60.0 / s.slowest),
+    )
+
+
+SUSPECTS: tuple[Suspect, ...] = (
+    _plain("linear_damping", "water", ("c_Ns_per_m", "N s/m", "c1"), lambda s: 0.02 * s.force / s.speed, "spring"),
+    _plain("cubic_damping", "water", ("Ns3_per_m3", "N s^3/m^3", "c3"), lambda s: 0.02 * s.force / s.speed**3),
+    _plain("cubic_stiffness", "structure", ("N_per_m3", "N/m^3", "k3"), lambda s: _share(s, 3), "spring"),
+    _plain("quintic_stiffness", "structure", ("N_per_m5", "N/m^5", "k5"), lambda s: _share(s, 5), "spring"),
+    _plain("asymmetric_stiffness", "structure", ("N_per_m2", "N/m^2", "k2"), lambda s: _share(s, 2), "spring"),
+    _plain("coulomb_friction", "structure", ("force_N", "N", "fc"), lambda s: 2e-3 * s.force, "spring"),
+    _plain("variable_normal_force", "structure", ("N_per_m", "N/m", "fn"), lambda s: 0.01 * s.force / s.size),
+    Suspect("stribeck_friction", "structure", _stribeck, lambda s: (0.03 * s.speed,)),
+    Suspect("hidden_resonator", "water", _resonator(), _resonator_starts, memory=True),
+    Suspect("hidden_resonator", "water", _resonator(1, True), _resonator_starts, True, "amplitude-dependent"),
+    Suspect("relaxation", "water", _relaxation, lambda s: (1.2 / s.slowest, 4.0 / s.slowest), True),
+    Suspect("hysteresis", "structure", _hysteresis, lambda s: (0.2 * s.size,), memory=True),
+    Suspect("external_forcing", "outside", _forcing, _resonator_starts),
+    Suspect("delayed_echo", "outside", _echo, _echo_starts, True),
+)
+"""All suspects that an equation of motion can lack; instruments' (shift, gain, drift) are nuisances of every fit."""
+
+
+def chosen(names: str | tuple[str, ...]) -> tuple[Suspect, ...]:
+    """The suspects of a config's ``discrepancy.suspects``: all, or those named.
+
+    ConfigError for a name that is no suspect.
+    """
+    if names == "all":
+        return SUSPECTS
+    known: Mapping[str, None] = dict.fromkeys(s.name for s in SUSPECTS)
+    for name in names:
+        if name not in known:
+            raise ConfigError(f"discrepancy.suspects: {name!r} is none of {', '.join(known)}")
+    return tuple(s for s in SUSPECTS if s.name in names)

@@ -2,110 +2,25 @@
 
 from __future__ import annotations
 
-import hashlib
 import json
-import threading
 from collections.abc import Iterator
-from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
 from pathlib import Path
 
-import numpy as np
 import pytest
 
+from tests.record_server import CONTENT, MD5, SHA256, Server, serving
 from undertow.campaign import download, fetch
 from undertow.errors import ConfigError, UndertowError
-
-CONTENT = np.random.default_rng(7).bytes(300_000)
-MD5 = hashlib.md5(CONTENT).hexdigest()
-SHA256 = hashlib.sha256(CONTENT).hexdigest()
-
-
-class Server(ThreadingHTTPServer):
-    """What it has, what it was asked, and how it misbehaves."""
-
-    daemon_threads = True
-
-    def __init__(self) -> None:
-        super().__init__(("127.0.0.1", 0), Handler)
-        self.files: dict[str, bytes] = {"/data/run.csv": CONTENT}
-        self.etag: str | None = '"one"'
-        self.cut_after: list[int] = []
-        self.answers: list[int] = []
-        self.redirects: dict[str, str] = {}
-        self.ranges: list[str | None] = []
-
-    @property
-    def base(self) -> str:
-        return f"http://127.0.0.1:{self.server_address[1]}"
-
-
-class Handler(BaseHTTPRequestHandler):
-    server: Server
-    protocol_version = "HTTP/1.1"
-
-    def log_message(self, *words: object) -> None:
-        pass
-
-    def do_GET(self) -> None:
-        path = self.path.partition("?")[0]
-        asked = self.headers.get("Range")
-        self.server.ranges.append(asked)
-        if self.server.answers:
-            return self._plain(self.server.answers.pop(0))
-        if path in self.server.redirects:
-            return self._plain(302, self.server.redirects[path])
-        if path not in self.server.files:
-            return self._plain(404)
-        body, start = self.server.files[path], 0
-        if asked and self.headers.get("If-Range", self.server.etag) == self.server.etag:
-            start = int(asked.removeprefix("bytes=").rstrip("-"))
-            if start >= len(body):
-                return self._plain(416)
-        self.send_response(206 if start else 200)
-        if self.server.etag:
-            self.send_header("ETag", self.server.etag)
-        if start:
-            self.send_header("Content-Range", f"bytes {start}-{len(body) - 1}/{len(body)}")
-        self.send_header("Content-Length", str(len(body) - start))
-        self.send_header("Connection", "close")
-        self.end_headers()
-        end = start + self.server.cut_after.pop(0) if self.server.cut_after else len(body)
-        self.wfile.write(body[start:end])
-        self.close_connection = True
-        return None
-
-    def _plain(self, status: int, location: str = "") -> None:
-        self.send_response(status)
-        if location:
-            self.send_header("Location", location)
-        self.send_header("Content-Length", "0")
-        self.end_headers()
 
 
 @pytest.fixture
 def server() -> Iterator[Server]:
-    with Server() as running:
-        thread = threading.Thread(target=running.serve_forever, kwargs={"poll_interval": 0.01})
-        thread.start()
+    with serving() as running:
         yield running
-        running.shutdown()
-        thread.join()
 
 
 def got(source: str, into: Path, checksum: str = "", api: str | None = None) -> list[fetch.Fetched]:
     return list(fetch.fetch(source, into, checksum=checksum, zenodo_api=api, wait=lambda seconds: None))
-
-
-def record(server: Server, **changes: object) -> None:
-    """A Zenodo record 12 with one file, as its API describes it."""
-    file = {
-        "key": "run.csv",
-        "size": len(CONTENT),
-        "checksum": f"md5:{MD5}",
-        "links": {"self": f"{server.base}/data/run.csv"},
-        **changes,
-    }
-    server.files["/records/12"] = json.dumps({"id": 12, "files": [file]}).encode()
 
 
 def test_a_file_is_fetched_whole_with_its_checksum_beside_it(server: Server, tmp_path: Path) -> None:
@@ -228,7 +143,7 @@ def test_a_file_that_differs_is_never_replaced(server: Server, tmp_path: Path, c
      "https://zenodo.org/record/12?preview=1"],
 )  # fmt: skip
 def test_a_zenodo_record_gives_its_files_checked(server: Server, tmp_path: Path, source: str) -> None:
-    record(server)
+    server.record()
     (file,) = got(source, tmp_path, api=server.base)
     assert file.path.read_bytes() == CONTENT
     assert file.checked == "(md5 agrees)"
@@ -257,7 +172,7 @@ def test_a_records_own_checksum_file_is_kept(server: Server, tmp_path: Path) -> 
 def test_a_record_that_cannot_be_trusted_is_refused(
     server: Server, tmp_path: Path, changes: dict[str, object], sentence: str
 ) -> None:
-    record(server, **changes)
+    server.record(**changes)
     with pytest.raises(UndertowError, match=sentence):
         got("10.5281/zenodo.12", tmp_path, api=server.base)
     assert not (tmp_path / "run.csv").exists()

@@ -1,0 +1,221 @@
+"""Every command: what it prints, where, with which exit code, and that the terminal answers at once."""
+
+from __future__ import annotations
+
+import os
+import re
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+from tests.command_line import undertow
+from tests.record_server import CONTENT, MD5, SHA256, serving
+from tests.small_campaign import make_campaign, recorded, write_table
+from undertow import __version__
+from undertow.campaign import fetch
+from undertow.campaign.config import load
+from undertow.equation import shelf
+from undertow.recording.catalogue import read_trial
+from undertow.recording.gather import gather
+
+Capture = pytest.CaptureFixture[str]
+COMMANDS = ("run", "inspect", "compare", "fetch", "terms")
+HEAVY = ("numpy", "pandas", "scipy", "matplotlib", "pysindy", "numba", "sympy", "pint", "joblib", "jinja2", "pooch")
+
+
+# ---------------------------------------------------------------- help, version, doors
+@pytest.mark.parametrize("words", ["--help", "--version", "run --help"])
+def test_help_imports_nothing_heavy(words: str) -> None:
+    code = (
+        "import sys\nfrom undertow.cli import main\n"
+        f"try:\n    main({words.split()})\nexcept SystemExit as end:\n    assert not end.code\n"
+        f"print([name for name in {HEAVY} if name in sys.modules], file=sys.stderr)\n"
+    )
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    assert done.stderr.strip() == "[]"
+
+
+def test_importing_undertow_imports_no_matplotlib() -> None:
+    code = "import sys, undertow.campaign.run; print('matplotlib' in sys.modules)"
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    assert done.stdout.strip() == "False"
+
+
+def test_help_names_every_command(capsys: Capture) -> None:
+    for words in (["--help"], []):
+        said = undertow(capsys, *words)
+        assert all(re.search(rf"^  {name}\b", said.out + said.err, re.MULTILINE) for name in COMMANDS)
+    assert undertow(capsys, "--help").code == 0
+
+
+def test_the_version_is_the_packages(capsys: Capture) -> None:
+    assert undertow(capsys, "--version").out == f"undertow {__version__}\n"
+
+
+@pytest.mark.parametrize("words", [["frobnicate"], ["run"], ["terms", "--loud"], ["fetch"]])
+def test_wrong_usage_ends_with_2(capsys: Capture, words: list[str]) -> None:
+    said = undertow(capsys, *words)
+    assert said.code == 2
+    assert "Usage: undertow" in said.err
+    assert said.out == ""
+
+
+def test_the_package_is_a_command_too() -> None:
+    done = subprocess.run([sys.executable, "-m", "undertow", "terms", "stiffness"], capture_output=True, text=True)
+    assert (done.returncode, done.stderr) == (0, "")
+    assert done.stdout.startswith("stiffness\n  law        k x\n")
+
+
+def test_a_reader_who_leaves_early_is_no_error() -> None:
+    words = [sys.executable, "-m", "undertow", "terms"]
+    with subprocess.Popen(words, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True) as process:
+        assert process.stdout is not None
+        assert process.stderr is not None
+        process.stdout.close()
+        assert "Traceback" not in process.stderr.read()
+
+
+# ---------------------------------------------------------------- compiling
+@pytest.mark.slow
+def test_compiling_is_announced_once_and_only_where_it_happens(tmp_path: Path) -> None:
+    write_table(tmp_path / "r.csv", recorded(0.04, 0), "t[s],x[m],a[m/s^2]")
+    words = [sys.executable, "-m", "undertow", "inspect", str(tmp_path / "r.csv")]
+    environment = {**os.environ, "NUMBA_CACHE_DIR": str(tmp_path / "cache")}
+    said = [subprocess.run(words, capture_output=True, text=True, env=environment).stderr for _ in range(2)]
+    assert said == ["compiling the integrator once, about 20 s\n", ""]
+
+
+def test_a_cache_that_cannot_be_written_is_said(capsys: Capture, monkeypatch: pytest.MonkeyPatch) -> None:
+    class NoPlace:
+        def find_spec(self, name: str, *_: object) -> None:
+            if name == "undertow.campaign.inspection":
+                raise RuntimeError("cannot cache function '_smooth': no locator available for file 'x'")
+
+    monkeypatch.delitem(sys.modules, "undertow.campaign.inspection", raising=False)
+    monkeypatch.setattr(sys, "meta_path", [NoPlace(), *sys.meta_path])
+    said = undertow(capsys, "inspect", "x.csv")
+    assert said.code == 1
+    assert re.search(r"compiled functions cannot be kept \(cannot cache .*\); set NUMBA_CACHE_DIR", said.err)
+
+
+# ---------------------------------------------------------------- terms
+def test_terms_lists_the_whole_shelf_with_law_unit_source_and_sign(capsys: Capture) -> None:
+    said = undertow(capsys, "terms")
+    assert said.code == 0
+    assert [line for line in said.out.splitlines() if not line.startswith(" ")] == list(shelf.names())
+    for block in re.split(r"\n(?! )", said.out.strip()):
+        for key in ("law", "parameters", "source", "left out"):
+            assert re.search(rf"^  {key} +\S", block, re.MULTILINE), block
+
+
+def test_terms_shows_one_and_names_the_nearest(capsys: Capture) -> None:
+    assert undertow(capsys, "terms", "added_mass").out.count("law") == 1
+    said = undertow(capsys, "terms", "added_mas")
+    assert said.code == 2
+    assert "equation term 'added_mas' is not on the shelf; did you mean 'added_mass'?" in said.err
+
+
+# ---------------------------------------------------------------- inspect
+def test_inspect_proposes_a_config_that_reads_the_file(capsys: Capture, tmp_path: Path) -> None:
+    table = recorded(0.04, 0)
+    table[:, 1] *= 1e3
+    write_table(tmp_path / "my run (1).csv", table, "Laboratory 7\nTime;pot;acc\n[s];[mm];[g]".replace(";", ","))
+    said = undertow(capsys, "inspect", tmp_path / "my run (1).csv")
+    assert said.code == 0
+    assert re.search(r"550 samples, 5\.49 s at 100 Hz", said.out)
+    assert re.search(r"displacement: -0\.03\d* to 0\.040\d* m, noise 0\.0001", said.out)
+    assert re.search(r"released at 0\.49\d+ \+- 0\.00\d+ s, motion until \d", said.out)
+    config = tmp_path / "config.yaml"
+    config.write_text("name: pasted\n" + said.out.partition("proposed config:\n")[2])
+    catalogue = load(config).catalogue()
+    (entry,) = gather(catalogue)
+    recording = read_trial(entry, catalogue)
+    assert recording.time.size == 550
+    assert 0.0399 < recording.channels["displacement"][:40].mean() < 0.0401
+
+
+def test_inspect_goes_on_after_a_file_it_cannot_read(capsys: Capture, tmp_path: Path) -> None:
+    write_table(tmp_path / "good.csv", recorded(0.04, 0))
+    said = undertow(capsys, "inspect", tmp_path / "nope.csv", tmp_path / "good.csv")
+    assert said.code == 3
+    assert "550 samples" in said.out
+    assert re.match(r"\S*nope\.csv is not there; check the path", said.err)
+    assert undertow(capsys, "inspect", tmp_path / "nope.csv").code == 1
+
+
+# ---------------------------------------------------------------- compare
+def test_compare_puts_runs_of_one_name_side_by_side(capsys: Capture, tmp_path: Path) -> None:
+    campaign = make_campaign(tmp_path, [0.03, 0.05], springs=("<b>",))
+    for name, terms in (("a", "stiffness, coulomb_friction"), ("b", "stiffness, viscous_damping, coulomb_friction")):
+        words = ["--out", tmp_path / name / "run", "--jobs", 1, "--set", f"equation.terms=[{terms}]"]
+        assert undertow(capsys, "run", campaign.config, *words).code == 0
+    said = undertow(capsys, "compare", tmp_path / "a/run", tmp_path / "b/run", "--out", tmp_path / "both.html")
+    assert said.code == 0
+    rows = {row.split()[0]: re.split(r"  +", row.strip()) for row in said.out.splitlines()}
+    assert rows["quantity"][1:] == [str(tmp_path / "a/run"), str(tmp_path / "b/run")]
+    assert len(rows["k_N_per_m_per_mass"]) == 3
+    assert all("±" in cell for cell in rows["k_N_per_m_per_mass"][1:])
+    assert len(rows["c_Ns_per_m_per_mass"]) == 2, "only one of the runs has viscous damping"
+    page = (tmp_path / "both.html").read_text()
+    assert "&lt;b&gt;" in page
+    assert "<b>" not in page
+    said = undertow(capsys, "compare", tmp_path / "a/run", "--out", tmp_path / "no" / "both.html")
+    assert said.code == 1
+    assert re.search(r"undertow: .*both\.html.*: No such file or directory; check path, rights, space", said.err)
+
+
+@pytest.mark.parametrize("content", ["", "{}", '{"groups": [1]}', "[]"])
+def test_compare_says_which_folder_holds_no_run(capsys: Capture, tmp_path: Path, content: str) -> None:
+    (tmp_path / "verdict.json").write_text(content)
+    said = undertow(capsys, "compare", tmp_path)
+    assert said.code == 1
+    assert re.search(r"verdict\.json cannot be read: .*; give a folder that `undertow run` finished", said.err)
+
+
+# ---------------------------------------------------------------- fetch
+def test_fetch_brings_a_record_and_says_its_checksums(
+    capsys: Capture, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    with serving() as server:
+        server.record()
+        monkeypatch.setattr(fetch, "ZENODO_API", server.base)
+        said = undertow(capsys, "fetch", "10.5281/zenodo.12", "--into", tmp_path / "new")
+        assert said.code == 0
+        assert said.out == f"{tmp_path / 'new' / 'run.csv'}  300000 bytes  sha256:{SHA256}  (md5 agrees)\n"
+        assert (tmp_path / "new" / "run.csv").read_bytes() == CONTENT
+        wrong = undertow(
+            capsys, "fetch", f"{server.base}/data/run.csv", "--into", tmp_path, "--checksum", f"md5:{MD5[::-1]}"
+        )
+    assert wrong.code == 1
+    assert re.search(r"undertow: run\.csv: MD5 hash .* does not match", wrong.err)
+
+
+def test_fetch_interrupted_says_how_to_go_on(
+    capsys: Capture, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def interrupted(*_: object, **__: object) -> None:
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr(fetch, "fetch", interrupted)
+    said = undertow(capsys, "fetch", "10.5281/zenodo.12", "--into", tmp_path)
+    assert said.code == 130
+    assert said.err == "undertow: interrupted; what was fetched is kept, the same command goes on from there\n"
+
+
+@pytest.mark.parametrize(
+    ("source", "code", "sentence"),
+    [
+        ("10.1000/182", 2, r"DOI '10\.1000/182' is none of Zenodo's .*; give the address of its file"),
+        ("http://example.org/a.csv", 1, r"has scheme 'http'; only https is fetched"),
+        ("https://example.org/..%2fa.csv", 1, r"which is no plain file name inside the folder"),
+    ],
+)
+def test_fetch_refuses_what_it_should(
+    capsys: Capture, tmp_path: Path, source: str, code: int, sentence: str
+) -> None:
+    said = undertow(capsys, "fetch", source, "--into", tmp_path)
+    assert said.code == code
+    assert re.search(f"undertow: .*{sentence}", said.err)
+    assert list(tmp_path.iterdir()) == []

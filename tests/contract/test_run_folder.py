@@ -80,7 +80,7 @@ def test_a_run_folders_config_makes_the_same_run(folder: Path, tmp_path: Path, c
 def test_the_manifest_names_inputs_versions_seed_and_times(folder: Path, campaign: Campaign) -> None:
     said = json.loads((folder / "manifest.json").read_text())
     assert (said["seed"], said["overrides"], said["config"]) == (3, ["seed=3"], str(campaign.config))
-    assert {"read and condition", "dry trials", "identification", "report"} == set(said["wall_time_s"])
+    assert {"read and condition", "dry trials", "identification", "report"} <= set(said["wall_time_s"])
     assert said["packages"]["numpy"]
     assert re.fullmatch(r"([0-9a-f]{40}\+?)?", said["git_revision"])
     assert said["inputs"][0]["trial"] == "index"

@@ -6,6 +6,7 @@ Belongs here: the look at one file and its text. Does not belong here: judgement
 
 from __future__ import annotations
 
+import glob
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass, field
@@ -149,7 +150,8 @@ def _motion_line(seen: Inspection) -> str:
 def _config_lines(seen: Inspection) -> list[str]:
     """What a config would say of this file, as YAML."""
     time = seen.proposal.time
-    lines = ["proposed config:", "recordings:", f"  files: {_plain(seen.path.name)}"]
+    pattern = _plain(glob.escape(seen.path.name))
+    lines = ["proposed config:", "recordings:", f"  files: {pattern}"]
     lines += [f"  {line}" for line in _layout_lines(seen.layout)]
     lines.append("  channels:")
     if time is not None:
@@ -158,7 +160,7 @@ def _config_lines(seen: Inspection) -> list[str]:
     limits = {"start_s": seen.window.start_s, "end_s": seen.window.end_s}
     window = ", ".join(f"{name}: {value:g}" for name, value in limits.items() if value is not None)
     if window:
-        lines += ["trials:", f"  window: {{{_plain(seen.path.name)}: {{{window}}}}}"]
+        lines += ["trials:", f"  window: {{{pattern}: {{{window}}}}}"]
     if seen.proposal.coordinate == "rotation":
         lines += ["equation:", "  coordinate: rotation"]
     return lines

@@ -1,0 +1,55 @@
+"""Where a text file's table begins: found from its lines, so that what is proposed reads it."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+
+from undertow.errors import RecordingError
+from undertow.recording.layout import FileFormat
+from undertow.recording.propose import is_unit
+from undertow.recording.propose_layout import propose_layout
+from undertow.recording.readers import read_table
+
+ROWS = "0.0,1.5\n0.1,1.4\n0.2,1.2\n0.3,0.9\n"
+
+
+@pytest.mark.parametrize(
+    ("text", "layout"),
+    [
+        ("t,x\n" + ROWS, FileFormat()),
+        ("\n# made by logger 7\n\nt,x\n" + ROWS, FileFormat(skip_rows=3)),
+        ("t,x\ns,mm\n" + ROWS, FileFormat(unit_row=True)),
+        ("Logger, of 1998\nt,x\n[s],[mm]\n" + ROWS, FileFormat(skip_rows=1, unit_row=True)),
+        ("station,flume\nt,x\n" + ROWS, FileFormat(skip_rows=1)),
+        (ROWS, FileFormat(header=False)),
+        ("start,rate,len\n90,1000,5\n-1.5\n-1.4\n-1.3\n-1.2\n", FileFormat(header=False, skip_rows=2)),
+        ("t;x\n" + ROWS.replace(",", ";").replace(".", ","), FileFormat(decimal=",")),
+        ("t\tx\n" + ROWS.replace(",", "\t"), FileFormat()),
+        ("t x\n" + ROWS.replace(",", "   "), FileFormat()),
+        ("t x\n" + ROWS.replace(",", " ").replace(".", ","), FileFormat(decimal=",")),
+        ("t,x\n" + ROWS + "0.4,\n0.5,0.2\n0.6,0.1\n0.", FileFormat()),
+    ],
+)
+def test_a_layout_is_found_and_reads_the_table(tmp_path: Path, text: str, layout: FileFormat) -> None:
+    path = tmp_path / "a.csv"
+    path.write_text(text)
+    found = propose_layout(path)
+    assert found == layout
+    table = read_table(path, found)
+    assert table.iloc[-4:, -1].dropna().size >= 2
+    assert len(table) >= 4
+
+
+@pytest.mark.parametrize("text", ["one\ntwo\n", "a,b\n1,2\n", "The licence of 1991\nsays much\nand more\n1\n"])
+def test_a_text_without_a_table_is_said_to_be_none(tmp_path: Path, text: str) -> None:
+    path = tmp_path / "a.txt"
+    path.write_text(text)
+    with pytest.raises(RecordingError, match=r"a\.txt: no table of numbers begins in its first \d lines; is it a reco"):
+        propose_layout(path)
+
+
+def test_units_are_told_from_names() -> None:
+    assert all(is_unit(text) for text in ("s", "[mm]", "kN", "m/s^2", "deg"))
+    assert not any(is_unit(text) for text in ("pot1", "time", "load cell"))

@@ -115,6 +115,16 @@ def test_the_same_file_read_in_another_unit_is_another_group(task: GroupTask) ->
     assert stages.digest(replace(task, motions=(motion("a", 0.03), task.motions[1]))) == stages.digest(task)
 
 
+def test_a_force_in_another_unit_is_another_group_though_it_moves_nothing(task: GroupTask) -> None:
+    first = task.motions[0]
+    names = []
+    for factor in (1.0, 1000.0):
+        channels = {**first.recording.channels, "spring_force": factor * first.recording.channels["displacement"]}
+        force = replace(first, recording=replace(first.recording, channels=channels))
+        names.append(stages.digest(replace(task, motions=(force,))))
+    assert names[0] != names[1]
+
+
 def test_changed_code_changes_every_name(task: GroupTask, monkeypatch: pytest.MonkeyPatch) -> None:
     before = stages.digest(task)
     monkeypatch.setattr(stages, "source_digest", lambda: "other")

@@ -31,6 +31,7 @@ specimen:
 equation:
   terms: [stiffness, viscous_damping, coulomb_friction]
 identify: [sindy]
+discrepancy: {suspects: []}
 """
 
 Table = NDArray[np.float64]

@@ -19,6 +19,8 @@ from pathlib import Path
 from typing import Any
 from urllib.parse import unquote, urlsplit
 
+import pooch
+
 from undertow.campaign.download import Download, check_address, open_address, said_by
 from undertow.errors import ConfigError, UndertowError
 
@@ -173,8 +175,6 @@ def _json(url: str, record: str) -> Mapping[str, Any]:
 
 def _fetch_one(file: Source, into: Path, progress: Progress, wait: Callable[[float], None]) -> Fetched:
     """One file, checked; left alone where it is there already."""
-    import pooch
-
     target = into / file.name
     if target.exists():
         return _kept(file, target)

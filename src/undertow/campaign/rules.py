@@ -8,6 +8,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from undertow.campaign.source import Location
+from undertow.discrepancy.suspects import chosen
 from undertow.equation import shelf
 from undertow.errors import ConfigError, RecordingError
 from undertow.recording.recording import CHANNELS
@@ -30,6 +31,12 @@ def contradictions(config: RunConfig) -> list[tuple[Location, str]]:
             shelf.find(name)
         except ConfigError as error:
             wrong.append((("equation", "terms", at), str(error)))
+    suspects = config.discrepancy.suspects
+    for at, name in enumerate(() if suspects == "all" else suspects):
+        try:
+            chosen((name,))
+        except ConfigError as error:
+            wrong.append((("discrepancy", "suspects", at), str(error)))
     for name, one in said.despike.items():
         if getattr(said.channels, name, None) is None or name == "time":
             wrong.append((("recordings", "despike", name), f"despike names {name!r}, which is no mapped channel"))

@@ -76,7 +76,7 @@ def analyse(task: GroupTask, progress: Callable[[str], None] = lambda _: None) -
         task.terms, task.motions, task.specimen, task.structure, dry=task.dry, anchored=task.anchor.known,
         stiffness={n: e.value for n, e in task.stiffness.items()},
     )  # fmt: skip
-    baseline = _baseline(task, model, training)
+    baseline = _baseline(task, _baseline_model(task, model), training)
     fits = _group_fits(task, model, baseline)
     singles = _single_fits(task, model, progress)
     fits |= _means_of_singles(task, singles)
@@ -96,6 +96,13 @@ def _assumed(task: GroupTask) -> tuple[str, ...]:
         return ()
     parts = ", ".join(f"{100 * v:g} % in {k}" for k, v in DEFAULT_SCATTER.items())
     return (f"neither dry trials nor specimen.scatter say how trials scatter; assumed for repeatability: {parts}",)
+
+
+def _baseline_model(task: GroupTask, model: GroupModel) -> GroupModel:
+    """Dry groups are held against the dry means themselves, so that scatter between them is what it is elsewhere."""
+    if not task.dry or task.dry_structure is None:
+        return model
+    return group_model(task.terms, task.motions, task.specimen, task.dry_structure, dry=True, anchored=True)
 
 
 def _baseline(task: GroupTask, model: GroupModel, training: Sequence[Motion]) -> GroupFit:
@@ -248,6 +255,7 @@ def _means_of_singles(task: GroupTask, singles: Mapping[str, Mapping[str, Fit]])
 def theta_of(model: GroupModel, baseline: GroupFit, fit: Fit, trial: str) -> np.ndarray:
     """The integrator's parameter vector that a method's numbers stand for; the baseline's where it gives none."""
     parameters = fit.parameters
+    model = baseline.model if not all(c.name in parameters for c in model.coefficients) else model
     values = baseline.values
     values |= {c.name: parameters[c.name].value for c in model.coefficients if c.name in parameters}
     theta = model.theta(values, trial)
@@ -269,7 +277,7 @@ def _trial(
 ) -> TrialFindings:
     """One trial's free runs: the baseline's with its floors, and each method's own score."""
     width = _rest_prior(task, motion)
-    run = free_run(motion, model.theta(baseline.values, motion.name), width)
+    run = free_run(motion, baseline.model.theta(baseline.values, motion.name), width)
     floor = sensor_floor(motion, run)
     freedom = task.structure.scatter_freedom if task.structure is not None else task.freedom
     limit = repeatability(run, _spread(task, model, run), floor, scored_channel(motion), task.seed, freedom)

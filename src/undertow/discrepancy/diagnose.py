@@ -12,7 +12,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -39,6 +39,12 @@ MOST_EFFECTS = 3
 
 STRUCTURE_WHEN_DRY_IS_CLEAN = 0.01
 """Prior odds of a structural effect where dry trials of the same rig show nothing missing."""
+
+ALWAYS_TRIED_BESIDE = frozenset({"linear_damping", "hidden_resonator", "coulomb_friction", "cubic_damping"})
+"""Effects that water often brings together; others join only with evidence of their own."""
+
+EVIDENCE_ALONE = 10.0
+"""Gain in log posterior that a suspect must have shown alone to be tried beside another."""
 
 OWN_FREQUENCY = 0.1
 """A force this close (relative) to the body's own frequency cannot be told from a trial whose k differs."""
@@ -104,13 +110,18 @@ def diagnose(level: Level, suspects: Sequence[Suspect], allowed: float, clean_wh
     """
     first = fit_joint(level, (), 1.0, {}, 10.0, growing=True)
     memory = residual_memory(first.solution)
-    null = Candidate((), fit_joint(level, (), memory, _values(first), first.misfit, growing=False), math.log(PRIOR_NOTHING))
+    together = fit_joint(level, (), memory, _values(first), first.misfit, growing=False)
+    null = Candidate((), _null(level, together), math.log(PRIOR_NOTHING))
     found, best = [null], null
     error = free_run_error(level, null.fit)
     for depth in range(MOST_EFFECTS):
         if depth and error <= allowed:
             break
-        tried = [c for s in suspects if _may_join(best, s) and (c := _added(level, best, s, _log_prior(best, s, len(suspects), clean_when_dry)))]
+        tried = []
+        for suspect in suspects:
+            if _may_join(best, suspect) and (depth == 0 or _promising(suspect, found, null)):
+                prior = _log_prior(best, suspect, len(suspects), clean_when_dry)
+                tried += [c] if (c := _added(level, best, suspect, prior)) is not None else []
         found += tried
         needed = best.score + math.log(ACCUSE_PROBABILITY / (1.0 - ACCUSE_PROBABILITY))
         probable = [c for c in tried if not c.out and c.score > needed]
@@ -119,6 +130,26 @@ def diagnose(level: Level, suspects: Sequence[Suspect], allowed: float, clean_wh
             break
         best, error = ahead
     return Diagnosis(null, best, tuple(found), _probability(best, found), _rivals(best, found))
+
+
+def _null(level: Level, together: JointFit) -> JointFit:
+    """The prescribed equation alone: one water for all springs, or each spring's own added mass and drag, whichever the
+    data prefer. A suspect has to beat both."""
+    if len(level.members) < 2:
+        return together
+    try:
+        apart = fit_joint(replace(level, shared_water=False), (), together.memory, {}, together.misfit, growing=True)
+    except IdentificationError:
+        return together
+    return min((together, apart), key=lambda f: f.criterion)
+
+
+def _promising(suspect: Suspect, found: Sequence[Candidate], null: Candidate) -> bool:
+    """Whether a suspect is tried beside what is there: one with a single start, a second resonator, or one that alone
+    had evidence for it."""
+    alone = [c.score - null.score for c in found if c.names == (suspect.name,)]
+    cheap = suspect.name in ALWAYS_TRIED_BESIDE
+    return cheap or max(alone, default=0.0) > EVIDENCE_ALONE
 
 
 def _worthwhile(
@@ -143,8 +174,9 @@ def _may_join(best: Candidate, suspect: Suspect) -> bool:
 
 def _log_prior(best: Candidate, suspect: Suspect, count: int, clean_when_dry: bool) -> float:
     """Log prior of the best set with one more suspect."""
-    share = (1.0 - PRIOR_NOTHING) / count if not best.suspects else math.exp(best.log_prior) * FURTHER_EFFECT_PRIOR / count
-    return math.log(share * (STRUCTURE_WHEN_DRY_IS_CLEAN if clean_when_dry and suspect.origin == "structure" else 1.0))
+    before = math.log(FURTHER_EFFECT_PRIOR) + best.log_prior if best.suspects else math.log(1.0 - PRIOR_NOTHING)
+    unlikely = STRUCTURE_WHEN_DRY_IS_CLEAN if clean_when_dry and suspect.origin == "structure" else 1.0
+    return before + math.log(unlikely / count)
 
 
 def _added(level: Level, best: Candidate, suspect: Suspect, prior: float) -> Candidate | None:
@@ -162,7 +194,7 @@ def _attempt(level: Level, best: Candidate, suspect: Suspect, start: float) -> J
     """One fit from one start, at the noise of what stands; None where it gives no motion."""
     addend = Addend(_prefix(best, suspect), _renumbered(suspect.additions(level.scales, start), best))
     known = _values(best.fit) if best.suspects or not suspect.memory else {}
-    growing = suspect.memory and not best.suspects
+    growing = not best.suspects and (suspect.memory or not level.shares(best.fit.solution.problem.names))
     try:
         return fit_joint(level, (*best.fit.addends, addend), best.fit.memory, known, best.fit.misfit, growing, True)
     except IdentificationError:
@@ -185,9 +217,7 @@ def _renumbered(additions: Sequence[Addition], best: Candidate) -> tuple[Additio
     if not taken or not additions[0].slot.startswith("h") or additions[0].slot[-1] != "1":
         return tuple(additions)
     place = str(taken + 1)
-    return tuple(
-        Addition(a.name, a.unit, a.slot[:-1] + place, a.start, a.scale, a.lower, a.upper, a.scope, a.prior_std) for a in additions
-    )
+    return tuple(replace(a, slot=a.slot[:-1] + place) for a in additions)
 
 
 def _values(fit: JointFit) -> dict[str, float]:
@@ -206,7 +236,8 @@ def _doubt(level: Level, fit: JointFit) -> str:
         first = addend.additions[0]
         strengths = []
         for a in addend.additions:
-            for name in (n for n in names if n == f"{addend.prefix}.{a.name}" or n.startswith(f"{addend.prefix}.{a.name}@")):
+            full = f"{addend.prefix}.{a.name}"
+            for name in (n for n in names if n == full or n.startswith(f"{full}@")):
                 value = fit.value(name)
                 at_bound = value >= a.upper * 0.999 or (a.lower > 0.0 and value <= a.lower * 1.001)
                 if at_bound:

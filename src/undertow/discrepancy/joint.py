@@ -52,10 +52,20 @@ class Member:
 
 @dataclass(frozen=True)
 class Level:
-    """Groups that stand in the same water, with the motion's scales."""
+    """Groups that stand in the same water, with the motion's scales.
+
+    ``shared_water``: added mass and drag are one for all springs (as water is), or each spring's own (as a table of
+    separate fits has them).
+    """
 
     members: tuple[Member, ...]
     scales: Scales
+    shared_water: bool = True
+
+    def shares(self, names: Sequence[str]) -> bool:
+        """Whether these unknowns are those of a fit with the level's own sharing of the water."""
+        wanted = {c.name for m in self.members if m.model.fixed is not None for c in m.model.coefficients}
+        return not self.shared_water or wanted <= set(names)
 
     @property
     def trials(self) -> int:
@@ -110,16 +120,17 @@ def build(level: Level, addends: Sequence[Addend]) -> Problem:
     builder = ProblemBuilder()
     largest = max(m.amplitude for member in level.members for m in member.motions)
     for member in level.members:
+        drift = DRIFT_SHARE * largest
         options = replace(
-            member.options, displacement_gain_std=GAIN_STD, acceleration_gain_std=GAIN_STD, drift_std=DRIFT_SHARE * largest
+            member.options, displacement_gain_std=GAIN_STD, acceleration_gain_std=GAIN_STD, drift_std=drift
         )
         for motion in member.motions:
-            links = [
-                Link(SLOT[c.slot], builder.unknown(
-                    c.name if member.model.fixed is not None else f"{c.name}@{member.label}", c.start,
-                    lower=c.lower, upper=c.upper, scale=c.scale), c.factor)
-                for c in member.model.coefficients
-            ]  # fmt: skip
+            links = []
+            for c in member.model.coefficients:
+                shared = level.shared_water and member.model.fixed is not None
+                name = c.name if shared else f"{c.name}@{member.label}"
+                index = builder.unknown(name, c.start, lower=c.lower, upper=c.upper, scale=c.scale)
+                links.append(Link(SLOT[c.slot], index, c.factor))
             links += structure_links(builder, member, motion.name)
             for addend in addends:
                 links += [_link(builder, addend.prefix, a, member.label, motion.name) for a in addend.additions]
@@ -130,13 +141,9 @@ def build(level: Level, addends: Sequence[Addend]) -> Problem:
 
 
 def _link(builder: ProblemBuilder, prefix: str, a: Addition, spring: str, trial: str) -> Link:
-    return Link(
-        SLOT[a.slot],
-        builder.unknown(
-            full_name(prefix, a, spring, trial), a.start, lower=a.lower, upper=a.upper, prior_std=a.prior_std, scale=a.scale,
-            unit=a.unit,
-        ),
-    )  # fmt: skip
+    name = full_name(prefix, a, spring, trial)
+    limits = {"lower": a.lower, "upper": a.upper, "prior_std": a.prior_std, "scale": a.scale}
+    return Link(SLOT[a.slot], builder.unknown(name, a.start, unit=a.unit, **limits))
 
 
 def full_name(prefix: str, a: Addition, spring: str, trial: str) -> str:
@@ -177,7 +184,7 @@ def structure_links(builder: ProblemBuilder, member: Member, trial: str) -> list
 
 
 def free_run_error(level: Level, fit: JointFit) -> float:
-    """RMS over training trials of the free run's nrmse, with k, c, mu at their dry values (x0, clock, rest adjusted)."""
+    """RMS over training trials of the free run's nrmse, k, c, mu at their dry values (x0, clock, rest adjusted)."""
     squares = [
         free_run(motion, shared_theta(level, member, fit, motion.name), member.options.rest_offset_std).nrmse ** 2
         for member in level.members

@@ -85,8 +85,9 @@ def _verdict(level: Level, case: Case, diagnosis: Diagnosis, dry_names: Sequence
     if not diagnosis.accused:
         return _without_a_name(plain, case)
     fit, names = diagnosis.best.fit, diagnosis.best.names
-    training = rms([score(level, case.member, fit, m, case.member.options.rest_offset_std) for m in case.member.motions])
-    held = rms([score(level, case.member, fit, m, case.member.options.rest_offset_std) for m in case.held])
+    width = case.member.options.rest_offset_std
+    training = rms([score(level, case.member, fit, m, width) for m in case.member.motions])
+    held = rms([score(level, case.member, fit, m, width) for m in case.held])
     found = addition_parameters(fit, case.member.label)
     status: Status = "not_identifiable" if diagnosis.rivals else "explained"
     rest = training > STILL_MISSING * case.allowed and training > 0.5 * case.baseline.nrmse
@@ -188,8 +189,8 @@ def _sentence(
     size = f"{100 * case.baseline.nrmse:.2g} %"
     allowed = f"repeatability {100 * case.allowed:.2g} %"
     if case.missing:
-        parts = [f"{case.label}: the equation misses {size} of the motion in {case.missing} of {len(case.trials)} trials"]
-        parts[0] += f" ({allowed})."
+        share = f"{case.missing} of {len(case.trials)} trials"
+        parts = [f"{case.label}: the equation misses {size} of the motion in {share} ({allowed})."]
     else:
         parts = [f"{case.label}: no trial alone stands out (error {size}, {allowed}), but together they do."]
     named = " and ".join(WORDS.get(n, n.replace("_", " ")) for n in dict.fromkeys(diagnosis.best.names))

@@ -79,10 +79,12 @@ def check_cell(frequency: Estimate, cell: Mapping[str, float]) -> PhysicalCheck:
     """
     width, depth = cell.get("surface_width_m", math.nan), cell.get("depth_m", math.nan)
     if not (math.isfinite(width) and math.isfinite(depth) and width > 0.0 and depth > 0.0):
-        return PhysicalCheck(found=frequency.value, because="the config states no cell with a free surface at this level")
+        nothing = "the config states no cell with a free surface at this level"
+        return PhysicalCheck(found=frequency.value, because=nothing)
     bound = closed_cell_frequency(width, depth)
     shift = "softens" if depth / width > SOFTENING_RATIO else "hardens"
-    margin = FINITE_AMPLITUDE_MARGIN * bound + 2.0 * (frequency.stderr if math.isfinite(frequency.stderr) else 0.0)
+    error = frequency.stderr if math.isfinite(frequency.stderr) else 0.0
+    margin = FINITE_AMPLITUDE_MARGIN * bound + 2.0 * error
     agrees = frequency.value > bound - margin
     side = "at or above" if agrees else "below"
     because = (

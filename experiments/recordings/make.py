@@ -25,14 +25,12 @@ JSON, PAGE = ROOT / "docs" / "recordings.json", ROOT / "docs" / "recordings.md"
 
 SOURCES = (
     *(f"src/undertow/{room}/**/*.py" for room in ("recording", "conditioning", "equation", "identification")),
-    "src/undertow/discrepancy/**/*.py",
-    "src/undertow/campaign/analysis.py",
-    "src/undertow/campaign/run.py",
     "src/undertow/quantities.py",
     "configs/recordings/*.yaml",
     "experiments/recordings/*.py",
 )
-"""Everything that a number on the page comes from: the rooms, the order of work, the configs, these scripts."""
+"""What the page's coefficients come from: rooms, configs, these scripts. Scores and verdicts, which other rooms have a
+hand in, are held against a live run by tests/recordings."""
 
 
 def sources() -> dict[str, str]:

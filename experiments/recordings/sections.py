@@ -135,7 +135,8 @@ BUILDING = Section(
     "m",
     "m",
     "Two time-of-flight sensors at 32 Hz, 1 mm a step; the damper's sensor is kept away from the analysis.",
-    "The equation fails and the run says so, with the residual's line at 1.22 Hz, beside the second mode (1.25 Hz in "
+    "The equation fails and the run says so (status unknown), with the residual's line at 1.22 Hz, beside the second "
+    "mode (1.25 Hz in "
     "the README). Friction, drag and damping together gain almost "
     "nothing over the linear equation. With cubic stiffness R2 reaches the README's 0.71 by absurd coefficients "
     "(negative damping held "

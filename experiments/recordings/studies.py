@@ -24,9 +24,15 @@ CONFIGS = ROOT / "configs" / "recordings"
 RECORDINGS = ROOT / ".." / "shared" / "recordings"
 
 
+NO_SEARCH = "discrepancy.suspects=[]"
+
+
 @dataclass(frozen=True)
 class Study:
-    """One run: its name, its config, and other terms than the config's (empty: the config as it is)."""
+    """One run: its name, its config, and other terms than the config's (empty: the config as it is).
+
+    What is missing is searched only for the config's own equation; with other terms the point is their score.
+    """
 
     name: str
     config: str
@@ -35,7 +41,7 @@ class Study:
     @property
     def overrides(self) -> list[str]:
         """The overrides as the terminal's --set takes them."""
-        return [f"equation.terms=[{', '.join(self.terms)}]"] if self.terms else []
+        return [f"equation.terms=[{', '.join(self.terms)}]", NO_SEARCH] if self.terms else []
 
 
 _LINEAR = ("stiffness", "viscous_damping")

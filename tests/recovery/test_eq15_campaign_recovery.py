@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from experiments.eq15_campaign import tables
-from experiments.eq15_campaign.compare import Recovered, entry, page, recover
+from experiments.recovery.eq15_campaign import Recovered, entry, page, recover
 from undertow.quantities import Estimate
 
 pytestmark = pytest.mark.slow  # one whole run of 48 trials, about 20 s

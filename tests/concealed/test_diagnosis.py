@@ -1,0 +1,148 @@
+"""Effects hidden in simulated campaigns: the right name is said, and where nothing is hidden nobody is accused."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+
+from undertow.conditioning.condition import condition
+from undertow.discrepancy.diagnose import diagnose
+from undertow.discrepancy.joint import Member, make_level
+from undertow.discrepancy.judge import Case, judge
+from undertow.discrepancy.prove import check_cell, closed_cell_frequency
+from undertow.discrepancy.suspects import SUSPECTS, chosen
+from undertow.discrepancy.verdict import Described
+from undertow.equation import shelf
+from undertow.equation.equation import Equation
+from undertow.equation.simulate import simulate
+from undertow.errors import ConfigError, IdentificationError
+from undertow.identification.baseline import group_model, terms_by_name
+from undertow.identification.fit import Specimen, Structure
+from undertow.identification.problem import TrialOptions
+from undertow.quantities import Estimate
+from undertow.recording.recording import Recording
+
+MASS, VOLUME, AREA = 2637.4, 0.25, 0.65
+SCATTER = {"k": 0.003, "c": 0.06, "mu": 0.05}
+SPRINGS = {"short": (403000.0, 820.0, 0.0065), "long": (109500.0, 590.0, 0.0073)}
+EQ15 = ("stiffness", "viscous_damping", "coulomb_friction", "added_mass", "quadratic_drag")
+SPECIMEN = Specimen(MASS, area_m2=AREA, submerged_volume_m3=VOLUME)
+FEW = chosen(("linear_damping", "cubic_stiffness", "hidden_resonator", "relaxation", "coulomb_friction"))
+
+
+def recording(spring: str, x0: float, seed: int, hidden=(), duration_s: float = 9.0, rate_hz: float = 250.0) -> Recording:
+    """One release of Eq. 15 with k, c, mu of this trial, what is hidden, and sensors with noise."""
+    rng = np.random.default_rng(seed)
+    k, c, mu = (v * (1 + SCATTER[s] * rng.standard_normal()) for s, v in zip(SCATTER, SPRINGS[spring], strict=True))
+    numbers = (k, c, mu * SPECIMEN.normal_force_N, 300.0, 450.0)
+    terms = tuple(shelf.find(n) for n in EQ15) + tuple(term for term, _ in hidden)
+    equation = Equation(terms, numbers + tuple(value for _, value in hidden), mass_kg=MASS)
+    hold = 0.6 + rng.uniform(0, 0.01)
+    time = np.arange(round((hold + duration_s) * rate_hz)) / rate_hz
+    moving = time >= hold
+    motion = simulate(equation, x0, time[moving] - hold + 1e-9)
+    x, a = np.full(time.size, x0), np.zeros(time.size)
+    x[moving], a[moving] = motion.x, motion.a
+    x = x + 5e-5 * rng.standard_normal(time.size) + rng.uniform(-1e-4, 1e-4)
+    a = a + 0.03 * rng.standard_normal(time.size) + rng.uniform(-0.02, 0.02)
+    return Recording(f"{spring}{x0:g}", time, {"displacement": x, "acceleration": a})
+
+
+def member(spring: str, releases, seed: int, hidden=()) -> Member:
+    """One spring's trials with its structure as dry tests would give it."""
+    k, c, mu = SPRINGS[spring]
+    structure = Structure(
+        Estimate(k, 0.002 * k), Estimate(c, 0.035 * c), Estimate(mu, 0.03 * mu), SCATTER, "test", math.inf
+    )
+    motions = tuple(condition(recording(spring, x0, seed + i, hidden)) for i, x0 in enumerate(releases))
+    model = group_model(terms_by_name(EQ15), motions, SPECIMEN, structure, dry=False, anchored=True)
+    return Member(spring, model, motions, TrialOptions(rest_offset_std=mu * SPECIMEN.normal_force_N / k))
+
+
+SHORT, LONG = (0.008, 0.016, 0.03), (0.02, 0.05)
+
+
+@pytest.mark.parametrize("seed", [100, 300])
+def test_nobody_is_accused_where_nothing_is_hidden(seed):
+    level = make_level([member("short", SHORT, seed)])
+    found = diagnose(level, FEW, allowed=0.05)
+    assert found.best.names == ()
+    assert not found.accused
+
+
+def test_linear_damping_is_named_alone_with_its_size():
+    hidden = ((shelf.find("linear_damping"), 500.0),)
+    level = make_level([member("short", SHORT, 500, hidden), member("long", LONG, 520, hidden)])
+    found = diagnose(level, FEW, allowed=0.05)
+    assert found.best.names == ("linear_damping",)
+    for spring in ("short", "long"):
+        name = f"linear_damping.c_Ns_per_m@{spring}"
+        error = found.best.fit.solution.stderr(name)
+        assert abs(found.best.fit.value(name) - 500.0) < 3.0 * error  # three standard errors, two draws
+
+
+def test_hidden_resonator_is_named_with_frequency_and_mass():
+    resonator = shelf.find("hidden_resonator", natural_frequency_rad_per_s=9.6, damping_ratio=0.02)
+    level = make_level([member("short", SHORT, 700, ((resonator, 150.0),))])
+    found = diagnose(level, FEW, allowed=0.05)
+    assert found.best.names[0] == "hidden_resonator"
+    assert found.best.fit.value("hidden_resonator.natural_frequency_rad_per_s") == pytest.approx(9.6, rel=0.01)
+    assert found.best.fit.value("hidden_resonator.mass_kg") == pytest.approx(150.0, rel=0.05)  # k's own 0.2 % is 3 %
+
+
+def test_an_added_mass_of_each_springs_own_is_no_missing_physics():
+    short = member("short", SHORT, 900)
+    heavy = ((shelf.find("added_mass"), 400.0),)
+    found = diagnose(make_level([short, member("long", LONG, 920, heavy)]), FEW, allowed=0.05)
+    assert found.best.names == ()
+
+
+def test_verdict_proves_on_trials_it_never_saw():
+    resonator = shelf.find("hidden_resonator", natural_frequency_rad_per_s=9.6, damping_ratio=0.02)
+    hidden = ((resonator, 150.0),)
+    group = member("short", SHORT, 1100, hidden)
+    held = condition(recording("short", 0.022, 1150, hidden))
+    cell = {"surface_width_m": 0.31, "depth_m": 0.14, "length_m": 17.0}
+    baseline = Described(0.4, 0.4, {})
+    case = Case({"spring": "short"}, "spring short", group, (held,), baseline, 0.004, 0.05, 4, False, True, cell)
+    (verdict,) = judge([case], FEW)
+    assert verdict.status == "explained"
+    assert verdict.origin == "water"
+    assert verdict.augmented is not None
+    assert verdict.augmented.held_out_nrmse < 0.1  # repeatability of one trial, 0.05, twice
+    assert verdict.physical_check.agrees
+    assert "never saw" in verdict.sentence
+    assert {r.name for r in verdict.rejected} >= {"cubic_stiffness", "linear_damping"}
+
+
+def test_closed_cell_is_the_lower_bound_of_its_slosh_mode():
+    bound = closed_cell_frequency(0.31, 0.12)
+    assert bound == pytest.approx(9.13, rel=1e-3)  # Lamb 1932, section 257
+    assert check_cell(Estimate(9.4, 0.05), {"surface_width_m": 0.31, "depth_m": 0.12}).agrees is True
+    assert check_cell(Estimate(7.0, 0.05), {"surface_width_m": 0.31, "depth_m": 0.12}).agrees is False
+    assert check_cell(Estimate(9.4, 0.05), {}).agrees is None
+
+
+def test_a_suspect_that_does_not_exist_is_refused():
+    with pytest.raises(ConfigError, match=r"'gremlin' is none of linear_damping"):
+        chosen(("gremlin",))
+
+
+def test_every_suspect_writes_into_slots_of_the_integrator():
+    from undertow.equation.kernel import SLOT
+
+    level = make_level([member("short", SHORT[:1], 1300)])
+    for suspect in SUSPECTS:
+        for start in suspect.starts(level.scales):
+            for addition in suspect.additions(level.scales, start):
+                assert addition.slot in SLOT
+                assert addition.lower <= addition.start <= addition.upper
+
+
+def test_a_level_without_trials_is_refused():
+    group = member("short", SHORT[:1], 1400)
+    empty = Member(group.label, group.model, (), group.options)
+    with pytest.raises(IdentificationError, match=r"level of 1 groups has no trial"):
+        make_level([empty])

@@ -44,7 +44,8 @@ def simulate(
 
 
 def identify(
-    t: Sequence[float], x: Sequence[float], x0: float, mass: float, k: float, c: float, friction: float, drag_unit: float,
+    t: Sequence[float], x: Sequence[float], x0: float, mass: float, k: float, c: float,
+    friction: float, drag_unit: float,
     starts: Sequence[tuple[float, float]] = ((0.2, 5.0),),
 ) -> tuple[float, float, float]:
     """(m_a, C_d, displacement RMS) for one trial; t (s after release), x (m from rest); m_a held at or above 0."""

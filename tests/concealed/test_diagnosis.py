@@ -32,8 +32,9 @@ SPECIMEN = Specimen(MASS, area_m2=AREA, submerged_volume_m3=VOLUME)
 FEW = chosen(("linear_damping", "cubic_stiffness", "hidden_resonator", "relaxation", "coulomb_friction"))
 
 
-def recording(spring: str, x0: float, seed: int, hidden=(), duration_s: float = 9.0, rate_hz: float = 250.0) -> Recording:
+def recording(spring: str, x0: float, seed: int, hidden=()) -> Recording:
     """One release of Eq. 15 with k, c, mu of this trial, what is hidden, and sensors with noise."""
+    duration_s, rate_hz = 9.0, 250.0
     rng = np.random.default_rng(seed)
     k, c, mu = (v * (1 + SCATTER[s] * rng.standard_normal()) for s, v in zip(SCATTER, SPRINGS[spring], strict=True))
     numbers = (k, c, mu * SPECIMEN.normal_force_N, 300.0, 450.0)
@@ -77,10 +78,11 @@ def test_linear_damping_is_named_alone_with_its_size():
     level = make_level([member("short", SHORT, 500, hidden), member("long", LONG, 520, hidden)])
     found = diagnose(level, FEW, allowed=0.05)
     assert found.best.names == ("linear_damping",)
-    for spring in ("short", "long"):
-        name = f"linear_damping.c_Ns_per_m@{spring}"
+    names = [n for n in found.best.fit.solution.problem.names if n.startswith("linear_damping.")]
+    assert names
+    for name in names:
         error = found.best.fit.solution.stderr(name)
-        assert abs(found.best.fit.value(name) - 500.0) < 3.0 * error  # three standard errors, two draws
+        assert abs(found.best.fit.value(name) - 500.0) < 3.0 * error  # three standard errors, two draws at most
 
 
 def test_hidden_resonator_is_named_with_frequency_and_mass():

@@ -17,7 +17,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from undertow.discrepancy.joint import Addend, JointFit, Level, fit_joint, free_run_error, full_name, residual_memory
-from undertow.discrepancy.suspects import Addition, Suspect
+from undertow.discrepancy.suspects import EACH_SPRING, Addition, Suspect
 from undertow.errors import IdentificationError
 
 PRIOR_NOTHING = 0.5
@@ -113,6 +113,8 @@ def diagnose(level: Level, suspects: Sequence[Suspect], allowed: float, clean_wh
     together = fit_joint(level, (), memory, _values(first), first.misfit, growing=False)
     null = Candidate((), _null(level, together), math.log(PRIOR_NOTHING))
     found, best = [null], null
+    if len(level.members) == 1:
+        suspects = [s for s in suspects if s.variant != EACH_SPRING]
     error = free_run_error(level, null.fit)
     for depth in range(MOST_EFFECTS):
         if depth and error <= allowed:

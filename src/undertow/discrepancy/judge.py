@@ -156,13 +156,14 @@ def _all_parameters(
 
 def _rejected(diagnosis: Diagnosis) -> tuple[Rejected, ...]:
     """Every single suspect that is not the answer, and why."""
-    out = []
+    out: dict[str, Rejected] = {}
     best = diagnosis.best
     for candidate in sorted(diagnosis.candidates, key=lambda c: -c.score):
         if len(candidate.suspects) != 1 or candidate.names[0] in best.names or candidate.names in diagnosis.rivals:
             continue
-        out.append(Rejected(candidate.suspects[0].label, candidate.out or _odds(candidate, diagnosis)))
-    return tuple(out)
+        name = candidate.names[0]
+        out.setdefault(name, Rejected(name, candidate.out or _odds(candidate, diagnosis)))
+    return tuple(out.values())
 
 
 def _odds(candidate: Candidate, diagnosis: Diagnosis) -> str:

@@ -88,7 +88,7 @@ def check_cell(frequency: Estimate, cell: Mapping[str, float]) -> PhysicalCheck:
     agrees = frequency.value > bound - margin
     side = "at or above" if agrees else "below"
     because = (
-        f"a closed cell {width:.3g} m wide and {depth:.3g} m deep oscillates at {bound:.3g} rad/s; an open bottom raises "
-        f"it, amplitude {shift} it; found {frequency.value:.3g} rad/s, {side} that bound"
+        f"a closed cell {width:.3g} m wide and {depth:.3g} m deep oscillates at {bound:.3g} rad/s; an open bottom "
+        f"raises it, amplitude {shift} it; found {frequency.value:.3g} rad/s, {side} that bound"
     )
     return PhysicalCheck(bound, frequency.value, agrees, because)

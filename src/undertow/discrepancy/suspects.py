@@ -16,6 +16,9 @@ from undertow.errors import ConfigError
 
 Scope = Literal["shared", "spring", "trial"]
 
+EACH_SPRING = "each spring's own"
+"""Variant of a suspect that a level with one spring cannot tell from the shared one."""
+
 
 @dataclass(frozen=True)
 class Scales:
@@ -72,7 +75,12 @@ class Suspect:
 
 
 def _plain(
-    name: str, origin: Origin, parameter: tuple[str, str, str], size: Callable[[Scales], float], scope: Scope = "shared"
+    name: str,
+    origin: Origin,
+    parameter: tuple[str, str, str],
+    size: Callable[[Scales], float],
+    scope: Scope = "shared",
+    variant: str = "",
 ) -> Suspect:
     """A suspect with one coefficient: (contract name, unit, slot), starting from nothing."""
     label, unit, slot = parameter
@@ -80,7 +88,12 @@ def _plain(
     def additions(scales: Scales, start: float) -> tuple[Addition, ...]:
         return (Addition(label, unit, slot, 0.0, size(scales), scope=scope),)
 
-    return Suspect(name, origin, additions)
+    return Suspect(name, origin, additions, variant=variant)
+
+
+def _damping(s: Scales) -> float:
+    """Linear damping that makes a fiftieth of the inertia force at full speed, N s/m."""
+    return 0.02 * s.force / s.speed
 
 
 def _share(s: Scales, power: int) -> float:
@@ -162,7 +175,8 @@ def _echo(s: Scales, start: float) -> tuple[Addition, ...]:
 
 
 SUSPECTS: tuple[Suspect, ...] = (
-    _plain("linear_damping", "water", ("c_Ns_per_m", "N s/m", "c1"), lambda s: 0.02 * s.force / s.speed, "spring"),
+    _plain("linear_damping", "water", ("c_Ns_per_m", "N s/m", "c1"), _damping, variant="one for all springs"),
+    _plain("linear_damping", "water", ("c_Ns_per_m", "N s/m", "c1"), _damping, "spring", EACH_SPRING),
     _plain("cubic_damping", "water", ("Ns3_per_m3", "N s^3/m^3", "c3"), lambda s: 0.02 * s.force / s.speed**3),
     _plain("cubic_stiffness", "structure", ("N_per_m3", "N/m^3", "k3"), lambda s: _share(s, 3), "spring"),
     _plain("quintic_stiffness", "structure", ("N_per_m5", "N/m^5", "k5"), lambda s: _share(s, 5), "spring"),

@@ -20,7 +20,7 @@ MASS_KG = 2637.4
 DRAG_COEFFICIENT = (
     2.0  # a flat plate normal to a steady stream (Hoerner 1965); nominal, the same at every level
 )
-STIFFNESS_SCATTER = 0.003  # relative, one sigma; load / x0 in Table 1 is steadier still, its fitted k column scatters by 0.4 %
+STIFFNESS_SCATTER = 0.003  # relative, one sigma; Table 1: load / x0 is steadier still, the fitted k scatters by 0.4 %
 
 # fitted dry values, one a trial: N s/m and -
 TABLE_1_C = (687.0, 734.0, 701.0, 719.0, 439.0, 452.0, 400.0)

@@ -47,5 +47,6 @@ def test_a_body_that_stuck_stays():
 def test_friction_alone_takes_four_mu_N_over_k_from_the_peak_a_cycle():
     body = Body(2637.4, 0.0, 109592.0, 188.0, 0.0)
     motion = simulate(body, 0.05, np.linspace(0.0, 8.0, 2000))
-    drops = -np.diff(np.abs(motion.reversals_m[:20]))
+    peaks = np.abs(motion.reversals_m[:-1])  # the last swing may end before the middle
+    drops = -np.diff(peaks)
     assert drops == pytest.approx(2.0 * body.friction_N / body.k_N_per_m, rel=1e-9)  # a half cycle; closed form

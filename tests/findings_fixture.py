@@ -170,7 +170,8 @@ def _group(case: Case, rng: np.random.Generator) -> GroupFindings:
     k, c, mu = Estimate(case.k, 50.0, unit="N/m"), Estimate(590.0, 9.0, unit="N s/m"), Estimate(0.0058, 1e-4)
     return GroupFindings(
         key, case.depth < 2.0, trials, Specimen(MASS_KG, case.k, 0.0 if case.depth < 2.0 else 0.97),
-        Structure(k, c, mu), fits, equation_of(case), {"added_mass": 12.0, "quadratic_drag": 150.0, "stiffness": 60.0, "coulomb_friction": 3.0},
+        Structure(k, c, mu), fits, equation_of(case),
+        {"added_mass": 12.0, "quadratic_drag": 150.0, "stiffness": 60.0, "coulomb_friction": 3.0},
         verdict, ("k from load cells 0.4 % above the stated one",) if case.spring == "long" else (),
     )  # fmt: skip
 

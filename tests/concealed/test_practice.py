@@ -12,7 +12,7 @@ from undertow.campaign.run import run
 
 ROOT = Path(__file__).resolve().parents[2]
 PRACTICE = ROOT.parent / "shared" / "practice"
-needs_practice = pytest.mark.skipif(not PRACTICE.is_dir(), reason="practice campaigns, ../shared/practice, are not here")
+needs_practice = pytest.mark.skipif(not PRACTICE.is_dir(), reason="practice campaigns (../shared/practice) not here")
 
 
 def findings(name: str, suspects: str):

@@ -151,7 +151,7 @@ def test_an_index_that_names_a_wrong_file_is_said(
         ("unit: m}", "unit: kg}", r"line 6: displacement is said to be in 'kg', which is kg in SI base units"),
         ("coulomb_friction]", "coulom_friction]", r"line 13: equation term 'coulom_friction' is not on the shelf; did"),
         ("mass_kg: 2637.4", "mass_kg: heavy", r"line 11: specimen\.mass_kg is 'heavy' but should be a valid number"),
-        ("suspects: []", "suspects: [ghosts]", r"line 15: discrepancy\.suspects: 'ghosts' is none of .*hidden_resonator"),
+        ("suspects: []", "suspects: [ghosts]", r"line 15: discrepancy\.suspects: 'ghosts' is none of .*hidden_reson"),
         ("identify: [sindy]", "identify: [sindy", r"line 1\d: .*; correct the YAML"),
         ("index: campaign.csv", "index: nope.csv", r"recordings\.index .*nope\.csv is not there; paths are relative"),
         ("group_by: [spring]", "group_by: [depth]", r"a trial has no condition 'depth'; it has spring"),

@@ -76,6 +76,6 @@ def _notes(smoothed: Smoothed) -> tuple[str, ...]:
         return ()
     later = "later" if clock > 0.0 else "earlier"
     return (
-        f"acceleration is {1e3 * abs(clock):.2f} +- {1e3 * error:.2f} ms {later} than displacement at equal time stamps; "
-        "corrected",
+        f"acceleration is {1e3 * abs(clock):.2f} +- {1e3 * error:.2f} ms {later} than displacement at equal time "
+        "stamps; corrected",
     )

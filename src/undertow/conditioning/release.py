@@ -17,8 +17,11 @@ from undertow.recording.recording import Array, Recording
 QUIET_S = 0.12
 """Shortest time a body must stand still to be called held, s."""
 
+QUIET_HALF_PERIODS = 0.3
+"""A hold lasts at least this many half periods: a turning point lingers too, but not so long."""
+
 QUIET_SHARE = 0.02
-"""Largest range, relative to the record's, within which a body stands still (drift and noise apart)."""
+"""Largest range, relative to the deflection held, within which a body stands still (drift and noise apart)."""
 
 HELD_AWAY_SHARE = 0.3
 """A hold is this share of the largest deflection away from where the body ends up: else it is rest, not a hold."""
@@ -61,7 +64,8 @@ def find_window(recording: Recording, start_s: float | None = None, end_s: float
     else:
         release, error = _refined_release(recording, values, hold)
         transient = max(TRANSIENT_S, TRANSIENT_SAMPLES / recording.rate_hz)
-        window = Window(release, release + transient, stop, error, True, _reason(start_s, end_s, "released from a hold"))
+        reason = _reason(start_s, end_s, "released from a hold")
+        window = Window(release, release + transient, stop, error, True, reason)
     inside = int(np.count_nonzero((time >= window.start_s) & (time <= window.end_s)))
     if inside < 20:
         raise RecordingError(
@@ -92,8 +96,8 @@ def _check_motion(recording: Recording, values: Array) -> None:
     if size < 10.0 * level or size == 0.0:
         unit = recording.unit(next(n for n in ("displacement", "velocity", "acceleration") if n in recording.channels))
         raise RecordingError(
-            f"trial {recording.name}: no release found: the record moves by {size:.3g} {unit} with noise of {level:.3g} "
-            f"{unit}; motion must exceed 10 times the noise"
+            f"trial {recording.name}: no release found: the record moves by {size:.3g} {unit} with noise of "
+            f"{level:.3g} {unit}; motion must exceed 10 times the noise: look at the sensor"
         )
 
 
@@ -103,15 +107,15 @@ def _hold_end(time: Array, values: Array, level: float, motion_end: float) -> in
     RecordingError where the body is held and never let go.
     """
     dt = float(np.median(np.diff(time)))
-    width = max(5, round(QUIET_S / dt))
+    width = max(5, round(max(QUIET_S, QUIET_HALF_PERIODS * half_period(time, values, level)) / dt))
     if values.size <= width:
         return None
     size = float(np.ptp(values))
     windows = np.lib.stride_tricks.sliding_window_view(values, width)
-    quiet = np.ptp(windows, axis=1) < max(QUIET_SHARE * size, 8.0 * level)
     tail = float(np.median(values[time >= time[-1] - 0.05 * (time[-1] - time[0])]))
-    away = np.abs(np.mean(windows, axis=1) - tail) > HELD_AWAY_SHARE * float(np.max(np.abs(values - tail)))
-    held = np.flatnonzero(quiet & away)
+    deflection = np.abs(np.mean(windows, axis=1) - tail)
+    quiet = np.ptp(windows, axis=1) < np.maximum(QUIET_SHARE * deflection, 8.0 * level)
+    held = np.flatnonzero(quiet & (deflection > HELD_AWAY_SHARE * float(np.max(np.abs(values - tail)))))
     if not held.size:
         return None
     runs = np.split(held, np.flatnonzero(np.diff(held) > 1) + 1)

@@ -15,6 +15,7 @@ from undertow.conditioning.motion import Motion
 from undertow.discrepancy.findings import GroupFindings, TrialFindings
 from undertow.discrepancy.locate import locate
 from undertow.discrepancy.verdict import Described, Verdict
+from undertow.discrepancy.words import count, group_title, percent
 from undertow.equation.kernel import SLOT
 from undertow.equation.term import Term
 from undertow.errors import UndertowError
@@ -33,7 +34,7 @@ from undertow.identification.intervals import mean_of_trials
 from undertow.identification.problem import TrialOptions
 from undertow.identification.scale import Anchor, to_physical
 from undertow.identification.sindy import SindyResult, discover
-from undertow.quantities import OK, Estimate, format_number
+from undertow.quantities import OK, Estimate
 from undertow.recording.recording import Condition
 
 PER_TRIAL = ("decay", "sindy", "method1", "method2", "output_error")
@@ -327,9 +328,8 @@ def _verdict(task: GroupTask, trials: Sequence[TrialFindings], baseline: GroupFi
         typical, _median([t.mismatch.nrmse for t in held]), baseline.estimates
     )
     many = len(missing) > len(trials) / 2
-    label = ", ".join(f"{k} {v:g}" if isinstance(v, float) else f"{k} {v}" for k, v in task.key.items()) or "all trials"
     limit = _median([t.mismatch.repeatability_nrmse for t in trials])
-    sentence = _sentence(label, missing, trials, typical, limit)
+    sentence = _sentence(group_title(task.key), missing, trials, typical, limit)
     return Verdict(
         task.key,
         tuple(t.motion.name for t in trials),
@@ -348,8 +348,8 @@ def _sentence(
 ) -> str:
     if not missing:
         return (
-            f"{label}: the equation explains all {len(trials)} trials "
-            f"(error {format_number(typical)}, repeatability {format_number(limit)}); nothing is missing."
+            f"{label}: the equation explains {count(len(trials), 'trial')} "
+            f"(error {percent(typical)}, repeatability {percent(limit)}); nothing is missing."
         )
     worst = max(missing, key=lambda t: t.mismatch.nrmse / t.mismatch.repeatability_nrmse)
     m = worst.mismatch
@@ -357,10 +357,10 @@ def _sentence(
     where = max(parts, key=lambda part: parts[part] if math.isfinite(parts[part]) else -1.0)
     line = ""
     if math.isfinite(m.line_frequency_hz) and m.line_share > 0.2:
-        line = f", {100 * m.line_share:.0f} % of it in a line at {m.line_frequency_hz:.2f} Hz"
+        line = f", {percent(m.line_share)} of it in a line at {m.line_frequency_hz:.2f} Hz"
     return (
         f"{label}: the equation does not explain {len(missing)} of {len(trials)} trials; worst {worst.motion.name}, "
-        f"which it misses by {100 * m.nrmse:.0f} % (repeatability {100 * m.repeatability_nrmse:.1f} %), most in the "
+        f"which it misses by {percent(m.nrmse)} (repeatability {percent(m.repeatability_nrmse)}), most in the "
         f"{where} third of the motion{line}."
     )
 

@@ -23,6 +23,7 @@ from undertow.campaign.workers import Progress, on_processes, silent
 from undertow.conditioning.condition import condition
 from undertow.conditioning.motion import Motion
 from undertow.discrepancy.findings import FailedTrial, Findings, GroupFindings
+from undertow.discrepancy.words import count
 from undertow.equation.term import Term
 from undertow.errors import RecordingError, UndertowError
 from undertow.identification.baseline import GroupFit, terms_by_name
@@ -299,8 +300,9 @@ def _across(groups: Sequence[GroupFindings]) -> str:
         for name in dict.fromkeys(group.verdict.verdict):
             named.setdefault(name, []).append(group.label)
     if not named:
-        return f"The equation explains all {len(groups)} groups; nothing is missing."
-    parts = [f"{name.replace('_', ' ')} in {len(labels)} of {len(groups)} groups" for name, labels in named.items()]
+        return f"The equation explains {count(len(groups), 'group')}; nothing is missing."
+    of = count(len(groups), "group")
+    parts = [f"{name.replace('_', ' ')} in {len(labels)} of {of}" for name, labels in named.items()]
     return f"The equation leaves out: {'; '.join(parts)}."
 
 

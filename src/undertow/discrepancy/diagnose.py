@@ -46,6 +46,12 @@ ALWAYS_TRIED_BESIDE = frozenset({"linear_damping", "hidden_resonator", "coulomb_
 EVIDENCE_ALONE = 10.0
 """Gain in log posterior that a suspect must have shown alone to be tried beside another."""
 
+DISSIPATES = frozenset({"linear_damping", "coulomb_friction"})
+"""Additions that cannot be negative: water takes energy."""
+
+OVERDAMPED = 0.25
+"""From this damping ratio on a resonator has no beat of its own: it cannot be told from memory that relaxes."""
+
 OWN_FREQUENCY = 0.1
 """A force this close (relative) to the body's own frequency cannot be told from a trial whose k differs."""
 
@@ -184,12 +190,23 @@ def _log_prior(best: Candidate, suspect: Suspect, count: int, clean_when_dry: bo
 def _added(level: Level, best: Candidate, suspect: Suspect, prior: float) -> Candidate | None:
     """The best candidate with one more suspect, from several starts; None where no start gives a motion."""
     starts = suspect.starts(level.scales)
-    quick = [f for start in starts if (f := _attempt(level, best, suspect, start)) is not None]
+    waters = _waters(level, best, suspect)
+    quick = [f for w in waters for start in starts if (f := _attempt(w, best, suspect, start)) is not None]
     if not quick:
         return None
-    ahead = sorted(quick, key=lambda f: f.criterion)[: (REFINED if len(starts) > 1 else 1)]
+    ahead = sorted(quick, key=lambda f: f.criterion)[: (REFINED if len(starts) * len(waters) > 1 else 1)]
     fit = min((_refined(level, f) for f in ahead), key=lambda f: f.criterion)
     return Candidate((*best.suspects, suspect), fit, prior, _doubt(level, fit))
+
+
+def _waters(level: Level, best: Candidate, suspect: Suspect) -> tuple[Level, ...]:
+    """Levels on which a suspect is tried: what stands decides; damping of each spring's own (waves radiated at its own
+    frequency) comes with an added mass of its own too."""
+    if best.suspects:
+        return (replace(level, shared_water=best.fit.shared_water),)
+    if suspect.variant == EACH_SPRING:
+        return level, replace(level, shared_water=False)
+    return (level,)
 
 
 def _attempt(level: Level, best: Candidate, suspect: Suspect, start: float) -> JointFit | None:
@@ -205,6 +222,7 @@ def _attempt(level: Level, best: Candidate, suspect: Suspect, start: float) -> J
 
 def _refined(level: Level, fit: JointFit) -> JointFit:
     """The same model refitted from where it is until its noise is its own."""
+    level = replace(level, shared_water=fit.shared_water)
     return fit_joint(level, fit.addends, fit.memory, _values(fit), fit.misfit, growing=False)
 
 
@@ -246,6 +264,8 @@ def _doubt(level: Level, fit: JointFit) -> str:
                     return f"{name} = {value:.4g} {a.unit} sits on its bound"
                 if a is first:
                     error = fit.solution.stderr(name)
+                    if addend.prefix in DISSIPATES and value < -2.0 * error:
+                        return f"{name} = {value:.4g} {a.unit} would feed energy into the motion"
                     strengths.append(abs(value) / error if error > 0.0 else 0.0)
         if strengths and max(strengths) < SIGNIFICANT:
             return f"{addend.prefix} is {max(strengths):.1f} standard errors from zero"
@@ -268,6 +288,9 @@ def _rivals(best: Candidate, found: Sequence[Candidate]) -> tuple[tuple[str, ...
         if not c.out and tuple(sorted(c.names)) != tuple(sorted(best.names)) and c.suspects
         and best.score - c.score < math.log(RIVAL_ODDS) and len(c.names) == len(best.names)
     ]  # fmt: skip
+    if any(a.slot.startswith("hz") and best.fit.value(f"{d.prefix}.{a.name}") > OVERDAMPED
+           for d in best.fit.addends for a in d.additions):  # fmt: skip
+        near.append(tuple("relaxation" if n == "hidden_resonator" else n for n in best.names))
     return tuple(dict.fromkeys(near))
 
 

@@ -11,6 +11,7 @@ from dataclasses import dataclass, field
 from undertow.conditioning.motion import Motion
 from undertow.discrepancy.mismatch import Mismatch
 from undertow.discrepancy.verdict import Verdict
+from undertow.discrepancy.words import group_title
 from undertow.equation.equation import Equation
 from undertow.identification.fit import Fit, Specimen, Structure
 from undertow.recording.recording import Array, Condition
@@ -65,9 +66,8 @@ class GroupFindings:
 
     @property
     def label(self) -> str:
-        """The group's conditions in words, as in "spring short, water_depth_m 2.36"."""
-        words = ", ".join(f"{k} {v:g}" if isinstance(v, float) else f"{k} {v}" for k, v in self.key.items())
-        return words or "all trials"
+        """The group's conditions in words, as in "spring short, water depth 2.36 m"."""
+        return group_title(self.key)
 
 
 @dataclass(frozen=True)

@@ -85,8 +85,9 @@ class Addend:
 class JointFit:
     """One model on one level: the solution at its own noise, and what it is worth.
 
-    ``misfit`` is the mean squared residual in units of the sensors' noise; ``criterion`` is twice the negative log
-    evidence (Laplace, BIC for unknowns without prior): lower is better; ``outcome`` "ok" or a sentence.
+    ``misfit`` is the mean squared residual in units of the sensors' noise (geometric mean over trials); ``criterion``
+    is twice the negative log evidence (BIC for unknowns without prior): lower is better; ``memory`` the cells over
+    which residuals are correlated; ``shared_water`` whether added mass and drag are one for all springs.
     """
 
     addends: tuple[Addend, ...]
@@ -94,6 +95,7 @@ class JointFit:
     misfit: float
     criterion: float
     memory: float
+    shared_water: bool = True
 
     def value(self, name: str) -> float:
         """Value of an unknown by its full name."""
@@ -246,7 +248,8 @@ def fit_joint(
     if solution is None:
         raise IdentificationError(f"{REFITS} fits gave no solution")
     typical = math.exp(float(np.mean(np.log(list(misfits.values())))))
-    return JointFit(tuple(addends), solution, typical, criterion(solution, misfits, memory), memory)
+    worth = criterion(solution, misfits, memory)
+    return JointFit(tuple(addends), solution, typical, worth, memory, level.shared_water)
 
 
 def trial_misfits(solution: Solution, misfits: Mapping[str, float], memory: float) -> dict[str, float]:

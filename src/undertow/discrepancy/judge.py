@@ -16,7 +16,8 @@ from undertow.discrepancy.joint import Level, Member, make_level
 from undertow.discrepancy.prove import addition_parameters, check_cell, rms, score
 from undertow.discrepancy.suspects import Suspect
 from undertow.discrepancy.verdict import Described, Origin, PhysicalCheck, Rejected, Status, Verdict
-from undertow.quantities import Estimate, format_number
+from undertow.discrepancy.words import percent
+from undertow.quantities import Estimate
 
 STILL_MISSING = 2.0
 """With the addition the free run may be this many times repeatability away before the rest is called unknown too."""
@@ -109,15 +110,14 @@ def _without_a_name(plain: Verdict, case: Case) -> Verdict:
     """Nothing is missing, or something is and no suspect explains it."""
     total = len(case.trials)
     if case.missing <= total / 2:
-        error = format_number(float(f"{case.baseline.nrmse:.2g}"))
         text = (
             f"{case.label}: the equation explains {total - case.missing} of {total} trials within repeatability "
-            f"(error {error}, repeatability {case.allowed:.2g}); nothing is missing."
+            f"(error {percent(case.baseline.nrmse)}, repeatability {percent(case.allowed)}); nothing is missing."
         )
         return replace(plain, status="nothing_missing", verdict=(), sentence=text)
     text = (
-        f"{case.label}: the equation misses {100 * case.baseline.nrmse:.2g} % of the motion (repeatability "
-        f"{100 * case.allowed:.2g} %) in {case.missing} of {total} trials, and no suspect explains it: unknown."
+        f"{case.label}: the equation misses {percent(case.baseline.nrmse)} of the motion (repeatability "
+        f"{percent(case.allowed)}) in {case.missing} of {total} trials, and no suspect explains it: unknown."
     )
     return replace(plain, status="unknown", verdict=("unknown",), sentence=text)
 
@@ -187,8 +187,8 @@ def _sentence(
     held: float,
     rest: bool,
 ) -> str:
-    size = f"{100 * case.baseline.nrmse:.2g} %"
-    allowed = f"repeatability {100 * case.allowed:.2g} %"
+    size = percent(case.baseline.nrmse)
+    allowed = f"repeatability {percent(case.allowed)}"
     if case.missing:
         share = f"{case.missing} of {len(case.trials)} trials"
         parts = [f"{case.label}: the equation misses {size} of the motion in {share} ({allowed})."]
@@ -203,12 +203,14 @@ def _sentence(
         number = len(case.held)
         parts.append(
             f"On {number} trial{'s' if number > 1 else ''} it never saw the error goes from "
-            f"{case.baseline.held_out_nrmse:.2g} to {held:.2g}"
+            f"{percent(case.baseline.held_out_nrmse)} to {percent(held)}"
             + (", both within repeatability." if max(held, case.baseline.held_out_nrmse) <= case.allowed else ".")
         )
     else:
-        parts.append(f"On the trials it was fitted to the error goes from {case.baseline.nrmse:.2g} to {training:.2g}; "
-                     "not proved on an unseen trial.")  # fmt: skip
+        parts.append(
+            f"On the trials it was fitted to the error goes from {percent(case.baseline.nrmse)} to "
+            f"{percent(training)}; not proved on an unseen trial."
+        )
     if rest:
         parts.append("What is left is more than repetitions would differ: something else is missing too.")
     return " ".join(parts)

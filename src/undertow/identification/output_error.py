@@ -242,7 +242,10 @@ def _evaluate(problem: Problem, values: Array) -> _Point | None:
     away = values - np.array([u.start for u in problem.unknowns])
     normal[np.diag_indices(size)] += precision
     gradient += precision * away
-    cost = chi2 + float(precision @ away**2)
+    with np.errstate(over="ignore", invalid="ignore"):
+        cost = chi2 + float(precision @ away**2)
+    if not math.isfinite(cost):
+        return None
     return _Point(normal, gradient, cost, chi2, tuple(all_r), tuple(all_j), tuple(all_used))
 
 

@@ -15,9 +15,10 @@ from typing import Any
 import pandas as pd
 from jinja2 import Environment
 
+from undertow.discrepancy.words import group_title, percent
 from undertow.errors import UndertowError
 from undertow.quantities import Estimate
-from undertow.report.wording import estimate_text, group_title, percent
+from undertow.report.wording import estimate_text
 
 _PAGE = """<!doctype html><html lang="en"><head><meta charset="utf-8"><title>undertow: runs side by side</title>
 <style>body{font:14px sans-serif;margin:30px}table{border-collapse:collapse}

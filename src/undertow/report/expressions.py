@@ -1,7 +1,7 @@
-"""A method's equation as text and as LaTeX with numbers and units.
+"""A method's equation with its numbers, as LaTeX broken into lines.
 
-Belongs here: putting found numbers into the group's equation, and writing it. Does not belong here: rendering
-(typeset.py).
+Belongs here: putting found numbers into the group's equation, and breaking it. Does not belong here: how a law is
+written (equation/notation.py), drawing it (html.py).
 """
 
 from __future__ import annotations
@@ -16,11 +16,14 @@ from undertow.equation.equation import Equation
 from undertow.equation.term import Term
 from undertow.errors import UndertowError
 from undertow.identification.fit import Fit, Specimen
-from undertow.quantities import Estimate, format_number
+from undertow.quantities import Estimate
 
 Errors = dict[str, float]
 LATEX_LINE = 4
 """Terms a line of a long equation, so that it fits a column of text."""
+
+_UNIT = re.compile(r"\\,\\mathrm\{(?!sgn)(?:[^{}]|\{[^{}]*\})*\}")
+"""A unit behind a number, as the equation's LaTeX writes it."""
 
 
 def force_factors(specimen: Specimen) -> Mapping[str, tuple[str, float]]:
@@ -92,64 +95,39 @@ def _from_parameters(group: GroupFindings, fit: Fit) -> tuple[Equation, Errors]:
     return Equation(group.equation.terms, numbers, mass, group.equation.rest_m), errors
 
 
-def unit_latex(unit: str) -> str:
-    """A unit in upright LaTeX, empty for a pure number.
-
-    >>> unit_latex("N s^2/m^2")
-    '\\\\mathrm{N\\\\,s^{2}/m^{2}}'
-    """
-    if unit in ("", "1"):
-        return ""
-    body = re.sub(r"\^(\w+|\(.*?\))", r"^{\1}", unit).replace(" ", r"\,")
-    return rf"\mathrm{{{body}}}"
-
-
-def number_latex(value: float, error: float) -> str:
-    """A number with its error in LaTeX; the number alone where there is no error.
-
-    >>> number_latex(1271.4, 12.0), number_latex(8.1, math.nan)
-    ('(1271 \\\\pm 12)', '8.1')
-    """
-    if not (math.isfinite(error) and error > 0.0):
-        return _power_of_ten(f"{value:.5g}")
-    small = format_number(error, error)
-    return rf"({format_number(value, error)} \pm {small})"
-
-
-def _power_of_ten(text: str) -> str:
-    mantissa, e, exponent = text.partition("e")
-    return rf"{mantissa}\cdot 10^{{{int(exponent)}}}" if e else text
-
-
-def numeric_terms(equation: Equation, errors: Mapping[str, float]) -> list[str]:
-    """Each term of the equation in LaTeX with number, error and unit, the inertia first; signs included."""
-    per_mass = equation.mass_kg == 1.0
-    mass = number_latex(equation.mass_kg, errors.get("mass", math.nan))
-    parts = [r"\ddot{x}" if per_mass else rf"{mass}\,\mathrm{{kg}}\;\ddot{{x}}"]
-    for term, value in zip(equation.terms, equation.coefficients, strict=True):
-        number = number_latex(abs(value), errors.get(term.name, math.nan))
-        sign = "-" if value < 0.0 else "+"
-        unit = "" if per_mass else unit_latex(term.coefficient.unit)
-        space = r"\," if unit else ""
-        parts.append(rf"{sign} {number}{space}{unit}\;{_law_without_symbol(term)}")
-    return parts
-
-
-def _law_without_symbol(term: Term) -> str:
-    """The law's LaTeX after its coefficient: ``q\\,v|v|`` -> ``v|v|``; the whole where it does not start with it."""
-    law = term.latex.split(r",\ ")[0]
-    symbol = re.match(r"[A-Za-z]+(_\{\w+\}|_\w)?", law)
-    rest = law[symbol.end() :].lstrip() if symbol else law
-    return re.sub(r"^\\,", "", rest).strip() or law
-
-
 def numeric_latex(equation: Equation, errors: Mapping[str, float]) -> str:
-    """The equation in one line of LaTeX with numbers, errors and units."""
-    return " ".join(numeric_terms(equation, errors)) + " = 0"
+    """The equation in one line of LaTeX with numbers, errors and units.
+
+    Per unit mass (a mass of 1 without an error) it starts with the acceleration alone and bears no units: they would be
+    those of forces.
+
+    >>> numeric_latex(Equation((shelf.find("stiffness"),), (41.6,)), {"stiffness": 0.2})
+    '\\\\ddot{x} + (41.60 \\\\pm 0.20)\\\\,x = 0'
+    """
+    written = equation.to_latex(numbers=True, errors=errors)
+    return _UNIT.sub("", written).removeprefix(r"1\,") if is_per_mass(equation, errors) else written
+
+
+def is_per_mass(equation: Equation, errors: Mapping[str, float]) -> bool:
+    """Whether an equation's numbers are per unit mass: its mass is exactly 1 and has no error."""
+    return equation.mass_kg == 1.0 and not errors.get("mass", 0.0) > 0.0
 
 
 def numeric_lines(equation: Equation, errors: Mapping[str, float]) -> list[str]:
-    """The same broken into lines of at most LATEX_LINE terms."""
-    parts = numeric_terms(equation, errors)
-    parts[-1] += " = 0"
-    return [" ".join(parts[i : i + LATEX_LINE]) for i in range(0, len(parts), LATEX_LINE)]
+    """The same broken into lines of at most LATEX_LINE terms, a hidden state's equation on a line of its own."""
+    motion, *memory = numeric_latex(equation, errors).split(r",\quad ")
+    parts = _top_level_terms(motion)
+    lines = [" ".join(parts[i : i + LATEX_LINE]) for i in range(0, len(parts), LATEX_LINE)]
+    return [*lines, *memory]
+
+
+def _top_level_terms(latex: str) -> list[str]:
+    """An equation's terms, each with its sign, split where a sign stands outside of all brackets."""
+    parts = [""]
+    depth = 0
+    for i, letter in enumerate(latex):
+        depth += (letter in "({") - (letter in ")}")
+        if depth == 0 and letter in "+-" and latex[i - 1 : i] == " ":
+            parts.append("")
+        parts[-1] += letter
+    return [part.strip() for part in parts]

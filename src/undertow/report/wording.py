@@ -1,17 +1,18 @@
-"""How conditions, methods and parameters are called, and with which digits they are printed.
+"""How methods and parameters are called, and with which digits they are printed.
 
-Belongs here: names, symbols and units in words. Does not belong here: tables (tables.py), pages (html.py), figures.
+Belongs here: names, symbols and units in words. Does not belong here: groups in words (discrepancy/words.py), tables
+(tables.py), pages (html.py), figures.
 """
 
 from __future__ import annotations
 
+import itertools
 import math
 import re
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 
 from undertow.quantities import OK, Estimate, format_estimate
-from undertow.recording.recording import Condition
 
 METHOD_LABELS: Mapping[str, str] = {
     "decay": "Decay envelope",
@@ -34,6 +35,9 @@ METHOD_NOTES: Mapping[str, str] = {
     "output_error": "the simulated motion closest to every sensor at once, by least squares weighted with the noise",
 }
 """What each method does, in one line."""
+
+RESERVED_ANCHORS = frozenset({"campaign", "overview", "failed", "made"})
+"""Anchors of the page's own parts."""
 
 REFERENCE_ORDER = ("output_error", "method1", "sindy", "method2", "decay")
 """Whose numbers stand for a group where its verdict holds none: the statistically most efficient method first."""
@@ -60,22 +64,25 @@ _NAMES: Mapping[str, Name] = {
 }
 _ORDER = tuple(_NAMES)
 
-_UNIT_SUFFIXES = {unit.lower(): unit for unit in ("m", "mm", "cm", "s", "Hz", "deg", "kg", "N", "rad")}
+_UNIT_AT_END = re.compile(r"(?<=[a-z\d])_(?:rad|Hz|kg|N|Ns|Ns2|Ns3|m|s)\d?(?:_per_(?:rad|m|s|kg)\d?(?:_s\d)?)?$|_per_m2?$")
+"""A unit at the end of a parameter's name: it stands beside the number instead."""
 
 
 def parameter_name(parameter: str) -> Name:
     """Words and symbol of a parameter of the contract; an unknown one is spelled out.
 
-    >>> parameter_name("added_mass_kg"), parameter_name("stiffness_per_mass").words
-    (Name(words='added mass', symbol='m_a'), 'stiffness per mass')
+    >>> parameter_name("added_mass_kg"), parameter_name("natural_frequency_rad_per_s").words
+    (Name(words='added mass', symbol='m_a'), 'natural frequency')
+    >>> parameter_name("k_N_per_m_per_mass").symbol, parameter_name("sine_restoring_N_per_mass").words
+    ('k/M', 'sine restoring per mass')
     """
     if parameter in _NAMES:
         return _NAMES[parameter]
     base, separator, _ = parameter.partition("_per_mass")
-    if separator and base in _NAMES:
-        known = _NAMES[base]
-        return Name(f"{known.words} per mass", f"{known.symbol}/M")
-    return Name(parameter.replace("_", " ").replace(".", ": "))
+    if separator:
+        known = parameter_name(base)
+        return Name(f"{known.words} per mass", f"{known.symbol}/M" if known.symbol else "")
+    return Name(_UNIT_AT_END.sub("", parameter).replace("_", " ").replace(".", ": "))
 
 
 def ordered_parameters(names: Iterable[str]) -> list[str]:
@@ -100,38 +107,6 @@ def method_label(method: str) -> str:
 def is_as_printed(method: str) -> bool:
     """Whether a method is the report's recipe as printed, shown but never compared with the others."""
     return "printed" in method
-
-
-def split_unit(column: str) -> tuple[str, str]:
-    """A condition's name in words and the unit at its end, if it has one.
-
-    >>> split_unit("water_depth_m"), split_unit("spring")
-    (('water depth', 'm'), ('spring', ''))
-    """
-    words, _, last = column.rpartition("_")
-    if words and last.lower() in _UNIT_SUFFIXES:
-        return words.replace("_", " "), _UNIT_SUFFIXES[last.lower()]
-    return column.replace("_", " "), ""
-
-
-def condition_words(column: str, value: Condition) -> str:
-    """One condition in words, with its unit.
-
-    >>> condition_words("water_depth_m", 2.36), condition_words("spring", "short")
-    ('water depth 2.36 m', 'spring short')
-    """
-    words, unit = split_unit(column)
-    text = f"{value:g}" if isinstance(value, (int, float)) else str(value)
-    return f"{words} {text} {unit}".rstrip()
-
-
-def group_title(key: Mapping[str, Condition]) -> str:
-    """A group's conditions in words; "all trials" where trials are not grouped.
-
-    >>> group_title({"spring": "short", "water_depth_m": 2.36})
-    'spring short, water depth 2.36 m'
-    """
-    return ", ".join(condition_words(column, value) for column, value in key.items()) or "all trials"
 
 
 def estimate_text(estimate: Estimate, with_unit: bool = True) -> str:
@@ -166,20 +141,6 @@ def error_parts(estimate: Estimate) -> str:
     return f"noise {noise}, held fixed {fixed}"
 
 
-def percent(share: float) -> str:
-    """A share as per cent with two digits below ten per cent, whole above; "-" where there is none.
-
-    >>> percent(0.4012), percent(0.0436), percent(0.0031)
-    ('40 %', '4.4 %', '0.31 %')
-    """
-    if not math.isfinite(share):
-        return "-"
-    value = 100.0 * share
-    if value >= 10.0 or value == 0.0:
-        return f"{value:.0f} %"
-    return f"{value:.1f} %" if value >= 1.0 else f"{value:.2g} %"
-
-
 def problem_of(estimate: Estimate) -> str:
     """What a reader must know before using an estimate: on a bound, no error bar; empty where nothing."""
     if estimate.outcome != OK:
@@ -187,19 +148,28 @@ def problem_of(estimate: Estimate) -> str:
     return "" if math.isfinite(estimate.total_stderr) else "no error bar"
 
 
-def count(number: int, singular: str) -> str:
-    """A number and its noun.
-
-    >>> count(1, "trial"), count(4, "trial")
-    ('1 trial', '4 trials')
-    """
-    return f"{number} {singular}" if number == 1 else f"{number} {singular}s"
+ANCHOR_AT_MOST = 60
+"""Letters of an anchor: it is also a file's name."""
 
 
 def safe_anchor(text: str) -> str:
-    """A text as an anchor of a page: lower case letters, digits and dashes.
+    """A text as an anchor of a page: lower case letters, digits and single dashes.
 
     >>> safe_anchor("spring short, water depth 2.36 m")
     'spring-short-water-depth-2-36-m'
     """
-    return re.sub(r"[^a-z0-9]+", "-", text.lower()).strip("-") or "group"
+    return re.sub(r"[^a-z0-9]+", "-", text.lower())[:ANCHOR_AT_MOST].strip("-") or "group"
+
+
+def anchors(texts: Sequence[str]) -> list[str]:
+    """One anchor a text, numbered where two would be alike.
+
+    >>> anchors(["depth 2.3", "depth 2,3", "水"])
+    ['depth-2-3', 'depth-2-3-2', 'group']
+    """
+    out: list[str] = []
+    for text in texts:
+        plain = safe_anchor(text)
+        free = (f"{plain}-{number}" for number in itertools.count(2))
+        out.append(plain if plain not in {*out, *RESERVED_ANCHORS} else next(a for a in free if a not in out))
+    return out

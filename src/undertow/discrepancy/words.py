@@ -1,0 +1,70 @@
+"""How groups and shares are called in a sentence: on the page, in verdict.json and in the terminal alike.
+
+Belongs here: conditions, shares and counts in words. Does not belong here: what is said of them (judge.py), methods and
+parameters (report/wording.py).
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+
+from undertow.recording.recording import Condition
+
+_UNIT_SUFFIXES = {unit.lower(): unit for unit in ("m", "mm", "cm", "s", "Hz", "deg", "kg", "N", "rad")}
+"""Units that a condition's name may end in, as in water_depth_m."""
+
+
+def split_unit(column: str) -> tuple[str, str]:
+    """A condition's name in words and the unit at its end, if it has one.
+
+    >>> split_unit("water_depth_m"), split_unit("spring")
+    (('water depth', 'm'), ('spring', ''))
+    """
+    words, _, last = column.rpartition("_")
+    if words and last.lower() in _UNIT_SUFFIXES:
+        return words.replace("_", " "), _UNIT_SUFFIXES[last.lower()]
+    return column.replace("_", " "), ""
+
+
+def condition_words(column: str, value: Condition) -> str:
+    """One condition in words, with its unit.
+
+    >>> condition_words("water_depth_m", 2.36), condition_words("spring", "short")
+    ('water depth 2.36 m', 'spring short')
+    """
+    words, unit = split_unit(column)
+    text = f"{value:g}" if isinstance(value, (int, float)) else str(value)
+    return f"{words} {text} {unit}".rstrip()
+
+
+def group_title(key: Mapping[str, Condition]) -> str:
+    """A group's conditions in words; "all trials" where trials are not grouped.
+
+    >>> group_title({"spring": "short", "water_depth_m": 2.36})
+    'spring short, water depth 2.36 m'
+    """
+    return ", ".join(condition_words(column, value) for column, value in key.items()) or "all trials"
+
+
+def percent(share: float) -> str:
+    """A share as per cent with two digits below ten per cent, whole above; "-" where there is none.
+
+    >>> percent(0.4012), percent(0.0436), percent(0.0031)
+    ('40 %', '4.4 %', '0.31 %')
+    """
+    if not math.isfinite(share):
+        return "-"
+    value = 100.0 * share
+    if value >= 10.0 or value == 0.0:
+        return f"{value:.0f} %"
+    return f"{value:.1f} %" if value >= 1.0 else f"{value:.2g} %"
+
+
+def count(number: int, singular: str) -> str:
+    """A number and its noun.
+
+    >>> count(1, "trial"), count(4, "trial")
+    ('1 trial', '4 trials')
+    """
+    return f"{number} {singular}" if number == 1 else f"{number} {singular}s"

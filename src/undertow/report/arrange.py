@@ -13,7 +13,7 @@ from dataclasses import dataclass
 from undertow.discrepancy.findings import Findings, GroupFindings, TrialFindings
 from undertow.quantities import Estimate
 from undertow.recording.recording import Condition
-from undertow.report.wording import REFERENCE_ORDER, group_title, is_as_printed
+from undertow.report.wording import REFERENCE_ORDER, is_as_printed
 
 AGREEMENT_IN_STDERR = 2.0
 """Two methods agree when they differ by less than this many of their combined standard errors (95 % two-sided)."""
@@ -84,13 +84,14 @@ def unexplained(group: GroupFindings) -> tuple[TrialFindings, ...]:
 
 
 def group_numbers(group: GroupFindings) -> Mapping[str, Estimate]:
-    """The numbers that stand for a group: its verdict's baseline, else the best method's that found any."""
-    if group.verdict.baseline.parameters:
-        return group.verdict.baseline.parameters
-    for method in REFERENCE_ORDER:
-        if method in group.fits and group.fits[method].parameters:
+    """The numbers that stand for a group: those of the first method of REFERENCE_ORDER that found any.
+
+    Where none did: the verdict's baseline's.
+    """
+    for method in (*REFERENCE_ORDER, *group.fits):
+        if method in group.fits and group.fits[method].parameters and not is_as_printed(method):
             return group.fits[method].parameters
-    return {}
+    return group.verdict.baseline.parameters
 
 
 @dataclass(frozen=True)
@@ -146,8 +147,3 @@ def is_usable(estimate: Estimate) -> bool:
     """Whether an estimate has a finite value, a positive finite error, and came without reservation."""
     total = estimate.total_stderr
     return math.isfinite(estimate.value) and math.isfinite(total) and total > 0.0 and estimate.outcome == "ok"
-
-
-def title(group: GroupFindings) -> str:
-    """The group's conditions in words."""
-    return group_title(group.key)

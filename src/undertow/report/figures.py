@@ -17,19 +17,25 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
 from undertow.discrepancy.findings import Findings, GroupFindings
+from undertow.discrepancy.words import condition_words, split_unit
 from undertow.quantities import Estimate
 from undertow.recording.recording import Condition
 from undertow.report.arrange import Span, by_amplitude, is_usable, spanning_conditions
-from undertow.report.style import GREY, INK, NOT_EXPLAINED, PALE, SKY, method_colour, series_marker
-from undertow.report.wording import (
-    condition_words,
-    is_as_printed,
-    method_label,
-    ordered_parameters,
-    parameter_name,
-    percent,
-    split_unit,
+from undertow.report.style import (
+    DRAWN,
+    GREY,
+    INK,
+    NOT_EXPLAINED,
+    PALE,
+    SKY,
+    method_colour,
+    plain_log_ticks,
+    series_marker,
 )
+from undertow.report.wording import is_as_printed, method_label, ordered_parameters, parameter_name
+
+LEGEND_COLUMNS = 6
+"""Entries beside each other in a legend over the page's width: more would be cut off at its edge."""
 
 OUTLIER_IN_SPREADS = 10.0
 """A value further from the median than this many spreads is drawn as an arrow at the edge: it hides no other."""
@@ -50,8 +56,8 @@ def parameter_axis_label(parameter: str, unit: str) -> str:
 
 
 def amplitude_scale(findings: Findings) -> tuple[float, str]:
-    """Factor and unit in which amplitudes are drawn: mm, or mrad for a rotation."""
-    return (1e3, "mrad") if findings.coordinate == "rotation" else (1e3, "mm")
+    """Factor and unit in which amplitudes are drawn: mm, or degrees for a rotation."""
+    return DRAWN["rotation" if findings.coordinate == "rotation" else "translation"]
 
 
 def compared_methods(groups: Iterable[GroupFindings], parameter: str) -> tuple[str, ...]:
@@ -92,8 +98,7 @@ def draw_against_level(findings: Findings, parameter: str, axes: Axes) -> Axes:
         words, unit = split_unit(span.level)
         axes.set_xlabel(f"{words} ({unit})" if unit else words)
     else:
-        labels = [", ".join(condition_words(c, v) for c, v in g.key.items()) or "all trials" for g in groups]
-        axes.set_xticks(list(places.values()), labels, rotation=20, ha="right")
+        axes.set_xticks(list(places.values()), [g.label for g in groups], rotation=20, ha="right")
         axes.set_xlabel("group")
     axes.set_ylabel(parameter_axis_label(parameter, _unit_of(points)))
     return axes
@@ -120,7 +125,7 @@ def draw_against_amplitude(findings: Findings, groups: Sequence[GroupFindings], 
                 points.append((place, fit.parameters[parameter], method_colour(method, methods), marker))
     _draw_points(points, axes)
     axes.set_xscale("log")
-    _plain_log_ticks(axes, [p[0] for p in points])
+    plain_log_ticks(axes.xaxis, [p[0] for p in points])
     axes.set_xlabel(f"release amplitude ({unit})")
     axes.set_ylabel(parameter_axis_label(parameter, _unit_of(points)))
     return axes
@@ -130,11 +135,13 @@ def draw_agreement(group: GroupFindings, parameter: str, axes: Axes) -> Axes:
     """Each method's interval of one parameter in one group, side by side: thick one, thin two standard errors.
 
     A value far from all others is an arrow at the edge with its number; hollow: on a bound or without an error bar.
+    A recipe shown as printed takes no part.
     """
-    rows = [(m, f.parameters[parameter]) for m, f in group.fits.items() if parameter in f.parameters]
+    found = {m: f.parameters for m, f in group.fits.items() if not is_as_printed(m)}
+    rows = [(m, parameters[parameter]) for m, parameters in found.items() if parameter in parameters]
     rows = [(m, e) for m, e in rows if math.isfinite(e.value)]
     methods = tuple(group.fits)
-    low, high = sensible_limits([e for m, e in rows if not is_as_printed(m)] or [e for _, e in rows])
+    low, high = sensible_limits([e for _, e in rows], 2.0)
     for row, (method, estimate) in enumerate(rows):
         colour = method_colour(method, methods)
         if not low <= estimate.value <= high:
@@ -168,9 +175,11 @@ def draw_mismatch(findings: Findings, group: GroupFindings, axes: Axes) -> Axes:
     axes.set_xscale("log")
     axes.set_yscale("log")
     wide = _widened(x)
-    bottom = 1e-3
-    axes.fill_between(wide, bottom, _ends_repeated(repeat), color=PALE, lw=0, label="repeatability")
-    axes.plot(wide, _ends_repeated(sensor), color=SKY, lw=1.2, label="sensors alone")
+    shown = [*repeat, *sensor, *(100.0 * trial.mismatch.nrmse for trial in trials)]
+    bottom = 0.5 * min((value for value in shown if value > 0.0), default=1.0)
+    top = 2.0 * max((value for value in shown if math.isfinite(value)), default=1.0)
+    axes.fill_between(wide, bottom, np.maximum(_ends_repeated(repeat), bottom), color=PALE, lw=0)
+    axes.plot(wide, _ends_repeated(sensor), color=SKY, lw=1.2)
     for place, trial in zip(x, trials, strict=True):
         missing = trial.mismatch.missing
         colour = NOT_EXPLAINED if missing else INK
@@ -178,24 +187,26 @@ def draw_mismatch(findings: Findings, group: GroupFindings, axes: Axes) -> Axes:
         marker = "D" if missing else "o"
         axes.plot([place], [100.0 * trial.mismatch.nrmse], marker, ms=5.5, color=colour, mfc=face)
     axes.set_xlim(wide[0], wide[-1])
-    _plain_log_ticks(axes, x)
-    axes.yaxis.set_major_formatter(lambda value, _: f"{value:g}")
-    axes.yaxis.set_minor_formatter(lambda value, _: "")
+    axes.set_ylim(bottom, max(top, 4.0 * bottom))
+    plain_log_ticks(axes.xaxis, x)
+    plain_log_ticks(axes.yaxis, [value for value in shown if value > 0.0 and math.isfinite(value)])
     axes.set_xlabel(f"release amplitude ({unit})")
     axes.set_ylabel("free-run error (% of motion)")
     return axes
 
 
-def mismatch_legend(figure: Figure) -> None:
-    """What the marks of draw_mismatch mean, above a figure's panels."""
+def group_legend(group: GroupFindings, parameters: Sequence[str], figure: Figure) -> None:
+    """What the marks of a group's panels mean, above them: draw_mismatch's, and each method's colour."""
+    methods = tuple(dict.fromkeys(m for p in parameters for m in compared_methods([group], p)))
     marks = [
         Line2D([], [], color=INK, marker="o", ls="none", label="explained"),
         Line2D([], [], color=NOT_EXPLAINED, marker="D", ls="none", label="not explained"),
         Line2D([], [], color=GREY, marker="o", mfc="white", ls="none", label="hollow: held out"),
         Line2D([], [], color=PALE, lw=7, label="allowed by repeatability"),
         Line2D([], [], color=SKY, lw=1.2, label="sensors alone"),
+        *(Line2D([], [], color=method_colour(m, methods), lw=3, label=method_label(m)) for m in methods),
     ]
-    figure.legend(handles=marks, loc="outside upper left", ncols=len(marks))
+    figure.legend(handles=marks, loc="outside upper left", ncols=LEGEND_COLUMNS)
 
 
 def method_legend(findings: Findings, parameters: Sequence[str], figure: Figure) -> None:
@@ -210,11 +221,11 @@ def method_legend(findings: Findings, parameters: Sequence[str], figure: Figure)
             marks.append(Line2D([], [], color=GREY, marker=series_marker(i), ls="none", label=label))
     hollow = "hollow: on a bound or no error bar"
     marks.append(Line2D([], [], color=GREY, marker="o", mfc="white", ls="none", label=hollow))
-    figure.legend(handles=marks, loc="outside upper left", ncols=min(len(marks), 8))
+    figure.legend(handles=marks, loc="outside upper left", ncols=LEGEND_COLUMNS)
 
 
-def sensible_limits(estimates: Sequence[Estimate]) -> tuple[float, float]:
-    """Limits of an axis that show these estimates with their errors, without those far from all others.
+def sensible_limits(estimates: Sequence[Estimate], errors_shown: float = 1.0) -> tuple[float, float]:
+    """Limits of an axis that show these estimates, so many of their errors, and none that are far from all others.
 
     >>> low, high = sensible_limits([Estimate(10.0, 1.0), Estimate(11.0, 1.0), Estimate(900.0, 1.0)])
     >>> low < 8.0, 13.0 < high < 100.0
@@ -227,8 +238,8 @@ def sensible_limits(estimates: Sequence[Estimate]) -> tuple[float, float]:
     errors = [e.total_stderr for e in usable if math.isfinite(e.total_stderr)]
     spread = max(median(abs(e.value - middle) for e in usable), median(errors) if errors else 0.0)
     kept = [e for e in usable if abs(e.value - middle) <= OUTLIER_IN_SPREADS * spread] or usable
-    widest = 3.0 * max(spread, max(e.value for e in kept) - min(e.value for e in kept))
-    reach = [min(2.0 * e.total_stderr, widest) if math.isfinite(e.total_stderr) else 0.0 for e in kept]
+    widest = max(spread, max(e.value for e in kept) - min(e.value for e in kept))
+    reach = [min(errors_shown * e.total_stderr, widest) if math.isfinite(e.total_stderr) else 0.0 for e in kept]
     low = min(e.value - r for e, r in zip(kept, reach, strict=True))
     high = max(e.value + r for e, r in zip(kept, reach, strict=True))
     room = 0.08 * (high - low) or 0.05 * abs(middle) or 1.0
@@ -288,28 +299,3 @@ def _widened(x: Sequence[float]) -> list[float]:
 
 def _ends_repeated(values: Sequence[float]) -> list[float]:
     return [values[0], *values, values[-1]]
-
-
-def _plain_log_ticks(axes: Axes, values: Sequence[float]) -> None:
-    """Ticks at 1, 2, 5 of each decade, written plainly."""
-    if not values:
-        return
-    decades = range(math.floor(math.log10(min(values))) - 1, math.ceil(math.log10(max(values))) + 1)
-    ticks = [step * 10.0**decade for decade in decades for step in (1, 2, 5)]
-    low, high = min(values) / 1.3, max(values) * 1.3
-    shown = [tick for tick in ticks if low <= tick <= high]
-    axes.set_xticks(shown, [f"{tick:g}" for tick in shown])
-    axes.set_xticks([], minor=True)
-
-
-def times_allowed(group: GroupFindings) -> str:
-    """How far the group's worst trial is above what repeatability allows, in words.
-
-    Empty where all trials are explained.
-    """
-    missing = [trial for trial in group.trials if trial.mismatch.missing]
-    if not missing:
-        return ""
-    worst = max(missing, key=lambda trial: trial.mismatch.nrmse / trial.mismatch.repeatability_nrmse)
-    ratio = worst.mismatch.nrmse / worst.mismatch.repeatability_nrmse
-    return f"{percent(worst.mismatch.nrmse)}, {ratio:.1f} times what is allowed"

@@ -1,6 +1,6 @@
 """The page: one self-contained report.html from finished findings, and the figures as files beside it.
 
-Belongs here: what stands where on the page. Does not belong here: numbers' wording (wording.py, arrange.py), figures
+Belongs here: which figures there are, and the page's making. Does not belong here: what it says (blocks.py), drawing
 (figures.py, trial_figures.py), any computation.
 """
 
@@ -12,25 +12,16 @@ from typing import Any
 
 from jinja2 import Environment, PackageLoader, StrictUndefined
 from markupsafe import Markup
+from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from undertow.discrepancy.findings import Findings, GroupFindings, TrialFindings
+from undertow.discrepancy.findings import Findings, GroupFindings
 from undertow.equation.equation import Equation
-from undertow.report import figures, trial_figures
-from undertow.report.arrange import excess, spanning_conditions, title, unexplained
+from undertow.report import blocks, figures, trial_figures
+from undertow.report.arrange import excess, spanning_conditions, unexplained
 from undertow.report.expressions import numeric_lines
 from undertow.report.style import new_figure, page_style, svg_text
-from undertow.report.wording import (
-    error_parts,
-    estimate_text,
-    is_as_printed,
-    method_label,
-    ordered_parameters,
-    parameter_name,
-    percent,
-    problem_of,
-    safe_anchor,
-)
+from undertow.report.wording import anchors
 from undertow.report.writing import write_text
 
 LEVEL_PARAMETERS = ("added_mass_kg", "drag_coefficient")
@@ -42,14 +33,14 @@ WIDTH_IN = 11.0
 ROW_IN = 2.7
 """Height of one row of small multiples, inch."""
 
-STATUS_WORDS: Mapping[str, str] = {
-    "explained": "explained with an addition",
-    "nothing_missing": "nothing missing",
-    "unknown": "not explained",
-    "not_identifiable": "not identifiable",
-}
+RESIDUALS_AT_MOST = 3
+"""Trials of a group whose residual is drawn large: the worst explained ones."""
 
-Block = Mapping[str, Any]
+CAMPAIGN = "campaign"
+"""First part of the name of a figure over all groups; of a group's it is the group's anchor."""
+
+SEPARATOR = "--"
+"""Between a figure's two parts; no anchor holds it."""
 
 
 def write_report(findings: Findings, folder: Path, manifest: Mapping[str, Any]) -> Path:
@@ -72,24 +63,25 @@ def page(findings: Findings, drawn: Mapping[str, str], manifest: Mapping[str, An
         loader=PackageLoader("undertow.report"), autoescape=True, undefined=StrictUndefined, trim_blocks=True,
         lstrip_blocks=True,
     )  # fmt: skip
-    template = environment.get_template("report.html.j2")
-    inline = {name: Markup(_inline(svg)) for name, svg in drawn.items()}
-    return template.render(
+    names = anchors([group.label for group in findings.groups])
+    pairs = zip(findings.groups, names, strict=True)
+    return environment.get_template("report.html.j2").render(
         name=findings.name,
         across=findings.across_groups,
-        groups=[_group(findings, group, inline) for group in findings.groups],
-        overview=_overview(findings),
-        figures={name: svg for name, svg in inline.items() if name.startswith("all-")},
+        groups=[blocks.group_block(findings, group, name, _inline(drawn, name)) for group, name in pairs],
+        overview=blocks.overview(findings, names),
+        figures=_inline(drawn, CAMPAIGN),
         failed=findings.failed,
         notes=findings.notes,
-        manifest=_provenance(manifest),
+        manifest=blocks.provenance(manifest),
+        methods=blocks.method_notes(findings),
         config_text=manifest.get("config_text", ""),
-        counts=_counts(findings),
+        counts=blocks.counts(findings),
     )
 
 
 def page_figures(findings: Findings) -> dict[str, str]:
-    """Every figure of the page as SVG text, by name: ``all-...`` for the campaign, else the group's anchor first."""
+    """Every figure of the page as SVG text, by name: CAMPAIGN or a group's anchor, SEPARATOR, what it shows."""
     drawn = {}
     parameters = [p for p in LEVEL_PARAMETERS if figures.compared_methods(findings.groups, p)]
     if spanning_conditions(findings).level is not None and parameters and len(findings.groups) > 1:
@@ -97,43 +89,50 @@ def page_figures(findings: Findings) -> dict[str, str]:
         for parameter, axes in zip(parameters, _row(figure, len(parameters)), strict=True):
             figures.draw_against_level(findings, parameter, axes)
         figures.method_legend(findings, parameters, figure)
-        drawn["all-levels"] = svg_text(figure)
-    for group in findings.groups:
-        drawn |= _group_figures(findings, group, parameters)
+        drawn[f"{CAMPAIGN}{SEPARATOR}levels"] = svg_text(figure)
+    names = anchors([group.label for group in findings.groups])
+    for group, name in zip(findings.groups, names, strict=True):
+        for kind, svg in _group_figures(findings, group, parameters).items():
+            drawn[f"{name}{SEPARATOR}{kind}"] = svg
     return drawn
 
 
-def _row(figure: Figure, number: int) -> Sequence[Any]:
-    axes = figure.subplots(1, number, squeeze=False)
-    return list(axes[0])
+def _row(figure: Figure, number: int) -> Sequence[Axes]:
+    return list(figure.subplots(1, number, squeeze=False)[0])
 
 
 def _group_figures(findings: Findings, group: GroupFindings, parameters: Sequence[str]) -> dict[str, str]:
-    anchor = safe_anchor(title(group))
-    drawn = {}
+    """A group's figures by what they show."""
     shown = min(len(group.trials), trial_figures.PANELS_AT_MOST)
     runs = new_figure(WIDTH_IN, ROW_IN * trial_figures.panel_grid(shown)[1])
-    drawn[f"{anchor}-runs"] = svg_text(trial_figures.draw_free_runs(group, runs))
     found = [p for p in parameters if figures.compared_methods([group], p)]
-    several = found if len(group.trials) > 1 else []
-    summary = new_figure(WIDTH_IN, 3.2)
-    axes = _row(summary, 2 + len(several))
-    figures.draw_mismatch(findings, group, axes[0])
-    trial_figures.draw_decay(group, axes[1])
-    for parameter, place in zip(several, axes[2:], strict=True):
-        figures.draw_against_amplitude(findings, [group], parameter, place)
-    drawn[f"{anchor}-summary"] = svg_text(summary)
+    drawn = {
+        "equation": equation_svg(group.equation, group.equation_errors),
+        "runs": svg_text(trial_figures.draw_free_runs(group, runs)),
+        "summary": _summary(findings, group, found if len(group.trials) > 1 else []),
+    }
     if found:
-        agreement = new_figure(WIDTH_IN, 2.2)
+        agreement = new_figure(WIDTH_IN, 2.0)
         for parameter, place in zip(found, _row(agreement, len(found)), strict=True):
             figures.draw_agreement(group, parameter, place)
-        drawn[f"{anchor}-agreement"] = svg_text(agreement)
-    open_trials = sorted(unexplained(group), key=excess, reverse=True)[:3]
+        drawn["agreement"] = svg_text(agreement)
+    open_trials = sorted(unexplained(group), key=excess, reverse=True)[:RESIDUALS_AT_MOST]
     if open_trials:
         residuals = new_figure(WIDTH_IN, 2.0 * len(open_trials))
-        drawn[f"{anchor}-residuals"] = svg_text(trial_figures.draw_residuals(open_trials, residuals))
-    drawn[f"{anchor}-equation"] = equation_svg(group.equation, group.equation_errors)
+        drawn["residuals"] = svg_text(trial_figures.draw_residuals(open_trials, residuals))
     return drawn
+
+
+def _summary(findings: Findings, group: GroupFindings, parameters: Sequence[str]) -> str:
+    """Mismatch, decay, and each parameter against amplitude, side by side under one legend."""
+    summary = new_figure(WIDTH_IN, 3.4)
+    axes = _row(summary, 2 + len(parameters))
+    figures.draw_mismatch(findings, group, axes[0])
+    trial_figures.draw_decay(group, axes[1])
+    for parameter, place in zip(parameters, axes[2:], strict=True):
+        figures.draw_against_amplitude(findings, [group], parameter, place)
+    figures.group_legend(group, parameters, summary)
+    return svg_text(summary)
 
 
 def equation_svg(equation: Equation, errors: Mapping[str, float]) -> str:
@@ -145,124 +144,8 @@ def equation_svg(equation: Equation, errors: Mapping[str, float]) -> str:
     return svg_text(figure, outlines=True)
 
 
-def _inline(svg: str) -> str:
-    """The SVG element without its XML declaration and document type, for use inside HTML."""
-    return svg[svg.index("<svg") :]
-
-
-def _counts(findings: Findings) -> Mapping[str, int]:
-    trials = [t for g in findings.groups for t in g.trials]
-    return {
-        "trials": len(trials),
-        "groups": len(findings.groups),
-        "failed": len(findings.failed),
-        "missing": sum(t.mismatch.missing for t in trials),
-        "open_groups": sum(g.verdict.status not in ("nothing_missing", "explained") for g in findings.groups),
-    }
-
-
-def _overview(findings: Findings) -> list[Block]:
-    """One row a group: what stands for it, its error and what is allowed."""
-    rows: list[Block] = []
-    for group in findings.groups:
-        fit = group.fits.get("output_error") or next(iter(group.fits.values()), None)
-        shown = [p for p in ordered_parameters(fit.parameters if fit else ()) if p != "total_mass_kg"][:5]
-        rows.append(
-            {
-                "title": title(group),
-                "anchor": safe_anchor(title(group)),
-                "dry": group.dry,
-                "numbers": [
-                    {"name": parameter_name(p).words, "text": estimate_text(fit.parameters[p])} for p in shown if fit
-                ],
-                "nrmse": percent(group.verdict.baseline.nrmse),
-                "limit": percent(group.verdict.repeatability_nrmse),
-                "missing": len(unexplained(group)),
-                "trials": len(group.trials),
-                "status": STATUS_WORDS[group.verdict.status],
-                "open": group.verdict.status not in ("nothing_missing", "explained"),
-            }
-        )
-    return rows
-
-
-def _group(findings: Findings, group: GroupFindings, drawn: Mapping[str, Markup]) -> Block:
-    anchor = safe_anchor(title(group))
-    parameters = ordered_parameters(p for fit in group.fits.values() for p in fit.parameters)
-    return {
-        "title": title(group),
-        "anchor": anchor,
-        "dry": group.dry,
-        "sentence": group.verdict.sentence,
-        "status": STATUS_WORDS[group.verdict.status],
-        "open": group.verdict.status not in ("nothing_missing", "explained"),
-        "columns": [parameter_name(p).words for p in parameters],
-        "methods": [_method_row(group, method, parameters) for method in group.fits],
-        "latex": group.equation.to_latex(),
-        "text": str(group.equation),
-        "figures": {n.removeprefix(f"{anchor}-"): svg for n, svg in drawn.items() if n.startswith(f"{anchor}-")},
-        "trials": [_trial_row(trial) for trial in group.trials],
-        "notes": group.notes,
-        "held_out": [t.motion.name for t in group.trials if t.held_out],
-    }
-
-
-def _method_row(group: GroupFindings, method: str, parameters: Sequence[str]) -> Block:
-    fit = group.fits[method]
-    cells = []
-    for parameter in parameters:
-        estimate = fit.parameters.get(parameter)
-        cells.append(
-            {"text": "", "parts": "", "problem": ""}
-            if estimate is None
-            else {"text": estimate_text(estimate), "parts": error_parts(estimate), "problem": problem_of(estimate)}
-        )
-    return {
-        "label": method_label(method),
-        "cells": cells,
-        "outcome": "" if fit.outcome == "ok" else fit.outcome,
-        "notes": [n for n in fit.notes if n],
-        "as_printed": is_as_printed(method),
-    }
-
-
-def _trial_row(trial: TrialFindings) -> Block:
-    m = trial.mismatch
-    return {
-        "name": trial.motion.name,
-        "amplitude": f"{trial.motion.amplitude:.4g}",
-        "held_out": trial.held_out,
-        "nrmse": percent(m.nrmse),
-        "floor": percent(m.sensor_floor_nrmse),
-        "limit": percent(m.repeatability_nrmse),
-        "missing": m.missing,
-        "where": _where(trial),
-        "scores": [
-            {"label": method_label(name), "text": percent(score)}
-            for name, score in trial.nrmse.items()
-            if name != "baseline" and not is_as_printed(name)
-        ],
-    }
-
-
-def _where(trial: TrialFindings) -> str:
-    """In words where an unexplained trial's residual is; empty for an explained one."""
-    m = trial.mismatch
-    if not m.missing:
-        return ""
-    shares = {"first": m.share_early, "second": m.share_middle, "last": m.share_late}
-    where = max(shares, key=lambda part: shares[part] if shares[part] == shares[part] else -1.0)
-    text = f"{percent(shares[where])} in the {where} third"
-    if m.line_share == m.line_share and m.line_share > 0.2:
-        text += f", {percent(m.line_share)} in a line at {m.line_frequency_hz:.2f} Hz"
-    return text
-
-
-def _provenance(manifest: Mapping[str, Any]) -> list[tuple[str, str]]:
-    keys = ("undertow", "git_revision", "python", "platform", "config", "seed")
-    rows = [(key, str(manifest[key])) for key in keys if key in manifest]
-    packages = manifest.get("packages", {})
-    rows.append(("packages", ", ".join(f"{name} {version}" for name, version in packages.items())))
-    times = manifest.get("wall_time_s", {})
-    rows.append(("wall time", ", ".join(f"{stage} {seconds:.3g} s" for stage, seconds in times.items())))
-    return rows
+def _inline(drawn: Mapping[str, str], part: str) -> Mapping[str, Markup]:
+    """The figures of one part of the page by what they show, as SVG elements for use inside HTML."""
+    start = f"{part}{SEPARATOR}"
+    own = {name.removeprefix(start): svg for name, svg in drawn.items() if name.startswith(start)}
+    return {kind: Markup(svg[svg.index("<svg") :]) for kind, svg in own.items()}

@@ -6,11 +6,14 @@ Belongs here: style and saving. Does not belong here: what is drawn (figures.py,
 from __future__ import annotations
 
 import io
-from collections.abc import Iterator, Mapping
+import math
+import re
+from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from typing import Any
 
 from matplotlib import rc_context
+from matplotlib.axis import Axis
 from matplotlib.figure import Figure
 
 BLUE, ORANGE, GREEN, VERMILLION = "#0072B2", "#E69F00", "#009E73", "#D55E00"
@@ -48,6 +51,7 @@ SETTINGS: Mapping[str, Any] = {
     "legend.fontsize": 8.0,
     "legend.frameon": False,
     "lines.linewidth": 0.9,
+    "path.simplify_threshold": 0.2,
     "svg.hashsalt": "undertow",
     "svg.fonttype": "none",
     "mathtext.fontset": "dejavusans",
@@ -55,8 +59,11 @@ SETTINGS: Mapping[str, Any] = {
 }
 """matplotlib settings of every figure, at the page's width of eleven inches."""
 
-RASTER_DPI = 120
-"""Dots an inch of the dense lines inside an SVG, and of a PNG: sharp at the page's size, small in bytes."""
+DRAWN: Mapping[str, tuple[float, str]] = {"translation": (1e3, "mm"), "rotation": (180.0 / math.pi, "°")}
+"""Drawn units a metre or a radian, and what they are called, by coordinate."""
+
+SVG_DECIMALS = 1
+"""Decimals of a point (1/72 inch) in an SVG: a tenth is a seventh of a pixel at the page's size."""
 
 
 def method_colour(method: str, methods: tuple[str, ...] = ()) -> str:
@@ -74,6 +81,30 @@ def method_colour(method: str, methods: tuple[str, ...] = ()) -> str:
 def series_marker(index: int) -> str:
     """Marker of the i-th series (spring), the same in every figure."""
     return _MARKERS[index % len(_MARKERS)]
+
+
+TICKS_AT_MOST = 5
+"""Numbers on a log axis that do not run into each other on a narrow panel."""
+
+
+def plain_log_ticks(axis: Axis, values: Sequence[float]) -> None:
+    """Ticks of a log axis that shows these positive values, in plain numbers.
+
+    At 1, 2, 5 of each decade, or fewer over a wide range; at the ends where that gives fewer than two.
+    """
+    if not values:
+        return
+    low, high = min(values) / 1.3, max(values) * 1.3
+    decades = range(math.floor(math.log10(low)), math.ceil(math.log10(high)) + 1)
+    for steps, every in (((1, 2, 5), 1), ((1, 3), 1), ((1,), 1), ((1,), 2), ((1,), 4)):
+        ticks = [step * 10.0**decade for decade in decades if decade % every == 0 for step in steps]
+        shown = [tick for tick in ticks if low <= tick <= high]
+        if len(shown) <= TICKS_AT_MOST:
+            break
+    if len(shown) < 2:
+        shown = sorted({float(f"{min(values):.3g}"), float(f"{max(values):.3g}")})
+    axis.set_ticks(shown, [f"{tick:.6g}" for tick in shown])
+    axis.set_ticks([], minor=True)
 
 
 @contextmanager
@@ -101,13 +132,21 @@ def svg_text(figure: Figure, outlines: bool = False) -> str:
     """
     stream = io.StringIO()
     with rc_context(_settings() | {"svg.fonttype": "path" if outlines else "none"}):
-        figure.savefig(stream, format="svg", metadata={"Date": None}, dpi=RASTER_DPI)
-    return stream.getvalue()
+        figure.savefig(stream, format="svg", metadata={"Date": None})
+    return _compact(stream.getvalue())
 
 
-def png_bytes(figure: Figure) -> bytes:
-    """The figure as PNG at RASTER_DPI."""
-    stream = io.BytesIO()
-    with rc_context(_settings()):
-        figure.savefig(stream, format="png", dpi=RASTER_DPI)
-    return stream.getvalue()
+_COORDINATES = re.compile(r'(?<= )(d|x|y|points)="[^"]*"')
+_LONG_NUMBER = re.compile(r"-?\d+\.\d+")
+
+
+def _compact(svg: str) -> str:
+    """The same drawing in a third of the bytes: coordinates to SVG_DECIMALS, no metadata, no indentation."""
+    svg = re.sub(r"\s*<metadata>.*?</metadata>", "", svg, count=1, flags=re.DOTALL)
+    svg = re.sub(r"\n\s+", "\n", svg)
+    return _COORDINATES.sub(lambda found: _LONG_NUMBER.sub(_rounded, found.group()).replace("\n", ""), svg)
+
+
+def _rounded(number: re.Match[str]) -> str:
+    text = f"{float(number.group()):.{SVG_DECIMALS}f}".rstrip("0").rstrip(".")
+    return "0" if text == "-0" else text

@@ -8,16 +8,17 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
+from dataclasses import dataclass
 
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from undertow.discrepancy.findings import GroupFindings, TrialFindings
+from undertow.discrepancy.words import percent
 from undertow.recording.recording import Array
 from undertow.report.arrange import chosen, excess
-from undertow.report.style import BLUE, GREY, INK, NOT_EXPLAINED, PALE, SKY
-from undertow.report.wording import percent
+from undertow.report.style import BLUE, DRAWN, GREY, INK, NOT_EXPLAINED, PALE, SKY, plain_log_ticks
 
 PANELS_AT_MOST = 24
 """Trials of a group that are drawn; of more, the ends and the worst explained ones."""
@@ -25,32 +26,57 @@ PANELS_AT_MOST = 24
 CURVES_AT_MOST = 8
 """Decays on one axes that a reader can still tell apart."""
 
+POINTS_AT_MOST = 900
+"""Points of a curve in a panel; of more, the lowest and the highest of each stretch are drawn."""
+
 _RESPONSES = {
-    ("displacement", "translation"): ("displacement", "mm"),
-    ("displacement", "rotation"): ("angle", "mrad"),
-    ("velocity", "translation"): ("velocity", "mm/s"),
-    ("velocity", "rotation"): ("angular velocity", "mrad/s"),
+    ("displacement", "translation"): "displacement",
+    ("displacement", "rotation"): "angle",
+    ("velocity", "translation"): "velocity",
+    ("velocity", "rotation"): "angular velocity",
 }
-MILLI = 1e3
-"""Drawn units (mm, mrad) an SI unit."""
 
 
-def response(trial: TrialFindings) -> tuple[str, str]:
-    """What the free run is compared with, in words, and the unit it is drawn in.
+@dataclass(frozen=True)
+class Response:
+    """What the free run is compared with, in words; the unit it is drawn in, and how many of it make one in SI."""
 
-    Displacement where it was recorded, else velocity (a rate gyro alone).
-    """
+    words: str
+    unit: str
+    factor: float
+
+
+def response(trial: TrialFindings) -> Response:
+    """Displacement where it was recorded, else velocity (a rate gyro alone)."""
     recording = trial.motion.recording
     channel = "displacement" if "displacement" in recording.channels else "velocity"
-    return _RESPONSES[channel, recording.coordinate]
+    factor, unit = DRAWN[recording.coordinate]
+    words = _RESPONSES[channel, recording.coordinate]
+    return Response(words, unit if channel == "displacement" else f"{unit}/s", factor)
+
+
+def thinned(t: Array, values: Array, at_most: int = POINTS_AT_MOST) -> tuple[Array, Array]:
+    """At most so many points of a curve, (m,) each: the lowest and the highest of each stretch, so that peaks stay.
+
+    >>> t = np.arange(10_000.0)
+    >>> few, shown = thinned(t, np.where(t == 4321.0, 9.0, 0.0), 100)
+    >>> few.size <= 100, float(shown.max())
+    (True, 9.0)
+    """
+    if t.size <= at_most:
+        return t, values
+    stretches = np.array_split(np.arange(t.size), at_most // 2)
+    kept = {int(s[end]) for s in stretches for end in (np.argmin(values[s]), np.argmax(values[s]))}
+    index = np.array(sorted(kept))
+    return t[index], values[index]
 
 
 def trial_heading(trial: TrialFindings) -> str:
     """Release amplitude, free-run error against what is allowed, and in words if the trial is not explained."""
-    unit = "mrad" if trial.motion.recording.coordinate == "rotation" else "mm"
+    factor, unit = DRAWN[trial.motion.recording.coordinate]
     mismatch = trial.mismatch
     error = f"error {percent(mismatch.nrmse)} (allowed {percent(mismatch.repeatability_nrmse)})"
-    text = f"{trial.motion.amplitude * MILLI:.3g} {unit} · {error}"
+    text = f"{trial.motion.amplitude * factor:.3g} {unit} · {error}"
     if trial.held_out:
         text += " · held out"
     return text + (f" · NOT EXPLAINED ({excess(trial):.1f}×)" if mismatch.missing else "")
@@ -58,11 +84,11 @@ def trial_heading(trial: TrialFindings) -> str:
 
 def draw_free_run(trial: TrialFindings, axes: Axes) -> Axes:
     """Measured motion of one trial and the free run of its group's equation from the release, against time."""
-    words, unit = response(trial)
+    shown = response(trial)
     run = NOT_EXPLAINED if trial.mismatch.missing else BLUE
-    axes.plot(trial.t, trial.measured * MILLI, color=INK, lw=1.1, label="measured", rasterized=True)
-    axes.plot(trial.t, trial.simulated * MILLI, color=run, lw=0.7, label="free run", rasterized=True)
-    axes.set_ylabel(f"{words} ({unit})")
+    axes.plot(*thinned(trial.t, trial.measured * shown.factor), color=INK, lw=1.1, label="measured")
+    axes.plot(*thinned(trial.t, trial.simulated * shown.factor), color=run, lw=0.7, label="free run")
+    axes.set_ylabel(f"{shown.words}\n({shown.unit})")
     axes.set_xlabel("time after release (s)")
     axes.set_title(trial_heading(trial), color=NOT_EXPLAINED if trial.mismatch.missing else INK)
     axes.margins(x=0.0)
@@ -71,17 +97,17 @@ def draw_free_run(trial: TrialFindings, axes: Axes) -> Axes:
 
 def draw_residual(trial: TrialFindings, axes: Axes) -> Axes:
     """Measured minus free run against time; grey: plus and minus what repeatability allows, as an RMS."""
-    words, unit = response(trial)
+    shown = response(trial)
     rms = float(np.sqrt(np.mean(trial.measured**2)))
-    allowed = trial.mismatch.repeatability_nrmse * rms * MILLI
+    allowed = trial.mismatch.repeatability_nrmse * rms * shown.factor
     if math.isfinite(allowed):
         axes.axhspan(-allowed, allowed, color=PALE, lw=0)
     colour = NOT_EXPLAINED if trial.mismatch.missing else BLUE
-    residual = (trial.measured - trial.simulated) * MILLI
-    axes.plot(trial.t, residual, color=colour, lw=0.7, rasterized=True)
+    residual = (trial.measured - trial.simulated) * shown.factor
+    axes.plot(*thinned(trial.t, residual), color=colour, lw=0.7)
     size = 1.1 * max(float(np.max(np.abs(residual))), allowed if math.isfinite(allowed) else 0.0, 1e-9)
     axes.set_ylim(-size, size)
-    axes.set_ylabel(f"residual ({unit})" if words else unit)
+    axes.set_ylabel(f"residual\n({shown.unit})")
     axes.set_xlabel("time after release (s)")
     axes.margins(x=0.0)
     return axes
@@ -108,9 +134,11 @@ def draw_free_runs(group: GroupFindings, figure: Figure, at_most: int = PANELS_A
             lower.set_ylabel("")
         if i == 0:
             upper.legend(loc="upper right", ncols=2, borderaxespad=0.1)
+        lower.locator_params(axis="y", nbins=3)
         if trial.mismatch.missing:
             for spine in (*upper.spines.values(), *lower.spines.values()):
                 spine.set_color(NOT_EXPLAINED)
+    figure.align_ylabels()
     return figure
 
 
@@ -144,21 +172,21 @@ def amplitude_spectrum(t: Array, values: Array) -> tuple[Array, Array]:
 
 def draw_residual_spectrum(trial: TrialFindings, axes: Axes) -> Axes:
     """Amplitude spectra of the measured motion and of what the free run leaves, with the residual's line marked."""
-    _, unit = response(trial)
+    shown = response(trial)
     frequency, motion = amplitude_spectrum(trial.t, trial.measured)
     _, left = amplitude_spectrum(trial.t, trial.measured - trial.simulated)
     top = 4.0 * float(frequency[int(np.argmax(motion[1:])) + 1])
-    axes.semilogy(frequency, motion * MILLI, color=GREY, lw=0.9, label="measured")
-    axes.semilogy(frequency, left * MILLI, color=NOT_EXPLAINED, lw=1.1, label="residual")
+    axes.semilogy(frequency, motion * shown.factor, color=GREY, lw=0.9, label="measured")
+    axes.semilogy(frequency, left * shown.factor, color=NOT_EXPLAINED, lw=1.1, label="residual")
     line = trial.mismatch.line_frequency_hz
     if math.isfinite(line):
         axes.axvline(line, color=SKY, lw=1.0, ls="--", label=f"line at {line:.3g} Hz")
-    shown = (frequency <= top) & (frequency > 0.0)
-    largest = MILLI * max(float(motion[shown].max()), float(left[shown].max()))
+    inside = (frequency <= top) & (frequency > 0.0)
+    largest = shown.factor * max(float(motion[inside].max()), float(left[inside].max()))
     axes.set_ylim(largest * 1e-4, largest * 2.0)
     axes.set_xlim(0.0, top)
     axes.set_xlabel("frequency (Hz)")
-    axes.set_ylabel(f"amplitude ({unit})")
+    axes.set_ylabel(f"amplitude\n({shown.unit})")
     axes.legend(loc="upper right")
     return axes
 
@@ -196,16 +224,19 @@ def half_cycle_peaks(t: Array, x: Array, smallest: float) -> tuple[Array, Array]
 def draw_decay(group: GroupFindings, axes: Axes, at_most: int = CURVES_AT_MOST) -> Axes:
     """Amplitude of every half cycle against time on a log axis: points measured, lines the free run."""
     trials = chosen(group.trials, at_most)
+    factor, sizes = response(trials[0]).factor, []
     for trial in trials:
         noise = min(trial.motion.noise.values(), default=0.0)
         smallest = max(0.01 * float(np.max(np.abs(trial.measured))), 3.0 * noise)
         colour = NOT_EXPLAINED if trial.mismatch.missing else BLUE
         t, size = half_cycle_peaks(trial.t, trial.measured, smallest)
-        axes.semilogy(t, size * MILLI, ".", color=INK, ms=4.0)
+        axes.semilogy(t, size * factor, ".", color=INK, ms=4.0)
+        sizes += [float(value) * factor for value in size]
         t, size = half_cycle_peaks(trial.t, trial.simulated, smallest)
-        axes.semilogy(t, size * MILLI, "-", color=colour, lw=0.9)
-    words, unit = response(trials[0])
-    axes.set_ylabel(f"{words} a half cycle ({unit})")
+        axes.semilogy(t, size * factor, "-", color=colour, lw=0.9)
+    shown = response(trials[0])
+    axes.set_ylabel(f"peak {shown.words} a half cycle ({shown.unit})")
     axes.set_xlabel("time after release (s)")
-    axes.yaxis.set_major_formatter(lambda value, _: f"{value:g}")
+    plain_log_ticks(axes.yaxis, [size for size in sizes if size > 0.0])
+    axes.set_title("points: measured · lines: free run", fontsize=8)
     return axes

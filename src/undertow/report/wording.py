@@ -64,7 +64,8 @@ _NAMES: Mapping[str, Name] = {
 }
 _ORDER = tuple(_NAMES)
 
-_UNIT_AT_END = re.compile(r"(?<=[a-z\d])_(?:rad|Hz|kg|N|Ns|Ns2|Ns3|m|s)\d?(?:_per_(?:rad|m|s|kg)\d?(?:_s\d)?)?$|_per_m2?$")
+_PER = r"_per_(?:rad|m|s|kg)\d?(?:_s\d)?"
+_UNIT_AT_END = re.compile(rf"(?<=[a-z\d])_(?:rad|Hz|kg|N|Ns|Ns2|Ns3|m|s)\d?(?:{_PER})?$|{_PER}$")
 """A unit at the end of a parameter's name: it stands beside the number instead."""
 
 

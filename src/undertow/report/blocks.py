@@ -1,0 +1,257 @@
+"""What the page says, as plain rows and texts for its template.
+
+Belongs here: which of the findings' numbers stand in which row, in words. Does not belong here: the page itself and its
+figures (html.py), names and digits (wording.py).
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+from undertow.discrepancy.findings import Findings, GroupFindings, TrialFindings
+from undertow.discrepancy.verdict import Verdict
+from undertow.discrepancy.words import count, percent
+from undertow.quantities import OK, Estimate
+from undertow.report.arrange import agreement, group_numbers, unexplained
+from undertow.report.expressions import is_per_mass, numeric_latex
+from undertow.report.figures import amplitude_scale
+from undertow.report.wording import (
+    METHOD_NOTES,
+    error_parts,
+    estimate_text,
+    is_as_printed,
+    method_label,
+    ordered_parameters,
+    parameter_name,
+    problem_of,
+)
+
+COLUMNS_AT_MOST = 6
+"""Parameters beside each other in the table of all groups."""
+
+STATUS_WORDS: Mapping[str, str] = {
+    "explained": "explained with",
+    "nothing_missing": "nothing missing",
+    "unknown": "not explained",
+    "not_identifiable": "cannot be told apart",
+}
+
+Block = Mapping[str, Any]
+
+
+def counts(findings: Findings) -> Mapping[str, str]:
+    """How many trials and groups there are, in words; ``failed`` and ``missing`` are empty where there are none."""
+    trials = [t for g in findings.groups for t in g.trials]
+    missing = sum(t.mismatch.missing for t in trials)
+    return {
+        "trials": count(len(trials), "trial"),
+        "groups": count(len(findings.groups), "group"),
+        "failed": str(len(findings.failed)) if findings.failed else "",
+        "missing": f"{missing} of {count(len(trials), 'trial')}" if missing else "",
+    }
+
+
+def status_words(verdict: Verdict) -> str:
+    """The status with the effects that are named: "explained with hidden resonator"."""
+    named = " + ".join(dict.fromkeys(name.replace("_", " ") for name in verdict.verdict if name != "unknown"))
+    if verdict.status == "unknown":
+        return f"{named} + unknown" if named else STATUS_WORDS["unknown"]
+    return f"{STATUS_WORDS[verdict.status]} {named}".strip() if named else STATUS_WORDS[verdict.status]
+
+
+def tone(verdict: Verdict) -> str:
+    """How loud a status is shown: "good", "found" (explained by an addition), "open"."""
+    return {"nothing_missing": "good", "explained": "found"}.get(verdict.status, "open")
+
+
+def unit_of(estimates: Sequence[Estimate]) -> str:
+    """The unit that all estimates share; empty where they do not, or for a pure number."""
+    units = {estimate.unit for estimate in estimates}
+    only = units.pop() if len(units) == 1 else ""
+    return "" if only == "1" else only
+
+
+def column_heading(parameter: str, unit: str) -> str:
+    """Words of a parameter with its unit.
+
+    >>> column_heading("k_N_per_m", "N/m")
+    'stiffness (N/m)'
+    """
+    words = parameter_name(parameter).words
+    return f"{words} ({unit})" if unit else words
+
+
+def overview(findings: Findings, anchors: Sequence[str]) -> Block:
+    """The table of all groups: ``columns``; ``rows`` of what stands for each, its error and what is allowed."""
+    numbers = [group_numbers(group) for group in findings.groups]
+    parameters = [p for p in ordered_parameters(n for found in numbers for n in found) if p != "total_mass_kg"]
+    parameters = parameters[:COLUMNS_AT_MOST]
+    units = {p: unit_of([found[p] for found in numbers if p in found]) for p in parameters}
+    rows = [
+        _identity(group, anchor)
+        | {
+            "cells": [estimate_text(found[p], not units[p]) if p in found else "" for p in parameters],
+            "nrmse": percent(group.verdict.baseline.nrmse),
+            "limit": percent(group.verdict.repeatability_nrmse),
+            "missing": f"{len(unexplained(group))} of {len(group.trials)}",
+        }
+        for group, anchor, found in zip(findings.groups, anchors, numbers, strict=True)
+    ]
+    return {"columns": [column_heading(p, units[p]) for p in parameters], "rows": rows}
+
+
+def _identity(group: GroupFindings, anchor: str) -> dict[str, Any]:
+    """What names a group and its verdict wherever it stands."""
+    verdict = group.verdict
+    return {
+        "title": group.label,
+        "anchor": anchor,
+        "dry": group.dry,
+        "status": status_words(verdict),
+        "tone": tone(verdict),
+    }
+
+
+def group_block(findings: Findings, group: GroupFindings, anchor: str, figures: Mapping[str, str]) -> Block:
+    """Everything of one group's section."""
+    parameters = ordered_parameters(p for fit in group.fits.values() for p in fit.parameters)
+    units = {
+        p: unit_of([fit.parameters[p] for fit in group.fits.values() if p in fit.parameters]) for p in parameters
+    }
+    factor, unit = amplitude_scale(findings)
+    return _identity(group, anchor) | {
+        "verdict": verdict_block(group.verdict),
+        "columns": [column_heading(p, units[p]) for p in parameters],
+        "methods": [_method_row(group, method, units) for method in group.fits],
+        "agreement": [text for p in parameters if (text := agreement_text(group, p))],
+        "latex": [group.equation.to_latex(), numeric_latex(group.equation, group.equation_errors)],
+        "text": group.equation.text(group.equation_errors),
+        "per_mass": is_per_mass(group.equation, group.equation_errors),
+        "rotation": findings.coordinate == "rotation",
+        "figures": figures,
+        "amplitude_unit": unit,
+        "trials": [_trial_row(trial, factor) for trial in group.trials],
+        "notes": [note.rstrip(".") for note in group.notes],
+        "held_out": [t.motion.name for t in group.trials if t.held_out],
+    }
+
+
+def verdict_block(verdict: Verdict) -> Block:
+    """The sentence, and what stands behind it: the addition's numbers, its check, what was ruled out, the next test."""
+    check = verdict.physical_check
+    return {
+        "sentence": verdict.sentence,
+        "numbers": [
+            {"name": parameter_words(name), "text": estimate_text(estimate)}
+            for name, estimate in (verdict.augmented.parameters if verdict.augmented else {}).items()
+            if "." in name
+        ],
+        "confidence": percent(verdict.confidence) if verdict.verdict and math.isfinite(verdict.confidence) else "",
+        "origin": "" if verdict.origin == "undetermined" or not verdict.verdict else verdict.origin,
+        "check": check.because if math.isfinite(check.expected) or check.agrees is not None else "",
+        "agrees": check.agrees,
+        "rejected": [{"name": r.name.replace("_", " "), "because": r.because} for r in verdict.rejected],
+        "next_test": verdict.next_test,
+    }
+
+
+def parameter_words(name: str) -> str:
+    """An addition's parameter in words, without its unit.
+
+    >>> parameter_words("hidden_resonator#2.natural_frequency_rad_per_s")
+    'hidden resonator 2: natural frequency'
+    """
+    effect, _, parameter = name.partition(".")
+    return f"{effect.replace('_', ' ').replace('#', ' ')}: {parameter_name(parameter).words}"
+
+
+def agreement_text(group: GroupFindings, parameter: str) -> str:
+    """How far the methods agree on a parameter, in words; empty with fewer than two error bars."""
+    found = agreement(group, parameter)
+    if found is None:
+        return ""
+    words = parameter_name(parameter).words
+    if found.agrees:
+        return f"{words}: all {found.methods} methods agree within two combined standard errors"
+    first, second = (method_label(method) for method in found.pair)
+    unit = "" if found.unit in ("", "1") else f" {found.unit}"
+    return f"{words}: {first} and {second} differ by {found.difference:.2g}{unit}, {found.distance:.2g} standard errors"
+
+
+def _method_row(group: GroupFindings, method: str, units: Mapping[str, str]) -> Block:
+    fit = group.fits[method]
+    cells = []
+    for parameter, unit in units.items():
+        estimate = fit.parameters.get(parameter)
+        cells.append(
+            {"text": "", "parts": "", "problem": ""}
+            if estimate is None
+            else {
+                "text": estimate_text(estimate, not unit),
+                "parts": error_parts(estimate),
+                "problem": "" if problem_of(estimate) == "no error bar" else problem_of(estimate),
+            }
+        )
+    return {
+        "label": method_label(method),
+        "cells": cells,
+        "outcome": "" if fit.outcome == OK else fit.outcome,
+        "notes": [n for n in fit.notes if n],
+        "as_printed": is_as_printed(method),
+    }
+
+
+def _trial_row(trial: TrialFindings, factor: float) -> Block:
+    m = trial.mismatch
+    return {
+        "name": trial.motion.name,
+        "amplitude": f"{trial.motion.amplitude * factor:.3g}",
+        "held_out": trial.held_out,
+        "nrmse": percent(m.nrmse),
+        "floor": percent(m.sensor_floor_nrmse),
+        "limit": percent(m.repeatability_nrmse),
+        "missing": m.missing,
+        "where": where_words(trial),
+        "scores": [
+            {"label": method_label(name), "text": percent(score)}
+            for name, score in trial.nrmse.items()
+            if name != "baseline" and not is_as_printed(name)
+        ],
+    }
+
+
+def where_words(trial: TrialFindings) -> str:
+    """Where an unexplained trial's residual is; empty for an explained one."""
+    m = trial.mismatch
+    if not m.missing:
+        return ""
+    shares = {"first": m.share_early, "second": m.share_middle, "last": m.share_late}
+    known = {part: share for part, share in shares.items() if math.isfinite(share)}
+    parts = []
+    if known:
+        where = max(known, key=lambda part: known[part])
+        parts.append(f"{percent(known[where])} in the {where} third")
+    if m.line_share > 0.2:
+        parts.append(f"{percent(m.line_share)} in a line at {m.line_frequency_hz:.2f} Hz")
+    return ", ".join(parts)
+
+
+def method_notes(findings: Findings) -> list[Block]:
+    """What each method that ran does, a line each."""
+    ran = dict.fromkeys(method for group in findings.groups for method in group.fits)
+    return [{"label": method_label(m), "note": METHOD_NOTES[m]} for m in ran if m in METHOD_NOTES]
+
+
+def provenance(manifest: Mapping[str, Any]) -> list[tuple[str, str]]:
+    """Versions, config, seed and times of a manifest, as rows."""
+    keys = ("undertow", "git_revision", "python", "platform", "config", "seed")
+    rows = [(key.replace("_", " "), str(manifest[key])) for key in keys if key in manifest]
+    if manifest.get("overrides"):
+        rows.append(("overrides", ", ".join(str(text) for text in manifest["overrides"])))
+    packages = manifest.get("packages", {})
+    rows.append(("packages", ", ".join(f"{name} {version}" for name, version in packages.items())))
+    times = manifest.get("wall_time_s", {})
+    rows.append(("wall time", ", ".join(f"{stage} {seconds:.3g} s" for stage, seconds in times.items())))
+    return [(key, value) for key, value in rows if value]

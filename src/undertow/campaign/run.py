@@ -298,11 +298,12 @@ def _across(groups: Sequence[GroupFindings]) -> str:
     named: dict[str, list[str]] = {}
     for group in groups:
         for name in dict.fromkeys(group.verdict.verdict):
-            named.setdefault(name, []).append(group.label)
+            words = "something unknown" if name == "unknown" else name.replace("_", " ")
+            named.setdefault(words, []).append(group.label)
     if not named:
         return f"The equation explains {count(len(groups), 'group')}; nothing is missing."
     of = count(len(groups), "group")
-    parts = [f"{name.replace('_', ' ')} in {len(labels)} of {of}" for name, labels in named.items()]
+    parts = [f"{name} in {len(labels)} of {of}" for name, labels in named.items()]
     return f"The equation leaves out: {'; '.join(parts)}."
 
 

@@ -13,7 +13,7 @@ from typing import Any
 from undertow.discrepancy.findings import Findings, GroupFindings, TrialFindings
 from undertow.discrepancy.verdict import Verdict
 from undertow.discrepancy.words import count, percent
-from undertow.quantities import OK, Estimate
+from undertow.quantities import OK, Estimate, format_number
 from undertow.report.arrange import agreement, group_numbers, unexplained
 from undertow.report.expressions import is_per_mass, numeric_latex
 from undertow.report.figures import amplitude_scale
@@ -25,8 +25,12 @@ from undertow.report.wording import (
     method_label,
     ordered_parameters,
     parameter_name,
+    printed_unit,
     problem_of,
 )
+
+NO_BREAK = "\u00a0"
+"""A space at which no line ends."""
 
 COLUMNS_AT_MOST = 6
 """Parameters beside each other in the table of all groups."""
@@ -53,9 +57,15 @@ def counts(findings: Findings) -> Mapping[str, str]:
     }
 
 
+def named_effects(verdict: Verdict) -> str:
+    """The effects that a verdict names, each once, with "unknown" after them where more is missing."""
+    named = dict.fromkeys(name.replace("_", " ") for name in verdict.verdict)
+    return "" if list(named) == ["unknown"] else " + ".join(named)
+
+
 def status_words(verdict: Verdict) -> str:
     """The status with the effects that are named: "explained with hidden resonator"."""
-    named = " + ".join(dict.fromkeys(name.replace("_", " ") for name in verdict.verdict if name != "unknown"))
+    named = named_effects(verdict).removesuffix(" + unknown")
     if verdict.status == "unknown":
         return f"{named} + unknown" if named else STATUS_WORDS["unknown"]
     return f"{STATUS_WORDS[verdict.status]} {named}".strip() if named else STATUS_WORDS[verdict.status]
@@ -80,7 +90,8 @@ def column_heading(parameter: str, unit: str) -> str:
     'stiffness (N/m)'
     """
     words = parameter_name(parameter).words
-    return f"{words} ({unit})" if unit else words
+    tied = printed_unit(unit).replace(" ", NO_BREAK)
+    return f"{words} ({tied})" if unit else words
 
 
 def overview(findings: Findings, anchors: Sequence[str]) -> Block:
@@ -110,6 +121,7 @@ def _identity(group: GroupFindings, anchor: str) -> dict[str, Any]:
         "anchor": anchor,
         "dry": group.dry,
         "status": status_words(verdict),
+        "names": named_effects(verdict) or status_words(verdict),
         "tone": tone(verdict),
     }
 
@@ -125,7 +137,7 @@ def group_block(findings: Findings, group: GroupFindings, anchor: str, figures: 
         "verdict": verdict_block(group.verdict),
         "columns": [column_heading(p, units[p]) for p in parameters],
         "methods": [_method_row(group, method, units) for method in group.fits],
-        "agreement": [text for p in parameters if (text := agreement_text(group, p))],
+        "agreement": agreement_texts(group, [p for p in parameters if p != "total_mass_kg"]),
         "latex": [group.equation.to_latex(), numeric_latex(group.equation, group.equation_errors)],
         "text": group.equation.text(group.equation_errors),
         "per_mass": is_per_mass(group.equation, group.equation_errors),
@@ -148,8 +160,8 @@ def verdict_block(verdict: Verdict) -> Block:
             for name, estimate in (verdict.augmented.parameters if verdict.augmented else {}).items()
             if "." in name
         ],
-        "confidence": percent(verdict.confidence) if verdict.verdict and math.isfinite(verdict.confidence) else "",
-        "origin": "" if verdict.origin == "undetermined" or not verdict.verdict else verdict.origin,
+        "confidence": percent(verdict.confidence) if named_effects(verdict) and math.isfinite(verdict.confidence) else "",
+        "origin": "" if verdict.origin == "undetermined" else verdict.origin,
         "check": check.because if math.isfinite(check.expected) or check.agrees is not None else "",
         "agrees": check.agrees,
         "rejected": [{"name": r.name.replace("_", " "), "because": r.because} for r in verdict.rejected],
@@ -167,17 +179,24 @@ def parameter_words(name: str) -> str:
     return f"{effect.replace('_', ' ').replace('#', ' ')}: {parameter_name(parameter).words}"
 
 
-def agreement_text(group: GroupFindings, parameter: str) -> str:
-    """How far the methods agree on a parameter, in words; empty with fewer than two error bars."""
-    found = agreement(group, parameter)
-    if found is None:
-        return ""
-    words = parameter_name(parameter).words
-    if found.agrees:
-        return f"{words}: all {found.methods} methods agree within two combined standard errors"
-    first, second = (method_label(method) for method in found.pair)
-    unit = "" if found.unit in ("", "1") else f" {found.unit}"
-    return f"{words}: {first} and {second} differ by {found.difference:.2g}{unit}, {found.distance:.2g} standard errors"
+def agreement_texts(group: GroupFindings, parameters: Sequence[str]) -> list[str]:
+    """On which parameters the methods agree, and on which they differ by how much; where two have error bars."""
+    agreed, differing = [], []
+    for parameter in parameters:
+        found = agreement(group, parameter)
+        words = parameter_name(parameter).words
+        if found is None:
+            continue
+        if found.agrees:
+            agreed.append(words)
+            continue
+        first, second = (method_label(method) for method in found.pair)
+        size = estimate_text(Estimate(float(f"{found.difference:.2g}"), 0.0, unit=found.unit))
+        times = format_number(float(f"{found.distance:.2g}"))
+        differing.append(f"{words} ({first} and {second} by {size}, {times} standard errors)")
+    said = [("The methods agree within two combined standard errors on", ", ".join(agreed))]
+    said.append(("They differ on", ", ".join(differing)))
+    return [f"{start} {what}" for start, what in said if what]
 
 
 def _method_row(group: GroupFindings, method: str, units: Mapping[str, str]) -> Block:

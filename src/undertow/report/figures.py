@@ -32,10 +32,10 @@ from undertow.report.style import (
     plain_log_ticks,
     series_marker,
 )
-from undertow.report.wording import is_as_printed, method_label, ordered_parameters, parameter_name
+from undertow.report.wording import is_as_printed, method_label, ordered_parameters, parameter_name, printed_unit
 
-LEGEND_COLUMNS = 6
-"""Entries beside each other in a legend over the page's width: more would be cut off at its edge."""
+LEGEND_LETTERS = 150
+"""Letters of a legend's row over the page's width, six an entry for its mark: more would be cut off at the edge."""
 
 OUTLIER_IN_SPREADS = 10.0
 """A value further from the median than this many spreads is drawn as an arrow at the edge: it hides no other."""
@@ -52,7 +52,7 @@ def parameter_axis_label(parameter: str, unit: str) -> str:
     """
     name = parameter_name(parameter)
     symbol = f" ${name.symbol}$" if name.symbol else ""
-    return f"{name.words}{symbol}" + (f" ({unit})" if unit not in ("", "1") else "")
+    return f"{name.words}{symbol}" + (f" ({printed_unit(unit)})" if printed_unit(unit) else "")
 
 
 def amplitude_scale(findings: Findings) -> tuple[float, str]:
@@ -206,7 +206,23 @@ def group_legend(group: GroupFindings, parameters: Sequence[str], figure: Figure
         Line2D([], [], color=SKY, lw=1.2, label="sensors alone"),
         *(Line2D([], [], color=method_colour(m, methods), lw=3, label=method_label(m)) for m in methods),
     ]
-    figure.legend(handles=marks, loc="outside upper left", ncols=LEGEND_COLUMNS)
+    _legend(marks, figure)
+
+
+def _legend(marks: Sequence[Line2D], figure: Figure) -> None:
+    columns = legend_columns([str(mark.get_label()) for mark in marks])
+    figure.legend(handles=marks, loc="outside upper left", ncols=columns)
+
+
+def legend_columns(labels: Sequence[str]) -> int:
+    """How many entries stand beside each other in a legend over the page's width.
+
+    >>> legend_columns(["SINDy", "Method 1"]), legend_columns(["a condition with a long value " * 2] * 5)
+    (2, 2)
+    """
+    if sum(len(label) + 6 for label in labels) <= LEGEND_LETTERS:
+        return max(len(labels), 1)
+    return max(1, LEGEND_LETTERS // (max(len(label) for label in labels) + 6))
 
 
 def method_legend(findings: Findings, parameters: Sequence[str], figure: Figure) -> None:
@@ -221,7 +237,7 @@ def method_legend(findings: Findings, parameters: Sequence[str], figure: Figure)
             marks.append(Line2D([], [], color=GREY, marker=series_marker(i), ls="none", label=label))
     hollow = "hollow: on a bound or no error bar"
     marks.append(Line2D([], [], color=GREY, marker="o", mfc="white", ls="none", label=hollow))
-    figure.legend(handles=marks, loc="outside upper left", ncols=LEGEND_COLUMNS)
+    _legend(marks, figure)
 
 
 def sensible_limits(estimates: Sequence[Estimate], errors_shown: float = 1.0) -> tuple[float, float]:

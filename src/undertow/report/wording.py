@@ -110,6 +110,19 @@ def is_as_printed(method: str) -> bool:
     return "printed" in method
 
 
+_SUPERSCRIPTS = str.maketrans("0123456789-", "⁰¹²³⁴⁵⁶⁷⁸⁹⁻")
+
+
+def printed_unit(unit: str) -> str:
+    """A unit with raised exponents; empty for a pure number.
+
+    >>> printed_unit("N s^2/m^2"), printed_unit("1")
+    ('N s²/m²', '')
+    """
+    raised = re.sub(r"\^(-?\d+)", lambda found: found.group(1).translate(_SUPERSCRIPTS), unit)
+    return "" if unit == "1" else raised
+
+
 def estimate_text(estimate: Estimate, with_unit: bool = True) -> str:
     """Value and total standard error, digits as the error allows; says so where there is no error.
 
@@ -118,7 +131,7 @@ def estimate_text(estimate: Estimate, with_unit: bool = True) -> str:
     >>> estimate_text(Estimate(8.1, unit="1"))
     '8.1, no error bar'
     """
-    unit = estimate.unit if with_unit and estimate.unit != "1" else ""
+    unit = printed_unit(estimate.unit) if with_unit else ""
     total = estimate.total_stderr
     if not math.isfinite(estimate.value):
         return "not found"

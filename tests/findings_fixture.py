@@ -1,26 +1,27 @@
-"""A finished campaign, made by simulation, for the tests of what is shown.
+"""Finished campaigns, made by simulation, for the tests of what is shown.
 
-Three groups that the equation explains, one that it does not (a resonator is hidden in its measurement), a dry one,
-a trial that failed, an estimate on a bound and one without an error bar. The names hold markup on purpose.
+Two dry groups, three wet ones that the equation explains, one that it does not (a resonator is hidden in its
+measurement), a trial that failed, an estimate on a bound and one without an error bar. Names hold markup on purpose.
 """
 
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from functools import cache
 
 import numpy as np
 
 from undertow.conditioning.motion import Motion, Window
 from undertow.discrepancy.findings import FailedTrial, Findings, GroupFindings, TrialFindings
 from undertow.discrepancy.mismatch import Mismatch
-from undertow.discrepancy.verdict import Described, Rejected, Verdict
+from undertow.discrepancy.verdict import Described, PhysicalCheck, Rejected, Verdict
 from undertow.equation import shelf
 from undertow.equation.equation import Equation, equation_15
 from undertow.equation.simulate import simulate
 from undertow.identification.fit import Fit, Specimen, Structure
 from undertow.quantities import Estimate
-from undertow.recording.recording import Recording
+from undertow.recording.recording import Coordinate, Recording
 
 MASS_KG = 2637.4
 MARKUP = "<script>alert('t')</script>"
@@ -185,3 +186,47 @@ def make_findings(seed: int = 0, cases: tuple[Case, ...] = CASES) -> Findings:
         f"flume {MARKUP}", groups, failed, METHODS, "translation", {"read": 1.5, "fit": 20.25},
         "Added mass grows with depth on both springs.", ("one note & more",),
     )  # fmt: skip
+
+
+@cache
+def small_findings() -> Findings:
+    """A dry group and the one that the equation does not explain, both on the short spring."""
+    return make_findings(cases=(CASES[1], CASES[4]))
+
+
+def named(group: GroupFindings) -> GroupFindings:
+    """The group with a verdict that names a hidden resonator, and a relaxation as its rival."""
+    water = {
+        "natural_frequency_rad_per_s": Estimate(9.6, 0.05, 0.0, "rad/s"),
+        "mass_kg": Estimate(300.0, 6.0, 0.0, "kg"),
+        "quadratic_damping_per_m": Estimate(0.8, 0.2, 0.0, "1/m"),
+    }
+    numbers = dict(group.verdict.baseline.parameters) | {f"hidden_resonator.{name}": e for name, e in water.items()}
+    verdict = replace(
+        group.verdict, status="explained", verdict=("hidden_resonator",), confidence=0.98, origin="water",
+        parameters={"hidden_resonator": water}, augmented=Described(0.03, 0.04, numbers),
+        alternatives=(("relaxation",),), next_test="a wave gauge <b>",
+        physical_check=PhysicalCheck(1.5, 1.53, True, "the cells allow 1.5 Hz and more <i>"),
+    )  # fmt: skip
+    return replace(group, verdict=verdict)
+
+
+def bare_findings(velocity_only: bool = False, coordinate: Coordinate = "translation") -> Findings:
+    """One group without conditions, one trial, per-mass numbers, no floors, no structure; a rate alone if so wanted."""
+    t = np.arange(0.0, 4.0, 0.01)
+    equation = Equation((shelf.find("stiffness"), shelf.find("viscous_damping")), (19.3, 0.03))
+    run = simulate(equation, 0.2, t)
+    shown = run.v if velocity_only else run.x
+    channel = "velocity" if velocity_only else "displacement"
+    recording = Recording("r1", t, {channel: shown}, {}, coordinate)
+    std = np.zeros(t.size)
+    motion = Motion(
+        recording, Window(0.0, 0.0, 4.0), t, run.x, run.v, run.a, std, std, std, t >= 0.0, Estimate(0.0), 0.2, {}
+    )
+    numbers = {"k_N_per_m_per_mass": Estimate(19.3), "c_Ns_per_m_per_mass": Estimate(-0.03)}
+    fit = Fit("output_error", ("r1",), {}, numbers)
+    mismatch = Mismatch("r1", 0.0, math.nan, math.nan)
+    trial = TrialFindings(motion, {"output_error": fit}, {"baseline": 0.0}, mismatch, t, shown, shown)
+    verdict = Verdict({}, ("r1",), status="nothing_missing", sentence="all trials: nothing is missing.")
+    group = GroupFindings({}, False, (trial,), Specimen(), None, {"output_error": fit}, equation, {}, verdict)
+    return Findings("bare", (group,), (), ("output_error",), coordinate, {})

@@ -153,6 +153,7 @@ def group_block(findings: Findings, group: GroupFindings, anchor: str, figures: 
 def verdict_block(verdict: Verdict) -> Block:
     """The sentence, and what stands behind it: the addition's numbers, its check, what was ruled out, the next test."""
     check = verdict.physical_check
+    named = named_effects(verdict)
     return {
         "sentence": verdict.sentence,
         "numbers": [
@@ -160,7 +161,7 @@ def verdict_block(verdict: Verdict) -> Block:
             for name, estimate in (verdict.augmented.parameters if verdict.augmented else {}).items()
             if "." in name
         ],
-        "confidence": percent(verdict.confidence) if named_effects(verdict) and math.isfinite(verdict.confidence) else "",
+        "confidence": percent(verdict.confidence) if named and math.isfinite(verdict.confidence) else "",
         "origin": "" if verdict.origin == "undetermined" else verdict.origin,
         "check": check.because if math.isfinite(check.expected) or check.agrees is not None else "",
         "agrees": check.agrees,

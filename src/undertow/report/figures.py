@@ -32,7 +32,7 @@ from undertow.report.style import (
     plain_log_ticks,
     series_marker,
 )
-from undertow.report.wording import is_as_printed, method_label, ordered_parameters, parameter_name, printed_unit
+from undertow.report.wording import is_as_printed, method_label, parameter_name, printed_unit
 
 LEGEND_LETTERS = 150
 """Letters of a legend's row over the page's width, six an entry for its mark: more would be cut off at the edge."""
@@ -64,11 +64,6 @@ def compared_methods(groups: Iterable[GroupFindings], parameter: str) -> tuple[s
     """Methods that found the parameter in some group, in the order they ran, without recipes shown as printed."""
     found = [method for group in groups for method, fit in group.fits.items() if parameter in fit.parameters]
     return tuple(method for method in dict.fromkeys(found) if not is_as_printed(method))
-
-
-def parameters_of(groups: Sequence[GroupFindings]) -> list[str]:
-    """Every parameter that some method found in these groups, in reading order."""
-    return ordered_parameters(name for group in groups for fit in group.fits.values() for name in fit.parameters)
 
 
 def draw_against_level(findings: Findings, parameter: str, axes: Axes) -> Axes:

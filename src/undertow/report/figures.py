@@ -119,9 +119,7 @@ def draw_against_amplitude(findings: Findings, groups: Sequence[GroupFindings], 
                 place = trial.motion.amplitude * factor * 1.05 ** (i - 0.5 * (len(methods) - 1))
                 points.append((place, fit.parameters[parameter], method_colour(method, methods), marker))
     _draw_points(points, axes)
-    axes.set_xscale("log")
-    plain_log_ticks(axes.xaxis, [p[0] for p in points])
-    axes.set_xlabel(f"release amplitude ({unit})")
+    _amplitude_axis(axes, [p[0] for p in points], unit)
     axes.set_ylabel(parameter_axis_label(parameter, _unit_of(points)))
     return axes
 
@@ -159,20 +157,20 @@ def draw_agreement(group: GroupFindings, parameter: str, axes: Axes) -> Axes:
 def draw_mismatch(findings: Findings, group: GroupFindings, axes: Axes) -> Axes:
     """Free-run error of each trial of a group against amplitude, in per cent, with both floors, on log axes.
 
-    Grey up to what repeatability allows, paler up to what the sensors alone give. A trial above the grey is not
-    explained: vermillion, with how many times what is allowed.
+    Grey up to what repeatability allows, a blue line at what the sensors alone give. A trial above the grey is not
+    explained: a vermillion diamond. Hollow: held out. An error of zero stands at the axis's lower end.
     """
     factor, unit = amplitude_scale(findings)
     trials = by_amplitude(group.trials)
     x = [trial.motion.amplitude * factor for trial in trials]
     repeat = [100.0 * trial.mismatch.repeatability_nrmse for trial in trials]
     sensor = [100.0 * trial.mismatch.sensor_floor_nrmse for trial in trials]
-    axes.set_xscale("log")
-    axes.set_yscale("log")
-    wide = _widened(x)
+    wide = _amplitude_axis(axes, x, unit)
     shown = [*repeat, *sensor, *(100.0 * trial.mismatch.nrmse for trial in trials)]
     bottom = 0.5 * min((value for value in shown if value > 0.0), default=1.0)
     top = 2.0 * max((value for value in shown if math.isfinite(value)), default=1.0)
+    axes.set_ylim(bottom, max(top, 4.0 * bottom))
+    axes.set_yscale("log")
     axes.fill_between(wide, bottom, np.maximum(_ends_repeated(repeat), bottom), color=PALE, lw=0)
     axes.plot(wide, _ends_repeated(sensor), color=SKY, lw=1.2)
     for place, trial in zip(x, trials, strict=True):
@@ -180,12 +178,8 @@ def draw_mismatch(findings: Findings, group: GroupFindings, axes: Axes) -> Axes:
         colour = NOT_EXPLAINED if missing else INK
         face = "white" if trial.held_out else colour
         marker = "D" if missing else "o"
-        axes.plot([place], [100.0 * trial.mismatch.nrmse], marker, ms=5.5, color=colour, mfc=face)
-    axes.set_xlim(wide[0], wide[-1])
-    axes.set_ylim(bottom, max(top, 4.0 * bottom))
-    plain_log_ticks(axes.xaxis, x)
+        axes.plot([place], [max(100.0 * trial.mismatch.nrmse, bottom)], marker, ms=5.5, color=colour, mfc=face)
     plain_log_ticks(axes.yaxis, [value for value in shown if value > 0.0 and math.isfinite(value)])
-    axes.set_xlabel(f"release amplitude ({unit})")
     axes.set_ylabel("free-run error (% of motion)")
     return axes
 
@@ -304,8 +298,16 @@ def _unit_of(points: Sequence[Point]) -> str:
     return next((estimate.unit for _, estimate, _, _ in points if estimate.unit), "")
 
 
-def _widened(x: Sequence[float]) -> list[float]:
-    return [x[0] / 1.25, *x, x[-1] * 1.25]
+def _amplitude_axis(axes: Axes, x: Sequence[float], unit: str) -> list[float]:
+    """Label, limits and, unless a body was released at rest, a log scale; returns x with the limits around it."""
+    axes.set_xlabel(f"release amplitude ({unit})")
+    low, high = min(x, default=1.0), max(x, default=1.0)
+    wide = [low / 1.25, *x, high * 1.25] if low > 0.0 else [-0.1 * high, *x, 1.1 * high or 1.0]
+    axes.set_xlim(wide[0], wide[-1])
+    if low > 0.0:
+        axes.set_xscale("log")
+        plain_log_ticks(axes.xaxis, x)
+    return wide
 
 
 def _ends_repeated(values: Sequence[float]) -> list[float]:

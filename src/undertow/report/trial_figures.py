@@ -230,13 +230,16 @@ def draw_decay(group: GroupFindings, axes: Axes, at_most: int = CURVES_AT_MOST) 
         smallest = max(0.01 * float(np.max(np.abs(trial.measured))), 3.0 * noise)
         colour = NOT_EXPLAINED if trial.mismatch.missing else BLUE
         t, size = half_cycle_peaks(trial.t, trial.measured, smallest)
-        axes.semilogy(t, size * factor, ".", color=INK, ms=4.0)
-        sizes += [float(value) * factor for value in size]
+        axes.plot(t, size * factor, ".", color=INK, ms=4.0)
+        sizes += [float(value) * factor for value in size if value > 0.0]
         t, size = half_cycle_peaks(trial.t, trial.simulated, smallest)
-        axes.semilogy(t, size * factor, "-", color=colour, lw=0.9)
+        axes.plot(t, size * factor, "-", color=colour, lw=0.9)
+    if sizes:
+        axes.set_ylim(0.7 * min(sizes), 1.4 * max(sizes))
+        axes.set_yscale("log")
+        plain_log_ticks(axes.yaxis, sizes)
     shown = response(trials[0])
     axes.set_ylabel(f"peak {shown.words} a half cycle ({shown.unit})")
     axes.set_xlabel("time after release (s)")
-    plain_log_ticks(axes.yaxis, [size for size in sizes if size > 0.0])
     axes.set_title("points: measured · lines: free run", fontsize=8)
     return axes

@@ -1,0 +1,268 @@
+"""The page: it says what was found, shows texts of others as texts, and needs nothing but itself."""
+
+from __future__ import annotations
+
+import math
+import re
+from dataclasses import replace
+from functools import cache
+from html.parser import HTMLParser
+from pathlib import Path
+
+import pytest
+
+from tests.findings_fixture import MARKUP, bare_findings, make_findings, named, small_findings
+from undertow.discrepancy.findings import FailedTrial, Findings
+from undertow.equation import shelf
+from undertow.equation.equation import Equation
+from undertow.quantities import Estimate
+from undertow.report import blocks
+from undertow.report.html import equation_svg, page, page_figures, write_report
+from undertow.report.style import page_style
+
+CONFIG_TEXT = f"name: {MARKUP}\ntitle: <b>&"
+MANIFEST = {
+    "undertow": "0.1.0", "config": "a<i>.yaml", "seed": 3, "packages": {"numpy": "2"}, "wall_time_s": {"read": 1.5},
+    "config_text": CONFIG_TEXT,
+}  # fmt: skip
+
+
+def hostile() -> Findings:
+    """The small campaign with markup in every text that comes from outside."""
+    findings = small_findings()
+    group = named(findings.groups[1])
+    key = {"spring": f"s{MARKUP}", "water_depth_m": 2.36}
+    group = replace(group, key=key, notes=(f"n{MARKUP}",))
+    verdict = replace(group.verdict, sentence=f"v{MARKUP}", next_test=f"t{MARKUP}", group=key)
+    failed = (FailedTrial(f"f{MARKUP}", f"r{MARKUP}", {}),)
+    return replace(
+        findings, groups=(findings.groups[0], replace(group, verdict=verdict)), failed=failed,
+        across_groups=f"a{MARKUP}", notes=(f"o{MARKUP}",),
+    )  # fmt: skip
+
+
+@cache
+def rendered(hostile_texts: bool = False) -> str:
+    first, second = small_findings().groups
+    findings = hostile() if hostile_texts else replace(small_findings(), groups=(first, named(second)))
+    with page_style():
+        return page(findings, page_figures(findings), MANIFEST)
+
+
+class Reader(HTMLParser):
+    """Tags that stay open, attributes that name a place, and the text."""
+
+    VOID = frozenset({"meta", "br", "hr", "img", "link", "input"})
+
+    def __init__(self) -> None:
+        super().__init__()
+        self.open: list[str] = []
+        self.tags: list[str] = []
+        self.attributes: list[tuple[str, str]] = []
+        self.text = ""
+
+    def handle_starttag(self, tag: str, attrs: list[tuple[str, str | None]]) -> None:
+        self.tags.append(tag)
+        self.attributes += [(name, value or "") for name, value in attrs]
+        if tag not in self.VOID:
+            self.open.append(tag)
+
+    def handle_startendtag(self, tag: str, attrs: list[tuple[str, str | None]]) -> None:
+        self.tags.append(tag)
+        self.attributes += [(name, value or "") for name, value in attrs]
+
+    def handle_endtag(self, tag: str) -> None:
+        assert self.open.pop() == tag, tag
+
+    def handle_data(self, data: str) -> None:
+        self.text += data
+
+
+def read(text: str) -> Reader:
+    reader = Reader()
+    reader.feed(text)
+    reader.close()
+    return reader
+
+
+# ---------------------------------------------------------------- whole page
+def test_every_tag_is_closed_in_its_order() -> None:
+    assert read(rendered(True)).open == []
+
+
+def test_no_text_from_outside_becomes_markup() -> None:
+    reader = read(rendered(True))
+    assert "script" not in reader.tags
+    assert "i" not in reader.tags
+    for mark in "stvfrano":
+        assert f"{mark}{MARKUP}" in reader.text, mark
+    assert CONFIG_TEXT in reader.text
+    assert "a<i>.yaml" in reader.text
+    assert not [name for name, _ in reader.attributes if name.startswith("on")]
+
+
+def test_the_page_loads_nothing_from_anywhere() -> None:
+    reader = read(rendered(True))
+    for name, value in reader.attributes:
+        if name in ("src", "href", "xlink:href", "data", "action"):
+            assert value.startswith("#"), (name, value)
+        if name == "style" or name.startswith("clip"):
+            assert not re.search(r"url\((?!['\"]?#)", value)
+    assert not {"link", "iframe", "object", "embed", "base", "img"} & set(reader.tags)
+    style = rendered().split("<style>")[1].split("</style>")[0]
+    assert "url(" not in style
+    assert "@import" not in style
+    outside = set(re.findall(r"(?:https?|file)://[^\"\s<]+", rendered()))
+    assert outside <= {"http://www.w3.org/2000/svg", "http://www.w3.org/1999/xlink"}
+
+
+def test_every_link_of_the_page_leads_to_a_place_on_it() -> None:
+    reader = read(rendered())
+    places = {value for name, value in reader.attributes if name == "id"}
+    links = {value[1:] for name, value in reader.attributes if name == "href"}
+    assert {"spring-short-water-depth-1-63-m", "failed", "made"} <= links <= places
+
+
+def test_the_same_findings_give_the_same_page_and_figures(tmp_path: Path) -> None:
+    findings = bare_findings()
+    folders = [tmp_path / "a", tmp_path / "b"]
+    for folder in folders:
+        folder.mkdir()
+        write_report(findings, folder, MANIFEST)
+    first, second = ({p.name: p.read_bytes() for p in folder.rglob("*.*")} for folder in folders)
+    assert first == second
+    assert {"report.html", "all-trials--runs.svg", "all-trials--equation.svg"} <= set(first)
+
+
+@pytest.mark.parametrize("rotation", [False, True])
+def test_one_trial_of_a_rate_alone_without_any_error_bar_makes_a_page(rotation: bool) -> None:
+    findings = bare_findings(velocity_only=True, coordinate="rotation" if rotation else "translation")
+    with page_style():
+        text = read(page(findings, page_figures(findings), {})).text
+    assert "19.3, no error bar" in text
+    assert "per unit mass" in text
+    assert ("inertia" in text) is rotation
+
+
+def test_figures_of_a_group_called_all_trials_do_not_stand_above_the_groups() -> None:
+    findings = bare_findings()
+    with page_style():
+        text = page(findings, page_figures(findings), {})
+    above = text.split("<section")[0]
+    assert "<figure>" not in above
+
+
+def test_two_groups_whose_names_look_alike_keep_their_own_figures() -> None:
+    group = bare_findings().groups[0]
+    groups = tuple(replace(group, key={"spring": name}) for name in ("a b", "a-b", "a b runs", "水"))
+    with page_style():
+        names = set(page_figures(replace(bare_findings(), groups=groups)))
+    kinds = {"equation", "runs", "summary"}
+    places = ("spring-a-b", "spring-a-b-2", "spring-a-b-runs", "spring")
+    assert names == {f"{place}--{kind}" for place in places for kind in kinds}
+
+
+# ---------------------------------------------------------------- what it says
+def test_the_first_table_has_a_row_for_every_group_with_its_verdict() -> None:
+    table = rendered().split('id="overview"')[1].split("</table>")[0]
+    rows = table.split("<tr")[2:]
+    assert len(rows) == 2
+    assert ">nothing missing<" in rows[0]
+    assert ">hidden resonator<" in rows[1]
+    assert "added mass (kg)" in table
+    assert "viscous damping (N\u00a0s/m)" in table
+
+
+def test_the_overview_holds_the_reference_methods_numbers() -> None:
+    findings = make_findings()
+    table = blocks.overview(findings, [str(i) for i in range(6)])
+    column = table["columns"].index("added mass (kg)")
+    for group, row in zip(findings.groups, table["rows"], strict=True):
+        numbers = group.fits["output_error"].parameters
+        said = row["cells"][column]
+        if group.dry:
+            assert said == ""
+        else:
+            value, error = (float(part) for part in said.split(" ± "))
+            assert value == pytest.approx(numbers["added_mass_kg"].value, abs=error)
+            assert error == pytest.approx(numbers["added_mass_kg"].total_stderr, rel=0.1)
+
+
+def test_a_named_verdict_shows_its_numbers_check_next_test_and_what_was_ruled_out() -> None:
+    text = read(rendered()).text
+    assert "explained with hidden resonator" in text
+    for words in ("hidden resonator: mass300 ± 6 kg", "natural frequency9.60 ± 0.05 rad/s", "damping0.80 ± 0.20 1/m"):
+        assert words in re.sub(r"\s*\n\s*", "", text)
+    assert "the cells allow 1.5 Hz and more <i>" in text
+    assert "a wave gauge <b>" in text
+    assert "error stays at 0.38 <i>" in text
+    assert "98 %" in text
+
+
+@pytest.mark.parametrize(
+    ("status", "names", "words", "tone"),
+    [
+        ("nothing_missing", (), "nothing missing", "good"),
+        ("explained", ("hidden_resonator", "hidden_resonator"), "explained with hidden resonator", "found"),
+        ("unknown", ("unknown",), "not explained", "open"),
+        ("unknown", ("relaxation", "unknown"), "relaxation + unknown", "open"),
+        ("not_identifiable", ("relaxation",), "cannot be told apart relaxation", "open"),
+    ],
+)
+def test_a_status_is_said_in_words_and_colour(status: str, names: tuple[str, ...], words: str, tone: str) -> None:
+    verdict = replace(small_findings().groups[0].verdict, status=status, verdict=names)  # type: ignore[arg-type]
+    assert blocks.status_words(verdict) == words
+    assert blocks.tone(verdict) == tone
+
+
+def test_the_methods_table_marks_a_bound_and_the_printed_recipe() -> None:
+    group = small_findings().groups[1]
+    block = blocks.group_block(small_findings(), group, "g", {})
+    rows = {row["label"]: row for row in block["methods"]}
+    assert rows["Method 2 as printed"]["as_printed"]
+    mass = block["columns"].index("added mass (kg)")
+    assert rows["Method 1"]["cells"][mass]["problem"] == "on its lower bound, 0 kg"
+    drag = block["columns"].index("drag coefficient")
+    assert rows["Method 2"]["cells"][drag]["text"] == "33, no error bar"
+    assert rows["SINDy"]["cells"][mass]["parts"].startswith("noise ")
+
+
+def test_methods_that_differ_are_named_with_the_difference() -> None:
+    group = small_findings().groups[1]
+    far = replace(group.fits["sindy"], parameters={"added_mass_kg": Estimate(200.0, 30.0, 0.0, "kg")})
+    near = replace(group.fits["output_error"], parameters={"added_mass_kg": Estimate(-80.0, 40.0, 0.0, "kg")})
+    two = replace(group, fits={"sindy": far, "output_error": near})
+    assert blocks.agreement_texts(two, ["added_mass_kg"]) == [
+        "They differ on added mass (SINDy and Output error by 280 kg, 5.6 standard errors)"
+    ]
+    alike = replace(two, fits={"sindy": far, "output_error": far})
+    assert blocks.agreement_texts(alike, ["added_mass_kg", "mu"]) == [
+        "The methods agree within two combined standard errors on added mass"
+    ]
+
+
+def test_trial_rows_say_where_an_unexplained_residual_is_and_nothing_of_an_explained_one() -> None:
+    explained, unexplained = (group.trials[0] for group in small_findings().groups)
+    assert blocks.where_words(explained) == ""
+    assert blocks.where_words(unexplained) == "50 % in the second third, 80 % in a line at 1.61 Hz"
+    unknown = dict.fromkeys(("share_early", "share_middle", "share_late", "line_share"), math.nan)
+    nothing = replace(unexplained, mismatch=replace(unexplained.mismatch, **unknown))
+    assert blocks.where_words(nothing) == ""
+
+
+def test_counts_are_said_with_their_nouns() -> None:
+    assert blocks.counts(bare_findings()) == {"trials": "1 trial", "groups": "1 group", "failed": "", "missing": ""}
+    assert blocks.counts(small_findings())["missing"] == "4 of 8 trials"
+    assert blocks.counts(small_findings())["failed"] == "1"
+
+
+# ---------------------------------------------------------------- equation
+@pytest.mark.parametrize("name", shelf.names())
+@pytest.mark.parametrize("mass", [1.0, 2637.4])
+def test_every_term_of_the_shelf_can_be_typeset(name: str, mass: float) -> None:
+    stiffness, term = shelf.find("stiffness"), shelf.find(name)
+    terms = (stiffness, term) if name != "stiffness" else (term,)
+    equation = Equation(terms, (4.1e5, -0.5)[: len(terms)], mass)
+    svg = equation_svg(equation, {"stiffness": 300.0, name: 0.2})
+    assert svg.count("<use") > 10
+    assert "<text" not in svg

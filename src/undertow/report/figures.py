@@ -233,7 +233,7 @@ def sensible_limits(estimates: Sequence[Estimate], errors_shown: float = 1.0) ->
     """Limits of an axis that show these estimates, so many of their errors, and none that are far from all others.
 
     >>> low, high = sensible_limits([Estimate(10.0, 1.0), Estimate(11.0, 1.0), Estimate(900.0, 1.0)])
-    >>> low < 8.0, 13.0 < high < 100.0
+    >>> low < 9.0, 12.0 < high < 100.0
     (True, True)
     """
     usable = [e for e in estimates if math.isfinite(e.value)]

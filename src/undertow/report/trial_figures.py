@@ -210,7 +210,7 @@ def half_cycle_peaks(t: Array, x: Array, smallest: float) -> tuple[Array, Array]
     >>> t = np.arange(0.0, 2.0, 0.01)
     >>> _, sizes = half_cycle_peaks(t, np.exp(-t) * np.cos(2.0 * np.pi * t), 0.01)
     >>> [round(float(size), 2) for size in sizes]
-    [1.0, 0.61, 0.37, 0.22, 0.14]
+    [1.0, 0.61, 0.37, 0.23, 0.14]
     """
     side = np.where(x > smallest, 1, np.where(x < -smallest, -1, 0))
     away = np.flatnonzero(side)

@@ -242,7 +242,8 @@ def test_methods_that_differ_are_named_with_the_difference() -> None:
 
 
 def test_trial_rows_say_where_an_unexplained_residual_is_and_nothing_of_an_explained_one() -> None:
-    explained, unexplained = (group.trials[0] for group in small_findings().groups)
+    unexplained = small_findings().groups[1].trials[0]
+    explained = replace(unexplained, mismatch=replace(unexplained.mismatch, repeatability_nrmse=2.0))
     assert blocks.where_words(explained) == ""
     assert blocks.where_words(unexplained) == "50 % in the second third, 80 % in a line at 1.61 Hz"
     unknown = dict.fromkeys(("share_early", "share_middle", "share_late", "line_share"), math.nan)

@@ -116,18 +116,6 @@ def is_per_mass(equation: Equation, errors: Mapping[str, float]) -> bool:
 def numeric_lines(equation: Equation, errors: Mapping[str, float]) -> list[str]:
     """The same broken into lines of at most LATEX_LINE terms, a hidden state's equation on a line of its own."""
     motion, *memory = numeric_latex(equation, errors).split(r",\quad ")
-    parts = _top_level_terms(motion)
+    parts = re.split(r" (?=[+-] )", motion)
     lines = [" ".join(parts[i : i + LATEX_LINE]) for i in range(0, len(parts), LATEX_LINE)]
     return [*lines, *memory]
-
-
-def _top_level_terms(latex: str) -> list[str]:
-    """An equation's terms, each with its sign, split where a sign stands outside of all brackets."""
-    parts = [""]
-    depth = 0
-    for i, letter in enumerate(latex):
-        depth += (letter in "({") - (letter in ")}")
-        if depth == 0 and letter in "+-" and latex[i - 1 : i] == " ":
-            parts.append("")
-        parts[-1] += letter
-    return [part.strip() for part in parts]

@@ -161,13 +161,24 @@ def verdict_block(verdict: Verdict) -> Block:
             for name, estimate in (verdict.augmented.parameters if verdict.augmented else {}).items()
             if "." in name
         ],
-        "confidence": percent(verdict.confidence) if named and math.isfinite(verdict.confidence) else "",
+        "confidence": confidence_words(verdict.confidence) if named else "",
         "origin": "" if verdict.origin == "undetermined" else verdict.origin,
         "check": check.because if math.isfinite(check.expected) or check.agrees is not None else "",
         "agrees": check.agrees,
         "rejected": [{"name": r.name.replace("_", " "), "because": r.because} for r in verdict.rejected],
         "next_test": verdict.next_test,
     }
+
+
+def confidence_words(confidence: float) -> str:
+    """A probability in whole per cent, never as certain; empty where there is none.
+
+    >>> confidence_words(0.98), confidence_words(0.9999)
+    ('98 %', 'over 99 %')
+    """
+    if not math.isfinite(confidence):
+        return ""
+    return "over 99 %" if confidence > 0.99 else f"{100.0 * confidence:.0f} %"
 
 
 def parameter_words(name: str) -> str:

@@ -1,6 +1,6 @@
 """Method 1 as the report describes it, in plain Python: RK4 at 1 ms with sign(), Nelder-Mead, displacement RMS.
 
-The yardstick for speed and the check on the compiled Method 1: it imports nothing of undertow.
+The measure of speed for, and the check on, the compiled Method 1: it imports nothing of undertow.
 """
 
 from __future__ import annotations

@@ -1,0 +1,135 @@
+"""Run a study of the diagnosis; rows are written as they come, and a cut run goes on where it stopped.
+
+    python -m experiments.names --study nulls --seeds 30
+    python -m experiments.names --study confusion --seeds 1 --strengths 1.5 --names relaxation hysteresis
+    python -m experiments.names --folder /tmp/hidden --names relaxation --strengths 4   # a campaign on disk, not judged
+    python -m experiments.names --page                                                  # docs/confusion.* from the rows
+"""
+
+from __future__ import annotations
+
+import argparse
+import csv
+import subprocess
+import sys
+from collections.abc import Iterator
+from pathlib import Path
+
+from joblib import Parallel, delayed
+
+from experiments.names.folder import write
+from experiments.names.page import make_page
+from experiments.names.studies import STRENGTHS, STUDIES, Case
+from experiments.names.verdicts import Row, judge, outcome
+
+HERE = Path(__file__).resolve().parent
+RESULTS = HERE / "results"
+COLUMNS = (
+    *("study", "hidden", "strength", "seed", "size", "reached", "view", "decay_per_s", "springs", "trials", "rate_hz"),
+    *("scatter", "outcome", "wet", "rivals", "dry", "status", "confidence", "nrmse", "augmented", "repeatability"),
+    *("trials_failed", "cpu_s", "failed", "revision"),
+)
+WITH_NAMES = ("confusion", "pairs")
+
+
+def main(arguments: list[str] | None = None) -> int:
+    """Run a study, write one campaign, or make the page."""
+    options = _options(arguments)
+    if options.page:
+        make_page(RESULTS, HERE.parents[1] / "docs")
+        return 0
+    seeds = range(options.first, options.first + options.seeds)
+    narrowed = {"names": tuple(options.names), "strengths": tuple(options.strengths)}
+    cases = STUDIES[options.study](seeds, **(narrowed if options.study in WITH_NAMES else {}))
+    if options.folder:
+        for case in cases:
+            print(write(case.campaign, options.folder / _name(case), case.view))
+        return 0
+    for row in _rows(_open(cases, options), options.jobs):
+        _append(options.out / f"{options.study}.csv", row)
+        print(_line(row), flush=True)
+    return 0
+
+
+def _rows(cases: Iterator[Case], jobs: int) -> Iterator[Row]:
+    """Rows as they come, by one process or several."""
+    if jobs < 2:
+        return (_row(case) for case in cases)
+    rows: Iterator[Row] = Parallel(jobs, return_as="generator")(delayed(_row)(case) for case in cases)
+    return rows
+
+
+def _options(arguments: list[str] | None) -> argparse.Namespace:
+    parser = argparse.ArgumentParser(description="Campaigns with one known thing missing, and what is said of them.")
+    parser.add_argument("--study", choices=sorted(STUDIES), default="confusion")
+    parser.add_argument("--seeds", type=int, default=1, help="how many seeds")
+    parser.add_argument("--first", type=int, default=0, help="the first seed")
+    parser.add_argument("--names", nargs="*", default=[], help="only these names (confusion, pairs)")
+    parser.add_argument("--strengths", nargs="*", type=float, default=list(STRENGTHS))
+    parser.add_argument("--jobs", type=int, default=1, help="processes")
+    parser.add_argument("--out", type=Path, default=RESULTS, help="folder of the rows")
+    parser.add_argument("--again", action="store_true", help="judge again what has a row already")
+    parser.add_argument("--folder", type=Path, help="write the campaigns there and judge nothing")
+    parser.add_argument("--page", action="store_true", help="make docs/confusion.* from the rows")
+    return parser.parse_args(arguments)
+
+
+def _name(case: Case) -> str:
+    label = case.label
+    return f"{label['study']}_{label['hidden'] or 'nothing'}_{label['strength']}_{label['seed']}".replace("+", "_and_")
+
+
+def _key(row: dict[str, object]) -> tuple[str, ...]:
+    return tuple(str(row.get(c, "")) for c in ("study", "hidden", "strength", "seed", "size", "view"))
+
+
+def _open(cases: Iterator[Case], options: argparse.Namespace) -> Iterator[Case]:
+    """The cases that have no row yet."""
+    path = options.out / f"{options.study}.csv"
+    done = {_key(dict(r)) for r in read_rows(path)} if path.exists() and not options.again else set()
+    return (case for case in cases if _key(dict(case.label)) not in done)
+
+
+def read_rows(path: Path) -> list[dict[str, str]]:
+    """Rows of a study as written."""
+    with path.open(encoding="utf-8", newline="") as stream:
+        return list(csv.DictReader(stream))
+
+
+def _row(case: Case) -> Row:
+    plan = case.campaign.plan
+    row: Row = dict(case.label)
+    row |= {"springs": "+".join(plan.springs), "trials": plan.wet_trials, "rate_hz": plan.rate_hz}
+    row |= {"scatter": plan.scatter}
+    row |= judge(case.campaign, case.view)
+    return row | {"outcome": outcome(row), "revision": _revision()}
+
+
+def _revision() -> str:
+    """The git revision of what was judged, with a plus where its source is edited."""
+    edited = "+" if _git("status", "--porcelain", "--", str(HERE.parents[1] / "src")) else ""
+    return _git("rev-parse", "--short", "HEAD") + edited
+
+
+def _git(*words: str) -> str:
+    return subprocess.run(["git", "-C", str(HERE), *words], capture_output=True, text=True, check=True).stdout.strip()
+
+
+def _append(path: Path, row: Row) -> None:
+    path.parent.mkdir(parents=True, exist_ok=True)
+    new = not path.exists()
+    with path.open("a", encoding="utf-8", newline="") as stream:
+        writer = csv.DictWriter(stream, COLUMNS, restval="", lineterminator="\n")
+        if new:
+            writer.writeheader()
+        writer.writerow(row)
+
+
+def _line(row: Row) -> str:
+    said = row.get("failed") or f"{row['wet'] or 'nothing'} (rivals {row['rivals']}; dry {row['dry'] or 'nothing'})"
+    hidden = f"{row['hidden'] or 'nothing'} {row['strength']} seed {row['seed']}"
+    return f"{row['outcome']:8s} {hidden:42s} {row.get('view', '')} {said} {row.get('cpu_s', '')} s"
+
+
+if __name__ == "__main__":
+    sys.exit(main())

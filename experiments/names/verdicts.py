@@ -1,0 +1,91 @@
+"""A campaign judged: the package run on its folder as `undertow run` runs it, and the verdict as rows.
+
+The only module here that imports the package. Report, decay, SINDy and Methods 1 and 2 are left out: no verdict
+depends on them. Does not belong here: which campaigns (studies.py).
+"""
+
+from __future__ import annotations
+
+import tempfile
+import time
+from pathlib import Path
+
+from experiments.names.effects import verdict_name
+from experiments.names.folder import View, write
+from experiments.names.scenes import Campaign
+from undertow.campaign.config import load
+from undertow.campaign.run import run
+from undertow.discrepancy.verdict import Verdict
+from undertow.errors import UndertowError
+
+Row = dict[str, str | float | int]
+
+
+def judge(campaign: Campaign, view: View | None = None) -> Row:
+    """What is said of a campaign: ``dry`` and ``wet`` names (a plus between them, a bar between groups that differ),
+    rivals, confidence (the lowest wet one), status, errors before and after, seconds of work; ``failed`` says why where
+    there is no verdict."""
+    started = time.process_time()
+    with tempfile.TemporaryDirectory() as folder:
+        try:
+            findings = run(load(write(campaign, Path(folder), view)), jobs=1)
+        except UndertowError as reason:
+            return {"failed": str(reason).replace("\n", " ")[:200]}
+    dry = [g.verdict for g in findings.groups if g.dry]
+    wet = [g.verdict for g in findings.groups if not g.dry]
+    sizes = [v.baseline.nrmse for v in wet]
+    after = [v.augmented.nrmse for v in wet if v.augmented is not None]
+    return {
+        "dry": _different([_said(v) for v in dry]),
+        "wet": _different([_said(v) for v in wet]),
+        "rivals": _different(["; ".join("+".join(a) for a in v.alternatives) for v in wet]),
+        "status": _different([v.status for v in wet]),
+        "confidence": round(min((v.confidence for v in wet), default=float("nan")), 4),
+        "nrmse": round(max(sizes, default=float("nan")), 4),
+        "augmented": round(max(after), 4) if after else "",
+        "repeatability": round(max((v.repeatability_nrmse for v in wet), default=float("nan")), 4),
+        "trials_failed": len(findings.failed),
+        "cpu_s": round(time.process_time() - started, 1),
+        "failed": "",
+    }
+
+
+def _said(verdict: Verdict) -> str:
+    return "+".join(dict.fromkeys(verdict.verdict))
+
+
+def _different(texts: list[str]) -> str:
+    return "|".join(dict.fromkeys(texts))
+
+
+def names_in(said: str) -> frozenset[str]:
+    """Every name in a row's text.
+
+    >>> sorted(names_in("relaxation|hidden_resonator+unknown"))
+    ['hidden_resonator', 'relaxation', 'unknown']
+    """
+    return frozenset(name.strip() for part in said.split("|") for one in part.split(";") for name in one.split("+")
+                     if name.strip())  # fmt: skip
+
+
+def outcome(row: Row) -> str:
+    """How a row's verdict stands to its truth, in one word.
+
+    right: exactly the hidden names; rival: all of them, if rivals named beside the answer count; more: all of them and
+    another; unknown: only that something is missing; nothing: nothing said; wrong: another name and not the hidden
+    one; failed: no verdict.
+    """
+    if row.get("failed"):
+        return "failed"
+    truth = frozenset(verdict_name(n) for n in str(row["hidden"]).split("+") if n)
+    said = names_in(str(row["wet"]))
+    named = said - {"unknown"}
+    if named == truth and (truth or not said):
+        return "right"
+    if not said:
+        return "nothing"
+    if not named:
+        return "unknown"
+    if truth and truth <= named:
+        return "more"
+    return "rival" if truth and truth <= named | names_in(str(row["rivals"])) else "wrong"

@@ -14,6 +14,7 @@ import numpy as np
 from undertow.conditioning.motion import Motion
 from undertow.discrepancy.findings import GroupFindings, TrialFindings
 from undertow.discrepancy.locate import locate
+from undertow.discrepancy.shares import with_shares
 from undertow.discrepancy.verdict import Described, Verdict
 from undertow.discrepancy.words import count, group_title, percent
 from undertow.equation.kernel import SLOT
@@ -84,6 +85,7 @@ def analyse(task: GroupTask, progress: Callable[[str], None] = lambda _: None) -
     if task.dry and len(task.motions) > 1 and "output_error" in fits:
         fits["output_error"] = _mean_structure(fits["output_error"], singles)
     trials = tuple(_trial(task, model, baseline, motion, singles[motion.name], progress) for motion in task.motions)
+    trials = with_shares(trials, baseline)
     equation = baseline.equation()
     return GroupFindings(
         task.key, task.dry, trials, task.specimen, task.structure, fits, equation, baseline.equation_errors(),

@@ -9,7 +9,6 @@
 from __future__ import annotations
 
 import argparse
-import csv
 import subprocess
 import sys
 from collections.abc import Iterator
@@ -19,16 +18,12 @@ from joblib import Parallel, delayed
 
 from experiments.names.folder import write
 from experiments.names.page import make_page
+from experiments.names.rows import append, key, read
 from experiments.names.studies import STRENGTHS, STUDIES, Case
 from experiments.names.verdicts import Row, judge, outcome
 
 HERE = Path(__file__).resolve().parent
 RESULTS = HERE / "results"
-COLUMNS = (
-    *("study", "hidden", "strength", "seed", "size", "reached", "view", "decay_per_s", "springs", "trials", "rate_hz"),
-    *("scatter", "outcome", "wet", "rivals", "dry", "status", "confidence", "nrmse", "augmented", "repeatability"),
-    *("trials_failed", "cpu_s", "failed", "revision"),
-)
 WITH_NAMES = ("confusion", "pairs")
 
 
@@ -46,7 +41,7 @@ def main(arguments: list[str] | None = None) -> int:
             print(write(case.campaign, options.folder / _name(case), case.view))
         return 0
     for row in _rows(_open(cases, options), options.jobs):
-        _append(options.out / f"{options.study}.csv", row)
+        append(options.out / f"{options.study}.csv", row)
         print(_line(row), flush=True)
     return 0
 
@@ -79,21 +74,11 @@ def _name(case: Case) -> str:
     return f"{label['study']}_{label['hidden'] or 'nothing'}_{label['strength']}_{label['seed']}".replace("+", "_and_")
 
 
-def _key(row: dict[str, object]) -> tuple[str, ...]:
-    return tuple(str(row.get(c, "")) for c in ("study", "hidden", "strength", "seed", "size", "view"))
-
-
 def _open(cases: Iterator[Case], options: argparse.Namespace) -> Iterator[Case]:
     """The cases that have no row yet."""
-    path = options.out / f"{options.study}.csv"
-    done = {_key(dict(r)) for r in read_rows(path)} if path.exists() and not options.again else set()
-    return (case for case in cases if _key(dict(case.label)) not in done)
-
-
-def read_rows(path: Path) -> list[dict[str, str]]:
-    """Rows of a study as written."""
-    with path.open(encoding="utf-8", newline="") as stream:
-        return list(csv.DictReader(stream))
+    rows = [] if options.again else read(options.out / f"{options.study}.csv")
+    done = {key(row) for row in rows}
+    return (case for case in cases if key(case.label) not in done)
 
 
 def _row(case: Case) -> Row:
@@ -113,16 +98,6 @@ def _revision() -> str:
 
 def _git(*words: str) -> str:
     return subprocess.run(["git", "-C", str(HERE), *words], capture_output=True, text=True, check=True).stdout.strip()
-
-
-def _append(path: Path, row: Row) -> None:
-    path.parent.mkdir(parents=True, exist_ok=True)
-    new = not path.exists()
-    with path.open("a", encoding="utf-8", newline="") as stream:
-        writer = csv.DictWriter(stream, COLUMNS, restval="", lineterminator="\n")
-        if new:
-            writer.writeheader()
-        writer.writerow(row)
 
 
 def _line(row: Row) -> str:

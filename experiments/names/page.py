@@ -1,12 +1,180 @@
 """What the studies found, as docs/confusion.md with its json and svg.
 
-Belongs here: counts, tables and the picture, made from committed rows alone. Does not belong here: any judging.
+Belongs here: words, tables and the picture, made from the studies' rows alone. Does not belong here: counts
+(counts.py), any judging (verdicts.py).
 """
 
 from __future__ import annotations
 
+import json
+from collections.abc import Mapping
 from pathlib import Path
+from typing import Any
+
+import matplotlib
+
+matplotlib.use("svg")
+import matplotlib.pyplot as plt
+
+from experiments.names import counts
+from experiments.names.rows import read
+
+MEDIUM = 1.5
+"""Strength at which the picture is drawn."""
+
+HEAD = """\
+# Who is accused of what
+
+Campaigns simulated with one known thing missing, judged by the package as `undertow run` judges them, and counted.
+`python -m experiments.names --page` makes this page from the rows in `experiments/names/results`, one line a campaign
+with the revision that judged it. `python -m experiments.names --study NAME --seeds N` adds rows (nulls, confusion,
+pairs, inseparable, seiche, invariance); with `--folder DIR` it writes the campaigns themselves, for `undertow run`.
+
+The motion is integrated by code of its own (fourth-order Runge-Kutta at 4 kHz, reversals found to the last digit;
+within 1e-11 m of the default campaign's integrator), with k, c, mu of every trial its own: scatter of the report
+(k 0.4, c 23, mu 9 %) or of a careful rig (0.3, 6, 5 %). Sensors have noise, gain, offset, drift, a clock error, and 14
+bits. A campaign has one or two springs, 3 to 6 wet trials and 3 to 5 dry ones a spring, 10 to 15 s at 100, 250 or
+1000 Hz. What belongs to structure, set-up or instruments is in the dry trials too; what belongs to the water is not.
+
+**Strength** is the free-run difference that an effect makes after everything that the prescribed equation and a trial's
+own start can take up is taken out, over repeatability (the 95 % quantile of the same measure for scatter alone).
+Instruments: strength 1 is an accelerometer 4 ms late or 1 % off, a drift of 1 % of the largest release, 4 % of the
+largest reading cut off.
+"""
 
 
 def make_page(results: Path, docs: Path) -> None:
-    """Write docs/confusion.* from the rows of all studies."""
+    """Write docs/confusion.md, .json and .svg from the rows of all studies."""
+    rows = {study: read(results / f"{study}.csv")
+            for study in ("nulls", "confusion", "pairs", "inseparable", "seiche", "invariance")}  # fmt: skip
+    found: dict[str, Any] = {
+        "revisions": sorted({r["revision"] for many in rows.values() for r in many}),
+        "nulls": counts.nulls(rows["nulls"]),
+        "confusion": counts.by_name(rows["confusion"]),
+        "pairs": counts.by_name(rows["pairs"]),
+        "inseparable": counts.inseparable(rows["inseparable"]),
+        "seiche": counts.seiche(rows["seiche"]),
+        "invariance": counts.invariance(rows["invariance"]),
+    }
+    (docs / "confusion.json").write_text(json.dumps(found, indent=1) + "\n", encoding="utf-8")
+    (docs / "confusion.md").write_text(page_text(found), encoding="utf-8")
+    if any(float(r["strength"]) == MEDIUM for r in rows["confusion"]):
+        _picture(rows["confusion"], docs / "confusion.svg")
+
+
+def page_text(found: Mapping[str, Any]) -> str:
+    """The page, from the counts alone."""
+    parts = [HEAD, _nulls(found["nulls"]), _names("One effect", found["confusion"], True)]
+    if found["pairs"]:
+        parts.append(_names("Two effects at once", found["pairs"], False))
+    if found["inseparable"]:
+        parts.append(_inseparable(found["inseparable"]))
+    if any(part["campaigns"] for part in found["seiche"].values()):
+        parts.append(_seiche(found["seiche"]))
+    if found["invariance"]:
+        parts.append(_invariance(found["invariance"]))
+    revisions = ", ".join(f"`{r}`" for r in found["revisions"])
+    parts.append(f"Judged at revision{'s' if len(found['revisions']) > 1 else ''} {revisions}.\n")
+    return "\n".join(parts)
+
+
+def _nulls(null: Mapping[str, Any]) -> str:
+    text = f"## Nothing hidden\n\n{null['campaigns']} campaigns, {null['accused']} accused"
+    if null["accused"]:
+        said = "; ".join(f"{name} ({count})" for name, count in null["accused_of"].items())
+        text += f": {said}. Seeds {', '.join(map(str, null['seeds']))}"
+    return text + ".\n"
+
+
+def _names(title: str, found: Mapping[str, Any], picture: bool) -> str:
+    """Names by strength, outcomes in words."""
+    strengths = sorted({float(s) for many in found.values() for s in many})
+    lines = [f"## {title}", ""]
+    if picture:
+        lines += ["![What is hidden against what is said, medium strength](confusion.svg)", ""]
+    lines += [
+        "right: exactly the hidden names. more: them and another. rival: named as inseparable from the answer. "
+        "unknown: only "
+        "that something is missing. nothing: nothing said. wrong: another name without the hidden one.", "",
+        "| hidden | " + " | ".join(f"strength {s:g}" for s in strengths) + " |",
+        "|---|" + "---|" * len(strengths),
+    ]  # fmt: skip
+    for name, many in found.items():
+        cells = [_cell(many[f"{s:g}"]) if f"{s:g}" in many else "" for s in strengths]
+        lines.append(f"| {name.replace('+', ' + ')} | " + " | ".join(cells) + " |")
+    totals = [_total(found, f"{s:g}") for s in strengths]
+    return "\n".join([*lines, "| **all** | " + " | ".join(totals) + " |", ""])
+
+
+def _cell(one: Mapping[str, Any]) -> str:
+    """`3 right, 1 wrong: relaxation`."""
+    parts = [f"{one[o]} {o}" for o in counts.OUTCOMES if o in one]
+    said = ", ".join(one["said"])
+    return ", ".join(parts) + (f": {said.replace('+', ' + ')}" if said else "")
+
+
+def _total(found: Mapping[str, Any], strength: str) -> str:
+    cells = [many[strength] for many in found.values() if strength in many]
+    total = sum(c["campaigns"] for c in cells)
+    counted = {o: sum(c.get(o, 0) for c in cells) for o in counts.OUTCOMES}
+    return f"{total}: " + ", ".join(f"{n} {o}" for o, n in counted.items() if n)
+
+
+def _inseparable(found: Mapping[str, Any]) -> str:
+    lines = [
+        "## Pairs that a free decay cannot separate", "",
+        "Both names count where they stand in the verdict or among its rivals.", "",
+        "| pair | campaigns | both | one of them | neither, another | nothing | said |",
+        "|---|---|---|---|---|---|---|",
+    ]  # fmt: skip
+    for pair, one in found.items():
+        said = "; ".join(f"{name} ({count})" for name, count in one["said"].items())
+        numbers = " | ".join(str(one[k]) for k in ("campaigns", "both", "one_of_them", "neither", "nothing"))
+        lines.append(f"| {pair.replace('+', ' and ')} | {numbers} | {said} |")
+    return "\n".join([*lines, ""])
+
+
+def _seiche(found: Mapping[str, Any]) -> str:
+    lines = [
+        "## A seiche is no resonator",
+        "",
+        "| hidden | campaigns | called the other | outcomes |",
+        "|---|---|---|---|",
+    ]
+    for name, one in found.items():
+        lines.append(f"| {name} | {one['campaigns']} | {one['confused']} | {_cell(one)} |")
+    return "\n".join([*lines, ""])
+
+
+def _invariance(found: Mapping[str, Any]) -> str:
+    lines = [
+        "## The same campaign, written otherwise", "",
+        "| view | campaigns | verdicts changed | confidence further than 0.05 | largest difference |",
+        "|---|---|---|---|---|",
+    ]  # fmt: skip
+    for view, one in found.items():
+        changed = f"{len(one['verdict_changed'])}" + (": " if one["verdict_changed"] else "")
+        changed += "; ".join(one["verdict_changed"])
+        lines.append(f"| {view} | {one['campaigns']} | {changed} | {one['confidence_further_than_0.05']} | "
+                     f"{one['largest_confidence_difference']} |")  # fmt: skip
+    return "\n".join([*lines, ""])
+
+
+def _picture(rows: list[dict[str, str]], path: Path) -> None:
+    """Hidden against said at medium strength, as shares of campaigns."""
+    hidden, columns, table = counts.matrix(rows, MEDIUM)
+    matplotlib.rcParams["svg.hashsalt"] = "confusion"
+    figure, axes = plt.subplots(figsize=(0.36 * len(columns) + 3.0, 0.3 * len(hidden) + 3.0))
+    axes.imshow(table, cmap="Greys", vmin=0.0, vmax=1.0, aspect="auto")
+    for i, line in enumerate(table):
+        for j, share in enumerate(line):
+            if share:
+                colour = "white" if share > 0.5 else "black"
+                axes.text(j, i, f"{share:.2g}", ha="center", va="center", fontsize=6, color=colour)
+    axes.set_xticks(range(len(columns)), [c.replace("+", " + ") for c in columns], rotation=90, fontsize=7)
+    axes.set_yticks(range(len(hidden)), hidden, fontsize=7)
+    axes.set_xlabel("said")
+    axes.set_ylabel("hidden")
+    axes.set_title(f"Share of campaigns, strength {MEDIUM:g}", fontsize=9)
+    figure.savefig(path, bbox_inches="tight", metadata={"Date": None})
+    plt.close(figure)

@@ -1,0 +1,135 @@
+"""What the rows of the studies add up to: counts a name and strength, accusations, confusions, changed verdicts.
+
+Belongs here: numbers of docs/confusion.json. Does not belong here: how they are shown (page.py).
+"""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Mapping, Sequence
+
+from experiments.names.effects import EFFECTS, verdict_name
+from experiments.names.verdicts import names_in
+
+Row = Mapping[str, str]
+Numbers = dict[str, object]
+
+OUTCOMES = ("right", "more", "rival", "unknown", "nothing", "wrong", "failed")
+CONFIDENCE_WITHIN = 0.05
+"""A view's confidence may differ by so much from the first view's."""
+
+
+def said(row: Row) -> str:
+    """A row's wet verdict as one label: names in order of the alphabet, or nothing.
+
+    >>> said({"wet": "relaxation+cubic_damping|relaxation", "failed": ""})
+    'cubic_damping+relaxation'
+    """
+    if row["failed"]:
+        return "failed"
+    return "+".join(sorted(names_in(row["wet"]))) or "nothing"
+
+
+def nulls(rows: Sequence[Row]) -> Numbers:
+    """How many null campaigns were accused, wet or dry, and of what; unknown is an accusation too."""
+    accused = [r for r in rows if r["wet"] or r["dry"]]
+    names = Counter(" and ".join(f"{w} {r[w]}" for w in ("dry", "wet") if r[w]) for r in accused)
+    return {
+        "campaigns": len(rows),
+        "accused": len(accused),
+        "accused_of": dict(names.most_common()),
+        "seeds": [int(r["seed"]) for r in accused],
+    }
+
+
+def by_name(rows: Sequence[Row]) -> Numbers:
+    """Each hidden name and strength: its outcomes, and what was said instead; names in the order of the catalogue."""
+    order = {e.name: place for place, e in enumerate(EFFECTS)}
+    found: Numbers = {}
+    hidden = sorted({r["hidden"] for r in rows}, key=lambda n: (order.get(n, len(order)), n))
+    for name in hidden:
+        strengths = sorted({float(r["strength"]) for r in rows if r["hidden"] == name})
+        found[name] = {f"{s:g}": _counted([r for r in rows if r["hidden"] == name and float(r["strength"]) == s])
+                       for s in strengths}  # fmt: skip
+    return found
+
+
+def _counted(rows: Sequence[Row]) -> Numbers:
+    outcomes = Counter(r["outcome"] for r in rows)
+    others = Counter(said(r) for r in rows if r["outcome"] in ("wrong", "more", "rival"))
+    return {
+        "campaigns": len(rows),
+        **{o: outcomes[o] for o in OUTCOMES if outcomes[o]},
+        "said": dict(others.most_common()),
+        "named_in_dry_trials": sum(verdict_name(r["hidden"]) in names_in(r["dry"]) for r in rows),
+    }
+
+
+def matrix(rows: Sequence[Row], strength: float) -> tuple[list[str], list[str], list[list[float]]]:
+    """Hidden names, what was said, and the share of campaigns, at one strength; several names count as one label."""
+    chosen = [r for r in rows if float(r["strength"]) == strength]
+    hidden = [e.name for e in EFFECTS if any(r["hidden"] == e.name for r in chosen)]
+    labels = [verdict_name(n) for n in hidden]
+    extra = sorted({said(r) for r in chosen} - set(labels) - {"nothing", "unknown", "failed"})
+    columns = [*dict.fromkeys(labels), *extra, "unknown", "nothing", "failed"]
+    table = []
+    for name in hidden:
+        mine = [said(r) for r in chosen if r["hidden"] == name]
+        table.append([mine.count(c) / len(mine) for c in columns])
+    used = [i for i, c in enumerate(columns) if c in labels or any(line[i] for line in table)]
+    return hidden, [columns[i] for i in used], [[line[i] for i in used] for line in table]
+
+
+def seiche(rows: Sequence[Row]) -> Numbers:
+    """Forces called resonators, and resonators called forces."""
+    found: Numbers = {}
+    for name, other in (("external_forcing", "hidden_resonator"), ("hidden_resonator", "external_forcing")):
+        mine = [r for r in rows if r["hidden"] == name]
+        found[name] = _counted(mine) | {"confused": sum(other in names_in(r["wet"]) for r in mine)}
+    return found
+
+
+def inseparable(rows: Sequence[Row]) -> Numbers:
+    """Pairs that a free decay cannot separate: both names said (verdict or rival), or a single wrong one."""
+    found: Numbers = {}
+    for pair in dict.fromkeys(r["hidden"] for r in rows):
+        mine = [r for r in rows if r["hidden"] == pair]
+        two = frozenset(pair.split("+"))
+        all_names = [names_in(r["wet"]) | names_in(r["rivals"]) for r in mine]
+        found[pair] = {
+            "campaigns": len(mine),
+            "both": sum(two <= names for names in all_names),
+            "one_of_them": sum(len(two & names) == 1 for names in all_names),
+            "neither": sum(bool(names) and not two & names for names in all_names),
+            "nothing": sum(not names for names in all_names),
+            "said": dict(Counter(_with_rivals(r) for r in mine).most_common()),
+        }
+    return found
+
+
+def _with_rivals(row: Row) -> str:
+    return said(row) + (f" (or {row['rivals']})" if row["rivals"] else "")
+
+
+def invariance(rows: Sequence[Row]) -> Numbers:
+    """Each view against the first of its campaign: verdicts that differ, and confidences further than the tolerance."""
+    first: dict[tuple[str, str], Row] = {}
+    for row in rows:
+        first.setdefault((row["hidden"], row["seed"]), row)
+    found: Numbers = {}
+    for view in dict.fromkeys(r["view"] for r in rows):
+        mine = [(r, first[r["hidden"], r["seed"]]) for r in rows if r["view"] == view]
+        changed = [
+            f"{r['hidden'] or 'nothing'}, seed {r['seed']}: {said(f)} to {said(r)}"
+            for r, f in mine
+            if said(r) != said(f)
+        ]
+        same = [(r, f) for r, f in mine if said(r) == said(f) != "failed"]
+        apart = [abs(float(r["confidence"]) - float(f["confidence"])) for r, f in same]
+        found[view] = {
+            "campaigns": len(mine),
+            "verdict_changed": changed,
+            "confidence_further_than_0.05": sum(a > CONFIDENCE_WITHIN for a in apart),
+            "largest_confidence_difference": round(max(apart, default=0.0), 3),
+        }
+    return found

@@ -1,0 +1,46 @@
+"""Rows of the studies on disk, one file a study; a campaign judged again replaces its row.
+
+Belongs here: reading, appending, which campaigns are done. Does not belong here: what is in a row (verdicts.py).
+"""
+
+from __future__ import annotations
+
+import csv
+from collections.abc import Mapping
+from pathlib import Path
+
+COLUMNS = (
+    *("study", "hidden", "strength", "seed", "size", "reached", "view", "decay_per_s", "springs", "trials", "rate_hz"),
+    *("scatter", "outcome", "wet", "rivals", "dry", "status", "confidence", "nrmse", "augmented", "repeatability"),
+    *("trials_failed", "cpu_s", "failed", "revision"),
+)
+IDENTITY = ("study", "hidden", "strength", "seed", "view")
+"""What tells one campaign of a study from another."""
+
+
+def key(row: Mapping[str, object]) -> tuple[str, ...]:
+    """A row's campaign.
+
+    >>> key({"study": "nulls", "hidden": "", "strength": 0.0, "seed": 3})
+    ('nulls', '', '0.0', '3', '')
+    """
+    return tuple(str(row.get(column, "")) for column in IDENTITY)
+
+
+def read(path: Path) -> list[dict[str, str]]:
+    """Rows of a study, the latest of each campaign, in the order in which campaigns came first; none without a file."""
+    if not path.exists():
+        return []
+    with path.open(encoding="utf-8", newline="") as stream:
+        return list({key(row): row for row in csv.DictReader(stream)}.values())
+
+
+def append(path: Path, row: Mapping[str, object]) -> None:
+    """Add one row at the end of a study's file."""
+    path.parent.mkdir(parents=True, exist_ok=True)
+    new = not path.exists()
+    with path.open("a", encoding="utf-8", newline="") as stream:
+        writer = csv.DictWriter(stream, COLUMNS, restval="", lineterminator="\n")
+        if new:
+            writer.writeheader()
+        writer.writerow(row)

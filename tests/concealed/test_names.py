@@ -1,0 +1,201 @@
+"""The campaigns with one known thing missing: their motion is right, their sizes are as stated, their verdicts count."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from experiments.eq15_campaign.motion import Body, simulate
+from experiments.names import counts, rows
+from experiments.names.__main__ import RESULTS, main
+from experiments.names.effects import EFFECTS, acts_on, find
+from experiments.names.folder import View, write
+from experiments.names.motion import release
+from experiments.names.page import page_text
+from experiments.names.recordings import record
+from experiments.names.rigs import FLUME, Plan
+from experiments.names.scenes import Campaign
+from experiments.names.strength import size_for
+from experiments.names.studies import STUDIES, plan_of
+from experiments.names.verdicts import judge, outcome
+from undertow.campaign.config import load
+from undertow.campaign.run import read_and_condition
+from undertow.equation import shelf
+from undertow.equation.equation import Equation
+from undertow.equation.simulate import simulate as undertow_simulate
+
+BODY = {"M": 3200.0, "c": 820.0, "k": 403000.0, "fc": 150.0, "q": 2000.0}
+EQ15 = ("viscous_damping", "stiffness", "coulomb_friction", "quadratic_drag")
+SMALL = Plan(11, springs=("short",), wet_trials=3, dry_trials=3, rate_hz=100.0, seconds=8.0)
+TIMES = np.arange(0.0, 8.0, 0.01)
+
+
+def test_motion_is_that_of_the_default_campaigns_integrator():
+    exact = simulate(Body(3200.0, 820.0, 403000.0, 150.0, 2000.0), 0.03, TIMES)
+    path = release(BODY, 0.03, 8.1)
+    x, a, spring = path.at(TIMES)
+    assert np.max(np.abs(x - exact.x)) < 1e-10  # 1e-9 of the release; both integrate to 1e-12
+    assert np.max(np.abs(a - exact.a)) < 1e-3  # straight between steps of 0.25 ms: w^2 a h^2 / 8
+    assert spring == pytest.approx(403000.0 * x)
+    assert path.stopped_s == pytest.approx(exact.stopped_s, abs=5e-4)  # two steps
+
+
+@pytest.mark.parametrize(
+    ("term", "numbers", "slots"),
+    [
+        (shelf.find("cubic_damping"), 900.0, {"c3": 900.0}),
+        (shelf.find("cubic_stiffness"), 2e7, {"k3": 2e7}),
+        (shelf.find("quintic_stiffness"), 2e10, {"k5": 2e10}),
+        (shelf.find("asymmetric_stiffness"), 5e5, {"k2": 5e5}),
+        (shelf.find("variable_normal_force"), 3000.0, {"n": 3000.0}),
+        (shelf.find("asymmetric_friction"), 60.0, {"fa": 60.0}),
+        (shelf.find("stribeck_friction", velocity_m_per_s=0.02), 80.0, {"fs": 80.0, "vs": 0.02}),
+        (shelf.find("relaxation", time_s=0.2), 2e4, {"rk": 2e4, "rt": 0.2}),
+        (shelf.find("delayed_echo", delay_s=2.0), 200.0, {"ge": 200.0, "te": 2.0}),
+        (
+            shelf.find("hidden_resonator", natural_frequency_rad_per_s=9.5, damping_ratio=0.03),
+            150.0, {"hm": 150.0, "hw": 9.5, "hz": 0.03},
+        ),
+    ],
+    ids=lambda value: getattr(value, "name", ""),
+)  # fmt: skip
+def test_a_hidden_law_is_the_shelfs_law(term, numbers, slots):
+    terms = (*(shelf.find(n) for n in EQ15), term)
+    equation = Equation(terms, (820.0, 403000.0, 150.0, 2000.0, numbers), mass_kg=3200.0)
+    theirs = undertow_simulate(equation, 0.03, TIMES + 1e-9)
+    ours = release(BODY | slots, 0.03, 8.1).at(TIMES)[0]
+    assert np.max(np.abs(ours - theirs.x)) < 3e-6  # a ten thousandth of the release
+
+
+def test_a_body_on_bristles_alone_never_sticks():
+    path = release(BODY | {"xb": 5e-4}, 0.03, 8.0)
+    assert path.stopped_s > 7.9
+
+
+def test_a_slow_release_starts_from_rest_and_lags():
+    fast, slow = release(BODY, 0.03, 1.0), release(BODY | {"ramp": 0.1}, 0.03, 1.0)
+    assert abs(slow.v[1]) < 0.1 * abs(fast.v[1])
+    assert slow.x[400] > fast.x[400]
+
+
+def test_a_support_gives_way_before_the_release():
+    path = release(BODY | {"my": 260.0, "ky": 4e6, "cy": 1000.0}, 0.03, 1.0)
+    assert path.spring[0] == pytest.approx(0.03 / (1 / 403000.0 + 1 / 4e6))
+
+
+def test_a_number_that_the_equation_does_not_have_is_refused():
+    with pytest.raises(KeyError, match=r"no number 'gremlin'; it has M, c, k"):
+        release({"gremlin": 1.0}, 0.03, 1.0)
+
+
+def test_an_effect_that_does_not_exist_is_refused():
+    with pytest.raises(KeyError, match=r"no effect 'gremlin'; there are linear_damping"):
+        find("gremlin")
+
+
+def test_water_is_in_wet_trials_alone_and_structure_in_all():
+    dry = next(t for t in SMALL.trials() if not t.wet)
+    assert not acts_on(find("relaxation"), dry)
+    assert acts_on(find("cubic_stiffness"), dry)
+    assert not acts_on(find("external_forcing"), dry)
+
+
+@pytest.mark.parametrize("name", ["hidden_resonator", "cubic_stiffness", "added_mass", "mass_change"])
+def test_a_size_has_the_strength_it_was_made_for(name):
+    size, reached = size_for(SMALL, name, 1.5)
+    assert 0.0 < size < find(name).most
+    assert reached == pytest.approx(1.5, rel=0.05)
+
+
+def test_what_no_size_can_make_strong_says_how_strong_it_is():
+    size, reached = size_for(SMALL, "drag_exponent", 50.0)
+    assert size == find("drag_exponent").most
+    assert reached < 50.0
+
+
+@pytest.mark.parametrize("effect", [e for e in EFFECTS if e.rig is FLUME], ids=lambda e: e.name)
+def test_every_effect_changes_a_recording(effect):
+    size = effect.most if effect.change is not None else effect.unit_size * 4.0
+    wet = [t for t in SMALL.trials() if t.wet][:2]  # of two wet trials at least one has what comes between trials
+    largest = FLUME.springs["short"].releases[1]
+    apart = 0.0
+    for trial in wet:
+        plain, hidden = record(Campaign(SMALL), trial), record(Campaign(SMALL, {effect.name: size}), trial)
+        apart = max(apart, *(np.max(np.abs(plain[c] - hidden[c])) for c in ("disp_m", "accel_mps2")))
+    assert apart > 1e-3 * largest
+
+
+def test_a_view_changes_how_a_campaign_is_written_and_not_its_motion(tmp_path):
+    campaign = Campaign(replace(SMALL, wet_trials=1, dry_trials=1))
+    views = {"plain": View(), "other": View(millimetres=True, mirrored=True, shuffled=True, level_m=0.01)}
+    motions = {}
+    for name, view in views.items():
+        read = read_and_condition(load(write(campaign, tmp_path / name, view)))
+        assert not read.failed
+        motions[name] = {m.name: m for m in read.motions}
+    for trial, motion in motions["plain"].items():
+        assert motions["other"][trial].amplitude == pytest.approx(motion.amplitude, rel=1e-3)
+        assert np.max(np.abs(motions["other"][trial].v + motion.v)) < 2e-3 * np.max(np.abs(motion.v))
+
+
+def test_a_run_that_was_cut_goes_on_where_it_stopped(tmp_path, monkeypatch):
+    from experiments.names import __main__ as command
+
+    monkeypatch.setattr(command, "judge", lambda campaign, view: {"wet": "", "dry": "", "rivals": "", "failed": ""})
+    for seeds in ("2", "3"):
+        assert main(["--study", "nulls", "--seeds", seeds, "--out", str(tmp_path)]) == 0
+    written = (tmp_path / "nulls.csv").read_text().splitlines()
+    assert len(written) == 1 + 3
+    assert [r["seed"] for r in rows.read(tmp_path / "nulls.csv")] == ["0", "1", "2"]
+
+
+def test_outcomes_are_told_apart():
+    said = {"failed": "", "hidden": "relaxation", "wet": "relaxation", "rivals": ""}
+    assert outcome(said) == "right"
+    assert outcome(said | {"wet": "cubic_damping", "rivals": "relaxation"}) == "rival"
+    assert outcome(said | {"wet": "relaxation+unknown"}) == "right"
+    assert outcome(said | {"wet": "relaxation+cubic_damping"}) == "more"
+    assert outcome(said | {"wet": "unknown"}) == "unknown"
+    assert outcome(said | {"wet": ""}) == "nothing"
+    assert outcome(said | {"wet": "hysteresis"}) == "wrong"
+    assert outcome(said | {"hidden": "", "wet": ""}) == "right"
+    assert outcome(said | {"hidden": "", "wet": "unknown"}) == "unknown"
+    assert outcome(said | {"failed": "no trial"}) == "failed"
+
+
+def test_every_study_draws_campaigns_from_seeds_alone():
+    for name in ("nulls", "inseparable"):
+        first, second = (next(iter(STUDIES[name](range(3, 4)))) for _ in range(2))
+        assert first.label == second.label
+        assert first.campaign == second.campaign
+    assert plan_of(4).rate_hz in (100.0, 250.0, 1000.0)
+    assert 3 <= plan_of(4).wet_trials <= 6
+
+
+@pytest.mark.slow
+def test_a_null_campaign_is_accused_of_nothing_and_linear_damping_of_linear_damping():
+    null = judge(Campaign(SMALL))
+    assert null["wet"] == null["dry"] == ""
+    assert math.isfinite(float(null["nrmse"]))
+    size, _ = size_for(SMALL, "linear_damping", 4.0)
+    damped = judge(Campaign(SMALL, {"linear_damping": size}))
+    assert damped["dry"] == ""
+    assert "linear_damping" in str(damped["wet"]) + str(damped["rivals"])
+
+
+def test_the_page_is_made_from_the_rows_that_are_committed():
+    found = {
+        "revisions": [],
+        "nulls": counts.nulls(rows.read(RESULTS / "nulls.csv")),
+        "confusion": counts.by_name(rows.read(RESULTS / "confusion.csv")),
+        "pairs": counts.by_name(rows.read(RESULTS / "pairs.csv")),
+        "inseparable": counts.inseparable(rows.read(RESULTS / "inseparable.csv")),
+        "seiche": counts.seiche(rows.read(RESULTS / "seiche.csv")),
+        "invariance": counts.invariance(rows.read(RESULTS / "invariance.csv")),
+    }
+    page = (RESULTS.parents[2] / "docs" / "confusion.md").read_text(encoding="utf-8")
+    body = page_text(found).rsplit("Judged at", 1)[0]
+    assert page.startswith(body)

@@ -151,6 +151,36 @@ def test_sign_constrained_search_equals_brute_force():
     assert tuple(np.flatnonzero(found.support_[0])) == best[1]
 
 
+def test_grouped_search_equals_brute_force():
+    x, y, _ = planted(noise=1.5)
+    plain = BestSubset(rival_difference=np.inf).fit(x, y).searches_[0]
+    together, exclusive = ((0, 1),), ((4, 2, 6),)
+    grouped = BestSubset(rival_difference=np.inf, together=together, exclusive=exclusive).fit(x, y).searches_[0]
+
+    def allowed(candidate):
+        chosen = set(candidate.columns)
+        return len(chosen & {0, 1}) in (0, 2) and len(chosen & {4, 2, 6}) <= 1
+
+    every = [candidate for candidate in (plain.best, *plain.rivals) if allowed(candidate)]
+    found = [grouped.best, *grouped.rivals]
+    assert {candidate.columns for candidate in found} == {candidate.columns for candidate in every}
+    assert grouped.best.columns == min(every, key=lambda candidate: candidate.criterion).columns
+
+
+def test_a_group_with_a_forced_member_is_in_as_a_whole():
+    x, y, _ = planted()
+    assert BestSubset(forced=(0,), together=((0, 3),)).fit(x, y).searches_[0].best.columns == (0, 1, 3, 4)
+
+
+def test_information_and_estimates_give_the_misfits_back():
+    x, y, _ = planted()
+    optimizer = BestSubset(nuisance=(6,)).fit(x, y)
+    information, theta = optimizer.information_[0], optimizer.estimates_[0]
+    assert theta[:6] == pytest.approx(np.linalg.lstsq(x, y, rcond=None)[0][:6, 0])
+    again = search_subsets(information, information @ theta, range(6), optimizer.n_effective_[0])
+    assert again.best.criterion == pytest.approx(optimizer.searches_[0].best.criterion)
+
+
 def test_forced_columns_stay_and_nuisance_is_fitted_but_never_counted():
     x, y, _ = planted()
     shifted = np.hstack([x, np.ones((400, 1))])
@@ -225,6 +255,9 @@ def test_project_out_leaves_nothing_of_the_nuisance():
         ({"forced": (2,), "nuisance": (2,)}, r"columns \[2\] are both forced and nuisance"),
         ({"signs": {1: 2}}, r"the sign of column 1 is 2; give \+1 or -1"),
         ({"forced": (4,), "signs": {4: 1}}, r"none of 64 subsets obeys the signs \{4: 1\}"),
+        ({"together": ((1, 9),)}, r"together names column 9; there are columns 0 to 6"),
+        ({"exclusive": ((-2, 1),)}, r"exclusive names column -2; there are columns 0 to 6"),
+        ({"forced": (1, 4), "exclusive": ((1, 4),)}, r"none of 32 subsets.*exclusive \[\[1, 4\]\]; .*loosen a group"),
     ],
 )
 def test_settings_that_cannot_be_met_are_named(settings, message):

@@ -84,6 +84,8 @@ def search_subsets(
     forced: Sequence[int] = (),
     signs: Mapping[int, int] | None = None,
     rival_difference: float = 6.0,
+    together: Sequence[Sequence[int]] = (),
+    exclusive: Sequence[Sequence[int]] = (),
 ) -> SubsetSearch:
     """Every subset of columns by how much the data resist that the other coefficients are 0.
 
@@ -91,11 +93,12 @@ def search_subsets(
     ``moments`` (p,) is information @ theta. The misfit of a subset S is the smallest (theta - t)' information
     (theta - t) over all t that are 0 outside S. Its criterion is the extended BIC with gamma 1/2 (Chen and Chen 2008,
     doi:10.1093/biomet/asn034), misfit + |S| [ln(n_effective) + ln(q)], q being the free columns: the more laws are
-    offered, the more one of them looks right by chance. ``labels`` (p,) are the names by which ``forced``, ``signs``
-    and the result speak of the columns.
+    offered, the more one of them looks right by chance. ``labels`` (p,) are the names by which ``forced``, ``signs``,
+    ``together`` (columns that enter all or none), ``exclusive`` (of which at most one enters) and the result speak of
+    the columns.
 
-    Raises IdentificationError with more than 20 free columns, forced columns that are collinear, or signs that leave no
-    subset.
+    Raises IdentificationError with more than 20 free columns, forced columns that are collinear, or constraints that
+    leave no subset.
     """
     place = {label: index for index, label in enumerate(labels)}
     held = [place[label] for label in forced]
@@ -109,14 +112,31 @@ def search_subsets(
     sums = np.maximum(residual_sums(_reduced(gram, held, free, labels)), 0.0)
     counts = np.array([int(mask).bit_count() for mask in range(sums.size)]) + len(held)
     criteria = sums + counts * (np.log(n_effective) + np.log(max(len(free), 1)))
+    names = tuple(labels[index] for index in free)
+    criteria[_forbidden(names, tuple(forced), together, exclusive)] = np.inf
     limits = {place[label]: sign for label, sign in (signs or {}).items() if label in place}
     refused = _refuse(criteria, gram, held, free, limits) if limits else 0
     if not np.any(np.isfinite(criteria)):
         raise IdentificationError(
-            f"none of {sums.size} subsets obeys the signs {dict(signs or {})}; free the sign of a forced column"
+            f"none of {sums.size} subsets obeys the signs {dict(signs or {})}, together {[list(g) for g in together]} and "
+            f"exclusive {[list(g) for g in exclusive]}; free the sign of a forced column or loosen a group"
         )
-    table = _Table(criteria, sums, counts, tuple(forced), tuple(labels[index] for index in free))
+    table = _Table(criteria, sums, counts, tuple(forced), names)
     return table.summarise(rival_difference, n_effective, refused)
+
+
+def _forbidden(
+    names: Sequence[int], forced: Sequence[int], together: Sequence[Sequence[int]], exclusive: Sequence[Sequence[int]]
+) -> NDArray[np.bool_]:
+    """Which masks over ``names`` break up a group that belongs together or hold two of an exclusive one."""
+    masks = np.arange(2 ** len(names))
+    broken = np.zeros(masks.size, dtype=bool)
+    for groups, most in ((together, None), (exclusive, 1)):
+        for group in groups:
+            inside = sum(((masks >> names.index(label)) & 1 for label in group if label in names), 0 * masks)
+            inside = inside + sum(label in forced for label in group)
+            broken |= (inside > most) if most is not None else (inside > 0) & (inside < len(group))
+    return broken
 
 
 def _gram(information: Array, moments: Array) -> Array:
@@ -222,7 +242,8 @@ class _Table:
 
     def summarise(self, rival_difference: float, n_effective: float, refused: int) -> SubsetSearch:
         winner = int(np.argmin(self.criteria))
-        near = np.flatnonzero(self.criteria <= self.criteria[winner] + rival_difference)
+        close = np.isfinite(self.criteria) & (self.criteria <= self.criteria[winner] + rival_difference)
+        near = np.flatnonzero(close)
         near = near[np.argsort(self.criteria[near])]
         weights = np.exp(-0.5 * (self.criteria - self.criteria[winner]))
         evidence = {label: float("inf") for label in self.forced}

@@ -9,7 +9,8 @@ Belongs here: the optimiser and the effective number of samples. Does not belong
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
+from itertools import chain
 
 import numpy as np
 from numpy.typing import NDArray
@@ -52,6 +53,8 @@ class BestSubset(BaseOptimizer):  # type: ignore[misc]
     nuisance : columns that are fitted but never judged, such as a constant for each trial.
     signs : column -> +1 or -1, the only sign its coefficient may have; a subset that breaks it is refused. This is
         exact: where the best coefficient within the sign is 0, the subset without the column has been tried too.
+    together : groups of columns that enter all or none, such as a law's coefficient and its inner parameter.
+    exclusive : groups of columns of which at most one enters, such as one law with several exponents.
     trial_lengths : rows of each trial in their order; None takes all rows as one trial.
     rival_difference : subsets within this difference of the criterion are reported as rivals. 6 is odds of 20 to 1.
     n_effective : effective number of samples where it is known; None takes the correlation from the residual.
@@ -66,11 +69,14 @@ class BestSubset(BaseOptimizer):  # type: ignore[misc]
     trace_ : a target's steps from the full model down: which column was dropped at which cost; one tuple a target.
     rivals_ : a target's subsets within `rival_difference` of the best; one tuple a target.
     n_effective_ : (n_targets,) effective numbers of samples.
+    information_ : a target's information matrix (q, q) of the columns that are judged, in units of ``estimates_``.
+    estimates_ : a target's least-squares coefficients (q,) with all judged columns in the equation.
 
     Raises
     ------
     IdentificationError
-        Too few rows, more than 20 free columns, a column index or a sign that is none, nothing left by the signs.
+        Too few rows, more than 20 free columns, a column index or a sign that is none, nothing left by the
+        constraints.
 
     >>> rng = np.random.default_rng(0)
     >>> X = rng.standard_normal((200, 5))
@@ -88,6 +94,8 @@ class BestSubset(BaseOptimizer):  # type: ignore[misc]
         n_effective: float | None = None,
         memory: int | None = None,
         copy_X: bool = True,
+        together: Sequence[Sequence[int]] = (),
+        exclusive: Sequence[Sequence[int]] = (),
     ) -> None:
         super().__init__(copy_X=copy_X, unbias=False)
         self.forced = forced
@@ -97,6 +105,8 @@ class BestSubset(BaseOptimizer):  # type: ignore[misc]
         self.rival_difference = rival_difference
         self.n_effective = n_effective
         self.memory = memory
+        self.together = together
+        self.exclusive = exclusive
 
     def _reduce(self, x: Array, y: Array) -> None:
         """Search the subsets of each target; called by pysindy's ``fit`` with x (n, p) and y (n, targets)."""
@@ -104,6 +114,8 @@ class BestSubset(BaseOptimizer):  # type: ignore[misc]
         self._check_columns(x)
         coefficients = np.zeros((y.shape[1], x.shape[1]))
         searches = []
+        self.information_: tuple[Array, ...] = ()
+        self.estimates_: tuple[Array, ...] = ()
         for target in range(y.shape[1]):
             response = np.asarray(y[:, target], dtype=np.float64)
             search, coefficients[target] = self._search(x, response, lengths)
@@ -137,6 +149,8 @@ class BestSubset(BaseOptimizer):  # type: ignore[misc]
         freedom = max(n_effective - columns.shape[1] - len(self.nuisance), 1.0) / n_effective
         gram = columns.T @ columns
         information = freedom * gram @ np.linalg.pinv(scores, hermitian=True) @ gram
+        self.information_ += (information * np.outer(scale, scale),)
+        self.estimates_ += (theta / scale,)
         search = search_subsets(
             information,
             information @ theta,
@@ -145,6 +159,8 @@ class BestSubset(BaseOptimizer):  # type: ignore[misc]
             forced=tuple(self.forced),
             signs=dict(self.signs or {}),
             rival_difference=self.rival_difference,
+            together=tuple(self.together),
+            exclusive=tuple(self.exclusive),
         )
         coefficients = np.zeros(x.shape[1])
         kept = [*search.best.columns, *self.nuisance]
@@ -167,7 +183,11 @@ class BestSubset(BaseOptimizer):  # type: ignore[misc]
                 f"{rows} rows for {columns} columns; a best subset needs at least {MIN_ROWS_PER_COLUMN} rows a column: "
                 "use a longer window or fewer terms"
             )
-        for name, chosen in (("forced", self.forced), ("nuisance", self.nuisance), ("signs", self.signs or {})):
+        settings: dict[str, Iterable[int]] = {
+            "forced": self.forced, "nuisance": self.nuisance, "signs": self.signs or {},
+            "together": chain.from_iterable(self.together), "exclusive": chain.from_iterable(self.exclusive),
+        }  # fmt: skip
+        for name, chosen in settings.items():
             for column in chosen:
                 if not 0 <= column < columns:
                     raise IdentificationError(

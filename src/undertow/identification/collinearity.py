@@ -1,0 +1,103 @@
+"""Which terms the trials cannot tell apart, in words and numbers.
+
+Belongs here: what is read off a covariance of coefficients. Does not belong here: how it was estimated.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from undertow.errors import IdentificationError
+
+Array = NDArray[np.float64]
+
+SAID_CORRELATION = 0.9
+"""Two coefficients correlated more than this are named: alone each is known 2.3 times worse than with the other held."""
+
+HARD_CORRELATION = 0.98
+"""Beyond this, five times worse, they are called hardly told apart."""
+
+SAID_INFLATION = 25.0
+"""A term whose variance the others inflate more than this is named even where no single other one does it."""
+
+SHARE_IN_A_COMBINATION = 0.2
+"""A coefficient with at least this share of the weakest combination's length is part of its name."""
+
+
+@dataclass(frozen=True)
+class Collinearity:
+    """What a covariance of coefficients says about telling terms apart.
+
+    ``correlation`` (p, p) of the coefficients; ``inflation`` (p,) by how much the other terms widen each one's variance
+    (1: not at all); ``weakest`` (p,) the least certain combination in units of each one's contribution, of length 1,
+    and ``weakest_error`` its standard error; ``sentences`` the same in words.
+    """
+
+    names: tuple[str, ...]
+    correlation: Array
+    inflation: Array
+    weakest: Array
+    weakest_error: float
+    sentences: tuple[str, ...]
+
+
+def collinearity(names: Sequence[str], covariance: Array, sizes: Array) -> Collinearity:
+    """Read from the coefficients' ``covariance`` (p, p) which of ``names`` (p,) the data hardly tell apart.
+
+    ``sizes`` (p,) turn a coefficient into its share of the motion (the force's standard deviation per unit coefficient,
+    m/s^2 kg per unit), so that a combination is not a matter of units. Raises IdentificationError where shapes differ.
+
+    >>> result = collinearity(("c", "q"), np.array([[1.0, -0.99], [-0.99, 1.0]]), np.ones(2))
+    >>> result.sentences[0]
+    'c and q are hardly told apart (correlation -0.990): alone each is known 7.1 times worse than with the other held'
+    """
+    count = len(names)
+    if covariance.shape != (count, count) or np.shape(sizes) != (count,):
+        raise IdentificationError(
+            f"{count} names, a covariance of shape {covariance.shape} and sizes of shape {np.shape(sizes)}; give one "
+            "row, column and size a name"
+        )
+    errors = np.sqrt(np.diag(covariance))
+    correlation = covariance / np.outer(errors, errors)
+    inflation = np.diag(np.linalg.pinv(correlation, hermitian=True))
+    scaled = covariance * np.outer(sizes, sizes)
+    values, vectors = np.linalg.eigh(scaled)
+    weakest = vectors[:, -1] * np.sign(vectors[np.argmax(np.abs(vectors[:, -1])), -1])
+    error = float(np.sqrt(max(values[-1], 0.0)))
+    sentences = (*_pairs(names, correlation), *_inflated(names, correlation, inflation, weakest))
+    return Collinearity(tuple(names), correlation, inflation, weakest, error, sentences)
+
+
+def _pairs(names: Sequence[str], correlation: Array) -> list[str]:
+    said = []
+    for one in range(len(names)):
+        for other in range(one):
+            size = float(correlation[one, other])
+            if abs(size) < SAID_CORRELATION:
+                continue
+            how = "hardly told apart" if abs(size) > HARD_CORRELATION else "partly mixed"
+            worse = 1.0 / np.sqrt(max(1.0 - size**2, np.finfo(float).eps))
+            said.append(
+                f"{names[other]} and {names[one]} are {how} (correlation {size:.3f}): alone each is known {worse:.1f} "
+                "times worse than with the other held"
+            )
+    return said
+
+
+def _inflated(names: Sequence[str], correlation: Array, inflation: Array, weakest: Array) -> list[str]:
+    """Sentences for combinations of three and more, which no pair shows."""
+    paired = np.abs(correlation - np.eye(len(names))).max(axis=1) >= SAID_CORRELATION
+    hidden = [i for i in range(len(names)) if inflation[i] > SAID_INFLATION and not paired[i]]
+    if not hidden:
+        return []
+    part = [i for i in range(len(names)) if abs(weakest[i]) >= SHARE_IN_A_COMBINATION]
+    combination = " ".join(f"{weakest[i]:+.2f} {names[i]}" for i in part)
+    return [
+        f"the least certain combination is {combination} (in units of each one's force): "
+        f"the others widen the standard error of {names[i]} {np.sqrt(inflation[i]):.1f} times"
+        for i in hidden
+    ]

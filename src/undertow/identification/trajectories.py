@@ -1,0 +1,270 @@
+"""Trials as simulated motion sees them, and how that motion moves with every coefficient an equation could have.
+
+    M = 1,  x'' + sum_i theta_i force_i(x, v; inner) = 0,  theta_i = coefficient_i / mass
+
+is integrated from the release; displacement, velocity and acceleration are compared with the recorded samples, in
+means over short cells. No smoothed signal enters, so that no column carries noise.
+
+Belongs here: trials in cells, residuals, sensitivities. Does not belong here: the search for values or terms
+(polish.py), intervals of the laboratory's parameters (baseline.py).
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from undertow.conditioning.motion import Motion
+from undertow.equation.kernel import N_SLOTS, SLOT
+from undertow.equation.term import Term
+from undertow.errors import IdentificationError
+from undertow.identification.output_error import trajectory
+from undertow.identification.problem import cells, dominant_period
+
+Array = NDArray[np.float64]
+
+CHANNELS = ("displacement", "velocity", "acceleration")
+
+SHIFT_STD_S = 0.1
+"""Prior of the release instant, s: with 1 mm of noise on 8 mm of motion it is seen up to 0.1 s late."""
+
+CLOCK_STD_S = 0.005
+"""Prior of the accelerometer's clock against the other channels', s."""
+
+GAIN_STD = 0.005
+"""Prior of the accelerometer's gain against the other channels', relative: half a per cent of calibration."""
+
+DRIFT_ORDER_MOST = 4
+"""Order of the polynomial taken off a channel: 15 s periods of drift leave 4 % of themselves after 12 s."""
+
+PERIODS_PER_ORDER = 2.0
+"""One order of drift for so many periods of the motion, so that drift stays slower than the motion."""
+
+LEAST_NOISE = 1e-6
+"""Noise of a channel is taken as at least this share of its own size: integration is as good as that."""
+
+LARGEST = 1e100
+"""Residuals and derivatives in units of noise beyond this belong to a motion that all but leaves every bound."""
+
+
+@dataclass(frozen=True)
+class Seen:
+    """One channel of a trial: means over cells (n,) and their standard deviation from noise."""
+
+    quantity: str
+    values: Array
+    sigma: float
+
+
+@dataclass(frozen=True)
+class Cells:
+    """A trial in cells: instants ``t`` (n, m) s after the release, channels, drift's basis (n, r), first guesses.
+
+    ``names`` are the trial's own unknowns, ``start`` (u,) their starts, ``prior`` (u,) standard deviations (inf: none).
+    """
+
+    name: str
+    t: Array
+    channels: tuple[Seen, ...]
+    drift: Array
+    names: tuple[str, ...]
+    start: Array
+    prior: Array
+    period_s: float
+
+    def shortened(self, seconds: float) -> Cells:
+        """The same trial on the first ``seconds`` of its window."""
+        keep = int(np.searchsorted(self.t[:, 0], self.t[0, 0] + seconds))
+        channels = tuple(replace(seen, values=seen.values[:keep]) for seen in self.channels)
+        return replace(self, t=self.t[:keep], channels=channels, drift=_drift_basis(self.t[:keep], self.period_s))
+
+    def reweighted(self, factors: Sequence[float]) -> Cells:
+        """The same trial with each channel's noise multiplied by a factor."""
+        channels = tuple(
+            replace(seen, sigma=seen.sigma * factor) for seen, factor in zip(self.channels, factors, strict=True)
+        )
+        return replace(self, channels=channels)
+
+
+def in_cells(motion: Motion) -> Cells:
+    """A motion's recorded samples in cells of a fiftieth of a period, with what is unknown of the trial itself.
+
+    Unknown are x0, the release instant (v0 where no hold was seen), the accelerometer's clock and gain beside another
+    channel; offsets and slow drift are taken off as a polynomial of time. Raises IdentificationError where no channel
+    of motion is recorded or the window is too short.
+    """
+    period = dominant_period(motion)
+    index, m = cells(motion, period)
+    t = motion.t[index]
+    recorded = [quantity for quantity in CHANNELS if quantity in motion.recording.channels]
+    if not recorded:
+        have = ", ".join(motion.recording.channels) or "nothing"
+        raise IdentificationError(f"trial {motion.name}: recorded is {have}; map displacement, velocity or acceleration")
+    channels = []
+    for quantity in recorded:
+        samples = motion.recorded(quantity)[index]
+        noise = max(motion.noise.get(quantity, 0.0), LEAST_NOISE * float(np.std(samples)), np.finfo(float).tiny)
+        channels.append(Seen(quantity, samples.mean(axis=1), noise / math.sqrt(m)))
+    start = {"x0": (float(motion.x[0] - motion.equilibrium.value), math.inf)}
+    if motion.window.held:
+        start["shift"] = (0.0, math.hypot(SHIFT_STD_S, motion.window.release_stderr_s))
+    else:
+        start["v0"] = (float(motion.v[0]), math.inf)
+    if recorded[-1] == "acceleration" and len(recorded) > 1:
+        start["clock"], start["gain"] = (0.0, CLOCK_STD_S), (0.0, GAIN_STD)
+    values = np.array(list(start.values()))
+    return Cells(
+        motion.name, t, tuple(channels), _drift_basis(t, period), tuple(start), values[:, 0], values[:, 1], period
+    )
+
+
+def _drift_basis(t: Array, period_s: float) -> Array:
+    """Orthonormal polynomials (n, r) of the cells' instants, of an order that stays slower than the motion."""
+    middle = t.mean(axis=1)
+    span = middle[-1] - middle[0]
+    order = int(np.clip(span / period_s / PERIODS_PER_ORDER, 1, DRIFT_ORDER_MOST))
+    basis, _ = np.linalg.qr(np.polynomial.legendre.legvander(2.0 * (middle - middle[0]) / span - 1.0, order))
+    return np.asarray(basis, dtype=np.float64)
+
+
+@dataclass(frozen=True)
+class Laws:
+    """A library as the integrator sees it: every number the motion may depend on, coefficients first.
+
+    ``names`` (p,) are the coefficients (a term each), then ``term.inner`` for every inner parameter; ``slots`` (p,)
+    their places in the integrator; ``owner`` (p,) the index of the term; ``lower``, ``upper`` (p,) bounds.
+    """
+
+    terms: tuple[Term, ...]
+    names: tuple[str, ...]
+    slots: NDArray[np.int64]
+    owner: NDArray[np.int64]
+    start: Array
+    lower: Array
+    upper: Array
+
+    def vector(self, values: Array) -> Array:
+        """Parameter vector of the integrator, per unit mass, at ``values`` (p,)."""
+        theta = np.zeros(N_SLOTS)
+        theta[SLOT["mass"]] = 1.0
+        np.add.at(theta, self.slots, values)
+        return theta
+
+    def columns(self, chosen: Sequence[int]) -> list[int]:
+        """Places of the numbers that belong to the terms of these indices."""
+        return [place for place, owner in enumerate(self.owner) if int(owner) in set(chosen)]
+
+
+def why_not_simulated(terms: Sequence[Term]) -> str:
+    """Why the compiled integrator cannot judge this library; empty where it can."""
+    inner: list[str] = []
+    for term in terms:
+        if term.kind != "algebraic" or not term.slots:
+            return f"{term.name} has no compiled force of x and v alone"
+        inner += [term.slots[parameter.name] for parameter in term.parameters[1:]]
+        inner += [term.slots[term.coefficient.name]] if term.inner else []
+    twice = sorted({slot for slot in inner if inner.count(slot) > 1})
+    return f"two terms share the inner parameter {', '.join(twice)}" if twice else ""
+
+
+def laws(terms: Sequence[Term], signs: bool = True) -> Laws:
+    """The library's numbers; with ``signs`` a coefficient that cannot be negative has the bound 0.
+
+    Raises IdentificationError for a library that `why_not_simulated` refuses.
+    """
+    refusal = why_not_simulated(terms)
+    if refusal:
+        raise IdentificationError(f"{len(terms)} terms cannot be judged on simulated motion: {refusal}; leave it out")
+    rows = [
+        (term.name, term.slots[term.coefficient.name], index, 0.0,
+         term.coefficient.lower if signs else -math.inf, math.inf)
+        for index, term in enumerate(terms)
+    ]  # fmt: skip
+    for index, term in enumerate(terms):
+        for parameter in term.parameters[1:]:
+            rows.append(
+                (f"{term.name}.{parameter.name}", term.slots[parameter.name], index, term.inner[parameter.name],
+                 parameter.lower, parameter.upper)
+            )  # fmt: skip
+    names, slots, owner, start, lower, upper = zip(*rows, strict=True)
+    return Laws(
+        tuple(terms), tuple(names), np.array([SLOT[slot] for slot in slots]), np.array(owner),
+        np.array(start), np.array(lower), np.array(upper),
+    )  # fmt: skip
+
+
+@dataclass(frozen=True)
+class Rows:
+    """One trial at given values: residual (n,) predicted less recorded in units of noise, drift taken off; its
+    derivatives by the chosen numbers of the laws (n, p) and by the trial's own unknowns (n, u)."""
+
+    residual: Array
+    shared: Array
+    own: Array
+
+
+def trial_rows(trial: Cells, book: Laws, values: Array, own: Array, chosen: Sequence[int]) -> Rows | None:
+    """Residual and derivatives of one trial; None where the motion leaves every bound.
+
+    ``values`` (p,) are the laws' numbers, ``own`` (u,) the trial's unknowns, ``chosen`` the places among ``values``
+    whose derivatives are wanted.
+    """
+    mine = dict(zip(trial.names, own.tolist(), strict=True))
+    theta = book.vector(values)
+    theta[SLOT["x0"]], theta[SLOT["v0"]] = mine["x0"], mine.get("v0", 0.0)
+    wanted = [int(book.slots[place]) for place in chosen] + [SLOT["x0"], SLOT["v0"]]
+    slots = np.array(sorted(set(wanted)), dtype=np.int64)
+    place = {int(slot): 1 + index for index, slot in enumerate(slots)}
+    shift, clock = mine.get("shift", 0.0), mine.get("clock", 0.0)
+    flat = trial.t.ravel() + shift
+    both = np.concatenate([flat, flat + clock]) if clock else flat
+    order = np.argsort(both, kind="stable")
+    try:
+        motion = trajectory(theta, slots, np.maximum(both[order], 0.0))
+    except IdentificationError:  # a step that went too far is no error of the caller's
+        return None
+    back = np.empty(order.size, dtype=np.int64)
+    back[order] = np.arange(order.size)
+    at = [place[slot] for slot in wanted]
+    parts = []
+    with np.errstate(over="ignore", invalid="ignore"):
+        for seen in trial.channels:
+            late = clock != 0.0 and seen.quantity == "acceleration"
+            parts.append(_channel(trial, seen, motion, back[flat.size :] if late else back[: flat.size], at, mine))
+    stacked = np.vstack(parts)
+    if not np.all(np.abs(stacked) < LARGEST):
+        return None
+    return Rows(stacked[:, 0], stacked[:, 1 : 1 + len(chosen)], stacked[:, 1 + len(chosen) :])
+
+
+def _channel(
+    trial: Cells,
+    seen: Seen,
+    motion: tuple[Array, Array, Array],
+    rows: NDArray[np.int64],
+    at: Sequence[int],
+    mine: Mapping[str, float],
+) -> Array:
+    """Residual, derivatives by the laws and by the trial's unknowns, (n, 1 + p + u), in units of noise."""
+    signal = motion[CHANNELS.index(seen.quantity)][rows].reshape(*trial.t.shape, -1).mean(axis=1)
+    rate = np.gradient(signal[:, 0], trial.t.mean(axis=1))
+    accelerometer = seen.quantity == "acceleration"
+    gain = 1.0 + (mine.get("gain", 0.0) if accelerometer else 0.0)
+    zero = np.zeros(signal.shape[0])
+    own = {
+        "x0": gain * signal[:, at[-2]],
+        "v0": gain * signal[:, at[-1]],
+        "shift": gain * rate,
+        "clock": gain * rate if accelerometer else zero,
+        "gain": signal[:, 0] if accelerometer else zero,
+    }
+    table = np.column_stack(
+        [gain * signal[:, 0] - seen.values, gain * signal[:, at[:-2]], *(own[name] for name in trial.names)]
+    )
+    table /= seen.sigma
+    result: Array = table - trial.drift @ (trial.drift.T @ table)
+    return result

@@ -1,4 +1,4 @@
-"""The campaigns with one known thing missing: their motion is right, their sizes are as stated, their verdicts count."""
+"""Campaigns with one known thing missing: their motion is right, their sizes are as stated, their verdicts count."""
 
 from __future__ import annotations
 

@@ -125,7 +125,8 @@ def discover(
     forced = [_place(entry, names) for entry in known]
     selection, kept = None, tuple(range(len(library)))
     if subset:
-        selection = _select(build_design(motions, library, SELECTION_PERIODS), library, forced, signs)
+        design = build_design(motions, library, SELECTION_PERIODS)
+        selection = select_terms(design, library, forced, signs).searches_[0]
         kept = selection.best.columns
         if not kept:
             raise IdentificationError(
@@ -133,7 +134,7 @@ def discover(
                 "look at the window and the noise"
             )
     terms_kept = tuple(library[index] for index in kept)
-    solutions = [_solve(build_design(motions, terms_kept, periods)) for periods in _fitting_lengths(motions)]
+    solutions = [solve_design(build_design(motions, terms_kept, periods)) for periods in _fitting_lengths(motions)]
     best = min(solutions, key=lambda solution: solution.generalised_variance)
     return _report(best, terms_kept, selection, names)
 
@@ -156,8 +157,12 @@ def _place(entry: Term | str, names: tuple[str, ...]) -> int:
     return names.index(name)
 
 
-def _select(design: Design, library: Sequence[Term], forced: Sequence[int], signs: bool) -> SubsetSearch:
-    """Best subset of the rows, constants and drifts of the trials as nuisance."""
+def select_terms(design: Design, library: Sequence[Term], forced: Sequence[int] = (), signs: bool = True) -> BestSubset:
+    """The best subset of a design's columns, constants and drifts of the trials as nuisance, as a fitted optimiser.
+
+    ``library`` are the terms of the columns in their order, ``forced`` the indices of those known to be there; with
+    ``signs`` a coefficient that cannot be negative is not, unless it is forced.
+    """
     stacked = np.hstack([design.columns, design.nuisance])
     count = len(library)
     limits = {
@@ -171,8 +176,7 @@ def _select(design: Design, library: Sequence[Term], forced: Sequence[int], sign
         memory=_memory(design),
     )
     optimizer.fit(stacked, design.response[:, None])
-    search: SubsetSearch = optimizer.searches_[0]
-    return search
+    return optimizer
 
 
 def _fitting_lengths(motions: Sequence[Motion]) -> tuple[float, ...]:
@@ -188,8 +192,12 @@ def _memory(design: Design) -> int:
 
 
 @dataclass(frozen=True)
-class _Solution:
-    """Least squares of one design: coefficients of terms and drifts, covariance of the terms', residual."""
+class Solution:
+    """Least squares of one design.
+
+    ``values`` (p + r,) coefficients of terms, then of drifts; ``within`` (p, p) covariance of the terms' from the
+    residual; ``widening`` (p,) by how much trials scatter beyond it; ``residual`` (n,) in m/s^2.
+    """
 
     design: Design
     values: Array
@@ -204,11 +212,12 @@ class _Solution:
         return float(np.linalg.slogdet(self.within)[1])
 
 
-def _solve(design: Design) -> _Solution:
+def solve_design(design: Design) -> Solution:
     """Least squares with drifts as nuisance.
 
     The variance of a coefficient is the larger of two estimates: moving sums of the scores (Newey and West 1987), and
     the residual's autocovariance seen through the columns. Each alone is on the small side for a few short trials.
+    Raises IdentificationError where two terms are the same force along these motions.
     """
     stacked = np.hstack([design.columns, design.nuisance])
     found, _, rank, _ = np.linalg.lstsq(stacked, design.response, rcond=None)
@@ -231,11 +240,11 @@ def _solve(design: Design) -> _Solution:
     freedom = n_effective / max(n_effective - stacked.shape[1], 1.0)
     seen = np.diag(bread @ scores @ bread) * freedom
     stretch = np.sqrt(np.maximum(seen / np.diag(moving), 1.0))
-    return _Solution(design, values, moving * np.outer(stretch, stretch), widening, residual, n_effective)
+    return Solution(design, values, moving * np.outer(stretch, stretch), widening, residual, n_effective)
 
 
 def _report(
-    solution: _Solution, terms: tuple[Term, ...], selection: SubsetSearch | None, considered: tuple[str, ...]
+    solution: Solution, terms: tuple[Term, ...], selection: SubsetSearch | None, considered: tuple[str, ...]
 ) -> SindyResult:
     """The solution in words, units and standard errors."""
     design, count = solution.design, len(terms)

@@ -47,6 +47,9 @@ PERIODS_PER_ORDER = 2.0
 LEAST_NOISE = 1e-6
 """Noise of a channel is taken as at least this share of its own size: integration is as good as that."""
 
+OWN = "own "
+"""Begins the name of an unknown by which a trial's own k, c or friction departs from the shared one, relative."""
+
 LARGEST = 1e100
 """Residuals and derivatives in units of noise beyond this belong to a motion that all but leaves every bound."""
 
@@ -90,12 +93,13 @@ class Cells:
         return replace(self, channels=channels)
 
 
-def in_cells(motion: Motion) -> Cells:
+def in_cells(motion: Motion, scatter: Mapping[str, float] | None = None) -> Cells:
     """A motion's recorded samples in cells of a fiftieth of a period, with what is unknown of the trial itself.
 
     Unknown are x0, the release instant (v0 where no hold was seen), the accelerometer's clock and gain beside another
-    channel; offsets and slow drift are taken off as a polynomial of time. Raises IdentificationError where no channel
-    of motion is recorded or the window is too short.
+    channel; offsets and slow drift are taken off as a polynomial of time. ``scatter`` maps places of the integrator
+    (k1, c1, fc, ...) to the relative standard deviation by which that number differs from trial to trial: each trial
+    then has its own. Raises IdentificationError where no channel of motion is recorded or the window is too short.
     """
     period = dominant_period(motion)
     index, m = cells(motion, period)
@@ -116,6 +120,8 @@ def in_cells(motion: Motion) -> Cells:
         start["v0"] = (float(motion.v[0]), math.inf)
     if recorded[-1] == "acceleration" and len(recorded) > 1:
         start["clock"], start["gain"] = (0.0, CLOCK_STD_S), (0.0, GAIN_STD)
+    for slot, share in (scatter or {}).items():
+        start[f"{OWN}{slot}"] = (0.0, share)
     values = np.array(list(start.values()))
     return Cells(
         motion.name, t, tuple(channels), _drift_basis(t, period), tuple(start), values[:, 0], values[:, 1], period
@@ -197,6 +203,9 @@ def laws(terms: Sequence[Term], signs: bool = True) -> Laws:
     )  # fmt: skip
 
 
+_Motion = tuple[Array, Array, Array]
+
+
 @dataclass(frozen=True)
 class Rows:
     """One trial at given values: residual (n,) predicted less recorded in units of noise, drift taken off; its
@@ -216,54 +225,74 @@ def trial_rows(trial: Cells, book: Laws, values: Array, own: Array, chosen: Sequ
     mine = dict(zip(trial.names, own.tolist(), strict=True))
     theta = book.vector(values)
     theta[SLOT["x0"]], theta[SLOT["v0"]] = mine["x0"], mine.get("v0", 0.0)
-    wanted = [int(book.slots[place]) for place in chosen] + [SLOT["x0"], SLOT["v0"]]
+    own_slots = {name: SLOT[name.removeprefix(OWN)] for name in trial.names if name.startswith(OWN)}
+    shared_part = {name: float(theta[slot]) for name, slot in own_slots.items()}
+    factor = np.ones(N_SLOTS)
+    for name, slot in own_slots.items():
+        factor[slot] = 1.0 + mine[name]
+    wanted = [int(book.slots[place]) for place in chosen] + [SLOT["x0"], SLOT["v0"], *own_slots.values()]
     slots = np.array(sorted(set(wanted)), dtype=np.int64)
     place = {int(slot): 1 + index for index, slot in enumerate(slots)}
-    shift, clock = mine.get("shift", 0.0), mine.get("clock", 0.0)
-    flat = trial.t.ravel() + shift
-    both = np.concatenate([flat, flat + clock]) if clock else flat
+    clock = mine.get("clock", 0.0)
+    simulated = _simulated(theta * factor, slots, trial.t.ravel() + mine.get("shift", 0.0), clock)
+    if simulated is None:
+        return None
+    at, parts = [place[slot] for slot in wanted], []
+    with np.errstate(over="ignore", invalid="ignore"):
+        for seen in trial.channels:
+            motion = simulated[1 if seen.quantity == "acceleration" else 0]
+            parts.append(_channel(trial, seen, motion, at, mine, shared_part))
+    stacked = np.vstack(parts)
+    if not np.all(np.abs(stacked) < LARGEST):
+        return None
+    shared = stacked[:, 1 : 1 + len(chosen)] * factor[book.slots[list(chosen)]]
+    return Rows(stacked[:, 0], shared, stacked[:, 1 + len(chosen) :])
+
+
+def _simulated(theta: Array, slots: NDArray[np.int64], times: Array, clock: float) -> tuple[_Motion, _Motion] | None:
+    """x, v, a with derivatives at ``times`` (n,) and at ``times`` + ``clock``; None where there is no such motion."""
+    both = np.concatenate([times, times + clock]) if clock else times
     order = np.argsort(both, kind="stable")
     try:
-        motion = trajectory(theta, slots, np.maximum(both[order], 0.0))
+        x, v, a = trajectory(theta, slots, np.maximum(both[order], 0.0))
     except IdentificationError:  # a step that went too far is no error of the caller's
         return None
     back = np.empty(order.size, dtype=np.int64)
     back[order] = np.arange(order.size)
-    at = [place[slot] for slot in wanted]
-    parts = []
-    with np.errstate(over="ignore", invalid="ignore"):
-        for seen in trial.channels:
-            late = clock != 0.0 and seen.quantity == "acceleration"
-            parts.append(_channel(trial, seen, motion, back[flat.size :] if late else back[: flat.size], at, mine))
-    stacked = np.vstack(parts)
-    if not np.all(np.abs(stacked) < LARGEST):
-        return None
-    return Rows(stacked[:, 0], stacked[:, 1 : 1 + len(chosen)], stacked[:, 1 + len(chosen) :])
+    now, late = back[: times.size], back[-times.size :]
+    return (x[now], v[now], a[now]), (x[late], v[late], a[late])
 
 
 def _channel(
     trial: Cells,
     seen: Seen,
-    motion: tuple[Array, Array, Array],
-    rows: NDArray[np.int64],
+    motion: _Motion,
     at: Sequence[int],
     mine: Mapping[str, float],
+    shared_part: Mapping[str, float],
 ) -> Array:
-    """Residual, derivatives by the laws and by the trial's unknowns, (n, 1 + p + u), in units of noise."""
-    signal = motion[CHANNELS.index(seen.quantity)][rows].reshape(*trial.t.shape, -1).mean(axis=1)
+    """Residual, derivatives by the laws and by the trial's unknowns, (n, 1 + p + u), in units of noise.
+
+    ``motion`` are x, v, a (n m, 1 + slots) at the cells' samples, ``at`` the columns of the laws, x0, v0 and of what
+    the trial has of its own, whose shared part is in ``shared_part``.
+    """
+    signal = motion[CHANNELS.index(seen.quantity)].reshape(*trial.t.shape, -1).mean(axis=1)
     rate = np.gradient(signal[:, 0], trial.t.mean(axis=1))
     accelerometer = seen.quantity == "acceleration"
     gain = 1.0 + (mine.get("gain", 0.0) if accelerometer else 0.0)
     zero = np.zeros(signal.shape[0])
+    laws_end = len(at) - 2 - len(shared_part)
     own = {
-        "x0": gain * signal[:, at[-2]],
-        "v0": gain * signal[:, at[-1]],
+        "x0": gain * signal[:, at[laws_end]],
+        "v0": gain * signal[:, at[laws_end + 1]],
         "shift": gain * rate,
         "clock": gain * rate if accelerometer else zero,
         "gain": signal[:, 0] if accelerometer else zero,
     }
+    for index, (name, value) in enumerate(shared_part.items()):
+        own[name] = gain * value * signal[:, at[laws_end + 2 + index]]
     table = np.column_stack(
-        [gain * signal[:, 0] - seen.values, gain * signal[:, at[:-2]], *(own[name] for name in trial.names)]
+        [gain * signal[:, 0] - seen.values, gain * signal[:, at[:laws_end]], *(own[name] for name in trial.names)]
     )
     table /= seen.sigma
     result: Array = table - trial.drift @ (trial.drift.T @ table)

@@ -238,4 +238,5 @@ def inner_values(trials: Sequence[Cells], book: Laws, place: int) -> Array:
     size = max(abs(float(trial.start[0])) for trial in trials)
     if unit.endswith("/s"):
         size *= 2.0 * math.pi / float(np.median([trial.period_s for trial in trials]))
-    return np.maximum(np.geomspace(*(share * size for share in INNER_SHARES), INNER_VALUES), lower)
+    values: Array = np.geomspace(INNER_SHARES[0] * size, INNER_SHARES[1] * size, INNER_VALUES)
+    return np.maximum(values, lower)

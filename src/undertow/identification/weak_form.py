@@ -1,0 +1,174 @@
+"""A second way to the coefficients: the equation in weak form on the samples as they were recorded.
+
+    sum w (a + sum_i theta_i force_i) = 0 for every test function w,
+
+in which derivatives are moved on to w: w'' x stands for w a where only displacement exists, -w' x for w v. The smoothed
+motion enters nonlinear forces alone. Trials may have any length. Where this and the trajectories disagree, one of them
+is wrong, and the reader is told.
+
+Belongs here: the design from recorded samples, the comparison. Does not belong here: least squares (sindy.py).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.signal import fftconvolve
+from scipy.stats import chi2
+
+from undertow.conditioning.motion import Motion
+from undertow.equation.term import Term
+from undertow.errors import IdentificationError
+from undertow.identification.library import DRIFT_ORDER, MIN_ROWS, Design, evaluate, label, motion_period
+from undertow.identification.sindy import solve_design
+
+Array = NDArray[np.float64]
+
+WINDOW_PERIODS = 0.7
+"""Length of a test function, in periods: sin^4, as wide as a Hann window of half a period."""
+
+ROWS_PER_WINDOW = 6
+
+DISAGREEMENT = 0.99
+"""Two routes disagree where their difference is beyond this quantile of chi-squared."""
+
+
+@dataclass(frozen=True)
+class Route:
+    """The same terms by the second route.
+
+    ``values`` and ``stderr`` (p,) coefficients over mass; ``distance`` (1,) chi-squared of the difference from the
+    first route per term; ``agrees`` whether that is within `DISAGREEMENT`; ``response`` what stood for acceleration.
+    """
+
+    names: tuple[str, ...]
+    values: Array
+    stderr: Array
+    distance: float
+    agrees: bool
+    response: str
+    sentence: str
+
+
+def measured_design(
+    motions: Sequence[Motion], terms: Sequence[Term], clocks: Mapping[str, float] | None = None
+) -> Design:
+    """Rows of the equation in weak form on recorded samples, all trials together.
+
+    The response is the recorded acceleration (``clocks`` by how much its samples are of a later instant than stamped,
+    s a trial), else displacement against w'', else velocity against w'. Springs see the recorded displacement, viscous
+    dampers the recorded velocity, or displacement against w'; other forces the smoothed motion.
+
+    Raises IdentificationError without motions, without a recorded channel of motion, or for windows too short.
+    """
+    if not motions:
+        raise IdentificationError(f"{len(motions)} motions; give at least one trial")
+    period = float(np.median([motion_period(motion) for motion in motions]))
+    length, step = WINDOW_PERIODS * period, WINDOW_PERIODS * period / ROWS_PER_WINDOW
+    parts = [_rows(motion, terms, length, step, (clocks or {}).get(motion.name, 0.0)) for motion in motions]
+    return Design(
+        columns=np.vstack([part[:, :-2] for part in parts]),
+        response=np.concatenate([part[:, -2] for part in parts]),
+        trial=np.repeat(np.arange(len(parts)), [part.shape[0] for part in parts]),
+        time=np.concatenate([part[:, -1] for part in parts]),
+        names=tuple(label(term) for term in terms),
+        trials=tuple(motion.name for motion in motions),
+        length_s=length,
+        step_s=step,
+        period_s=period,
+        drift_order=DRIFT_ORDER,
+    )
+
+
+def response_channel(motion: Motion) -> str:
+    """The recorded channel that stands for the acceleration; IdentificationError where there is none."""
+    for quantity in ("acceleration", "displacement", "velocity"):
+        if quantity in motion.recording.channels:
+            return quantity
+    have = ", ".join(motion.recording.channels) or "nothing"
+    raise IdentificationError(f"trial {motion.name}: recorded is {have}; map displacement, velocity or acceleration")
+
+
+def _rows(motion: Motion, terms: Sequence[Term], length: float, step: float, clock: float) -> Array:
+    """Columns, response and time (n, p + 2) of one trial."""
+    dt = float(np.median(np.diff(motion.t)))
+    count = max(5, round(length / dt))
+    phase = np.pi * (np.arange(count) + 0.5) / count
+    w = np.sin(phase) ** 4
+    area = float(w.sum())
+    kernels = {
+        0: w / area,
+        1: 4.0 * np.sin(phase) ** 3 * np.cos(phase) * np.pi / (count * dt) / area,
+        2: (12.0 * (np.sin(phase) * np.cos(phase)) ** 2 - 4.0 * np.sin(phase) ** 4)
+        * (np.pi / (count * dt)) ** 2 / area,
+    }  # fmt: skip
+    starts = np.unique(np.round(np.arange(0.0, motion.windowed("t").size - count + 1, max(step / dt, 1.0))).astype(int))
+    if starts.size < MIN_ROWS:
+        raise IdentificationError(
+            f"trial {motion.name}: {starts.size} rows in a window of {motion.windowed('t').size * dt:.3g} s with test "
+            f"functions of {length:.3g} s; {MIN_ROWS} are needed: widen trials.window or leave the trial out"
+        )
+
+    def against(values: Array, order: int) -> Array:
+        # w and w'' are even about the middle; convolution turns w' round, which is the minus of partial integration
+        mean: Array = fftconvolve(values[motion.inside], kernels[order], mode="valid")[starts]
+        return mean
+
+    forces = evaluate(terms, motion.x - motion.equilibrium.value, motion.v, motion.a, motion.t)
+    columns = [against(*_source(motion, term, forces[:, index])) for index, term in enumerate(terms)]
+    channel = response_channel(motion)
+    recorded = motion.recorded(channel)
+    if channel == "acceleration" and clock:
+        recorded = np.interp(motion.t - clock, motion.t, recorded)
+    order = {"acceleration": 0, "velocity": 1, "displacement": 2}[channel]
+    return np.column_stack([*columns, -against(recorded, order), against(motion.t, 0)])
+
+
+def _source(motion: Motion, term: Term, smoothed: Array) -> tuple[Array, int]:
+    """What a term's column is made of, and how often the test function is differentiated for it."""
+    channels = motion.recording.channels
+    if term.name == "stiffness" and "displacement" in channels:
+        return motion.recorded("displacement") - motion.equilibrium.value, 0
+    if term.name in ("viscous_damping", "linear_damping"):
+        if "velocity" in channels:
+            return motion.recorded("velocity"), 0
+        if "displacement" in channels:
+            return motion.recorded("displacement") - motion.equilibrium.value, 1
+    return smoothed, 0
+
+
+def second_route(
+    motions: Sequence[Motion],
+    terms: Sequence[Term],
+    values: Array,
+    covariance: Array,
+    clocks: Mapping[str, float] | None = None,
+) -> Route:
+    """The coefficients of ``terms`` in weak form beside ``values`` (p,) with ``covariance`` (p, p) of the first route.
+
+    The first route's errors come from the same samples; adding both covariances is therefore on the careful side.
+    Raises IdentificationError as `measured_design` does, and where two terms are the same force.
+    """
+    design = measured_design(motions, terms, clocks)
+    solution = solve_design(design)
+    found = solution.values[: len(terms)]
+    own = solution.within * np.outer(solution.widening, solution.widening)
+    away = found - values
+    total = covariance + own
+    scale = np.sqrt(np.diag(total))
+    distance = float((away / scale) @ np.linalg.pinv(total / np.outer(scale, scale), hermitian=True) @ (away / scale))
+    agrees = distance <= float(chi2.ppf(DISAGREEMENT, len(terms)))
+    response = " and ".join(sorted({response_channel(motion) for motion in motions}))
+    worst = int(np.argmax(np.abs(away) / scale))
+    number = abs(float(away[worst])) / float(scale[worst])
+    verdict = "agrees" if agrees else "DISAGREES"
+    sentence = (
+        f"weak form on the recorded {response} {verdict}: chi-squared {distance:.1f} of {len(terms)}, the largest "
+        f"difference {number:.1f} standard errors in {design.names[worst]}"
+    )
+    return Route(design.names, found, np.sqrt(np.diag(own)), distance / max(len(terms), 1), agrees, response, sentence)
+
+

@@ -34,7 +34,9 @@ class Estimate:
     """A value with its unit, its statistical and its systematic standard error (1 sigma each).
 
     ``stderr`` comes from the noise of the trials used, ``systematic`` from what was held fixed
-    (k, c, mu from the dry trials, areas, volumes, clocks). ``outcome`` is ``"ok"`` or a sentence.
+    (k, c, mu from the dry trials, areas, volumes, clocks). ``outcome`` is ``"ok"`` or a sentence. ``freedom`` is the
+    degrees of freedom behind the errors (inf: many); errors from few are widened, so that value +- 1.645 errors is a
+    90 % interval all the same.
 
     >>> print(Estimate(1271.43, 12.2, 8.0, unit="kg"))
     1271 ± 12 (noise) ± 8 (systematic) kg
@@ -46,6 +48,7 @@ class Estimate:
     unit: str = ""
     source: str = ""
     outcome: str = OK
+    freedom: float = math.inf
 
     @property
     def total_stderr(self) -> float:

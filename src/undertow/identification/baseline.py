@@ -1,38 +1,31 @@
-"""The config's equation fitted to a group's trials by output error, and scored by free run.
+"""The config's equation fitted to a group's trials by output error.
 
-Belongs here: which unknowns an equation has in a group, their names and starts; the structure from dry trials; the
-free run with its floors. Does not belong here: what the equation leaves out.
+Belongs here: that fit, and its estimates with errors. Does not belong here: which unknowns an equation has (group.py),
+what the equation leaves out.
 """
 
 from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
 from typing import Literal
 
 import numpy as np
 
 from undertow.conditioning.motion import Motion
-from undertow.equation import shelf
-from undertow.equation.equation import Equation, slot_values
-from undertow.equation.kernel import N_SLOTS, SLOT
-from undertow.equation.term import Term
-from undertow.errors import IdentificationError
+from undertow.equation.equation import Equation
+from undertow.equation.kernel import SLOT
 from undertow.identification import output_error
-from undertow.identification.fit import Fit, Specimen, Structure
-from undertow.identification.intervals import noise_covariance
+from undertow.identification.confidence import as_stderr, widening
+from undertow.identification.fit import Fit, Structure
+from undertow.identification.group import STRUCTURAL, WATER, Coefficient, GroupModel, group_model, terms_by_name
+from undertow.identification.hierarchy import Effect, Held, group_posterior, held_intervals
+from undertow.identification.intervals import noise_covariance, residual_covariance
 from undertow.identification.output_error import Solution
-from undertow.identification.problem import Link, Problem, ProblemBuilder, TrialOptions, dominant_period
-from undertow.identification.scale import contract_name
+from undertow.identification.problem import Link, Problem, ProblemBuilder, TrialOptions
 from undertow.quantities import OK, Estimate
 from undertow.recording.recording import Array
-
-STRUCTURAL = ("stiffness", "viscous_damping", "coulomb_friction")
-"""Terms whose parameters the dry trials give: k, c, mu."""
-
-WATER = ("added_mass", "quadratic_drag", "linear_damping", "cubic_damping", "drag_exponent")
-"""Terms that a dry trial does not have."""
 
 LINEAR = ("stiffness", "sine_restoring", "viscous_damping", "added_mass")
 """Terms of a linear oscillator (sine restoring is one at small angles): where a fit that went astray starts anew."""
@@ -41,165 +34,8 @@ WITHIN_NOISE = 2.0
 """Mean squared residual in units of noise up to which a fit needs no second start: what is left is noise."""
 
 
-@dataclass(frozen=True)
-class Coefficient:
-    """One unknown of an equation: its contract name, unit, slot, and the factor from the unknown to the slot."""
-
-    name: str
-    unit: str
-    slot: str
-    factor: float
-    start: float
-    lower: float = -math.inf
-    upper: float = math.inf
-    scale: float = 1.0
-    term: str = ""
-    per_mass: bool = False
-
-
-@dataclass(frozen=True)
-class GroupModel:
-    """An equation as it is fitted in one group.
-
-    ``base`` is the parameter vector of what is fixed (the same in all trials but for k), ``coefficients`` what is
-    found; ``fixed`` the structure held, None where everything is free.
-    """
-
-    terms: tuple[Term, ...]
-    specimen: Specimen
-    base: Array
-    coefficients: tuple[Coefficient, ...]
-    fixed: Structure | None = None
-    stiffness: Mapping[str, float] = field(default_factory=dict)
-    anchored: bool = True
-
-    def trial_base(self, trial: str) -> Array:
-        """Parameter vector of what is fixed in one trial: the group's, with the trial's own k where it has one."""
-        base = self.base.copy()
-        if trial in self.stiffness:
-            base[SLOT["k1"]] = self.stiffness[trial]
-        return base
-
-    def theta(self, values: Mapping[str, float], trial: str = "") -> Array:
-        """Parameter vector at values of the coefficients by name."""
-        theta = self.trial_base(trial)
-        for c in self.coefficients:
-            theta[SLOT[c.slot]] += c.factor * values[c.name]
-        return theta
-
-
-def group_model(
-    terms: Sequence[Term],
-    motions: Sequence[Motion],
-    specimen: Specimen,
-    structure: Structure | None,
-    *,
-    dry: bool,
-    anchored: bool,
-    stiffness: Mapping[str, float] | None = None,
-) -> GroupModel:
-    """The unknowns of ``terms`` in one group.
-
-    With a ``structure`` its k, c, mu are fixed and the water's terms are unknown; without, all are. ``anchored`` says
-    that k (or the mass, when dry) gives kilograms; else the total mass is 1 and every unknown is per mass.
-    """
-    period = float(np.median([dominant_period(m) for m in motions]))
-    rate = 2.0 * math.pi / period
-    known_mass = math.isfinite(specimen.mass_kg)
-    kept = tuple(t for t in terms if not (dry and t.name in WATER) and (anchored or t.name != "added_mass"))
-    base = np.zeros(N_SLOTS)
-    mass = specimen.mass_kg if known_mass and anchored else 1.0
-    coefficients: list[Coefficient] = []
-    fixes_k = anchored and not dry and (structure is not None or math.isfinite(specimen.stiffness_N_per_m))
-    names = {t.name for t in kept}
-    if anchored and (not known_mass or (fixes_k and structure is None and "added_mass" not in names)):
-        k = structure.k.value if structure else specimen.stiffness_N_per_m
-        mass = k / rate**2
-        kept = tuple(t for t in kept if t.name != "added_mass")
-        coefficients.append(Coefficient("total_mass_kg", "kg", "mass", 1.0, mass, 1e-9 * mass, scale=mass))
-    else:
-        base[SLOT["mass"]] = mass
-    speed = max(float(np.max(np.abs(m.v))) for m in motions)
-    size = max(m.amplitude for m in motions)
-    for term in kept:
-        if structure is not None and term.name in STRUCTURAL:
-            _fix(base, term.name, structure, specimen)
-        elif term.name == "stiffness" and fixes_k:
-            base[SLOT["k1"]] = specimen.stiffness_N_per_m
-        else:
-            coefficients += _unknowns(term, specimen, mass, rate, speed, size, anchored)
-    own = dict(stiffness or {}) if structure is not None else {}
-    return GroupModel(kept, specimen, base, tuple(coefficients), structure, own, anchored)
-
-
-def _fix(base: Array, term: str, structure: Structure, specimen: Specimen) -> None:
-    if term == "stiffness":
-        base[SLOT["k1"]] = structure.k.value
-    elif term == "viscous_damping":
-        base[SLOT["c1"]] = structure.c.value
-    else:
-        base[SLOT["fc"]] = structure.mu.value * specimen.normal_force_N
-
-
-def _unknowns(
-    term: Term, specimen: Specimen, mass: float, rate: float, speed: float, size: float, anchored: bool
-) -> list[Coefficient]:
-    """Unknowns of one term: contract name, start from the motion's own scale (5 % of critical in total), bounds."""
-    force = mass * rate * speed
-    suffix = "" if anchored else "_per_mass"
-    label, unit, per_force = contract_name(term.name, specimen if anchored else Specimen())
-    if term.name == "added_mass":
-        return [_one("added_mass_kg", "kg", "mass", 0.1 * mass, 0.1 * mass, term, "", lower=-0.9 * mass)]
-    starts = {
-        "stiffness": mass * rate**2,
-        "sine_restoring": mass * rate**2,
-        "viscous_damping": 0.02 * mass * rate,
-        "coulomb_friction": 2e-3 * force,
-        "quadratic_drag": 0.02 * mass * rate / speed,
-    }
-    if term.name in starts:
-        start = starts[term.name] * per_force
-        lower = 0.0 if term.name == "stiffness" else -math.inf
-        slot = term.slots[term.coefficient.name]
-        return [_one(label, unit, slot, start, start, term, suffix, factor=1.0 / per_force, lower=lower)]
-    return _general(term, force / _typical(term, size, speed), suffix)
-
-
-def _one(
-    name: str, unit: str, slot: str, start: float, scale: float, term: Term, suffix: str,
-    factor: float = 1.0, lower: float = -math.inf,
-) -> Coefficient:  # fmt: skip
-    return Coefficient(
-        name + suffix, unit + (" per kg" if suffix else ""), slot, factor, start, lower, math.inf, scale, term.name,
-        bool(suffix),
-    )  # fmt: skip
-
-
-def _typical(term: Term, size: float, speed: float) -> float:
-    """Force per unit coefficient at the motion's largest displacement and speed."""
-    one = np.ones(1)
-    return max(abs(float(term.force(size * one, speed * one, one, one)[0])), 1e-12)
-
-
-def _general(term: Term, scale: float, suffix: str) -> list[Coefficient]:
-    """Unknowns of any other compiled term, its inner parameters included, named term.parameter."""
-    if not term.slots:
-        raise IdentificationError(
-            f"term {term.name} has no place in the compiled integrator; output error cannot fit it: give it slots"
-        )
-    out = []
-    for slot, number in slot_values(term, 1e-3 * scale).items():
-        parameter = next((p for p in term.parameters if term.slots[p.name] == slot), term.coefficient)
-        label = f"{term.name}_{parameter.name}"
-        size = abs(number) if number else scale
-        numbered = slot + "1" if slot in {"hm", "hw", "hz", "hb", "hg", "rk", "rt"} else slot
-        out.append(
-            Coefficient(
-                label + (suffix if parameter is term.coefficient else ""), parameter.unit, numbered, 1.0, number,
-                parameter.lower, parameter.upper, size, term.name, bool(suffix),
-            )
-        )  # fmt: skip
-    return out
+WITHIN_COLOUR = 5.0
+"""The same for a fit with random effects: coloured noise and drift, which differences of samples do not see."""
 
 
 @dataclass(frozen=True)
@@ -274,7 +110,20 @@ def fit_group(
     full = _problem(model, motions, options, scattering)
     known = dict(zip(plain.problem.names, plain.values.tolist(), strict=True))
     start = np.array([known.get(u.name, u.start) for u in full.unknowns])
-    return _group_fit(model, output_error.fit(full, start, growing=False))
+    return _group_fit(model, _fit_scattering(full, start))
+
+
+def _fit_scattering(problem: Problem, start: Array) -> Solution:
+    """The fit with random effects, from where the fit without them ended.
+
+    Where a body sticks the misfit has kinks, and the whole record seen at once can hold a trial fast in the wrong one:
+    the window grows. Where that ends badly the whole record is tried too, and the better end returned.
+    """
+    grown = output_error.fit(problem, start)
+    if grown.chi2 <= WITHIN_COLOUR * grown.n_data:
+        return grown
+    direct = output_error.fit(problem, start, growing=False)
+    return direct if direct.cost < grown.cost else grown
 
 
 def _fit_plain(model: GroupModel, problem: Problem) -> Solution:
@@ -317,43 +166,92 @@ def _problem(
 
 def _random_effects(builder: ProblemBuilder, model: GroupModel, trial: str, means: bool) -> list[Link]:
     """Deviations of k, c, mu from what is fixed: of this trial, and (``means``) of the group as a whole."""
-    structure = model.fixed
-    if structure is None:
+    if model.fixed is None:
         return []
-    normal = model.specimen.normal_force_N
     links = []
-    for symbol, slot, estimate, factor in (
-        ("k", "k1", structure.k, 1.0), ("c", "c1", structure.c, 1.0), ("mu", "fc", structure.mu, normal),
-    ):  # fmt: skip
-        if not math.isfinite(estimate.value) or not math.isfinite(factor):
-            continue
-        if means and estimate.total_stderr > 0.0 and math.isfinite(estimate.total_stderr):
-            std = estimate.total_stderr
+    for symbol, slot, estimate, factor in _deviations(model, model.fixed):
+        std = _plain_error(estimate)
+        if means and std > 0.0:
             links.append(Link(SLOT[slot], builder.unknown(f"{symbol}_mean", 0.0, prior_std=std, scale=std), factor))
-        spread = structure.scatter.get(symbol, 0.0) * estimate.value
+        spread = model.fixed.scatter.get(symbol, 0.0) * abs(estimate.value)
         if spread > 0.0:
             own = builder.unknown(f"{symbol}[{trial}]", 0.0, prior_std=spread, scale=spread)
             links.append(Link(SLOT[slot], own, factor))
     return links
 
 
+def _deviations(model: GroupModel, structure: Structure) -> list[tuple[str, str, Estimate, float]]:
+    """What may differ from trial to trial: symbol, slot, dry mean, and the factor from the deviation to the slot."""
+    normal = model.specimen.normal_force_N
+    every = (
+        ("k", "k1", structure.k, 1.0), ("c", "c1", structure.c, 1.0), ("mu", "fc", structure.mu, normal),
+    )  # fmt: skip
+    return [d for d in every if math.isfinite(d[2].value) and math.isfinite(d[3])]
+
+
+def _plain_error(estimate: Estimate) -> float:
+    """A dry mean's standard error without the widening for few trials, which the scatter's posterior brings itself."""
+    error = estimate.total_stderr / widening(estimate.freedom)
+    return error if math.isfinite(error) else 0.0
+
+
 def _group_fit(model: GroupModel, solution: Solution) -> GroupFit:
-    covariance = noise_covariance(solution)
-    means = [i for i, n in enumerate(solution.problem.names) if n.endswith("_mean")]
+    """Estimates with errors: what the residual says, and what is not known of the structure where one is held."""
+    size = len(model.coefficients)
+    values = solution.values[:size].copy()
+    errors = np.sqrt(np.maximum(np.diag(noise_covariance(solution))[:size], 0.0))
+    share = np.zeros(size)
+    if model.fixed is not None and size:
+        values, halves, share = _with_structure(model, model.fixed, solution)
+        errors = as_stderr(1.0) * halves
     estimates: dict[str, Estimate] = {}
     for i, c in enumerate(model.coefficients):
-        total = float(covariance[i, i])
-        part = 0.0
-        for j in means:  # what the uncertain mean of k, c or mu contributes
-            part += float(solution.covariance[i, j]) ** 2 / max(float(solution.covariance[j, j]), 1e-300)
-        part = min(part, total)
-        outcome = OK
-        value = float(solution.values[i])
-        stderr = math.sqrt(max(total - part, 0.0))
-        if value <= c.lower or value >= c.upper:
-            outcome, stderr = f"{c.name} on its bound {value:.4g} {c.unit}", math.nan
-        estimates[c.name] = Estimate(value, stderr, math.sqrt(part), c.unit, "output error", outcome)
+        parts = float(errors[i] * math.sqrt(1.0 - share[i])), float(errors[i] * math.sqrt(share[i]))
+        value, outcome = float(values[i]), OK
+        if not c.lower < solution.values[i] < c.upper:
+            value = float(solution.values[i])
+            outcome, parts = f"{c.name} on its bound {value:.4g} {c.unit}", (math.nan, 0.0)
+        estimates[c.name] = Estimate(value, *parts, c.unit, "output error", outcome)
     return GroupFit(model, solution, estimates, solution.outcome)
+
+
+def _with_structure(model: GroupModel, structure: Structure, solution: Solution) -> tuple[Array, Array, Array]:
+    """Values, half widths of intervals and the share of the dry means in them, each (coefficients,)."""
+    size = len(model.coefficients)
+    if any(name.endswith("_mean") for name in solution.problem.names):
+        effects = [Effect(symbol, structure.scatter_freedom) for symbol, _, _, _ in _deviations(model, structure)]
+        found = group_posterior(solution, range(size), effects)
+        return found.values, found.half_widths, found.share_of_means
+    deviations = _deviations(model, structure)
+    slopes = np.array([_led(solution, at, deviations)[:, :size] for at in range(len(solution.problem.trials))])
+    held = [
+        Held(slopes[:, j], structure.scatter.get(symbol, 0.0) * abs(estimate.value), _plain_error(estimate),
+             structure.scatter_freedom)
+        for j, (symbol, _, estimate, _) in enumerate(deviations)
+    ]  # fmt: skip
+    noise = np.maximum(np.diag(residual_covariance(solution))[:size], 0.0)
+    return solution.values[:size].copy(), *held_intervals(noise, held)
+
+
+def _led(solution: Solution, at: int, deviations: Sequence[tuple[str, str, Estimate, float]]) -> Array:
+    """How far all unknowns are led away per unit by which one trial's k, c or mu is not what the fit holds, (m, p)."""
+    trial, names = solution.problem.trials[at], solution.problem.names
+    added = solution.values.size + np.arange(len(deviations))
+    links = tuple(
+        Link(SLOT[slot], int(new), factor) for new, (_, slot, _, factor) in zip(added, deviations, strict=True)
+    )
+    values = np.append(solution.values, np.zeros(added.size))
+    found = output_error.residuals(replace(trial, links=trial.links + links), values)
+    out = np.zeros((added.size, solution.values.size))
+    for j, (symbol, _, _, _) in enumerate(deviations):
+        own = f"{symbol}[{trial.name}]"
+        if own in names:  # a random effect: only its prior leads the others away
+            index = names.index(own)
+            out[j] = solution.covariance[:, index] / solution.problem.unknowns[index].prior_std ** 2
+        elif found is not None:
+            column = found[1][:, found[2] == added[j]]
+            out[j] = (solution.covariance[:, solution.used[at]] @ (solution.jacobians[at].T @ column))[:, 0]
+    return out
 
 
 def as_fit(group: GroupFit, method: str, trials: Sequence[str], anchor: str) -> Fit:
@@ -371,6 +269,7 @@ def as_fit(group: GroupFit, method: str, trials: Sequence[str], anchor: str) -> 
     return Fit(method, tuple(trials), {}, parameters, group.outcome, (), anchor)
 
 
-def terms_by_name(names: Sequence[str]) -> tuple[Term, ...]:
-    """Terms of the shelf by their names, in order."""
-    return tuple(shelf.find(name) for name in names)
+__all__ = [
+    "STRUCTURAL", "WATER", "Coefficient", "GroupFit", "GroupModel", "Scattering", "as_fit", "fit_group", "group_model",
+    "terms_by_name",
+]  # fmt: skip

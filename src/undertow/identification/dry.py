@@ -11,15 +11,19 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
+from scipy.stats import chi2
 
 from undertow.conditioning.motion import Motion
 from undertow.equation.term import Term
 from undertow.errors import IdentificationError
 from undertow.identification.baseline import STRUCTURAL, GroupFit, fit_group, group_model
+from undertow.identification.confidence import widening
 from undertow.identification.fit import Specimen, Structure
-from undertow.identification.intervals import mean_of_trials
+from undertow.identification.hierarchy import ASSUMED_FREEDOM
 from undertow.identification.problem import TrialOptions
+from undertow.identification.repeats import noise_of, scatter_between, weighted_mean
 from undertow.quantities import Estimate
+from undertow.recording.recording import Array
 
 DEFAULT_SCATTER: Mapping[str, float] = {"k": 0.004, "c": 0.20, "mu": 0.10}
 """Relative scatter assumed where neither dry trials nor the config show any: what 7 and 12 repeated dry trials of one
@@ -52,24 +56,27 @@ class Scatter:
 def pooled_scatter(springs: Sequence[Mapping[str, GroupFit]]) -> Scatter:
     """Scatter of k, c and mu about their means, pooled over springs: the same rails and the same hands.
 
-    Noise of the single estimates is taken out. Without two dry trials of one spring `DEFAULT_SCATTER` is assumed.
+    Noise of the single estimates is taken out. Given is the scatter of which chi-squared at ``freedom`` has the same
+    median as the scatter's posterior (without noise: the usual standard deviation). Without two dry trials of one
+    spring `DEFAULT_SCATTER` is assumed.
     """
     freedom = sum(max(len(fits) - 1, 0) for fits in springs)
     if freedom == 0:
         return Scatter(DEFAULT_SCATTER, 0.0)
     values = {}
     for symbol in _NAMES:
-        total = 0.0
-        for fits in springs:
-            found = _values(fits, symbol)
-            if len(found) < 2:
-                continue
-            numbers = np.array([e.value for e in found])
-            noise = np.array([e.stderr if math.isfinite(e.stderr) else 0.0 for e in found])
-            between = max(float(np.var(numbers, ddof=1)) - float(np.mean(noise**2)), 0.0)
-            total += (len(found) - 1) * between / float(np.mean(numbers)) ** 2
-        values[symbol] = math.sqrt(total / freedom)
+        groups = [_relative(fits, symbol) for fits in springs if len(_values(fits, symbol)) > 1]
+        middle = scatter_between(groups).median if groups else 0.0
+        values[symbol] = middle * math.sqrt(float(chi2.ppf(0.5, freedom)) / freedom)
     return Scatter(values, float(freedom))
+
+
+def _relative(fits: Mapping[str, GroupFit], symbol: str) -> tuple[Array, Array]:
+    """Values of one spring's trials and their noise, both over the mean: (n,), (n,)."""
+    found = _values(fits, symbol)
+    numbers, noise = np.array([e.value for e in found]), noise_of(found)
+    size = abs(float(np.mean(numbers)))
+    return numbers / size, noise / size
 
 
 def structure_from(fits: Mapping[str, GroupFit], scatter: Scatter) -> Structure:
@@ -79,7 +86,7 @@ def structure_from(fits: Mapping[str, GroupFit], scatter: Scatter) -> Structure:
     """
     if not fits:
         raise IdentificationError(f"structure: {len(fits)} dry trials were fitted; give k, c, mu in the config")
-    means = {symbol: _mean(fits, symbol, scatter.values[symbol]) for symbol in _NAMES}
+    means = {symbol: _mean(fits, symbol, scatter) for symbol in _NAMES}
     source = f"output error on {len(fits)} dry trials"
     if scatter.freedom == 0.0:
         source += "; scatter assumed, not seen"
@@ -91,14 +98,17 @@ def _values(fits: Mapping[str, GroupFit], symbol: str) -> list[Estimate]:
     return [f.estimates[name] for f in fits.values() if name in f.estimates]
 
 
-def _mean(fits: Mapping[str, GroupFit], symbol: str, scatter: float) -> Estimate:
-    found = _values(fits, symbol)
+def _mean(fits: Mapping[str, GroupFit], symbol: str, scatter: Scatter) -> Estimate:
+    """Mean over one spring's dry trials with the scatter pooled over springs, and as wide as its freedom asks."""
+    found = [e for e in _values(fits, symbol) if math.isfinite(e.value)]
     if not found:
         return Estimate(0.0, 0.0, unit=_UNITS[symbol], source="not in the equation")
-    mean = mean_of_trials(found, _UNITS[symbol], "dry trials")
-    floor = scatter * abs(mean.value) / math.sqrt(len(found))
-    stderr = max(mean.stderr, floor) if math.isfinite(mean.stderr) else floor
-    return Estimate(mean.value, stderr, unit=_UNITS[symbol], source=f"mean of {len(found)} dry trials")
+    numbers = np.array([e.value for e in found])
+    between = scatter.values[symbol] * abs(float(np.mean(numbers)))
+    mean, error = weighted_mean(numbers, noise_of(found), between)
+    freedom = scatter.freedom if scatter.freedom > 0.0 else ASSUMED_FREEDOM
+    said = f"mean of {len(found)} dry trials"
+    return Estimate(mean, error * widening(freedom), unit=_UNITS[symbol], source=said, freedom=freedom)
 
 
 def structural_terms(terms: Sequence[Term]) -> tuple[Term, ...]:

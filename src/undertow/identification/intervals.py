@@ -5,19 +5,18 @@ Belongs here: covariances and intervals of output-error solutions. Does not belo
 
 from __future__ import annotations
 
-import math
-from collections.abc import Mapping
-
 import numpy as np
-from scipy import stats
 
-from undertow.errors import IdentificationError
+from undertow.identification.confidence import half_width
 from undertow.identification.output_error import Solution
-from undertow.quantities import Estimate
+from undertow.identification.repeats import mean_of_trials
 from undertow.recording.recording import Array
 
 BLOCK_PERIODS = 1.5
 """Length of a block of residuals, in periods of the motion: longer than what a residual remembers of itself."""
+
+NOISE_BAND = 2.5
+"""Noise that a fit can take for motion lies below this many times the motion's frequency."""
 
 
 def noise_covariance(solution: Solution) -> Array:
@@ -48,60 +47,43 @@ def noise_covariance(solution: Solution) -> Array:
     return covariance
 
 
-def systematic_covariance(solution: Solution, fixed: Mapping[int, tuple[Array, float]]) -> Array:
-    """Covariance from parameters that were held fixed: sum over them of d d^T, d = -H^-1 J^T J_f sigma_f.
+def residual_covariance(solution: Solution) -> Array:
+    """Covariance (p, p) of the unknowns from coloured noise alone: H^-1 (J^T F J) H^-1, F from `noise_factors`.
 
-    ``fixed`` maps an index to (J_f stacked over trials as the residuals are, sigma_f).
+    Priors hold the unknowns but bring no error of their own: what they stand for is added by whoever set them.
     """
     size = len(solution.problem.unknowns)
-    total = np.zeros((size, size))
-    for column, sigma in fixed.values():
-        gradient = np.zeros(size)
-        at = 0
-        for r, jac, used in zip(solution.residuals, solution.jacobians, solution.used, strict=True):
-            gradient[used] += jac.T @ column[at : at + r.size]
-            at += r.size
-        move = solution.covariance @ gradient * sigma
-        total += np.outer(move, move)
-    return total
+    meat = np.zeros((size, size))
+    rows = zip(solution.problem.trials, solution.jacobians, solution.used, noise_factors(solution), strict=True)
+    for trial, jac, used, factors in rows:
+        weight = np.repeat(factors, trial.t.size)
+        meat[np.ix_(used, used)] += jac.T @ (jac * weight[:, None])
+    covariance: Array = solution.covariance @ meat @ solution.covariance
+    return covariance
 
 
-def half_width(stderr: float, level: float = 0.9, degrees_of_freedom: float = math.inf) -> float:
-    """Half width of an interval of confidence ``level``: Student's t times the standard error.
+def noise_factors(solution: Solution) -> list[Array]:
+    """Spectral density of each channel's residual where the motion is, over that of white noise as stated; per trial
+    (channels,), at least 1.
 
-    >>> round(half_width(1.0, 0.9), 3), round(half_width(1.0, 0.9, 2), 3)
-    (1.645, 2.92)
+    Coloured noise and drift pass for motion only below `NOISE_BAND` times the motion's frequency: the residual's mean
+    periodogram there is what a parameter sees. The unknowns have taken their share out of it: enlarged by
+    bins / (bins - unknowns / (2 channels)).
     """
-    if not 0.0 < level < 1.0:
-        raise IdentificationError(f"confidence level is {level:g}; it must lie between 0 and 1, as 0.9")
-    quantile = 0.5 + 0.5 * level
-    if math.isinf(degrees_of_freedom):
-        return float(stats.norm.ppf(quantile)) * stderr
-    return float(stats.t.ppf(quantile, degrees_of_freedom)) * stderr
+    out = []
+    for trial, r, used in zip(solution.problem.trials, solution.residuals, solution.used, strict=True):
+        n, channels = trial.t.size, len(trial.channels)
+        length = (trial.t[-1] - trial.t[0]) * n / max(n - 1, 1)
+        bins = int(np.clip(round(NOISE_BAND * length / trial.period_s), 4, n // 2))
+        spent = bins / max(bins - 0.5 * used.size / channels, 0.25 * bins)
+        factors = np.ones(channels)
+        for i in range(channels):
+            power = np.abs(np.fft.rfft(r[i * n : (i + 1) * n])[1 : bins + 1]) ** 2 / n
+            factors[i] = max(1.0, spent * float(np.mean(power)))
+        out.append(factors)
+    return out
 
 
-def mean_of_trials(estimates: list[Estimate], unit: str, source: str) -> Estimate:
-    """Mean over trials that differ by more than their noise: random-effects mean (DerSimonian and Laird 1986).
-
-    The standard error is the larger of the weighted one and scatter / sqrt(n), enlarged by Student's t at 68 % for few
-    trials. IdentificationError without a finite estimate.
-    """
-    good = [e for e in estimates if math.isfinite(e.value)]
-    if not good:
-        raise IdentificationError(
-            f"{source}: none of {len(estimates)} trials has a finite value; look at their outcomes"
-        )
-    values = np.array([e.value for e in good])
-    n = values.size
-    noise = np.array([e.stderr if math.isfinite(e.stderr) else 0.0 for e in good])
-    if n == 1:
-        return Estimate(float(values[0]), float(noise[0]) or math.nan, unit=unit, source=source)
-    between = max(float(np.var(values, ddof=1)) - float(np.mean(noise**2)), 0.0)
-    weights = 1.0 / np.maximum(noise**2 + between, 1e-300)
-    if between == 0.0 and not np.any(noise > 0.0):
-        weights = np.ones(n)
-    mean = float(np.sum(weights * values) / np.sum(weights))
-    plain = float(np.std(values, ddof=1)) / math.sqrt(n)
-    weighted = 1.0 / math.sqrt(float(np.sum(weights))) if np.any(noise > 0.0) else plain
-    few = half_width(1.0, 0.683, n - 1) / half_width(1.0, 0.683)
-    return Estimate(mean, max(plain, weighted) * few, unit=unit, source=source)
+__all__ = [
+    "half_width", "mean_of_trials", "noise_covariance", "noise_factors", "residual_covariance",
+]  # fmt: skip

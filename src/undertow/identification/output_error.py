@@ -12,14 +12,17 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 
 from undertow.equation.kernel import SLOT, integrate
 from undertow.equation.simulate import fastest_frequency
 from undertow.errors import IdentificationError
+from undertow.identification import sheet
 from undertow.identification.problem import TRAJECTORY_STEPS_PER_PERIOD, Channel, Problem, TrialProblem
+from undertow.identification.sheet import unknowns_of
+from undertow.identification.windows import growing_windows, shortened
 from undertow.quantities import OK
 from undertow.recording.recording import Array
 
@@ -38,8 +41,8 @@ equation that is wrong can lead growing windows astray."""
 LEAST_INFORMATION = 1e-120
 """Floor of the normal matrix' diagonal: what the data say nothing of gets an error of 1e60, whose square is finite."""
 
-FIRST_WINDOW_PERIODS = 2.0
-"""The first window of a growing fit, in periods of the motion; each next one is twice as long."""
+NO_INFORMATION = 1e-15
+"""Share of the largest eigenvalue of the scaled normal matrix below which a direction is rounding: left out."""
 
 
 @dataclass(frozen=True)
@@ -156,11 +159,7 @@ def _merge(rows: list[Array]) -> tuple[Array, list[np.ndarray | slice]]:
 
 
 def _columns(trial: TrialProblem) -> tuple[np.ndarray, dict[int, int]]:
-    wanted = {link.unknown for link in trial.links}
-    for channel in trial.channels:
-        wanted |= {channel.offset, channel.drift, channel.shift, channel.gain}
-    wanted.add(trial.shift)
-    used = np.array(sorted(wanted - {-1}), dtype=np.int64)
+    used = unknowns_of(trial)
     return used, {int(j): c for c, j in enumerate(used)}
 
 
@@ -315,16 +314,6 @@ def _search(problem: Problem, values: Array, effort: Effort = FULL) -> tuple[Arr
     return values, point, effort.iterations, False
 
 
-def shortened(problem: Problem, seconds: float) -> Problem:
-    """The same problem on each trial's first ``seconds`` of motion."""
-    trials = []
-    for trial in problem.trials:
-        keep = trial.t <= trial.t[0] + seconds
-        channels = tuple(replace(c, values=c.values[keep]) for c in trial.channels)
-        trials.append(replace(trial, t=trial.t[keep], channels=channels))
-    return Problem(problem.unknowns, tuple(trials))
-
-
 def fit(
     problem: Problem,
     start: Array | None = None,
@@ -340,16 +329,17 @@ def fit(
     Raises IdentificationError where the start's motion leaves every bound.
     """
     values = np.array([u.start for u in problem.unknowns]) if start is None else np.array(start, dtype=np.float64)
+    windows = growing_windows(problem) if growing else []
+    if sheet.is_plain(problem):
+        solution = _compiled(problem, values, windows, effort)
+        if solution is not None:
+            return solution
     iterations = 0
-    if growing:
-        longest = max(float(t.t[-1] - t.t[0]) for t in problem.trials)
-        window = FIRST_WINDOW_PERIODS * max(t.period_s for t in problem.trials)
-        while window < longest:
-            values, _, count, _ = _search(shortened(problem, window), values, effort)
-            iterations += count
-            window *= 2.0
-            if progress is not None:
-                progress(f"window {window:.3g} s")
+    for window in windows:
+        values, _, count, _ = _search(shortened(problem, window), values, effort)
+        iterations += count
+        if progress is not None:
+            progress(f"window {window:.3g} s")
     values, point, count, converged = _search(problem, values, effort)
     iterations += count
     n_data = sum(r.size for r in point.residuals)
@@ -362,15 +352,34 @@ def fit(
     return _solution(problem, values, point, iterations, converged)
 
 
+def _compiled(problem: Problem, values: Array, windows: list[float], effort: Effort) -> Solution | None:
+    """The fit of a plain problem in one compiled call; None where the search in Python has to find the way."""
+    limits = (effort.iterations, effort.stop_in_stderr, FIRST_DAMPING)
+    found = sheet.search(problem, values, np.array([*windows, math.inf]), *limits)
+    if found is None:
+        return None
+    n_data = sum(r.size for r in found.residuals)
+    if windows and effort is FULL and (not found.converged or found.chi2 > POOR_FIT * n_data):
+        second = sheet.search(problem, values, np.array([math.inf]), *limits)
+        if second is not None and second.cost < found.cost:
+            found = second
+    point = _Point(
+        found.normal, found.gradient, found.cost, found.chi2, found.residuals, found.jacobians, found.used
+    )
+    return _solution(problem, found.values, point, found.iterations, found.converged)
+
+
 def _solution(problem: Problem, values: Array, point: _Point, iterations: int, converged: bool) -> Solution:
     lower, upper = _bounds(problem)
     on_bound = (values <= lower) | (values >= upper)
     free = np.flatnonzero(~on_bound)
     scale = 1.0 / np.sqrt(np.maximum(np.diag(point.normal)[free], LEAST_INFORMATION))
     scaled = point.normal[np.ix_(free, free)] * np.outer(scale, scale)
-    eigenvalues = np.linalg.eigvalsh(scaled)
+    eigenvalues, directions = np.linalg.eigh(scaled)
+    known = np.abs(eigenvalues) > NO_INFORMATION * np.max(np.abs(eigenvalues), initial=0.0)
+    root = directions[:, known] * scale[:, None]
     covariance = np.zeros_like(point.normal)
-    covariance[np.ix_(free, free)] = np.linalg.pinv(scaled, hermitian=True) * np.outer(scale, scale)
+    covariance[np.ix_(free, free)] = (root / eigenvalues[known]) @ root.T
     outcome = OK
     if not converged:
         outcome = f"did not converge in {iterations} iterations"
@@ -378,8 +387,7 @@ def _solution(problem: Problem, values: Array, point: _Point, iterations: int, c
         names = ", ".join(f"{problem.names[i]} = {values[i]:.4g}" for i in np.flatnonzero(on_bound))
         outcome = f"on a bound: {names}"
     elif eigenvalues[0] < 1e-10 * eigenvalues[-1]:
-        weak = np.linalg.eigh(scaled)[1][:, 0]
-        worst = [problem.names[free[i]] for i in np.argsort(-np.abs(weak))[:3]]
+        worst = [problem.names[free[i]] for i in np.argsort(-np.abs(directions[:, 0]))[:3]]
         outcome = f"not identifiable from these trials: {', '.join(worst)} move together"
     n_data = sum(r.size for r in point.residuals)
     return Solution(

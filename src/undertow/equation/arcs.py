@@ -1,0 +1,298 @@
+"""Eq. 15 integrated arc by arc: between two reversals the motion is a Taylor series, and so are its derivatives.
+
+    M x'' + c x' + k (x - x_e) + F_c sign(x') + q x'|x'| = 0
+
+Between reversals the signs are constant and the series of x, x' and of their derivatives by the parameters follow
+from each other term by term (Moore 1966, Interval Analysis; step length after Jorba and Zou 2005,
+doi:10.1080/10586458.2005.10128904). At a reversal S_v+ = S_v- a+/a-; where the springs pull less than F_c the body
+stays. `kernel.integrate` knows the same law beside all others and takes ten times longer; a test holds the two
+together.
+
+Belongs here: the series, the march from arc to arc, samples of it. Does not belong here: other laws (kernel.py).
+numba's cache does not see that this file changed when it serves identification/arc_search.py, which compiles these
+functions in: touch that file after a change here (a test compares the two).
+"""
+
+# mypy: disable-error-code="no-untyped-def, misc, untyped-decorator"
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+import numpy as np
+from numba import njit
+
+_MASS, _K, _C, _Q, _F, _XE, _X0, _V0 = range(8)
+LAWS = ("mass", "k1", "c1", "q", "fc", "xe", "x0", "v0")
+"""Places of the short parameter vector, by the kernel's names of its slots."""
+
+ORDER = 16
+"""Terms of a series: with the tolerance below two or three steps an arc."""
+TOLERANCE = 1e-10
+"""First term left out, relative to the motion's size in that step."""
+LARGEST_ANGLE = 1.5
+"""No step turns the motion further (rad): none passes two reversals."""
+MOST_STEPS = 4096
+"""A motion of more steps than that is left to the kernel; also the bound of `march` on what it stores."""
+RUNAWAY = 1e6
+"""A motion that grows by this factor leaves every bound."""
+_NEWTON = 30
+_ON_EVENT = 1e-12
+"""Newton ends with a step of that share of the series' length."""
+_INVERSE = 1.0 / np.arange(1.0, ORDER + 1.0)
+_u = np.uint64
+_0, _1, _2, _3, _4 = (np.uint64(i) for i in range(5))
+_OPT: dict[str, Any] = {"error_model": "numpy", "nogil": True}
+_FAST: dict[str, Any] = {**_OPT, "inline": "always"}
+
+
+@njit(**_OPT)
+def _explicit(p, d, slots, by):
+    """Derivatives of the force by the slots at fixed state, a column each, into ``by`` (5, width).
+
+    Rows: what multiplies a, x - x_e, v and v^2; and the constant, which for the motion itself (column 0) is
+    F_c d - k x_e.
+    """
+    by[:, :] = 0.0
+    by[4, 0] = p[_F] * d - p[_K] * p[_XE]
+    for j in range(1, 1 + slots.size):
+        slot = slots[j - 1]
+        if slot == _MASS:
+            by[0, j] = 1.0
+        elif slot == _K:
+            by[1, j] = 1.0
+        elif slot == _C:
+            by[2, j] = 1.0
+        elif slot == _Q:
+            by[3, j] = d
+        elif slot == _F:
+            by[4, j] = d
+        elif slot == _XE:
+            by[4, j] = -p[_K]
+
+
+@njit(**_OPT)
+def _series(p, d, by, x, v, order):
+    """Series of motion (column 0) and sensitivities (columns 1..) in direction d from their zeroth terms x[0], v[0].
+
+    Four columns, and even and odd terms of a product, go side by side through the processor. Unsigned places spare it
+    the question whether a place counts from the end.
+    """
+    inverse = 1.0 / p[_MASS]
+    k, c, drag = p[_K] * inverse, p[_C] * inverse, p[_Q] * d * inverse
+    a = square = 0.0
+    for term in range(order):
+        n, after, step = _u(term), _u(term + 1), _INVERSE[_u(term)]
+        first = term == 0
+        x0, v0 = x[n, _0] - (p[_XE] if first else 0.0), v[n, _0]
+        for block in range(0, x.shape[1], 4):
+            b0, b1, b2, b3 = _u(block), _u(block + 1), _u(block + 2), _u(block + 3)
+            p0 = p1 = p2 = p3 = 0.0
+            q0 = q1 = q2 = q3 = 0.0
+            for i in range(0, term, 2):
+                f, m = v[_u(i), _0], _u(term - i)
+                p0, p1, p2, p3 = p0 + f * v[m, b0], p1 + f * v[m, b1], p2 + f * v[m, b2], p3 + f * v[m, b3]
+                f, m = v[_u(i + 1), _0], _u(term - i - 1)
+                q0, q1, q2, q3 = q0 + f * v[m, b0], q1 + f * v[m, b1], q2 + f * v[m, b2], q3 + f * v[m, b3]
+            if term % 2 == 0:
+                f = v[n, _0]
+                p0, p1, p2, p3 = p0 + f * v[_0, b0], p1 + f * v[_0, b1], p2 + f * v[_0, b2], p3 + f * v[_0, b3]
+            p0, p1, p2, p3 = p0 + q0, p1 + q1, p2 + q2, p3 + q3
+            if block == 0:
+                square = p0
+                p0 *= 0.5  # the motion's own drag is q v^2, a sensitivity's 2 q v S
+                a = -(k * x0 + c * v0 + drag * square + (p[_F] * d if first else 0.0) * inverse)
+            for b, product in ((b0, p0), (b1, p1), (b2, p2), (b3, p3)):
+                force = by[_0, b] * a + by[_1, b] * x0 + by[_2, b] * v0 + by[_3, b] * square
+                if first:
+                    force += by[_4, b]
+                u = v[n, b]
+                x[after, b] = u * step
+                v[after, b] = -(k * x[n, b] + c * u + 2.0 * drag * product + force * inverse) * step
+
+
+@njit(**_FAST)
+def _value(series, s, order, j):
+    """Column j of a series at s."""
+    total = series[order, j]
+    for n in range(order - 1, -1, -1):
+        total = total * s + series[n, j]
+    return total
+
+
+@njit(**_OPT)
+def _values(series, s, order, out, row):
+    """All columns of a series at s into out[row]."""
+    r = _u(row)
+    for block in range(0, out.shape[1], 4):
+        b0, b1, b2, b3 = _u(block), _u(block + 1), _u(block + 2), _u(block + 3)
+        n = _u(order)
+        f0, f1, f2, f3 = series[n, b0], series[n, b1], series[n, b2], series[n, b3]
+        for term in range(order - 1, -1, -1):
+            n = _u(term)
+            f0, f1 = f0 * s + series[n, b0], f1 * s + series[n, b1]
+            f2, f3 = f2 * s + series[n, b2], f3 * s + series[n, b3]
+        out[r, b0], out[r, b1], out[r, b2], out[r, b3] = f0, f1, f2, f3
+
+
+@njit(**_FAST)
+def _step_length(p, x, v, order, tolerance):
+    """How far the series holds to ``tolerance`` of the motion's size, by its last two terms."""
+    rate = math.sqrt(p[_K] / p[_MASS])
+    size = tolerance * (abs(x[0, 0] - p[_XE]) + abs(v[0, 0]) / rate)
+    last = abs(x[order, 0]) + rate * abs(x[order - 1, 0])
+    longest = LARGEST_ANGLE / rate
+    if not size < last * longest**order:
+        return longest
+    return math.exp(math.log(size / last) / order)
+
+
+@njit(**_OPT)
+def _reversal(v, b, end, d, order):
+    """Where the speed, d v > 0 at 0 and ``end`` at b, is zero: Newton kept inside its bracket."""
+    lo, hi = 0.0, b
+    s = b * v[0, 0] / (v[0, 0] - end) if v[0, 0] != 0.0 else 0.9 * b
+    for _ in range(_NEWTON):
+        f = v[order, 0]
+        slope = 0.0
+        for n in range(order - 1, -1, -1):
+            slope = slope * s + f
+            f = f * s + v[n, 0]
+        if f * d > 0.0:
+            lo = s
+        else:
+            hi = s
+        move = -f / slope if slope != 0.0 else 0.0
+        if not (s + move > lo and s + move < hi):
+            move = 0.5 * (lo + hi) - s
+        s += move
+        if abs(move) < _ON_EVENT * b:
+            break
+    return s
+
+
+@njit(**_FAST)
+def _way(p, x):
+    """Direction in which a body at rest at x starts to move; 0 where friction holds it."""
+    pull = -p[_K] * (x - p[_XE])
+    if abs(pull) > p[_F]:
+        return 1.0 if pull > 0.0 else -1.0
+    return 0.0
+
+
+@njit(**_FAST)
+def _turn(p, speed, h, x, v, order):
+    """New direction after a reversal at the end of a step of length h; sensitivities jump."""
+    before = 0.0
+    for n in range(order, 0, -1):
+        before = before * h + n * speed[n, 0]
+    way = _way(p, x[0])
+    after = -(p[_K] * (x[0] - p[_XE]) + p[_F] * way) / p[_MASS] if way != 0.0 else 0.0
+    v[0] = 0.0
+    for j in range(1, v.size):
+        v[j] *= after / before
+    return way
+
+
+@njit(**_OPT)
+def march(p, slots, end, order, tolerance, xs, vs, ends, by):
+    """Series of every step up to ``end``; their number, 0 where the motion has no bounds or too many steps.
+
+    ``slots`` (k,) are the active places of the short parameter vector p. xs, vs (steps, ORDER + 1, width) are filled,
+    column 0 the motion, 1.. its derivatives; ends (steps + 1,) are the instants between the steps; width is 1 + k
+    rounded up to a multiple of 4; ``by`` (5, width) is room.
+    """
+    xs[0, 0, :] = 0.0
+    vs[0, 0, :] = 0.0
+    xs[0, 0, 0] = p[_X0]
+    vs[0, 0, 0] = p[_V0]
+    for j in range(1, 1 + slots.size):
+        xs[0, 0, j] = 1.0 if slots[j - 1] == _X0 else 0.0
+        vs[0, 0, j] = 1.0 if slots[j - 1] == _V0 else 0.0
+    ends[0] = 0.0
+    bound = RUNAWAY * (abs(p[_X0]) + abs(p[_V0]) * math.sqrt(p[_MASS] / p[_K]) + abs(p[_XE]) + 1e-9)
+    d = 1.0 if p[_V0] > 0.0 else -1.0
+    if p[_V0] == 0.0:
+        d = _way(p, p[_X0])
+    _explicit(p, d, slots, by)
+    for i in range(xs.shape[0] - 1):
+        x, v = xs[i], vs[i]
+        if d == 0.0:
+            x[1:, :] = 0.0
+            v[:, :] = 0.0
+            ends[i + 1] = math.inf
+            return i + 1
+        _series(p, d, by, x, v, order)
+        h = _step_length(p, x, v, order, tolerance)
+        speed = _value(v, h, order, 0)
+        turns = speed * d < 0.0
+        if turns:
+            h = _reversal(v, h, speed, d, order)
+        ends[i + 1] = ends[i] + h
+        if not abs(x[0, 0]) < bound or not h > 0.0:
+            return 0
+        if ends[i + 1] >= end:
+            return i + 1
+        _values(x, h, order, xs[i + 1], 0)
+        _values(v, h, order, vs[i + 1], 0)
+        if turns:
+            d = _turn(p, v, h, xs[i + 1, 0], vs[i + 1, 0], order)
+            _explicit(p, d, slots, by)
+    return 0
+
+
+@njit(**_OPT)
+def channel_series(quantity, half_spread, xs, vs, steps, order, out):
+    """Series of what a channel sees, out (steps, ORDER + 1, width): 0 x + a D2/24 of a cell, 1 v, 2 a."""
+    for i in range(steps):
+        for n in range(order + 1):
+            for j in range(xs.shape[2]):
+                slope = (n + 1.0) * vs[i, n + 1, j] if n < order else 0.0
+                if quantity == 0:
+                    out[i, n, j] = xs[i, n, j] + half_spread * slope
+                elif quantity == 1:
+                    out[i, n, j] = vs[i, n, j]
+                else:
+                    out[i, n, j] = slope
+
+
+@njit(**_OPT)
+def sample_at(times, late, series, ends, steps, order, levels):
+    """A channel's series at times + late (n,), not before the release, into levels (n, width)."""
+    i = 0
+    for row in range(times.size):
+        t = max(times[row] + late, 0.0)
+        while i + 1 < steps and ends[i + 1] < t:
+            i += 1
+        if ends[i + 1] == math.inf:
+            levels[row] = series[i, 0]
+        else:
+            _values(series[i], t - ends[i], order, levels, row)
+
+
+@njit(**_OPT)
+def rates_at(quantity, times, late, series, ends, steps, order, levels, rates):
+    """d(signal)/dt (n,): v of a displacement, a of a velocity, the cells' own difference of an acceleration.
+
+    ``series`` are the velocities' of every step.
+    """
+    n = times.size
+    if quantity == 2:
+        for r in range(n):
+            lo, hi = max(r - 1, 0), min(r + 1, n - 1)
+            rates[r] = (levels[hi, 0] - levels[lo, 0]) / (times[hi] - times[lo])
+        return
+    i = 0
+    for r in range(n):
+        t = max(times[r] + late, 0.0)
+        while i + 1 < steps and ends[i + 1] < t:
+            i += 1
+        s = t - ends[i]
+        if quantity == 0:
+            rates[r] = _value(series[i], s, order, 0)
+        else:
+            total = 0.0
+            for m in range(order, 0, -1):
+                total = total * s + m * series[i, m, 0]
+            rates[r] = total

@@ -25,7 +25,7 @@ MAY_IMPORT: dict[str, set[str]] = {
     "campaign": {"recording", "conditioning", "equation", "identification", "discrepancy", "report"},
     "cli": {"campaign", "report"},
     "__main__": {"cli"},
-    "__init__": set(),
+    "__init__": {"identification"},
 }
 """Which rooms a room may import beside itself and the ground; errors may be imported everywhere."""
 

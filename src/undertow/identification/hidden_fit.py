@@ -23,18 +23,24 @@ from undertow.equation.term import Term
 from undertow.errors import IdentificationError
 from undertow.identification import output_error
 from undertow.identification.hidden_modes import HankelModes, coupled_modes, hankel_modes, seeds_from_modes
-from undertow.identification.hidden_search import CRITICAL_T, EQUATION_15, HiddenOscillator, HiddenSearch, find_hidden
+from undertow.identification.hidden_search import CRITICAL_T, EQUATION_15, HiddenSearch, find_hidden
 from undertow.identification.intervals import noise_covariance
 from undertow.identification.library import label
 from undertow.identification.output_error import Solution
-from undertow.identification.problem import Link, ProblemBuilder, TrialOptions
-from undertow.identification.sindy import SindyResult, discover
+from undertow.identification.problem import Link, Problem, ProblemBuilder, TrialOptions
+from undertow.identification.sindy import discover
 from undertow.quantities import OK, Estimate
 
 Array = NDArray[np.float64]
 
 DRIFT_STD_M = 1e-3
 """Prior of the potentiometer's drift over a window: the common string potentiometer's."""
+
+STATE_PRIOR = 5.0
+"""Standard deviation of a free hidden state, in times the body's own motion: near resonance it swings wider."""
+
+SMALLEST_SCALE = 1e-9
+"""Scale of a coefficient that starts at nothing."""
 
 LARGEST_DAMPING = 1.0
 LARGEST_RATIO = 5.0
@@ -126,80 +132,114 @@ def discover_hidden(
     most: int = MAX_HIDDEN,
     critical_t: float = CRITICAL_T,
 ) -> HiddenFit:
-    """The number of hidden oscillators, then all coefficients.
+    """The number of hidden oscillators, then all coefficients, from trials with measured acceleration.
 
     Modes of a short window give starts, `find_hidden` decides how many there are, `fit_hidden` settles the numbers.
-    ``critical_t`` as in `find_hidden`. With none found this is the equation's own output-error fit.
+    ``critical_t`` as in `find_hidden`. With none found this is the equation's own output-error fit. Where only
+    displacement was recorded, `hidden_trajectories.discover_hidden_on_trajectories` does the same on the motion itself.
     """
-    seeds = seeds_from_modes(_largest_modes(motions))
+    seeds = seeds_from_modes(largest_modes(motions))
     return fit_hidden(motions, terms, find_hidden(motions, terms, most=most, critical_t=critical_t, seeds=seeds))
 
 
-def _largest_modes(motions: Sequence[Motion]) -> HankelModes:
+def largest_modes(motions: Sequence[Motion]) -> HankelModes:
+    """Modes of a short window of the largest trial."""
     return hankel_modes(max(motions, key=lambda motion: motion.amplitude))
 
 
-def fit_hidden(
-    motions: Sequence[Motion], terms: Sequence[Term], search: HiddenSearch, initial_velocity: bool = False
-) -> HiddenFit:
+def fit_hidden(motions: Sequence[Motion], terms: Sequence[Term], search: HiddenSearch) -> HiddenFit:
     """Output error of all trials together, from the regression's numbers; every trial has its own x0, clock, rest.
 
-    ``terms`` must have places in the compiled integrator. ``initial_velocity`` lets trials start with one of their own
-    within the clock's prior.
+    ``terms`` must have places in the compiled integrator. Hidden states are at rest at the release where a hold was
+    seen, else each trial's own unknowns.
 
     Raises IdentificationError for terms without such places, for more oscillators than the integrator holds, and where
     the start has no bounds.
     """
     own = tuple(term for term in terms if term.name != "added_mass")
-    foreign = [label(term) for term in own if not term.slots]
-    if foreign or search.count > MAX_HIDDEN:
+    regression = discover(motions, (*own, *(one.term for one in search.oscillators)), subset=False).coefficients
+    ratios = [
+        float(seen) if seen > 0.0 else one.ratio
+        for seen, one in zip(regression[len(own) :], search.oscillators, strict=True)
+    ]
+    starts = [(one.w, one.zeta, ratio) for one, ratio in zip(search.oscillators, ratios, strict=True)]
+    return as_fit(motions, own, search, best_solution(hidden_problem(motions, own, regression[: len(own)], starts)))
+
+
+def hidden_problem(
+    motions: Sequence[Motion],
+    terms: Sequence[Term],
+    coefficients: Array,
+    oscillators: Sequence[tuple[float, float, float]],
+) -> Problem:
+    """What output error fits: ``coefficients`` (p,) of ``terms`` over the moving inertia and ``oscillators`` (w in
+    rad/s, zeta, mass ratio), both as starts, shared by all trials; raises as `fit_hidden` does."""
+    foreign = [label(term) for term in terms if not term.slots]
+    if foreign or len(oscillators) > MAX_HIDDEN:
         raise IdentificationError(
             f"output error integrates at most {MAX_HIDDEN} hidden oscillators and compiled terms; this equation has "
-            f"{search.count} and {', '.join(foreign) or 'no other terms'}: leave some out"
+            f"{len(oscillators)} and {', '.join(foreign) or 'no other terms'}: leave some out"
         )
-    start = _regression(motions, own, search.oscillators)
-    builder, base = ProblemBuilder(), np.zeros(N_SLOTS)
+    builder, base, links = ProblemBuilder(), np.zeros(N_SLOTS), []
     base[SLOT["mass"]] = 1.0
-    links = []
-    for term, value in zip(own, start.coefficients[: len(own)], strict=True):
+    for term, value in zip(terms, coefficients, strict=True):
         for name, inner in term.inner.items():
             base[SLOT[term.slots[name]]] = inner
-        index = builder.unknown(label(term), float(value), scale=max(abs(float(value)), 1e-9))
+        lower = 0.0 if term.coefficient.lower >= 0.0 else -math.inf
+        index = builder.unknown(label(term), float(value), scale=max(abs(float(value)), SMALLEST_SCALE), lower=lower)
         links.append(Link(_slot(term), index))
-    for number, one in enumerate(search.oscillators, start=1):
-        links += _oscillator_links(builder, number, one, float(start.coefficients[len(own) + number - 1]))
-    options = TrialOptions(initial_velocity=initial_velocity, drift_std=DRIFT_STD_M)
+    for number, oscillator in enumerate(oscillators, start=1):
+        links += _oscillator_links(builder, number, oscillator)
     for motion in motions:
-        builder.trial(motion, base, tuple(links), options)
-    problem = builder.build()
+        own = [] if motion.window.held else _free_state(builder, motion, len(oscillators))
+        builder.trial(motion, base, (*links, *own), TrialOptions(drift_std=DRIFT_STD_M))
+    return builder.build()
+
+
+def best_solution(problem: Problem) -> Solution:
+    """The better of a fit with growing windows and one on the whole at once: a start that is nearly right needs no
+    growing, and a short window alone can lead it astray."""
     growing = output_error.fit(problem)
     whole = output_error.fit(problem, growing=False)
-    solution = min((growing, whole), key=lambda one: one.cost)
-    return _as_fit(own, search, _largest_modes(motions), solution)
+    return min((growing, whole), key=lambda one: one.cost)
 
 
 def _slot(term: Term) -> int:
     return SLOT[term.slots[term.coefficient.name]]
 
 
-def _regression(
-    motions: Sequence[Motion], terms: tuple[Term, ...], oscillators: Sequence[HiddenOscillator]
-) -> SindyResult:
-    """Coefficients of the equation with the oscillators where the search left them."""
-    return discover(motions, (*terms, *(one.term for one in oscillators)), subset=False)
+def _oscillator_links(builder: ProblemBuilder, number: int, start: tuple[float, float, float]) -> list[Link]:
+    """Mass ratio, frequency and damping of one oscillator as unknowns."""
+    w, zeta, ratio = start
+    indices = (
+        builder.unknown(f"hidden_ratio[{number}]", ratio, lower=0.0, upper=LARGEST_RATIO, scale=ratio),
+        builder.unknown(f"hidden_w[{number}]", w, lower=0.1 * w, upper=10.0 * w, scale=w, unit="rad/s"),
+        builder.unknown(f"hidden_zeta[{number}]", zeta, lower=0.0, upper=LARGEST_DAMPING, scale=0.01),
+    )
+    return [Link(SLOT[f"h{letter}{number}"], index) for letter, index in zip("mwz", indices, strict=True)]
 
 
-def _oscillator_links(builder: ProblemBuilder, number: int, one: HiddenOscillator, ratio: float) -> list[Link]:
-    """Mass ratio, frequency and damping of one oscillator as unknowns; its mass from the regression without rivals,
-    where that is positive."""
-    mass = ratio if ratio > 0.0 else one.ratio
-    m = builder.unknown(f"hidden_ratio[{number}]", mass, lower=0.0, upper=LARGEST_RATIO, scale=mass)
-    w = builder.unknown(f"hidden_w[{number}]", one.w, lower=0.1 * one.w, upper=10.0 * one.w, scale=one.w, unit="rad/s")
-    z = builder.unknown(f"hidden_zeta[{number}]", one.zeta, lower=0.0, upper=LARGEST_DAMPING, scale=0.01)
-    return [Link(SLOT[f"h{letter}{number}"], index) for letter, index in zip("mwz", (m, w, z), strict=True)]
+def _free_state(builder: ProblemBuilder, motion: Motion, count: int) -> list[Link]:
+    """Displacement and velocity of each oscillator relative to the body at a trial's start, with the body's own size as
+    prior: it was carried along before the window began."""
+    size = max(motion.amplitude, float(np.ptp(motion.windowed("x"))))
+    speed = float(np.max(np.abs(motion.windowed("v"))))
+    links = []
+    for number in range(1, count + 1):
+        s = builder.unknown(
+            f"hidden_s0_m[{number}][{motion.name}]", 0.0, prior_std=STATE_PRIOR * size, scale=size, unit="m"
+        )
+        u = builder.unknown(
+            f"hidden_u0_m_per_s[{number}][{motion.name}]", 0.0, prior_std=STATE_PRIOR * speed, scale=speed, unit="m/s"
+        )
+        links += [Link(SLOT[f"hs{number}"], s), Link(SLOT[f"hu{number}"], u)]
+    return links
 
 
-def _as_fit(terms: tuple[Term, ...], search: HiddenSearch, modes: HankelModes, solution: Solution) -> HiddenFit:
+def as_fit(
+    motions: Sequence[Motion], terms: tuple[Term, ...], search: HiddenSearch, solution: Solution
+) -> HiddenFit:
+    """A solution of `hidden_problem` as estimates with the residual's own noise in their errors."""
     errors = np.sqrt(np.maximum(np.diag(noise_covariance(solution)), 0.0))
     names = solution.problem.names
 
@@ -219,6 +259,6 @@ def _as_fit(terms: tuple[Term, ...], search: HiddenSearch, modes: HankelModes, s
         solution.chi2 / solution.n_data,
         solution.outcome,
         search,
-        modes,
+        largest_modes(motions),
         solution,
     )

@@ -118,8 +118,8 @@ def _step(place: _Place, damping: float) -> Array:
     normal = place.jacobian.T @ place.jacobian
     scale = np.maximum(np.diag(normal), np.finfo(float).tiny)
     normal[np.diag_indices(scale.size)] += damping * scale
-    step: Array = -np.linalg.lstsq(normal, place.jacobian.T @ place.residual, rcond=None)[0]
-    limited: Array = np.clip(step, -LARGEST_STEP, LARGEST_STEP)
+    step = -np.linalg.lstsq(normal, place.jacobian.T @ place.residual, rcond=None)[0]
+    limited = np.asarray(np.clip(step, -LARGEST_STEP, LARGEST_STEP), dtype=np.float64)
     return limited
 
 

@@ -109,13 +109,14 @@ class HiddenOscillator:
 @dataclass(frozen=True)
 class HiddenStep:
     """One more oscillator was tried: all oscillators then, the share of the squares that they took of what the set
-    kept before had left, the evidence for them (half of it is a logarithm of odds), the weakest t, whether they were
-    kept, and why (or why not) in words."""
+    kept before had left, the evidence for them (half of it is a logarithm of odds), the weakest t, whether the
+    numbers can be those of oscillators at all, whether they were kept, and why (or why not) in words."""
 
     oscillators: tuple[HiddenOscillator, ...]
     gain: float
     evidence: float
     weakest_t: float
+    sound: bool
     kept: bool
     because: str
 
@@ -227,7 +228,9 @@ def _weigh(
     spent = PARAMETERS_EACH * (len(judged) - len(found)) * math.log(n_effective)
     evidence = -n_effective * math.log(max(1.0 - gain, np.finfo(float).tiny)) - spent
     weakest = min(judged, key=lambda one: one.t)
-    objection = _objection(judged, scan.bounds, critical_t)
+    unsound = objection = _unsound(judged, scan.bounds)
+    if not objection and weakest.t < critical_t:
+        objection = f"t = {weakest.t:.1f} at {weakest.w:.4g} rad/s is below {critical_t:g}"
     if not objection and evidence <= 0.0:
         objection = f"the evidence falls by {-evidence:.1f}"
     members = ", ".join(
@@ -235,7 +238,7 @@ def _weigh(
     )
     text = f"{len(judged)} hidden: {members} take {100.0 * gain:.0f} % of what was left; "
     text += f"refused, {objection}" if objection else f"kept, the evidence rises by {evidence:.1f}"
-    return HiddenStep(judged, gain, evidence, weakest.t, objection == "", text)
+    return HiddenStep(judged, gain, evidence, weakest.t, unsound == "", objection == "", text)
 
 
 def _left_over(rows: HiddenRows, inner: Array) -> float:
@@ -244,21 +247,17 @@ def _left_over(rows: HiddenRows, inner: Array) -> float:
     return float(np.sum(project_out(held, rows.design.response[:, None]) ** 2))
 
 
-def _objection(
-    judged: tuple[HiddenOscillator, ...], bounds: tuple[Array, Array], critical_t: float
-) -> str:
-    """Why the set cannot be hidden oscillators; empty where it can."""
+def _unsound(judged: tuple[HiddenOscillator, ...], bounds: tuple[Array, Array]) -> str:
+    """Why the set cannot be hidden oscillators whatever its statistic; empty where it can."""
     for one in judged:
         if not 0.0 < one.ratio < 1.0:
             return f"the mass ratio {one.ratio:.3g} at {one.w:.4g} rad/s is not between 0 and 1"
-        if one.t < critical_t:
-            return f"t = {one.t:.1f} at {one.w:.4g} rad/s is below {critical_t:g}"
         if min(one.trial_ratios) <= 0.0:
             return f"a trial alone gives the mass ratio {min(one.trial_ratios):.3g} at {one.w:.4g} rad/s"
         if not bounds[0][0] * (1.0 + AT_BOUND) < one.w < bounds[1][0] * (1.0 - AT_BOUND):
-            return f"its frequency ran to the bound {one.w:.4g} rad/s"
+            return f"a frequency ran to the bound {one.w:.4g} rad/s"
         if one.zeta > bounds[1][1] * (1.0 - AT_BOUND):
-            return f"its damping ratio ran to the bound {one.zeta:.3g}"
+            return f"the damping ratio at {one.w:.4g} rad/s ran to the bound {one.zeta:.3g}"
     return ""
 
 

@@ -219,9 +219,9 @@ def _given_scatter(
         right += trial.right[:count] - solved[:, :, -1] @ cross.T
         log_weight += 0.5 * np.sum(np.log(precision), axis=1) - 0.5 * _log_det(inner)
         log_weight += 0.5 * solved[:, :, -1] @ trial.right[count:]
-    covariance: Array = np.linalg.inv(total)
-    centre: Array = np.einsum("mij,mj->mi", covariance, right)
-    log_weight += 0.5 * np.sum(centre * right, axis=1) - 0.5 * _log_det(total)
+    covariance = np.asarray(np.linalg.inv(total), dtype=np.float64)
+    centre = np.asarray(np.einsum("mij,mj->mi", covariance, right), dtype=np.float64)
+    log_weight += 0.5 * np.asarray(np.sum(centre * right, axis=1), dtype=np.float64) - 0.5 * _log_det(total)
     return centre, covariance, log_weight
 
 

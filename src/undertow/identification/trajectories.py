@@ -107,7 +107,7 @@ def in_cells(motion: Motion, scatter: Mapping[str, float] | None = None) -> Cell
     recorded = [quantity for quantity in CHANNELS if quantity in motion.recording.channels]
     if not recorded:
         have = ", ".join(motion.recording.channels) or "nothing"
-        raise IdentificationError(f"trial {motion.name}: recorded is {have}; map displacement, velocity or acceleration")
+        raise IdentificationError(f"trial {motion.name}: recorded is {have}; map displacement or acceleration")
     channels = []
     for quantity in recorded:
         samples = motion.recorded(quantity)[index]

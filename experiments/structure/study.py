@@ -1,0 +1,169 @@
+"""Which terms are found when the truth is known: Eq. 15, and equations that are not Eq. 15.
+
+    python -m experiments.structure.study support --kinds eq15 --seeds 100     # ten terms, exact support
+    python -m experiments.structure.study support --kinds eq15 --levels all --seeds 10
+    python -m experiments.structure.study support --kinds no_friction cubic_2 cubic_10 v3 --seeds 20
+    python -m experiments.structure.study exponent --kinds drag_1.5 --seeds 20 # a column with a parameter inside
+    python -m experiments.structure.study exponent --kinds stribeck --seeds 10
+    python -m experiments.structure.study adequacy --kinds eq15 drag_1.5 --seeds 20
+    python -m experiments.structure.study table                                # docs/structure_measured.md
+
+Each run adds rows to <study>.csv here, or replaces those of the same campaign; the last one writes the tables.
+"""
+
+from __future__ import annotations
+
+import argparse
+import csv
+import sys
+import time
+from collections.abc import Iterable, Sequence
+from dataclasses import asdict, dataclass, fields
+from pathlib import Path
+
+from experiments.eq15_campaign import tables
+from experiments.recovery.releases import NOISE, record_group
+from experiments.structure.truths import KINDS, OtherTruth, plant_other
+from undertow.conditioning.condition import condition
+from undertow.conditioning.motion import Motion
+from undertow.equation import shelf
+from undertow.equation.term import Term
+from undertow.identification.discover import TEN_TERMS
+from undertow.identification.structure import Effort, Structure, find_structure
+from undertow.identification.walk import Rules
+
+FOLDER = Path(__file__).resolve().parent
+STATED_LEVELS = (("long", 2.57), ("short", 2.36))
+ALL_LEVELS = tuple((spring, depth) for spring in ("long", "short") for depth in tables.WET_DEPTHS_M)
+ALONE = Effort(resamples=0, outside=False, second_route=False)
+WITH_OUTSIDERS = Effort(resamples=0, outside=True, second_route=False)
+STRUCTURAL = (0, 1, 2)
+"""Stiffness, viscous damping and friction: what dry trials show to be there."""
+
+
+@dataclass(frozen=True)
+class Row:
+    """One campaign: what was planted and found. ``inner`` is a refined parameter (nan: none), ``inner_stderr`` its
+    standard error, ``outside`` the most probable law outside the library with its gain (0: none)."""
+
+    study: str
+    kind: str
+    spring: str
+    water_depth_m: float
+    noise: str
+    seed: int
+    exact: int
+    kept: str
+    rivals: int
+    left: float
+    inner: float = float("nan")
+    inner_stderr: float = float("nan")
+    outside: str = ""
+    gain: float = 0.0
+    seconds: float = 0.0
+
+    @property
+    def campaign(self) -> tuple[str, str, str, float, str, int]:
+        """What tells campaigns apart."""
+        return self.study, self.kind, self.spring, self.water_depth_m, self.noise, self.seed
+
+
+def ten_terms() -> tuple[Term, ...]:
+    """x, v, sgn v, v|v|, x^2, x^3, x|x|, v^3, xv, x^2 v."""
+    return tuple(shelf.find(name) for name in TEN_TERMS)
+
+
+def with_inner(kind: str) -> tuple[Term, ...]:
+    """The ten with the law that has a parameter inside: an exponent in the drag's place, or Stribeck friction added."""
+    if kind == "stribeck":
+        return (*ten_terms(), shelf.find("stribeck_friction"))
+    return tuple(shelf.find("drag_exponent") if term.name == "quadratic_drag" else term for term in ten_terms())
+
+
+def motions_of(truth: OtherTruth, noise: str, seed: int) -> list[Motion]:
+    """The four recordings of a level, conditioned."""
+    return [condition(recording) for recording in record_group(truth, noise, seed)]
+
+
+def judge(study: str, truth: OtherTruth, noise: str, seed: int) -> Row:
+    """One campaign through one study."""
+    motions, started = motions_of(truth, noise, seed), time.perf_counter()
+    if study == "exponent":
+        found = find_structure(motions, with_inner(truth.kind), Rules(known=STRUCTURAL), effort=ALONE)
+    else:
+        found = find_structure(motions, ten_terms(), effort=WITH_OUTSIDERS if study == "adequacy" else ALONE)
+    return row_of(study, truth, noise, seed, found, time.perf_counter() - started)
+
+
+def row_of(study: str, truth: OtherTruth, noise: str, seed: int, found: Structure, seconds: float) -> Row:
+    """What the tables are made of."""
+    inner = next((estimate for name, estimate in found.numbers.items() if "." in name), None)
+    first = found.outsiders[0] if found.outsiders else None
+    return Row(
+        study, truth.kind, truth.spring, truth.water_depth_m, noise, seed,
+        int(set(found.names) == KINDS[truth.kind]), " ".join(sorted(found.names)), len(found.rivals),
+        round(found.left, 4),
+        round(inner.value, 4) if inner else float("nan"), round(inner.stderr, 4) if inner else float("nan"),
+        str(first) if first else "", round(first.gain, 2) if first else 0.0, round(seconds, 2),
+    )  # fmt: skip
+
+
+def read_rows(path: Path) -> dict[tuple[str, str, str, float, str, int], Row]:
+    """Rows of an earlier run by campaign; empty where there is none."""
+    if not path.exists():
+        return {}
+    kinds = {field.name: {"str": str, "float": float, "int": int}[str(field.type)] for field in fields(Row)}
+    with path.open(newline="") as stream:
+        rows = [Row(**{name: kinds[name](text) for name, text in row.items()}) for row in csv.DictReader(stream)]
+    return {row.campaign: row for row in rows}
+
+
+def write_rows(rows: Iterable[Row], path: Path) -> None:
+    """One row a campaign, sorted."""
+    with path.open("w", newline="") as stream:
+        writer = csv.DictWriter(stream, [field.name for field in fields(Row)], lineterminator="\n")
+        writer.writeheader()
+        for row in sorted(rows, key=lambda one: one.campaign):
+            writer.writerow(asdict(row))
+
+
+def run(study: str, kinds: Sequence[str], levels: Sequence[tuple[str, float]], seeds: int) -> None:
+    """Every campaign that has no row yet; the file is written after every group."""
+    path = FOLDER / f"{study}.csv"
+    rows = read_rows(path)
+    for kind in kinds:
+        for spring, depth in levels:
+            truth = plant_other(spring, depth, kind)
+            for noise in NOISE:
+                group = []
+                for seed in range(seeds):
+                    key = (study, kind, spring, depth, noise, seed)
+                    if key not in rows:
+                        rows[key] = judge(study, truth, noise, seed)
+                    group.append(rows[key])
+                write_rows(rows.values(), path)
+                exact, inner = sum(row.exact for row in group), [row.inner for row in group][:4]
+                gains = sum(row.gain > 0.0 for row in group)
+                print(kind, spring, depth, noise, f"{exact} of {seeds}", inner, f"outside {gains}", file=sys.stderr)
+                sys.stderr.flush()
+
+
+def main(arguments: list[str] | None = None) -> int:
+    """Run a study, or write the tables."""
+    parser = argparse.ArgumentParser(description="Terms found where the truth is known.")
+    parser.add_argument("study", choices=("support", "exponent", "adequacy", "table"))
+    parser.add_argument("--kinds", nargs="+", choices=tuple(KINDS), default=["eq15"])
+    parser.add_argument("--levels", choices=("stated", "all"), default="stated")
+    parser.add_argument("--seeds", type=int, default=20)
+    options = parser.parse_args(arguments)
+    if options.study == "table":
+        from experiments.structure.page import write_page
+
+        write_page()
+        return 0
+    run(options.study, options.kinds, ALL_LEVELS if options.levels == "all" else STATED_LEVELS, options.seeds)
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -29,6 +29,7 @@ from undertow.identification.hidden_search import CRITICAL_T
 FOLDER = Path(__file__).resolve().parent
 SEEDS = 20
 NULL_CAMPAIGNS = 300
+CALIBRATION_CAMPAIGNS = 180
 CALIBRATION_FIRST_SEED = 10_000
 """Seeds of the campaigns that set the critical value; those of the count of false alarms start at 0."""
 
@@ -40,7 +41,7 @@ HEADER = (
 
 @dataclass(frozen=True)
 class Row:
-    """One campaign: how many were found, the largest statistic of any set tried, and the fitted numbers."""
+    """One campaign: how many were found, the largest statistic of any sound set (0: none), and the fitted numbers."""
 
     kind: str
     noise: str
@@ -74,14 +75,16 @@ def as_row(campaign: Campaign, fit: HiddenFit) -> Row:
     """The fit's numbers; oscillators by rising frequency."""
     order = sorted(range(fit.count), key=lambda i: fit.frequencies[i].value)
     masses = fit.masses(STIFFNESS_N_PER_M)
-    best = max(fit.search.steps, key=lambda step: step.weakest_t)
+    sound = [step for step in fit.search.steps if step.sound]
+    best = max(sound, key=lambda step: step.weakest_t, default=None)
 
     def pairs(estimates: Iterable[object]) -> tuple[tuple[float, float], ...]:
         listed = list(estimates)
         return tuple((listed[i].value, listed[i].stderr) for i in order)  # type: ignore[attr-defined]
 
     return Row(
-        campaign.kind, campaign.noise, campaign.seed, fit.count, best.weakest_t, best.evidence,
+        campaign.kind, campaign.noise, campaign.seed, fit.count,
+        best.weakest_t if best else 0.0, best.evidence if best else 0.0,
         pairs(fit.frequencies), pairs(masses), pairs(fit.dampings), len(fit.modes.modes), fit.backed, fit.outcome,
     )  # fmt: skip
 
@@ -129,7 +132,8 @@ def main(arguments: list[str] | None = None) -> int:
     else:
         calibrate = options.part == "calibrate"
         first = CALIBRATION_FIRST_SEED if calibrate else 0
-        campaigns = null_campaigns(first if options.first is None else options.first, options.count or NULL_CAMPAIGNS)
+        count = options.count or (CALIBRATION_CAMPAIGNS if calibrate else NULL_CAMPAIGNS)
+        campaigns = null_campaigns(first if options.first is None else options.first, count)
         name = "calibration.csv" if calibrate else "nulls.csv"
     critical = float("inf") if options.part == "calibrate" else CRITICAL_T
     write((identify(campaign, critical) for campaign in campaigns), options.out / name)

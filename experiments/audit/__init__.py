@@ -1,0 +1,1 @@
+"""Studies of the audit of published tables."""

@@ -1,0 +1,279 @@
+"""One audit from config to audit.json and audit.html: tables read, checked, held against rivals.
+
+Belongs here: reading tables, cases from tables, the order of an audit. Does not belong here: checks and rivals
+(discrepancy/audit), what the files look like (report/).
+"""
+
+from __future__ import annotations
+
+import csv
+import math
+from collections.abc import Mapping, Sequence
+from functools import cache
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from undertow.campaign.audit_settings import AuditConfig, AuditSettings, ColumnSettings, TableSettings, load_audit
+from undertow.campaign.workers import Progress
+from undertow.discrepancy.audit.answer import answer
+from undertow.discrepancy.audit.case import Case, Recipe, Row, Structure
+from undertow.discrepancy.audit.comparisons import check_comparisons
+from undertow.discrepancy.audit.findings import AuditFindings, CellFinding, SeriesFindings, Trend, WhatIf
+from undertow.discrepancy.audit.forces import check_forces, water_share
+from undertow.discrepancy.audit.identities import check_identities, correct_units, with_releases
+from undertow.discrepancy.audit.patterns import check_patterns, power_law
+from undertow.discrepancy.audit.tables import QUANTITIES, Column, Constants, PublishedTable, dry_value
+from undertow.discrepancy.audit.verdicts import judge
+from undertow.equation.cells import closed_cell
+from undertow.errors import ConfigError
+from undertow.recording.recording import Condition
+from undertow.recording.units import spelled
+from undertow.report.audit_page import write_audit
+
+MEASURED_STIFFNESS_ERROR = 0.003
+"""Relative error of a stiffness that is put in place of a printed one: a period of three digits."""
+
+
+def audit_to_folder(
+    path: str | Path, out: str | Path | None = None, overrides: Sequence[str] = (), progress: Progress | None = None
+) -> tuple[AuditFindings, Path]:
+    """The audit of a config, written to ``out`` (default runs/<name>); the findings and the folder.
+
+    Raises ConfigError where the config or a table is wrong, UndertowError where no rival can be tried.
+    """
+    config = load_audit(path, overrides)
+    findings = audit(config, progress)
+    folder = Path(out) if out is not None else Path("runs") / config.name
+    folder.mkdir(parents=True, exist_ok=True)
+    write_audit(findings, folder, config.resolved())
+    return findings, folder
+
+
+def audit(config: AuditConfig, progress: Progress | None = None) -> AuditFindings:
+    """Everything that the tables of a config betray."""
+    said = config.laboratory
+    low, high = said.submerged_volume_m3
+    constants = Constants(
+        said.mass_kg, said.area_m2, (low, high), said.spring, said.water, said.dry, said.density_kg_per_m3,
+        said.gravity_m_per_s2,
+    )  # fmt: skip
+    printed = [read_table(config, name) for name in config.tables]
+    tables, units = correct_units(printed, constants)
+    structures = dry_structures(tables, constants)
+    said_so = check_identities(tables, constants)
+    tables = with_releases(tables, constants)
+    checks = [
+        *units, *said_so, *check_patterns(tables, constants),
+        *check_comparisons(tables, constants), *check_forces(tables, structures, constants),
+    ]  # fmt: skip
+    shares = [
+        share
+        for table in tables
+        if table.recipe == "method2_printed" and (structure := structures.get(str(table.conditions.get(said.spring))))
+        if (share := water_share(table, structure, constants, config.seed)) is not None
+    ]
+    series = []
+    for i, one in enumerate(config.audits):
+        if progress is not None:
+            progress("audits", i, len(config.audits))
+        series.append(_series(config, one, tables, structures, constants))
+    if progress is not None:
+        progress("audits", len(config.audits), len(config.audits))
+    return AuditFindings(
+        config.name,
+        tuple(tables),
+        tuple(checks),
+        trends(tables, constants),
+        tuple(shares),
+        tuple(series),
+        _cells(config),
+    )
+
+
+@cache
+def _registry() -> Any:
+    import pint
+
+    return pint.UnitRegistry()
+
+
+def _factor(name: str, quantity: str, said: ColumnSettings) -> float:
+    """What one printed unit is in SI; ConfigError where it is not known or has another dimension."""
+    import pint
+
+    target = QUANTITIES[quantity]
+    try:
+        unit = _registry().Quantity(1.0, spelled(said.unit, quantity)) if said.unit != "1" else 1.0
+        wanted = _registry().Quantity(1.0, spelled(target, quantity)) if target != "1" else 1.0
+        return float((unit / wanted).to("dimensionless").magnitude) if target != "1" else float(unit)
+    except (pint.PintError, AttributeError, TypeError, ValueError) as error:
+        raise ConfigError(
+            f"tables.{name}.columns.{quantity}: unit {said.unit!r} is no {quantity}; write one that converts to {target}"
+        ) from error
+
+
+def read_table(config: AuditConfig, name: str) -> PublishedTable:
+    """One table of a config in SI by its printed units.
+
+    Raises ConfigError where the file cannot be read, a column is missing, or a cell is no number.
+    """
+    said = config.tables[name]
+    path = config.folder / said.file
+    try:
+        with path.open(newline="", encoding="utf-8") as stream:
+            rows = list(csv.DictReader(stream))
+    except OSError as error:
+        raise ConfigError(f"tables.{name}: {path} cannot be read: {error.strerror}; check the path") from error
+    if said.key:
+        rows = [{row[said.key]: row[said.value] for row in rows}]
+    columns = {quantity: _column(name, quantity, one, rows) for quantity, one in said.columns.items()}
+    conditions = {key: tuple(_condition(_cell(name, key, key, row)) for row in rows) for key in said.row_conditions}
+    return PublishedTable(name, said.title, columns, dict(said.conditions), conditions, said.recipe)
+
+
+def _cell(name: str, quantity: str, column: str, row: Mapping[str, str]) -> str:
+    if column not in row or row[column] is None:
+        raise ConfigError(
+            f"tables.{name}.columns.{quantity}: there is no column {column!r}; the file has {', '.join(map(str, row))}"
+        )
+    return row[column].strip()
+
+
+def _column(name: str, quantity: str, said: ColumnSettings, rows: Sequence[Mapping[str, str]]) -> Column:
+    factor = _factor(name, quantity, said)
+    texts = [_cell(name, quantity, said.column, row) for row in rows]
+    try:
+        values = np.array([float(text) for text in texts])
+    except ValueError as error:
+        raise ConfigError(
+            f"tables.{name}.columns.{quantity}: {texts} holds something that is no number; correct the file"
+        ) from error
+    if not np.all(np.isfinite(values)):
+        raise ConfigError(f"tables.{name}.columns.{quantity}: {texts} holds a value that is not finite; leave it out")
+    half = np.array([0.5 * 10.0 ** -len(text.partition(".")[2]) for text in texts])
+    return Column(values * factor, half * factor, said.unit)
+
+
+def _condition(text: str) -> Condition:
+    try:
+        return float(text)
+    except ValueError:
+        return text
+
+
+def dry_structures(tables: Sequence[PublishedTable], constants: Constants) -> dict[str, Structure]:
+    """Each spring's k, c, mu from its dry table: mean, standard error, scatter from trial to trial."""
+    springs = {
+        str(table.conditions[constants.spring_key]) for table in tables if constants.spring_key in table.conditions
+    }
+    found = {}
+    for spring in sorted(springs):
+        values = [
+            dry_value(tables, constants, spring, name) for name in ("stiffness", "damping", "friction_coefficient")
+        ]
+        if any(one.size < 2 for one in values):
+            continue
+        k, c, mu = values
+        spread = [float(one.std(ddof=1)) for one in values]
+        root = math.sqrt(k.size)
+        found[spring] = Structure(
+            float(k.mean()), float(c.mean()), float(mu.mean()), spread[0] / float(k.mean()) / root, spread[1] / root,
+            spread[2] / root, spread[0] / float(k.mean()), spread[1], spread[2],
+        )  # fmt: skip
+    return found
+
+
+def cases_of(
+    config: AuditConfig, said: AuditSettings, tables: Sequence[PublishedTable], structures: Mapping[str, Structure],
+    constants: Constants,
+) -> list[tuple[dict[str, Condition], Case]]:  # fmt: skip
+    """The cases of one audit: rows that agree in ``group_by``, with the conditions they share.
+
+    Raises ConfigError where a table has no recipe or no releases.
+    """
+    named = {table.name: table for table in tables}
+    groups: dict[tuple[Condition, ...], list[Row]] = {}
+    for name in said.tables:
+        table = named[name]
+        if table.recipe not in ("method1", "method2", "method2_printed"):
+            raise ConfigError(
+                f"audit {said.name!r}: table {name} has recipe {table.recipe!r}; state method1 or method2"
+            )
+        if "release" not in table.columns:
+            raise ConfigError(f"audit {said.name!r}: table {name} has neither release nor energy; map one of them")
+        release = table.columns["release"].values
+        for i in range(table.rows):
+            conditions = table.at(i)
+            key = tuple(conditions.get(one, "") for one in said.group_by)
+            groups.setdefault(key, []).append(
+                _row(table, i, release[i], str(conditions.get(constants.spring_key)), config.tables[name])
+            )
+    return [
+        (
+            dict(zip(said.group_by, key, strict=True)),
+            Case(
+                " ".join([said.name, *(f"{v:g}" if isinstance(v, float) else str(v) for v in key)]), tuple(rows), structures,
+                constants.mass_kg, constants.area_m2, constants.volume_range_m3, constants.density_kg_per_m3,
+                constants.gravity_m_per_s2, said.own_added_mass,
+            ),
+        )
+        for key, rows in groups.items()
+    ]  # fmt: skip
+
+
+def _row(table: PublishedTable, row: int, release: float, spring: str, said: TableSettings) -> Row:
+    def cell(quantity: str) -> tuple[float, float]:
+        column = table.columns.get(quantity)
+        return (math.nan, 0.0) if column is None else (float(column.values[row]), float(column.half_digits[row]))
+
+    (mass, mass_half), (drag, drag_half) = cell("added_mass"), cell("drag_coefficient")
+    recipe: Recipe = said.recipe  # type: ignore[assignment]
+    return Row(table.title, spring, release, recipe, mass, drag, mass_half, drag_half, said.window_s)
+
+
+def _series(
+    config: AuditConfig, said: AuditSettings, tables: Sequence[PublishedTable], structures: Mapping[str, Structure],
+    constants: Constants,
+) -> SeriesFindings:  # fmt: skip
+    pairs = cases_of(config, said, tables, structures, constants)
+    cases, nodes = [case for _, case in pairs], said.nodes or config.nodes
+    found = answer(cases, nodes, config.seed)
+    others = []
+    for name, stiffness in said.what_if.items():
+        priors = {
+            f"k.{spring}": (value / structures[spring].k - 1.0, MEASURED_STIFFNESS_ERROR)
+            for spring, value in stiffness.items()
+        }
+        again = answer(cases, nodes, config.seed, priors)
+        others.append(WhatIf(name, again, judge(again)))
+    return SeriesFindings(
+        said.name, said.tables, tuple(group for group, _ in pairs), found, judge(found), tuple(others)
+    )
+
+
+def trends(tables: Sequence[PublishedTable], constants: Constants) -> tuple[Trend, ...]:
+    """How drag coefficient and added mass go with the release in every table that varies it."""
+    found = []
+    for table in tables:
+        if "release" not in table.columns:
+            continue
+        size = table.columns["release"].values
+        for quantity in ("drag_coefficient", "added_mass"):
+            column = table.columns.get(quantity)
+            if column is None or table.rows < 4 or np.any(column.values <= 0.0) or size.max() < 1.5 * size.min():
+                continue
+            if np.ptp(column.values) > 0.0:
+                found.append(Trend(table.name, table.title, quantity, power_law(size, column.values)))
+    return tuple(found)
+
+
+def _cells(config: AuditConfig) -> tuple[CellFinding, ...]:
+    cell = config.laboratory.cell
+    if cell is None:
+        return ()
+    return tuple(
+        CellFinding(level, closed_cell(width, depth, cell.length_m, config.laboratory.density_kg_per_m3))
+        for level, width, depth in zip(cell.water_depth_m, cell.surface_width_m, cell.depth_m, strict=True)
+    )

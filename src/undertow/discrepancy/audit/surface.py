@@ -1,0 +1,274 @@
+"""A rival's answer surface: what the recipes would print, as a function of the rival's unknowns, near the table.
+
+At every node (mass, frequency, damping of a resonator; an exponent) the other unknowns are fitted to the printed numbers
+by Gauss-Newton through the recipes themselves; what the recipes return there, with its slopes, is the surface that
+posterior.py integrates. Around a posterior it is bent: a quadratic through the recipes' answers at its draws, whose misfit
+is the surface's own error and part of every likelihood.
+
+Belongs here: fitting, linearising and bending through the recipes. Does not belong here: evidence, draws.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+
+import numpy as np
+from scipy.optimize import lsq_linear
+
+from undertow.discrepancy.audit.case import Case, case_returns
+from undertow.discrepancy.audit.recipes import Array, Returned
+from undertow.discrepancy.audit.rivals import Rival, Unknown
+from undertow.errors import UndertowError
+
+FIT_MASS_SHARE = 0.02
+"""Weight of an added mass while fitting: this share of the structure's mass counts as one."""
+
+FIT_DRAG_SHARE = 0.1
+"""Weight of a drag coefficient while fitting: this share of it counts as one."""
+
+SMALLEST_DRAG = 0.5
+"""Drag coefficients below this are weighed as this."""
+
+ROUNDS = 4
+SETTLED = 0.05
+"""Fitting ends when no unknown moves by more than this share of its scale."""
+
+STEP_SHARE = 0.05
+"""Step of a slope over the unknown's scale."""
+
+POINTS_PER_COEFFICIENT = 1.4
+"""A quadratic is only taken through this many points for each of its coefficients."""
+
+WIDE = 1e3
+"""Standard deviations within which an unbounded unknown is searched."""
+
+KEPT_BEHIND = 60.0
+"""Nodes whose misfit (chi-square) lies further behind the best one's are not refined: e^-30 of its weight."""
+
+
+@dataclass(frozen=True)
+class Sheet:
+    """The surface at one node: ``centre`` (L,), what is printed there ``values`` (rows, 2), ``slopes`` (rows, 2, L).
+
+    Columns are m_a (without bound; kg) and C_d (at m_a = 0 where the printed one is on the bound). ``misfit`` is the
+    chi-square of the fit, ``node`` the fixed values.
+    """
+
+    node: Mapping[str, float]
+    centre: Array
+    values: Array
+    slopes: Array
+    misfit: float
+    curves: Array | None = None
+    """Second derivatives (rows, 2, L, L) over two, where the sheet was bent."""
+    log_weight: float = 0.0
+    """Logarithm of the prior's density over the density that the node was drawn from."""
+    errors: Array | None = None
+    """Root-mean-square misfit (rows, 2) of the bent sheet at the points it was bent through."""
+
+    def predict(self, points: Array) -> Array:
+        """What is printed (n, rows, 2) at points (n, L)."""
+        away = points - self.centre
+        flat = self.values + np.einsum("rcl,nl->nrc", self.slopes, away)
+        if self.curves is None:
+            return flat
+        return flat + np.einsum("rckl,nk,nl->nrc", self.curves, away, away)
+
+
+@dataclass(frozen=True)
+class Surface:
+    """All nodes of one rival: ``sheets``; ``tried`` is how many nodes there were, those left out far behind included."""
+
+    rival: Rival
+    sheets: tuple[Sheet, ...]
+    tried: int
+
+
+def printed_values(case: Case) -> Array:
+    """Printed (m_a, C_d) of every row, (rows, 2), nan where there is none."""
+    return np.array([[row.added_mass_kg, row.drag_coefficient] for row in case.rows])
+
+
+def fit_weights(case: Case) -> Array:
+    """What counts as one standard deviation while fitting, (rows, 2)."""
+    printed = printed_values(case)
+    drag = FIT_DRAG_SHARE * np.maximum(np.abs(np.nan_to_num(printed[:, 1])), SMALLEST_DRAG)
+    return np.column_stack([np.full(len(case.rows), FIT_MASS_SHARE * case.mass_kg), drag])
+
+
+def build_surface(case: Case, rival: Rival) -> Surface:
+    """The surface of one rival over all its nodes; nodes far behind the best after the first round are dropped.
+
+    UndertowError where the recipes cannot be run at any node.
+    """
+    starts = [
+        _first_sheet(case, rival, dict(zip(rival.node_names, node.tolist(), strict=True))) for node in rival.nodes
+    ]
+    sheets = [(sheet, returned) for sheet, returned in (one for one in starts if one is not None)]
+    if not sheets:
+        raise UndertowError(
+            f"audit case {case.name}: the recipes cannot be run under {rival.label} at any of {rival.nodes.shape[0]} "
+            "nodes; releases are too small for it"
+        )
+    best = min(_best_misfit(case, rival, sheet) for sheet, _ in sheets)
+    near = [one for one in sheets if _best_misfit(case, rival, one[0]) < best + KEPT_BEHIND]
+    refined = tuple(_refine(case, rival, sheet, returned) for sheet, returned in near)
+    return Surface(rival, refined, rival.nodes.shape[0])
+
+
+def _first_sheet(case: Case, rival: Rival, node: Mapping[str, float]) -> tuple[Sheet, tuple[Returned, ...]] | None:
+    printed = printed_values(case)
+    centre = np.array([unknown.centre for unknown in rival.unknowns])
+    names = [unknown.name for unknown in rival.unknowns]
+    resonating = 0.5 * node.get("hidden_resonator.mass_kg", 0.0)
+    mass, drag = (
+        float(np.median(column[np.isfinite(column)])) if np.isfinite(column).any() else 1.0 for column in printed.T
+    )
+    for i, name in enumerate(names):
+        if name.startswith("added_mass_kg"):
+            centre[i] = max(mass - resonating, 1.0)
+        elif name == "drag_coefficient":
+            centre[i] = 0.5 * max(drag, SMALLEST_DRAG)
+    return _sheet(case, rival, node, centre, None)
+
+
+def _sheet(
+    case: Case, rival: Rival, node: Mapping[str, float], centre: Array, starts: tuple[Returned, ...] | None
+) -> tuple[Sheet, tuple[Returned, ...]] | None:
+    """The surface linearised at ``centre``; None where the motion there sticks or leaves every bound."""
+    names = [unknown.name for unknown in rival.unknowns]
+    # a resonator may make two minima: only there are all masses searched
+    if starts is None and not node:
+        starts = tuple(Returned(max(r.added_mass_kg, 0.0), r.drag_coefficient, r.drag_coefficient) for r in _sane(case))
+    try:
+        here = case_returns(case, {**node, **dict(zip(names, centre.tolist(), strict=True))}, starts)
+        values = _columns(case, here)
+        slopes = np.zeros((*values.shape, len(names)))
+        for i, unknown in enumerate(rival.unknowns):
+            step = STEP_SHARE * unknown.scale * (-1.0 if centre[i] + STEP_SHARE * unknown.scale > unknown.high else 1.0)
+            if step == 0.0:
+                continue
+            moved = centre.copy()
+            moved[i] += step
+            there = case_returns(case, {**node, **dict(zip(names, moved.tolist(), strict=True))}, here)
+            slopes[:, :, i] = (_columns(case, there) - values) / step
+    except UndertowError:
+        return None
+    sheet = Sheet(node, centre, values, slopes, 0.0)
+    return sheet, here
+
+
+def _sane(case: Case) -> tuple[Returned, ...]:
+    return tuple(
+        Returned(*np.nan_to_num([row.added_mass_kg, row.drag_coefficient], nan=1.0).tolist()) for row in case.rows
+    )
+
+
+def _columns(case: Case, returned: tuple[Returned, ...]) -> Array:
+    drags = [
+        one.bounded_drag if row.on_bound else one.drag_coefficient for row, one in zip(case.rows, returned, strict=True)
+    ]
+    return np.column_stack([[one.added_mass_kg for one in returned], drags])
+
+
+def best_point(case: Case, rival: Rival, sheet: Sheet) -> tuple[Array, float]:
+    """The unknowns (L,) that bring the linear surface closest to the print within their bounds and priors; chi-square."""
+    printed, weights = printed_values(case), fit_weights(case)
+    target = printed - sheet.values
+    bound = np.array([row.on_bound for row in case.rows])
+    # on the bound any m_a below 0 prints 0: only what lies above counts
+    below = bound & (sheet.values[:, 0] < 0.0)
+    target[below, 0] = np.nan
+    use = np.isfinite(target)
+    matrix = (sheet.slopes / weights[:, :, None])[use]
+    goal = (target / weights)[use]
+    normal = np.array([unknown.normal for unknown in rival.unknowns])
+    deviations = np.array([unknown.deviation for unknown in rival.unknowns])
+    extra = np.diag(np.where(normal, 1.0 / np.where(normal, np.maximum(deviations, 1e-30), 1.0), 0.0))[normal]
+    means = np.array([unknown.mean for unknown in rival.unknowns])
+    prior_goal = ((means - sheet.centre) / np.where(normal, np.maximum(deviations, 1e-30), 1.0))[normal]
+    low, high = (np.array(limits) for limits in zip(*(_limits(unknown) for unknown in rival.unknowns), strict=True))
+    scale = np.array([max(unknown.scale, 1e-30) for unknown in rival.unknowns])
+    rows = np.vstack([matrix, extra]) * scale
+    found = lsq_linear(
+        rows,
+        np.concatenate([goal, prior_goal]),
+        bounds=((low - sheet.centre) / scale - 1e-9, (high - sheet.centre) / scale + 1e-9),
+    )
+    return np.clip(sheet.centre + found.x * scale, low, high), 2.0 * float(found.cost)
+
+
+def _limits(unknown: Unknown) -> tuple[float, float]:
+    if not unknown.normal:
+        return unknown.low, unknown.high
+    reach = WIDE * max(unknown.deviation, 1e-30)
+    return max(unknown.low, unknown.mean - reach), min(unknown.high, unknown.mean + reach)
+
+
+def _best_misfit(case: Case, rival: Rival, sheet: Sheet) -> float:
+    return best_point(case, rival, sheet)[1]
+
+
+def _refine(case: Case, rival: Rival, sheet: Sheet, returned: tuple[Returned, ...]) -> Sheet:
+    scale = np.array([max(unknown.scale, 1e-30) for unknown in rival.unknowns])
+    for _ in range(ROUNDS):
+        target, misfit = best_point(case, rival, sheet)
+        if np.max(np.abs(target - sheet.centre) / scale) < SETTLED:
+            break
+        moved = _sheet(case, rival, sheet.node, target, returned)
+        if moved is None:
+            break
+        sheet, returned = moved
+    return replace(sheet, misfit=best_point(case, rival, sheet)[1])
+
+
+def _pairs(rival: Rival) -> list[tuple[int, int]]:
+    return [
+        (i, j)
+        for i, one in enumerate(rival.unknowns)
+        for j, other in enumerate(rival.unknowns[: i + 1])
+        if not (one.nuisance or other.nuisance)
+    ]
+
+
+def coefficients(rival: Rival) -> int:
+    """How many coefficients a bent sheet of a rival has: one, each unknown, products of those that are no nuisance."""
+    return 1 + len(rival.unknowns) + len(_pairs(rival))
+
+
+def bend(case: Case, rival: Rival, sheet: Sheet, points: Array) -> Sheet:
+    """The sheet as a quadratic through the recipes' own answers at ``points`` (n, L), with its errors.
+
+    Products of the unknowns that are no nuisance are taken; points at which a recipe cannot be run are left out, and
+    with too few of them left the sheet stays as it is.
+    """
+    names = [unknown.name for unknown in rival.unknowns]
+    near = tuple(Returned(float(mass), float(drag), float(drag)) for mass, drag in np.nan_to_num(sheet.values, nan=1.0))
+    exact, kept = [], []
+    for point in points:
+        values = {**sheet.node, **dict(zip(names, point.tolist(), strict=True))}
+        try:
+            exact.append(_columns(case, case_returns(case, values, near)))
+        except UndertowError:
+            continue
+        kept.append(point)
+    scale = np.array([max(unknown.scale, 1e-30) for unknown in rival.unknowns])
+    pairs = _pairs(rival)
+    if len(kept) < POINTS_PER_COEFFICIENT * coefficients(rival):
+        return sheet
+    away = (np.array(kept) - sheet.centre) / scale
+    columns = np.column_stack([np.ones(len(kept)), away, *(away[:, i] * away[:, j] for i, j in pairs)])
+    answers = np.array(exact).reshape(len(kept), -1)
+    fitted, _, rank, _ = np.linalg.lstsq(columns, answers, rcond=1e-10)
+    spare = max(len(kept) - int(rank), 1)
+    errors = np.sqrt(np.sum((answers - columns @ fitted) ** 2, axis=0) / spare)
+    shape = sheet.values.shape
+    slopes = (fitted[1 : 1 + len(names)] / scale[:, None]).T.reshape(*shape, len(names))
+    curves = np.zeros((*shape, len(names), len(names)))
+    for (i, j), row in zip(pairs, fitted[1 + len(names) :], strict=True):
+        curves[:, :, i, j] = row.reshape(shape) / (scale[i] * scale[j])
+    return Sheet(
+        sheet.node, sheet.centre, fitted[0].reshape(shape), slopes, sheet.misfit, curves, sheet.log_weight,
+        errors.reshape(shape),
+    )  # fmt: skip

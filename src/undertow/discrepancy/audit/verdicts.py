@@ -1,0 +1,183 @@
+"""What an audit says of a series of tables: names, alternatives, intervals, the test that would decide, a sentence.
+
+A name is said when Eq. 15 with constant coefficients has at most one chance in a hundred; rivals within odds of 20 to 1
+of the preferred one are named beside it. Where a rival without any water force is among them, the table carries no
+information about the water.
+
+Belongs here: probabilities into words. Does not belong here: probabilities (answer.py), files (campaign/audit.py).
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass
+from itertools import product
+
+from undertow.discrepancy.audit.answer import Answer, Weight
+
+ODDS = 20.0
+"""Rivals within these odds of the preferred one are its alternatives (docs/discrepancy.md)."""
+
+DOUBT = 0.01
+"""No name is said while Eq. 15 with constant coefficients has more than this probability."""
+
+TESTS: Mapping[frozenset[str], str] = {
+    frozenset({"linear_damping", "coulomb_friction"}): (
+        "a release at a third of the smallest amplitude followed until it stops: friction stops it in a time proportional "
+        "to the amplitude, at a rest position within mu N / k; linear damping takes the same share of every cycle"
+    ),
+    frozenset({"linear_damping", "drag_exponent"}): (
+        "releases over a tenfold range of amplitude on one spring: decrement against amplitude is flat for linear damping "
+        "and a power below one for a falling drag"
+    ),
+    frozenset({"coulomb_friction", "drag_exponent"}): (
+        "the vertical load cells during the motion, or the same release with weights added over the bearings: friction "
+        "follows the normal force, drag does not"
+    ),
+    frozenset({"linear_damping", "hidden_resonator"}): (
+        "the whole record instead of two coefficients, or a second spring: a resonator makes a beat and its damping depends "
+        "on the spring, linear damping does neither"
+    ),
+    frozenset({"coulomb_friction", "rest_offset"}): (
+        "the first turning points on both sides: an offset changes sign from one to the next, friction does not"
+    ),
+    frozenset({"linear_damping", "rest_offset"}): (
+        "the rest position after the motion, and turning points on both sides: an offset shows there, damping does not"
+    ),
+    frozenset({"hidden_resonator", "support_compliance"}): (
+        "a third spring, or the dry period again with the wet set-up: compliance shifts every level alike, a resonator does "
+        "not shift the dry period"
+    ),
+}
+"""The test that would decide between two effects."""
+
+NO_WATER_TEST = "a dry release of the same amplitude through the same recipe: what it returns is the structure's share"
+
+
+@dataclass(frozen=True)
+class Range:
+    """Median, 90 % interval and standard deviation of one parameter, in its unit."""
+
+    value: float
+    low: float
+    high: float
+    stderr: float
+    unit: str
+
+
+@dataclass(frozen=True)
+class SeriesVerdict:
+    """One series of cases judged. ``parameters``: one mapping a case, effect or "water" -> parameter -> Range, of the
+    preferred rival; ``others`` the same of each alternative, by its label."""
+
+    status: str
+    verdict: tuple[str, ...]
+    alternatives: tuple[tuple[str, ...], ...]
+    confidence: float
+    informs_about_water: bool
+    parameters: tuple[Mapping[str, Mapping[str, Range]], ...]
+    others: Mapping[str, tuple[Mapping[str, Mapping[str, Range]], ...]]
+    next_test: str
+    sentence: str
+
+
+def judge(found: Answer) -> SeriesVerdict:
+    """The verdict on a series of cases."""
+    base = sum(weight.probability for weight in found.weights if not weight.rival.effects)
+    named = [weight for weight in found.weights if weight.rival.effects]
+    silent = next(weight for weight in found.weights if not weight.rival.effects)
+    informs = _informs(found)
+    if base > DOUBT or not named:
+        likely = base >= 0.5 or not named
+        near = [] if likely else [w for w in named if w.probability * ODDS >= base]
+        preferred, status = silent, "nothing_missing" if likely else "not_identifiable"
+        confidence = base
+    else:
+        preferred = named[0]
+        near = [w for w in named[1:] if w.probability * ODDS >= preferred.probability]
+        status, confidence = ("not_identifiable" if near else "explained"), preferred.probability
+    if not informs:
+        status = "not_identifiable"
+    others = {weight.rival.label: _parameters(weight) for weight in near}
+    alternatives = tuple(weight.rival.effects for weight in near)
+    return SeriesVerdict(
+        status, preferred.rival.effects, alternatives, float(confidence), informs, _parameters(preferred), others,
+        next_test(preferred.rival.effects, alternatives, informs), _sentence(found, preferred, near, confidence, informs),
+    )  # fmt: skip
+
+
+def _informs(found: Answer) -> bool:
+    """Whether every physics without water is behind the best with it by more than the odds."""
+    dry, wet = found.dry, [weight for weight in found.weights if weight.rival.water]
+    if dry is None or not wet:
+        return bool(wet)
+    return dry.log_evidence < max(weight.log_evidence for weight in wet) - math.log(ODDS)
+
+
+def next_test(preferred: tuple[str, ...], alternatives: tuple[tuple[str, ...], ...], informs: bool) -> str:
+    """The test that would decide between the named effects; "" where nothing is open.
+
+    >>> next_test(("linear_damping",), (("coulomb_friction",),), True)[:9]
+    'a release'
+    """
+    if not informs:
+        return NO_WATER_TEST
+    for alternative in alternatives:
+        for one, other in product(preferred, alternative):
+            test = TESTS.get(frozenset({one, other}))
+            if test and one != other:
+                return test
+    singles = [effect for alternative in alternatives for effect in alternative if effect not in preferred]
+    for one, other in product(singles, singles):
+        test = TESTS.get(frozenset({one, other}))
+        if test and one != other:
+            return test
+    return "recordings in place of coefficients: the whole decay tells these apart" if alternatives else ""
+
+
+def _parameters(weight: Weight) -> tuple[Mapping[str, Mapping[str, Range]], ...]:
+    found = []
+    units = {unknown.name: unknown.unit for unknown in weight.rival.unknowns if not unknown.nuisance}
+    units |= {
+        name: {"mass_kg": "kg", "natural_frequency_rad_per_s": "rad/s"}.get(name.split(".")[-1], "1")
+        for name in weight.rival.node_names
+    }
+    for posterior in weight.posteriors:
+        one: dict[str, dict[str, Range]] = {}
+        for name, unit in units.items():
+            effect, _, parameter = name.partition(".")
+            if effect in ("added_mass_kg", "drag_coefficient"):
+                effect, parameter = "water", name
+            middle, low, high = posterior.interval(name)
+            one.setdefault(effect, {})[parameter] = Range(middle, low, high, float(posterior.draws[name].std()), unit)
+        found.append(one)
+    return tuple(found)
+
+
+def _sentence(found: Answer, preferred: Weight, near: list[Weight], confidence: float, informs: bool) -> str:
+    if not informs:
+        return (
+            "A rival without any water force prints these numbers too (odds within 20 to 1): they carry no information "
+            "about the water."
+        )
+    if not preferred.rival.effects:
+        text = f"Eq. 15 with constant coefficients prints these numbers (probability {confidence:.2g})"
+        return f"{text}; {', '.join(w.rival.label for w in near)} are not ruled out." if near else f"{text}."
+    text = f"Eq. 15 with constant coefficients does not print these numbers; {_told(preferred)} does"
+    if near:
+        text += f", and so {'do' if len(near) > 1 else 'does'} {'; '.join(_told(weight) for weight in near)}"
+        return f"{text}: these numbers cannot tell them apart."
+    return f"{text} (probability {confidence:.3g})."
+
+
+def _told(weight: Weight) -> str:
+    if len(weight.posteriors) > 1:
+        return weight.rival.label
+    ranges = [
+        f"{r.low:.3g} to {r.high:.3g}{'' if r.unit == '1' else ' ' + r.unit} of {name}"
+        for effect, group in _parameters(weight)[0].items()
+        if effect != "water"
+        for name, r in group.items()
+    ]
+    return f"{weight.rival.label} ({', '.join(ranges)})"

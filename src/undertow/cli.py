@@ -200,6 +200,21 @@ def compare(
 
 
 @app.command()
+def differ(
+    simulation: Annotated[Path, typer.Option("--simulation", metavar="FILE", help="One simulated release, any code.")],
+    recording: Annotated[Path, typer.Option("--recording", metavar="FILE", help="One recorded release.")],
+    config: Annotated[
+        Path | None, typer.Option("--config", metavar="C", help="Which columns are what; default: by their names.")
+    ] = None,
+    out: Annotated[Path | None, typer.Option("--out", metavar="DIR", help="Folder; default: runs/differ_...")] = None,
+) -> None:
+    """A simulation made elsewhere against a recording: where they differ, and what physics the simulation lacks."""
+    with _compiling():
+        from undertow.campaign.differ_files import differ as differ_files
+    typer.echo(differ_files(simulation, recording, config, out).summary)
+
+
+@app.command()
 def fetch(
     source: Annotated[str, typer.Argument(metavar="DOI-or-URL", help="A Zenodo record, or a file's address.")],
     into: Annotated[Path, typer.Option("--into", metavar="DIR", help="Folder of the files; default: here.")] = Path(),

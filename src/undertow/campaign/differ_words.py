@@ -1,0 +1,66 @@
+"""What is said of a simulation against a recording: one sentence.
+
+Belongs here: that sentence. Does not belong here: anything that it says (differ.py).
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+
+from undertow.discrepancy.difference import Difference
+from undertow.discrepancy.judge import WORDS
+from undertow.discrepancy.words import percent
+
+LET_GO = "let go like the recording, its equation"
+"""How the second half of the sentence begins."""
+
+FAR = 3.0
+"""Standard errors from which two numbers are said to differ."""
+
+WORTH_A_LINE = 0.2
+"""A line of the residual is spoken of from this share of it on."""
+
+
+def sentence_of(difference: Difference) -> str:
+    """How far the simulation's equation is from the recording, where, and what it lacks, in one sentence."""
+    return f"The simulation {_what(difference)}: {_how_far(difference)}."
+
+
+def _how_far(d: Difference) -> str:
+    m = d.mismatch
+    size, limit = percent(m.nrmse), percent(m.repeatability_nrmse)
+    if not m.missing:
+        return f"{LET_GO} stays within {size} of it (a repeated test: {limit})"
+    thirds = {"first": m.share_early, "second": m.share_middle, "last": m.share_late}
+    where = max(thirds, key=lambda part: thirds[part] if math.isfinite(thirds[part]) else -1.0)
+    text = f"{LET_GO} misses {size} of it (a repeated test: {limit}), most in the {where} third"
+    if math.isfinite(m.line_frequency_hz) and m.line_share > WORTH_A_LINE:
+        text += f" and {percent(m.line_share)} of that in a line at {m.line_frequency_hz:.3g} Hz"
+    cycles = d.cycles.sentence() if d.cycles is not None else ""
+    return f"{text}; in the recording, {cycles}" if cycles else text
+
+
+def _listed(names: Sequence[str]) -> str:
+    return " and ".join(WORDS.get(n, n.replace("_", " ")) for n in names)
+
+
+def _what(d: Difference) -> str:
+    """What the simulation lacks, and which numbers differ, in words."""
+    names = [n for n in d.lacks if n != "unknown"]
+    words = [_listed([n]) for n in names]
+    if "unknown" in d.lacks:
+        words.append("something that no suspect explains")
+    rivals = [_listed(names) for names in d.recording.verdict.alternatives]
+    if words:
+        text = f"lacks {' and '.join(words)}"
+        if rivals and names and not d.by_equation:
+            text += f" (this recording cannot tell that from {'; '.join(rivals)})"
+    else:
+        text = "lacks no law that this recording shows"
+    far = [r.name for r in d.rows if r.sigmas > FAR]
+    if far and not words:
+        text += f", but differs in {', '.join(far)}"
+    if d.extra:
+        text += f", and has {_listed(d.extra)}, which the recording does not show"
+    return text

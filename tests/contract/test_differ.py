@@ -1,0 +1,206 @@
+"""A simulation against a recording: what it lacks is named, what is equal is not, and bad files are one sentence."""
+
+from __future__ import annotations
+
+import json
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from tests.command_line import undertow
+from undertow.campaign.differ import compare_motions
+from undertow.campaign.differ_files import differ
+from undertow.conditioning.condition import condition
+from undertow.conditioning.motion import Motion
+from undertow.equation import shelf
+from undertow.equation.equation import Equation, equation_15
+from undertow.equation.simulate import simulate
+from undertow.errors import ConfigError, RecordingError
+from undertow.identification.fit import Specimen
+from undertow.recording.recording import Recording
+
+SPRING_N_PER_M = 109_600.0
+PLAIN = equation_15(2637.4, 300.0, 590.0, SPRING_N_PER_M, 170.0, 1000.0)
+SPECIMEN = Specimen(stiffness_N_per_m=SPRING_N_PER_M)
+NOISE_M, NOISE_M_PER_S2 = 2.5e-5, 0.012
+RATE_HZ, HOLD_S, MOTION_S = 100.0, 0.5, 8.0
+
+CONFIG = """\
+name: pair
+recordings:
+  files: recording.csv
+  channels:
+    time: {column: time_s, unit: s}
+    displacement: {column: disp_mm, unit: mm}
+    acceleration: {column: accel_mps2, unit: m/s^2}
+    spring_force: {column: loadcell_N, unit: N}
+specimen: {stiffness_N_per_m: 109600}
+equation: {terms: [stiffness, viscous_damping, coulomb_friction, added_mass, quadratic_drag]}
+"""
+
+
+def with_term(name: str, coefficient: float, **inner: float) -> Equation:
+    term = shelf.find(name, **inner)
+    return replace(PLAIN, terms=(*PLAIN.terms, term), coefficients=(*PLAIN.coefficients, coefficient))
+
+
+def channels(equation: Equation, x0: float, noisy: bool) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Time, displacement (m) and acceleration of a hold and the motion after it; a simulation has no noise."""
+    rng = np.random.default_rng(1)
+    motion = simulate(equation, x0, np.arange(0.0, MOTION_S, 1.0 / RATE_HZ))
+    held = round(HOLD_S * RATE_HZ)
+    x, a = np.r_[np.full(held, x0), motion.x], np.r_[np.zeros(held), motion.a]
+    if noisy:
+        x = x + NOISE_M * rng.standard_normal(x.size)
+        a = a + NOISE_M_PER_S2 * rng.standard_normal(a.size)
+    return np.arange(x.size) / RATE_HZ, np.round(x, 6), np.round(a, 5)
+
+
+def moved(equation: Equation, noisy: bool, x0: float = 0.1) -> Motion:
+    time, x, a = channels(equation, x0, noisy)
+    return condition(Recording("recording" if noisy else "simulation", time, {"displacement": x, "acceleration": a}))
+
+
+def table(path: Path, equation: Equation, noisy: bool, x0: float = 0.1) -> Path:
+    time, x, a = channels(equation, x0, noisy)
+    head = "time_s,disp_mm,accel_mps2"
+    np.savetxt(path, np.column_stack([time, 1e3 * x, a]), delimiter=",", header=head, comments="", fmt="%.5f")
+    return path
+
+
+@pytest.fixture(scope="module")
+def simulated() -> Motion:
+    return moved(PLAIN, noisy=False)
+
+
+def test_a_complete_simulation_lacks_nothing(simulated):
+    found = compare_motions(simulated, moved(PLAIN, noisy=True, x0=0.08), specimen=SPECIMEN)
+    assert found.lacks == found.extra == ()
+    assert not found.mismatch.missing
+    assert "lacks no law" in found.sentence
+    assert all(not row.sigmas > 4.0 for row in found.rows)  # four numbers, each within its errors
+
+
+def test_water_that_the_simulation_has_not_is_named_in_kilograms(simulated):
+    truth = with_term("hidden_resonator", 200.0, natural_frequency_rad_per_s=9.0, damping_ratio=0.01)
+    found = compare_motions(simulated, moved(truth, noisy=True), specimen=SPECIMEN)
+    assert found.lacks == ("hidden_resonator",)
+    assert not found.by_equation
+    numbers = found.recording.verdict.parameters["hidden_resonator"]
+    assert numbers["mass_kg"].value == pytest.approx(200.0, rel=0.05)
+    assert numbers["natural_frequency_rad_per_s"].value == pytest.approx(9.0, rel=0.01)
+
+
+def test_a_law_of_the_recordings_own_equation_is_named(simulated):
+    found = compare_motions(simulated, moved(with_term("cubic_stiffness", 3e6), noisy=True), specimen=SPECIMEN)
+    assert found.lacks == ("cubic_stiffness",)
+    assert found.by_equation
+    row = next(r for r in found.rows if "cubic" in r.name)
+    assert row.simulation is None
+    assert row.recording.value == pytest.approx(3e6, rel=0.05)
+
+
+def test_more_damping_than_the_simulation_has_is_named_as_a_difference_in_number(simulated):
+    found = compare_motions(simulated, moved(with_term("linear_damping", 1500.0), noisy=True), specimen=SPECIMEN)
+    assert found.lacks == found.more == ("linear_damping",)
+
+
+def test_motions_in_different_channels_are_not_compared(simulated):
+    only = moved(PLAIN, noisy=True).recording
+    bare = condition(replace(only, channels={"acceleration": only.channels["acceleration"]}))
+    with pytest.raises(RecordingError, match="simulation gives displacement and the recording acceleration"):
+        compare_motions(simulated, bare)
+
+
+def test_a_pair_of_files_gives_a_page_and_a_json_that_agree(tmp_path, capsys):
+    simulation = table(tmp_path / "simulation.csv", PLAIN, noisy=False)
+    recording = table(tmp_path / "recording.csv", with_term("cubic_stiffness", 3e6), noisy=True)
+    config = tmp_path / "pair.yaml"
+    config.write_text(CONFIG)
+    said = undertow(
+        capsys, "differ", "--simulation", simulation, "--recording", recording, "--config", config, "--out",
+        tmp_path / "out",
+    )  # fmt: skip
+    assert said.code == 0, said.err
+    found = json.loads((tmp_path / "out" / "differ.json").read_text())
+    assert found["lacks"] == ["cubic_stiffness"]
+    assert found["sentence"] in said.out
+    assert found["where"]["time"]["early"] + found["where"]["time"]["late"] <= 1.0 + 1e-9
+    page = (tmp_path / "out" / "differ.html").read_text()
+    assert "lacks stiffness with the cube" in page
+    assert page.count("<svg") == 2
+    assert 'src="http' not in page
+    assert "<script" not in page
+    row = next(r for r in found["terms"] if r["name"] == "total_mass_kg")
+    assert row["simulation"]["value"] == pytest.approx(2937.4, rel=1e-3)
+
+
+def spoiled(tmp_path: Path, how: str) -> Path:
+    """A simulation's file with one thing wrong with it."""
+    lines = table(tmp_path / "simulation.csv", PLAIN, noisy=False).read_text().splitlines()
+    if how == "two samples":
+        lines = lines[:3]
+    elif how == "another column":
+        lines[0] = lines[0].replace("disp_mm", "weg")
+    elif how == "nan":
+        time, _, a = lines[300].split(",")
+        lines[300] = f"{time},nan,{a}"
+    elif how == "nothing":
+        lines = []
+    path = tmp_path / "spoiled.csv"
+    path.write_text("\n".join(lines) + ("\n" if lines else ""))
+    return path
+
+
+@pytest.mark.parametrize(
+    ("how", "sentence"),
+    [
+        ("two samples", "simulation .*: 2 samples; a release and its decay need 20"),
+        ("another column", "simulation .* has no column 'disp_mm'; it has time_s, weg, accel_mps2"),
+        ("nan", "simulation .* column 'disp_mm' has 1 values that are not finite, the first at 2.9"),
+        ("nothing", "is empty"),
+    ],
+)
+def test_a_file_that_cannot_be_used_is_one_sentence_and_exit_code_one(tmp_path, capsys, how, sentence):
+    recording = table(tmp_path / "recording.csv", PLAIN, noisy=True)
+    config = tmp_path / "pair.yaml"
+    config.write_text(CONFIG)
+    bad = spoiled(tmp_path, how)
+    with pytest.raises(RecordingError, match=sentence):
+        differ(bad, recording, config, tmp_path / "out")
+    said = undertow(capsys, "differ", "--simulation", bad, "--recording", recording, "--config", config)
+    assert said.code == 1
+    assert len(said.err.strip().splitlines()) == 1
+
+
+def test_a_path_that_is_not_there_and_a_missing_option_are_usage_errors(tmp_path, capsys):
+    recording = table(tmp_path / "recording.csv", PLAIN, noisy=True)
+    with pytest.raises(ConfigError, match=r"--simulation .*nowhere\.csv is no file; give the path"):
+        differ(tmp_path / "nowhere.csv", recording)
+    assert undertow(capsys, "differ", "--simulation", tmp_path / "nowhere.csv", "--recording", recording).code == 2
+    assert undertow(capsys, "differ", "--recording", recording).code == 2
+    config = tmp_path / "nowhere.yaml"
+    assert (
+        undertow(capsys, "differ", "--simulation", recording, "--recording", recording, "--config", config).code == 2
+    )
+
+
+def test_a_folder_that_cannot_be_written_is_said(tmp_path, capsys, monkeypatch, simulated):
+    recording = table(tmp_path / "recording.csv", PLAIN, noisy=True)
+    blocked = tmp_path / "file"
+    blocked.write_text("")
+    result = compare_motions(simulated, moved(PLAIN, noisy=True), specimen=SPECIMEN)
+    monkeypatch.setattr("undertow.campaign.differ_files.compare_motions", lambda *_, **__: result)
+    said = undertow(capsys, "differ", "--simulation", recording, "--recording", recording, "--out", blocked / "in")
+    assert said.code == 1
+    assert "cannot be written" in said.err
+
+
+def test_a_rotation_is_not_compared_with_a_translation(tmp_path):
+    recording = table(tmp_path / "recording.csv", PLAIN, noisy=True)
+    turned = tmp_path / "turned.csv"
+    turned.write_text(recording.read_text().replace("disp_mm", "roll_deg").replace("accel_mps2", "other"))
+    with pytest.raises(RecordingError, match="looks like a rotation, the recording's like a translation"):
+        differ(turned, recording)

@@ -9,12 +9,12 @@ from collections import Counter
 from collections.abc import Mapping, Sequence
 
 from experiments.names.effects import EFFECTS, verdict_name
-from experiments.names.verdicts import names_in
+from experiments.names.verdicts import names_in, outcome
 
 Row = Mapping[str, str]
 Numbers = dict[str, object]
 
-OUTCOMES = ("right", "more", "rival", "unknown", "nothing", "wrong", "failed")
+OUTCOMES = ("right", "more", "rival", "dry", "unknown", "nothing", "wrong", "failed")
 CONFIDENCE_WITHIN = 0.05
 """A view's confidence may differ by so much from the first view's."""
 
@@ -55,8 +55,8 @@ def by_name(rows: Sequence[Row]) -> Numbers:
 
 
 def _counted(rows: Sequence[Row]) -> Numbers:
-    outcomes = Counter(r["outcome"] for r in rows)
-    others = Counter(said(r) for r in rows if r["outcome"] in ("wrong", "more", "rival"))
+    outcomes = Counter(outcome(r) for r in rows)
+    others = Counter(said(r) for r in rows if outcome(r) in ("wrong", "more", "rival"))
     return {
         "campaigns": len(rows),
         **{o: outcomes[o] for o in OUTCOMES if outcomes[o]},

@@ -36,8 +36,9 @@ within 1e-11 m of the default campaign's integrator), with k, c, mu of every tri
 bits. A campaign has one or two springs, 3 or 4 trials a spring, wet and dry (nulls up to 6), 10 to 15 s at 100, 250 or
 1000 Hz. What belongs to structure, set-up or instruments is in the dry trials too; what belongs to the water is not.
 
-**Strength** is the free-run difference that an effect makes after everything that the prescribed equation and a trial's
-own start can take up is taken out, over repeatability (the 95 % quantile of the same measure for scatter alone).
+**Strength** is what the prescribed equation cannot follow of an effect once it is fitted to the motion (with k, c, mu
+free where the dry trials have the effect too), over repeatability (the 95 % quantile of the same measure for scatter
+alone). Effects that stay weak at any sensible size keep that size: the rows say what was reached.
 Instruments: strength 1 is an accelerometer 4 ms late or 1 % off, a drift of 1 % of the largest release, 4 % of the
 largest reading cut off.
 """
@@ -94,7 +95,7 @@ def _names(title: str, found: Mapping[str, Any], picture: bool) -> str:
         lines += ["![What is hidden against what is said, medium strength](confusion.svg)", ""]
     lines += [
         "right: exactly the hidden names. more: them and another. rival: named as inseparable from the answer. "
-        "unknown: only "
+        "dry: named in the dry trials, not in the wet ones. unknown: only "
         "that something is missing. nothing: nothing said. wrong: another name without the hidden one.", "",
         "| hidden | " + " | ".join(f"strength {s:g}" for s in strengths) + " |",
         "|---|" + "---|" * len(strengths),

@@ -1,9 +1,9 @@
-"""How large an effect has to be: its free-run difference in units of what repeating the test gives.
+"""How large an effect has to be: what the prescribed equation cannot follow, in units of what repeating the test gives.
 
-The difference between the motion with the effect and without is freed of everything that the prescribed equation and
-a trial's own start could take up (to first order: x0, clock and rest of each trial; added mass and drag of all; k, c,
-mu too for what is in the structure, because the dry trials are fitted as well). Its RMS over all wet trials, relative
-to their RMS displacement, over the 95 % quantile of the same measure for scatter of k, c and mu is the strength.
+The motion with the effect is fitted by the prescribed equation: x0, clock and rest of each trial, added mass and drag
+of all; k, c, mu of each spring too for what is in the structure, because the dry trials have it as well. The RMS of
+what is left, relative to the RMS displacement, over the 95 % quantile of the same measure for scatter of k, c and mu
+(x0, clock and rest adjusted) is the strength. Of each spring the largest and the smallest release count.
 
 Belongs here: that measure and the size that gives a strength. Does not belong here: the effects themselves.
 """
@@ -12,11 +12,11 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from functools import cached_property
+from dataclasses import dataclass
 
 import numpy as np
 
-from experiments.names.effects import Effect, find
+from experiments.names.effects import find
 from experiments.names.motion import STEP_S, Floats, release
 from experiments.names.rigs import SCATTER, Plan, Trial
 from experiments.names.scenes import Campaign
@@ -30,114 +30,174 @@ NUDGE = 1e-3
 SHARED = ("M", "q")
 STRUCTURAL = ("k", "c", "fc")
 TERM_OF = {"M": "added_mass", "q": "quadratic_drag", "fc": "coulomb_friction"}
+TRIALS_OWN = ("x0", "clock", "rest")
+
 DRAWS = 400
 COARSER = 4.0
 """Factor by which sizes are tried downwards until one is weaker than wanted."""
 
-SEARCH = 6
+SEARCH = 5
 """Steps of the search between two sizes on logarithmic scales."""
 
-CLOSE = 0.03
+CLOSE = 0.06
 """A size is found when its strength is this close (relative) to the one wanted."""
 
 COARSE_S = 1e-3
 """Step of the integration here, s: strengths need no more than a hundredth (but bristles are stiff)."""
 
+REFITS, SETTLED, DAMPING = 5, 0.02, 1e-3
+"""Most steps of a fit; relative gain below which it has settled; its first damping (Levenberg-Marquardt)."""
 
-def _moved(plan: Plan, trial: Trial, numbers: dict[str, float], x0: float) -> Floats:
-    path = release(numbers, x0, plan.seconds, STEP_S if "xb" in numbers else COARSE_S)
-    return path.at(np.arange(0.0, plan.seconds, EVERY_S))[0]
+
+@dataclass(frozen=True)
+class Fitted:
+    """The prescribed equation on one trial: its numbers and the trial's own start."""
+
+    trial: Trial
+    numbers: dict[str, float]
+    own: dict[str, float]
+
+    def move(self, seconds: float) -> Floats:
+        """Displacement at the instants compared, m."""
+        times = np.arange(0.0, seconds, EVERY_S) + self.own["clock"]
+        step = STEP_S if "xb" in self.numbers else COARSE_S
+        path = release(self.numbers, self.own["x0"], seconds + 0.2, step)
+        moved: Floats = path.at(np.maximum(times, 0.0))[0] + self.own["rest"]
+        return moved
+
+    def changed(self, name: str, by: float) -> Fitted:
+        """The same with one number larger by ``by``; inertia and stiffness at most halved, the others not below 0."""
+        if name in TRIALS_OWN:
+            return Fitted(self.trial, self.numbers, self.own | {name: self.own[name] + by})
+        least = 0.5 * self.numbers[name] if name in ("M", "k") else 0.0
+        return Fitted(self.trial, self.numbers | {name: max(self.numbers[name] + by, least)}, self.own)
 
 
 class Yardstick:
-    """One plan's wet trials without anything hidden: their motion and its sensitivities."""
+    """One plan's largest and smallest wet releases without anything hidden, and what can be refitted to them."""
 
-    def __init__(self, plan: Plan, lacks: tuple[str, ...] = ()) -> None:
-        self.plan = plan
-        self.trials = [t for t in plan.trials() if t.wet]
-        self.plain = [_moved(plan, t, plan.means(t), t.x0) for t in self.trials]
-        self.columns = [self._sensitivities(t, x) for t, x in zip(self.trials, self.plain, strict=True)]
-        self.shared = tuple(s for s in SHARED if TERM_OF[s] not in lacks)
-        self.structural = tuple(s for s in STRUCTURAL if TERM_OF.get(s) not in lacks)
+    def __init__(self, plan: Plan, name: str) -> None:
+        effect = find(name)
+        self.plan, self.effect = plan, effect
+        wet = [t for t in plan.trials() if t.wet]
+        between = name == "mass_change"  # what comes between trials needs them all
+        self.trials = wet if between else [t for s in plan.springs for t in _ends([t for t in wet if t.spring == s])]
+        structural = effect.place not in ("water", "outside") and not between
+        slots = (*SHARED, *(STRUCTURAL if structural else ()))
+        self.slots = tuple(s for s in slots if TERM_OF.get(s) != effect.lacks or not effect.lacks)
+        self.own = tuple(n for n in TRIALS_OWN if n != effect.seen_in)
+        self.plain = [self._start(t, self.plan.means(t)) for t in self.trials]
+        self.repeatability = self._repeatability()
 
-    def _sensitivities(self, trial: Trial, plain: Floats) -> dict[str, Floats]:
-        """Change of the motion for the whole of each number, for x0, the clock (s) and the rest (m)."""
+    def _start(self, trial: Trial, numbers: dict[str, float]) -> Fitted:
+        return Fitted(trial, numbers, {"x0": trial.x0, "clock": 0.0, "rest": 0.0})
+
+    def _prescribed(self, trial: Trial) -> Fitted:
         numbers = self.plan.means(trial)
-        columns = {}
-        for slot in (*SHARED, *STRUCTURAL):
-            if numbers[slot] > 0.0:
-                changed = numbers | {slot: numbers[slot] * (1.0 + NUDGE)}
-                columns[slot] = (_moved(self.plan, trial, changed, trial.x0) - plain) / NUDGE
-        columns["x0"] = (_moved(self.plan, trial, numbers, trial.x0 * (1.0 + NUDGE)) - plain) / NUDGE
-        columns["clock"] = np.gradient(plain, EVERY_S)
-        columns["rest"] = np.ones_like(plain)
-        return columns
+        bare = {"added_mass": ("M", self.plan.rig.mass), "quadratic_drag": ("q", 0.0), "coulomb_friction": ("fc", 0.0)}
+        if self.effect.lacks:
+            slot, value = bare[self.effect.lacks]
+            numbers[slot] = value
+        return self._start(trial, numbers)
 
-    @cached_property
-    def repeatability(self) -> float:
-        """95 % quantile over trials and draws of the nrmse that scatter of k, c, mu leaves."""
+    def _repeatability(self) -> float:
         rng = np.random.default_rng(self.plan.seed)
         scatter = SCATTER[self.plan.scatter]
-        found = []
-        for plain, columns in zip(self.plain, self.columns, strict=True):
-            basis = _basis([columns[n] for n in ("x0", "clock", "rest")])
-            size = math.sqrt(float(np.mean(plain**2)))
-            parts = np.array([_freed(columns[s] * scatter[n], basis) for s, n in (("k", "k"), ("c", "c"), ("fc", "mu"))
-                              if s in columns])  # fmt: skip
-            draws = rng.standard_normal((DRAWS // len(self.trials) + 1, parts.shape[0])) @ parts
-            found += (np.sqrt(np.mean(draws**2, axis=1)) / size).tolist()
+        found: list[float] = []
+        for fitted in self.plain:
+            plain = fitted.move(self.plan.seconds)
+            basis = _basis([self._sensitivity(fitted, plain, n) for n in TRIALS_OWN])
+            parts = []
+            for slot, symbol in zip(STRUCTURAL, ("k", "c", "mu"), strict=True):
+                column = self._sensitivity(fitted, plain, slot) * fitted.numbers[slot] * scatter[symbol]
+                parts.append(column - basis @ (basis.T @ column))
+            draws = rng.standard_normal((DRAWS, len(parts))) @ np.array(parts)
+            found += (np.sqrt(np.mean(draws**2, axis=1)) / _rms(plain)).tolist()
         return float(np.quantile(found, 0.95))
 
-    def difference(self, moved: list[Floats], structural: bool, kept: str = "") -> float:
-        """RMS over trials of the relative difference to ``moved``, freed of what the equation can take up but for
-        ``kept``."""
-        count = self.plain[0].size
-        columns = []
-        for slot in (*self.shared, *(self.structural if structural else ())):
-            for spring in ("",) if slot in SHARED else self.plan.springs:
-                column = np.zeros(count * len(self.trials))
-                for i, trial in enumerate(self.trials):
-                    if spring in ("", trial.spring) and slot in self.columns[i]:
-                        column[i * count : (i + 1) * count] = self.columns[i][slot] / self._size(i)
-                columns.append(column)
-        for i in range(len(self.trials)):
-            for name in (n for n in ("x0", "clock", "rest") if n != kept):
-                column = np.zeros(count * len(self.trials))
-                column[i * count : (i + 1) * count] = self.columns[i][name] / self._size(i)
-                columns.append(column)
-        pairs = enumerate(zip(moved, self.plain, strict=True))
-        parts = [(m - p) / self._size(i) for i, (m, p) in pairs]
-        return math.sqrt(float(np.mean(_freed(np.concatenate(parts), _basis(columns)) ** 2)))
+    def _sensitivity(self, fitted: Fitted, plain: Floats, name: str) -> Floats:
+        """Change of the motion for one unit of a number."""
+        if name == "clock":
+            return np.gradient(plain, EVERY_S)
+        if name == "rest":
+            return np.ones_like(plain)
+        size = abs(fitted.own[name] if name in TRIALS_OWN else fitted.numbers[name])
+        by = NUDGE * (size or self.plan.means(fitted.trial).get(name, 0.0) or 1.0)
+        return (fitted.changed(name, by).move(self.plan.seconds) - plain) / by
 
-    def _size(self, i: int) -> float:
-        return math.sqrt(float(np.mean(self.plain[i] ** 2)))
+    def strength(self, size: float) -> float:
+        """What the prescribed equation cannot follow of the effect at a size, over repeatability."""
+        hidden = Campaign(self.plan, {self.effect.name: size})
+        truths = [self._start(t, hidden.numbers(t, scattered=False)).move(self.plan.seconds) for t in self.trials]
+        return self._left(truths) / self.repeatability
+
+    def _left(self, truths: list[Floats]) -> float:
+        """RMS over trials of what is left relative to their motion, after the prescribed equation is fitted."""
+        current = [self._prescribed(t) for t in self.trials]
+        best, damping = math.inf, DAMPING
+        motions = [f.move(self.plan.seconds) for f in current]
+        for _ in range(REFITS):
+            error = self._error(truths, motions)
+            settled = error > (1.0 - SETTLED) * best
+            best = min(best, error)
+            if settled:
+                break
+            step = self._step(current, motions, truths, damping)
+            trial = [_moved_by(f, s) for f, s in zip(current, step, strict=True)]
+            tried = [f.move(self.plan.seconds) for f in trial]
+            if self._error(truths, tried) < best:
+                current, motions = trial, tried
+            else:
+                step = self._step(current, motions, truths, 1e3 * damping)
+                current = [_moved_by(f, s) for f, s in zip(current, step, strict=True)]
+                motions = [f.move(self.plan.seconds) for f in current]
+        return min(best, self._error(truths, motions))
+
+    def _error(self, truths: list[Floats], motions: list[Floats]) -> float:
+        return math.sqrt(float(np.mean([(_rms(t - m) / _rms(t)) ** 2 for t, m in zip(truths, motions, strict=True)])))
+
+    def _step(
+        self, current: list[Fitted], motions: list[Floats], truths: list[Floats], damping: float
+    ) -> list[dict[str, float]]:
+        """One damped least-squares step of every number that can be refitted, a trial an entry."""
+        count, places = motions[0].size, {}
+        columns, groups = [], []
+        for slot in self.slots:
+            groups += [(slot, s) for s in (("",) if slot in SHARED else self.plan.springs)]
+        groups += [(name, f.trial.file) for f in current for name in self.own]
+        for name, where in groups:
+            column = np.zeros(count * len(current))
+            for i, fitted in enumerate(current):
+                if where in ("", fitted.trial.spring, fitted.trial.file):
+                    column[i * count : (i + 1) * count] = self._sensitivity(fitted, motions[i], name) / _rms(truths[i])
+            places[name, where] = len(columns)
+            columns.append(column)
+        matrix = np.array(columns).T
+        norms = np.linalg.norm(matrix, axis=0)
+        norms[norms == 0.0] = 1.0
+        left = np.concatenate([(t - m) / _rms(t) for t, m in zip(truths, motions, strict=True)])
+        scaled = np.vstack([matrix / norms, math.sqrt(damping) * np.eye(norms.size)])
+        found = np.linalg.lstsq(scaled, np.concatenate([left, np.zeros(norms.size)]), rcond=None)[0] / norms
+        return [{name: found[i] for (name, where), i in places.items() if where in ("", f.trial.spring, f.trial.file)}
+                for f in current]  # fmt: skip
+
+
+def _ends(trials: list[Trial]) -> list[Trial]:
+    return [trials[0], trials[-1]] if len(trials) > 1 else trials
+
+
+def _moved_by(fitted: Fitted, step: dict[str, float]) -> Fitted:
+    for name, by in step.items():
+        fitted = fitted.changed(name, by)
+    return fitted
+
+
+def _rms(values: Floats) -> float:
+    return math.sqrt(float(np.mean(values**2)))
 
 
 def _basis(columns: list[Floats]) -> Floats:
-    return np.linalg.qr(np.array([c / (np.linalg.norm(c) or 1.0) for c in columns]).T)[0]
-
-
-def _freed(values: Floats, basis: Floats) -> Floats:
-    freed: Floats = values - basis @ (basis.T @ values)
-    return freed
-
-
-def strength_of(plan: Plan, name: str, size: float, yardstick: Yardstick) -> float:
-    """Free-run difference of an effect at a size over the plan's repeatability."""
-    effect = find(name)
-    hidden = Campaign(plan, {name: size})
-    moved = [_moved(plan, t, hidden.numbers(t, scattered=False), t.x0) for t in yardstick.trials]
-    without = _weakest(effect)
-    if without is not None:  # the term itself is hidden: nothing hidden is without it
-        bare = Campaign(plan, {name: without})
-        plain = [_moved(plan, t, bare.numbers(t, scattered=False), t.x0) for t in yardstick.trials]
-        moved = [m - b + p for m, b, p in zip(moved, plain, yardstick.plain, strict=True)]
-    structural = effect.place not in ("water", "outside") and effect.name != "mass_change"
-    return yardstick.difference(moved, structural, effect.seen_in) / yardstick.repeatability
-
-
-def _weakest(effect: Effect) -> float | None:
-    return 0.0 if effect.lacks else None
+    return np.linalg.qr(np.array([c / np.linalg.norm(c) for c in columns]).T)[0]
 
 
 def size_for(plan: Plan, name: str, strength: float) -> tuple[float, float]:
@@ -146,20 +206,20 @@ def size_for(plan: Plan, name: str, strength: float) -> tuple[float, float]:
     effect = find(name)
     if effect.change is None:
         return effect.unit_size * strength, strength
-    yardstick = Yardstick(plan, (effect.lacks,) if effect.lacks else ())
+    yardstick = Yardstick(plan, name)
     high = effect.most
-    reached = strength_of(plan, name, high, yardstick)
+    reached = yardstick.strength(high)
     if reached <= strength:
         return high, reached
     strong, weak = (high, reached), (0.0, 0.0)
     while weak[1] == 0.0:
         size = strong[0] / COARSER
-        found = strength_of(plan, name, size, yardstick)
+        found = yardstick.strength(size)
         if found < strength:
             weak = (size, max(found, 1e-6))
         else:
             strong = (size, found)
-    return _between(lambda size: strength_of(plan, name, size, yardstick), strength, weak, strong)
+    return _between(yardstick.strength, strength, weak, strong)
 
 
 def _between(
@@ -177,4 +237,4 @@ def _between(
             weak = (size, found)
         else:
             strong = (size, found)
-    return weak
+    return min(weak, strong, key=lambda one: abs(math.log(one[1] / strength)))

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import tempfile
 import time
+from collections.abc import Mapping
 from pathlib import Path
 
 from experiments.names.effects import verdict_name
@@ -68,12 +69,12 @@ def names_in(said: str) -> frozenset[str]:
                      if name.strip())  # fmt: skip
 
 
-def outcome(row: Row) -> str:
+def outcome(row: Mapping[str, object]) -> str:
     """How a row's verdict stands to its truth, in one word.
 
     right: exactly the hidden names; rival: all of them, if rivals named beside the answer count; more: all of them and
-    another; unknown: only that something is missing; nothing: nothing said; wrong: another name and not the hidden
-    one; failed: no verdict.
+    another; dry: no name in the wet groups, but the dry trials name it; unknown: only that something is missing;
+    nothing: nothing said; wrong: another name and not the hidden one; failed: no verdict.
     """
     if row.get("failed"):
         return "failed"
@@ -82,6 +83,8 @@ def outcome(row: Row) -> str:
     named = said - {"unknown"}
     if named == truth and (truth or not said):
         return "right"
+    if not named and truth and truth <= names_in(str(row["dry"])):
+        return "dry"
     if not said:
         return "nothing"
     if not named:

@@ -153,13 +153,14 @@ def test_a_run_that_was_cut_goes_on_where_it_stopped(tmp_path, monkeypatch):
 
 
 def test_outcomes_are_told_apart():
-    said = {"failed": "", "hidden": "relaxation", "wet": "relaxation", "rivals": ""}
+    said = {"failed": "", "hidden": "relaxation", "wet": "relaxation", "rivals": "", "dry": ""}
     assert outcome(said) == "right"
     assert outcome(said | {"wet": "cubic_damping", "rivals": "relaxation"}) == "rival"
     assert outcome(said | {"wet": "relaxation+unknown"}) == "right"
     assert outcome(said | {"wet": "relaxation+cubic_damping"}) == "more"
     assert outcome(said | {"wet": "unknown"}) == "unknown"
     assert outcome(said | {"wet": ""}) == "nothing"
+    assert outcome(said | {"wet": "", "dry": "relaxation"}) == "dry"
     assert outcome(said | {"wet": "hysteresis"}) == "wrong"
     assert outcome(said | {"hidden": "", "wet": ""}) == "right"
     assert outcome(said | {"hidden": "", "wet": "unknown"}) == "unknown"

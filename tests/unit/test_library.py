@@ -87,6 +87,15 @@ def test_library_runs_inside_plain_pysindy_and_finds_equation_15():
     assert model.coefficients()[0].tolist() == pytest.approx([0.0, 1.0, 0.0, 0.0], abs=1e-8)
 
 
+def test_library_runs_inside_plain_pysindy_that_differentiates_itself_on_several_trajectories():
+    parts = [exact_motion(LONG, x0) for x0 in (0.05, 0.1)]
+    states = [np.column_stack([motion.windowed("x"), motion.windowed("v")]) for motion in parts]
+    model = pysindy.SINDy(feature_library=TermLibrary(EQ15), optimizer=BestSubset())
+    model.fit(states, t=0.001)
+    # central differences of v straddle friction's step: two hundredths of a coefficient
+    assert model.coefficients()[1] == pytest.approx(-truth(), rel=0.05)
+
+
 def test_library_takes_the_measured_acceleration_as_a_third_column():
     library = TermLibrary((AddedMass(), Stiffness()))
     states = np.array([[0.1, 1.0, -3.0], [0.2, 2.0, -4.0]])

@@ -65,9 +65,9 @@ class TermLibrary(BaseFeatureLibrary):  # type: ignore[misc]
     def __init__(self, terms: Sequence[Term] = ()) -> None:
         self.terms = terms
 
-    def fit(self, x: Array | list[Array], y: object = None) -> TermLibrary:
-        """Remember how many columns come in and go out; x is (n, 2) or (n, 3), or a list of such."""
-        first = np.asarray(x[0] if isinstance(x, list) else x)
+    def fit(self, x: Array | Sequence[Array], y: object = None) -> TermLibrary:
+        """Remember how many columns come in and go out; x is (n, 2) or (n, 3), or a sequence of such."""
+        first = np.asarray(x if isinstance(x, np.ndarray) else x[0])
         if not len(self.terms):
             raise IdentificationError("TermLibrary has 0 terms; give it at least one, e.g. TermLibrary((Stiffness(),))")
         if first.ndim != 2 or first.shape[1] not in (2, 3):
@@ -78,12 +78,12 @@ class TermLibrary(BaseFeatureLibrary):  # type: ignore[misc]
         self.n_output_features_ = len(self.terms)
         return self
 
-    def transform(self, x: Array | list[Array]) -> AxesArray | list[AxesArray]:
-        """Columns (n, n_terms) of one trajectory, or of each trajectory in a list."""
+    def transform(self, x: Array | Sequence[Array]) -> AxesArray | list[AxesArray]:
+        """Columns (n, n_terms) of one trajectory, or of each trajectory in a sequence."""
         check_is_fitted(self, "n_output_features_")
-        if isinstance(x, list):
-            return [self._columns(part) for part in x]
-        return self._columns(x)
+        if isinstance(x, np.ndarray):
+            return self._columns(x)
+        return [self._columns(part) for part in x]
 
     def _columns(self, states: Array) -> AxesArray:
         values = np.asarray(states, dtype=np.float64)

@@ -16,6 +16,7 @@ import numpy as np
 from undertow.conditioning.motion import Motion
 from undertow.equation.equation import Equation
 from undertow.equation.kernel import SLOT
+from undertow.equation.term import Term
 from undertow.identification import output_error
 from undertow.identification.confidence import as_stderr, widening
 from undertow.identification.fit import Fit, Structure
@@ -61,17 +62,19 @@ class GroupFit:
                 terms.append(term)
                 numbers.append(float(theta[SLOT["mass"]]) - self.model.specimen.mass_kg)
                 continue
-            inner = {
-                p.name: float(theta[SLOT[term.slots[p.name] + ("1" if term.slots[p.name] + "1" in SLOT else "")]])
-                for p in term.parameters[1:]
-            }
-            slot = term.slots[term.coefficient.name]
-            slot = slot + "1" if slot + "1" in SLOT and slot not in SLOT else slot
+            inner = {p.name: float(theta[self._place(term, p.name)]) for p in term.parameters[1:]}
             terms.append(replace(term, **inner) if inner else term)
-            numbers.append(float(theta[SLOT[slot]]))
+            numbers.append(float(theta[self._place(term, term.coefficient.name)]))
         added = "added_mass" in {t.name for t in terms}
         mass = self.model.specimen.mass_kg if added else float(theta[SLOT["mass"]])
         return Equation(tuple(terms), tuple(numbers), mass_kg=mass)
+
+    def _place(self, term: Term, parameter: str) -> int:
+        """Place of a term's parameter in the parameter vector; the first of a numbered one."""
+        if not term.slots:
+            return self.model.place(f"{term.name}.{parameter}")
+        slot = term.slots[parameter]
+        return SLOT[slot if slot in SLOT else f"{slot}1"]
 
     def equation_errors(self) -> dict[str, float]:
         """Standard errors by term name, in the equation's units."""
@@ -135,7 +138,11 @@ def _fit_plain(model: GroupModel, problem: Problem) -> Solution:
     direct = output_error.fit(problem)
     if direct.outcome == OK and direct.chi2 <= WITHIN_NOISE * direct.n_data:
         return direct
-    leading = {t.slots[t.coefficient.name] for t in model.terms if t.slots and t.name not in LINEAR}
+    leading = {
+        t.slots[t.coefficient.name] if t.slots else f"{t.name}.{t.coefficient.name}"
+        for t in model.terms
+        if t.name not in LINEAR
+    }
     unknowns = list(problem.unknowns)
     for i, c in enumerate(model.coefficients):
         if c.slot in leading:
@@ -157,10 +164,10 @@ def _problem(
         builder.unknown(c.name, c.start, lower=c.lower, upper=c.upper, scale=c.scale) for c in model.coefficients
     ]
     for motion in motions:
-        links = [Link(SLOT[c.slot], i, c.factor) for c, i in zip(model.coefficients, shared, strict=True)]
+        links = [Link(model.place(c.slot), i, c.factor) for c, i in zip(model.coefficients, shared, strict=True)]
         if scattering != "none":
             links += _random_effects(builder, model, motion.name, scattering == "trials and means")
-        builder.trial(motion, model.trial_base(motion.name), tuple(links), options)
+        builder.trial(motion, model.trial_base(motion.name), tuple(links), options, model.laws)
     return builder.build()
 
 

@@ -12,6 +12,7 @@ import math
 import numpy as np
 from scipy import stats
 from scipy.optimize import brentq
+from scipy.special import ndtr
 
 from undertow.errors import IdentificationError
 from undertow.recording.recording import Array
@@ -68,8 +69,8 @@ def mixture_half_width(value: float, centres: Array, spreads: Array, weights: Ar
     spreads = np.maximum(spreads, 1e-12 * typical)
 
     def inside(half: float) -> float:
-        upper = stats.norm.cdf((value + half - centres) / spreads)
-        lower = stats.norm.cdf((value - half - centres) / spreads)
+        upper = ndtr((value + half - centres) / spreads)
+        lower = ndtr((value - half - centres) / spreads)
         return float(weights @ (upper - lower)) - INTERVAL_LEVEL
 
     return float(brentq(inside, 0.0, WIDEST_IN_DEVIATIONS * typical))

@@ -15,6 +15,7 @@ import numpy as np
 from undertow.conditioning.motion import Motion
 from undertow.equation import shelf
 from undertow.equation.equation import slot_values
+from undertow.equation.general import PlacedTerm
 from undertow.equation.kernel import N_SLOTS, SLOT
 from undertow.equation.term import Term
 from undertow.errors import IdentificationError
@@ -51,7 +52,8 @@ class GroupModel:
     """An equation as it is fitted in one group.
 
     ``base`` is the parameter vector of what is fixed (the same in all trials but for k), ``coefficients`` what is
-    found; ``fixed`` the structure held, None where everything is free.
+    found; ``fixed`` the structure held, None where everything is free. ``laws`` holds all forces where one of them is
+    not in the compiled integrator, ``places`` maps such a law's parameters, term.parameter, to places behind its own.
     """
 
     terms: tuple[Term, ...]
@@ -61,6 +63,12 @@ class GroupModel:
     fixed: Structure | None = None
     stiffness: Mapping[str, float] = field(default_factory=dict)
     anchored: bool = True
+    laws: tuple[PlacedTerm, ...] = ()
+    places: Mapping[str, int] = field(default_factory=dict)
+
+    def place(self, slot: str) -> int:
+        """Where a slot stands in the parameter vector: the compiled integrator's place, or an own law's behind them."""
+        return self.places[slot] if slot in self.places else SLOT[slot]
 
     def trial_base(self, trial: str) -> Array:
         """Parameter vector of what is fixed in one trial: the group's, with the trial's own k where it has one."""
@@ -73,7 +81,7 @@ class GroupModel:
         """Parameter vector at values of the coefficients by name."""
         theta = self.trial_base(trial)
         for c in self.coefficients:
-            theta[SLOT[c.slot]] += c.factor * values[c.name]
+            theta[self.place(c.slot)] += c.factor * values[c.name]
         return theta
 
 
@@ -118,7 +126,39 @@ def group_model(
         else:
             coefficients += _unknowns(term, specimen, mass, rate, speed, size, anchored)
     own = dict(stiffness or {}) if structure is not None else {}
-    return GroupModel(kept, specimen, base, tuple(coefficients), structure, own, anchored)
+    laws, places = _laws(kept)
+    base = np.concatenate([base, np.zeros(len(places))])
+    return GroupModel(kept, specimen, base, tuple(coefficients), structure, own, anchored, laws, places)
+
+
+def _laws(terms: Sequence[Term]) -> tuple[tuple[PlacedTerm, ...], dict[str, int]]:
+    """All forces with their places where a law has no compiled slots, and the places of such laws' parameters."""
+    own = [term for term in terms if not term.slots]
+    places: dict[str, int] = {}
+    for term in own:
+        for parameter in term.parameters:
+            places[f"{term.name}.{parameter.name}"] = N_SLOTS + len(places)
+    if not own:
+        return (), {}
+    placed: dict[int, PlacedTerm] = {}
+    for term in terms:
+        if term.name != "added_mass":
+            at = tuple(_place(term, p.name, places) for p in term.parameters)
+            placed.setdefault(at[0], PlacedTerm(term, at))  # two laws of one place are one force, as in the kernel
+    return tuple(placed.values()), places
+
+
+def _place(term: Term, parameter: str, places: Mapping[str, int]) -> int:
+    own = f"{term.name}.{parameter}"
+    if own in places:
+        return places[own]
+    slot = term.slots.get(parameter, "")
+    if slot not in SLOT or term.kind != "algebraic":
+        raise IdentificationError(
+            f"{term.name} beside {next(iter(places)).partition('.')[0]}, a law without compiled slots: "
+            f"its {parameter} has no place of its own; give the law slots or leave {term.name} out"
+        )
+    return SLOT[slot]
 
 
 def _fix(base: Array, term: str, structure: Structure, specimen: Specimen) -> None:
@@ -173,9 +213,7 @@ def _typical(term: Term, size: float, speed: float) -> float:
 def _general(term: Term, scale: float, suffix: str) -> list[Coefficient]:
     """Unknowns of any other compiled term, its inner parameters included, named term.parameter."""
     if not term.slots:
-        raise IdentificationError(
-            f"term {term.name} has no place in the compiled integrator; output error cannot fit it: give it slots"
-        )
+        return _own_law(term, scale, suffix)
     out = []
     for slot, number in slot_values(term, 1e-3 * scale).items():
         parameter = next((p for p in term.parameters if term.slots[p.name] == slot), term.coefficient)
@@ -187,6 +225,23 @@ def _general(term: Term, scale: float, suffix: str) -> list[Coefficient]:
             Coefficient(
                 label + (suffix if per_mass else ""), parameter.unit + (" per kg" if per_mass else ""), numbered, 1.0,
                 number, parameter.lower, parameter.upper, size, term.name, per_mass,
+            )
+        )  # fmt: skip
+    return out
+
+
+def _own_law(term: Term, scale: float, suffix: str) -> list[Coefficient]:
+    """Unknowns of a law that the compiled integrator does not know: its coefficient and its inner parameters."""
+    out = []
+    for parameter in term.parameters:
+        leading = parameter is term.coefficient
+        value = 1e-3 * scale if leading else float(term.inner[parameter.name])
+        out.append(
+            Coefficient(
+                f"{term.name}_{parameter.name}" + (suffix if leading else ""),
+                parameter.unit + (" per kg" if leading and suffix else ""), f"{term.name}.{parameter.name}", 1.0, value,
+                parameter.lower, parameter.upper, scale if leading else max(abs(value), 1e-3), term.name,
+                leading and bool(suffix),
             )
         )  # fmt: skip
     return out

@@ -151,7 +151,8 @@ def _scatters(effects: Sequence[Effect]) -> tuple[Array, Array]:
         ratio = np.geomspace(float(ends[0]), float(ends[1]), LEVELS)
         axes.append(ratio)
         logs.append(-freedom * (np.log(ratio) + 0.5 / ratio**2))
-    grid = np.array(list(product(*axes)), dtype=np.float64).reshape(-1, len(effects))
+    rows = list(product(*axes))
+    grid = np.array(rows, dtype=np.float64).reshape(len(rows), len(effects))
     log_weight = np.array([sum(values) for values in product(*logs)], dtype=np.float64)
     return grid, np.exp(log_weight - np.max(log_weight))
 

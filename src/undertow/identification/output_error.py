@@ -16,6 +16,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from undertow.equation.general import general_trajectory, spring_force
 from undertow.equation.kernel import SLOT, integrate
 from undertow.equation.simulate import fastest_frequency
 from undertow.errors import IdentificationError
@@ -105,7 +106,8 @@ def _integrate(
 ) -> tuple[Array, Array, Array] | None:
     """The trajectory, or None where there is none: a search step that went too far, not an error."""
     try:
-        return trajectory(parameter_vector(trial, values), slots, times)
+        theta = parameter_vector(trial, values)
+        return general_trajectory(theta, trial.laws, slots, times) if trial.laws else trajectory(theta, slots, times)
     except IdentificationError:
         return None
 
@@ -180,6 +182,8 @@ def _one_channel(
         signal, rate = x + half_spread * a, v[:, 0]
     elif channel.quantity == "velocity":
         signal, rate = v, a[:, 0]
+    elif channel.quantity == "spring_force":
+        signal, rate = spring_force(parameter_vector(trial, values), slots, x + half_spread * a, v[:, 0])
     else:
         signal, rate = a, np.gradient(a[:, 0], trial.t)
     gain = 1.0 + (values[channel.gain] if channel.gain >= 0 else 0.0)

@@ -14,6 +14,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from undertow.conditioning.motion import Motion
+from undertow.equation.general import PlacedTerm
 from undertow.equation.kernel import SLOT
 from undertow.errors import IdentificationError
 from undertow.recording.recording import Array
@@ -69,7 +70,8 @@ class TrialProblem:
     """One trial: cell centres ``t`` (n,) s after the release, cell width, base parameter vector, links, channels.
 
     ``shift`` is the index of the unknown by which the trial's clock is late (s; -1: none); ``spread_s2`` the variance
-    of sample instants inside a cell, for comparing means with means.
+    of sample instants inside a cell, for comparing means with means. ``laws`` holds all terms where the compiled
+    integrator lacks one (equation/general.py), else nothing.
     """
 
     name: str
@@ -80,6 +82,7 @@ class TrialProblem:
     shift: int = -1
     spread_s2: float = 0.0
     period_s: float = 1.0
+    laws: tuple[PlacedTerm, ...] = ()
 
     @property
     def slots(self) -> np.ndarray:
@@ -105,7 +108,9 @@ class TrialOptions:
     """Which nuisances a trial brings along. Prior widths in SI; 0 leaves the nuisance out.
 
     ``rest_offset_std`` is the prior of the equilibrium (mu N / k and its own error), ``shift_std`` the release
-    instant's, ``channel_shift_std`` the accelerometer's clock against the potentiometer's.
+    instant's, ``channel_shift_std`` the accelerometer's clock against the potentiometer's. ``spring_force`` among the
+    ``channels`` takes the load cells in, with a gain and a clock of their own that all trials share: a load cell late
+    by tau cannot be told from k tau more damping, but for the release's edge, so that its clock needs its prior.
     """
 
     channels: tuple[str, ...] = ("displacement", "acceleration", "velocity")
@@ -116,6 +121,8 @@ class TrialOptions:
     channel_shift_std: float = 0.005
     displacement_gain_std: float = 0.0
     acceleration_gain_std: float = 0.0
+    force_gain_std: float = 0.005
+    force_shift_std: float = 0.005
     drift_std: float = 0.0
     end_s: float = math.inf
 
@@ -165,7 +172,14 @@ class ProblemBuilder:
             self._unknowns[name] = Unknown(name, float(start), lower, upper, prior_std, scale, unit)
         return list(self._unknowns).index(name)
 
-    def trial(self, motion: Motion, base: Array, links: tuple[Link, ...], options: TrialOptions) -> None:
+    def trial(
+        self,
+        motion: Motion,
+        base: Array,
+        links: tuple[Link, ...],
+        options: TrialOptions,
+        laws: tuple[PlacedTerm, ...] = (),
+    ) -> None:
         """Add a trial with its own nuisances: x0, v0, shift, rest offset, accelerometer bias."""
         period = dominant_period(motion)
         index, m = cells(motion, period, options.end_s)
@@ -185,7 +199,7 @@ class ProblemBuilder:
         self._trials.append(
             TrialProblem(
                 motion.name, t, np.array(base, dtype=np.float64), links + own, channels, shift,
-                dt * dt * (m * m - 1) / 12.0, period,
+                dt * dt * (m * m - 1) / 12.0, period, laws,
             )
         )  # fmt: skip
 
@@ -227,6 +241,11 @@ class ProblemBuilder:
             return Channel(quantity, values, sigma, offset, drift, shift, gain)
         spread = max(float(np.ptp(values)), 1e-9)
         offset = self.unknown(f"{quantity}_offset[{name}]", 0.0, prior_std=spread, scale=1e-2 * spread)
+        if quantity == "spring_force":
+            if options.force_gain_std > 0.0:
+                gain = self._small("spring_force_gain", options.force_gain_std)
+            if options.force_shift_std > 0.0:
+                shift = self._small("spring_force_shift_s", options.force_shift_std)
         if quantity == "acceleration":
             if options.channel_shift_std > 0.0:
                 shift = self._small(f"acceleration_shift_s[{name}]", options.channel_shift_std)

@@ -47,7 +47,11 @@ def weighted_mean(values: Array, noise: Array, between: float) -> tuple[float, f
     >>> weighted_mean(np.array([1.0, 3.0]), np.array([0.0, 0.0]), 1.0)
     (2.0, 0.7071067811865476)
     """
-    weights = 1.0 / np.maximum(noise**2 + between**2, np.finfo(float).tiny)
+    variance = noise**2 + between**2
+    exact = variance == 0.0
+    if np.any(exact):
+        return float(np.mean(values[exact])), 0.0
+    weights = 1.0 / variance
     return float(weights @ values / np.sum(weights)), 1.0 / math.sqrt(float(np.sum(weights)))
 
 
@@ -85,9 +89,13 @@ def scatter_between(groups: Sequence[tuple[Array, Array]]) -> Between:
 
 def mean_over(values: Array, noise: Array, between: Between) -> tuple[float, float]:
     """Mean of values (n,) with ``noise`` (n,) under a posterior of their scatter, and its standard error."""
-    pairs = np.array([weighted_mean(values, noise, float(s)) for s in between.values])
-    mean = float(between.weights @ pairs[:, 0])
-    return mean, as_stderr(mixture_half_width(mean, pairs[:, 0], pairs[:, 1], between.weights))
+    variance = noise[:, None] ** 2 + between.values**2
+    if np.any(variance == 0.0):
+        return weighted_mean(values, noise, 0.0)
+    total = np.sum(1.0 / variance, axis=0)
+    centres = values @ (1.0 / variance) / total
+    mean = float(between.weights @ centres)
+    return mean, as_stderr(mixture_half_width(mean, centres, 1.0 / np.sqrt(total), between.weights))
 
 
 def mean_of_trials(estimates: Sequence[Estimate], unit: str, source: str) -> Estimate:

@@ -1,0 +1,254 @@
+"""The slower path for laws that the compiled integrator does not know, so that a user's own Term can be fitted too.
+
+Integrated by DOP853 from reversal to reversal, together with the sensitivities of every wanted number: the laws' slopes
+by x, v and inner parameters come from differences of the laws themselves, taken on the side on which the body moves, so
+that nothing jumps inside a stretch. At a reversal the sensitivity of v is multiplied by a+ / a-, or ends where the body
+sticks; a body at rest stays at rest, which holds for laws without a clock of their own.
+
+Belongs here: that integration, and the force in a spring that load cells see. Does not belong here: laws (structure.py
+and its neighbours), the compiled integrator (kernel.py), fits.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+from scipy.integrate import solve_ivp
+
+from undertow.equation.kernel import SLOT
+from undertow.equation.term import Array, Term
+from undertow.errors import IdentificationError
+
+RELATIVE_TOLERANCE = 1e-8
+"""Of DOP853: the motion is then right to some 1e-7 of x0, far below any sensor."""
+
+DIFFERENCE = 1e-6
+"""Step of the laws' slopes, relative to the motion's size: second-order differences are then right to 1e-9 or so."""
+
+STANDSTILL = 1e-9
+"""Speed, relative to the motion's, at which a law is asked which way it pushes a body at rest."""
+
+UNCONTROLLED = 1e300
+"""Absolute tolerance of what does not decide the step."""
+
+MOST_REVERSALS = 100_000
+"""A motion that turns more often is not one: a law that feeds it."""
+
+
+Samples = tuple[Array, Array, Array]
+"""x, v, a, each (n, 1 + p)."""
+
+
+@dataclass(frozen=True)
+class PlacedTerm:
+    """A term and where its parameters stand in the parameter vector: coefficient first, then the inner ones.
+
+    A law without compiled slots has its places behind the compiled integrator's own.
+    """
+
+    term: Term
+    places: tuple[int, ...]
+
+
+@dataclass(frozen=True)
+class _Motion:
+    """The equation at one parameter vector: sizes for differences, and the wanted derivatives."""
+
+    theta: Array
+    laws: tuple[PlacedTerm, ...]
+    active: tuple[int, ...]
+    size: float
+    speed: float
+
+    def slopes(self, t: Array, x: Array, v: Array, side: float) -> tuple[Array, Array, Array, Array]:
+        """a (n,), its derivatives by x and by v (n,), and by the active numbers (n, p), moving to ``side`` (+1, -1)."""
+        mass = self.theta[SLOT["mass"]]
+        dx, dv = DIFFERENCE * self.size, DIFFERENCE * self.speed
+        count = x.size
+        here = x - self.theta[SLOT["xe"]]
+        moving = side * np.maximum(v * side, STANDSTILL * self.speed)
+        xs = np.concatenate([here, here + dx, here - dx, here, here])
+        vs = np.concatenate([moving, moving, moving, moving + side * dv, moving + side * 2.0 * dv])
+        still, times = np.zeros(5 * count), np.tile(t, 5)
+        total = np.zeros(5 * count)
+        by: dict[int, Array] = {}
+        for law in self.laws:
+            coefficient, term = self._at(law)
+            force = np.asarray(term.force(xs, vs, still, times), dtype=np.float64)
+            total += coefficient * force
+            by[law.places[0]] = by.get(law.places[0], 0.0) - force[:count] / mass
+            for place, parameter in zip(law.places[1:], law.term.parameters[1:], strict=True):
+                if place in self.active:
+                    by[place] = -coefficient * _by_inner(term, parameter.name, here, moving, t) / mass
+        f = total.reshape(5, count)
+        a = -f[0] / mass
+        ax = -(f[1] - f[2]) / (2.0 * dx) / mass
+        av = -side * (-3.0 * f[0] + 4.0 * f[3] - f[4]) / (2.0 * dv) / mass
+        by |= {SLOT["mass"]: -a / mass, SLOT["xe"]: -ax}
+        zero = np.zeros(count)
+        columns = [by.get(place, zero) for place in self.active]
+        return a, ax, av, np.column_stack(columns) if columns else np.zeros((count, 0))
+
+    def _at(self, law: PlacedTerm) -> tuple[float, Term]:
+        """Coefficient, and the term with its inner parameters, at the parameter vector."""
+        inner = {
+            p.name: float(self.theta[place]) for p, place in zip(law.term.parameters[1:], law.places[1:], strict=True)
+        }
+        return float(self.theta[law.places[0]]), replace(law.term, **inner) if inner else law.term
+
+
+def _by_inner(term: Term, name: str, x: Array, v: Array, t: Array) -> Array:
+    """Derivative (n,) of a law's force per unit coefficient by an inner parameter."""
+    value = float(getattr(term, name))
+    step = DIFFERENCE * max(abs(value), 1e-3)
+    up, down = (replace(term, **{name: value + sign * step}) for sign in (1.0, -1.0))
+    still = np.zeros(x.size)
+    return np.asarray((up.force(x, v, still, t) - down.force(x, v, still, t)) / (2.0 * step), dtype=np.float64)
+
+
+def general_trajectory(
+    theta: Array, laws: Sequence[PlacedTerm], active: np.ndarray, times: Array
+) -> tuple[Array, Array, Array]:
+    """x, v, a, each (n, 1 + p), at ``times`` (n,), s, rising: the motion and its derivatives by ``active`` (p,) places.
+
+    ``theta`` is the parameter vector of the compiled integrator, longer where laws have no slots there; all forces come
+    from ``laws``. Raises IdentificationError where the mass is not positive, a law has memory, or the motion leaves
+    every bound.
+    """
+    mass = float(theta[SLOT["mass"]])
+    if not mass > 0.0 or not np.all(np.isfinite(theta)):
+        raise IdentificationError(f"a trajectory needs a positive total mass and finite parameters, got {mass:g} kg")
+    memory = [law.term.name for law in laws if law.term.kind == "memory"]
+    if memory:
+        raise IdentificationError(
+            f"{', '.join(memory)} beside a law without compiled slots cannot be integrated; give the law slots or take "
+            "the hidden state out"
+        )
+    motion = _sized(theta, tuple(laws), tuple(int(place) for place in active), times)
+    return _march(motion, np.asarray(times, dtype=np.float64))
+
+
+def _sized(theta: Array, laws: tuple[PlacedTerm, ...], active: tuple[int, ...], times: Array) -> _Motion:
+    """The motion's size and speed, from its start and the acceleration there."""
+    x0, v0 = float(theta[SLOT["x0"]]), float(theta[SLOT["v0"]])
+    rough = max(abs(x0 - float(theta[SLOT["xe"]])), abs(v0) * 0.1, 1e-9)
+    first = _Motion(theta, laws, active, rough, rough)
+    push = abs(float(first.slopes(np.zeros(1), np.array([x0]), np.array([v0]), -math.copysign(1.0, x0))[0][0]))
+    speed = max(abs(v0), math.sqrt(push * rough), rough / max(float(times[-1]), 1e-9))
+    return _Motion(theta, laws, active, rough, speed)
+
+
+def _march(motion: _Motion, times: Array) -> tuple[Array, Array, Array]:
+    """From reversal to reversal up to the last of ``times``."""
+    columns = 1 + len(motion.active)
+    state = np.zeros((2, columns))
+    for row, slot in enumerate(("x0", "v0")):
+        state[row, 0] = motion.theta[SLOT[slot]]
+        if SLOT[slot] in motion.active:
+            state[row, 1 + motion.active.index(SLOT[slot])] = 1.0
+    x, v, a = (np.zeros((times.size, columns)) for _ in range(3))
+    t, end = 0.0, float(times[-1])
+    side = float(np.sign(state[1, 0])) or _leaves(motion, t, state[0, 0])
+    for _ in range(MOST_REVERSALS):
+        here = times >= t
+        if side == 0.0:
+            x[here], v[here], a[here] = state[0], 0.0, 0.0
+            return x, v, a
+        t, state, before = _stretch(motion, (t, end), state, side, times, (x, v, a))
+        if t >= end:
+            return x, v, a
+        turned = _leaves(motion, t, state[0, 0])
+        after = motion.slopes(np.array([t]), state[0, :1], np.zeros(1), turned)[0][0] if turned else 0.0
+        state[1] *= after / before if before else 0.0
+        state[1, 0] = 0.0
+        side = turned
+    raise IdentificationError(f"the motion turns more than {MOST_REVERSALS} times; a coefficient has the wrong sign")
+
+
+def _leaves(motion: _Motion, t: float, x: float) -> float:
+    """Direction in which a body at rest starts to move, 0 where it sticks."""
+    at = np.array([t]), np.array([x]), np.zeros(1)
+    for side in (1.0, -1.0):
+        if motion.slopes(*at, side)[0][0] * side > 0.0:
+            return side
+    return 0.0
+
+
+def _stretch(
+    motion: _Motion, span: tuple[float, float], state: Array, side: float, times: Array, out: Samples
+) -> tuple[float, Array, float]:
+    """One stretch to its reversal or the end: fills samples; gives its last instant, and state and acceleration there.
+
+    Steps follow the motion's own error; its derivatives are as smooth and need no other ones.
+    """
+    shape = state.shape
+    started = abs(state[1, 0]) <= STANDSTILL * motion.speed
+
+    def slope(t: float, flat: Array) -> Array:
+        y = flat.reshape(shape)
+        a, ax, av, by = motion.slopes(np.array([t]), y[0, :1], y[1, :1], side)
+        rate = np.empty(shape)
+        rate[0] = y[1]
+        rate[1, 0] = a[0]
+        rate[1, 1:] = ax[0] * y[0, 1:] + av[0] * y[1, 1:] + by[0]
+        return rate.ravel()
+
+    def reversal(t: float, flat: Array) -> float:
+        return float(flat[shape[1]]) * side + (STANDSTILL * motion.speed if started and t == span[0] else 0.0)
+
+    reversal.terminal, reversal.direction = True, -1  # type: ignore[attr-defined]
+    tolerance = np.full(shape, UNCONTROLLED)
+    tolerance[:, 0] = RELATIVE_TOLERANCE * np.array([motion.size, motion.speed])
+    piece = solve_ivp(
+        slope, span, state.ravel(), "DOP853", events=reversal, dense_output=True, rtol=RELATIVE_TOLERANCE,
+        atol=tolerance.ravel(),
+    )  # fmt: skip
+    last = piece.y[:, -1].reshape(shape)
+    if not np.all(np.isfinite(last)) or piece.status < 0:
+        raise IdentificationError(f"the motion leaves every bound at {piece.t[-1]:.3g} s; a coefficient is wrong")
+    stop = float(piece.t[-1])
+    _fill(motion, times, (span[0], stop), piece.sol, side, out)
+    before = motion.slopes(np.array([stop]), last[0, :1], np.zeros(1), side)[0][0]
+    return stop, last, float(before)
+
+
+def _fill(
+    motion: _Motion, times: Array, span: tuple[float, float], dense: Callable[[Array], Array], side: float, out: Samples
+) -> None:
+    """Samples of one stretch."""
+    x, v, a = out
+    here = (times >= span[0]) & (times <= span[1])
+    if not np.any(here):
+        return
+    y = dense(times[here]).reshape(2, x.shape[1], -1).transpose(0, 2, 1)
+    x[here], v[here] = y
+    level, ax, av, by = motion.slopes(times[here], y[0, :, 0], y[1, :, 0], side)
+    a[here, 0] = level
+    a[here, 1:] = ax[:, None] * y[0, :, 1:] + av[:, None] * y[1, :, 1:] + by
+
+
+def spring_force(theta: Array, slots: np.ndarray, x: Array, v: Array) -> tuple[Array, Array]:
+    """Force in the springs (n, 1 + p) with its derivatives by ``slots`` (p,), and its rate of change (n,), N and N/s.
+
+    K(x - x_e) = k x + k_2 x^2 + k_a x|x| + k_3 x^3 + k_5 x^5: what load cells in the springs see. ``x`` (n, 1 + p) is
+    the displacement with its derivatives, ``v`` (n,) the velocity.
+    """
+    here = x[:, 0] - theta[SLOT["xe"]]
+    powers = {
+        "k1": (here, np.ones(here.size)), "k2": (here**2, 2.0 * here), "ka": (here * np.abs(here), 2.0 * np.abs(here)),
+        "k3": (here**3, 3.0 * here**2), "k5": (here**5, 5.0 * here**4),
+    }  # fmt: skip
+    rate = sum((theta[SLOT[name]] * slope for name, (_, slope) in powers.items()), np.zeros(here.size))
+    force = np.empty(x.shape)
+    force[:, 0] = sum((theta[SLOT[name]] * law for name, (law, _) in powers.items()), np.zeros(here.size))
+    force[:, 1:] = rate[:, None] * x[:, 1:]
+    for column, slot in enumerate(slots.tolist(), start=1):
+        for name, (law, _) in powers.items():
+            if slot == SLOT[name]:
+                force[:, column] += law
+        if slot == SLOT["xe"]:
+            force[:, column] -= rate
+    return force, rate * v

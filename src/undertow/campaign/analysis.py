@@ -12,6 +12,7 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 from undertow.conditioning.motion import Motion
+from undertow.discrepancy.drifts import amplitude_drifts
 from undertow.discrepancy.findings import GroupFindings, TrialFindings
 from undertow.discrepancy.locate import locate
 from undertow.discrepancy.shares import with_shares
@@ -89,8 +90,13 @@ def analyse(task: GroupTask, progress: Callable[[str], None] = lambda _: None) -
     equation = baseline.equation()
     return GroupFindings(
         task.key, task.dry, trials, task.specimen, task.structure, fits, equation, baseline.equation_errors(),
-        _verdict(task, trials, baseline), task.anchor.doubts + _assumed(task),
+        _verdict(task, trials, baseline), task.anchor.doubts + _assumed(task) + _drifts(task, trials),
     )  # fmt: skip
+
+
+def _drifts(task: GroupTask, trials: Sequence[TrialFindings]) -> tuple[str, ...]:
+    """Parameters of single trials that go with amplitude, in words."""
+    return tuple(drift.sentence for drift in amplitude_drifts(trials, group_title(task.key)))
 
 
 def _assumed(task: GroupTask) -> tuple[str, ...]:

@@ -113,7 +113,7 @@ def _configured(simulation: Path, recording: Path, config_path: Path) -> Pair:
         try:
             read = read_trial(one, motion_only)
             if read.time.size < FEWEST_SAMPLES:
-                raise RecordingError(f"{read.time.size} samples; a release and its decay need {FEWEST_SAMPLES} and more")
+                raise RecordingError(f"{read.time.size} samples; a release and its decay need {FEWEST_SAMPLES}")
             motion = condition(read, start_s=one.window.start_s, end_s=one.window.end_s)
         except RecordingError as reason:
             raise RecordingError(f"{what} {one.path}: {reason}") from reason

@@ -22,6 +22,7 @@ from undertow.campaign.settings import EverySettings, LargestSettings
 from undertow.campaign.workers import Progress, on_processes, silent
 from undertow.conditioning.condition import condition
 from undertow.conditioning.motion import Motion
+from undertow.discrepancy.drifts import group_drifts
 from undertow.discrepancy.findings import FailedTrial, Findings, GroupFindings
 from undertow.discrepancy.words import count
 from undertow.equation.term import Term
@@ -102,7 +103,7 @@ def run(
         found = judged(config, kept, found, jobs, progress)
     return Findings(
         config.name, tuple(found), failed, tuple(config.identify), config.equation.coordinate, clock.seconds,
-        _across(found), _notes(read),
+        _across(found), (*_notes(read), *(d.sentence for d in group_drifts(found, config.trials.dry or {}))),
     )  # fmt: skip
 
 

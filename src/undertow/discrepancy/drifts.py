@@ -1,0 +1,156 @@
+"""Parameters that drift although they should not: with amplitude, from spring to spring, from level to level.
+
+A law's numbers are constants. Where fits of single trials give one that goes with the release's amplitude, or where two
+springs in the same water give two added masses, the equation bends a number to stand for something it has not.
+
+Belongs here: finding such drifts and saying them. Does not belong here: what makes them (diagnose.py).
+"""
+
+from __future__ import annotations
+
+import itertools
+import math
+from collections.abc import Collection, Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.stats import t as student
+
+from undertow.discrepancy.findings import GroupFindings, TrialFindings
+from undertow.discrepancy.words import condition_words
+from undertow.equation.term import Array
+from undertow.quantities import OK, Estimate
+from undertow.recording.recording import Condition
+
+METHOD = "output_error"
+"""The method whose numbers are compared: it has the smallest errors, and says when it has none."""
+
+FALSE_ALARM = 0.01
+"""Chance that one of a group's parameters is said to drift where none does."""
+
+FEWEST_TRIALS = 4
+"""Trials a straight line against amplitude needs to have two degrees of freedom."""
+
+WATER = ("added_mass_kg", "drag_coefficient", "drag_Ns2_per_m2")
+"""Parameters of the water: the same for all springs at one level."""
+
+STRUCTURE = ("k_N_per_m", "c_Ns_per_m", "mu", "friction_N")
+"""Parameters of the structure: the same at all levels on one spring."""
+
+
+@dataclass(frozen=True)
+class Drift:
+    """One parameter that is no constant: its name, along what ("amplitude" or a condition), how probable such a drift
+    is by chance, and the sentence."""
+
+    parameter: str
+    along: str
+    chance: float
+    sentence: str
+
+
+def amplitude_drifts(trials: Sequence[TrialFindings], label: str) -> tuple[Drift, ...]:
+    """Parameters of single trials' fits that go with the logarithm of the release amplitude.
+
+    A straight line, each trial weighed by its own error and by the scatter that the line leaves; Student's t with n - 2
+    degrees of freedom, the chance shared among the parameters. Empty below four trials.
+    """
+    table: dict[str, list[tuple[float, Estimate]]] = {}
+    for trial in trials:
+        fit = trial.fits.get(METHOD)
+        for name, estimate in (fit.parameters if fit is not None else {}).items():
+            if estimate.outcome == OK and math.isfinite(estimate.stderr) and estimate.stderr > 0.0:
+                table.setdefault(name, []).append((math.log(trial.motion.amplitude), estimate))
+    found = []
+    known = {name: rows for name, rows in table.items() if len(rows) >= FEWEST_TRIALS}
+    for name, rows in known.items():
+        size = np.array([s for s, _ in rows])
+        values, errors = (np.array([getattr(e, what) for _, e in rows]) for what in ("value", "stderr"))
+        if float(np.ptp(size)) <= 0.0:
+            continue
+        low, high, chance = _line(size, values, errors)
+        if chance < FALSE_ALARM / len(known):
+            unit = rows[0][1].unit
+            small, large = (1e3 * math.exp(s) for s in (size.min(), size.max()))
+            found.append(
+                Drift(
+                    name, "amplitude", chance,
+                    f"{label}: {name} goes with amplitude, from {low:.3g} at {small:.3g} mm to {high:.3g} {unit} at "
+                    f"{large:.3g} mm (chance {chance:.1g}); a constant does not",
+                )
+            )  # fmt: skip
+    return tuple(found)
+
+
+def _line(size: Array, values: Array, errors: Array) -> tuple[float, float, float]:
+    """Values of the straight line at the smallest and largest size, and the chance of such a slope without one."""
+    extra = 0.0
+    columns = np.column_stack([np.ones(size.size), size - size.mean()])
+    freedom = size.size - 2
+    for _ in range(50):
+        weights = 1.0 / (errors**2 + extra)
+        normal = columns.T @ (weights[:, None] * columns)
+        line = np.linalg.solve(normal, columns.T @ (weights * values))
+        excess = float(np.sum(weights * (values - columns @ line) ** 2)) / freedom
+        if excess <= 1.0 + 1e-3:
+            break
+        extra = (float(np.mean(errors**2)) + extra) * excess - float(np.mean(errors**2))
+    error = math.sqrt(float(np.linalg.inv(normal)[1, 1]))
+    chance = float(2.0 * student.sf(abs(float(line[1])) / error, freedom))
+    ends = (columns @ line)[[int(np.argmin(size)), int(np.argmax(size))]]
+    return float(ends[0]), float(ends[1]), chance
+
+
+def group_drifts(groups: Sequence[GroupFindings], water: Collection[str]) -> tuple[Drift, ...]:
+    """Parameters of groups' fits that differ where they should not.
+
+    ``water`` names the conditions that are the water's (the config's ``dry`` keys): what belongs to the water must not
+    differ between springs at one level, what belongs to the structure not between levels on one spring. Pairs of
+    groups are compared by their errors; the chance is shared among the pairs.
+    """
+    pairs = []
+    for one, other in itertools.combinations([g for g in groups if not g.dry], 2):
+        differing = {name for name in one.key if one.key[name] != other.key.get(name)}
+        names = WATER if differing and not differing & set(water) else STRUCTURE
+        if differing and (differing <= set(water) or not differing & set(water)):
+            pairs += [(one, other, differing, name) for name in names]
+    compared = [(p, e) for p in pairs if (e := _both(p[0], p[1], p[3])) is not None]
+    found = []
+    for (one, other, differing, name), (first, second) in compared:
+        away = abs(first.value - second.value) / math.hypot(first.total_stderr, second.total_stderr)
+        chance = math.erfc(away / math.sqrt(2.0))
+        if chance < FALSE_ALARM / len(compared):
+            where = " and ".join(sorted(differing))
+            found.append(Drift(name, where, chance, _pair_sentence(name, one.key, other.key, differing, first, second)))
+    return tuple(found)
+
+
+def _both(one: GroupFindings, other: GroupFindings, name: str) -> tuple[Estimate, Estimate] | None:
+    """A parameter as both groups' own fits have it, with errors; None where one has not, or only holds it fixed."""
+    estimates = []
+    for group in (one, other):
+        found = group.fits[METHOD].parameters.get(name) if METHOD in group.fits else None
+        held = group.structure is not None and name in STRUCTURE
+        if found is None or held or found.outcome != OK or not found.total_stderr > 0.0:
+            return None
+        estimates.append(found)
+    return estimates[0], estimates[1]
+
+
+def _pair_sentence(
+    name: str,
+    one: Mapping[str, Condition],
+    other: Mapping[str, Condition],
+    differing: Collection[str],
+    first: Estimate,
+    second: Estimate,
+) -> str:
+    def words(key: Mapping[str, Condition], names: Collection[str]) -> str:
+        return ", ".join(condition_words(n, key[n]) for n in key if n in names)
+
+    common = words(one, [n for n in one if n not in differing])
+    place = f"{common}: " if common else ""
+    why = "water has one" if name in WATER else "a structure has one"
+    return (
+        f"{place}{name} is {first} with {words(one, differing)}, but {second} with {words(other, differing)}; {why}"
+    )

@@ -1,0 +1,81 @@
+"""Numbers that should be constants: a planted drift is said with both ends, and scatter alone hardly ever is."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from tests.findings_fixture import small_findings
+from undertow.discrepancy.drifts import FALSE_ALARM, amplitude_drifts, group_drifts
+from undertow.discrepancy.findings import GroupFindings, TrialFindings
+from undertow.identification.fit import Fit
+from undertow.quantities import Estimate
+
+WATER = ("water_depth_m",)
+
+
+def wet_group() -> GroupFindings:
+    return next(g for g in small_findings().groups if not g.dry)
+
+
+def trials_with(values: np.ndarray, amplitudes: np.ndarray, error: float) -> list[TrialFindings]:
+    """Trials whose fits say these damping coefficients at these amplitudes."""
+    model = wet_group().trials[0]
+    out = []
+    for value, amplitude in zip(values, amplitudes, strict=True):
+        numbers = {"c_Ns_per_m": Estimate(float(value), error, unit="N s/m")}
+        motion = replace(model.motion, amplitude=float(amplitude))
+        out.append(replace(model, motion=motion, fits={"output_error": Fit("output_error", ("r",), {}, numbers)}))
+    return out
+
+
+AMPLITUDES = np.geomspace(0.01, 0.1, 6)
+
+
+def test_damping_that_doubles_with_amplitude_is_said_with_both_ends():
+    values = 500.0 + 500.0 * np.log10(AMPLITUDES / 0.01)
+    found = amplitude_drifts(trials_with(values, AMPLITUDES, 20.0), "spring long")
+    assert [d.parameter for d in found] == ["c_Ns_per_m"]
+    assert found[0].chance < 1e-3
+    assert "from 500 at 10 mm to 1e+03 N s/m at 100 mm" in found[0].sentence
+
+
+def test_scatter_alone_drifts_no_more_often_than_stated():
+    rng = np.random.default_rng(1)
+    alarms = sum(
+        bool(amplitude_drifts(trials_with(500.0 + 120.0 * rng.standard_normal(6), AMPLITUDES, 20.0), ""))
+        for _ in range(400)
+    )
+    assert alarms <= 12  # 4 expected at one in a hundred; three standard deviations above
+
+
+def test_three_trials_are_too_few_for_a_drift():
+    values = np.array([500.0, 800.0, 1100.0])
+    assert amplitude_drifts(trials_with(values, AMPLITUDES[:3], 1.0), "") == ()
+
+
+def with_added_mass(group: GroupFindings, spring: str, value: float, error: float) -> GroupFindings:
+    fit = Fit("output_error", ("r",), {}, {"added_mass_kg": Estimate(value, error, unit="kg")})
+    return replace(group, key={"spring": spring, "water_depth_m": 2.36}, fits={"output_error": fit})
+
+
+@pytest.mark.parametrize(("other", "said"), [(-80.0, True), (905.0, False)])
+def test_added_mass_is_one_for_both_springs_of_a_level_or_it_is_said(other, said):
+    group = wet_group()
+    pair = [with_added_mass(group, "long", 903.0, 12.0), with_added_mass(group, "short", other, 15.0)]
+    found = group_drifts(pair, WATER)
+    assert bool(found) is said
+    if said:
+        assert found[0].along == "spring"
+        assert found[0].chance < FALSE_ALARM
+        assert "water depth 2.36 m: added_mass_kg is 903" in found[0].sentence
+        assert "-80" in found[0].sentence
+
+
+def test_added_mass_may_differ_from_level_to_level():
+    group = wet_group()
+    one = with_added_mass(group, "long", 903.0, 12.0)
+    other = replace(with_added_mass(group, "long", 100.0, 12.0), key={"spring": "long", "water_depth_m": 2.22})
+    assert group_drifts([one, other], WATER) == ()

@@ -162,7 +162,7 @@ class HiddenStateLibrary(BaseFeatureLibrary):  # type: ignore[misc]
             unit = np.linspace(-1.0, 1.0, values.shape[0])
             polynomials = np.polynomial.legendre.legvander(unit, self.drift_order)
             out[:, len(self.terms) + place :: self.n_trajectories_] = polynomials
-        return AxesArray(out, {"ax_sample": 0, "ax_coord": 1})
+        return AxesArray(out, getattr(states, "axes", {"ax_time": 0, "ax_coord": 1}))
 
     def get_feature_names(self, input_features: Sequence[str] | None = None) -> list[str]:
         """Names of the columns; those of the states are not used."""

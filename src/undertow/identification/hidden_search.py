@@ -50,8 +50,9 @@ RIVALS: tuple[Term, ...] = (
 )  # fmt: skip
 """Static laws and memories without a beat that an oscillator must not stand in for."""
 
-TEST_PERIODS = 0.25
-"""Length of the test functions in periods: short enough that the rivals' harmonics speak, noise averaged fourfold."""
+TEST_PERIODS = 0.125
+"""Length of the test functions in periods: short, so that the rivals' harmonics speak too, as where terms are told
+apart."""
 
 DRIFT_ORDER = 4
 """Slow drift taken off each trial: a polynomial of one more turn than a regression of the body alone takes."""
@@ -86,7 +87,7 @@ class HiddenOscillator:
     """A hidden oscillator as the regression sees it.
 
     ``w`` natural frequency with the body held, rad/s; ``zeta`` damping ratio; ``ratio`` its mass over the inertia that
-    moves with the body, with ``ratio_stderr``; ``trial_ratios`` the same from each trial alone, at this w and zeta.
+    moves with the body, with ``ratio_stderr``; ``trial_ratios`` the same in each trial, everything else shared.
     """
 
     w: float
@@ -155,7 +156,7 @@ def find_hidden(
 
     ``terms`` is the equation without hidden states, ``rivals`` what is offered beside it; ``most`` ends the search.
     ``seeds`` are further starts (w in rad/s, zeta), e.g. from `hidden_modes`. An oscillator is kept where its mass is
-    positive, below the body's own, in every trial alone too, and exceeds its standard error ``critical_t`` times;
+    positive, also in every trial, below the body's own, and exceeds its standard error ``critical_t`` times;
     those found before must remain so.
 
     Raises IdentificationError without trials, for ``most`` below 1, and as `build_design` does.
@@ -177,7 +178,7 @@ def find_hidden(
         steps.append(_weigh(rows, found, beside_rivals, scan, critical_t))
         if steps[-1].kept:
             found = steps[-1].oscillators
-        elif len(steps) > 1 and not steps[-2].kept:
+        elif found or len(steps) > 1:
             break
     judged, stiffness, n_effective = _judge(rows, np.array([[o.w, o.zeta] for o in found]).reshape(-1, 2))
     ordered = tuple(sorted(judged, key=lambda one: -one.ratio))
@@ -253,7 +254,7 @@ def _unsound(judged: tuple[HiddenOscillator, ...], bounds: tuple[Array, Array]) 
         if not 0.0 < one.ratio < 1.0:
             return f"the mass ratio {one.ratio:.3g} at {one.w:.4g} rad/s is not between 0 and 1"
         if min(one.trial_ratios) <= 0.0:
-            return f"a trial alone gives the mass ratio {min(one.trial_ratios):.3g} at {one.w:.4g} rad/s"
+            return f"a trial has the mass ratio {min(one.trial_ratios):.3g} at {one.w:.4g} rad/s"
         if not bounds[0][0] * (1.0 + AT_BOUND) < one.w < bounds[1][0] * (1.0 - AT_BOUND):
             return f"a frequency ran to the bound {one.w:.4g} rad/s"
         if one.zeta > bounds[1][1] * (1.0 - AT_BOUND):
@@ -292,7 +293,7 @@ def _peaks(grid: Array, gain: Array) -> list[Oscillator]:
 def _judge(rows: HiddenRows, inner: Array) -> tuple[tuple[HiddenOscillator, ...], float, float]:
     """Masses with standard errors under the residual's own correlation, k / M, and effective samples.
 
-    Each trial's own ratio comes from its rows alone, with the same terms, rivals and drifts.
+    Each trial's own ratio comes from the same regression with the oscillator's column split by trials.
     """
     design, count = rows.design, len(inner)
     fixed = rows.fixed(rivals=True)
@@ -320,12 +321,9 @@ def _judge(rows: HiddenRows, inner: Array) -> tuple[tuple[HiddenOscillator, ...]
 
 
 def _each_trial(design: Design, stacked: Array, place: int) -> tuple[float, ...]:
-    """The coefficient of one column from each trial's rows alone."""
-    ratios = []
-    for trial in range(len(design.trials)):
-        part = stacked[design.trial == trial]
-        used = np.linalg.norm(part, axis=0) > 0.0
-        theta = np.zeros(stacked.shape[1])
-        theta[used] = np.linalg.lstsq(part[:, used], design.response[design.trial == trial], rcond=None)[0]
-        ratios.append(float(theta[place]))
-    return tuple(ratios)
+    """The coefficient of one column in each trial, all other coefficients being those of all trials together."""
+    own = np.zeros((design.response.size, len(design.trials)))
+    own[np.arange(design.response.size), design.trial] = stacked[:, place]
+    split = np.hstack([np.delete(stacked, place, axis=1), own])
+    theta = np.linalg.lstsq(split, design.response, rcond=None)[0]
+    return tuple(float(value) for value in theta[-len(design.trials) :])

@@ -89,7 +89,7 @@ class Found:
         return tuple(sorted({int(self.book.owner[self.offered[column]]) for column in candidate.columns}))
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class _Visit:
     polished: Polished
     linear: Linear
@@ -127,7 +127,7 @@ def walk_on(trials: Sequence[Cells], book: Laws, here: Polished, rules: Rules) -
             here = polish(trials, book, wanted, start, here.own)
         except IdentificationError:  # the linear picture led out of every motion: stay with what was seen
             break
-    return _best_of(trials, book, visits)
+    return _best_of(trials, book, visits, rules)
 
 
 def _inside(book: Laws, values: Array, before: Array) -> Array:
@@ -145,19 +145,33 @@ def _with_inner(book: Laws, visit: _Visit, values: Array) -> Array:
     return values
 
 
-def _best_of(trials: Sequence[Cells], book: Laws, visits: Sequence[_Visit]) -> Found:
+def _best_of(trials: Sequence[Cells], book: Laws, visits: Sequence[_Visit], rules: Rules) -> Found:
     rows = sum(seen.values.size for trial in trials for seen in trial.channels)
+    allowed = [visit for visit in visits if _obeys(visit.polished.chosen, rules)]
+    if not allowed:
+        seen = [tuple(book.terms[index].name for index in visit.polished.chosen) for visit in visits]
+        raise IdentificationError(
+            f"none of the {len(visits)} subsets visited obeys the groups together {rules.together} and exclusive "
+            f"{rules.exclusive}: {seen}; loosen a group"
+        )
     fullest = min(visits, key=lambda visit: visit.polished.cost)
     n_effective = float(fullest.optimizer.n_effective_[0])
     widening, penalty = rows / n_effective, penalty_of(n_effective, len(book.terms))
     criteria = [
         visit.polished.cost / widening + penalty * len(book.columns(visit.polished.chosen)) for visit in visits
     ]
-    best = visits[int(np.argmin(criteria))]
+    best = min(allowed, key=lambda visit: criteria[visits.index(visit)])
     return Found(
-        book, tuple(trials), best.polished, best.linear, best.offered, best.optimizer, float(min(criteria)), widening,
-        penalty, tuple((visit.polished.chosen, value) for visit, value in zip(visits, criteria, strict=True)),
+        book, tuple(trials), best.polished, best.linear, best.offered, best.optimizer,
+        float(criteria[visits.index(best)]), widening, penalty,
+        tuple((visit.polished.chosen, value) for visit, value in zip(visits, criteria, strict=True)),
     )  # fmt: skip
+
+
+def _obeys(chosen: Sequence[int], rules: Rules) -> bool:
+    inside = set(chosen)
+    whole = all(len(inside & set(group)) in (0, len(set(group))) for group in rules.together)
+    return whole and all(len(inside & set(group)) <= 1 for group in rules.exclusive)
 
 
 def penalty_of(n_effective: float, columns: int) -> float:

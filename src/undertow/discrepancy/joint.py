@@ -11,7 +11,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
@@ -41,13 +41,17 @@ SETTLED = 0.2
 
 @dataclass(frozen=True)
 class Member:
-    """One group in a level: its spring's label, its model, its training trials, its options."""
+    """One group in a level: its spring's label, its model, its training trials, its options.
+
+    ``allowed`` is the group's repeatability (nrmse): the unit in which its free runs' errors are counted.
+    """
 
     label: str
     model: GroupModel
     motions: tuple[Motion, ...]
     options: TrialOptions
     free_start: bool = False
+    allowed: float = 1.0
 
 
 @dataclass(frozen=True)
@@ -96,10 +100,16 @@ class JointFit:
     criterion: float
     memory: float
     shared_water: bool = True
+    misfits: Mapping[str, float] = field(default_factory=dict)
 
     def value(self, name: str) -> float:
         """Value of an unknown by its full name."""
         return self.solution.value(name)
+
+    @property
+    def values(self) -> dict[str, float]:
+        """Values of all unknowns by name."""
+        return dict(zip(self.solution.problem.names, self.solution.values.tolist(), strict=True))
 
 
 def make_level(members: Sequence[Member]) -> Level:
@@ -115,6 +125,11 @@ def make_level(members: Sequence[Member]) -> Level:
     rate = rates[loudest]
     scales = Scales(mass, rate, speeds[loudest], motions[loudest].amplitude, min(rates), max(rates))
     return Level(tuple(members), scales)
+
+
+def member_rate(member: Member) -> float:
+    """Median angular rate at which a group's trials swing, rad/s."""
+    return 2.0 * math.pi / float(np.median([dominant_period(m) for m in member.motions]))
 
 
 def build(level: Level, addends: Sequence[Addend]) -> Problem:
@@ -186,9 +201,16 @@ def structure_links(builder: ProblemBuilder, member: Member, trial: str) -> list
 
 
 def free_run_error(level: Level, fit: JointFit) -> float:
-    """RMS over training trials of the free run's nrmse, k, c, mu at their dry values (x0, clock, rest adjusted)."""
+    """RMS over training trials of the free run's nrmse in units of its group's repeatability.
+
+    k, c, mu stand at their dry values; x0, clock and rest are adjusted to each trial.
+    """
     squares = [
-        free_run(motion, shared_theta(level, member, fit, motion.name), member.options.rest_offset_std).nrmse ** 2
+        (
+            free_run(motion, shared_theta(level, member, fit, motion.name), member.options.rest_offset_std).nrmse
+            / member.allowed
+        )
+        ** 2
         for member in level.members
         for motion in member.motions
     ]
@@ -197,7 +219,7 @@ def free_run_error(level: Level, fit: JointFit) -> float:
 
 def shared_theta(level: Level, member: Member, fit: JointFit, trial: str) -> Array:
     """Parameter vector of one trial from what all trials share: no deviations of this trial or of the dry means."""
-    known = dict(zip(fit.solution.problem.names, fit.solution.values.tolist(), strict=True))
+    known = fit.values
     theta = member.model.trial_base(trial)
     for c in member.model.coefficients:
         name = c.name if c.name in known else f"{c.name}@{member.label}"
@@ -249,7 +271,7 @@ def fit_joint(
         raise IdentificationError(f"{REFITS} fits gave no solution")
     typical = math.exp(float(np.mean(np.log(list(misfits.values())))))
     worth = criterion(solution, misfits, memory)
-    return JointFit(tuple(addends), solution, typical, worth, memory, level.shared_water)
+    return JointFit(tuple(addends), solution, typical, worth, memory, level.shared_water, misfits)
 
 
 def trial_misfits(solution: Solution, misfits: Mapping[str, float], memory: float) -> dict[str, float]:

@@ -11,8 +11,9 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 
 from undertow.conditioning.motion import Motion
-from undertow.discrepancy.diagnose import Candidate, Diagnosis, diagnose
-from undertow.discrepancy.joint import Level, Member, make_level
+from undertow.discrepancy.candidate import Candidate, Diagnosis
+from undertow.discrepancy.diagnose import diagnose
+from undertow.discrepancy.joint import Level, Member, make_level, member_rate
 from undertow.discrepancy.prove import addition_parameters, check_cell, rms, score
 from undertow.discrepancy.suspects import Suspect
 from undertow.discrepancy.verdict import Described, Origin, PhysicalCheck, Rejected, Status, Verdict
@@ -70,10 +71,9 @@ class Case:
 
 def judge(cases: Sequence[Case], suspects: Sequence[Suspect], dry_names: Sequence[str] = ()) -> tuple[Verdict, ...]:
     """A verdict for each group of one level; ``dry_names`` are what is missing in the dry trials already."""
-    level = make_level([c.member for c in cases])
-    allowed = sorted(c.allowed for c in cases)[len(cases) // 2]
+    level = make_level([replace(c.member, allowed=c.allowed) for c in cases])
     clean = all(c.has_dry and not c.dry for c in cases) and not dry_names
-    diagnosis = diagnose(level, suspects, allowed, clean)
+    diagnosis = diagnose(level, suspects, clean)
     return tuple(_verdict(level, case, diagnosis, dry_names) for case in cases)
 
 
@@ -89,7 +89,7 @@ def _verdict(level: Level, case: Case, diagnosis: Diagnosis, dry_names: Sequence
     width = case.member.options.rest_offset_std
     training = rms([score(level, case.member, fit, m, width) for m in case.member.motions])
     held = rms([score(level, case.member, fit, m, width) for m in case.held])
-    found = addition_parameters(fit, case.member.label)
+    found = addition_parameters(fit, case.member.label, member_rate(case.member))
     status: Status = "not_identifiable" if diagnosis.rivals else "explained"
     rest = training > STILL_MISSING * case.allowed and training > 0.5 * case.baseline.nrmse
     return replace(
@@ -163,6 +163,11 @@ def _rejected(diagnosis: Diagnosis) -> tuple[Rejected, ...]:
             continue
         name = candidate.names[0]
         out.setdefault(name, Rejected(name, candidate.out or _odds(candidate, diagnosis)))
+    for screened in diagnosis.screened:
+        name = screened.suspect.name
+        if name not in best.names:
+            because = f"one linear step shows at most odds of {_power(screened.gain)} to 1 for it, before its own cost"
+            out.setdefault(name, Rejected(name, because))
     return tuple(out.values())
 
 
@@ -226,6 +231,8 @@ def _numbers(found: Mapping[str, Sequence[Mapping[str, Estimate]]]) -> str:
                 texts.append(f"{one['mass_kg']} at {hertz}, damping {100 * one['damping_ratio'].value:.2g} %")
                 if "quadratic_damping_per_m" in one:
                     texts[-1] += " and more with amplitude"
+            elif "kernel_mass_kg" in one:
+                texts.append(f"{one['c_Ns_per_m']} at this body's frequency, as waves radiate it")
             else:
                 texts.append(", ".join(str(e) for e in one.values()))
     return "; ".join(texts)

@@ -12,11 +12,12 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 
 from undertow.conditioning.motion import Motion
-from undertow.discrepancy.joint import JointFit, Level, Member, full_name, shared_theta
+from undertow.discrepancy.joint import Addend, JointFit, Level, Member, full_name, shared_theta
 from undertow.discrepancy.verdict import PhysicalCheck
 from undertow.errors import IdentificationError
 from undertow.identification.freerun import free_run
 from undertow.quantities import Estimate
+from undertow.recording.recording import Array
 
 STANDARD_GRAVITY_M_PER_S2 = 9.81
 
@@ -41,8 +42,32 @@ def rms(values: Sequence[float]) -> float:
     return math.sqrt(float(np.mean(np.square(finite)))) if finite else math.nan
 
 
-def addition_parameters(fit: JointFit, spring: str) -> dict[str, list[dict[str, Estimate]]]:
-    """What was added, by name: one dictionary a time it was added, parameter -> estimate, for one spring."""
+def kernel_damping(fit: JointFit, addend: Addend, rate: float) -> Estimate:
+    """Linear damping that a kernel amounts to for a body that swings at ``rate`` (rad/s), N s/m.
+
+    c(W) = -W Im[m (w^2 + 2 i z w W) / (w^2 - W^2 + 2 i z w W)]: the real part of its force on the velocity. The error
+    is that of m, w, z by their covariance.
+    """
+    names = [f"{addend.prefix}.{a.name}" for a in addend.additions[:3]]
+    index = [fit.solution.problem.names.index(n) for n in names]
+    values = fit.solution.values[index]
+
+    def damping(numbers: Array) -> float:
+        mass, w, z = numbers
+        stiff = w**2 + 2j * z * w * rate
+        return float(-rate * (mass * stiff / (stiff - rate**2)).imag)
+
+    steps = 1e-4 * np.maximum(np.abs(values), 1e-9)
+    slope = np.array(
+        [(damping(values + h * e) - damping(values - h * e)) / (2.0 * h) for h, e in zip(steps, np.eye(3), strict=True)]
+    )
+    variance = float(slope @ fit.solution.covariance[np.ix_(index, index)] @ slope)
+    return Estimate(damping(values), math.sqrt(max(variance, 0.0)), 0.0, "N s/m", "joint fit")
+
+
+def addition_parameters(fit: JointFit, spring: str, rate: float = math.nan) -> dict[str, list[dict[str, Estimate]]]:
+    """What was added, by name: one dictionary a time it was added, parameter -> estimate, for one spring whose body
+    swings at ``rate`` (rad/s)."""
     found: dict[str, list[dict[str, Estimate]]] = {}
     for addend in fit.addends:
         numbers = {}
@@ -56,6 +81,8 @@ def addition_parameters(fit: JointFit, spring: str) -> dict[str, list[dict[str, 
             on_bound = value <= a.lower or value >= a.upper
             outcome = f"{name} on its bound {value:.4g} {a.unit}" if on_bound else "ok"
             numbers[a.name] = Estimate(value, math.nan if on_bound else error, 0.0, a.unit, "joint fit", outcome)
+        if "kernel_mass_kg" in numbers:
+            numbers = {"c_Ns_per_m": kernel_damping(fit, addend, rate), **numbers}
         found.setdefault(addend.prefix.split("#")[0], []).append(numbers)
     return found
 

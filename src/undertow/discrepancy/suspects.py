@@ -20,6 +20,10 @@ EACH_SPRING = "each spring's own"
 """Variant of a suspect that a level with one spring cannot tell from the shared one."""
 
 
+RINGS = 0.05
+"""A resonator damped more than this loses a quarter of its swing in a cycle: it may be a kernel of fading memory."""
+
+
 @dataclass(frozen=True)
 class Scales:
     """Sizes of one level's motion: mass (kg), angular rate (rad/s), speed (m/s), displacement (m), slowest and
@@ -40,7 +44,10 @@ class Scales:
 
 @dataclass(frozen=True)
 class Addition:
-    """One unknown of a suspect: contract name, unit, slot, start, bounds, and whether all trials share it."""
+    """One unknown of a suspect: contract name, unit, slot, start, bounds, and whether all trials share it.
+
+    ``inner`` marks what has no effect where the coefficient beside it is zero (a frequency, a time).
+    """
 
     name: str
     unit: str
@@ -51,6 +58,7 @@ class Addition:
     upper: float = math.inf
     scope: Scope = "shared"
     prior_std: float = math.inf
+    inner: bool = False
 
 
 @dataclass(frozen=True)
@@ -58,7 +66,7 @@ class Suspect:
     """A suspect: its name in the contract, where it comes from when found wet but not dry, and its unknowns.
 
     ``additions`` gives the unknowns at one start; ``starts`` are alternative first values of the searched parameter
-    (frequency, time); ``memory`` tells whether it remembers.
+    (frequency, time), ``fine`` the steps in which a small one is looked for; ``memory`` tells whether it remembers.
     """
 
     name: str
@@ -67,6 +75,12 @@ class Suspect:
     starts: Callable[[Scales], tuple[float, ...]] = lambda scales: (0.0,)
     memory: bool = False
     variant: str = ""
+    fine: Callable[[Scales], tuple[float, ...]] | None = None
+
+    def grid(self, scales: Scales) -> tuple[tuple[Addition, ...], ...]:
+        """The additions at every place where a small effect is looked for."""
+        places = (self.fine or self.starts)(scales)
+        return tuple(self.additions(scales, start) for start in places)
 
     @property
     def label(self) -> str:
@@ -103,18 +117,19 @@ def _share(s: Scales, power: int) -> float:
 
 def _echo_starts(s: Scales) -> tuple[float, ...]:
     """Delays of one and a half, three and five periods, s."""
-    return tuple(n * 2.0 * math.pi / s.rate for n in (1.5, 3.0, 5.0))
+    return tuple(n * 2.0 * math.pi / s.slowest for n in (1.5, 3.0, 5.0))
 
 
-def _resonator(number: int = 1, amplitude_dependent: bool = False) -> Callable[[Scales, float], tuple[Addition, ...]]:
+def _resonator(amplitude_dependent: bool = False) -> Callable[[Scales, float], tuple[Addition, ...]]:
     def additions(s: Scales, start: float) -> tuple[Addition, ...]:
-        n = str(number)
+        n = "1"
         found = (
             Addition("mass_kg", "kg", f"hm{n}", 0.08 * s.mass, 0.05 * s.mass, lower=0.0, upper=2.0 * s.mass),
             Addition(
-                "natural_frequency_rad_per_s", "rad/s", f"hw{n}", start, 0.1 * start, 0.2 * s.slowest, 6.0 * s.fastest
+                "natural_frequency_rad_per_s", "rad/s", f"hw{n}", start, 0.1 * start, 0.2 * s.slowest, 6.0 * s.fastest,
+                inner=True,
             ),
-            Addition("damping_ratio", "1", f"hz{n}", 0.02, 0.02, lower=0.0, upper=0.7),
+            Addition("damping_ratio", "1", f"hz{n}", 0.02, 0.02, lower=0.0, upper=0.7, inner=True),
         )
         if not amplitude_dependent:
             return found
@@ -127,6 +142,19 @@ def _resonator(number: int = 1, amplitude_dependent: bool = False) -> Callable[[
     return additions
 
 
+def kernel_additions(place: int, mass: float, frequency: float, damping: float) -> tuple[Addition, ...]:
+    """Damping that depends on frequency, as one passive kernel of the second order: the integrator's hidden oscillator
+    at its ``place``, strongly damped. It never gives energy (mass, damping >= 0) and takes most near its frequency."""
+    return (
+        Addition("kernel_mass_kg", "kg", f"hm{place}", mass, 0.1 * mass, lower=0.0),
+        Addition(
+            "kernel_frequency_rad_per_s", "rad/s", f"hw{place}", frequency, 0.1 * frequency, 0.05 * frequency,
+            20.0 * frequency, inner=True,
+        ),
+        Addition("kernel_damping_ratio", "1", f"hz{place}", damping, 0.1, RINGS, 3.0, inner=True),
+    )  # fmt: skip
+
+
 def _resonator_starts(s: Scales) -> tuple[float, ...]:
     """Starting frequencies over and between the body's own: a step of a fifth."""
     low, high = 0.7 * s.slowest, 1.6 * s.fastest
@@ -134,11 +162,40 @@ def _resonator_starts(s: Scales) -> tuple[float, ...]:
     return tuple(low * (high / low) ** (i / (count - 1)) for i in range(count))
 
 
+def _geometric(low: float, high: float, ratio: float) -> tuple[float, ...]:
+    """Values from ``low`` to ``high``, each at most ``ratio`` times the one before."""
+    count = max(2, math.ceil(math.log(high / low) / math.log(ratio)) + 1)
+    return tuple(low * (high / low) ** (i / (count - 1)) for i in range(count))
+
+
+def _fine_frequencies(s: Scales) -> tuple[float, ...]:
+    """Frequencies in steps of 3 %: the width of a line that 2 % damping or ten seconds of motion leave."""
+    return _geometric(0.5 * s.slowest, 2.5 * s.fastest, 1.03)
+
+
+def _fine_times(s: Scales) -> tuple[float, ...]:
+    return _geometric(0.7 / s.slowest, 10.0 / s.slowest, 1.3)
+
+
+def _fine_delays(s: Scales) -> tuple[float, ...]:
+    """Delays in steps of an eighth of the period, from one to eight periods."""
+    period = 2.0 * math.pi / s.slowest
+    return tuple(period * n / 8.0 for n in range(8, 65))
+
+
+def _fine_speeds(s: Scales) -> tuple[float, ...]:
+    return _geometric(0.01 * s.speed, 0.3 * s.speed, 3.2)
+
+
+def _fine_yields(s: Scales) -> tuple[float, ...]:
+    return _geometric(0.02 * s.size, 0.7 * s.size, 2.5)
+
+
 def _relaxation(s: Scales, start: float) -> tuple[Addition, ...]:
     """A relaxation must remember longer than two thirds of a radian of the slowest body: a faster one is damping."""
     return (
         Addition("stiffness_N_per_m", "N/m", "rk1", 0.01 * s.mass * s.rate**2, 0.02 * s.mass * s.rate**2),
-        Addition("time_s", "s", "rt1", start, 0.5 * start, 0.7 / s.slowest, 10.0 / s.slowest),
+        Addition("time_s", "s", "rt1", start, 0.5 * start, 0.7 / s.slowest, 10.0 / s.slowest, inner=True),
     )
 
 
@@ -146,31 +203,34 @@ def _hysteresis(s: Scales, start: float) -> tuple[Addition, ...]:
     k = 0.02 * s.mass * s.rate**2
     return (
         Addition("stiffness_N_per_m", "N/m", "kb", k, k, lower=0.0),
-        Addition("yield_force_N", "N", "fb", k * start, k * start, lower=1e-3 * k * s.size),
+        Addition("yield_force_N", "N", "fb", k * start, k * start, lower=1e-3 * k * s.size, inner=True),
     )
 
 
 def _stribeck(s: Scales, start: float) -> tuple[Addition, ...]:
     return (
         Addition("static_force_N", "N", "fs", 1e-3 * s.force, 5e-3 * s.force, lower=0.0),
-        Addition("velocity_m_per_s", "m/s", "vs", start, 0.5 * start, 1e-3 * s.speed, 0.5 * s.speed),
+        Addition("velocity_m_per_s", "m/s", "vs", start, 0.5 * start, 1e-3 * s.speed, 0.5 * s.speed, inner=True),
     )
 
 
 def _forcing(s: Scales, start: float) -> tuple[Addition, ...]:
     force = 5e-3 * s.force
     return (
-        Addition("frequency_rad_per_s", "rad/s", "omega", start, 0.05 * start, 0.1 * s.slowest, 6.0 * s.fastest),
+        Addition(
+            "frequency_rad_per_s", "rad/s", "omega", start, 0.05 * start, 0.1 * s.slowest, 6.0 * s.fastest, inner=True
+        ),
         Addition("cosine_N", "N", "fcos", force, force, scope="trial"),
         Addition("sine_N", "N", "fsin", force, force, scope="trial"),
     )
 
 
 def _echo(s: Scales, start: float) -> tuple[Addition, ...]:
+    """An echo comes back after three quarters of the slowest period at the earliest: sooner it is damping."""
     gain = 0.01 * s.mass * s.rate
     return (
         Addition("gain", "N s/m", "ge", gain, gain),
-        Addition("delay_s", "s", "tau_e", start, 0.2 * start, 0.2 / s.fastest, 60.0 / s.slowest),
+        Addition("delay_s", "s", "tau_e", start, 0.2 * start, 4.7 / s.slowest, 60.0 / s.slowest, inner=True),
     )
 
 
@@ -183,15 +243,23 @@ SUSPECTS: tuple[Suspect, ...] = (
     _plain("asymmetric_stiffness", "structure", ("N_per_m2", "N/m^2", "k2"), lambda s: _share(s, 2), "spring"),
     _plain("coulomb_friction", "structure", ("force_N", "N", "fc"), lambda s: 2e-3 * s.force, "spring"),
     _plain("variable_normal_force", "structure", ("N_per_m", "N/m", "fn"), lambda s: 0.01 * s.force / s.size),
-    Suspect("stribeck_friction", "structure", _stribeck, lambda s: (0.03 * s.speed,)),
-    Suspect("hidden_resonator", "water", _resonator(), _resonator_starts, memory=True),
-    Suspect("hidden_resonator", "water", _resonator(1, True), _resonator_starts, True, "amplitude-dependent"),
-    Suspect("relaxation", "water", _relaxation, lambda s: (1.2 / s.slowest, 4.0 / s.slowest), True),
-    Suspect("hysteresis", "structure", _hysteresis, lambda s: (0.2 * s.size,), memory=True),
-    Suspect("external_forcing", "outside", _forcing, _resonator_starts),
-    Suspect("delayed_echo", "outside", _echo, _echo_starts, True),
+    Suspect("stribeck_friction", "structure", _stribeck, lambda s: (0.03 * s.speed,), fine=_fine_speeds),
+    Suspect("hidden_resonator", "water", _resonator(), _resonator_starts, memory=True, fine=_fine_frequencies),
+    Suspect(
+        "hidden_resonator", "water", _resonator(True), _resonator_starts, True, "amplitude-dependent", _fine_frequencies
+    ),
+    Suspect("relaxation", "water", _relaxation, lambda s: (1.2 / s.slowest, 4.0 / s.slowest), True, fine=_fine_times),
+    Suspect("hysteresis", "structure", _hysteresis, lambda s: (0.2 * s.size,), True, fine=_fine_yields),
+    Suspect("external_forcing", "outside", _forcing, _resonator_starts, fine=_fine_frequencies),
+    Suspect("delayed_echo", "outside", _echo, _echo_starts, True, fine=_fine_delays),
 )
 """All suspects that an equation of motion can lack; instruments' (shift, gain, drift) are nuisances of every fit."""
+
+
+RADIATION = Suspect(
+    "linear_damping", "water", lambda s, start: kernel_additions(1, 0.05 * s.mass, start, 0.3), variant="passive kernel"
+)
+"""Damping by radiated waves, which depends on frequency: what a resonator that hardly rings is called."""
 
 
 def chosen(names: str | tuple[str, ...]) -> tuple[Suspect, ...]:

@@ -1,0 +1,112 @@
+"""One more suspect beside what stands: from several starts, or from the best places of its grid.
+
+Belongs here: the fits of one suspect. Does not belong here: which are tried and believed (diagnose.py, candidate.py).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+
+from undertow.discrepancy.candidate import Candidate, doubt
+from undertow.discrepancy.joint import Addend, JointFit, Level, fit_joint
+from undertow.discrepancy.screen import Prospect
+from undertow.discrepancy.suspects import EACH_SPRING, RADIATION, Addition, Suspect, kernel_additions
+from undertow.errors import IdentificationError
+
+REFINED = 2
+"""Of several starts, so many of the best are followed to their end."""
+
+
+def from_starts(level: Level, best: Candidate, suspect: Suspect, prior: float) -> Candidate | None:
+    """The best candidate with one more suspect, from several starts; None where no start gives a motion."""
+    starts = suspect.starts(level.scales)
+    waters = _waters(level, best, suspect)
+    quick = [f for w in waters for start in starts if (f := _attempt(w, best, suspect, start)) is not None]
+    if not quick:
+        return None
+    ahead = sorted(quick, key=lambda f: f.criterion)[: (REFINED if len(starts) * len(waters) > 1 else 1)]
+    fit = min((_refined(level, f) for f in ahead), key=lambda f: f.criterion)
+    return Candidate((*best.suspects, suspect), fit, prior, doubt(level, fit))
+
+
+def from_places(
+    level: Level, best: Candidate, suspect: Suspect, places: Sequence[Prospect], prior: float
+) -> Candidate | None:
+    """The best candidate with one more suspect whose effect is small, from places of its grid; None without a motion.
+
+    Water that swings by itself may be what kept the springs apart: it is also tried with one water for all.
+    """
+    stands = replace(level, shared_water=best.fit.shared_water)
+    tried = [(stands, place) for place in places]
+    if suspect.memory and suspect.origin == "water" and not best.suspects and stands != level:
+        tried.append((level, places[0]))
+    fits = [f for w, p in tried if (f := _from_place(w, best, suspect, p.additions)) is not None]
+    if not fits:
+        return None
+    ahead = min((_refined(level, f) for f in fits), key=lambda f: f.criterion)
+    return Candidate((*best.suspects, suspect), ahead, prior, doubt(level, ahead))
+
+
+def as_radiation(level: Level, candidate: Candidate) -> Candidate:
+    """The same model with its last resonator, which hardly rings, as a kernel of damping."""
+    fit = candidate.fit
+    *others, last = fit.addends
+    place = int(last.additions[0].slot[-1])
+    mass, frequency, damping = (fit.value(f"{last.prefix}.{a.name}") for a in last.additions[:3])
+    kernel = Addend(RADIATION.name, kernel_additions(place, mass, frequency, damping))
+    level = replace(level, shared_water=fit.shared_water)
+    fit = fit_joint(level, (*others, kernel), fit.memory, fit.values, fit.misfit, growing=False)
+    return Candidate((*candidate.suspects[:-1], RADIATION), fit, candidate.log_prior, doubt(level, fit))
+
+
+def _waters(level: Level, best: Candidate, suspect: Suspect) -> tuple[Level, ...]:
+    """Levels on which a suspect is tried: what stands decides; damping of each spring's own (waves radiated at its own
+    frequency) comes with an added mass of its own too."""
+    if suspect.variant == EACH_SPRING:
+        return level, replace(level, shared_water=False)
+    if best.suspects:
+        return (replace(level, shared_water=best.fit.shared_water),)
+    return (level,)
+
+
+def _attempt(level: Level, best: Candidate, suspect: Suspect, start: float) -> JointFit | None:
+    """One fit from one start, at the noise of what stands; None where it gives no motion."""
+    addend = Addend(_prefix(best, suspect), renumbered(suspect.additions(level.scales, start), best))
+    known = best.fit.values if best.suspects or not suspect.memory else {}
+    growing = not best.suspects and (suspect.memory or not level.shares(best.fit.solution.problem.names))
+    try:
+        return fit_joint(level, (*best.fit.addends, addend), best.fit.memory, known, best.fit.misfit, growing, True)
+    except IdentificationError:
+        return None
+
+
+def _from_place(level: Level, best: Candidate, suspect: Suspect, additions: tuple[Addition, ...]) -> JointFit | None:
+    """One fit from a place of the grid, everything else where it stands; None where it gives no motion."""
+    addends = (*best.fit.addends, Addend(_prefix(best, suspect), additions))
+    growing = level.shared_water != best.fit.shared_water
+    try:
+        return fit_joint(level, addends, best.fit.memory, best.fit.values, best.fit.misfit, growing, quick=True)
+    except IdentificationError:
+        return None
+
+
+def _refined(level: Level, fit: JointFit) -> JointFit:
+    """The same model refitted from where it is until its noise is its own."""
+    level = replace(level, shared_water=fit.shared_water)
+    return fit_joint(level, fit.addends, fit.memory, fit.values, fit.misfit, growing=False)
+
+
+def _prefix(best: Candidate, suspect: Suspect) -> str:
+    number = sum(n == suspect.name for n in best.names) + 1
+    return suspect.name if number == 1 else f"{suspect.name}#{number}"
+
+
+def renumbered(additions: Sequence[Addition], best: Candidate) -> tuple[Addition, ...]:
+    """A second resonator takes the integrator's second place."""
+    taken = sum(a.slot.startswith("hm") for d in best.fit.addends for a in d.additions)
+    if not taken or not additions[0].slot.startswith("h") or additions[0].slot[-1] != "1":
+        return tuple(additions)
+    place = str(taken + 1)
+    return tuple(replace(a, slot=a.slot[:-1] + place) for a in additions)
+

@@ -1,0 +1,155 @@
+"""Sets of suspects as fitted, and what is believed of them.
+
+Belongs here: a candidate's score, posterior probabilities, rivals, why a candidate's numbers mean nothing. Does not
+belong here: the search (diagnose.py), fits (joint.py).
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from undertow.discrepancy.joint import JointFit, Level
+from undertow.discrepancy.suspects import Suspect
+
+RIVAL_ODDS = 20.0
+"""A rival whose posterior odds against the answer are better than 1 to this is named beside it."""
+
+SIGNIFICANT = 3.0
+"""A suspect's coefficient must be this many standard errors from zero."""
+
+DISSIPATES = frozenset({"linear_damping", "coulomb_friction"})
+"""Additions that cannot be negative: water takes energy."""
+
+OVERDAMPED = 0.25
+"""From this damping ratio on a resonator has no beat of its own: it cannot be told from memory that relaxes."""
+
+OWN_FREQUENCY = 0.1
+"""A force this close (relative) to the body's own frequency cannot be told from a trial whose k differs."""
+
+
+@dataclass(frozen=True)
+class Candidate:
+    """A set of suspects as fitted on one level; ``out`` says why it cannot be the answer (empty: it can)."""
+
+    suspects: tuple[Suspect, ...]
+    fit: JointFit
+    log_prior: float
+    out: str = ""
+
+    @property
+    def score(self) -> float:
+        """Log posterior up to a constant."""
+        return -0.5 * self.fit.criterion + self.log_prior
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """Names of the set, in the order they were found."""
+        return tuple(s.name for s in self.suspects)
+
+
+@dataclass(frozen=True)
+class Screened:
+    """A suspect that was not fitted: one linear step already shows that it gains too little. ``score`` as a
+    candidate's, estimated from that step."""
+
+    suspect: Suspect
+    gain: float
+    score: float
+
+
+@dataclass(frozen=True)
+class Diagnosis:
+    """The search on one level: the prescribed equation alone, the best candidate, all others, posterior probability of
+    the best among all, rivals (sets of names) that the data cannot separate from it, suspects screened out."""
+
+    null: Candidate
+    best: Candidate
+    candidates: tuple[Candidate, ...]
+    confidence: float
+    rivals: tuple[tuple[str, ...], ...]
+    screened: tuple[Screened, ...] = ()
+
+    @property
+    def accused(self) -> bool:
+        """Whether something is named as missing."""
+        return bool(self.best.suspects)
+
+
+def conclude(
+    null: Candidate, best: Candidate, found: Sequence[Candidate], screened: Sequence[Screened]
+) -> Diagnosis:
+    """The diagnosis with its confidence and rivals."""
+    probability = _probability(best, found, screened)
+    return Diagnosis(null, best, tuple(found), probability, _rivals(best, found), tuple(screened))
+
+
+def _probability(best: Candidate, found: Sequence[Candidate], screened: Sequence[Screened]) -> float:
+    """Posterior probability of the best set of names among all considered (variants of a name count together)."""
+    considered = [c for c in found if not c.out or c is best]
+    scores = np.array([*(c.score for c in considered), *(s.score for s in screened)])
+    names = [*(tuple(sorted(c.names)) for c in considered), *((s.suspect.name,) for s in screened)]
+    weights = np.exp(scores - scores.max())
+    mine = sum(w for w, n in zip(weights, names, strict=True) if n == tuple(sorted(best.names)))
+    return float(mine / weights.sum())
+
+
+def _rivals(best: Candidate, found: Sequence[Candidate]) -> tuple[tuple[str, ...], ...]:
+    """Other sets of names of the same size within `RIVAL_ODDS`."""
+    near = [
+        c.names for c in found
+        if not c.out and tuple(sorted(c.names)) != tuple(sorted(best.names)) and c.suspects
+        and best.score - c.score < math.log(RIVAL_ODDS) and len(c.names) == len(best.names)
+    ]  # fmt: skip
+    if damping_ratio(best.fit) > OVERDAMPED:
+        near.append(tuple("relaxation" if n == "hidden_resonator" else n for n in best.names))
+    return tuple(dict.fromkeys(near))
+
+
+def damping_ratio(fit: JointFit) -> float:
+    """Largest damping ratio of the resonators that a fit holds; 0 where it holds none."""
+    found = [
+        fit.value(f"{addend.prefix}.{a.name}")
+        for addend in fit.addends for a in addend.additions if a.name == "damping_ratio"
+    ]  # fmt: skip
+    return max(found, default=0.0)
+
+
+def strengths(diagnosis: Diagnosis) -> Mapping[str, float]:
+    """By how much the log posterior of each single suspect exceeds that of the prescribed equation alone."""
+    return {c.suspects[0].label: c.score - diagnosis.null.score for c in diagnosis.candidates if len(c.suspects) == 1}
+
+
+def doubt(level: Level, fit: JointFit) -> str:
+    """Why a candidate's numbers mean nothing: a bound, or a coefficient not told from zero; empty where they do."""
+    for addend in fit.addends:
+        if addend.prefix == "external_forcing" and (said := _own_motion(level, fit)):
+            return said
+        strongest = 0.0
+        for a in addend.additions:
+            full = f"{addend.prefix}.{a.name}"
+            names = [n for n in fit.solution.problem.names if n == full or n.startswith((f"{full}@", f"{full}["))]
+            for name in names:
+                value, error = fit.value(name), fit.solution.stderr(name)
+                if value >= a.upper * 0.999 or (a.lower > 0.0 and value <= a.lower * 1.001):
+                    return f"{name} = {value:.4g} {a.unit} sits on its bound"
+                if a.inner or a is not addend.additions[0]:
+                    continue
+                if addend.prefix in DISSIPATES and value < -2.0 * error:
+                    return f"{name} = {value:.4g} {a.unit} would feed energy into the motion"
+                strongest = max(strongest, abs(value) / error if error > 0.0 else 0.0)
+        if not addend.additions[0].inner and strongest < SIGNIFICANT:
+            return f"{addend.prefix} is {strongest:.1f} standard errors from zero"
+    return ""
+
+
+def _own_motion(level: Level, fit: JointFit) -> str:
+    """Whether an outside force's clock is the body's own frequency, in words."""
+    clock = fit.value("external_forcing.frequency_rad_per_s")
+    for own in (level.scales.slowest, level.scales.fastest):
+        if abs(clock / own - 1.0) < OWN_FREQUENCY:
+            return f"external_forcing at {clock:.3g} rad/s is the body's own motion of {own:.3g} rad/s"
+    return ""

@@ -3,11 +3,12 @@
     python -m experiments.audit.simulated run      # appends to simulated.jsonl, goes on where it stopped
     python -m experiments.audit.simulated summary  # what docs/published_tables.md says of them
 
-Three designs on the structure of Tables 1 and 2: Method 1 on one spring at nine releases, Method 2 on two springs at four
-releases each, Method 1 on two springs at two releases each. Truths in turn: Eq. 15, linear damping, friction mis-set, a drag
-that falls with amplitude, a displacement offset, a hidden resonator, a compliant support. In every table k, c, mu scatter from
-row to row as the dry tables say, the dry means are in error by their standard errors, V is anywhere in its range, and
-printed values scatter by a share drawn per table. Belongs here: that study. Nothing here is imported by undertow.
+Three designs on the structure of Tables 1 and 2: Method 1 on one spring at nine releases, Method 2 on two springs at
+four releases each, Method 1 on two springs at two releases each. Truths in turn: Eq. 15, linear damping, friction
+mis-set, a drag that falls with amplitude, a displacement offset, a hidden resonator, a compliant support. In every
+table k, c, mu scatter from row to row as the dry tables say, the dry means are in error by their standard errors, V
+is anywhere in its range, and printed values scatter by a share drawn per table. Belongs here: that study. Nothing
+here is imported by undertow.
 """
 
 from __future__ import annotations
@@ -51,7 +52,7 @@ TURNS: tuple[tuple[str, str], ...] = (
 )  # fmt: skip
 """Design and truth of the tables in turn; ten rounds are 200."""
 
-NODES = {"method1": 8, "method2": 8, "springs": 16}
+NODES = {"method1": 8, "method2": 8, "springs": 24}
 """Resonators tried (twice as many in the end): fewer than in the audit of the report, for time."""
 
 
@@ -135,7 +136,9 @@ def simulate_table(number: int, dry: dict[str, Structure]) -> Simulated:
         noisy = np.array(printed)
         noisy[:, 0] += mass_scatter * rng.standard_normal(noisy.shape[0])
         noisy[:, 1] *= 1.0 + drag_scatter * rng.standard_normal(noisy.shape[0])
-        noisy[:, 0] = np.where(np.array([row.recipe == "method1" for row in empty.rows]), np.maximum(noisy[:, 0], 0.0), noisy[:, 0])
+        noisy[:, 0] = np.where(
+            np.array([row.recipe == "method1" for row in empty.rows]), np.maximum(noisy[:, 0], 0.0), noisy[:, 0]
+        )
         case = empty.with_printed(np.column_stack([noisy[:, 0].round(0), noisy[:, 1].round(1)]), f"simulated {number}")
         return Simulated(case, kind, truth, values)
     raise UndertowError(f"simulated table {number}: 20 draws of {truth or 'Eq. 15'} stick at once; narrow its ranges")

@@ -240,6 +240,23 @@ def terms(
     typer.echo(describe_terms(names or ()))
 
 
+@app.command()
+def audit(
+    config: ConfigPath,
+    overrides: Overrides = None,
+    out: Annotated[Path | None, typer.Option("--out", metavar="DIR", help="Folder; default runs/<name>.")] = None,
+) -> None:
+    """Published tables: what physics their trends and disagreements betray; writes audit.json and audit.html."""
+    with _terminable():
+        with _compiling():
+            from undertow.campaign.audit import audit_to_folder
+        with _bar() as progress:
+            findings, folder = audit_to_folder(config, out, overrides or (), progress)
+    for series in findings.series:
+        typer.echo(f"{series.name}: {series.verdict.sentence}")
+    typer.echo(f"{len(findings.checks)} things do not fit together; written: {folder / 'audit.html'}")
+
+
 @app.callback(invoke_without_command=True)
 def _version(
     context: typer.Context, version: Annotated[bool, typer.Option("--version", help="Print the version.")] = False

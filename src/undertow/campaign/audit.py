@@ -105,12 +105,14 @@ def _factor(name: str, quantity: str, said: ColumnSettings) -> float:
 
     target = QUANTITIES[quantity]
     try:
-        unit = _registry().Quantity(1.0, spelled(said.unit, quantity)) if said.unit != "1" else 1.0
-        wanted = _registry().Quantity(1.0, spelled(target, quantity)) if target != "1" else 1.0
-        return float((unit / wanted).to("dimensionless").magnitude) if target != "1" else float(unit)
+        if target == "1":
+            return float(said.unit)
+        unit, wanted = (_registry().Quantity(1.0, spelled(one, quantity)) for one in (said.unit, target))
+        return float((unit / wanted).to("dimensionless").magnitude)
     except (pint.PintError, AttributeError, TypeError, ValueError) as error:
         raise ConfigError(
-            f"tables.{name}.columns.{quantity}: unit {said.unit!r} is no {quantity}; write one that converts to {target}"
+            f"tables.{name}.columns.{quantity}: unit {said.unit!r} is no {quantity}; write one that converts to "
+            f"{target}"
         ) from error
 
 
@@ -214,13 +216,17 @@ def cases_of(
         (
             dict(zip(said.group_by, key, strict=True)),
             Case(
-                " ".join([said.name, *(f"{v:g}" if isinstance(v, float) else str(v) for v in key)]), tuple(rows), structures,
+                _case_name(said.name, key), tuple(rows), structures,
                 constants.mass_kg, constants.area_m2, constants.volume_range_m3, constants.density_kg_per_m3,
                 constants.gravity_m_per_s2, said.own_added_mass,
             ),
         )
         for key, rows in groups.items()
     ]  # fmt: skip
+
+
+def _case_name(name: str, key: tuple[Condition, ...]) -> str:
+    return " ".join([name, *(f"{value:g}" if isinstance(value, float) else str(value) for value in key)])
 
 
 def _row(table: PublishedTable, row: int, release: float, spring: str, said: TableSettings) -> Row:

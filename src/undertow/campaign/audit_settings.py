@@ -1,4 +1,5 @@
-"""The configuration of an audit: what a laboratory states, tables with mapped columns, which of them are audited together.
+"""The configuration of an audit: what a laboratory states, tables with mapped columns, which of them are audited
+together.
 
 Belongs here: sections and their checks. Does not belong here: reading tables, running (audit.py).
 """

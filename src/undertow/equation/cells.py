@@ -5,8 +5,8 @@ doi:10.1115/1.4010478; Housner 1957; Ibrahim 2005, Liquid Sloshing Dynamics, sec
 
     k_n = (2 n - 1) pi / b,   w_n^2 = g k_n tanh(k_n h),   m_n / m = 8 tanh(k_n h) / [(2 n - 1)^3 pi^3 h / b]
 
-and the rest of the water, m - sum m_n, moves with the walls. Only odd modes feel a sway. A cell that is open below has a
-stiffer surface: its first mode lies above the closed one's (docs/published_tables.md has both).
+and the rest of the water, m - sum m_n, moves with the walls. Only odd modes feel a sway. A cell that is open below
+has a stiffer surface: its first mode lies above the closed one's (docs/published_tables.md has both).
 
 Belongs here: closed forms. Does not belong here: identified resonators (discrepancy/), open cells (a solver's work).
 """
@@ -30,7 +30,8 @@ MODES = 8
 
 @dataclass(frozen=True)
 class CellModes:
-    """Modes of equal cells together: ``frequencies_rad_per_s`` and ``masses_kg`` (n,), ``rigid_mass_kg``, ``water_kg``."""
+    """Modes of equal cells together: ``frequencies_rad_per_s`` and ``masses_kg`` (n,), ``rigid_mass_kg``,
+    ``water_kg``."""
 
     frequencies_rad_per_s: Array
     masses_kg: Array

@@ -18,11 +18,12 @@ from dataclasses import dataclass, replace
 import numpy as np
 from scipy.stats import norm
 
+from undertow.discrepancy.audit.bending import bend, coefficients
 from undertow.discrepancy.audit.case import Case
 from undertow.discrepancy.audit.posterior import Posterior, Weighed, log_mean, posterior, weigh
 from undertow.discrepancy.audit.recipes import Array
 from undertow.discrepancy.audit.rivals import Rival, rivals
-from undertow.discrepancy.audit.surface import Surface, bend, build_surface, coefficients
+from undertow.discrepancy.audit.surface import KEPT_BEHIND, Sheet, Surface, build_surface, open_sheet
 from undertow.errors import UndertowError
 
 EQUATION_PRIOR = 0.5
@@ -38,6 +39,12 @@ BENT_SHARE = 0.05
 BENT_WIDER = 1.4
 """The draws are spread by this much around their mean, so that the quadratic holds beyond them."""
 
+STARTS_OF_MODES = 3
+"""Nodes from which a resonator's values are freed."""
+
+SAME_MODE = 0.3
+"""Ends closer than this in every logarithm are one."""
+
 KERNEL = 0.5
 """Width of the normals around preferred nodes, over the nodes' distance in the unit cube."""
 
@@ -47,7 +54,7 @@ PRIOR_PART = 0.2
 SHARED = "support_compliance.compliance_m_per_N"
 """What belongs to the set-up and is one number for a whole series."""
 
-SHARED_POINTS = np.linspace(-2.0, 2.0, 9)
+SHARED_POINTS = np.linspace(0.0, 2.5, 6)
 """Standard deviations of its prior at which a series is evaluated."""
 
 SHARED_WIDTH = 0.25
@@ -153,11 +160,38 @@ def _summed(run: Sequence[Weighed]) -> Array:
     return np.asarray(np.sum([one.log_evidences for one in run], axis=0))
 
 
+def _modes(case: Case, surface: Surface) -> Surface | None:
+    """The surface around the points that fit best, nodes' values freed; None where the table does not hold them.
+
+    A table of few numbers leaves a region of resonators, which nodes cover; one of many leaves a point or a few.
+    """
+    rival = surface.rival
+    opened = rival.opened()
+    numbers = sum(int(math.isfinite(row.added_mass_kg)) + int(math.isfinite(row.drag_coefficient)) for row in case.rows)
+    if numbers <= sum(not unknown.nuisance for unknown in opened.unknowns):
+        return None
+    found: list[Sheet] = []
+    for start in sorted(surface.sheets, key=lambda sheet: sheet.misfit)[:STARTS_OF_MODES]:
+        sheet = open_sheet(case, opened, start, rival.node_names)
+        if sheet is None:
+            continue
+        free = len(rival.node_names)
+        apart = [np.max(np.abs(np.log(sheet.centre[-free:] / other.centre[-free:]))) for other in found]
+        if all(distance > SAME_MODE for distance in apart):
+            found.append(sheet)
+    if not found:
+        return None
+    best = min(sheet.misfit for sheet in found)
+    kept = tuple(sheet for sheet in found if sheet.misfit < best + KEPT_BEHIND)
+    return Surface(opened, kept, len(kept))  # ends of one valley overlap: their evidence is the mean, not the sum
+
+
 def fitted_surface(case: Case, rival: Rival, seed: int = 0) -> Surface:
     """The surface of one rival, bent where it matters: through the recipes at draws of its own first posterior."""
     surface = build_surface(case, rival)
     if rival.log_ranges is not None:
-        surface = _with_nodes_between(case, surface, seed)
+        surface = _modes(case, surface) or _with_nodes_between(case, surface, seed)
+        rival = surface.rival
     first = posterior(weigh(case, surface, seed), seed)
     sheets = []
     for j, sheet in enumerate(surface.sheets):

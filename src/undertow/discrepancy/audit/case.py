@@ -46,7 +46,8 @@ class Structure:
 class Row:
     """One printed row: where it stands, its release (m, as recorded), the recipe and what it printed.
 
-    ``added_mass_kg`` and ``drag_coefficient`` are nan where not printed; ``*_half_digit`` half a unit of the last digit.
+    ``added_mass_kg`` and ``drag_coefficient`` are nan where not printed; ``*_half_digit`` half a unit of the last
+    digit.
     """
 
     table: str
@@ -67,7 +68,8 @@ class Row:
 
 @dataclass(frozen=True)
 class Case:
-    """Rows that share the water, the structure by spring, mass (kg), area (m^2) and the possible submerged volumes (m^3)."""
+    """Rows that share the water, the structure by spring, mass (kg), area (m^2) and the possible submerged volumes
+    (m^3)."""
 
     name: str
     rows: tuple[Row, ...]
@@ -133,7 +135,8 @@ def known_of(case: Case, row: Row, volume_m3: float) -> Known:
 def physics_of(case: Case, row: Row, values: Mapping[str, float], known: Known) -> Array:
     """Parameter vector of the compiled integrator for one row under physics ``values`` (names as in rivals.py).
 
-    ``added_mass_kg`` may be ``added_mass_kg.<spring>``; ``k.<spring>`` is a relative error of the stiffness, ``c.<spring>`` N s/m, ``mu.<spring>`` absolute.
+    ``added_mass_kg`` may be ``added_mass_kg.<spring>``; ``k.<spring>`` is a relative error of the stiffness,
+    ``c.<spring>`` N s/m, ``mu.<spring>`` absolute.
     """
     get, spring = values.get, row.spring
     theta = np.zeros(N_SLOTS)

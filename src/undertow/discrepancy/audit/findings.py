@@ -125,7 +125,8 @@ def _number(value: float) -> float | None:
 def _oddity(one: Oddity) -> dict[str, Any]:
     return {
         "rule": one.rule, "tables": list(one.tables), "quantity": one.quantity, "printed": _number(one.printed),
-        "expected": _number(one.expected), "unit": one.unit or QUANTITIES.get(one.quantity, ""), "sentence": one.sentence,
+        "expected": _number(one.expected), "unit": one.unit or QUANTITIES.get(one.quantity, ""),
+        "sentence": one.sentence,
     }  # fmt: skip
 
 

@@ -28,8 +28,8 @@ MAXIMA_AGREE = 0.05
 class WaterShare:
     """How much of a table's drag coefficients any water is needed for, row by row (90 % intervals, (n,)).
 
-    ``printed`` C_d; ``dry_low``, ``dry_high`` what 2 (mu N + c U) / (rho A U^2) of the dry structure gives at the printed
-    velocities; ``share_low``, ``share_high`` the share of C_d beyond it.
+    ``printed`` C_d; ``dry_low``, ``dry_high`` what 2 (mu N + c U) / (rho A U^2) of the dry structure gives at the
+    printed velocities; ``share_low``, ``share_high`` the share of C_d beyond it.
     """
 
     table: str
@@ -66,7 +66,8 @@ def water_share(table: PublishedTable, structure: Structure, constants: Constant
         f"velocities, give C_d of {middle[0]:.3g} ({low[0]:.3g} to {high[0]:.3g}) at the first row, {printed[0]:.3g} "
         f"printed, and {middle[-1]:.3g} ({low[-1]:.3g} to {high[-1]:.3g}) at the last, {printed[-1]:.3g} printed. "
         f"In {covered} of {table.rows} rows the printed value lies within or below that interval: those rows carry no "
-        f"information about the water. At most {100.0 * max(0.0, float(share_high.max())):.0f} % of a row's C_d needs water."
+        f"information about the water. At most {100.0 * max(0.0, float(share_high.max())):.0f} % of a row's C_d "
+        f"needs water."
     )
     release = table.columns["release"].values
     return WaterShare(table.name, release, printed, low, middle, high, share_low, share_high, sentence)
@@ -140,13 +141,15 @@ def _largest_velocity(table: PublishedTable, known: Known) -> list[Oddity]:
     return [Oddity(
         "largest velocity", (table.name,), "velocity", printed, reached[worst], "m/s",
         f"{table.title}: Eq. 15 with the printed coefficients reaches {reached[worst]:.3g} m/s from "
-        f"{columns['release'].values[worst]:.4g} m, {printed:.3g} m/s is printed ({int(off.sum())} of {table.rows} rows "
+        f"{columns['release'].values[worst]:.4g} m, {printed:.3g} m/s is printed ({int(off.sum())} of "
+        f"{table.rows} rows "
         f"differ by more than {100.0 * MAXIMA_AGREE:.0f} %, ratios {min(ratios):.2f} to {max(ratios):.2f}).",
     )]  # fmt: skip
 
 
 def _recipe(table: PublishedTable, structure: Structure, constants: Constants) -> list[Oddity]:
-    """Eq. 21 as printed leaves out the inertia: its C_d is negative whatever the water does. Eq. 19 leaves out friction."""
+    """Eq. 21 as printed leaves out the inertia: its C_d is negative whatever the water does. Eq. 19 leaves out
+    friction."""
     if "release" not in table.columns:
         return []
     known = _known(structure, constants, constants.volume_range_m3[0])
@@ -165,8 +168,10 @@ def _recipe(table: PublishedTable, structure: Structure, constants: Constants) -
     return [
         Oddity(
             "formula", (table.name,), "drag_coefficient", printed, returned.bounded_drag, "1",
-            f"{table.title}: Eq. 21 as printed leaves out (m + m_a) x'', which balances the forces at x = 0: on a motion with "
-            f"the printed coefficients it gives C_d = {returned.bounded_drag:.3g}, and a negative one on every decay, where "
+            f"{table.title}: Eq. 21 as printed leaves out (m + m_a) x'', which balances the forces at x = 0: on "
+            f"a motion with "
+            f"the printed coefficients it gives C_d = {returned.bounded_drag:.3g}, and a negative one on every "
+            f"decay, where "
             f"{printed:.3g} is printed.",
         ),
         Oddity(
@@ -190,5 +195,6 @@ def _not_printed(
     return [Oddity(
         "not printed", tuple(table.name for table in fitted), "friction_coefficient", math.nan, moved, "N",
         f"The submerged volume V is printed nowhere, and the friction mu (m g - V rho g) needs it: between {low:g} and "
-        f"{high:g} m^3 it moves the friction by {moved:.3g} N of {mu * constants.mass_kg * constants.gravity_m_per_s2:.3g} N.",
+        f"{high:g} m^3 it moves the friction by {moved:.3g} N of "
+        f"{mu * constants.mass_kg * constants.gravity_m_per_s2:.3g} N.",
     )]  # fmt: skip

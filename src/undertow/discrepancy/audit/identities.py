@@ -1,10 +1,11 @@
 """Consistency within one table: quantities that a law ties to each other, row by row.
 
 Each identity predicts one printed column from others. A ratio that is one power of a thousand is a unit; a constant
-other ratio is a wrong constant (and another spring's stiffness, where it is that); a ratio that drifts with the release,
-or rows that disagree by more than their digits, are said with both numbers.
+other ratio is a wrong constant (and another spring's stiffness, where it is that); a ratio that drifts with the
+release, or rows that disagree by more than their digits, are said with both numbers.
 
-Belongs here: identities and units. Does not belong here: comparisons between tables (comparisons.py), columns (patterns.py).
+Belongs here: identities and units. Does not belong here: comparisons between tables (comparisons.py), columns
+(patterns.py).
 """
 
 from __future__ import annotations

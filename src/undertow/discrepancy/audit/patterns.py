@@ -4,7 +4,8 @@ A structural constant printed trial by trial may be one mean, two groups, or a d
 compared by BIC. A measured coefficient that follows a power of the release more closely than its digits and any
 repetition allow was computed, not measured.
 
-Belongs here: patterns of single columns. Does not belong here: identities (identities.py), other tables (comparisons.py).
+Belongs here: patterns of single columns. Does not belong here: identities (identities.py), other tables
+(comparisons.py).
 """
 
 from __future__ import annotations
@@ -109,7 +110,8 @@ def _constant(table: PublishedTable, name: str, release: Array) -> Oddity | None
     return Oddity(
         "drift", (table.name,), name, float(ends[1]), float(ends[0]), unit,
         f"{table.title}: {WORDS[name]} rises with the release from {ends[0]:.6g} to {ends[1]:.6g} {unit} "
-        f"({100.0 * (y[-1] / y[0] - 1.0):+.1f} % from the smallest to the largest release; BIC {one - drift:.0f}).{beside}"
+        f"({100.0 * (y[-1] / y[0] - 1.0):+.1f} % from the smallest to the largest release; BIC "
+        f"{one - drift:.0f}).{beside}"
         if ends[1] > ends[0] else
         f"{table.title}: {WORDS[name]} falls with the release from {ends[0]:.6g} to {ends[1]:.6g} {unit} "
         f"(BIC {one - drift:.0f}).{beside}",
@@ -151,7 +153,8 @@ def _on_bound(table: PublishedTable, constants: Constants) -> list[Oddity]:
     return [
         Oddity(
             "on its bound", (table.name,), "added_mass", 0.0, math.nan, "kg",
-            f"{table.title}: added mass is exactly 0 kg at {constants.water_key} = {table.at(row).get(constants.water_key)}: "
+            f"{table.title}: added mass is exactly 0 kg at {constants.water_key} = "
+            f"{table.at(int(row)).get(constants.water_key)}: "
             "the search was stopped there, the print is an upper limit of what it wanted.",
         )
         for row in np.flatnonzero(table.columns["added_mass"].values == 0.0)

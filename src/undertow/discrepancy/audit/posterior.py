@@ -1,9 +1,10 @@
 """How probable each rival is, given a table, and what its unknowns may be.
 
-Row i prints y_i = recipe(physics, errors of k, c, mu, V) + e_i. The covariance of e_i is what the structure's scatter from
-trial to trial does to the recipe (by the surface's slopes), half a printed digit, and a scatter of its own (kg; share of
-C_d) whose size is unknown and summed over an even logarithmic grid. A printed m_a = 0 means m_a <= 0 before the bound.
-Unknowns are integrated by importance sampling around each node's best point; the evidence is the mean weight.
+Row i prints y_i = recipe(physics, errors of k, c, mu, V) + e_i. The covariance of e_i is what the structure's scatter
+from trial to trial does to the recipe (by the surface's slopes), half a printed digit, and a scatter of its own (kg;
+share of C_d) whose size is unknown and summed over an even logarithmic grid. A printed m_a = 0 means m_a <= 0 before
+the bound. Unknowns are integrated by importance sampling around each node's best point; the evidence is the mean
+weight.
 
 Belongs here: likelihood, evidence, draws. Does not belong here: rivals' priors (rivals.py), words (verdicts.py).
 """
@@ -16,6 +17,7 @@ from dataclasses import dataclass
 from itertools import product
 
 import numpy as np
+from numpy.typing import NDArray
 from scipy.stats import norm
 
 from undertow.discrepancy.audit.case import Case, case_returns
@@ -70,7 +72,7 @@ class Posterior:
     predicted: Array
     mass_scatter_kg: float
     drag_scatter: float
-    sheets: Array
+    sheets: NDArray[np.intp]
     """Index of the node of each draw, (n,)."""
 
     def interval(self, name: str) -> tuple[float, float, float]:
@@ -178,6 +180,8 @@ def _log_prior(unknowns: Sequence[Unknown], points: Array) -> Array:
             total -= (
                 0.5 * ((value - unknown.mean) / unknown.deviation) ** 2 + math.log(unknown.deviation) + 0.5 * _LOG_2PI
             )
+        elif unknown.logarithmic:
+            total -= np.log(np.maximum(value, unknown.low)) + math.log(math.log(unknown.high / unknown.low))
         else:
             total -= math.log(unknown.high - unknown.low)
         total[(value < unknown.low) | (value > unknown.high)] = -np.inf
@@ -233,7 +237,7 @@ def _inside(unknowns: Sequence[Unknown], precision: Array, right: Array) -> tupl
         over = [
             (max(unknown.low - point[i], point[i] - unknown.high) / max(unknown.scale, 1e-30), i)
             for i, unknown in enumerate(unknowns)
-            if free[i] and not unknown.normal
+            if free[i]
         ]
         worst = max(over, default=(0.0, -1))
         if worst[0] <= 0.0:
@@ -241,7 +245,8 @@ def _inside(unknowns: Sequence[Unknown], precision: Array, right: Array) -> tupl
         i = worst[1]
         point[i] = min(max(point[i], unknowns[i].low), unknowns[i].high)
         free[i] = False
-    return point, np.linalg.inv(precision)
+    spread: Array = np.asarray(np.linalg.inv(precision), dtype=np.float64)
+    return point, spread
 
 
 def surface_error(case: Case, found: Posterior, draws: int = 8) -> Array:
@@ -255,4 +260,4 @@ def surface_error(case: Case, found: Posterior, draws: int = 8) -> Array:
             size = max(abs(row.drag_coefficient), SMALLEST_DRAG)
             gap = found.predicted[i, j] - np.array([one.added_mass_kg, drag])
             errors.append([gap[0], gap[1] / size])
-    return np.sqrt(np.nanmean(np.square(errors), axis=0))
+    return np.asarray(np.sqrt(np.nanmean(np.square(errors), axis=0)), dtype=np.float64)

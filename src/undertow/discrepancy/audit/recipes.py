@@ -1,8 +1,9 @@
 """What a paper's recipe returns for a motion that some physics made: Methods 1 and 2 run on exact trajectories.
 
-Method 1's answer is the minimum of the displacement RMS over (m_a, C_d), m_a held at its bound (identification/method1.py
-has the recipe as printed). On a trajectory without noise the same minimum is found by Gauss-Newton on exact sensitivities,
-two hundred times faster than by Nelder-Mead; a coarse look over masses comes first where there may be two minima.
+Method 1's answer is the minimum of the displacement RMS over (m_a, C_d), m_a held at its bound
+(identification/method1.py has the recipe as printed). On a trajectory without noise the same minimum is found by
+Gauss-Newton on exact sensitivities, two hundred times faster than by Nelder-Mead; a coarse look over masses comes
+first where there may be two minima.
 
 Belongs here: recipes on simulated motions. Does not belong here: recipes on recordings (identification/), rivals.
 """

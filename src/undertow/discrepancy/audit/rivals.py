@@ -34,7 +34,7 @@ OFFSET_SHARE = 0.02
 """Standard deviation of a displacement offset over the largest release."""
 
 COMPLIANCE_SHARE = 0.05
-"""Standard deviation of what compliance takes from the stiffest spring's k."""
+"""Standard deviation of what compliance takes from the stiffest spring's k; it takes, it never adds."""
 
 RESONATOR_MASS_SHARES = (0.02, 0.5)
 """Participating mass over the structure's, even in its logarithm."""
@@ -51,7 +51,8 @@ EXPONENTS = (1.1, 1.9)
 
 @dataclass(frozen=True)
 class Unknown:
-    """One unknown: even between ``low`` and ``high``, or normal about ``mean`` with ``deviation`` where that is given."""
+    """One unknown: even between ``low`` and ``high``, or normal about ``mean`` with ``deviation`` where that is
+    given."""
 
     name: str
     low: float
@@ -60,6 +61,8 @@ class Unknown:
     unit: str = "1"
     nuisance: bool = False
     mean: float = 0.0
+    logarithmic: bool = False
+    """Even in its logarithm between the same ends."""
 
     @property
     def normal(self) -> bool:
@@ -82,8 +85,8 @@ class Rival:
     """Physics behind a table: the effects' names (none: Eq. 15 with constant coefficients), unknowns, and nodes.
 
     ``unknowns`` enter almost linearly; ``node_names`` and ``nodes`` (n, d) are values of the others, spread evenly over
-    their prior, at each of which the unknowns are fitted. ``log_ranges`` (d, 2) are the ranges of their logarithms where
-    more nodes may be drawn between them.
+    their prior, at each of which the unknowns are fitted. ``log_ranges`` (d, 2) are the ranges of their logarithms
+    where more nodes may be drawn between them.
     """
 
     effects: tuple[str, ...]
@@ -100,8 +103,19 @@ class Rival:
             return "no water force"
         return " + ".join(self.effects) or "equation 15"
 
+    def opened(self) -> Rival:
+        """The rival with its nodes' values as unknowns like the others, even in their logarithms."""
+        ranges = np.zeros((0, 2)) if self.log_ranges is None else np.exp(self.log_ranges)
+        units = {"mass_kg": "kg", "natural_frequency_rad_per_s": "rad/s"}
+        more = tuple(
+            Unknown(name, float(low), float(high), unit=units.get(name.partition(".")[2], "1"), logarithmic=True)
+            for name, (low, high) in zip(self.node_names, ranges, strict=True)
+        )
+        return Rival(self.effects, (*self.unknowns, *more), water=self.water)
+
     def given(self, priors: Mapping[str, tuple[float, float]]) -> Rival:
-        """The rival with the prior of some unknowns replaced by a normal (mean, deviation): "what if k were another"."""
+        """The rival with the prior of some unknowns replaced by a normal (mean, deviation): "what if k were
+        another"."""
         return replace(self, unknowns=tuple(
             replace(one, low=-math.inf, high=math.inf, mean=priors[one.name][0], deviation=priors[one.name][1])
             if one.name in priors else one
@@ -142,7 +156,7 @@ def rivals(case: Case, nodes: int = 200, seed: int = 0) -> tuple[Rival, ...]:
         Rival(("linear_damping", "coulomb_friction"), (*water, linear, friction, *base)),
         Rival(
             ("drag_exponent",), (*water, *base), ("drag_exponent.exponent",),
-            np.linspace(*EXPONENTS, 8).reshape(-1, 1),
+            np.linspace(*EXPONENTS, 5).reshape(-1, 1),
         ),
         Rival(("hidden_resonator",), (*water, *base), *_resonators(case, nodes, seed)),
     ]  # fmt: skip
@@ -173,11 +187,12 @@ def _offset(case: Case) -> Unknown:
 def _compliance(case: Case) -> Unknown:
     stiffest = max(case.structures[name].k for name in case.springs)
     deviation = COMPLIANCE_SHARE / stiffest
-    return Unknown("support_compliance.compliance_m_per_N", -0.5 / stiffest, 0.5 / stiffest, deviation, "m/N")
+    return Unknown("support_compliance.compliance_m_per_N", 0.0, 0.5 / stiffest, deviation, "m/N")
 
 
 def _resonators(case: Case, nodes: int, seed: int) -> tuple[tuple[str, ...], Array, Array]:
-    """Names, points (nodes, 3) of mass, frequency and damping, quasi-random and even in their logarithms, and ranges."""
+    """Names, points (nodes, 3) of mass, frequency and damping, quasi-random and even in their logarithms, and
+    ranges."""
     from scipy.stats import qmc
 
     masses = [case.mass_kg * share for share in RESONATOR_MASS_SHARES]

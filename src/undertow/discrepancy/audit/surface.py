@@ -1,11 +1,10 @@
 """A rival's answer surface: what the recipes would print, as a function of the rival's unknowns, near the table.
 
-At every node (mass, frequency, damping of a resonator; an exponent) the other unknowns are fitted to the printed numbers
-by Gauss-Newton through the recipes themselves; what the recipes return there, with its slopes, is the surface that
-posterior.py integrates. Around a posterior it is bent: a quadratic through the recipes' answers at its draws, whose misfit
-is the surface's own error and part of every likelihood.
+At every node (mass, frequency, damping of a resonator; an exponent) the other unknowns are fitted to the printed
+numbers by Gauss-Newton through the recipes themselves; what the recipes return there, with its slopes, is the surface
+that posterior.py integrates.
 
-Belongs here: fitting, linearising and bending through the recipes. Does not belong here: evidence, draws.
+Belongs here: fitting and linearising through the recipes. Does not belong here: bending (bending.py), evidence, draws.
 """
 
 from __future__ import annotations
@@ -30,15 +29,13 @@ FIT_DRAG_SHARE = 0.1
 SMALLEST_DRAG = 0.5
 """Drag coefficients below this are weighed as this."""
 
-ROUNDS = 4
+ROUNDS = 6
+HALVINGS = 4
 SETTLED = 0.05
 """Fitting ends when no unknown moves by more than this share of its scale."""
 
 STEP_SHARE = 0.05
 """Step of a slope over the unknown's scale."""
-
-POINTS_PER_COEFFICIENT = 1.4
-"""A quadratic is only taken through this many points for each of its coefficients."""
 
 WIDE = 1e3
 """Standard deviations within which an unbounded unknown is searched."""
@@ -70,15 +67,17 @@ class Sheet:
     def predict(self, points: Array) -> Array:
         """What is printed (n, rows, 2) at points (n, L)."""
         away = points - self.centre
-        flat = self.values + np.einsum("rcl,nl->nrc", self.slopes, away)
+        flat: Array = self.values + np.einsum("rcl,nl->nrc", self.slopes, away)
         if self.curves is None:
             return flat
-        return flat + np.einsum("rckl,nk,nl->nrc", self.curves, away, away)
+        bent: Array = flat + np.einsum("rckl,nk,nl->nrc", self.curves, away, away)
+        return bent
 
 
 @dataclass(frozen=True)
 class Surface:
-    """All nodes of one rival: ``sheets``; ``tried`` is how many nodes there were, those left out far behind included."""
+    """All nodes of one rival: ``sheets``; ``tried`` is how many nodes there were, those left out far behind
+    included."""
 
     rival: Rival
     sheets: tuple[Sheet, ...]
@@ -143,7 +142,7 @@ def _sheet(
         starts = tuple(Returned(max(r.added_mass_kg, 0.0), r.drag_coefficient, r.drag_coefficient) for r in _sane(case))
     try:
         here = case_returns(case, {**node, **dict(zip(names, centre.tolist(), strict=True))}, starts)
-        values = _columns(case, here)
+        values = printed_columns(case, here)
         slopes = np.zeros((*values.shape, len(names)))
         for i, unknown in enumerate(rival.unknowns):
             step = STEP_SHARE * unknown.scale * (-1.0 if centre[i] + STEP_SHARE * unknown.scale > unknown.high else 1.0)
@@ -152,7 +151,7 @@ def _sheet(
             moved = centre.copy()
             moved[i] += step
             there = case_returns(case, {**node, **dict(zip(names, moved.tolist(), strict=True))}, here)
-            slopes[:, :, i] = (_columns(case, there) - values) / step
+            slopes[:, :, i] = (printed_columns(case, there) - values) / step
     except UndertowError:
         return None
     sheet = Sheet(node, centre, values, slopes, 0.0)
@@ -165,7 +164,7 @@ def _sane(case: Case) -> tuple[Returned, ...]:
     )
 
 
-def _columns(case: Case, returned: tuple[Returned, ...]) -> Array:
+def printed_columns(case: Case, returned: tuple[Returned, ...]) -> Array:
     drags = [
         one.bounded_drag if row.on_bound else one.drag_coefficient for row, one in zip(case.rows, returned, strict=True)
     ]
@@ -173,7 +172,8 @@ def _columns(case: Case, returned: tuple[Returned, ...]) -> Array:
 
 
 def best_point(case: Case, rival: Rival, sheet: Sheet) -> tuple[Array, float]:
-    """The unknowns (L,) that bring the linear surface closest to the print within their bounds and priors; chi-square."""
+    """The unknowns (L,) that bring the linear surface closest to the print within their bounds and priors;
+    chi-square."""
     printed, weights = printed_values(case), fit_weights(case)
     target = printed - sheet.values
     bound = np.array([row.on_bound for row in case.rows])
@@ -211,64 +211,44 @@ def _best_misfit(case: Case, rival: Rival, sheet: Sheet) -> float:
 
 
 def _refine(case: Case, rival: Rival, sheet: Sheet, returned: tuple[Returned, ...]) -> Sheet:
+    """Gauss-Newton from a sheet, steps halved until the recipes' own answers come closer to the print."""
     scale = np.array([max(unknown.scale, 1e-30) for unknown in rival.unknowns])
+    names = [unknown.name for unknown in rival.unknowns]
+    here = _misfit(case, rival, sheet.centre, sheet.values)
     for _ in range(ROUNDS):
-        target, misfit = best_point(case, rival, sheet)
-        if np.max(np.abs(target - sheet.centre) / scale) < SETTLED:
+        move = best_point(case, rival, sheet)[0] - sheet.centre
+        for _ in range(HALVINGS):
+            target = sheet.centre + move
+            try:
+                reached = case_returns(case, {**sheet.node, **dict(zip(names, target.tolist(), strict=True))}, returned)
+                there = _misfit(case, rival, target, printed_columns(case, reached))
+            except UndertowError:
+                there = np.inf
+            if there < here:
+                break
+            move = 0.5 * move
+        if not there < here or np.max(np.abs(move) / scale) < SETTLED:
             break
-        moved = _sheet(case, rival, sheet.node, target, returned)
+        moved = _sheet(case, rival, sheet.node, target, reached)
         if moved is None:
             break
-        sheet, returned = moved
+        (sheet, returned), here = moved, there
     return replace(sheet, misfit=best_point(case, rival, sheet)[1])
 
 
-def _pairs(rival: Rival) -> list[tuple[int, int]]:
-    return [
-        (i, j)
-        for i, one in enumerate(rival.unknowns)
-        for j, other in enumerate(rival.unknowns[: i + 1])
-        if not (one.nuisance or other.nuisance)
-    ]
+def _misfit(case: Case, rival: Rival, centre: Array, values: Array) -> float:
+    """Chi-square (2,) of the recipes' answers and of the normal priors, weighed as while fitting."""
+    gap = (printed_values(case) - values) / fit_weights(case)
+    for i, row in enumerate(case.rows):
+        if row.on_bound:
+            gap[i, 0] = max(values[i, 0], 0.0) / (FIT_MASS_SHARE * case.mass_kg)
+    prior = [(x - one.mean) / one.deviation for x, one in zip(centre, rival.unknowns, strict=True) if one.normal]
+    return float(np.nansum(gap**2)) + float(np.sum(np.square(prior)))
 
 
-def coefficients(rival: Rival) -> int:
-    """How many coefficients a bent sheet of a rival has: one, each unknown, products of those that are no nuisance."""
-    return 1 + len(rival.unknowns) + len(_pairs(rival))
-
-
-def bend(case: Case, rival: Rival, sheet: Sheet, points: Array) -> Sheet:
-    """The sheet as a quadratic through the recipes' own answers at ``points`` (n, L), with its errors.
-
-    Products of the unknowns that are no nuisance are taken; points at which a recipe cannot be run are left out, and
-    with too few of them left the sheet stays as it is.
-    """
-    names = [unknown.name for unknown in rival.unknowns]
-    near = tuple(Returned(float(mass), float(drag), float(drag)) for mass, drag in np.nan_to_num(sheet.values, nan=1.0))
-    exact, kept = [], []
-    for point in points:
-        values = {**sheet.node, **dict(zip(names, point.tolist(), strict=True))}
-        try:
-            exact.append(_columns(case, case_returns(case, values, near)))
-        except UndertowError:
-            continue
-        kept.append(point)
-    scale = np.array([max(unknown.scale, 1e-30) for unknown in rival.unknowns])
-    pairs = _pairs(rival)
-    if len(kept) < POINTS_PER_COEFFICIENT * coefficients(rival):
-        return sheet
-    away = (np.array(kept) - sheet.centre) / scale
-    columns = np.column_stack([np.ones(len(kept)), away, *(away[:, i] * away[:, j] for i, j in pairs)])
-    answers = np.array(exact).reshape(len(kept), -1)
-    fitted, _, rank, _ = np.linalg.lstsq(columns, answers, rcond=1e-10)
-    spare = max(len(kept) - int(rank), 1)
-    errors = np.sqrt(np.sum((answers - columns @ fitted) ** 2, axis=0) / spare)
-    shape = sheet.values.shape
-    slopes = (fitted[1 : 1 + len(names)] / scale[:, None]).T.reshape(*shape, len(names))
-    curves = np.zeros((*shape, len(names), len(names)))
-    for (i, j), row in zip(pairs, fitted[1 + len(names) :], strict=True):
-        curves[:, :, i, j] = row.reshape(shape) / (scale[i] * scale[j])
-    return Sheet(
-        sheet.node, sheet.centre, fitted[0].reshape(shape), slopes, sheet.misfit, curves, sheet.log_weight,
-        errors.reshape(shape),
-    )  # fmt: skip
+def open_sheet(case: Case, opened: Rival, sheet: Sheet, names: tuple[str, ...]) -> Sheet | None:
+    """A node's sheet with the node's values (``names``) freed and fitted with the rest; None where that cannot be
+    run."""
+    centre = np.concatenate([sheet.centre, [sheet.node[name] for name in names]])
+    first = _sheet(case, opened, {}, centre, None)
+    return None if first is None else _refine(case, opened, *first)

@@ -35,8 +35,8 @@ WORDS: Mapping[str, str] = {
 
 @dataclass(frozen=True)
 class Column:
-    """One printed quantity: ``values`` (n,) in SI as the printed unit says, half a unit of the last digit ``half_digits``
-    (n,), the unit ``printed_unit`` of the heading."""
+    """One printed quantity: ``values`` (n,) in SI as the printed unit says, half a unit of the last digit
+    ``half_digits`` (n,), the unit ``printed_unit`` of the heading."""
 
     values: Array
     half_digits: Array
@@ -83,7 +83,8 @@ class PublishedTable:
 @dataclass(frozen=True)
 class Constants:
     """What the laboratory states for all tables: mass kg, gravity, density, area m^2, and the submerged volume (m^3),
-    a range where it is not printed. ``spring_key`` and ``water_key`` name the conditions that choose structure and water,
+    a range where it is not printed. ``spring_key`` and ``water_key`` name the conditions that choose structure and
+    water,
     ``dry`` the value of the water's condition in which there is none.
     """
 

@@ -24,11 +24,13 @@ DOUBT = 0.01
 
 TESTS: Mapping[frozenset[str], str] = {
     frozenset({"linear_damping", "coulomb_friction"}): (
-        "a release at a third of the smallest amplitude followed until it stops: friction stops it in a time proportional "
+        "a release at a third of the smallest amplitude followed until it stops: friction stops it in a time "
+        "proportional "
         "to the amplitude, at a rest position within mu N / k; linear damping takes the same share of every cycle"
     ),
     frozenset({"linear_damping", "drag_exponent"}): (
-        "releases over a tenfold range of amplitude on one spring: decrement against amplitude is flat for linear damping "
+        "releases over a tenfold range of amplitude on one spring: decrement against amplitude is flat for "
+        "linear damping "
         "and a power below one for a falling drag"
     ),
     frozenset({"coulomb_friction", "drag_exponent"}): (
@@ -36,7 +38,8 @@ TESTS: Mapping[frozenset[str], str] = {
         "follows the normal force, drag does not"
     ),
     frozenset({"linear_damping", "hidden_resonator"}): (
-        "the whole record instead of two coefficients, or a second spring: a resonator makes a beat and its damping depends "
+        "the whole record instead of two coefficients, or a second spring: a resonator makes a beat and its "
+        "damping depends "
         "on the spring, linear damping does neither"
     ),
     frozenset({"coulomb_friction", "rest_offset"}): (
@@ -46,7 +49,8 @@ TESTS: Mapping[frozenset[str], str] = {
         "the rest position after the motion, and turning points on both sides: an offset shows there, damping does not"
     ),
     frozenset({"hidden_resonator", "support_compliance"}): (
-        "a third spring, or the dry period again with the wet set-up: compliance shifts every level alike, a resonator does "
+        "a third spring, or the dry period again with the wet set-up: compliance shifts every level alike, a "
+        "resonator does "
         "not shift the dry period"
     ),
 }
@@ -103,7 +107,8 @@ def judge(found: Answer) -> SeriesVerdict:
     alternatives = tuple(weight.rival.effects for weight in near)
     return SeriesVerdict(
         status, preferred.rival.effects, alternatives, float(confidence), informs, _parameters(preferred), others,
-        next_test(preferred.rival.effects, alternatives, informs), _sentence(found, preferred, near, confidence, informs),
+        next_test(preferred.rival.effects, alternatives, informs), _sentence(found, preferred, near, confidence,
+        informs),
     )  # fmt: skip
 
 

@@ -29,7 +29,7 @@ from undertow.identification.hidden_search import CRITICAL_T
 FOLDER = Path(__file__).resolve().parent
 SEEDS = 20
 NULL_CAMPAIGNS = 300
-CALIBRATION_CAMPAIGNS = 180
+CALIBRATION_CAMPAIGNS = 48
 CALIBRATION_FIRST_SEED = 10_000
 """Seeds of the campaigns that set the critical value; those of the count of false alarms start at 0."""
 
@@ -67,8 +67,8 @@ class Row:
 
 def identify(campaign: Campaign, critical_t: float = CRITICAL_T) -> Row:
     """Condition, search and fit one campaign, as a user would with k known."""
-    fit = discover_hidden([condition(recording) for recording in campaign.recordings], critical_t=critical_t)
-    return as_row(campaign, fit)
+    motions = [condition(recording) for recording in campaign.recordings]
+    return as_row(campaign, discover_hidden(motions, critical_t=critical_t))
 
 
 def as_row(campaign: Campaign, fit: HiddenFit) -> Row:

@@ -21,12 +21,14 @@ from undertow.equation.hydrodynamics import CubicDamping
 from undertow.equation.structure import AsymmetricStiffness, CubicStiffness, Stiffness, ViscousDamping
 from undertow.equation.term import Term
 from undertow.errors import IdentificationError
+from undertow.identification import output_error
 from undertow.identification.hidden_fit import HiddenFit, as_fit, best_solution, hidden_problem, largest_modes
 from undertow.identification.hidden_modes import HankelModes
 from undertow.identification.hidden_search import HiddenOscillator, HiddenSearch, HiddenStep
 from undertow.identification.intervals import noise_covariance
 from undertow.identification.library import label
 from undertow.identification.output_error import Solution
+from undertow.identification.problem import Problem
 from undertow.identification.sindy import discover
 from undertow.identification.subset import residual_covariance
 
@@ -85,22 +87,46 @@ def discover_hidden_on_trajectories(
     own = tuple(term for term in terms if term.name != "added_mass")
     beside = tuple(term for term in rivals if label(term) not in {label(one) for one in own})
     modes = largest_modes(motions)
-    plain = _fit(motions, own, _sound(own, discover(motions, own, subset=False).coefficients))
+    plain = fit_equation(motions, own)
     solutions = {"the equation alone": plain, "with an oscillator": _with_oscillator(motions, own, plain, modes)}
     if beside:
-        start = np.array([plain.value(label(term)) for term in own] + [0.0] * len(beside))
-        both = _fit(motions, (*own, *beside), start)
+        both = fit_equation(motions, (*own, *beside), like=plain)
         solutions["with static rivals"] = both
-        solutions["with rivals and an oscillator"] = _with_oscillator(motions, (*own, *beside), both, modes)
+        solutions["with rivals and an oscillator"] = _with_oscillator(
+            motions, (*own, *beside), both, modes, solutions["with an oscillator"]
+        )
     made = {name: one for name, one in solutions.items() if one is not None}
-    n_effective = _effective(min(made.values(), key=lambda one: one.chi2))
-    candidates = sorted((_weigh(name, one, n_effective) for name, one in made.items()), key=lambda one: one.criterion)
+    n_effective = effective_values(min(made.values(), key=lambda one: one.chi2))
+    candidates = sorted((weigh(name, one, n_effective) for name, one in made.items()), key=lambda one: one.criterion)
     return TrajectoryChoice(tuple(candidates), _decide(motions, own, beside, candidates, n_effective))
 
 
-def _fit(motions: Sequence[Motion], terms: tuple[Term, ...], start: Array) -> Solution:
-    """The equation without hidden states by output error."""
-    return best_solution(hidden_problem(motions, terms, start, []))
+def fit_equation(motions: Sequence[Motion], terms: Sequence[Term], like: Solution | None = None) -> Solution:
+    """An equation without hidden states by output error, per moving inertia.
+
+    The search starts from the regression on the smoothed motion and, where given, from what a smaller equation
+    ``like`` this one ended at, so that a larger one never leaves more. Raises IdentificationError where no start has
+    bounds.
+    """
+    own = tuple(terms)
+    if like is not None:
+        problem = hidden_problem(motions, own, np.array([_value(like, label(term)) for term in own]), [])
+        return _carried_on(problem, like)
+    first = discover(motions, own, subset=False).coefficients
+    return best_solution(hidden_problem(motions, own, _sound(own, first), []))
+
+
+def _value(solution: Solution, name: str) -> float:
+    """An unknown's value; 0 where the solution does not have it."""
+    return solution.value(name) if name in solution.problem.names else 0.0
+
+
+def _carried_on(problem: Problem, like: Solution) -> Solution:
+    """The search from where a smaller equation ended, every unknown that both have taken over."""
+    start = np.array(
+        [_value(like, one.name) if one.name in like.problem.names else one.start for one in problem.unknowns]
+    )
+    return output_error.fit(problem, start, growing=False)
 
 
 def _sound(terms: tuple[Term, ...], values: Array) -> Array:
@@ -110,20 +136,31 @@ def _sound(terms: tuple[Term, ...], values: Array) -> Array:
 
 
 def _with_oscillator(
-    motions: Sequence[Motion], terms: tuple[Term, ...], without: Solution, modes: HankelModes
+    motions: Sequence[Motion],
+    terms: tuple[Term, ...],
+    without: Solution,
+    modes: HankelModes,
+    smaller: Solution | None = None,
 ) -> Solution | None:
-    """The best fit with one oscillator, from both ways in which two modes can belong to body and oscillator; None where
-    the window has one mode."""
+    """The best fit with one oscillator; None where the window has one mode.
+
+    Starts: both ways in which two modes can belong to body and oscillator, and a ``smaller`` equation's oscillator.
+    """
     start = _sound(terms, np.array([without.value(label(term)) for term in terms]))
+    names = [term.name for term in terms]
     tried = []
     for body_w, oscillator in _starts(modes):
         values = start.copy()
-        if "stiffness" in {term.name for term in terms}:
-            values[[term.name for term in terms].index("stiffness")] = body_w**2
+        if "stiffness" in names:
+            values[names.index("stiffness")] = body_w**2
         try:
             tried.append(best_solution(hidden_problem(motions, terms, values, [oscillator])))
         except IdentificationError:  # a start whose motion has no bounds says nothing against the other
             continue
+    if smaller is not None:
+        values = np.array([_value(smaller, label(term)) for term in terms])
+        oscillator = (smaller.value("hidden_w[1]"), smaller.value("hidden_zeta[1]"), smaller.value("hidden_ratio[1]"))
+        tried.append(_carried_on(hidden_problem(motions, terms, values, [oscillator]), smaller))
     return min(tried, key=lambda one: one.cost) if tried else None
 
 
@@ -150,7 +187,7 @@ def _starts(modes: HankelModes) -> list[tuple[float, tuple[float, float, float]]
     ]
 
 
-def _effective(solution: Solution) -> float:
+def effective_values(solution: Solution) -> float:
     """Independent values among the residuals of the best fit: n over their correlation time."""
     samples = 0.0
     for trial, residual in zip(solution.problem.trials, solution.residuals, strict=True):
@@ -162,7 +199,7 @@ def _effective(solution: Solution) -> float:
     return samples
 
 
-def _weigh(name: str, solution: Solution, n_effective: float) -> Candidate:
+def weigh(name: str, solution: Solution, n_effective: float) -> Candidate:
     """The criterion of one candidate; the trials' own nuisances are in all of them alike."""
     shared = [unknown for unknown in solution.problem.names if "[" not in unknown or unknown.startswith("hidden_")]
     criterion = n_effective * math.log(solution.chi2 / solution.n_data) + len(shared) * math.log(n_effective)

@@ -1,0 +1,91 @@
+"""How often a fit from a blind start ends at the best optimum: 500 starts of each kind of fit.
+
+    nice -n 10 python -m experiments.efficiency.blind            # writes blind.csv and blind.md beside this file
+
+Each start has its own noise. The best optimum is the lowest cost of the blind fit and of a fit from the truth; a fit
+is there when its cost is within 0.01 of it (a tenth of a standard error).
+"""
+
+from __future__ import annotations
+
+import argparse
+import csv
+import time
+from collections.abc import Sequence
+from pathlib import Path
+
+import numpy as np
+
+from experiments.eq15_campaign import tables
+from experiments.efficiency.cases import RANGES, Case, eq15, hidden
+from undertow.errors import IdentificationError
+from undertow.identification import output_error
+
+HERE = Path(__file__).parent
+NOISE_M = 2e-4
+NEAR_COST = 0.01
+LEVELS = tuple((spring, depth) for spring in ("long", "short") for depth in tables.WET_DEPTHS_M)
+
+
+def cases(kind: str) -> tuple[Case, ...]:
+    """What a kind is fitted to: Eq. 15 at ten levels, or the body with a hidden oscillator."""
+    if kind == "hidden":
+        return (hidden(NOISE_M),)
+    return tuple(eq15(spring, depth, int(kind), NOISE_M) for spring, depth in LEVELS)
+
+
+def tried(kind: str, count: int, seed: int = 0) -> list[dict[str, float | str]]:
+    """One row a start: the excess of its cost over the best, and where it started."""
+    of_kind = cases(kind)
+    rows: list[dict[str, float | str]] = []
+    for number in range(count):
+        rng = np.random.default_rng([seed, number])
+        case = of_kind[number % len(of_kind)]
+        problem, start = case.noisy(rng), case.start(rng)
+        best = output_error.fit(problem, case.truth, growing=False).cost
+        began = time.process_time()
+        try:
+            cost = output_error.fit(problem, start).cost
+        except IdentificationError:
+            cost = float("inf")
+        spent = time.process_time() - began
+        row = {"kind": kind, "start": number, "level": problem.trials[0].name, "excess": cost - min(best, cost)}
+        row |= {"cpu_ms": 1e3 * spent}
+        rows.append(row | dict(zip(case.names, start.tolist(), strict=True)))
+    return rows
+
+
+def summary(rows: Sequence[dict[str, float | str]]) -> str:
+    """Markdown: share of starts that end at the best optimum, and the time a fit takes, a kind."""
+    lines = ["| fit | starts | at the best optimum | CPU a fit, ms (median, largest) |", "|---|---|---|---|"]
+    for kind in dict.fromkeys(str(row["kind"]) for row in rows):
+        mine = [row for row in rows if row["kind"] == kind]
+        good = sum(float(row["excess"]) < NEAR_COST for row in mine)
+        spent = [float(row["cpu_ms"]) for row in mine]
+        name = "hidden oscillator" if kind == "hidden" else f"{kind} unknowns"
+        share = f"{good} ({100.0 * good / len(mine):.1f} %)"
+        lines.append(f"| {name} | {len(mine)} | {share} | {np.median(spent):.2g}, {max(spent):.2g} |")
+    return "\n".join(lines)
+
+
+def main() -> None:
+    """Run, write the rows and the table."""
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("--starts", type=int, default=500)
+    parser.add_argument("--kinds", nargs="+", default=["2", "4", "5", "hidden"])
+    parser.add_argument("--to", type=Path, default=HERE)
+    given = parser.parse_args()
+    rows = [row for kind in given.kinds for row in tried(kind, given.starts)]
+    names = list(dict.fromkeys(name for row in rows for name in row))
+    with (given.to / "blind.csv").open("w", newline="") as file:
+        writer = csv.DictWriter(file, names, lineterminator="\n")
+        writer.writeheader()
+        writer.writerows([{k: f"{v:.4g}" if isinstance(v, float) else v for k, v in row.items()} for row in rows])
+    ranges = ", ".join(f"{name} {low:g} to {high:g}" for name, (low, high) in RANGES.items())
+    text = f"# Blind starts\n\nStarts: {ranges} (units and law in cases.py).\n\n{summary(rows)}\n"
+    (given.to / "blind.md").write_text(text)
+    print(text)
+
+
+if __name__ == "__main__":
+    main()

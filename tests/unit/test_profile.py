@@ -38,7 +38,7 @@ def test_a_well_known_number_has_the_interval_that_its_standard_error_says():
     assert found.outcome == "ok"
     assert found.lower < BODY.k_N_per_m < found.upper
     half = 0.5 * (found.upper - found.lower)
-    assert half == pytest.approx(1.6449 * stderr, rel=0.2)  # ends to 1 %; noise in two channels weighs a little differently
+    assert half == pytest.approx(1.6449 * stderr, rel=0.2)  # two channels weigh a little differently
     assert abs(0.5 * (found.upper + found.lower) - found.best) < 0.1 * half
 
 

@@ -177,7 +177,7 @@ def _random_effects(builder: ProblemBuilder, model: GroupModel, trial: str, mean
         return []
     links = []
     for symbol, slot, estimate, factor in _deviations(model, model.fixed):
-        std = _plain_error(estimate)
+        std = _mean_error(model, symbol, estimate)
         if means and std > 0.0:
             links.append(Link(SLOT[slot], builder.unknown(f"{symbol}_mean", 0.0, prior_std=std, scale=std), factor))
         spread = model.fixed.scatter.get(symbol, 0.0) * abs(estimate.value)
@@ -196,9 +196,15 @@ def _deviations(model: GroupModel, structure: Structure) -> list[tuple[str, str,
     return [d for d in every if math.isfinite(d[2].value) and math.isfinite(d[3])]
 
 
-def _plain_error(estimate: Estimate) -> float:
-    """A dry mean's standard error without the widening for few trials, which the scatter's posterior brings itself."""
+def _mean_error(model: GroupModel, symbol: str, estimate: Estimate) -> float:
+    """A dry mean's standard error without the widening for few trials, which the scatter's posterior brings itself.
+
+    Friction is mu times the normal force: a volume that is not known well counts as a mu that is not.
+    """
     error = estimate.total_stderr / widening(estimate.freedom)
+    if symbol == "mu" and model.specimen.normal_force_error_N > 0.0:
+        relative = model.specimen.normal_force_error_N / model.specimen.normal_force_N
+        error = math.hypot(error, relative * estimate.value)
     return error if math.isfinite(error) else 0.0
 
 
@@ -215,6 +221,9 @@ def _group_fit(model: GroupModel, solution: Solution) -> GroupFit:
     for i, c in enumerate(model.coefficients):
         parts = float(errors[i] * math.sqrt(1.0 - share[i])), float(errors[i] * math.sqrt(share[i]))
         value, outcome = float(values[i]), OK
+        if c.name == "drag_coefficient" and model.specimen.area_m2 > 0.0:
+            area = model.specimen.area_error_m2 / model.specimen.area_m2
+            parts = parts[0], math.hypot(parts[1], area * value)
         if not c.lower < solution.values[i] < c.upper:
             value = float(solution.values[i])
             outcome, parts = f"{c.name} on its bound {value:.4g} {c.unit}", (math.nan, 0.0)
@@ -232,8 +241,8 @@ def _with_structure(model: GroupModel, structure: Structure, solution: Solution)
     deviations = _deviations(model, structure)
     slopes = np.array([_led(solution, at, deviations)[:, :size] for at in range(len(solution.problem.trials))])
     held = [
-        Held(slopes[:, j], structure.scatter.get(symbol, 0.0) * abs(estimate.value), _plain_error(estimate),
-             structure.scatter_freedom)
+        Held(slopes[:, j], structure.scatter.get(symbol, 0.0) * abs(estimate.value),
+             _mean_error(model, symbol, estimate), structure.scatter_freedom)
         for j, (symbol, _, estimate, _) in enumerate(deviations)
     ]  # fmt: skip
     noise = np.maximum(np.diag(residual_covariance(solution))[:size], 0.0)

@@ -22,7 +22,8 @@ class Specimen:
     """What the laboratory knows of the specimen in one group of trials; nan where it does not.
 
     ``mass_kg`` is all that moves when dry, ``stiffness_N_per_m`` the stated spring, ``area_m2`` the drag area (0 when
-    dry), ``submerged_volume_m3`` reduces the normal force: N = m g - V rho g (report Eq. 15).
+    dry), ``submerged_volume_m3`` reduces the normal force: N = m g - V rho g (report Eq. 15). ``area_error_m2`` and
+    ``volume_error_m3`` are their standard errors, which go into the systematic part of what depends on them.
     """
 
     mass_kg: float = math.nan
@@ -31,12 +32,19 @@ class Specimen:
     water_density_kg_per_m3: float = 1000.0
     submerged_volume_m3: float = 0.0
     gravity_m_per_s2: float = GRAVITY_M_PER_S2
+    area_error_m2: float = 0.0
+    volume_error_m3: float = 0.0
 
     @property
     def normal_force_N(self) -> float:
         """m g - V rho g in N; nan without a mass."""
         buoyancy = self.submerged_volume_m3 * self.water_density_kg_per_m3
         return (self.mass_kg - buoyancy) * self.gravity_m_per_s2
+
+    @property
+    def normal_force_error_N(self) -> float:
+        """Standard error of the normal force from the volume's, N."""
+        return self.volume_error_m3 * self.water_density_kg_per_m3 * self.gravity_m_per_s2
 
     @property
     def drag_N_per_unit_coefficient(self) -> float:

@@ -11,7 +11,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Literal
 
 import numpy as np
@@ -25,6 +25,11 @@ AnchorKind = Literal["mass", "stiffness", "load cells", "none"]
 
 STIFFNESS_DISAGREEMENT = 0.01
 """Relative difference between two stiffnesses above which both are printed (CONTRACT: over 1 %)."""
+
+
+LOAD_CELL_GAIN_STD = 0.005
+"""Relative standard error of a load cell's gain over the potentiometer's, where nothing else says k: half a per cent,
+as ordinary instruments have; the joint fit's prior of gains is the same."""
 
 
 @dataclass(frozen=True)
@@ -66,7 +71,9 @@ def choose_anchor(
         doubts = _disagreements(stated, "config", others)
         return Anchor("stiffness", k, f"stiffness {stated:g} N/m from the config", doubts)
     if load_cells is not None and math.isfinite(load_cells.value):
-        return Anchor("load cells", load_cells, f"stiffness {load_cells} from the load cells")
+        gain = LOAD_CELL_GAIN_STD * load_cells.value
+        anchor = replace(load_cells, systematic=math.hypot(load_cells.systematic, gain))
+        return Anchor("load cells", anchor, f"stiffness {anchor} from the load cells")
     return Anchor("none", nothing, "no anchor: coefficients are per total mass")
 
 

@@ -1,0 +1,129 @@
+"""What goes into a group's errors besides noise: dry means, trial-to-trial scatter, areas, volumes, load cells."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+from functools import cache
+
+import numpy as np
+import pytest
+
+from experiments.coverage.campaigns import make_campaign
+from experiments.coverage.study import TERMS
+from experiments.eq15_campaign import tables
+from undertow.conditioning.condition import condition
+from undertow.errors import IdentificationError
+from undertow.identification.baseline import fit_group, group_model, terms_by_name
+from undertow.identification.dry import DEFAULT_SCATTER, dry_fits, pooled_scatter, structural_terms, structure_from
+from undertow.identification.fit import Specimen
+from undertow.identification.problem import TrialOptions
+from undertow.identification.scale import LOAD_CELL_GAIN_STD, choose_anchor
+from undertow.quantities import Estimate
+
+OPTIONS = TrialOptions(rest_offset_std=1e-3)
+
+
+@cache
+def trials():
+    campaign = make_campaign("practice", 3, 11)
+    dry, wet = ([condition(r) for r in group] for group in (campaign.dry, campaign.wet))
+    fits = dry_fits(dry, structural_terms(TERMS), Specimen(tables.STRUCTURE_MASS_KG), TrialOptions())
+    return campaign.truth, fits, wet
+
+
+def fitted(scattering, structure_change=None, **specimen):
+    truth, fits, wet = trials()
+    structure = structure_from(fits, pooled_scatter([fits]))
+    if structure_change is not None:
+        structure = structure_change(structure)
+    water = Specimen(
+        tables.STRUCTURE_MASS_KG, area_m2=tables.REFERENCE_AREA_M2,
+        submerged_volume_m3=tables.submerged_volume(truth.water_depth_m), **specimen,
+    )  # fmt: skip
+    model = group_model(TERMS, wet, water, structure, dry=False, anchored=True)
+    return fit_group(model, wet, OPTIONS, scattering).estimates
+
+
+def certain(structure):
+    """The same structure, known exactly and the same in every trial."""
+    return replace(
+        structure, scatter={"k": 0.0, "c": 0.0, "mu": 0.0}, scatter_freedom=math.inf,
+        **{s: Estimate(getattr(structure, s).value, 0.0) for s in ("k", "c", "mu")},
+    )  # fmt: skip
+
+
+@pytest.mark.parametrize("scattering", ["none", "trials", "trials and means"])
+def test_a_structure_from_three_dry_trials_widens_what_is_found_in_water(scattering):
+    known = fitted("none", certain)
+    for name in ("added_mass_kg", "drag_coefficient"):
+        found = fitted(scattering)[name]
+        assert found.total_stderr > 1.5 * known[name].total_stderr
+        assert found.systematic > 0.0
+        assert known[name].systematic == 0.0
+
+
+def test_an_area_that_is_not_known_well_is_a_drag_coefficient_that_is_not():
+    sure, unsure = fitted("none"), fitted("none", area_error_m2=0.1 * tables.REFERENCE_AREA_M2)
+    drag = unsure["drag_coefficient"]
+    assert drag.value == sure["drag_coefficient"].value
+    assert drag.systematic == pytest.approx(math.hypot(sure["drag_coefficient"].systematic, 0.1 * drag.value))
+    assert unsure["added_mass_kg"] == sure["added_mass_kg"]
+
+
+@pytest.mark.parametrize(("scattering", "grown"), [("none", 1.2), ("trials and means", 1.01)])
+def test_a_volume_that_is_not_known_well_moves_the_friction_and_with_it_the_drag(scattering, grown):
+    """Least where every trial finds its own friction, which the trials then show as well as the volume does."""
+    sure, unsure = fitted(scattering), fitted(scattering, volume_error_m3=0.5)
+    assert unsure["drag_coefficient"].systematic > grown * sure["drag_coefficient"].systematic
+
+
+def test_a_force_of_gravity_s_error_is_the_volume_s():
+    specimen = Specimen(2637.4, volume_error_m3=0.01)
+    assert specimen.normal_force_error_N == pytest.approx(0.01 * 1000.0 * 9.81)
+
+
+def test_load_cells_alone_know_k_as_well_as_their_gain():
+    anchor = choose_anchor(Specimen(), None, Estimate(1000.0, 1.0, unit="N/m"))
+    assert anchor.stiffness.systematic == pytest.approx(1000.0 * LOAD_CELL_GAIN_STD)
+    assert anchor.stiffness.total_stderr == pytest.approx(math.hypot(1.0, 5.0))
+
+
+def test_dry_means_carry_the_freedom_they_were_seen_with():
+    _, fits, _ = trials()
+    structure = structure_from(fits, pooled_scatter([fits]))
+    assert structure.c.freedom == 2.0
+    both = pooled_scatter([fits, fits])
+    assert both.freedom == 4.0
+    assert structure_from(fits, both).c.stderr < structure.c.stderr  # pooled over springs: less widened
+
+
+def test_scatter_is_the_standard_deviation_where_noise_is_small():
+    _, fits, _ = trials()
+    values = np.array([f.estimates["k_N_per_m"].value for f in fits.values()])
+    seen = float(np.std(values, ddof=1) / np.mean(values))
+    assert pooled_scatter([fits]).values["k"] == pytest.approx(seen, rel=0.15)  # noise of single trials is taken out
+
+
+def test_one_dry_trial_shows_no_scatter_and_says_so():
+    _, fits, _ = trials()
+    one = dict(list(fits.items())[:1])
+    scatter = pooled_scatter([one])
+    assert scatter.values == DEFAULT_SCATTER
+    assert scatter.freedom == 0.0
+    assert structure_from(one, scatter).source == "output error on 1 dry trials; scatter assumed, not seen"
+
+
+def test_a_structure_of_no_dry_trial_is_refused():
+    with pytest.raises(IdentificationError, match="structure: 0 dry trials were fitted; give k, c, mu in the config"):
+        structure_from({}, pooled_scatter([{}]))
+
+
+def test_hardening_per_unit_mass_has_its_unit_per_kg():
+    _, _, wet = trials()
+    terms = terms_by_name(("stiffness", "viscous_damping", "cubic_stiffness", "quintic_stiffness"))
+    model = group_model(terms, wet, Specimen(), None, dry=False, anchored=False)
+    units = {c.name: c.unit for c in model.coefficients}
+    assert units["cubic_stiffness_N_per_m3_per_mass"] == "N/m^3 per kg"
+    assert units["quintic_stiffness_N_per_m5_per_mass"] == "N/m^5 per kg"
+    assert all(unit.endswith("per kg") for unit in units.values())

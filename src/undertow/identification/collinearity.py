@@ -22,7 +22,7 @@ HARD_CORRELATION = 0.98
 """Beyond this, five times worse, they are called hardly told apart."""
 
 SAID_INFLATION = 25.0
-"""A term whose variance the others inflate more than this is named even where no single other one does it."""
+"""Where the others inflate a term's variance more than this, the combination of three and more is named."""
 
 SHARE_IN_A_COMBINATION = 0.2
 """A coefficient with at least this share of the weakest combination's length is part of its name."""
@@ -68,7 +68,7 @@ def collinearity(names: Sequence[str], covariance: Array, sizes: Array) -> Colli
     values, vectors = np.linalg.eigh(scaled)
     weakest = vectors[:, -1] * np.sign(vectors[np.argmax(np.abs(vectors[:, -1])), -1])
     error = float(np.sqrt(max(values[-1], 0.0)))
-    sentences = (*_pairs(names, correlation), *_inflated(names, correlation, inflation, weakest))
+    sentences = (*_pairs(names, correlation), *_combined(names, inflation, weakest))
     return Collinearity(tuple(names), correlation, inflation, weakest, error, sentences)
 
 
@@ -88,16 +88,14 @@ def _pairs(names: Sequence[str], correlation: Array) -> list[str]:
     return said
 
 
-def _inflated(names: Sequence[str], correlation: Array, inflation: Array, weakest: Array) -> list[str]:
-    """Sentences for combinations of three and more, which no pair shows."""
-    paired = np.abs(correlation - np.eye(len(names))).max(axis=1) >= SAID_CORRELATION
-    hidden = [i for i in range(len(names)) if inflation[i] > SAID_INFLATION and not paired[i]]
-    if not hidden:
-        return []
+def _combined(names: Sequence[str], inflation: Array, weakest: Array) -> list[str]:
+    """The sentence for a combination of three and more terms, which pairs do not show."""
     part = [i for i in range(len(names)) if abs(weakest[i]) >= SHARE_IN_A_COMBINATION]
+    worst = int(np.argmax(inflation))
+    if len(part) < 3 or inflation[worst] < SAID_INFLATION:
+        return []
     combination = " ".join(f"{weakest[i]:+.2f} {names[i]}" for i in part)
     return [
-        f"the least certain combination is {combination} (in units of each one's force): "
-        f"the others widen the standard error of {names[i]} {np.sqrt(inflation[i]):.1f} times"
-        for i in hidden
+        f"the least certain combination is {combination} (in units of each one's force): the others widen the "
+        f"standard error of {names[worst]} {np.sqrt(inflation[worst]):.1f} times"
     ]

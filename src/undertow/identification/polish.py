@@ -26,6 +26,9 @@ MOST_DAMPING = 1e12
 STOP_IN_STDERR = 1e-2
 """The search ends when no unknown moves by more than this share of its own standard error."""
 
+RELEASE_STARTS_S = (0.0, 0.05, 0.1)
+"""Releases seen late by so much are tried, s."""
+
 POOR_FIT = 4.0
 """Mean squared residual in units of noise beyond which a doubtful start is tried on growing windows too."""
 
@@ -73,13 +76,31 @@ def polish(
     values = np.array(values)
     values[: len(book.terms)][[i for i in range(len(book.terms)) if i not in set(chosen)]] = 0.0
     places = book.columns(chosen)
-    mine = [trial.start.copy() for trial in trials] if own is None else [part.copy() for part in own]
+    mine = [_settled(trial, book, values) for trial in trials] if own is None else [part.copy() for part in own]
     found = _search(trials, book, places, values, mine)
     rows = sum(seen.values.size for trial in trials for seen in trial.channels)
     if doubtful and (found.chi2 > POOR_FIT * rows or not found.converged):
         second = _search(trials, book, places, *_grown(trials, book, places, values, mine))
         found = min(found, second, key=lambda fit: fit.cost)
     return replace(found, chosen=tuple(chosen))
+
+
+def _settled(trial: Cells, book: Laws, values: Array) -> Array:
+    """A trial's own unknowns at the laws' first values: its release instant is tried at several places.
+
+    A decay looks like one that was let go higher and a period earlier; a late start would lead there.
+    """
+    if "shift" not in trial.names:
+        return trial.start.copy()
+    fits = []
+    for late in RELEASE_STARTS_S:
+        start = trial.start.copy()
+        start[trial.names.index("shift")] = late
+        try:
+            fits.append(_search([trial], book, [], values, [start]))
+        except IdentificationError:  # no motion from this start; the laws' own search says so where none has one
+            continue
+    return min(fits, key=lambda fit: fit.cost).own[0] if fits else trial.start.copy()
 
 
 def _grown(

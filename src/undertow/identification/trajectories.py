@@ -113,7 +113,7 @@ def in_cells(motion: Motion, scatter: Mapping[str, float] | None = None) -> Cell
         samples = motion.recorded(quantity)[index]
         noise = max(motion.noise.get(quantity, 0.0), LEAST_NOISE * float(np.std(samples)), np.finfo(float).tiny)
         channels.append(Seen(quantity, samples.mean(axis=1), noise / math.sqrt(m)))
-    start = {"x0": (float(motion.x[0] - motion.equilibrium.value), math.inf)}
+    start = {"x0": (_release_position(motion), math.inf)}
     if motion.window.held:
         start["shift"] = (0.0, math.hypot(SHIFT_STD_S, motion.window.release_stderr_s))
     else:
@@ -126,6 +126,16 @@ def in_cells(motion: Motion, scatter: Mapping[str, float] | None = None) -> Cell
     return Cells(
         motion.name, t, tuple(channels), _drift_basis(t, period), tuple(start), values[:, 0], values[:, 1], period
     )
+
+
+def _release_position(motion: Motion) -> float:
+    """Displacement from rest at the release, m: the hold's median where one was recorded, for a release seen late is
+    seen at a smaller displacement."""
+    recorded = motion.recording.channels.get("displacement")
+    before = motion.recording.time < motion.window.release_s
+    if not motion.window.held or recorded is None or not np.any(before):
+        return float(motion.x[0] - motion.equilibrium.value)
+    return float(np.median(recorded[before]) - motion.equilibrium.value)
 
 
 def _drift_basis(t: Array, period_s: float) -> Array:

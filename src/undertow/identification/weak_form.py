@@ -105,7 +105,8 @@ def _rows(motion: Motion, terms: Sequence[Term], length: float, step: float, clo
         2: (12.0 * (np.sin(phase) * np.cos(phase)) ** 2 - 4.0 * np.sin(phase) ** 4)
         * (np.pi / (count * dt)) ** 2 / area,
     }  # fmt: skip
-    starts = np.unique(np.round(np.arange(0.0, motion.windowed("t").size - count + 1, max(step / dt, 1.0))).astype(int))
+    first = np.arange(0.0, max(motion.windowed("t").size - count, 0), max(step / dt, 1.0))
+    starts = np.unique(first.astype(int))
     if starts.size < MIN_ROWS:
         raise IdentificationError(
             f"trial {motion.name}: {starts.size} rows in a window of {motion.windowed('t').size * dt:.3g} s with test "

@@ -1,0 +1,221 @@
+"""`undertow.Discover`: found, told and predicted as scikit-learn's estimators do, and honest about what it is not."""
+
+import pickle
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from sklearn.base import clone, is_regressor
+from sklearn.exceptions import NotFittedError as UnfittedEstimator
+from sklearn.utils.validation import check_is_fitted
+
+import undertow
+from experiments.structure.truths import OtherBody
+from tests.short_trials import LONG, group, per_mass, released
+from undertow.conditioning.condition import condition
+from undertow.equation.hydrodynamics import QuadraticDrag
+from undertow.equation.structure import CoulombFriction, CubicStiffness, Stiffness, ViscousDamping
+from undertow.errors import IdentificationError, NotFittedError
+from undertow.identification.structure import Effort, find_structure
+from undertow.identification.structure_report import as_html, as_text, doubts, findings, odds
+from undertow.identification.walk import Rules
+
+EQ15 = {"stiffness", "viscous_damping", "coulomb_friction", "quadratic_drag"}
+SIX = ("stiffness", "viscous_damping", "coulomb_friction", "quadratic_drag", "cubic_stiffness", "cubic_damping")
+
+
+@pytest.fixture(scope="module")
+def trials():
+    return group()
+
+
+@pytest.fixture(scope="module")
+def fitted(trials):
+    return undertow.Discover(resamples=20).fit(trials)
+
+
+def test_ten_terms_come_down_to_equation_15(fitted):
+    assert {term.name for term in fitted.terms_} == EQ15
+    order = [next(i for i, t in enumerate(fitted.terms_) if t.name == n) for n in SIX[:4]]
+    errors = np.array([fitted.estimates_[name].stderr for name in SIX[:4]])
+    assert np.all(np.abs(fitted.coefficients_[order] - per_mass(LONG)) < 4.0 * errors)
+    assert np.all(errors / per_mass(LONG) < 0.05)
+
+
+def test_terms_that_are_there_are_found_again_in_resamples(fitted):
+    assert all(fitted.inclusion_[name] >= 0.9 for name in EQ15)
+    assert set(fitted.inclusion_) == set(fitted.structure_.considered)
+
+
+def test_a_trial_that_was_not_seen_is_predicted_to_its_noise(fitted):
+    unseen = released(LONG, 0.08, "unseen", 77)
+    floor = 2e-4 / np.sqrt(np.mean((condition(unseen).windowed("x") - 0.001) ** 2))
+    assert 1.0 - fitted.score([unseen]) < 1.6 * floor
+    predicted = fitted.predict([unseen])
+    assert predicted[0].shape == condition(unseen).windowed("t").shape
+    heavier = released(OtherBody(*[1.1 * LONG.inertia_kg, *list(vars(LONG).values())[1:]]), 0.08, "heavier", 5)
+    # a tenth more mass is 5 % of the frequency: half a radian after two of the eight seconds
+    assert fitted.score([heavier]) < 0.75
+
+
+def test_the_equation_has_the_digits_that_its_errors_allow(fitted):
+    (text,) = fitted.equations()
+    assert text.startswith("x'' + 28.0")
+    stiffness = fitted.estimates_["stiffness"]
+    shown = text.split()[2]
+    assert abs(float(shown) - stiffness.value) < stiffness.stderr
+    assert len(shown) < 9
+
+
+def test_the_report_says_everything_in_order(fitted, trials):
+    report = fitted.fit_report([trials[1]])
+    for part in ("structure of 3 trials: r0, r1, r2", "x'' + 28.0", "found again", "without cubic_damping",
+                 "weak form on the recorded acceleration agrees", "times the noise", "free-run error", "r1 0.0"):  # fmt: skip
+        assert part in report
+    assert "free-run" not in fitted.fit_report()
+    page = fitted._repr_html_()
+    assert page.startswith("<div><p><code>x&#x27;&#x27; + 28.0")
+    assert "<table>" in page
+    assert fitted._repr_mimebundle_()["text/html"] == page
+
+
+def test_clone_params_repr_and_pickle_are_scikit_learns(fitted, trials):
+    settings = {"terms": SIX, "known": ("stiffness",), "exclusive": (("quadratic_drag", "cubic_damping"),), "resamples": 0}
+    one = undertow.Discover(**settings)
+    assert clone(one).get_params() == one.get_params()
+    assert one.set_params(resamples=30).resamples == 30
+    assert repr(undertow.Discover(signs=False)) == "Discover(signs=False)"
+    again = pickle.loads(pickle.dumps(fitted))  # noqa: S301 - our own bytes
+    assert again.equations() == fitted.equations()
+    assert again.score([trials[0]]) == fitted.score([trials[0]])
+    check_is_fitted(fitted)
+    assert not is_regressor(clone(fitted))
+    assert "Discover" in undertow.Discover()._repr_html_()
+
+
+@pytest.mark.parametrize("ask", [lambda d: d.predict([]), lambda d: d.equations(), lambda d: d.equation_,
+                                 lambda d: d.score([]), lambda d: d.fit_report(), lambda d: d.rivals_])  # fmt: skip
+def test_an_unfitted_estimator_says_so_as_ours_and_as_scikit_learns_error(ask):
+    for error in (NotFittedError, UnfittedEstimator, ValueError, AttributeError):
+        with pytest.raises(error, match=r"this Discover has seen 0 trials; call fit\(trials\) first"):
+            ask(undertow.Discover())
+    with pytest.raises(UnfittedEstimator):
+        check_is_fitted(undertow.Discover())
+
+
+def test_fit_leaves_settings_and_trials_alone(fitted, trials):
+    before = {name: np.array(values) for name, values in trials[0].channels.items()}
+    one = undertow.Discover(terms=SIX, known=["stiffness"], resamples=0, outside=False, second_route=False)
+    assert one.fit(trials) is one
+    assert one.get_params()["known"] == ["stiffness"]
+    assert all(np.array_equal(before[name], trials[0].channels[name]) for name in before)
+    assert one.n_trials_in_ == 3
+    assert one.inclusion_ == {}
+
+
+def test_groups_and_known_terms_are_obeyed_by_name(trials):
+    quick = {"resamples": 0, "outside": False, "second_route": False}
+    kept = undertow.Discover(terms=SIX, known=("cubic_damping",), **quick).fit(trials)
+    assert "cubic_damping" in {term.name for term in kept.terms_}
+    assert "known to be there" in kept.fit_report()
+    apart = undertow.Discover(terms=SIX, exclusive=(("viscous_damping", "quadratic_drag"),), **quick).fit(trials)
+    assert not {"viscous_damping", "quadratic_drag"} <= {term.name for term in apart.terms_}
+
+
+def test_trials_whose_stiffness_differs_do_not_make_a_cubic_spring():
+    bodies = [OtherBody(*[*list(vars(LONG).values())[:2], LONG.k_N_per_m * factor, *list(vars(LONG).values())[3:]])
+              for factor in (0.995, 1.0, 1.006)]  # fmt: skip
+    trials = [released(body, x0, f"s{i}", i) for i, (body, x0) in enumerate(zip(bodies, (0.03, 0.06, 0.1), strict=True))]
+    quick = {"terms": SIX, "resamples": 0, "outside": False, "second_route": False}
+    alike = undertow.Discover(**quick).fit(trials)
+    own = undertow.Discover(**quick, scatter={"stiffness": 0.005}).fit(trials)
+    assert {term.name for term in own.terms_} == EQ15
+    assert {term.name for term in alike.terms_} != EQ15
+    assert own.structure_.left < 1.1
+
+
+def test_a_law_that_the_library_lacks_is_said_first():
+    body = OtherBody(LONG.inertia_kg, LONG.c_Ns_per_m, LONG.k_N_per_m, LONG.friction_N, 3924.0, static_N=170.0)
+    one = undertow.Discover(terms=SIX, resamples=0, second_route=False).fit(group(body))
+    assert not one.structure_.adequate
+    second_line = one.fit_report().splitlines()[1]
+    assert second_line.startswith("! no subset of the library is adequate: stribeck_friction")
+    assert "<strong>no subset of the library is adequate" in one._repr_html_()
+
+
+def test_an_inner_parameter_has_a_name_a_unit_and_an_error():
+    body = OtherBody(LONG.inertia_kg, LONG.c_Ns_per_m, LONG.k_N_per_m, LONG.friction_N, 3924.0, static_N=170.0)
+    terms = (*SIX, "stribeck_friction")
+    one = undertow.Discover(terms=terms, resamples=0, outside=False, second_route=False).fit(group(body))
+    speed = one.estimates_["stribeck_friction.velocity_m_per_s"]
+    assert speed.unit == "m/s"
+    assert abs(speed.value - 0.03) < 4.0 * speed.stderr
+    assert "stribeck_friction.velocity_m_per_s" in one.fit_report()
+    kept = next(term for term in one.terms_ if term.name == "stribeck_friction")
+    assert kept.inner["velocity_m_per_s"] == speed.value
+
+
+def test_displacement_alone_is_enough():
+    one = undertow.Discover(terms=SIX, resamples=0, outside=False).fit(group(channels=("x",)))
+    assert {term.name for term in one.terms_} == EQ15
+    assert one.structure_.route.response == "displacement"
+
+
+@pytest.mark.parametrize(
+    ("settings", "message"),
+    [
+        ({"known": ("drag",)}, r"known names 'drag', which is not in the library stiffness, viscous_damping"),
+        ({"known": "stiffness"}, r"known is the text 'stiffness'; give a sequence of names"),
+        ({"together": (("stiffness", "spring"),)}, r"together names 'spring'"),
+        ({"exclusive": (("a", "b"),)}, r"exclusive names 'a'"),
+        ({"terms": ("stiffnes",)}, r"equation term 'stiffnes' is not on the shelf; did you mean 'stiffness'"),
+        ({"terms": ()}, r"3 trials and 0 terms; give at least one of each"),
+        ({"terms": ("stiffness", "hidden_resonator")}, r"2 terms cannot be judged on simulated motion: hidden_resonator"),
+        ({"scatter": {"mass": 0.1}}, r"scatter of 'mass' is 0.1; give a share above 0 of one of stiffness"),
+        ({"scatter": {"stiffness": -0.1}}, r"scatter of 'stiffness' is -0.1; give a share above 0"),
+        ({"terms": SIX, "resamples": 3, "outside": False}, r"3 resamples give no probability; draw at least 10"),
+    ],
+)
+def test_settings_without_an_answer_are_refused_with_the_value(settings, message, trials):
+    with pytest.raises(ValueError, match=message):
+        undertow.Discover(**settings).fit(trials)
+
+
+def test_trials_that_are_none_are_refused(fitted, trials):
+    for wrong, message in (([], r"trials is 0 trials"), (trials[0], r"trials is Recording; give a list"),
+                           ([1.0], r"a trial is of type float; give Recording or Motion")):  # fmt: skip
+        with pytest.raises(IdentificationError, match=message):
+            fitted.predict(wrong)
+
+
+def test_what_is_doubtful_is_said_first(fitted):
+    structure = fitted.structure_
+    name = structure.names[1]
+    worse = dict(structure.numbers)
+    worse[name] = replace(worse[name], outcome="not told from 0: 0.1 with a standard error of 0.2")
+    lost = replace(structure, numbers=worse, route=replace(structure.route, agrees=False, sentence="weak form DISAGREES"))
+    assert f"{name}: not told from 0" in as_text(lost).splitlines()[1]
+    assert "weak form DISAGREES" in doubts(lost)
+    assert "weak form DISAGREES" not in findings(lost)
+    assert as_html(lost).count("<strong>") == 2
+    missing = replace(structure, route=None, route_outcome="no second route: the window is too short")
+    assert "no second route: the window is too short" in findings(missing)
+
+
+def test_odds_are_readable():
+    assert [odds(d) for d in (2.0, 6.0, 100.0)] == ["2.7 to 1", "20 to 1", "1000000 to 1"]
+
+
+def test_undertow_exports_discover_and_nothing_that_is_not_there():
+    assert "Discover" in undertow.__all__
+    with pytest.raises(AttributeError, match=r"module 'undertow' has no attribute 'Find'; it has Discover"):
+        undertow.Find  # noqa: B018 - asked for to see it refused
+
+
+def test_a_library_that_cannot_move_as_the_body_raises():
+    motions = [condition(recording) for recording in group()]
+    terms = (Stiffness(), ViscousDamping(), CoulombFriction(), QuadraticDrag(), CubicStiffness())
+    with pytest.raises(IdentificationError, match=r"0 trials and 5 terms; give at least one of each"):
+        find_structure([], terms)
+    with pytest.raises(IdentificationError, match=r"obeys the (signs|groups)|exclusive"):
+        find_structure(motions, terms, Rules(known=(0, 1), exclusive=((0, 1),)), effort=Effort(0, False, False))

@@ -132,8 +132,8 @@ def _hysteresis(p: Numbers, size: float, s: Scene) -> None:
 def _forcing(p: Numbers, size: float, s: Scene) -> None:
     p["A"], p["ph"] = size * p["k"] * s.largest, 2.0 * np.pi * s.own["phase"]
     p["om"] = resonator_rate(s)
-    if abs(p["om"] / s.rate - 1.0) < 0.15:
-        p["om"] *= 1.2
+    while min(abs(p["om"] / rate - 1.0) for rate in (s.slowest, s.campaign["fastest"])) < 0.15:
+        p["om"] *= 1.1  # a force at a body's own rate is a trial whose k differs
 
 
 def _echo(p: Numbers, size: float, s: Scene) -> None:
@@ -180,7 +180,7 @@ EFFECTS: tuple[Effect, ...] = (
     Effect("stribeck_friction", "structure", _stribeck, 3.0),
     Effect("asymmetric_friction", "structure", _add("fa", lambda p, s: p["fc"], True), 0.9, seen_in="rest"),
     Effect("presliding", "structure", _presliding, 10.0),
-    Effect("variable_normal_force", "structure", _add("n", lambda p, s: p["fc"] / s.largest), 20.0),
+    Effect("variable_normal_force", "structure", _add("n", lambda p, s: p["fc"] / s.largest), 4.0),
     Effect("hysteresis", "structure", _hysteresis, 0.4),
     Effect("support_compliance", "set-up", _support, 0.3),
     Effect("rest_offset", "set-up", _rest, 20.0, seen_in="rest"),

@@ -22,6 +22,9 @@ from experiments.names.rows import read
 MEDIUM = 1.5
 """Strength at which the picture is drawn."""
 
+READING = Path(__file__).resolve().parent / "reading.md"
+"""Why verdicts came out wrong, written by hand from single campaigns looked into."""
+
 HEAD = """\
 # Who is accused of what
 
@@ -74,6 +77,7 @@ def page_text(found: Mapping[str, Any]) -> str:
         parts.append(_seiche(found["seiche"]))
     if found["invariance"]:
         parts.append(_invariance(found["invariance"]))
+    parts.append(READING.read_text(encoding="utf-8"))
     revisions = ", ".join(f"`{r}`" for r in found["revisions"])
     parts.append(f"Judged at revision{'s' if len(found['revisions']) > 1 else ''} {revisions}.\n")
     return "\n".join(parts)

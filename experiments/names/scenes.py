@@ -66,6 +66,7 @@ def make_scene(plan: Plan, trial: Trial) -> Scene:
     chosen = plan.springs[0]
     draws |= {
         "rate": rates[chosen],
+        "fastest": max(rates.values()),
         "speed": max(speeds.values()),
         "largest": plan.rig.springs[chosen].releases[1],
         "stiffest": max(plan.rig.springs[s].k for s in plan.springs),

@@ -147,6 +147,18 @@ def write(entries: Sequence[Entry], path: Path) -> None:
             table.writerow([e.scatter, e.trials, e.seed, e.fit, e.parameter, *numbers, str(e.inside).lower()])
 
 
+def read(path: Path) -> list[Entry]:
+    """The intervals of a table that `write` wrote."""
+    with path.open(encoding="utf-8") as stream:
+        return [
+            Entry(
+                row["scatter"], int(row["trials"]), int(row["seed"]), row["fit"], row["parameter"], float(row["value"]),
+                float(row["stderr"]), float(row["truth"]),
+            )
+            for row in csv.DictReader(stream)
+        ]  # fmt: skip
+
+
 def main(arguments: list[str] | None = None) -> int:
     """Run the study, write its rows and print the table of docs/uncertainty.md."""
     parser = argparse.ArgumentParser(description="Coverage of nominal 90 % intervals on synthetic campaigns.")
@@ -154,9 +166,8 @@ def main(arguments: list[str] | None = None) -> int:
     parser.add_argument("--first", type=int, default=FIRST_SEED, help="first seed")
     parser.add_argument("--out", type=Path, default=RESULTS, help="where the rows go")
     options = parser.parse_args(arguments)
-    entries = list(study(options.campaigns, options.first))
-    write(entries, options.out)
-    print("\n".join(summary(entries)))
+    write(list(study(options.campaigns, options.first)), options.out)
+    print("\n".join(summary(read(options.out))))
     return 0
 
 

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import csv
 from dataclasses import replace
 from pathlib import Path
 
@@ -10,7 +9,7 @@ import numpy as np
 import pytest
 
 from experiments.coverage.campaigns import make_campaign
-from experiments.coverage.study import RESULTS, WET, Entry, coverage, intervals, measure, summary
+from experiments.coverage.study import RESULTS, WET, Entry, coverage, intervals, measure, read, summary
 from experiments.eq15_campaign.tables import submerged_volume
 from undertow.campaign.config import load
 from undertow.campaign.run import run
@@ -38,17 +37,6 @@ equation:
 identify: [output_error]
 discrepancy: {{suspects: []}}
 """
-
-
-def committed() -> list[Entry]:
-    with RESULTS.open(encoding="utf-8") as stream:
-        return [
-            Entry(
-                row["scatter"], int(row["trials"]), int(row["seed"]), row["fit"], row["parameter"], float(row["value"]),
-                float(row["stderr"]), float(row["truth"]),
-            )
-            for row in csv.DictReader(stream)
-        ]  # fmt: skip
 
 
 def test_a_slice_of_the_study_still_runs_and_covers():
@@ -82,12 +70,12 @@ def test_the_study_goes_the_way_of_the_main_run(tmp_path):
 
 def test_the_committed_study_is_the_one_that_the_page_shows():
     page = DOCS.read_text(encoding="utf-8")
-    for line in summary(committed()):
+    for line in summary(read(RESULTS)):
         assert line in page
 
 
 def test_the_committed_study_covers_what_it_says():
-    entries = committed()
+    entries = read(RESULTS)
     assert len({(e.scatter, e.trials, e.seed) for e in entries}) >= 400
     for fit, name in dict.fromkeys((e.fit, e.parameter) for e in entries):
         found = coverage(e for e in entries if (e.fit, e.parameter) == (fit, name))

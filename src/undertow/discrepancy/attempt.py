@@ -72,7 +72,7 @@ def _waters(level: Level, best: Candidate, suspect: Suspect) -> tuple[Level, ...
 
 def _attempt(level: Level, best: Candidate, suspect: Suspect, start: float) -> JointFit | None:
     """One fit from one start, at the noise of what stands; None where it gives no motion."""
-    addend = Addend(_prefix(best, suspect), renumbered(suspect.additions(level.scales, start), best))
+    addend = Addend(_prefix(best, suspect), renumbered(suspect.additions(level.scales, start), best), suspect.frees)
     known = best.fit.values if best.suspects or not suspect.memory else {}
     growing = not best.suspects and (suspect.memory or not level.shares(best.fit.solution.problem.names))
     try:
@@ -83,7 +83,7 @@ def _attempt(level: Level, best: Candidate, suspect: Suspect, start: float) -> J
 
 def _from_place(level: Level, best: Candidate, suspect: Suspect, additions: tuple[Addition, ...]) -> JointFit | None:
     """One fit from a place of the grid, everything else where it stands; None where it gives no motion."""
-    addends = (*best.fit.addends, Addend(_prefix(best, suspect), additions))
+    addends = (*best.fit.addends, Addend(_prefix(best, suspect), additions, suspect.frees))
     growing = level.shared_water != best.fit.shared_water
     try:
         return fit_joint(level, addends, best.fit.memory, best.fit.values, best.fit.misfit, growing, quick=True)
@@ -105,7 +105,7 @@ def _prefix(best: Candidate, suspect: Suspect) -> str:
 def renumbered(additions: Sequence[Addition], best: Candidate) -> tuple[Addition, ...]:
     """A second resonator takes the integrator's second place."""
     taken = sum(a.slot.startswith("hm") for d in best.fit.addends for a in d.additions)
-    if not taken or not additions[0].slot.startswith("h") or additions[0].slot[-1] != "1":
+    if not taken or not additions or not additions[0].slot.startswith("h") or additions[0].slot[-1] != "1":
         return tuple(additions)
     place = str(taken + 1)
     return tuple(replace(a, slot=a.slot[:-1] + place) for a in additions)

@@ -21,7 +21,7 @@ RIVAL_ODDS = 20.0
 SIGNIFICANT = 3.0
 """A suspect's coefficient must be this many standard errors from zero."""
 
-DISSIPATES = frozenset({"linear_damping", "coulomb_friction"})
+DISSIPATES = frozenset({"linear_damping", "coulomb_friction", "quadratic_drag"})
 """Additions that cannot be negative: water takes energy."""
 
 OVERDAMPED = 0.25
@@ -141,7 +141,7 @@ def doubt(level: Level, fit: JointFit) -> str:
                 if addend.prefix in DISSIPATES and value < -2.0 * error:
                     return f"{name} = {value:.4g} {a.unit} would feed energy into the motion"
                 strongest = max(strongest, abs(value) / error if error > 0.0 else 0.0)
-        if not addend.additions[0].inner and strongest < SIGNIFICANT:
+        if addend.additions and not addend.additions[0].inner and strongest < SIGNIFICANT:
             return f"{addend.prefix} is {strongest:.1f} standard errors from zero"
     return ""
 

@@ -17,7 +17,7 @@ from dataclasses import dataclass, replace
 
 from undertow.discrepancy.attempt import REFINED, as_radiation, from_places, from_starts, renumbered
 from undertow.discrepancy.candidate import Candidate, Diagnosis, Screened, conclude, damping_ratio
-from undertow.discrepancy.joint import JointFit, Level, fit_joint, free_run_error, residual_memory
+from undertow.discrepancy.joint import WIDER, JointFit, Level, fit_joint, free_run_error, residual_memory
 from undertow.discrepancy.screen import prospects
 from undertow.discrepancy.suspects import EACH_SPRING, RINGS, Suspect
 from undertow.errors import IdentificationError
@@ -77,9 +77,12 @@ class _Search:
                 break
             tried = list(self._tried(depth))
             self.found += tried
-            needed = self.best.score + math.log(ACCUSE_PROBABILITY / (1.0 - ACCUSE_PROBABILITY))
-            probable = sorted((c for c in tried if not c.out and c.score > needed), key=lambda c: -c.score)
+            odds = math.log(ACCUSE_PROBABILITY / (1.0 - ACCUSE_PROBABILITY))
+            possible = sorted((c for c in tried if not c.out), key=lambda c: -c.score)
+            probable = [c for c in possible if c.score > self.best.score + odds]
             ahead = self._worthwhile(probable, REMAINING if depth else 1.0)
+            if ahead is None and not depth:
+                self._worthwhile([c for c in possible if abs(c.score - self.best.score) <= odds], 1.0)
             if ahead is None:
                 break
             self.best, self.error = self._plainer(ahead, probable)
@@ -110,9 +113,13 @@ class _Search:
 
     def _screen_out(self, suspect: Suspect, prior: float, gain: float) -> None:
         """Keep what a suspect could gain at most, with the penalty of its unknowns."""
-        fit = self.null.fit
-        unknowns = len(suspect.additions(self.level.scales, suspect.starts(self.level.scales)[0]))
+        fit, level = self.null.fit, self.level
+        copies = {"shared": 1, "spring": len(level.members), "trial": level.trials}
+        additions = suspect.additions(level.scales, suspect.starts(level.scales)[0])
+        unknowns = sum(copies[a.scope] for a in additions)
         penalty = 0.5 * unknowns * math.log(max(fit.solution.n_data / fit.memory, 2.0))
+        if suspect.frees:
+            penalty += math.log(WIDER) * level.trials
         score = self.null.score - self.null.log_prior + prior + gain - penalty
         self.screened[suspect.label] = Screened(suspect, gain, score)
 
@@ -129,6 +136,8 @@ class _Search:
         """
         for candidate in probable:
             closer = free_run_error(self.level, candidate.fit)
+            if not candidate.suspects[-1].shown_by_free_run:
+                return candidate, min(closer, self.error)
             if closer < remaining * self.error and math.sqrt(self.error**2 - closer**2) > WORTH:
                 return candidate, closer
             odds = candidate.score - self.best.score
@@ -206,6 +215,8 @@ def _has_room(level: Level, suspect: Suspect) -> bool:
     """Whether a suspect can be told from what is free anyway: a coefficient that every group fits is no suspect."""
     if len(level.members) == 1 and suspect.variant == EACH_SPRING:
         return False
+    if suspect.frees:
+        return True
     slots = {a.slot for a in suspect.additions(level.scales, suspect.starts(level.scales)[0])}
     free = [{c.slot for c in m.model.coefficients} for m in level.members]
     return not all(slots <= own for own in free)

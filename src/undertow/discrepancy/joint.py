@@ -77,12 +77,22 @@ class Level:
         return sum(len(m.motions) for m in self.members)
 
 
+WIDER = 20.0
+"""How much wider than a sensor's prior its shift, gain or drift may be where the sensor is suspected."""
+
+
 @dataclass(frozen=True)
 class Addend:
-    """A suspect's unknowns as added, with a prefix that tells two of a kind apart."""
+    """A suspect's unknowns as added, with a prefix that tells two of a kind apart, or the nuisance that it frees."""
 
     prefix: str
     additions: tuple[Addition, ...]
+    frees: str = ""
+
+    @property
+    def replaced(self) -> frozenset[str]:
+        """Slots whose coefficient in the equation it takes the place of."""
+        return frozenset(a.replaces for a in self.additions if a.replaces)
 
 
 @dataclass(frozen=True)
@@ -135,6 +145,7 @@ def member_rate(member: Member) -> float:
 def build(level: Level, addends: Sequence[Addend]) -> Problem:
     """The joint problem: shared water, each spring's structure, each trial's deviations and sensors, additions."""
     builder = ProblemBuilder()
+    replaced = frozenset().union(*(addend.replaced for addend in addends))
     largest = max(m.amplitude for member in level.members for m in member.motions)
     for member in level.members:
         drift = DRIFT_SHARE * largest
@@ -143,24 +154,38 @@ def build(level: Level, addends: Sequence[Addend]) -> Problem:
         )
         for motion in member.motions:
             links = []
-            for c in member.model.coefficients:
+            for c in (c for c in member.model.coefficients if c.slot not in replaced):
                 shared = level.shared_water and member.model.fixed is not None
                 name = c.name if shared else f"{c.name}@{member.label}"
                 index = builder.unknown(name, c.start, lower=c.lower, upper=c.upper, scale=c.scale)
                 links.append(Link(SLOT[c.slot], index, c.factor))
             links += structure_links(builder, member, motion.name)
             for addend in addends:
-                links += [_link(builder, addend.prefix, a, member.label, motion.name) for a in addend.additions]
+                for a in addend.additions:
+                    links += _links(builder, addend.prefix, a, member.label, motion.name)
                 if member.free_start:
                     links += _free_hidden(builder, addend, level.scales, motion.name)
             builder.trial(motion, member.model.trial_base(motion.name), tuple(links), options)
-    return builder.build()
+    return _freed(builder.build(), addends)
 
 
-def _link(builder: ProblemBuilder, prefix: str, a: Addition, spring: str, trial: str) -> Link:
+def _freed(problem: Problem, addends: Sequence[Addend]) -> Problem:
+    """The same problem with the priors of suspected sensors widened."""
+    names = tuple(f"{addend.frees}[" for addend in addends if addend.frees)
+    if not names:
+        return problem
+    unknowns = tuple(
+        replace(u, prior_std=WIDER * u.prior_std) if u.name.startswith(names) else u for u in problem.unknowns
+    )
+    return replace(problem, unknowns=unknowns)
+
+
+def _links(builder: ProblemBuilder, prefix: str, a: Addition, spring: str, trial: str) -> list[Link]:
     name = full_name(prefix, a, spring, trial)
     limits = {"lower": a.lower, "upper": a.upper, "prior_std": a.prior_std, "scale": a.scale}
-    return Link(SLOT[a.slot], builder.unknown(name, a.start, unit=a.unit, **limits))
+    index = builder.unknown(name, a.start, unit=a.unit, **limits)
+    found = [Link(SLOT[a.slot], index)]
+    return found if a.also is None else [*found, Link(SLOT[a.also[0]], index, a.also[1])]
 
 
 def full_name(prefix: str, a: Addition, spring: str, trial: str) -> str:
@@ -221,12 +246,17 @@ def shared_theta(level: Level, member: Member, fit: JointFit, trial: str) -> Arr
     """Parameter vector of one trial from what all trials share: no deviations of this trial or of the dry means."""
     known = fit.values
     theta = member.model.trial_base(trial)
+    replaced = frozenset().union(*(addend.replaced for addend in fit.addends))
     for c in member.model.coefficients:
-        name = c.name if c.name in known else f"{c.name}@{member.label}"
-        theta[SLOT[c.slot]] += c.factor * known[name]
+        if c.slot not in replaced:
+            name = c.name if c.name in known else f"{c.name}@{member.label}"
+            theta[SLOT[c.slot]] += c.factor * known[name]
     for addend in fit.addends:
         for a in addend.additions:
-            theta[SLOT[a.slot]] += known.get(full_name(addend.prefix, a, member.label, trial), 0.0)
+            value = known.get(full_name(addend.prefix, a, member.label, trial), 0.0)
+            theta[SLOT[a.slot]] += value
+            if a.also is not None:
+                theta[SLOT[a.also[0]]] += a.also[1] * value
     return theta
 
 
@@ -270,8 +300,14 @@ def fit_joint(
     if solution is None:
         raise IdentificationError(f"{REFITS} fits gave no solution")
     typical = math.exp(float(np.mean(np.log(list(misfits.values())))))
-    worth = criterion(solution, misfits, memory)
+    worth = criterion(solution, misfits, memory) + _width(problem, addends)
     return JointFit(tuple(addends), solution, typical, worth, memory, level.shared_water, misfits)
+
+
+def _width(problem: Problem, addends: Sequence[Addend]) -> float:
+    """What wider priors cost: 2 ln of how much wider, for every unknown."""
+    names = tuple(f"{addend.frees}[" for addend in addends if addend.frees)
+    return 2.0 * math.log(WIDER) * sum(u.name.startswith(names or ("\0",)) for u in problem.unknowns)
 
 
 def trial_misfits(solution: Solution, misfits: Mapping[str, float], memory: float) -> dict[str, float]:

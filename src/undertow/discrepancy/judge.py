@@ -37,6 +37,14 @@ WORDS: Mapping[str, str] = {
     "hysteresis": "hysteresis",
     "external_forcing": "a force with a clock of its own",
     "delayed_echo": "an echo of the motion that comes back late",
+    "added_mass": "water that moves with the body",
+    "quadratic_drag": "drag with the square of the speed",
+    "drag_exponent": "drag with another power of the speed",
+    "sine_restoring": "a restoring force like the sine of the angle",
+    "imperfect_release": "a release that gave the body a speed",
+    "time_shift": "an accelerometer whose clock differs from the displacement's",
+    "gain_error": "an accelerometer whose gain does not fit the displacement's",
+    "sensor_drift": "a displacement sensor that drifts",
 }
 
 NEXT_TEST: Mapping[str, str] = {
@@ -44,6 +52,10 @@ NEXT_TEST: Mapping[str, str] = {
     "linear_damping": "a longer decay from a small release, where drag has faded and linear damping has not",
     "external_forcing": "the same level recorded without a release",
     "relaxation": "the same level on another spring: memory depends on frequency, damping does not",
+    "time_shift": "a tap on the body at rest, recorded by all sensors",
+    "gain_error": "a slow known displacement, and the accelerometer turned over in gravity",
+    "sensor_drift": "a minute of record with the body at rest",
+    "imperfect_release": "the load at the release, recorded at the full rate",
 }
 
 
@@ -146,6 +158,8 @@ def _all_parameters(
     numbers = {}
     for c in case.member.model.coefficients:
         name = c.name if c.name in fit.solution.problem.names else f"{c.name}@{case.member.label}"
+        if name not in fit.solution.problem.names:
+            continue  # an addition took its place
         numbers[c.name] = Estimate(fit.value(name), fit.solution.stderr(name), 0.0, c.unit, "joint fit")
     for name, many in found.items():
         for i, one in enumerate(many):
@@ -226,6 +240,8 @@ def _numbers(found: Mapping[str, Sequence[Mapping[str, Estimate]]]) -> str:
     texts = []
     for name, many in found.items():
         for one in many:
+            if not one:
+                continue
             if name == "hidden_resonator":
                 hertz = one["natural_frequency_rad_per_s"].scaled(1.0 / (2.0 * math.pi), "Hz")
                 texts.append(f"{one['mass_kg']} at {hertz}, damping {100 * one['damping_ratio'].value:.2g} %")

@@ -16,6 +16,7 @@ from undertow.discrepancy.joint import Addend, JointFit, Level, Member, full_nam
 from undertow.discrepancy.verdict import PhysicalCheck
 from undertow.errors import IdentificationError
 from undertow.identification.freerun import free_run
+from undertow.identification.intervals import mean_of_trials
 from undertow.quantities import Estimate
 from undertow.recording.recording import Array
 
@@ -70,7 +71,7 @@ def addition_parameters(fit: JointFit, spring: str, rate: float = math.nan) -> d
     swings at ``rate`` (rad/s)."""
     found: dict[str, list[dict[str, Estimate]]] = {}
     for addend in fit.addends:
-        numbers = {}
+        numbers = _of_trials(fit, addend)
         for a in addend.additions:
             if a.scope == "trial":
                 continue
@@ -85,6 +86,39 @@ def addition_parameters(fit: JointFit, spring: str, rate: float = math.nan) -> d
             numbers = {"c_Ns_per_m": kernel_damping(fit, addend, rate), **numbers}
         found.setdefault(addend.prefix.split("#")[0], []).append(numbers)
     return found
+
+
+_SAYS = {
+    "acceleration_shift_s": ("shift_s", "s", 0.0, -1.0),
+    "acceleration_gain": ("gain", "1", 1.0, 1.0),
+    "drift_m": ("drift_m", "m", 0.0, 1.0),
+}
+"""What a freed nuisance says in a verdict: its name, unit, and value = first + factor x nuisance (a channel that is
+late has a positive shift; its clock is read earlier in the fit)."""
+
+
+def _of_trials(fit: JointFit, addend: Addend) -> dict[str, Estimate]:
+    """What differs from trial to trial: the mean over trials of a sensor's error or of a force's amplitude, the
+    largest speed at a release."""
+    names = fit.solution.problem.names
+    if addend.frees:
+        label, unit, first, factor = _SAYS[addend.frees]
+        mine = [n for n in names if n.startswith(f"{addend.frees}[")]
+        mean = mean_of_trials([Estimate(fit.value(n), fit.solution.stderr(n), unit=unit) for n in mine], unit, "trials")
+        return {label: Estimate(first + factor * mean.value, mean.stderr, 0.0, unit, "joint fit")}
+    prefix = f"{addend.prefix}.velocity_m_per_s["
+    speeds = [Estimate(fit.value(n), fit.solution.stderr(n), 0.0, "m/s", n) for n in names if n.startswith(prefix)]
+    if speeds:
+        return {"velocity_m_per_s": max(speeds, key=lambda e: abs(e.value))}
+    pairs = [
+        (fit.value(n), fit.value(n.replace(".cosine_N[", ".sine_N["))) for n in names
+        if n.startswith(f"{addend.prefix}.cosine_N[")
+    ]  # fmt: skip
+    if not pairs:
+        return {}
+    sizes = np.hypot(*np.transpose(pairs))
+    error = float(np.std(sizes, ddof=1)) / math.sqrt(sizes.size) if sizes.size > 1 else math.nan
+    return {"amplitude_N": Estimate(float(np.mean(sizes)), error, 0.0, "N", "mean of trials")}
 
 
 def closed_cell_frequency(width_m: float, depth_m: float, mode: int = 1) -> float:

@@ -44,6 +44,8 @@ def prospects(
     ``fit`` is what stands; a place where the motion leaves every bound counts nothing.
     """
     stands = _Stands.of(fit)
+    if suspect.frees:
+        return (Prospect((), stands.gain_without_prior(f"{suspect.frees}[")),)
     found = [_prospect(level, stands, place) for place in grid]
     gains = [p.gain for p in found]
     peaks = [p for i, p in enumerate(found) if p.gain >= max(gains[max(0, i - 1) : i + 2])]
@@ -55,8 +57,21 @@ class _Stands:
     """The fit that stands: its trials, each trial's parameter vector and Jacobian, the inverse of its normal matrix."""
 
     fit: JointFit
+    normal: Array
     inverse: Array
     gradient: Array
+
+    def gain_without_prior(self, prefix: str) -> float:
+        """By how much the log evidence could rise if the unknowns of that prefix had no prior to hold them."""
+        unknowns = self.fit.solution.problem.unknowns
+        freed = np.array([u.prior_std**-2 if u.name.startswith(prefix) else 0.0 for u in unknowns])
+        away = self.fit.solution.values - np.array([u.start for u in unknowns])
+        gradient = self.gradient - freed * away
+        normal = self.normal - np.diag(freed)
+        scale = 1.0 / np.sqrt(np.maximum(np.diag(normal), 1e-300))
+        inverse = np.linalg.pinv(normal * np.outer(scale, scale), rcond=1e-12, hermitian=True)
+        slope = scale * gradient
+        return max(0.5 * float(slope @ inverse @ slope), 0.0)
 
     @classmethod
     def of(cls, fit: JointFit) -> _Stands:
@@ -71,7 +86,7 @@ class _Stands:
             gradient[used] += jac.T @ r
         scale = 1.0 / np.sqrt(np.maximum(np.diag(normal), 1e-300))
         inverse = np.linalg.pinv(normal * np.outer(scale, scale), rcond=1e-12, hermitian=True)
-        return cls(fit, inverse * np.outer(scale, scale), gradient)
+        return cls(fit, normal, inverse * np.outer(scale, scale), gradient)
 
 
 def _prospect(level: Level, stands: _Stands, additions: tuple[Addition, ...]) -> Prospect:
@@ -120,7 +135,10 @@ def _reduced(
             theta[SLOT[a.slot]] = a.start
         else:
             theta[SLOT[a.slot]] += TINY * a.scale if a.slot in SKIPPED_AT_ZERO else 0.0
-            links.append(Link(SLOT[a.slot], names.index(full_name("", a, member.label, trial.name))))
+            index = names.index(full_name("", a, member.label, trial.name))
+            links.append(Link(SLOT[a.slot], index))
+            if a.also is not None:
+                links.append(Link(SLOT[a.also[0]], index, a.also[1]))
     late = values[trial.shift] if trial.shift >= 0 else 0.0
     channels = tuple(replace(c, offset=-1, drift=-1, shift=-1, gain=-1) for c in trial.channels)
     return replace(trial, t=trial.t + late, base=theta, links=tuple(links), channels=channels, shift=-1)

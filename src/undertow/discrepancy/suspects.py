@@ -46,7 +46,9 @@ class Scales:
 class Addition:
     """One unknown of a suspect: contract name, unit, slot, start, bounds, and whether all trials share it.
 
-    ``inner`` marks what has no effect where the coefficient beside it is zero (a frequency, a time).
+    ``inner`` marks what has no effect where the coefficient beside it is zero (a frequency, a time). ``replaces`` is
+    the slot of a coefficient of the equation that is left out beside it; ``also`` a slot that it moves too, with the
+    factor (a sine instead of a line).
     """
 
     name: str
@@ -59,6 +61,8 @@ class Addition:
     scope: Scope = "shared"
     prior_std: float = math.inf
     inner: bool = False
+    replaces: str = ""
+    also: tuple[str, float] | None = None
 
 
 @dataclass(frozen=True)
@@ -67,6 +71,8 @@ class Suspect:
 
     ``additions`` gives the unknowns at one start; ``starts`` are alternative first values of the searched parameter
     (frequency, time), ``fine`` the steps in which a small one is looked for; ``memory`` tells whether it remembers.
+    ``frees`` names a nuisance of every trial (a sensor's clock, gain, drift) whose prior is widened instead: what it
+    says is in the instrument, and no free run of the displacement shows it.
     """
 
     name: str
@@ -76,6 +82,12 @@ class Suspect:
     memory: bool = False
     variant: str = ""
     fine: Callable[[Scales], tuple[float, ...]] | None = None
+    frees: str = ""
+
+    @property
+    def shown_by_free_run(self) -> bool:
+        """Whether what it adds can bring a free run of the displacement closer (x0, v0 are adjusted anyway)."""
+        return not self.frees and self.name != "imperfect_release"
 
     def grid(self, scales: Scales) -> tuple[tuple[Addition, ...], ...]:
         """The additions at every place where a small effect is looked for."""
@@ -234,7 +246,33 @@ def _echo(s: Scales, start: float) -> tuple[Addition, ...]:
     )
 
 
+def _drag_exponent(s: Scales, start: float) -> tuple[Addition, ...]:
+    size = 0.03 * s.force / s.speed**start
+    return (
+        Addition("coefficient_N_sp_per_mp", "N (s/m)^p", "cp", size, size, lower=0.0, replaces="q"),
+        Addition("exponent", "1", "p", start, 0.2, 0.3, 4.0, inner=True),
+    )
+
+
+def _sine(s: Scales, start: float) -> tuple[Addition, ...]:
+    """A sine instead of a line: what it takes from the line at small angles it gives back."""
+    k = 0.05 * s.mass * s.rate**2
+    return (Addition("N_per_m", "N/m", "ks", k, k, also=("k1", -1.0)),)
+
+
+def _release(s: Scales, start: float) -> tuple[Addition, ...]:
+    """Each trial's own speed at the release."""
+    return (Addition("velocity_m_per_s", "m/s", "v0", 0.0, 0.02 * s.speed, scope="trial"),)
+
+
+def _nothing(s: Scales, start: float) -> tuple[Addition, ...]:
+    return ()
+
+
 SUSPECTS: tuple[Suspect, ...] = (
+    _plain("added_mass", "water", ("mass_kg", "kg", "mass"), lambda s: 0.05 * s.mass),
+    _plain("quadratic_drag", "water", ("drag_Ns2_per_m2", "N s^2/m^2", "q"), lambda s: 0.02 * s.force / s.speed**2),
+    Suspect("drag_exponent", "water", _drag_exponent, lambda s: (1.4, 2.8), fine=lambda s: (0.6, 1.4, 2.5, 3.0)),
     _plain("linear_damping", "water", ("c_Ns_per_m", "N s/m", "c1"), _damping, variant="one for all springs"),
     _plain("linear_damping", "water", ("c_Ns_per_m", "N s/m", "c1"), _damping, "spring", EACH_SPRING),
     _plain("cubic_damping", "water", ("Ns3_per_m3", "N s^3/m^3", "c3"), lambda s: 0.02 * s.force / s.speed**3),
@@ -252,8 +290,13 @@ SUSPECTS: tuple[Suspect, ...] = (
     Suspect("hysteresis", "structure", _hysteresis, lambda s: (0.2 * s.size,), True, fine=_fine_yields),
     Suspect("external_forcing", "outside", _forcing, _resonator_starts, fine=_fine_frequencies),
     Suspect("delayed_echo", "outside", _echo, _echo_starts, True, fine=_fine_delays),
+    Suspect("sine_restoring", "structure", _sine),
+    Suspect("imperfect_release", "outside", _release),
+    Suspect("time_shift", "instrument", _nothing, frees="acceleration_shift_s"),
+    Suspect("gain_error", "instrument", _nothing, frees="acceleration_gain"),
+    Suspect("sensor_drift", "instrument", _nothing, frees="drift_m"),
 )
-"""All suspects that an equation of motion can lack; instruments' (shift, gain, drift) are nuisances of every fit."""
+"""All suspects; within their stated priors the sensors' shift, gain and drift are nuisances of every fit."""
 
 
 RADIATION = Suspect(

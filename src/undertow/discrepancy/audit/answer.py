@@ -16,14 +16,13 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
-from scipy.stats import norm
 
 from undertow.discrepancy.audit.bending import bend, coefficients
 from undertow.discrepancy.audit.case import Case
 from undertow.discrepancy.audit.posterior import Posterior, Weighed, log_mean, posterior, weigh
 from undertow.discrepancy.audit.recipes import Array
 from undertow.discrepancy.audit.rivals import Rival, rivals
-from undertow.discrepancy.audit.surface import KEPT_BEHIND, Sheet, Surface, build_surface, open_sheet
+from undertow.discrepancy.audit.surface import Surface, build_surface
 from undertow.errors import UndertowError
 
 EQUATION_PRIOR = 0.5
@@ -39,17 +38,8 @@ BENT_SHARE = 0.05
 BENT_WIDER = 1.4
 """The draws are spread by this much around their mean, so that the quadratic holds beyond them."""
 
-STARTS_OF_MODES = 3
-"""Nodes from which a resonator's values are freed."""
-
-SAME_MODE = 0.3
-"""Ends closer than this in every logarithm are one."""
-
-KERNEL = 0.5
-"""Width of the normals around preferred nodes, over the nodes' distance in the unit cube."""
-
-PRIOR_PART = 0.2
-"""Part of the nodes between that comes from the prior again."""
+PREFERRED = 1e-3
+"""Nodes whose best draw weighs more than this share of the best one's get neighbours."""
 
 SHARED = "support_compliance.compliance_m_per_N"
 """What belongs to the set-up and is one number for a whole series."""
@@ -90,13 +80,13 @@ class Answer:
 
 
 def answer(
-    cases: Sequence[Case], nodes: int = 200, seed: int = 0, priors: Mapping[str, tuple[float, float]] | None = None
+    cases: Sequence[Case], nodes: int = 24, seed: int = 0, priors: Mapping[str, tuple[float, float]] | None = None
 ) -> Answer:
-    """Every rival on a series of cases; ``nodes`` points of the resonators, ``priors`` as in `Rival.given`.
+    """Every rival on a series of cases; ``nodes`` frequencies of a resonator, ``priors`` as in `Rival.given`.
 
     UndertowError where no rival can be tried at all.
     """
-    lists = [rivals(case, nodes, seed) for case in cases]
+    lists = [rivals(case, nodes) for case in cases]
     tried, failed = [], {}
     for same in zip(*lists, strict=True):
         try:
@@ -160,38 +150,11 @@ def _summed(run: Sequence[Weighed]) -> Array:
     return np.asarray(np.sum([one.log_evidences for one in run], axis=0))
 
 
-def _modes(case: Case, surface: Surface) -> Surface | None:
-    """The surface around the points that fit best, nodes' values freed; None where the table does not hold them.
-
-    A table of few numbers leaves a region of resonators, which nodes cover; one of many leaves a point or a few.
-    """
-    rival = surface.rival
-    opened = rival.opened()
-    numbers = sum(int(math.isfinite(row.added_mass_kg)) + int(math.isfinite(row.drag_coefficient)) for row in case.rows)
-    if numbers <= sum(not unknown.nuisance for unknown in opened.unknowns):
-        return None
-    found: list[Sheet] = []
-    for start in sorted(surface.sheets, key=lambda sheet: sheet.misfit)[:STARTS_OF_MODES]:
-        sheet = open_sheet(case, opened, start, rival.node_names)
-        if sheet is None:
-            continue
-        free = len(rival.node_names)
-        apart = [np.max(np.abs(np.log(sheet.centre[-free:] / other.centre[-free:]))) for other in found]
-        if all(distance > SAME_MODE for distance in apart):
-            found.append(sheet)
-    if not found:
-        return None
-    best = min(sheet.misfit for sheet in found)
-    kept = tuple(sheet for sheet in found if sheet.misfit < best + KEPT_BEHIND)
-    return Surface(opened, kept, len(kept))  # ends of one valley overlap: their evidence is the mean, not the sum
-
-
 def fitted_surface(case: Case, rival: Rival, seed: int = 0) -> Surface:
     """The surface of one rival, bent where it matters: through the recipes at draws of its own first posterior."""
     surface = build_surface(case, rival)
     if rival.log_ranges is not None:
-        surface = _modes(case, surface) or _with_nodes_between(case, surface, seed)
-        rival = surface.rival
+        surface = _finer(case, surface, seed)
     first = posterior(weigh(case, surface, seed), seed)
     sheets = []
     for j, sheet in enumerate(surface.sheets):
@@ -208,39 +171,23 @@ def fitted_surface(case: Case, rival: Rival, seed: int = 0) -> Surface:
     return replace(surface, sheets=tuple(sheets))
 
 
-def _with_nodes_between(case: Case, surface: Surface, seed: int) -> Surface:
-    """As many nodes again, drawn around those that the table prefers (a mixture of normals in the logarithms, one part
-    in five from the prior); every node is weighed by prior over the mixture of both drawings (Owen and Zhou 2000)."""
+def _finer(case: Case, surface: Surface, seed: int) -> Surface:
+    """Two more nodes beside each that the table prefers; every node stands for the stretch that is nearest to it."""
     rival, ranges = surface.rival, surface.rival.log_ranges
-    if ranges is None or not surface.sheets:
+    if ranges is None:
         return surface
-    rng = np.random.default_rng(seed)
-    width = ranges[:, 1] - ranges[:, 0]
-    places = (
-        np.log([[sheet.node[name] for name in rival.node_names] for sheet in surface.sheets]) - ranges[:, 0]
-    ) / width
     first = weigh(case, surface, seed)
     share = np.exp(np.max(first.logs, axis=(0, 2)) - np.max(first.logs))
-    share = share / share.sum()
-    count, reach = surface.tried, KERNEL * surface.tried ** (-1.0 / ranges.shape[0])
-    drawn = places[rng.choice(share.size, 20 * count, p=share)] + reach * rng.standard_normal(
-        (20 * count, ranges.shape[0])
+    width, step = float(ranges[0, 1] - ranges[0, 0]), 1.0 / surface.tried
+    name = rival.node_names[0]
+    preferred = [sheet.node[name] for sheet, part in zip(surface.sheets, share, strict=True) if part > PREFERRED]
+    between = np.exp([[math.log(value) + side * step / 3.0 * width] for value in preferred for side in (-1.0, 1.0)])
+    more = build_surface(case, replace(rival, nodes=between))
+    every = np.sort(np.log(np.concatenate([rival.nodes, between]))[:, 0])
+    edges = np.concatenate([[ranges[0, 0]], 0.5 * (every[1:] + every[:-1]), [ranges[0, 1]]])
+    stretch = dict(zip(np.round(every, 9).tolist(), np.diff(edges) / width, strict=True))
+    kept = tuple(
+        replace(sheet, log_weight=math.log(stretch[round(math.log(sheet.node[name]), 9)] * every.size))
+        for sheet in (*surface.sheets, *more.sheets)
     )
-    drawn = drawn[np.all((drawn >= 0.0) & (drawn <= 1.0), axis=1)]
-    even = rng.random((count, ranges.shape[0]))
-    from_prior = rng.random(count) < PRIOR_PART
-    drawn = np.where(from_prior[:, None], even, np.resize(drawn, even.shape) if drawn.size else even)
-    more = build_surface(case, replace(rival, nodes=np.exp(ranges[:, 0] + drawn * width)))
-    kept = [*surface.sheets, *more.sheets]
-    at = (np.log([[sheet.node[name] for name in rival.node_names] for sheet in kept]) - ranges[:, 0]) / width
-    density = 0.5 + 0.5 * (PRIOR_PART + (1.0 - PRIOR_PART) * _kernel_density(at, places, share, reach))
-    weighed = tuple(replace(sheet, log_weight=-math.log(d)) for sheet, d in zip(kept, density, strict=True))
-    return Surface(rival, weighed, 2 * count)
-
-
-def _kernel_density(at: Array, places: Array, share: Array, reach: float) -> Array:
-    """Density (n,) at points of the unit cube of the mixture of normals, each cut off at the cube's faces."""
-    inside = np.prod(norm.cdf((1.0 - places) / reach) - norm.cdf(-places / reach), axis=1)
-    away = (at[:, None, :] - places[None]) / reach
-    peaks = np.exp(-0.5 * np.sum(away**2, axis=2)) / (reach * math.sqrt(2.0 * math.pi)) ** at.shape[1]
-    return np.asarray(peaks @ (share / np.maximum(inside, 1e-12)))
+    return Surface(rival, kept, every.size)

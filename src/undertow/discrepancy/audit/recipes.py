@@ -22,11 +22,11 @@ from undertow.identification.method2 import Instant, added_mass_at_peak, drag_at
 
 Array = NDArray[np.float64]
 
-SAMPLES_A_PERIOD = 24
+SAMPLES_A_PERIOD = 16
 """Samples of the compared histories: without noise more of them change nothing (docs/published_tables.md)."""
 
-STEPS_A_PERIOD = 30
-"""Integrator's steps: 2e-8 m on a release of 0.1 m."""
+STEPS_A_PERIOD = 20
+"""Integrator's steps: 2e-7 m on a release of 0.1 m."""
 
 SEARCHED_MASSES = tuple(np.linspace(0.8, 1.8, 21))
 """Total masses over the structure's at which the RMS is looked at first where there may be several minima."""
@@ -142,33 +142,28 @@ class _Fitter:
 
     def descend(self, mass: float, q: float, fixed_mass: bool = False) -> tuple[float, float, float]:
         """Gauss-Newton with damped steps from (mass, q): the minimum (mass, q, RMS)."""
-        damping, columns = 0.0, slice(1, 2) if fixed_mass else slice(0, 2)
-        at = np.array([mass, q])
-        scale = np.array([self.known.mass_kg, self.known.drag_unit])
-        best, normal, gradient = self._normal(at, columns)
+        damping, lowest = 0.0, SMALLEST_MASS_SHARE * self.known.mass_kg
+        best, normal = self._normal(mass, q)
         for _ in range(ITERATIONS):
-            move = np.zeros(2)
-            move[columns] = -np.linalg.solve(normal + damping * np.diag(np.diag(normal)), gradient)
-            new = at + move
-            if new[0] < SMALLEST_MASS_SHARE * self.known.mass_kg:
-                new[0] = 0.5 * (at[0] + SMALLEST_MASS_SHARE * self.known.mass_kg)
-            value, new_normal, new_gradient = self._normal(new, columns)
+            to_mass, to_q = _step(normal, damping, fixed_mass)
+            if max(abs(to_mass) / self.known.mass_kg, abs(to_q) / self.known.drag_unit) < STEP_TOLERANCE:
+                break
+            new_mass = mass + to_mass if mass + to_mass > lowest else 0.5 * (mass + lowest)
+            value, new_normal = self._normal(new_mass, q + to_q)
             if value <= best:
-                at, best, normal, gradient, damping = new, value, new_normal, new_gradient, damping * 0.1
-                if float(np.max(np.abs(move) / scale)) < STEP_TOLERANCE:
-                    break
+                mass, q, best, normal, damping = new_mass, q + to_q, value, new_normal, damping * 0.1
             else:
-                if float(np.max(np.abs(move) / scale)) < STEP_TOLERANCE:
-                    break
                 damping = max(10.0 * damping, 1e-3)
-        return float(at[0]), float(at[1]), math.sqrt(best / self.x.size)
+        return mass, q, math.sqrt(best / self.x.size)
 
-    def _normal(self, at: Array, columns: slice) -> tuple[float, Array, Array]:
-        x, _, _, _, steps = integrate(self.theta(float(at[0]), float(at[1])), _FITTED, self.times, self.step_s)
+    def _normal(self, mass: float, q: float) -> tuple[float, tuple[float, float, float, float, float]]:
+        """Sum of squares and the normal equations: three products of the slopes, two gradients."""
+        x, _, _, _, steps = integrate(self.theta(mass, q), _FITTED, self.times, self.step_s)
         if steps < 0:
-            return math.inf, np.eye(2)[columns, columns], np.zeros(2)[columns]
-        error, slopes = x[:, 0] - self.x, x[:, 1:][:, columns]
-        return float(error @ error), slopes.T @ slopes, slopes.T @ error
+            return math.inf, (1.0, 0.0, 1.0, 0.0, 0.0)
+        columns = np.column_stack([x[:, 1:], x[:, 0] - self.x])
+        p = columns.T @ columns
+        return float(p[2, 2]), (float(p[0, 0]), float(p[0, 1]), float(p[1, 1]), float(p[0, 2]), float(p[1, 2]))
 
     def search(self) -> Returned:
         """The least of all minima that a scan over masses leads to, the bound m_a >= 0 as the recipe keeps it."""
@@ -230,3 +225,13 @@ def method2_returns(
     inertia = known.mass_kg + added if keep_inertia else 0.0
     drag = drag_at_crossing(crossing, inertia, known.c_Ns_per_m, known.friction_N, known.drag_unit)
     return Returned(added, drag if keep_inertia else abs(drag), drag)
+
+
+def _step(normal: tuple[float, float, float, float, float], damping: float, fixed_mass: bool) -> tuple[float, float]:
+    """The damped step of (mass, q) from the normal equations of two unknowns, or of q alone."""
+    mm, mq, qq, to_m, to_q = normal
+    mm, qq = mm * (1.0 + damping), qq * (1.0 + damping)
+    determinant = mm * qq - mq * mq
+    if fixed_mass or determinant <= 0.0:
+        return 0.0, -to_q / qq
+    return -(qq * to_m - mq * to_q) / determinant, -(mm * to_q - mq * to_m) / determinant

@@ -71,7 +71,9 @@ class Unknown:
 
     @property
     def centre(self) -> float:
-        """Where a search starts: the mean of a normal, the first quarter of a range."""
+        """Where a search starts: the mean of a normal, the middle of a logarithm, the first quarter of a range."""
+        if self.logarithmic:
+            return math.sqrt(self.low * self.high)
         return self.mean if self.normal else self.low + 0.25 * (self.high - self.low)
 
     @property
@@ -103,16 +105,6 @@ class Rival:
             return "no water force"
         return " + ".join(self.effects) or "equation 15"
 
-    def opened(self) -> Rival:
-        """The rival with its nodes' values as unknowns like the others, even in their logarithms."""
-        ranges = np.zeros((0, 2)) if self.log_ranges is None else np.exp(self.log_ranges)
-        units = {"mass_kg": "kg", "natural_frequency_rad_per_s": "rad/s"}
-        more = tuple(
-            Unknown(name, float(low), float(high), unit=units.get(name.partition(".")[2], "1"), logarithmic=True)
-            for name, (low, high) in zip(self.node_names, ranges, strict=True)
-        )
-        return Rival(self.effects, (*self.unknowns, *more), water=self.water)
-
     def given(self, priors: Mapping[str, tuple[float, float]]) -> Rival:
         """The rival with the prior of some unknowns replaced by a normal (mean, deviation): "what if k were
         another"."""
@@ -139,8 +131,8 @@ def nuisances(case: Case) -> tuple[Unknown, ...]:
     return tuple(found)
 
 
-def rivals(case: Case, nodes: int = 200, seed: int = 0) -> tuple[Rival, ...]:
-    """Every rival of a case; ``nodes`` points of resonators (mass, frequency, damping)."""
+def rivals(case: Case, nodes: int = 24) -> tuple[Rival, ...]:
+    """Every rival of a case; ``nodes`` frequencies of a resonator."""
     base = nuisances(case)
     masses = [f"added_mass_kg.{name}" for name in case.springs] if case.own_added_mass else ["added_mass_kg"]
     water = (
@@ -158,7 +150,7 @@ def rivals(case: Case, nodes: int = 200, seed: int = 0) -> tuple[Rival, ...]:
             ("drag_exponent",), (*water, *base), ("drag_exponent.exponent",),
             np.linspace(*EXPONENTS, 5).reshape(-1, 1),
         ),
-        Rival(("hidden_resonator",), (*water, *base), *_resonators(case, nodes, seed)),
+        Rival(("hidden_resonator",), (*water, *_resonator(case), *base), *_frequencies(case, nodes)),
     ]  # fmt: skip
     if case.two_instants:
         found.append(Rival(("rest_offset",), (*water, offset, *base)))
@@ -190,18 +182,18 @@ def _compliance(case: Case) -> Unknown:
     return Unknown("support_compliance.compliance_m_per_N", 0.0, 0.5 / stiffest, deviation, "m/N")
 
 
-def _resonators(case: Case, nodes: int, seed: int) -> tuple[tuple[str, ...], Array, Array]:
-    """Names, points (nodes, 3) of mass, frequency and damping, quasi-random and even in their logarithms, and
-    ranges."""
-    from scipy.stats import qmc
+def _resonator(case: Case) -> tuple[Unknown, Unknown]:
+    low, high = (case.mass_kg * share for share in RESONATOR_MASS_SHARES)
+    return (
+        Unknown("hidden_resonator.mass_kg", low, high, unit="kg", logarithmic=True),
+        Unknown("hidden_resonator.damping_ratio", *RESONATOR_DAMPING, logarithmic=True),
+    )
 
-    masses = [case.mass_kg * share for share in RESONATOR_MASS_SHARES]
-    rates = [
-        RESONATOR_FREQUENCY_SHARES[0] * min(case.frequencies),
-        RESONATOR_FREQUENCY_SHARES[1] * max(case.frequencies),
-    ]
-    ranges = np.log(np.array([masses, rates, RESONATOR_DAMPING]))
-    share = qmc.Halton(3, seed=np.random.default_rng(seed)).random(nodes)
-    names = ("mass_kg", "natural_frequency_rad_per_s", "damping_ratio")
-    points = np.exp(ranges[:, 0] + share * (ranges[:, 1] - ranges[:, 0]))
-    return tuple(f"hidden_resonator.{name}" for name in names), points, ranges
+
+def _frequencies(case: Case, nodes: int) -> tuple[tuple[str, ...], Array, Array]:
+    """Name, points (nodes, 1) and range of the logarithm of a resonator's frequency: what the answers bend most with."""
+    slow = RESONATOR_FREQUENCY_SHARES[0] * min(case.frequencies)
+    fast = RESONATOR_FREQUENCY_SHARES[1] * max(case.frequencies)
+    share = (np.arange(nodes) + 0.5) / nodes
+    points = slow * (fast / slow) ** share
+    return ("hidden_resonator.natural_frequency_rad_per_s",), points.reshape(-1, 1), np.log([[slow, fast]])

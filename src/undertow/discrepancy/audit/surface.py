@@ -15,7 +15,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from scipy.optimize import lsq_linear
 
-from undertow.discrepancy.audit.case import Case, case_returns
+from undertow.discrepancy.audit.case import Case, case_returns, row_returns
 from undertow.discrepancy.audit.recipes import Array, Returned
 from undertow.discrepancy.audit.rivals import Rival, Unknown
 from undertow.errors import UndertowError
@@ -60,7 +60,7 @@ class Sheet:
     curves: Array | None = None
     """Second derivatives (rows, 2, L, L) over two, where the sheet was bent."""
     log_weight: float = 0.0
-    """Logarithm of the prior's density over the density that the node was drawn from."""
+    """Logarithm of the share of the prior that the node stands for, over an even one."""
     errors: Array | None = None
     """Root-mean-square misfit (rows, 2) of the bent sheet at the points it was bent through."""
 
@@ -120,7 +120,7 @@ def _first_sheet(case: Case, rival: Rival, node: Mapping[str, float]) -> tuple[S
     printed = printed_values(case)
     centre = np.array([unknown.centre for unknown in rival.unknowns])
     names = [unknown.name for unknown in rival.unknowns]
-    resonating = 0.5 * node.get("hidden_resonator.mass_kg", 0.0)
+    resonating = 0.5 * sum(one.centre for one in rival.unknowns if one.name == "hidden_resonator.mass_kg")
     mass, drag = (
         float(np.median(column[np.isfinite(column)])) if np.isfinite(column).any() else 1.0 for column in printed.T
     )
@@ -150,12 +150,23 @@ def _sheet(
                 continue
             moved = centre.copy()
             moved[i] += step
-            there = case_returns(case, {**node, **dict(zip(names, moved.tolist(), strict=True))}, here)
+            there = _moved(case, {**node, **dict(zip(names, moved.tolist(), strict=True))}, here, unknown.name)
             slopes[:, :, i] = (printed_columns(case, there) - values) / step
     except UndertowError:
         return None
     sheet = Sheet(node, centre, values, slopes, 0.0)
     return sheet, here
+
+
+def _moved(
+    case: Case, values: Mapping[str, float], here: tuple[Returned, ...], name: str
+) -> tuple[Returned, ...]:
+    """What the recipes return with one unknown moved; rows of springs that it does not belong to stay as they are."""
+    owner = name.partition(".")[2] if name.partition(".")[2] in case.springs else ""
+    return tuple(
+        row_returns(case, row, values, near) if owner in ("", row.spring) else near
+        for row, near in zip(case.rows, here, strict=True)
+    )
 
 
 def _sane(case: Case) -> tuple[Returned, ...]:
@@ -244,11 +255,3 @@ def _misfit(case: Case, rival: Rival, centre: Array, values: Array) -> float:
             gap[i, 0] = max(values[i, 0], 0.0) / (FIT_MASS_SHARE * case.mass_kg)
     prior = [(x - one.mean) / one.deviation for x, one in zip(centre, rival.unknowns, strict=True) if one.normal]
     return float(np.nansum(gap**2)) + float(np.sum(np.square(prior)))
-
-
-def open_sheet(case: Case, opened: Rival, sheet: Sheet, names: tuple[str, ...]) -> Sheet | None:
-    """A node's sheet with the node's values (``names``) freed and fitted with the rest; None where that cannot be
-    run."""
-    centre = np.concatenate([sheet.centre, [sheet.node[name] for name in names]])
-    first = _sheet(case, opened, {}, centre, None)
-    return None if first is None else _refine(case, opened, *first)

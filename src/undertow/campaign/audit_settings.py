@@ -18,6 +18,7 @@ from undertow.discrepancy.audit.tables import QUANTITIES
 from undertow.errors import ConfigError
 from undertow.recording.recording import Condition
 
+Nodes = Annotated[int, Field(strict=True, ge=8)]
 Positive = Annotated[float, Field(gt=0.0)]
 
 
@@ -92,7 +93,7 @@ class AuditSettings(Section):
     tables: tuple[str, ...] = Field(min_length=1, description="Names of tables.")
     group_by: tuple[str, ...] = Field(default=(), description="Rows that agree in these share one water.")
     own_added_mass: bool = Field(default=False, description="Each spring has an added mass of its own.")
-    nodes: Annotated[int, Field(strict=True, ge=8)] | None = Field(default=None, description="Resonators tried.")
+    nodes: Nodes | None = Field(default=None, description="Frequencies of a resonator tried.")
     what_if: Mapping[str, Mapping[str, Positive]] = Field(
         default={}, description="Name -> stiffness by spring (N/m): the audit is repeated with it."
     )
@@ -105,7 +106,7 @@ class AuditConfig(Section):
     laboratory: LaboratorySettings = Field(description="What is stated for all tables.")
     tables: Mapping[str, TableSettings] = Field(min_length=1, description="The tables.")
     audits: tuple[AuditSettings, ...] = Field(default=(), description="Which tables are audited against rivals.")
-    nodes: Annotated[int, Field(strict=True, ge=8)] = Field(default=64, description="Resonators tried, by default.")
+    nodes: Nodes = Field(default=16, description="Frequencies of a resonator tried, by default.")
     seed: Annotated[int, Field(strict=True, ge=0)] = Field(default=0, description="Seed of every draw.")
     _folder: Path = PrivateAttr(default=Path("."))
 

@@ -191,7 +191,8 @@ def _resonator(case: Case) -> tuple[Unknown, Unknown]:
 
 
 def _frequencies(case: Case, nodes: int) -> tuple[tuple[str, ...], Array, Array]:
-    """Name, points (nodes, 1) and range of the logarithm of a resonator's frequency: what the answers bend most with."""
+    """Name, points (nodes, 1) and range of the logarithm of a resonator's frequency: what the answers bend most
+    with."""
     slow = RESONATOR_FREQUENCY_SHARES[0] * min(case.frequencies)
     fast = RESONATOR_FREQUENCY_SHARES[1] * max(case.frequencies)
     share = (np.arange(nodes) + 0.5) / nodes

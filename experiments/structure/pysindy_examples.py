@@ -36,6 +36,7 @@ from undertow.identification.subset import BestSubset
 Array = NDArray[np.float64]
 FOLDER = Path(__file__).resolve().parent
 STEP_S = 0.002
+COLUMNS = ("example", "noise_share", "draws", "best_subset_exact", "stlsq_default_exact", "best_subset_given_rates")
 NOISE_SHARES = (0.0, 1e-3, 1e-2)
 """Noise's standard deviation as a share of each state's."""
 
@@ -127,7 +128,7 @@ def main(arguments: list[str] | None = None) -> int:
             print(*rows[-1], file=sys.stderr, flush=True)
     with (options.out / "pysindy_examples.csv").open("w", newline="") as stream:
         writer = csv.writer(stream, lineterminator="\n")
-        writer.writerow(["example", "noise_share", "draws", "best_subset_exact", "stlsq_default_exact", "best_subset_given_rates"])
+        writer.writerow(COLUMNS)
         writer.writerows(rows)
     return 0
 

@@ -2,8 +2,8 @@
 
     python -m experiments.structure.routes --seeds 5
 
-Recordings of Eq. 15 as the recovery study makes them, of unequal length: with both sensors, with the displacement alone,
-and with an accelerometer whose clock is 8 ms late and not corrected. Writes routes.csv here.
+Recordings of Eq. 15 as the recovery study makes them, of unequal length: with both sensors, with the displacement
+alone, and with a weak form that takes the accelerometer for 8 ms late. Writes routes.csv here.
 """
 
 from __future__ import annotations

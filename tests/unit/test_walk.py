@@ -17,7 +17,8 @@ from undertow.equation.structure import (
 )
 from undertow.identification.adequacy import compare_outsiders, left_over, outsiders
 from undertow.identification.inclusion import block_sums, drawn, inclusion
-from undertow.identification.trajectories import in_cells, laws
+from undertow.identification.laws import laws
+from undertow.identification.trajectories import in_cells
 from undertow.identification.walk import Rules, inner_values, penalty_of, walk
 
 TERMS = (Stiffness(), ViscousDamping(), CoulombFriction(), QuadraticDrag(), CubicStiffness(), CubicDamping())
@@ -73,10 +74,11 @@ def test_groups_enter_as_a_whole(trials):
 
 
 def test_an_exponent_is_refined_with_its_law():
-    body = OtherBody(*vars(LONG).values())
-    body = OtherBody(body.inertia_kg, body.c_Ns_per_m, body.k_N_per_m, body.friction_N, 0.0, power_N=2900.0, exponent=1.5)
+    own = (LONG.inertia_kg, LONG.c_Ns_per_m, LONG.k_N_per_m, LONG.friction_N, 0.0)
+    trials = cells(OtherBody(*own, power_N=2900.0, exponent=1.5))
     terms = (*TERMS[:3], DragExponent(2.0), CubicStiffness())
-    one = walk(cells(body), laws(terms), (0, 1, 2), np.array([*per_mass(LONG)[:3], 0.0, 0.0, 2.0]), Rules(known=(0, 1, 2)))
+    start = np.array([*per_mass(LONG)[:3], 0.0, 0.0, 2.0])
+    one = walk(trials, laws(terms), (0, 1, 2), start, Rules(known=(0, 1, 2)))
     assert one.chosen == (0, 1, 2, 3)
     assert one.polished.values[5] == pytest.approx(1.5, abs=0.15)
 

@@ -17,8 +17,8 @@ from numpy.typing import NDArray
 
 from undertow.equation.shelf import catalogue
 from undertow.equation.term import Term
+from undertow.identification.laws import Laws, laws, why_not_simulated
 from undertow.identification.library import label
-from undertow.identification.trajectories import Laws, laws, why_not_simulated
 from undertow.identification.walk import Found, Rules, walk_on
 
 Array = NDArray[np.float64]

@@ -16,7 +16,7 @@ from undertow.errors import IdentificationError
 Array = NDArray[np.float64]
 
 SAID_CORRELATION = 0.9
-"""Two coefficients correlated more than this are named: alone each is known 2.3 times worse than with the other held."""
+"""Two coefficients correlated more than this are named: alone, each is known 2.3 times worse."""
 
 HARD_CORRELATION = 0.98
 """Beyond this, five times worse, they are called hardly told apart."""

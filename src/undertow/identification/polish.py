@@ -13,7 +13,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from undertow.errors import IdentificationError
-from undertow.identification.trajectories import Cells, Laws, Rows, trial_rows
+from undertow.identification.laws import Laws
+from undertow.identification.trajectories import Cells, Rows, trial_rows
 
 Array = NDArray[np.float64]
 
@@ -70,8 +71,8 @@ def polish(
 ) -> Polished:
     """Levenberg-Marquardt for the terms ``chosen`` and of each trial's own unknowns, from ``values`` (p,).
 
-    A start that is ``doubtful`` and leads to a poor fit is tried again on three periods and on windows that double up to
-    the whole, and the better of the two is taken. Raises IdentificationError where the start itself leaves every bound.
+    A start that is ``doubtful`` and leads to a poor fit is tried again on three periods and on windows that double up
+    to the whole, and the better of the two is taken. Raises IdentificationError where the start leaves every bound.
     """
     values = np.array(values)
     values[: len(book.terms)][[i for i in range(len(book.terms)) if i not in set(chosen)]] = 0.0

@@ -118,8 +118,8 @@ def search_subsets(
     refused = _refuse(criteria, gram, held, free, limits) if limits else 0
     if not np.any(np.isfinite(criteria)):
         raise IdentificationError(
-            f"none of {sums.size} subsets obeys the signs {dict(signs or {})}, together {[list(g) for g in together]} and "
-            f"exclusive {[list(g) for g in exclusive]}; free the sign of a forced column or loosen a group"
+            f"none of {sums.size} subsets obeys the signs {dict(signs or {})}, together {[list(g) for g in together]} "
+            f"and exclusive {[list(g) for g in exclusive]}; free the sign of a forced column or loosen a group"
         )
     table = _Table(criteria, sums, counts, tuple(forced), names)
     return table.summarise(rival_difference, n_effective, refused)

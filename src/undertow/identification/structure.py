@@ -21,12 +21,13 @@ from undertow.errors import IdentificationError
 from undertow.identification.adequacy import Outsider, compare_outsiders, left_over
 from undertow.identification.collinearity import Collinearity, collinearity
 from undertow.identification.inclusion import inclusion
+from undertow.identification.laws import laws
 from undertow.identification.library import build_design, evaluate, label
 from undertow.identification.robust import scatter_factor
 from undertow.identification.search import Step
 from undertow.identification.sindy import SELECTION_PERIODS, select_terms
 from undertow.identification.subset import residual_covariance, score_matrix
-from undertow.identification.trajectories import in_cells, laws
+from undertow.identification.trajectories import in_cells
 from undertow.identification.walk import MEMORY_CELLS, Found, Rules, walk
 from undertow.identification.weak_form import Route, second_route
 from undertow.quantities import OK, Estimate

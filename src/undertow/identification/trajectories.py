@@ -20,8 +20,8 @@ from numpy.typing import NDArray
 
 from undertow.conditioning.motion import Motion
 from undertow.equation.kernel import N_SLOTS, SLOT
-from undertow.equation.term import Term
 from undertow.errors import IdentificationError
+from undertow.identification.laws import Laws
 from undertow.identification.output_error import trajectory
 from undertow.identification.problem import cells, dominant_period
 
@@ -145,72 +145,6 @@ def _drift_basis(t: Array, period_s: float) -> Array:
     order = int(np.clip(span / period_s / PERIODS_PER_ORDER, 1, DRIFT_ORDER_MOST))
     basis, _ = np.linalg.qr(np.polynomial.legendre.legvander(2.0 * (middle - middle[0]) / span - 1.0, order))
     return np.asarray(basis, dtype=np.float64)
-
-
-@dataclass(frozen=True)
-class Laws:
-    """A library as the integrator sees it: every number the motion may depend on, coefficients first.
-
-    ``names`` (p,) are the coefficients (a term each), then ``term.inner`` for every inner parameter; ``slots`` (p,)
-    their places in the integrator; ``owner`` (p,) the index of the term; ``lower``, ``upper`` (p,) bounds.
-    """
-
-    terms: tuple[Term, ...]
-    names: tuple[str, ...]
-    slots: NDArray[np.int64]
-    owner: NDArray[np.int64]
-    start: Array
-    lower: Array
-    upper: Array
-
-    def vector(self, values: Array) -> Array:
-        """Parameter vector of the integrator, per unit mass, at ``values`` (p,)."""
-        theta = np.zeros(N_SLOTS)
-        theta[SLOT["mass"]] = 1.0
-        np.add.at(theta, self.slots, values)
-        return theta
-
-    def columns(self, chosen: Sequence[int]) -> list[int]:
-        """Places of the numbers that belong to the terms of these indices."""
-        return [place for place, owner in enumerate(self.owner) if int(owner) in set(chosen)]
-
-
-def why_not_simulated(terms: Sequence[Term]) -> str:
-    """Why the compiled integrator cannot judge this library; empty where it can."""
-    inner: list[str] = []
-    for term in terms:
-        if term.kind != "algebraic" or not term.slots:
-            return f"{term.name} has no compiled force of x and v alone"
-        inner += [term.slots[parameter.name] for parameter in term.parameters[1:]]
-        inner += [term.slots[term.coefficient.name]] if term.inner else []
-    twice = sorted({slot for slot in inner if inner.count(slot) > 1})
-    return f"two terms share the inner parameter {', '.join(twice)}" if twice else ""
-
-
-def laws(terms: Sequence[Term], signs: bool = True) -> Laws:
-    """The library's numbers; with ``signs`` a coefficient that cannot be negative has the bound 0.
-
-    Raises IdentificationError for a library that `why_not_simulated` refuses.
-    """
-    refusal = why_not_simulated(terms)
-    if refusal:
-        raise IdentificationError(f"{len(terms)} terms cannot be judged on simulated motion: {refusal}; leave it out")
-    rows = [
-        (term.name, term.slots[term.coefficient.name], index, 0.0,
-         term.coefficient.lower if signs else -math.inf, math.inf)
-        for index, term in enumerate(terms)
-    ]  # fmt: skip
-    for index, term in enumerate(terms):
-        for parameter in term.parameters[1:]:
-            rows.append(
-                (f"{term.name}.{parameter.name}", term.slots[parameter.name], index, term.inner[parameter.name],
-                 parameter.lower, parameter.upper)
-            )  # fmt: skip
-    names, slots, owner, start, lower, upper = zip(*rows, strict=True)
-    return Laws(
-        tuple(terms), tuple(names), np.array([SLOT[slot] for slot in slots]), np.array(owner),
-        np.array(start), np.array(lower), np.array(upper),
-    )  # fmt: skip
 
 
 _Motion = tuple[Array, Array, Array]

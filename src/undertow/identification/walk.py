@@ -18,10 +18,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from undertow.errors import IdentificationError
+from undertow.identification.laws import Laws
 from undertow.identification.polish import Linear, Polished, linearise, polish
 from undertow.identification.search import Candidate, SubsetSearch, search_subsets
 from undertow.identification.subset import BestSubset
-from undertow.identification.trajectories import Cells, Laws
+from undertow.identification.trajectories import Cells
 
 Array = NDArray[np.float64]
 

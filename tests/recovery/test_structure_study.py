@@ -1,0 +1,95 @@
+"""Slices of the structure studies, so that they never rot; the whole of them is in docs/structure_measured.md."""
+
+import csv
+from dataclasses import replace
+
+import numpy as np
+import pysindy
+import pytest
+
+from experiments.structure import page, routes, study
+from experiments.structure.pysindy_examples import EXAMPLES, exact_support, noisy, path_of
+from experiments.structure.truths import KINDS, plant_other
+from undertow.identification.subset import BestSubset
+
+
+@pytest.mark.parametrize(
+    ("kind", "spring", "depth", "noise", "seed"),
+    [("eq15", "short", 2.36, "N4", 1), ("v3", "short", 2.36, "N4", 0), ("cubic_2", "long", 2.57, "N3", 0)],
+)
+def test_the_true_terms_and_no_others_are_found(kind, spring, depth, noise, seed):
+    row = study.judge("support", plant_other(spring, depth, kind), noise, seed)
+    assert row.exact == 1
+    assert row.left == pytest.approx(1.0, abs=0.06)
+
+
+def test_an_exponent_between_the_laws_is_found_by_its_column():
+    row = study.judge("exponent", plant_other("long", 2.57, "drag_1.5"), "N3", 0)
+    assert row.exact == 1
+    assert 1.35 < row.inner < 1.65
+    assert abs(row.inner - 1.5) < 4.0 * row.inner_stderr
+
+
+def test_without_the_column_the_report_says_that_no_subset_is_adequate():
+    row = study.judge("adequacy", plant_other("long", 2.57, "drag_1.5"), "N4", 1)
+    assert row.gain > 0.0
+    assert row.outside.startswith("drag_exponent")
+
+
+def test_both_routes_agree_and_a_wrong_clock_is_said():
+    truth = plant_other("long", 2.57, "eq15")
+    right, wrong = (dict(zip(routes.COLUMNS, routes.judge(truth, "N3", 1, setting), strict=True))
+                    for setting in ("both sensors", "late accelerometer"))  # fmt: skip
+    assert (right["exact"], right["agrees"]) == (1, 1)
+    assert (wrong["exact"], wrong["agrees"]) == (1, 0)
+
+
+def test_trials_of_the_routes_study_are_of_unequal_length():
+    kept = routes.recordings(plant_other("long", 2.57, "eq15"), "N1", 0, "displacement alone")
+    assert len({recording.time.size for recording in kept}) == 4
+    assert all(set(recording.channels) == {"displacement"} for recording in kept)
+
+
+@pytest.mark.filterwarnings("ignore")  # pysindy's own, about its numpy calls
+@pytest.mark.parametrize("example", EXAMPLES, ids=lambda example: example.name)
+def test_the_optimiser_and_the_library_run_inside_plain_pysindy(example):
+    assert exact_support(example, noisy(path_of(example), 1e-3, 0), BestSubset())
+    assert isinstance(example.library(), pysindy.feature_library.base.BaseFeatureLibrary)
+
+
+def test_planted_equations_differ_from_equation_15_as_they_say():
+    plain, cubic = (plant_other("short", 2.36, kind).body for kind in ("eq15", "cubic_10"))
+    at = np.array([0.033])
+    resting = (cubic.acceleration(at, 0.0 * at, 1.0) - plain.acceleration(at, 0.0 * at, 1.0)) * plain.inertia_kg
+    assert resting == pytest.approx(-0.1 * plain.k_N_per_m * at)
+    speed = 0.033 * np.sqrt(plain.k_N_per_m / plain.inertia_kg)
+    for kind in ("v3", "drag_1.5"):
+        other = plant_other("short", 2.36, kind).body
+        assert other.acceleration(0.0, speed, 1.0) == pytest.approx(plain.acceleration(0.0, speed, 1.0))
+    assert plant_other("short", 2.36, "stribeck").body.sticks(1.4 * plain.friction_N / plain.k_N_per_m)
+    with pytest.raises(KeyError, match=r"no truth is called 'v4'; there are eq15"):
+        plant_other("short", 2.36, "v4")
+
+
+def test_the_page_is_made_from_the_committed_rows(tmp_path):
+    page.write_page(tmp_path / "page.md")
+    assert (tmp_path / "page.md").read_text() == page.PAGE.read_text()
+
+
+def test_rows_are_read_back_as_they_were_written(tmp_path):
+    row = study.Row("support", "eq15", "long", 2.57, "N1", 3, 1, "stiffness", 0, 1.01)
+    other = replace(row, seed=4, inner=1.5, inner_stderr=0.1, outside="drag_exponent", gain=2.0)
+    study.write_rows([other, row], tmp_path / "rows.csv")
+    again = study.read_rows(tmp_path / "rows.csv")
+    assert list(again) == [row.campaign, other.campaign]
+    assert again[other.campaign] == other
+    assert study.read_rows(tmp_path / "none.csv") == {}
+
+
+def test_every_committed_row_is_of_a_known_truth():
+    for name in ("support", "exponent", "adequacy"):
+        with (study.FOLDER / f"{name}.csv").open(newline="") as stream:
+            rows = list(csv.DictReader(stream))
+        assert rows
+        assert {row["kind"] for row in rows} <= set(KINDS)
+        assert {row["study"] for row in rows} == {name}

@@ -63,3 +63,10 @@ def test_a_beat_has_one_sideband_and_a_modulation_two():
     swelling = decay(1.0, 0.005) * (1.0 - 0.1 * np.cos(2.0 * math.pi * 0.5 * t))
     two = sidebands(motion, run_of(motion, swelling))
     assert min(two.lower_share, two.upper_share) > 0.2
+
+
+def test_a_simulation_that_sticks_has_no_endless_damping():
+    motion = recorded(decay(1.0, 0.02))
+    stuck = np.where(np.arange(1200) > 250, 0.0, decay(1.0, 0.02)) + 1e-18 * np.cos(np.arange(1200))
+    found = compare_cycles(motion, run_of(motion, stuck))
+    assert np.all(np.isfinite(found.damping_ratio_simulated))

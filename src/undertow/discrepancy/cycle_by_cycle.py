@@ -21,6 +21,9 @@ from undertow.recording.recording import Array
 CLEAR = 10.0
 """Half swings below this many times the noise say nothing of frequency or damping."""
 
+STILL = 1e-3
+"""A half swing under this share of the first is rest: what is left of an integrator's digits."""
+
 SAID_FREQUENCY, SAID_DAMPING = 0.003, 0.003
 """Differences are put in words from 0.3 % of the frequency and from a damping ratio of 0.003 on."""
 
@@ -42,7 +45,7 @@ class CycleComparison:
     def sentence(self) -> str:
         """Where frequency and damping part, at large and at small amplitude; empty where they do not or no cycle is
         clear."""
-        if self.time.size < 2:
+        if self.time.size < 2 or not np.all(np.isfinite(self.damping_ratio_simulated)):
             return ""
         parts = []
         half = self.time.size // 2
@@ -84,7 +87,8 @@ def compare_cycles(motion: Motion, run: FreeRun) -> CycleComparison:
     noise = motion.noise.get(scored_channel(motion), 0.0)
     mine = find_cycles(motion.windowed("t"), motion.windowed(position), motion.windowed(speed), motion.windowed(error))
     slope = np.gradient(run.simulated, run.t)
-    theirs = find_cycles(run.t, run.simulated, slope, np.zeros(run.t.size))
+    with np.errstate(divide="ignore"):  # a simulation that has come to rest turns by nothing; see _at
+        theirs = find_cycles(run.t, run.simulated, slope, np.zeros(run.t.size))
     count = min(mine.decrement.size, int(np.count_nonzero(mine.amplitude > CLEAR * noise)))
     time = mine.time[1 : count + 1]
     frequency, damping = _at(theirs, time)
@@ -100,9 +104,13 @@ def compare_cycles(motion: Motion, run: FreeRun) -> CycleComparison:
 
 def _at(cycles: Cycles, time: Array) -> tuple[Array, Array]:
     """Frequency (Hz) and damping ratio of full cycles at the instants ``time`` (n,) of their middle turning points."""
-    middle = cycles.time[1 : cycles.decrement.size + 1]
-    frequency = 0.5 * (cycles.frequency_hz[:-1] + cycles.frequency_hz[1:])
-    damping = cycles.decrement / (2.0 * math.pi)
+    swings = cycles.amplitude[1:] > STILL * cycles.amplitude[0]  # a body that has come to rest has no cycles
+    middle = cycles.time[1 : cycles.decrement.size + 1][swings]
+    frequency = 0.5 * (cycles.frequency_hz[:-1] + cycles.frequency_hz[1:])[swings]
+    damping = cycles.decrement[swings] / (2.0 * math.pi)
+    if not middle.size:
+        none = np.full(time.size, math.nan)
+        return none, none
     return np.interp(time, middle, frequency), np.interp(time, middle, damping)
 
 

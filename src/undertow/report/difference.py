@@ -63,7 +63,7 @@ def difference_json(difference: Difference) -> dict[str, Any]:
             "line": {"frequency_hz": plain(m.line_frequency_hz), "share": plain(m.line_share)},
             "sidebands": plain(vars(d.bands)),
             "amplitude_exponent": plain(m.amplitude_exponent),
-            "cycles": None if cycles is None else {name: list(map(float, v)) for name, v in vars(cycles).items()},
+            "cycles": None if cycles is None else {name: plain(v.tolist()) for name, v in vars(cycles).items()},
         },
         "search": {
             "status": d.recording.verdict.status,

@@ -23,7 +23,10 @@ EQ15 = ("m_a", "C_d", "c", "mu", "x0")
 
 HIDDEN = ("m_a", "C_d", "m_s", "w_s", "z_s")
 HIDDEN_TRUTH = (350.0, 8.0, 300.0, 9.6, 0.02)
-HIDDEN_LOWER = (-0.9 * tables.STRUCTURE_MASS_KG, -np.inf, 0.0, 0.5, 0.0)
+HIDDEN_BOUNDS = (
+    (-0.9 * tables.STRUCTURE_MASS_KG, np.inf), (-np.inf, np.inf), (0.0, 2.0 * tables.STRUCTURE_MASS_KG),
+    (0.5, 40.0), (0.0, 1.0),
+)  # fmt: skip
 HIDDEN_STIFFNESS = 404000.0
 HIDDEN_RELEASE_M = 0.033
 ACCELERATION_NOISE = 0.1
@@ -34,7 +37,7 @@ RANGES = {
     "m_a": (0.0, 2600.0), "C_d": (0.0, 40.0), "c": (100.0, 2000.0), "mu": (1e-3, 2e-2), "x0": (0.8, 1.2),
     "m_s": (20.0, 1000.0), "w_s": (3.0, 20.0), "z_s": (2e-3, 0.2),
 }  # fmt: skip
-"""Where blind starts come from, uniform (m_s and z_s in their logarithm): kg, 1, N s/m, 1, of the true x0, kg, rad/s, 1."""
+"""Where blind starts come from, uniform (m_s, z_s in their logarithm): kg, 1, N s/m, 1, share of x0, kg, rad/s, 1."""
 LOGARITHMIC = ("m_s", "z_s")
 
 
@@ -130,7 +133,8 @@ def hidden(noise_m: float) -> Case:
         Channel("acceleration", a, ACCELERATION_NOISE / np.sqrt(m)),
     )
     unknowns = tuple(
-        Unknown(name, value, lower=lower) for name, value, lower in zip(HIDDEN, HIDDEN_TRUTH, HIDDEN_LOWER, strict=True)
+        Unknown(name, value, lower=lower, upper=upper)
+        for name, value, (lower, upper) in zip(HIDDEN, HIDDEN_TRUTH, HIDDEN_BOUNDS, strict=True)
     )
     trial = TrialProblem("hidden", t, base, links, channels, -1, spread, period)
     return Case(Problem(unknowns, (trial,)), values, HIDDEN)

@@ -6,6 +6,7 @@ window). Does not belong here: what is in a recording (recordings.py).
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from pathlib import Path
 
@@ -26,7 +27,7 @@ class View:
 
     ``millimetres``: displacement in mm and acceleration in g; ``mirrored``: every sign the other way round;
     ``shuffled``: trials in another order; ``level_m``: added to every displacement; ``cycles``: the window ends so many
-    periods after (before) the record's usual end; ``stated``: the config states the scatter.
+    periods after (before) where it would by itself; ``stated``: the config states the scatter.
     """
 
     millimetres: bool = False
@@ -37,8 +38,10 @@ class View:
     stated: bool = False
 
 
-def write(campaign: Campaign, folder: Path, view: View | None = None) -> Path:
-    """Write a campaign into a folder; the path of its config."""
+def write(
+    campaign: Campaign, folder: Path, view: View | None = None, ends: Mapping[str, float] | None = None
+) -> Path:
+    """Write a campaign into a folder, with ends of windows by file (s) where given; the path of its config."""
     view = view or View()
     folder.mkdir(parents=True, exist_ok=True)
     trials = list(campaign.plan.trials())
@@ -49,7 +52,7 @@ def write(campaign: Campaign, folder: Path, view: View | None = None) -> Path:
     rows = [f"{t.file},{t.spring},{WET_DEPTH_M if t.wet else DRY_DEPTH_M:.2f}" for t in trials]
     (folder / "campaign.csv").write_text("\n".join(["file,spring,water_depth_m", *rows]) + "\n", encoding="utf-8")
     config = folder / "config.yaml"
-    config.write_text(_config(campaign, view), encoding="utf-8")
+    config.write_text(_config(campaign, view, ends or {}), encoding="utf-8")
     return config
 
 
@@ -70,7 +73,7 @@ def _write_trial(path: Path, columns: dict[str, np.ndarray], view: View) -> None
     np.savetxt(path, np.column_stack(table), "%.8g", ",", header=",".join(names), comments="")
 
 
-def _config(campaign: Campaign, view: View) -> str:
+def _config(campaign: Campaign, view: View, ends: Mapping[str, float]) -> str:
     """The config: what the laboratory knows, and nothing of what is hidden."""
     plan, rig = campaign.plan, campaign.plan.rig
     columns = [s.column for s in rig.sensors]
@@ -95,25 +98,16 @@ def _config(campaign: Campaign, view: View) -> str:
     return "\n".join([
         "name: hidden", "recordings:", "  index: campaign.csv", "  channels:", *channels,
         "trials:", "  group_by: [spring, water_depth_m]", f"  dry: {{water_depth_m: {DRY_DEPTH_M}}}",
-        *_windows(campaign, view), "specimen:", *specimen,
+        *_windows(ends), "specimen:", *specimen,
         f"equation: {{terms: [{terms}], coordinate: {rig.coordinate}}}", "identify: [output_error]", "seed: 0", "",
     ])  # fmt: skip
 
 
-def _windows(campaign: Campaign, view: View) -> list[str]:
-    """A window for every trial that ends ``cycles`` periods after a usual end."""
-    if not view.cycles:
-        return []
-    plan = campaign.plan
-    ends = {t.file: _end(plan, t) + view.cycles * _period(plan, t) for t in plan.trials()}
-    return ["  window:", *(f"    {name}: {{end_s: {end:.3f}}}" for name, end in ends.items())]
+def _windows(ends: Mapping[str, float]) -> list[str]:
+    return ["  window:", *(f"    {name}: {{end_s: {end:.3f}}}" for name, end in ends.items())] if ends else []
 
 
-def _period(plan: Plan, trial: Trial) -> float:
+def period(plan: Plan, trial: Trial) -> float:
+    """A trial's period by the equation without anything hidden, s."""
     numbers = plan.means(trial)
     return float(2.0 * np.pi * np.sqrt(numbers["M"] / numbers["k"]))
-
-
-def _end(plan: Plan, trial: Trial) -> float:
-    """A usual end of the window: two periods before the record ends, s from the record's start."""
-    return plan.seconds - 2.0 * _period(plan, trial)

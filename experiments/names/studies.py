@@ -135,7 +135,8 @@ VIEWS: dict[str, tuple[View, float]] = {
     "mirrored": (View(mirrored=True), 250.0),
     "shuffled": (View(shuffled=True), 250.0),
     "rest level 1 cm up": (View(level_m=0.01), 250.0),
-    "window ends two periods early": (View(cycles=0.0), 250.0),
+    "window a period longer": (View(cycles=1.0), 250.0),
+    "window a period shorter": (View(cycles=-1.0), 250.0),
 }
 """The same campaign written in other ways; the first is what the others are held against."""
 

@@ -12,10 +12,10 @@ from collections.abc import Mapping
 from pathlib import Path
 
 from experiments.names.effects import verdict_name
-from experiments.names.folder import View, write
+from experiments.names.folder import View, period, write
 from experiments.names.scenes import Campaign
 from undertow.campaign.config import load
-from undertow.campaign.run import run
+from undertow.campaign.run import read_and_condition, run
 from undertow.discrepancy.verdict import Verdict
 from undertow.errors import UndertowError
 
@@ -29,7 +29,10 @@ def judge(campaign: Campaign, view: View | None = None) -> Row:
     started = time.process_time()
     with tempfile.TemporaryDirectory() as folder:
         try:
-            findings = run(load(write(campaign, Path(folder), view)), jobs=1)
+            config = write(campaign, Path(folder), view)
+            if view is not None and view.cycles:
+                write(campaign, Path(folder), view, _ends(campaign, config, view.cycles))
+            findings = run(load(config), jobs=1)
         except UndertowError as reason:
             return {"failed": str(reason).replace("\n", " ")[:200]}
     dry = [g.verdict for g in findings.groups if g.dry]
@@ -49,6 +52,13 @@ def judge(campaign: Campaign, view: View | None = None) -> Row:
         "cpu_s": round(time.process_time() - started, 1),
         "failed": "",
     }
+
+
+def _ends(campaign: Campaign, config: Path, cycles: float) -> dict[str, float]:
+    """Ends of all windows, so many periods after (before) where they are by themselves, s."""
+    motions = {m.name: m for m in read_and_condition(load(config)).motions}
+    trials = {t.file: t for t in campaign.plan.trials() if Path(t.file).stem in motions}
+    return {f: motions[Path(f).stem].window.end_s + cycles * period(campaign.plan, t) for f, t in trials.items()}
 
 
 def _said(verdict: Verdict) -> str:

@@ -141,6 +141,13 @@ def test_a_view_changes_how_a_campaign_is_written_and_not_its_motion(tmp_path):
         assert np.max(np.abs(motions["other"][trial].v + motion.v)) < 2e-3 * np.max(np.abs(motion.v))
 
 
+def test_windows_end_where_they_are_told_to(tmp_path):
+    campaign = Campaign(replace(SMALL, wet_trials=1, dry_trials=1))
+    ends = {t.file: 5.0 + t.order for t in campaign.plan.trials()}
+    read = read_and_condition(load(write(campaign, tmp_path, View(), ends)))
+    assert {m.name + ".csv": m.window.end_s for m in read.motions} == ends
+
+
 def test_a_run_that_was_cut_goes_on_where_it_stopped(tmp_path, monkeypatch):
     from experiments.names import __main__ as command
 

@@ -163,6 +163,15 @@ def test_an_inner_parameter_has_a_name_a_unit_and_an_error():
     assert kept.inner["velocity_m_per_s"] == speed.value
 
 
+def test_a_swing_that_was_never_held_is_enough():
+    trials = [replace(r, time=r.time[150:] - r.time[150], channels={"displacement": r.channels["displacement"][150:]})
+              for r in group()]  # fmt: skip
+    one = undertow.Discover(terms=SIX, resamples=10, outside=False).fit(trials)
+    assert all("v0" in cells.names for cells in one.structure_.found.trials)
+    assert {term.name for term in one.terms_} == EQ15
+    assert one.score(trials) > 0.98
+
+
 def test_displacement_alone_is_enough():
     one = undertow.Discover(terms=SIX, resamples=0, outside=False).fit(group(channels=("x",)))
     assert {term.name for term in one.terms_} == EQ15
@@ -203,8 +212,8 @@ def test_what_is_doubtful_is_said_first(fitted):
     worse[name] = replace(worse[name], outcome="not told from 0: 0.1 with a standard error of 0.2")
     route = replace(structure.route, agrees=False, sentence="weak form DISAGREES")
     lost = replace(structure, numbers=worse, route=route)
-    assert f"{name}: not told from 0" in as_text(lost).splitlines()[1]
-    assert "weak form DISAGREES" in doubts(lost)
+    assert f"{name}: not told from 0" in as_text(lost).splitlines()[2]
+    assert doubts(lost)[0] == "weak form DISAGREES"
     assert "weak form DISAGREES" not in findings(lost)
     assert as_html(lost).count("<strong>") == 2
     missing = replace(structure, route=None, route_outcome="no second route: the window is too short")

@@ -114,6 +114,14 @@ def test_noise_is_not_taken_as_correlated_across_trials():
     assert joined[0, 0] - apart[0, 0] == pytest.approx(2.0 * (0.9 + 0.8 + 0.8))
 
 
+def test_a_trial_without_rows_changes_nothing():
+    rng = np.random.default_rng(3)
+    residual, columns = rng.standard_normal(200), rng.standard_normal((200, 2))
+    with_none = residual_covariance(residual, (120, 0, 80), 10)
+    assert with_none == pytest.approx(residual_covariance(residual, (120, 80), 10))
+    assert score_matrix(columns, with_none, (0, 120, 80)) == pytest.approx(score_matrix(columns, with_none, (120, 80)))
+
+
 def test_effective_samples_of_white_noise_are_its_rows():
     rng = np.random.default_rng(0)
     residual, column = rng.standard_normal(4000), np.sin(np.arange(4000) / 30.0)[:, None]

@@ -138,3 +138,11 @@ def test_a_library_with_a_useless_law_pays_for_nothing(trials):
     terms = (*TERMS[:4], AsymmetricStiffness())
     one = walk(trials, laws(terms), (0, 1, 2, 3, 4), np.array([*per_mass(LONG), 1.0]), Rules())
     assert one.chosen == EQ15
+
+
+def test_a_start_that_leads_nowhere_is_walked_on_growing_windows(trials):
+    # a quarter more stiffness is out of phase after two periods; polishing the whole decay from there finds nothing
+    far = np.array([1.3 * per_mass(LONG)[0], 0.0, 0.0, 0.0, 0.0, 0.0])
+    one = walk(trials, laws(TERMS), (0, 1), far, Rules())
+    assert one.chosen == EQ15
+    assert left_over(one) < 1.1

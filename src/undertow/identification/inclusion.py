@@ -64,6 +64,8 @@ def block_sums(
     """
     grams, moments, part_of, first = [], [], [], 0
     for part, length in enumerate(lengths):
+        if not length:
+            continue
         edges = first + block * np.arange(max(length // block, 1))
         for start, end in zip(edges, [*edges[1:], first + length], strict=True):
             x, y = columns[start:end], response[start:end]

@@ -176,7 +176,7 @@ def _told(motions: Sequence[Motion], found: Found, rules: Rules, effort: Effort)
         covariance=total,
         evidence={name: found.search.evidence[i] for i, name in enumerate(names)},
         inclusion=dict(zip(names, shares, strict=False)),
-        rivals=_rivals(found, names),
+        rivals=_rivals(found, rules, names),
         trace=found.search.trace,
         collinear=collinearity([term.name for term in terms], total[:count, :count], _sizes(motions, terms)),
         outsiders=compare_outsiders(found, rules) if effort.outside else None,
@@ -226,7 +226,8 @@ def number_covariance(found: Found) -> tuple[Array, Array]:
         scores.append(score_matrix(columns[own], noise, lengths))
         moments.append(columns[own].T @ residual[own])
         first, part = first + sum(lengths), part + parts
-    identified = len(grams) > 2 and all(np.linalg.cond(sum(grams) - gram) < 1.0 / np.finfo(float).eps for gram in grams)
+    rest = [sum(grams) - gram for gram in grams]
+    identified = len(grams) > 2 and all(np.linalg.cond(gram) < 1.0 / np.finfo(float).eps for gram in rest)
     widening = scatter_factor(grams, scores, moments) if identified else np.ones(len(places))
     return covariance / np.outer(scale, scale), widening
 
@@ -252,17 +253,17 @@ def _estimates(found: Found, terms: Sequence[Term], covariance: Array) -> dict[s
     return estimates
 
 
-def _rivals(found: Found, names: Sequence[str]) -> tuple[Rival, ...]:
-    """Subsets of terms within the rival difference of the best."""
-    best = found.search.best
-    seen = {found.terms_of(best)}
-    rivals = []
-    for candidate in found.search.rivals:
-        terms = found.terms_of(candidate)
-        if terms not in seen:
-            seen.add(terms)
-            rivals.append(Rival(tuple(names[i] for i in terms), candidate.criterion - best.criterion))
-    return tuple(rivals)
+def _rivals(found: Found, rules: Rules, names: Sequence[str]) -> tuple[Rival, ...]:
+    """Subsets of terms within the rival difference of the one chosen, by full trajectories where they were simulated."""
+    exact = {chosen: criterion - found.criterion for chosen, criterion in found.visited}
+    candidates = {found.terms_of(one): one.criterion for one in reversed((found.search.best, *found.search.rivals))}
+    own = candidates.pop(found.chosen, found.search.best.criterion)
+    differences = {terms: exact.get(terms, max(criterion - own, 0.0)) for terms, criterion in candidates.items()}
+    return tuple(
+        Rival(tuple(names[i] for i in terms), difference)
+        for terms, difference in sorted(differences.items(), key=lambda pair: pair[1])
+        if difference <= rules.rival_difference
+    )
 
 
 def _sizes(motions: Sequence[Motion], terms: Sequence[Term]) -> Array:

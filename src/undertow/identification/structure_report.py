@@ -42,7 +42,7 @@ def as_text(structure: Structure, errors: Sequence[tuple[str, float]] = ()) -> s
 
 def doubts(structure: Structure) -> tuple[str, ...]:
     """What a reader must know before using a number."""
-    said = [f"{name}: {e.outcome}" for name, e in structure.numbers.items() if e.outcome != OK]
+    said = []
     for law in structure.outsiders or ():
         if law.gain > 0.0:
             said.append(
@@ -51,6 +51,7 @@ def doubts(structure: Structure) -> tuple[str, ...]:
             )
     if structure.route is not None and not structure.route.agrees:
         said.append(structure.route.sentence)
+    said += [f"{name}: {e.outcome}" for name, e in structure.numbers.items() if e.outcome != OK]
     if not structure.found.polished.converged:
         said.append("the search for the numbers did not converge")
     return tuple(said)
@@ -79,7 +80,7 @@ def number_rows(structure: Structure) -> tuple[tuple[str, str, str, str], ...]:
             (
                 name,
                 str(estimate),
-                "" if inner else ("known to be there" if known else f"+{cost:.0f}"),
+                "" if inner else ("known to be there" if known else f"{cost:+.0f}"),
                 "" if inner or math.isnan(share) else f"{100.0 * share:.0f} %",
             )
         )
@@ -96,7 +97,7 @@ def left_out(structure: Structure) -> tuple[str, ...]:
         cost, share = -structure.evidence[name], structure.inclusion.get(name, math.nan)
         word = "refused by the signs or groups" if math.isinf(cost) else f"with it the criterion rises by {cost:.1f}"
         again = "" if math.isnan(share) else f", taken in by {100.0 * share:.0f} % of resamples"
-        said.append(f"without {name}: {word}{again}")
+        said.append(f"without {name}: {word}{again}".replace("rises by -", "falls by "))
     return tuple(said)
 
 
@@ -110,7 +111,7 @@ def findings(structure: Structure) -> tuple[str, ...]:
             part for part in (f"with {', '.join(added)}" if added else "", f"without {', '.join(gone)}" if gone else "")
             if part
         )
-        said.append(f"rival {change or 'with other inner parameters'}: odds {odds(rival.difference)} against it")
+        said.append(f"rival {change}: odds {odds(rival.difference)} against it")
     said += list(structure.collinear.sentences)
     if structure.outsiders is not None and structure.adequate:
         said.append("no law outside the library is more probable")

@@ -219,7 +219,7 @@ def residual_covariance(residual: Array, lengths: Sequence[int], memory: int | N
     """
     longest = max(2, memory or int(MEMORY_SHARE * residual.size))
     sums, first = np.zeros(longest), 0
-    for length in lengths:
+    for length in filter(None, lengths):
         own = _autocovariance(residual[first : first + length, None], longest)[:, 0]
         sums[: own.size] += own
         first += length
@@ -237,7 +237,7 @@ def score_matrix(columns: Array, covariance: Array, lengths: Sequence[int]) -> A
     """X'RX (p, p): covariance of X'e for noise e of this autocovariance, independent between trials."""
     kernel = np.concatenate([covariance[:0:-1], covariance])[:, None]
     total, first = np.zeros((columns.shape[1], columns.shape[1])), 0
-    for length in lengths:
+    for length in filter(None, lengths):
         part = columns[first : first + length]
         first += length
         spread = fftconvolve(part, kernel, mode="full", axes=0)[covariance.size - 1 :][: part.shape[0]]

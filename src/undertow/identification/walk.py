@@ -19,7 +19,7 @@ from numpy.typing import NDArray
 
 from undertow.errors import IdentificationError
 from undertow.identification.laws import Laws
-from undertow.identification.polish import Linear, Polished, linearise, polish
+from undertow.identification.polish import FIRST_WINDOW_PERIODS, POOR_FIT, Linear, Polished, linearise, polish
 from undertow.identification.search import Candidate, SubsetSearch, search_subsets
 from undertow.identification.subset import BestSubset
 from undertow.identification.trajectories import Cells
@@ -101,13 +101,30 @@ class _Visit:
 def walk(trials: Sequence[Cells], book: Laws, chosen: Sequence[int], values: Array, rules: Rules) -> Found:
     """The subset of the library that the recorded motion asks for, starting from ``chosen`` at ``values`` (p,).
 
-    Channels in which the full library leaves more than their noise are weighed down to what it leaves, once, before
-    any subset is compared. Raises IdentificationError where the start's motion leaves every bound.
+    Where the start leads nowhere near the motion, the walk begins on three periods and goes on to longer windows.
+    Channels in which the full library leaves more than their noise are weighed down to what it leaves, once, before any
+    subset is compared. Raises IdentificationError where the start's motion leaves every bound.
     """
     first = polish(trials, book, sorted({*chosen, *rules.known}), values, doubtful=True)
+    rows = sum(seen.values.size for trial in trials for seen in trial.channels)
+    if first.chi2 > POOR_FIT * rows:
+        first = min(first, _grown(trials, book, first.chosen, values, rules), key=lambda fit: fit.cost)
     weighed = _reweighted(trials, linearise(trials, book, first))
     here = first if weighed == tuple(trials) else polish(weighed, book, first.chosen, first.values, first.own)
     return walk_on(weighed, book, here, rules)
+
+
+def _grown(trials: Sequence[Cells], book: Laws, chosen: Sequence[int], values: Array, rules: Rules) -> Polished:
+    """The subset and values at the end of walks on windows that grow from three periods to the whole."""
+    window = FIRST_WINDOW_PERIODS * max(trial.period_s for trial in trials)
+    longest = max(float(trial.t[-1, 0] - trial.t[0, 0]) for trial in trials)
+    own = None
+    while window < longest:
+        short = [trial.shortened(window) for trial in trials]
+        here = walk_on(short, book, polish(short, book, chosen, values, own), rules).polished
+        chosen, values, own = here.chosen, here.values, here.own
+        window *= 2.0
+    return polish(trials, book, chosen, values, own)
 
 
 def walk_on(trials: Sequence[Cells], book: Laws, here: Polished, rules: Rules) -> Found:

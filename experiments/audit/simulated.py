@@ -22,12 +22,11 @@ from typing import Any
 
 import numpy as np
 
-from undertow.campaign.audit import dry_structures, read_table
+from undertow.campaign.audit import constants_of, dry_structures, read_table
 from undertow.campaign.audit_settings import load_audit
 from undertow.discrepancy.audit.answer import answer
 from undertow.discrepancy.audit.case import Case, Row, Structure, row_returns
 from undertow.discrepancy.audit.identities import correct_units
-from undertow.discrepancy.audit.tables import Constants
 from undertow.discrepancy.audit.verdicts import judge
 from undertow.errors import UndertowError
 
@@ -69,8 +68,7 @@ class Simulated:
 def structures() -> dict[str, Structure]:
     """The dry springs of Tables 1 and 2."""
     config = load_audit(CONFIG)
-    said = config.laboratory
-    constants = Constants(said.mass_kg, said.area_m2, said.submerged_volume_m3, said.spring, said.water, said.dry)
+    constants = constants_of(config)
     tables, _ = correct_units([read_table(config, name) for name in config.tables], constants)
     return dry_structures(tables, constants)
 

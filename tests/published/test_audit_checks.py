@@ -7,6 +7,7 @@ import functools
 import numpy as np
 import pytest
 
+from tests.published.audit_config import without_audits
 from undertow.campaign.audit import audit, dry_structures
 from undertow.discrepancy.audit.comparisons import check_comparisons
 from undertow.discrepancy.audit.findings import AuditFindings
@@ -15,7 +16,6 @@ from undertow.discrepancy.audit.identities import check_identities, correct_unit
 from undertow.discrepancy.audit.patterns import check_patterns
 from undertow.discrepancy.audit.tables import Column, Constants, PublishedTable
 from undertow.errors import UndertowError
-from tests.published.audit_config import without_audits
 
 DRY, WET = 1.63, 2.57
 CONSTANTS = Constants(2637.4, 0.97, (0.0, 0.0), "spring", "water_depth_m", DRY)

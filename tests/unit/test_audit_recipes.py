@@ -59,7 +59,7 @@ def test_a_start_near_by_leads_to_the_same_minimum():
 
 
 def test_a_negative_added_mass_is_printed_as_zero_with_the_drag_of_the_bound():
-    known, theta, window = CASES["resonator below the body"]
+    known, _, window = CASES["resonator below the body"]
     low = method1_returns(physics(SHORT, 0.033, 0.0, 2.0, hm1=300.0, hw1=9.0, hz1=0.02), known, window)
     assert low.added_mass_kg < 0.0
     assert low.bounded == (0.0, low.bounded_drag)
@@ -70,7 +70,6 @@ def test_a_negative_added_mass_is_printed_as_zero_with_the_drag_of_the_bound():
 def test_method_2_misses_added_mass_by_friction_on_the_side_of_the_jump_it_reads(share, side):
     theta = physics(LONG, 0.05, 1200.0, 0.0)
     got = method2_returns(theta, LONG, turn_share=share)
-    x, _, a = trajectory(theta, np.linspace(0.0, 1.0, 2), 0.01)
     bias = side * LONG.friction_N / (LONG.k_N_per_m * 0.045 / 3837.4)  # |x''| at a first turn of about 45 mm
     assert got.added_mass_kg - 1200.0 == pytest.approx(bias, abs=0.15 * abs(bias) + 3.0)
 

@@ -53,14 +53,8 @@ def audit_to_folder(
 
 def audit(config: AuditConfig, progress: Progress | None = None) -> AuditFindings:
     """Everything that the tables of a config betray."""
-    said = config.laboratory
-    low, high = said.submerged_volume_m3
-    constants = Constants(
-        said.mass_kg, said.area_m2, (low, high), said.spring, said.water, said.dry, said.density_kg_per_m3,
-        said.gravity_m_per_s2,
-    )  # fmt: skip
-    printed = [read_table(config, name) for name in config.tables]
-    tables, units = correct_units(printed, constants)
+    said, constants = config.laboratory, constants_of(config)
+    tables, units = correct_units([read_table(config, name) for name in config.tables], constants)
     structures = dry_structures(tables, constants)
     said_so = check_identities(tables, constants)
     tables = with_releases(tables, constants)
@@ -90,6 +84,20 @@ def audit(config: AuditConfig, progress: Progress | None = None) -> AuditFinding
         tuple(series),
         _cells(config),
     )
+
+
+def constants_of(config: AuditConfig) -> Constants:
+    """What the laboratory states, as the checks and the cases take it."""
+    said = config.laboratory
+    return Constants(
+        said.mass_kg, said.area_m2, said.submerged_volume_m3, said.spring, said.water, said.dry, said.density_kg_per_m3,
+        said.gravity_m_per_s2,
+    )  # fmt: skip
+
+
+def mended_tables(tables: Sequence[PublishedTable], constants: Constants) -> list[PublishedTable]:
+    """Tables with units mended and releases filled in, as the audits take them."""
+    return with_releases(correct_units(tables, constants)[0], constants)
 
 
 @cache

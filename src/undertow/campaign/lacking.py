@@ -104,13 +104,13 @@ def judged(motion: Motion, terms: Sequence[Term], label: str, specimen: Specimen
 
 
 def _in_kilograms(verdict: Verdict, specimen: Specimen) -> Verdict:
-    """The verdict's parameters times the total mass, where a known stiffness gives it."""
-    if verdict.augmented is None or not choose_anchor(specimen, None).known:
+    """The verdict's parameters times the total mass where a known stiffness gives it, else said to be per kilogram."""
+    if verdict.augmented is None:
         return verdict
     per_mass = verdict.augmented.parameters.get("k_N_per_m_per_mass")
-    if per_mass is None or not per_mass.value > 0.0:
-        return verdict
-    mass = specimen.stiffness_N_per_m / per_mass.value
+    anchored = choose_anchor(specimen, None).known and per_mass is not None and per_mass.value > 0.0
+    mass = specimen.stiffness_N_per_m / per_mass.value if anchored and per_mass is not None else 1.0
+    suffix = "" if anchored else " per kg"
 
     def scaled(found: object) -> object:
         if isinstance(found, Mapping):
@@ -118,7 +118,7 @@ def _in_kilograms(verdict: Verdict, specimen: Specimen) -> Verdict:
         if isinstance(found, list):
             return [scaled(one) for one in found]
         if isinstance(found, Estimate) and found.unit.startswith(FORCES):
-            return found.scaled(mass, found.unit)
+            return found.scaled(mass, found.unit + suffix)
         return found
 
     return replace(verdict, parameters={name: scaled(found) for name, found in verdict.parameters.items()})

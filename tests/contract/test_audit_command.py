@@ -1,0 +1,105 @@
+"""undertow audit: its files, its exit codes, its messages."""
+
+from __future__ import annotations
+
+import contextlib
+import io
+import json
+import re
+from pathlib import Path
+
+import pytest
+
+from tests.command_line import undertow
+from undertow.campaign.audit import audit, read_table
+from undertow.campaign.audit_settings import load_audit
+from undertow.cli import main
+from undertow.errors import ConfigError
+
+CONFIG = Path(__file__).resolve().parents[2] / "configs" / "published.yaml"
+SMALL = 'audits=[{name: Table 8, tables: [table08], what_if: {"softer": {short: 386500}}}]'
+"""The cheapest audit of the committed ones: four rows, Method 2."""
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory):
+    out = tmp_path_factory.mktemp("audit")
+    said = io.StringIO()
+    with pytest.raises(SystemExit) as end, contextlib.redirect_stdout(said):
+        main(["audit", str(CONFIG), "--set", SMALL, "--set", "nodes=8", "--out", str(out)])
+    assert not end.value.code
+    assert "Table 8: " in said.getvalue()
+    return out
+
+
+def test_audit_json_has_the_contracts_names_and_a_sentence_a_table(folder):
+    said = json.loads((folder / "audit.json").read_text(encoding="utf-8"))
+    assert said["contract"] == 1
+    (table,) = said["tables"]
+    assert table["status"] in {"explained", "nothing_missing", "unknown", "not_identifiable"}
+    assert table["verdict"] == ["rest_offset"]
+    assert set(table["what_if"]) == {"softer"}
+    found = table["groups"][0]["parameters"]["rest_offset"]["offset_m"]
+    assert found["low"] < found["value"] < found["high"]
+    assert found["stderr"] > 0.0
+    assert found["unit"] == "m"
+    assert table["sentence"].endswith(".")
+    assert sum(rival["probability"] for rival in table["rivals"]) == pytest.approx(1.0)
+
+
+def test_every_check_has_a_rule_and_both_numbers_or_says_there_is_one(folder):
+    said = json.loads((folder / "audit.json").read_text(encoding="utf-8"))
+    assert len(said["checks"]) > 30
+    for check in said["checks"]:
+        assert check["rule"]
+        assert check["sentence"].endswith(".")
+        if check["rule"] not in {"on its bound", "not printed"}:
+            assert None not in (check["printed"], check["expected"])
+
+
+def test_the_page_stands_alone_and_shows_every_figure(folder):
+    page = (folder / "audit.html").read_text(encoding="utf-8")
+    assert page.count("<svg") == len(list((folder / "figures").glob("*.svg"))) == 3
+    assert not re.search(r'(src|href)="(?!#|data:)', page)
+    assert "http" not in re.sub(r'xmlns(:\w+)?="[^"]*"|<!DOCTYPE[^>]*>', "", page)
+
+
+@pytest.mark.parametrize(
+    ("override", "message"),
+    [
+        ("audits=[{name: a, tables: [table99]}]", "names table 'table99'; there are table01"),
+        ("tables.table05.columns.release.unit=kg", "unit 'kg' is no release; write one that converts to m"),
+        ("tables.table05.columns.release.column=x", "there is no column 'x'; the file has x0_m"),
+        ("tables.table05.file=none.csv", "none.csv cannot be read: No such file or directory; check the path"),
+        ("tables.table05.columns={speed: {column: x0_m, unit: m}}", "quantity 'speed' is not known; a column may be "),
+        ("laboratory.cell.depth_m=[0.1]", "must have one value a level, got 3, 3, 1"),
+        ("audits=[{name: a, tables: [table01]}]", "table table01 has recipe 'envelope'; state method1 or method2"),
+        ("tables.table05.columns.release={column: x0_m, unit: '2'}", "unit '2' is no release"),
+    ],
+)  # fmt: skip
+def test_what_a_config_gets_wrong_is_said_in_one_sentence(override, message):
+    with pytest.raises(ConfigError, match=re.escape(message)):
+        audit(load_audit(CONFIG, [override]))
+
+
+def test_a_table_without_releases_is_refused_with_its_remedy():
+    columns = "tables.table08.columns={added_mass: {column: added_mass_kg, unit: kg}}"
+    with pytest.raises(ConfigError, match="table table08 has neither release nor energy; map one of them"):
+        audit(load_audit(CONFIG, [SMALL, columns]))
+
+
+@pytest.mark.parametrize(("cell", "message"), [("much", "something that is no number"), ("nan", "that is not finite")])
+def test_cells_that_are_no_numbers_are_refused(tmp_path, cell, message):
+    (tmp_path / "t.csv").write_text(f"x0_m\n0.1\n{cell}\n", encoding="utf-8")
+    (tmp_path / "audit.yaml").write_text(
+        "name: t\nlaboratory: {mass_kg: 1, area_m2: 1, dry: 0}\n"
+        "tables: {t: {title: T, file: t.csv, columns: {release: {column: x0_m, unit: m}}}}\n",
+        encoding="utf-8",
+    )
+    with pytest.raises(ConfigError, match=message):
+        read_table(load_audit(tmp_path / "audit.yaml"), "t")
+
+
+def test_a_wrong_config_exits_with_2_and_a_missing_one_too(capsys, tmp_path):
+    assert undertow(capsys, "audit", CONFIG, "--set", "nodes=1").code == 2
+    assert undertow(capsys, "audit", tmp_path / "none.yaml").code == 2

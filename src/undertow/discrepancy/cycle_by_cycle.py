@@ -21,6 +21,9 @@ from undertow.recording.recording import Array
 CLEAR = 10.0
 """Half swings below this many times the noise say nothing of frequency or damping."""
 
+FAINT = 0.03
+"""Half swings under this share of the first are left out too: there friction is about to hold the body."""
+
 STILL = 1e-3
 """A half swing under this share of the first is rest: what is left of an integrator's digits."""
 
@@ -89,7 +92,8 @@ def compare_cycles(motion: Motion, run: FreeRun) -> CycleComparison:
     slope = np.gradient(run.simulated, run.t)
     with np.errstate(divide="ignore"):  # a simulation that has come to rest turns by nothing; see _at
         theirs = find_cycles(run.t, run.simulated, slope, np.zeros(run.t.size))
-    count = min(mine.decrement.size, int(np.count_nonzero(mine.amplitude > CLEAR * noise)))
+    clear = mine.amplitude > max(CLEAR * noise, FAINT * float(mine.amplitude[0]))
+    count = min(mine.decrement.size, int(np.argmin(clear)) if not clear.all() else clear.size)
     time = mine.time[1 : count + 1]
     frequency, damping = _at(theirs, time)
     return CycleComparison(

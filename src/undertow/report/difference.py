@@ -20,6 +20,7 @@ from undertow.discrepancy.words import percent
 from undertow.quantities import Estimate
 from undertow.report.style import BLUE, INK, VERMILLION, new_figure, page_style, svg_text
 from undertow.report.verdict_file import plain
+from undertow.report.wording import parameter_name
 from undertow.report.writing import write_text
 
 VERSION = 1
@@ -115,7 +116,7 @@ def difference_page(difference: Difference) -> str:
 def _row(name: str, one: Estimate | None, other: Estimate | None, sigmas: float) -> Mapping[str, str]:
     far = f"{sigmas:.1f}" if math.isfinite(sigmas) else ""
     return {
-        "name": name.replace("_", " "), "simulation": "-" if one is None else str(one),
+        "name": parameter_name(name).words, "simulation": "-" if one is None else str(one),
         "recording": "-" if other is None else str(other), "sigmas": far,
         "tone": "open" if one is None or other is None or sigmas > 3.0 else "",
     }  # fmt: skip
@@ -127,7 +128,7 @@ def _found(parameters: Mapping[str, object]) -> list[tuple[str, str]]:
     for name, found in parameters.items():
         for one in found if isinstance(found, list) else [found]:
             if isinstance(one, Mapping):
-                out += [(f"{name}: {key}".replace("_", " "), str(value)) for key, value in one.items()]
+                out += [(f"{name}: {key}".replace("_", " "), str(value).removesuffix(" 1")) for key, value in one.items()]
     return out
 
 

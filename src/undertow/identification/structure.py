@@ -254,7 +254,7 @@ def _estimates(found: Found, terms: Sequence[Term], covariance: Array) -> dict[s
 
 
 def _rivals(found: Found, rules: Rules, names: Sequence[str]) -> tuple[Rival, ...]:
-    """Subsets of terms within the rival difference of the one chosen, by full trajectories where they were simulated."""
+    """Subsets of terms within the rival difference of the one chosen, by full trajectories where simulated."""
     exact = {chosen: criterion - found.criterion for chosen, criterion in found.visited}
     candidates = {found.terms_of(one): one.criterion for one in reversed((found.search.best, *found.search.rivals))}
     own = candidates.pop(found.chosen, found.search.best.criterion)

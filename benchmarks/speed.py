@@ -30,8 +30,15 @@ FITS_A_ROUND = 200
 RECORDS_S = (15.0, 8.9)
 """A whole record, its stuck end included, and the motion alone."""
 
-COLD = "import time; began = time.perf_counter()\nfrom benchmarks.decay import identify, record\n" \
-    "data = record(8.9)\nmiddle = time.perf_counter()\nidentify(data)\nprint(middle - began, time.perf_counter() - middle)"
+COLD = """
+import time
+began = time.perf_counter()
+from benchmarks.decay import identify, record
+data = record(8.9)
+middle = time.perf_counter()
+identify(data)
+print(middle - began, time.perf_counter() - middle)
+"""
 
 
 def cpu_seconds(run: Callable[[], object]) -> float:

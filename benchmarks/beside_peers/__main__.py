@@ -1,6 +1,6 @@
 """undertow beside its peers on the same recordings: support, coefficients, free run on a trial nobody saw.
 
-    python -m benchmarks.beside_peers                          # all methods, two truths, three noises, five seeds
+    python -m benchmarks.beside_peers                          # all methods, two truths, three noises, three seeds
     SYSIDENTPY_FOLDER=... python -m benchmarks.beside_peers    # SysIdentPy from a folder of its own
     python -m benchmarks.beside_peers --seeds 1 --noises N3 --out somewhere
 
@@ -16,11 +16,11 @@ import argparse
 import sys
 from pathlib import Path
 
-from benchmarks.beside_peers.table import NOISES, TRUTHS, run, write_page, write_rows
+from benchmarks.beside_peers.table import NOISES, TRUTHS, read_rows, run, write_page, write_rows
 
 FOLDER = Path(__file__).resolve().parent
 DOCS = FOLDER.parents[1] / "docs"
-SEEDS = 5
+SEEDS = 3
 
 
 def main(arguments: list[str] | None = None) -> int:
@@ -30,9 +30,9 @@ def main(arguments: list[str] | None = None) -> int:
     parser.add_argument("--noises", nargs="+", choices=NOISES, default=NOISES)
     parser.add_argument("--out", type=Path, help="folder for both files; by default this one and docs/")
     options = parser.parse_args(arguments)
-    rows = run(tuple(TRUTHS), options.noises, options.seeds)
-    write_rows(rows, (options.out or FOLDER) / "results.csv")
-    write_page(rows, (options.out or DOCS) / "peers.md")
+    results = (options.out or FOLDER) / "results.csv"
+    write_rows(run(tuple(TRUTHS), options.noises, options.seeds), results)
+    write_page(read_rows(results), (options.out or DOCS) / "peers.md")
     return 0
 
 

@@ -29,10 +29,15 @@ HELD_OUT = 2
 """Index of the release that no method sees before it is scored."""
 
 HIDDEN_RELEASES_M = (0.016, 0.033, 0.024, 0.008)
-LARGEST_CLOCK_S = 0.005
+LARGEST_LATENESS_S = 0.1
+"""Under the largest noise a release may be seen this late; how late is fitted for every method alike."""
+
+LARGEST_CLOCK_S = 0.001
+"""Reach of the clock's linear part, between two steps of the lateness."""
+
 LARGEST_REST_M = 0.002
 LARGEST_START_SHARE = 0.02
-"""A held-out trial's own clock, rest position and x0 (a share of itself) may move so far, for every method alike."""
+"""A held-out trial's own rest position and x0 (a share of itself) may move so far, for every method alike."""
 
 LARGEST_SCORE = 9.99
 """A free run that leaves every bound counts as this."""
@@ -40,13 +45,19 @@ LARGEST_SCORE = 9.99
 
 @dataclass(frozen=True)
 class Trial:
-    """One trial from the release on: ``t`` (n,) s, raw ``x`` (m, about the rest) and ``a`` (m/s^2), and the
-    conditioned ``motion`` of the same samples."""
+    """One trial from the release on: ``t`` (n,) s, raw ``x`` (m, about the rest), the ``x0`` (m) it was held at, and
+    the conditioned ``motion`` of the same samples."""
 
     t: Array
     x: Array
-    a: Array
+    x0: float
     motion: Motion
+
+    @property
+    def run_times(self) -> Array:
+        """Instants of a free run, (n + r,): those of the trial and as many more as the release may be seen late."""
+        step = float(np.median(np.diff(self.t)))
+        return np.arange(self.t.size + round(LARGEST_LATENESS_S / step)) * step
 
 
 @dataclass(frozen=True)
@@ -90,7 +101,10 @@ def _cut(motion: Motion) -> Trial:
     """From the release to the end of the motion."""
     keep = motion.t <= motion.t[motion.inside][-1]
     x = motion.recorded("displacement")[keep] - motion.equilibrium.value
-    return Trial(motion.t[keep], x, motion.recorded("acceleration")[keep], motion)
+    recording = motion.recording
+    held = recording.time < motion.window.release_s - LARGEST_LATENESS_S
+    x0 = float(recording.channels["displacement"][held].mean()) - motion.equilibrium.value
+    return Trial(motion.t[keep], x, x0, motion)
 
 
 def simulate(acceleration: Acceleration, x0: float, t: Array) -> Array:
@@ -117,15 +131,17 @@ def simulate(acceleration: Acceleration, x0: float, t: Array) -> Array:
 
 
 def score(trial: Trial, run: Array) -> float:
-    """RMS error of a free run (n, 2) over the trial's RMS displacement, with the trial's clock, rest and x0 taken out.
+    """RMS error of a free run (n + r, 2) at `Trial.run_times` over the trial's RMS displacement.
 
-    The three are fitted linearly within their bounds; a run out of bounds scores `LARGEST_SCORE`.
+    The release's lateness is scanned sample by sample, and clock, rest and x0 are fitted linearly within their bounds.
+    A run out of bounds scores `LARGEST_SCORE`.
     """
     if not np.all(np.isfinite(run)):
         return LARGEST_SCORE
-    x, v = run.T
-    columns = np.column_stack([v, np.ones_like(x), x])
     limit = np.array([LARGEST_CLOCK_S, LARGEST_REST_M, LARGEST_START_SHARE])
-    moved = lsq_linear(columns, trial.x - x, (-limit, limit)).x
-    left = trial.x - x - columns @ moved
+    late = range(run.shape[0] - trial.t.size + 1)
+    first = min(late, key=lambda shift: float(np.sum((trial.x - run[shift : shift + trial.t.size, 0]) ** 2)))
+    x, v = run[first : first + trial.t.size].T
+    columns = np.column_stack([v, np.ones_like(x), x])
+    left = trial.x - x - columns @ lsq_linear(columns, trial.x - x, (-limit, limit)).x
     return min(float(np.sqrt(np.mean(left**2) / np.mean(trial.x**2))), LARGEST_SCORE)

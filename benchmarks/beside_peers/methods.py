@@ -97,9 +97,8 @@ def _scored(data: Data, values: Array, note: str = "") -> Found:
         return float(restoring + damping + a[2] * np.sign(v))
 
     trial = data.held_out
-    start = float(trial.motion.x[0] - trial.motion.equilibrium.value)
     with np.errstate(over="ignore", invalid="ignore"):
-        run = simulate(acceleration, start, trial.t)
+        run = simulate(acceleration, trial.x0, trial.run_times)
     return Found(kept, score(trial, run), note)
 
 
@@ -228,9 +227,8 @@ def undertow_hidden(data: Data) -> Found:
     fit = discover_hidden([trial.motion for trial in data.training])
     found = {OURS[label(term)]: fit.coefficients[label(term)].value for term in fit.terms}
     theta = fit.theta()
-    motion = data.held_out.motion
-    theta[SLOT["x0"]] = float(motion.x[0] - motion.equilibrium.value)
-    x, v, _ = trajectory(theta, np.zeros(0, dtype=np.int64), data.held_out.t)
+    theta[SLOT["x0"]] = data.held_out.x0
+    x, v, _ = trajectory(theta, np.zeros(0, dtype=np.int64), data.held_out.run_times)
     note = f"{fit.count} hidden"
     if fit.count:
         note += ": " + ", ".join(f"{w.value:.3f} rad/s" for w in fit.frequencies)

@@ -1,7 +1,7 @@
 """The fits that efficiency and blind starts are measured on: Eq. 15 with 2, 4 or 5 unknowns, and a hidden oscillator.
 
-Eq. 15's motion is scipy's (DOP853 split at reversals); cells of 1 kHz samples, 50 a period, white noise. Belongs here: what
-is fitted to what. Does not belong here: studies of it.
+Eq. 15's motion is scipy's (DOP853 split at reversals); 1 kHz samples in cells, 50 a period, white noise. Belongs here:
+what is fitted to what. Does not belong here: studies of it.
 """
 
 from __future__ import annotations

@@ -227,11 +227,11 @@ def _evaluate(problem: Problem, values: Array) -> _Point | None:
     chi2 = 0.0
     all_r, all_j, all_used = [], [], []
     for trial in problem.trials:
-        got = residuals(trial, values)
-        if got is None:
-            return None
-        r, jac, used = got
         with np.errstate(over="ignore", invalid="ignore"):
+            got = residuals(trial, values)
+            if got is None:
+                return None
+            r, jac, used = got
             square, slope, size_of_r = jac.T @ jac, jac.T @ r, float(r @ r)
         if not (np.all(np.isfinite(square)) and np.all(np.isfinite(slope)) and math.isfinite(size_of_r)):
             return None  # a motion that all but leaves every bound: no place to step from

@@ -22,11 +22,12 @@ from typing import Any
 
 import numpy as np
 
-from undertow.campaign.audit import constants_of, dry_structures, read_table
+from undertow.campaign.audit import constants_of, dry_structures
 from undertow.campaign.audit_settings import load_audit
+from undertow.campaign.audit_tables import read_table
 from undertow.discrepancy.audit.answer import answer
 from undertow.discrepancy.audit.case import Case, Row, Structure, row_returns
-from undertow.discrepancy.audit.identities import correct_units
+from undertow.discrepancy.audit.headings import correct_units
 from undertow.discrepancy.audit.verdicts import judge
 from undertow.errors import UndertowError
 

@@ -12,7 +12,8 @@ from undertow.campaign.audit import audit, dry_structures
 from undertow.discrepancy.audit.comparisons import check_comparisons
 from undertow.discrepancy.audit.findings import AuditFindings
 from undertow.discrepancy.audit.forces import check_forces
-from undertow.discrepancy.audit.identities import check_identities, correct_units
+from undertow.discrepancy.audit.headings import correct_units
+from undertow.discrepancy.audit.identities import check_identities
 from undertow.discrepancy.audit.patterns import check_patterns
 from undertow.discrepancy.audit.tables import Column, Constants, PublishedTable
 from undertow.errors import UndertowError

@@ -11,8 +11,9 @@ import numpy as np
 import pytest
 
 from experiments.audit.simulated import CONFIG, design, structures
-from undertow.campaign.audit import cases_of, constants_of, mended_tables, read_table
+from undertow.campaign.audit import cases_of, constants_of, mended_tables
 from undertow.campaign.audit_settings import load_audit
+from undertow.campaign.audit_tables import read_table
 from undertow.discrepancy.audit.answer import Answer, answer, fitted_surface
 from undertow.discrepancy.audit.case import Case, Row, case_returns
 from undertow.discrepancy.audit.posterior import log_mean, posterior, scatters, surface_error, weigh

@@ -26,9 +26,6 @@ from undertow.discrepancy.audit.tables import (
     same_conditions,
 )
 
-POWER_OF_THOUSAND = 0.7
-"""A ratio within this of a power of 1000, in decades, has a unit in it, and perhaps a constant factor besides."""
-
 NOTICEABLE = 0.01
 """Identities that hold within 1 % beyond the printed digits pass: constants are printed to three digits."""
 
@@ -81,41 +78,7 @@ IDENTITIES: tuple[Identity, ...] = (
 """The identities that are tried wherever a table (with the constants) has their columns."""
 
 
-def correct_units(tables: Sequence[PublishedTable], constants: Constants) -> tuple[list[PublishedTable], list[Oddity]]:
-    """Tables with units mended where an identity is off by a power of a thousand, and what was mended.
-
-    Stiffness is judged first: other identities use it. The mended column is the identity's left side.
-    """
-    mended, found = list(tables), []
-    for identity in IDENTITIES:
-        for i, table in enumerate(mended):
-            if identity.left not in table.columns:
-                continue
-            columns = _columns(table, mended, constants, identity) or _largest_release(
-                table, mended, constants, identity
-            )
-            if columns is None:
-                continue
-            left = table.columns[identity.left]
-            right = identity.law(columns)
-            rows = np.arange(left.values.size) if right.size == left.values.size else [int(np.argmax(left.values))]
-            ratio = float(np.median(left.values[rows] / right))
-            power = math.log10(ratio) / 3.0 if ratio > 0.0 else 0.0
-            if round(power) == 0 or abs(power - round(power)) * 3.0 > POWER_OF_THOUSAND:
-                continue
-            factor = 1000.0 ** -round(power)
-            mended[i] = table.replaced(identity.left, left.times(factor))
-            value, rule = float(left.values[rows][0]), float(right[0])
-            found.append(Oddity(
-                "unit", (table.name,), identity.left, value, rule, "",
-                f"{table.title}: {WORDS[identity.left]} is headed {left.printed_unit}, but its numbers are "
-                f"{ratio:.4g} times {identity.text} ({value:.5g} printed against {rule:.5g} by the rule, SI): "
-                f"the unit is {1.0 / factor:g} times smaller; it is read so from here on.",
-            ))  # fmt: skip
-    return mended, found
-
-
-def _columns(
+def identity_columns(
     table: PublishedTable, tables: Sequence[PublishedTable], constants: Constants, identity: Identity
 ) -> dict[str, Array] | None:
     """The law's inputs (n,), filled from the constants, the dry stiffness and, for a release, a table row by row beside
@@ -129,7 +92,7 @@ def _columns(
         elif name == "mass":
             columns[name] = np.full(table.rows, constants.mass_kg)
         elif name == "stiffness":
-            known = _dry_stiffness(table, tables, constants)
+            known = dry_stiffness(table, tables, constants)
             if known is None:
                 return None
             columns[name] = known
@@ -143,27 +106,8 @@ def _columns(
     return columns
 
 
-def _largest_release(
-    table: PublishedTable, tables: Sequence[PublishedTable], constants: Constants, identity: Identity
-) -> dict[str, Array] | None:
-    """Inputs for the largest energy alone, from the largest release that any table has under the same conditions."""
-    if identity.left != "energy" or "release" in table.columns:
-        return None
-    known = _dry_stiffness(table, tables, constants)
-    keys = (constants.spring_key, constants.water_key)
-    releases = [
-        float(other.columns["release"].values[row])
-        for other in tables
-        if "release" in other.columns
-        for row in range(other.rows)
-        if same_conditions(table.at(0), other.at(row), keys)
-    ]
-    if known is None or not releases:
-        return None
-    return {"stiffness": known[:1], "release": np.array([max(releases)])}
-
-
-def _dry_stiffness(table: PublishedTable, tables: Sequence[PublishedTable], constants: Constants) -> Array | None:
+def dry_stiffness(table: PublishedTable, tables: Sequence[PublishedTable], constants: Constants) -> Array | None:
+    """Mean dry stiffness of each row's spring, (n,) N/m; None where a spring has no dry table."""
     springs = [table.at(row).get(constants.spring_key, "") for row in range(table.rows)]
     values = [dry_value(tables, constants, spring, "stiffness") for spring in springs]
     if any(not one.size for one in values):
@@ -214,7 +158,7 @@ def with_releases(tables: Sequence[PublishedTable], constants: Constants) -> lis
         if partner is not None:
             table = table.replaced("release", partner[1])
         elif "release" not in table.columns and "energy" in table.columns:
-            stiffness = _dry_stiffness(table, tables, constants)
+            stiffness = dry_stiffness(table, tables, constants)
             if stiffness is not None:
                 energy = table.columns["energy"]
                 release = np.sqrt(2.0 * energy.values / stiffness)
@@ -231,7 +175,7 @@ def check_identities(tables: Sequence[PublishedTable], constants: Constants) -> 
         for table in tables:
             if identity.left not in table.columns:
                 continue
-            columns = _columns(table, tables, constants, identity)
+            columns = identity_columns(table, tables, constants, identity)
             if columns is None:
                 continue
             oddity = _judge(table, tables, constants, identity, columns)

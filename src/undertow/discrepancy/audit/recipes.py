@@ -129,6 +129,7 @@ class _Fitter:
     on_bound: bool = False
 
     def theta(self, mass: float, q: float) -> Array:
+        """Parameter vector of Eq. 15 with what the recipe holds fixed; total mass kg, drag N s^2/m^2."""
         theta = np.zeros(N_SLOTS)
         known = self.known
         theta[SLOT["mass"]], theta[SLOT["q"]] = mass, q
@@ -137,6 +138,7 @@ class _Fitter:
         return theta
 
     def rms(self, mass: float, q: float) -> float:
+        """What Method 1 minimises: displacement RMS, m; infinite where the motion runs away."""
         x, _, _, _, steps = integrate(self.theta(mass, q), _NONE, self.times, self.step_s)
         return math.sqrt(float(np.mean((x[:, 0] - self.x) ** 2))) if steps >= 0 else math.inf
 
@@ -183,6 +185,7 @@ class _Fitter:
         return self.returned(*above[0]) if above else answer
 
     def returned(self, mass: float, q: float, rms: float, bounded_start: float = math.nan) -> Returned:
+        """An end of the search as the recipe prints it, with C_d on the bound where that is asked for."""
         unit, bounded = self.known.drag_unit, math.nan
         if mass < self.known.mass_kg or self.on_bound:
             start = bounded_start if math.isfinite(bounded_start) else q

@@ -176,6 +176,7 @@ def _sane(case: Case) -> tuple[Returned, ...]:
 
 
 def printed_columns(case: Case, returned: tuple[Returned, ...]) -> Array:
+    """What would be printed, (rows, 2): m_a without its bound, C_d at m_a = 0 where the printed one is on the bound."""
     drags = [
         one.bounded_drag if row.on_bound else one.drag_coefficient for row, one in zip(case.rows, returned, strict=True)
     ]

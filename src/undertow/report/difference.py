@@ -128,7 +128,8 @@ def _found(parameters: Mapping[str, object]) -> list[tuple[str, str]]:
     for name, found in parameters.items():
         for one in found if isinstance(found, list) else [found]:
             if isinstance(one, Mapping):
-                out += [(f"{name}: {key}".replace("_", " "), str(value).removesuffix(" 1")) for key, value in one.items()]
+                said = {f"{name}: {key}".replace("_", " "): str(value).removesuffix(" 1") for key, value in one.items()}
+                out += list(said.items())
     return out
 
 

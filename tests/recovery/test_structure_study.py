@@ -7,7 +7,8 @@ import numpy as np
 import pysindy
 import pytest
 
-from experiments.structure import page, routes, study
+import undertow
+from experiments.structure import page, real, routes, study
 from experiments.structure.pysindy_examples import EXAMPLES, exact_support, noisy, path_of
 from experiments.structure.truths import KINDS, plant_other
 from undertow.identification.subset import BestSubset
@@ -93,3 +94,16 @@ def test_every_committed_row_is_of_a_known_truth():
         assert rows
         assert {row["kind"] for row in rows} <= set(KINDS)
         assert {row["study"] for row in rows} == {name}
+
+
+@pytest.mark.skipif(
+    not (real.ROOT / ".." / "shared" / "recordings").is_dir(),
+    reason="the real recordings are not beside the repository (../shared/recordings)",
+)
+def test_a_pendulum_is_a_sine_with_viscous_and_dry_friction_of_which_one_may_be_another():
+    case = real.CASES[0]
+    one = undertow.Discover(case.terms, resamples=0, outside=False).fit(real.motions(case)[:1])
+    assert {term.name for term in one.terms_} == {"sine_restoring", "viscous_damping", "coulomb_friction"}
+    assert ("sine_restoring", "coulomb_friction", "quadratic_drag") in one.rivals_
+    said = one.structure_.collinear.sentences
+    assert any("viscous_damping and coulomb_friction are hardly told apart" in sentence for sentence in said)

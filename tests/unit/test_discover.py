@@ -71,7 +71,7 @@ def test_the_report_says_everything_in_order(fitted, trials):
     report = fitted.fit_report([trials[1]])
     parts = (
         "structure of 3 trials: r0, r1, r2", "x'' + 28.0", "found again", "without cubic_damping", "free-run error",
-        "weak form on the recorded acceleration agrees", "times the noise", "r1 0.0",
+        "weak form on the recorded acceleration agrees", "times the sensors' noise", "r1 0.0",
     )  # fmt: skip
     assert [part for part in parts if part not in report] == []
     assert "free-run" not in fitted.fit_report()
@@ -221,7 +221,7 @@ def test_what_is_doubtful_is_said_first(fitted):
 
 
 def test_odds_are_readable():
-    assert [odds(d) for d in (2.0, 6.0, 100.0)] == ["2.7 to 1", "20 to 1", "1000000 to 1"]
+    assert [odds(d) for d in (2.0, 6.0, 100.0)] == ["2.7 to 1", "20 to 1", "over 1000000 to 1"]
 
 
 def test_undertow_exports_discover_and_nothing_that_is_not_there():

@@ -146,3 +146,9 @@ def test_a_start_that_leads_nowhere_is_walked_on_growing_windows(trials):
     one = walk(trials, laws(TERMS), (0, 1), far, Rules())
     assert one.chosen == EQ15
     assert left_over(one) < 1.1
+
+
+def test_what_is_left_counts_the_sensors_noise_whatever_the_weights(found):
+    weighed = [trial.reweighted([3.0] * len(trial.channels)) for trial in found.trials]
+    again = walk(weighed, found.book, EQ15, found.polished.values, Rules())
+    assert left_over(again) == pytest.approx(left_over(found), rel=1e-3)

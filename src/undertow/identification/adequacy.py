@@ -93,8 +93,13 @@ def _carried(smaller: Laws, larger: Laws, values: Array) -> Array:
 
 
 def left_over(found: Found) -> float:
-    """RMS of what the best subset leaves, in units of what noise alone would leave in the channels as weighed; about 1
-    where the equation is complete and the noise as stated."""
+    """RMS of what the best subset leaves over what the sensors' noise alone would; about 1 for a complete equation."""
     residual = found.linear.response - found.linear.columns @ found.polished.values
-    rows = sum(seen.values.size for trial in found.trials for seen in trial.channels)
-    return float(np.sqrt(residual @ residual / rows))
+    total, rows, first, part = 0.0, 0, 0, 0
+    for trial in found.trials:
+        for seen in trial.channels:
+            count = found.linear.lengths[part]
+            total += seen.factor**2 * float(np.sum(residual[first : first + count] ** 2))
+            rows, first, part = rows + count, first + count, part + 1
+        first, part = first + found.linear.lengths[part], part + 1  # the priors' rows
+    return float(np.sqrt(total / rows))

@@ -11,7 +11,7 @@ import math
 from collections.abc import Sequence
 
 from undertow.identification.structure import Structure
-from undertow.quantities import OK, format_number
+from undertow.quantities import OK
 
 ODDS_MOST = 1e6
 """Odds are written out up to this number."""
@@ -64,7 +64,8 @@ def odds(difference: float) -> str:
     '20 to 1'
     """
     ratio = math.exp(min(0.5 * abs(difference), math.log(ODDS_MOST)))
-    return f"{'over ' if ratio >= 0.999 * ODDS_MOST else ''}{ratio:.2g} to 1" if ratio < 100.0 else f"{ratio:.0f} to 1"
+    over = "over " if ratio > 0.999 * ODDS_MOST else ""
+    return f"{over}{ratio:.0f} to 1" if ratio >= 10.0 else f"{ratio:.2g} to 1"
 
 
 def number_rows(structure: Structure) -> tuple[tuple[str, str, str, str], ...]:
@@ -117,7 +118,7 @@ def findings(structure: Structure) -> tuple[str, ...]:
         said.append("no law outside the library is more probable")
     if structure.route_outcome and (structure.route is None or structure.route.agrees):
         said.append(structure.route_outcome)
-    said.append(f"what is left is {format_number(structure.left, 0.01)} times the noise")
+    said.append(f"what is left is {structure.left:.3g} times the sensors' noise")
     return tuple(said)
 
 

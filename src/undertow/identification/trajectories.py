@@ -56,11 +56,13 @@ LARGEST = 1e100
 
 @dataclass(frozen=True)
 class Seen:
-    """One channel of a trial: means over cells (n,) and their standard deviation from noise."""
+    """One channel of a trial: means over cells (n,) and the standard deviation ``sigma`` by which they are weighed,
+    ``factor`` times what the sensor's noise gives."""
 
     quantity: str
     values: Array
     sigma: float
+    factor: float = 1.0
 
 
 @dataclass(frozen=True)
@@ -88,7 +90,8 @@ class Cells:
     def reweighted(self, factors: Sequence[float]) -> Cells:
         """The same trial with each channel's noise multiplied by a factor."""
         channels = tuple(
-            replace(seen, sigma=seen.sigma * factor) for seen, factor in zip(self.channels, factors, strict=True)
+            replace(seen, sigma=seen.sigma * factor, factor=seen.factor * factor)
+            for seen, factor in zip(self.channels, factors, strict=True)
         )
         return replace(self, channels=channels)
 

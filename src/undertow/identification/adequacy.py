@@ -1,7 +1,8 @@
 """Whether any subset of a library is good enough, or a law outside it does better.
 
 A fit is never compared with perfection: every rig leaves more than its sensors' noise. A library is called inadequate
-where a law from the shelf that it does not hold is the more probable one, its further numbers paid for.
+where a law from the shelf that it does not hold is the more probable one, its further numbers paid for. Prior: one half
+that the library holds the laws, the other half shared equally by the laws outside.
 
 Belongs here: that comparison and the size of what is left. Does not belong here: naming what is missing between trials
 and levels (the discrepancy room).
@@ -9,6 +10,7 @@ and levels (the discrepancy room).
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
@@ -28,8 +30,8 @@ Array = NDArray[np.float64]
 class Outsider:
     """A law outside the library beside the best subset within it.
 
-    ``gain`` is the criterion of the best subset of the library less that of the best one with the law: above 0 the law
-    is the more probable one (odds exp(gain / 2)). ``chosen`` names that equation's terms, ``inner`` the law's refined
+    ``gain`` is the criterion of the best subset of the library less that of the best one with the law, less 2 ln(laws
+    outside) for the prior: above 0 the law is the more probable one (odds exp(gain / 2)). ``chosen`` names that equation's terms, ``inner`` the law's refined
     inner parameters.
     """
 
@@ -63,11 +65,13 @@ def outsiders(terms: Sequence[Term]) -> tuple[Term, ...]:
 
 def compare_outsiders(found: Found, rules: Rules) -> tuple[Outsider, ...]:
     """Every law of `outsiders` that a walk from the best subset takes in, the most probable first."""
-    taken = [_with_law(found, law, rules) for law in outsiders(found.book.terms)]
+    laws_outside = outsiders(found.book.terms)
+    prior = 2.0 * math.log(max(len(laws_outside), 1))
+    taken = [_with_law(found, law, rules, prior) for law in laws_outside]
     return tuple(sorted((one for one in taken if one is not None), key=lambda one: -one.gain))
 
 
-def _with_law(found: Found, law: Term, rules: Rules) -> Outsider | None:
+def _with_law(found: Found, law: Term, rules: Rules, prior: float) -> Outsider | None:
     terms = (*found.book.terms, law)
     book = laws(terms, rules.signs)
     values = _carried(found.book, book, found.polished.values)
@@ -78,7 +82,7 @@ def _with_law(found: Found, law: Term, rules: Rules) -> Outsider | None:
     inner = [place for place in range(len(terms), len(book.names)) if int(book.owner[place]) == len(terms) - 1]
     return Outsider(
         label(law) if not inner else law.name,
-        larger.visited[0][1] - larger.criterion,
+        larger.visited[0][1] - larger.criterion - prior,
         tuple(terms[index].name for index in larger.chosen),
         tuple((book.names[place].split(".")[1], float(larger.polished.values[place])) for place in inner),
     )

@@ -145,7 +145,8 @@ HEADER = """# Recovery of Eq. 15 by SINDy
 p90 of |error| over {seeds} seeds / limit (p90 of the Cramer-Rao bound); bold where it is over the limit, which was
 stated for long 2.57 m and short 2.36 m. Four trials a level, 1000 Hz, k known, k, c, mu equal in all trials; noise on x
 and a: N1 0.05 mm, 0.02 m/s2; N3 0.2 mm, 0.1 m/s2; N4 1 mm, 0.1 m/s2; drift, free offsets, 14 bits. Exact support: the
-best subset of ten terms is Eq. 15's four and no others. The last column is the root mean square of error over standard
+best subset of ten terms on forces alone is Eq. 15's four and no others (chosen on trajectories:
+docs/structure_measured.md). The last column is the root mean square of error over standard
 error for k, c, friction and drag over mass.
 
 """

@@ -27,7 +27,7 @@ from undertow.equation.shelf import find
 from undertow.equation.simulate import simulate as simulate_ours
 from undertow.equation.structure import Stiffness
 from undertow.errors import IdentificationError
-from undertow.identification.hidden_fit import discover_hidden, fit_hidden, hidden_problem
+from undertow.identification.hidden_fit import discover_hidden, fit_hidden, hidden_problem, without_unconfirmed
 from undertow.identification.hidden_rows import hidden_rows
 from undertow.identification.hidden_search import EQUATION_15, RIVALS, find_hidden
 from undertow.identification.library import build_design
@@ -102,6 +102,17 @@ def test_sixty_kilograms_are_found_once_with_frequency_mass_and_the_equation_bes
     first, *rest = fit.search.why()
     assert "kept, the evidence rises by" in first
     assert all("refused" in sentence for sentence in rest)
+
+
+def test_an_oscillator_that_the_trajectories_do_not_confirm_is_taken_out_again(fit):
+    weak = dataclasses.replace(fit.ratios[0], stderr=fit.ratios[0].value / 2.0)
+    doubtful = dataclasses.replace(fit, ratios=(weak,))
+    assert fit.confirmed == (True,)
+    assert doubtful.confirmed == (False,)
+    left = without_unconfirmed(doubtful)
+    assert left.oscillators == ()
+    assert "is under 3 standard errors; refused" in left.why()[-1]
+    assert fit.search.count == 1  # the search it came from is as it was
 
 
 def test_the_fits_vector_moves_as_the_recording_did(campaign, fit):

@@ -11,7 +11,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from types import MappingProxyType
 
 import numpy as np
@@ -23,7 +23,7 @@ from undertow.equation.term import Term
 from undertow.errors import IdentificationError
 from undertow.identification import output_error
 from undertow.identification.hidden_modes import HankelModes, coupled_modes, hankel_modes, seeds_from_modes
-from undertow.identification.hidden_search import CRITICAL_T, EQUATION_15, HiddenSearch, find_hidden
+from undertow.identification.hidden_search import CRITICAL_T, EQUATION_15, HiddenSearch, HiddenStep, find_hidden
 from undertow.identification.intervals import noise_covariance
 from undertow.identification.library import label
 from undertow.identification.output_error import Solution
@@ -35,6 +35,9 @@ Array = NDArray[np.float64]
 
 DRIFT_STD_M = 1e-3
 """Prior of the potentiometer's drift over a window: the common string potentiometer's."""
+
+CONFIRMED = 3.0
+"""Standard errors by which a hidden mass must differ from nothing in output error: what a diagnosis asks of a name."""
 
 STATE_PRIOR = 5.0
 """Standard deviation of a free hidden state, in times the body's own motion: near resonance it swings wider."""
@@ -86,6 +89,11 @@ class HiddenFit:
         """Number of hidden oscillators."""
         return len(self.ratios)
 
+    @property
+    def confirmed(self) -> tuple[bool, ...]:
+        """Whether each oscillator's mass on the trajectories is at least `CONFIRMED` standard errors."""
+        return tuple(one.value > CONFIRMED * one.stderr for one in self.ratios)
+
     def moving_inertia(self, stiffness_N_per_m: float) -> Estimate:
         """Inertia that moves with the body, kg, from a stiffness known in N/m.
 
@@ -134,12 +142,26 @@ def discover_hidden(
 ) -> HiddenFit:
     """The number of hidden oscillators, then all coefficients, from trials with measured acceleration.
 
-    Modes of a short window give starts, `find_hidden` decides how many there are, `fit_hidden` settles the numbers.
+    Modes of a short window give starts, `find_hidden` decides how many there are, `fit_hidden` settles the numbers; an
+    oscillator whose mass is not confirmed there is taken out again.
     ``critical_t`` as in `find_hidden`. With none found this is the equation's own output-error fit. Where only
     displacement was recorded, `hidden_trajectories.discover_hidden_on_trajectories` does the same on the motion itself.
     """
     seeds = seeds_from_modes(largest_modes(motions))
-    return fit_hidden(motions, terms, find_hidden(motions, terms, most=most, critical_t=critical_t, seeds=seeds))
+    fit = fit_hidden(motions, terms, find_hidden(motions, terms, most=most, critical_t=critical_t, seeds=seeds))
+    while not all(fit.confirmed):
+        fit = fit_hidden(motions, terms, without_unconfirmed(fit))
+    return fit
+
+
+def without_unconfirmed(fit: HiddenFit) -> HiddenSearch:
+    """The search without the oscillators whose mass the trajectories do not confirm, and a step that says so."""
+    kept = tuple(one for one, sure in zip(fit.search.oscillators, fit.confirmed, strict=True) if sure)
+    gone = [i for i, sure in enumerate(fit.confirmed) if not sure]
+    words = ", ".join(f"{fit.frequencies[i].value:.4g} rad/s (mass ratio {fit.ratios[i]})" for i in gone)
+    because = f"{len(kept)} hidden: on the trajectories {words} is under {CONFIRMED:g} standard errors; refused"
+    step = HiddenStep(kept, 0.0, 0.0, min((one.t for one in kept), default=math.nan), True, False, because)
+    return replace(fit.search, oscillators=kept, steps=(*fit.search.steps, step))
 
 
 def largest_modes(motions: Sequence[Motion]) -> HankelModes:

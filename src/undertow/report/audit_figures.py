@@ -78,13 +78,17 @@ def draw_probabilities(found: Answer, axes: Axes) -> Axes:
         range(len(weights)), gaps, color=[SKY if weight.rival.effects else GREY for weight in weights], height=0.6
     )
     for i, weight in enumerate(weights):
-        axes.text(0.0, i, f" {100.0 * weight.probability:.2g} %", va="center", ha="left", fontsize=7.5)
+        axes.text(0.0, i, _percent(weight.probability), va="center", ha="left", fontsize=7.5)
     axes.set_yticks(range(len(weights)), [weight.rival.label.replace("_", " ") for weight in weights])
     axes.set_xlim(max(min(gaps), -40.0) * 1.05 - 0.5, 0.0)
     axes.set_xlabel("log evidence below the best (cut at -40); right: probability")
     axes.grid(axis="y", visible=False)
     axes.margins(x=0.1)
     return axes
+
+
+def _percent(probability: float) -> str:
+    return f" {100.0 * probability:.2g} %" if probability > 1e-5 else " < 0.001 %"
 
 
 def draw_mixture(found: Answer, axes: Axes) -> Axes:

@@ -16,7 +16,7 @@ from markupsafe import Markup
 from matplotlib.figure import Figure
 
 from undertow.discrepancy.audit.findings import AuditFindings, SeriesFindings
-from undertow.discrepancy.audit.verdicts import Range
+from undertow.discrepancy.audit.verdicts import Range, rounded
 from undertow.report import audit_figures
 from undertow.report.style import new_figure, page_style, svg_text
 from undertow.report.writing import write_text
@@ -82,7 +82,11 @@ def _group(group: Mapping[str, Any]) -> str:
 def parameter_lines(parameters: Mapping[str, Mapping[str, Range]]) -> list[tuple[str, str, str]]:
     """Effect, parameter, and its 90 % interval with unit."""
     return [
-        (effect, name, f"{r.value:.3g} ({r.low:.3g} to {r.high:.3g}){'' if r.unit == '1' else ' ' + r.unit}")
+        (
+            effect,
+            name,
+            f"{rounded(r.value)} ({rounded(r.low)} to {rounded(r.high)}){'' if r.unit == '1' else ' ' + r.unit}",
+        )
         for effect, group in parameters.items()
         for name, r in group.items()
     ]

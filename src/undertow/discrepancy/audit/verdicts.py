@@ -56,6 +56,12 @@ TESTS: Mapping[frozenset[str], str] = {
 }
 """The test that would decide between two effects."""
 
+PARAMETER_WORDS: Mapping[str, str] = {
+    "mass_kg": "mass", "natural_frequency_rad_per_s": "frequency", "damping_ratio": "damping ratio", "force_N": "force",
+    "offset_m": "offset", "c_Ns_per_m": "c", "compliance_m_per_N": "compliance",
+}  # fmt: skip
+"""A parameter inside a sentence, its unit beside the number."""
+
 NO_WATER_TEST = "a dry release of the same amplitude through the same recipe: what it returns is the structure's share"
 
 
@@ -176,11 +182,21 @@ def _sentence(found: Answer, preferred: Weight, near: list[Weight], confidence: 
     return f"{text} (probability {confidence:.3g})."
 
 
+def rounded(value: float) -> str:
+    """Three digits, and never a power of ten below a million.
+
+    >>> rounded(1102.3), rounded(0.0006875)
+    ('1102', '0.000688')
+    """
+    return f"{value:.0f}" if 1000.0 <= abs(value) < 1e6 else f"{value:.3g}"
+
+
 def _told(weight: Weight) -> str:
     if len(weight.posteriors) > 1:
         return weight.rival.label
     ranges = [
-        f"{r.low:.3g} to {r.high:.3g}{'' if r.unit == '1' else ' ' + r.unit} of {name}"
+        f"{PARAMETER_WORDS.get(name, name)} "
+        f"{rounded(r.low)} to {rounded(r.high)}{'' if r.unit == '1' else ' ' + r.unit}"
         for effect, group in _parameters(weight)[0].items()
         if effect != "water"
         for name, r in group.items()

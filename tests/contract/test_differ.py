@@ -93,6 +93,13 @@ def test_water_that_the_simulation_has_not_is_named_in_kilograms(simulated):
     assert numbers["natural_frequency_rad_per_s"].value == pytest.approx(9.0, rel=0.01)
 
 
+def test_what_both_have_beside_their_equations_is_not_lacking():
+    truth = with_term("hidden_resonator", 200.0, natural_frequency_rad_per_s=9.0, damping_ratio=0.01)
+    found = compare_motions(moved(truth, noisy=False, x0=0.06), moved(truth, noisy=True))
+    assert found.lacks == ()
+    assert any("both show, beside the equations above: hidden resonator" in note for note in found.notes)
+
+
 def test_a_law_of_the_recordings_own_equation_is_named(simulated):
     found = compare_motions(simulated, moved(with_term("cubic_stiffness", 3e6), noisy=True), specimen=SPECIMEN)
     assert found.lacks == ("cubic_stiffness",)
@@ -105,6 +112,7 @@ def test_a_law_of_the_recordings_own_equation_is_named(simulated):
 def test_more_damping_than_the_simulation_has_is_named_as_a_difference_in_number(simulated):
     found = compare_motions(simulated, moved(with_term("linear_damping", 1500.0), noisy=True), specimen=SPECIMEN)
     assert found.lacks == found.more == ("linear_damping",)
+    assert "lacks enough linear damping" in found.sentence
 
 
 def test_motions_in_different_channels_are_not_compared(simulated):

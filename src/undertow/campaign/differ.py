@@ -15,7 +15,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import replace
 
 from undertow.campaign.differ_words import sentence_of
-from undertow.campaign.lacking import UNKNOWN, fitted, judged, let_go, more, needs
+from undertow.campaign.lacking import UNKNOWN, allowed_error, fitted, judged, let_go, more, needs
 from undertow.conditioning.motion import Motion
 from undertow.discrepancy.cycle_by_cycle import CycleComparison, compare_cycles, sidebands
 from undertow.discrepancy.difference import Difference, Side, TermRow
@@ -35,6 +35,9 @@ LIBRARY = (
     "cubic_damping",
 )  # fmt: skip
 """Laws from which both equations are found, beside those of the config."""
+
+ORDINARY = ("stiffness", "sine_restoring", "viscous_damping", "coulomb_friction", "quadratic_drag")
+"""Restoring force and losses that every rig has."""
 
 
 def compare_motions(
@@ -62,22 +65,23 @@ def compare_motions(
     library = _library(terms)
     mine, theirs = _kept(simulation, library), _kept(recording, library)
     first, second = fitted(simulation, mine, specimen), fitted(recording, theirs, specimen)
+    form = _form(simulation, mine, first, library)
     sides = (
-        Side(simulation, mine, first, let_go(simulation, first), judged(simulation, mine, "simulation", specimen)),
-        Side(recording, theirs, second, let_go(recording, second), judged(recording, mine, "recording", specimen)),
+        Side(simulation, mine, first, let_go(simulation, first), judged(simulation, form, "simulation", specimen)),
+        Side(recording, theirs, second, let_go(recording, second), judged(recording, form, "recording", specimen)),
     )
     spread = dict(scatter or DEFAULT_SCATTER)
     run = let_go(recording, first)
     limit = _repeatability(recording, run, spread, seed)
     mismatch = locate(recording, run, sensor_floor(recording, run), limit)
     has = tuple(dict.fromkeys(sides[0].verdict.verdict))
-    wanted, by_equation = needs(recording, mine, second, sides[1].verdict)
-    larger = () if wanted else more(recording, first, fitted(recording, mine, specimen), limit)
+    wanted, by_equation = needs(recording, form, second, sides[1].verdict)
+    larger = () if wanted else more(recording, first, fitted(recording, form, specimen), limit)
     lacks = (*(n for n in wanted if n not in has), *larger)
     extra = tuple(n for n in has if n not in (*wanted, "unknown"))
     found = Difference(
         *sides, _rows(first, second), run, mismatch, _cycles(recording, run), sidebands(recording, run), lacks, extra,
-        larger, by_equation, "", _notes(simulation, recording), spread,
+        larger, by_equation, "", _notes(simulation, recording, [n for n in wanted if n in has]), spread,
     )  # fmt: skip
     return replace(found, sentence=sentence_of(found))
 
@@ -88,6 +92,20 @@ def _library(terms: Sequence[str]) -> tuple[Term, ...]:
     if "sine_restoring" in names:
         names = [n for n in names if n not in ("stiffness", "cubic_stiffness", "quintic_stiffness")]
     return tuple(t for n in names if (t := shelf.find(n)).kind == "algebraic" and n != "added_mass")
+
+
+def _form(
+    simulation: Motion, kept: tuple[Term, ...], fit: GroupFit, library: tuple[Term, ...]
+) -> tuple[Term, ...]:
+    """The simulation's form of equation, as what is known when something is looked for beside it.
+
+    Where no equation of the library explains the simulation, what it has beside them bends the choice of terms: then
+    the restoring force and the ordinary losses stand for its form.
+    """
+    run = let_go(simulation, fit)
+    if run.nrmse <= allowed_error(simulation, run):
+        return kept
+    return tuple(t for t in library if t.name in ORDINARY)
 
 
 def _kept(motion: Motion, library: tuple[Term, ...]) -> tuple[Term, ...]:
@@ -125,9 +143,12 @@ def _cycles(motion: Motion, run: FreeRun) -> CycleComparison | None:
         return None
 
 
-def _notes(simulation: Motion, recording: Motion) -> tuple[str, ...]:
-    """What a reader should know of the two motions."""
+def _notes(simulation: Motion, recording: Motion, both: Sequence[str]) -> tuple[str, ...]:
+    """What a reader should know of the two motions; ``both`` names what is beside the equations in either."""
     notes = ["one recording: nothing is held out, so that a name is not proved on an unseen trial"]
+    if both:
+        names = ", ".join(n.replace("_", " ") for n in both)
+        notes.append(f"simulation and recording both show, beside the equations above: {names}")
     ratio = simulation.amplitude / recording.amplitude
     if not 0.8 < ratio < 1.25:
         notes.append(

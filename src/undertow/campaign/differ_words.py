@@ -6,7 +6,7 @@ Belongs here: that sentence. Does not belong here: anything that it says (differ
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 
 from undertow.discrepancy.difference import Difference
 from undertow.discrepancy.judge import WORDS
@@ -14,6 +14,9 @@ from undertow.discrepancy.words import percent
 
 LET_GO = "let go like the recording, its equation"
 """How the second half of the sentence begins."""
+
+OWN_WORDS: Mapping[str, str] = {"coulomb_friction": "dry friction", "linear_damping": "linear damping"}
+"""Where a campaign speaks of its dry trials, a pair of files has none."""
 
 FAR = 3.0
 """Standard errors from which two numbers are said to differ."""
@@ -41,14 +44,16 @@ def _how_far(d: Difference) -> str:
     return f"{text}; in the recording, {cycles}" if cycles else text
 
 
-def _listed(names: Sequence[str]) -> str:
-    return " and ".join(WORDS.get(n, n.replace("_", " ")) for n in names)
+def _listed(names: Sequence[str], more: Sequence[str] = ()) -> str:
+    """Names in words; of those in ``more`` the simulation has some, but not enough."""
+    said = (f"{'enough ' if n in more else ''}{OWN_WORDS.get(n) or WORDS.get(n, n.replace('_', ' '))}" for n in names)
+    return " and ".join(said)
 
 
 def _what(d: Difference) -> str:
     """What the simulation lacks, and which numbers differ, in words."""
     names = [n for n in d.lacks if n != "unknown"]
-    words = [_listed([n]) for n in names]
+    words = [_listed([n], d.more) for n in names]
     if "unknown" in d.lacks:
         words.append("something that no suspect explains")
     rivals = [_listed(names) for names in d.recording.verdict.alternatives]

@@ -38,6 +38,12 @@ way. Scatter from trial to trial is no limit here: the equation is fitted to thi
 WORTH = 0.5
 """Share of what is allowed by which a law must bring the free run closer (in quadrature) to be named."""
 
+CLOSE = 2.0
+"""An equation explains a motion when its free run stays within this many times what is allowed."""
+
+UNEXPLAINED = 3.0
+"""From this many times what is allowed on, what no name explains is said to be unknown."""
+
 FORCES = ("N", "kg")
 """First letters of the units of what is linear in the total mass."""
 
@@ -99,8 +105,15 @@ def judged(motion: Motion, terms: Sequence[Term], label: str, specimen: Specimen
     case = Case({}, label, member, (), described, floor, allowed, int(run.nrmse > allowed), False, False)
     taken = {c.slot for c in fit.model.coefficients}
     scales = make_level([member]).scales
-    suspects = [s for s in ALL if s.additions(scales, s.starts(scales)[0])[0].slot not in taken]
+    suspects = [s for s in ALL if _slot(s, scales) not in taken]
     return _in_kilograms(judge([case], suspects)[0], specimen)
+
+
+def _slot(suspect: Suspect, scales: Scales) -> str:
+    """Where in the integrator a suspect's coefficient stands; empty for one that is no term."""
+    starts = suspect.starts(scales)
+    additions = suspect.additions(scales, starts[0]) if starts else ()
+    return additions[0].slot if additions else ""
 
 
 def _in_kilograms(verdict: Verdict, specimen: Specimen) -> Verdict:
@@ -128,17 +141,19 @@ def needs(motion: Motion, form: Sequence[Term], own: GroupFit, verdict: Verdict)
     """Names of what a motion has beside the simulation's ``form``, and whether they come from its own equation.
 
     ``own`` is the equation found for the motion from the library, ``verdict`` what the search beside ``form`` says.
+    Something unknown is said from `UNEXPLAINED` times what is allowed on: no rig is explained to the last per cent.
     """
     known = let_go(motion, fitted(motion, form))
     allowed = allowed_error(motion, known)
     if known.nrmse <= allowed:
         return (), True
+    said = tuple(n for n in dict.fromkeys(verdict.verdict) if n != "unknown" or known.nrmse > UNEXPLAINED * allowed)
     searched = verdict.augmented.nrmse if verdict.augmented is not None else known.nrmse
     error = let_go(motion, own).nrmse
-    if error > allowed and error > searched:
-        return tuple(dict.fromkeys(verdict.verdict)), False
+    if error > CLOSE * allowed or (error > allowed and error > searched):
+        return said, False
     names = _further_laws(motion, form, own, error, allowed)
-    return (names, True) if names else (tuple(dict.fromkeys(verdict.verdict)), False)
+    return (names, True) if names else (said, False)
 
 
 def _further_laws(

@@ -176,8 +176,8 @@ EFFECTS: tuple[Effect, ...] = (
     Effect("quintic_stiffness", "structure", _add("k5", lambda p, s: p["k"] / s.largest**4, True), 0.5),
     Effect("asymmetric_stiffness", "structure", _add("k2", lambda p, s: p["k"] / s.largest, True), 0.5),
     Effect("sine_restoring", "structure", _sine, 1.0, rig=PENDULUM),
-    Effect("coulomb_friction", "structure", _without("fc"), 4.0, lacks="coulomb_friction"),
-    Effect("stribeck_friction", "structure", _stribeck, 3.0),
+    Effect("coulomb_friction", "structure", _without("fc"), 1.2, lacks="coulomb_friction"),
+    Effect("stribeck_friction", "structure", _stribeck, 1.5),
     Effect("asymmetric_friction", "structure", _add("fa", lambda p, s: p["fc"], True), 0.9, seen_in="rest"),
     Effect("presliding", "structure", _presliding, 10.0),
     Effect("variable_normal_force", "structure", _add("n", lambda p, s: p["fc"] / s.largest), 4.0),
@@ -191,8 +191,9 @@ EFFECTS: tuple[Effect, ...] = (
     Effect("sensor_drift", "instrument", unit_size=0.01),
     Effect("clipping", "instrument", unit_size=0.04),
 )
-"""Every name. Units of the instruments': seconds by which the accelerometer is late; relative gain of the
-accelerometer; drift of the displacement over the largest release; share of the largest reading that is cut off."""
+"""Every name. Friction is kept small enough for the smallest release to swing twice. Units of the instruments': seconds
+by which the accelerometer is late; relative gain of the accelerometer; drift of the displacement over the largest
+release; share of the largest reading that is cut off."""
 
 
 def find(name: str) -> Effect:

@@ -118,6 +118,17 @@ def test_the_best_subset_keeps_one_oscillator_of_a_grid_and_refinement_brings_it
     assert start.oscillators == [nearest]  # the first library is left as it was
 
 
+def test_a_relaxation_time_and_an_oscillator_are_refined_together(trials):
+    truth = HiddenStateLibrary(STEP_S, [(8.0, 0.05)], [0.25]).fit(trials)
+    response = [np.asarray(part) @ np.array([0.3, 40.0]) for part in truth.transform(trials)]
+    start = HiddenStateLibrary(STEP_S, [(8.6, 0.02)], [0.6], drift_order=1)
+    refined = start.refined(trials, response)
+    # noise-free and exact columns; four rounds in turn leave a few thousandths
+    assert refined.oscillators[0] == (pytest.approx(8.0, rel=5e-3), pytest.approx(0.05, rel=0.1))
+    assert refined.relaxation_times_s == (pytest.approx(0.25, rel=0.05),)
+    assert refined.drift_order == 1
+
+
 class _FirstTwo(pysindy.feature_library.base.BaseFeatureLibrary):
     """x and v of three input columns, as a library."""
 
@@ -178,7 +189,7 @@ def test_the_library_clones_pickles_and_prints_its_parameters(trials):
         (lambda x: HiddenStateLibrary(STEP_S, (), [0.0]).fit(x), "a relaxation time of 0 s"),
         (lambda x: HiddenStateLibrary(STEP_S, [(W, ZETA)]).fit(x[0][:, 0]), r"shape \(1000,\); give columns x, v"),
         (lambda x: HiddenStateLibrary(STEP_S, [(W, ZETA)]).fit(x).transform(np.full((3, 3), np.nan)), "9 of 9 input"),
-        (lambda x: HiddenStateLibrary(STEP_S, (), [1.0]).refined(x, [x[0][:, 2]]), "refined got 0 oscillators, 2"),
+        (lambda x: HiddenStateLibrary(STEP_S, (), [1.0]).refined(x, [x[0][:, 2]]), "refined got 1 hidden states, 2"),
         (lambda x: oscillator_grid(5.0, 5.0), "frequencies from 5 to 5 rad/s; give 0 < lowest"),
     ],
 )

@@ -2,8 +2,8 @@
 
 What carries an oscillator or a memory along feels its force; the state itself is in no recording, but it is driven by
 the body's acceleration, which is. `HiddenStateLibrary` computes what such states give back, at rest before the
-release, so that a plain ``pysindy.SINDy(feature_library=TermLibrary(...) + HiddenStateLibrary(...))`` finds them among
-other terms. The laws are those of `equation.hidden`, written once.
+release, so that a plain ``pysindy.SINDy(feature_library=PolynomialLibrary() + HiddenStateLibrary(...))`` finds them
+among other terms. The laws are those of `equation.hidden`, written once.
 
 Belongs here: the columns and their grid. Does not belong here: refining frequencies (hidden_refine.py) and deciding
 how many states there are (hidden_search.py).
@@ -26,6 +26,12 @@ from undertow.errors import IdentificationError
 from undertow.identification.hidden_refine import INNER_BOUNDS, refine_inner
 
 Array = NDArray[np.float64]
+REFINING_ROUNDS = 4
+"""Rounds in which oscillators and relaxations are refined in turn; each round is a Gauss-Newton of its own."""
+
+REACH = 5.0
+"""A refinement ends within this factor of the lowest and highest start."""
+
 Oscillator = tuple[float, float]
 """Natural frequency with the body held, rad/s, and damping ratio."""
 
@@ -177,35 +183,51 @@ class HiddenStateLibrary(BaseFeatureLibrary):  # type: ignore[misc]
     def refined(
         self, x: list[Array], response: list[Array], beside: BaseFeatureLibrary | None = None
     ) -> HiddenStateLibrary:
-        """A library with the same states at the frequencies and dampings that explain ``response`` best.
+        """A library with the same states at the frequencies, dampings and times that explain ``response`` best.
 
         Variable projection: least squares of ``response`` (a list of (n_i,), e.g. -x'') on the columns of ``beside``
-        (fitted or not), the relaxations and the drift, with Gauss-Newton on the oscillators' w and zeta. Start from few
-        oscillators near the truth, such as those that a sparse regression kept of a grid.
+        (fitted or not), the states and the drift, with Gauss-Newton on the oscillators' w and zeta and on the
+        relaxations' tau in turn. Start from few states near the truth, such as a sparse regression kept of a grid.
 
-        Raises IdentificationError without oscillators, or where lists differ in length.
+        Raises IdentificationError without states, or where lists differ in length.
         """
-        if not self.oscillators or len(x) != len(response):
+        if not self.terms or len(x) != len(response):
             raise IdentificationError(
-                f"refined got {len(self.oscillators)} oscillators, {len(x)} trajectories and {len(response)} responses;"
-                " give at least one oscillator and a response for every trajectory"
+                f"refined got {len(self.terms)} hidden states, {len(x)} trajectories and {len(response)} responses;"
+                " give at least one state and a response for every trajectory"
             )
-        count = len(self.oscillators)
-        own = np.vstack([np.asarray(part) for part in self.fit(x).transform(x)])
-        fixed = [own[:, count:]]
+        target = np.concatenate([np.ravel(part) for part in response])
+        others = np.zeros((target.size, 0))
         if beside is not None:
-            fixed.append(np.vstack([np.asarray(part) for part in beside.fit(x).transform(x)]))
+            others = np.vstack([np.asarray(part) for part in beside.fit(x).transform(x)])
+        library = self
+        for _ in range(REFINING_ROUNDS if self.oscillators and len(self.relaxation_times_s) else 1):
+            for block in ("oscillators", "relaxation_times_s"):
+                if len(getattr(library, block)):
+                    library = library._refined_block(block, x, target, others)
+        return library
+
+    def _refined_block(self, block: str, x: list[Array], target: Array, others: Array) -> HiddenStateLibrary:
+        """The same library with its oscillators, or its relaxation times, where they explain ``target`` best."""
+        rest = self._with(**{block: ()})
+        fixed = [others]
+        if rest.terms or rest.drift_order is not None:
+            fixed.append(np.vstack([np.asarray(part) for part in rest.fit(x).transform(x)]))
+        start = np.array([np.atleast_1d(one) for one in getattr(self, block)], dtype=np.float64)
+        lower = np.array([start[:, 0].min() / REACH, INNER_BOUNDS[0][1]])[: start.shape[1]]
+        upper = np.array([start[:, 0].max() * REACH, INNER_BOUNDS[1][1]])[: start.shape[1]]
 
         def columns(inner: Array) -> Array:
-            library = HiddenStateLibrary(
-                self.step_s, [(w, z) for w, z in inner], velocity=self.velocity, acceleration=self.acceleration
-            ).fit(x)
-            return np.vstack([np.asarray(part) for part in library.transform(x)])
+            values = inner[:, 0] if block == "relaxation_times_s" else inner
+            library = self._with(oscillators=(), relaxation_times_s=(), drift_order=None)._with(**{block: values})
+            return np.vstack([np.asarray(part) for part in library.fit(x).transform(x)])
 
-        start = np.array([[w, max(z, INNER_BOUNDS[0][1])] for w, z in self.oscillators])
-        reach = (np.array([0.2 * start[:, 0].min(), INNER_BOUNDS[0][1]]), np.array([5.0 * start[:, 0].max(), 0.95]))
-        found = refine_inner(columns, np.hstack(fixed), np.concatenate([np.ravel(r) for r in response]), start, reach)
-        return HiddenStateLibrary(
-            self.step_s, tuple((float(w), float(z)) for w, z in found.inner), self.relaxation_times_s,
-            self.drift_order, self.velocity, self.acceleration,
-        )  # fmt: skip
+        held = np.hstack(fixed) if sum(part.shape[1] for part in fixed) else np.zeros((target.size, 1))
+        found = refine_inner(columns, held, target, np.maximum(start, lower), (lower, upper)).inner
+        if block == "oscillators":
+            return self._with(oscillators=tuple((float(w), float(zeta)) for w, zeta in found))
+        return self._with(relaxation_times_s=tuple(float(time) for time in found[:, 0]))
+
+    def _with(self, **changed: object) -> HiddenStateLibrary:
+        """A library like this one but for some parameters."""
+        return HiddenStateLibrary(**{**self.get_params(deep=False), **changed})

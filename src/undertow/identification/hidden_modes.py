@@ -129,8 +129,8 @@ def coupled_modes(body_w: float, oscillators: Sequence[tuple[float, float, float
     IdentificationError for a body's frequency that is none.
 
     >>> [round(w, 3) for w, _ in coupled_modes(11.0, [(9.0, 0.0, 0.1)])]
-    [8.252, 11.996]
-    >>> round(8.252 * 11.996 / 9.0, 2)  # the product of the two is w_0 w
+    [8.361, 11.84]
+    >>> round(8.361 * 11.84 / 9.0, 2)  # the product of the two is w_0 w
     11.0
     """
     if not body_w > 0.0:

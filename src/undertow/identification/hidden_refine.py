@@ -42,7 +42,7 @@ SMALLEST_STEP = 1e-5
 
 @dataclass(frozen=True)
 class Refinement:
-    """Where the iteration ended: ``inner`` (m, 2), the columns' ``coefficients`` (m,), the residual's sum of squares,
+    """Where the iteration ended: ``inner`` (m, k), the columns' ``coefficients`` (m,), the residual's sum of squares,
     iterations taken, and whether it came to rest."""
 
     inner: Array
@@ -75,8 +75,9 @@ def refine_inner(
 ) -> Refinement:
     """Parameters of ``columns`` that explain ``response`` best beside the ``fixed`` columns.
 
-    ``columns`` maps (m, 2) positive parameters to (n, m); ``fixed`` is (n, q), ``response`` (n,), ``start`` (m, 2),
-    ``bounds`` two arrays (2,), one for w and zeta each. Steps are taken in the parameters' logarithms.
+    ``columns`` maps (m, k) positive parameters, k to a column (w and zeta of an oscillator, tau of a relaxation), to
+    (n, m); ``fixed`` is (n, q), ``response`` (n,), ``start`` (m, k), ``bounds`` two arrays (k,). Steps are taken in the
+    parameters' logarithms.
 
     Raises IdentificationError where the start is not positive or the columns are not finite.
 
@@ -85,7 +86,7 @@ def refine_inner(
     ...     return np.column_stack([np.exp(-z * w * t) * np.cos(w * t) for w, z in q])
     >>> found = refine_inner(wave, np.ones((300, 1)), 2.0 * wave([[7.0, 0.05]])[:, 0] + 1.0, np.array([[6.5, 0.1]]),
     ...                      (np.array([1.0, 1e-3]), np.array([20.0, 0.9])))
-    >>> found.inner.round(6).tolist(), found.coefficients.round(6).tolist()
+    >>> found.inner.round(4).tolist(), found.coefficients.round(4).tolist()
     ([[7.0, 0.05]], [2.0])
     """
     if not np.all(start > 0.0):
@@ -94,23 +95,24 @@ def refine_inner(
     basis, _ = np.linalg.qr(fixed / np.maximum(np.linalg.norm(fixed, axis=0), np.finfo(float).tiny))
     target = response - basis @ (basis.T @ response)
     values = np.clip(np.log(start).ravel(), lower, upper)
-    place, damping = _look(columns, basis, target, values), FIRST_DAMPING
+    each = start.shape[1]
+    place, damping = _look(columns, basis, target, values, each), FIRST_DAMPING
     for iteration in range(1, iterations + 1):
         step = _step(place, damping)
         proposed = np.clip(values + step, lower, upper)
         moved = float(np.max(np.abs(proposed - values)))
         if moved < SMALLEST_STEP:
-            return _done(values, place, iteration, True)
-        candidate = _look(columns, basis, target, proposed)
+            return _done(values.reshape(-1, each), place, iteration, True)
+        candidate = _look(columns, basis, target, proposed, each)
         if candidate.squares < place.squares:
             values, place, damping = proposed, candidate, 0.2 * damping
         else:
             damping *= 10.0
-    return _done(values, place, iterations, False)
+    return _done(values.reshape(-1, each), place, iterations, False)
 
 
 def _done(values: Array, place: _Place, iterations: int, converged: bool) -> Refinement:
-    inner = np.exp(values).reshape(-1, 2)
+    inner: Array = np.exp(values)
     return Refinement(inner, place.coefficients, place.squares, iterations, converged)
 
 
@@ -123,11 +125,11 @@ def _step(place: _Place, damping: float) -> Array:
     return limited
 
 
-def _look(columns: Callable[[Array], Array], basis: Array, target: Array, values: Array) -> _Place:
+def _look(columns: Callable[[Array], Array], basis: Array, target: Array, values: Array, each: int) -> _Place:
     """Columns and their derivatives by each parameter's logarithm in one call, projected; least squares."""
-    count = values.size // 2
-    inner = np.exp(values).reshape(-1, 2)
-    raised = [inner * np.exp(DIFFERENCE * np.eye(2)[axis]) for axis in (0, 1)]
+    count = values.size // each
+    inner = np.exp(values).reshape(-1, each)
+    raised = [inner * np.exp(DIFFERENCE * np.eye(each)[axis]) for axis in range(each)]
     every = columns(np.vstack([inner, *raised]))
     bad = int(np.count_nonzero(~np.isfinite(every)))
     if bad:
@@ -139,7 +141,7 @@ def _look(columns: Callable[[Array], Array], basis: Array, target: Array, values
     coefficients: Array = np.asarray(np.linalg.lstsq(now, target, rcond=None)[0], dtype=np.float64)
     residual = target - now @ coefficients
     jacobian = np.empty((target.size, values.size))
-    for axis in (0, 1):
+    for axis in range(each):
         slopes = (every[:, count * (axis + 1) : count * (axis + 2)] - now) / DIFFERENCE
-        jacobian[:, axis::2] = -project_out(now, slopes * coefficients)
+        jacobian[:, axis::each] = -project_out(now, slopes * coefficients)
     return _Place(coefficients, residual, jacobian)

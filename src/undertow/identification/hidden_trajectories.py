@@ -170,7 +170,7 @@ def _starts(modes: HankelModes) -> list[tuple[float, tuple[float, float, float]]
     w_0^2 and (1 + r) w^2 are the roots of y^2 - (w_a^2 + w_b^2) y + (1 + r) w_a^2 w_b^2 = 0; they are real up to a
     largest ratio r. Which root is the body's is open: both are starts.
 
-    >>> from undertow.identification.hidden_modes import Mode
+    >>> from undertow.identification.hidden_modes import Mode, coupled_modes
     >>> modes = HankelModes((Mode(8.0, 0.02, 1.0), Mode(6.0, 0.02, 0.5)), 4, np.ones(4))
     >>> [[round(w, 6) for w, _ in coupled_modes(w0, [(w, 0.0, r)])] for w0, (w, _, r) in _starts(modes)]
     [[6.0, 8.0], [6.0, 8.0]]

@@ -156,7 +156,7 @@ def _support(p: Numbers, size: float, s: Scene) -> None:
 
 
 def _taken_on(p: Numbers, size: float, s: Scene) -> None:
-    """Mass taken on (or lost) between the trials: every other wet one has it."""
+    """Mass taken on (or lost) between the trials: half of the wet ones, in no order of release, have it."""
     if s.later:
         p["M"] += s.sign * size * s.rig.mass
 

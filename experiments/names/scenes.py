@@ -75,7 +75,8 @@ def make_scene(plan: Plan, trial: Trial) -> Scene:
     own = {"phase": mine.uniform(), "normal": mine.standard_normal(), "other": mine.uniform()}
     largest = plan.rig.springs[trial.spring].releases[1]
     same = [t for t in wet if t.spring == trial.spring]
-    later = trial.wet and same.index(trial) % 2 == 1
+    places = np.random.default_rng([plan.seed, 11]).permutation(len(same))
+    later = trial.wet and bool(places[same.index(trial)] >= len(same) // 2)
     return Scene(
         trial, plan.rig, rates[trial.spring], min(rates.values()), speeds[trial.spring], largest, later, draws, own
     )

@@ -15,6 +15,7 @@ from dataclasses import dataclass
 from itertools import product
 
 from undertow.discrepancy.audit.answer import Answer, Weight
+from undertow.discrepancy.audit.rivals import EXPONENTS
 
 ODDS = 20.0
 """Rivals within these odds of the preferred one are its alternatives (docs/discrepancy.md)."""
@@ -182,6 +183,11 @@ def _sentence(found: Answer, preferred: Weight, near: list[Weight], confidence: 
     return f"{text} (probability {confidence:.3g})."
 
 
+def _on_bound(name: str, found: Range) -> str:
+    """Said of an exponent that would rather be linear damping."""
+    return ", on its bound next to linear damping" if name == "exponent" and found.value <= EXPONENTS[0] else ""
+
+
 def rounded(value: float) -> str:
     """Three digits, and never a power of ten below a million.
 
@@ -196,7 +202,7 @@ def _told(weight: Weight) -> str:
         return weight.rival.label
     ranges = [
         f"{PARAMETER_WORDS.get(name, name)} "
-        f"{rounded(r.low)} to {rounded(r.high)}{'' if r.unit == '1' else ' ' + r.unit}"
+        f"{rounded(r.low)} to {rounded(r.high)}{'' if r.unit == '1' else ' ' + r.unit}{_on_bound(name, r)}"
         for effect, group in _parameters(weight)[0].items()
         if effect != "water"
         for name, r in group.items()

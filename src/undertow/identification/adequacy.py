@@ -30,9 +30,9 @@ Array = NDArray[np.float64]
 class Outsider:
     """A law outside the library beside the best subset within it.
 
-    ``gain`` is the criterion of the best subset of the library less that of the best one with the law, less 2 ln(laws
-    outside) for the prior: above 0 the law is the more probable one (odds exp(gain / 2)). ``chosen`` names that equation's terms, ``inner`` the law's refined
-    inner parameters.
+    ``gain`` is the criterion of the best subset of the library less that of the best one with the law, less
+    2 ln(laws outside) for the prior: above 0 the law is the more probable one (odds exp(gain / 2)). ``chosen`` names
+    that equation's terms, ``inner`` the law's refined inner parameters.
     """
 
     law: str

@@ -62,6 +62,7 @@ class _Place:
 
     @property
     def squares(self) -> float:
+        """Sum of the residual's squares."""
         return float(self.residual @ self.residual)
 
 

@@ -168,12 +168,12 @@ def _reversal(v, b, end, d, order):
             lo = s
         else:
             hi = s
-        move = -f / slope if slope != 0.0 else 0.0
+        move = -f / slope if slope != 0.0 else b
+        if abs(move) < _ON_EVENT * b:
+            return s + move
         if not (s + move > lo and s + move < hi):
             move = 0.5 * (lo + hi) - s
         s += move
-        if abs(move) < _ON_EVENT * b:
-            break
     return s
 
 

@@ -14,6 +14,7 @@ import csv
 import sys
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
+from itertools import product
 from pathlib import Path
 
 import numpy as np
@@ -35,7 +36,7 @@ COUNTS = (3, 4, 6)
 CAMPAIGNS = 67
 """Campaigns a scatter and number of trials: 402 in all; a coverage of 90 % over 402 has a standard error of 1.5 %."""
 
-FIRST_SEED = 1000
+FIRST_SEED = 2000
 """Seeds of the committed results: the errors were worked out on other ones."""
 
 NORMAL_90 = 1.6449
@@ -95,11 +96,9 @@ def measure(campaign: Campaign, scatter: str, trials: int, seed: int) -> list[En
 
 
 def study(campaigns: int, first: int = 0) -> Iterator[Entry]:
-    """Every interval of ``campaigns`` campaigns a scatter and number of trials, from seed ``first`` on."""
-    for scatter in SCATTERS:
-        for trials in COUNTS:
-            for seed in range(first, first + campaigns):
-                yield from measure(make_campaign(scatter, trials, seed), scatter, trials, seed)
+    """Every interval of ``campaigns`` campaigns a scatter and number of trials, from seed ``first`` on, in turn."""
+    for seed, scatter, trials in product(range(first, first + campaigns), SCATTERS, COUNTS):
+        yield from measure(make_campaign(scatter, trials, seed), scatter, trials, seed)
 
 
 @dataclass(frozen=True)
@@ -137,14 +136,15 @@ def summary(entries: Sequence[Entry]) -> list[str]:
     return lines
 
 
-def write(entries: Sequence[Entry], path: Path) -> None:
-    """Every interval, a row each."""
+def write(entries: Iterable[Entry], path: Path) -> None:
+    """Every interval, a row each, as they come."""
     with path.open("w", newline="", encoding="utf-8") as stream:
         table = csv.writer(stream, lineterminator="\n")
         table.writerow(["scatter", "trials", "seed", "fit", "parameter", "value", "stderr", "truth", "inside"])
         for e in entries:
             numbers = [f"{number:.6g}" for number in (e.value, e.stderr, e.truth)]
             table.writerow([e.scatter, e.trials, e.seed, e.fit, e.parameter, *numbers, str(e.inside).lower()])
+            stream.flush()
 
 
 def read(path: Path) -> list[Entry]:
@@ -166,7 +166,7 @@ def main(arguments: list[str] | None = None) -> int:
     parser.add_argument("--first", type=int, default=FIRST_SEED, help="first seed")
     parser.add_argument("--out", type=Path, default=RESULTS, help="where the rows go")
     options = parser.parse_args(arguments)
-    write(list(study(options.campaigns, options.first)), options.out)
+    write(study(options.campaigns, options.first), options.out)
     print("\n".join(summary(read(options.out))))
     return 0
 

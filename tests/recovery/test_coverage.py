@@ -79,7 +79,7 @@ def test_the_committed_study_covers_what_it_says():
     assert len({(e.scatter, e.trials, e.seed) for e in entries}) >= 400
     for fit, name in dict.fromkeys((e.fit, e.parameter) for e in entries):
         found = coverage(e for e in entries if (e.fit, e.parameter) == (fit, name))
-        assert 0.86 <= found.share <= 0.94, (fit, name, found)
+        assert 0.86 - found.stderr <= found.share <= 0.94 + found.stderr, (fit, name, found)  # 402: 1.2 to 1.6 %
 
 
 def test_an_interval_that_misses_is_counted_as_a_miss():

@@ -118,7 +118,7 @@ def noisy_solution(make, seed=5, cells=400):
 
 def test_white_noise_as_stated_has_a_factor_near_one():
     factors = [noise_factors(noisy_solution(lambda g, n: g.standard_normal(n), seed))[0][0] for seed in range(40)]
-    assert 1.0 <= np.mean(factors) < 1.25  # never under 1, and 20 bins a record
+    assert 1.0 <= np.mean(factors) < 1.35  # never under 1, and 10 bins a record
 
 
 def test_coloured_noise_counts_with_its_density_at_the_motion_s_frequency():
@@ -131,9 +131,9 @@ def test_coloured_noise_counts_with_its_density_at_the_motion_s_frequency():
         return out
 
     factors = [noise_factors(noisy_solution(coloured, seed))[0][0] for seed in range(40)]
-    low = 2.0 * np.pi * np.linspace(0.125, 2.5, 20) * 0.02
+    low = 2.0 * np.pi * np.linspace(0.125, 1.25, 10) * 0.02
     expected = np.mean(1.0 / (1.0 - 2.0 * memory * np.cos(low) + memory**2))
-    assert np.mean(factors) == pytest.approx(expected, rel=0.25)  # 40 records of 20 bins
+    assert np.mean(factors) == pytest.approx(expected, rel=0.25)  # 40 records of 10 bins
 
 
 def test_the_residual_s_covariance_grows_with_its_colour():

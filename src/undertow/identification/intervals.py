@@ -15,8 +15,8 @@ from undertow.recording.recording import Array
 BLOCK_PERIODS = 1.5
 """Length of a block of residuals, in periods of the motion: longer than what a residual remembers of itself."""
 
-NOISE_BAND = 2.5
-"""Noise that a fit can take for motion lies below this many times the motion's frequency."""
+NOISE_BAND = 1.2
+"""A fit can take noise for motion up to just above the motion's frequency; beyond, coloured noise falls off."""
 
 
 def noise_covariance(solution: Solution) -> Array:
@@ -66,7 +66,7 @@ def noise_factors(solution: Solution) -> list[Array]:
     """Spectral density of each channel's residual where the motion is, over that of white noise as stated; per trial
     (channels,), at least 1.
 
-    Coloured noise and drift pass for motion only below `NOISE_BAND` times the motion's frequency: the residual's mean
+    Coloured noise and drift pass for motion only up to `NOISE_BAND` times the motion's frequency: the residual's mean
     periodogram there is what a parameter sees. The unknowns have taken their share out of it: enlarged by
     bins / (bins - unknowns / (2 channels)).
     """

@@ -128,7 +128,7 @@ def test_closed_cell_is_the_lower_bound_of_its_slosh_mode():
 
 
 def test_a_suspect_that_does_not_exist_is_refused():
-    with pytest.raises(ConfigError, match=r"'gremlin' is none of linear_damping"):
+    with pytest.raises(ConfigError, match=r"'gremlin' is none of added_mass"):
         chosen(("gremlin",))
 
 

@@ -289,7 +289,7 @@ def _trial(
     run = free_run(motion, baseline.model.theta(baseline.values, motion.name), width)
     floor = sensor_floor(motion, run)
     freedom = task.structure.scatter_freedom if task.structure is not None else task.freedom
-    limit = repeatability(run, _spread(task, model, run), floor, scored_channel(motion), task.seed, freedom)
+    limit = repeatability(run, spread_of_repetitions(task, run), floor, scored_channel(motion), task.seed, freedom)
     scores = {"baseline": run.nrmse}
     for name, fit in fits.items():
         if fit.parameters:
@@ -308,7 +308,7 @@ def _score(motion: Motion, theta: np.ndarray, width: float) -> float:
         return math.nan
 
 
-def _spread(task: GroupTask, model: GroupModel, run: FreeRun) -> dict[str, float]:
+def spread_of_repetitions(task: GroupTask, run: FreeRun) -> dict[str, float]:
     """Standard deviations of the slots k1, c1, fc from trial to trial, the dry means' own errors included."""
     relative = task.structure.scatter if task.structure is not None else task.scatter or DEFAULT_SCATTER
     means = {"k": 0.0, "c": 0.0, "mu": 0.0}

@@ -5,35 +5,48 @@ Belongs here: that order, and a group as the judge sees it. Does not belong here
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 from undertow.campaign.analysis import GroupTask
 from undertow.campaign.config import RunConfig
+from undertow.campaign.rig import Rig, known_slots, spring_label, standing_addends, with_known
 from undertow.campaign.workers import Progress, on_processes
 from undertow.discrepancy.findings import GroupFindings
-from undertow.discrepancy.joint import Member
-from undertow.discrepancy.judge import Case, judge
+from undertow.discrepancy.joint import Addend, Member
+from undertow.discrepancy.judge import Case, Judged, judge_level
 from undertow.discrepancy.suspects import Suspect, chosen
-from undertow.discrepancy.verdict import Verdict
 from undertow.identification.baseline import group_model
+from undertow.identification.fit import Structure
+
+SELF_REPEATABILITY = 0.01
+"""Free-run error that one trial fitted to itself may keep: no repetition can differ from it."""
+
+LOOSER = 10.0
+"""How much wider than its error a dry mean may be where its own trials are judged."""
 
 
 def judged(
     config: RunConfig, tasks: Sequence[GroupTask], groups: Sequence[GroupFindings], jobs: int, progress: Progress
 ) -> list[GroupFindings]:
     """The groups with their verdicts: dry ones first, then each water's groups together."""
-    suspects = chosen(config.discrepancy.suspects)
+    suspects = chosen(config.discrepancy.suspects, config.equation.coordinate == "rotation")
     cases = [_case(config, task, group) for task, group in zip(tasks, groups, strict=True)]
     dry = [[case] for case in cases if case.dry]
     levels: dict[tuple[object, ...], list[Case]] = {}
     for case in cases:
         if not case.dry:
             levels.setdefault(_water(config, case), []).append(case)
-    first = on_processes(_Judge(suspects, ()), dry, jobs, "dry: what is missing", progress)
-    names = tuple({n for verdicts in first for v in verdicts for n in v.verdict if n != "unknown"})
-    second = on_processes(_Judge(suspects, names), list(levels.values()), jobs, "wet: what is missing", progress)
-    said = {tuple(v.group.items()): v for verdicts in (*first, *second) for v in verdicts}
+    first = on_processes(_Judge(suspects), dry, jobs, "dry: what is missing", progress)
+    standing = standing_addends(first)
+    if standing:
+        known = {label: known_slots(standing, label) for judged in first for label in judged.labels}
+        again = with_known(config, tasks, known)
+        for water, group in levels.items():
+            levels[water] = [_with_rig(case, again[tuple(case.key.items())]) for case in group]
+    wet = on_processes(_Judge(suspects, standing), list(levels.values()), jobs, "wet: what is missing", progress)
+    said = {tuple(v.group.items()): v for judged in (*first, *wet) for v in judged.verdicts}
     return [replace(group, verdict=said[tuple(group.key.items())]) for group in groups]
 
 
@@ -42,10 +55,25 @@ class _Judge:
     """Judges one level; picklable for worker processes."""
 
     suspects: tuple[Suspect, ...]
-    dry_names: tuple[str, ...]
+    standing: tuple[Addend, ...] = ()
 
-    def __call__(self, cases: Sequence[Case]) -> tuple[Verdict, ...]:
-        return judge(cases, self.suspects, self.dry_names)
+    def __call__(self, cases: Sequence[Case]) -> Judged:
+        return judge_level(cases, self.suspects, self.standing)
+
+
+def _loosened(structure: Structure | None) -> Structure | None:
+    """Dry trials' own k, c, mu as a start for their groups: a law that is missing may have bent the means."""
+    if structure is None:
+        return None
+    k, c, mu = (replace(e, stderr=LOOSER * e.stderr) for e in (structure.k, structure.c, structure.mu))
+    return replace(structure, k=k, c=c, mu=mu)
+
+
+def _with_rig(case: Case, rig: Rig | None) -> Case:
+    """A wet group held against its rig as the dry trials with what they need give it."""
+    if rig is None:
+        return case
+    return replace(case, member=replace(case.member, model=rig.model, options=rig.options), allowed=rig.allowed)
 
 
 def _water(config: RunConfig, case: Case) -> tuple[object, ...]:
@@ -58,16 +86,18 @@ def _water(config: RunConfig, case: Case) -> tuple[object, ...]:
 
 def _case(config: RunConfig, task: GroupTask, group: GroupFindings) -> Case:
     """A group as the judge sees it."""
+    structure = _loosened(task.dry_structure) if task.dry else task.dry_structure
     model = group_model(
-        task.terms, task.motions, task.specimen, task.dry_structure, dry=task.dry, anchored=task.anchor.known,
+        task.terms, task.motions, task.specimen, structure, dry=task.dry, anchored=task.anchor.known,
         stiffness={n: e.value for n, e in task.stiffness.items()},
     )  # fmt: skip
-    fixed = config.trials.dry or {}
-    spring = " ".join(str(v) for k, v in task.key.items() if k not in fixed) or "all"
+    spring = spring_label(config, task)
     training = tuple(m for m in task.motions if m.name not in task.held_out)
     held = tuple(m for m in task.motions if m.name in task.held_out)
     member = Member(spring, model, training, task.options, config.trials.hidden_at_release == "free")
     conditions = task.motions[0].recording.conditions
+    if len(training) == 1 and task.dry_structure is None and config.specimen.scatter is None:
+        member = replace(member, allowed=math.hypot(group.verdict.sensor_floor_nrmse, SELF_REPEATABILITY))
     return Case(
         task.key, group.label, member, held, group.verdict.baseline, group.verdict.sensor_floor_nrmse,
         group.verdict.repeatability_nrmse, sum(t.mismatch.missing for t in group.trials), task.dry,

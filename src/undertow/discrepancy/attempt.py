@@ -5,14 +5,19 @@ Belongs here: the fits of one suspect. Does not belong here: which are tried and
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
+
+import numpy as np
 
 from undertow.discrepancy.candidate import Candidate, doubt
 from undertow.discrepancy.joint import Addend, JointFit, Level, fit_joint
 from undertow.discrepancy.screen import Prospect
 from undertow.discrepancy.suspects import EACH_SPRING, RADIATION, Addition, Suspect, kernel_additions
 from undertow.errors import IdentificationError
+
+COMMON = frozenset({"acceleration_shift_s", "acceleration_gain"})
+"""Errors that a sensor has in all trials alike."""
 
 REFINED = 2
 """Of several starts, so many of the best are followed to their end."""
@@ -75,18 +80,29 @@ def _attempt(level: Level, best: Candidate, suspect: Suspect, start: float) -> J
     addend = Addend(_prefix(best, suspect), renumbered(suspect.additions(level.scales, start), best), suspect.frees)
     known = best.fit.values if best.suspects or not suspect.memory else {}
     growing = not best.suspects and (suspect.memory or not level.shares(best.fit.solution.problem.names))
-    try:
-        return fit_joint(level, (*best.fit.addends, addend), best.fit.memory, known, best.fit.misfit, growing, True)
-    except IdentificationError:
-        return None
+    return _with(level, best, addend, known, growing)
 
 
 def _from_place(level: Level, best: Candidate, suspect: Suspect, additions: tuple[Addition, ...]) -> JointFit | None:
     """One fit from a place of the grid, everything else where it stands; None where it gives no motion."""
-    addends = (*best.fit.addends, Addend(_prefix(best, suspect), additions, suspect.frees))
-    growing = level.shared_water != best.fit.shared_water
+    addend = Addend(_prefix(best, suspect), additions, suspect.frees)
+    return _with(level, best, addend, best.fit.values, growing=level.shared_water != best.fit.shared_water)
+
+
+def _with(
+    level: Level, best: Candidate, addend: Addend, known: Mapping[str, float], growing: bool
+) -> JointFit | None:
+    """A quick fit of what stands with one addend more; None where it gives no motion.
+
+    The error that a sensor has in all trials is found with wide priors first, then each trial's own about it.
+    """
     try:
-        return fit_joint(level, addends, best.fit.memory, best.fit.values, best.fit.misfit, growing, quick=True)
+        fit = fit_joint(level, (*best.fit.addends, addend), best.fit.memory, known, best.fit.misfit, growing, True)
+        if addend.frees not in COMMON:
+            return fit
+        mine = [value for name, value in fit.values.items() if name.startswith(f"{addend.frees}[")]
+        common = replace(addend, centre=float(np.mean(mine)))
+        return fit_joint(level, (*best.fit.addends, common), fit.memory, fit.values, fit.misfit, False, True)
     except IdentificationError:
         return None
 

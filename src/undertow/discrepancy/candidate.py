@@ -12,8 +12,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from undertow.discrepancy.joint import JointFit, Level
+from undertow.discrepancy.joint import JointFit, Level, shared_theta
 from undertow.discrepancy.suspects import Suspect
+from undertow.equation.kernel import SLOT
 
 RIVAL_ODDS = 20.0
 """A rival whose posterior odds against the answer are better than 1 to this is named beside it."""
@@ -54,11 +55,12 @@ class Candidate:
 @dataclass(frozen=True)
 class Screened:
     """A suspect that was not fitted: one linear step already shows that it gains too little. ``score`` as a
-    candidate's, estimated from that step."""
+    candidate's, estimated from that step; ``relative`` to the prescribed equation's."""
 
     suspect: Suspect
     gain: float
     score: float
+    relative: float
 
 
 @dataclass(frozen=True)
@@ -126,6 +128,8 @@ def strengths(diagnosis: Diagnosis) -> Mapping[str, float]:
 def doubt(level: Level, fit: JointFit) -> str:
     """Why a candidate's numbers mean nothing: a bound, or a coefficient not told from zero; empty where they do."""
     for addend in fit.addends:
+        if addend in level.standing:
+            continue
         if addend.prefix == "external_forcing" and (said := _own_motion(level, fit)):
             return said
         strongest = 0.0
@@ -149,7 +153,9 @@ def doubt(level: Level, fit: JointFit) -> str:
 def _own_motion(level: Level, fit: JointFit) -> str:
     """Whether an outside force's clock is the body's own frequency, in words."""
     clock = fit.value("external_forcing.frequency_rad_per_s")
-    for own in (level.scales.slowest, level.scales.fastest):
-        if abs(clock / own - 1.0) < OWN_FREQUENCY:
+    for member in level.members:
+        theta = shared_theta(level, member, fit, member.motions[0].name)
+        own = math.sqrt(max(theta[SLOT["k1"]] + theta[SLOT["ks"]], 0.0) / theta[SLOT["mass"]])
+        if own > 0.0 and abs(clock / own - 1.0) < OWN_FREQUENCY:
             return f"external_forcing at {clock:.3g} rad/s is the body's own motion of {own:.3g} rad/s"
     return ""

@@ -15,9 +15,9 @@ import math
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 
-from undertow.discrepancy.attempt import REFINED, as_radiation, from_places, from_starts, renumbered
+from undertow.discrepancy.attempt import COMMON, REFINED, as_radiation, from_places, from_starts, renumbered
 from undertow.discrepancy.candidate import Candidate, Diagnosis, Screened, conclude, damping_ratio
-from undertow.discrepancy.joint import WIDER, JointFit, Level, fit_joint, free_run_error, residual_memory
+from undertow.discrepancy.joint import WIDER, JointFit, Level, at_memory, fit_joint, free_run_error, residual_memory
 from undertow.discrepancy.screen import prospects
 from undertow.discrepancy.suspects import EACH_SPRING, RINGS, Suspect
 from undertow.errors import IdentificationError
@@ -75,7 +75,7 @@ class _Search:
         for depth in range(MOST_EFFECTS):
             if depth and self.error <= 1.0:
                 break
-            tried = list(self._tried(depth))
+            tried = self._at_own_memory(list(self._tried(depth)), depth)
             self.found += tried
             odds = math.log(ACCUSE_PROBABILITY / (1.0 - ACCUSE_PROBABILITY))
             possible = sorted((c for c in tried if not c.out), key=lambda c: -c.score)
@@ -88,6 +88,21 @@ class _Search:
             self.best, self.error = self._plainer(ahead, probable)
         return conclude(self.null, self.best, self.found, list(self.screened.values()))
 
+    def _at_own_memory(self, tried: list[Candidate], depth: int) -> list[Candidate]:
+        """The candidates, and what stands, valued at the memory between that of the equation's residual and that of the
+        closest candidate's: what a missing law leaves swings for long, and would pass for few samples of noise."""
+        if depth or not tried:
+            return tried
+        closest = min(tried, key=lambda c: c.fit.misfit)
+        memory = math.sqrt(self.null.fit.memory * residual_memory(closest.fit.solution))
+        if memory >= self.null.fit.memory:
+            return tried
+        self.null = replace(self.null, fit=at_memory(self.null.fit, memory))
+        self.best, self.found = self.null, [self.null]
+        shift = self.null.score
+        self.screened = {k: replace(s, score=shift + s.relative) for k, s in self.screened.items()}
+        return [replace(c, fit=at_memory(c.fit, memory)) for c in tried]
+
     def _tried(self, depth: int) -> Iterator[Candidate]:
         for suspect in self.suspects:
             if not _may_join(self.best, suspect) or (depth and not self._promising(suspect)):
@@ -95,7 +110,7 @@ class _Search:
             prior = _log_prior(self.best, suspect, len(self.suspects), self.clean_when_dry)
             candidate = self._small(suspect, prior, depth) if self.error <= FINE else None
             if candidate is None and self.error > FINE:
-                candidate = from_starts(self.level, self.best, suspect, prior)
+                candidate = self._large(suspect, prior)
             if candidate is None:
                 continue
             yield candidate if not (depth and _fading(candidate)) else as_radiation(self.level, candidate)
@@ -111,6 +126,16 @@ class _Search:
             return None
         return from_places(level, best, suspect, places, prior)
 
+    def _large(self, suspect: Suspect, prior: float) -> Candidate | None:
+        """A suspect where much is missing: from several starts; a line that leaves the fit no way to it but a start on
+        it (a clock, a delay) from the peaks of its grid."""
+        if not suspect.on_a_line:
+            return from_starts(self.level, self.best, suspect, prior)
+        level, best = self.level, self.best
+        grid = [renumbered(additions, best) for additions in suspect.grid(level.scales)]
+        places = prospects(level, best.fit, suspect, grid)[: REFINED + 1]
+        return from_places(level, best, suspect, places, prior) if places else None
+
     def _screen_out(self, suspect: Suspect, prior: float, gain: float) -> None:
         """Keep what a suspect could gain at most, with the penalty of its unknowns."""
         fit, level = self.null.fit, self.level
@@ -119,9 +144,10 @@ class _Search:
         unknowns = sum(copies[a.scope] for a in additions)
         penalty = 0.5 * unknowns * math.log(max(fit.solution.n_data / fit.memory, 2.0))
         if suspect.frees:
-            penalty += math.log(WIDER) * level.trials
-        score = self.null.score - self.null.log_prior + prior + gain - penalty
-        self.screened[suspect.label] = Screened(suspect, gain, score)
+            cells = max(fit.solution.n_data / fit.memory, 2.0)
+            penalty += 0.5 * math.log(cells) if suspect.frees in COMMON else math.log(WIDER) * level.trials
+        relative = prior - self.null.log_prior + gain - penalty
+        self.screened[suspect.label] = Screened(suspect, gain, self.null.score + relative, relative)
 
     def _promising(self, suspect: Suspect) -> bool:
         """Whether a suspect is tried beside what is there: one with a single start, a second resonator, or one that
@@ -203,9 +229,9 @@ def diagnose(level: Level, suspects: Sequence[Suspect], clean_when_dry: bool = F
 
     Raises IdentificationError where not even the prescribed equation can be fitted.
     """
-    first = fit_joint(level, (), 1.0, {}, 10.0, growing=True)
+    first = fit_joint(level, level.standing, 1.0, {}, 10.0, growing=True)
     memory = residual_memory(first.solution)
-    together = fit_joint(level, (), memory, first.values, first.misfit, growing=False)
+    together = fit_joint(level, level.standing, memory, first.values, first.misfit, growing=False)
     null = Candidate((), _null(level, together), math.log(PRIOR_NOTHING))
     usable = [s for s in suspects if _has_room(level, s)]
     return _Search(level, usable, null, clean_when_dry).run()
@@ -214,6 +240,8 @@ def diagnose(level: Level, suspects: Sequence[Suspect], clean_when_dry: bool = F
 def _has_room(level: Level, suspect: Suspect) -> bool:
     """Whether a suspect can be told from what is free anyway: a coefficient that every group fits is no suspect."""
     if len(level.members) == 1 and suspect.variant == EACH_SPRING:
+        return False
+    if suspect.name in {addend.prefix for addend in level.standing}:
         return False
     if suspect.frees:
         return True
@@ -228,7 +256,8 @@ def _null(level: Level, together: JointFit) -> JointFit:
     if len(level.members) < 2:
         return together
     try:
-        apart = fit_joint(replace(level, shared_water=False), (), together.memory, {}, together.misfit, growing=True)
+        alone = replace(level, shared_water=False)
+        apart = fit_joint(alone, level.standing, together.memory, {}, together.misfit, growing=True)
     except IdentificationError:
         return together
     return min((together, apart), key=lambda f: f.criterion)

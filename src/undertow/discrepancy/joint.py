@@ -29,6 +29,9 @@ from undertow.recording.recording import Array
 GAIN_STD = 0.005
 """Prior of a sensor's relative gain: half a per cent."""
 
+CLOCK_STD_S = 0.003
+"""Prior of an accelerometer's clock against the displacement's, s: one logger's filters differ by so much."""
+
 DRIFT_SHARE = 0.003
 """Prior of the displacement's drift over a record, relative to the group's largest release."""
 
@@ -55,16 +58,35 @@ class Member:
 
 
 @dataclass(frozen=True)
+class Addend:
+    """A suspect's unknowns as added, with a prefix that tells two of a kind apart, or the nuisance that it frees.
+
+    A freed nuisance has a prior `WIDER` times as wide, or, with a finite ``centre``, its own width about that.
+    """
+
+    prefix: str
+    additions: tuple[Addition, ...]
+    frees: str = ""
+    centre: float = math.nan
+
+    @property
+    def replaced(self) -> frozenset[str]:
+        """Slots whose coefficient in the equation it takes the place of."""
+        return frozenset(a.replaces for a in self.additions if a.replaces)
+
+
+@dataclass(frozen=True)
 class Level:
     """Groups that stand in the same water, with the motion's scales.
 
     ``shared_water``: added mass and drag are one for all springs (as water is), or each spring's own (as a table of
-    separate fits has them).
+    separate fits has them). ``standing`` is what the dry trials named already: it is in every model.
     """
 
     members: tuple[Member, ...]
     scales: Scales
     shared_water: bool = True
+    standing: tuple[Addend, ...] = ()
 
     def shares(self, names: Sequence[str]) -> bool:
         """Whether these unknowns are those of a fit with the level's own sharing of the water."""
@@ -79,20 +101,6 @@ class Level:
 
 WIDER = 20.0
 """How much wider than a sensor's prior its shift, gain or drift may be where the sensor is suspected."""
-
-
-@dataclass(frozen=True)
-class Addend:
-    """A suspect's unknowns as added, with a prefix that tells two of a kind apart, or the nuisance that it frees."""
-
-    prefix: str
-    additions: tuple[Addition, ...]
-    frees: str = ""
-
-    @property
-    def replaced(self) -> frozenset[str]:
-        """Slots whose coefficient in the equation it takes the place of."""
-        return frozenset(a.replaces for a in self.additions if a.replaces)
 
 
 @dataclass(frozen=True)
@@ -122,7 +130,7 @@ class JointFit:
         return dict(zip(self.solution.problem.names, self.solution.values.tolist(), strict=True))
 
 
-def make_level(members: Sequence[Member]) -> Level:
+def make_level(members: Sequence[Member], standing: Sequence[Addend] = ()) -> Level:
     """A level with the scales of its motion; IdentificationError without a trial."""
     motions = [m for member in members for m in member.motions]
     if not motions:
@@ -131,10 +139,11 @@ def make_level(members: Sequence[Member]) -> Level:
     speeds = [float(np.max(np.abs(m.v))) for m in motions]
     loudest = int(np.argmax(speeds))
     first = members[0].model
-    mass = float(first.base[SLOT["mass"]]) or 1.0
+    unknown = [c.start for c in first.coefficients if c.slot == "mass"]
+    mass = float(first.base[SLOT["mass"]]) or next(iter(unknown), 1.0)
     rate = rates[loudest]
     scales = Scales(mass, rate, speeds[loudest], motions[loudest].amplitude, min(rates), max(rates))
-    return Level(tuple(members), scales)
+    return Level(tuple(members), scales, standing=tuple(standing))
 
 
 def member_rate(member: Member) -> float:
@@ -150,8 +159,9 @@ def build(level: Level, addends: Sequence[Addend]) -> Problem:
     for member in level.members:
         drift = DRIFT_SHARE * largest
         options = replace(
-            member.options, displacement_gain_std=GAIN_STD, acceleration_gain_std=GAIN_STD, drift_std=drift
-        )
+            member.options, channel_shift_std=CLOCK_STD_S, displacement_gain_std=GAIN_STD,
+            acceleration_gain_std=GAIN_STD, drift_std=drift,
+        )  # fmt: skip
         for motion in member.motions:
             links = []
             for c in (c for c in member.model.coefficients if c.slot not in replaced):
@@ -170,20 +180,30 @@ def build(level: Level, addends: Sequence[Addend]) -> Problem:
 
 
 def _freed(problem: Problem, addends: Sequence[Addend]) -> Problem:
-    """The same problem with the priors of suspected sensors widened."""
-    names = tuple(f"{addend.frees}[" for addend in addends if addend.frees)
-    if not names:
-        return problem
-    unknowns = tuple(
-        replace(u, prior_std=WIDER * u.prior_std) if u.name.startswith(names) else u for u in problem.unknowns
-    )
+    """The same problem with the priors of suspected sensors widened, or about their common error."""
+    unknowns = problem.unknowns
+    for addend in (d for d in addends if d.frees):
+        name = f"{addend.frees}["
+        about = math.isfinite(addend.centre)
+        unknowns = tuple(
+            u if not u.name.startswith(name)
+            else replace(u, start=addend.centre) if about
+            else replace(u, prior_std=WIDER * u.prior_std)
+            for u in unknowns
+        )  # fmt: skip
     return replace(problem, unknowns=unknowns)
 
 
 def _links(builder: ProblemBuilder, prefix: str, a: Addition, spring: str, trial: str) -> list[Link]:
     name = full_name(prefix, a, spring, trial)
-    limits = {"lower": a.lower, "upper": a.upper, "prior_std": a.prior_std, "scale": a.scale}
-    index = builder.unknown(name, a.start, unit=a.unit, **limits)
+    start, prior = a.start, a.prior_std
+    if a.by_spring:
+        known = {label: (value, error) for label, value, error in a.by_spring}
+        if spring not in known:
+            return []
+        start, prior = known[spring]
+    limits = {"lower": a.lower, "upper": a.upper, "prior_std": prior, "scale": a.scale}
+    index = builder.unknown(name, start, unit=a.unit, **limits)
     found = [Link(SLOT[a.slot], index)]
     return found if a.also is None else [*found, Link(SLOT[a.also[0]], index, a.also[1])]
 
@@ -257,6 +277,9 @@ def shared_theta(level: Level, member: Member, fit: JointFit, trial: str) -> Arr
             theta[SLOT[a.slot]] += value
             if a.also is not None:
                 theta[SLOT[a.also[0]]] += a.also[1] * value
+            if member.free_start and a.slot.startswith("hw"):
+                for slot in (f"hs{a.slot[2:]}", f"hu{a.slot[2:]}"):
+                    theta[SLOT[slot]] += known.get(f"{addend.prefix}.{slot}[{trial}]", 0.0)
     return theta
 
 
@@ -300,14 +323,17 @@ def fit_joint(
     if solution is None:
         raise IdentificationError(f"{REFITS} fits gave no solution")
     typical = math.exp(float(np.mean(np.log(list(misfits.values())))))
-    worth = criterion(solution, misfits, memory) + _width(problem, addends)
+    worth = criterion(solution, misfits, memory) + _width(problem, addends, max(solution.n_data / memory, 2.0))
     return JointFit(tuple(addends), solution, typical, worth, memory, level.shared_water, misfits)
 
 
-def _width(problem: Problem, addends: Sequence[Addend]) -> float:
-    """What wider priors cost: 2 ln of how much wider, for every unknown."""
-    names = tuple(f"{addend.frees}[" for addend in addends if addend.frees)
-    return 2.0 * math.log(WIDER) * sum(u.name.startswith(names or ("\0",)) for u in problem.unknowns)
+def _width(problem: Problem, addends: Sequence[Addend], samples: float) -> float:
+    """What a suspected sensor costs: 2 ln of how much wider for every prior, ln(n_eff) for a common error."""
+    cost = 0.0
+    for addend in (d for d in addends if d.frees):
+        mine = sum(u.name.startswith(f"{addend.frees}[") for u in problem.unknowns)
+        cost += math.log(samples) if math.isfinite(addend.centre) else 2.0 * math.log(WIDER) * mine
+    return cost
 
 
 def trial_misfits(solution: Solution, misfits: Mapping[str, float], memory: float) -> dict[str, float]:
@@ -329,6 +355,14 @@ def criterion(solution: Solution, misfits: Mapping[str, float], memory: float) -
         for t, r in zip(solution.problem.trials, solution.residuals, strict=True)
     )
     return data + solution.cost - solution.chi2 + (shared + of_trials) * math.log(samples)
+
+
+def at_memory(fit: JointFit, memory: float) -> JointFit:
+    """The same fit valued as if residuals were correlated over ``memory`` cells."""
+    problem, addends = fit.solution.problem, fit.addends
+    worth = criterion(fit.solution, fit.misfits, memory)
+    worth += _width(problem, addends, max(fit.solution.n_data / memory, 2.0))
+    return replace(fit, criterion=worth, memory=memory)
 
 
 def residual_memory(solution: Solution) -> float:

@@ -13,9 +13,9 @@ from dataclasses import dataclass, field, replace
 from undertow.conditioning.motion import Motion
 from undertow.discrepancy.candidate import Candidate, Diagnosis
 from undertow.discrepancy.diagnose import diagnose
-from undertow.discrepancy.joint import Level, Member, make_level, member_rate
+from undertow.discrepancy.joint import Addend, Level, Member, make_level, member_rate
 from undertow.discrepancy.prove import addition_parameters, check_cell, rms, score
-from undertow.discrepancy.suspects import Suspect
+from undertow.discrepancy.suspects import SUSPECTS, Suspect
 from undertow.discrepancy.verdict import Described, Origin, PhysicalCheck, Rejected, Status, Verdict
 from undertow.discrepancy.words import percent
 from undertow.quantities import Estimate
@@ -81,27 +81,57 @@ class Case:
         return tuple(m.name for m in (*self.member.motions, *self.held))
 
 
-def judge(cases: Sequence[Case], suspects: Sequence[Suspect], dry_names: Sequence[str] = ()) -> tuple[Verdict, ...]:
-    """A verdict for each group of one level; ``dry_names`` are what is missing in the dry trials already."""
-    level = make_level([replace(c.member, allowed=c.allowed) for c in cases])
-    clean = all(c.has_dry and not c.dry for c in cases) and not dry_names
+@dataclass(frozen=True)
+class Judged:
+    """Verdicts of one level's groups, and what was added to its equation (nothing where nothing is named)."""
+
+    verdicts: tuple[Verdict, ...]
+    labels: tuple[str, ...]
+    addends: tuple[Addend, ...] = ()
+    values: Mapping[str, tuple[float, float]] = field(default_factory=dict)
+
+
+def judge(cases: Sequence[Case], suspects: Sequence[Suspect], standing: Sequence[Addend] = ()) -> tuple[Verdict, ...]:
+    """A verdict for each group of one level; ``standing`` is what is missing in the dry trials already."""
+    return judge_level(cases, suspects, standing).verdicts
+
+
+def judge_level(cases: Sequence[Case], suspects: Sequence[Suspect], standing: Sequence[Addend] = ()) -> Judged:
+    """As `judge`, with what was added: what dry trials need, their wet groups need too."""
+    level = make_level([_member(c) for c in cases], standing)
+    clean = all(c.has_dry and not c.dry for c in cases) and not standing
     diagnosis = diagnose(level, suspects, clean)
-    return tuple(_verdict(level, case, diagnosis, dry_names) for case in cases)
+    verdicts = tuple(_verdict(level, case, diagnosis) for case in cases)
+    labels = tuple(c.member.label for c in cases)
+    if not diagnosis.accused:
+        return Judged(verdicts, labels)
+    fit = diagnosis.best.fit
+    errors = {n: fit.solution.stderr(n) for n in fit.solution.problem.names}
+    numbers = {n: (v, errors[n]) for n, v in fit.values.items() if "." in n}
+    return Judged(verdicts, labels, fit.addends, numbers)
 
 
-def _verdict(level: Level, case: Case, diagnosis: Diagnosis, dry_names: Sequence[str]) -> Verdict:
+def _member(case: Case) -> Member:
+    """A case's member, its repeatability the case's where the member has none of its own."""
+    return case.member if case.member.allowed < 1.0 else replace(case.member, allowed=case.allowed)
+
+
+def _verdict(level: Level, case: Case, diagnosis: Diagnosis) -> Verdict:
     plain = Verdict(
         case.key, case.trials, tuple(m.name for m in case.held), baseline=case.baseline,
         sensor_floor_nrmse=case.floor, repeatability_nrmse=case.allowed, rejected=_rejected(diagnosis),
         confidence=diagnosis.confidence,
     )  # fmt: skip
-    if not diagnosis.accused:
+    known = _known(level, case)
+    if not diagnosis.accused and not known:
         return _without_a_name(plain, case)
-    fit, names = diagnosis.best.fit, diagnosis.best.names
+    fit, names = diagnosis.best.fit, (*known, *diagnosis.best.names)
     width = case.member.options.rest_offset_std
     training = rms([score(level, case.member, fit, m, width) for m in case.member.motions])
     held = rms([score(level, case.member, fit, m, width) for m in case.held])
     found = addition_parameters(fit, case.member.label, member_rate(case.member))
+    if not case.member.model.anchored:
+        found = {name: [_per_mass(one) for one in many] for name, many in found.items()}
     status: Status = "not_identifiable" if diagnosis.rivals else "explained"
     rest = training > STILL_MISSING * case.allowed and training > 0.5 * case.baseline.nrmse
     return replace(
@@ -109,13 +139,21 @@ def _verdict(level: Level, case: Case, diagnosis: Diagnosis, dry_names: Sequence
         status="unknown" if rest else status,
         verdict=(*names, "unknown") if rest else names,
         alternatives=diagnosis.rivals,
-        origin=_origin(case, diagnosis.best.suspects, dry_names),
+        origin=_origin(case, diagnosis.best.suspects, known),
         parameters={name: many[0] if len(many) == 1 else many for name, many in found.items()},
         augmented=Described(training, held, _all_parameters(level, case, diagnosis, found)),
         physical_check=_physics(case, found),
         next_test=NEXT_TEST.get(names[0], ""),
-        sentence=_sentence(case, diagnosis, found, training, held, rest),
+        sentence=_sentence(case, names, diagnosis.rivals, found, training, held, rest, known),
     )
+
+
+def _per_mass(numbers: Mapping[str, Estimate]) -> dict[str, Estimate]:
+    """Numbers of a group without an anchor: forces and masses are per kilogram of its total mass."""
+    return {
+        name: replace(e, unit=f"{e.unit} per kg") if e.unit.startswith(("N", "kg")) else e
+        for name, e in numbers.items()
+    }
 
 
 def _without_a_name(plain: Verdict, case: Case) -> Verdict:
@@ -134,11 +172,22 @@ def _without_a_name(plain: Verdict, case: Case) -> Verdict:
     return replace(plain, status="unknown", verdict=("unknown",), sentence=text)
 
 
-def _origin(case: Case, suspects: Sequence[Suspect], dry_names: Sequence[str]) -> Origin:
-    first = suspects[0]
-    if first.origin in ("outside", "instrument"):
+def _known(level: Level, case: Case) -> tuple[str, ...]:
+    """Names that the dry trials of this group's spring need already."""
+    return tuple(
+        addend.prefix for addend in level.standing
+        if addend.frees or any(case.member.label in {label for label, _, _ in a.by_spring} for a in addend.additions)
+    )  # fmt: skip
+
+
+def _origin(case: Case, suspects: Sequence[Suspect], known: Sequence[str]) -> Origin:
+    first = suspects[0] if suspects else None
+    if known:
+        instrument = {s.name for s in SUSPECTS if s.origin == "instrument"}
+        return "instrument" if known[0] in instrument else "structure"
+    if first is not None and first.origin in ("outside", "instrument"):
         return first.origin
-    if case.dry or first.name in dry_names:
+    if case.dry:
         return "structure"
     return "water" if case.has_dry else "undetermined"
 
@@ -200,11 +249,13 @@ def _power(log_odds: float) -> str:
 
 def _sentence(
     case: Case,
-    diagnosis: Diagnosis,
+    names: Sequence[str],
+    rivals: Sequence[Sequence[str]],
     found: Mapping[str, Sequence[Mapping[str, Estimate]]],
     training: float,
     held: float,
     rest: bool,
+    known: Sequence[str],
 ) -> str:
     size = percent(case.baseline.nrmse)
     allowed = f"repeatability {percent(case.allowed)}"
@@ -213,10 +264,13 @@ def _sentence(
         parts = [f"{case.label}: the equation misses {size} of the motion in {share} ({allowed})."]
     else:
         parts = [f"{case.label}: no trial alone stands out (error {size}, {allowed}), but together they do."]
-    named = " and ".join(WORDS.get(n, n.replace("_", " ")) for n in dict.fromkeys(diagnosis.best.names))
+    named = " and ".join(WORDS.get(n, n.replace("_", " ")) for n in dict.fromkeys(names))
     parts.append(f"{named[0].upper()}{named[1:]} explains it: {_numbers(found)}.")
-    if diagnosis.rivals:
-        others = "; ".join(" and ".join(WORDS.get(n, n) for n in names) for names in diagnosis.rivals)
+    if known:
+        said = " and ".join(n.replace("_", " ") for n in known)
+        parts.append(f"The dry trials need {said} already: it belongs to the rig, not to the water.")
+    if rivals:
+        others = "; ".join(" and ".join(WORDS.get(n, n) for n in names) for names in rivals)
         parts.append(f"The data cannot tell it from {others}.")
     if math.isfinite(held) and math.isfinite(case.baseline.held_out_nrmse):
         number = len(case.held)

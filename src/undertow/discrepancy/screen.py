@@ -71,7 +71,7 @@ class _Stands:
         scale = 1.0 / np.sqrt(np.maximum(np.diag(normal), 1e-300))
         inverse = np.linalg.pinv(normal * np.outer(scale, scale), rcond=1e-12, hermitian=True)
         slope = scale * gradient
-        return max(0.5 * float(slope @ inverse @ slope), 0.0)
+        return 0.5 * float(freed @ away**2) + max(0.5 * float(slope @ inverse @ slope), 0.0)
 
     @classmethod
     def of(cls, fit: JointFit) -> _Stands:

@@ -48,7 +48,7 @@ class Addition:
 
     ``inner`` marks what has no effect where the coefficient beside it is zero (a frequency, a time). ``replaces`` is
     the slot of a coefficient of the equation that is left out beside it; ``also`` a slot that it moves too, with the
-    factor (a sine instead of a line).
+    factor (a sine instead of a line); ``by_spring`` (label, value, standard error) what each spring's dry trials say.
     """
 
     name: str
@@ -63,6 +63,7 @@ class Addition:
     inner: bool = False
     replaces: str = ""
     also: tuple[str, float] | None = None
+    by_spring: tuple[tuple[str, float, float], ...] = ()
 
 
 @dataclass(frozen=True)
@@ -72,7 +73,8 @@ class Suspect:
     ``additions`` gives the unknowns at one start; ``starts`` are alternative first values of the searched parameter
     (frequency, time), ``fine`` the steps in which a small one is looked for; ``memory`` tells whether it remembers.
     ``frees`` names a nuisance of every trial (a sensor's clock, gain, drift) whose prior is widened instead: what it
-    says is in the instrument, and no free run of the displacement shows it.
+    says is in the instrument, and no free run of the displacement shows it. ``on_a_line`` says that a fit finds it from
+    a start within its line only (a clock, a delay).
     """
 
     name: str
@@ -83,6 +85,7 @@ class Suspect:
     variant: str = ""
     fine: Callable[[Scales], tuple[float, ...]] | None = None
     frees: str = ""
+    on_a_line: bool = False
 
     @property
     def shown_by_free_run(self) -> bool:
@@ -288,8 +291,8 @@ SUSPECTS: tuple[Suspect, ...] = (
     ),
     Suspect("relaxation", "water", _relaxation, lambda s: (1.2 / s.slowest, 4.0 / s.slowest), True, fine=_fine_times),
     Suspect("hysteresis", "structure", _hysteresis, lambda s: (0.2 * s.size,), True, fine=_fine_yields),
-    Suspect("external_forcing", "outside", _forcing, _resonator_starts, fine=_fine_frequencies),
-    Suspect("delayed_echo", "outside", _echo, _echo_starts, True, fine=_fine_delays),
+    Suspect("external_forcing", "outside", _forcing, _resonator_starts, fine=_fine_frequencies, on_a_line=True),
+    Suspect("delayed_echo", "outside", _echo, _echo_starts, True, fine=_fine_delays, on_a_line=True),
     Suspect("sine_restoring", "structure", _sine),
     Suspect("imperfect_release", "outside", _release),
     Suspect("time_shift", "instrument", _nothing, frees="acceleration_shift_s"),
@@ -305,13 +308,14 @@ RADIATION = Suspect(
 """Damping by radiated waves, which depends on frequency: what a resonator that hardly rings is called."""
 
 
-def chosen(names: str | tuple[str, ...]) -> tuple[Suspect, ...]:
-    """The suspects of a config's ``discrepancy.suspects``: all, or those named.
+def chosen(names: str | tuple[str, ...], rotation: bool = False) -> tuple[Suspect, ...]:
+    """The suspects of a config's ``discrepancy.suspects``: all (a sine only where an angle is the coordinate:
+    ``rotation``), or those named.
 
     ConfigError for a name that is no suspect.
     """
     if names == "all":
-        return SUSPECTS
+        return tuple(s for s in SUSPECTS if rotation or s.name != "sine_restoring")
     known: Mapping[str, None] = dict.fromkeys(s.name for s in SUSPECTS)
     for name in names:
         if name not in known:

@@ -8,12 +8,14 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from scipy.stats import chi2
+from scipy.stats import f as f_distribution
 
 from undertow.conditioning.motion import Motion
+from undertow.equation.kernel import SLOT
 from undertow.equation.term import Term
 from undertow.errors import IdentificationError
 from undertow.identification.baseline import STRUCTURAL, GroupFit, fit_group, group_model
@@ -29,17 +31,32 @@ DEFAULT_SCATTER: Mapping[str, float] = {"k": 0.004, "c": 0.20, "mu": 0.10}
 """Relative scatter assumed where neither dry trials nor the config show any: what 7 and 12 repeated dry trials of one
 rig gave (report Tables 1 and 2: k 0.4 and 0.4 %, c 25 and 20 %, mu 6 and 11 %)."""
 
+TREND_CHANCE = 0.02
+"""A trend of k, c or mu with amplitude that chance would show less often than this is no scatter."""
+
 _NAMES = {"k": "k_N_per_m", "c": "c_Ns_per_m", "mu": "mu"}
 _UNITS = {"k": "N/m", "c": "N s/m", "mu": "1"}
 
 
 def dry_fits(
-    motions: Sequence[Motion], terms: Sequence[Term], specimen: Specimen, options: TrialOptions
+    motions: Sequence[Motion],
+    terms: Sequence[Term],
+    specimen: Specimen,
+    options: TrialOptions,
+    known: Mapping[str, float] | None = None,
 ) -> dict[str, GroupFit]:
-    """Each dry trial fitted alone: trial name -> its k, c, mu (kilograms from the known mass)."""
+    """Each dry trial fitted alone: trial name -> its k, c, mu (kilograms from the known mass).
+
+    ``known`` are slots of the integrator whose value stands (what the dry trials were found to need beside k, c, mu).
+    """
     fits = {}
     for motion in motions:
         model = group_model(terms, [motion], specimen, None, dry=True, anchored=True)
+        if known:
+            base = model.base.copy()
+            for slot, value in known.items():
+                base[SLOT[slot]] += value
+            model = replace(model, base=base)
         fits[motion.name] = fit_group(model, [motion], options)
     return fits
 
@@ -65,10 +82,46 @@ def pooled_scatter(springs: Sequence[Mapping[str, GroupFit]]) -> Scatter:
         return Scatter(DEFAULT_SCATTER, 0.0)
     values = {}
     for symbol in _NAMES:
-        groups = [_relative(fits, symbol) for fits in springs if len(_values(fits, symbol)) > 1]
+        groups = without_trend(
+            [(_amplitudes(fits), *_relative(fits, symbol)) for fits in springs if len(_values(fits, symbol)) > 1]
+        )
         middle = scatter_between(groups).median if groups else 0.0
         values[symbol] = middle * math.sqrt(float(chi2.ppf(0.5, freedom)) / freedom)
     return Scatter(values, float(freedom))
+
+
+def _amplitudes(fits: Mapping[str, GroupFit]) -> Array:
+    """Logarithm of each trial's release, (n,)."""
+    return np.log([max(abs(f.solution.value(f"x0_m[{name}]")), 1e-9) for name, f in fits.items()])
+
+
+def without_trend(groups: Sequence[tuple[Array, Array, Array]]) -> list[tuple[Array, Array]]:
+    """(values, noise) of groups (log amplitude, values, noise), each (n,): less their line over log amplitude where
+    that line is there beyond doubt (F test over all groups, one chance in fifty).
+
+    What goes with amplitude in every spring is no scatter: a law is missing, and repetitions do not differ by it.
+    """
+    lines, before, after, freedom = [], 0.0, 0.0, 0
+    for amplitude, values, noise in groups:
+        if values.size < 3 or float(np.ptp(amplitude)) == 0.0:
+            lines.append(np.zeros(values.size))
+            continue
+        weight = 1.0 / np.hypot(noise, 0.3 * float(np.std(values)) + 1e-12)
+        centre = np.column_stack([np.ones(values.size)]) * weight[:, None]
+        both = np.column_stack([np.ones(values.size), amplitude]) * weight[:, None]
+        flat = np.linalg.lstsq(centre, values * weight, rcond=None)[0]
+        line = np.linalg.lstsq(both, values * weight, rcond=None)[0]
+        before += float(np.sum((values * weight - centre @ flat) ** 2))
+        after += float(np.sum((values * weight - both @ line) ** 2))
+        freedom += values.size - 2
+        lines.append(line[1] * (amplitude - float(np.mean(amplitude))))
+    used = sum(values.size >= 3 and float(np.ptp(amplitude)) > 0.0 for amplitude, values, _ in groups)
+    if freedom == 0 or used == 0 or after <= 0.0:
+        return [(values, noise) for _, values, noise in groups]
+    chance = float(f_distribution.sf((before - after) / used / (after / freedom), used, freedom))
+    if chance > TREND_CHANCE:
+        return [(values, noise) for _, values, noise in groups]
+    return [(values - line, noise) for (_, values, noise), line in zip(groups, lines, strict=True)]
 
 
 def _relative(fits: Mapping[str, GroupFit], symbol: str) -> tuple[Array, Array]:

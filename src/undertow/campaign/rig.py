@@ -1,0 +1,132 @@
+"""The rig again, with what its dry trials need: k, c, mu, their scatter, and how far repetitions differ.
+
+Hardening seen at several releases passes for scatter of k, a missing friction for scatter of c, as long as the term is
+not in the equation of the dry trials. Once it is named, k, c, mu are found beside it, and the wet groups are held
+against that rig.
+
+Belongs here: that second look. Does not belong here: the search (discrepancy/), the order of work (judgement.py).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from undertow.campaign.analysis import GroupTask, rest_width, spread_of_repetitions
+from undertow.campaign.config import RunConfig
+from undertow.discrepancy.joint import Addend
+from undertow.discrepancy.judge import Judged
+from undertow.discrepancy.suspects import Addition
+from undertow.equation.kernel import SLOT
+from undertow.identification.baseline import GroupModel, fit_group, group_model
+from undertow.identification.dry import Scatter, dry_fits, pooled_scatter, structural_terms, structure_from
+from undertow.identification.fit import Structure
+from undertow.identification.freerun import free_run, repeatability, scored_channel, sensor_floor
+from undertow.identification.problem import TrialOptions
+
+Key = tuple[tuple[str, object], ...]
+Slots = Mapping[str, float]
+
+
+@dataclass(frozen=True)
+class Rig:
+    """A wet group's model with the rig found anew, its nuisances, and its repeatability."""
+
+    model: GroupModel
+    options: TrialOptions
+    allowed: float
+
+
+def standing_addends(dry: Sequence[Judged]) -> tuple[Addend, ...]:
+    """What dry groups need, each spring's numbers with their errors, as it stands in every wet model."""
+    found: dict[str, dict[str, list[tuple[str, float, float]]]] = {}
+    kinds: dict[str, Addend] = {}
+    for judged in dry:
+        for addend in judged.addends:
+            kinds.setdefault(addend.prefix, addend)
+            for a in addend.additions:
+                for label in judged.labels:
+                    for name in (f"{addend.prefix}.{a.name}@{label}", f"{addend.prefix}.{a.name}"):
+                        if name in judged.values:
+                            numbers = found.setdefault(addend.prefix, {}).setdefault(a.name, [])
+                            numbers.append((label, *judged.values[name]))
+                            break
+    out = []
+    for prefix, addend in kinds.items():
+        if addend.frees:
+            out.append(addend)
+        elif prefix in found:
+            additions = [_standing(a, found[prefix][a.name]) for a in addend.additions if a.name in found[prefix]]
+            out.append(Addend(prefix, tuple(additions)))
+    return tuple(out)
+
+
+def _standing(a: Addition, numbers: Sequence[tuple[str, float, float]]) -> Addition:
+    """An addition as each spring's own, held by its dry value and error."""
+    held = tuple((label, value, error if error > 0.0 else abs(value) or a.scale) for label, value, error in numbers)
+    return replace(a, scope="spring", by_spring=held)
+
+
+def known_slots(standing: Sequence[Addend], label: str) -> dict[str, float]:
+    """What stands for one spring, as values of the integrator's slots."""
+    slots: dict[str, float] = {}
+    for addend in standing:
+        for a in addend.additions:
+            for spring, value, _ in a.by_spring:
+                if spring == label:
+                    slots[a.slot] = slots.get(a.slot, 0.0) + value
+                    if a.also is not None:
+                        slots[a.also[0]] = slots.get(a.also[0], 0.0) + a.also[1] * value
+    return slots
+
+
+def with_known(config: RunConfig, tasks: Sequence[GroupTask], known: Mapping[str, Slots]) -> dict[Key, Rig | None]:
+    """Each group's rig with what is known of its spring; None for dry groups and springs that need nothing."""
+    fits = {
+        spring_label(config, task): dry_fits(
+            task.motions, structural_terms(task.terms), task.specimen, TrialOptions(),
+            known.get(spring_label(config, task), {}),
+        )
+        for task in tasks if task.dry and task.dry_structure is not None
+    }  # fmt: skip
+    scatter = pooled_scatter(list(fits.values()))
+    if config.specimen.scatter is not None:
+        stated = config.specimen.scatter
+        scatter = Scatter({"k": stated.k, "c": stated.c, "mu": stated.mu}, float("inf"))
+    structures = {label: structure_from(found, scatter) for label, found in fits.items()}
+    rigs: dict[Key, Rig | None] = {}
+    for task in tasks:
+        label = spring_label(config, task)
+        slots = known.get(label, {})
+        ready = not task.dry and label in structures and bool(slots)
+        rigs[tuple(task.key.items())] = _rig(task, structures[label], slots) if ready else None
+    return rigs
+
+
+def spring_label(config: RunConfig, task: GroupTask) -> str:
+    """What a group is called among those of its water: everything but what makes a trial dry."""
+    fixed = config.trials.dry or {}
+    return " ".join(str(v) for k, v in task.key.items() if k not in fixed) or "all"
+
+
+def _rig(task: GroupTask, structure: Structure, slots: Slots) -> Rig:
+    """One wet group's model and repeatability with the rig found anew."""
+    task = replace(task, structure=structure, dry_structure=structure, stiffness={})
+    model = group_model(task.terms, task.motions, task.specimen, structure, dry=False, anchored=task.anchor.known)
+    base = model.base.copy()
+    for slot, value in slots.items():
+        base[SLOT[slot]] += value
+    whole = replace(model, base=base)
+    training = [m for m in task.motions if m.name not in task.held_out]
+    fit = fit_group(whole, training, task.options, "trials" if len(training) > 1 else "none")
+    width = rest_width(task)
+    limits = []
+    for motion in task.motions:
+        rest = max(width, motion.equilibrium.total_stderr) if np.isfinite(width) else motion.equilibrium.total_stderr
+        run = free_run(motion, whole.theta(fit.values, motion.name), rest)
+        spread = spread_of_repetitions(task, run)
+        floor = sensor_floor(motion, run)
+        limits.append(repeatability(run, spread, floor, scored_channel(motion), task.seed, structure.scatter_freedom))
+    return Rig(model, task.options, float(np.median(limits)))

@@ -14,7 +14,7 @@ from experiments.names.verdicts import names_in, outcome
 Row = Mapping[str, str]
 Numbers = dict[str, object]
 
-OUTCOMES = ("right", "more", "rival", "dry", "unknown", "nothing", "wrong", "failed")
+OUTCOMES = ("right", "more", "rival", "part", "dry", "unknown", "nothing", "wrong", "failed")
 CONFIDENCE_WITHIN = 0.05
 """A view's confidence may differ by so much from the first view's."""
 
@@ -56,7 +56,7 @@ def by_name(rows: Sequence[Row]) -> Numbers:
 
 def _counted(rows: Sequence[Row]) -> Numbers:
     outcomes = Counter(outcome(r) for r in rows)
-    others = Counter(said(r) for r in rows if outcome(r) in ("wrong", "more", "rival"))
+    others = Counter(said(r) for r in rows if outcome(r) in ("wrong", "more", "rival", "part"))
     return {
         "campaigns": len(rows),
         **{o: outcomes[o] for o in OUTCOMES if outcomes[o]},
@@ -90,17 +90,17 @@ def seiche(rows: Sequence[Row]) -> Numbers:
 
 
 def inseparable(rows: Sequence[Row]) -> Numbers:
-    """Pairs that a free decay cannot separate: both names said (verdict or rival), or a single wrong one."""
+    """Pairs that a free decay cannot separate, by which of them is there: both said (verdict or rival), or not."""
     found: Numbers = {}
-    for pair in dict.fromkeys(r["hidden"] for r in rows):
-        mine = [r for r in rows if r["hidden"] == pair]
+    for pair, truth in dict.fromkeys((r["hidden"], r["view"]) for r in rows):
+        mine = [r for r in rows if (r["hidden"], r["view"]) == (pair, truth)]
         two = frozenset(pair.split("+"))
-        all_names = [names_in(r["wet"]) | names_in(r["rivals"]) for r in mine]
-        found[pair] = {
+        all_names = [(names_in(r["wet"]) | names_in(r["rivals"])) - {"unknown"} for r in mine]
+        found[f"{pair.replace('+', ' and ')}, {truth}"] = {
             "campaigns": len(mine),
             "both": sum(two <= names for names in all_names),
-            "one_of_them": sum(len(two & names) == 1 for names in all_names),
-            "neither": sum(bool(names) and not two & names for names in all_names),
+            "the_true_one": sum(names & two == {truth.removeprefix("truth ")} for names in all_names),
+            "a_wrong_one": sum(bool(names) and truth.removeprefix("truth ") not in names for names in all_names),
             "nothing": sum(not names for names in all_names),
             "said": dict(Counter(_with_rivals(r) for r in mine).most_common()),
         }

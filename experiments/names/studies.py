@@ -101,16 +101,16 @@ def inseparable(seeds: range) -> Iterator[Case]:
         mass = plan.rig.mass
         rate = math.sqrt(plan.rig.springs["short"].k / mass)
         far = {"hm": 0.15 * mass, "hw": 6.0 * rate, "hz": 0.01, "M": mass}
-        damped = {"hm": 0.08 * mass, "hw": 1.1 * rate, "hz": 0.6}
+        damped = {"hm": 0.25 * mass, "hw": 1.1 * rate, "hz": 0.6}
         narrow = replace(plan, spread=1.3, seconds=4.0)
-        for names, campaign in (
-            ("added_mass+hidden_resonator", Campaign(plan, {"added_mass": 0.0}, far)),
-            ("added_mass+hidden_resonator", Campaign(plan, {"added_mass": 1.0})),
-            ("hidden_resonator+relaxation", Campaign(plan, {}, damped)),
-            ("hidden_resonator+relaxation", Campaign(plan, {"relaxation": 0.05})),
-            ("linear_damping+quadratic_drag", Campaign(narrow, {"quadratic_drag": 0.5})),
+        for names, truth, campaign in (
+            ("added_mass+hidden_resonator", "hidden_resonator", Campaign(plan, {"added_mass": 0.0}, far)),
+            ("added_mass+hidden_resonator", "added_mass", Campaign(plan, {"added_mass": 1.0})),
+            ("hidden_resonator+relaxation", "hidden_resonator", Campaign(plan, {}, damped)),
+            ("hidden_resonator+relaxation", "relaxation", Campaign(plan, {"relaxation": 0.15})),
+            ("linear_damping+quadratic_drag", "quadratic_drag", Campaign(narrow, {"quadratic_drag": 1.5})),
         ):
-            label = {"study": "inseparable", "hidden": names, "strength": 0.0, "seed": seed}
+            label = {"study": "inseparable", "hidden": names, "strength": 0.0, "seed": seed, "view": f"truth {truth}"}
             yield Case(label, campaign)
 
 
@@ -120,7 +120,7 @@ def seiche(seeds: range) -> Iterator[Case]:
         rng = np.random.default_rng([seed, 10])
         decay = float((0.0, rng.uniform(0.01, 0.1))[seed % 2])
         for name in ("external_forcing", "hidden_resonator"):
-            case = hidden_case("seiche", (name,), float(rng.uniform(1.5, 4.0)), seed)
+            case = hidden_case("seiche", (name,), round(float(rng.uniform(1.5, 4.0)), 2), seed)
             if name == "external_forcing" and decay:
                 case = replace(case, campaign=replace(case.campaign, extra={"dec": decay}))
             dies = round(decay, 3) if name == "external_forcing" else ""

@@ -83,8 +83,8 @@ def outcome(row: Mapping[str, object]) -> str:
     """How a row's verdict stands to its truth, in one word.
 
     right: exactly the hidden names; rival: all of them, if rivals named beside the answer count; more: all of them and
-    another; dry: no name in the wet groups, but the dry trials name it; unknown: only that something is missing;
-    nothing: nothing said; wrong: another name and not the hidden one; failed: no verdict.
+    another; part: one of two and no other; dry: no name in the wet groups, but the dry trials name it; unknown: only
+    that something is missing; nothing: nothing said; wrong: another name and not the hidden one; failed: no verdict.
     """
     if row.get("failed"):
         return "failed"
@@ -101,4 +101,6 @@ def outcome(row: Mapping[str, object]) -> str:
         return "unknown"
     if truth and truth <= named:
         return "more"
-    return "rival" if truth and truth <= named | names_in(str(row["rivals"])) else "wrong"
+    if truth and truth <= named | names_in(str(row["rivals"])):
+        return "rival"
+    return "part" if named < truth else "wrong"

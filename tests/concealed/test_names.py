@@ -166,6 +166,7 @@ def test_outcomes_are_told_apart():
     assert outcome(said | {"wet": "relaxation+unknown"}) == "right"
     assert outcome(said | {"wet": "relaxation+cubic_damping"}) == "more"
     assert outcome(said | {"wet": "unknown"}) == "unknown"
+    assert outcome(said | {"hidden": "relaxation+time_shift"}) == "part"
     assert outcome(said | {"wet": ""}) == "nothing"
     assert outcome(said | {"wet": "", "dry": "relaxation"}) == "dry"
     assert outcome(said | {"wet": "hysteresis"}) == "wrong"

@@ -11,7 +11,7 @@ from dataclasses import dataclass, replace
 
 from undertow.campaign.analysis import GroupTask
 from undertow.campaign.config import RunConfig
-from undertow.campaign.rig import Rig, known_slots, spring_label, standing_addends, with_known
+from undertow.campaign.rig import Rig, believable_repeatability, known_slots, spring_label, standing_addends, with_known
 from undertow.campaign.workers import Progress, on_processes
 from undertow.discrepancy.findings import GroupFindings
 from undertow.discrepancy.joint import Addend, Member
@@ -73,7 +73,8 @@ def _with_rig(case: Case, rig: Rig | None) -> Case:
     """A wet group held against its rig as the dry trials with what they need give it."""
     if rig is None:
         return case
-    return replace(case, member=replace(case.member, model=rig.model, options=rig.options), allowed=rig.allowed)
+    member = replace(case.member, model=rig.model, options=rig.options, allowed=rig.allowed)
+    return replace(case, member=member, allowed=rig.allowed)
 
 
 def _water(config: RunConfig, case: Case) -> tuple[object, ...]:
@@ -96,6 +97,8 @@ def _case(config: RunConfig, task: GroupTask, group: GroupFindings) -> Case:
     held = tuple(m for m in task.motions if m.name in task.held_out)
     member = Member(spring, model, training, task.options, config.trials.hidden_at_release == "free")
     conditions = task.motions[0].recording.conditions
+    believed = min(believable_repeatability(task), group.verdict.repeatability_nrmse)
+    member = replace(member, allowed=believed, own_means=task.dry)
     if len(training) == 1 and task.dry_structure is None and config.specimen.scatter is None:
         member = replace(member, allowed=math.hypot(group.verdict.sensor_floor_nrmse, SELF_REPEATABILITY))
     return Case(

@@ -21,10 +21,20 @@ from undertow.discrepancy.judge import Judged
 from undertow.discrepancy.suspects import Addition
 from undertow.equation.kernel import SLOT
 from undertow.identification.baseline import GroupModel, fit_group, group_model
-from undertow.identification.dry import Scatter, dry_fits, pooled_scatter, structural_terms, structure_from
+from undertow.identification.dry import (
+    DEFAULT_SCATTER,
+    Scatter,
+    dry_fits,
+    pooled_scatter,
+    structural_terms,
+    structure_from,
+)
 from undertow.identification.fit import Structure
 from undertow.identification.freerun import free_run, repeatability, scored_channel, sensor_floor
 from undertow.identification.problem import TrialOptions
+
+MOST_SCATTER = 1.5
+"""Scatter of k, c, mu from trial to trial that is still believed, over that of published rigs."""
 
 Key = tuple[tuple[str, object], ...]
 Slots = Mapping[str, float]
@@ -118,15 +128,38 @@ def _rig(task: GroupTask, structure: Structure, slots: Slots) -> Rig:
     base = model.base.copy()
     for slot, value in slots.items():
         base[SLOT[slot]] += value
-    whole = replace(model, base=base)
+    return Rig(model, task.options, _repetitions(task, replace(model, base=base), structure))
+
+
+def _repetitions(task: GroupTask, model: GroupModel, structure: Structure) -> float:
+    """Median over a group's trials of how far repetitions differ with this structure's scatter (nrmse)."""
     training = [m for m in task.motions if m.name not in task.held_out]
-    fit = fit_group(whole, training, task.options, "trials" if len(training) > 1 else "none")
+    fit = fit_group(model, training, task.options, "trials" if len(training) > 1 else "none")
     width = rest_width(task)
     limits = []
     for motion in task.motions:
         rest = max(width, motion.equilibrium.total_stderr) if np.isfinite(width) else motion.equilibrium.total_stderr
-        run = free_run(motion, whole.theta(fit.values, motion.name), rest)
+        run = free_run(motion, model.theta(fit.values, motion.name), rest)
         spread = spread_of_repetitions(task, run)
         floor = sensor_floor(motion, run)
         limits.append(repeatability(run, spread, floor, scored_channel(motion), task.seed, structure.scatter_freedom))
-    return Rig(model, task.options, float(np.median(limits)))
+    return float(np.median(limits))
+
+
+def believable_repeatability(task: GroupTask) -> float:
+    """How far repetitions of a group differ where the scatter seen in its dry trials is more than a rig has.
+
+    A law that is missing in the dry trials passes for scatter, and would then hide itself. inf where the scatter is
+    believable (`MOST_SCATTER` times what published rigs had).
+    """
+    structure = task.dry_structure
+    if structure is None or structure.scatter_freedom == np.inf:
+        return np.inf
+    most = {symbol: MOST_SCATTER * usual for symbol, usual in DEFAULT_SCATTER.items()}
+    if all(structure.scatter.get(symbol, 0.0) <= limit for symbol, limit in most.items()):
+        return np.inf
+    scatter = {symbol: min(structure.scatter.get(symbol, 0.0), limit) for symbol, limit in most.items()}
+    structure = replace(structure, scatter=scatter, scatter_freedom=np.inf)
+    task = replace(task, structure=structure, dry_structure=structure)
+    model = group_model(task.terms, task.motions, task.specimen, structure, dry=task.dry, anchored=task.anchor.known)
+    return _repetitions(task, model, structure)

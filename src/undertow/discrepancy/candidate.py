@@ -12,7 +12,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from undertow.discrepancy.joint import JointFit, Level, shared_theta
+from undertow.discrepancy.joint import WIDER, Addend, JointFit, Level, shared_theta
 from undertow.discrepancy.suspects import Suspect
 from undertow.equation.kernel import SLOT
 
@@ -27,6 +27,9 @@ DISSIPATES = frozenset({"linear_damping", "coulomb_friction", "quadratic_drag"})
 
 OVERDAMPED = 0.25
 """From this damping ratio on a resonator has no beat of its own: it cannot be told from memory that relaxes."""
+
+UNUSUAL = 3.0
+"""A sensor is accused where it errs by more than this many times its prior."""
 
 OWN_FREQUENCY = 0.1
 """A force this close (relative) to the body's own frequency cannot be told from a trial whose k differs."""
@@ -132,6 +135,8 @@ def doubt(level: Level, fit: JointFit) -> str:
             continue
         if addend.prefix == "external_forcing" and (said := _own_motion(level, fit)):
             return said
+        if addend.frees and (said := _usual(fit, addend)):
+            return said
         strongest = 0.0
         for a in addend.additions:
             full = f"{addend.prefix}.{a.name}"
@@ -147,6 +152,16 @@ def doubt(level: Level, fit: JointFit) -> str:
                 strongest = max(strongest, abs(value) / error if error > 0.0 else 0.0)
         if addend.additions and not addend.additions[0].inner and strongest < SIGNIFICANT:
             return f"{addend.prefix} is {strongest:.1f} standard errors from zero"
+    return ""
+
+
+def _usual(fit: JointFit, addend: Addend) -> str:
+    """Whether a suspected sensor errs no more than sensors usually do, in words."""
+    mine = [u for u in fit.solution.problem.unknowns if u.name.startswith(f"{addend.frees}[")]
+    usual = mine[0].prior_std if math.isfinite(addend.centre) else mine[0].prior_std / WIDER
+    error = math.sqrt(float(np.mean([fit.value(u.name) ** 2 for u in mine])))
+    if error < UNUSUAL * usual:
+        return f"{addend.frees} of {error:.2g} is no more than {UNUSUAL:g} times what sensors usually err ({usual:.2g})"
     return ""
 
 

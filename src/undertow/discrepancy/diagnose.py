@@ -189,7 +189,7 @@ class _Search:
                     f"({error:.2g} against {stands:.2g} times repeatability)"
                 )
                 self._set_aside([c for c in self.found if _single_fading(c)], reason)
-                if not _fading(candidate):
+                if not _fading(candidate) or stands <= error:
                     return other, stands
                 radiation = as_radiation(self.level, candidate)
                 self.found.append(radiation)

@@ -46,7 +46,8 @@ SETTLED = 0.2
 class Member:
     """One group in a level: its spring's label, its model, its training trials, its options.
 
-    ``allowed`` is the group's repeatability (nrmse): the unit in which its free runs' errors are counted.
+    ``allowed`` is the group's repeatability (nrmse): the unit in which its free runs' errors are counted; ``own_means``
+    says that k, c, mu come from these very trials, so that their means belong to what is fitted.
     """
 
     label: str
@@ -55,6 +56,7 @@ class Member:
     options: TrialOptions
     free_start: bool = False
     allowed: float = 1.0
+    own_means: bool = False
 
 
 @dataclass(frozen=True)
@@ -263,10 +265,14 @@ def free_run_error(level: Level, fit: JointFit) -> float:
 
 
 def shared_theta(level: Level, member: Member, fit: JointFit, trial: str) -> Array:
-    """Parameter vector of one trial from what all trials share: no deviations of this trial or of the dry means."""
+    """Parameter vector of one trial from what all trials share: no deviations of this trial, and of the dry means only
+    where they are the group's own."""
     known = fit.values
     theta = member.model.trial_base(trial)
     replaced = frozenset().union(*(addend.replaced for addend in fit.addends))
+    if member.own_means:
+        for symbol, slot, factor in (("k", "k1", 1.0), ("c", "c1", 1.0), ("mu", "fc", _normal_force(member))):
+            theta[SLOT[slot]] += factor * known.get(f"{symbol}_mean@{member.label}", 0.0)
     for c in member.model.coefficients:
         if c.slot not in replaced:
             name = c.name if c.name in known else f"{c.name}@{member.label}"
@@ -281,6 +287,12 @@ def shared_theta(level: Level, member: Member, fit: JointFit, trial: str) -> Arr
                 for slot in (f"hs{a.slot[2:]}", f"hu{a.slot[2:]}"):
                     theta[SLOT[slot]] += known.get(f"{addend.prefix}.{slot}[{trial}]", 0.0)
     return theta
+
+
+def _normal_force(member: Member) -> float:
+    """Weight less buoyancy, N; 0 where it is not known (no friction coefficient is fitted then)."""
+    normal = member.model.specimen.normal_force_N
+    return normal if math.isfinite(normal) else 0.0
 
 
 def tempered(problem: Problem, misfits: Mapping[str, float], memory: float) -> Problem:

@@ -1,0 +1,137 @@
+"""Small effects: one linear step foresees what a fit finds; memory that fades is damping; sensors can be accused."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from tests.concealed.test_diagnosis import LONG, SHORT, member
+from undertow.discrepancy.attempt import from_places
+from undertow.discrepancy.candidate import Candidate
+from undertow.discrepancy.diagnose import diagnose
+from undertow.discrepancy.joint import Addend, JointFit, Level, fit_joint, make_level, residual_memory
+from undertow.discrepancy.judge import Case, judge
+from undertow.discrepancy.prove import kernel_damping
+from undertow.discrepancy.screen import prospects
+from undertow.discrepancy.suspects import SUSPECTS, Suspect, chosen, kernel_additions
+from undertow.discrepancy.verdict import Described
+from undertow.equation import shelf
+from undertow.recording.recording import Recording
+
+
+def found(name: str, variant: str = "") -> Suspect:
+    """A suspect by its name and variant."""
+    return next(s for s in SUSPECTS if s.name == name and s.variant == variant)
+
+
+def stands(level: Level) -> JointFit:
+    """The prescribed equation fitted to a level."""
+    first = fit_joint(level, (), 1.0, {}, 10.0, growing=True)
+    return fit_joint(level, (), residual_memory(first.solution), first.values, first.misfit, growing=False)
+
+
+def test_the_linear_step_foresees_the_gain_of_the_fit():
+    level = make_level([member("short", SHORT, 2000, ((shelf.find("linear_damping"), 250.0),))])
+    fit = stands(level)
+    damping = found("linear_damping", "one for all springs")
+    places = prospects(level, fit, damping, damping.grid(level.scales))
+    candidate = from_places(level, Candidate((), fit, 0.0), damping, places, 0.0)
+    assert candidate is not None
+    cells = fit.solution.n_data / fit.memory
+    gained = 0.5 * (fit.criterion - candidate.fit.criterion + math.log(cells))  # without the new unknown's penalty
+    assert places[0].gain > 5.0
+    assert places[0].gain == pytest.approx(gained, rel=0.4)  # the noise is found anew by the fit, not by the step
+
+
+def test_the_grid_peaks_at_a_light_resonators_frequency():
+    resonator = shelf.find("hidden_resonator", natural_frequency_rad_per_s=8.4, damping_ratio=0.02)
+    level = make_level([member("short", SHORT, 2100, ((resonator, 20.0),))])
+    suspect = found("hidden_resonator")
+    best = prospects(level, stands(level), suspect, suspect.grid(level.scales))[0]
+    frequency = next(a.start for a in best.additions if a.slot == "hw1")
+    assert frequency == pytest.approx(8.4, rel=0.03)  # one step of the grid
+    mass = next(a.start for a in best.additions if a.slot == "hm1")
+    assert mass == pytest.approx(20.0, rel=0.5)
+
+
+def test_where_nothing_is_hidden_hardly_anything_is_fitted():
+    diagnosis = diagnose(make_level([member("short", SHORT, 2200)]), chosen("all"))
+    assert diagnosis.best.names == ()
+    assert len(diagnosis.screened) > len(diagnosis.candidates)
+    assert all(s.gain < 5.0 for s in diagnosis.screened)
+    assert 0.5 < diagnosis.confidence < 1.0
+
+
+def test_damping_of_a_kernel_at_its_own_frequency_is_that_of_a_dashpot():
+    level = make_level([member("short", SHORT[:2], 2300)])
+    addend = Addend("linear_damping", kernel_additions(1, 60.0, 9.0, 0.3))
+    fit = fit_joint(level, (addend,), 4.0, {}, 2.0, growing=False, quick=True)
+    mass, w, z = (fit.value(f"linear_damping.kernel_{n}") for n in ("mass_kg", "frequency_rad_per_s", "damping_ratio"))
+    # force over velocity of m (w^2 + 2 i z w W) / (w^2 - W^2 + 2 i z w W) at W = w
+    assert kernel_damping(fit, addend, w).value == pytest.approx(mass * w / (2.0 * z), rel=1e-9)
+
+
+def test_a_resonator_that_hardly_rings_is_called_damping():
+    fading = shelf.find("hidden_resonator", natural_frequency_rad_per_s=6.0, damping_ratio=0.5)
+    hidden = ((fading, 220.0),)
+    level = make_level([member("short", SHORT, 2400, hidden), member("long", LONG, 2420, hidden)])
+    diagnosis = diagnose(level, chosen(("linear_damping", "hidden_resonator", "relaxation")))
+    assert "hidden_resonator" not in diagnosis.best.names
+    assert diagnosis.best.names[:1] in {("linear_damping",), ("relaxation",)}
+
+
+def changed(spring: str, seed: int, change) -> object:
+    """A group whose recordings went through a faulty sensor."""
+    import tests.concealed.test_diagnosis as base
+
+    plain = base.recording
+
+    def faulty(spring: str, x0: float, seed: int, hidden=()) -> Recording:
+        return change(plain(spring, x0, seed, hidden))
+
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(base, "recording", faulty)
+        return member(spring, SHORT, seed)
+
+
+def late(recording: Recording) -> Recording:
+    """The accelerometer 11 ms behind."""
+    a = recording.channels["acceleration"]
+    shifted = np.interp(recording.time - 0.011, recording.time, a)
+    return replace(recording, channels={**recording.channels, "acceleration": shifted})
+
+
+def drifting(recording: Recording) -> Recording:
+    """The displacement 1.5 mm off at the end."""
+    x = recording.channels["displacement"]
+    return replace(recording, channels={**recording.channels, "displacement": x + 1.5e-3 * recording.time / 10.0})
+
+
+def test_an_accelerometer_that_is_late_is_named_with_its_delay():
+    group = changed("short", 2500, late)
+    case = Case({"spring": "short"}, "spring short", group, (), Described(), 0.004, 0.05, 0, False, True)
+    (verdict,) = judge([case], chosen("all"))
+    assert verdict.verdict == ("time_shift",)
+    assert verdict.origin == "instrument"
+    assert verdict.parameters["time_shift"]["shift_s"].value == pytest.approx(0.011, abs=1e-3)
+
+
+def test_a_displacement_that_drifts_is_named():
+    diagnosis = diagnose(make_level([changed("short", 2600, drifting)]), chosen("all"))
+    assert diagnosis.best.names == ("sensor_drift",)
+
+
+def test_what_the_dry_trials_need_stands_in_the_wet_equation():
+    hidden = ((shelf.find("cubic_stiffness"), 6.0e7),)
+    group = member("short", SHORT, 2700, hidden)
+    suspect = found("cubic_stiffness")
+    (plain,) = suspect.grid(make_level([group]).scales)
+    held = replace(plain[0], by_spring=(("short", 6.0e7, 3e6),))
+    case = Case({"spring": "short"}, "spring short", group, (), Described(), 0.004, 0.05, 3, False, True)
+    (verdict,) = judge([case], chosen("all"), (Addend("cubic_stiffness", (held,)),))
+    assert verdict.verdict == ("cubic_stiffness",)
+    assert verdict.origin == "structure"
+    assert "dry trials need cubic stiffness" in verdict.sentence

@@ -1,0 +1,50 @@
+"""Scatter that goes with amplitude is a missing law; what dry trials need is known for every spring."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from undertow.campaign.rig import known_slots, standing_addends
+from undertow.discrepancy.joint import Addend
+from undertow.discrepancy.judge import Judged
+from undertow.discrepancy.suspects import Addition
+from undertow.identification.dry import without_trend
+
+
+def test_a_line_over_amplitude_is_taken_out_of_the_scatter():
+    rng = np.random.default_rng(3)
+    amplitude = np.log([0.01, 0.02, 0.04, 0.08])
+    groups = [(amplitude, 1.0 + 0.05 * amplitude + 0.002 * rng.standard_normal(4), np.full(4, 1e-3)) for _ in range(2)]
+    for values, _ in without_trend(groups):
+        assert np.std(values) < 0.01  # the line alone would leave 0.04
+
+
+def test_scatter_without_a_trend_is_left_alone():
+    rng = np.random.default_rng(4)
+    amplitude = np.log([0.01, 0.02, 0.04, 0.08])
+    groups = [(amplitude, 1.0 + 0.05 * rng.standard_normal(4), np.full(4, 1e-3)) for _ in range(2)]
+    for (_, before, _), (after, _) in zip(groups, without_trend(groups), strict=True):
+        assert np.array_equal(before, after)
+
+
+def test_two_trials_have_no_trend():
+    groups = [(np.log([0.01, 0.02]), np.array([1.0, 1.2]), np.full(2, 1e-3))]
+    assert np.array_equal(without_trend(groups)[0][0], groups[0][1])
+
+
+def test_each_springs_dry_numbers_stand_with_their_errors():
+    cubic = Addend("cubic_stiffness", (Addition("N_per_m3", "N/m^3", "k3", 0.0, 1.0, scope="spring"),))
+    dry = [
+        Judged((), ("short",), (cubic,), {"cubic_stiffness.N_per_m3@short": (5e7, 1e6)}),
+        Judged((), ("long",), (), {}),
+    ]
+    (standing,) = standing_addends(dry)
+    assert standing.additions[0].by_spring == (("short", 5e7, 1e6),)
+    assert known_slots([standing], "short") == {"k3": 5e7}
+    assert known_slots([standing], "long") == {}
+
+
+def test_a_sine_gives_back_what_it_takes_from_the_line():
+    sine = Addend("sine_restoring", (Addition("N_per_m", "N/m", "ks", 0.0, 1.0, also=("k1", -1.0)),))
+    (standing,) = standing_addends([Judged((), ("all",), (sine,), {"sine_restoring.N_per_m": (30.0, 1.0)})])
+    assert known_slots([standing], "all") == {"ks": 30.0, "k1": -30.0}

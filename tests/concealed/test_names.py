@@ -184,7 +184,6 @@ def test_every_study_draws_campaigns_from_seeds_alone():
     assert 3 <= plan_of(4).wet_trials <= 6
 
 
-@pytest.mark.slow
 def test_a_null_campaign_is_accused_of_nothing_and_linear_damping_of_linear_damping():
     null = judge(Campaign(SMALL))
     assert null["wet"] == null["dry"] == ""

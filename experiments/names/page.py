@@ -79,7 +79,8 @@ def page_text(found: Mapping[str, Any]) -> str:
         parts.append(_invariance(found["invariance"]))
     parts.append(READING.read_text(encoding="utf-8"))
     revisions = ", ".join(f"`{r}`" for r in found["revisions"])
-    parts.append(f"Judged at revision{'s' if len(found['revisions']) > 1 else ''} {revisions}; each row says at which.\n")
+    plural = "s" if len(found["revisions"]) > 1 else ""
+    parts.append(f"Judged at revision{plural} {revisions}; each row says at which.\n")
     return "\n".join(parts)
 
 

@@ -32,7 +32,7 @@ from undertow.identification.decay import load_cell_stiffness
 from undertow.identification.dry import Scatter, dry_fits, pooled_scatter, structural_terms, structure_from
 from undertow.identification.fit import Specimen, Structure
 from undertow.identification.intervals import mean_of_trials
-from undertow.identification.problem import TrialOptions
+from undertow.identification.problem import TrialOptions, dominant_period
 from undertow.identification.scale import choose_anchor, trial_stiffness
 from undertow.quantities import Estimate
 from undertow.recording.catalogue import Catalogue, Entry, read_trial
@@ -156,7 +156,9 @@ class _Conditioner:
             recording = read_trial(entry, self.catalogue)
             doubts = check(recording)
             recording = replace(recording, notes=recording.notes + doubts)
-            return condition(recording, start_s=entry.window.start_s, end_s=entry.window.end_s)
+            motion = condition(recording, start_s=entry.window.start_s, end_s=entry.window.end_s)
+            dominant_period(motion)  # a motion that does not swing is this trial's failure, not its group's
+            return motion
         except UndertowError as reason:
             return FailedTrial(entry.name, str(reason), dict(entry.conditions))
 
@@ -200,11 +202,15 @@ def _structures(config: RunConfig, groups: Mapping[_Key, Sequence[Motion]], term
         if not config.is_dry(motions[0].recording.conditions) or not math.isfinite(specimen.mass_kg):
             continue
         spring = _spring(config, key)
-        fitted[spring] = dry_fits(motions, structural_terms(terms), specimen, TrialOptions())
+        found = dry_fits(motions, structural_terms(terms), specimen, TrialOptions())
+        if not found:
+            continue
+        fitted[spring] = found
         measured = [(m, _slope(m)) for m in motions]
         slopes[spring] = [
-            slope.value / fitted[spring][m.name].estimates["k_N_per_m"].value for m, slope in measured if slope
-        ]
+            slope.value / fitted[spring][m.name].estimates["k_N_per_m"].value
+            for m, slope in measured if slope and m.name in fitted[spring]
+        ]  # fmt: skip
     stated = config.specimen.scatter
     scatter = pooled_scatter(list(fitted.values()))
     if stated is not None:

@@ -111,6 +111,12 @@ def _rivals(best: Candidate, found: Sequence[Candidate]) -> tuple[tuple[str, ...
     ]  # fmt: skip
     if damping_ratio(best.fit) > OVERDAMPED:
         near.append(tuple("relaxation" if n == "hidden_resonator" else n for n in best.names))
+    if best.names == ("added_mass",):
+        near.append(("hidden_resonator",))  # far above the body's frequency a resonator is an added mass
+    if best.names == ("linear_damping",):
+        behind = [c for c in found if c.suspects and c.score > best.score and c.names == ("hidden_resonator",)]
+        if any(damping_ratio(c.fit) > OVERDAMPED for c in behind):
+            near += [("relaxation",), ("hidden_resonator",)]
     return tuple(dict.fromkeys(near))
 
 
@@ -150,6 +156,8 @@ def doubt(level: Level, fit: JointFit) -> str:
                 if addend.prefix in DISSIPATES and value < -2.0 * error:
                     return f"{name} = {value:.4g} {a.unit} would feed energy into the motion"
                 strongest = max(strongest, abs(value) / error if error > 0.0 else 0.0)
+        if any(m.free_start for m in level.members) and any(a.slot.startswith("hm") for a in addend.additions):
+            continue  # mass and a free start trade places: the evidence says whether it is there, not its size
         if addend.additions and not addend.additions[0].inner and strongest < SIGNIFICANT:
             return f"{addend.prefix} is {strongest:.1f} standard errors from zero"
     return ""

@@ -233,18 +233,21 @@ def diagnose(level: Level, suspects: Sequence[Suspect], clean_when_dry: bool = F
     memory = residual_memory(first.solution)
     together = fit_joint(level, level.standing, memory, first.values, first.misfit, growing=False)
     null = Candidate((), _null(level, together), math.log(PRIOR_NOTHING))
-    usable = [s for s in suspects if _has_room(level, s)]
+    usable = [s for s in suspects if _has_room(level, s, null.fit)]
     return _Search(level, usable, null, clean_when_dry).run()
 
 
-def _has_room(level: Level, suspect: Suspect) -> bool:
-    """Whether a suspect can be told from what is free anyway: a coefficient that every group fits is no suspect."""
+def _has_room(level: Level, suspect: Suspect, fit: JointFit) -> bool:
+    """Whether a suspect can be told from what is free anyway: a coefficient that every group fits is no suspect, nor a
+    sensor that is not recorded."""
     if len(level.members) == 1 and suspect.variant == EACH_SPRING:
         return False
     if suspect.name in {addend.prefix for addend in level.standing}:
         return False
+    if suspect.origin == "outside" and level.trials < 2:
+        return False  # on one trial a clock of its own explains whatever is left: only the phase across trials tells
     if suspect.frees:
-        return True
+        return any(name.startswith(f"{suspect.frees}[") for name in fit.solution.problem.names)
     slots = {a.slot for a in suspect.additions(level.scales, suspect.starts(level.scales)[0])}
     free = [{c.slot for c in m.model.coefficients} for m in level.members]
     return not all(slots <= own for own in free)

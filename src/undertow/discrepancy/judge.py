@@ -13,7 +13,7 @@ from dataclasses import dataclass, field, replace
 from undertow.conditioning.motion import Motion
 from undertow.discrepancy.candidate import Candidate, Diagnosis
 from undertow.discrepancy.diagnose import diagnose
-from undertow.discrepancy.joint import Addend, Level, Member, make_level, member_rate
+from undertow.discrepancy.joint import Addend, Level, Member, free_run_error, make_level, member_rate
 from undertow.discrepancy.prove import addition_parameters, check_cell, rms, score
 from undertow.discrepancy.suspects import SUSPECTS, Suspect
 from undertow.discrepancy.verdict import Described, Origin, PhysicalCheck, Rejected, Status, Verdict
@@ -30,7 +30,7 @@ WORDS: Mapping[str, str] = {
     "cubic_stiffness": "stiffness with the cube of the displacement",
     "quintic_stiffness": "stiffness with the fifth power of the displacement",
     "asymmetric_stiffness": "a spring stiffer to one side",
-    "coulomb_friction": "more dry friction than the dry trials have",
+    "coulomb_friction": "dry friction beyond what the equation has",
     "variable_normal_force": "friction that grows with displacement",
     "stribeck_friction": "friction that is larger at low speed",
     "relaxation": "memory that relaxes",
@@ -124,7 +124,7 @@ def _verdict(level: Level, case: Case, diagnosis: Diagnosis) -> Verdict:
     )  # fmt: skip
     known = _known(level, case)
     if not diagnosis.accused and not known:
-        return _without_a_name(plain, case)
+        return _without_a_name(plain, case, free_run_error(level, diagnosis.null.fit) > STILL_MISSING)
     fit, names = diagnosis.best.fit, (*known, *diagnosis.best.names)
     width = case.member.options.rest_offset_std
     training = rms([score(level, case.member, fit, m, width) for m in case.member.motions])
@@ -156,10 +156,11 @@ def _per_mass(numbers: Mapping[str, Estimate]) -> dict[str, Estimate]:
     }
 
 
-def _without_a_name(plain: Verdict, case: Case) -> Verdict:
-    """Nothing is missing, or something is and no suspect explains it."""
+def _without_a_name(plain: Verdict, case: Case, far: bool) -> Verdict:
+    """Nothing is missing, or something is and no suspect explains it: in most trials, or in some so much (``far``)
+    that the level as a whole is out of reach of repetitions."""
     total = len(case.trials)
-    if case.missing <= total / 2:
+    if case.missing <= total / 2 and not (far and case.missing):
         text = (
             f"{case.label}: the equation explains {total - case.missing} of {total} trials within repeatability "
             f"(error {percent(case.baseline.nrmse)}, repeatability {percent(case.allowed)}); nothing is missing."

@@ -48,16 +48,18 @@ def dry_fits(
     """Each dry trial fitted alone: trial name -> its k, c, mu (kilograms from the known mass).
 
     ``known`` are slots of the integrator whose value stands (what the dry trials were found to need beside k, c, mu).
+    A trial that cannot be fitted has no place in it; the others' mean does without.
     """
     fits = {}
     for motion in motions:
-        model = group_model(terms, [motion], specimen, None, dry=True, anchored=True)
-        if known:
+        try:
+            model = group_model(terms, [motion], specimen, None, dry=True, anchored=True)
             base = model.base.copy()
-            for slot, value in known.items():
+            for slot, value in (known or {}).items():
                 base[SLOT[slot]] += value
-            model = replace(model, base=base)
-        fits[motion.name] = fit_group(model, [motion], options)
+            fits[motion.name] = fit_group(replace(model, base=base), [motion], options)
+        except IdentificationError:
+            continue  # its own analysis says why and lists it as failed
     return fits
 
 

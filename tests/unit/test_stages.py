@@ -16,7 +16,7 @@ from undertow.campaign.analysis import GroupTask, analyse
 from undertow.conditioning.condition import condition
 from undertow.conditioning.motion import Motion
 from undertow.discrepancy.findings import Findings, GroupFindings
-from undertow.discrepancy.verdict import Described, PhysicalCheck, Rejected
+from undertow.discrepancy.verdict import Described, PhysicalCheck, Rejected, Verdict
 from undertow.equation import shelf
 from undertow.identification.fit import Specimen
 from undertow.identification.scale import choose_anchor
@@ -146,3 +146,23 @@ def test_a_write_that_fails_leaves_the_older_file(task: GroupTask, findings: Gro
         stages.save(replace(findings, notes=(object(),)), path)  # type: ignore[arg-type]
     assert path.read_bytes() == before
     assert [p.name for p in tmp_path.iterdir()] == ["g.json"]
+
+
+def test_verdicts_of_groups_judged_together_come_back_in_their_order(task: GroupTask, tmp_path: Path) -> None:
+    other = replace(task, key={"spring": "other"})
+    explained = Verdict(
+        task.key, ("a",), status="explained", verdict=("linear_damping",), confidence=0.999,
+        parameters={"linear_damping": {"c_Ns_per_m": Estimate(480.0, 20.0, unit="N s/m")}},
+    )  # fmt: skip
+    plain = Verdict(other.key, ("a", "b"), status="nothing_missing")
+    stages.save_verdicts((explained, plain), tmp_path / "v.json")
+    first, second = stages.load_verdicts((task, other), tmp_path / "v.json") or ()
+    assert first.parameters == explained.parameters
+    assert (first.verdict, second.status, second.group) == (("linear_damping",), "nothing_missing", other.key)
+    assert stages.load_verdicts((task,), tmp_path / "v.json") is None  # another number of groups is another level
+    assert stages.load_verdicts((task,), tmp_path / "none.json") is None
+
+
+def test_what_stands_from_dry_trials_changes_a_levels_name(task: GroupTask) -> None:
+    assert stages.level_digest((task,), "nothing") != stages.level_digest((task,), "cubic_stiffness")
+    assert stages.level_digest((task,), "nothing") == stages.level_digest((task,), "nothing")

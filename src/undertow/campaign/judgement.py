@@ -8,7 +8,9 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from pathlib import Path
 
+from undertow.campaign import stages
 from undertow.campaign.analysis import GroupTask
 from undertow.campaign.config import RunConfig
 from undertow.campaign.rig import Rig, believable_repeatability, known_slots, spring_label, standing_addends, with_known
@@ -28,37 +30,68 @@ LOOSER = 10.0
 
 
 def judged(
-    config: RunConfig, tasks: Sequence[GroupTask], groups: Sequence[GroupFindings], jobs: int, progress: Progress
+    config: RunConfig,
+    tasks: Sequence[GroupTask],
+    groups: Sequence[GroupFindings],
+    jobs: int,
+    progress: Progress,
+    folder: Path | None = None,
+    resume: bool = False,
 ) -> list[GroupFindings]:
-    """The groups with their verdicts: dry ones first, then each water's groups together."""
+    """The groups with their verdicts: dry ones first, then each water's groups together.
+
+    Verdicts of wet groups are kept in ``folder`` as they come (None: not kept) and, with ``resume``, taken from there.
+    """
     suspects = chosen(config.discrepancy.suspects, config.equation.coordinate == "rotation")
     cases = [_case(config, task, group) for task, group in zip(tasks, groups, strict=True)]
-    dry = [[case] for case in cases if case.dry]
-    levels: dict[tuple[object, ...], list[Case]] = {}
-    for case in cases:
-        if not case.dry:
-            levels.setdefault(_water(config, case), []).append(case)
+    dry = [_Together((case,), (task,)) for case, task in zip(cases, tasks, strict=True) if case.dry]
     first = on_processes(_Judge(suspects), dry, jobs, "dry: what is missing", progress)
     standing = standing_addends(first)
     if standing:
         known = {label: known_slots(standing, label) for judged in first for label in judged.labels}
         again = with_known(config, tasks, known)
-        for water, group in levels.items():
-            levels[water] = [_with_rig(case, again[tuple(case.key.items())]) for case in group]
-    wet = on_processes(_Judge(suspects, standing), list(levels.values()), jobs, "wet: what is missing", progress)
+        cases = [_with_rig(case, again[tuple(case.key.items())]) for case in cases]
+    levels: dict[tuple[object, ...], _Together] = {}
+    for case, task in zip(cases, tasks, strict=True):
+        if not case.dry:
+            water = _water(config, case)
+            together = levels.get(water, _Together((), ()))
+            levels[water] = _Together((*together.cases, case), (*together.tasks, task))
+    judge = _Judge(suspects, standing, folder, resume)
+    wet = on_processes(judge, list(levels.values()), jobs, "wet: what is missing", progress)
     said = {tuple(v.group.items()): v for judged in (*first, *wet) for v in judged.verdicts}
     return [replace(group, verdict=said[tuple(group.key.items())]) for group in groups]
 
 
 @dataclass(frozen=True)
+class _Together:
+    """Groups of one water, as the judge sees them and as they were analysed."""
+
+    cases: tuple[Case, ...]
+    tasks: tuple[GroupTask, ...]
+
+
+@dataclass(frozen=True)
 class _Judge:
-    """Judges one level; picklable for worker processes."""
+    """Judges one level, or takes its verdicts from a finished stage; picklable for worker processes."""
 
     suspects: tuple[Suspect, ...]
     standing: tuple[Addend, ...] = ()
+    folder: Path | None = None
+    resume: bool = False
 
-    def __call__(self, cases: Sequence[Case]) -> Judged:
-        return judge_level(cases, self.suspects, self.standing)
+    def __call__(self, level: _Together) -> Judged:
+        if self.folder is None:
+            return judge_level(level.cases, self.suspects, self.standing)
+        free = [c.member.free_start for c in level.cases]
+        also = repr((sorted(s.label for s in self.suspects), self.standing, free, [dict(c.cell) for c in level.cases]))
+        path = self.folder / f"verdict-{stages.level_digest(level.tasks, also)}.json"
+        kept = stages.load_verdicts(level.tasks, path) if self.resume else None
+        if kept is not None:
+            return Judged(kept, tuple(c.member.label for c in level.cases))
+        found = judge_level(level.cases, self.suspects, self.standing)
+        stages.save_verdicts(found.verdicts, path)
+        return found
 
 
 def _loosened(structure: Structure | None) -> Structure | None:

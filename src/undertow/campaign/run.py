@@ -100,7 +100,7 @@ def run(
         raise UndertowError(f"none of {len(tasks)} groups can be identified: {failed[-1].reason}")
     kept = [t for t, r in zip(tasks, results, strict=True) if isinstance(r, GroupFindings)]
     with clock.stage("what is missing"):
-        found = judged(config, kept, found, jobs, progress)
+        found = judged(config, kept, found, jobs, progress, stages_folder, resume)
     return Findings(
         config.name, tuple(found), failed, tuple(config.identify), config.equation.coordinate, clock.seconds,
         _across(found), (*_notes(read), *(d.sentence for d in group_drifts(found, config.trials.dry or {}))),

@@ -12,7 +12,7 @@ import dataclasses
 import hashlib
 import json
 import os
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -64,12 +64,38 @@ def _sorted(value: Any) -> Any:
     return sorted(value.items()) if isinstance(value, Mapping) else value
 
 
+def level_digest(tasks: Sequence[GroupTask], also: str) -> str:
+    """Name of the finished verdicts of groups that are judged together; ``also`` is what else decides them."""
+    sums = hashlib.sha256(also.encode())
+    for task in tasks:
+        sums.update(digest(task).encode())
+    return sums.hexdigest()[:20]
+
+
+def save_verdicts(verdicts: Sequence[Verdict], path: Path) -> None:
+    """Write the verdicts of one level; the file appears whole or not at all."""
+    _write([_plain(v) for v in verdicts], path)
+
+
+def load_verdicts(tasks: Sequence[GroupTask], path: Path) -> tuple[Verdict, ...] | None:
+    """The verdicts of one level as saved, in the order of its groups; None where there are none that fit."""
+    try:
+        data = json.loads(path.read_text(encoding="utf-8"))
+        return tuple(_verdict(one, task) for one, task in zip(data, tasks, strict=True))
+    except (OSError, LookupError, TypeError, ValueError, AttributeError):
+        return None
+
+
 def save(findings: GroupFindings, path: Path) -> None:
     """Write a group's findings; the file appears whole or not at all."""
+    _write(_plain(findings), path)
+
+
+def _write(data: Any, path: Path) -> None:
     path.parent.mkdir(parents=True, exist_ok=True)
     partial = path.with_suffix(f".{os.getpid()}.part")
     try:
-        partial.write_text(json.dumps(_plain(findings)), encoding="utf-8")
+        partial.write_text(json.dumps(data), encoding="utf-8")
         os.replace(partial, path)
     finally:
         partial.unlink(missing_ok=True)

@@ -1,20 +1,20 @@
 """What the solver is worth: closed cells against linear theory, energy, the time step, the mesh and the sponge.
 
 Numbers only; tables.py writes them down. Nothing here changes the solver or the data. `write` makes
-results/checks.md and results/convergence.md with the numbers beside them as JSON (about 5 minutes on one core).
+results/checks.md and results/convergence.md with the numbers beside them as JSON (a quarter of an hour on one core).
 """
 
 from __future__ import annotations
 
 import json
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import asdict, dataclass, replace
 from pathlib import Path
 
 import numpy as np
 
 from experiments.virtual_flume import campaign, frequency, section, structure, tables
-from experiments.virtual_flume.frequency import DENSITY, GRAVITY, Mode, Water
+from experiments.virtual_flume.frequency import DENSITY, GRAVITY, Water
 from experiments.virtual_flume.march import Flume, energy
 from experiments.virtual_flume.mesh import Spacing
 from experiments.virtual_flume.water import closed_cells, flume_water
@@ -27,14 +27,13 @@ CELLS_M = ((0.327, 0.07), (0.334, 0.14), (0.289, 0.21))
 HIGHEST_SLOSH = 40.0
 """rad/s; the third antisymmetric slosh of the widest cell is at 21 rad/s, of the narrowest at 23."""
 
-LIGHT = 0.10
-"""Largest damping ratio of a pole that is followed: those above belong to the absorbed outer water."""
-
-LEAST_POLE_KG = 3.0
-"""Participating mass of the least pole that is followed; truth.json lists no smaller."""
-
 LEAST_SHARE = 0.05
 """Share of a release at a body frequency from which A and B there are compared."""
+
+POLE_TURNS, POLE_STEP = 30, 1e-9
+"""Newton's turns at most, and the relative step at which a pole stands still."""
+
+TRUTH = Path(__file__).resolve().parents[2] / "data" / "virtual_flume" / "truth.json"
 
 
 @dataclass(frozen=True)
@@ -125,25 +124,32 @@ def halved_step(number: int) -> Halved:
     return Halved(trial.file, trial.water_depth_m, trial.spring, dx, da)
 
 
-def variants(depth_m: float) -> dict[str, Water]:
-    """The water of a level with every element halved, the sponge twice as far, twice as long, twice as strong."""
+HALVED_AT_M = (2.36, 2.22, 2.29, 2.43, 2.57)
+"""Levels at which every element size is halved too: a minute or two each."""
+
+
+def variants(depth_m: float, base: Water) -> dict[str, Water]:
+    """The water of a level with the sizes of elements doubled, the sponge twice as far, and twice as strong."""
     usual = Spacing()
-    base = flume_water(depth_m, usual)
     start = section.deck_half_width_m() + usual.open_water_m
-    twice = {"fine_sponge_m": 2.0 * usual.fine_sponge_m, "sponge_m": 2.0 * usual.sponge_m}
     return {
-        "elements halved": flume_water(depth_m, replace(usual, refine=2.0)),
+        "elements doubled": flume_water(depth_m, replace(usual, refine=0.5)),
         "sponge twice as far": flume_water(depth_m, replace(usual, open_water_m=2.0 * usual.open_water_m)),
-        "sponge twice as long": flume_water(depth_m, replace(usual, **twice)),
         "sponge twice as strong": replace(base, loss=np.where(base.operators.x > start, 2.0, 1.0) * base.loss),
     }
+
+
+def halved(depth_m: float) -> dict[str, Water]:
+    """The water of a level with every element size halved."""
+    return {"elements halved": flume_water(depth_m, Spacing(refine=2.0))}
 
 
 @dataclass(frozen=True)
 class Shift:
     """A quantity of one level: its value in the data's water, and its relative change by variant.
 
-    `share`: of a release at that body frequency, for A and B. `participating_mass`: kg, for a pole.
+    `quantity` is pole (rad/s), A (kg) or B (N s/m); `weight` the pole's participating mass (kg), or the share of a
+    release that the body's frequency carries.
     """
 
     depth_m: float
@@ -151,79 +157,117 @@ class Shift:
     spring: str
     frequency: float
     value: float
+    weight: float
     change: dict[str, float]
-    share: float | None = None
-    participating_mass: float | None = None
 
 
-def pole_shifts(depth_m: float, base: Water, others: dict[str, Water]) -> list[Shift]:
-    """Frequencies (rad/s) of the light poles and how far each moves: to the pole nearest in s, of like mass."""
-    followed = [m for m in frequency.modes(base) if m.damping_ratio < LIGHT and m.participating_mass > LEAST_POLE_KG]
-    found = {name: frequency.modes(water) for name, water in others.items()}
+def pole_near(water: Water, guess: complex) -> complex:
+    """The pole of the apparent mass nearest to a guess, both 1/s, by Newton's method on S + M (s + n)^2 / g.
+
+    Begins with the surface's answer to a sway at the guess, so that what the body drives is found.
+
+    Raises ValueError where it does not stand still.
+    """
+    o = water.operators
+    s, p = guess, np.zeros(o.x.size, dtype=complex)
+    for turn in range(POLE_TURNS):
+        shifted = s + water.loss
+        matrix = o.stiffness + o.mass * (shifted[:, None] * shifted[None, :]) / GRAVITY
+        slope = o.mass * (shifted[:, None] + shifted[None, :]) / GRAVITY
+        u = np.linalg.solve(matrix, slope @ p if turn else o.coupling.astype(complex))
+        if turn:
+            step = (p @ p) / (p @ u)
+            s -= step
+            if abs(step) < POLE_STEP * abs(s):
+                return complex(s)
+        p = u / np.sqrt(u @ u)
+    raise ValueError(
+        f"pole near {guess:.5g} 1/s: still moving after {POLE_TURNS} turns, last at {s:.5g} 1/s; begin nearer to it"
+    )
+
+
+Row = ClosedCell | Kept | Halved | Shift
+
+
+def shifts(depth_m: float, base: Water, others: dict[str, Water]) -> list[Shift]:
+    """Poles named in the truth file, A and B at the body's frequencies, and how far each variant moves them."""
+    said = json.loads(TRUTH.read_text(encoding="utf-8"))["levels"][f"{depth_m:.2f}"]
     rows = []
-    for mode in followed:
-        change = {name: _nearest(mode, poles).frequency / mode.frequency - 1.0 for name, poles in found.items()}
-        rows.append(
-            Shift(
-                depth_m, "pole", "", mode.frequency, mode.frequency, change,
-                participating_mass=float(mode.participating_mass),
-            )
-        )  # fmt: skip
+    for mode in said["hidden_resonators"]:
+        zeta = mode["damping_ratio"]
+        usual = pole_near(base, mode["frequency"] * complex(-zeta, np.sqrt(1.0 - zeta**2)))
+        change = {name: abs(pole_near(water, usual)) / abs(usual) - 1.0 for name, water in others.items()}
+        rows.append(Shift(depth_m, "pole", "", abs(usual), abs(usual), mode["participating_mass"], change))
+    for spring, answer in said["by_spring"].items():
+        for body in answer["frequencies_and_shares_of_a_release"]:
+            if body["share"] >= LEAST_SHARE:
+                rows += _coefficients(depth_m, spring, body, base, others)
     return rows
 
 
-def _nearest(mode: Mode, poles: list[Mode]) -> Mode:
-    """The pole nearest in the plane of s among those with at least half the mass."""
-
-    def place(m: Mode) -> complex:
-        return m.frequency * complex(-m.damping_ratio, np.sqrt(1.0 - m.damping_ratio**2))
-
-    alike = [m for m in poles if m.damping_ratio < 1.0 and m.participating_mass > 0.5 * mode.participating_mass]
-    return min(alike, key=lambda m: abs(place(m) - place(mode)))
-
-
-def coefficient_shifts(depth_m: float, base: Water, others: dict[str, Water]) -> list[Shift]:
-    """A (kg) and B (N s/m) at the body's frequencies in the data's water, and their change at those frequencies."""
-    rows = []
-    for spring, nominal in structure.SPRINGS.items():
-        for body in frequency.body_frequencies(base, structure.MASS_KG, nominal.stiffness):
-            if body.share < LEAST_SHARE:
-                continue
-            at = np.array([body.frequency])
-            usual = np.concatenate(frequency.added_mass_and_damping(base, at))
-            moved = {
-                name: np.concatenate(frequency.added_mass_and_damping(water, at)) / usual - 1.0
-                for name, water in others.items()
-            }
-            for i, name in enumerate(("A", "B")):
-                change = {key: float(v[i]) for key, v in moved.items()}
-                rows.append(Shift(depth_m, name, spring, body.frequency, float(usual[i]), change, body.share))
-    return rows
+def _coefficients(
+    depth_m: float, spring: str, body: dict[str, float], base: Water, others: dict[str, Water]
+) -> list[Shift]:
+    """A (kg) and B (N s/m) at one body frequency, held while the water changes."""
+    at = np.array([body["frequency"]])
+    usual = np.concatenate(frequency.added_mass_and_damping(base, at))
+    moved = {
+        name: np.concatenate(frequency.added_mass_and_damping(water, at)) / usual - 1.0
+        for name, water in others.items()
+    }
+    return [
+        Shift(
+            depth_m, quantity, spring, body["frequency"], float(usual[i]), body["share"],
+            {name: float(v[i]) for name, v in moved.items()},
+        )
+        for i, quantity in enumerate(("A", "B"))
+    ]  # fmt: skip
 
 
 def write(folder: Path, say: Callable[[str], None]) -> None:
     """Both studies into a folder: checks.{md,json} and convergence.{md,json}."""
     folder.mkdir(parents=True, exist_ok=True)
-    cells = [row for width, depth in CELLS_M for row in closed_cell(width, depth)]
+    cells = [_short(row) for width, depth in CELLS_M for row in closed_cell(width, depth)]
     say("closed cells done")
-    kept = [lossless_energy(depth, spring, 14.0) for depth in (2.29, 2.36) for spring in structure.SPRINGS]
+    kept = [_short(lossless_energy(depth, spring, 14.0)) for depth in (2.29, 2.36) for spring in structure.SPRINGS]
     say("energy done")
     numbers = [t.number for t in campaign.trials() if t.water_depth_m in (2.29, 2.36) and t.number % 5 == 4]
-    halved = [halved_step(number) for number in numbers]
+    finer = [_short(halved_step(number)) for number in numbers]
     say("time step done")
-    _keep(folder / "checks", tables.checks(cells, kept, halved), [*cells, *kept, *halved])
-    rows: list[Shift] = []
+    _keep(folder / "checks", tables.checks(cells, kept, finer), [*cells, *kept, *finer])
+    write_convergence(folder, say)
+
+
+def write_convergence(folder: Path, say: Callable[[str], None]) -> None:
+    """The study of mesh and sponge into convergence.{md,json}, kept as it grows."""
+    rows: dict[tuple[float, str, float], Shift] = {}
     for depth in section.WET_DEPTHS_M:
-        base, others = flume_water(depth), variants(depth)
-        rows += pole_shifts(depth, base, others) + coefficient_shifts(depth, base, others)
-        say(f"mesh and sponge at {depth:.2f} m done")
-    _keep(folder / "convergence", tables.convergence(rows), rows)
+        base = flume_water(depth)
+        for row in shifts(depth, base, variants(depth, base)):
+            rows[(depth, row.spring + row.quantity, row.frequency)] = row
+        say(f"sponge at {depth:.2f} m done")
+    for depth in HALVED_AT_M:
+        for row in shifts(depth, flume_water(depth), halved(depth)):
+            key = (depth, row.spring + row.quantity, row.frequency)
+            rows[key] = replace(row, change={**row.change, **rows[key].change})
+        say(f"mesh at {depth:.2f} m done")
+        short = [_short(row) for row in rows.values()]
+        _keep(folder / "convergence", tables.convergence(short), short)
 
 
-def _keep(path: Path, page: str, rows: list[ClosedCell | Kept | Halved] | list[Shift]) -> None:
-    """The page and its numbers, six digits."""
+def _short(row: Row) -> Row:
+    """The row with its numbers to six digits, so that page and JSON say the same."""
+
+    def six(value: object) -> object:
+        if isinstance(value, dict):
+            return {k: six(v) for k, v in value.items()}
+        return float(f"{value:.6g}") if isinstance(value, float) else value
+
+    return type(row)(**{k: six(v) for k, v in asdict(row).items()})
+
+
+def _keep(path: Path, page: str, rows: Sequence[Row]) -> None:
+    """The page and its numbers."""
     path.with_suffix(".md").write_text(page, encoding="utf-8")
-    kept = [{"kind": type(row).__name__, **asdict(row)} for row in rows]
-    short = json.loads(json.dumps(kept), parse_float=lambda text: float(f"{float(text):.6g}"))
-    lines = ",\n".join(" " + json.dumps(row) for row in short)
+    lines = ",\n".join(" " + json.dumps({"kind": type(row).__name__, **asdict(row)}) for row in rows)
     path.with_suffix(".json").write_text(f"[\n{lines}\n]\n", encoding="utf-8")

@@ -33,12 +33,19 @@ def percent(value: float) -> str:
 
 def checks(cells: list[ClosedCell], kept: list[Kept], halved: list[Halved]) -> str:
     """results/checks.md."""
-    lines = [
-        "# Checks of the virtual flume's solver",
-        "",
-        "Made by",
-        "",
-        COMMAND,
+    head = ["# Checks of the virtual flume's solver", "", "Made by", "", COMMAND]
+    return "\n".join([*head, *_cells(cells), *_energy(kept), *_step(halved)]) + "\n"
+
+
+def _cells(cells: list[ClosedCell]) -> list[str]:
+    rows = (
+        (
+            f"{c.width_m:.3f}", f"{c.depth_m:.2f}", str(c.order), f"{c.frequency:.4f}", f"{c.law_frequency:.4f}",
+            percent(c.frequency_error), f"{c.mass_share:.5f}", f"{c.law_mass_share:.5f}", percent(c.mass_error),
+        )
+        for c in cells
+    )  # fmt: skip
+    return [
         "",
         "## Closed rectangular cells",
         "",
@@ -46,17 +53,12 @@ def checks(cells: list[ClosedCell], kept: list[Kept], halved: list[Halved]) -> s
         "linear theory, 8 width tanh(k h) / (pi^3 n^3 h) of the water's mass (Graham and Rodriguez 1952). Wanted:",
         "0.2 % and 1 %.",
         "",
-        *table(
-            ("width, m", "depth, m", "n", "w, rad/s", "law", "error, %", "mass share", "law", "error, %"),
-            (
-                (
-                    f"{c.width_m:.3f}", f"{c.depth_m:.2f}", str(c.order), f"{c.frequency:.4f}",
-                    f"{c.law_frequency:.4f}", percent(c.frequency_error), f"{c.mass_share:.5f}",
-                    f"{c.law_mass_share:.5f}", percent(c.mass_error),
-                )
-                for c in cells
-            ),
-        ),
+        *table(("width, m", "depth, m", "n", "w, rad/s", "law", "error, %", "mass share", "law", "error, %"), rows),
+    ]
+
+
+def _energy(kept: list[Kept]) -> list[str]:
+    return [
         "",
         "## Energy",
         "",
@@ -67,6 +69,18 @@ def checks(cells: list[ClosedCell], kept: list[Kept], halved: list[Halved]) -> s
             ("depth, m", "spring", "seconds", "largest change"),
             ((f"{k.depth_m:.2f}", k.spring, f"{k.duration_s:g}", f"{k.largest_change:.1e}") for k in kept),
         ),
+    ]
+
+
+def _step(halved: list[Halved]) -> list[str]:
+    rows = (
+        (
+            h.file.split(".")[0], f"{h.depth_m:.2f}", h.spring, f"{1e6 * h.displacement:.2g}",
+            f"{h.acceleration:.1e}",
+        )
+        for h in halved
+    )  # fmt: skip
+    return [
         "",
         "## Time step",
         "",
@@ -74,18 +88,8 @@ def checks(cells: list[ClosedCell], kept: list[Kept], halved: list[Halved]) -> s
         "sticks or starts, the acceleration jumps within one sample; a jump that falls on the other side of a sample",
         "would show here as a change of the jump's size.",
         "",
-        *table(
-            ("trial", "depth, m", "spring", "displacement, um", "acceleration, m/s2"),
-            (
-                (
-                    h.file.split(".")[0], f"{h.depth_m:.2f}", h.spring, f"{1e6 * h.displacement:.2g}",
-                    f"{h.acceleration:.1e}",
-                )
-                for h in halved
-            ),
-        ),
-    ]  # fmt: skip
-    return "\n".join(lines) + "\n"
+        *table(("trial", "depth, m", "spring", "displacement, um", "acceleration, m/s2"), rows),
+    ]
 
 
 VARIANTS = ("elements halved", "elements doubled", "sponge twice as far", "sponge twice as strong")

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import ast
 import json
 from pathlib import Path
 
@@ -87,18 +86,6 @@ def test_a_level_below_the_girders_has_no_section():
 def test_too_few_frequencies_are_refused_by_the_fit():
     with pytest.raises(ValueError, match="5 frequencies cannot fix 8 pole pairs; give at least 17"):
         vector_fit(np.linspace(1.0, 2.0, 5), np.ones(5, dtype=complex), 8)
-
-
-def test_the_flume_imports_nothing_of_undertow():
-    imported = set()
-    for path in FOLDER.glob("*.py"):
-        for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
-            if isinstance(node, ast.Import):
-                imported |= {alias.name.split(".")[0] for alias in node.names}
-            elif isinstance(node, ast.ImportFrom):
-                imported.add((node.module or "").split(".")[0])
-    assert "numpy" in imported
-    assert "undertow" not in imported
 
 
 def test_the_committed_checks_hold_what_was_asked_for():

@@ -226,9 +226,10 @@ def test_a_stale_stage_is_not_taken(
 def test_a_damaged_stage_is_made_again(small: Campaign, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     stages = tmp_path / "stages"
     campaign_run.run(load(small.config), jobs=1, stages_folder=stages)
-    first, second = sorted(stages.iterdir())
+    first, second, *verdicts = sorted(stages.iterdir(), key=lambda p: (p.name.startswith("verdict"), p.name))
     first.write_text(first.read_text()[:100])
-    second.write_text("[]")
+    for damaged in (second, *verdicts):
+        damaged.write_text("[]")
     counted = Counted(monkeypatch)
     campaign_run.run(load(small.config), jobs=1, stages_folder=stages, resume=True)
     assert counted.count == 2

@@ -17,7 +17,16 @@ from dataclasses import dataclass, replace
 
 from undertow.discrepancy.attempt import COMMON, REFINED, as_radiation, from_places, from_starts, renumbered
 from undertow.discrepancy.candidate import Candidate, Diagnosis, Screened, conclude, damping_ratio
-from undertow.discrepancy.joint import WIDER, JointFit, Level, at_memory, fit_joint, free_run_error, residual_memory
+from undertow.discrepancy.joint import (
+    WIDER,
+    JointFit,
+    Level,
+    at_memory,
+    fit_joint,
+    free_run_error,
+    missed_share,
+    residual_memory,
+)
 from undertow.discrepancy.screen import prospects
 from undertow.discrepancy.suspects import EACH_SPRING, RINGS, Suspect
 from undertow.errors import IdentificationError
@@ -50,6 +59,9 @@ WORTH = 0.5
 
 FINE = 2.0
 """Up to this many times repeatability the free run's error is small enough for one linear step to show a gain."""
+
+LINEAR = 0.25
+"""Share of the motion that the free run may miss for a linear step to be trusted, however wide repeatability is."""
 
 LEAST_GAIN = 5.0
 """A linear step that raises the log evidence by less than this cannot lead to a name: half of what one needs."""
@@ -104,13 +116,12 @@ class _Search:
         return [replace(c, fit=at_memory(c.fit, memory)) for c in tried]
 
     def _tried(self, depth: int) -> Iterator[Candidate]:
+        small = self.error <= FINE and missed_share(self.level, self.best.fit) <= LINEAR
         for suspect in self.suspects:
             if not _may_join(self.best, suspect) or (depth and not self._promising(suspect)):
                 continue
             prior = _log_prior(self.best, suspect, len(self.suspects), self.clean_when_dry)
-            candidate = self._small(suspect, prior, depth) if self.error <= FINE else None
-            if candidate is None and self.error > FINE:
-                candidate = self._large(suspect, prior)
+            candidate = self._small(suspect, prior, depth) if small else self._large(suspect, prior)
             if candidate is None:
                 continue
             yield candidate if not (depth and _fading(candidate)) else as_radiation(self.level, candidate)

@@ -252,13 +252,19 @@ def free_run_error(level: Level, fit: JointFit) -> float:
 
     k, c, mu stand at their dry values; x0, clock and rest are adjusted to each trial.
     """
+    return _rms_error(level, fit, [m.allowed for m in level.members])
+
+
+def missed_share(level: Level, fit: JointFit) -> float:
+    """RMS over training trials of the free run's nrmse itself: the share of the motion that it misses."""
+    return _rms_error(level, fit, [1.0] * len(level.members))
+
+
+def _rms_error(level: Level, fit: JointFit, units: Sequence[float]) -> float:
     squares = [
-        (
-            free_run(motion, shared_theta(level, member, fit, motion.name), member.options.rest_offset_std).nrmse
-            / member.allowed
-        )
+        (free_run(motion, shared_theta(level, member, fit, motion.name), member.options.rest_offset_std).nrmse / unit)
         ** 2
-        for member in level.members
+        for member, unit in zip(level.members, units, strict=True)
         for motion in member.motions
     ]
     return math.sqrt(float(np.mean(squares)))

@@ -134,6 +134,7 @@ def _verdict(level: Level, case: Case, diagnosis: Diagnosis) -> Verdict:
         found = {name: [_per_mass(one) for one in many] for name, many in found.items()}
     status: Status = "not_identifiable" if diagnosis.rivals else "explained"
     rest = training > STILL_MISSING * case.allowed and training > 0.5 * case.baseline.nrmse
+    rest = rest or held > max(case.allowed, case.baseline.held_out_nrmse)  # unproved: unseen trials come no closer
     return replace(
         plain,
         status="unknown" if rest else status,

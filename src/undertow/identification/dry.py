@@ -57,10 +57,18 @@ def dry_fits(
             base = model.base.copy()
             for slot, value in (known or {}).items():
                 base[SLOT[slot]] += value
-            fits[motion.name] = fit_group(replace(model, base=base), [motion], options)
+            fit = fit_group(replace(model, base=base), [motion], options)
         except IdentificationError:
             continue  # its own analysis says why and lists it as failed
+        if not _feeds(fit):
+            fits[motion.name] = fit
     return fits
+
+
+def _feeds(fit: GroupFit) -> bool:
+    """Whether a fit's damping would feed energy into the motion: a search that went astray, no structure."""
+    c = fit.estimates.get(_NAMES["c"])
+    return c is not None and c.value < 0.0 and abs(c.value) > 3.0 * c.total_stderr
 
 
 @dataclass(frozen=True)

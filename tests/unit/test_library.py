@@ -96,6 +96,18 @@ def test_library_runs_inside_plain_pysindy_that_differentiates_itself_on_several
     assert model.coefficients()[1] == pytest.approx(-truth(), rel=0.05)
 
 
+@pytest.mark.parametrize("beside", [pysindy.ConcatLibrary, pysindy.GeneralizedLibrary])
+def test_library_stands_beside_another_library_of_pysindy(beside):
+    parts = [exact_motion(LONG, x0, a_noise=0.01) for x0 in (0.05, 0.1)]
+    states = [np.column_stack([motion.windowed("x"), motion.windowed("v")]) for motion in parts]
+    rates = [np.column_stack([motion.windowed("v"), motion.windowed("a")]) for motion in parts]
+    columns = beside([TermLibrary(EQ15[1:]), pysindy.PolynomialLibrary(degree=1, include_bias=False)])
+    model = pysindy.SINDy(feature_library=columns, optimizer=pysindy.STLSQ(threshold=1e-3))
+    model.fit(states, t=0.001, x_dot=rates, feature_names=["x", "v"])
+    assert model.get_feature_names() == [*(term.name for term in EQ15[1:]), "x", "v"]
+    assert model.coefficients()[1][3] == pytest.approx(-truth()[0], rel=0.01)  # noise .01 of 2.8 m/s^2
+
+
 def test_library_takes_the_measured_acceleration_as_a_third_column():
     library = TermLibrary((AddedMass(), Stiffness()))
     states = np.array([[0.1, 1.0, -3.0], [0.2, 2.0, -4.0]])

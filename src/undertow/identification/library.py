@@ -90,7 +90,8 @@ class TermLibrary(BaseFeatureLibrary):  # type: ignore[misc]
         nothing = np.full(values.shape[0], np.nan)
         acceleration = values[:, 2] if values.shape[1] > 2 else nothing
         forces = evaluate(self.terms, values[:, 0], values[:, 1], acceleration, nothing)
-        return AxesArray(forces, {"ax_sample": 0, "ax_coord": 1})
+        # the input's own axes, so that pysindy can set these columns beside another library's
+        return AxesArray(forces, getattr(states, "axes", {"ax_time": 0, "ax_coord": 1}))
 
     def get_feature_names(self, input_features: Sequence[str] | None = None) -> list[str]:
         """The terms' names; those of the states are not used."""

@@ -44,8 +44,9 @@ class Between:
 def weighted_mean(values: Array, noise: Array, between: float) -> tuple[float, float]:
     """Mean of values (n,) that have ``noise`` (n,) and differ by a standard deviation ``between``, and its error.
 
-    >>> weighted_mean(np.array([1.0, 3.0]), np.array([0.0, 0.0]), 1.0)
-    (2.0, 0.7071067811865476)
+    >>> mean, error = weighted_mean(np.array([1.0, 3.0]), np.array([0.0, 0.0]), 1.0)
+    >>> mean, round(error, 4)
+    (2.0, 0.7071)
     """
     variance = noise**2 + between**2
     exact = variance == 0.0
@@ -107,7 +108,7 @@ def mean_of_trials(estimates: Sequence[Estimate], unit: str, source: str) -> Est
     >>> three = [Estimate(value) for value in (9.0, 10.0, 11.0)]
     >>> mean = mean_of_trials(three, "kg", "three trials")
     >>> round(mean.stderr / (1.0 / 3**0.5), 2), round(widening(2.0), 2)
-    (1.77, 1.77)
+    (1.78, 1.78)
     """
     good = [e for e in estimates if math.isfinite(e.value)]
     if not good:

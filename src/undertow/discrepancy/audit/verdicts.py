@@ -191,7 +191,7 @@ def _on_bound(name: str, found: Range) -> str:
 def rounded(value: float) -> str:
     """Three digits, and never a power of ten below a million.
 
-    >>> rounded(1102.3), rounded(0.0006875)
+    >>> rounded(1102.3), rounded(0.0006877)
     ('1102', '0.000688')
     """
     return f"{value:.0f}" if 1000.0 <= abs(value) < 1e6 else f"{value:.3g}"

@@ -9,6 +9,7 @@ import math
 
 import numpy as np
 
+from undertow.conditioning.first_swing import fit_first_swing
 from undertow.conditioning.motion import Window
 from undertow.errors import RecordingError
 from undertow.recording.quality import noise
@@ -19,6 +20,9 @@ QUIET_S = 0.12
 
 QUIET_HALF_PERIODS = 0.3
 """A hold lasts at least this many half periods: a turning point lingers too, but not so long."""
+
+FEWEST_MEANS = 50
+"""So many means tell their own noise; from fewer, the samples' noise is taken for white."""
 
 QUIET_SHARE = 0.02
 """Largest range, relative to the deflection held, within which a body stands still (drift and noise apart)."""
@@ -32,8 +36,14 @@ TRANSIENT_SAMPLES = 3
 TRANSIENT_S = 0.01
 """Least length of the release transient, s: a quick release takes milliseconds."""
 
-EARLY_IN_RADIANS = 0.4
-"""The displacement leaves its hold visibly only this many radians of the motion after the release, at most."""
+SHORT_MEAN_SHARE = 1.0 / 8.0
+"""Means over this share of half a period are free of most noise and keep the motion."""
+
+HALF_WAY_RADIANS = math.pi / 3.0
+"""A body let go is half way to its centre after this angle: 1 - cos."""
+
+UNREFINED_RADIANS = 0.3
+"""Error of a release that is told from that alone: friction and damping shift the way by so much."""
 
 MOTION_IN_NOISE = 4.0
 """Motion ends where what is left stays under this many standard deviations of noise."""
@@ -45,8 +55,8 @@ MOTION_SHARE = 0.004
 def find_window(recording: Recording, start_s: float | None = None, end_s: float | None = None) -> Window:
     """Release instant and motion window of one recording.
 
-    A hold is a quiet stretch away from where the body ends up; the release is its end, refined between samples from
-    the first part of the motion, x0 - x = (a0 / 2) (t - t0)^2. Without a hold (or with ``start_s``) the record is in
+    A hold is a quiet stretch away from where the body ends up; the release is its end, refined between samples
+    from the first swing (`fit_first_swing`). Without a hold (or with ``start_s``) the record is in
     mid-motion: the window starts at its first sample (or there) and the initial velocity is free. The window ends
     with the stuck tail, or at ``end_s``.
 
@@ -57,7 +67,7 @@ def find_window(recording: Recording, start_s: float | None = None, end_s: float
     quiet_noise = noise(values)
     last = _motion_end(recording, quiet_noise)
     stop = last if end_s is None else min(float(end_s), float(time[-1]))
-    hold = _hold_end(time, values, quiet_noise, last) if start_s is None else None
+    hold = _hold(time, values, quiet_noise, last) if start_s is None else None
     if hold is None:
         start = float(time[0]) if start_s is None else float(start_s)
         window = Window(start, start, stop, 0.0, False, _reason(start_s, end_s, "no hold seen"))
@@ -101,21 +111,24 @@ def _check_motion(recording: Recording, values: Array) -> None:
         )
 
 
-def _hold_end(time: Array, values: Array, level: float, motion_end: float) -> int | None:
-    """Index of the last sample of the last hold before the motion; None where the record starts in mid-motion.
+def _hold(time: Array, values: Array, level: float, motion_end: float) -> tuple[int, int] | None:
+    """First and last sample of the last hold before the motion; None where the record starts in mid-motion.
 
-    RecordingError where the body is held and never let go.
+    Looked for in means over an eighth of half a period, so that noise, white or slow, is no motion.
     """
     dt = float(np.median(np.diff(time)))
-    width = max(5, round(max(QUIET_S, QUIET_HALF_PERIODS * half_period(time, values, level)) / dt))
-    if values.size <= width:
+    half = half_period(time, values, level)
+    short = max(1, round(SHORT_MEAN_SHARE * half / dt))
+    smooth = np.convolve(values, np.ones(short) / short, mode="valid")
+    level = _slow_noise(smooth, short, level)
+    width = max(5, round(max(QUIET_S, QUIET_HALF_PERIODS * half) / dt))
+    if smooth.size <= width:
         return None
-    size = float(np.ptp(values))
-    windows = np.lib.stride_tricks.sliding_window_view(values, width)
-    tail = float(np.median(values[time >= time[-1] - 0.05 * (time[-1] - time[0])]))
+    windows = np.lib.stride_tricks.sliding_window_view(smooth, width)
+    tail = _tail(time, values)
     deflection = np.abs(np.mean(windows, axis=1) - tail)
     quiet = np.ptp(windows, axis=1) < np.maximum(QUIET_SHARE * deflection, 8.0 * level)
-    held = np.flatnonzero(quiet & (deflection > HELD_AWAY_SHARE * float(np.max(np.abs(values - tail)))))
+    held = np.flatnonzero(quiet & (deflection > HELD_AWAY_SHARE * float(np.max(np.abs(smooth - tail)))))
     if not held.size:
         return None
     runs = np.split(held, np.flatnonzero(np.diff(held) > 1) + 1)
@@ -123,44 +136,54 @@ def _hold_end(time: Array, values: Array, level: float, motion_end: float) -> in
     if not long_enough:
         return None
     run = max(long_enough, key=lambda r: r.size)
-    level_held = float(np.median(values[run[0] : run[-1] + 1]))
-    margin = max(6.0 * level, 0.25 * QUIET_SHARE * size)
-    here = values[run[0] : run[-1] + width]
+    level_held = float(np.median(smooth[run[0] : run[-1] + 1]))
+    margin = max(6.0 * level, 0.25 * QUIET_SHARE * float(np.ptp(values)))
+    here = smooth[run[0] : run[-1] + width]
     outside = np.flatnonzero(np.abs(here - level_held) > margin)
     outside = outside[outside > run.size - 1] if outside.size else outside
-    return int(run[0] + (outside[0] - 1 if outside.size else here.size - 1))
+    last = outside[0] - 1 if outside.size else here.size - 1
+    return int(run[0]), int(run[0] + last + short // 2)
 
 
-def _refined_release(recording: Recording, values: Array, hold: int) -> tuple[float, float]:
-    """Release instant between samples and its standard error, s.
+def _slow_noise(smooth: Array, short: int, level: float) -> float:
+    """Standard deviation of means over ``short`` samples whose noise is ``level``, more where the noise is slow."""
+    white = level / math.sqrt(short)
+    return max(white, noise(smooth[::short])) if smooth.size > FEWEST_MEANS * short else white
 
-    The acceleration's step, where recorded, brackets it within a sample; the displacement's first part of motion,
-    x0 - x = (a0 / 2) (t - t0)^2 (1 - w^2 (t - t0)^2 / 12), refines it where its noise allows better.
+
+def _tail(time: Array, values: Array) -> float:
+    """Where the body ends up: the median of the last twentieth of the record."""
+    return float(np.median(values[time >= time[-1] - 0.05 * (time[-1] - time[0])]))
+
+
+def _refined_release(recording: Recording, values: Array, hold: tuple[int, int]) -> tuple[float, float]:
+    """Release instant between samples and its standard error, s: from the first swing, or from where it is half done.
+
+    Where neither displacement nor a whole first swing is recorded it is the end of the hold.
     """
-    time = recording.time
+    time, last = recording.time, hold[1]
     dt = float(np.median(np.diff(time)))
     if "displacement" not in recording.channels:
-        return float(time[hold]), dt
-    x0 = float(np.median(values[max(hold - round(QUIET_S / dt), 0) : hold + 1]))
-    tail = float(np.median(values[time >= time[-1] - 0.05 * (time[-1] - time[0])]))
-    drop = np.abs(values - x0) / max(abs(x0 - tail), 1e-300)
-    first = hold + 1 + int(np.argmax(drop[hold + 1 :] > 0.5)) if np.any(drop[hold + 1 :] > 0.5) else hold + 3
-    rows = np.arange(max(hold - 2, 0), min(first + 1, values.size))
-    level = noise(values) / max(abs(x0 - tail), 1e-300)
-    rows = rows[(drop[rows] > max(3.0 * level, 0.01)) & (drop[rows] < 0.6)]
-    if rows.size < 3:
-        return float(time[hold]) + 0.5 * dt, 0.5 * dt
-    # drop = 1 - cos(w (t - t0)) of an undamped start: arccos makes a straight line whose zero is the release
-    angle = np.arccos(np.clip(1.0 - drop[rows], -1.0, 1.0))
-    weight = np.sin(angle) / max(level, 1e-6)
-    slope, intercept = np.polyfit(time[rows], angle, 1, w=weight)
-    spread = np.sqrt(np.sum((weight * (angle - slope * time[rows] - intercept)) ** 2) / max(rows.size - 2, 1))
-    release = -intercept / slope
-    distance = float(np.mean(time[rows]) - release)
-    error = max(spread, 1.0) / math.sqrt(float(np.sum(weight**2))) / slope * (1.0 + distance / np.ptp(time[rows]))
-    if not time[hold] - EARLY_IN_RADIANS / slope <= release <= time[hold] + 3.0 * dt:
-        return float(time[hold]) + 0.5 * dt, dt
-    return float(release), float(max(error, 0.05 * dt))
+        return float(time[last]), dt
+    level = noise(values)
+    half = half_period(time, values, level)
+    w = math.pi / half
+    x0 = float(np.median(values[max(hold[0], last - round(half / dt)) : last + 1]))
+    size = x0 - _tail(time, values)
+    short = max(1, round(SHORT_MEAN_SHARE * half / dt))
+    smooth = np.convolve(values, np.ones(short) / short, mode="same")
+    drop = (x0 - smooth) / size
+    gone = np.flatnonzero((drop > 0.5) & (np.arange(drop.size) > last))
+    if not gone.size:
+        return float(time[last]) + 0.5 * dt, dt
+    guess = float(time[gone[0]]) - HALF_WAY_RADIANS / w
+    earliest = max(float(time[hold[0]]), guess - half)
+    rows = (time >= earliest) & (time <= guess + 2.0 * half)
+    level = _slow_noise(smooth, short, level) * math.sqrt(short)
+    swing = fit_first_swing(time[rows], values[rows], level, guess, x0, size, w)
+    if swing is None or not earliest <= swing.t0 <= time[gone[0]] + dt:
+        return guess, UNREFINED_RADIANS / w
+    return swing.t0, max(swing.stderr, 0.05 * dt)
 
 
 def _motion_end(recording: Recording, level: float) -> float:

@@ -67,8 +67,7 @@ def problem(data: Record) -> Problem:
     unknowns = (
         Unknown("added_mass_kg", START[0] * data.mass, lower=-0.9 * data.mass), Unknown("drag", START[1])
     )  # fmt: skip
-    spread = (m * m - 1) / 12.0 / RATE_HZ**2
-    return Problem(unknowns, (TrialProblem("r", t, base, links, (channel,), -1, spread, data.period_s),))
+    return Problem(unknowns, (TrialProblem("r", t, base, links, (channel,), -1, m / RATE_HZ, data.period_s),))
 
 
 def identify(data: Record) -> tuple[float, float]:

@@ -70,10 +70,10 @@ class Case:
 
 
 def _cells(period_s: float, end_s: float) -> tuple[Floats, int]:
-    """Samples' instants (n, m) in cells, and m."""
+    """Samples' instants (n, m) in cells, and m; the first one a step after the release."""
     m = max(1, round(period_s / SAMPLES_PER_PERIOD * RATE_HZ))
     n = int(end_s * RATE_HZ) // m
-    return (np.arange(n * m) / RATE_HZ).reshape(n, m), m
+    return (np.arange(1, n * m + 1) / RATE_HZ).reshape(n, m), m
 
 
 def eq15(spring: str, water_depth_m: float, count: int, noise_m: float) -> Case:
@@ -98,7 +98,7 @@ def eq15(spring: str, water_depth_m: float, count: int, noise_m: float) -> Case:
     channel = Channel("displacement", x, noise_m / np.sqrt(m))
     trial = TrialProblem(
         f"{spring} {water_depth_m:g}", instants.mean(axis=1), base, tuple(links), (channel,), -1,
-        (m * m - 1) / 12.0 / RATE_HZ**2, period,
+        m / RATE_HZ, period,
     )  # fmt: skip
     lower = {"m_a": -0.9 * tables.STRUCTURE_MASS_KG}
     unknowns = tuple(
@@ -125,16 +125,15 @@ def hidden(noise_m: float) -> Case:
         theta[link.slot] += link.factor * values[link.unknown]
     period = float(2.0 * np.pi * np.sqrt(theta[SLOT["mass"]] / HIDDEN_STIFFNESS))
     instants, m = _cells(period, RECORD_S)
-    spread = (m * m - 1) / 12.0 / RATE_HZ**2
-    t = instants.mean(axis=1)
-    x, _, a = (part[:, 0] for part in integrate(theta, np.zeros(0, dtype=np.int64), t, period / EXACT_STEPS)[:3])
-    channels = (
-        Channel("displacement", x + 0.5 * spread * a, noise_m / np.sqrt(m)),
-        Channel("acceleration", a, ACCELERATION_NOISE / np.sqrt(m)),
+    none = np.zeros(0, dtype=np.int64)
+    x, _, a = (part[:, 0] for part in integrate(theta, none, instants.ravel(), period / EXACT_STEPS)[:3])
+    channels = tuple(
+        Channel(quantity, exact.reshape(instants.shape).mean(axis=1), noise / np.sqrt(m))
+        for quantity, exact, noise in (("displacement", x, noise_m), ("acceleration", a, ACCELERATION_NOISE))
     )
     unknowns = tuple(
         Unknown(name, value, lower=lower, upper=upper)
         for name, value, (lower, upper) in zip(HIDDEN, HIDDEN_TRUTH, HIDDEN_BOUNDS, strict=True)
     )
-    trial = TrialProblem("hidden", t, base, links, channels, -1, spread, period)
+    trial = TrialProblem("hidden", instants.mean(axis=1), base, links, channels, -1, m / RATE_HZ, period)
     return Case(Problem(unknowns, (trial,)), values, HIDDEN)

@@ -8,7 +8,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from undertow.equation.arcs import LAWS, ORDER, TOLERANCE, channel_series, march, sample_at
+from undertow.equation.arcs import LAWS, ORDER, TOLERANCE, accelerations, march, sample_at
 from undertow.equation.kernel import N_SLOTS, SLOT, integrate
 from undertow.identification import output_error, sheet
 from undertow.identification.problem import Channel, Link, Problem, TrialProblem, Unknown
@@ -28,9 +28,9 @@ def arcs_and_kernel(values: dict[str, float]) -> tuple[np.ndarray, np.ndarray]:
     ends, by, levels = np.empty(2001), np.empty((5, 12)), np.empty((TIMES_S.size, 12))
     steps = march(theta[PLACES], slots, TIMES_S[-1], ORDER, TOLERANCE, xs, vs, ends, by)
     found = []
-    for quantity in range(3):
-        channel_series(quantity, 0.0, xs, vs, steps, ORDER, series)
-        sample_at(TIMES_S, 0.0, series, ends, steps, ORDER, levels)
+    accelerations(vs, steps, ORDER, series)
+    for of_quantity in (xs, vs, series):
+        sample_at(TIMES_S, 0.0, of_quantity, ends, steps, ORDER, levels)
         found.append(levels[:, :9].copy())
     by_slot = np.sort(PLACES)
     order = [0, *(1 + int(np.searchsorted(by_slot, place)) for place in PLACES)]
@@ -67,7 +67,7 @@ def test_a_motion_that_damping_feeds_is_given_up():
     assert march(p, np.zeros(0, dtype=np.int64), 60.0, ORDER, TOLERANCE, xs, vs, np.empty(4001), np.empty((5, 4))) == 0
 
 
-def two_trials(seed: int = 0) -> Problem:
+def two_trials(seed: int = 0, width_s: float = 0.0237) -> Problem:
     """Two noisy releases, displacement and acceleration, with every nuisance a trial may have."""
     rng = np.random.default_rng(seed)
     unknowns = [Unknown("added", 800.0), Unknown("drag", 5.0), Unknown("c", 500.0), Unknown("mu", 0.006)]
@@ -96,7 +96,7 @@ def two_trials(seed: int = 0) -> Problem:
             Channel("displacement", x + 2e-4 * rng.standard_normal(t.size), 2e-4, first + 2, first + 6, -1, first + 5),
             Channel("acceleration", a + 0.1 * rng.standard_normal(t.size), 0.1, first + 3, -1, first + 4, -1),
         )
-        trials.append(TrialProblem(f"r{number}", t, base, links, channels, first + 1, 4.7e-5, 1.19))
+        trials.append(TrialProblem(f"r{number}", t, base, links, channels, first + 1, width_s, 1.19))
     return Problem(tuple(unknowns), tuple(trials))
 
 
@@ -114,7 +114,8 @@ def test_the_compiled_search_ends_where_the_general_one_does(monkeypatch):
     # both stop within 1e-3 standard errors of the optimum
     assert np.max(np.abs(fast.values - slow.values) / stderr) < 2e-3
     assert np.allclose(np.sqrt(np.diag(fast.covariance)), stderr, rtol=1e-3)
-    assert fast.chi2 == pytest.approx(slow.chi2, rel=1e-5)
+    # where a reversal bends a displacement, the mean of a cubic and the exact mean differ by hundredths of the noise
+    assert fast.chi2 == pytest.approx(slow.chi2, rel=1e-4)
     assert fast.outcome == slow.outcome == "ok"
     for mine, other in zip(fast.residuals, slow.residuals, strict=True):
         assert np.max(np.abs(mine - other)) < 2e-2  # units of noise; the values differ by 1e-3 standard errors
@@ -127,9 +128,9 @@ def test_residuals_and_jacobian_of_the_compiled_search_are_the_general_ones_at_i
         own = output_error.residuals(trial, fast.values)
         assert own is not None
         assert np.array_equal(used, own[2])
-        # an acceleration next to a reversal feels the kernel's longer step
-        assert np.max(np.abs(r - own[0])) < 1e-3
-        assert np.max(np.abs(jac - own[1]) / np.max(np.abs(own[1]), axis=0)) < 1e-4
+        # next to a reversal the kernel's longer step is felt, and a cubic is not the exact mean
+        assert np.max(np.abs(r - own[0])) < 3e-3
+        assert np.max(np.abs(jac - own[1]) / np.max(np.abs(own[1]), axis=0)) < 3e-3
 
 
 def test_a_bound_is_kept_and_named(monkeypatch):

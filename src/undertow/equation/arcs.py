@@ -248,56 +248,47 @@ def march(p, slots, end, order, tolerance, xs, vs, ends, by):
 
 
 @njit(**_OPT)
-def channel_series(quantity, half_spread, xs, vs, steps, order, out):
-    """Series of what a channel sees, out (steps, ORDER + 1, width): 0 x + a D2/24 of a cell, 1 v, 2 a."""
+def accelerations(vs, steps, order, out):
+    """Series of a from those of v, out (steps, ORDER + 1, width)."""
     for i in range(steps):
         for n in range(order + 1):
+            for j in range(vs.shape[2]):
+                out[i, n, j] = (n + 1.0) * vs[i, n + 1, j] if n < order else 0.0
+
+
+@njit(**_OPT)
+def integrals(xs, ends, steps, order, out):
+    """Series of the integral of x from the release, out (steps, ORDER + 1, width): a cell's mean is its difference."""
+    for i in range(steps):
+        if i == 0:
+            out[0, 0, :] = 0.0
+        else:
+            _values(out[i - 1], ends[i] - ends[i - 1], order, out[i], 0)
+        for n in range(order):
             for j in range(xs.shape[2]):
-                slope = (n + 1.0) * vs[i, n + 1, j] if n < order else 0.0
-                if quantity == 0:
-                    out[i, n, j] = xs[i, n, j] + half_spread * slope
-                elif quantity == 1:
-                    out[i, n, j] = vs[i, n, j]
-                else:
-                    out[i, n, j] = slope
+                out[i, n + 1, j] = xs[i, n, j] * _INVERSE[n]
 
 
 @njit(**_OPT)
 def sample_at(times, late, series, ends, steps, order, levels):
-    """A channel's series at times + late (n,), not before the release, into levels (n, width)."""
+    """A quantity's series at times + late (n,), not before the release, into levels (n, width)."""
     i = 0
     for row in range(times.size):
         t = max(times[row] + late, 0.0)
         while i + 1 < steps and ends[i + 1] < t:
             i += 1
-        if ends[i + 1] == math.inf:
-            levels[row] = series[i, 0]
-        else:
-            _values(series[i], t - ends[i], order, levels, row)
+        _values(series[i], t - ends[i], order, levels, row)
 
 
 @njit(**_OPT)
-def rates_at(quantity, times, late, series, ends, steps, order, levels, rates):
-    """d(signal)/dt (n,): v of a displacement, a of a velocity, the cells' own difference of an acceleration.
-
-    ``series`` are the velocities' of every step.
-    """
-    n = times.size
-    if quantity == 2:
-        for r in range(n):
-            lo, hi = max(r - 1, 0), min(r + 1, n - 1)
-            rates[r] = (levels[hi, 0] - levels[lo, 0]) / (times[hi] - times[lo])
-        return
+def slopes_at(times, late, series, ends, steps, order, slopes):
+    """Rate of change (n,) of a quantity's series at times + late (n,); none before the release."""
     i = 0
-    for r in range(n):
-        t = max(times[r] + late, 0.0)
+    for row in range(times.size):
+        t = times[row] + late
         while i + 1 < steps and ends[i + 1] < t:
             i += 1
-        s = t - ends[i]
-        if quantity == 0:
-            rates[r] = _value(series[i], s, order, 0)
-        else:
-            total = 0.0
-            for m in range(order, 0, -1):
-                total = total * s + m * series[i, m, 0]
-            rates[r] = total
+        s, total = max(t, 0.0) - ends[i], 0.0
+        for m in range(order, 0, -1):
+            total = total * s + m * series[i, m, 0]
+        slopes[row] = total if t >= 0.0 else 0.0

@@ -16,12 +16,15 @@ from typing import Any
 import numpy as np
 from numba import njit
 
-from undertow.equation.arcs import ORDER, TOLERANCE, channel_series, march, rates_at, sample_at
+from undertow.equation.arcs import ORDER, TOLERANCE, accelerations, integrals, march, sample_at, slopes_at
 
 _FIRST, _LAST, _LINK, _LINK_END, _CHANNEL, _CHANNEL_END, _SHIFT, _ROW = range(8)
 """Columns of a sheet's ``places``: cells, links, channels (from, to), clock's unknown, first residual."""
 _QUANTITY, _OFFSET, _DRIFT, _CLOCK, _GAIN, _VALUE = range(6)
 """Columns of a sheet's ``channels``: quantity, unknowns of its nuisances, first value."""
+_WIDTH, _STRIDE, _AVERAGED, _SWELL = range(4)
+"""Columns of a sheet's ``cells``: width in s, 0 for lone instants; how far apart two beginnings stand in the edges;
+whether several samples make a cell; an acceleration's factor where they do not."""
 _LOWER, _UPPER, _PRIOR, _PRECISION = range(4)
 _MASS, _K = 0, 1
 _OPT: dict[str, Any] = {"error_model": "numpy", "nogil": True}
@@ -131,10 +134,59 @@ def _used(column):
 
 
 @njit(**_OPT)
+def _samples(quantity, times, at, xs, vs, series, ends, steps, order, clocked, levels, rates):
+    """A channel's signal and sensitivities at single samples, and, where a clock is unknown, its rate of change."""
+    if quantity == 2:
+        accelerations(vs, steps, order, series)
+    seen = xs if quantity == 0 else vs if quantity == 1 else series
+    sample_at(times, at, seen, ends, steps, order, levels)
+    if not clocked:
+        return
+    if quantity < 2:
+        slopes_at(times, at, seen, ends, steps, order, rates)
+        return
+    n = times.size
+    for row in range(n):
+        lo, hi = max(row - 1, 0), min(row + 1, n - 1)
+        rates[row] = (levels[hi, 0] - levels[lo, 0]) / (times[hi] - times[lo])
+
+
+@njit(**_OPT)
+def _means(quantity, times, at, cell, xs, vs, series, ends, steps, order, clocked, instants, levels, rates):
+    """The same in cells: a mean is the difference of the signal's integral from edge to edge (channels.py)."""
+    n, width, stride = times.size, cell[_WIDTH], int(cell[_STRIDE])
+    count = n + 1 if stride == 1 else 2 * n
+    for row in range(n):
+        instants[stride * row] = times[row] - 0.5 * width
+        instants[stride * row + 1] = times[row] + 0.5 * width
+    if quantity == 0:
+        integrals(xs, ends, steps, order, series)
+    seen = series if quantity == 0 else xs if quantity == 1 else vs
+    sample_at(instants[:count], at, seen, ends, steps, order, levels)
+    if clocked:
+        slopes_at(instants[:count], at, seen, ends, steps, order, rates)
+    if quantity == 0:
+        for row in range(count):
+            early = instants[row] + at
+            if early >= 0.0:
+                break
+            for j in range(levels.shape[1]):
+                levels[row, j] += early * xs[0, 0, j]
+            rates[row] = xs[0, 0, 0]
+    per_second = (cell[_SWELL] if quantity == 2 else 1.0) / width
+    for row in range(n):
+        begin = stride * row
+        for j in range(levels.shape[1]):
+            levels[row, j] = (levels[begin + 1, j] - levels[begin, j]) * per_second
+        if clocked:
+            rates[row] = (rates[begin + 1] - rates[begin]) / width
+
+
+@njit(**_OPT)
 def _trial(sheet, trial, column, values, seconds, precise, room, point):
     """One trial's rows, added to the normal equations of ``point``; its sum of squares, -1 without a motion."""
-    t, _, places, spreads, _, _, channels, _, _, _ = sheet
-    xs, vs, ends, series, by, levels, rates, p, slot_column = room
+    t, _, places, cells, _, _, channels, _, _, _ = sheet
+    xs, vs, ends, series, by, instants, levels, rates, p, slot_column = room
     r, jac, normal, gradient = point
     slots = _parameters(sheet, trial, values, p, slot_column)
     if not (p[_MASS] > 0.0 and p[_K] > 0.0 and p[_K] < 1e300):
@@ -145,7 +197,7 @@ def _trial(sheet, trial, column, values, seconds, precise, room, point):
     last = 0.0
     for channel in range(places[trial, _CHANNEL], places[trial, _CHANNEL_END]):
         clock = channels[channel, _CLOCK]
-        last = max(last, times[n - 1] + late + (values[clock] if clock >= 0 else 0.0))
+        last = max(last, times[n - 1] + late + (values[clock] if clock >= 0 else 0.0) + 0.5 * cells[trial, _WIDTH])
     order, tolerance = (ORDER, TOLERANCE) if precise else _EARLY
     steps = march(p, slots, last, order, tolerance, xs, vs, ends, by)
     if steps == 0:
@@ -156,10 +208,12 @@ def _trial(sheet, trial, column, values, seconds, precise, room, point):
     for channel in range(places[trial, _CHANNEL], places[trial, _CHANNEL_END]):
         quantity, clock = channels[channel, _QUANTITY], channels[channel, _CLOCK]
         at = late + (values[clock] if clock >= 0 else 0.0)
-        channel_series(quantity, 0.5 * spreads[trial], xs, vs, steps, order, series)
-        sample_at(times, at, series, ends, steps, order, levels)
-        if clock >= 0 or places[trial, _SHIFT] >= 0:
-            rates_at(quantity, times, at, vs, ends, steps, order, levels, rates)
+        clocked = clock >= 0 or places[trial, _SHIFT] >= 0
+        if cells[trial, _WIDTH] > 0.0 and (quantity == 2 or cells[trial, _AVERAGED] > 0.0):
+            cell = cells[trial]
+            _means(quantity, times, at, cell, xs, vs, series, ends, steps, order, clocked, instants, levels, rates)
+        else:
+            _samples(quantity, times, at, xs, vs, series, ends, steps, order, clocked, levels, rates)
         _channel(sheet, trial, channel, n, values, levels, rates, slot_column, column, r, jac, row)
         total += _add(used, r, jac, row, n, normal, gradient)
         row += n

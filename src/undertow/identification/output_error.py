@@ -16,11 +16,12 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from undertow.equation.general import general_trajectory, spring_force
+from undertow.equation.general import general_trajectory
 from undertow.equation.kernel import SLOT, integrate
 from undertow.equation.simulate import fastest_frequency
 from undertow.errors import IdentificationError
 from undertow.identification import sheet
+from undertow.identification.channels import instants, signal
 from undertow.identification.problem import TRAJECTORY_STEPS_PER_PERIOD, Channel, Problem, TrialProblem
 from undertow.identification.sheet import unknowns_of
 from undertow.identification.windows import growing_windows, shortened
@@ -128,7 +129,7 @@ def residuals(trial: TrialProblem, values: Array) -> tuple[Array, Array, np.ndar
     the motion leaves every bound."""
     slots = trial.slots
     shift = values[trial.shift] if trial.shift >= 0 else 0.0
-    times = trial.t + shift
+    times = instants(trial)[0] + shift
     rows = [_grid(times, channel, values) for channel in trial.channels]
     merged, orders = _merge(rows)
     motion = _integrate(trial, values, np.maximum(merged, 0.0), slots)
@@ -138,9 +139,12 @@ def residuals(trial: TrialProblem, values: Array) -> tuple[Array, Array, np.ndar
     n = trial.t.size
     r = np.empty(n * len(trial.channels))
     jac = np.zeros((r.size, used.size))
+    theta = parameter_vector(trial, values)
     for i, channel in enumerate(trial.channels):
         at = slice(i * n, (i + 1) * n)
-        r[at] = _one_channel(trial, channel, motion, orders[i], values, jac[at], column, slots)
+        own = (motion[0][orders[i]], motion[1][orders[i]], motion[2][orders[i]])
+        seen = signal(trial, channel.quantity, own, rows[i], theta, slots)
+        r[at] = _one_channel(trial, channel, seen, values, jac[at], column, slots)
     return r, jac, used
 
 
@@ -151,7 +155,7 @@ def _grid(times: Array, channel: Channel, values: Array) -> Array:
 def _merge(rows: list[Array]) -> tuple[Array, list[np.ndarray | slice]]:
     """One rising time grid for all channels, and where each channel's instants stand in it."""
     first = rows[0]
-    if all(row is first for row in rows):
+    if all(row is first for row in rows) and not np.any(np.diff(first) < 0.0):
         return first, [slice(None)] * len(rows)
     every = np.concatenate(rows)
     order = np.argsort(every, kind="stable")
@@ -168,31 +172,21 @@ def _columns(trial: TrialProblem) -> tuple[np.ndarray, dict[int, int]]:
 def _one_channel(
     trial: TrialProblem,
     channel: Channel,
-    motion: tuple[Array, Array, Array],
-    rows: np.ndarray | slice,
+    seen: tuple[Array, Array],
     values: Array,
     jac: Array,
     column: dict[int, int],
     slots: np.ndarray,
 ) -> Array:
     """Weighted residual of one channel; fills its rows of the Jacobian."""
-    x, v, a = (m[rows] for m in motion)
-    half_spread = 0.5 * trial.spread_s2
-    if channel.quantity == "displacement":
-        signal, rate = x + half_spread * a, v[:, 0]
-    elif channel.quantity == "velocity":
-        signal, rate = v, a[:, 0]
-    elif channel.quantity == "spring_force":
-        signal, rate = spring_force(parameter_vector(trial, values), slots, x + half_spread * a, v[:, 0])
-    else:
-        signal, rate = a, np.gradient(a[:, 0], trial.t)
+    level_and_slopes, rate = seen
     gain = 1.0 + (values[channel.gain] if channel.gain >= 0 else 0.0)
-    level = signal[:, 0]
+    level = level_and_slopes[:, 0]
     predicted = gain * level
     weight = 1.0 / channel.sigma
     place = {int(slot): c for c, slot in enumerate(slots)}
     for link in trial.links:
-        jac[:, column[link.unknown]] += (link.factor * gain * weight) * signal[:, 1 + place[link.slot]]
+        jac[:, column[link.unknown]] += (link.factor * gain * weight) * level_and_slopes[:, 1 + place[link.slot]]
     for index in (trial.shift, channel.shift):
         if index >= 0:
             jac[:, column[index]] += gain * weight * rate

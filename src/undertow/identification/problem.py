@@ -69,9 +69,9 @@ class Channel:
 class TrialProblem:
     """One trial: cell centres ``t`` (n,) s after the release, cell width, base parameter vector, links, channels.
 
-    ``shift`` is the index of the unknown by which the trial's clock is late (s; -1: none); ``spread_s2`` the variance
-    of sample instants inside a cell, for comparing means with means. ``laws`` holds all terms where the compiled
-    integrator lacks one (equation/general.py), else nothing.
+    ``shift`` is the index of the unknown by which the trial's clock is late (s; -1: none); ``width_s`` the width of a
+    cell, 0 for instants that stand alone, and ``averaged`` whether several samples make up a cell (channels.py).
+    ``laws`` holds all terms where the compiled integrator lacks one (equation/general.py), else nothing.
     """
 
     name: str
@@ -80,9 +80,10 @@ class TrialProblem:
     links: tuple[Link, ...]
     channels: tuple[Channel, ...]
     shift: int = -1
-    spread_s2: float = 0.0
+    width_s: float = 0.0
     period_s: float = 1.0
     laws: tuple[PlacedTerm, ...] = ()
+    averaged: bool = True
 
     @property
     def slots(self) -> np.ndarray:
@@ -132,8 +133,9 @@ def cells(motion: Motion, period_s: float, end_s: float = math.inf) -> tuple[np.
 
     IdentificationError where fewer than 20 cells are left.
     """
-    chosen = np.flatnonzero(motion.inside & (motion.t <= end_s))
     dt = float(np.median(np.diff(motion.t)))
+    # a sample stands for half a step before it too: that of the first one must lie in the motion
+    chosen = np.flatnonzero(motion.inside & (motion.t >= 0.5 * dt) & (motion.t <= end_s))
     m = max(1, round(period_s / SAMPLES_PER_PERIOD / dt))
     n = chosen.size // m
     if n < 20:
@@ -199,7 +201,7 @@ class ProblemBuilder:
         self._trials.append(
             TrialProblem(
                 motion.name, t, np.array(base, dtype=np.float64), links + own, channels, shift,
-                dt * dt * (m * m - 1) / 12.0, period, laws,
+                m * dt, period, laws, m > 1,
             )
         )  # fmt: skip
 

@@ -15,6 +15,7 @@ import numpy as np
 from undertow.equation.arcs import LAWS, MOST_STEPS, ORDER
 from undertow.equation.kernel import N_SLOTS, SLOT
 from undertow.identification import arc_search
+from undertow.identification.channels import instants, swell
 from undertow.identification.problem import Problem, TrialProblem
 from undertow.recording.recording import Array
 
@@ -100,9 +101,11 @@ def _room(problem: Problem, start: Array) -> tuple[Any, ...]:
         columns = max(columns, len(trial.links))
     width = 4 * math.ceil((1 + min(columns, len(LAWS))) / 4)
     shape = (min(steps, MOST_STEPS), ORDER + 1, width)
+    edges = 2 * cells
     return (
         np.empty(shape), np.empty(shape), np.empty(shape[0] + 1), np.empty(shape), np.empty((5, width)),
-        np.empty((cells, width)), np.empty(cells), np.empty(len(LAWS)), np.empty(len(LAWS), dtype=np.int64),
+        np.empty(edges), np.empty((edges, width)), np.empty(edges), np.empty(len(LAWS)),
+        np.empty(len(LAWS), dtype=np.int64),
     )  # fmt: skip
 
 
@@ -135,7 +138,7 @@ def _sheet(problem: Problem) -> tuple[tuple[Any, ...], np.ndarray, tuple[np.ndar
         np.concatenate([t.t for t in trials]),
         np.array([t.base[PLACES] for t in trials]),
         np.array(places, dtype=np.int64),
-        np.array([t.spread_s2 for t in trials]),
+        np.array([(t.width_s, instants(t)[1], t.averaged, swell(t)) for t in trials], dtype=np.float64),
         np.array(links, dtype=np.int64).reshape(-1, 2),
         np.array(factors, dtype=np.float64),
         np.array(channels, dtype=np.int64).reshape(-1, 6),

@@ -99,14 +99,14 @@ cent of the total mass."""
 
 WORDS = """## What the tables say
 
-- **Method 1 gives the published values back** within 1 % from the recording. What error there is comes from the instant
-  of release, found a millisecond or so early (m_a is up to 0.5 % too large); on the exact history it is 0.03 % and
+- **Method 1 gives the published values back** within 0.2 % from the recording. What error there is comes from the instant
+  of release, found to a few tenths of a millisecond (0.12 % of m_a); on the exact history it is 0.03 % and
   less. On the *whole* record, with the seconds after the body has stuck, C_d is off by up to 1.3 %: the report's
   integrator (1 ms, sign() in the right-hand side) does not stick but slides on towards x = 0, and the sum of squares
   counts that. The motion window leaves the stuck tail out.
 - **Method 2 as evidently meant** gives C_d within 5 %. Its m_a is too small by mu N / |x''|, because Eqs. 18-19 leave
-  friction out. The closed form gives that bias to within a tenth of it; the rest is the low-pass, which moves the
-  acceleration's peak off the turning point, and the release's millisecond. The bias is 6 to 16 % of m_a on the long
+  friction out. The closed form gives that bias to within a ninth of it; the rest is the low-pass, which moves the
+  acceleration's peak off the turning point. The bias is 6 to 16 % of m_a on the long
   spring and 4 to 12 % on the short one, most at low water; where m_a is small it makes it negative.
 - **Method 2 as printed** (Eq. 21 without the inertia) gives a negative C_d at every level: at the zero crossing inertia
   is what balances the forces, and without it nothing is left for drag but the wrong sign.

@@ -47,8 +47,8 @@ def test_method_2_with_inertia_returns_drag_within_5_percent(level):
 @every_level
 def test_method_2_misses_added_mass_by_the_friction_it_leaves_out(level):
     found = outcome(level)
-    # beside friction: the low-pass moves the peak off the turn (a tenth), and the release is found a millisecond early
-    assert found.method2_error_kg == pytest.approx(found.bias, rel=0.1)
+    # beside friction: the low-pass moves the peak off the turn (a ninth at most)
+    assert found.method2_error_kg == pytest.approx(found.bias, rel=0.12)
 
 
 @every_level

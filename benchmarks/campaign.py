@@ -23,6 +23,7 @@ from experiments.efficiency.cases import eq15
 from undertow.campaign import run as campaign
 from undertow.campaign.analysis import analyse
 from undertow.campaign.config import load
+from undertow.campaign.tasks import group_task, grouped, structures_of
 from undertow.identification import output_error
 from undertow.identification.baseline import terms_by_name
 from undertow.identification.problem import Problem
@@ -62,9 +63,9 @@ def identification() -> tuple[float, float, int]:
     began = time.process_time()
     read = campaign.read_and_condition(config, 1)
     reading = time.process_time() - began
-    groups = campaign._grouped(config, read.motions)
-    structures = campaign._structures(config, groups, terms)
-    tasks = [campaign._task(config, key, motions, terms, structures, groups) for key, motions in groups.items()]
+    groups = grouped(config, read.motions)
+    structures = structures_of(config, groups, terms)
+    tasks = [group_task(config, key, motions, terms, structures) for key, motions in groups.items()]
     analyse(tasks[0])  # compiles
     began = time.process_time()
     for task in tasks:

@@ -11,13 +11,13 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
+from undertow.campaign.unsearched import unsearched_verdict
 from undertow.conditioning.motion import Motion
 from undertow.discrepancy.drifts import amplitude_drifts
 from undertow.discrepancy.findings import GroupFindings, TrialFindings
 from undertow.discrepancy.locate import locate
 from undertow.discrepancy.shares import with_shares
-from undertow.discrepancy.verdict import Described, Verdict
-from undertow.discrepancy.words import count, group_title, percent
+from undertow.discrepancy.words import count, group_title
 from undertow.equation.kernel import SLOT
 from undertow.equation.term import Term
 from undertow.errors import UndertowError
@@ -45,7 +45,11 @@ PER_TRIAL = ("decay", "sindy", "method1", "method2", "output_error")
 
 @dataclass(frozen=True)
 class GroupTask:
-    """Everything one group's analysis needs: trials in order of amplitude, equation, specimen, structure, anchor."""
+    """Everything one group's analysis needs: trials in order of amplitude, equation, specimen, structure, anchor.
+
+    ``apart`` names trials that are too many to be fitted together: each is fitted alone and held against the group's
+    equation, which never saw it.
+    """
 
     key: Mapping[str, Condition]
     dry: bool
@@ -62,6 +66,12 @@ class GroupTask:
     methods: tuple[str, ...] = PER_TRIAL
     options: TrialOptions = field(default_factory=TrialOptions)
     seed: int = 0
+    apart: tuple[str, ...] = ()
+
+    @property
+    def joint(self) -> tuple[Motion, ...]:
+        """The trials that are looked at together: all but those ``apart``."""
+        return tuple(m for m in self.motions if m.name not in self.apart) if self.apart else self.motions
 
 
 def rest_width(task: GroupTask) -> float:
@@ -74,9 +84,9 @@ def rest_width(task: GroupTask) -> float:
 
 def analyse(task: GroupTask, progress: Callable[[str], None] = lambda _: None) -> GroupFindings:
     """All methods on one group, its baseline equation, free runs, mismatches and verdict."""
-    training = [m for m in task.motions if m.name not in task.held_out]
+    training = [m for m in task.joint if m.name not in task.held_out]
     model = group_model(
-        task.terms, task.motions, task.specimen, task.structure, dry=task.dry, anchored=task.anchor.known,
+        task.terms, task.joint, task.specimen, task.structure, dry=task.dry, anchored=task.anchor.known,
         stiffness={n: e.value for n, e in task.stiffness.items()},
     )  # fmt: skip
     baseline = _baseline(task, _baseline_model(task, model), training)
@@ -86,12 +96,32 @@ def analyse(task: GroupTask, progress: Callable[[str], None] = lambda _: None) -
     if task.dry and len(task.motions) > 1 and "output_error" in fits:
         fits["output_error"] = _mean_structure(fits["output_error"], singles)
     trials = tuple(_trial(task, model, baseline, motion, singles[motion.name], progress) for motion in task.motions)
-    trials = with_shares(trials, baseline)
+    trials = _with_shares(task, trials, baseline)
     equation = baseline.equation()
     return GroupFindings(
         task.key, task.dry, trials, task.specimen, task.structure, fits, equation, baseline.equation_errors(),
-        _verdict(task, trials, baseline), task.anchor.doubts + _assumed(task) + _drifts(task, trials),
+        unsearched_verdict(task.key, task.held_out, trials, baseline.estimates),
+        task.anchor.doubts + _assumed(task) + _apart(task) + _drifts(task, trials),
     )  # fmt: skip
+
+
+def _with_shares(
+    task: GroupTask, trials: Sequence[TrialFindings], baseline: GroupFit
+) -> tuple[TrialFindings, ...]:  # fmt: skip
+    """Shares of what is left over, learned on whole trials that are left out in turn: of the joint ones."""
+    together = [t for t in trials if t.motion.name not in task.apart]
+    found = {t.motion.name: t for t in with_shares(together, baseline)}
+    return tuple(found.get(t.motion.name, t) for t in trials)
+
+
+def _apart(task: GroupTask) -> tuple[str, ...]:
+    """What was not done with every trial, in words."""
+    if not task.apart:
+        return ()
+    return (
+        f"of {count(len(task.motions), 'trial')} {len(task.joint)}, spread over all amplitudes, are fitted together "
+        f"and searched; the other {len(task.apart)} are fitted alone and held against that equation",
+    )
 
 
 def _drifts(task: GroupTask, trials: Sequence[TrialFindings]) -> tuple[str, ...]:
@@ -111,7 +141,7 @@ def _baseline_model(task: GroupTask, model: GroupModel) -> GroupModel:
     """Dry groups are held against the dry means themselves, so that scatter between them is what it is elsewhere."""
     if not task.dry or task.dry_structure is None:
         return model
-    return group_model(task.terms, task.motions, task.specimen, task.dry_structure, dry=True, anchored=True)
+    return group_model(task.terms, task.joint, task.specimen, task.dry_structure, dry=True, anchored=True)
 
 
 def _baseline(task: GroupTask, model: GroupModel, training: Sequence[Motion]) -> GroupFit:
@@ -140,13 +170,13 @@ def _rest_prior(task: GroupTask, motion: Motion) -> float:
 
 def _group_fits(task: GroupTask, model: GroupModel, baseline: GroupFit) -> dict[str, Fit]:
     """Methods that take a group's trials together: output error with random effects, SINDy pooled."""
-    names = [m.name for m in task.motions]
+    names = [m.name for m in task.joint]
     fits: dict[str, Fit] = {}
     if "output_error" in task.methods:
-        joint = fit_group(model, task.motions, task.options, "trials and means")
+        joint = fit_group(model, task.joint, task.options, "trials and means")
         fits["output_error"] = as_fit(joint, "output_error", names, task.anchor.sentence)
     if "sindy" in task.methods:
-        fits["sindy"] = _attempt("sindy", tuple(names), lambda: _sindy(task, task.motions))
+        fits["sindy"] = _attempt("sindy", tuple(names), lambda: _sindy(task, task.joint))
     return fits
 
 
@@ -324,55 +354,3 @@ def spread_of_repetitions(task: GroupTask, run: FreeRun) -> dict[str, float]:
             error = 0.0  # the group's added mass takes the mean of k up
         spread[slot] = math.hypot(own, error) * abs(float(run.theta[SLOT[slot]]))
     return spread
-
-
-def _verdict(task: GroupTask, trials: Sequence[TrialFindings], baseline: GroupFit) -> Verdict:
-    """Until suspects are searched: nothing_missing, or unknown with the mismatch's place."""
-    missing = [t for t in trials if t.mismatch.missing]
-    open_trials = [t for t in trials if not t.held_out]
-    held = [t for t in trials if t.held_out]
-    typical = _median([t.mismatch.nrmse for t in open_trials])
-    described = Described(
-        typical, _median([t.mismatch.nrmse for t in held]), baseline.estimates
-    )
-    many = len(missing) > len(trials) / 2
-    limit = _median([t.mismatch.repeatability_nrmse for t in trials])
-    sentence = _sentence(group_title(task.key), missing, trials, typical, limit)
-    return Verdict(
-        task.key,
-        tuple(t.motion.name for t in trials),
-        task.held_out,
-        "unknown" if many else "nothing_missing",
-        ("unknown",) if many else (),
-        baseline=described,
-        sensor_floor_nrmse=_median([t.mismatch.sensor_floor_nrmse for t in trials]),
-        repeatability_nrmse=limit,
-        sentence=sentence,
-    )
-
-
-def _sentence(
-    label: str, missing: Sequence[TrialFindings], trials: Sequence[TrialFindings], typical: float, limit: float
-) -> str:
-    if not missing:
-        return (
-            f"{label}: the equation explains {count(len(trials), 'trial')} "
-            f"(error {percent(typical)}, repeatability {percent(limit)}); nothing is missing."
-        )
-    worst = max(missing, key=lambda t: t.mismatch.nrmse / t.mismatch.repeatability_nrmse)
-    m = worst.mismatch
-    parts = {"first": m.share_early, "second": m.share_middle, "last": m.share_late}
-    where = max(parts, key=lambda part: parts[part] if math.isfinite(parts[part]) else -1.0)
-    line = ""
-    if math.isfinite(m.line_frequency_hz) and m.line_share > 0.2:
-        line = f", {percent(m.line_share)} of it in a line at {m.line_frequency_hz:.2f} Hz"
-    return (
-        f"{label}: the equation does not explain {len(missing)} of {len(trials)} trials; worst {worst.motion.name}, "
-        f"which it misses by {percent(m.nrmse)} (repeatability {percent(m.repeatability_nrmse)}), most in the "
-        f"{where} third of the motion{line}."
-    )
-
-
-def _median(values: Sequence[float]) -> float:
-    finite = [v for v in values if math.isfinite(v)]
-    return float(np.median(finite)) if finite else math.nan

@@ -8,7 +8,7 @@ from __future__ import annotations
 import json
 import time
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from io import StringIO
 from pathlib import Path
 from typing import Any
@@ -16,15 +16,18 @@ from typing import Any
 from ruamel.yaml import YAML
 
 from undertow.campaign.config import load
-from undertow.campaign.manifest import manifest
-from undertow.campaign.run import run
+from undertow.campaign.gathered import Gathered, Part
+from undertow.campaign.manifest import manifest_pieces, provenance
+from undertow.campaign.portions import group_order
+from undertow.campaign.run import Course
 from undertow.campaign.workers import Progress, silent
 from undertow.discrepancy.findings import FailedTrial, Findings
+from undertow.discrepancy.words import count
 from undertow.errors import UndertowError
+from undertow.report.extent import Extent
 from undertow.report.html import write_report
-from undertow.report.tables import write_tables
-from undertow.report.verdict_file import write_verdict
-from undertow.report.writing import write_text
+from undertow.report.tables import RunTables
+from undertow.report.writing import write_pieces, write_text
 
 LONGEST_NAME = 80
 """Characters of a run folder's name at most: file systems take 255 bytes, and a letter may have four."""
@@ -36,6 +39,7 @@ class Finished:
 
     folder: Path
     findings: Findings
+    extent: Extent = field(default_factory=Extent)
 
     @property
     def failed(self) -> tuple[FailedTrial, ...]:
@@ -44,8 +48,10 @@ class Finished:
 
     @property
     def summary(self) -> str:
-        """Every group's sentence, the campaign's, and where the report is."""
+        """Every group's sentence (of many groups: of those shown), the campaign's, and where the report is."""
         lines = [group.verdict.sentence for group in self.findings.groups]
+        if more := self.extent.groups - len(lines):
+            lines.append(f"{count(more, 'more group')}: {self.folder / 'verdict.json'}")
         return "\n".join([*lines, self.findings.across_groups, f"report: {self.folder / 'report.html'}"])
 
 
@@ -61,7 +67,8 @@ def run_to_folder(
     """Run a campaign and write its folder (default ``runs/<name>``); finished groups are kept as they come.
 
     An older run's files stay until the new ones are ready; ``config.yaml`` is there from the start, unless an older one
-    is, so that an interrupted run can go on from its folder.
+    is, so that an interrupted run can go on from its folder. Tables and verdict.json hold everything; the findings that
+    are returned, and the page, at most as many groups and trials as a page can show (`gathered`).
 
     Raises ConfigError where the config is wrong, UndertowError where no trial can be used or the folder cannot be
     written.
@@ -71,19 +78,30 @@ def run_to_folder(
     text = yaml_text(config.resolved())
     try:
         _prepare(folder, config_path, text)
-        findings = run(config, jobs, progress, folder / "stages", resume)
-        start = time.perf_counter()
-        write_text(folder / "config.yaml", text)
-        write_tables(findings, folder)
-        write_verdict(findings, folder / "verdict.json")
-        provenance = manifest(findings, config, config_path, overrides)
-        write_report(findings, folder, provenance | {"config_text": text})
-        provenance["wall_time_s"]["report"] = round(time.perf_counter() - start, 3)
-        write_json(folder / "manifest.json", provenance)
+        course, gathered = Course(config, jobs, progress, folder / "stages", resume), Gathered(config)
+        with RunTables(folder) as tables:
+            for part in course.parts():
+                _take(part, gathered, tables)
+                del part  # else two portions would be held
+            start = time.perf_counter()
+            findings = gathered.findings(course.seconds)
+            write_text(folder / "config.yaml", text)
+            tables.write(findings.failed, findings.across_groups)
+        made = provenance(findings, config, config_path, overrides)
+        write_report(findings, folder, made | {"config_text": text}, gathered.extent)
+        made["wall_time_s"]["report"] = round(time.perf_counter() - start, 3)
+        write_pieces(folder / "manifest.json", manifest_pieces(made, config))
     except OSError as reason:
         what = f"{reason.strerror or reason} ({reason.filename or folder})"
         raise UndertowError(f"run folder {folder} cannot be written: {what}; choose another with --out") from reason
-    return Finished(folder, findings)
+    return Finished(folder, findings, gathered.extent)
+
+
+def _take(part: Part, gathered: Gathered, tables: RunTables) -> None:
+    """One portion's groups into the tables, and what the page shows of them kept."""
+    gathered.add(part)
+    for group in part.groups:
+        tables.add(group, group_order(group.key.items(), group.dry))
 
 
 def _prepare(folder: Path, config_path: Path, text: str) -> None:

@@ -11,9 +11,11 @@ import json
 import os
 import platform
 import subprocess
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from functools import cache
+from itertools import chain
 from pathlib import Path
+from textwrap import indent
 from typing import Any
 from urllib.parse import urlsplit
 from urllib.request import url2pathname
@@ -32,6 +34,13 @@ def manifest(findings: Findings, config: RunConfig, config_path: Path, overrides
 
     Inputs are the config, the index where there is one, and every trial's file, those that failed among them.
     """
+    return provenance(findings, config, config_path, overrides) | {"inputs": list(_inputs(config))}
+
+
+def provenance(
+    findings: Findings, config: RunConfig, config_path: Path, overrides: Sequence[str] = ()
+) -> dict[str, Any]:  # fmt: skip
+    """The manifest but for its list of inputs, which is as long as the campaign."""
     return {
         "undertow": __version__,
         "git_revision": git_revision(),
@@ -44,19 +53,30 @@ def manifest(findings: Findings, config: RunConfig, config_path: Path, overrides
         "overrides": list(overrides),
         "seed": config.seed,
         "wall_time_s": {stage: round(seconds, 3) for stage, seconds in findings.seconds.items()},
-        "inputs": _inputs(config),
+        "inputs": [],
         "failed": [{"trial": f.name, "reason": f.reason} for f in findings.failed],
         "notes": list(findings.notes),
     }
 
 
-def _inputs(config: RunConfig) -> list[dict[str, str]]:
+def manifest_pieces(made: Mapping[str, Any], config: RunConfig) -> Iterator[str]:
+    """The text of manifest.json, input by input, from its `provenance`."""
+    text = json.dumps({**made, "inputs": []}, indent=1, allow_nan=False, ensure_ascii=False)
+    head, tail = text.split('"inputs": []', 1)
+    yield f'{head}"inputs": ['
+    before = ""
+    for row in _inputs(config):
+        yield f"{before}\n{indent(json.dumps(row, indent=1, ensure_ascii=False), '  ')}"
+        before = ","
+    yield ("\n ]" if before else "]") + tail
+
+
+def _inputs(config: RunConfig) -> Iterator[dict[str, str]]:
     """The index and every trial's file: trial, path, sha256 (empty where the file is not there)."""
     catalogue = config.catalogue()
-    rows = [(entry.name, entry.path) for entry in gather(catalogue)]
-    if catalogue.index is not None:
-        rows.insert(0, ("index", catalogue.folder / catalogue.index))
-    return [{"trial": name, "path": os.path.normpath(path), "sha256": file_digest(path)} for name, path in rows]
+    index = [] if catalogue.index is None else [("index", catalogue.folder / catalogue.index)]
+    for name, path in chain(index, ((entry.name, entry.path) for entry in gather(catalogue))):
+        yield {"trial": name, "path": os.path.normpath(path), "sha256": file_digest(path)}
 
 
 def file_digest(path: Path) -> str:

@@ -8,7 +8,8 @@ from __future__ import annotations
 import os
 import signal
 import threading
-from collections.abc import Callable, Iterator, Sequence
+from collections import Counter
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from typing import TypeVar
 
@@ -29,6 +30,35 @@ Result = TypeVar("Result")
 
 def silent(stage: str, done: int, of: int) -> None:
     """No progress."""
+
+
+def steps(progress: Progress, totals: Mapping[str, int]) -> Progress:
+    """Progress of work that comes in several portions, counted through; ``totals`` is what a stage amounts to.
+
+    What is looked at again beside later portions (a stage whose name starts with "dry") is said once.
+
+    >>> seen = []
+    >>> one = steps(lambda *said: seen.append(said), {"read": 4})
+    >>> for done in (0, 1, 2, 0, 1, 2):
+    ...     one("read", done, 2)
+    >>> seen
+    [('read', 0, 4), ('read', 1, 4), ('read', 2, 4), ('read', 3, 4), ('read', 4, 4)]
+    """
+    finished: Counter[str] = Counter()
+    last: dict[str, tuple[int, int]] = {}
+
+    def say(stage: str, done: int, of: int) -> None:
+        before = finished[stage]
+        if stage.startswith("dry") and before:
+            return
+        said = before + done, max(totals.get(stage, 0), before + of)
+        if done == of:
+            finished[stage] += of
+        if last.get(stage) != said and (done or not before):
+            progress(stage, *said)
+        last[stage] = said
+
+    return say
 
 
 def on_processes(

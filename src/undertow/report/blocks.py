@@ -14,8 +14,9 @@ from undertow.discrepancy.findings import Findings, GroupFindings, TrialFindings
 from undertow.discrepancy.verdict import Verdict
 from undertow.discrepancy.words import count, percent
 from undertow.quantities import OK, Estimate, format_number
-from undertow.report.arrange import agreement, group_numbers, unexplained
+from undertow.report.arrange import agreement, group_numbers
 from undertow.report.expressions import is_per_mass, numeric_latex
+from undertow.report.extent import Extent, extent_of
 from undertow.report.figures import amplitude_scale
 from undertow.report.wording import (
     METHOD_NOTES,
@@ -45,16 +46,37 @@ STATUS_WORDS: Mapping[str, str] = {
 Block = Mapping[str, Any]
 
 
-def counts(findings: Findings) -> Mapping[str, str]:
+def counts(findings: Findings, extent: Extent | None = None) -> Mapping[str, str]:
     """How many trials and groups there are, in words; ``failed`` and ``missing`` are empty where there are none."""
-    trials = [t for g in findings.groups for t in g.trials]
-    missing = sum(t.mismatch.missing for t in trials)
+    whole = extent or extent_of(findings)
     return {
-        "trials": count(len(trials), "trial"),
-        "groups": count(len(findings.groups), "group"),
+        "trials": count(whole.trials, "trial"),
+        "groups": count(whole.groups, "group"),
         "failed": str(len(findings.failed)) if findings.failed else "",
-        "missing": f"{missing} of {count(len(trials), 'trial')}" if missing else "",
+        "missing": f"{whole.missing} of {count(whole.trials, 'trial')}" if whole.missing else "",
     }
+
+
+def shown_of(findings: Findings, extent: Extent) -> str:
+    """Which groups a page leaves out, and what all verdicts are; empty where it shows all."""
+    if len(findings.groups) == extent.groups:
+        return ""
+    said = ", ".join(f"{STATUS_WORDS[status]} {number}" for status, number in extent.statuses.items())
+    return (
+        f"Of {extent.groups} groups ({said}) this page shows {len(findings.groups)}: dry ones, and those whose trials "
+        "lie furthest from their equation. Every group stands in levels.csv and verdict.json, every trial in "
+        "trials.csv and mismatch.csv."
+    )
+
+
+def first_of(items: Sequence[Any], at_most: int) -> tuple[Sequence[Any], str]:
+    """At most so many of a list, and how many more there are, in words (empty: none).
+
+    >>> first_of([1, 2, 3], 2), first_of([1], 2)
+    (([1, 2], '1 more'), ([1], ''))
+    """
+    more = len(items) - at_most
+    return items[:at_most], f"{more} more" if more > 0 else ""
 
 
 def named_effects(verdict: Verdict) -> str:
@@ -94,8 +116,9 @@ def column_heading(parameter: str, unit: str) -> str:
     return f"{words} ({tied})" if unit else words
 
 
-def overview(findings: Findings, anchors: Sequence[str]) -> Block:
+def overview(findings: Findings, anchors: Sequence[str], extent: Extent | None = None) -> Block:
     """The table of all groups: ``columns``; ``rows`` of what stands for each, its error and what is allowed."""
+    whole = extent or extent_of(findings)
     numbers = [group_numbers(group) for group in findings.groups]
     parameters = [p for p in ordered_parameters(n for found in numbers for n in found) if p != "total_mass_kg"]
     parameters = parameters[:COLUMNS_AT_MOST]
@@ -106,7 +129,7 @@ def overview(findings: Findings, anchors: Sequence[str]) -> Block:
             "cells": [estimate_text(found[p], not units[p]) if p in found else "" for p in parameters],
             "nrmse": percent(group.verdict.baseline.nrmse),
             "limit": percent(group.verdict.repeatability_nrmse),
-            "missing": f"{len(unexplained(group))} of {len(group.trials)}",
+            "missing": "{1} of {0}".format(*whole.size_of(group)),
         }
         for group, anchor, found in zip(findings.groups, anchors, numbers, strict=True)
     ]
@@ -126,7 +149,9 @@ def _identity(group: GroupFindings, anchor: str) -> dict[str, Any]:
     }
 
 
-def group_block(findings: Findings, group: GroupFindings, anchor: str, figures: Mapping[str, str]) -> Block:
+def group_block(
+    findings: Findings, group: GroupFindings, anchor: str, figures: Mapping[str, str], extent: Extent | None = None
+) -> Block:
     """Everything of one group's section."""
     parameters = ordered_parameters(p for fit in group.fits.values() for p in fit.parameters)
     units = {
@@ -147,6 +172,7 @@ def group_block(findings: Findings, group: GroupFindings, anchor: str, figures: 
         "trials": [_trial_row(trial, factor) for trial in group.trials],
         "notes": [note.rstrip(".") for note in group.notes],
         "held_out": [t.motion.name for t in group.trials if t.held_out],
+        "of_trials": (extent or extent_of(findings)).size_of(group)[0],
     }
 
 

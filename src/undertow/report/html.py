@@ -20,6 +20,7 @@ from undertow.equation.equation import Equation
 from undertow.report import blocks, figures, trial_figures
 from undertow.report.arrange import excess, spanning_conditions, unexplained
 from undertow.report.expressions import numeric_lines
+from undertow.report.extent import Extent, extent_of
 from undertow.report.style import new_figure, page_style, svg_text
 from undertow.report.wording import anchors
 from undertow.report.writing import write_text
@@ -36,6 +37,9 @@ ROW_IN = 2.7
 RESIDUALS_AT_MOST = 3
 """Trials of a group whose residual is drawn large: the worst explained ones."""
 
+ROWS_AT_MOST = 500
+"""Trials that could not be used, and notes, that a page lists: all stand in trials.csv and manifest.json."""
+
 CAMPAIGN = "campaign"
 """First part of the name of a figure over all groups; of a group's it is the group's anchor."""
 
@@ -43,22 +47,29 @@ SEPARATOR = "--"
 """Between a figure's two parts; no anchor holds it."""
 
 
-def write_report(findings: Findings, folder: Path, manifest: Mapping[str, Any]) -> Path:
+def write_report(
+    findings: Findings, folder: Path, manifest: Mapping[str, Any], extent: Extent | None = None
+) -> Path:  # fmt: skip
     """Write ``report.html`` and ``figures/*.svg`` into the run folder; the page's path.
 
     ``manifest`` is the run's provenance; its ``config_text`` is shown escaped. Every text that came from files or the
-    config is escaped by the template.
+    config is escaped by the template. ``extent`` says how much the campaign holds, where the findings are a part of it.
     """
     with page_style():
         drawn = page_figures(findings)
     (folder / "figures").mkdir(exist_ok=True)
     for name, svg in drawn.items():
         write_text(folder / "figures" / f"{name}.svg", svg)
-    return write_text(folder / "report.html", page(findings, drawn, manifest))
+    return write_text(folder / "report.html", page(findings, drawn, manifest, extent))
 
 
-def page(findings: Findings, drawn: Mapping[str, str], manifest: Mapping[str, Any]) -> str:
+def page(
+    findings: Findings, drawn: Mapping[str, str], manifest: Mapping[str, Any], extent: Extent | None = None
+) -> str:
     """The page as text, from finished figures (name -> SVG)."""
+    whole = extent or extent_of(findings)
+    failed, more_failed = blocks.first_of(findings.failed, ROWS_AT_MOST)
+    notes, more_notes = blocks.first_of(findings.notes, ROWS_AT_MOST)
     environment = Environment(
         loader=PackageLoader("undertow.report"), autoescape=True, undefined=StrictUndefined, trim_blocks=True,
         lstrip_blocks=True,
@@ -68,15 +79,18 @@ def page(findings: Findings, drawn: Mapping[str, str], manifest: Mapping[str, An
     return environment.get_template("report.html.j2").render(
         name=findings.name,
         across=findings.across_groups,
-        groups=[blocks.group_block(findings, group, name, _inline(drawn, name)) for group, name in pairs],
-        overview=blocks.overview(findings, names),
+        groups=[blocks.group_block(findings, group, name, _inline(drawn, name), whole) for group, name in pairs],
+        overview=blocks.overview(findings, names, whole),
         figures=_inline(drawn, CAMPAIGN),
-        failed=findings.failed,
-        notes=findings.notes,
+        failed=failed,
+        more_failed=more_failed,
+        notes=notes,
+        more_notes=more_notes,
         manifest=blocks.provenance(manifest),
         methods=blocks.method_notes(findings),
         config_text=manifest.get("config_text", ""),
-        counts=blocks.counts(findings),
+        counts=blocks.counts(findings, whole),
+        shown=blocks.shown_of(findings, whole),
     )
 
 

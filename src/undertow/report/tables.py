@@ -1,36 +1,162 @@
-"""trials.csv, levels.csv and mismatch.csv of a run folder.
+"""trials.csv, levels.csv and mismatch.csv of a run folder, written as a campaign's groups come.
 
-Belongs here: tables from finished findings, and their writers. Does not belong here: verdict.json
-(verdict_file.py), pages.
+A campaign may have more groups than memory: their rows wait in a file until all columns are known.
+
+Belongs here: the files' columns, order and text, also as tables for Python. Does not belong here: a group's rows
+(rows.py), verdict.json (verdict_file.py), pages.
 """
 
 from __future__ import annotations
 
-import dataclasses
+import csv
+import io
+import json
 import math
+import tempfile
 from collections import Counter
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from pathlib import Path
-from statistics import median
+from typing import Any, Self
 
+import numpy as np
 import pandas as pd
 
-from undertow.discrepancy.findings import Findings, GroupFindings, TrialFindings
-from undertow.discrepancy.mismatch import Mismatch
-from undertow.identification.fit import Fit
-from undertow.quantities import OK, Estimate
-from undertow.report.expressions import method_equation, numeric_latex
-from undertow.report.verdict_file import write_verdict
+from undertow.discrepancy.findings import FailedTrial, Findings, GroupFindings
+from undertow.report import rows
+from undertow.report.rows import PATH, Row, outcome_of
+from undertow.report.verdict_file import group_json, verdict_pieces
 from undertow.report.wording import ordered_parameters
-from undertow.report.writing import write_text
+from undertow.report.writing import write_pieces
 
 FLOAT_FORMAT = "%.9g"
 """Digits of a number in a CSV: more than any sensor gives, and the same on every machine."""
 
-_SCORES = ("nrmse", "sensor_floor_nrmse", "repeatability_nrmse", "outcome")
-_SHARES = tuple(f.name for f in dataclasses.fields(Mismatch) if f.name not in ("trial", *_SCORES))
+ROWS_A_PIECE = 1000
+"""Rows that are written at once."""
 
-Row = dict[str, object]
+Place = tuple[Any, ...]
+"""Where a group stands among the others: groups are written in the order of their places."""
+
+
+class Columns:
+    """Which conditions and parameters the rows of a campaign have, as they come."""
+
+    def __init__(self) -> None:
+        self._keys: dict[str, None] = {}
+        self._others: dict[str, None] = {}
+        self._of_trials: dict[str, None] = {}
+        self._of_groups: dict[str, None] = {}
+        self._paths: Counter[str] = Counter()
+
+    def see(self, group: GroupFindings) -> None:
+        """Take one more group's into account."""
+        self._keys.update(dict.fromkeys(group.key))
+        numbers = (group.verdict.baseline.parameters, *(fit.parameters for fit in group.fits.values()))
+        self._of_groups.update(dict.fromkeys(name for found in numbers for name in found))
+        for trial in group.trials:
+            self._others.update(dict.fromkeys(trial.motion.recording.conditions))
+            self._of_trials.update(dict.fromkeys(name for fit in trial.fits.values() for name in fit.parameters))
+            self._paths[trial.motion.recording.path] += 1
+
+    @property
+    def conditions(self) -> Mapping[str, str]:
+        """Every condition of a trial -> its column."""
+        return {name: rows.condition_column(name) for name in (*self._keys, *self._others)}
+
+    @property
+    def trials(self) -> list[str]:
+        """Columns of trials.csv."""
+        names = _with_errors(ordered_parameters(self._of_trials))
+        return ["file", "trial", *self._conditions(), "method", *names, *rows.SCORES]
+
+    @property
+    def levels(self) -> list[str]:
+        """Columns of levels.csv."""
+        keys = [rows.condition_column(name) for name in self._keys]
+        names = _with_errors(ordered_parameters(self._of_groups))
+        counts = ["dry", "trials", "held_out"]
+        return [*keys, *counts, "method", *names, *rows.SCORES, "equation", "equation_latex"]
+
+    @property
+    def mismatch(self) -> list[str]:
+        """Columns of mismatch.csv."""
+        return ["file", "trial", *self._conditions(), *rows.SCORES[:3], "missing", *rows.SHARES, "held_out"]
+
+    def named(self, row: Row) -> Row:
+        """A trial's row with its file, without folders; the trial's name where trials share one or none is known."""
+        path = str(row.get(PATH, ""))
+        file = Path(path).name if path and self._paths[path] == 1 else row["trial"]
+        return {"file": file, **row}
+
+    def failed(self, trial: FailedTrial) -> Row:
+        """The row of a trial that could not be used."""
+        known = self.conditions
+        named = {known[key]: value for key, value in trial.conditions.items() if key in known}
+        return {"file": trial.name, "trial": trial.name, **named, "outcome": f"failed: {trial.reason}"}
+
+    def _conditions(self) -> list[str]:
+        return list(dict.fromkeys(self.conditions.values()))
+
+
+class RunTables:
+    """The tables and verdict.json of a run, group by group; a context, after which the waiting rows are gone.
+
+    Nothing appears in ``folder`` before `write`.
+    """
+
+    def __init__(self, folder: Path) -> None:
+        self._folder = folder
+        folder.mkdir(parents=True, exist_ok=True)
+        self._columns = Columns()
+        self._waiting = tempfile.TemporaryFile(dir=folder)  # noqa: SIM115 - closed by __exit__
+        self._places: list[tuple[Place, int]] = []
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self._waiting.close()
+
+    def add(self, group: GroupFindings, place: Place) -> None:
+        """One more group; ``place`` is what groups are sorted by in the files."""
+        self._columns.see(group)
+        record = {
+            "trials": list(rows.trial_rows(group)),
+            "levels": list(rows.level_rows(group)),
+            "mismatch": list(rows.mismatch_rows(group)),
+            "verdict": group_json(group.verdict),
+        }
+        self._places.append((place, self._waiting.seek(0, io.SEEK_END)))
+        self._waiting.write(json.dumps(record, default=np.generic.item).encode() + b"\n")
+
+    def write(self, failed: Sequence[FailedTrial], across: str) -> Mapping[str, Path]:
+        """Write trials.csv, levels.csv, mismatch.csv and verdict.json; each appears whole or not."""
+        said, to = self._columns, self._folder
+        of_trials = (said.named(row) for record in self._records() for row in record["trials"])
+        of_levels = (row for record in self._records() for row in record["levels"])
+        of_mismatch = (said.named(row) for record in self._records() for row in record["mismatch"])
+        every = _chained(of_trials, (said.failed(trial) for trial in failed))
+        verdicts = verdict_pieces((record["verdict"] for record in self._records()), across)
+        return {
+            "trials.csv": write_pieces(to / "trials.csv", csv_pieces(said.trials, every)),
+            "levels.csv": write_pieces(to / "levels.csv", csv_pieces(said.levels, of_levels)),
+            "mismatch.csv": write_pieces(to / "mismatch.csv", csv_pieces(said.mismatch, of_mismatch)),
+            "verdict.json": write_pieces(to / "verdict.json", verdicts),
+        }
+
+    def _records(self) -> Iterator[dict[str, Any]]:
+        for _, start in sorted(self._places):
+            self._waiting.seek(start)
+            record: dict[str, Any] = json.loads(self._waiting.readline())
+            yield record
+
+
+def write_tables(findings: Findings, folder: Path) -> Mapping[str, Path]:
+    """Write trials.csv, levels.csv, mismatch.csv and verdict.json into a run folder; each appears whole or not."""
+    with RunTables(folder) as tables:
+        for i, group in enumerate(findings.groups):
+            tables.add(group, (i,))
+        return tables.write(findings.failed, findings.across_groups)
 
 
 def trials_table(findings: Findings) -> pd.DataFrame:
@@ -39,21 +165,10 @@ def trials_table(findings: Findings) -> pd.DataFrame:
     The standard error holds noise and what was held fixed, in quadrature. ``outcome`` is "ok" or sentences. A trial
     that failed has one row without a method; its outcome says why.
     """
-    conditions = _condition_names(findings)
-    parameters = ordered_parameters(
-        name for _, trial in _trials(findings) for fit in trial.fits.values() for name in fit.parameters
-    )
-    rows: list[Row] = []
-    for group, trial in _trials(findings):
-        head = _head(findings, group, trial, conditions)
-        for method, fit in trial.fits.items():
-            scores = _scores(trial.nrmse.get(method, math.nan), trial.mismatch)
-            rows.append({**head, "method": method, **_columns(fit.parameters), **scores, "outcome": outcome_of(fit)})
-    for failed in findings.failed:
-        named = {conditions[key]: value for key, value in failed.conditions.items() if key in conditions}
-        rows.append({"file": failed.name, "trial": failed.name, **named, "outcome": f"failed: {failed.reason}"})
-    columns = ["file", "trial", *conditions.values(), "method", *_with_errors(parameters), *_SCORES]
-    return pd.DataFrame(rows, columns=pd.Index(columns))
+    columns = columns_of(findings)
+    found = [columns.named(row) for group in findings.groups for row in rows.trial_rows(group)]
+    found += [columns.failed(trial) for trial in findings.failed]
+    return pd.DataFrame(found, columns=pd.Index(columns.trials))
 
 
 def levels_table(findings: Findings) -> pd.DataFrame:
@@ -62,136 +177,69 @@ def levels_table(findings: Findings) -> pd.DataFrame:
     The first row of a group, method "baseline", is the equation that the verdict is about, with its group scores.
     ``nrmse`` of the other methods is the median over trials of their free-run errors.
     """
-    keys = _unclashed(dict.fromkeys(column for group in findings.groups for column in group.key))
-    parameters = ordered_parameters(
-        name
-        for group in findings.groups
-        for numbers in (group.verdict.baseline.parameters, *(fit.parameters for fit in group.fits.values()))
-        for name in numbers
-    )
-    rows = [row for group in findings.groups for row in _level_rows(group, keys)]
-    counts = ["dry", "trials", "held_out"]
-    columns = [*keys.values(), *counts, "method", *_with_errors(parameters), *_SCORES, "equation", "equation_latex"]
-    return pd.DataFrame(rows, columns=pd.Index(columns))
+    found = [row for group in findings.groups for row in rows.level_rows(group)]
+    return pd.DataFrame(found, columns=pd.Index(columns_of(findings).levels))
 
 
 def mismatch_table(findings: Findings) -> pd.DataFrame:
     """One row a trial: file, trial, conditions, nrmse, both floors, missing, shares (empty: not computed), held_out."""
-    conditions = _condition_names(findings)
-    rows: list[Row] = []
-    for group, trial in _trials(findings):
-        shares = {name: getattr(trial.mismatch, name) for name in _SHARES}
-        rows.append(
-            {
-                **_head(findings, group, trial, conditions),
-                **_scores(trial.mismatch.nrmse, trial.mismatch),
-                "missing": trial.mismatch.missing,
-                **shares,
-                "held_out": trial.held_out,
-            }
-        )
-    columns = ["file", "trial", *conditions.values(), *_SCORES[:3], "missing", *_SHARES, "held_out"]
-    return pd.DataFrame(rows, columns=pd.Index(columns))
+    columns = columns_of(findings)
+    found = [columns.named(row) for group in findings.groups for row in rows.mismatch_rows(group)]
+    return pd.DataFrame(found, columns=pd.Index(columns.mismatch))
 
 
-def write_tables(findings: Findings, folder: Path) -> Mapping[str, Path]:
-    """Write trials.csv, levels.csv, mismatch.csv and verdict.json into a run folder; each appears whole or not."""
-    folder.mkdir(parents=True, exist_ok=True)
-    tables = {
-        "trials.csv": trials_table(findings),
-        "levels.csv": levels_table(findings),
-        "mismatch.csv": mismatch_table(findings),
-    }
-    paths = {name: write_text(folder / name, csv_text(table)) for name, table in tables.items()}
-    return {**paths, "verdict.json": write_verdict(findings, folder / "verdict.json")}
+def columns_of(findings: Findings) -> Columns:
+    """The columns of a finished campaign's tables."""
+    columns = Columns()
+    for group in findings.groups:
+        columns.see(group)
+    return columns
 
 
 def csv_text(table: pd.DataFrame) -> str:
     """A table as CSV: FLOAT_FORMAT, empty where there is no number, truth values as true and false."""
-    shown = table.copy()
-    for column in shown.columns:
-        if shown[column].map(lambda value: isinstance(value, bool)).any():
-            shown[column] = shown[column].map(lambda value: {True: "true", False: "false"}.get(value, value))
-    text: str = shown.to_csv(index=False, float_format=FLOAT_FORMAT, lineterminator="\n")
-    return text
+    found = (dict(zip(table.columns, values, strict=True)) for values in table.itertuples(index=False, name=None))
+    return "".join(csv_pieces([str(column) for column in table.columns], found))
 
 
-def outcome_of(fit: Fit) -> str:
-    """ "ok", or what is wrong with the fit and with each of its estimates."""
-    said = [] if fit.outcome == OK else [fit.outcome]
-    said += [f"{name}: {e.outcome}" for name, e in fit.parameters.items() if e.outcome not in (OK, fit.outcome)]
-    return "; ".join(said) or OK
+def csv_pieces(columns: Sequence[str], found: Iterable[Mapping[str, object]]) -> Iterator[str]:
+    """The text of a CSV, `ROWS_A_PIECE` rows at a time; a column that a row has not is empty.
+
+    >>> "".join(csv_pieces(["a", "b"], [{"a": 0.1 + 0.2, "b": True}, {"b": "x,y"}]))
+    'a,b\\n0.3,true\\n,"x,y"\\n'
+    """
+    stream = io.StringIO()
+    writer = csv.writer(stream, lineterminator="\n")
+    writer.writerow(columns)
+    for i, row in enumerate(found, 1):
+        writer.writerow([_cell(row.get(column)) for column in columns])
+        if i % ROWS_A_PIECE == 0:
+            yield stream.getvalue()
+            stream.seek(0)
+            stream.truncate()
+    yield stream.getvalue()
 
 
-def _level_rows(group: GroupFindings, keys: Mapping[str, str]) -> Iterable[Row]:
-    verdict = group.verdict
-    held_out = sum(trial.held_out for trial in group.trials)
-    head: Row = {keys[key]: value for key, value in group.key.items()}
-    head |= {"dry": group.dry, "trials": len(group.trials), "held_out": held_out}
-    floors: Row = {
-        "sensor_floor_nrmse": verdict.sensor_floor_nrmse,
-        "repeatability_nrmse": verdict.repeatability_nrmse,
-    }
-    numbers: list[tuple[str, Mapping[str, Estimate], float, str]] = [
-        ("baseline", verdict.baseline.parameters, verdict.baseline.nrmse, OK)
-    ]
-    for method, fit in group.fits.items():
-        errors = [trial.nrmse[method] for trial in group.trials if math.isfinite(trial.nrmse.get(method, math.nan))]
-        numbers.append((method, fit.parameters, median(errors) if errors else math.nan, outcome_of(fit)))
-    for method, parameters, nrmse, outcome in numbers:
-        equation, stderr = method_equation(group, method)
-        written = {"equation": equation.text(stderr), "equation_latex": numeric_latex(equation, stderr)}
-        columns = _columns(parameters)
-        yield {**head, "method": method, **columns, "nrmse": nrmse, **floors, "outcome": outcome, **written}
+def _cell(value: object) -> str:
+    if isinstance(value, np.generic):
+        value = value.item()
+    if isinstance(value, bool):
+        return "true" if value else "false"
+    if isinstance(value, float):
+        return "" if math.isnan(value) else FLOAT_FORMAT % value
+    return "" if value is None else str(value)
 
 
-def _trials(findings: Findings) -> Iterable[tuple[GroupFindings, TrialFindings]]:
-    return ((group, trial) for group in findings.groups for trial in group.trials)
-
-
-def _head(
-    findings: Findings, group: GroupFindings, trial: TrialFindings, conditions: Mapping[str, str]
-) -> Row:  # fmt: skip
-    recording = trial.motion.recording
-    known = {**group.key, **recording.conditions}
-    named = {conditions[key]: value for key, value in known.items() if key in conditions}
-    return {"file": file_of(findings, trial), "trial": recording.name, **named}
-
-
-def file_of(findings: Findings, trial: TrialFindings) -> str:
-    """The trial's file without folders; its own name where several trials share a file, or none is known."""
-    paths = Counter(other.motion.recording.path for _, other in _trials(findings))
-    path = trial.motion.recording.path
-    return Path(path).name if path and paths[path] == 1 else trial.motion.name
-
-
-def _condition_names(findings: Findings) -> Mapping[str, str]:
-    keys = [column for group in findings.groups for column in group.key]
-    others = [column for _, trial in _trials(findings) for column in trial.motion.recording.conditions]
-    return _unclashed(dict.fromkeys([*keys, *others]))
-
-
-def _unclashed(conditions: Iterable[str]) -> Mapping[str, str]:
-    """Condition -> column; a condition called like one of the table's own columns gets a prefix."""
-    own = {"file", "trial", "method", "missing", "held_out", "dry", "trials", "equation", "equation_latex", *_SCORES}
-    return {name: f"condition_{name}" if name in own or name in _SHARES else name for name in conditions}
-
-
-def _columns(parameters: Mapping[str, Estimate]) -> Row:
-    row: Row = {}
-    for name, estimate in parameters.items():
-        row[name] = estimate.value
-        row[f"{name}_stderr"] = estimate.total_stderr
-    return row
+def _chained(*parts: Iterable[Row]) -> Iterator[Row]:
+    for part in parts:
+        yield from part
 
 
 def _with_errors(parameters: Sequence[str]) -> list[str]:
     return [column for name in parameters for column in (name, f"{name}_stderr")]
 
 
-def _scores(nrmse: float, mismatch: Mismatch) -> Row:
-    return {
-        "nrmse": nrmse,
-        "sensor_floor_nrmse": mismatch.sensor_floor_nrmse,
-        "repeatability_nrmse": mismatch.repeatability_nrmse,
-    }
+__all__ = [
+    "Columns", "RunTables", "columns_of", "csv_pieces", "csv_text", "levels_table", "mismatch_table", "outcome_of",
+    "trials_table", "write_tables",
+]  # fmt: skip

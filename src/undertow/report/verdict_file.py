@@ -8,8 +8,9 @@ from __future__ import annotations
 import json
 import math
 from collections import Counter
-from collections.abc import Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from pathlib import Path
+from textwrap import indent
 from typing import Any
 
 import numpy as np
@@ -18,7 +19,7 @@ from undertow.discrepancy.findings import Findings
 from undertow.discrepancy.verdict import Described, Verdict
 from undertow.errors import UndertowError
 from undertow.quantities import Estimate
-from undertow.report.writing import write_text
+from undertow.report.writing import write_pieces
 
 CONTRACT = 1
 """Version of verdict.json's shape."""
@@ -104,5 +105,29 @@ def _named_across(findings: Findings) -> list[str]:
 
 def write_verdict(findings: Findings, path: Path) -> Path:
     """Write verdict.json; it never holds NaN or infinity."""
-    text = json.dumps(verdict_json(findings), indent=2, ensure_ascii=False, allow_nan=False)
-    return write_text(path, text + "\n")
+    groups = (group_json(group.verdict) for group in findings.groups)
+    return write_pieces(path, verdict_pieces(groups, findings.across_groups))
+
+
+def verdict_pieces(groups: Iterable[Mapping[str, Any]], sentence: str) -> Iterator[str]:
+    """The text of verdict.json, group by group (`group_json`), with the sentence over all groups.
+
+    >>> json.loads("".join(verdict_pieces([{"verdict": ["relaxation"]}], "One."))) == {
+    ...     "contract": 1, "groups": [{"verdict": ["relaxation"]}],
+    ...     "across_groups": {"verdict": ["relaxation"], "sentence": "One."}}
+    True
+    """
+    names: Counter[str] = Counter()
+    yield f'{{\n  "contract": {CONTRACT},\n  "groups": ['
+    before = ""
+    for group in groups:
+        names.update(group["verdict"])
+        yield f"{before}\n{indent(_text(group), '    ')}"
+        before = ","
+    across = {"verdict": [name for name, _ in names.most_common()], "sentence": sentence}
+    end = "\n  " if before else ""
+    yield f'{end}],\n  "across_groups": {indent(_text(across), "  ").lstrip()}\n}}\n'
+
+
+def _text(value: Mapping[str, Any]) -> str:
+    return json.dumps(value, indent=2, ensure_ascii=False, allow_nan=False)

@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import os
 import tempfile
+from collections.abc import Iterable
 from pathlib import Path
 
 
@@ -17,10 +18,20 @@ def write_text(path: Path, text: str) -> Path:
 
 def write_bytes(path: Path, content: bytes) -> Path:
     """Write bytes through a temporary file in the same folder, with the rights of an ordinary new file."""
+    return _write(path, (content,))
+
+
+def write_pieces(path: Path, pieces: Iterable[str]) -> Path:
+    """As `write_text`, piece by piece: a file larger than memory; if making a piece fails, the older file stays."""
+    return _write(path, (piece.encode("utf-8") for piece in pieces))
+
+
+def _write(path: Path, contents: Iterable[bytes]) -> Path:
     handle, name = tempfile.mkstemp(dir=path.parent, prefix=f".{path.name}.", suffix=".part")
     try:
         with os.fdopen(handle, "wb") as stream:
-            stream.write(content)
+            for content in contents:
+                stream.write(content)
             stream.flush()
             os.fsync(stream.fileno())
         os.chmod(name, 0o666 & ~_umask())

@@ -1,0 +1,74 @@
+"""What is said of a group before anything is searched: whether its equation explains its trials, and where it does not.
+
+Belongs here: that verdict and its sentence. Does not belong here: suspects and their verdicts (discrepancy/).
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+
+import numpy as np
+
+from undertow.discrepancy.findings import TrialFindings
+from undertow.discrepancy.verdict import Described, Verdict
+from undertow.discrepancy.words import count, group_title, percent
+from undertow.quantities import Estimate
+from undertow.recording.recording import Condition
+
+
+def unsearched_verdict(
+    key: Mapping[str, Condition],
+    held_out: tuple[str, ...],
+    trials: Sequence[TrialFindings],
+    parameters: Mapping[str, Estimate],
+) -> Verdict:
+    """Until suspects are searched: nothing_missing, or unknown with the mismatch's place."""
+    missing = [t for t in trials if t.mismatch.missing]
+    open_trials = [t for t in trials if not t.held_out]
+    held = [t for t in trials if t.held_out]
+    typical = _median([t.mismatch.nrmse for t in open_trials])
+    described = Described(
+        typical, _median([t.mismatch.nrmse for t in held]), parameters
+    )
+    many = len(missing) > len(trials) / 2
+    limit = _median([t.mismatch.repeatability_nrmse for t in trials])
+    sentence = _sentence(group_title(key), missing, trials, typical, limit)
+    return Verdict(
+        key,
+        tuple(t.motion.name for t in trials),
+        held_out,
+        "unknown" if many else "nothing_missing",
+        ("unknown",) if many else (),
+        baseline=described,
+        sensor_floor_nrmse=_median([t.mismatch.sensor_floor_nrmse for t in trials]),
+        repeatability_nrmse=limit,
+        sentence=sentence,
+    )
+
+
+def _sentence(
+    label: str, missing: Sequence[TrialFindings], trials: Sequence[TrialFindings], typical: float, limit: float
+) -> str:
+    if not missing:
+        return (
+            f"{label}: the equation explains {count(len(trials), 'trial')} "
+            f"(error {percent(typical)}, repeatability {percent(limit)}); nothing is missing."
+        )
+    worst = max(missing, key=lambda t: t.mismatch.nrmse / t.mismatch.repeatability_nrmse)
+    m = worst.mismatch
+    parts = {"first": m.share_early, "second": m.share_middle, "last": m.share_late}
+    where = max(parts, key=lambda part: parts[part] if math.isfinite(parts[part]) else -1.0)
+    line = ""
+    if math.isfinite(m.line_frequency_hz) and m.line_share > 0.2:
+        line = f", {percent(m.line_share)} of it in a line at {m.line_frequency_hz:.2f} Hz"
+    return (
+        f"{label}: the equation does not explain {len(missing)} of {len(trials)} trials; worst {worst.motion.name}, "
+        f"which it misses by {percent(m.nrmse)} (repeatability {percent(m.repeatability_nrmse)}), most in the "
+        f"{where} third of the motion{line}."
+    )
+
+
+def _median(values: Sequence[float]) -> float:
+    finite = [v for v in values if math.isfinite(v)]
+    return float(np.median(finite)) if finite else math.nan

@@ -73,7 +73,7 @@ def compare_outsiders(found: Found, rules: Rules) -> tuple[Outsider, ...]:
 
 def _with_law(found: Found, law: Term, rules: Rules, prior: float) -> Outsider | None:
     terms = (*found.book.terms, law)
-    book = laws(terms, rules.signs)
+    book = laws(terms, rules.signs, rules.beliefs)
     values = _carried(found.book, book, found.polished.values)
     start = replace(found.polished, values=values)
     larger = walk_on(found.trials, book, start, rules)

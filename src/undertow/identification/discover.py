@@ -21,6 +21,7 @@ from undertow.equation.equation import Equation
 from undertow.equation.kernel import SLOT
 from undertow.equation.term import Term
 from undertow.errors import IdentificationError, NotFittedError
+from undertow.identification.beliefs import Belief
 from undertow.identification.freerun import FreeRun, free_run
 from undertow.identification.library import label
 from undertow.identification.structure import Effort, Structure, find_structure
@@ -59,6 +60,8 @@ class Discover(BaseEstimator):  # type: ignore[misc]
     together : groups of names that enter all or none.
     exclusive : groups of names of which at most one enters.
     signs : whether a coefficient that cannot be negative (drag, friction, damping, stiffness) is kept from it.
+    beliefs : what is known of coefficients beforehand, as values with errors: `Belief`, and from dry
+        trials `from_dry` (dry_beliefs.py).
     scatter : term name -> relative standard deviation from trial to trial; None takes the trials as equal.
     rival_difference : subsets within this difference of the criterion are rivals; 6 is odds of 20 to 1.
     resamples : block resamples for the inclusion probabilities; 0 leaves them out.
@@ -94,6 +97,7 @@ class Discover(BaseEstimator):  # type: ignore[misc]
         together: Sequence[Sequence[str]] = (),
         exclusive: Sequence[Sequence[str]] = (),
         signs: bool = True,
+        beliefs: Sequence[Belief] = (),
         scatter: Mapping[str, float] | None = None,
         rival_difference: float = 6.0,
         resamples: int = 100,
@@ -106,6 +110,7 @@ class Discover(BaseEstimator):  # type: ignore[misc]
         self.together = together
         self.exclusive = exclusive
         self.signs = signs
+        self.beliefs = beliefs
         self.scatter = scatter
         self.rival_difference = rival_difference
         self.resamples = resamples
@@ -123,6 +128,7 @@ class Discover(BaseEstimator):  # type: ignore[misc]
             exclusive=tuple(self._places("exclusive", group, names) for group in self.exclusive),
             signs=self.signs,
             rival_difference=self.rival_difference,
+            beliefs=tuple(self.beliefs),
         )
         effort = Effort(self.resamples, self.outside, self.second_route, self.random_state)
         self.structure_: Structure = find_structure(motions_of(trials), library, rules, self.scatter, effort)

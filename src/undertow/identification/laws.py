@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 from undertow.equation.kernel import N_SLOTS, SLOT
 from undertow.equation.term import Term
 from undertow.errors import IdentificationError
+from undertow.identification.beliefs import Belief
 
 Array = NDArray[np.float64]
 
@@ -25,7 +26,8 @@ class Laws:
     """A library as the integrator sees it: every number the motion may depend on, coefficients first.
 
     ``names`` (p,) are the coefficients (a term each), then ``term.inner`` for every inner parameter; ``slots`` (p,)
-    their places in the integrator; ``owner`` (p,) the index of the term; ``lower``, ``upper`` (p,) bounds.
+    their places in the integrator; ``owner`` (p,) the index of the term; ``lower``, ``upper`` (p,) bounds; ``beliefs``
+    what is known of coefficients beforehand.
     """
 
     terms: tuple[Term, ...]
@@ -35,6 +37,7 @@ class Laws:
     start: Array
     lower: Array
     upper: Array
+    beliefs: tuple[Belief, ...] = ()
 
     def vector(self, values: Array) -> Array:
         """Parameter vector of the integrator, per unit mass, at ``values`` (p,)."""
@@ -42,6 +45,14 @@ class Laws:
         theta[SLOT["mass"]] = 1.0
         np.add.at(theta, self.slots, values)
         return theta
+
+    def believed(self) -> tuple[Array, Array]:
+        """Beliefs as rows (b, p) and values (b,): rows @ numbers = values, each with a standard error of 1."""
+        rows = np.zeros((len(self.beliefs), len(self.names)))
+        for row, belief in zip(rows, self.beliefs, strict=True):
+            for name, weight in belief.weights.items():
+                row[self.names.index(name)] = weight / belief.stderr
+        return rows, np.array([belief.value / belief.stderr for belief in self.beliefs])
 
     def columns(self, chosen: Sequence[int]) -> list[int]:
         """Places of the numbers that belong to the terms of these indices."""
@@ -60,14 +71,18 @@ def why_not_simulated(terms: Sequence[Term]) -> str:
     return f"two terms share the inner parameter {', '.join(twice)}" if twice else ""
 
 
-def laws(terms: Sequence[Term], signs: bool = True) -> Laws:
+def laws(terms: Sequence[Term], signs: bool = True, beliefs: Sequence[Belief] = ()) -> Laws:
     """The library's numbers; with ``signs`` a coefficient that cannot be negative has the bound 0.
 
-    Raises IdentificationError for a library that `why_not_simulated` refuses.
+    Raises IdentificationError for a library that `why_not_simulated` refuses, and for a belief about a term that the
+    library does not hold.
     """
     refusal = why_not_simulated(terms)
     if refusal:
         raise IdentificationError(f"{len(terms)} terms cannot be judged on simulated motion: {refusal}; leave it out")
+    have = [term.name for term in terms]
+    for name in (name for belief in beliefs for name in belief.weights if name not in have):
+        raise IdentificationError(f"a belief names {name!r}, which is not in the library {', '.join(have)}")
     rows = [
         (term.name, term.slots[term.coefficient.name], index, 0.0,
          term.coefficient.lower if signs else -math.inf, math.inf)
@@ -82,5 +97,5 @@ def laws(terms: Sequence[Term], signs: bool = True) -> Laws:
     names, slots, owner, start, lower, upper = zip(*rows, strict=True)
     return Laws(
         tuple(terms), tuple(names), np.array([SLOT[slot] for slot in slots]), np.array(owner),
-        np.array(start), np.array(lower), np.array(upper),
+        np.array(start), np.array(lower), np.array(upper), tuple(beliefs),
     )  # fmt: skip

@@ -191,6 +191,11 @@ def _evaluate(
         gradient[here] += precision * (part - _centre(trial))
         prior_cost += float(precision @ (part - _centre(trial)) ** 2)
         first += part.size
+    rows_believed, expected = book.believed()
+    believed, away = rows_believed[:, places], rows_believed @ values - expected
+    normal[:count, :count] += believed.T @ believed
+    gradient[:count] += believed.T @ away
+    prior_cost += float(away @ away)
     if not (np.all(np.isfinite(normal)) and np.all(np.isfinite(gradient)) and np.isfinite(chi2)):
         return None
     return _Point(normal, gradient, chi2 + prior_cost, chi2)
@@ -206,8 +211,8 @@ class Linear:
     """The motion around one point as a regression: response = columns @ numbers + noise, in units of noise.
 
     ``columns`` (n, p) derivatives by every number of the laws, what each trial's own unknowns can imitate taken off;
-    ``response`` (n,); ``lengths`` rows of each trial's channels, then of its priors, in order; ``at`` (p,) the numbers
-    at which the columns were taken.
+    ``response`` (n,); ``lengths`` rows of each trial's channels, then of its priors, in order, then a row for each
+    belief; ``at`` (p,) the numbers at which the columns were taken.
     """
 
     columns: Array
@@ -247,6 +252,10 @@ def linearise(
         cells = trial.t.shape[0]
         lengths += [cells] * len(trial.channels)
         lengths.append(shared.shape[0] - cells * len(trial.channels))
+    believed, expected = book.believed()
+    columns.append(believed[:, wanted])
+    response.append(believed @ values - expected)
+    lengths += [1] * expected.size
     stacked = np.vstack(columns)
     if only is not None and before is not None:
         one, stacked = stacked, before.columns.copy()

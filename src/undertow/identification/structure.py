@@ -121,7 +121,7 @@ def find_structure(
     rules, effort = rules or Rules(), effort or Effort()
     if not motions or not terms:
         raise IdentificationError(f"{len(motions)} trials and {len(terms)} terms; give at least one of each")
-    book = laws(terms, rules.signs)
+    book = laws(terms, rules.signs, rules.beliefs)
     trials = [in_cells(motion, _slots(scatter or {}, terms)) for motion in motions]
     chosen, start = first_subset(motions, terms, rules)
     values = book.start.copy()

@@ -113,6 +113,9 @@ def findings(structure: Structure) -> tuple[str, ...]:
             if part
         )
         said.append(f"rival {change}: odds {odds(rival.difference)} against it")
+    for source in dict.fromkeys(belief.source for belief in structure.found.book.beliefs):
+        about = {name for one in structure.found.book.beliefs if one.source == source for name in one.weights}
+        said.append(f"known beforehand ({source}): {', '.join(sorted(about))}")
     said += list(structure.collinear.sentences)
     if structure.outsiders is not None and structure.adequate:
         said.append("no law outside the library is more probable")

@@ -18,6 +18,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from undertow.errors import IdentificationError
+from undertow.identification.beliefs import Belief
 from undertow.identification.laws import Laws
 from undertow.identification.polish import FIRST_WINDOW_PERIODS, POOR_FIT, Linear, Polished, linearise, polish
 from undertow.identification.search import Candidate, SubsetSearch, search_subsets
@@ -44,7 +45,8 @@ class Rules:
     """What subsets are allowed, in indices of the library's terms.
 
     ``known`` are always in; ``together`` enter all or none; of ``exclusive`` at most one; with ``signs`` a coefficient
-    that cannot be negative is not. Subsets within ``rival_difference`` of the best criterion are rivals.
+    that cannot be negative is not. Subsets within ``rival_difference`` of the best criterion are rivals. ``beliefs``
+    are what is known of coefficients beforehand.
     """
 
     known: tuple[int, ...] = ()
@@ -52,6 +54,7 @@ class Rules:
     exclusive: tuple[tuple[int, ...], ...] = ()
     signs: bool = True
     rival_difference: float = 6.0
+    beliefs: tuple[Belief, ...] = ()
 
 
 @dataclass(frozen=True)

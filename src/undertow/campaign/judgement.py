@@ -13,7 +13,7 @@ from pathlib import Path
 from undertow.campaign import stages
 from undertow.campaign.analysis import GroupTask
 from undertow.campaign.config import RunConfig
-from undertow.campaign.rig import Rig, believable_repeatability, known_slots, spring_label, standing_addends, with_known
+from undertow.campaign.rig import Rig, believable_repeatability, spring_label, standing_addends, with_known
 from undertow.campaign.workers import Progress, on_processes
 from undertow.discrepancy.findings import GroupFindings
 from undertow.discrepancy.joint import Addend, Member
@@ -48,8 +48,7 @@ def judged(
     first = on_processes(_Judge(suspects), dry, jobs, "dry: what is missing", progress)
     standing = standing_addends(first)
     if standing:
-        known = {label: known_slots(standing, label) for judged in first for label in judged.labels}
-        again = with_known(config, tasks, known)
+        again = with_known(config, tasks, standing)
         cases = [_with_rig(case, again[tuple(case.key.items())]) for case in cases]
     levels: dict[tuple[object, ...], _Together] = {}
     for case, task in zip(cases, tasks, strict=True):

@@ -92,12 +92,22 @@ def known_slots(standing: Sequence[Addend], label: str) -> dict[str, float]:
     return slots
 
 
-def with_known(config: RunConfig, tasks: Sequence[GroupTask], known: Mapping[str, Slots]) -> dict[Key, Rig | None]:
-    """Each group's rig with what is known of its spring; None for dry groups and springs that need nothing."""
+def moved_slots(standing: Sequence[Addend], label: str) -> dict[str, str]:
+    """Slots whose content stands in another beside what stands for one spring."""
+    return {
+        a.moves[0]: a.moves[1]
+        for addend in standing for a in addend.additions
+        if a.moves is not None and label in {spring for spring, _, _ in a.by_spring}
+    }  # fmt: skip
+
+
+def with_known(config: RunConfig, tasks: Sequence[GroupTask], standing: Sequence[Addend]) -> dict[Key, Rig | None]:
+    """Each group's rig with what stands for its spring; None for dry groups and springs that need nothing."""
     fits = {
         spring_label(config, task): dry_fits(
             task.motions, structural_terms(task.terms), task.specimen, TrialOptions(),
-            known.get(spring_label(config, task), {}),
+            known_slots(standing, spring_label(config, task)), moved_slots(standing, spring_label(config, task)),
+            task.dry_structure,
         )
         for task in tasks if task.dry and task.dry_structure is not None
     }  # fmt: skip
@@ -109,9 +119,10 @@ def with_known(config: RunConfig, tasks: Sequence[GroupTask], known: Mapping[str
     rigs: dict[Key, Rig | None] = {}
     for task in tasks:
         label = spring_label(config, task)
-        slots = known.get(label, {})
+        slots = known_slots(standing, label)
         ready = not task.dry and label in structures and bool(slots)
-        rigs[tuple(task.key.items())] = _rig(task, structures[label], slots) if ready else None
+        moved = moved_slots(standing, label)
+        rigs[tuple(task.key.items())] = _rig(task, structures[label], slots, moved) if ready else None
     return rigs
 
 
@@ -121,11 +132,13 @@ def spring_label(config: RunConfig, task: GroupTask) -> str:
     return " ".join(str(v) for k, v in task.key.items() if k not in fixed) or "all"
 
 
-def _rig(task: GroupTask, structure: Structure, slots: Slots) -> Rig:
+def _rig(task: GroupTask, structure: Structure, slots: Slots, moved: Mapping[str, str]) -> Rig:
     """One wet group's model and repeatability with the rig found anew."""
     task = replace(task, structure=structure, dry_structure=structure, stiffness={})
     model = group_model(task.terms, task.motions, task.specimen, structure, dry=False, anchored=task.anchor.known)
     base = model.base.copy()
+    for old, new in moved.items():
+        base[SLOT[new]], base[SLOT[old]] = base[SLOT[new]] + base[SLOT[old]], 0.0
     for slot, value in slots.items():
         base[SLOT[slot]] += value
     return Rig(model, task.options, _repetitions(task, replace(model, base=base), structure))

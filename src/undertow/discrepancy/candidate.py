@@ -13,7 +13,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from undertow.discrepancy.joint import WIDER, Addend, JointFit, Level, shared_theta
-from undertow.discrepancy.suspects import Suspect
+from undertow.discrepancy.suspects import RADIATION, Suspect
 from undertow.equation.kernel import SLOT
 
 RIVAL_ODDS = 20.0
@@ -111,6 +111,8 @@ def _rivals(best: Candidate, found: Sequence[Candidate]) -> tuple[tuple[str, ...
     ]  # fmt: skip
     if damping_ratio(best.fit) > OVERDAMPED:
         near.append(tuple("relaxation" if n == "hidden_resonator" else n for n in best.names))
+    if best.names == ("linear_damping",) and best.suspects[0].variant == RADIATION.variant:
+        near += [("hidden_resonator",), ("relaxation",)]  # radiated waves, or water that hardly swings by itself
     if best.names == ("added_mass",):
         near.append(("hidden_resonator",))  # far above the body's frequency a resonator is an added mass
     if best.names == ("linear_damping",):

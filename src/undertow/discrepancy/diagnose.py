@@ -15,8 +15,11 @@ import math
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 
+import numpy as np
+
 from undertow.discrepancy.attempt import COMMON, REFINED, as_radiation, from_places, from_starts, renumbered
 from undertow.discrepancy.candidate import Candidate, Diagnosis, Screened, conclude, damping_ratio
+from undertow.discrepancy.evidence import residual_memory
 from undertow.discrepancy.joint import (
     WIDER,
     JointFit,
@@ -25,10 +28,10 @@ from undertow.discrepancy.joint import (
     fit_joint,
     free_run_error,
     missed_share,
-    residual_memory,
 )
 from undertow.discrepancy.screen import prospects
 from undertow.discrepancy.suspects import EACH_SPRING, RINGS, Suspect
+from undertow.equation.kernel import SLOT
 from undertow.errors import IdentificationError
 
 PRIOR_NOTHING = 0.5
@@ -56,6 +59,15 @@ REMAINING = 0.8
 
 WORTH = 0.5
 """Share of repeatability by which the free run must come closer (in quadrature) for an effect to be named."""
+
+FAR_ABOVE_NOISE = 2.5
+"""Mean squared residual, in units of the sensors' noise, from which a law is missing whatever a free run allows."""
+
+NEARLY_ALL = 0.75
+"""Share of the residual above noise that such a law must explain."""
+
+SLIDING = 0.1
+"""Sliding friction over a hysteresis' yield force below which the hysteresis is what friction has become."""
 
 FINE = 2.0
 """Up to this many times repeatability the free run's error is small enough for one linear step to show a gain."""
@@ -121,7 +133,8 @@ class _Search:
             if not _may_join(self.best, suspect) or (depth and not self._promising(suspect)):
                 continue
             prior = _log_prior(self.best, suspect, len(self.suspects), self.clean_when_dry)
-            candidate = self._small(suspect, prior, depth) if small else self._large(suspect, prior)
+            fine = small and not suspect.has_no_zero
+            candidate = self._small(suspect, prior, depth) if fine else self._large(suspect, prior)
             if candidate is None:
                 continue
             yield candidate if not (depth and _fading(candidate)) else as_radiation(self.level, candidate)
@@ -171,11 +184,13 @@ class _Search:
 
         Those before it that do not are set aside.
         """
-        for candidate in probable:
+        for place, candidate in enumerate(probable):
             closer = free_run_error(self.level, candidate.fit)
-            if not candidate.suspects[-1].shown_by_free_run:
+            if not candidate.suspects[-1].shown_by_free_run and not place:
                 return candidate, min(closer, self.error)
             if closer < remaining * self.error and math.sqrt(self.error**2 - closer**2) > WORTH:
+                return candidate, closer
+            if not place and self._beyond_doubt(candidate):
                 return candidate, closer
             odds = candidate.score - self.best.score
             self._set_aside(
@@ -183,13 +198,23 @@ class _Search:
             )
         return None
 
+    def _beyond_doubt(self, candidate: Candidate) -> bool:
+        """Whether the most probable candidate explains nearly all of a residual far above the sensors' noise, which no
+        k, c, mu of each trial's own takes away: physics, though repetitions differ by more."""
+        before, after = self.best.fit.misfit, candidate.fit.misfit
+        return before > FAR_ABOVE_NOISE and before - after > NEARLY_ALL * (before - 1.0)
+
     def _plainer(self, ahead: tuple[Candidate, float], probable: Sequence[Candidate]) -> tuple[Candidate, float]:
-        """Linear damping instead of a memory that does not ring, where the free run cannot tell them apart.
+        """Linear damping instead of a memory that does not ring, where the free run cannot tell them apart; bristles in
+        friction's place instead of hysteresis beside which no friction is left.
 
         Waves that are radiated away leave a memory; a spring's own damping (and added mass) is what it amounts to at
         that spring's frequency. The memory is then called damping that depends on frequency, with the reason.
         """
         candidate, error = ahead
+        if candidate.names[-1] == "hysteresis" and _slides(candidate) < SLIDING:
+            bristles = [c for c in probable if c.names == (*candidate.names[:-1], "presliding")]
+            return (bristles[0], free_run_error(self.level, bristles[0].fit)) if bristles else ahead
         if not _single_fading(candidate):
             return ahead
         for other in (c for c in probable if c.names == ("linear_damping",)):
@@ -210,6 +235,12 @@ class _Search:
     def _set_aside(self, candidates: Sequence[Candidate], reason: str) -> None:
         """Mark candidates as no answer, with the reason."""
         self.found = [replace(c, out=c.out or reason) if any(c is d for d in candidates) else c for c in self.found]
+
+
+def _slides(candidate: Candidate) -> float:
+    """Sliding friction left beside a candidate's hysteresis, over the force at which that yields (mean of trials)."""
+    vectors = [candidate.fit.theta(trial) for trial in range(len(candidate.fit.solution.problem.trials))]
+    return float(np.mean([abs(v[SLOT["fc"]]) / max(v[SLOT["fb"]], 1e-300) for v in vectors]))
 
 
 def _fading(candidate: Candidate) -> bool:
@@ -259,9 +290,15 @@ def _has_room(level: Level, suspect: Suspect, fit: JointFit) -> bool:
         return False  # on one trial a clock of its own explains whatever is left: only the phase across trials tells
     if suspect.frees:
         return any(name.startswith(f"{suspect.frees}[") for name in fit.solution.problem.names)
-    slots = {a.slot for a in suspect.additions(level.scales, suspect.starts(level.scales)[0])}
+    additions = suspect.additions(level.scales, suspect.starts(level.scales)[0])
+    if any(a.scope == "trial" for a in additions) and level.trials < 2:
+        return False
+    moved = {SLOT[a.moves[0]] for a in additions if a.moves is not None}
+    if any(not fit.theta(trial)[slot] for slot in moved for trial in range(len(fit.solution.problem.trials))):
+        return False  # nothing is there that could stand elsewhere
+    slots = {a.slot for a in additions if a.scope != "trial"}
     free = [{c.slot for c in m.model.coefficients} for m in level.members]
-    return not all(slots <= own for own in free)
+    return not slots or not all(slots <= own for own in free)
 
 
 def _null(level: Level, together: JointFit) -> JointFit:

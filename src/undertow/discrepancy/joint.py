@@ -16,6 +16,7 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 from undertow.conditioning.motion import Motion
+from undertow.discrepancy.evidence import criterion, tempered, trial_misfits
 from undertow.discrepancy.suspects import Addition, Scales
 from undertow.equation.kernel import SLOT
 from undertow.errors import IdentificationError
@@ -76,6 +77,11 @@ class Addend:
         """Slots whose coefficient in the equation it takes the place of."""
         return frozenset(a.replaces for a in self.additions if a.replaces)
 
+    def moved(self, spring: str) -> Mapping[int, int]:
+        """Slots of the integrator whose content stands in another beside it, on one spring."""
+        here = [a for a in self.additions if not a.by_spring or spring in {label for label, _, _ in a.by_spring}]
+        return {SLOT[a.moves[0]]: SLOT[a.moves[1]] for a in here if a.moves is not None}
+
 
 @dataclass(frozen=True)
 class Level:
@@ -125,6 +131,10 @@ class JointFit:
     def value(self, name: str) -> float:
         """Value of an unknown by its full name."""
         return self.solution.value(name)
+
+    def theta(self, trial: int) -> Array:
+        """Parameter vector of one trial as fitted, its own deviations included."""
+        return output_error.parameter_vector(self.solution.problem.trials[trial], self.solution.values)
 
     @property
     def values(self) -> dict[str, float]:
@@ -177,8 +187,22 @@ def build(level: Level, addends: Sequence[Addend]) -> Problem:
                     links += _links(builder, addend.prefix, a, member.label, motion.name)
                 if member.free_start:
                     links += _free_hidden(builder, addend, level.scales, motion.name)
-            builder.trial(motion, member.model.trial_base(motion.name), tuple(links), options)
+            base, links = _moved(addends, member.label, member.model.trial_base(motion.name), links)
+            builder.trial(motion, base, tuple(links), options)
     return _freed(builder.build(), addends)
+
+
+def _moved(
+    addends: Sequence[Addend], spring: str, base: Array, links: Sequence[Link]
+) -> tuple[Array, list[Link]]:
+    """A trial's base and links with what an addend moves in its new slot."""
+    links = list(links)
+    for addend in addends:
+        for old, new in addend.moved(spring).items():
+            base = base.copy()
+            base[new], base[old] = base[new] + base[old], 0.0
+            links = [replace(link, slot=new) if link.slot == old else link for link in links]
+    return base, links
 
 
 def _freed(problem: Problem, addends: Sequence[Addend]) -> Problem:
@@ -283,6 +307,7 @@ def shared_theta(level: Level, member: Member, fit: JointFit, trial: str) -> Arr
         if c.slot not in replaced:
             name = c.name if c.name in known else f"{c.name}@{member.label}"
             theta[SLOT[c.slot]] += c.factor * known[name]
+    theta, _ = _moved(fit.addends, member.label, theta, ())
     for addend in fit.addends:
         for a in addend.additions:
             value = known.get(full_name(addend.prefix, a, member.label, trial), 0.0)
@@ -299,15 +324,6 @@ def _normal_force(member: Member) -> float:
     """Weight less buoyancy, N; 0 where it is not known (no friction coefficient is fitted then)."""
     normal = member.model.specimen.normal_force_N
     return normal if math.isfinite(normal) else 0.0
-
-
-def tempered(problem: Problem, misfits: Mapping[str, float], memory: float) -> Problem:
-    """The same problem with each trial's noise enlarged by sqrt(misfit of that trial x memory)."""
-    trials = []
-    for t in problem.trials:
-        factor = math.sqrt(misfits[t.name] * memory)
-        trials.append(replace(t, channels=tuple(replace(c, sigma=c.sigma * factor) for c in t.channels)))
-    return Problem(problem.unknowns, tuple(trials))
 
 
 def fit_joint(
@@ -346,33 +362,15 @@ def fit_joint(
 
 
 def _width(problem: Problem, addends: Sequence[Addend], samples: float) -> float:
-    """What a suspected sensor costs: 2 ln of how much wider for every prior, ln(n_eff) for a common error."""
-    cost = 0.0
+    """What a suspected sensor costs: 2 ln of how much wider for every prior, ln(n_eff) for a common error; and each
+    trial's own number of an addition, ln(n_eff), where its prior only keeps it from trading places with what all share.
+    """
+    held = [u.name for u in problem.unknowns if "[" in u.name and "." in u.name and math.isfinite(u.prior_std)]
+    cost = math.log(samples) * len(held)
     for addend in (d for d in addends if d.frees):
         mine = sum(u.name.startswith(f"{addend.frees}[") for u in problem.unknowns)
         cost += math.log(samples) if math.isfinite(addend.centre) else 2.0 * math.log(WIDER) * mine
     return cost
-
-
-def trial_misfits(solution: Solution, misfits: Mapping[str, float], memory: float) -> dict[str, float]:
-    """Mean squared residual of each trial in units of its sensors' noise, at least 1."""
-    return {
-        trial.name: max(float(r @ r) * misfits[trial.name] * memory / r.size, 1.0)
-        for trial, r in zip(solution.problem.trials, solution.residuals, strict=True)
-    }
-
-
-def criterion(solution: Solution, misfits: Mapping[str, float], memory: float) -> float:
-    """Sum over trials of n_eff ln(misfit), prior terms, and ln(n_eff) for every unknown without a prior."""
-    samples = max(solution.n_data / memory, 2.0)
-    unknowns = solution.problem.unknowns
-    shared = sum(math.isinf(u.prior_std) and "[" not in u.name for u in unknowns)
-    of_trials = sum(math.isinf(u.prior_std) and "[" in u.name and "." in u.name for u in unknowns)
-    data = sum(
-        r.size / memory * math.log(misfits[t.name])
-        for t, r in zip(solution.problem.trials, solution.residuals, strict=True)
-    )
-    return data + solution.cost - solution.chi2 + (shared + of_trials) * math.log(samples)
 
 
 def at_memory(fit: JointFit, memory: float) -> JointFit:
@@ -381,25 +379,3 @@ def at_memory(fit: JointFit, memory: float) -> JointFit:
     worth = criterion(fit.solution, fit.misfits, memory)
     worth += _width(problem, addends, max(fit.solution.n_data / memory, 2.0))
     return replace(fit, criterion=worth, memory=memory)
-
-
-def residual_memory(solution: Solution) -> float:
-    """Mean number of cells over which residuals are correlated (integrated autocorrelation, at least 1)."""
-    total, count = 0.0, 0
-    for trial, r in zip(solution.problem.trials, solution.residuals, strict=True):
-        n = trial.t.size
-        for i in range(len(trial.channels)):
-            total += _memory(r[i * n : (i + 1) * n])
-            count += 1
-    return total / max(count, 1)
-
-
-def _memory(residual: Array) -> float:
-    """Integrated autocorrelation time of a series by its squared correlations: 1 for white noise, in samples."""
-    centred = residual - residual.mean()
-    power = np.abs(np.fft.rfft(centred, 2 * centred.size)) ** 2
-    correlation = np.fft.irfft(power)[: centred.size // 2]
-    if correlation[0] <= 0.0:
-        return 1.0
-    rho = correlation / correlation[0]
-    return float(1.0 + 2.0 * np.sum(rho[1:] ** 2))

@@ -20,6 +20,9 @@ EACH_SPRING = "each spring's own"
 """Variant of a suspect that a level with one spring cannot tell from the shared one."""
 
 
+MASS_STD = 0.1
+"""Prior of a mass taken on or lost, relative to the body's."""
+
 RINGS = 0.05
 """A resonator damped more than this loses a quarter of its swing in a cycle: it may be a kernel of fading memory."""
 
@@ -48,7 +51,9 @@ class Addition:
 
     ``inner`` marks what has no effect where the coefficient beside it is zero (a frequency, a time). ``replaces`` is
     the slot of a coefficient of the equation that is left out beside it; ``also`` a slot that it moves too, with the
-    factor (a sine instead of a line); ``by_spring`` (label, value, standard error) what each spring's dry trials say.
+    factor (a sine instead of a line); ``by_spring`` (label, value, standard error) what each spring's dry trials say;
+    ``moves`` says that everything in the first slot, scatter included, stands in the second instead (dry friction
+    becomes the yield force of bristles).
     """
 
     name: str
@@ -64,6 +69,7 @@ class Addition:
     replaces: str = ""
     also: tuple[str, float] | None = None
     by_spring: tuple[tuple[str, float, float], ...] = ()
+    moves: tuple[str, str] | None = None
 
 
 @dataclass(frozen=True)
@@ -88,6 +94,11 @@ class Suspect:
     on_a_line: bool = False
 
     @property
+    def has_no_zero(self) -> bool:
+        """Whether no small value of it is as if it were not there (bristles: infinitely stiff ones are)."""
+        return any(a.moves for a in self.additions(UNIT, 1.0))
+
+    @property
     def shown_by_free_run(self) -> bool:
         """Whether what it adds can bring a free run of the displacement closer (x0, v0 are adjusted anyway)."""
         return not self.frees and self.name != "imperfect_release"
@@ -101,6 +112,10 @@ class Suspect:
     def label(self) -> str:
         """Name with its variant, for tables of rivals."""
         return f"{self.name} ({self.variant})" if self.variant else self.name
+
+
+UNIT = Scales(1.0, 1.0, 1.0, 1.0, 1.0, 1.0)
+"""Scales of one, to ask a suspect what it is made of."""
 
 
 def _plain(
@@ -222,6 +237,18 @@ def _hysteresis(s: Scales, start: float) -> tuple[Addition, ...]:
     )
 
 
+def _presliding(s: Scales, start: float) -> tuple[Addition, ...]:
+    """Bristles that yield at the force of dry friction: none is left beside them."""
+    k = s.mass * s.rate**2
+    return (Addition("stiffness_N_per_m", "N/m", "kb", k * start, k * start, 1e-3 * k, 1e2 * k, moves=("fc", "fb")),)
+
+
+def _mass_change(s: Scales, start: float) -> tuple[Addition, ...]:
+    """A mass of each trial's own, about what all have."""
+    size = MASS_STD * s.mass
+    return (Addition("mass_kg", "kg", "mass", 0.0, size, scope="trial", prior_std=size),)
+
+
 def _stribeck(s: Scales, start: float) -> tuple[Addition, ...]:
     return (
         Addition("static_force_N", "N", "fs", 1e-3 * s.force, 5e-3 * s.force, lower=0.0),
@@ -241,10 +268,11 @@ def _forcing(s: Scales, start: float) -> tuple[Addition, ...]:
 
 
 def _echo(s: Scales, start: float) -> tuple[Addition, ...]:
-    """An echo comes back after three quarters of the slowest period at the earliest: sooner it is damping."""
+    """An echo comes back after three quarters of the slowest period at the earliest: sooner it is damping. How much of
+    a wave comes back depends on its length: each spring has its own gain."""
     gain = 0.01 * s.mass * s.rate
     return (
-        Addition("gain", "N s/m", "ge", gain, gain),
+        Addition("gain", "N s/m", "ge", gain, gain, scope="spring"),
         Addition("delay_s", "s", "tau_e", start, 0.2 * start, 4.7 / s.slowest, 60.0 / s.slowest, inner=True),
     )
 
@@ -291,6 +319,8 @@ SUSPECTS: tuple[Suspect, ...] = (
     ),
     Suspect("relaxation", "water", _relaxation, lambda s: (1.2 / s.slowest, 4.0 / s.slowest), True, fine=_fine_times),
     Suspect("hysteresis", "structure", _hysteresis, lambda s: (0.2 * s.size,), True, fine=_fine_yields),
+    Suspect("presliding", "structure", _presliding, lambda s: (0.05, 0.5, 5.0)),
+    Suspect("mass_change", "undetermined", _mass_change),
     Suspect("external_forcing", "outside", _forcing, _resonator_starts, fine=_fine_frequencies, on_a_line=True),
     Suspect("delayed_echo", "outside", _echo, _echo_starts, True, fine=_fine_delays, on_a_line=True),
     Suspect("sine_restoring", "structure", _sine),

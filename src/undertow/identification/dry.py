@@ -21,6 +21,7 @@ from undertow.errors import IdentificationError
 from undertow.identification.baseline import STRUCTURAL, GroupFit, fit_group, group_model
 from undertow.identification.confidence import widening
 from undertow.identification.fit import Specimen, Structure
+from undertow.identification.group import Coefficient
 from undertow.identification.hierarchy import ASSUMED_FREEDOM
 from undertow.identification.problem import TrialOptions
 from undertow.identification.repeats import noise_of, scatter_between, weighted_mean
@@ -44,10 +45,14 @@ def dry_fits(
     specimen: Specimen,
     options: TrialOptions,
     known: Mapping[str, float] | None = None,
+    moved: Mapping[str, str] | None = None,
+    about: Structure | None = None,
 ) -> dict[str, GroupFit]:
     """Each dry trial fitted alone: trial name -> its k, c, mu (kilograms from the known mass).
 
-    ``known`` are slots of the integrator whose value stands (what the dry trials were found to need beside k, c, mu).
+    ``known`` are slots of the integrator whose value stands (what the dry trials were found to need beside k, c, mu),
+    ``moved`` slots whose coefficient stands in another (friction as the force at which bristles yield);
+    ``about`` gives the search's start (None: from each trial itself).
     A trial that cannot be fitted has no place in it; the others' mean does without.
     """
     fits = {}
@@ -57,12 +62,20 @@ def dry_fits(
             base = model.base.copy()
             for slot, value in (known or {}).items():
                 base[SLOT[slot]] += value
-            fit = fit_group(replace(model, base=base), [motion], options)
+            placed = tuple(_placed(c, moved or {}, about) for c in model.coefficients)
+            fit = fit_group(replace(model, base=base, coefficients=placed), [motion], options)
         except IdentificationError:
             continue  # its own analysis says why and lists it as failed
         if not _feeds(fit):
             fits[motion.name] = fit
     return fits
+
+
+def _placed(c: Coefficient, moved: Mapping[str, str], about: Structure | None) -> Coefficient:
+    """A coefficient in its slot, starting from a structure's value where there is one."""
+    known = {} if about is None else {_NAMES[symbol]: getattr(about, symbol).value for symbol in _NAMES}
+    start = known.get(c.name, math.nan)
+    return replace(c, slot=moved.get(c.slot, c.slot), start=start if math.isfinite(start) else c.start)
 
 
 def _feeds(fit: GroupFit) -> bool:

@@ -99,9 +99,9 @@ cent of the total mass."""
 
 WORDS = """## What the tables say
 
-- **Method 1 gives the published values back** within 0.2 % from the recording. What error there is comes from the instant
-  of release, found to a few tenths of a millisecond (0.12 % of m_a); on the exact history it is 0.03 % and
-  less. On the *whole* record, with the seconds after the body has stuck, C_d is off by up to 1.3 %: the report's
+- **Method 1 gives the published values back** within 0.2 % from the recording. What error there is comes from the
+  instant of release, found to a few tenths of a millisecond (0.12 % of m_a); on the exact history it is 0.03 %
+  and less. On the *whole* record, with the seconds after the body has stuck, C_d is off by up to 1.3 %: the report's
   integrator (1 ms, sign() in the right-hand side) does not stick but slides on towards x = 0, and the sum of squares
   counts that. The motion window leaves the stuck tail out.
 - **Method 2 as evidently meant** gives C_d within 5 %. Its m_a is too small by mu N / |x''|, because Eqs. 18-19 leave

@@ -193,9 +193,12 @@ def hidden_problem(
     terms: Sequence[Term],
     coefficients: Array,
     oscillators: Sequence[tuple[float, float, float]],
+    relaxation: tuple[float, float] | None = None,
+    times_s: tuple[float, float] = (0.0, math.inf),
 ) -> Problem:
-    """What output error fits: ``coefficients`` (p,) of ``terms`` over the moving inertia and ``oscillators`` (w in
-    rad/s, zeta, mass ratio), both as starts, shared by all trials; raises as `fit_hidden` does."""
+    """What output error fits: ``coefficients`` (p,) of ``terms`` over the moving inertia, ``oscillators`` (w in rad/s,
+    zeta, mass ratio) and a ``relaxation`` (stiffness over inertia, time in s within ``times_s``), all as starts, shared
+    by all trials; raises as `fit_hidden` does."""
     foreign = [label(term) for term in terms if not term.slots]
     if foreign or len(oscillators) > MAX_HIDDEN:
         raise IdentificationError(
@@ -212,6 +215,13 @@ def hidden_problem(
         links.append(Link(_slot(term), index))
     for number, oscillator in enumerate(oscillators, start=1):
         links += _oscillator_links(builder, number, oscillator)
+    if relaxation is not None:
+        k, time = relaxation
+        links += [
+            Link(SLOT["rk1"], builder.unknown("relaxation", k, scale=k, lower=0.0)),
+            Link(SLOT["rt1"], builder.unknown(
+                "relaxation_time", time, scale=time, lower=times_s[0], upper=times_s[1], unit="s")),
+        ]  # fmt: skip
     for motion in motions:
         own = [] if motion.window.held else _free_state(builder, motion, len(oscillators))
         builder.trial(motion, base, (*links, *own), TrialOptions(drift_std=DRIFT_STD_M))

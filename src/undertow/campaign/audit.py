@@ -23,7 +23,7 @@ from undertow.discrepancy.audit.forces import check_forces, water_share
 from undertow.discrepancy.audit.headings import correct_units
 from undertow.discrepancy.audit.identities import check_identities, with_releases
 from undertow.discrepancy.audit.patterns import check_patterns, power_law
-from undertow.discrepancy.audit.tables import Constants, PublishedTable, dry_value
+from undertow.discrepancy.audit.tables import Constants, PublishedTable, dry_value, same_conditions
 from undertow.discrepancy.audit.verdicts import judge
 from undertow.equation.cells import closed_cell
 from undertow.errors import ConfigError
@@ -116,8 +116,22 @@ def dry_structures(tables: Sequence[PublishedTable], constants: Constants) -> di
         found[spring] = Structure(
             float(k.mean()), float(c.mean()), float(mu.mean()), spread[0] / float(k.mean()) / root, spread[1] / root,
             spread[2] / root, spread[0] / float(k.mean()), spread[1], spread[2],
+            _by_period(tables, constants, spring),
         )  # fmt: skip
     return found
+
+
+def _by_period(tables: Sequence[PublishedTable], constants: Constants, spring: str) -> float:
+    """Stiffness by a spring's printed dry period and the mass, N/m; nan where no period is printed."""
+    dry = {constants.spring_key: spring, constants.water_key: constants.dry}
+    periods = [
+        table.columns["period"].values[row]
+        for table in tables
+        if "period" in table.columns
+        for row in range(table.rows)
+        if same_conditions(table.at(row), dry, (constants.spring_key, constants.water_key))
+    ]
+    return constants.mass_kg * (2.0 * math.pi / float(np.mean(periods))) ** 2 if periods else math.nan
 
 
 def cases_of(

@@ -7,6 +7,8 @@ Belongs here: the quadratic. Does not belong here: where it is centred (surface.
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 
 from undertow.discrepancy.audit.case import Case, case_returns
@@ -24,28 +26,28 @@ def _pairs(rival: Rival) -> list[tuple[int, int]]:
         (i, j)
         for i, one in enumerate(rival.unknowns)
         for j, other in enumerate(rival.unknowns[: i + 1])
-        if not (one.nuisance or other.nuisance)
+        if one.bends and other.bends
     ]
 
 
 def coefficients(rival: Rival) -> int:
-    """How many coefficients a bent sheet of a rival has: one, each unknown, products of those that are no nuisance."""
+    """How many coefficients a bent sheet of a rival has: one, each unknown, products of those that bend."""
     return 1 + len(rival.unknowns) + len(_pairs(rival))
 
 
 def bend(case: Case, rival: Rival, sheet: Sheet, points: Array) -> Sheet:
-    """The sheet as a quadratic through the recipes' own answers at ``points`` (n, L), with its errors.
+    """The sheet as a quadratic about the middle of ``points`` (n, L) through the recipes' own answers there, with its
+    errors.
 
-    Products of the unknowns that are no nuisance are taken; points at which a recipe cannot be run are left out, and
+    Products of the unknowns that bend are taken; points at which a recipe cannot be run are left out, and
     with too few of them left the sheet stays as it is.
     """
     names = [unknown.name for unknown in rival.unknowns]
     near = tuple(Returned(float(mass), float(drag), float(drag)) for mass, drag in np.nan_to_num(sheet.values, nan=1.0))
     exact, kept = [], []
     for point in points:
-        values = {**sheet.node, **dict(zip(names, point.tolist(), strict=True))}
         try:
-            exact.append(printed_columns(case, case_returns(case, values, near)))
+            exact.append(printed_columns(case, case_returns(case, rival.values(point), near)))
         except UndertowError:
             continue
         kept.append(point)
@@ -53,7 +55,8 @@ def bend(case: Case, rival: Rival, sheet: Sheet, points: Array) -> Sheet:
     pairs = _pairs(rival)
     if len(kept) < POINTS_PER_COEFFICIENT * coefficients(rival):
         return sheet
-    away = (np.array(kept) - sheet.centre) / scale
+    middle = np.mean(kept, axis=0)
+    away = (np.array(kept) - middle) / scale
     columns = np.column_stack([np.ones(len(kept)), away, *(away[:, i] * away[:, j] for i, j in pairs)])
     answers = np.array(exact).reshape(len(kept), -1)
     fitted, _, rank, _ = np.linalg.lstsq(columns, answers, rcond=1e-10)
@@ -64,7 +67,7 @@ def bend(case: Case, rival: Rival, sheet: Sheet, points: Array) -> Sheet:
     curves = np.zeros((*shape, len(names), len(names)))
     for (i, j), row in zip(pairs, fitted[1 + len(names) :], strict=True):
         curves[:, :, i, j] = row.reshape(shape) / (scale[i] * scale[j])
-    return Sheet(
-        sheet.node, sheet.centre, fitted[0].reshape(shape), slopes, sheet.misfit, curves, sheet.log_weight,
-        errors.reshape(shape),
+    return replace(
+        sheet, centre=middle, values=fitted[0].reshape(shape), slopes=slopes, curves=curves,
+        errors=errors.reshape(shape),
     )  # fmt: skip

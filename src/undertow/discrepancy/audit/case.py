@@ -13,7 +13,14 @@ from typing import Literal
 
 import numpy as np
 
-from undertow.discrepancy.audit.recipes import Array, Known, Returned, method1_returns, method2_returns
+from undertow.discrepancy.audit.recipes import (
+    ITERATIONS,
+    Array,
+    Known,
+    Returned,
+    method1_returns,
+    method2_returns,
+)
 from undertow.equation.kernel import N_SLOTS, SLOT
 from undertow.errors import UndertowError
 
@@ -40,6 +47,8 @@ class Structure:
     k_scatter: float
     c_scatter: float
     mu_scatter: float
+    k_other: float = math.nan
+    """Stiffness by another dry route, N/m: the printed period and the mass; nan where there is none."""
 
 
 @dataclass(frozen=True)
@@ -135,12 +144,12 @@ def known_of(case: Case, row: Row, volume_m3: float) -> Known:
 def physics_of(case: Case, row: Row, values: Mapping[str, float], known: Known) -> Array:
     """Parameter vector of the compiled integrator for one row under physics ``values`` (names as in rivals.py).
 
-    ``added_mass_kg`` may be ``added_mass_kg.<spring>``; ``k.<spring>`` is a relative error of the stiffness,
-    ``c.<spring>`` N s/m, ``mu.<spring>`` absolute.
+    ``added_mass_kg`` may be ``added_mass_kg.<spring>``; ``k.<spring>`` and ``gain_error.stiffness_<spring>`` are
+    relative errors of the stiffness, ``c.<spring>`` N s/m, ``mu.<spring>`` absolute.
     """
     get, spring = values.get, row.spring
     theta = np.zeros(N_SLOTS)
-    k = known.k_N_per_m * (1.0 + get(f"k.{spring}", 0.0))
+    k = known.k_N_per_m * (1.0 + get(f"k.{spring}", 0.0) + get(f"gain_error.stiffness_{spring}", 0.0))
     normal = (known.mass_kg - known.volume_m3 * known.density_kg_per_m3) * known.gravity_m_per_s2
     friction = (known.mu + get(f"mu.{spring}", 0.0)) * normal + get("coulomb_friction.force_N", 0.0)
     theta[SLOT["mass"]] = known.mass_kg + get(f"added_mass_kg.{spring}", get("added_mass_kg", 0.0))
@@ -160,13 +169,16 @@ def physics_of(case: Case, row: Row, values: Mapping[str, float], known: Known) 
     return theta
 
 
-def row_returns(case: Case, row: Row, values: Mapping[str, float], start: Returned | None = None) -> Returned:
-    """What the row's own recipe returns under physics ``values``; ``start`` an answer near by (Method 1)."""
+def row_returns(
+    case: Case, row: Row, values: Mapping[str, float], start: Returned | None = None, steps: int = ITERATIONS
+) -> Returned:
+    """What the row's own recipe returns under physics ``values``; ``start`` an answer near by, at most ``steps`` away
+    (Method 1)."""
     known = known_of(case, row, values.get("volume_m3", case.volume_range_m3[0]))
     theta = physics_of(case, row, values, known)
     offset = values.get("rest_offset.offset_m", 0.0)
     if row.recipe == "method1":
-        return method1_returns(theta, known, row.window_s, offset, start, row.on_bound)
+        return method1_returns(theta, known, row.window_s, offset, start, row.on_bound, steps)
     share = values.get("turn_share", 0.0)
     return method2_returns(theta, known, offset, share, keep_inertia=row.recipe == "method2")
 

@@ -164,6 +164,11 @@ def _verdict(one: SeriesVerdict, answer: Answer, groups: tuple[Mapping[str, Cond
             for weight in answer.weights
         ],
         "not_tried": dict(answer.failed),
+        "equation_15_probability": {
+            "as_judged": one.equation_if[""],
+            "scatter_at_most_5_percent_of_the_mass": one.equation_if["strict"],
+            "scatter_even_to_20_percent_of_the_mass": one.equation_if["doubting"],
+        },
         "next_test": one.next_test,
         "sentence": one.sentence,
     }  # fmt: skip

@@ -11,7 +11,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -45,14 +45,28 @@ RESONATOR_FREQUENCY_SHARES = (0.6, 1.8)
 RESONATOR_DAMPING = (0.005, 0.25)
 """Damping ratio, even in its logarithm."""
 
-EXPONENTS = (1.1, 1.9)
-"""Exponents of a drag whose C_d truly falls with amplitude: 2 is quadratic drag, 1 linear damping, 0 friction."""
+FREQUENCY = "hidden_resonator.natural_frequency_rad_per_s"
+"""What a recipe's answers bend most with; its range is searched in pieces."""
+
+EXPONENTS = (1.2, 1.8)
+"""Exponents of a drag whose C_d truly falls with amplitude, as a law of its own. 2 is quadratic drag, 1 linear damping,
+0 friction: what lies within 0.2 of those is one of them in disguise, not a law."""
+
+EXPONENT_PRIOR = 0.3
+"""Prior of that law over another single effect's: 0.6 of the exponents between linear damping and quadratic drag, and
+half of that again because linear damping and friction are in the equation already, only their size is in doubt."""
+
+STIFFNESS_SHARE = 0.04
+"""Standard deviation of a mis-stated stiffness over the printed one where no other dry number is at hand."""
+
+STIFFNESS_FLOOR = 0.005
+"""The same where another dry number agrees: that one is not known better."""
 
 
 @dataclass(frozen=True)
 class Unknown:
-    """One unknown: even between ``low`` and ``high``, or normal about ``mean`` with ``deviation`` where that is
-    given."""
+    """One unknown: its coordinate is even between ``low`` and ``high``, or normal about ``mean`` with ``deviation``
+    where that is given; the coordinate is the value itself, or its natural logarithm where ``logarithmic``."""
 
     name: str
     low: float
@@ -62,7 +76,6 @@ class Unknown:
     nuisance: bool = False
     mean: float = 0.0
     logarithmic: bool = False
-    """Even in its logarithm between the same ends."""
 
     @property
     def normal(self) -> bool:
@@ -70,11 +83,15 @@ class Unknown:
         return math.isfinite(self.deviation)
 
     @property
+    def bends(self) -> bool:
+        """Whether answers may bend with it over its prior; a nuisance that is known within a normal is too narrow."""
+        return not (self.nuisance and self.normal)
+
+    @property
     def centre(self) -> float:
         """Where a search starts: the mean of a normal, the middle of a logarithm, the first quarter of a range."""
-        if self.logarithmic:
-            return math.sqrt(self.low * self.high)
-        return self.mean if self.normal else self.low + 0.25 * (self.high - self.low)
+        share = 0.5 if self.logarithmic else 0.25
+        return self.mean if self.normal else self.low + share * (self.high - self.low)
 
     @property
     def scale(self) -> float:
@@ -84,19 +101,19 @@ class Unknown:
 
 @dataclass(frozen=True)
 class Rival:
-    """Physics behind a table: the effects' names (none: Eq. 15 with constant coefficients), unknowns, and nodes.
+    """Physics behind a table: the effects' names (none: Eq. 15 with constant coefficients) and unknowns.
 
-    ``unknowns`` enter almost linearly; ``node_names`` and ``nodes`` (n, d) are values of the others, spread evenly over
-    their prior, at each of which the unknowns are fitted. ``log_ranges`` (d, 2) are the ranges of their logarithms
-    where more nodes may be drawn between them.
+    Unknowns enter almost linearly. The one with which the answers bend most, ``split``, has its range cut into
+    ``cells`` equal pieces, in each of which all are fitted anew.
     """
 
     effects: tuple[str, ...]
     unknowns: tuple[Unknown, ...]
-    node_names: tuple[str, ...] = ()
-    nodes: Array = field(default_factory=lambda: np.zeros((1, 0)))
-    log_ranges: Array | None = None
+    split: str = ""
+    cells: int = 1
     water: bool = True
+    prior: float = 1.0
+    """Prior over that of another rival with as many effects."""
 
     @property
     def label(self) -> str:
@@ -105,12 +122,34 @@ class Rival:
             return "no water force"
         return " + ".join(self.effects) or "equation 15"
 
+    def values(self, point: Array) -> dict[str, float]:
+        """Physical values by name at a point (L,) of coordinates."""
+        pairs = zip(self.unknowns, point.tolist(), strict=True)
+        return {one.name: math.exp(x) if one.logarithmic else x for one, x in pairs}
+
+    @property
+    def edges(self) -> Array:
+        """Edges (cells + 1,) of the pieces, as coordinates; empty where nothing is split."""
+        found = [np.linspace(one.low, one.high, self.cells + 1) for one in self.unknowns if one.name == self.split]
+        return np.asarray(found[0] if found else np.zeros(0))
+
+    def within(self, cell: tuple[float, float] | None) -> Rival:
+        """The rival with the split unknown confined to one piece of its range."""
+        if cell is None:
+            return self
+        low, high = cell
+        return replace(self, unknowns=tuple(
+            replace(one, low=low, high=high) if one.name == self.split else one for one in self.unknowns
+        ))  # fmt: skip
+
     def given(self, priors: Mapping[str, tuple[float, float]]) -> Rival:
         """The rival with the prior of some unknowns replaced by a normal (mean, deviation): "what if k were
-        another"."""
+        another". A stiffness that is given so is not mis-stated beyond `STIFFNESS_FLOOR`."""
+        known = {f"gain_error.stiffness_{name[2:]}": (0.0, STIFFNESS_FLOOR) for name in priors if name.startswith("k.")}
+        every = {**known, **priors}
         return replace(self, unknowns=tuple(
-            replace(one, low=-math.inf, high=math.inf, mean=priors[one.name][0], deviation=priors[one.name][1])
-            if one.name in priors else one
+            replace(one, low=-math.inf, high=math.inf, mean=every[one.name][0], deviation=every[one.name][1])
+            if one.name in every else one
             for one in self.unknowns
         ))  # fmt: skip
 
@@ -132,31 +171,30 @@ def nuisances(case: Case) -> tuple[Unknown, ...]:
 
 
 def rivals(case: Case, nodes: int = 24) -> tuple[Rival, ...]:
-    """Every rival of a case; ``nodes`` frequencies of a resonator."""
+    """Every rival of a case; ``nodes`` pieces of a resonator's range of frequencies."""
     base = nuisances(case)
     masses = [f"added_mass_kg.{name}" for name in case.springs] if case.own_added_mass else ["added_mass_kg"]
     water = (
         *(Unknown(name, 0.0, ADDED_MASS_SHARE * case.mass_kg, unit="kg") for name in masses),
         Unknown("drag_coefficient", 0.0, DRAG_AT_MOST, unit="1"),
     )
-    linear, friction, offset, compliance = (one(case) for one in (_linear, _friction, _offset, _compliance))
+    linear, friction, offset = (one(case) for one in (_linear, _friction, _offset))
+    exponent = Unknown("drag_exponent.exponent", *EXPONENTS)
     found = [
         Rival((), (*water, *base)),
         Rival((), base, water=False),
         Rival(("linear_damping",), (*water, linear, *base)),
         Rival(("coulomb_friction",), (*water, friction, *base)),
         Rival(("linear_damping", "coulomb_friction"), (*water, linear, friction, *base)),
-        Rival(
-            ("drag_exponent",), (*water, *base), ("drag_exponent.exponent",),
-            np.linspace(*EXPONENTS, 5).reshape(-1, 1),
-        ),
-        Rival(("hidden_resonator",), (*water, *_resonator(case), *base), *_frequencies(case, nodes)),
+        Rival(("drag_exponent",), (*water, exponent, *base), prior=EXPONENT_PRIOR),
+        Rival(("hidden_resonator",), (*water, *_resonator(case), *base), FREQUENCY, nodes),
     ]  # fmt: skip
     if case.two_instants:
         found.append(Rival(("rest_offset",), (*water, offset, *base)))
         found.append(Rival(("linear_damping", "rest_offset"), (*water, linear, offset, *base)))
     if len(case.springs) > 1:
-        found.append(Rival(("support_compliance",), (*water, compliance, *base)))
+        found.append(Rival(("support_compliance",), (*water, _compliance(case), *base)))
+        found.append(Rival(("gain_error",), (*water, _stiffness(case), *base)))
     return tuple(found)
 
 
@@ -182,19 +220,29 @@ def _compliance(case: Case) -> Unknown:
     return Unknown("support_compliance.compliance_m_per_N", 0.0, 0.5 / stiffest, deviation, "m/N")
 
 
-def _resonator(case: Case) -> tuple[Unknown, Unknown]:
-    low, high = (case.mass_kg * share for share in RESONATOR_MASS_SHARES)
-    return (
-        Unknown("hidden_resonator.mass_kg", low, high, unit="kg", logarithmic=True),
-        Unknown("hidden_resonator.damping_ratio", *RESONATOR_DAMPING, logarithmic=True),
-    )
+def _stiffness(case: Case) -> Unknown:
+    """True over printed stiffness, less one, of the spring whose dry numbers agree least (the stiffest where there are
+    none): between the printed number and the other one, either wrong by as much, or beyond."""
+    gaps = {name: case.structures[name].k_other / case.structures[name].k - 1.0 for name in case.springs}
+    known = {name: gap for name, gap in gaps.items() if math.isfinite(gap)}
+    if known:
+        spring = max(known, key=lambda name: abs(known[name]))
+        middle, deviation = 0.5 * known[spring], max(0.5 * abs(known[spring]), STIFFNESS_FLOOR)
+    else:
+        spring = max(case.springs, key=lambda name: case.structures[name].k)
+        middle, deviation = 0.0, STIFFNESS_SHARE
+    return Unknown(f"gain_error.stiffness_{spring}", -0.5, 0.5, deviation, mean=middle)
 
 
-def _frequencies(case: Case, nodes: int) -> tuple[tuple[str, ...], Array, Array]:
-    """Name, points (nodes, 1) and range of the logarithm of a resonator's frequency: what the answers bend most
-    with."""
+def _resonator(case: Case) -> tuple[Unknown, ...]:
+    def even(name: str, low: float, high: float, unit: str) -> Unknown:
+        return Unknown(f"hidden_resonator.{name}", math.log(low), math.log(high), unit=unit, logarithmic=True)
+
+    light, heavy = (case.mass_kg * share for share in RESONATOR_MASS_SHARES)
     slow = RESONATOR_FREQUENCY_SHARES[0] * min(case.frequencies)
     fast = RESONATOR_FREQUENCY_SHARES[1] * max(case.frequencies)
-    share = (np.arange(nodes) + 0.5) / nodes
-    points = slow * (fast / slow) ** share
-    return ("hidden_resonator.natural_frequency_rad_per_s",), points.reshape(-1, 1), np.log([[slow, fast]])
+    return (
+        even("mass_kg", light, heavy, "kg"),
+        even("natural_frequency_rad_per_s", slow, fast, "rad/s"),
+        even("damping_ratio", *RESONATOR_DAMPING, "1"),
+    )

@@ -1,22 +1,23 @@
 """A rival's answer surface: what the recipes would print, as a function of the rival's unknowns, near the table.
 
-At every node (mass, frequency, damping of a resonator; an exponent) the other unknowns are fitted to the printed
-numbers by Gauss-Newton through the recipes themselves; what the recipes return there, with its slopes, is the surface
-that posterior.py integrates.
+In every piece of a rival's range (of a resonator's frequencies; one piece elsewhere) the unknowns are fitted to the
+printed numbers by Gauss-Newton through the recipes themselves; what the recipes return there, with its slopes, is the
+surface that posterior.py integrates.
 
 Belongs here: fitting and linearising through the recipes. Does not belong here: bending (bending.py), evidence, draws.
 """
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
+from itertools import pairwise
 
 import numpy as np
 from scipy.optimize import lsq_linear
 
 from undertow.discrepancy.audit.case import Case, case_returns, row_returns
-from undertow.discrepancy.audit.recipes import Array, Returned
+from undertow.discrepancy.audit.recipes import SLOPE_STEPS, Array, Returned
 from undertow.discrepancy.audit.rivals import Rival, Unknown
 from undertow.errors import UndertowError
 
@@ -30,6 +31,9 @@ SMALLEST_DRAG = 0.5
 """Drag coefficients below this are weighed as this."""
 
 ROUNDS = 6
+PASSES = 2
+"""Times that slopes are taken anew; between them they follow the answers by Broyden's update."""
+
 HALVINGS = 4
 SETTLED = 0.05
 """Fitting ends when no unknown moves by more than this share of its scale."""
@@ -41,47 +45,51 @@ WIDE = 1e3
 """Standard deviations within which an unbounded unknown is searched."""
 
 KEPT_BEHIND = 60.0
-"""Nodes whose misfit (chi-square) lies further behind the best one's are not refined: e^-30 of its weight."""
+"""Pieces whose misfit (chi-square) lies further behind the best one's are not refined: e^-30 of its weight."""
+
+
+CLOSER = 3.0
+"""A neighbour whose misfit is better by this much is worth starting from."""
 
 
 @dataclass(frozen=True)
 class Sheet:
-    """The surface at one node: ``centre`` (L,), what is printed there ``values`` (rows, 2), ``slopes`` (rows, 2, L).
+    """The surface in one piece: ``centre`` (L,), what is printed there ``values`` (rows, 2), ``slopes`` (rows, 2, L).
 
     Columns are m_a (without bound; kg) and C_d (at m_a = 0 where the printed one is on the bound). ``misfit`` is the
-    chi-square of the fit, ``node`` the fixed values.
+    chi-square of the fit, ``cell`` the piece of the rival's split range, None where there is one.
     """
 
-    node: Mapping[str, float]
+    cell: tuple[float, float] | None
     centre: Array
     values: Array
     slopes: Array
     misfit: float
     curves: Array | None = None
     """Second derivatives (rows, 2, L, L) over two, where the sheet was bent."""
-    log_weight: float = 0.0
-    """Logarithm of the share of the prior that the node stands for, over an even one."""
+    log_share: float = 0.0
+    """Logarithm of the share of the prior that the piece holds."""
     errors: Array | None = None
     """Root-mean-square misfit (rows, 2) of the bent sheet at the points it was bent through."""
 
     def predict(self, points: Array) -> Array:
         """What is printed (n, rows, 2) at points (n, L)."""
         away = points - self.centre
-        flat: Array = self.values + np.einsum("rcl,nl->nrc", self.slopes, away)
-        if self.curves is None:
-            return flat
-        bent: Array = flat + np.einsum("rckl,nk,nl->nrc", self.curves, away, away)
-        return bent
+        answers = away @ self.slopes.reshape(-1, away.shape[1]).T
+        if self.curves is not None:
+            at = np.nonzero(np.any(self.curves != 0.0, axis=(0, 1)))
+            curves = self.curves[:, :, at[0], at[1]].reshape(answers.shape[1], -1)
+            answers += (away[:, at[0]] * away[:, at[1]]) @ curves.T
+        found: Array = self.values + answers.reshape(-1, *self.values.shape)
+        return found
 
 
 @dataclass(frozen=True)
 class Surface:
-    """All nodes of one rival: ``sheets``; ``tried`` is how many nodes there were, those left out far behind
-    included."""
+    """The sheets of one rival; pieces far behind the best are left out."""
 
     rival: Rival
     sheets: tuple[Sheet, ...]
-    tried: int
 
 
 def printed_values(case: Case) -> Array:
@@ -89,38 +97,87 @@ def printed_values(case: Case) -> Array:
     return np.array([[row.added_mass_kg, row.drag_coefficient] for row in case.rows])
 
 
-def fit_weights(case: Case) -> Array:
-    """What counts as one standard deviation while fitting, (rows, 2)."""
+def structure_covariances(case: Case, rival: Rival, sheet: Sheet) -> Array:
+    """What the scatter of k, c, mu from trial to trial does to each printed pair, (rows, 2, 2), by the sheet's
+    slopes."""
+    names = [unknown.name for unknown in rival.unknowns]
+    found = np.zeros((len(case.rows), 2, 2))
+    for i, row in enumerate(case.rows):
+        dry = case.structures[row.spring]
+        for short, deviation in (("k", dry.k_scatter), ("c", dry.c_scatter), ("mu", dry.mu_scatter)):
+            slope = sheet.slopes[i, :, names.index(f"{short}.{row.spring}")] * deviation
+            found[i] += np.outer(slope, slope)
+    return found
+
+
+def _whitening(case: Case, rival: Rival, sheet: Sheet) -> Array:
+    """Matrices (rows, 2, 2) that bring a fit's misses to one standard deviation: the structure's scatter and a round
+    share of m_a and C_d; what is not printed or on its bound is not mixed with the other column."""
     printed = printed_values(case)
     drag = FIT_DRAG_SHARE * np.maximum(np.abs(np.nan_to_num(printed[:, 1])), SMALLEST_DRAG)
-    return np.column_stack([np.full(len(case.rows), FIT_MASS_SHARE * case.mass_kg), drag])
+    found = structure_covariances(case, rival, sheet)
+    found[:, 0, 0] += (FIT_MASS_SHARE * case.mass_kg) ** 2
+    found[:, 1, 1] += drag**2
+    alone = ~np.isfinite(printed).all(axis=1) | np.array([row.on_bound for row in case.rows])
+    found[alone, 0, 1] = found[alone, 1, 0] = 0.0
+    return np.asarray(np.linalg.inv(np.linalg.cholesky(found)), dtype=np.float64)
 
 
 def build_surface(case: Case, rival: Rival) -> Surface:
-    """The surface of one rival over all its nodes; nodes far behind the best after the first round are dropped.
+    """The surface of one rival over all its pieces. UndertowError where the recipes cannot be run in any."""
+    edges = rival.edges.tolist()
+    cells = list(pairwise(edges)) if edges else [None]
+    return Surface(rival, fitted_sheets(case, rival, cells))
 
-    UndertowError where the recipes cannot be run at any node.
+
+def fitted_sheets(
+    case: Case, rival: Rival, cells: Sequence[tuple[float, float] | None], start: Array | None = None
+) -> tuple[Sheet, ...]:
+    """Sheets in some pieces of a rival's range; those far behind the best after the first round are left out.
+
+    ``start`` (L,) is a point to fit from. UndertowError where the recipes cannot be run in any of them.
     """
-    starts = [
-        _first_sheet(case, rival, dict(zip(rival.node_names, node.tolist(), strict=True))) for node in rival.nodes
-    ]
-    sheets = [(sheet, returned) for sheet, returned in (one for one in starts if one is not None)]
+    first = [_first_sheet(case, rival.within(cell), cell, start) for cell in cells]
+    sheets = [one for one in first if one is not None]
     if not sheets:
         raise UndertowError(
-            f"audit case {case.name}: the recipes cannot be run under {rival.label} at any of {rival.nodes.shape[0]} "
-            "nodes; releases are too small for it"
+            f"audit case {case.name}: the recipes cannot be run under {rival.label} in any of {len(cells)} ranges; "
+            "releases are too small for it"
         )
-    best = min(_best_misfit(case, rival, sheet) for sheet, _ in sheets)
-    near = [one for one in sheets if _best_misfit(case, rival, one[0]) < best + KEPT_BEHIND]
-    refined = tuple(_refine(case, rival, sheet, returned) for sheet, returned in near)
-    return Surface(rival, refined, rival.nodes.shape[0])
+    misfits = [best_point(case, rival.within(sheet.cell), sheet)[1] for sheet, _ in sheets]
+    refined = [
+        _refine(case, rival.within(sheet.cell), sheet, returned)
+        for (sheet, returned), misfit in zip(sheets, misfits, strict=True)
+        if misfit < min(misfits) + KEPT_BEHIND
+    ]
+    return tuple(_from_neighbours(case, rival, refined))
 
 
-def _first_sheet(case: Case, rival: Rival, node: Mapping[str, float]) -> tuple[Sheet, tuple[Returned, ...]] | None:
+def _from_neighbours(case: Case, rival: Rival, sheets: list[Sheet]) -> list[Sheet]:
+    """Sheets fitted again from a neighbour's point where the neighbour came much closer: fits end in local minima."""
+    found = list(sheets)
+    order = list(range(len(found)))
+    for i, j in [*pairwise(order), *pairwise(order[::-1])]:
+        if found[i].misfit + CLOSER > found[j].misfit:
+            continue
+        inside = rival.within(found[j].cell)
+        again = _first_sheet(case, inside, found[j].cell, found[i].centre)
+        if again is not None:
+            better = _refine(case, inside, *again)
+            found[j] = better if better.misfit < found[j].misfit else found[j]
+    return found
+
+
+def _first_sheet(
+    case: Case, rival: Rival, cell: tuple[float, float] | None, start: Array | None
+) -> tuple[Sheet, tuple[Returned, ...]] | None:
+    if start is not None:
+        low, high = (np.array([getattr(one, end) for one in rival.unknowns]) for end in ("low", "high"))
+        return _sheet(case, rival, cell, np.clip(start, low, high), None)
     printed = printed_values(case)
     centre = np.array([unknown.centre for unknown in rival.unknowns])
     names = [unknown.name for unknown in rival.unknowns]
-    resonating = 0.5 * sum(one.centre for one in rival.unknowns if one.name == "hidden_resonator.mass_kg")
+    resonating = 0.5 * rival.values(centre).get("hidden_resonator.mass_kg", 0.0)
     mass, drag = (
         float(np.median(column[np.isfinite(column)])) if np.isfinite(column).any() else 1.0 for column in printed.T
     )
@@ -129,19 +186,19 @@ def _first_sheet(case: Case, rival: Rival, node: Mapping[str, float]) -> tuple[S
             centre[i] = max(mass - resonating, 1.0)
         elif name == "drag_coefficient":
             centre[i] = 0.5 * max(drag, SMALLEST_DRAG)
-    return _sheet(case, rival, node, centre, None)
+    return _sheet(case, rival, cell, centre, None)
 
 
 def _sheet(
-    case: Case, rival: Rival, node: Mapping[str, float], centre: Array, starts: tuple[Returned, ...] | None
+    case: Case, rival: Rival, cell: tuple[float, float] | None, centre: Array, starts: tuple[Returned, ...] | None
 ) -> tuple[Sheet, tuple[Returned, ...]] | None:
     """The surface linearised at ``centre``; None where the motion there sticks or leaves every bound."""
     names = [unknown.name for unknown in rival.unknowns]
     # a resonator may make two minima: only there are all masses searched
-    if starts is None and not node:
+    if starts is None and cell is None:
         starts = tuple(Returned(max(r.added_mass_kg, 0.0), r.drag_coefficient, r.drag_coefficient) for r in _sane(case))
     try:
-        here = case_returns(case, {**node, **dict(zip(names, centre.tolist(), strict=True))}, starts)
+        here = case_returns(case, rival.values(centre), starts)
         values = printed_columns(case, here)
         slopes = np.zeros((*values.shape, len(names)))
         for i, unknown in enumerate(rival.unknowns):
@@ -150,21 +207,19 @@ def _sheet(
                 continue
             moved = centre.copy()
             moved[i] += step
-            there = _moved(case, {**node, **dict(zip(names, moved.tolist(), strict=True))}, here, unknown.name)
+            there = _moved(case, rival.values(moved), here, unknown.name)
             slopes[:, :, i] = (printed_columns(case, there) - values) / step
     except UndertowError:
         return None
-    sheet = Sheet(node, centre, values, slopes, 0.0)
+    sheet = Sheet(cell, centre, values, slopes, 0.0)
     return sheet, here
 
 
-def _moved(
-    case: Case, values: Mapping[str, float], here: tuple[Returned, ...], name: str
-) -> tuple[Returned, ...]:
+def _moved(case: Case, values: Mapping[str, float], here: tuple[Returned, ...], name: str) -> tuple[Returned, ...]:
     """What the recipes return with one unknown moved; rows of springs that it does not belong to stay as they are."""
     owner = name.partition(".")[2] if name.partition(".")[2] in case.springs else ""
     return tuple(
-        row_returns(case, row, values, near) if owner in ("", row.spring) else near
+        row_returns(case, row, values, near, SLOPE_STEPS) if owner in ("", row.spring) else near
         for row, near in zip(case.rows, here, strict=True)
     )
 
@@ -186,15 +241,13 @@ def printed_columns(case: Case, returned: tuple[Returned, ...]) -> Array:
 def best_point(case: Case, rival: Rival, sheet: Sheet) -> tuple[Array, float]:
     """The unknowns (L,) that bring the linear surface closest to the print within their bounds and priors;
     chi-square."""
-    printed, weights = printed_values(case), fit_weights(case)
-    target = printed - sheet.values
-    bound = np.array([row.on_bound for row in case.rows])
+    target = printed_values(case) - sheet.values
     # on the bound any m_a below 0 prints 0: only what lies above counts
-    below = bound & (sheet.values[:, 0] < 0.0)
-    target[below, 0] = np.nan
+    target[np.array([row.on_bound for row in case.rows]) & (sheet.values[:, 0] < 0.0), 0] = np.nan
     use = np.isfinite(target)
-    matrix = (sheet.slopes / weights[:, :, None])[use]
-    goal = (target / weights)[use]
+    white = _whitening(case, rival, sheet)
+    matrix = (white @ sheet.slopes)[use]
+    goal = np.einsum("rcd,rd->rc", white, np.nan_to_num(target))[use]
     normal = np.array([unknown.normal for unknown in rival.unknowns])
     deviations = np.array([unknown.deviation for unknown in rival.unknowns])
     extra = np.diag(np.where(normal, 1.0 / np.where(normal, np.maximum(deviations, 1e-30), 1.0), 0.0))[normal]
@@ -207,6 +260,7 @@ def best_point(case: Case, rival: Rival, sheet: Sheet) -> tuple[Array, float]:
         rows,
         np.concatenate([goal, prior_goal]),
         bounds=((low - sheet.centre) / scale - 1e-9, (high - sheet.centre) / scale + 1e-9),
+        method="bvls",
     )
     return np.clip(sheet.centre + found.x * scale, low, high), 2.0 * float(found.cost)
 
@@ -218,41 +272,63 @@ def _limits(unknown: Unknown) -> tuple[float, float]:
     return max(unknown.low, unknown.mean - reach), min(unknown.high, unknown.mean + reach)
 
 
-def _best_misfit(case: Case, rival: Rival, sheet: Sheet) -> float:
-    return best_point(case, rival, sheet)[1]
-
-
 def _refine(case: Case, rival: Rival, sheet: Sheet, returned: tuple[Returned, ...]) -> Sheet:
-    """Gauss-Newton from a sheet, steps halved until the recipes' own answers come closer to the print."""
+    """Gauss-Newton from a sheet, slopes taken anew at the end of each pass until the last one hardly moves."""
     scale = np.array([max(unknown.scale, 1e-30) for unknown in rival.unknowns])
-    names = [unknown.name for unknown in rival.unknowns]
-    here = _misfit(case, rival, sheet.centre, sheet.values)
+    for _ in range(PASSES):
+        moved, reached = _descend(case, rival, sheet, returned)
+        if moved is sheet:
+            break
+        far = float(np.max(np.abs(moved.centre - sheet.centre) / scale))
+        anew = _sheet(case, rival, sheet.cell, moved.centre, reached)
+        if anew is None:
+            break
+        sheet, returned = anew
+        if far < SETTLED:
+            break
+    return replace(sheet, misfit=best_point(case, rival, sheet)[1])
+
+
+def _descend(
+    case: Case, rival: Rival, sheet: Sheet, returned: tuple[Returned, ...]
+) -> tuple[Sheet, tuple[Returned, ...]]:
+    """One pass: steps halved until the recipes' own answers come closer to the print, slopes by Broyden's update.
+
+    The same sheet where no step comes closer.
+    """
+    scale = np.array([max(unknown.scale, 1e-30) for unknown in rival.unknowns])
+    white = _whitening(case, rival, sheet)
+    here = _misfit(case, rival, white, sheet.centre, sheet.values)
     for _ in range(ROUNDS):
         move = best_point(case, rival, sheet)[0] - sheet.centre
+        if np.max(np.abs(move) / scale) < SETTLED:
+            break
         for _ in range(HALVINGS):
             target = sheet.centre + move
             try:
-                reached = case_returns(case, {**sheet.node, **dict(zip(names, target.tolist(), strict=True))}, returned)
-                there = _misfit(case, rival, target, printed_columns(case, reached))
+                reached = case_returns(case, rival.values(target), returned)
+                values = printed_columns(case, reached)
+                there = _misfit(case, rival, white, target, values)
             except UndertowError:
                 there = np.inf
             if there < here:
                 break
             move = 0.5 * move
-        if not there < here or np.max(np.abs(move) / scale) < SETTLED:
+        if not there < here:
             break
-        moved = _sheet(case, rival, sheet.node, target, reached)
-        if moved is None:
-            break
-        (sheet, returned), here = moved, there
-    return replace(sheet, misfit=best_point(case, rival, sheet)[1])
+        step = move / scale
+        missed = (values - sheet.values - sheet.slopes @ move)[:, :, None]
+        slopes = sheet.slopes + missed * (step / scale) / float(step @ step)
+        sheet, returned, here = Sheet(sheet.cell, target, values, slopes, 0.0), reached, there
+    return sheet, returned
 
 
-def _misfit(case: Case, rival: Rival, centre: Array, values: Array) -> float:
-    """Chi-square (2,) of the recipes' answers and of the normal priors, weighed as while fitting."""
-    gap = (printed_values(case) - values) / fit_weights(case)
+def _misfit(case: Case, rival: Rival, white: Array, centre: Array, values: Array) -> float:
+    """Chi-square of the recipes' answers and of the normal priors, weighed as while fitting."""
+    gap = printed_values(case) - values
     for i, row in enumerate(case.rows):
         if row.on_bound:
-            gap[i, 0] = max(values[i, 0], 0.0) / (FIT_MASS_SHARE * case.mass_kg)
+            gap[i, 0] = min(-values[i, 0], 0.0)
+    weighed = np.einsum("rcd,rd->rc", white, np.nan_to_num(gap))
     prior = [(x - one.mean) / one.deviation for x, one in zip(centre, rival.unknowns, strict=True) if one.normal]
-    return float(np.nansum(gap**2)) + float(np.sum(np.square(prior)))
+    return float(np.sum(weighed**2)) + float(np.sum(np.square(prior)))

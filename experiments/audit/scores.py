@@ -1,0 +1,130 @@
+"""How the simulated tables were judged: names, classes, sizes of answers, false accusations, coverage.
+
+An answer is the set of names that are said: the verdict and its alternatives, and Eq. 15 where it is not ruled out. A
+set that names more than `MOST_NAMES` says nothing and counts as wrong, whatever is in it.
+
+Belongs here: counting stored results, the page's section. Does not belong here: making tables (simulated.py).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from scipy.stats import beta
+
+from experiments.audit.simulated import COVERAGE_TABLES, INTERVALS, TABLES
+
+PAGE = Path(__file__).resolve().parents[2] / "docs" / "published_tables.md"
+MARKS = ("<!-- simulated tables -->", "<!-- end of simulated tables -->")
+
+MOST_NAMES = 3
+"""Names in a set that still says something: of seven to nine rivals a third."""
+
+CLASSES = {
+    "": "nothing", "linear_damping": "dissipation", "coulomb_friction": "dissipation", "drag_exponent": "dissipation",
+    "hidden_resonator": "memory", "rest_offset": "set-up", "support_compliance": "set-up", "gain_error": "set-up",
+}  # fmt: skip
+
+
+def names_said(one: dict[str, Any]) -> list[tuple[str, ...]]:
+    """The sets of names of one answer, the preferred one first; () is Eq. 15."""
+    return [tuple(one["verdict"]), *(tuple(names) for names in one["alternatives"])]
+
+
+def judged(one: dict[str, Any]) -> dict[str, bool]:
+    """How one answer did: preferred name, preferred class, name in the set, in a small set, name or class."""
+    truth, said = one["truth"], names_said(one)
+    classes = {CLASSES[name] for name in said[0]} or {"nothing"}
+    named = ((truth,) if truth else ()) in said or any(truth in names for names in said if truth)
+    small = len(said) <= MOST_NAMES
+    right_class = CLASSES[truth] in classes
+    return {
+        "preferred": said[0] == ((truth,) if truth else ()), "class": right_class, "named": named,
+        "named_small": named and small, "right": right_class or (named and small),
+    }  # fmt: skip
+
+
+def coverage(results: Sequence[dict[str, Any]]) -> dict[str, dict[str, float]]:
+    """Tables whose 90 % interval holds what was planted, by parameter, with the 95 % range of the share."""
+    found = {}
+    for effect, name in INTERVALS:
+        key = f"{effect}.{name}"
+        those = [(one["intervals"][key], one["values"][key]) for one in results if key in one["intervals"]]
+        inside, tables = sum(low <= value <= high for (_, low, high), value in those), len(those)
+        low = float(beta.ppf(0.025, inside, tables - inside + 1)) if inside else 0.0
+        high = float(beta.ppf(0.975, inside + 1, tables - inside)) if inside < tables else 1.0
+        found[key] = {"tables": tables, "inside": inside, "low": low, "high": high}
+    return found
+
+
+def summary(results: Sequence[dict[str, Any]]) -> dict[str, Any]:
+    """Counts over the audited tables, in all and by truth; coverage over all."""
+    audited = [one for one in results if "verdict" in one]
+    by_truth = {}
+    for truth in sorted({one["truth"] for one in audited}):
+        those = [one for one in audited if one["truth"] == truth]
+        by_truth[truth or "equation 15"] = _counts(those)
+    null = [one for one in audited if not one["truth"]]
+    return {
+        "tables": len(audited), "effects": _counts([one for one in audited if one["truth"]]),
+        "eq15": len(null), "accused": sum(bool(one["verdict"]) for one in null), "by_truth": by_truth,
+        "coverage": coverage(results), "cpu_s": sum(one["cpu_s"] for one in results),
+    }  # fmt: skip
+
+
+def _counts(those: Sequence[dict[str, Any]]) -> dict[str, Any]:
+    scores = [judged(one) for one in those]
+    counts: dict[str, Any] = {
+        key: sum(score[key] for score in scores) for key in ("preferred", "class", "named", "named_small", "right")
+    }
+    sizes = [len(names_said(one)) for one in those]
+    return {**counts, "tables": len(those), "size": float(np.median(sizes)) if sizes else 0.0}
+
+
+def section(found: dict[str, Any]) -> str:
+    """The section of docs/published_tables.md: counts, coverage, a table by truth."""
+    one = found["effects"]
+    lines = [
+        f"| {truth.replace('_', ' ')} | {row['tables']} | {row['preferred']} | {row['class']} | {row['named_small']} "
+        f"| {row['right']} | {row['named']} | {row['size']:g} |"
+        for truth, row in found["by_truth"].items()
+    ]
+    head = (
+        "| truth | tables | preferred | its class | in a set of three or fewer | name or class | in any set | names in "
+        "the set (median) |"
+    )
+    return "\n".join([
+        f"{found['tables']} simulated tables of the {TABLES} planned, {found['cpu_s'] / 60.0:.0f} minutes of a busy "
+        "core (`python -m experiments.audit.simulated run`).",
+        f"With an effect planted, its name is among at most {MOST_NAMES} that are said in {one['named_small']} of "
+        f"{one['tables']} tables, or its class (dissipation, memory, set-up) is the preferred one's: {one['right']} of "
+        f"{one['tables']} ({100.0 * one['right'] / max(one['tables'], 1):.0f} %). It is the preferred name in "
+        f"{one['preferred']}, its class the preferred one's in {one['class']}; a set has {one['size']:g} names "
+        f"(median).",
+        f"Where Eq. 15 is true somebody is accused in {found['accused']} of {found['eq15']}.",
+        *(_covered(key, row) for key, row in found["coverage"].items()),
+        "",
+        head,
+        "|---|---|---|---|---|---|---|---|",
+        *lines,
+    ])  # fmt: skip
+
+
+def _covered(key: str, row: dict[str, float]) -> str:
+    effect = key.partition(".")[0].replace("_", " ")
+    share = 100.0 * row["inside"] / max(row["tables"], 1)
+    return (
+        f"90 % intervals hold the planted {effect} in {row['inside']:g} of {row['tables']:g} ({share:.0f} %; 95 % "
+        f"range of that share {100.0 * row['low']:.0f} to {100.0 * row['high']:.0f} %; {COVERAGE_TABLES} tables more were "
+        f"made for this alone)."
+    )
+
+
+def write_page(results: Sequence[dict[str, Any]]) -> None:
+    """Put the section between its marks in docs/published_tables.md."""
+    text = PAGE.read_text(encoding="utf-8")
+    before, after = text.split(MARKS[0])[0], text.split(MARKS[1])[1]
+    PAGE.write_text(f"{before}{MARKS[0]}\n{section(summary(results))}\n{MARKS[1]}{after}", encoding="utf-8")

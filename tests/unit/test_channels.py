@@ -140,10 +140,8 @@ def test_the_jacobian_is_the_residuals_slope(averaged):
         base[link.slot] = 0.0
     cells = trial(0.05, averaged=averaged)
     nothing = np.zeros(cells.t.size)
-    channels = tuple(
-        Channel(quantity, nothing, sigma)
-        for quantity, sigma in {"displacement": 1e-3, "acceleration": 0.1, "velocity": 0.01, "spring_force": 10.0}.items()
-    )
+    sigmas = {"displacement": 1e-3, "acceleration": 0.1, "velocity": 0.01, "spring_force": 10.0}
+    channels = tuple(Channel(quantity, nothing, sigma) for quantity, sigma in sigmas.items())
     cells = replace(cells, base=base, links=links, channels=channels)
     got = residuals(cells, values)
     assert got is not None

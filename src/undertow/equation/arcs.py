@@ -277,7 +277,11 @@ def sample_at(times, late, series, ends, steps, order, levels):
         t = max(times[row] + late, 0.0)
         while i + 1 < steps and ends[i + 1] < t:
             i += 1
-        _values(series[i], t - ends[i], order, levels, row)
+        if ends[i + 1] == math.inf:  # held by friction: constant, or growing evenly where the series is an integral
+            for j in range(levels.shape[1]):
+                levels[row, j] = series[i, 0, j] + (t - ends[i]) * series[i, 1, j]
+        else:
+            _values(series[i], t - ends[i], order, levels, row)
 
 
 @njit(**_OPT)

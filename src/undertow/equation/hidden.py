@@ -174,9 +174,11 @@ class Hysteresis(Term):
 
     def force(self, x: Array, v: Array, a: Array, t: Array) -> Array:
         """r / k_h in m, integrated along the displacement from r = 0 at t[0]."""
-        out = np.zeros_like(x)
-        for i in range(x.size - 1):
-            dx = x[i + 1] - x[i]
-            limit = self.yield_displacement_m * np.sign(dx)
-            out[i + 1] = limit + (out[i] - limit) * np.exp(-abs(dx) / self.yield_displacement_m) if dx else out[i]
-        return out
+        moves = np.diff(x)
+        limits = (self.yield_displacement_m * np.sign(moves)).tolist()
+        shares = np.exp(-np.abs(moves) / self.yield_displacement_m).tolist()
+        out, here = [0.0], 0.0
+        for limit, share in zip(limits, shares, strict=True):
+            here = limit + (here - limit) * share  # a body that does not move keeps its share of 1 and limit of 0
+            out.append(here)
+        return np.array(out)

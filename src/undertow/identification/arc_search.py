@@ -317,6 +317,8 @@ def search(sheet, columns, start, windows, iterations, stop, first_damping, room
                 new[i] = min(max(new[i], box[_LOWER, i]), box[_UPPER, i])
                 moved = max(moved, abs(new[i] - values[i]) / scale[i])
             if moved < enough:
+                if not precise:
+                    values = new  # so short a step needs no proof: the next window looks again
                 done = 1
                 break
             new_cost, new_chi2 = _evaluate(sheet, columns, new, window, precise, room, there)

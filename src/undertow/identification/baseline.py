@@ -17,7 +17,7 @@ from undertow.conditioning.motion import Motion
 from undertow.equation.equation import Equation
 from undertow.equation.kernel import SLOT
 from undertow.equation.term import Term
-from undertow.identification import output_error
+from undertow.identification import blind, output_error
 from undertow.identification.confidence import as_stderr, widening
 from undertow.identification.fit import Fit, Structure
 from undertow.identification.group import STRUCTURAL, WATER, Coefficient, GroupModel, group_model, terms_by_name
@@ -130,12 +130,13 @@ def _fit_scattering(problem: Problem, start: Array) -> Solution:
 
 
 def _fit_plain(model: GroupModel, problem: Problem) -> Solution:
-    """The fit from the motion's own scale; where it ends badly also from the linear equation's answer.
+    """The fit from the motion's own scale; where it ends badly also from the record's period and from the linear
+    equation's answer.
 
     An equation that is wrong can be led, by growing windows, to coefficients that a linear oscillator beats; started
     from a linear answer that is better, the search cannot end above it. The better end is returned.
     """
-    direct = output_error.fit(problem)
+    direct = blind.fit(problem)
     if direct.outcome == OK and direct.chi2 <= WITHIN_NOISE * direct.n_data:
         return direct
     leading = {

@@ -14,7 +14,7 @@ from dataclasses import dataclass
 
 import numpy as np
 from numba import njit
-from scipy.optimize import minimize
+from scipy.optimize import OptimizeResult, minimize
 
 from undertow.conditioning.motion import Motion
 from undertow.equation.kernel import N_SLOTS, SLOT
@@ -32,6 +32,16 @@ STEP_S = 0.001
 STARTS: tuple[tuple[float, float], ...] = ((0.2, 5.0), (0.4, 20.0), (0.05, 1.0))
 """Initial trials of (m_a / m, C_d); the best end is taken, since near a resonance there are two minima."""
 
+SAME_VALLEY = (0.01, 0.5)
+SAME_RMS = 1.1
+"""So near to an end in (m_a / m, C_d), with so much of its RMS at most, a later start only goes there again: the two
+minima near a resonance are ten times as far apart."""
+
+
+@njit("f8(f8)", cache=True, inline="always", error_model="numpy")
+def _sign(v):  # type: ignore[no-untyped-def]
+    return 1.0 if v > 0.0 else (-1.0 if v < 0.0 else 0.0)
+
 
 @njit("f8[::1](f8, f8, f8, f8, f8, f8, f8, i8)", cache=True, error_model="numpy")
 def runge_kutta(mass, c, k, friction, drag, x0, dt, n):  # type: ignore[no-untyped-def]
@@ -39,16 +49,18 @@ def runge_kutta(mass, c, k, friction, drag, x0, dt, n):  # type: ignore[no-untyp
     out = np.empty(n + 1)
     x, v = x0, 0.0
     out[0] = x
+    c, k, friction, drag = c / mass, k / mass, friction / mass, drag / mass
+    half, sixth = 0.5 * dt, dt / 6.0
     for i in range(n):
-        a1 = -(c * v + k * x + friction * np.sign(v) + drag * v * abs(v)) / mass
-        v2 = v + 0.5 * dt * a1
-        a2 = -(c * v2 + k * (x + 0.5 * dt * v) + friction * np.sign(v2) + drag * v2 * abs(v2)) / mass
-        v3 = v + 0.5 * dt * a2
-        a3 = -(c * v3 + k * (x + 0.5 * dt * v2) + friction * np.sign(v3) + drag * v3 * abs(v3)) / mass
+        a1 = -(k * x + c * v + friction * _sign(v) + drag * v * abs(v))
+        v2 = v + half * a1
+        a2 = -(k * (x + half * v) + c * v2 + friction * _sign(v2) + drag * v2 * abs(v2))
+        v3 = v + half * a2
+        a3 = -(k * (x + half * v2) + c * v3 + friction * _sign(v3) + drag * v3 * abs(v3))
         v4 = v + dt * a3
-        a4 = -(c * v4 + k * (x + dt * v3) + friction * np.sign(v4) + drag * v4 * abs(v4)) / mass
-        x += dt / 6.0 * (v + 2.0 * v2 + 2.0 * v3 + v4)
-        v += dt / 6.0 * (a1 + 2.0 * a2 + 2.0 * a3 + a4)
+        a4 = -(k * (x + dt * v3) + c * v4 + friction * _sign(v4) + drag * v4 * abs(v4))
+        x += sixth * (v + 2.0 * v2 + 2.0 * v3 + v4)
+        v += sixth * (a1 + 2.0 * a2 + 2.0 * a3 + a4)
         out[i + 1] = x
     return out
 
@@ -92,11 +104,21 @@ def search(
             value = float(np.sqrt(np.mean(error * error)))
         return value if math.isfinite(value) else math.inf
 
-    ends = [
-        minimize(rms, np.array(start), method="Nelder-Mead", options={"xatol": 1e-5, "fatol": 1e-9, "maxiter": 400})
-        for start in STARTS
-    ]
-    best = min(ends, key=lambda end: float(end.fun))
+    ends: list[OptimizeResult] = []
+
+    def known(intermediate_result: OptimizeResult) -> None:
+        """Stops a start that has come into the valley of an end already found."""
+        for end in ends:
+            near = np.all(np.abs(intermediate_result.x - end.x) < SAME_VALLEY)
+            if near and intermediate_result.fun < SAME_RMS * end.fun:
+                raise StopIteration
+
+    options = {"xatol": 1e-5, "fatol": 1e-9, "maxiter": 400}
+    for start in STARTS:
+        ends.append(minimize(rms, np.array(start), method="Nelder-Mead", options=options, callback=known))
+    first = min(ends, key=lambda end: float(end.fun))
+    # sign() makes the valley's floor rough, and a simplex stops on it: a new one from there goes on
+    best = min(first, minimize(rms, first.x, method="Nelder-Mead", options=options), key=lambda end: float(end.fun))
     added = max(float(best.x[0]) * specimen.mass_kg, lower_mass_kg)
     return added, float(best.x[1]), float(best.fun)
 

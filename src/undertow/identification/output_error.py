@@ -85,7 +85,9 @@ def parameter_vector(trial: TrialProblem, values: Array) -> Array:
     return theta
 
 
-def trajectory(theta: Array, slots: np.ndarray, times: Array) -> tuple[Array, Array, Array]:
+def trajectory(
+    theta: Array, slots: np.ndarray, times: Array, steps_per_period: int = TRAJECTORY_STEPS_PER_PERIOD
+) -> tuple[Array, Array, Array]:
     """x, v, a, each (n, 1 + p), of a parameter vector at ``times`` (n,): motion and derivatives by ``slots`` (p,).
 
     Raises IdentificationError where the total mass is not positive or the motion leaves every bound.
@@ -93,7 +95,7 @@ def trajectory(theta: Array, slots: np.ndarray, times: Array) -> tuple[Array, Ar
     mass = float(theta[SLOT["mass"]])
     if not mass > 0.0 or not np.all(np.isfinite(theta)):
         raise IdentificationError(f"a trajectory needs a positive total mass and finite parameters, got {mass:g} kg")
-    step = 2.0 * math.pi / fastest_frequency(theta) / TRAJECTORY_STEPS_PER_PERIOD
+    step = 2.0 * math.pi / fastest_frequency(theta) / steps_per_period
     x, v, a, _, count = integrate(theta, slots, np.array(times, dtype=np.float64), step)
     if count < 0:
         raise IdentificationError(

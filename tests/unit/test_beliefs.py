@@ -5,7 +5,7 @@ import pytest
 
 import undertow
 from experiments.structure.truths import OtherBody
-from tests.short_trials import LONG, group, per_mass
+from tests.short_trials import group, per_mass
 from undertow.conditioning.condition import condition
 from undertow.equation.hydrodynamics import DragExponent
 from undertow.equation.structure import CoulombFriction, Stiffness, ViscousDamping

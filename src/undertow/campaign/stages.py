@@ -192,5 +192,6 @@ def _verdict(data: Mapping[str, Any], task: GroupTask) -> Verdict:
         "augmented": described(data["augmented"]),
         "rejected": tuple(Rejected(**r) for r in data["rejected"]),
         "physical_check": PhysicalCheck(**data["physical_check"]),
+        "transfer": dict(data["transfer"]),
     }
     return Verdict(**kept)

@@ -16,6 +16,7 @@ from undertow.discrepancy.diagnose import diagnose
 from undertow.discrepancy.joint import Addend, Level, Member, free_run_error, make_level, member_rate
 from undertow.discrepancy.prove import addition_parameters, check_cell, rms, score
 from undertow.discrepancy.suspects import SUSPECTS, Suspect
+from undertow.discrepancy.transfer import from_other_springs
 from undertow.discrepancy.verdict import Described, Origin, PhysicalCheck, Rejected, Status, Verdict
 from undertow.discrepancy.words import percent
 from undertow.quantities import Estimate
@@ -106,7 +107,10 @@ def judge_level(cases: Sequence[Case], suspects: Sequence[Suspect], standing: Se
     level = make_level([_member(c) for c in cases], standing)
     clean = all(c.has_dry and not c.dry for c in cases) and not standing
     diagnosis = diagnose(level, suspects, clean)
-    verdicts = tuple(_verdict(level, case, diagnosis) for case in cases)
+    moved = ({},) * len(cases) if not diagnosis.accused else from_other_springs(
+        level, diagnosis.best.fit, [(*c.member.motions, *c.held) for c in cases]
+    )  # fmt: skip
+    verdicts = tuple(_verdict(level, case, diagnosis, to) for case, to in zip(cases, moved, strict=True))
     labels = tuple(c.member.label for c in cases)
     if not diagnosis.accused:
         return Judged(verdicts, labels)
@@ -121,7 +125,7 @@ def _member(case: Case) -> Member:
     return case.member if case.member.allowed < 1.0 else replace(case.member, allowed=case.allowed)
 
 
-def _verdict(level: Level, case: Case, diagnosis: Diagnosis) -> Verdict:
+def _verdict(level: Level, case: Case, diagnosis: Diagnosis, moved: Mapping[str, float]) -> Verdict:
     plain = Verdict(
         case.key, case.trials, tuple(m.name for m in case.held), baseline=case.baseline,
         sensor_floor_nrmse=case.floor, repeatability_nrmse=case.allowed, rejected=_rejected(diagnosis),
@@ -152,7 +156,8 @@ def _verdict(level: Level, case: Case, diagnosis: Diagnosis) -> Verdict:
         augmented=Described(training, held, _all_parameters(level, case, diagnosis, found)),
         physical_check=_physics(case, found),
         next_test=NEXT_TEST.get(names[0], ""),
-        sentence=_sentence(case, names, diagnosis.rivals, found, training, held, rest, known),
+        transfer=moved,
+        sentence=_sentence(case, names, diagnosis.rivals, found, training, held, rest, known) + _moved(moved),
     )
 
 
@@ -296,6 +301,15 @@ def _sentence(
     if rest:
         parts.append("What is left is more than repetitions would differ: something else is missing too.")
     return " ".join(parts)
+
+
+def _moved(moved: Mapping[str, float]) -> str:
+    """What other springs alone predict, in words."""
+    texts = [
+        f"the {label} spring's trials alone predict these with an error of {percent(error)}"
+        for label, error in moved.items() if math.isfinite(error)
+    ]  # fmt: skip
+    return f" {'; '.join(texts)}.".replace(" the", " The", 1) if texts else ""
 
 
 def _numbers(found: Mapping[str, Sequence[Mapping[str, Estimate]]]) -> str:

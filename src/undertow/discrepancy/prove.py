@@ -110,7 +110,7 @@ def _of_trials(fit: JointFit, addend: Addend) -> dict[str, Estimate]:
     speeds = [Estimate(fit.value(n), fit.solution.stderr(n), 0.0, "m/s", n) for n in names if n.startswith(prefix)]
     if speeds:
         return {"velocity_m_per_s": max(speeds, key=lambda e: abs(e.value))}
-    masses = [Estimate(fit.value(n), fit.solution.stderr(n)) for n in names if n.startswith(f"{addend.prefix}.mass_kg[")]
+    masses = [fit.value(n) for n in names if n.startswith(f"{addend.prefix}.mass_kg[")]
     if masses:
         return {"mass_kg": _apart(masses)}
     pairs = [
@@ -124,14 +124,14 @@ def _of_trials(fit: JointFit, addend: Addend) -> dict[str, Estimate]:
     return {"amplitude_N": Estimate(float(np.mean(sizes)), error, 0.0, "N", "mean of trials")}
 
 
-def _apart(masses: Sequence[Estimate]) -> Estimate:
+def _apart(masses: Sequence[float]) -> Estimate:
     """By how much the heavier trials are heavier than the lighter ones, kg, parted at the widest gap; what all have in
     common cancels, with its error."""
-    values = np.sort([m.value for m in masses])
-    gap = int(np.argmax(np.diff(values)))
-    sides = (values[: gap + 1], values[gap + 1 :])
-    error = math.sqrt(sum(float(np.var(side)) / side.size for side in sides))
-    return Estimate(float(sides[1].mean() - sides[0].mean()), error, 0.0, "kg", "means of the heavier and lighter trials")
+    values = np.sort(masses)
+    gap = int(np.argmax(np.diff(values))) + 1
+    light, heavy = values[:gap], values[gap:]
+    error = math.hypot(float(np.std(light)) / math.sqrt(light.size), float(np.std(heavy)) / math.sqrt(heavy.size))
+    return Estimate(float(heavy.mean() - light.mean()), error, 0.0, "kg", "heavier and lighter trials")
 
 
 def closed_cell_frequency(width_m: float, depth_m: float, mode: int = 1) -> float:

@@ -45,7 +45,11 @@ class PhysicalCheck:
 
 @dataclass(frozen=True)
 class Verdict:
-    """One group's entry of verdict.json (contract 1); see docs for every key."""
+    """One group's entry of verdict.json (contract 1); see docs for every key.
+
+    ``transfer``: nrmse of this group's trials as what another spring alone says of the water predicts them, by that
+    spring's label.
+    """
 
     group: Mapping[str, str | float]
     trials: tuple[str, ...]
@@ -64,3 +68,4 @@ class Verdict:
     physical_check: PhysicalCheck = field(default_factory=PhysicalCheck)
     next_test: str = ""
     sentence: str = ""
+    transfer: Mapping[str, float] = field(default_factory=dict)

@@ -84,6 +84,7 @@ def group_json(verdict: Verdict) -> dict[str, Any]:
             "agrees": check.agrees,
             "because": check.because,
         },
+        "transfer": plain(verdict.transfer),
         "next_test": verdict.next_test,
         "sentence": verdict.sentence,
     }

@@ -1,0 +1,117 @@
+"""Masses that change, bristles in friction's place, laws beyond doubt inside repeatability, and transfer of springs."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from tests.concealed.test_diagnosis import LONG, SHORT, member
+from undertow.discrepancy.diagnose import diagnose
+from undertow.discrepancy.joint import Addend, Member, build, fit_joint, make_level, shared_theta
+from undertow.discrepancy.prove import addition_parameters
+from undertow.discrepancy.suspects import SUSPECTS, chosen
+from undertow.discrepancy.transfer import from_other_springs
+from undertow.equation import shelf
+from undertow.equation.kernel import SLOT
+
+RESONATOR = ((shelf.find("hidden_resonator", natural_frequency_rad_per_s=9.4, damping_ratio=0.015), 250.0),)
+
+
+def suspect(name: str):
+    """A suspect by its name."""
+    return next(s for s in SUSPECTS if s.name == name)
+
+
+def bristles(level) -> Addend:
+    """The suspect of bristles as it is added."""
+    return Addend("presliding", suspect("presliding").additions(level.scales, 0.5))
+
+
+@pytest.fixture(scope="module")
+def plain():
+    """A short spring's level with nothing hidden."""
+    return make_level([member("short", SHORT, 4000)])
+
+
+def test_bristles_take_friction_with_its_scatter_into_their_own_slot(plain):
+    before, after = build(plain, ()), build(plain, (bristles(plain),))
+    friction = before.trials[0].base[SLOT["fc"]]
+    assert friction > 100.0
+    assert after.trials[0].base[SLOT["fc"]] == 0.0
+    assert after.trials[0].base[SLOT["fb"]] == pytest.approx(friction)
+    moved = {after.unknowns[link.unknown].name.split("[")[0].split("@")[0]
+             for link in after.trials[0].links if link.slot == SLOT["fb"]}  # fmt: skip
+    assert moved == {"mu_mean", "mu"}
+    assert all(link.slot != SLOT["fc"] for link in after.trials[0].links)
+
+
+def test_bristles_of_one_spring_leave_the_other_its_friction():
+    level = make_level([member("short", SHORT[:1], 4010), member("long", LONG[:1], 4020)])
+    addition = replace(bristles(level).additions[0], scope="spring", by_spring=(("short", 1e5, 1e3),))
+    short, long = build(level, (Addend("presliding", (addition,)),)).trials
+    assert short.base[SLOT["fc"]] == 0.0
+    assert long.base[SLOT["fc"]] > 100.0
+    assert long.base[SLOT["fb"]] == 0.0
+
+
+def test_only_bristles_have_no_value_at_which_they_are_not_there():
+    assert {s.name for s in SUSPECTS if s.has_no_zero} == {"presliding"}
+
+
+def heavier(plain: Member, kilograms: float, seed: int) -> Member:
+    """The same group with its last trial recorded from a body of more mass."""
+    one = member("short", SHORT[-1:], seed, ((shelf.find("added_mass"), kilograms),))
+    return replace(plain, motions=(*plain.motions[:-1], *one.motions))
+
+
+def test_a_mass_taken_on_between_trials_is_named_with_its_size():
+    level = make_level([heavier(member("short", SHORT, 4100), 250.0, 4102), member("long", LONG, 4120)])
+    found = diagnose(level, chosen(("linear_damping", "cubic_stiffness", "mass_change", "relaxation")))
+    assert found.best.names == ("mass_change",)
+    change = addition_parameters(found.best.fit, "short")["mass_change"][0]["mass_kg"]
+    assert change.value == pytest.approx(250.0, rel=0.1)
+
+
+def test_masses_that_do_not_change_are_not_accused(plain):
+    assert diagnose(plain, chosen(("mass_change",))).best.names == ()
+
+
+def test_a_law_beyond_doubt_is_named_though_repetitions_differ_by_more():
+    hidden = ((shelf.find("relaxation", time_s=0.2), 3e4),)
+    group = member("short", SHORT, 4200, hidden)
+    wide = replace(group, allowed=0.5)  # a rig that repeats so badly that no free run shows anything
+    found = diagnose(make_level([wide]), chosen(("relaxation", "sensor_drift", "cubic_stiffness")))
+    assert found.best.names == ("relaxation",)
+
+
+def test_a_sensor_is_not_accused_of_what_a_law_explains_better():
+    hidden = ((shelf.find("relaxation", time_s=0.2), 3e4),)
+    wide = replace(member("short", SHORT, 4200, hidden), allowed=0.5)
+    found = diagnose(make_level([wide]), chosen(("relaxation", "sensor_drift")))
+    assert "sensor_drift" not in found.best.names
+
+
+def test_one_spring_alone_predicts_the_other_through_the_resonator_it_found():
+    level = make_level([member("short", SHORT, 4300, RESONATOR), member("long", LONG, 4320, RESONATOR)])
+    found = diagnose(level, chosen(("hidden_resonator", "linear_damping")))
+    assert found.best.names == ("hidden_resonator",)
+    trials = [m.motions for m in level.members]
+    short, long = from_other_springs(level, found.best.fit, trials)
+    assert set(short) == {"long"}
+    assert set(long) == {"short"}
+    without = fit_joint(level, (), 1.0, {}, 10.0, growing=True)
+    (nothing, _) = from_other_springs(level, without, trials)
+    assert short["long"] < 0.3 * nothing["long"]
+    theta = shared_theta(level, level.members[0], found.best.fit, trials[0][0].name)
+    assert theta[SLOT["hm1"]] == pytest.approx(250.0, rel=0.1)
+
+
+def test_what_belongs_to_one_spring_transfers_to_none():
+    stiff = ((shelf.find("cubic_stiffness"), 3e7),)
+    level = make_level([member("short", SHORT, 4400, stiff), member("long", LONG, 4420, stiff)])
+    addend = Addend("cubic_stiffness", suspect("cubic_stiffness").additions(level.scales, 0.0))
+    fit = fit_joint(level, (addend,), 1.0, {}, 10.0, growing=True)
+    assert from_other_springs(level, fit, [m.motions for m in level.members]) == ({}, {})
+    assert np.isfinite(fit.criterion)

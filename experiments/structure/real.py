@@ -2,8 +2,9 @@
 
     python -m experiments.structure.real            # writes docs/structure_recordings.md
 
-The recordings are read as configs/recordings says; they are not part of the project. Every trial alone, a library of
-restoring and damping laws that was fixed before any of them was looked at.
+The recordings are read as configs/recordings says; they are not part of the project. The swings of one
+pendulum together, then every trial alone, with a library of restoring and damping laws that was fixed before any
+was looked at.
 """
 
 from __future__ import annotations
@@ -25,20 +26,23 @@ RESAMPLES = 50
 
 HEAD = """# Structures of real recordings
 
-Made by `python -m experiments.structure.real`: every trial alone, libraries fixed beforehand. Numbers are over the
-inertia; units are printed for translation (m for rad, N for N m).
+Made by `python -m experiments.structure.real`: the pendulum's two swings together,
+then every trial alone; libraries fixed beforehand. Numbers are over the inertia; units are printed for
+translation (m for rad, N for N m).
 
 """
 
 
 @dataclass(frozen=True)
 class Case:
-    """A recording: its config, the trials looked at, the library."""
+    """A recording: its config, the trials looked at, the library, and whether they are one body in one state, so that
+    one equation has to move all trials."""
 
     title: str
     config: str
     trials: tuple[str, ...]
     terms: tuple[str, ...]
+    together: bool
 
 
 CASES = (
@@ -46,11 +50,13 @@ CASES = (
         "Pendulum of a rotary inverted pendulum", "rotary_pendulum.yaml", ("_01", "_02"),
         ("stiffness", "sine_restoring", "viscous_damping", "coulomb_friction", "quadratic_drag", "cubic_stiffness",
          "cubic_damping"),
+        together=True,
     ),
     Case(
         "Roll decay of the tanker KVLCC2", "kvlcc2.yaml", ("21338", "21340"),
         ("stiffness", "viscous_damping", "quadratic_drag", "cubic_stiffness", "quintic_stiffness", "cubic_damping",
          "coulomb_friction"),
+        together=False,  # at rest and at speed
     ),
 )  # fmt: skip
 
@@ -65,19 +71,20 @@ def motions(case: Case) -> list[Motion]:
     ]
 
 
-def report(case: Case, motion: Motion) -> str:
-    """The report of one trial."""
-    return undertow.Discover(case.terms, resamples=RESAMPLES).fit([motion]).fit_report([motion])
+def report(case: Case, trials: list[Motion]) -> str:
+    """The report of some of a case's trials."""
+    return undertow.Discover(case.terms, resamples=RESAMPLES).fit(trials).fit_report(trials)
 
 
 def main() -> int:
-    """Every trial of every case, as a page."""
+    """Every case's trials together where they can be, then each alone, as a page."""
     parts = []
     for case in CASES:
         parts.append(f"## {case.title}\n")
-        for motion in motions(case):
-            parts.append(f"```\n{report(case, motion)}\n```\n")
-            print(motion.name, file=sys.stderr, flush=True)
+        every = motions(case)
+        for trials in [*([every] if case.together else []), *([motion] for motion in every)]:
+            parts.append(f"```\n{report(case, trials)}\n```\n")
+            print(*(motion.name for motion in trials), file=sys.stderr, flush=True)
     PAGE.write_text(HEAD + "\n".join(parts))
     return 0
 

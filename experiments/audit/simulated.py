@@ -60,7 +60,7 @@ COVERED: tuple[tuple[str, str], ...] = (
 INTERVALS = (("linear_damping", "c_Ns_per_m"), ("hidden_resonator", "mass_kg"))
 """Effects and parameters whose 90 % intervals are counted."""
 
-NODES = 12
+NODES = 8
 """Frequencies of a resonator tried, as in the audit of the report."""
 
 

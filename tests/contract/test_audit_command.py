@@ -46,6 +46,8 @@ def test_audit_json_has_the_contracts_names_and_a_sentence_a_table(folder):
     assert found["unit"] == "m"
     assert table["sentence"].endswith(".")
     assert sum(rival["probability"] for rival in table["rivals"]) == pytest.approx(1.0)
+    equation = table["equation_15_probability"]
+    assert equation["scatter_at_most_5_percent_of_the_mass"] <= equation["scatter_even_to_20_percent_of_the_mass"]
 
 
 def test_every_check_has_a_rule_and_both_numbers_or_says_there_is_one(folder):
@@ -89,16 +91,75 @@ def test_a_table_without_releases_is_refused_with_its_remedy():
         audit(load_audit(CONFIG, [SMALL, columns]))
 
 
-@pytest.mark.parametrize(("cell", "message"), [("much", "something that is no number"), ("nan", "that is not finite")])
-def test_cells_that_are_no_numbers_are_refused(tmp_path, cell, message):
-    (tmp_path / "t.csv").write_text(f"x0_m\n0.1\n{cell}\n", encoding="utf-8")
-    (tmp_path / "audit.yaml").write_text(
-        "name: t\nlaboratory: {mass_kg: 1, area_m2: 1, dry: 0}\n"
-        "tables: {t: {title: T, file: t.csv, columns: {release: {column: x0_m, unit: m}}}}\n",
-        encoding="utf-8",
-    )
-    with pytest.raises(ConfigError, match=message):
+SMALL_TABLE = (
+    "name: t\nlaboratory: {mass_kg: 1, area_m2: 1, dry: 0}\n"
+    "tables: {t: {title: T, file: t.csv, columns: {release: {column: x0_m, unit: UNIT}, "
+    "added_mass: {column: m_a, unit: kg}}}}\n"
+)
+
+
+@pytest.mark.parametrize(
+    ("table", "unit", "message"),
+    [
+        ("x0_m,m_a\n0.1,much\n", "m", "added_mass: row 1 holds 'much', which is no number; correct the file"),
+        ("x0_m,m_a\n0.1,\n", "m", "row 1 holds '', which is no number"),
+        ("x0_m,m_a\n0.1,1\n0.2,nan\n", "m", "row 2 holds 'nan', which is not finite or beyond 1e+12 kg"),
+        ("x0_m,m_a\n0.1,1e300\n", "m", "row 1 holds '1e300', which is not finite or beyond"),
+        ("x0_m,m_a\n0.1,1\n-0.2,2\n", "m", "release: row 2 is -0.2 m; it must be positive, leave the row out"),
+        ("x0_m,m_a\n0,1\n", "mm", "release: row 1 is 0 mm; it must be positive"),
+        ("", "m", "t.csv has 0 rows below its header; a table needs one"),
+        ("x0_m,m_a\n", "m", "t.csv has 0 rows below its header"),
+        ("x0_m,m_a\n0.1,1,2\n", "m", "row 1 of t.csv has 3 cells and its header 2; give each row one cell a column"),
+        ("x0_m,m_a\n0.1\n", "m", "row 1 of t.csv has 1 cells and its header 2"),
+        ("x0_m,m_a,m_a\n0.1,1,2\n", "m", "the header of t.csv repeats a name: x0_m, m_a, m_a; rename one"),
+        ("x0_m,mass\n0.1,1\n", "m", "added_mass: there is no column 'm_a'; the file has x0_m, mass"),
+        ("x0_m,m_a\n0.1,1\n", "-m", "unit '-m' is no release; write one that converts to m"),
+        ("x0_m,m_a\n0.1,1\n", "0 m", "unit '0 m' is no release"),
+    ],
+)  # fmt: skip
+def test_a_table_that_cannot_be_read_is_refused_with_its_row(tmp_path, table, unit, message):
+    (tmp_path / "t.csv").write_text(table, encoding="utf-8")
+    (tmp_path / "audit.yaml").write_text(SMALL_TABLE.replace("UNIT", f"'{unit}'"), encoding="utf-8")
+    with pytest.raises(ConfigError, match=re.escape(message)):
         read_table(load_audit(tmp_path / "audit.yaml"), "t")
+
+
+def test_a_file_that_is_no_text_is_refused(tmp_path):
+    (tmp_path / "t.csv").write_bytes(b"\xff\xfe\x00\x01")
+    (tmp_path / "audit.yaml").write_text(SMALL_TABLE.replace("UNIT", "m"), encoding="utf-8")
+    with pytest.raises(ConfigError, match=r"t\.csv cannot be read: it is no CSV in UTF-8; check the path"):
+        read_table(load_audit(tmp_path / "audit.yaml"), "t")
+
+
+def test_what_a_stranger_called_his_table_stays_text_and_inside_the_folder(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    name = "<script>alert(1)</script>"
+    (tmp_path / "t.csv").write_text("x0_m,m_a\n0.1,1\n0.2,2\n0.3,3\n0.4,5\n", encoding="utf-8")
+    said = SMALL_TABLE.replace("UNIT", "m").replace("title: T", f'title: "{name}"').replace("name: t", "name: ../../t")
+    (tmp_path / "audit.yaml").write_text(said, encoding="utf-8")
+    with pytest.raises(SystemExit) as end, contextlib.redirect_stdout(io.StringIO()):
+        main(["audit", "audit.yaml"])
+    assert not end.value.code
+    (page,) = tmp_path.rglob("audit.html")
+    assert page.parent.parent == tmp_path / "runs"
+    text = page.read_text(encoding="utf-8")
+    assert "<script" not in text
+    assert "&lt;script&gt;" in text
+
+
+def test_a_tag_in_the_yaml_is_not_run(capsys, tmp_path):
+    (tmp_path / "audit.yaml").write_text("name: !!python/object/apply:os.getcwd []\n", encoding="utf-8")
+    answered = undertow(capsys, "audit", tmp_path / "audit.yaml")
+    assert answered.code == 2
+    assert "line 1: a tag (!...) is not read" in answered.err
+
+
+def test_releases_that_stick_at_once_end_in_one_sentence(capsys, tmp_path):
+    small = "tables.table08.columns.release={column: added_mass_kg, unit: nm}"
+    answered = undertow(capsys, "audit", CONFIG, "--set", SMALL, "--set", small, "--out", tmp_path)
+    assert answered.code == 1
+    assert "rivals can be tried; audit case Table 8: the recipes cannot be run" in answered.err.splitlines()[-1]
+    assert "Traceback" not in answered.err
 
 
 def test_a_wrong_config_exits_with_2_and_a_missing_one_too(capsys, tmp_path):

@@ -14,6 +14,7 @@ import numpy as np
 
 from undertow.campaign.audit_settings import AuditConfig, AuditSettings, TableSettings, load_audit
 from undertow.campaign.audit_tables import read_table
+from undertow.campaign.folder import safe_name
 from undertow.campaign.workers import Progress
 from undertow.discrepancy.audit.answer import answer
 from undertow.discrepancy.audit.case import Case, Recipe, Row, Structure
@@ -33,6 +34,9 @@ from undertow.report.audit_page import write_audit
 MEASURED_STIFFNESS_ERROR = 0.003
 """Relative error of a stiffness that is put in place of a printed one: a period of three digits."""
 
+LEAST_SCATTER = 1e-4
+"""Relative scatter of a dry value below which its printed digits say nothing of it."""
+
 
 def audit_to_folder(
     path: str | Path, out: str | Path | None = None, overrides: Sequence[str] = (), progress: Progress | None = None
@@ -42,9 +46,9 @@ def audit_to_folder(
     Raises ConfigError where the config or a table is wrong, UndertowError where no rival can be tried.
     """
     config = load_audit(path, overrides)
-    findings = audit(config, progress)
-    folder = Path(out) if out is not None else Path("runs") / config.name
+    folder = Path(out) if out is not None else Path("runs") / safe_name(config.name)
     folder.mkdir(parents=True, exist_ok=True)
+    findings = audit(config, progress)
     write_audit(findings, folder, config.resolved())
     return findings, folder
 
@@ -111,7 +115,7 @@ def dry_structures(tables: Sequence[PublishedTable], constants: Constants) -> di
         if any(one.size < 2 for one in values):
             continue
         k, c, mu = values
-        spread = [float(one.std(ddof=1)) for one in values]
+        spread = [max(float(one.std(ddof=1)), LEAST_SCATTER * float(abs(one.mean()))) for one in values]
         root = math.sqrt(k.size)
         found[spring] = Structure(
             float(k.mean()), float(c.mean()), float(mu.mean()), spread[0] / float(k.mean()) / root, spread[1] / root,

@@ -93,7 +93,7 @@ class AuditSettings(Section):
     tables: tuple[str, ...] = Field(min_length=1, description="Names of tables.")
     group_by: tuple[str, ...] = Field(default=(), description="Rows that agree in these share one water.")
     own_added_mass: bool = Field(default=False, description="Each spring has an added mass of its own.")
-    nodes: Nodes | None = Field(default=None, description="Frequencies of a resonator tried.")
+    nodes: Nodes | None = Field(default=None, description="Pieces of a resonator's range of frequencies.")
     what_if: Mapping[str, Mapping[str, Positive]] = Field(
         default={}, description="Name -> stiffness by spring (N/m): the audit is repeated with it."
     )
@@ -106,7 +106,7 @@ class AuditConfig(Section):
     laboratory: LaboratorySettings = Field(description="What is stated for all tables.")
     tables: Mapping[str, TableSettings] = Field(min_length=1, description="The tables.")
     audits: tuple[AuditSettings, ...] = Field(default=(), description="Which tables are audited against rivals.")
-    nodes: Nodes = Field(default=16, description="Frequencies of a resonator tried, by default.")
+    nodes: Nodes = Field(default=16, description="The same, by default.")
     seed: Annotated[int, Field(strict=True, ge=0)] = Field(default=0, description="Seed of every draw.")
     _folder: Path = PrivateAttr(default=Path("."))
 

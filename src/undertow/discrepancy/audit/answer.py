@@ -49,7 +49,7 @@ PREFERRED = 0.02
 MOST_PREFERRED = 3
 """... unless there are more of them than this: then the answers hardly bend with what is split."""
 
-FAR_BEHIND = 15.0
+FAR_BEHIND = 8.0
 """Rivals whose log evidence on flat sheets lies further behind the best one's stay flat: bending moves it by a few."""
 
 SHARED = ("support_compliance", "gain_error")

@@ -39,7 +39,7 @@ DRAG_STARTS = (0.5, 2.0)
 """Starts of the drag over one that takes 5 % of the spring's force at the largest speed: sticking makes minima too."""
 
 ITERATIONS = 25
-STEP_TOLERANCE = 3e-4
+STEP_TOLERANCE = 1e-3
 """The search ends with the first step that moves mass and drag by less than this share: the next would be a tenth."""
 
 SLOPE_STEPS = 2

@@ -4,12 +4,17 @@ from __future__ import annotations
 
 import hashlib
 import importlib.metadata
+import json
 import subprocess
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
 
+from tests.findings_fixture import small_findings
+from tests.small_campaign import make_campaign
 from undertow.campaign import manifest
+from undertow.campaign.config import load
 
 
 def repository(folder: Path) -> str:
@@ -97,3 +102,12 @@ def test_the_sources_digest_is_the_same_twice() -> None:
     manifest.source_digest.cache_clear()
     assert manifest.source_digest() == first
     assert len(first) == 64
+
+
+def test_a_manifest_written_in_pieces_is_the_manifest_as_json(tmp_path: Path) -> None:
+    made = make_campaign(tmp_path, [0.03, 0.05])
+    config = load(made.config)
+    findings = replace(small_findings(), notes=('an odd note: "inputs": []',))
+    whole = json.dumps(manifest.manifest(findings, config, made.config), indent=1, allow_nan=False, ensure_ascii=False)
+    pieces = manifest.manifest_pieces(manifest.provenance(findings, config, made.config), config)
+    assert "".join(pieces) == whole

@@ -17,7 +17,8 @@ from undertow.equation import shelf
 from undertow.equation.equation import Equation
 from undertow.quantities import Estimate
 from undertow.report import blocks
-from undertow.report.html import equation_svg, page, page_figures, write_report
+from undertow.report.extent import Extent, key_of
+from undertow.report.html import ROWS_AT_MOST, equation_svg, page, page_figures, write_report
 from undertow.report.style import page_style
 
 CONFIG_TEXT = f"name: {MARKUP}\ntitle: <b>&"
@@ -267,3 +268,30 @@ def test_every_term_of_the_shelf_can_be_typeset(name: str, mass: float) -> None:
     svg = equation_svg(equation, {"stiffness": 300.0, name: 0.2})
     assert svg.count("<use") > 10
     assert "<text" not in svg
+
+
+# ---------------------------------------------------------------- a part of a large campaign
+def test_a_page_of_a_large_campaign_says_how_much_it_leaves_out_and_where_that_stands() -> None:
+    findings = small_findings()
+    group = findings.groups[1]
+    extent = Extent(1000, 250, 40, {"nothing_missing": 240, "unknown": 10}, {key_of(group): (400, 31)})
+    failed = tuple(FailedTrial(f"f{i}", "no release", {}) for i in range(ROWS_AT_MOST + 7))
+    notes = tuple(f"note {i}" for i in range(ROWS_AT_MOST + 9))
+    large = replace(findings, failed=failed, notes=notes)
+    with page_style():
+        text = Reader()
+        text.feed(page(large, page_figures(findings), MANIFEST, extent))
+    assert "1000 trials in 250 groups" in text.text
+    assert "40 of 1000 trials lie further" in text.text
+    assert "Of 250 groups (nothing missing 240, not explained 10) this page shows 2" in text.text
+    assert "31 of 400" in text.text
+    assert "4 of 400 trials: the smallest and the largest release" in text.text
+    assert "And 7 more, in trials.csv" in text.text
+    assert f"({ROWS_AT_MOST} notes, 9 more in manifest.json)" in text.text
+    assert (f"f{ROWS_AT_MOST - 1}" in text.text, f"f{ROWS_AT_MOST}" in text.text) == (True, False)
+
+
+def test_a_page_that_shows_everything_speaks_of_no_part() -> None:
+    assert "this page shows" not in rendered()
+    assert "the figures show these too" not in rendered()
+    assert "more, in trials.csv" not in rendered()

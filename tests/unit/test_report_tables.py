@@ -5,6 +5,7 @@ from __future__ import annotations
 import io
 import json
 import math
+from collections.abc import Iterator
 from dataclasses import replace
 from pathlib import Path
 
@@ -17,9 +18,18 @@ from undertow.discrepancy.findings import FailedTrial, TrialFindings
 from undertow.errors import UndertowError
 from undertow.identification.fit import Fit
 from undertow.quantities import Estimate
-from undertow.report.tables import csv_text, levels_table, mismatch_table, outcome_of, trials_table, write_tables
+from undertow.report.tables import (
+    NOTES_AT_MOST,
+    RunTables,
+    csv_text,
+    levels_table,
+    mismatch_table,
+    outcome_of,
+    trials_table,
+    write_tables,
+)
 from undertow.report.verdict_file import plain, verdict_json, write_verdict
-from undertow.report.writing import write_bytes, write_text
+from undertow.report.writing import write_bytes, write_pieces, write_text
 
 SCORES = ["nrmse", "sensor_floor_nrmse", "repeatability_nrmse", "outcome"]
 SHARES = [
@@ -239,3 +249,59 @@ def test_a_written_file_is_readable_as_any_new_file(tmp_path: Path) -> None:
 
 def test_texts_of_trials_reach_the_tables_unchanged() -> None:
     assert any(MARKUP in name for name in read(trials_table(small_findings())).trial)
+
+
+# ---------------------------------------------------------------- group by group
+def test_groups_that_come_in_any_order_are_written_in_order(tmp_path: Path) -> None:
+    findings = small_findings()
+    write_tables(findings, tmp_path / "at_once")
+    with RunTables(tmp_path / "one_by_one") as tables:
+        for place in (1, 0):
+            tables.add(findings.groups[place], (place,))
+        assert list((tmp_path / "one_by_one").iterdir()) == [], "nothing appears before it is whole"
+        tables.write(findings.failed, findings.across_groups)
+    for path in (tmp_path / "at_once").iterdir():
+        assert (tmp_path / "one_by_one" / path.name).read_bytes() == path.read_bytes(), path.name
+
+
+def test_the_columns_of_a_late_group_are_columns_of_all(tmp_path: Path) -> None:
+    dry, wet = small_findings().groups
+    with RunTables(tmp_path) as tables:
+        tables.add(replace(dry, key={"first": 1.0}), (0,))
+        tables.add(replace(wet, key={"second": "x"}), (1,))
+        tables.write((), "")
+    levels = pd.read_csv(tmp_path / "levels.csv")
+    assert list(levels.columns[:2]) == ["first", "second"]
+    assert levels.second.isna().sum() == 1 + len(dry.fits)
+    assert {"added_mass_kg", "added_mass_kg_stderr"} <= set(levels.columns), "which the dry group has not"
+
+
+@pytest.mark.parametrize("number", [NOTES_AT_MOST, NOTES_AT_MOST + 1])
+def test_notes_stand_in_a_file_of_their_own_where_the_manifest_cannot_hold_them(tmp_path: Path, number: int) -> None:
+    with RunTables(tmp_path) as tables:
+        tables.note([f"r{i}: two\nlines" for i in range(number)])
+        tables.write((), "")
+    assert (tmp_path / "notes.txt").exists() == (number > NOTES_AT_MOST)
+    if number > NOTES_AT_MOST:
+        assert (tmp_path / "notes.txt").read_text().splitlines()[-1] == f"r{number - 1}: two lines"
+
+
+def test_a_piece_that_fails_leaves_the_older_file(tmp_path: Path) -> None:
+    def pieces() -> Iterator[str]:
+        yield "half"
+        raise UndertowError("no more")
+
+    write_text(tmp_path / "a.csv", "whole")
+    with pytest.raises(UndertowError, match="no more"):
+        write_pieces(tmp_path / "a.csv", pieces())
+    assert [p.name for p in tmp_path.iterdir()] == ["a.csv"]
+    assert (tmp_path / "a.csv").read_text() == "whole"
+
+
+def test_the_verdict_written_in_pieces_is_the_verdict_as_json(tmp_path: Path) -> None:
+    findings = small_findings()
+    whole = json.dumps(verdict_json(findings), indent=2, ensure_ascii=False, allow_nan=False) + "\n"
+    assert write_verdict(findings, tmp_path / "v.json").read_text(encoding="utf-8") == whole
+    none = replace(findings, groups=())
+    whole = json.dumps(verdict_json(none), indent=2, ensure_ascii=False, allow_nan=False) + "\n"
+    assert write_verdict(none, tmp_path / "v.json").read_text(encoding="utf-8") == whole

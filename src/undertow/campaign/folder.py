@@ -100,6 +100,7 @@ def run_to_folder(
 def _take(part: Part, gathered: Gathered, tables: RunTables) -> None:
     """One portion's groups into the tables, and what the page shows of them kept."""
     gathered.add(part)
+    tables.note(part.notes)
     for group in part.groups:
         tables.add(group, group_order(group.key.items(), group.dry))
 

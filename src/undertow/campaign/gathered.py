@@ -18,15 +18,13 @@ from undertow.discrepancy.findings import FailedTrial, Findings, GroupFindings
 from undertow.discrepancy.words import count
 from undertow.report.arrange import chosen, excess
 from undertow.report.extent import Extent
+from undertow.report.tables import NOTES_AT_MOST
 
 GROUPS_SHOWN = 32
 """Groups that a page shows one by one: with its figures each takes 0.3 MB, and 30 MB do not open."""
 
 TRIALS_SHOWN = 60
 """Trials of a group that a page lists: the ends, and those that repetitions explain least."""
-
-NOTES_KEPT = 1000
-"""Notes that are kept for the page and the manifest; of more, the rest is counted."""
 
 COMPARED_AT_MOST = 200
 """Groups whose numbers are compared pair by pair: of 200 there are 19,900 pairs."""
@@ -61,7 +59,7 @@ class Gathered:
     def add(self, part: Part) -> None:
         """One more part; nothing else of it is held afterwards."""
         self._failed += part.failed
-        room = len(part.notes) if self._everything else max(NOTES_KEPT - len(self._notes), 0)
+        room = len(part.notes) if self._everything else max(NOTES_AT_MOST - len(self._notes), 0)
         self._notes += part.notes[:room]
         self._notes_more += max(len(part.notes) - room, 0)
         self.extent = self.extent.with_groups(part.groups)
@@ -85,7 +83,7 @@ class Gathered:
 
     def _further_notes(self) -> tuple[str, ...]:
         """Notes that are left out, and parameters that differ from group to group where they should not."""
-        notes = (f"{self._notes_more} further notes are not kept",) if self._notes_more else ()
+        notes = (f"{self._notes_more} more notes stand in notes.txt",) if self._notes_more else ()
         if len(self._compared) > COMPARED_AT_MOST:
             return (
                 *notes,

@@ -65,7 +65,8 @@ def run(
 class Course:
     """A campaign's way from recordings to verdicts, a portion of its trials at a time (`portions`).
 
-    ``seconds`` is the wall time a stage so far. Between portions only what the dry trials say is kept.
+    ``seconds`` is the wall time a stage so far; ``at_once`` the trials of a portion (0: `TRIALS_AT_ONCE`). Between
+    portions only what the dry trials say is kept.
     """
 
     def __init__(
@@ -75,13 +76,13 @@ class Course:
         progress: Progress = silent,
         stages_folder: Path | None = None,
         resume: bool = False,
-        at_once: int = TRIALS_AT_ONCE,
+        at_once: int = 0,
     ) -> None:
         self.seconds: dict[str, float] = {}
         self._config, self._jobs, self._folder, self._resume = config, jobs, stages_folder, resume
         self._terms = terms_by_name(config.equation.terms)
         self._catalogue = config.catalogue()
-        self._plan = portions(config, gather(self._catalogue), at_once)
+        self._plan = portions(config, gather(self._catalogue), at_once or TRIALS_AT_ONCE)
         totals = {READ: sum(p.size for p in self._plan), IDENTIFY: sum(p.groups for p in self._plan)}
         self._progress = steps(progress, totals)
         self._structures: Structures | None = None

@@ -34,6 +34,9 @@ FLOAT_FORMAT = "%.9g"
 ROWS_A_PIECE = 1000
 """Rows that are written at once."""
 
+NOTES_AT_MOST = 1000
+"""Notes that the manifest and the page can hold: of more, all stand in notes.txt."""
+
 Place = tuple[Any, ...]
 """Where a group stands among the others: groups are written in the order of their places."""
 
@@ -110,12 +113,20 @@ class RunTables:
         self._columns = Columns()
         self._waiting = tempfile.TemporaryFile(dir=folder)  # noqa: SIM115 - closed by __exit__
         self._places: list[tuple[Place, int]] = []
+        self._notes = tempfile.TemporaryFile("w+", dir=folder, encoding="utf-8")  # noqa: SIM115 - closed by __exit__
+        self._noted = 0
 
     def __enter__(self) -> Self:
         return self
 
     def __exit__(self, *_: object) -> None:
         self._waiting.close()
+        self._notes.close()
+
+    def note(self, notes: Sequence[str]) -> None:
+        """What reading and conditioning changed, a line each."""
+        self._noted += len(notes)
+        self._notes.writelines(" ".join(note.split()) + "\n" for note in notes)
 
     def add(self, group: GroupFindings, place: Place) -> None:
         """One more group; ``place`` is what groups are sorted by in the files."""
@@ -130,8 +141,14 @@ class RunTables:
         self._waiting.write(json.dumps(record, default=np.generic.item).encode() + b"\n")
 
     def write(self, failed: Sequence[FailedTrial], across: str) -> Mapping[str, Path]:
-        """Write trials.csv, levels.csv, mismatch.csv and verdict.json; each appears whole or not."""
+        """Write trials.csv, levels.csv, mismatch.csv and verdict.json; each appears whole or not.
+
+        More than `NOTES_AT_MOST` notes stand in notes.txt.
+        """
         said, to = self._columns, self._folder
+        if self._noted > NOTES_AT_MOST:
+            self._notes.seek(0)
+            write_pieces(to / "notes.txt", self._notes)
         of_trials = (said.named(row) for record in self._records() for row in record["trials"])
         of_levels = (row for record in self._records() for row in record["levels"])
         of_mismatch = (said.named(row) for record in self._records() for row in record["mismatch"])

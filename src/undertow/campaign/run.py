@@ -14,6 +14,7 @@ from pathlib import Path
 from undertow.campaign import stages
 from undertow.campaign.analysis import GroupTask, analyse
 from undertow.campaign.config import RunConfig
+from undertow.campaign.cut_off import with_clipped
 from undertow.campaign.gathered import Gathered, Part
 from undertow.campaign.judgement import judged
 from undertow.campaign.portions import TRIALS_AT_ONCE, Portion, portions
@@ -22,7 +23,7 @@ from undertow.campaign.workers import Progress, on_processes, silent, steps
 from undertow.conditioning.condition import condition
 from undertow.conditioning.motion import Motion
 from undertow.discrepancy.findings import FailedTrial, Findings, GroupFindings
-from undertow.errors import UndertowError
+from undertow.errors import ClippedError, UndertowError
 from undertow.identification.baseline import terms_by_name
 from undertow.identification.problem import dominant_period
 from undertow.recording.catalogue import Catalogue, Entry, read_trial
@@ -127,6 +128,7 @@ class Course:
         failed = read.failed + tuple(f for r in results if not isinstance(r, GroupFindings) for f in r)
         with self._stage("what is missing"):
             found = self._judged([t for t, _ in pairs], [g for _, g in pairs]) if pairs else []
+            found = [with_clipped(self._config, group, failed) for group in found]
         notes = (*_notes(read), *_divided(portion, found))
         return Part(tuple(found), failed, notes)
 
@@ -231,7 +233,7 @@ class _Conditioner:
             dominant_period(motion)  # a motion that does not swing is this trial's failure, not its group's
             return motion
         except UndertowError as reason:
-            return FailedTrial(entry.name, str(reason), dict(entry.conditions))
+            return FailedTrial(entry.name, str(reason), dict(entry.conditions), isinstance(reason, ClippedError))
 
 
 def _notes(read: Read) -> tuple[str, ...]:

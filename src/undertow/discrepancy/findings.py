@@ -19,11 +19,12 @@ from undertow.recording.recording import Array, Condition
 
 @dataclass(frozen=True)
 class FailedTrial:
-    """A trial that could not be used, and why, in one sentence."""
+    """A trial that could not be used, and why, in one sentence; ``clipped`` where a sensor is cut off in it."""
 
     name: str
     reason: str
     conditions: Mapping[str, Condition] = field(default_factory=dict)
+    clipped: bool = False
 
 
 @dataclass(frozen=True)

@@ -12,7 +12,7 @@ from types import MappingProxyType
 
 import numpy as np
 
-from undertow.errors import RecordingError
+from undertow.errors import ClippedError, RecordingError
 from undertow.recording.recording import Array, Recording
 from undertow.recording.spikes import find_spikes
 
@@ -143,7 +143,7 @@ def plateaus(values: Array, step: float) -> int:
 def check(recording: Recording) -> tuple[str, ...]:
     """Doubts about a recording, in sentences.
 
-    Raises RecordingError where an answer would be wrong: too few samples, a constant channel, a clipped one.
+    Raises RecordingError where an answer would be wrong: too few samples, a constant channel; ClippedError: a clipped one.
     """
     if recording.time.size < FEWEST_SAMPLES:
         raise RecordingError(
@@ -213,7 +213,7 @@ def _doubts_of_channel(recording: Recording, name: str, values: Array) -> list[s
     stuck = held >= SATURATED_SAMPLES and _rough(values) > max(step, NOISE_FREE_SHARE * (high - low))
     if cut >= 2 or stuck:
         said = f"{cut} peaks are cut" if cut >= 2 else f"{held} samples in a row do not move at all"
-        raise RecordingError(
+        raise ClippedError(
             f"trial {recording.name}: {name} is clipped between {low:.6g} and {high:.6g} {unit}: {said} at the extreme "
             "value; widen the sensor's range, take it out of recordings.channels, or start trials.window later"
         )

@@ -143,7 +143,7 @@ def plateaus(values: Array, step: float) -> int:
 def check(recording: Recording) -> tuple[str, ...]:
     """Doubts about a recording, in sentences.
 
-    Raises RecordingError where an answer would be wrong: too few samples, a constant channel; ClippedError: a clipped one.
+    Raises RecordingError where an answer would be wrong (too few samples, a constant channel), ClippedError for a cut one.
     """
     if recording.time.size < FEWEST_SAMPLES:
         raise RecordingError(

@@ -7,6 +7,7 @@ Does not belong here: how it was found.
 from __future__ import annotations
 
 import math
+import re
 from dataclasses import dataclass, replace
 
 OK = "ok"
@@ -64,6 +65,16 @@ class Estimate:
 
     def __str__(self) -> str:
         return format_estimate(self)
+
+
+def unit_in_rotation(unit: str) -> str:
+    """The unit of a quantity of translation as it is where an angle is the coordinate.
+
+    >>> unit_in_rotation("N s^2/m^2"), unit_in_rotation("kg"), unit_in_rotation("N per kg")
+    ('N m s^2/rad^2', 'kg m^2', 'N m per kg m^2')
+    """
+    turned = re.sub(r"\bm\b", "rad", unit)
+    return re.sub(r"\bkg\b", "kg m^2", re.sub(r"\bN\b", "N m", turned))
 
 
 def significant_decimals(error: float) -> int | None:

@@ -11,10 +11,11 @@ import pytest
 from tests.concealed.test_diagnosis import LONG, SHORT, member
 from undertow.discrepancy.attempt import from_places
 from undertow.discrepancy.candidate import Candidate
+from undertow.discrepancy.case import Case
 from undertow.discrepancy.diagnose import diagnose
 from undertow.discrepancy.evidence import residual_memory
 from undertow.discrepancy.joint import Addend, JointFit, Level, fit_joint, make_level
-from undertow.discrepancy.judge import Case, judge
+from undertow.discrepancy.judge import judge
 from undertow.discrepancy.prove import kernel_damping
 from undertow.discrepancy.screen import prospects
 from undertow.discrepancy.suspects import SUSPECTS, Suspect, chosen, kernel_additions

@@ -9,7 +9,7 @@ import math
 from collections.abc import Mapping, Sequence
 
 from undertow.discrepancy.difference import Difference
-from undertow.discrepancy.judge import WORDS
+from undertow.discrepancy.sentence import WORDS
 from undertow.discrepancy.words import percent
 
 LET_GO = "let go like the recording, its equation"

@@ -15,9 +15,10 @@ from undertow.campaign.analysis import GroupTask
 from undertow.campaign.config import RunConfig
 from undertow.campaign.rig import Rig, believable_repeatability, spring_label, standing_addends, with_known
 from undertow.campaign.workers import Progress, on_processes
+from undertow.discrepancy.case import Case
 from undertow.discrepancy.findings import GroupFindings
 from undertow.discrepancy.joint import Addend, Member
-from undertow.discrepancy.judge import Case, Judged, judge_level
+from undertow.discrepancy.judge import Judged, judge_level
 from undertow.discrepancy.suspects import Suspect, chosen
 from undertow.identification.baseline import group_model
 from undertow.identification.fit import Structure
@@ -136,5 +137,5 @@ def _case(config: RunConfig, task: GroupTask, group: GroupFindings) -> Case:
     return Case(
         task.key, group.label, member, held, group.verdict.baseline, group.verdict.sensor_floor_nrmse,
         group.verdict.repeatability_nrmse, sum(t.mismatch.missing for t in group.trials), task.dry,
-        task.dry_structure is not None, config.cell_for(conditions),
+        task.dry_structure is not None, config.cell_for(conditions), config.equation.coordinate == "rotation",
     )  # fmt: skip

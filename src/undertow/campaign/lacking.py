@@ -14,8 +14,9 @@ from collections.abc import Mapping, Sequence
 from dataclasses import replace
 
 from undertow.conditioning.motion import Motion
+from undertow.discrepancy.case import Case
 from undertow.discrepancy.joint import Member, make_level
-from undertow.discrepancy.judge import Case, judge
+from undertow.discrepancy.judge import judge
 from undertow.discrepancy.suspects import SUSPECTS, Addition, Scales, Suspect
 from undertow.discrepancy.verdict import Described, Verdict
 from undertow.equation.kernel import SLOT

@@ -10,82 +10,20 @@ import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 
-from undertow.conditioning.motion import Motion
 from undertow.discrepancy.candidate import Candidate, Diagnosis
+from undertow.discrepancy.case import Case
 from undertow.discrepancy.diagnose import diagnose
 from undertow.discrepancy.joint import Addend, Level, Member, free_run_error, make_level, member_rate
 from undertow.discrepancy.prove import addition_parameters, check_cell, rms, score
+from undertow.discrepancy.sentence import NEXT_TEST, sentence_of, transfer_words
 from undertow.discrepancy.suspects import SUSPECTS, Suspect
 from undertow.discrepancy.transfer import from_other_springs
 from undertow.discrepancy.verdict import Described, Origin, PhysicalCheck, Rejected, Status, Verdict
 from undertow.discrepancy.words import percent
-from undertow.quantities import Estimate
+from undertow.quantities import Estimate, unit_in_rotation
 
 STILL_MISSING = 2.0
 """With the addition the free run may be this many times repeatability away before the rest is called unknown too."""
-
-WORDS: Mapping[str, str] = {
-    "hidden_resonator": "water that oscillates by itself",
-    "linear_damping": "linear damping beyond the structure's own",
-    "cubic_damping": "damping with the cube of the speed",
-    "cubic_stiffness": "stiffness with the cube of the displacement",
-    "quintic_stiffness": "stiffness with the fifth power of the displacement",
-    "asymmetric_stiffness": "a spring stiffer to one side",
-    "coulomb_friction": "dry friction beyond what the equation has",
-    "variable_normal_force": "friction that grows with displacement",
-    "stribeck_friction": "friction that is larger at low speed",
-    "relaxation": "memory that relaxes",
-    "hysteresis": "hysteresis",
-    "presliding": "bristles that yield where dry friction would slide",
-    "mass_change": "a mass that differs from trial to trial",
-    "clipping": "a sensor cut off at the end of its range",
-    "external_forcing": "a force with a clock of its own",
-    "delayed_echo": "an echo of the motion that comes back late",
-    "added_mass": "water that moves with the body",
-    "quadratic_drag": "drag with the square of the speed",
-    "drag_exponent": "drag with another power of the speed",
-    "sine_restoring": "a restoring force like the sine of the angle",
-    "imperfect_release": "a release that gave the body a speed",
-    "time_shift": "an accelerometer whose clock differs from the displacement's",
-    "gain_error": "an accelerometer whose gain does not fit the displacement's",
-    "sensor_drift": "a displacement sensor that drifts",
-}
-
-NEXT_TEST: Mapping[str, str] = {
-    "hidden_resonator": "a release at the same level with a third stiffness, or a wave gauge between the girders",
-    "linear_damping": "a longer decay from a small release, where drag has faded and linear damping has not",
-    "external_forcing": "the same level recorded without a release",
-    "mass_change": "the body weighed before and after every trial",
-    "presliding": "a slow push and pull of less than the friction, displacement and load recorded",
-    "relaxation": "the same level on another spring: memory depends on frequency, damping does not",
-    "time_shift": "a tap on the body at rest, recorded by all sensors",
-    "gain_error": "a slow known displacement, and the accelerometer turned over in gravity",
-    "sensor_drift": "a minute of record with the body at rest",
-    "imperfect_release": "the load at the release, recorded at the full rate",
-}
-
-
-@dataclass(frozen=True)
-class Case:
-    """One group as the judge sees it: its member in the level (training trials), held-out trials, what is allowed."""
-
-    key: Mapping[str, str | float]
-    label: str
-    member: Member
-    held: tuple[Motion, ...]
-    baseline: Described
-    floor: float
-    allowed: float
-    missing: int
-    dry: bool
-    has_dry: bool
-    cell: Mapping[str, float] = field(default_factory=dict)
-
-    @property
-    def trials(self) -> tuple[str, ...]:
-        """Names of all trials, training first."""
-        return tuple(m.name for m in (*self.member.motions, *self.held))
-
 
 @dataclass(frozen=True)
 class Judged:
@@ -143,6 +81,8 @@ def _verdict(level: Level, case: Case, diagnosis: Diagnosis, moved: Mapping[str,
     found = addition_parameters(fit, case.member.label, member_rate(case.member))
     if not case.member.model.anchored:
         found = {name: [_per_mass(one) for one in many] for name, many in found.items()}
+    if case.rotation:
+        found = {name: [_turned(one) for one in many] for name, many in found.items()}
     status: Status = "not_identifiable" if diagnosis.rivals else "explained"
     rest = training > STILL_MISSING * case.allowed and training > 0.5 * case.baseline.nrmse
     rest = rest or held > max(case.allowed, case.baseline.held_out_nrmse)  # unproved: unseen trials come no closer
@@ -157,7 +97,7 @@ def _verdict(level: Level, case: Case, diagnosis: Diagnosis, moved: Mapping[str,
         physical_check=_physics(case, found),
         next_test=NEXT_TEST.get(names[0], ""),
         transfer=moved,
-        sentence=_sentence(case, names, diagnosis.rivals, found, training, held, rest, known) + _moved(moved),
+        sentence=sentence_of(case, names, diagnosis.rivals, found, training, held, rest, known) + transfer_words(moved),
     )
 
 
@@ -167,6 +107,11 @@ def _per_mass(numbers: Mapping[str, Estimate]) -> dict[str, Estimate]:
         name: replace(e, unit=f"{e.unit} per kg") if e.unit.startswith(("N", "kg")) else e
         for name, e in numbers.items()
     }
+
+
+def _turned(numbers: Mapping[str, Estimate]) -> dict[str, Estimate]:
+    """Numbers of a rotation: what are newtons, kilograms and metres there are moments, inertias and radians."""
+    return {name: replace(e, unit=unit_in_rotation(e.unit)) for name, e in numbers.items()}
 
 
 def _without_a_name(plain: Verdict, case: Case, far: bool) -> Verdict:
@@ -259,73 +204,3 @@ def _odds(candidate: Candidate, diagnosis: Diagnosis) -> str:
 
 def _power(log_odds: float) -> str:
     return f"10^{log_odds / math.log(10.0):.0f}" if log_odds > math.log(1e3) else f"{math.exp(log_odds):.0f}"
-
-
-def _sentence(
-    case: Case,
-    names: Sequence[str],
-    rivals: Sequence[Sequence[str]],
-    found: Mapping[str, Sequence[Mapping[str, Estimate]]],
-    training: float,
-    held: float,
-    rest: bool,
-    known: Sequence[str],
-) -> str:
-    size = percent(case.baseline.nrmse)
-    allowed = f"repeatability {percent(case.allowed)}"
-    if case.missing:
-        share = f"{case.missing} of {len(case.trials)} trials"
-        parts = [f"{case.label}: the equation misses {size} of the motion in {share} ({allowed})."]
-    else:
-        parts = [f"{case.label}: no trial alone stands out (error {size}, {allowed}), but together they do."]
-    named = " and ".join(WORDS.get(n, n.replace("_", " ")) for n in dict.fromkeys(names))
-    parts.append(f"{named[0].upper()}{named[1:]} explains it: {_numbers(found)}.")
-    if known:
-        said = " and ".join(n.replace("_", " ") for n in known)
-        parts.append(f"The dry trials need {said} already: it belongs to the rig, not to the water.")
-    if rivals:
-        others = "; ".join(" and ".join(WORDS.get(n, n) for n in names) for names in rivals)
-        parts.append(f"The data cannot tell it from {others}.")
-    if math.isfinite(held) and math.isfinite(case.baseline.held_out_nrmse):
-        number = len(case.held)
-        parts.append(
-            f"On {number} trial{'s' if number > 1 else ''} it never saw the error goes from "
-            f"{percent(case.baseline.held_out_nrmse)} to {percent(held)}"
-            + (", both within repeatability." if max(held, case.baseline.held_out_nrmse) <= case.allowed else ".")
-        )
-    else:
-        parts.append(
-            f"On the trials it was fitted to the error goes from {percent(case.baseline.nrmse)} to "
-            f"{percent(training)}; not proved on an unseen trial."
-        )
-    if rest:
-        parts.append("What is left is more than repetitions would differ: something else is missing too.")
-    return " ".join(parts)
-
-
-def _moved(moved: Mapping[str, float]) -> str:
-    """What other springs alone predict, in words."""
-    texts = [
-        f"the {label} spring's trials alone predict these with an error of {percent(error)}"
-        for label, error in moved.items() if math.isfinite(error)
-    ]  # fmt: skip
-    return f" {'; '.join(texts)}.".replace(" the", " The", 1) if texts else ""
-
-
-def _numbers(found: Mapping[str, Sequence[Mapping[str, Estimate]]]) -> str:
-    """The additions' numbers in words; a frequency in Hz."""
-    texts = []
-    for name, many in found.items():
-        for one in many:
-            if not one:
-                continue
-            if name == "hidden_resonator":
-                hertz = one["natural_frequency_rad_per_s"].scaled(1.0 / (2.0 * math.pi), "Hz")
-                texts.append(f"{one['mass_kg']} at {hertz}, damping {100 * one['damping_ratio'].value:.2g} %")
-                if "quadratic_damping_per_m" in one:
-                    texts[-1] += " and more with amplitude"
-            elif "kernel_mass_kg" in one:
-                texts.append(f"{one['c_Ns_per_m']} at this body's frequency, as waves radiate it")
-            else:
-                texts.append(", ".join(str(e) for e in one.values()))
-    return "; ".join(texts)

@@ -143,7 +143,8 @@ def plateaus(values: Array, step: float) -> int:
 def check(recording: Recording) -> tuple[str, ...]:
     """Doubts about a recording, in sentences.
 
-    Raises RecordingError where an answer would be wrong (too few samples, a constant channel), ClippedError for a cut one.
+    Raises RecordingError where an answer would be wrong (too few samples, a constant channel), ClippedError for a
+    channel that is cut off.
     """
     if recording.time.size < FEWEST_SAMPLES:
         raise RecordingError(

@@ -1,0 +1,1 @@
+"""What is said of real recordings whose missing physics their authors know."""

@@ -1,0 +1,37 @@
+"""One group as the judge sees it.
+
+Belongs here: that record. Does not belong here: how it is judged (judge.py).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+
+from undertow.conditioning.motion import Motion
+from undertow.discrepancy.joint import Member
+from undertow.discrepancy.verdict import Described
+
+
+@dataclass(frozen=True)
+class Case:
+    """One group as the judge sees it: its member in the level (training trials), held-out trials, what is allowed;
+    ``rotation`` where an angle is the coordinate (units are then those of moments and inertias)."""
+
+    key: Mapping[str, str | float]
+    label: str
+    member: Member
+    held: tuple[Motion, ...]
+    baseline: Described
+    floor: float
+    allowed: float
+    missing: int
+    dry: bool
+    has_dry: bool
+    cell: Mapping[str, float] = field(default_factory=dict)
+    rotation: bool = False
+
+    @property
+    def trials(self) -> tuple[str, ...]:
+        """Names of all trials, training first."""
+        return tuple(m.name for m in (*self.member.motions, *self.held))

@@ -1,0 +1,28 @@
+"""What the page of verdicts on real recordings says is what the package says."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+
+from experiments.real_verdicts.__main__ import CASES, PAGE, page, said, verdicts
+
+RECORDINGS = Path(__file__).resolve().parents[2] / ".." / "shared" / "recordings"
+
+
+@pytest.mark.skipif(not RECORDINGS.exists(), reason="real recordings (../shared/recordings) not here")
+def test_a_tanker_given_a_straight_spring_lacks_its_hardening():
+    case = next(c for c in CASES if c.config == "kvlcc2")
+    found = verdicts(case, exact=False)
+    assert [v.verdict[0] for v in found] == ["quintic_stiffness", "quintic_stiffness"]  # k5 of the published equation
+    for verdict in found:
+        assert verdict.augmented is not None
+        assert verdict.augmented.nrmse < 0.3 * verdict.baseline.nrmse
+        assert said(verdict) in PAGE.read_text(encoding="utf-8")
+
+
+def test_every_case_has_its_rows_on_the_page():
+    text = PAGE.read_text(encoding="utf-8")
+    assert all(text.count(f"| {case.title} | {case.known} | assumed |") >= 1 for case in CASES)
+    assert page([]).splitlines()[0] == text.splitlines()[0]

@@ -23,6 +23,7 @@ from numpy.typing import NDArray
 from benchmarks.beside_peers.data import LARGEST_SCORE, Data, Trial, score, simulate
 from experiments.recovery.sindy_recovery import TEN_TERMS
 from undertow.equation.kernel import SLOT
+from undertow.identification.discover import Discover
 from undertow.identification.hidden_fit import discover_hidden
 from undertow.identification.library import label
 from undertow.identification.output_error import trajectory
@@ -222,6 +223,13 @@ def undertow_sindy(data: Data) -> Found:
     return _scored(data, np.array([found.get(name, 0.0) for name in COLUMNS]))
 
 
+def undertow_discover(data: Data) -> Found:
+    """Our choice among the ten terms on simulated trajectories, with nothing known."""
+    one = Discover(resamples=0, outside=False, second_route=False).fit([trial.motion for trial in data.training])
+    found = {OURS[term.name]: value for term, value in zip(one.terms_, one.coefficients_, strict=True)}
+    return _scored(data, np.array([found.get(name, 0.0) for name in COLUMNS]))
+
+
 def undertow_hidden(data: Data) -> Found:
     """Our number of hidden oscillators and output error; the terms are Eq. 15's."""
     fit = discover_hidden([trial.motion for trial in data.training])
@@ -245,5 +253,6 @@ METHODS: dict[str, Callable[[Data], Found]] = {
     "pysindy on our signals, scaled STLSQ": conditioned_scaled,
     "SysIdentPy, NAR by FROLS": sysidentpy_nar,
     "undertow, regression with selection": undertow_sindy,
+    "undertow, Discover": undertow_discover,
     "undertow, hidden states and output error": undertow_hidden,
 }

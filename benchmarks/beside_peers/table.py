@@ -145,8 +145,8 @@ How each is run: pysindy 2.1 gets displacement, v by (smoothed) differences, and
 with 200 test functions on the largest trial; STLSQ and SR3 with their defaults; the ensemble is 20 bags of STLSQ. *On
 our signals*: the smoothed x, v, a that undertow regresses, STLSQ with its default threshold, and on columns scaled to
 unit deviation with a threshold of 1 %. SysIdentPy 0.9.0 fits a polynomial NAR model of degree 3 to the largest trial at
-50 Hz; it has no physical terms. undertow selects among the ten terms (regression), or takes Eq. 15's four and finds the
-number of hidden oscillators itself (hidden states and output error).
+50 Hz; it has no physical terms. undertow selects among the ten terms, by regression or on trajectories (`Discover`), or
+takes Eq. 15's four and finds the number of hidden oscillators itself (hidden states and output error).
 
 ## The truth is Eq. 15
 

@@ -109,9 +109,9 @@ HEADER = """# Recovery of Eq. 15 by output error
 
 p90 of |error| over {seeds} seeds / limit (p90 of the Cramer-Rao bound); bold where it is over the limit. Four trials a
 level, 1000 Hz, k known, k, c, mu equal in all trials; noise on x and a: N1 0.05 mm, 0.02 m/s2; N3 0.2 mm, 0.1 m/s2;
-N4 1 mm, 0.1 m/s2; drift up to 0.2 mm and 0.02 m/s2, free offsets, 14 bits. The bound takes a straight line and a parabola of
-drift in both sensors for unknown, which is more than the fits do: they can lie below it. The last column is the root
-mean square of error over reported standard error.
+N4 1 mm, 0.1 m/s2; drift up to 0.2 mm and 0.02 m/s2, free offsets, 14 bits. The bound takes a straight line and a
+parabola of drift in both sensors for unknown, which is more than the fits do: they can lie below it. The last column is
+the root mean square of error over reported standard error.
 
 | level | noise | drift | m_a, kg | c, % | mu, % | C_d, % | rms error / stderr |
 |---|---|---|---|---|---|---|---|

@@ -32,6 +32,10 @@ STEP_S = 0.001
 STARTS: tuple[tuple[float, float], ...] = ((0.2, 5.0), (0.4, 20.0), (0.05, 1.0))
 """Initial trials of (m_a / m, C_d); the best end is taken, since near a resonance there are two minima."""
 
+COARSE = {"xatol": 1e-3, "fatol": 1e-7, "maxiter": 400}
+FINE = {"xatol": 1e-5, "fatol": 1e-9, "maxiter": 400}
+"""Where the simplex stops, in m_a / m or C_d and in m of RMS: from the starts, and from the best of their ends."""
+
 SAME_VALLEY = (0.01, 0.5)
 SAME_RMS = 1.1
 """So near to an end in (m_a / m, C_d), with so much of its RMS at most, a later start only goes there again: the two
@@ -113,12 +117,11 @@ def search(
             if near and intermediate_result.fun < SAME_RMS * end.fun:
                 raise StopIteration
 
-    options = {"xatol": 1e-5, "fatol": 1e-9, "maxiter": 400}
     for start in STARTS:
-        ends.append(minimize(rms, np.array(start), method="Nelder-Mead", options=options, callback=known))
+        ends.append(minimize(rms, np.array(start), method="Nelder-Mead", options=COARSE, callback=known))
     first = min(ends, key=lambda end: float(end.fun))
     # sign() makes the valley's floor rough, and a simplex stops on it: a new one from there goes on
-    best = min(first, minimize(rms, first.x, method="Nelder-Mead", options=options), key=lambda end: float(end.fun))
+    best = min(first, minimize(rms, first.x, method="Nelder-Mead", options=FINE), key=lambda end: float(end.fun))
     added = max(float(best.x[0]) * specimen.mass_kg, lower_mass_kg)
     return added, float(best.x[1]), float(best.fun)
 

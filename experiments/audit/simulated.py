@@ -183,7 +183,8 @@ def audit_table(number: int, dry: dict[str, Structure]) -> dict[str, Any]:
         "number": number, "design": table.design, "truth": table.truth, "values": table.values,
         "verdict": list(verdict.verdict), "alternatives": [list(one) for one in verdict.alternatives],
         "status": verdict.status, "confidence": verdict.confidence, "equation_15": base, "intervals": intervals,
-        "equation_if": dict(verdict.equation_if), "cpu_s": time.process_time() - started,
+        "equation_if": [[cap, share] for cap, share in verdict.equation_if.items()],
+        "cpu_s": time.process_time() - started,
     }  # fmt: skip
 
 

@@ -8,15 +8,16 @@ import re
 import pytest
 
 from experiments.audit.cells import page_table, predictions
+from experiments.audit.scores import PAGE, judged, section, summary
 from experiments.audit.simulated import (
-    PAGE,
+    COVERED,
+    TABLES,
     TURNS,
     audit_table,
+    cover_table,
     read_results,
-    section,
     simulate_table,
     structures,
-    summary,
 )
 
 OFFSET = 8
@@ -35,6 +36,16 @@ def test_a_table_of_the_study_comes_out_again_as_stored():
     assert again["confidence"] == pytest.approx(stored()[OFFSET]["confidence"], abs=0.05)
 
 
+def test_a_table_for_coverage_fits_the_true_rival_alone():
+    number = TABLES + 2
+    assert COVERED[2] == ("method2", "linear_damping")
+    found = cover_table(number, structures())
+    ((name, (middle, low, high)),) = found["intervals"].items()
+    assert name == KEY
+    assert low < middle < high
+    assert "verdict" not in found
+
+
 def test_simulated_tables_are_the_same_each_time_and_printed_to_their_digits():
     dry = structures()
     one, again = simulate_table(1, dry), simulate_table(1, dry)
@@ -47,25 +58,42 @@ def test_the_page_says_what_the_stored_results_say():
     assert section(summary(read_results())) in PAGE.read_text(encoding="utf-8"), remake
 
 
+KEY = "linear_damping.c_Ns_per_m"
+
+
+def result(truth: str, verdict: list[str], alternatives: list[list[str]], interval: list[float] | None = None) -> dict:
+    return {
+        "truth": truth, "verdict": verdict, "alternatives": alternatives, "values": {KEY: 500.0}, "cpu_s": 1.0,
+        "intervals": {KEY: interval} if interval else {},
+    }  # fmt: skip
+
+
 def test_counts_and_coverage_are_taken_over_the_right_tables():
-    key = "linear_damping.c_Ns_per_m"
-
-    def result(truth: str, verdict: list[str], alternatives: list[list[str]], interval: list[float] | None) -> dict:
-        intervals = {key: interval} if interval else {}
-        return {
-            "truth": truth, "verdict": verdict, "alternatives": alternatives, "values": {key: 500.0}, "cpu_s": 1.0,
-            "intervals": intervals,
-        }  # fmt: skip
-
+    alone = {key: value for key, value in result("linear_damping", [], [], [500.0, 400.0, 600.0]).items()
+             if key not in ("verdict", "alternatives")}  # fmt: skip
     found = summary([
         result("linear_damping", ["coulomb_friction"], [["linear_damping"]], [600.0, 400.0, 800.0]),
         result("linear_damping", ["rest_offset"], [], [900.0, 700.0, 1100.0]),
-        result("", [], [["linear_damping"]], None),
-        result("", ["rest_offset"], [], None),
+        result("", [], [["linear_damping"]]),
+        result("", ["rest_offset"], []),
+        alone,
     ])  # fmt: skip
-    assert (found["named"], found["preferred"], found["class"], found["with_an_effect"]) == (1, 0, 1, 2)
+    effects = found["effects"]
+    assert (effects["named"], effects["preferred"], effects["class"], effects["right"]) == (1, 0, 1, 1)
+    assert (effects["tables"], found["tables"], effects["size"]) == (2, 4, 1.5)
     assert (found["accused"], found["eq15"]) == (1, 2)
-    assert found["coverage"][key] == {"tables": 2, "inside": 1}
+    assert (found["coverage"][KEY]["tables"], found["coverage"][KEY]["inside"]) == (3, 2)
+
+
+def test_a_set_that_names_nearly_everything_is_no_right_answer():
+    others = [["hidden_resonator"], ["rest_offset"], ["linear_damping"]]
+    many = judged(result("linear_damping", [], others))
+    assert many["named"]
+    assert not many["named_small"]
+    assert not many["right"]
+    few = judged(result("linear_damping", [], others[1:]))
+    assert few["right"]
+    assert not few["class"]
 
 
 def test_the_page_has_the_cells_as_they_are_computed():

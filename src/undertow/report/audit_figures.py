@@ -88,7 +88,9 @@ def draw_probabilities(found: Answer, axes: Axes) -> Axes:
 
 
 def _percent(probability: float) -> str:
-    return f" {100.0 * probability:.2g} %" if probability > 1e-5 else " < 0.001 %"
+    if probability > 0.999:
+        return " > 99.9 %"
+    return f" {100.0 * probability:.3g} %" if probability > 1e-5 else " < 0.001 %"
 
 
 def draw_mixture(found: Answer, axes: Axes) -> Axes:

@@ -16,7 +16,7 @@ from markupsafe import Markup
 from matplotlib.figure import Figure
 
 from undertow.discrepancy.audit.findings import AuditFindings, SeriesFindings
-from undertow.discrepancy.audit.verdicts import Range, rounded
+from undertow.discrepancy.audit.verdicts import Range, likely, rounded
 from undertow.report import audit_figures
 from undertow.report.style import new_figure, page_style, svg_text
 from undertow.report.writing import write_text
@@ -61,6 +61,7 @@ def _block(series: SeriesFindings, inline: Mapping[str, Markup], number: int) ->
     return {
         "name": series.name,
         "verdict": series.verdict,
+        "confidence": likely(series.verdict.confidence),
         "names": " + ".join(series.verdict.verdict) or "nothing beyond Eq. 15",
         "figures": [svg for name, svg in inline.items() if name.startswith(f"series-{number}-")],
         "parameters": [

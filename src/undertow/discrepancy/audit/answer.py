@@ -127,10 +127,9 @@ def answer(
     return Answer(tuple(cases), tuple(sorted(weights, key=lambda w: -w.probability)), failed)
 
 
-def probabilities_under(found: Answer, belief: str) -> Array:
-    """Probabilities of the rivals, in the answer's order, under another belief about the rows' scatter
-    (`scatter.BELIEFS`)."""
-    logs = [log_sum(log_belief(belief) + one.at_scatter) for one in found.weights]
+def probabilities_under(found: Answer, cap: float) -> Array:
+    """Probabilities of the rivals, in the answer's order, where rows may scatter by up to ``cap`` of the mass."""
+    logs = [log_sum(log_belief(cap) + one.at_scatter) for one in found.weights]
     return _probabilities([one.rival for one in found.weights], logs)
 
 

@@ -164,11 +164,9 @@ def _verdict(one: SeriesVerdict, answer: Answer, groups: tuple[Mapping[str, Cond
             for weight in answer.weights
         ],
         "not_tried": dict(answer.failed),
-        "equation_15_probability": {
-            "as_judged": one.equation_if[""],
-            "scatter_at_most_5_percent_of_the_mass": one.equation_if["strict"],
-            "scatter_even_to_20_percent_of_the_mass": one.equation_if["doubting"],
-        },
+        "equation_15_probability": [
+            {"rows_scatter_at_most_of_mass": cap, "probability": share} for cap, share in one.equation_if.items()
+        ],
         "next_test": one.next_test,
         "sentence": one.sentence,
     }  # fmt: skip

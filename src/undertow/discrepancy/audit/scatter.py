@@ -1,8 +1,8 @@
 """How far printed rows may scatter by themselves, beyond what the structure's own scatter and digits make.
 
 Nobody prints it, so it is summed over: a grid of (kg of m_a, share of C_d), even in both logarithms up to what a fit of
-a whole decay can miss and falling with the square above, never zero: one table of the first audited report scatters by
-9 % of the mass without a reason in any model. What a verdict owes to that belief is read off the same grid.
+a whole decay can miss. Beyond lies the belief that a column is noise, which explains any table: what a verdict owes to
+the cap is read off the same grid and said with it.
 
 Belongs here: the grid and its prior. Does not belong here: likelihoods (sampling.py), evidence (posterior.py).
 """
@@ -24,11 +24,11 @@ DRAG_SHARES = tuple(np.geomspace(0.005, 0.4, 6))
 """The same of a printed C_d, over its value."""
 
 BELIEVED = 0.05
-"""Share of the mass up to which the prior is even: 5 % are a quarter of a cycle of phase after ten cycles, more than a
-fit of a whole decay can miss."""
+"""Share of the mass that rows may scatter by: 5 % are a quarter of a cycle of phase after ten cycles, more than a fit
+of a whole decay can miss."""
 
-BELIEFS = ("strict", "doubting")
-"""Other priors under which a verdict is looked at again: nothing above `BELIEVED`, and even over the whole grid."""
+CAPS = (BELIEVED, 0.1, 0.2)
+"""Caps under which a verdict is looked at again."""
 
 
 def scatters(case: Case) -> tuple[tuple[float, float], ...]:
@@ -36,19 +36,19 @@ def scatters(case: Case) -> tuple[tuple[float, float], ...]:
     return tuple((share * case.mass_kg, drag) for share, drag in product(MASS_SHARES, DRAG_SHARES))
 
 
-def log_belief(name: str = "") -> Array:
-    """Logarithm of the prior of each scatter of the grid, (S,), summing to one; ``name`` "" or one of `BELIEFS`.
+def log_belief(cap: float = BELIEVED) -> Array:
+    """Logarithm of the prior of each scatter of the grid, (S,), summing to one: even up to ``cap``, a share of the
+    mass.
 
-    >>> [round(float(np.exp(log_belief(name)).sum()), 12) for name in ("", "strict", "doubting")]
+    >>> [round(float(np.exp(log_belief(cap)).sum()), 12) for cap in CAPS]
     [1.0, 1.0, 1.0]
-    >>> bool(np.exp(log_belief("strict"))[-1] == 0.0)
+    >>> bool(np.exp(log_belief())[-1] == 0.0)
     True
     """
     share = np.repeat(np.array(MASS_SHARES), len(DRAG_SHARES))
-    over = np.minimum(BELIEVED / share, 1.0)
-    weight = {"strict": (over >= 1.0).astype(np.float64), "doubting": np.ones(share.size)}.get(name, over**2)
+    inside = (share <= cap * (1.0 + 1e-9)).astype(np.float64)
     with np.errstate(divide="ignore"):
-        return np.asarray(np.log(weight / weight.sum()), dtype=np.float64)
+        return np.asarray(np.log(inside / inside.sum()), dtype=np.float64)
 
 
 def log_sum(logs: Array) -> float:

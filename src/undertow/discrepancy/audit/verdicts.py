@@ -17,7 +17,7 @@ from itertools import product
 from undertow.discrepancy.audit.answer import Answer, Weight, probabilities_under
 from undertow.discrepancy.audit.recipes import Array
 from undertow.discrepancy.audit.rivals import EXPONENTS
-from undertow.discrepancy.audit.scatter import BELIEFS, BELIEVED
+from undertow.discrepancy.audit.scatter import BELIEVED, CAPS
 
 ODDS = 20.0
 """Rivals within these odds of the preferred one are its alternatives (docs/discrepancy.md)."""
@@ -105,9 +105,9 @@ class SeriesVerdict:
     others: Mapping[str, tuple[Mapping[str, Mapping[str, Range]], ...]]
     next_test: str
     sentence: str
-    equation_if: Mapping[str, float]
-    """Probability of Eq. 15 with constant coefficients under each belief about the rows' scatter: "" as judged,
-    `scatter.BELIEFS`."""
+    equation_if: Mapping[float, float]
+    """Probability of Eq. 15 with constant coefficients where rows may scatter by up to a share of the mass
+    (`scatter.CAPS`)."""
 
 
 def judge(found: Answer) -> SeriesVerdict:
@@ -117,9 +117,9 @@ def judge(found: Answer) -> SeriesVerdict:
     silent = next(weight for weight in found.weights if not weight.rival.effects)
     informs = _informs(found)
     if base > DOUBT or not named:
-        likely = base >= 0.5 or not named
-        near = [] if likely else [w for w in named if w.probability * ODDS >= base]
-        preferred, status = silent, "nothing_missing" if likely else "not_identifiable"
+        clear = base >= 0.5 or not named
+        near = [] if clear else [w for w in named if w.probability * ODDS >= base]
+        preferred, status = silent, "nothing_missing" if clear else "not_identifiable"
         confidence = base
     else:
         preferred = named[0]
@@ -129,8 +129,10 @@ def judge(found: Answer) -> SeriesVerdict:
         status = "not_identifiable"
     others = {weight.rival.label: _parameters(weight) for weight in near}
     alternatives = tuple(weight.rival.effects for weight in near)
-    equation_if = {belief: _equation(found, probabilities_under(found, belief)) for belief in ("", *BELIEFS)}
-    sentence = _sentence(preferred, near, confidence, informs) + _rests_on(found, preferred, equation_if, informs)
+    equation_if = {cap: _equation(found, probabilities_under(found, cap)) for cap in CAPS}
+    sentence = _sentence(preferred, near, confidence, informs)
+    if informs and preferred.rival.effects:
+        sentence += _rests_on(found.cases[0].mass_kg, equation_if)
     return SeriesVerdict(
         status, preferred.rival.effects, alternatives, float(confidence), informs, _parameters(preferred), others,
         next_test(preferred.rival.effects, alternatives, informs), sentence, equation_if,
@@ -143,25 +145,16 @@ def _equation(found: Answer, probabilities: Array) -> float:
     return float(sum(share for weight, share in pairs if not weight.rival.effects))
 
 
-def _rests_on(found: Answer, preferred: Weight, equation_if: Mapping[str, float], informs: bool) -> str:
-    """What the verdict owes to the belief that rows hardly scatter by themselves; "" where another belief leaves it."""
-    silent = max((w for w in found.weights if not w.rival.effects), key=lambda weight: weight.log_evidence)
-    mass = found.cases[0].mass_kg
-    needed = max(posterior.mass_scatter_kg for posterior in silent.posteriors)
-    if not informs:
+def _rests_on(mass_kg: float, equation_if: Mapping[float, float]) -> str:
+    """What a verdict owes to the cap on the rows' scatter; "" where a higher one leaves it."""
+    changed = [cap for cap in CAPS if equation_if[cap] > DOUBT]
+    if not changed:
         return ""
-    if preferred.rival.effects and equation_if["doubting"] > DOUBT:
-        return (
-            f" This rests on rows that scatter little by themselves: Eq. 15 would need {needed:.0f} kg from row to row "
-            f"({100.0 * needed / mass:.2g} % of the mass), and where that is as likely as any smaller scatter it keeps "
-            f"a probability of {equation_if['doubting']:.2g}."
-        )
-    if not preferred.rival.effects and equation_if["strict"] <= DOUBT:
-        return (
-            f" Where rows scatter by no more than {100.0 * BELIEVED:.0f} % of the mass Eq. 15 is ruled out "
-            f"(probability {equation_if['strict']:.2g}); it needs {needed:.0f} kg from row to row."
-        )
-    return ""
+    return (
+        f" This rests on rows that scatter by no more than {100.0 * BELIEVED:.0f} % of the mass by themselves: where "
+        f"{100.0 * changed[0]:.0f} % ({changed[0] * mass_kg:.0f} kg from row to row) are as likely as less, Eq. 15 "
+        f"keeps a probability of {equation_if[changed[0]]:.2g}."
+    )
 
 
 def _informs(found: Answer) -> bool:
@@ -215,14 +208,24 @@ def _sentence(preferred: Weight, near: list[Weight], confidence: float, informs:
             "about the water."
         )
     if not preferred.rival.effects:
-        text = f"Eq. 15 with constant coefficients prints these numbers (probability {confidence:.2g})"
+        does = "prints these numbers" if confidence >= 0.5 else "is not ruled out"
+        text = f"Eq. 15 with constant coefficients {does} (probability {likely(confidence)})"
         names = ", ".join(weight.rival.label for weight in near)
         return f"{text}; {names} {'are' if len(near) > 1 else 'is'} not ruled out." if near else f"{text}."
     text = f"Eq. 15 with constant coefficients does not print these numbers; {_told(preferred)} does"
     if near:
         text += f", and so {'do' if len(near) > 1 else 'does'} {'; '.join(_told(weight) for weight in near)}"
         return f"{text}: these numbers cannot tell them apart."
-    return f"{text} (probability {confidence:.3g})."
+    return f"{text} (probability {likely(confidence)})."
+
+
+def likely(probability: float) -> str:
+    """A probability in words that never say it is certain.
+
+    >>> likely(0.99997), likely(0.9584)
+    ('above 0.999', '0.958')
+    """
+    return "above 0.999" if probability > 0.999 else f"{probability:.3g}"
 
 
 def _of_spring(name: str) -> str:

@@ -65,7 +65,7 @@ def slow_noise(count, size, seconds, rng, dt=0.004):
     return lfilter([1.0], [1.0, -memory], white)[500:]
 
 
-@pytest.mark.parametrize("colour_s", [0.0, 0.01, 0.1])
+@pytest.mark.parametrize("colour_s", [0.0, 0.005, 0.02, 0.1])
 @pytest.mark.parametrize(("body", "x0", "noise"), [(SHORT, 0.008, 1e-3), (SHORT, 0.033, 1e-3), (LONG, 0.03, 1e-3)])
 def test_releases_are_found_under_noise_of_an_eighth_of_the_deflection(body, x0, noise, colour_s):
     exact = exact_motion(body, x0, rate_hz=250.0)

@@ -48,6 +48,12 @@ UNREFINED_RADIANS = 0.3
 MOTION_IN_NOISE = 4.0
 """Motion ends where what is left stays under this many standard deviations of noise."""
 
+CROSSING_SHARE = 0.1
+"""A crossing goes from this share of the largest deflection on one side to as much on the other."""
+
+TAIL_SHARE = 0.05
+"""The record's end, in which a body that came to rest shows where, and how much its sensor moves by itself."""
+
 MOTION_SHARE = 0.004
 """Motion also ends where what is left stays under this share of the largest deflection: below it, drift decides."""
 
@@ -152,8 +158,8 @@ def _slow_noise(smooth: Array, short: int, level: float) -> float:
 
 
 def _tail(time: Array, values: Array) -> float:
-    """Where the body ends up: the median of the last twentieth of the record."""
-    return float(np.median(values[time >= time[-1] - 0.05 * (time[-1] - time[0])]))
+    """Where the body ends up: the median of the record's end."""
+    return float(np.median(values[time >= time[-1] - TAIL_SHARE * (time[-1] - time[0])]))
 
 
 def _refined_release(recording: Recording, values: Array, hold: tuple[int, int]) -> tuple[float, float]:
@@ -207,16 +213,25 @@ def _motion_end(recording: Recording, level: float) -> float:
 def half_period(time: Array, values: Array, level: float) -> float:
     """Half a period of the record's largest oscillation, s: median time between crossings of its own running middle.
 
-    A quarter of the record where nothing crosses.
+    Where swings that stand out of what the record's end still does are more than twice as far apart, the others are
+    slow noise about the rest, and do not count. A quarter of the record where nothing crosses.
     """
     rest = float(np.median(values[time >= time[-1] - 0.25 * (time[-1] - time[0])]))
-    margin = max(MOTION_IN_NOISE * level, 0.1 * float(np.max(np.abs(values - rest))))
-    side = np.where(values > rest + margin, 1, np.where(values < rest - margin, -1, 0))
+    margin = max(MOTION_IN_NOISE * level, CROSSING_SHARE * float(np.max(np.abs(values - rest))))
+    every = _between_crossings(time, values - rest, margin)
+    if math.isnan(every):
+        return 0.25 * float(time[-1] - time[0])
+    end = values[time >= time[-1] - TAIL_SHARE * (time[-1] - time[0])]
+    largest = _between_crossings(time, values - rest, max(margin, MOTION_IN_NOISE * float(np.std(end))))
+    return largest if every < 0.5 * largest else every
+
+
+def _between_crossings(time: Array, away: Array, margin: float) -> float:
+    """Median time from one side beyond ``margin`` to the other, s; nan with fewer than two crossings."""
+    side = np.where(away > margin, 1, np.where(away < -margin, -1, 0))
     instants, marked = time[side != 0], side[side != 0]
     crossings = instants[np.flatnonzero(np.diff(marked) != 0)]
-    if crossings.size < 2:
-        return 0.25 * float(time[-1] - time[0])
-    return float(np.median(np.diff(crossings)))
+    return float(np.median(np.diff(crossings))) if crossings.size > 1 else math.nan
 
 
 def _last_oscillation(time: Array, values: Array, level: float, half: float, dt: float) -> float:

@@ -7,11 +7,12 @@ import math
 import numpy as np
 import pytest
 
+from experiments.recovery.releases import plant, record
 from undertow.conditioning.condition import condition
 from undertow.conditioning.motion import Motion
 from undertow.equation.kernel import N_SLOTS, SLOT
 from undertow.errors import IdentificationError
-from undertow.identification import output_error
+from undertow.identification import freerun, output_error
 from undertow.identification.baseline import GroupFit, fit_group, group_model, terms_by_name
 from undertow.identification.fit import Specimen
 from undertow.identification.freerun import free_run, repeatability, sensor_floor
@@ -83,3 +84,19 @@ def test_repeatability_without_scatter_is_the_sensors_floor():
     run = free_run(motion, growing_theta(0.0), 1e-3)
     floor = sensor_floor(motion, run)
     assert repeatability(run, {"c1": 0.0}, floor, "displacement", seed=0) == floor
+
+
+def test_fewer_samples_and_longer_steps_give_the_same_repeatability(monkeypatch):
+    truth = plant("short", 2.36)
+    motion = condition(record(truth, 0.024, "N3", np.random.default_rng(4), "r"))
+    theta, body = np.zeros(N_SLOTS), truth.body
+    theta[[SLOT[slot] for slot in ("mass", "k1", "c1", "fc", "q")]] = (
+        body.inertia_kg, body.k_N_per_m, body.c_Ns_per_m, body.friction_N, body.drag_Ns2_per_m2,
+    )  # fmt: skip
+    run = free_run(motion, theta, 1e-3)
+    spread = {"k1": 0.003 * body.k_N_per_m, "c1": 0.06 * body.c_Ns_per_m, "fc": 0.05 * body.friction_N}
+    coarse = repeatability(run, spread, 0.0, "displacement", seed=2)
+    monkeypatch.setattr(freerun, "SAMPLES_PER_PERIOD", 10**6)
+    monkeypatch.setattr(freerun, "DRAWN_STEPS_PER_PERIOD", 200)
+    # both are RMS over the same draws; 50 samples a period leave half a per cent of what a period holds
+    assert coarse == pytest.approx(repeatability(run, spread, 0.0, "displacement", seed=2), rel=0.01)

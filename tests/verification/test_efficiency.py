@@ -11,6 +11,7 @@ import pytest
 
 from benchmarks import campaign, decay, peers, speed
 from experiments.efficiency import blind as blind_study
+from experiments.efficiency import rates
 from experiments.efficiency.bound import efficiency, markdown, rows
 from experiments.efficiency.cases import eq15, hidden
 from experiments.efficiency.rates import thinned
@@ -29,10 +30,11 @@ def test_every_blind_start_of_a_slice_ends_at_the_best_optimum(kind):
     assert blind_study.at_best(found) == 10
 
 
-def test_the_committed_blind_starts_of_eq_15_all_end_at_the_best_optimum():
+@pytest.mark.parametrize("kind", ["2", "4", "5", "hidden"])
+def test_the_committed_blind_starts_end_at_the_best_optimum_in_99_of_100(kind):
     with (EFFICIENCY / "blind.csv").open() as file:
-        found = [row for row in csv.DictReader(file) if row["kind"] != "hidden"]
-    assert len(found) == 1500
+        found = [row for row in csv.DictReader(file) if row["kind"] == kind]
+    assert len(found) == 500
     assert blind_study.at_best(found) >= 0.99 * len(found)
 
 
@@ -43,8 +45,22 @@ def test_a_hidden_oscillator_is_found_from_half_its_frequency():
     assert start[3] < 5.0  # rad/s; the oscillator is at 9.6
     found = blind.fit(problem, start)
     best = output_error.fit(problem, case.truth, growing=False)
-    # one valley: where accelerations are fitted its bottoms lie within two standard errors
-    assert np.all(np.abs(found.values - best.values) < 2.0 * np.sqrt(np.diag(best.covariance)))
+    # one valley with one bottom: costs agree to a tenth of a standard error
+    assert abs(found.cost - best.cost) < blind_study.NEAR_COST
+
+
+def test_a_start_that_growing_windows_lose_is_found_again_from_the_record():
+    case, lost = eq15("short", 2.36, 5, 2e-4), 0
+    for number in range(40):
+        rng = np.random.default_rng([7, number])
+        problem, start = case.noisy(rng), case.start(rng)
+        best = output_error.fit(problem, case.truth, growing=False).cost
+        try:
+            lost += output_error.fit(problem, start).cost > best + blind_study.NEAR_COST
+        except IdentificationError:  # led to a motion without bounds
+            lost += 1
+        assert blind.fit(problem, start).cost < best + blind_study.NEAR_COST
+    assert lost > 0  # else the second start proves nothing
 
 
 def test_a_start_from_the_record_has_its_period_and_its_release():
@@ -104,6 +120,25 @@ def test_a_rows_ratio_is_against_undertow():
     data = decay.record(1.5)
     table = speed.rows(1.5, data, {"undertow": [1.0, 3.0], "other": [20.0]}, {"undertow": data.truth, "other": (0, 0)})
     assert [row["ratio"] for row in table] == [1.0, 10.0]
+
+
+def test_a_quarter_of_the_rate_gives_the_same_estimates_of_the_same_motion():
+    found = rates.differences("short", 2.36, "N3", 3)
+    for how in ("means", "samples"):
+        assert np.all(np.abs(found[f"250 {how}", True]) < rates.LIMIT_STDERR)
+
+
+def test_picked_samples_are_the_motion_with_the_noise_of_the_means():
+    truth = plant("short", 2.36)
+    found = rates.records(truth, "N3", 5)
+    means, picked = found["100 means"], found["100 samples"]
+    assert np.allclose(np.diff(picked.time), 0.01)
+    # at rest before the release there is no motion to tell them apart
+    held = picked.time < 0.9
+    assert np.allclose(picked.channels["displacement"][held], means.channels["displacement"][held], atol=1e-12)
+    moving = (picked.time > 1.2) & (picked.time < 4.0)
+    away = picked.channels["acceleration"][moving] - means.channels["acceleration"][moving]
+    assert 1e-4 < np.std(away) < 0.05  # a mean over 10 ms lacks 5e-4 of 3 m/s2, and half of friction's jump at times
 
 
 def test_thinning_takes_means():

@@ -373,17 +373,21 @@ def _solution(problem: Problem, values: Array, point: _Point, iterations: int, c
     lower, upper = _bounds(problem)
     on_bound = (values <= lower) | (values >= upper)
     free = np.flatnonzero(~on_bound)
-    scale = 1.0 / np.sqrt(np.maximum(np.diag(point.normal)[free], LEAST_INFORMATION))
-    scaled = point.normal[np.ix_(free, free)] * np.outer(scale, scale)
-    eigenvalues, directions = np.linalg.eigh(scaled)
-    known = np.abs(eigenvalues) > NO_INFORMATION * np.max(np.abs(eigenvalues), initial=0.0)
+    all_free = free.size == values.size
+    normal = point.normal if all_free else point.normal[np.ix_(free, free)]
+    scale = 1.0 / np.sqrt(np.maximum(normal.diagonal(), LEAST_INFORMATION))
+    eigenvalues, directions = np.linalg.eigh(normal * scale[:, None] * scale)
+    sizes = np.abs(eigenvalues)
+    known = sizes > NO_INFORMATION * sizes.max(initial=0.0)
     root = directions[:, known] * scale[:, None]
-    covariance = np.zeros_like(point.normal)
-    covariance[np.ix_(free, free)] = (root / eigenvalues[known]) @ root.T
+    covariance: Array = (root / eigenvalues[known]) @ root.T
+    if not all_free:
+        inner, covariance = covariance, np.zeros_like(point.normal)
+        covariance[np.ix_(free, free)] = inner
     outcome = OK
     if not converged:
         outcome = f"did not converge in {iterations} iterations"
-    elif np.any(on_bound):
+    elif not all_free:
         names = ", ".join(f"{problem.names[i]} = {values[i]:.4g}" for i in np.flatnonzero(on_bound))
         outcome = f"on a bound: {names}"
     elif eigenvalues[0] < 1e-10 * eigenvalues[-1]:

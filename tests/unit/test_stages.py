@@ -15,7 +15,7 @@ from undertow.campaign import stages
 from undertow.campaign.analysis import GroupTask, analyse
 from undertow.conditioning.condition import condition
 from undertow.conditioning.motion import Motion
-from undertow.discrepancy.findings import Findings, GroupFindings
+from undertow.discrepancy.findings import AugmentedRun, Findings, GroupFindings
 from undertow.discrepancy.verdict import Described, PhysicalCheck, Rejected, Verdict
 from undertow.equation import shelf
 from undertow.identification.fit import Specimen
@@ -155,8 +155,11 @@ def test_verdicts_of_groups_judged_together_come_back_in_their_order(task: Group
         parameters={"linear_damping": {"c_Ns_per_m": Estimate(480.0, 20.0, unit="N s/m")}},
     )  # fmt: skip
     plain = Verdict(other.key, ("a", "b"), status="nothing_missing")
-    stages.save_verdicts((explained, plain), tmp_path / "v.json")
-    first, second = stages.load_verdicts((task, other), tmp_path / "v.json") or ()
+    run = AugmentedRun(0.02, np.array([1.0, 0.5]))
+    stages.save_verdicts((explained, plain), {"a": run}, tmp_path / "v.json")
+    (first, second), runs = stages.load_verdicts((task, other), tmp_path / "v.json") or ((), {})
+    assert runs["a"].nrmse == 0.02
+    assert runs["a"].simulated.tolist() == [1.0, 0.5]
     assert first.parameters == explained.parameters
     assert (first.verdict, second.status, second.group) == (("linear_damping",), "nothing_missing", other.key)
     assert stages.load_verdicts((task,), tmp_path / "v.json") is None  # another number of groups is another level

@@ -60,7 +60,14 @@ def judged(
     judge = _Judge(suspects, standing, folder, resume)
     wet = on_processes(judge, list(levels.values()), jobs, "wet: what is missing", progress)
     said = {tuple(v.group.items()): v for judged in (*first, *wet) for v in judged.verdicts}
-    return [replace(group, verdict=said[tuple(group.key.items())]) for group in groups]
+    runs = {name: run for judged in (*first, *wet) for name, run in judged.runs.items()}
+    return [
+        replace(
+            group, verdict=said[tuple(group.key.items())],
+            trials=tuple(replace(t, augmented=runs.get(t.motion.name)) for t in group.trials),
+        )
+        for group in groups
+    ]  # fmt: skip
 
 
 @dataclass(frozen=True)
@@ -88,9 +95,9 @@ class _Judge:
         path = self.folder / f"verdict-{stages.level_digest(level.tasks, also)}.json"
         kept = stages.load_verdicts(level.tasks, path) if self.resume else None
         if kept is not None:
-            return Judged(kept, tuple(c.member.label for c in level.cases))
+            return Judged(kept[0], tuple(c.member.label for c in level.cases), runs=kept[1])
         found = judge_level(level.cases, self.suspects, self.standing)
-        stages.save_verdicts(found.verdicts, path)
+        stages.save_verdicts(found.verdicts, found.runs, path)
         return found
 
 

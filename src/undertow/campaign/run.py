@@ -143,7 +143,10 @@ class Course:
         out = []
         for task, group, one in zip(tasks, found, said, strict=True):
             trials = (*one.verdict.trials, *task.apart)
-            out.append(replace(group, verdict=replace(one.verdict, trials=trials) if task.apart else one.verdict))
+            verdict = replace(one.verdict, trials=trials) if task.apart else one.verdict
+            runs = {t.motion.name: t.augmented for t in one.trials}
+            shown = tuple(replace(t, augmented=runs.get(t.motion.name)) for t in group.trials)
+            out.append(replace(group, verdict=verdict, trials=shown))
         dry = [(t, g) for t, g in zip(tasks, out, strict=True) if t.dry]
         if len(self._plan) > 1 and any(g.verdict.verdict for _, g in dry):
             self._dry = ([t for t, _ in dry], [g for _, g in dry])

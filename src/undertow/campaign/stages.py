@@ -22,7 +22,7 @@ from undertow import __version__
 from undertow.campaign.analysis import GroupTask
 from undertow.campaign.manifest import source_digest
 from undertow.conditioning.motion import Motion
-from undertow.discrepancy.findings import GroupFindings, TrialFindings
+from undertow.discrepancy.findings import AugmentedRun, GroupFindings, TrialFindings
 from undertow.discrepancy.mismatch import Mismatch
 from undertow.discrepancy.verdict import Described, PhysicalCheck, Rejected, Verdict
 from undertow.equation import shelf
@@ -72,16 +72,21 @@ def level_digest(tasks: Sequence[GroupTask], also: str) -> str:
     return sums.hexdigest()[:20]
 
 
-def save_verdicts(verdicts: Sequence[Verdict], path: Path) -> None:
-    """Write the verdicts of one level; the file appears whole or not at all."""
-    _write([_plain(v) for v in verdicts], path)
+def save_verdicts(verdicts: Sequence[Verdict], runs: Mapping[str, AugmentedRun], path: Path) -> None:
+    """Write the verdicts of one level and its trials' free runs; the file appears whole or not at all."""
+    kept = {name: [run.nrmse, run.simulated.tolist()] for name, run in runs.items()}
+    _write({"verdicts": [_plain(v) for v in verdicts], "runs": kept}, path)
 
 
-def load_verdicts(tasks: Sequence[GroupTask], path: Path) -> tuple[Verdict, ...] | None:
-    """The verdicts of one level as saved, in the order of its groups; None where there are none that fit."""
+def load_verdicts(
+    tasks: Sequence[GroupTask], path: Path
+) -> tuple[tuple[Verdict, ...], dict[str, AugmentedRun]] | None:
+    """Verdicts of one level as saved, in the order of its groups, and its runs; None where there are none that fit."""
     try:
         data = json.loads(path.read_text(encoding="utf-8"))
-        return tuple(_verdict(one, task) for one, task in zip(data, tasks, strict=True))
+        verdicts = tuple(_verdict(one, task) for one, task in zip(data["verdicts"], tasks, strict=True))
+        runs = data["runs"].items()
+        return verdicts, {name: AugmentedRun(nrmse, np.array(simulated)) for name, (nrmse, simulated) in runs}
     except (OSError, LookupError, TypeError, ValueError, AttributeError):
         return None
 

@@ -28,12 +28,20 @@ class FailedTrial:
 
 
 @dataclass(frozen=True)
+class AugmentedRun:
+    """One trial's free run with what was found missing: its nrmse, and ``simulated`` (n,) m at the trial's ``t``."""
+
+    nrmse: float
+    simulated: Array
+
+
+@dataclass(frozen=True)
 class TrialFindings:
     """One trial: its motion, what each method found on it alone (``fits``: method -> Fit), free-run errors
     (``nrmse``: method -> value, "baseline" is the group's equation) and the mismatch with the group's baseline.
 
     ``t`` (n,) s after release, ``measured`` and ``simulated`` (n,) m about the rest position: the baseline's free run
-    inside the motion window.
+    inside the motion window. ``augmented`` is the free run with what the verdict names (None: nothing, or no motion).
     """
 
     motion: Motion
@@ -44,6 +52,7 @@ class TrialFindings:
     measured: Array
     simulated: Array
     held_out: bool = False
+    augmented: AugmentedRun | None = None
 
 
 @dataclass(frozen=True)

@@ -13,8 +13,9 @@ from dataclasses import dataclass, field, replace
 from undertow.discrepancy.candidate import Candidate, Diagnosis
 from undertow.discrepancy.case import Case
 from undertow.discrepancy.diagnose import diagnose
+from undertow.discrepancy.findings import AugmentedRun
 from undertow.discrepancy.joint import Addend, Level, Member, free_run_error, make_level, member_rate
-from undertow.discrepancy.prove import addition_parameters, check_cell, rms, score
+from undertow.discrepancy.prove import addition_parameters, check_cell, rms, shared_run
 from undertow.discrepancy.sentence import NEXT_TEST, sentence_of, transfer_words
 from undertow.discrepancy.suspects import SUSPECTS, Suspect
 from undertow.discrepancy.transfer import from_other_springs
@@ -27,12 +28,14 @@ STILL_MISSING = 2.0
 
 @dataclass(frozen=True)
 class Judged:
-    """Verdicts of one level's groups, and what was added to its equation (nothing where nothing is named)."""
+    """Verdicts of one level's groups, what was added to its equation (nothing where nothing is named), and by trial the
+    free run with all that is named."""
 
     verdicts: tuple[Verdict, ...]
     labels: tuple[str, ...]
     addends: tuple[Addend, ...] = ()
     values: Mapping[str, tuple[float, float]] = field(default_factory=dict)
+    runs: Mapping[str, AugmentedRun] = field(default_factory=dict)
 
 
 def judge(cases: Sequence[Case], suspects: Sequence[Suspect], standing: Sequence[Addend] = ()) -> tuple[Verdict, ...]:
@@ -48,14 +51,15 @@ def judge_level(cases: Sequence[Case], suspects: Sequence[Suspect], standing: Se
     moved = ({},) * len(cases) if not diagnosis.accused else from_other_springs(
         level, diagnosis.best.fit, [(*c.member.motions, *c.held) for c in cases]
     )  # fmt: skip
-    verdicts = tuple(_verdict(level, case, diagnosis, to) for case, to in zip(cases, moved, strict=True))
+    runs = {name: run for case in cases for name, run in _runs(level, case, diagnosis).items()}
+    verdicts = tuple(_verdict(level, case, diagnosis, to, runs) for case, to in zip(cases, moved, strict=True))
     labels = tuple(c.member.label for c in cases)
     if not diagnosis.accused:
-        return Judged(verdicts, labels)
+        return Judged(verdicts, labels, runs=runs)
     fit = diagnosis.best.fit
     errors = {n: fit.solution.stderr(n) for n in fit.solution.problem.names}
     numbers = {n: (v, errors[n]) for n, v in fit.values.items() if "." in n}
-    return Judged(verdicts, labels, fit.addends, numbers)
+    return Judged(verdicts, labels, fit.addends, numbers, runs)
 
 
 def _member(case: Case) -> Member:
@@ -63,7 +67,20 @@ def _member(case: Case) -> Member:
     return case.member if case.member.allowed < 1.0 else replace(case.member, allowed=case.allowed)
 
 
-def _verdict(level: Level, case: Case, diagnosis: Diagnosis, moved: Mapping[str, float]) -> Verdict:
+def _runs(level: Level, case: Case, diagnosis: Diagnosis) -> dict[str, AugmentedRun]:
+    """A case's free runs with what is named; none where nothing is, or where no motion comes of it."""
+    if not diagnosis.accused and not _known(level, case):
+        return {}
+    width = case.member.options.rest_offset_std
+    runs = {
+        m.name: shared_run(level, case.member, diagnosis.best.fit, m, width) for m in (*case.member.motions, *case.held)
+    }
+    return {name: AugmentedRun(run.nrmse, run.simulated) for name, run in runs.items() if run is not None}
+
+
+def _verdict(
+    level: Level, case: Case, diagnosis: Diagnosis, moved: Mapping[str, float], runs: Mapping[str, AugmentedRun]
+) -> Verdict:
     plain = Verdict(
         case.key, case.trials, tuple(m.name for m in case.held), baseline=case.baseline,
         sensor_floor_nrmse=case.floor, repeatability_nrmse=case.allowed, rejected=_rejected(diagnosis),
@@ -73,9 +90,9 @@ def _verdict(level: Level, case: Case, diagnosis: Diagnosis, moved: Mapping[str,
     if not diagnosis.accused and not known:
         return _without_a_name(plain, case, free_run_error(level, diagnosis.null.fit) > STILL_MISSING)
     fit, names = diagnosis.best.fit, (*known, *diagnosis.best.names)
-    width = case.member.options.rest_offset_std
-    training = rms([score(level, case.member, fit, m, width) for m in case.member.motions])
-    held = rms([score(level, case.member, fit, m, width) for m in case.held])
+    training, held = (
+        rms([runs[m.name].nrmse for m in motions if m.name in runs]) for motions in (case.member.motions, case.held)
+    )
     if "mass_change" in names:
         held = math.nan  # what an unseen trial weighed, no other trial says
     found = addition_parameters(fit, case.member.label, member_rate(case.member))

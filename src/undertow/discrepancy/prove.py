@@ -15,7 +15,7 @@ from undertow.conditioning.motion import Motion
 from undertow.discrepancy.joint import Addend, JointFit, Level, Member, full_name, shared_theta
 from undertow.discrepancy.verdict import PhysicalCheck
 from undertow.errors import IdentificationError
-from undertow.identification.freerun import free_run
+from undertow.identification.freerun import FreeRun, free_run
 from undertow.identification.intervals import mean_of_trials
 from undertow.quantities import Estimate
 from undertow.recording.recording import Array
@@ -31,10 +31,16 @@ SOFTENING_RATIO = 0.34
 
 def score(level: Level, member: Member, fit: JointFit, motion: Motion, rest_std: float) -> float:
     """nrmse of one trial's free run with what all trials share; nan where there is no motion."""
+    run = shared_run(level, member, fit, motion, rest_std)
+    return math.nan if run is None else run.nrmse
+
+
+def shared_run(level: Level, member: Member, fit: JointFit, motion: Motion, rest_std: float) -> FreeRun | None:
+    """One trial's free run with what all trials share; None where there is no motion."""
     try:
-        return free_run(motion, shared_theta(level, member, fit, motion.name), rest_std).nrmse
+        return free_run(motion, shared_theta(level, member, fit, motion.name), rest_std)
     except IdentificationError:
-        return math.nan
+        return None
 
 
 def rms(values: Sequence[float]) -> float:

@@ -168,6 +168,7 @@ def group_block(
         "per_mass": is_per_mass(group.equation, group.equation_errors),
         "rotation": findings.coordinate == "rotation",
         "figures": figures,
+        "augmented": any(trial.augmented for trial in group.trials),
         "amplitude_unit": unit,
         "trials": [_trial_row(trial, factor) for trial in group.trials],
         "notes": [note.rstrip(".") for note in group.notes],

@@ -18,7 +18,7 @@ from undertow.discrepancy.findings import GroupFindings, TrialFindings
 from undertow.discrepancy.words import percent
 from undertow.recording.recording import Array
 from undertow.report.arrange import chosen, excess
-from undertow.report.style import BLUE, DRAWN, GREY, INK, NOT_EXPLAINED, PALE, SKY, plain_log_ticks
+from undertow.report.style import BLUE, DRAWN, GREEN, GREY, INK, NOT_EXPLAINED, PALE, SKY, plain_log_ticks
 
 PANELS_AT_MOST = 24
 """Trials of a group that are drawn; of more, the ends and the worst explained ones."""
@@ -79,15 +79,20 @@ def trial_heading(trial: TrialFindings) -> str:
     text = f"{trial.motion.amplitude * factor:.3g} {unit} · {error}"
     if trial.held_out:
         text += " · held out"
-    return text + (f" · NOT EXPLAINED ({excess(trial):.1f}×)" if mismatch.missing else "")
+    text += f" · NOT EXPLAINED ({excess(trial):.1f}×)" if mismatch.missing else ""
+    return text + (f"\nwith what was found: error {percent(trial.augmented.nrmse)}" if trial.augmented else "")
 
 
 def draw_free_run(trial: TrialFindings, axes: Axes) -> Axes:
-    """Measured motion of one trial and the free run of its group's equation from the release, against time."""
+    """Measured motion of one trial and the free run of its group's equation from the release, against time; dashed the
+    free run with what the verdict names."""
     shown = response(trial)
     run = NOT_EXPLAINED if trial.mismatch.missing else BLUE
     axes.plot(*thinned(trial.t, trial.measured * shown.factor), color=INK, lw=1.1, label="measured")
     axes.plot(*thinned(trial.t, trial.simulated * shown.factor), color=run, lw=0.7, label="free run")
+    if trial.augmented:
+        found = trial.augmented.simulated * shown.factor
+        axes.plot(*thinned(trial.t, found), color=GREEN, lw=0.8, ls="--", label="with what was found")
     axes.set_ylabel(f"{shown.words}\n({shown.unit})")
     axes.set_xlabel("time after release (s)")
     axes.set_title(trial_heading(trial), color=NOT_EXPLAINED if trial.mismatch.missing else INK)
@@ -96,7 +101,8 @@ def draw_free_run(trial: TrialFindings, axes: Axes) -> Axes:
 
 
 def draw_residual(trial: TrialFindings, axes: Axes) -> Axes:
-    """Measured minus free run against time; grey: plus and minus what repeatability allows, as an RMS."""
+    """Measured minus free run against time, green with what the verdict names; grey: plus and minus what repeatability
+    allows, as an RMS."""
     shown = response(trial)
     rms = float(np.sqrt(np.mean(trial.measured**2)))
     allowed = trial.mismatch.repeatability_nrmse * rms * shown.factor
@@ -105,6 +111,8 @@ def draw_residual(trial: TrialFindings, axes: Axes) -> Axes:
     colour = NOT_EXPLAINED if trial.mismatch.missing else BLUE
     residual = (trial.measured - trial.simulated) * shown.factor
     axes.plot(*thinned(trial.t, residual), color=colour, lw=0.7)
+    if trial.augmented:
+        axes.plot(*thinned(trial.t, (trial.measured - trial.augmented.simulated) * shown.factor), color=GREEN, lw=0.8)
     size = 1.1 * max(float(np.max(np.abs(residual))), allowed if math.isfinite(allowed) else 0.0, 1e-9)
     axes.set_ylim(-size, size)
     axes.set_ylabel(f"residual\n({shown.unit})")
@@ -133,7 +141,7 @@ def draw_free_runs(group: GroupFindings, figure: Figure, at_most: int = PANELS_A
             upper.set_ylabel("")
             lower.set_ylabel("")
         if i == 0:
-            upper.legend(loc="upper right", ncols=2, borderaxespad=0.1)
+            upper.legend(loc="upper right", ncols=3 if trial.augmented else 2, borderaxespad=0.1)
         lower.locator_params(axis="y", nbins=3)
         if trial.mismatch.missing:
             for spine in (*upper.spines.values(), *lower.spines.values()):
@@ -222,7 +230,8 @@ def half_cycle_peaks(t: Array, x: Array, smallest: float) -> tuple[Array, Array]
 
 
 def draw_decay(group: GroupFindings, axes: Axes, at_most: int = CURVES_AT_MOST) -> Axes:
-    """Amplitude of every half cycle against time on a log axis: points measured, lines the free run."""
+    """Amplitude of every half cycle against time on a log axis: points measured, lines the free run, dashed with what
+    the verdict names."""
     trials = chosen(group.trials, at_most)
     factor, sizes = response(trials[0]).factor, []
     for trial in trials:
@@ -234,6 +243,9 @@ def draw_decay(group: GroupFindings, axes: Axes, at_most: int = CURVES_AT_MOST) 
         sizes += [float(value) * factor for value in size if value > 0.0]
         t, size = half_cycle_peaks(trial.t, trial.simulated, smallest)
         axes.plot(t, size * factor, "-", color=colour, lw=0.9)
+        if trial.augmented:
+            t, size = half_cycle_peaks(trial.t, trial.augmented.simulated, smallest)
+            axes.plot(t, size * factor, "--", color=GREEN, lw=0.9)
     if sizes:
         axes.set_ylim(0.7 * min(sizes), 1.4 * max(sizes))
         axes.set_yscale("log")
@@ -241,5 +253,6 @@ def draw_decay(group: GroupFindings, axes: Axes, at_most: int = CURVES_AT_MOST) 
     shown = response(trials[0])
     axes.set_ylabel(f"peak {shown.words} a half cycle ({shown.unit})")
     axes.set_xlabel("time after release (s)")
-    axes.set_title("points: measured · lines: free run", fontsize=8)
+    found = " · dashed: with what was found" if any(trial.augmented for trial in trials) else ""
+    axes.set_title(f"points: measured · lines: free run{found}", fontsize=8)
     return axes

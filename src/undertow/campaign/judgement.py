@@ -19,6 +19,7 @@ from undertow.discrepancy.case import Case
 from undertow.discrepancy.findings import GroupFindings
 from undertow.discrepancy.joint import Addend, Member
 from undertow.discrepancy.judge import Judged, judge_level
+from undertow.discrepancy.mismatch import place_words
 from undertow.discrepancy.suspects import Suspect, chosen
 from undertow.identification.baseline import group_model
 from undertow.identification.fit import Structure
@@ -145,4 +146,5 @@ def _case(config: RunConfig, task: GroupTask, group: GroupFindings) -> Case:
         task.key, group.label, member, held, group.verdict.baseline, group.verdict.sensor_floor_nrmse,
         group.verdict.repeatability_nrmse, sum(t.mismatch.missing for t in group.trials), task.dry,
         task.dry_structure is not None, config.cell_for(conditions), config.equation.coordinate == "rotation",
+        place_words([t.mismatch for t in group.trials if t.mismatch.missing]),
     )  # fmt: skip

@@ -16,7 +16,8 @@ from undertow.discrepancy.verdict import Described
 @dataclass(frozen=True)
 class Case:
     """One group as the judge sees it: its member in the level (training trials), held-out trials, what is allowed;
-    ``rotation`` where an angle is the coordinate (units are then those of moments and inertias)."""
+    ``rotation`` where an angle is the coordinate (units are then those of moments and inertias), ``place`` where the
+    equation's residual stands, in words."""
 
     key: Mapping[str, str | float]
     label: str
@@ -30,6 +31,7 @@ class Case:
     has_dry: bool
     cell: Mapping[str, float] = field(default_factory=dict)
     rotation: bool = False
+    place: str = ""
 
     @property
     def trials(self) -> tuple[str, ...]:

@@ -144,6 +144,7 @@ def _without_a_name(plain: Verdict, case: Case, far: bool) -> Verdict:
     text = (
         f"{case.label}: the equation misses {percent(case.baseline.nrmse)} of the motion (repeatability "
         f"{percent(case.allowed)}) in {case.missing} of {total} trials, and no suspect explains it: unknown."
+        + (f" Of what is left {case.place}." if case.place else "")
     )
     return replace(plain, status="unknown", verdict=("unknown",), sentence=text)
 

@@ -11,6 +11,7 @@ from collections.abc import Mapping, Sequence
 from typing import Any
 
 from undertow.discrepancy.findings import Findings, GroupFindings, TrialFindings
+from undertow.discrepancy.mismatch import LINE_SHARE
 from undertow.discrepancy.verdict import Verdict
 from undertow.discrepancy.words import count, percent
 from undertow.quantities import OK, Estimate, format_number
@@ -291,7 +292,7 @@ def where_words(trial: TrialFindings) -> str:
     if known:
         where = max(known, key=lambda part: known[part])
         parts.append(f"{percent(known[where])} in the {where} third")
-    if m.line_share > 0.2:
+    if m.line_share > LINE_SHARE:
         parts.append(f"{percent(m.line_share)} in a line at {m.line_frequency_hz:.2f} Hz")
     return ", ".join(parts)
 

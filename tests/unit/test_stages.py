@@ -159,7 +159,7 @@ def test_verdicts_of_groups_judged_together_come_back_in_their_order(task: Group
     stages.save_verdicts((explained, plain), {"a": run}, tmp_path / "v.json")
     (first, second), runs = stages.load_verdicts((task, other), tmp_path / "v.json") or ((), {})
     assert runs["a"].nrmse == 0.02
-    assert runs["a"].simulated.tolist() == [1.0, 0.5]
+    assert runs["a"].residual.tolist() == [1.0, 0.5]
     assert first.parameters == explained.parameters
     assert (first.verdict, second.status, second.group) == (("linear_damping",), "nothing_missing", other.key)
     assert stages.load_verdicts((task,), tmp_path / "v.json") is None  # another number of groups is another level

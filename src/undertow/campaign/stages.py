@@ -74,7 +74,7 @@ def level_digest(tasks: Sequence[GroupTask], also: str) -> str:
 
 def save_verdicts(verdicts: Sequence[Verdict], runs: Mapping[str, AugmentedRun], path: Path) -> None:
     """Write the verdicts of one level and its trials' free runs; the file appears whole or not at all."""
-    kept = {name: [run.nrmse, run.simulated.tolist()] for name, run in runs.items()}
+    kept = {name: [run.nrmse, run.residual.tolist()] for name, run in runs.items()}
     _write({"verdicts": [_plain(v) for v in verdicts], "runs": kept}, path)
 
 
@@ -86,7 +86,7 @@ def load_verdicts(
         data = json.loads(path.read_text(encoding="utf-8"))
         verdicts = tuple(_verdict(one, task) for one, task in zip(data["verdicts"], tasks, strict=True))
         runs = data["runs"].items()
-        return verdicts, {name: AugmentedRun(nrmse, np.array(simulated)) for name, (nrmse, simulated) in runs}
+        return verdicts, {name: AugmentedRun(nrmse, np.array(residual)) for name, (nrmse, residual) in runs}
     except (OSError, LookupError, TypeError, ValueError, AttributeError):
         return None
 

@@ -29,10 +29,11 @@ class FailedTrial:
 
 @dataclass(frozen=True)
 class AugmentedRun:
-    """One trial's free run with what was found missing: its nrmse, and ``simulated`` (n,) m at the trial's ``t``."""
+    """One trial's free run with what was found missing: its nrmse, and measured minus simulated, (n,) m at the trial's
+    ``t`` (each run has a rest position of its own)."""
 
     nrmse: float
-    simulated: Array
+    residual: Array
 
 
 @dataclass(frozen=True)

@@ -75,7 +75,7 @@ def _runs(level: Level, case: Case, diagnosis: Diagnosis) -> dict[str, Augmented
     runs = {
         m.name: shared_run(level, case.member, diagnosis.best.fit, m, width) for m in (*case.member.motions, *case.held)
     }
-    return {name: AugmentedRun(run.nrmse, run.simulated) for name, run in runs.items() if run is not None}
+    return {name: AugmentedRun(run.nrmse, run.residual) for name, run in runs.items() if run is not None}
 
 
 def _verdict(

@@ -91,7 +91,7 @@ def draw_free_run(trial: TrialFindings, axes: Axes) -> Axes:
     axes.plot(*thinned(trial.t, trial.measured * shown.factor), color=INK, lw=1.1, label="measured")
     axes.plot(*thinned(trial.t, trial.simulated * shown.factor), color=run, lw=0.7, label="free run")
     if trial.augmented:
-        found = trial.augmented.simulated * shown.factor
+        found = (trial.measured - trial.augmented.residual) * shown.factor
         axes.plot(*thinned(trial.t, found), color=GREEN, lw=0.8, ls="--", label="with what was found")
     axes.set_ylabel(f"{shown.words}\n({shown.unit})")
     axes.set_xlabel("time after release (s)")
@@ -112,7 +112,7 @@ def draw_residual(trial: TrialFindings, axes: Axes) -> Axes:
     residual = (trial.measured - trial.simulated) * shown.factor
     axes.plot(*thinned(trial.t, residual), color=colour, lw=0.7)
     if trial.augmented:
-        axes.plot(*thinned(trial.t, (trial.measured - trial.augmented.simulated) * shown.factor), color=GREEN, lw=0.8)
+        axes.plot(*thinned(trial.t, trial.augmented.residual * shown.factor), color=GREEN, lw=0.8)
     size = 1.1 * max(float(np.max(np.abs(residual))), allowed if math.isfinite(allowed) else 0.0, 1e-9)
     axes.set_ylim(-size, size)
     axes.set_ylabel(f"residual\n({shown.unit})")
@@ -244,7 +244,7 @@ def draw_decay(group: GroupFindings, axes: Axes, at_most: int = CURVES_AT_MOST) 
         t, size = half_cycle_peaks(trial.t, trial.simulated, smallest)
         axes.plot(t, size * factor, "-", color=colour, lw=0.9)
         if trial.augmented:
-            t, size = half_cycle_peaks(trial.t, trial.augmented.simulated, smallest)
+            t, size = half_cycle_peaks(trial.t, trial.measured - trial.augmented.residual, smallest)
             axes.plot(t, size * factor, "--", color=GREEN, lw=0.9)
     if sizes:
         axes.set_ylim(0.7 * min(sizes), 1.4 * max(sizes))

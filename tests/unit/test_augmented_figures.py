@@ -1,0 +1,51 @@
+"""Pages draw the free run with what was found beside the equation's."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+from matplotlib.figure import Figure
+
+from tests.findings_fixture import small_findings
+from undertow.discrepancy.findings import AugmentedRun, TrialFindings
+from undertow.report.style import GREEN
+from undertow.report.trial_figures import draw_free_run, draw_residual, trial_heading
+
+
+def with_addition() -> TrialFindings:
+    """A trial whose free run with what was found misses a tenth of what the equation's misses."""
+    trial = small_findings().groups[-1].trials[0]
+    left = 0.1 * (trial.measured - trial.simulated)
+    return replace(trial, augmented=AugmentedRun(0.1 * trial.mismatch.nrmse, left))
+
+
+def green(axes) -> list[np.ndarray]:
+    """Ordinates of the green lines."""
+    return [np.asarray(line.get_ydata()) for line in axes.lines if line.get_color() == GREEN]
+
+
+def test_the_run_with_what_was_found_is_drawn_about_the_equations_rest():
+    trial = with_addition()
+    axes = Figure().subplots()
+    draw_free_run(trial, axes)
+    (drawn,) = green(axes)
+    measured = np.asarray(axes.lines[0].get_ydata())
+    plain = np.asarray(axes.lines[1].get_ydata())
+    assert np.max(np.abs(drawn - measured)) < 0.2 * np.max(np.abs(plain - measured))
+
+
+def test_its_residual_is_drawn_and_its_error_said():
+    trial = with_addition()
+    axes = Figure().subplots()
+    draw_residual(trial, axes)
+    assert len(green(axes)) == 1
+    assert "with what was found: error" in trial_heading(trial)
+
+
+def test_without_a_verdict_nothing_is_added():
+    trial = replace(with_addition(), augmented=None)
+    axes = Figure().subplots()
+    draw_free_run(trial, axes)
+    assert green(axes) == []
+    assert "what was found" not in trial_heading(trial)

@@ -13,6 +13,7 @@ import numpy as np
 import pandas as pd
 import pytest
 
+from benchmarks.campaign_scale import WATER, make
 from tests.command_line import undertow
 from tests.findings_fixture import small_findings
 from tests.small_campaign import Campaign, make_campaign, recorded
@@ -23,6 +24,7 @@ from undertow.campaign import tasks as group_tasks
 from undertow.campaign.analysis import GroupTask
 from undertow.campaign.config import load
 from undertow.campaign.folder import run_to_folder
+from undertow.campaign.gathered import Gathered
 from undertow.campaign.run import Course, run
 from undertow.conditioning.condition import condition
 from undertow.conditioning.motion import Motion
@@ -32,6 +34,8 @@ from undertow.discrepancy.verdict import Verdict
 from undertow.errors import UndertowError
 from undertow.recording.catalogue import Catalogue, Entry
 from undertow.recording.recording import Recording
+from undertow.report.tables import csv_text, levels_table, mismatch_table, trials_table
+from undertow.report.verdict_file import verdict_json
 
 TABLES = ("trials.csv", "levels.csv", "mismatch.csv", "verdict.json")
 AT_ONCE = 20
@@ -70,6 +74,22 @@ def test_in_portions_the_same_is_found_as_at_once(
     assert {p.name for p in (tmp_path / "run").iterdir()} == {p.name for p in whole.iterdir()}
 
 
+def test_what_dry_trials_say_reaches_every_portion(tmp_path: Path) -> None:
+    config = load(make(tmp_path, 8, WATER), ["discrepancy.suspects=[linear_damping]", "identify=[output_error]"])
+    whole, parts = Gathered(config), Gathered(config)
+    for part in Course(config, jobs=1).parts():
+        whole.add(part)
+    portions = list(Course(config, jobs=1, at_once=4).parts())
+    assert [[g.dry for g in part.groups] for part in portions] == [[True], [False], [False]]
+    for part in portions:
+        parts.add(part)
+    one, other = whole.findings({}), parts.findings({})
+    assert verdict_json(one) == verdict_json(other)
+    for table in (trials_table, levels_table, mismatch_table):
+        assert csv_text(table(one)) == csv_text(table(other))
+    assert all(group.structure is not None for group in other.groups if not group.dry)
+
+
 def test_an_interruption_between_portions_loses_nothing_and_resume_gives_the_same(
     campaign: Campaign, whole: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -82,8 +102,8 @@ def test_an_interruption_between_portions_loses_nothing_and_resume_gives_the_sam
         done.append(task)
         return analyse(task)
 
-    with monkeypatch.context() as patched, pytest.raises(KeyboardInterrupt):
-        patched.setattr(campaign_run, "analyse", interrupted)
+    monkeypatch.setattr(campaign_run, "analyse", interrupted)
+    with pytest.raises(KeyboardInterrupt):
         run_to_folder(campaign.config, out=tmp_path / "run", jobs=1)
     assert not (tmp_path / "run" / "trials.csv").exists()
     assert sorted(p.name for p in (tmp_path / "run").iterdir()) == ["config.yaml", "stages"]
@@ -280,6 +300,6 @@ def test_groups_of_a_water_that_cannot_be_judged_together_say_so(
     made = repeated(tmp_path / "c", 5, a_group=2)
     made.edit("  group_by: [spring]\n", "  group_by: [spring]\n  dry: {level: 1.63}\n")
     notes = [part.notes for part in Course(load(made.config), jobs=1, at_once=4).parts()]
-    assert [note[-1] for note in notes][0] == (
+    assert notes[0][-1] == (
         "spring s0 to spring s1: 2 of this water's 5 groups, which are too many to be judged together"
     )

@@ -15,6 +15,7 @@ from undertow.discrepancy.suspects import SUSPECTS, chosen
 from undertow.discrepancy.transfer import from_other_springs
 from undertow.equation import shelf
 from undertow.equation.kernel import SLOT
+from undertow.identification.freerun import free_run, repeatability
 
 RESONATOR = ((shelf.find("hidden_resonator", natural_frequency_rad_per_s=9.4, damping_ratio=0.015), 250.0),)
 
@@ -54,6 +55,15 @@ def test_bristles_of_one_spring_leave_the_other_its_friction():
     assert short.base[SLOT["fc"]] == 0.0
     assert long.base[SLOT["fc"]] > 100.0
     assert long.base[SLOT["fb"]] == 0.0
+
+
+def test_repetitions_differ_through_the_force_at_which_bristles_yield(plain):
+    motion = plain.members[0].motions[-1]
+    theta = plain.members[0].model.theta({"added_mass_kg": 300.0, "drag_coefficient": 1.0}, motion.name)
+    theta[SLOT["fb"]], theta[SLOT["fc"]], theta[SLOT["kb"]] = theta[SLOT["fc"]], 0.0, 1e6
+    run = free_run(motion, theta, 1e-4)
+    friction = 0.1 * theta[SLOT["fb"]]
+    assert repeatability(run, {"fb": friction}, 0.001, "displacement", 0) > 0.005  # the sensors' floor is 0.001
 
 
 def test_only_bristles_have_no_value_at_which_they_are_not_there():

@@ -347,7 +347,8 @@ def spread_of_repetitions(task: GroupTask, run: FreeRun) -> dict[str, float]:
             estimate: Estimate = getattr(task.structure, symbol)
             means[symbol] = estimate.total_stderr / estimate.value if estimate.value else 0.0
     spread = {}
-    for symbol, slot in (("k", "k1"), ("c", "c1"), ("mu", "fc")):
+    rubs = "fb" if run.theta[SLOT["fc"]] == 0.0 else "fc"  # bristles may stand in friction's place
+    for symbol, slot in (("k", "k1"), ("c", "c1"), ("mu", rubs)):
         own = relative.get(symbol, 0.0)
         error = means[symbol] if math.isfinite(means[symbol]) and not task.dry else 0.0
         if symbol == "k":

@@ -5,6 +5,7 @@ Belongs here: the fits of one suspect. Does not belong here: which are tried and
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 
@@ -23,11 +24,15 @@ REFINED = 2
 """Of several starts, so many of the best are followed to their end."""
 
 
-def from_starts(level: Level, best: Candidate, suspect: Suspect, prior: float) -> Candidate | None:
-    """The best candidate with one more suspect, from several starts; None where no start gives a motion."""
+def from_starts(
+    level: Level, best: Candidate, suspect: Suspect, prior: float, most: float = math.inf
+) -> Candidate | None:
+    """The best candidate with one more suspect, from several starts; None where no start gives a motion, or none a
+    criterion under ``most`` in a quick fit."""
     starts = suspect.starts(level.scales)
     waters = _waters(level, best, suspect)
     quick = [f for w in waters for start in starts if (f := _attempt(w, best, suspect, start)) is not None]
+    quick = [f for f in quick if f.criterion < most]
     if not quick:
         return None
     ahead = sorted(quick, key=lambda f: f.criterion)[: (REFINED if len(starts) * len(waters) > 1 else 1)]

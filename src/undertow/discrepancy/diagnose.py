@@ -133,8 +133,7 @@ class _Search:
             if not _may_join(self.best, suspect) or (depth and not self._promising(suspect)):
                 continue
             prior = _log_prior(self.best, suspect, len(self.suspects), self.clean_when_dry)
-            fine = small and not suspect.has_no_zero
-            candidate = self._small(suspect, prior, depth) if fine else self._large(suspect, prior)
+            candidate = self._small(suspect, prior, depth) if small else self._large(suspect, prior)
             if candidate is None:
                 continue
             yield candidate if not (depth and _fading(candidate)) else as_radiation(self.level, candidate)
@@ -142,6 +141,8 @@ class _Search:
     def _small(self, suspect: Suspect, prior: float, depth: int) -> Candidate | None:
         """A suspect where little is missing: fitted from the best places of its grid, if one could gain enough."""
         level, best = self.level, self.best
+        if suspect.has_no_zero:
+            return from_starts(level, best, suspect, prior, best.fit.criterion)
         grid = [renumbered(additions, best) for additions in suspect.grid(level.scales)]
         places = prospects(level, best.fit, suspect, grid)[:REFINED]
         if not places or places[0].gain < LEAST_GAIN:

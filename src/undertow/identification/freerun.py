@@ -20,7 +20,13 @@ from undertow.equation.kernel import SLOT
 from undertow.equation.simulate import fastest_frequency
 from undertow.errors import IdentificationError
 from undertow.identification import output_error
-from undertow.identification.problem import SAMPLES_PER_PERIOD, Problem, ProblemBuilder, TrialOptions
+from undertow.identification.problem import (
+    SAMPLES_PER_PERIOD,
+    TRAJECTORY_STEPS_PER_PERIOD,
+    Problem,
+    ProblemBuilder,
+    TrialOptions,
+)
 from undertow.recording.recording import Array
 
 DRAWS = 200

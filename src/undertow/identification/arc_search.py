@@ -32,7 +32,7 @@ _SUMS: dict[str, Any] = {**_OPT, "fastmath": {"reassoc", "contract", "nsz"}}
 """For sums whose order does not matter; no value is assumed finite."""
 _EARLY = (8, 1e-6)
 """Order and tolerance of the series while a window is not yet the whole record."""
-_EARLY_STOP = 0.3
+_EARLY_STOP = 2.0
 """A window that is not the whole record has done its work within so many of its standard errors."""
 
 

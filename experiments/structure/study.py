@@ -3,11 +3,15 @@
     python -m experiments.structure.study support --kinds eq15 --seeds 100     # ten terms, exact support
     python -m experiments.structure.study support --kinds eq15 --levels all --seeds 10
     python -m experiments.structure.study support --kinds no_friction cubic_2 cubic_10 v3 --seeds 20
-    python -m experiments.structure.study exponent --kinds drag_1.5 --seeds 20 # a column with a parameter inside
+    python -m experiments.structure.study exponent --kinds drag_1.5 --seeds 10 # a column with a parameter inside
     python -m experiments.structure.study exponent --kinds stribeck --seeds 10
-    python -m experiments.structure.study adequacy --kinds eq15 drag_1.5 --seeds 20
+    python -m experiments.structure.study adequacy --kinds eq15 drag_1.5 --seeds 10
+    python -m experiments.structure.study exponent_dry --kinds drag_1.5 --seeds 5   # beside four dry trials
+    python -m experiments.structure.study adequacy_dry --kinds eq15 drag_1.5 --seeds 5
+    python -m experiments.structure.bound                                      # what these recordings hold at best
     python -m experiments.structure.study table                                # docs/structure_measured.md
 
+The dry trials are four releases of the same spring out of water, recorded alike: c / k carries over.
 Each run adds rows to <study>.csv here, or replaces those of the same campaign; the last one writes the tables.
 """
 
@@ -18,7 +22,8 @@ import csv
 import sys
 import time
 from collections.abc import Iterable, Sequence
-from dataclasses import asdict, dataclass, fields
+from dataclasses import asdict, dataclass, fields, replace
+from functools import lru_cache
 from pathlib import Path
 
 from experiments.eq15_campaign import tables
@@ -28,7 +33,9 @@ from undertow.conditioning.condition import condition
 from undertow.conditioning.motion import Motion
 from undertow.equation import shelf
 from undertow.equation.term import Term
+from undertow.identification.beliefs import Belief
 from undertow.identification.discover import TEN_TERMS
+from undertow.identification.dry_beliefs import from_dry
 from undertow.identification.structure import Effort, Structure, find_structure
 from undertow.identification.walk import Rules
 
@@ -37,6 +44,10 @@ STATED_LEVELS = (("long", 2.57), ("short", 2.36))
 ALL_LEVELS = tuple((spring, depth) for spring in ("long", "short") for depth in tables.WET_DEPTHS_M)
 ALONE = Effort(resamples=0, outside=False, second_route=False)
 WITH_OUTSIDERS = Effort(resamples=0, outside=True, second_route=False)
+STUDIES = ("support", "exponent", "adequacy", "exponent_dry", "adequacy_dry")
+DRY_SEED = 50_000
+"""First seed of the dry trials."""
+
 STRUCTURAL = (0, 1, 2)
 """Stiffness, viscous damping and friction: what dry trials show to be there."""
 
@@ -85,13 +96,21 @@ def motions_of(truth: OtherTruth, noise: str, seed: int) -> list[Motion]:
     return [condition(recording) for recording in record_group(truth, noise, seed)]
 
 
+@lru_cache(maxsize=512)
+def dry_beliefs(dry: OtherTruth, noise: str, seed: int) -> tuple[Belief, ...]:
+    """c / k from stiffness, viscous damping and friction in four dry trials."""
+    motions = motions_of(dry, noise, DRY_SEED + seed)
+    return from_dry(find_structure(motions, ten_terms()[:3], Rules(known=STRUCTURAL), effort=ALONE))
+
+
 def judge(study: str, truth: OtherTruth, noise: str, seed: int) -> Row:
     """One campaign through one study."""
     motions, started = motions_of(truth, noise, seed), time.perf_counter()
-    if study == "exponent":
-        found = find_structure(motions, with_inner(truth.kind), Rules(known=STRUCTURAL), effort=ALONE)
-    else:
-        found = find_structure(motions, ten_terms(), effort=WITH_OUTSIDERS if study == "adequacy" else ALONE)
+    beliefs = dry_beliefs(replace(truth, kind="dry"), noise, seed) if study.endswith("_dry") else ()
+    known = () if study in ("support", "adequacy") else STRUCTURAL
+    terms = with_inner(truth.kind) if study.startswith("exponent") else ten_terms()
+    effort = WITH_OUTSIDERS if study.startswith("adequacy") else ALONE
+    found = find_structure(motions, terms, Rules(known=known, beliefs=beliefs), effort=effort)
     return row_of(study, truth, noise, seed, found, time.perf_counter() - started)
 
 
@@ -151,7 +170,7 @@ def run(study: str, kinds: Sequence[str], levels: Sequence[tuple[str, float]], s
 def main(arguments: list[str] | None = None) -> int:
     """Run a study, or write the tables."""
     parser = argparse.ArgumentParser(description="Terms found where the truth is known.")
-    parser.add_argument("study", choices=("support", "exponent", "adequacy", "table"))
+    parser.add_argument("study", choices=(*STUDIES, "table"))
     parser.add_argument("--kinds", nargs="+", choices=tuple(KINDS), default=["eq15"])
     parser.add_argument("--levels", choices=("stated", "all"), default="stated")
     parser.add_argument("--seeds", type=int, default=20)

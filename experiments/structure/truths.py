@@ -21,6 +21,9 @@ STRIBECK_SHARE = 0.5
 STRIBECK_M_PER_S = 0.03
 
 
+DRY_WEIGHT_N = tables.STRUCTURE_MASS_KG * tables.GRAVITY_M_PER_S2
+
+
 @dataclass(frozen=True)
 class OtherBody(Body):
     """Eq. 15 with a cubic spring, a drag d |v|^p sign(v) besides q v|v|, and static friction."""
@@ -66,6 +69,8 @@ class OtherTruth(Truth):
         if self.kind in ("v3", "drag_1.5"):
             exponent = 3.0 if self.kind == "v3" else 1.5
             return OtherBody(*own, friction, 0.0, power_N=peak_drag / speed**exponent, exponent=exponent)
+        if self.kind == "dry":
+            return OtherBody(tables.STRUCTURE_MASS_KG, *own[1:], self.mu * DRY_WEIGHT_N, 0.0)
         if self.kind == "stribeck":
             return OtherBody(*own, friction, drag, static_N=STRIBECK_SHARE * friction)
         return plain
@@ -79,9 +84,10 @@ KINDS: dict[str, frozenset[str]] = {
     "v3": EQ15_NAMES - {"quadratic_drag"} | {"cubic_damping"},
     "drag_1.5": EQ15_NAMES - {"quadratic_drag"} | {"drag_exponent"},
     "stribeck": EQ15_NAMES | {"stribeck_friction"},
+    "dry": EQ15_NAMES - {"quadratic_drag"},
 }
 """Truths by name, with the terms they are made of. A law that takes the drag's place has its force at the largest
-speed; a cubic spring has 2 or 10 % of the linear force at the largest release."""
+speed; a cubic spring has 2 or 10 % of the linear force at the largest release; dry is the same spring without water."""
 
 
 def plant_other(spring: str, water_depth_m: float, kind: str) -> OtherTruth:

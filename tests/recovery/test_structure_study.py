@@ -8,7 +8,7 @@ import pysindy
 import pytest
 
 import undertow
-from experiments.structure import page, real, routes, study
+from experiments.structure import bound, page, real, routes, study
 from experiments.structure.pysindy_examples import EXAMPLES, exact_support, noisy, path_of
 from experiments.structure.truths import KINDS, plant_other
 from undertow.identification.subset import BestSubset
@@ -29,6 +29,26 @@ def test_an_exponent_between_the_laws_is_found_by_its_column():
     assert row.exact == 1
     assert 1.35 < row.inner < 1.65
     assert abs(row.inner - 1.5) < 4.0 * row.inner_stderr
+
+
+def test_beside_dry_trials_the_exponent_is_found_under_a_millimetre_of_noise():
+    row = study.judge("exponent_dry", plant_other("short", 2.36, "drag_1.5"), "N4", 0)
+    assert row.exact == 1
+    assert 1.35 < row.inner < 1.65  # the bound of its standard deviation is 0.03, without dry trials 0.28
+    assert abs(row.inner - 1.5) < 4.0 * row.inner_stderr
+
+
+def test_the_committed_bound_is_that_of_the_sensitivities():
+    with (study.FOLDER / "bound.csv").open(newline="") as stream:
+        rows = {(row["spring"], row["noise"], row["dry_trials"]): row for row in csv.DictReader(stream)}
+    assert len(rows) == 12
+    now = bound.bound(plant_other("short", 2.36, "drag_1.5"), "N4", dry=False)
+    # the other processor's rounding, and three digits in the table
+    assert now.exponent_std == pytest.approx(float(rows["short", "N4", "0"]["exponent_std"]), rel=0.01)
+    assert now.expected_gain == pytest.approx(float(rows["short", "N4", "0"]["expected_gain"]), abs=0.2)
+    for (spring, noise, dry), row in rows.items():
+        if dry == "1":
+            assert float(row["exponent_std"]) < 0.2 * float(rows[spring, noise, "0"]["exponent_std"])
 
 
 def test_without_the_column_the_report_says_that_no_subset_is_adequate():
@@ -88,7 +108,7 @@ def test_rows_are_read_back_as_they_were_written(tmp_path):
 
 
 def test_every_committed_row_is_of_a_known_truth():
-    for name in ("support", "exponent", "adequacy"):
+    for name in study.STUDIES:
         with (study.FOLDER / f"{name}.csv").open(newline="") as stream:
             rows = list(csv.DictReader(stream))
         assert rows

@@ -55,10 +55,8 @@ def test_a_start_that_growing_windows_lose_is_found_again_from_the_record():
         rng = np.random.default_rng([7, number])
         problem, start = case.noisy(rng), case.start(rng)
         best = output_error.fit(problem, case.truth, growing=False).cost
-        try:
-            lost += output_error.fit(problem, start).cost > best + blind_study.NEAR_COST
-        except IdentificationError:  # led to a motion without bounds
-            lost += 1
+        # one of these windows leads to a motion without bounds: the whole record is then tried from the start
+        lost += output_error.fit(problem, start).cost > best + blind_study.NEAR_COST
         assert blind.fit(problem, start).cost < best + blind_study.NEAR_COST
     assert lost > 0  # else the second start proves nothing
 

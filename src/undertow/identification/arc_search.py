@@ -33,7 +33,8 @@ _SUMS: dict[str, Any] = {**_OPT, "fastmath": {"reassoc", "contract", "nsz"}}
 _EARLY = (8, 1e-6)
 """Order and tolerance of the series while a window is not yet the whole record."""
 _EARLY_STOP = 2.0
-"""A window that is not the whole record has done its work within so many of its standard errors."""
+"""A window that is not the whole record has done its work within so many of its standard errors: the step is taken, and
+the next window, which knows more, looks at where it led."""
 
 
 @njit(**_SUMS)

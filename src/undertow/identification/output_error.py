@@ -115,17 +115,6 @@ def _integrate(
         return None
 
 
-def model(trial: TrialProblem, values: Array, quantity: str = "displacement") -> Array:
-    """Simulated channel of one trial at its cells, (n,), without sensor offset; nan where the motion has no bounds."""
-    shift = values[trial.shift] if trial.shift >= 0 else 0.0
-    times = np.maximum(trial.t + shift, 0.0)
-    motion = _integrate(trial, values, times, np.zeros(0, dtype=np.int64))
-    if motion is None:
-        return np.full(trial.t.size, math.nan)
-    picked: Array = dict(zip(("displacement", "velocity", "acceleration"), motion, strict=True))[quantity][:, 0]
-    return picked
-
-
 def residuals(trial: TrialProblem, values: Array) -> tuple[Array, Array, np.ndarray] | None:
     """Weighted residuals (n,), their Jacobian (n, p) and the indices (p,) of the unknowns it belongs to; None where
     the motion leaves every bound."""
@@ -334,17 +323,21 @@ def fit(
         solution = _compiled(problem, values, windows, effort)
         if solution is not None:
             return solution
-    iterations = 0
-    for window in windows:
-        values, _, count, _ = _search(shortened(problem, window), values, effort)
-        iterations += count
-        if progress is not None:
-            progress(f"window {window:.3g} s")
-    values, point, count, converged = _search(problem, values, effort)
+    iterations, first = 0, values
+    try:
+        for window in windows:
+            values, _, count, _ = _search(shortened(problem, window), values, effort)
+            iterations += count
+            if progress is not None:
+                progress(f"window {window:.3g} s")
+        values, point, count, converged = _search(problem, values, effort)
+    except IdentificationError:
+        if values is first:
+            raise
+        values, point, count, converged = _search(problem, first, effort)  # what fits a window ran away in the next
     iterations += count
     n_data = sum(r.size for r in point.residuals)
     if growing and effort is FULL and (not converged or point.chi2 > POOR_FIT * n_data):
-        first = np.array([u.start for u in problem.unknowns]) if start is None else np.array(start, dtype=np.float64)
         second = _search(problem, first)
         iterations += second[2]
         if second[1].cost < point.cost:

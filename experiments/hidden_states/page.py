@@ -16,6 +16,7 @@ import numpy as np
 
 from experiments.hidden_states.campaigns import NULLS, PLANTED
 from experiments.recovery.releases import NOISE
+from undertow.identification.hidden_relaxation import CRITICAL_GAIN
 from undertow.identification.hidden_search import CRITICAL_T
 
 FOLDER = Path(__file__).resolve().parent
@@ -117,6 +118,27 @@ def null_table(records: Sequence[Record]) -> str:
     return "\n".join(lines) + "\n"
 
 
+def relaxation_table(records: Sequence[Record]) -> str:
+    """A row a noise: Maxwell elements found with the median errors of those, false alarms elsewhere, largest gain."""
+    lines = [
+        "| noise | Maxwell elements found | median error of k_r, % | of tau, % | found without one | largest gain |",
+        "|---|---|---|---|---|---|",
+    ]
+    for noise in NOISE:
+        own = [one for one in records if one["noise"] == noise]
+        there = [one for one in own if float(one["true_share"]) > 0.0]
+        none = [one for one in own if float(one["true_share"]) == 0.0]
+        kept = [one for one in there if int(one["kept"])]
+        medians = []
+        for seen, true in (("share", "true_share"), ("time_s", "true_time_s")):
+            away = [100.0 * abs(float(one[seen]) / float(one[true]) - 1.0) for one in kept]
+            medians.append(f"{np.median(away):.2g}" if away else "-")
+        alarms, largest = sum(int(one["kept"]) for one in none), max(float(one["gain"]) for one in none)
+        found = f"{len(kept)} of {len(there)} | {' | '.join(medians)} | {alarms} of {len(none)}"
+        lines.append(f"| {noise} | {found} | {largest:.0f} |")
+    return "\n".join(lines) + "\n"
+
+
 def false_alarm_rate(records: Sequence[Record], critical: float = CRITICAL_T) -> float:
     """Probability that a null campaign exceeds ``critical``: exponential tail of the largest fifth of the statistics.
 
@@ -147,6 +169,8 @@ def text(folder: Path) -> str:
         seeds=len({one["seed"] for one in planted}),
         planted=planted_table(planted),
         nulls=null_table(nulls),
+        relaxations=relaxation_table(read(FOLDER / "relaxations.csv")),
+        critical_gain=f"{CRITICAL_GAIN:g}",
         building=_building(real["building"]),
         pendulum=_structures(real["pendulum"]),
         ship=_structures(real["ship"]),

@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from experiments.hidden_states import campaigns
+from experiments.hidden_states import campaigns, relaxations
 from undertow.conditioning.condition import condition
 from undertow.conditioning.motion import Motion
 from undertow.equation.equation import Equation
@@ -34,6 +34,17 @@ def test_a_maxwell_element_is_one_hidden_state_and_no_oscillator(maxwell):
     assert abs(found.relaxation.time_s.value - time) < 4.0 * found.relaxation.time_s.stderr
     assert found.relaxation.share == pytest.approx(k_r / truth.k, rel=0.03)  # its error and the time's go together
     assert "is kept: beside the rivals the squares fall by" in found.why()[-1]
+
+
+def test_the_committed_rows_are_those_of_the_study_and_hold_no_false_alarm(maxwell):
+    rows = relaxations.read_rows()
+    assert [row.seed for row in rows] == list(range(relaxations.CAMPAIGNS))
+    now = relaxations.as_row(campaigns.null(MAXWELL_SEED), maxwell[1])
+    assert rows[MAXWELL_SEED].kept == now.kept == 1
+    assert rows[MAXWELL_SEED].time_s == pytest.approx(now.time_s, rel=0.01)
+    assert sum(row.kept for row in rows if row.true_share == 0.0) <= 1  # one in fifty
+    assert all(row.kept for row in rows if row.true_share > 0.0 and row.noise == "N1")
+    assert all(row.oscillators == 0 for row in rows)
 
 
 def test_the_vector_of_all_states_moves_as_the_equation_with_a_relaxation(maxwell):

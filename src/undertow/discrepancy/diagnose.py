@@ -181,23 +181,28 @@ class _Search:
         return suspect.name in ALWAYS_TRIED_BESIDE or max(alone, default=0.0) > EVIDENCE_ALONE
 
     def _worthwhile(self, probable: Sequence[Candidate], remaining: float) -> tuple[Candidate, float] | None:
-        """The most probable candidate that brings the free run closer by what counts, with its error.
+        """The most probable candidate that brings the free run closer by what counts, with its error; where none does,
+        the most probable one if it is beyond doubt.
 
         Those before it that do not are set aside.
         """
+        doubtless: tuple[Candidate, float] | None = None
         for place, candidate in enumerate(probable):
             closer = free_run_error(self.level, candidate.fit)
-            if not candidate.suspects[-1].shown_by_free_run and not place:
-                return candidate, min(closer, self.error)
-            if closer < remaining * self.error and math.sqrt(self.error**2 - closer**2) > WORTH:
-                return candidate, closer
+            counts = closer < remaining * self.error and math.sqrt(self.error**2 - closer**2) > WORTH
+            if counts or not (candidate.suspects[-1].shown_by_free_run or place):
+                if doubtless is not None:
+                    self._set_aside([doubtless[0]], self._no_closer(doubtless[0]))
+                return candidate, closer if counts else min(closer, self.error)
             if not place and self._beyond_doubt(candidate):
-                return candidate, closer
-            odds = candidate.score - self.best.score
-            self._set_aside(
-                [candidate], f"brings the free run no closer by what counts, at evidence of e^{odds:.0f} for it"
-            )
-        return None
+                doubtless = candidate, closer
+                continue
+            self._set_aside([candidate], self._no_closer(candidate))
+        return doubtless
+
+    def _no_closer(self, candidate: Candidate) -> str:
+        odds = candidate.score - self.best.score
+        return f"brings the free run no closer by what counts, at evidence of e^{odds:.0f} for it"
 
     def _beyond_doubt(self, candidate: Candidate) -> bool:
         """Whether the most probable candidate explains nearly all of a residual far above the sensors' noise, which no

@@ -99,6 +99,8 @@ def format_number(value: float, error: float = math.nan) -> str:
 
     >>> format_number(1271.43, 12.2), format_number(0.66172, 0.0044), format_number(109600.0)
     ('1271', '0.662', '109600')
+    >>> format_number(-0.0001, 0.5)
+    '0.0'
     """
     if not math.isfinite(value):
         return "not finite" if math.isinf(value) else "-"
@@ -108,7 +110,7 @@ def format_number(value: float, error: float = math.nan) -> str:
         return f"{float(short):.0f}" if "e+" in short and abs(value) < _PLAIN_BELOW else short
     if abs(value) > error * 10.0**DIGITS_AT_MOST:
         return f"{value:.{DIGITS_AT_MOST}g}"
-    rounded = round(value, decimals)
+    rounded = round(value, decimals) + 0.0  # a zero has no sign
     return f"{rounded:.{max(decimals, 0)}f}"
 
 

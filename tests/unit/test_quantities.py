@@ -33,7 +33,7 @@ def test_no_usable_error_gives_no_digits(error):
         (2e6, math.nan, "2000000"),
         (4e7, math.nan, "4e+07"),
         (0.000123456, math.nan, "0.00012346"),
-        (-0.0, 1.0, "-0.0"),
+        (-0.0, 1.0, "0.0"),
         (math.inf, 1.0, "not finite"),
         (math.nan, 1.0, "-"),
     ],

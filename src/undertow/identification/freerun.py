@@ -147,7 +147,7 @@ def repeatability(
     scale = float(np.sqrt(np.mean(run.measured**2)))
     pick = {"displacement": 0, "velocity": 1, "acceleration": 2}[quantity]
     none = np.zeros(0, dtype=np.int64)
-    steps = TRAJECTORY_STEPS_PER_PERIOD if run.theta[SLOT["kb"]] > 0.0 else DRAWN_STEPS_PER_PERIOD
+    steps = _drawn_steps(run, times)
     start = output_error.trajectory(run.theta, none, times, steps)[pick][:, 0]
     errors = []
     for _ in range(DRAWS):
@@ -164,6 +164,18 @@ def repeatability(
         away = away - basis @ (basis.T @ away)
         errors.append(float(np.sqrt(np.mean(away**2))) / scale)
     return math.hypot(float(np.quantile(errors, REPEATABILITY_QUANTILE)), floor) if errors else floor
+
+
+def _drawn_steps(run: FreeRun, times: Array) -> int:
+    """Steps a period of the repetitions: few, where the equation's own motion keeps its bounds with them and no bristle
+    yields between two of them."""
+    if run.theta[SLOT["kb"]] > 0.0:
+        return TRAJECTORY_STEPS_PER_PERIOD
+    try:
+        output_error.trajectory(run.theta, np.zeros(0, dtype=np.int64), times, DRAWN_STEPS_PER_PERIOD)
+    except IdentificationError:
+        return TRAJECTORY_STEPS_PER_PERIOD
+    return DRAWN_STEPS_PER_PERIOD
 
 
 def _every(run: FreeRun) -> int:

@@ -155,7 +155,8 @@ class _Search:
         """A suspect where much is missing: from several starts; a line that leaves the fit no way to it but a start on
         it (a clock, a delay) from the peaks of its grid."""
         if not suspect.on_a_line:
-            return from_starts(self.level, self.best, suspect, prior)
+            most = self.best.fit.criterion if suspect.has_no_zero else math.inf
+            return from_starts(self.level, self.best, suspect, prior, most)
         level, best = self.level, self.best
         grid = [renumbered(additions, best) for additions in suspect.grid(level.scales)]
         places = prospects(level, best.fit, suspect, grid)[: REFINED + 1]

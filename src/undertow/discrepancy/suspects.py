@@ -237,10 +237,15 @@ def _hysteresis(s: Scales, start: float) -> tuple[Addition, ...]:
     )
 
 
+STIFFEST = 20.0
+"""Stiffness of bristles over the body's own from which on they cannot be told from sliding (and are slow to follow)."""
+
+
 def _presliding(s: Scales, start: float) -> tuple[Addition, ...]:
     """Bristles that yield at the force of dry friction: none is left beside them."""
     k = s.mass * s.rate**2
-    return (Addition("stiffness_N_per_m", "N/m", "kb", k * start, k * start, 1e-3 * k, 1e2 * k, moves=("fc", "fb")),)
+    limits = {"lower": 1e-3 * k, "upper": STIFFEST * k}
+    return (Addition("stiffness_N_per_m", "N/m", "kb", k * start, k * start, **limits, moves=("fc", "fb")),)
 
 
 def _mass_change(s: Scales, start: float) -> tuple[Addition, ...]:
@@ -319,7 +324,7 @@ SUSPECTS: tuple[Suspect, ...] = (
     ),
     Suspect("relaxation", "water", _relaxation, lambda s: (1.2 / s.slowest, 4.0 / s.slowest), True, fine=_fine_times),
     Suspect("hysteresis", "structure", _hysteresis, lambda s: (0.2 * s.size,), True, fine=_fine_yields),
-    Suspect("presliding", "structure", _presliding, lambda s: (0.05, 0.5, 5.0)),
+    Suspect("presliding", "structure", _presliding, lambda s: (0.1, 0.7, 5.0)),
     Suspect("mass_change", "undetermined", _mass_change),
     Suspect("external_forcing", "outside", _forcing, _resonator_starts, fine=_fine_frequencies, on_a_line=True),
     Suspect("delayed_echo", "outside", _echo, _echo_starts, True, fine=_fine_delays, on_a_line=True),

@@ -8,11 +8,14 @@ import numpy as np
 import pytest
 
 from tests.concealed.test_diagnosis import LONG, SHORT, member
+from undertow.discrepancy.case import Case
 from undertow.discrepancy.diagnose import diagnose
 from undertow.discrepancy.joint import Addend, Member, build, fit_joint, make_level, shared_theta
+from undertow.discrepancy.judge import undecided
 from undertow.discrepancy.prove import addition_parameters
 from undertow.discrepancy.suspects import SUSPECTS, chosen
 from undertow.discrepancy.transfer import from_other_springs
+from undertow.discrepancy.verdict import Described
 from undertow.equation import shelf
 from undertow.equation.kernel import SLOT
 from undertow.identification.freerun import free_run, repeatability
@@ -125,3 +128,13 @@ def test_what_belongs_to_one_spring_transfers_to_none():
     fit = fit_joint(level, (addend,), 1.0, {}, 10.0, growing=True)
     assert from_other_springs(level, fit, [m.motions for m in level.members]) == ({}, {})
     assert np.isfinite(fit.criterion)
+
+
+def test_a_level_that_cannot_be_searched_says_so_beside_what_its_free_runs_say(plain):
+    member, before = plain.members[0], Described(0.3, float("nan"))
+    case = Case({"spring": "short"}, "spring short", member, (), before, 0.01, 0.05, 3, False, True)
+    (verdict,) = undecided([case], "no motion within bounds").verdicts
+    assert verdict.status == "unknown"
+    assert "No suspect could be tried: no motion within bounds." in verdict.sentence
+    (fine,) = undecided([replace(case, missing=0)], "no motion within bounds").verdicts
+    assert fine.status == "nothing_missing"

@@ -18,9 +18,10 @@ from undertow.campaign.workers import Progress, on_processes
 from undertow.discrepancy.case import Case
 from undertow.discrepancy.findings import GroupFindings
 from undertow.discrepancy.joint import Addend, Member
-from undertow.discrepancy.judge import Judged, judge_level
+from undertow.discrepancy.judge import Judged, judge_level, undecided
 from undertow.discrepancy.mismatch import place_words
 from undertow.discrepancy.suspects import Suspect, chosen
+from undertow.errors import IdentificationError
 from undertow.identification.baseline import group_model
 from undertow.identification.fit import Structure
 
@@ -90,16 +91,23 @@ class _Judge:
 
     def __call__(self, level: _Together) -> Judged:
         if self.folder is None:
-            return judge_level(level.cases, self.suspects, self.standing)
+            return self._judged(level)
         free = [c.member.free_start for c in level.cases]
         also = repr((sorted(s.label for s in self.suspects), self.standing, free, [dict(c.cell) for c in level.cases]))
         path = self.folder / f"verdict-{stages.level_digest(level.tasks, also)}.json"
         kept = stages.load_verdicts(level.tasks, path) if self.resume else None
         if kept is not None:
             return Judged(kept[0], tuple(c.member.label for c in level.cases), runs=kept[1])
-        found = judge_level(level.cases, self.suspects, self.standing)
+        found = self._judged(level)
         stages.save_verdicts(found.verdicts, found.runs, path)
         return found
+
+    def _judged(self, level: _Together) -> Judged:
+        """A level's verdicts; one that cannot be searched says so and does not stop the others."""
+        try:
+            return judge_level(level.cases, self.suspects, self.standing)
+        except IdentificationError as reason:
+            return undecided(level.cases, str(reason).rstrip("."))
 
 
 def _loosened(structure: Structure | None) -> Structure | None:

@@ -20,6 +20,7 @@ from undertow.discrepancy.joint import Addend
 from undertow.discrepancy.judge import Judged
 from undertow.discrepancy.suspects import Addition
 from undertow.equation.kernel import SLOT
+from undertow.errors import IdentificationError
 from undertow.identification.baseline import GroupModel, fit_group, group_model
 from undertow.identification.dry import (
     DEFAULT_SCATTER,
@@ -102,7 +103,8 @@ def moved_slots(standing: Sequence[Addend], label: str) -> dict[str, str]:
 
 
 def with_known(config: RunConfig, tasks: Sequence[GroupTask], standing: Sequence[Addend]) -> dict[Key, Rig | None]:
-    """Each group's rig with what stands for its spring; None for dry groups and springs that need nothing."""
+    """Each group's rig with what stands for its spring; None for dry groups, springs that need nothing, and springs of
+    which no dry trial can be fitted beside it: their rig stays as it was."""
     fits = {
         spring_label(config, task): dry_fits(
             task.motions, structural_terms(task.terms), task.specimen, TrialOptions(),
@@ -115,14 +117,17 @@ def with_known(config: RunConfig, tasks: Sequence[GroupTask], standing: Sequence
     if config.specimen.scatter is not None:
         stated = config.specimen.scatter
         scatter = Scatter({"k": stated.k, "c": stated.c, "mu": stated.mu}, float("inf"))
-    structures = {label: structure_from(found, scatter) for label, found in fits.items()}
+    structures = {label: structure_from(found, scatter) for label, found in fits.items() if found}
     rigs: dict[Key, Rig | None] = {}
     for task in tasks:
         label = spring_label(config, task)
         slots = known_slots(standing, label)
         ready = not task.dry and label in structures and bool(slots)
         moved = moved_slots(standing, label)
-        rigs[tuple(task.key.items())] = _rig(task, structures[label], slots, moved) if ready else None
+        try:
+            rigs[tuple(task.key.items())] = _rig(task, structures[label], slots, moved) if ready else None
+        except IdentificationError:
+            rigs[tuple(task.key.items())] = None  # no motion beside what stands: the rig stays as it was
     return rigs
 
 

@@ -183,7 +183,7 @@ class _Search:
 
     def _worthwhile(self, probable: Sequence[Candidate], remaining: float) -> tuple[Candidate, float] | None:
         """The most probable candidate that brings the free run closer by what counts, with its error; where none does,
-        the most probable one if it is beyond doubt.
+        the most probable one if it is beyond doubt. A sensor must be the most probable of all.
 
         Those before it that do not are set aside.
         """
@@ -191,7 +191,8 @@ class _Search:
         for place, candidate in enumerate(probable):
             closer = free_run_error(self.level, candidate.fit)
             counts = closer < remaining * self.error and math.sqrt(self.error**2 - closer**2) > WORTH
-            if counts or not (candidate.suspects[-1].shown_by_free_run or place):
+            last = candidate.suspects[-1]
+            if counts or not (last.shown_by_free_run or (place and last.frees)):
                 if doubtless is not None:
                     self._set_aside([doubtless[0]], self._no_closer(doubtless[0]))
                 return candidate, closer if counts else min(closer, self.error)

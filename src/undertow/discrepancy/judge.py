@@ -62,6 +62,20 @@ def judge_level(cases: Sequence[Case], suspects: Sequence[Suspect], standing: Se
     return Judged(verdicts, labels, fit.addends, numbers, runs)
 
 
+def undecided(cases: Sequence[Case], reason: str) -> Judged:
+    """Verdicts of a level on which the search itself found no motion to go on from: what the free runs say, and why no
+    more is said."""
+    verdicts = []
+    for case in cases:
+        plain = Verdict(
+            case.key, case.trials, tuple(m.name for m in case.held), baseline=case.baseline,
+            sensor_floor_nrmse=case.floor, repeatability_nrmse=case.allowed,
+        )  # fmt: skip
+        said = _without_a_name(plain, case, far=False)
+        verdicts.append(replace(said, sentence=f"{said.sentence} No suspect could be tried: {reason}."))
+    return Judged(tuple(verdicts), tuple(c.member.label for c in cases))
+
+
 def _member(case: Case) -> Member:
     """A case's member, its repeatability the case's where the member has none of its own."""
     return case.member if case.member.allowed < 1.0 else replace(case.member, allowed=case.allowed)

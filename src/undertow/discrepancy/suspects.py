@@ -244,8 +244,8 @@ STIFFEST = 20.0
 def _presliding(s: Scales, start: float) -> tuple[Addition, ...]:
     """Bristles that yield at the force of dry friction: none is left beside them."""
     k = s.mass * s.rate**2
-    limits = {"lower": 1e-3 * k, "upper": STIFFEST * k}
-    return (Addition("stiffness_N_per_m", "N/m", "kb", k * start, k * start, **limits, moves=("fc", "fb")),)
+    size, least, most = k * start, 1e-3 * k, STIFFEST * k
+    return (Addition("stiffness_N_per_m", "N/m", "kb", size, size, least, most, moves=("fc", "fb")),)
 
 
 def _mass_change(s: Scales, start: float) -> tuple[Addition, ...]:

@@ -96,7 +96,7 @@ def posterior(weighed: Weighed, seed: int = 0, elsewhere: Array | None = None) -
     case, surface = weighed.case, weighed.surface
     belief = log_belief() if elsewhere is None else log_belief() + elsewhere
     logs = weighed.logs + belief[:, None, None]
-    if not math.isfinite(float(np.max(logs))):  # the other cases rule this rival out at every scatter: it weighs nothing
+    if not math.isfinite(float(np.max(logs))):  # other cases rule this rival out at every scatter
         logs = weighed.logs + log_belief()[:, None, None]
     share = np.exp(logs - np.max(logs)).ravel()
     rng = np.random.default_rng(seed)

@@ -7,7 +7,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from tests.concealed.test_diagnosis import LONG, SHORT, member
+from tests.concealed.test_diagnosis import LONG, SCATTER, SHORT, member
 from undertow.discrepancy.case import Case
 from undertow.discrepancy.diagnose import diagnose
 from undertow.discrepancy.joint import Addend, Member, build, fit_joint, make_level, shared_theta
@@ -138,3 +138,12 @@ def test_a_level_that_cannot_be_searched_says_so_beside_what_its_free_runs_say(p
     assert "No suspect could be tried: no motion within bounds." in verdict.sentence
     (fine,) = undecided([replace(case, missing=0)], "no motion within bounds").verdicts
     assert fine.status == "nothing_missing"
+
+
+def test_masses_that_differ_as_stiffness_does_on_any_rig_are_not_accused():
+    alike = heavier(member("short", SHORT, 4100), 20.0, 4102)  # 0.7 % of the mass: a third of a per cent in frequency
+    sure = replace(alike.model.fixed, scatter={**SCATTER, "k": 1e-5})  # dry trials that happened to look alike
+    level = make_level([replace(alike, model=replace(alike.model, fixed=sure), allowed=0.01)])
+    found = diagnose(level, chosen(("mass_change",)))
+    assert found.best.names == ()
+    assert any("no more than stiffness differs" in c.out for c in found.candidates)

@@ -15,6 +15,7 @@ import numpy as np
 from undertow.discrepancy.joint import WIDER, Addend, JointFit, Level, shared_theta
 from undertow.discrepancy.suspects import RADIATION, Suspect
 from undertow.equation.kernel import SLOT
+from undertow.identification.dry import DEFAULT_SCATTER
 
 RIVAL_ODDS = 20.0
 """A rival whose posterior odds against the answer are better than 1 to this is named beside it."""
@@ -27,6 +28,9 @@ DISSIPATES = frozenset({"linear_damping", "coulomb_friction", "quadratic_drag"})
 
 OVERDAMPED = 0.25
 """From this damping ratio on a resonator has no beat of its own: it cannot be told from memory that relaxes."""
+
+BENT = 5.0
+"""A trial's own k this many times its scatter away is no mass that changed: all of the trial's forces are scaled."""
 
 UNUSUAL = 3.0
 """A sensor is accused where it errs by more than this many times its prior."""
@@ -160,6 +164,8 @@ def doubt(level: Level, fit: JointFit) -> str:
                 strongest = max(strongest, abs(value) / error if error > 0.0 else 0.0)
             if a.scope == "trial" and math.isfinite(a.prior_std):
                 strongest = _apart(fit, names)
+                if said := _as_stiffness(level, fit, names):
+                    return said
         if any(m.free_start for m in level.members) and any(a.slot.startswith("hm") for a in addend.additions):
             continue  # mass and a free start trade places: the evidence says whether it is there, not its size
         if addend.additions and not addend.additions[0].inner and strongest < SIGNIFICANT:
@@ -174,6 +180,20 @@ def _apart(fit: JointFit, names: Sequence[str]) -> float:
     high, low = int(np.argmax(values)), int(np.argmin(values))
     variance = covariance[high, high] + covariance[low, low] - 2.0 * covariance[high, low]
     return float((values[high] - values[low]) / math.sqrt(variance)) if variance > 0.0 else 0.0
+
+
+def _as_stiffness(level: Level, fit: JointFit, names: Sequence[str]) -> str:
+    """Whether masses differ no more than stiffness does from trial to trial on any rig, in words: a decay's period knows
+    the ratio alone, and few dry trials can look more alike than the rig is."""
+    spread = float(np.std([fit.value(n) for n in names])) / level.scales.mass
+    scatter = [m.model.fixed.scatter.get("k", 0.0) for m in level.members if m.model.fixed is not None]
+    usual = max([DEFAULT_SCATTER["k"], *scatter])
+    if spread < UNUSUAL * usual:
+        return f"masses that differ by {100 * spread:.2g} % are no more than stiffness differs ({100 * usual:.2g} %)"
+    bent = [abs(fit.value(u.name)) / u.prior_std for u in fit.solution.problem.unknowns if u.name.startswith("k[")]
+    if max(bent, default=0.0) > BENT:
+        return f"beside such masses a trial's stiffness would differ by {max(bent):.2g} times its scatter"
+    return ""
 
 
 def _usual(fit: JointFit, addend: Addend) -> str:

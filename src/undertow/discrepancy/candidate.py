@@ -183,8 +183,8 @@ def _apart(fit: JointFit, names: Sequence[str]) -> float:
 
 
 def _as_stiffness(level: Level, fit: JointFit, names: Sequence[str]) -> str:
-    """Whether masses differ no more than stiffness does from trial to trial on any rig, in words: a decay's period knows
-    the ratio alone, and few dry trials can look more alike than the rig is."""
+    """Whether masses differ no more than stiffness does from trial to trial on any rig, in words: a decay's period
+    knows the ratio alone, and few dry trials can look more alike than the rig is."""
     spread = float(np.std([fit.value(n) for n in names])) / level.scales.mass
     scatter = [m.model.fixed.scatter.get("k", 0.0) for m in level.members if m.model.fixed is not None]
     usual = max([DEFAULT_SCATTER["k"], *scatter])

@@ -103,11 +103,18 @@ class _Judge:
         return found
 
     def _judged(self, level: _Together) -> Judged:
-        """A level's verdicts; one that cannot be searched says so and does not stop the others."""
-        try:
-            return judge_level(level.cases, self.suspects, self.standing)
-        except IdentificationError as reason:
-            return undecided(level.cases, str(reason).rstrip("."))
+        """A level's verdicts; one that cannot be searched says so and does not stop the others.
+
+        Where no motion comes of bristles in friction's place (with what was taken for sliding), it is searched without.
+        """
+        sliding = tuple(d for d in self.standing if not any(a.moves for a in d.additions))
+        reason = ""
+        for standing in dict.fromkeys((self.standing, sliding)):
+            try:
+                return judge_level(level.cases, self.suspects, standing)
+            except IdentificationError as one:
+                reason = reason or str(one).rstrip(".")
+        return undecided(level.cases, reason)
 
 
 def _loosened(structure: Structure | None) -> Structure | None:

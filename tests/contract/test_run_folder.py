@@ -114,7 +114,7 @@ def test_the_verdict_has_every_key_and_no_nan(folder: Path) -> None:
     keys = {
         "group", "trials", "held_out", "status", "verdict", "alternatives", "confidence", "origin", "parameters",
         "baseline", "augmented", "sensor_floor_nrmse", "repeatability_nrmse", "rejected", "physical_check", "next_test",
-        "sentence",
+        "transfer", "sentence",
     }  # fmt: skip
     for group in said["groups"]:
         assert set(group) == keys

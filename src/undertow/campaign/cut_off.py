@@ -26,7 +26,7 @@ def with_clipped(config: RunConfig, group: GroupFindings, failed: Sequence[Faile
     rest = verdict.sentence.replace("; nothing is missing.", ".")
     said = (
         f"{rest} In {count(len(mine), 'further trial')} ({', '.join(mine)}) a sensor is cut off at the end "
-        "of its range; they are not used."
+        "of its range: not used."
     )
     verdict = replace(verdict, sentence=said)
     if verdict.status == "nothing_missing":

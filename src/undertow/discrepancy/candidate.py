@@ -162,8 +162,9 @@ def doubt(level: Level, fit: JointFit) -> str:
                 if addend.prefix in DISSIPATES and value < -2.0 * error:
                     return f"{name} = {value:.4g} {a.unit} would feed energy into the motion"
                 strongest = max(strongest, abs(value) / error if error > 0.0 else 0.0)
-            if a.scope == "trial" and math.isfinite(a.prior_std):
-                strongest = _apart(fit, names)
+            if a.differs:
+                difference, error = fit.apart(names)
+                strongest = difference / error if error > 0.0 else 0.0
                 if said := _as_stiffness(level, fit, names):
                     return said
         if any(m.free_start for m in level.members) and any(a.slot.startswith("hm") for a in addend.additions):
@@ -171,15 +172,6 @@ def doubt(level: Level, fit: JointFit) -> str:
         if addend.additions and not addend.additions[0].inner and strongest < SIGNIFICANT:
             return f"{addend.prefix} is {strongest:.1f} standard errors from zero"
     return ""
-
-
-def _apart(fit: JointFit, names: Sequence[str]) -> float:
-    """Standard errors between the largest and the smallest of the trials' own numbers: what all share cancels."""
-    index = [fit.solution.problem.names.index(n) for n in names]
-    values, covariance = fit.solution.values[index], fit.solution.covariance[np.ix_(index, index)]
-    high, low = int(np.argmax(values)), int(np.argmin(values))
-    variance = covariance[high, high] + covariance[low, low] - 2.0 * covariance[high, low]
-    return float((values[high] - values[low]) / math.sqrt(variance)) if variance > 0.0 else 0.0
 
 
 def _as_stiffness(level: Level, fit: JointFit, names: Sequence[str]) -> str:

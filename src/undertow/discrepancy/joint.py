@@ -136,6 +136,18 @@ class JointFit:
         """Parameter vector of one trial as fitted, its own deviations included."""
         return output_error.parameter_vector(self.solution.problem.trials[trial], self.solution.values)
 
+    def apart(self, names: Sequence[str]) -> tuple[float, float]:
+        """By how much the larger of some unknowns exceed the smaller ones (means, parted at the widest gap), and the
+        standard error: what all have in common cancels, with its error."""
+        index = np.array([self.solution.problem.names.index(name) for name in names])
+        values = self.solution.values[index]
+        order = np.argsort(values)
+        gap = int(np.argmax(np.diff(values[order]))) + 1
+        weights = np.zeros(values.size)
+        weights[order[:gap]], weights[order[gap:]] = -1.0 / gap, 1.0 / (values.size - gap)
+        variance = float(weights @ self.solution.covariance[np.ix_(index, index)] @ weights)
+        return float(weights @ values), math.sqrt(max(variance, 0.0))
+
     @property
     def values(self) -> dict[str, float]:
         """Values of all unknowns by name."""

@@ -107,8 +107,8 @@ def _verdict(
     training, held = (
         rms([runs[m.name].nrmse for m in motions if m.name in runs]) for motions in (case.member.motions, case.held)
     )
-    if "mass_change" in names:
-        held = math.nan  # what an unseen trial weighed, no other trial says
+    if any(a.differs for addend in fit.addends for a in addend.additions):
+        held = math.nan  # what is an unseen trial's own, no other trial says
     found = addition_parameters(fit, case.member.label, member_rate(case.member))
     if not case.member.model.anchored:
         found = {name: [_per_mass(one) for one in many] for name, many in found.items()}
@@ -158,7 +158,7 @@ def _without_a_name(plain: Verdict, case: Case, far: bool) -> Verdict:
     text = (
         f"{case.label}: the equation misses {percent(case.baseline.nrmse)} of the motion (repeatability "
         f"{percent(case.allowed)}) in {case.missing} of {total} trials, and no suspect explains it: unknown."
-        + (f" Of what is left {case.place}." if case.place else "")
+        + (f" Of what is left stand {case.place}." if case.place else "")
     )
     return replace(plain, status="unknown", verdict=("unknown",), sentence=text)
 

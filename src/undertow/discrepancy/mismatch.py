@@ -51,7 +51,7 @@ def place_words(mismatches: Sequence[Mismatch]) -> str:
     where nothing was computed.
 
     >>> place_words([Mismatch("a", 0.4, 0.01, 0.05, share_early=0.7, line_frequency_hz=1.6, line_share=0.5)])
-    '70 % stands in the first third, 50 % in a line at 1.6 Hz'
+    '70 % in the first third, 50 % in a line at 1.6 Hz'
     """
     parts = []
     thirds = {"first": "share_early", "second": "share_middle", "last": "share_late"}
@@ -59,7 +59,7 @@ def place_words(mismatches: Sequence[Mismatch]) -> str:
     known = {word: share for word, share in shares.items() if math.isfinite(share)}
     if known:
         most = max(known, key=lambda word: known[word])
-        parts.append(f"{percent(known[most])} stands in the {most} third")
+        parts.append(f"{percent(known[most])} in the {most} third")
     line = _mean(mismatches, "line_share")
     if line > LINE_SHARE:
         parts.append(f"{percent(line)} in a line at {_mean(mismatches, 'line_frequency_hz'):.3g} Hz")

@@ -116,9 +116,9 @@ def _of_trials(fit: JointFit, addend: Addend) -> dict[str, Estimate]:
     speeds = [Estimate(fit.value(n), fit.solution.stderr(n), 0.0, "m/s", n) for n in names if n.startswith(prefix)]
     if speeds:
         return {"velocity_m_per_s": max(speeds, key=lambda e: abs(e.value))}
-    masses = [fit.value(n) for n in names if n.startswith(f"{addend.prefix}.mass_kg[")]
-    if masses:
-        return {"mass_kg": _apart(masses)}
+    for a in (a for a in addend.additions if a.differs):
+        mine = [n for n in names if n.startswith(f"{addend.prefix}.{a.name}[")]
+        return {a.name: Estimate(*fit.apart(mine), 0.0, a.unit, "larger and smaller trials")}
     pairs = [
         (fit.value(n), fit.value(n.replace(".cosine_N[", ".sine_N["))) for n in names
         if n.startswith(f"{addend.prefix}.cosine_N[")
@@ -128,16 +128,6 @@ def _of_trials(fit: JointFit, addend: Addend) -> dict[str, Estimate]:
     sizes = np.hypot(*np.transpose(pairs))
     error = float(np.std(sizes, ddof=1)) / math.sqrt(sizes.size) if sizes.size > 1 else math.nan
     return {"amplitude_N": Estimate(float(np.mean(sizes)), error, 0.0, "N", "mean of trials")}
-
-
-def _apart(masses: Sequence[float]) -> Estimate:
-    """By how much the heavier trials are heavier than the lighter ones, kg, parted at the widest gap; what all have in
-    common cancels, with its error."""
-    values = np.sort(masses)
-    gap = int(np.argmax(np.diff(values))) + 1
-    light, heavy = values[:gap], values[gap:]
-    error = math.hypot(float(np.std(light)) / math.sqrt(light.size), float(np.std(heavy)) / math.sqrt(heavy.size))
-    return Estimate(float(heavy.mean() - light.mean()), error, 0.0, "kg", "heavier and lighter trials")
 
 
 def closed_cell_frequency(width_m: float, depth_m: float, mode: int = 1) -> float:

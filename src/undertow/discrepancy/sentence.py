@@ -106,10 +106,10 @@ def _said(name: str, case: Case) -> str:
 def transfer_words(moved: Mapping[str, float]) -> str:
     """What other springs alone predict, in words."""
     texts = [
-        f"the {label} spring's trials alone predict these with an error of {percent(error)}"
+        f"with the numbers that the trials of {label} alone give, the error here is {percent(error)}"
         for label, error in moved.items() if math.isfinite(error)
     ]  # fmt: skip
-    return f" {'; '.join(texts)}.".replace(" the", " The", 1) if texts else ""
+    return f" W{'; '.join(texts)[1:]}." if texts else ""
 
 
 def _numbers(found: Mapping[str, Sequence[Mapping[str, Estimate]]]) -> str:

@@ -71,6 +71,11 @@ class Addition:
     by_spring: tuple[tuple[str, float, float], ...] = ()
     moves: tuple[str, str] | None = None
 
+    @property
+    def differs(self) -> bool:
+        """Whether what it says is how trials differ: their own numbers about what all share, held by a prior."""
+        return self.scope == "trial" and math.isfinite(self.prior_std)
+
 
 @dataclass(frozen=True)
 class Suspect:

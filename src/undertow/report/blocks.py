@@ -11,7 +11,7 @@ from collections.abc import Mapping, Sequence
 from typing import Any
 
 from undertow.discrepancy.findings import Findings, GroupFindings, TrialFindings
-from undertow.discrepancy.mismatch import LINE_SHARE
+from undertow.discrepancy.mismatch import place_words
 from undertow.discrepancy.verdict import Verdict
 from undertow.discrepancy.words import count, percent
 from undertow.quantities import OK, Estimate, format_number
@@ -283,18 +283,7 @@ def _trial_row(trial: TrialFindings, factor: float) -> Block:
 
 def where_words(trial: TrialFindings) -> str:
     """Where an unexplained trial's residual is; empty for an explained one."""
-    m = trial.mismatch
-    if not m.missing:
-        return ""
-    shares = {"first": m.share_early, "second": m.share_middle, "last": m.share_late}
-    known = {part: share for part, share in shares.items() if math.isfinite(share)}
-    parts = []
-    if known:
-        where = max(known, key=lambda part: known[part])
-        parts.append(f"{percent(known[where])} in the {where} third")
-    if m.line_share > LINE_SHARE:
-        parts.append(f"{percent(m.line_share)} in a line at {m.line_frequency_hz:.2f} Hz")
-    return ", ".join(parts)
+    return place_words([trial.mismatch]) if trial.mismatch.missing else ""
 
 
 def method_notes(findings: Findings) -> list[Block]:

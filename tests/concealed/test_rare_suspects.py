@@ -100,7 +100,7 @@ def test_a_law_beyond_doubt_is_named_though_repetitions_differ_by_more():
 
 
 def test_a_sensor_is_not_accused_of_what_a_law_explains_better():
-    hidden = ((shelf.find("relaxation", time_s=0.2), 3e4),)
+    hidden = ((shelf.find("relaxation", time_s=0.5), 3e4),)
     wide = replace(member("short", SHORT, 4200, hidden), allowed=0.5)
     found = diagnose(make_level([wide]), chosen(("relaxation", "sensor_drift")))
     assert "sensor_drift" not in found.best.names

@@ -86,6 +86,13 @@ def named_effects(verdict: Verdict) -> str:
     return "" if list(named) == ["unknown"] else " + ".join(named)
 
 
+def rival_words(verdict: Verdict) -> tuple[str, ...]:
+    """Sets of effects that the data cannot tell from the verdict's; none where it can."""
+    if verdict.status != "not_identifiable":
+        return ()
+    return tuple(" + ".join(name.replace("_", " ") for name in names) for names in verdict.alternatives)
+
+
 def status_words(verdict: Verdict) -> str:
     """The status with the effects that are named: "explained with hidden resonator"."""
     named = named_effects(verdict).removesuffix(" + unknown")
@@ -130,11 +137,30 @@ def overview(findings: Findings, anchors: Sequence[str], extent: Extent | None =
             "cells": [estimate_text(found[p], not units[p]) if p in found else "" for p in parameters],
             "nrmse": percent(group.verdict.baseline.nrmse),
             "limit": percent(group.verdict.repeatability_nrmse),
+            "unseen": unseen_words(group.verdict),
             "missing": "{1} of {0}".format(*whole.size_of(group)),
         }
         for group, anchor, found in zip(findings.groups, anchors, numbers, strict=True)
     ]
     return {"columns": [column_heading(p, units[p]) for p in parameters], "rows": rows}
+
+
+def unseen_words(verdict: Verdict) -> str:
+    """Free-run error on trials that no fit has seen, before and after what is named; empty without such a proof."""
+    if verdict.augmented is None:
+        return ""
+    before, after = verdict.baseline.held_out_nrmse, verdict.augmented.held_out_nrmse
+    return f"{percent(before)} → {percent(after)}" if math.isfinite(before) and math.isfinite(after) else ""
+
+
+def plainest(findings: Findings) -> str:
+    """The sentence of the named group whose error is furthest above repeatability, with how sure it is; empty without
+    one: what a reader in a hurry takes along."""
+    named = [g.verdict for g in findings.groups if g.verdict.augmented is not None and g.verdict.status == "explained"]
+    if not named:
+        return ""
+    verdict = max(named, key=lambda v: v.baseline.nrmse / max(v.repeatability_nrmse, 1e-12))
+    return f"{verdict.sentence} Confidence {confidence_words(verdict.confidence)}."
 
 
 def _identity(group: GroupFindings, anchor: str) -> dict[str, Any]:
@@ -145,7 +171,8 @@ def _identity(group: GroupFindings, anchor: str) -> dict[str, Any]:
         "anchor": anchor,
         "dry": group.dry,
         "status": status_words(verdict),
-        "names": named_effects(verdict) or status_words(verdict),
+        "names": " or ".join((named_effects(verdict), *rival_words(verdict))) if named_effects(verdict)
+        else status_words(verdict),
         "tone": tone(verdict),
     }
 

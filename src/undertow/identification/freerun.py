@@ -34,7 +34,7 @@ DRAWS = 200
 
 DRAWN_STEPS_PER_PERIOD = 12
 """Largest step of a simulated repetition: some 1e-4 of the release off, where repetitions differ by 1e-2. Bristles
-yield faster than any rate of the motion and keep the usual step."""
+keep the usual step."""
 
 REPEATABILITY_QUANTILE = 0.95
 
@@ -167,10 +167,8 @@ def repeatability(
 
 
 def _drawn_steps(run: FreeRun, times: Array) -> int:
-    """Steps a period of the repetitions: few, where the equation's own motion keeps its bounds with them and no bristle
-    yields between two of them."""
-    if run.theta[SLOT["kb"]] > 0.0:
-        return TRAJECTORY_STEPS_PER_PERIOD
+    """Steps a period of the repetitions: few, where the equation's own motion keeps its bounds with them (that of
+    bristles does not)."""
     try:
         output_error.trajectory(run.theta, np.zeros(0, dtype=np.int64), times, DRAWN_STEPS_PER_PERIOD)
     except IdentificationError:

@@ -19,7 +19,8 @@ import numpy as np
 import pandas as pd
 
 from undertow.conditioning.motion import Motion
-from undertow.discrepancy.joint import Addend, Member, fit_joint, make_level
+from undertow.discrepancy.joint import fit_joint
+from undertow.discrepancy.level import Addend, Member, make_level
 from undertow.discrepancy.suspects import SUSPECTS
 from undertow.equation.kernel import SLOT, integrate
 from undertow.equation.simulate import fastest_frequency

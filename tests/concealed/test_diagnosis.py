@@ -10,8 +10,8 @@ import pytest
 from undertow.conditioning.condition import condition
 from undertow.discrepancy.case import Case
 from undertow.discrepancy.diagnose import diagnose
-from undertow.discrepancy.joint import Member, make_level
 from undertow.discrepancy.judge import judge
+from undertow.discrepancy.level import Member, make_level
 from undertow.discrepancy.prove import check_cell, closed_cell_frequency
 from undertow.discrepancy.suspects import SUSPECTS, chosen
 from undertow.discrepancy.verdict import Described

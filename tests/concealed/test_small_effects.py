@@ -14,8 +14,9 @@ from undertow.discrepancy.candidate import Candidate
 from undertow.discrepancy.case import Case
 from undertow.discrepancy.diagnose import diagnose
 from undertow.discrepancy.evidence import residual_memory
-from undertow.discrepancy.joint import Addend, JointFit, Level, fit_joint, make_level
+from undertow.discrepancy.joint import JointFit, fit_joint
 from undertow.discrepancy.judge import judge
+from undertow.discrepancy.level import Addend, Level, make_level
 from undertow.discrepancy.prove import kernel_damping
 from undertow.discrepancy.screen import prospects
 from undertow.discrepancy.suspects import SUSPECTS, Suspect, chosen, kernel_additions

@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 
 from undertow.campaign.rig import known_slots, standing_addends
-from undertow.discrepancy.joint import Addend
 from undertow.discrepancy.judge import Judged
+from undertow.discrepancy.level import Addend
 from undertow.discrepancy.suspects import Addition
 from undertow.identification.dry import without_trend
 

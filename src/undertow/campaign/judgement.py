@@ -6,24 +6,32 @@ Belongs here: that order, and a group as the judge sees it. Does not belong here
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 
 from undertow.campaign import stages
 from undertow.campaign.analysis import GroupTask
 from undertow.campaign.config import RunConfig
-from undertow.campaign.rig import Rig, believable_repeatability, spring_label, standing_addends, with_known
+from undertow.campaign.rig import (
+    Rig,
+    believable_repeatability,
+    dry_specimens,
+    in_water,
+    spring_label,
+    standing_addends,
+    with_known,
+)
 from undertow.campaign.workers import Progress, on_processes
 from undertow.discrepancy.case import Case
 from undertow.discrepancy.findings import GroupFindings
-from undertow.discrepancy.joint import Addend, Member
 from undertow.discrepancy.judge import Judged, judge_level, undecided
+from undertow.discrepancy.level import Addend, Member
 from undertow.discrepancy.mismatch import place_words
 from undertow.discrepancy.suspects import Suspect, chosen
 from undertow.errors import IdentificationError
 from undertow.identification.baseline import group_model
-from undertow.identification.fit import Structure
+from undertow.identification.fit import Specimen, Structure
 
 SELF_REPEATABILITY = 0.01
 """Free-run error that one trial fitted to itself may keep: no repetition can differ from it."""
@@ -59,7 +67,7 @@ def judged(
             water = _water(config, case)
             together = levels.get(water, _Together((), ()))
             levels[water] = _Together((*together.cases, case), (*together.tasks, task))
-    judge = _Judge(suspects, standing, folder, resume)
+    judge = _Judge(suspects, standing, folder, resume, dry_specimens(config, tasks))
     wet = on_processes(judge, list(levels.values()), jobs, "wet: what is missing", progress)
     said = {tuple(v.group.items()): v for judged in (*first, *wet) for v in judged.verdicts}
     runs = {name: run for judged in (*first, *wet) for name, run in judged.runs.items()}
@@ -88,6 +96,7 @@ class _Judge:
     standing: tuple[Addend, ...] = ()
     folder: Path | None = None
     resume: bool = False
+    dry: Mapping[str, Specimen] = field(default_factory=dict)
 
     def __call__(self, level: _Together) -> Judged:
         if self.folder is None:
@@ -107,9 +116,10 @@ class _Judge:
 
         Where no motion comes of bristles in friction's place (with what was taken for sliding), it is searched without.
         """
-        sliding = tuple(d for d in self.standing if not any(a.moves for a in d.additions))
+        here = in_water(self.standing, {c.member.label: c.member.model.specimen for c in level.cases}, self.dry)
+        sliding = tuple(d for d in here if not any(a.moves for a in d.additions))
         reason = ""
-        for standing in dict.fromkeys((self.standing, sliding)):
+        for standing in dict.fromkeys((here, sliding)):
             try:
                 return judge_level(level.cases, self.suspects, standing)
             except IdentificationError as one:

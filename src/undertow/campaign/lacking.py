@@ -15,8 +15,8 @@ from dataclasses import replace
 
 from undertow.conditioning.motion import Motion
 from undertow.discrepancy.case import Case
-from undertow.discrepancy.joint import Member, make_level
 from undertow.discrepancy.judge import judge
+from undertow.discrepancy.level import Member, make_level
 from undertow.discrepancy.suspects import SUSPECTS, Addition, Scales, Suspect
 from undertow.discrepancy.verdict import Described, Verdict
 from undertow.equation.kernel import SLOT

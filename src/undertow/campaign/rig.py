@@ -16,8 +16,8 @@ import numpy as np
 
 from undertow.campaign.analysis import GroupTask, rest_width, spread_of_repetitions
 from undertow.campaign.config import RunConfig
-from undertow.discrepancy.joint import Addend
 from undertow.discrepancy.judge import Judged
+from undertow.discrepancy.level import Addend
 from undertow.discrepancy.suspects import Addition
 from undertow.equation.kernel import SLOT
 from undertow.errors import IdentificationError
@@ -30,12 +30,15 @@ from undertow.identification.dry import (
     structural_terms,
     structure_from,
 )
-from undertow.identification.fit import Structure
+from undertow.identification.fit import Specimen, Structure
 from undertow.identification.freerun import free_run, repeatability, scored_channel, sensor_floor
 from undertow.identification.problem import TrialOptions
 
 MOST_SCATTER = 1.5
 """Scatter of k, c, mu from trial to trial that is still believed, over that of published rigs."""
+
+RUBS = frozenset({"fc", "fs", "fa", "fn"})
+"""Slots of the integrator that hold friction: it goes with the normal force."""
 
 Key = tuple[tuple[str, object], ...]
 Slots = Mapping[str, float]
@@ -80,6 +83,38 @@ def _standing(a: Addition, numbers: Sequence[tuple[str, float, float]]) -> Addit
     return replace(a, scope="spring", by_spring=held)
 
 
+def in_water(
+    standing: Sequence[Addend], specimens: Mapping[str, Specimen], dry: Mapping[str, Specimen]
+) -> tuple[Addend, ...]:
+    """What stands where buoyancy takes weight off, from each spring's specimen in this water and dry.
+
+    Friction goes with the normal force; all is as it was where a normal force is not known.
+
+    >>> from undertow.identification.fit import Specimen
+    >>> rubs = Addition("force_N", "N", "fc", 0.0, 1.0, scope="spring", by_spring=(("short", 80.0, 2.0),))
+    >>> dry = Specimen(mass_kg=1000.0)
+    >>> wet = Specimen(mass_kg=1000.0, submerged_volume_m3=0.25)
+    >>> in_water([Addend("coulomb_friction", (rubs,))], {"short": wet}, {"short": dry})[0].additions[0].by_spring
+    (('short', 60.0, 1.5),)
+    """
+    shares = {}
+    for label in specimens.keys() & dry.keys():
+        share = specimens[label].normal_force_N / dry[label].normal_force_N
+        shares[label] = share if np.isfinite(share) else 1.0
+    return tuple(
+        replace(addend, additions=tuple(_pressed(a, shares) if a.slot in RUBS else a for a in addend.additions))
+        for addend in standing
+    )
+
+
+def _pressed(a: Addition, shares: Mapping[str, float]) -> Addition:
+    """A friction with each spring's share of its dry normal force."""
+    return replace(
+        a, by_spring=tuple((label, value * shares.get(label, 1.0), error * shares.get(label, 1.0))
+                           for label, value, error in a.by_spring),
+    )  # fmt: skip
+
+
 def known_slots(standing: Sequence[Addend], label: str) -> dict[str, float]:
     """What stands for one spring, as values of the integrator's slots."""
     slots: dict[str, float] = {}
@@ -118,10 +153,11 @@ def with_known(config: RunConfig, tasks: Sequence[GroupTask], standing: Sequence
         stated = config.specimen.scatter
         scatter = Scatter({"k": stated.k, "c": stated.c, "mu": stated.mu}, float("inf"))
     structures = {label: structure_from(found, scatter) for label, found in fits.items() if found}
+    weighed = dry_specimens(config, tasks)
     rigs: dict[Key, Rig | None] = {}
     for task in tasks:
         label = spring_label(config, task)
-        slots = known_slots(standing, label)
+        slots = known_slots(in_water(standing, {label: task.specimen}, weighed), label)
         ready = not task.dry and label in structures and bool(slots)
         moved = moved_slots(standing, label)
         try:
@@ -129,6 +165,11 @@ def with_known(config: RunConfig, tasks: Sequence[GroupTask], standing: Sequence
         except IdentificationError:
             rigs[tuple(task.key.items())] = None  # no motion beside what stands: the rig stays as it was
     return rigs
+
+
+def dry_specimens(config: RunConfig, tasks: Sequence[GroupTask]) -> dict[str, Specimen]:
+    """Each spring's specimen as it stands dry, by the spring's label."""
+    return {spring_label(config, task): task.specimen for task in tasks if task.dry}
 
 
 def spring_label(config: RunConfig, task: GroupTask) -> str:

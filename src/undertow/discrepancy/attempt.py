@@ -12,7 +12,8 @@ from dataclasses import replace
 import numpy as np
 
 from undertow.discrepancy.candidate import Candidate, doubt
-from undertow.discrepancy.joint import Addend, JointFit, Level, fit_joint
+from undertow.discrepancy.joint import JointFit, fit_joint
+from undertow.discrepancy.level import Addend, Level
 from undertow.discrepancy.screen import Prospect
 from undertow.discrepancy.suspects import EACH_SPRING, RADIATION, Addition, Suspect, kernel_additions
 from undertow.errors import IdentificationError
@@ -82,9 +83,11 @@ def _waters(level: Level, best: Candidate, suspect: Suspect) -> tuple[Level, ...
 
 def _attempt(level: Level, best: Candidate, suspect: Suspect, start: float) -> JointFit | None:
     """One fit from one start, at the noise of what stands; None where it gives no motion."""
-    addend = Addend(_prefix(best, suspect), renumbered(suspect.additions(level.scales, start), best), suspect.frees)
+    additions = renumbered(suspect.additions(level.scales, start), best)
+    addend = Addend(_prefix(best, suspect), additions, suspect.frees, late=suspect.late)
     known = best.fit.values if best.suspects or not suspect.memory else {}
-    growing = not best.suspects and (suspect.memory or not level.shares(best.fit.solution.problem.names))
+    new = suspect.memory or suspect.late > 0.0 or not level.shares(best.fit.solution.problem.names)
+    growing = new and not best.suspects
     return _with(level, best, addend, known, growing)
 
 

@@ -12,7 +12,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from undertow.discrepancy.joint import WIDER, Addend, JointFit, Level, shared_theta
+from undertow.discrepancy.joint import WIDER, JointFit, shared_theta
+from undertow.discrepancy.level import Addend, Level
 from undertow.discrepancy.suspects import RADIATION, Suspect
 from undertow.equation.kernel import SLOT
 from undertow.identification.dry import DEFAULT_SCATTER

@@ -9,7 +9,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 
 from undertow.conditioning.motion import Motion
-from undertow.discrepancy.joint import Member
+from undertow.discrepancy.level import Member
 from undertow.discrepancy.verdict import Described
 
 

@@ -20,15 +20,8 @@ import numpy as np
 from undertow.discrepancy.attempt import COMMON, REFINED, as_radiation, from_places, from_starts, renumbered
 from undertow.discrepancy.candidate import Candidate, Diagnosis, Screened, conclude, damping_ratio
 from undertow.discrepancy.evidence import residual_memory
-from undertow.discrepancy.joint import (
-    WIDER,
-    JointFit,
-    Level,
-    at_memory,
-    fit_joint,
-    free_run_error,
-    missed_share,
-)
+from undertow.discrepancy.joint import WIDER, JointFit, at_memory, fit_joint, free_run_error, missed_share
+from undertow.discrepancy.level import Level
 from undertow.discrepancy.screen import prospects
 from undertow.discrepancy.suspects import EACH_SPRING, RINGS, Suspect
 from undertow.equation.kernel import SLOT
@@ -296,6 +289,8 @@ def _has_room(level: Level, suspect: Suspect, fit: JointFit) -> bool:
         return False
     if suspect.origin == "outside" and level.trials < 2:
         return False  # on one trial a clock of its own explains whatever is left: only the phase across trials tells
+    if suspect.late:
+        return any(m.window.held for member in level.members for m in member.motions)
     if suspect.frees:
         return any(name.startswith(f"{suspect.frees}[") for name in fit.solution.problem.names)
     additions = suspect.additions(level.scales, suspect.starts(level.scales)[0])
@@ -325,8 +320,8 @@ def _null(level: Level, together: JointFit) -> JointFit:
 def _may_join(best: Candidate, suspect: Suspect) -> bool:
     """Whether a suspect can be added: once each, memories up to three, one variant of a name."""
     memories = sum(a.slot.startswith("hm") for d in best.fit.addends for a in d.additions)
-    if suspect.name == "external_forcing" and best.suspects:
-        return False  # a clock of its own in every trial takes up whatever a memory leaves
+    if (suspect.name == "external_forcing" or suspect.late) and best.suspects:
+        return False  # a clock or a start of its own in every trial takes up whatever a memory leaves
     if suspect.name == "hidden_resonator":
         return not best.suspects or (not suspect.variant and memories < MOST_EFFECTS)
     return suspect.name not in best.names

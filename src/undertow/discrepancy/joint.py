@@ -17,14 +17,15 @@ import numpy as np
 
 from undertow.conditioning.motion import Motion
 from undertow.discrepancy.evidence import criterion, tempered, trial_misfits
+from undertow.discrepancy.level import Addend, Level, Member, full_name, seen_by
 from undertow.discrepancy.suspects import Addition, Scales
 from undertow.equation.kernel import SLOT
 from undertow.errors import IdentificationError
 from undertow.identification import output_error
-from undertow.identification.baseline import GroupModel
-from undertow.identification.freerun import free_run
+from undertow.identification.dry import DEFAULT_SCATTER
+from undertow.identification.freerun import FreeRun, free_run
 from undertow.identification.output_error import Solution
-from undertow.identification.problem import Link, Problem, ProblemBuilder, TrialOptions, dominant_period
+from undertow.identification.problem import Link, Problem, ProblemBuilder
 from undertow.recording.recording import Array
 
 GAIN_STD = 0.005
@@ -41,71 +42,6 @@ REFITS = 4
 
 SETTLED = 0.2
 """A trial's noise is found when its logarithm moves by less than this from fit to fit."""
-
-
-@dataclass(frozen=True)
-class Member:
-    """One group in a level: its spring's label, its model, its training trials, its options.
-
-    ``allowed`` is the group's repeatability (nrmse): the unit in which its free runs' errors are counted; ``own_means``
-    says that k, c, mu come from these very trials, so that their means belong to what is fitted.
-    """
-
-    label: str
-    model: GroupModel
-    motions: tuple[Motion, ...]
-    options: TrialOptions
-    free_start: bool = False
-    allowed: float = 1.0
-    own_means: bool = False
-
-
-@dataclass(frozen=True)
-class Addend:
-    """A suspect's unknowns as added, with a prefix that tells two of a kind apart, or the nuisance that it frees.
-
-    A freed nuisance has a prior `WIDER` times as wide, or, with a finite ``centre``, its own width about that.
-    """
-
-    prefix: str
-    additions: tuple[Addition, ...]
-    frees: str = ""
-    centre: float = math.nan
-
-    @property
-    def replaced(self) -> frozenset[str]:
-        """Slots whose coefficient in the equation it takes the place of."""
-        return frozenset(a.replaces for a in self.additions if a.replaces)
-
-    def moved(self, spring: str) -> Mapping[int, int]:
-        """Slots of the integrator whose content stands in another beside it, on one spring."""
-        here = [a for a in self.additions if not a.by_spring or spring in {label for label, _, _ in a.by_spring}]
-        return {SLOT[a.moves[0]]: SLOT[a.moves[1]] for a in here if a.moves is not None}
-
-
-@dataclass(frozen=True)
-class Level:
-    """Groups that stand in the same water, with the motion's scales.
-
-    ``shared_water``: added mass and drag are one for all springs (as water is), or each spring's own (as a table of
-    separate fits has them). ``standing`` is what the dry trials named already: it is in every model.
-    """
-
-    members: tuple[Member, ...]
-    scales: Scales
-    shared_water: bool = True
-    standing: tuple[Addend, ...] = ()
-
-    def shares(self, names: Sequence[str]) -> bool:
-        """Whether these unknowns are those of a fit with the level's own sharing of the water."""
-        wanted = {c.name for m in self.members if m.model.fixed is not None for c in m.model.coefficients}
-        return not self.shared_water or wanted <= set(names)
-
-    @property
-    def trials(self) -> int:
-        """Number of training trials."""
-        return sum(len(m.motions) for m in self.members)
-
 
 WIDER = 20.0
 """How much wider than a sensor's prior its shift, gain or drift may be where the sensor is suspected."""
@@ -154,27 +90,6 @@ class JointFit:
         return dict(zip(self.solution.problem.names, self.solution.values.tolist(), strict=True))
 
 
-def make_level(members: Sequence[Member], standing: Sequence[Addend] = ()) -> Level:
-    """A level with the scales of its motion; IdentificationError without a trial."""
-    motions = [m for member in members for m in member.motions]
-    if not motions:
-        raise IdentificationError(f"a level of {len(members)} groups has no trial to fit; hold out fewer")
-    rates = [2.0 * math.pi / dominant_period(m) for m in motions]
-    speeds = [float(np.max(np.abs(m.v))) for m in motions]
-    loudest = int(np.argmax(speeds))
-    first = members[0].model
-    unknown = [c.start for c in first.coefficients if c.slot == "mass"]
-    mass = float(first.base[SLOT["mass"]]) or next(iter(unknown), 1.0)
-    rate = rates[loudest]
-    scales = Scales(mass, rate, speeds[loudest], motions[loudest].amplitude, min(rates), max(rates))
-    return Level(tuple(members), scales, standing=tuple(standing))
-
-
-def member_rate(member: Member) -> float:
-    """Median angular rate at which a group's trials swing, rad/s."""
-    return 2.0 * math.pi / float(np.median([dominant_period(m) for m in member.motions]))
-
-
 def build(level: Level, addends: Sequence[Addend]) -> Problem:
     """The joint problem: shared water, each spring's structure, each trial's deviations and sensors, additions."""
     builder = ProblemBuilder()
@@ -194,13 +109,14 @@ def build(level: Level, addends: Sequence[Addend]) -> Problem:
                 index = builder.unknown(name, c.start, lower=c.lower, upper=c.upper, scale=c.scale)
                 links.append(Link(SLOT[c.slot], index, c.factor))
             links += structure_links(builder, member, motion.name)
+            links += _rubbing(builder, level.standing, member, motion.name)
             for addend in addends:
                 for a in addend.additions:
                     links += _links(builder, addend.prefix, a, member.label, motion.name)
                 if member.free_start:
                     links += _free_hidden(builder, addend, level.scales, motion.name)
             base, links = _moved(addends, member.label, member.model.trial_base(motion.name), links)
-            builder.trial(motion, base, tuple(links), options)
+            builder.trial(seen_by(addends, motion), base, tuple(links), options)
     return _freed(builder.build(), addends)
 
 
@@ -246,12 +162,6 @@ def _links(builder: ProblemBuilder, prefix: str, a: Addition, spring: str, trial
     return found if a.also is None else [*found, Link(SLOT[a.also[0]], index, a.also[1])]
 
 
-def full_name(prefix: str, a: Addition, spring: str, trial: str) -> str:
-    """Name of an addition's unknown in a problem: shared, of one spring, or of one trial."""
-    place = {"shared": "", "spring": f"@{spring}", "trial": f"[{trial}]"}[a.scope]
-    return f"{prefix}.{a.name}{place}"
-
-
 def _free_hidden(builder: ProblemBuilder, addend: Addend, scales: Scales, trial: str) -> list[Link]:
     """Initial state of a hidden oscillator where nothing says that it was at rest."""
     links = []
@@ -283,6 +193,22 @@ def structure_links(builder: ProblemBuilder, member: Member, trial: str) -> list
     return links
 
 
+def _rubbing(builder: ProblemBuilder, standing: Sequence[Addend], member: Member, trial: str) -> list[Link]:
+    """This trial's deviation from a dry friction that the equation lacks and the dry trials named: it scatters as
+    friction coefficients do."""
+    structure = member.model.fixed
+    if structure is None or structure.mu.value > 0.0:
+        return []
+    sizes = [
+        abs(value) for addend in standing for a in addend.additions if a.slot in ("fc", "fs")
+        for label, value, _ in a.by_spring if label == member.label
+    ]  # fmt: skip
+    if not sizes:
+        return []
+    std = max(structure.scatter.get("mu", 0.0), DEFAULT_SCATTER["mu"]) * max(sizes)
+    return [Link(SLOT["fc"], builder.unknown(f"friction_N[{trial}]", 0.0, prior_std=std, scale=std))]
+
+
 def free_run_error(level: Level, fit: JointFit) -> float:
     """RMS over training trials of the free run's nrmse in units of its group's repeatability.
 
@@ -298,12 +224,16 @@ def missed_share(level: Level, fit: JointFit) -> float:
 
 def _rms_error(level: Level, fit: JointFit, units: Sequence[float]) -> float:
     squares = [
-        (free_run(motion, shared_theta(level, member, fit, motion.name), member.options.rest_offset_std).nrmse / unit)
-        ** 2
+        (_run(level, member, fit, motion).nrmse / unit) ** 2
         for member, unit in zip(level.members, units, strict=True)
         for motion in member.motions
     ]
     return math.sqrt(float(np.mean(squares)))
+
+
+def _run(level: Level, member: Member, fit: JointFit, motion: Motion) -> FreeRun:
+    theta = shared_theta(level, member, fit, motion.name)
+    return free_run(seen_by(fit.addends, motion), theta, member.options.rest_offset_std)
 
 
 def shared_theta(level: Level, member: Member, fit: JointFit, trial: str) -> Array:
@@ -369,7 +299,9 @@ def fit_joint(
     if solution is None:
         raise IdentificationError(f"{REFITS} fits gave no solution")
     typical = math.exp(float(np.mean(np.log(list(misfits.values())))))
-    worth = criterion(solution, misfits, memory) + _width(problem, addends, max(solution.n_data / memory, 2.0))
+    samples = max(solution.n_data / memory, 2.0)
+    worth = criterion(solution, misfits, memory) + _width(problem, addends, samples)
+    worth += _skipped(problem, addends, memory)
     return JointFit(tuple(addends), solution, typical, worth, memory, level.shared_water, misfits)
 
 
@@ -385,9 +317,19 @@ def _width(problem: Problem, addends: Sequence[Addend], samples: float) -> float
     return cost
 
 
+def _skipped(problem: Problem, addends: Sequence[Addend], memory: float) -> float:
+    """What it costs to ask nothing of the first periods: a number, ln(n_eff), for every n_eff of their samples."""
+    periods = max((addend.late for addend in addends), default=0.0)
+    values = sum(
+        len(t.channels) * periods * t.period_s / float(np.median(np.diff(t.t))) for t in problem.trials
+    )
+    kept = sum(len(t.channels) * t.t.size for t in problem.trials)
+    return values / memory * math.log(max((kept + values) / memory, 2.0))
+
+
 def at_memory(fit: JointFit, memory: float) -> JointFit:
     """The same fit valued as if residuals were correlated over ``memory`` cells."""
     problem, addends = fit.solution.problem, fit.addends
     worth = criterion(fit.solution, fit.misfits, memory)
-    worth += _width(problem, addends, max(fit.solution.n_data / memory, 2.0))
+    worth += _width(problem, addends, max(fit.solution.n_data / memory, 2.0)) + _skipped(problem, addends, memory)
     return replace(fit, criterion=worth, memory=memory)

@@ -10,17 +10,21 @@ import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 
+import numpy as np
+
 from undertow.discrepancy.candidate import Candidate, Diagnosis
 from undertow.discrepancy.case import Case
 from undertow.discrepancy.diagnose import diagnose
 from undertow.discrepancy.findings import AugmentedRun
-from undertow.discrepancy.joint import Addend, Level, Member, free_run_error, make_level, member_rate
+from undertow.discrepancy.joint import free_run_error
+from undertow.discrepancy.level import Addend, Level, Member, make_level, member_rate
 from undertow.discrepancy.prove import addition_parameters, check_cell, rms, shared_run
-from undertow.discrepancy.sentence import NEXT_TEST, sentence_of, transfer_words
+from undertow.discrepancy.sentence import NEXT_TEST, late_words, sentence_of, transfer_words
 from undertow.discrepancy.suspects import SUSPECTS, Suspect
 from undertow.discrepancy.transfer import from_other_springs
 from undertow.discrepancy.verdict import Described, Origin, PhysicalCheck, Rejected, Status, Verdict
 from undertow.discrepancy.words import percent
+from undertow.identification.freerun import FreeRun
 from undertow.quantities import Estimate, unit_in_rotation
 
 STILL_MISSING = 2.0
@@ -86,10 +90,16 @@ def _runs(level: Level, case: Case, diagnosis: Diagnosis) -> dict[str, Augmented
     if not diagnosis.accused and not _known(level, case):
         return {}
     width = case.member.options.rest_offset_std
-    runs = {
-        m.name: shared_run(level, case.member, diagnosis.best.fit, m, width) for m in (*case.member.motions, *case.held)
-    }
-    return {name: AugmentedRun(run.nrmse, run.residual) for name, run in runs.items() if run is not None}
+    fit, member = diagnosis.best.fit, case.member
+    runs = {m.name: shared_run(level, member, fit, m, width) for m in member.motions}
+    runs |= {m.name: shared_run(level, member, fit, m, width, unseen=True) for m in case.held}
+    samples = {m.name: int(np.sum(m.inside)) for m in (*member.motions, *case.held)}
+    return {name: _augmented(run, samples[name]) for name, run in runs.items() if run is not None}
+
+
+def _augmented(run: FreeRun, samples: int) -> AugmentedRun:
+    """A free run as a figure shows it: nan where it starts later than the recorded motion of so many samples."""
+    return AugmentedRun(run.nrmse, np.concatenate([np.full(samples - run.t.size, np.nan), run.residual]))
 
 
 def _verdict(
@@ -107,8 +117,10 @@ def _verdict(
     training, held = (
         rms([runs[m.name].nrmse for m in motions if m.name in runs]) for motions in (case.member.motions, case.held)
     )
-    if any(a.differs for addend in fit.addends for a in addend.additions):
+    added = [a for addend in fit.addends for a in addend.additions]
+    if any(a.differs for a in added):
         held = math.nan  # what is an unseen trial's own, no other trial says
+    own = any(a.of_its_own for a in added)
     found = addition_parameters(fit, case.member.label, member_rate(case.member))
     if not case.member.model.anchored:
         found = {name: [_per_mass(one) for one in many] for name, many in found.items()}
@@ -116,7 +128,8 @@ def _verdict(
         found = {name: [_turned(one) for one in many] for name, many in found.items()}
     status: Status = "not_identifiable" if diagnosis.rivals else "explained"
     rest = training > STILL_MISSING * case.allowed and training > 0.5 * case.baseline.nrmse
-    rest = rest or held > max(case.allowed, case.baseline.held_out_nrmse)  # unproved: unseen trials come no closer
+    if diagnosis.accused:  # unproved where unseen trials come no closer
+        rest = rest or held > max(case.allowed, case.baseline.held_out_nrmse)
     return replace(
         plain,
         status="unknown" if rest else status,
@@ -124,11 +137,13 @@ def _verdict(
         alternatives=diagnosis.rivals,
         origin=_origin(case, diagnosis.best.suspects, known),
         parameters={name: many[0] if len(many) == 1 else many for name, many in found.items()},
-        augmented=Described(training, held, _all_parameters(level, case, diagnosis, found)),
+        augmented=Described(training, math.nan if own else held, _all_parameters(level, case, diagnosis, found)),
         physical_check=_physics(case, found),
         next_test=NEXT_TEST.get(names[0], ""),
         transfer=moved,
-        sentence=sentence_of(case, names, diagnosis.rivals, found, training, held, rest, known) + transfer_words(moved),
+        sentence=sentence_of(case, names, diagnosis.rivals, found, training, held, rest, known, own)
+        + transfer_words(moved)
+        + ("" if rest else late_words(fit.addends)),
     )
 
 

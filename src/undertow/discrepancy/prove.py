@@ -12,7 +12,8 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 
 from undertow.conditioning.motion import Motion
-from undertow.discrepancy.joint import Addend, JointFit, Level, Member, full_name, shared_theta
+from undertow.discrepancy.joint import JointFit, shared_theta
+from undertow.discrepancy.level import Addend, Level, Member, full_name, seen_by
 from undertow.discrepancy.verdict import PhysicalCheck
 from undertow.errors import IdentificationError
 from undertow.identification.freerun import FreeRun, free_run
@@ -35,10 +36,16 @@ def score(level: Level, member: Member, fit: JointFit, motion: Motion, rest_std:
     return math.nan if run is None else run.nrmse
 
 
-def shared_run(level: Level, member: Member, fit: JointFit, motion: Motion, rest_std: float) -> FreeRun | None:
-    """One trial's free run with what all trials share; None where there is no motion."""
+def shared_run(
+    level: Level, member: Member, fit: JointFit, motion: Motion, rest_std: float, unseen: bool = False
+) -> FreeRun | None:
+    """One trial's free run with what all trials share; None where there is no motion.
+
+    Of a trial that is ``unseen`` what every trial has of its own (an outside force's size and phase) is fitted to it.
+    """
+    own = {a.slot: a.scale for addend in fit.addends for a in addend.additions if a.of_its_own} if unseen else {}
     try:
-        return free_run(motion, shared_theta(level, member, fit, motion.name), rest_std)
+        return free_run(seen_by(fit.addends, motion), shared_theta(level, member, fit, motion.name), rest_std, own)
     except IdentificationError:
         return None
 

@@ -14,7 +14,8 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from undertow.discrepancy.joint import JointFit, Level, full_name
+from undertow.discrepancy.joint import JointFit
+from undertow.discrepancy.level import Level, full_name
 from undertow.discrepancy.suspects import Addition, Suspect
 from undertow.equation.kernel import SLOT
 from undertow.identification import output_error

@@ -9,6 +9,7 @@ import math
 from collections.abc import Mapping, Sequence
 
 from undertow.discrepancy.case import Case
+from undertow.discrepancy.level import Addend
 from undertow.discrepancy.words import percent
 from undertow.quantities import Estimate
 
@@ -33,7 +34,7 @@ WORDS: Mapping[str, str] = {
     "quadratic_drag": "drag with the square of the speed",
     "drag_exponent": "drag with another power of the speed",
     "sine_restoring": "a restoring force like the sine of the angle",
-    "imperfect_release": "a release that gave the body a speed",
+    "imperfect_release": "a release that was not sudden",
     "time_shift": "an accelerometer whose clock differs from the displacement's",
     "gain_error": "an accelerometer whose gain does not fit the displacement's",
     "sensor_drift": "a displacement sensor that drifts",
@@ -62,8 +63,10 @@ def sentence_of(
     held: float,
     rest: bool,
     known: Sequence[str],
+    own: bool = False,
 ) -> str:
-    """A group's verdict as an engineer would say it: what is missed, what explains it, what an unseen trial says."""
+    """A group's verdict as an engineer would say it: what is missed, what explains it, what an unseen trial says
+    (``own``: after a force of that trial's own size and phase was fitted to it)."""
     size = percent(case.baseline.nrmse)
     allowed = f"repeatability {percent(case.allowed)}"
     if case.missing:
@@ -72,7 +75,8 @@ def sentence_of(
     else:
         parts = [f"{case.label}: no trial alone stands out (error {size}, {allowed}), but together they do."]
     named = " and ".join(_said(n, case) for n in dict.fromkeys(names))
-    parts.append(f"{named[0].upper()}{named[1:]} explains it: {_numbers(found)}.")
+    numbers = _numbers(found)
+    parts.append(f"{named[0].upper()}{named[1:]} explains it{': ' if numbers else ''}{numbers}.")
     if known:
         said = " and ".join(n.replace("_", " ") for n in known)
         parts.append(f"The dry trials need {said} already: it belongs to the rig, not to the water.")
@@ -81,8 +85,9 @@ def sentence_of(
         parts.append(f"The data cannot tell it from {others}.")
     if math.isfinite(held) and math.isfinite(case.baseline.held_out_nrmse):
         number = len(case.held)
+        fitted = ", with only that trial's size and phase of the force fitted," if own else ""
         parts.append(
-            f"On {number} trial{'s' if number > 1 else ''} it never saw the error goes from "
+            f"On {number} trial{'s' if number > 1 else ''} it never saw{fitted} the error goes from "
             f"{percent(case.baseline.held_out_nrmse)} to {percent(held)}"
             + (", both within repeatability." if max(held, case.baseline.held_out_nrmse) <= case.allowed else ".")
         )
@@ -101,6 +106,12 @@ def _said(name: str, case: Case) -> str:
     if name == "hidden_resonator" and not case.has_dry:
         return "something that was not recorded and oscillates by itself"
     return WORDS.get(name, name.replace("_", " "))
+
+
+def late_words(addends: Sequence[Addend]) -> str:
+    """What is left out of the motion, in words."""
+    periods = max((addend.late for addend in addends), default=0.0)
+    return f" After {periods:g} period{'s' if periods != 1.0 else ''} nothing is missing." if periods else ""
 
 
 def transfer_words(moved: Mapping[str, float]) -> str:

@@ -76,6 +76,12 @@ class Addition:
         """Whether what it says is how trials differ: their own numbers about what all share, held by a prior."""
         return self.scope == "trial" and math.isfinite(self.prior_std)
 
+    @property
+    def of_its_own(self) -> bool:
+        """Whether every trial has its own and nothing is known of it beforehand: size and phase of an outside force.
+        (A speed at the release is adjusted in every free run.)"""
+        return self.scope == "trial" and not math.isfinite(self.prior_std) and self.slot != "v0"
+
 
 @dataclass(frozen=True)
 class Suspect:
@@ -85,7 +91,8 @@ class Suspect:
     (frequency, time), ``fine`` the steps in which a small one is looked for; ``memory`` tells whether it remembers.
     ``frees`` names a nuisance of every trial (a sensor's clock, gain, drift) whose prior is widened instead: what it
     says is in the instrument, and no free run of the displacement shows it. ``on_a_line`` says that a fit finds it from
-    a start within its line only (a clock, a delay).
+    a start within its line only (a clock, a delay). ``late`` asks nothing of so many first periods: what is wrong
+    with the release shows there and nowhere else.
     """
 
     name: str
@@ -97,11 +104,12 @@ class Suspect:
     fine: Callable[[Scales], tuple[float, ...]] | None = None
     frees: str = ""
     on_a_line: bool = False
+    late: float = 0.0
 
     @property
     def has_no_zero(self) -> bool:
         """Whether no small value of it is as if it were not there (bristles: infinitely stiff ones are)."""
-        return any(a.moves for a in self.additions(UNIT, 1.0))
+        return self.late > 0.0 or any(a.moves for a in self.additions(UNIT, 1.0))
 
     @property
     def shown_by_free_run(self) -> bool:
@@ -335,6 +343,7 @@ SUSPECTS: tuple[Suspect, ...] = (
     Suspect("delayed_echo", "outside", _echo, _echo_starts, True, fine=_fine_delays, on_a_line=True),
     Suspect("sine_restoring", "structure", _sine),
     Suspect("imperfect_release", "outside", _release),
+    Suspect("imperfect_release", "outside", _nothing, variant="a hold that fades", late=1.0),
     Suspect("time_shift", "instrument", _nothing, frees="acceleration_shift_s"),
     Suspect("gain_error", "instrument", _nothing, frees="acceleration_gain"),
     Suspect("sensor_drift", "instrument", _nothing, frees="drift_m"),

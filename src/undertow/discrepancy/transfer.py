@@ -11,7 +11,8 @@ from collections.abc import Mapping, Sequence
 from dataclasses import replace
 
 from undertow.conditioning.motion import Motion
-from undertow.discrepancy.joint import JointFit, Level, Member, fit_joint
+from undertow.discrepancy.joint import JointFit, fit_joint
+from undertow.discrepancy.level import Level, Member
 from undertow.discrepancy.prove import rms, score
 from undertow.errors import IdentificationError
 
@@ -25,7 +26,7 @@ def from_other_springs(
     its motion has no bounds. Nothing where an addition belongs to one spring or one trial (a structure, an instrument).
     """
     shared = all(a.scope == "shared" for addend in fit.addends for a in addend.additions)
-    if len(level.members) < 2 or not shared or any(addend.frees for addend in fit.addends):
+    if len(level.members) < 2 or not shared or any(addend.frees or addend.late for addend in fit.addends):
         return tuple({} for _ in level.members)
     alone = [_alone(level, fit, member) for member in level.members]
     return tuple(

@@ -23,6 +23,7 @@ from undertow.identification import output_error
 from undertow.identification.problem import (
     SAMPLES_PER_PERIOD,
     TRAJECTORY_STEPS_PER_PERIOD,
+    Link,
     Problem,
     ProblemBuilder,
     TrialOptions,
@@ -74,16 +75,23 @@ def scored_channel(motion: Motion) -> str:
     raise IdentificationError(f"trial {motion.name}: recorded is {have}; a free run needs displacement or velocity")
 
 
-def free_run(motion: Motion, theta: Array, rest_offset_std: float) -> FreeRun:
+def free_run(
+    motion: Motion, theta: Array, rest_offset_std: float, own: Mapping[str, float] | None = None
+) -> FreeRun:
     """The free run of ``theta`` (its x0, v0 are ignored) with x0, clock and rest fitted to this trial.
 
-    ``rest_offset_std`` is the prior of the rest position in the sensor's scale (mu N / k, or its own error).
+    ``rest_offset_std`` is the prior of the rest position in the sensor's scale (mu N / k, or its own error); ``own``
+    are slots (with their scales) that are this trial's own as its release is: an outside force's size and phase.
     """
     quantity = scored_channel(motion)
     builder = ProblemBuilder()
     base = np.array(theta)
     base[SLOT["x0"]] = base[SLOT["v0"]] = 0.0
-    builder.trial(motion, base, (), TrialOptions(channels=(quantity,), rest_offset_std=rest_offset_std))
+    mine = []
+    for slot, size in (own or {}).items():
+        base[SLOT[slot]] = 0.0
+        mine.append(Link(SLOT[slot], builder.unknown(slot, theta[SLOT[slot]], scale=size)))
+    builder.trial(motion, base, tuple(mine), TrialOptions(channels=(quantity,), rest_offset_std=rest_offset_std))
     problem = builder.build()
     solution = output_error.fit(problem, _bounded_start(problem), growing=False)
     return _at_samples(motion, solution.problem, solution.values, quantity, solution.outcome)

@@ -14,10 +14,13 @@ imported by undertow.
 
 from __future__ import annotations
 
+import functools
 import json
+import math
+import subprocess
 import sys
 import time
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
@@ -26,11 +29,14 @@ import numpy as np
 from undertow.campaign.audit import constants_of, dry_structures
 from undertow.campaign.audit_settings import load_audit
 from undertow.campaign.audit_tables import read_table
-from undertow.discrepancy.audit.answer import answer, fitted_surface
+from undertow.discrepancy.audit.answer import Answer, answer
 from undertow.discrepancy.audit.case import Case, Row, Structure, row_returns
+from undertow.discrepancy.audit.exploring import fitted_surface
 from undertow.discrepancy.audit.headings import correct_units
-from undertow.discrepancy.audit.posterior import posterior, weigh
+from undertow.discrepancy.audit.posterior import Posterior, posterior, weigh
+from undertow.discrepancy.audit.recipes import Array, Returned
 from undertow.discrepancy.audit.rivals import rivals
+from undertow.discrepancy.audit.scatter import DRAG_SHARES, MASS_SHARES, log_sum
 from undertow.discrepancy.audit.verdicts import judge
 from undertow.errors import UndertowError
 
@@ -59,6 +65,10 @@ COVERED: tuple[tuple[str, str], ...] = (
 
 INTERVALS = (("linear_damping", "c_Ns_per_m"), ("hidden_resonator", "mass_kg"))
 """Effects and parameters whose 90 % intervals are counted."""
+
+MASS_SCATTER = (0.002, 0.015)
+DRAG_SCATTER = (0.01, 0.06)
+"""Scatter of printed values: m_a over the mass, C_d over its value; even within."""
 
 NODES = 8
 """Frequencies of a resonator tried, as in the audit of the report."""
@@ -95,7 +105,8 @@ def design(name: str, dry: dict[str, Structure]) -> Case:
             Row("simulated", s, x0, "method1", 1.0, 1.0, window_s=8.0 if s == "long" else 4.0)
             for s in four for x0 in four[s]
         ]  # fmt: skip
-    return Case(f"simulated {name}", tuple(rows), dry, 2637.4, 0.97, (0.0, 1.1))
+    alone = {spring: replace(one, k_other=math.nan) for spring, one in dry.items()}  # no second dry number is printed
+    return Case(f"simulated {name}", tuple(rows), alone, 2637.4, 0.97, (0.0, 1.1))
 
 
 def physics(truth: str, case: Case, rng: np.random.Generator) -> dict[str, float]:
@@ -138,33 +149,36 @@ def simulate_table(number: int, dry: dict[str, Structure]) -> Simulated:
     for attempt in range(20):
         rng = np.random.default_rng([SEED, number, attempt])
         values = physics(truth, empty, rng)
-        mass_scatter, drag_scatter = rng.uniform(0.002, 0.015) * empty.mass_kg, rng.uniform(0.01, 0.06)
+        mass_scatter, drag_scatter = rng.uniform(*MASS_SCATTER) * empty.mass_kg, rng.uniform(*DRAG_SCATTER)
         try:
-            printed = [_printed(empty, row, values, rng) for row in empty.rows]
+            found = [_returned(empty, row, values, rng) for row in empty.rows]
         except UndertowError:
             continue
-        noisy = np.array(printed)
-        noisy[:, 0] += mass_scatter * rng.standard_normal(noisy.shape[0])
-        noisy[:, 1] *= 1.0 + drag_scatter * rng.standard_normal(noisy.shape[0])
-        noisy[:, 0] = np.where(
-            np.array([row.recipe == "method1" for row in empty.rows]), np.maximum(noisy[:, 0], 0.0), noisy[:, 0]
-        )
-        case = empty.with_printed(np.column_stack([noisy[:, 0].round(0), noisy[:, 1].round(1)]), f"simulated {number}")
+        errors = rng.standard_normal((2, len(found)))
+        printed = [
+            _printed(row, one, mass_scatter * to_mass, 1.0 + drag_scatter * to_drag)
+            for row, one, to_mass, to_drag in zip(empty.rows, found, *errors.tolist(), strict=True)
+        ]
+        digits = np.array([[round(mass), round(drag, 1)] for mass, drag in printed])
+        case = empty.with_printed(digits, f"simulated {number}")
         return Simulated(case, kind, truth, values)
     raise UndertowError(f"simulated table {number}: 20 draws of {truth or 'Eq. 15'} stick at once; narrow its ranges")
 
 
-def _printed(case: Case, row: Row, values: dict[str, float], rng: np.random.Generator) -> tuple[float, float]:
-    """One row as its recipe prints it, with this trial's own k, c, mu."""
+def _returned(case: Case, row: Row, values: dict[str, float], rng: np.random.Generator) -> Returned:
+    """What its recipe returns for one row, with this trial's own k, c, mu."""
     dry = case.structures[row.spring]
     own = dict(values)
     for short, scatter in (("k", dry.k_scatter), ("c", dry.c_scatter), ("mu", dry.mu_scatter)):
         own[f"{short}.{row.spring}"] += scatter * rng.standard_normal()
-    return row_returns(case, row, own).bounded if row.recipe == "method1" else _both(row_returns(case, row, own))
+    return row_returns(case, row, own)
 
 
-def _both(returned: Any) -> tuple[float, float]:
-    return returned.added_mass_kg, returned.drag_coefficient
+def _printed(row: Row, returned: Returned, to_mass_kg: float, drag_factor: float) -> tuple[float, float]:
+    """One row as printed: what a recording does to the minimum comes before the bound of Method 1."""
+    moved = replace(returned, added_mass_kg=returned.added_mass_kg + to_mass_kg)
+    mass, drag = moved.bounded if row.recipe == "method1" else (moved.added_mass_kg, moved.drag_coefficient)
+    return mass, drag * drag_factor
 
 
 def audit_table(number: int, dry: dict[str, Structure]) -> dict[str, Any]:
@@ -173,19 +187,53 @@ def audit_table(number: int, dry: dict[str, Structure]) -> dict[str, Any]:
     started = time.process_time()
     found = answer([table.case], NODES, seed=number)
     verdict = judge(found)
-    intervals = {}
+    intervals, ranks = {}, {}
     for effect, name in INTERVALS:
-        weight = found.of(effect)
+        weight, key = found.of(effect), f"{effect}.{name}"
         if table.truth == effect and weight is not None:
-            intervals[f"{effect}.{name}"] = list(weight.posteriors[0].interval(f"{effect}.{name}"))
+            intervals[key] = list(weight.posteriors[0].interval(key))
+            ranks[key] = _rank(weight.posteriors[0], key, table)
     base = sum(weight.probability for weight in found.weights if not weight.rival.effects)
     return {
         "number": number, "design": table.design, "truth": table.truth, "values": table.values,
         "verdict": list(verdict.verdict), "alternatives": [list(one) for one in verdict.alternatives],
         "status": verdict.status, "confidence": verdict.confidence, "equation_15": base, "intervals": intervals,
+        "ranks": ranks, "told_scatter": told_scatter(found), "revision": revision(),
         "equation_if": [[cap, share] for cap, share in verdict.equation_if.items()],
         "cpu_s": time.process_time() - started,
     }  # fmt: skip
+
+
+@functools.cache
+def revision() -> str:
+    """The commit that makes the rows, marked where the audit or this study was edited since."""
+    commit, edited = (
+        subprocess.run(["git", *arguments], cwd=HERE, capture_output=True, text=True, check=True).stdout.strip()
+        for arguments in (
+            ("rev-parse", "--short=7", "HEAD"),
+            ("status", "--porcelain", "--", "../../src/undertow", "simulated.py"),
+        )
+    )
+    return commit + ("+edited" if edited else "")
+
+
+def _rank(found: Posterior, name: str, table: Simulated) -> float:
+    """Share of the draws below what was planted: even between 0 and 1 where posteriors are right."""
+    return float(np.mean(found.draws[name] < table.values[name]))
+
+
+def told_scatter(found: Answer) -> dict[str, float]:
+    """Log evidence of every rival for an auditor who was told how far rows of these tables scatter, by label."""
+    belief = _log_share(MASS_SHARES, MASS_SCATTER)[:, None] + _log_share(DRAG_SHARES, DRAG_SCATTER)[None, :]
+    return {one.rival.label: round(log_sum(belief.ravel() + one.at_scatter), 3) for one in found.weights}
+
+
+def _log_share(nodes: tuple[float, ...], limits: tuple[float, float]) -> Array:
+    """Logarithm of the share of an even range that lies nearest (in the logarithm) to each node of a grid."""
+    edges = np.concatenate([[0.0], np.sqrt(np.array(nodes[1:]) * np.array(nodes[:-1])), [np.inf]])
+    with np.errstate(divide="ignore"):
+        found: Array = np.log(np.diff(np.clip(edges, *limits)) / (limits[1] - limits[0]))
+    return found
 
 
 def cover_table(number: int, dry: dict[str, Structure]) -> dict[str, Any]:
@@ -197,7 +245,8 @@ def cover_table(number: int, dry: dict[str, Structure]) -> dict[str, Any]:
     name = f"{table.truth}.{dict(INTERVALS)[table.truth]}"
     return {
         "number": number, "design": table.design, "truth": table.truth, "values": table.values,
-        "intervals": {name: list(found.interval(name))}, "cpu_s": time.process_time() - started,
+        "intervals": {name: list(found.interval(name))}, "ranks": {name: _rank(found, name, table)},
+        "revision": revision(), "cpu_s": time.process_time() - started,
     }  # fmt: skip
 
 

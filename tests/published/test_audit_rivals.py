@@ -15,8 +15,9 @@ from experiments.audit.simulated import CONFIG, design, structures
 from undertow.campaign.audit import cases_of, constants_of, mended_tables
 from undertow.campaign.audit_settings import load_audit
 from undertow.campaign.audit_tables import read_table
-from undertow.discrepancy.audit.answer import Answer, answer, fitted_surface
+from undertow.discrepancy.audit.answer import Answer, answer
 from undertow.discrepancy.audit.case import Case, Row, case_returns
+from undertow.discrepancy.audit.exploring import fitted_surface
 from undertow.discrepancy.audit.posterior import posterior, surface_error, weigh
 from undertow.discrepancy.audit.rivals import Rival, Unknown, rivals
 from undertow.discrepancy.audit.sampling import log_likelihood, log_prior

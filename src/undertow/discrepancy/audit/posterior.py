@@ -28,6 +28,9 @@ from undertow.errors import UndertowError
 DRAWS = 300
 """Draws a sheet and scatter."""
 
+POINT_DRAWS = 24
+"""The same where a sheet is one point of a cloud: there are many of them."""
+
 KEPT_DRAWS = 2000
 """Draws that stand for a posterior."""
 
@@ -39,7 +42,7 @@ INTERVAL = (0.05, 0.95)
 class Weighed:
     """One rival on one case, before the scatter is summed over: log evidence at each scatter, (S,), and all draws.
 
-    ``logs`` (S, sheets, DRAWS) are logarithms of the draws' weights, ``points`` (S, sheets, DRAWS, L) the draws.
+    ``logs`` (S, sheets, draws) are logarithms of the draws' weights, ``points`` (S, sheets, draws, L) the draws.
     """
 
     case: Case
@@ -76,8 +79,9 @@ class Posterior:
 def weigh(case: Case, surface: Surface, seed: int = 0) -> Weighed:
     """Evidence of one rival at each scatter; UndertowError where no draw lies within its priors."""
     rival = surface.rival
-    normal_draws = np.random.default_rng(seed).standard_normal((DRAWS, len(rival.unknowns)))
-    logs = np.empty((len(scatters(case)), len(surface.sheets), DRAWS))
+    draws = POINT_DRAWS if surface.sheets[0].pinned else DRAWS
+    normal_draws = np.random.default_rng(seed).standard_normal((draws, len(rival.unknowns)))
+    logs = np.empty((len(scatters(case)), len(surface.sheets), draws))
     points = np.empty((*logs.shape, len(rival.unknowns)))
     for j, sheet in enumerate(surface.sheets):
         points[:, j], logs[:, j] = sample(case, rival, sheet, normal_draws)
@@ -87,7 +91,7 @@ def weigh(case: Case, surface: Surface, seed: int = 0) -> Weighed:
             f"audit case {case.name}: no draw of {rival.label} lies within its priors; widen their ranges"
         )
     with np.errstate(divide="ignore"):
-        evidences = highest + np.log(np.sum(np.exp(logs - highest), axis=(1, 2)) / DRAWS)
+        evidences = highest + np.log(np.sum(np.exp(logs - highest), axis=(1, 2)) / draws)
     return Weighed(case, surface, evidences, logs, points)
 
 
@@ -102,16 +106,21 @@ def posterior(weighed: Weighed, seed: int = 0, elsewhere: Array | None = None) -
     rng = np.random.default_rng(seed)
     chosen = np.unravel_index(rng.choice(share.size, KEPT_DRAWS, p=share / share.sum()), logs.shape)
     points, sheets = weighed.points[chosen], chosen[1]
-    draws = {
-        unknown.name: np.exp(points[:, i]) if unknown.logarithmic else points[:, i]
-        for i, unknown in enumerate(surface.rival.unknowns)
-    }
     predicted = np.empty((KEPT_DRAWS, len(case.rows), 2))
     for j in np.unique(sheets):
         predicted[sheets == j] = surface.sheets[j].predict(points[sheets == j])
     grid = np.array(scatters(case))[chosen[0]]
     mass, drag = np.median(grid, axis=0)
+    draws = named_draws(surface.rival, points)
     return Posterior(surface.rival, draws, points, predicted, float(mass), float(drag), sheets)
+
+
+def named_draws(rival: Rival, points: Array) -> dict[str, Array]:
+    """Draws (n,) of every unknown by name, from coordinates (n, L)."""
+    return {
+        unknown.name: np.exp(points[:, i]) if unknown.logarithmic else points[:, i]
+        for i, unknown in enumerate(rival.unknowns)
+    }
 
 
 def surface_error(case: Case, found: Posterior, draws: int = 8) -> Array:

@@ -48,13 +48,12 @@ RESONATOR_DAMPING = (0.005, 0.25)
 FREQUENCY = "hidden_resonator.natural_frequency_rad_per_s"
 """What a recipe's answers bend most with; its range is searched in pieces."""
 
+EXPLORED = (FREQUENCY, "hidden_resonator.damping_ratio")
+"""In these answers bend so much that no quadratic holds: they are explored point by point (exploring.py)."""
+
 EXPONENTS = (1.2, 1.8)
 """Exponents of a drag whose C_d truly falls with amplitude, as a law of its own. 2 is quadratic drag, 1 linear damping,
 0 friction: what lies within 0.2 of those is one of them in disguise, not a law."""
-
-EXPONENT_PRIOR = 0.3
-"""Prior of that law over another single effect's: 0.6 of the exponents between linear damping and quadratic drag, and
-half of that again because linear damping and friction are in the equation already, only their size is in doubt."""
 
 STIFFNESS_SHARE = 0.04
 """Standard deviation of a mis-stated stiffness over the printed one where no other dry number is at hand."""
@@ -112,8 +111,6 @@ class Rival:
     split: str = ""
     cells: int = 1
     water: bool = True
-    prior: float = 1.0
-    """Prior over that of another rival with as many effects."""
 
     @property
     def label(self) -> str:
@@ -186,7 +183,7 @@ def rivals(case: Case, nodes: int = 24) -> tuple[Rival, ...]:
         Rival(("linear_damping",), (*water, linear, *base)),
         Rival(("coulomb_friction",), (*water, friction, *base)),
         Rival(("linear_damping", "coulomb_friction"), (*water, linear, friction, *base)),
-        Rival(("drag_exponent",), (*water, exponent, *base), prior=EXPONENT_PRIOR),
+        Rival(("drag_exponent",), (*water, exponent, *base)),
         Rival(("hidden_resonator",), (*water, *_resonator(case), *base), FREQUENCY, nodes),
     ]  # fmt: skip
     if case.two_instants:

@@ -28,16 +28,23 @@ _LOG_2PI = math.log(2.0 * math.pi)
 
 
 def sample(case: Case, rival: Rival, sheet: Sheet, normal_draws: Array) -> tuple[Array, Array]:
-    """Draws (S, n, L) of one sheet from ``normal_draws`` (n, L), and the logarithms of their weights (S, n)."""
-    unknowns = rival.within(sheet.cell).unknowns
+    """Draws (S, n, L) of one sheet from ``normal_draws`` (n, L), and the logarithms of their weights (S, n).
+
+    What is pinned stays where it is: its prior is in the sheet's share.
+    """
+    every = rival.within(sheet.cell).unknowns
+    free = [i for i in range(len(every)) if i not in sheet.pinned]
+    unknowns, normal_draws = [every[i] for i in free], normal_draws[:, free]
     covariances = covariances_of(case, rival, sheet)
-    centre, spread = _approximation(case, unknowns, sheet, covariances)
+    centre, spread = _approximation(case, unknowns, sheet, free, covariances)
     root = np.linalg.cholesky(spread) * PROPOSAL_WIDTH
-    points = centre[:, None, :] + normal_draws @ np.swapaxes(root, 1, 2)
+    moved = centre[:, None, :] + normal_draws @ np.swapaxes(root, 1, 2)
     proposal = -0.5 * np.sum(normal_draws**2, axis=1)[None, :] - 0.5 * len(unknowns) * _LOG_2PI
     proposal = proposal - np.sum(np.log(np.diagonal(root, axis1=1, axis2=2)), axis=1)[:, None]
-    predicted = sheet.predict(points.reshape(-1, len(unknowns))).reshape(*points.shape[:2], len(case.rows), 2)
-    weights = log_prior(unknowns, points) + log_likelihood(case, predicted, covariances) - proposal
+    points = np.broadcast_to(sheet.centre, (*moved.shape[:2], len(every))).copy()
+    points[:, :, free] = moved
+    predicted = sheet.predict(points.reshape(-1, len(every))).reshape(*points.shape[:2], len(case.rows), 2)
+    weights = log_prior(unknowns, moved) + log_likelihood(case, predicted, covariances) - proposal
     return points, np.where(np.isfinite(weights), weights + sheet.log_share, -np.inf)
 
 
@@ -106,9 +113,11 @@ def _inverse(block: Array, use: Array) -> tuple[Array, Array]:
     return inverse, np.log(np.linalg.det(part))
 
 
-def _approximation(case: Case, unknowns: Sequence[Unknown], sheet: Sheet, covariances: Array) -> tuple[Array, Array]:
-    """Centre (S, L) and covariance (S, L, L) of the normal that draws come from: Gauss-Newton, moved inside the
-    ranges."""
+def _approximation(
+    case: Case, unknowns: Sequence[Unknown], sheet: Sheet, free: list[int], covariances: Array
+) -> tuple[Array, Array]:
+    """Centre (S, F) and covariance (S, F, F) of the normal that draws of the ``free`` unknowns come from: Gauss-Newton,
+    moved inside the ranges."""
     # a range acts as a normal four of its widths wide: it makes the matrix regular, the weights mend the rest
     widths = np.array([one.deviation if one.normal else 0.5 * (one.high - one.low) for one in unknowns])
     middles = np.array([one.mean if one.normal else 0.5 * (one.low + one.high) for one in unknowns])
@@ -119,9 +128,10 @@ def _approximation(case: Case, unknowns: Sequence[Unknown], sheet: Sheet, covari
         use = np.isfinite(printed[i])
         if row.on_bound and sheet.values[i, 0] < 0.0:
             use[0] = False
-        slopes = sheet.slopes[i]
+        slopes = sheet.slopes[i][:, free]
         weighted = np.einsum("cl,scd->sld", slopes, _inverse(covariances[:, i], use)[0])
-        right += weighted @ (np.where(use, np.nan_to_num(printed[i]) - sheet.values[i], 0.0) + slopes @ sheet.centre)
+        gap = np.where(use, np.nan_to_num(printed[i]) - sheet.values[i], 0.0)
+        right += weighted @ (gap + slopes @ sheet.centre[free])
         precision += weighted @ slopes
     centre = np.linalg.solve(precision, right[:, :, None])[:, :, 0]
     low, high = np.array([one.low for one in unknowns]), np.array([one.high for one in unknowns])

@@ -41,6 +41,9 @@ SETTLED = 0.05
 STEP_SHARE = 0.05
 """Step of a slope over the unknown's scale."""
 
+STRAIGHT_STEP = 1.0
+"""The same of an unknown in which answers do not bend: less would drown in what a search leaves."""
+
 WIDE = 1e3
 """Standard deviations within which an unbounded unknown is searched."""
 
@@ -50,6 +53,10 @@ KEPT_BEHIND = 60.0
 
 CLOSER = 3.0
 """A neighbour whose misfit is better by this much is worth starting from."""
+
+
+PINNED_STEPS = 2
+"""Steps of the other unknowns where some are pinned: in those the answers are nearly straight."""
 
 
 @dataclass(frozen=True)
@@ -71,6 +78,8 @@ class Sheet:
     """Logarithm of the share of the prior that the piece holds."""
     errors: Array | None = None
     """Root-mean-square misfit (rows, 2) of the bent sheet at the points it was bent through."""
+    pinned: tuple[int, ...] = ()
+    """Unknowns that stand fast on this sheet: it is one point of a cloud in them (exploring.py)."""
 
     def predict(self, points: Array) -> Array:
         """What is printed (n, rows, 2) at points (n, L)."""
@@ -168,6 +177,36 @@ def _from_neighbours(case: Case, rival: Rival, sheets: list[Sheet]) -> list[Shee
     return found
 
 
+def pinned_sheet(case: Case, rival: Rival, start: Array, pinned: tuple[int, ...], slopes: Array | None) -> Sheet | None:
+    """The surface with some unknowns pinned where ``start`` (L,) has them, the others brought to the print from there;
+    None where a recipe cannot be run. ``slopes`` (rows, 2, L) are those of a point near by; None takes them anew."""
+    at = start.tolist()
+    held = replace(rival, unknowns=tuple(
+        replace(one, low=at[i], high=at[i]) if i in pinned else one for i, one in enumerate(rival.unknowns)
+    ))  # fmt: skip
+    sheet = Sheet(None, start, np.zeros((len(case.rows), 2)), np.zeros(0), 0.0, pinned=pinned)
+    try:
+        sheet = replace(sheet, values=_at_print(case, held, start))
+        if slopes is None:
+            made = _sheet(case, held, None, start, None)
+            if made is None:
+                return None
+            sheet = replace(made[0], pinned=pinned)
+        else:
+            sheet = replace(sheet, slopes=slopes)
+        for _ in range(PINNED_STEPS):
+            centre, misfit = best_point(case, held, sheet)
+            centre[list(pinned)] = start[list(pinned)]
+            sheet = replace(sheet, centre=centre, values=_at_print(case, held, centre), misfit=misfit)
+    except UndertowError:
+        return None
+    return sheet
+
+
+def _at_print(case: Case, rival: Rival, point: Array) -> Array:
+    return printed_columns(case, case_returns(case, rival.values(point), at_print(case)))
+
+
 def _first_sheet(
     case: Case, rival: Rival, cell: tuple[float, float] | None, start: Array | None
 ) -> tuple[Sheet, tuple[Returned, ...]] | None:
@@ -196,13 +235,14 @@ def _sheet(
     names = [unknown.name for unknown in rival.unknowns]
     # a resonator may make two minima: only there are all masses searched
     if starts is None and cell is None:
-        starts = tuple(Returned(max(r.added_mass_kg, 0.0), r.drag_coefficient, r.drag_coefficient) for r in _sane(case))
+        starts = at_print(case)
     try:
         here = case_returns(case, rival.values(centre), starts)
         values = printed_columns(case, here)
         slopes = np.zeros((*values.shape, len(names)))
         for i, unknown in enumerate(rival.unknowns):
-            step = STEP_SHARE * unknown.scale * (-1.0 if centre[i] + STEP_SHARE * unknown.scale > unknown.high else 1.0)
+            step = (STEP_SHARE if unknown.bends else STRAIGHT_STEP) * unknown.scale
+            step = -step if centre[i] + step > unknown.high else step
             if step == 0.0:
                 continue
             moved = centre.copy()
@@ -224,10 +264,10 @@ def _moved(case: Case, values: Mapping[str, float], here: tuple[Returned, ...], 
     )
 
 
-def _sane(case: Case) -> tuple[Returned, ...]:
-    return tuple(
-        Returned(*np.nan_to_num([row.added_mass_kg, row.drag_coefficient], nan=1.0).tolist()) for row in case.rows
-    )
+def at_print(case: Case) -> tuple[Returned, ...]:
+    """The printed answers as a start of the recipes: where there are two minima, the printed one is found from here."""
+    printed = np.nan_to_num(printed_values(case), nan=1.0).tolist()
+    return tuple(Returned(max(mass, 0.0), drag, drag) for mass, drag in printed)
 
 
 def printed_columns(case: Case, returned: tuple[Returned, ...]) -> Array:

@@ -53,6 +53,27 @@ def test_stuck_tail_is_cut_although_the_sensor_drifts(body, x0):
     assert abs(find_window(recording).end_s - HOLD_S - stopped) < 0.75 * period
 
 
+def means_of(recording, count):
+    """The recording as a logger that averages ``count`` samples would have stored it."""
+    n = recording.time.size // count
+
+    def mean(values):
+        return values[: n * count].reshape(n, count).mean(axis=1)
+
+    return Recording(recording.name, mean(recording.time), {c: mean(v) for c, v in recording.channels.items()})
+
+
+@pytest.mark.parametrize(("body", "x0"), [(LONG, 0.06), (SHORT, 0.016), (SHORT, 0.033)])
+@pytest.mark.parametrize("seed", [1, 2, 3])
+def test_the_window_is_the_same_at_every_sampling_rate(body, x0, seed):
+    fast, _ = released(body, x0, rate=1000.0, sx=2e-4, sa=0.1, drift=2e-4, seed=seed)
+    windows = [find_window(recording) for recording in (fast, means_of(fast, 4), means_of(fast, 10))]
+    period = 2.0 * np.pi * (body.inertia_kg / body.k_N_per_m) ** 0.5
+    starts, ends = [w.start_s - w.release_s for w in windows], [w.end_s for w in windows]
+    assert np.ptp(starts) < 1e-3
+    assert np.ptp(ends) < 0.05 * period  # a last swing more or less would be half a period
+
+
 def test_a_record_in_mid_motion_has_no_hold():
     t = np.arange(0.0, 30.0, 0.01)
     x = 0.1 * np.exp(-0.05 * t) * np.cos(2.5 * t)

@@ -30,11 +30,9 @@ QUIET_SHARE = 0.02
 HELD_AWAY_SHARE = 0.3
 """A hold is this share of the largest deflection away from where the body ends up: else it is rest, not a hold."""
 
-TRANSIENT_SAMPLES = 3
-"""Samples after the release that still hold the hold's forces in part (filters, the release's own duration)."""
-
-TRANSIENT_S = 0.01
-"""Least length of the release transient, s: a quick release takes milliseconds."""
+TRANSIENT_SHARE = 0.05
+"""Half period's share after the release that still holds the hold's forces in part (filters, a slow release); at
+least a sample."""
 
 SHORT_MEAN_SHARE = 1.0 / 8.0
 """Means over this share of half a period are free of most noise and keep the motion."""
@@ -53,6 +51,13 @@ CROSSING_SHARE = 0.1
 
 TAIL_SHARE = 0.05
 """The record's end, in which a body that came to rest shows where, and how much its sensor moves by itself."""
+
+MEANS_STEP_SHARE = 1.0 / 128.0
+"""How finely the motion's end is looked for, in half periods."""
+
+MARGINS = tuple(np.geomspace(1.0, 1.6, 9).tolist())
+"""Motion's end is the mean of where it falls under so many times the margin: at one margin alone, whether a last swing
+counts is a matter of luck, and a quarter of a period."""
 
 MOTION_SHARE = 0.004
 """Motion also ends where what is left stays under this share of the largest deflection: below it, drift decides."""
@@ -79,7 +84,7 @@ def find_window(recording: Recording, start_s: float | None = None, end_s: float
         window = Window(start, start, stop, 0.0, False, _reason(start_s, end_s, "no hold seen"))
     else:
         release, error = _refined_release(recording, values, hold)
-        transient = max(TRANSIENT_S, TRANSIENT_SAMPLES / recording.rate_hz)
+        transient = max(TRANSIENT_SHARE * half_period(time, values, quiet_noise), 1.0 / recording.rate_hz)
         reason = _reason(start_s, end_s, "released from a hold")
         window = Window(release, release + transient, stop, error, True, reason)
     inside = int(np.count_nonzero((time >= window.start_s) & (time <= window.end_s)))
@@ -235,21 +240,37 @@ def _between_crossings(time: Array, away: Array, margin: float) -> float:
 
 
 def _last_oscillation(time: Array, values: Array, level: float, half: float, dt: float) -> float:
-    short = max(1, round(half / 8.0 / dt))
-    smooth = np.convolve(values, np.ones(short) / short, mode="valid")
-    width = max(3, round(half / dt))
+    """End of the last half period in which short means range over more than noise; the record's end if that is it."""
+    span = max(SHORT_MEAN_SHARE * half, dt)
+    at, smooth = _short_means(time, values, span, MEANS_STEP_SHARE * half)
+    width = round(1.0 / MEANS_STEP_SHARE)
     if smooth.size <= width:
         return float(time[-1])
-    windows = np.lib.stride_tricks.sliding_window_view(smooth, width)
-    ranges = np.ptp(windows, axis=1)
-    margin = max(2.0 * MOTION_IN_NOISE * level / math.sqrt(short), MOTION_SHARE * float(np.max(ranges)))
+    ranges = np.ptp(np.lib.stride_tricks.sliding_window_view(smooth, width), axis=1)
+    noise_of_means = level / math.sqrt(span / dt)
+    margin = max(2.0 * MOTION_IN_NOISE * noise_of_means, MOTION_SHARE * float(np.max(ranges)))
+    return float(np.mean([_last_above(at, smooth, ranges, margin * share) for share in MARGINS]))
+
+
+def _last_above(at: Array, smooth: Array, ranges: Array, margin: float) -> float:
+    """Instant from which on ``smooth`` moves by no more than ``margin`` in half a period."""
     moving = np.flatnonzero(ranges > margin)
     if not moving.size:
-        return float(time[0])
+        return float(at[0])
     if moving[-1] == ranges.size - 1:
-        return float(time[-1])
+        return float(at[-1])
     # the last window that moves: its motion ends where its remaining range is first under the margin
-    start = int(moving[-1])
-    rest = np.array([np.ptp(smooth[start + i : start + width]) for i in range(width)])
-    gone = int(np.argmax(rest <= margin)) if np.any(rest <= margin) else width
-    return float(time[min(start + gone + short // 2, time.size - 1)])
+    last = smooth[moving[-1] : moving[-1] + smooth.size - ranges.size + 1][::-1]
+    rest = (np.maximum.accumulate(last) - np.minimum.accumulate(last))[::-1]
+    return float(at[moving[-1] + int(np.argmax(rest <= margin))])
+
+
+def _short_means(time: Array, values: Array, span: float, step: float) -> tuple[Array, Array]:
+    """Instants (n,) at multiples of ``step`` and means of ``values`` over ``span`` about them, the same at any rate."""
+    between = 0.5 * (time[1:] + time[:-1])
+    edges = np.concatenate([[2.0 * time[0] - between[0]], between, [2.0 * time[-1] - between[-1]]])
+    area = np.concatenate([[0.0], np.cumsum(values * np.diff(edges))])
+    first, last = edges[0] + 0.5 * span, edges[-1] - 0.5 * span
+    at = step * np.arange(math.ceil(first / step), math.floor(last / step) + 1)
+    means: Array = (np.interp(at + 0.5 * span, edges, area) - np.interp(at - 0.5 * span, edges, area)) / span
+    return at, means

@@ -23,6 +23,7 @@ from undertow.identification.fit import Fit, Structure
 from undertow.identification.group import STRUCTURAL, WATER, Coefficient, GroupModel, group_model, terms_by_name
 from undertow.identification.hierarchy import Effect, Held, group_posterior, held_intervals
 from undertow.identification.intervals import noise_covariance, residual_covariance
+from undertow.identification.lone_samples import as_recorded
 from undertow.identification.output_error import Solution
 from undertow.identification.problem import Link, Problem, ProblemBuilder, TrialOptions
 from undertow.quantities import OK, Estimate
@@ -122,10 +123,10 @@ def _fit_scattering(problem: Problem, start: Array) -> Solution:
     Where a body sticks the misfit has kinks, and the whole record seen at once can hold a trial fast in the wrong one:
     the window grows. Where that ends badly the whole record is tried too, and the better end returned.
     """
-    grown = output_error.fit(problem, start)
+    grown = as_recorded(output_error.fit(problem, start))
     if grown.chi2 <= WITHIN_COLOUR * grown.n_data:
         return grown
-    direct = output_error.fit(problem, start, growing=False)
+    direct = as_recorded(output_error.fit(problem, start, growing=False))
     return direct if direct.cost < grown.cost else grown
 
 
@@ -150,10 +151,10 @@ def _fit_plain(model: GroupModel, problem: Problem) -> Solution:
             unknowns[i] = replace(unknowns[i], start=0.0, lower=0.0, upper=0.0)
     if unknowns == list(problem.unknowns):
         return direct
-    linear = output_error.fit(Problem(tuple(unknowns), problem.trials))
+    linear = output_error.fit(Problem(tuple(unknowns), direct.problem.trials))
     if linear.cost >= direct.cost:
         return direct
-    again = output_error.fit(problem, linear.values, growing=False)
+    again = output_error.fit(direct.problem, linear.values, growing=False)
     return again if again.cost < direct.cost else direct
 
 

@@ -18,6 +18,7 @@ import numpy as np
 from undertow.equation.kernel import SLOT
 from undertow.errors import IdentificationError
 from undertow.identification import output_error
+from undertow.identification.lone_samples import as_recorded
 from undertow.identification.output_error import FULL, QUICK, Effort, Solution
 from undertow.identification.problem import Problem
 from undertow.recording.recording import Array
@@ -58,9 +59,15 @@ def fit(problem: Problem, start: Array | None = None) -> Solution:
 
     Where the first search leaves more than noise it starts again from the record's period and release; a hidden
     oscillator that is unknown is offered to the equation without it at frequencies from 0.3 to 2.6 of the motion's.
-    The end of least cost is returned. Raises IdentificationError where no start has a motion within bounds.
+    The end of least cost is returned, lone samples taken as they were recorded (lone_samples.py). Raises
+    IdentificationError where no start has a motion within bounds.
     """
     begin = np.array([u.start for u in problem.unknowns]) if start is None else np.array(start, dtype=np.float64)
+    return as_recorded(_best_end(problem, begin))
+
+
+def _best_end(problem: Problem, begin: Array) -> Solution:
+    """The end of least cost of all searches."""
     ends = [] if (first := _attempt(problem, begin, True, FULL)) is None else [first]
     if ends and ends[0].chi2 <= GOOD_FIT * ends[0].n_data:
         return ends[0]

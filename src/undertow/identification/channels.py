@@ -10,7 +10,8 @@ cell into the next. Between a cell's edges a displacement is the cubic of its va
 Samples taken D / m apart have the mean of a cell D wide but for (w D / m)^2 / 24 of the motion, the same share in all
 channels: under 2e-4 at 50 cells a period of two samples each. A sample on its own is compared with that cubic's middle;
 of an acceleration the mean over the sample's step is taken here too, enlarged by 1 + (w D)^2 / 24, w the motion's
-frequency: away from reversals this is the acceleration itself, and next to them what a logger that smooths would see.
+frequency: away from reversals this is the acceleration itself, and next to them what a logger that smooths would see,
+so that a search meets no jumps. Where it ends lone samples are taken as recorded (lone_samples.py).
 
 Belongs here: instants at which a trial's motion is needed, signals, their rates of change and sensitivities. Does not
 belong here: weights, nuisances, the search (output_error.py), the compiled twin of this (equation/arcs.py).

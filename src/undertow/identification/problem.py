@@ -129,21 +129,25 @@ class TrialOptions:
 
 
 def cells(motion: Motion, period_s: float, end_s: float = math.inf) -> tuple[np.ndarray, int]:
-    """Indices (n_cells, m) of the window's samples, m consecutive ones a cell, and m; the rest is dropped.
+    """Indices (n_cells, m) of the window's samples, m consecutive ones a cell, and m.
 
+    What follows the window fills its last cell, so that no rate loses more of the motion's end than another. Raises
     IdentificationError where fewer than 20 cells are left.
     """
     dt = float(np.median(np.diff(motion.t)))
     # a sample stands for half a step before it too: that of the first one must lie in the motion
     chosen = np.flatnonzero(motion.inside & (motion.t >= 0.5 * dt) & (motion.t <= end_s))
-    m = max(1, round(period_s / SAMPLES_PER_PERIOD / dt))
-    n = chosen.size // m
+    wanted = period_s / SAMPLES_PER_PERIOD / dt
+    widths = range(max(1, round(0.9 * wanted)), max(1, round(1.1 * wanted)) + 1)
+    m = min(widths, key=lambda m: (-chosen.size % m, abs(m - wanted)))
+    first = int(chosen[0]) if chosen.size else 0
+    n = min(math.ceil(chosen.size / m), (motion.t.size - first) // m)
     if n < 20:
         raise IdentificationError(
             f"trial {motion.name}: {chosen.size} samples in the motion window make {n} cells of {m}; a fit needs 20: "
             "widen trials.window"
         )
-    return chosen[: n * m].reshape(n, m), m
+    return np.arange(first, first + n * m).reshape(n, m), m
 
 
 class ProblemBuilder:
@@ -275,10 +279,11 @@ def dominant_period(motion: Motion) -> float:
     if "displacement" not in motion.recording.channels:
         x = motion.windowed("v")
     threshold = 0.05 * float(np.max(np.abs(x)))
-    side = np.where(x > threshold, 1, np.where(x < -threshold, -1, 0))
-    marked = side[side != 0]
-    instants = t[side != 0]
-    crossings = instants[np.flatnonzero(np.diff(marked) != 0)]
+    beyond = np.flatnonzero(np.abs(x) > threshold)
+    last = np.flatnonzero(np.diff(np.sign(x[beyond])) != 0)
+    before, after = beyond[last], beyond[last + 1]
+    # on the straight line between, not at a sample: cells are as wide at any rate
+    crossings = t[before] + (t[after] - t[before]) * x[before] / (x[before] - x[after])
     if crossings.size < 2:
         raise IdentificationError(
             f"trial {motion.name}: {crossings.size} crossings of the equilibrium in the motion window of "

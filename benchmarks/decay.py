@@ -61,9 +61,10 @@ def problem(data: Record) -> Problem:
     known = {"mass": data.mass, "k1": data.k, "c1": data.c, "fc": data.friction, "x0": data.x0}
     base[[SLOT[name] for name in known]] = list(known.values())
     links = (Link(SLOT["mass"], 0), Link(SLOT["q"], 1, data.drag_unit))
-    values = data.x[: n * m].reshape(n, m).mean(axis=1)
+    share = np.full(m, 1.0 / m)
+    values = data.x[: n * m].reshape(n, m) @ share
     channel = Channel("displacement", values, NOISE_M / np.sqrt(m))
-    t = data.t[: n * m].reshape(n, m).mean(axis=1)
+    t = data.t[: n * m].reshape(n, m) @ share
     unknowns = (
         Unknown("added_mass_kg", START[0] * data.mass, lower=-0.9 * data.mass), Unknown("drag", START[1])
     )  # fmt: skip

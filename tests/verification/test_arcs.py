@@ -161,3 +161,59 @@ def test_without_a_spring_the_general_search_takes_over(monkeypatch):
     soft = Problem(problem.unknowns, tuple(trials))
     start = np.array([u.start for u in soft.unknowns])
     assert sheet.search(soft, start, np.array([math.inf]), 5, 1e-3, 1e-6) is None
+
+
+def one_trial(bend: float) -> Problem:
+    """Added mass and drag from one release whose amplitude wanders by ``bend`` of itself."""
+    base = np.zeros(N_SLOTS)
+    for name, value in DECAY.items():
+        base[SLOT[name]] = value
+    base[SLOT["mass"]], base[SLOT["q"]] = 2637.4, 0.0
+    theta = base.copy()
+    theta[SLOT["mass"]], theta[SLOT["q"]] = DECAY["mass"], DECAY["q"]
+    t = np.arange(300) * 0.0237 + 0.01
+    x = integrate(theta, np.zeros(0, dtype=np.int64), t, 1e-3)[0][:, 0] * (1.0 + bend * np.sin(t))
+    channel = Channel("displacement", x + 2e-4 * np.random.default_rng(3).standard_normal(t.size), 2e-4)
+    links = (Link(SLOT["mass"], 0), Link(SLOT["q"], 1, 485.0))
+    return Problem(
+        (Unknown("added", 800.0), Unknown("drag", 5.0)), (TrialProblem("r", t, base, links, (channel,), -1, 0.0, 1.19),)
+    )
+
+
+@pytest.mark.parametrize(("bend", "at_once"), [(0.0, True), (0.3, False)], ids=["fits", "does not fit"])
+def test_the_whole_record_follows_a_window_at_once_only_where_the_equation_fits_it(bend, at_once):
+    problem = one_trial(bend)
+    start, ends = np.array([800.0, 5.0]), []
+    for second in (2.4, 1.9):  # s; where it is left out its length changes nothing
+        found = sheet.search(problem, start, np.array([1.19, second, math.inf]), 80, 1e-3, 1e-6)
+        assert found is not None
+        ends.append(found.values)
+    assert np.array_equal(*ends) == at_once
+    assert np.allclose(*ends, rtol=1e-5)
+
+
+def test_the_compiled_covariance_is_the_inverse_of_the_normal_equations_and_is_withheld_where_they_are_singular():
+    problem = two_trials()
+    windows, start = np.array([math.inf]), np.array([u.start for u in problem.unknowns])
+    found = sheet.search(problem, start, windows, 80, 1e-3, 1e-6)
+    assert found is not None
+    assert found.inverse is not None
+    scale = np.sqrt(np.diag(found.normal))
+    identity = (found.normal @ found.inverse) * (scale[None, :] / scale[:, None])
+    assert np.max(np.abs(identity - np.eye(start.size))) < 1e-6  # condition below 1e8
+    twice = tuple(replace(trial, links=(*trial.links, Link(SLOT["c1"], start.size))) for trial in problem.trials)
+    same_again = Problem((*problem.unknowns, Unknown("c again", 0.0)), twice)
+    fast = output_error.fit(same_again)
+    assert fast.outcome.startswith(("not identifiable", "did not converge"))
+
+
+def test_the_last_step_leaves_residuals_and_cost_where_they_are_at_its_end():
+    problem = two_trials(2)
+    found = output_error.fit(problem)
+    again = [output_error.residuals(trial, found.values) for trial in problem.trials]
+    chi2 = sum(float(r @ r) for r, _, _ in (part for part in again if part is not None))
+    assert found.chi2 == pytest.approx(chi2, rel=1e-4)  # as above: the mean of a cubic
+    assert found.chi2 == pytest.approx(sum(float(r @ r) for r in found.residuals), rel=1e-12)
+    away = found.values - np.array([u.start for u in problem.unknowns])
+    priors = sum((a / u.prior_std) ** 2 for a, u in zip(away, problem.unknowns, strict=True))
+    assert found.cost - found.chi2 == pytest.approx(priors, rel=1e-3, abs=1e-3)

@@ -9,8 +9,8 @@ stays. `kernel.integrate` knows the same law beside all others and takes ten tim
 together.
 
 Belongs here: the series, the march from arc to arc, samples of it. Does not belong here: other laws (kernel.py).
-numba's cache does not see that this file changed when it serves identification/arc_search.py, which compiles these
-functions in: touch that file after a change here (a test compares the two).
+numba's cache of identification/arc_search.py, which compiles these functions in, goes by that file's text alone: after
+a change here delete the cache, or change a word there (a test compares the two).
 """
 
 # mypy: disable-error-code="no-untyped-def, misc, untyped-decorator"
@@ -22,6 +22,8 @@ from typing import Any
 
 import numpy as np
 from numba import njit
+
+from undertow.equation.lanes import load, none, plus, plus_times, store, times, with_first
 
 _MASS, _K, _C, _Q, _F, _XE, _X0, _V0 = range(8)
 LAWS = ("mass", "k1", "c1", "q", "fc", "xe", "x0", "v0")
@@ -37,9 +39,9 @@ MOST_STEPS = 4096
 """A motion of more steps than that is left to the kernel; also the bound of `march` on what it stores."""
 RUNAWAY = 1e6
 """A motion that grows by this factor leaves every bound."""
-_NEWTON = 30
-_ON_EVENT = 1e-7
-"""Newton ends with a step of that share of the series' length: what is left is its square."""
+_TRIES = 30
+_ON_EVENT = 1e-5
+"""Halley's search ends with a step of that share of the series' length: what is left is its cube."""
 _INVERSE = 1.0 / np.arange(1.0, ORDER + 1.0)
 _u = np.uint64
 _0, _1, _2, _3, _4 = (np.uint64(i) for i in range(5))
@@ -77,44 +79,51 @@ def _explicit(p, d, slots, by):
 def _series(p, d, by, x, v, order):
     """Series of motion (column 0) and sensitivities (columns 1..) in direction d from their zeroth terms x[0], v[0].
 
-    Four columns, and even and odd terms of a product, go side by side through the processor, the newest term last, so
-    that nothing waits for it. Unsigned places spare the question whether a place counts from the end.
+    The motion's newest terms stay in registers and every sum takes the newest terms last, so that nothing waits.
     """
     inverse = 1.0 / p[_MASS]
     k, c, drag = p[_K] * inverse, p[_C] * inverse, p[_Q] * d * inverse
-    a = square = 0.0
+    first = v[_0, _0]
+    damping = c + 2.0 * drag * first
+    x0, v0 = x[_0, _0] - p[_XE], first
     for term in range(order):
         n, after, step = _u(term), _u(term + 1), _INVERSE[_u(term)]
-        first = term == 0
-        x0, v0 = x[n, _0] - (p[_XE] if first else 0.0), v[n, _0]
+        inner = 0.0
+        for i in range((term - 1) // 2, 0, -1):
+            inner += v[_u(i), _0] * v[_u(term - i), _0]
+        inner *= 2.0
+        if term % 2 == 0 and term > 0:
+            inner += v[_u(term // 2), _0] * v[_u(term // 2), _0]
+        if term == 0:
+            square = first * first
+            a = -(k * x0 + c * v0 + drag * square + p[_F] * d * inverse)
+        else:
+            square = inner + 2.0 * first * v0
+            a = -(k * x0 + drag * inner) - damping * v0
+        g, m, e, h = -a * inverse, -x0 * inverse, -v0 * inverse, -square * inverse
         for block in range(0, x.shape[1], 4):
-            b0, b1, b2, b3 = _u(block), _u(block + 1), _u(block + 2), _u(block + 3)
-            p0 = p1 = p2 = p3 = 0.0
-            q0 = q1 = q2 = q3 = 0.0
-            for i in range(1, term - 1, 2):
-                f, m = v[_u(i), _0], _u(term - i)
-                p0, p1, p2, p3 = p0 + f * v[m, b0], p1 + f * v[m, b1], p2 + f * v[m, b2], p3 + f * v[m, b3]
-                f, m = v[_u(i + 1), _0], _u(term - i - 1)
-                q0, q1, q2, q3 = q0 + f * v[m, b0], q1 + f * v[m, b1], q2 + f * v[m, b2], q3 + f * v[m, b3]
-            if term > 0 and term % 2 == 0:
-                f = v[_u(term - 1), _0]
-                p0, p1, p2, p3 = p0 + f * v[_1, b0], p1 + f * v[_1, b1], p2 + f * v[_1, b2], p3 + f * v[_1, b3]
-            if not first:
-                q0, q1, q2, q3 = q0 + v0 * v[_0, b0], q1 + v0 * v[_0, b1], q2 + v0 * v[_0, b2], q3 + v0 * v[_0, b3]
-            f = v[_0, _0]
-            p0, p1, p2, p3 = p0 + f * v[n, b0], p1 + f * v[n, b1], p2 + f * v[n, b2], p3 + f * v[n, b3]
-            p0, p1, p2, p3 = p0 + q0, p1 + q1, p2 + q2, p3 + q3
-            if block == 0:
-                square = p0
-                p0 *= 0.5  # the motion's own drag is q v^2, a sensitivity's 2 q v S
-                a = -(k * x0 + c * v0 + drag * square + (p[_F] * d if first else 0.0) * inverse)
-            for b, product in ((b0, p0), (b1, p1), (b2, p2), (b3, p3)):
-                force = by[_0, b] * a + by[_1, b] * x0 + by[_2, b] * v0 + by[_3, b] * square
-                if first:
-                    force += by[_4, b]
-                u = v[n, b]
-                x[after, b] = u * step
-                v[after, b] = -(k * x[n, b] + c * u + 2.0 * drag * product + force * inverse) * step
+            at = _u(block)
+            force = times(-k, load(x, n, at))
+            if term == 0:
+                force = plus_times(force, -inverse, load(by, _4, at))
+            product = other = none()
+            for i in range(2, term, 2):
+                product = plus_times(product, v[_u(i), _0], load(v, _u(term - i), at))
+                other = plus_times(other, v[_u(i + 1), _0], load(v, _u(term - i - 1), at))
+            if term % 2 == 0 and term > 0:
+                product = plus_times(product, v0, load(v, _0, at))
+            if term > 0:
+                other = plus_times(other, v[_1, _0], load(v, _u(term - 1), at))
+            force = plus_times(force, -2.0 * drag, plus(product, other))
+            force = plus_times(force, m, load(by, _1, at))
+            force = plus_times(force, e, load(by, _2, at))
+            force = plus_times(force, h, load(by, _3, at))
+            force = plus_times(force, g, load(by, _0, at))
+            speed = load(v, n, at)
+            store(x, after, at, times(step, speed))
+            force = times(step, plus_times(force, -damping, speed))
+            store(v, after, at, with_first(force, a * step) if block == 0 else force)
+        x0, v0 = v0 * step, a * step
 
 
 @njit(**_FAST)
@@ -129,16 +138,12 @@ def _value(series, s, order, j):
 @njit(**_OPT)
 def _values(series, s, order, out, row):
     """All columns of a series at s into out[row]."""
-    r = _u(row)
     for block in range(0, out.shape[1], 4):
-        b0, b1, b2, b3 = _u(block), _u(block + 1), _u(block + 2), _u(block + 3)
-        n = _u(order)
-        f0, f1, f2, f3 = series[n, b0], series[n, b1], series[n, b2], series[n, b3]
+        at = _u(block)
+        total = load(series, _u(order), at)
         for term in range(order - 1, -1, -1):
-            n = _u(term)
-            f0, f1 = f0 * s + series[n, b0], f1 * s + series[n, b1]
-            f2, f3 = f2 * s + series[n, b2], f3 * s + series[n, b3]
-        out[r, b0], out[r, b1], out[r, b2], out[r, b3] = f0, f1, f2, f3
+            total = plus_times(load(series, _u(term), at), s, total)
+        store(out, _u(row), at, total)
 
 
 @njit(**_FAST)
@@ -155,20 +160,25 @@ def _step_length(p, x, v, order, tolerance):
 
 @njit(**_OPT)
 def _reversal(v, b, end, d, order):
-    """Where the speed, d v > 0 at 0 and ``end`` at b, is zero: Newton kept inside its bracket."""
+    """Where the speed, d v > 0 at 0 and ``end`` at b, is zero: Halley's search kept inside its bracket."""
     lo, hi = 0.0, b
-    s = b * v[0, 0] / (v[0, 0] - end) if v[0, 0] != 0.0 else 0.9 * b
-    for _ in range(_NEWTON):
+    s, first, slope = 0.9 * b, v[0, 0], v[1, 0]
+    if first != 0.0:  # of the parabola through both ends with the slope of the first
+        bend = ((end - first) / b - slope) / b
+        s = 2.0 * first / (d * math.sqrt(slope * slope - 4.0 * bend * first) - slope)
+    for _ in range(_TRIES):
         f = v[order, 0]
-        slope = 0.0
+        slope = half = 0.0
         for n in range(order - 1, -1, -1):
+            half = half * s + slope
             slope = slope * s + f
             f = f * s + v[n, 0]
         if f * d > 0.0:
             lo = s
         else:
             hi = s
-        move = -f / slope if slope != 0.0 else b
+        below = slope * slope - f * half
+        move = -f * slope / below if below != 0.0 else b
         if abs(move) < _ON_EVENT * b:
             return s + move
         if not (s + move > lo and s + move < hi):
@@ -270,18 +280,43 @@ def integrals(xs, ends, steps, order, out):
 
 
 @njit(**_OPT)
+def _four_values(series, s0, s1, s2, s3, order, out, row):
+    """`_values` at four places into out[row : row + 4]: none waits for the other."""
+    r = _u(row)
+    for block in range(0, out.shape[1], 4):
+        at = _u(block)
+        f0 = f1 = f2 = f3 = load(series, _u(order), at)
+        for term in range(order - 1, -1, -1):
+            next_term = load(series, _u(term), at)
+            f0, f1 = plus_times(next_term, s0, f0), plus_times(next_term, s1, f1)
+            f2, f3 = plus_times(next_term, s2, f2), plus_times(next_term, s3, f3)
+        store(out, r, at, f0)
+        store(out, r + _1, at, f1)
+        store(out, r + _2, at, f2)
+        store(out, r + _3, at, f3)
+
+
+@njit(**_OPT)
 def sample_at(times, late, series, ends, steps, order, levels):
     """A quantity's series at times + late (n,), not before the release, into levels (n, width)."""
-    i = 0
-    for row in range(times.size):
+    i = row = 0
+    while row < times.size:
         t = max(times[row] + late, 0.0)
         while i + 1 < steps and ends[i + 1] < t:
             i += 1
+        begin = ends[i]
         if ends[i + 1] == math.inf:  # held by friction: constant, or growing evenly where the series is an integral
             for j in range(levels.shape[1]):
-                levels[row, j] = series[i, 0, j] + (t - ends[i]) * series[i, 1, j]
+                levels[row, j] = series[i, 0, j] + (t - begin) * series[i, 1, j]
+            row += 1
+        elif row + 3 < times.size and t > 0.0 and times[row + 3] + late <= ends[i + 1]:
+            here = begin - late
+            s1, s2, s3 = times[row + 1] - here, times[row + 2] - here, times[row + 3] - here
+            _four_values(series[i], t - begin, s1, s2, s3, order, levels, row)
+            row += 4
         else:
-            _values(series[i], t - ends[i], order, levels, row)
+            _values(series[i], t - begin, order, levels, row)
+            row += 1
 
 
 @njit(**_OPT)

@@ -1,9 +1,9 @@
-"""Output error of Eq. 15 compiled as a whole: residuals, normal equations and Levenberg-Marquardt in one call.
+"""Output error of Eq. 15 compiled as a whole: Levenberg-Marquardt over growing windows in one call.
 
 What output_error.py does for every equation, done for the commonest without going back to Python between steps.
 
-Belongs here: the compiled search and what it reads, a sheet of arrays. Does not belong here: integration
-(equation/arcs.py), windows and outcomes (output_error.py).
+Belongs here: the compiled search. Does not belong here: residuals (arc_rows.py), integration (equation/arcs.py),
+windows and outcomes (output_error.py).
 """
 
 # mypy: disable-error-code="no-untyped-def, misc, untyped-decorator"
@@ -16,239 +16,37 @@ from typing import Any
 import numpy as np
 from numba import njit
 
-from undertow.equation.arcs import ORDER, TOLERANCE, accelerations, integrals, march, sample_at, slopes_at
+from undertow.identification.arc_rows import (
+    evaluate,
+    follow,
+    points_room,
+    room_for,
+    rows_of,
+    spread_of_data,
+    unknowns_in,
+)
 
-_FIRST, _LAST, _LINK, _LINK_END, _CHANNEL, _CHANNEL_END, _SHIFT, _ROW = range(8)
-"""Columns of a sheet's ``places``: cells, links, channels (from, to), clock's unknown, first residual."""
-_QUANTITY, _OFFSET, _DRIFT, _CLOCK, _GAIN, _VALUE = range(6)
-"""Columns of a sheet's ``channels``: quantity, unknowns of its nuisances, first value."""
-_WIDTH, _STRIDE, _AVERAGED, _SWELL = range(4)
-"""Columns of a sheet's ``cells``: width in s, 0 for lone instants; how far apart two beginnings stand in the edges;
-whether several samples make a cell; an acceleration's factor where they do not."""
-_LOWER, _UPPER, _PRIOR, _PRECISION = range(4)
-_MASS, _K = 0, 1
+_LOWER, _UPPER = 0, 1
 _OPT: dict[str, Any] = {"error_model": "numpy", "nogil": True}
-_SUMS: dict[str, Any] = {**_OPT, "fastmath": {"reassoc", "contract", "nsz"}}
-"""For sums whose order does not matter; no value is assumed finite."""
-_EARLY = (8, 1e-6)
-"""Order and tolerance of the series while a window is not yet the whole record."""
 _EARLY_STOP = 2.0
 """A window that is not the whole record has done its work within so many of its standard errors: the step is taken, and
 the next window, which knows more, looks at where it led."""
-
-
-@njit(**_SUMS)
-def _channel(sheet, trial, channel, n, values, levels, rates, slot_column, column, r, jac, begin):
-    """Weighted residuals of one channel, r[begin : begin + n], and their Jacobian, jac[:, begin : begin + n]."""
-    t, _, places, _, links, factors, channels, sigmas, data, _ = sheet
-    first = places[trial, _FIRST]
-    weight = 1.0 / sigmas[channel]
-    about = channels[channel]
-    gain = 1.0 + (values[about[_GAIN]] if about[_GAIN] >= 0 else 0.0)
-    offset = values[about[_OFFSET]] if about[_OFFSET] >= 0 else 0.0
-    at = about[_VALUE]
-    for row in range(n):
-        r[begin + row] = (gain * levels[row, 0] + offset - data[at + row]) * weight
-    jac[:, begin : begin + n] = 0.0
-    for link in range(places[trial, _LINK], places[trial, _LINK_END]):
-        k, to, factor = slot_column[links[link, 0]], column[links[link, 1]], factors[link] * gain * weight
-        for row in range(n):
-            jac[to, begin + row] += factor * levels[row, k]
-    for clock in (places[trial, _SHIFT], about[_CLOCK]):
-        if clock >= 0:
-            for row in range(n):
-                jac[column[clock], begin + row] += gain * weight * rates[row]
-    if about[_OFFSET] >= 0:
-        jac[column[about[_OFFSET]], begin : begin + n] += weight
-    if about[_GAIN] >= 0:
-        for row in range(n):
-            jac[column[about[_GAIN]], begin + row] += weight * levels[row, 0]
-    if about[_DRIFT] >= 0:
-        length = t[first + n - 1] - t[first]
-        for row in range(n):
-            line = weight * ((t[first + row] - t[first]) / length - 0.5)
-            jac[column[about[_DRIFT]], begin + row] += line
-            r[begin + row] += values[about[_DRIFT]] * line
+_CLOSING = 10.0
+"""A full Gauss-Newton step within so many times the stop ends the search: what it leaves is of the order of its square,
+and residuals and cost follow it along their slopes."""
+_WELL_KNOWN = 1e8
+"""Largest condition of the normal equations, in units of their diagonal, at which they are inverted at once."""
+_NEAR = (4.0, 0.01)
+"""A window that is done is followed by the whole record at once where the residual there is within twice the noise
+and a tenth of the motion (squares): since costs only fall, it cannot end in a worse valley. Else one
+twice as long follows."""
 
 
 @njit(**_OPT)
-def _parameters(sheet, trial, values, p, slot_column):
-    """The short parameter vector of a trial, its active slots (k,), and which column of `march` each slot is."""
-    _, bases, places, _, links, factors, _, _, _, _ = sheet
-    p[:] = bases[trial]
-    slot_column[:] = 0
-    for link in range(places[trial, _LINK], places[trial, _LINK_END]):
-        p[links[link, 0]] += factors[link] * values[links[link, 1]]
-        slot_column[links[link, 0]] = 1
-    count = 0
-    slots = np.empty(8, dtype=np.int64)
-    for slot in range(8):
-        if slot_column[slot]:
-            slots[count] = slot
-            count += 1
-            slot_column[slot] = count
-    return slots[:count]
-
-
-@njit(**_OPT)
-def _cells_within(sheet, trial, seconds):
-    """Cells of a trial's first ``seconds``."""
-    t, places = sheet[0], sheet[2]
-    first = places[trial, _FIRST]
-    n = places[trial, _LAST] - first
-    while n > 2 and t[first + n - 1] > t[first] + seconds:
-        n -= 1
-    return n
-
-
-@njit(**_SUMS)
-def _add(used, r, jac, begin, n, normal, gradient):
-    """Add J^T J and J^T r of one channel to the normal equations; its sum of squares."""
-    total = 0.0
-    for row in range(begin, begin + n):
-        total += r[row] * r[row]
-    for i in range(used.size):
-        slope = 0.0
-        for row in range(begin, begin + n):
-            slope += jac[i, row] * r[row]
-        gradient[used[i]] += slope
-        for j in range(i + 1):
-            square = 0.0
-            for row in range(begin, begin + n):
-                square += jac[i, row] * jac[j, row]
-            normal[used[i], used[j]] += square
-            if i != j:
-                normal[used[j], used[i]] += square
-    return total
-
-
-@njit(**_OPT)
-def _used(column):
-    """Unknowns of a trial in the order of its columns."""
-    used = np.empty(column.size, dtype=np.int64)
-    count = 0
-    for unknown in range(column.size):
-        if column[unknown] >= 0:
-            used[column[unknown]] = unknown
-            count += 1
-    return used[:count]
-
-
-@njit(**_OPT)
-def _samples(quantity, times, at, xs, vs, series, ends, steps, order, clocked, levels, rates):
-    """A channel's signal and sensitivities at single samples, and, where a clock is unknown, its rate of change."""
-    if quantity == 2:
-        accelerations(vs, steps, order, series)
-    seen = xs if quantity == 0 else vs if quantity == 1 else series
-    sample_at(times, at, seen, ends, steps, order, levels)
-    if not clocked:
-        return
-    if quantity < 2:
-        slopes_at(times, at, seen, ends, steps, order, rates)
-        return
-    n = times.size
-    for row in range(n):
-        lo, hi = max(row - 1, 0), min(row + 1, n - 1)
-        rates[row] = (levels[hi, 0] - levels[lo, 0]) / (times[hi] - times[lo])
-
-
-@njit(**_OPT)
-def _means(quantity, times, at, cell, xs, vs, series, ends, steps, order, clocked, instants, levels, rates):
-    """The same in cells: a mean is the difference of the signal's integral from edge to edge (channels.py)."""
-    n, width, stride = times.size, cell[_WIDTH], int(cell[_STRIDE])
-    count = n + 1 if stride == 1 else 2 * n
-    for row in range(n):
-        instants[stride * row] = times[row] - 0.5 * width
-        instants[stride * row + 1] = times[row] + 0.5 * width
-    if quantity == 0:
-        integrals(xs, ends, steps, order, series)
-    seen = series if quantity == 0 else xs if quantity == 1 else vs
-    sample_at(instants[:count], at, seen, ends, steps, order, levels)
-    if clocked:
-        slopes_at(instants[:count], at, seen, ends, steps, order, rates)
-    if quantity == 0:
-        for row in range(count):
-            early = instants[row] + at
-            if early >= 0.0:
-                break
-            for j in range(levels.shape[1]):
-                levels[row, j] += early * xs[0, 0, j]
-            rates[row] = xs[0, 0, 0]
-    per_second = (cell[_SWELL] if quantity == 2 else 1.0) / width
-    for row in range(n):
-        begin = stride * row
-        for j in range(levels.shape[1]):
-            levels[row, j] = (levels[begin + 1, j] - levels[begin, j]) * per_second
-        if clocked:
-            rates[row] = (rates[begin + 1] - rates[begin]) / width
-
-
-@njit(**_OPT)
-def _trial(sheet, trial, column, values, seconds, precise, room, point):
-    """One trial's rows, added to the normal equations of ``point``; its sum of squares, -1 without a motion."""
-    t, _, places, cells, _, _, channels, _, _, _ = sheet
-    xs, vs, ends, series, by, instants, levels, rates, p, slot_column = room
-    r, jac, normal, gradient = point
-    slots = _parameters(sheet, trial, values, p, slot_column)
-    if not (p[_MASS] > 0.0 and p[_K] > 0.0 and p[_K] < 1e300):
-        return -1.0
-    n = _cells_within(sheet, trial, seconds)
-    times = t[places[trial, _FIRST] : places[trial, _FIRST] + n]
-    late = values[places[trial, _SHIFT]] if places[trial, _SHIFT] >= 0 else 0.0
-    last = 0.0
-    for channel in range(places[trial, _CHANNEL], places[trial, _CHANNEL_END]):
-        clock = channels[channel, _CLOCK]
-        last = max(last, times[n - 1] + late + (values[clock] if clock >= 0 else 0.0) + 0.5 * cells[trial, _WIDTH])
-    order, tolerance = (ORDER, TOLERANCE) if precise else _EARLY
-    steps = march(p, slots, last, order, tolerance, xs, vs, ends, by)
-    if steps == 0:
-        return -1.0
-    row = places[trial, _ROW]
-    used = _used(column)
-    total = 0.0
-    for channel in range(places[trial, _CHANNEL], places[trial, _CHANNEL_END]):
-        quantity, clock = channels[channel, _QUANTITY], channels[channel, _CLOCK]
-        at = late + (values[clock] if clock >= 0 else 0.0)
-        clocked = clock >= 0 or places[trial, _SHIFT] >= 0
-        if cells[trial, _WIDTH] > 0.0 and (quantity == 2 or cells[trial, _AVERAGED] > 0.0):
-            cell = cells[trial]
-            _means(quantity, times, at, cell, xs, vs, series, ends, steps, order, clocked, instants, levels, rates)
-        else:
-            _samples(quantity, times, at, xs, vs, series, ends, steps, order, clocked, levels, rates)
-        _channel(sheet, trial, channel, n, values, levels, rates, slot_column, column, r, jac, row)
-        total += _add(used, r, jac, row, n, normal, gradient)
-        row += n
-    return total
-
-
-@njit(**_OPT)
-def _evaluate(sheet, columns, values, seconds, precise, room, point):
-    """Cost with priors and chi2 without; -1 without a motion. ``point`` (r, jac, normal, gradient) is filled."""
-    box = sheet[9]
-    _, _, normal, gradient = point
-    normal[:, :] = 0.0
-    gradient[:] = 0.0
-    chi2 = 0.0
-    for trial in range(columns.shape[0]):
-        found = _trial(sheet, trial, columns[trial], values, seconds, precise, room, point)
-        if not found >= 0.0:
-            return -1.0, -1.0
-        chi2 += found
-    cost = chi2
-    for i in range(values.size):
-        away = values[i] - box[_PRIOR, i]
-        normal[i, i] += box[_PRECISION, i]
-        gradient[i] += box[_PRECISION, i] * away
-        cost += box[_PRECISION, i] * away * away
-    return (cost, chi2) if cost < 1e300 else (-1.0, -1.0)
-
-
-@njit(**_OPT)
-def _step(normal, gradient, damping, free, scale, a, step):
-    """Damped Gauss-Newton step of the free unknowns by Cholesky in units of ``scale``; False where that fails."""
-    size = gradient.size
+def _factor(normal, damping, free, scale, a):
+    """Cholesky factor of the damped normal equations of the free unknowns in units of ``scale``; False: it has none."""
+    size = scale.size
     for i in range(size):
-        step[i] = 0.0
         for j in range(i + 1):
             a[i, j] = normal[i, j] * scale[i] * scale[j] if free[i] and free[j] else 0.0
         a[i, i] = max(a[i, i], 1e-30) * (1.0 + damping) if free[i] else 1.0
@@ -263,6 +61,13 @@ def _step(normal, gradient, damping, free, scale, a, step):
                 a[i, i] = math.sqrt(total)
             else:
                 return False
+    return True
+
+
+@njit(**_OPT)
+def _solve(a, gradient, free, scale, step):
+    """Step of the free unknowns that takes the gradient away, by the factor ``a``."""
+    size = scale.size
     for i in range(size):
         total = -scale[i] * gradient[i] if free[i] else 0.0
         for m in range(i):
@@ -275,33 +80,65 @@ def _step(normal, gradient, damping, free, scale, a, step):
         step[i] = total / a[i, i]
     for i in range(size):
         step[i] *= scale[i]
-    return True
+
+
+@njit(**_OPT)
+def _inverse(normal, a):
+    """Inverse of the normal equations; empty where they are all but singular."""
+    size = normal.shape[0]
+    inverse, nothing, gradient = np.empty((size, size)), np.empty((0, 0)), np.zeros(size)
+    scale, free = np.empty(size), np.ones(size, dtype=np.bool_)
+    for i in range(size):
+        if not normal[i, i] > 0.0:
+            return nothing
+        scale[i] = 1.0 / math.sqrt(normal[i, i])
+    if not _factor(normal, 0.0, free, scale, a):
+        return nothing
+    spread = 0.0  # trace of the scaled inverse: with the scaled trace, p, it bounds the condition
+    for i in range(size):
+        gradient[i] = -1.0
+        _solve(a, gradient, free, scale, inverse[i])
+        gradient[i] = 0.0
+        spread += inverse[i, i] / scale[i] ** 2
+    return 0.5 * (inverse + inverse.T) if size * spread < _WELL_KNOWN else nothing
 
 
 @njit(cache=True, **_OPT)
-def search(sheet, columns, start, windows, iterations, stop, first_damping, room, one, two):
+def search(sheet, columns, start, windows, iterations, stop, first_damping):
     """Levenberg-Marquardt over growing ``windows`` (w,) s as output_error's, to ``stop`` standard errors.
 
     Gives values, cost, chi2, iterations, whether the last window converged (-1: no motion at the start of a window, or
-    normal equations that Cholesky cannot solve: left to the general search) and which of the points ``one`` and
-    ``two`` (r, jac, normal, gradient) holds the last window's.
+    normal equations that Cholesky cannot solve: left to the general search), residuals, Jacobian and normal equations
+    of the last window and the inverse of these, empty where it needs care.
     """
     box = sheet[9]
     size = start.size
     values = np.minimum(np.maximum(start, box[_LOWER]), box[_UPPER])
+    widest = 0
+    for trial in range(columns.shape[0]):
+        widest = max(widest, unknowns_in(columns[trial]).size)
+    room, rows = room_for(sheet, values), rows_of(sheet)
+    here, there = points_room(rows, widest, size), points_room(rows, widest, size)
+    nothing = np.empty((0, 0))
     a, step, scale = np.empty((size, size)), np.empty(size), np.empty(size)
     free = np.empty(size, dtype=np.bool_)
     spent = 0
     cost, chi2 = 0.0, 0.0
-    at = 1
     done = 0
-    for window in windows:
-        here, there = (one, two) if at == 1 else (two, one)
-        precise = window == windows[-1]
+    near = min(_NEAR[0] * rows, _NEAR[1] * spread_of_data(sheet))
+    stage, last, tried = 0, windows.size - 1, False
+    while stage <= last:
+        ahead = done == 1 and stage < last and not tried
+        precise = ahead or stage == last
+        window = windows[last if precise else stage]
+        cost, chi2 = evaluate(sheet, columns, values, window, precise, room, here)
+        tried = ahead and not 0.0 <= chi2 <= near
+        if tried:
+            continue
+        stage = last + 1 if precise else stage + 1
         enough = stop if precise else max(stop, _EARLY_STOP)
-        cost, chi2 = _evaluate(sheet, columns, values, window, precise, room, here)
         if cost < 0.0:
-            return values, cost, chi2, spent, -1, at
+            return values, cost, chi2, spent, -1, here[0], here[1], here[2], nothing
         damping = first_damping
         done = 0
         for _ in range(iterations):
@@ -310,24 +147,25 @@ def search(sheet, columns, start, windows, iterations, stop, first_damping, room
                 scale[i] = 1.0 / math.sqrt(max(here[2][i, i], 1e-300))
                 low, high = values[i] <= box[_LOWER, i], values[i] >= box[_UPPER, i]
                 free[i] = not ((low and here[3][i] > 0.0) or (high and here[3][i] < 0.0))
-            if not _step(here[2], here[3], damping, free, scale, a, step):
-                return values, cost, chi2, spent, -1, at
+            if not _factor(here[2], damping, free, scale, a):
+                return values, cost, chi2, spent, -1, here[0], here[1], here[2], nothing
+            _solve(a, here[3], free, scale, step)
             moved = 0.0
             new = values + step
             for i in range(size):
                 new[i] = min(max(new[i], box[_LOWER, i]), box[_UPPER, i])
                 moved = max(moved, abs(new[i] - values[i]) / scale[i])
-            if moved < enough:
-                if not precise:
-                    values = new  # so short a step needs no proof: the next window looks again
+            if moved < (_CLOSING * enough if precise and damping <= first_damping else enough):
+                if precise:  # so short a step needs no proof: the next window looks again, the last one follows it
+                    cost, chi2 = follow(sheet, columns, new - values, cost, here)
+                values = new
                 done = 1
                 break
-            new_cost, new_chi2 = _evaluate(sheet, columns, new, window, precise, room, there)
+            new_cost, new_chi2 = evaluate(sheet, columns, new, window, precise, room, there)
             if new_cost >= 0.0 and new_cost <= cost * (1.0 + 1e-14):
                 gained = cost - new_cost
                 values, cost, chi2 = new, new_cost, new_chi2
                 here, there = there, here
-                at = 3 - at
                 damping = max(damping * 0.1, 1e-15)
                 if gained < 1e-10 * cost:
                     done = 1
@@ -337,4 +175,4 @@ def search(sheet, columns, start, windows, iterations, stop, first_damping, room
                 if damping > 1e12:
                     done = 1
                     break
-    return values, cost, chi2, spent, done, at
+    return values, cost, chi2, spent, done, here[0], here[1], here[2], _inverse(here[2], a)

@@ -312,7 +312,7 @@ def fit(
 ) -> Solution:
     """The best values of all unknowns.
 
-    ``start`` (p,) replaces the unknowns' own starts (priors stay where they are); ``growing`` begins with two periods
+    ``start`` (p,) replaces the unknowns' own starts (priors stay where they are); ``growing`` begins with one period
     of motion and doubles the window up to the whole.
 
     Raises IdentificationError where the start's motion leaves every bound.
@@ -351,43 +351,48 @@ def _compiled(problem: Problem, values: Array, windows: list[float], effort: Eff
     found = sheet.search(problem, values, np.array([*windows, math.inf]), *limits)
     if found is None:
         return None
-    n_data = sum(r.size for r in found.residuals)
+    n_data = sum([r.size for r in found.residuals])
     if windows and effort is FULL and (not found.converged or found.chi2 > POOR_FIT * n_data):
         second = sheet.search(problem, values, np.array([math.inf]), *limits)
         if second is not None and second.cost < found.cost:
             found = second
-    point = _Point(
-        found.normal, found.gradient, found.cost, found.chi2, found.residuals, found.jacobians, found.used
-    )
-    return _solution(problem, found.values, point, found.iterations, found.converged)
+    return _solution(problem, found.values, found, found.iterations, found.converged)
 
 
-def _solution(problem: Problem, values: Array, point: _Point, iterations: int, converged: bool) -> Solution:
+def _solution(
+    problem: Problem, values: Array, point: _Point | sheet.Found, iterations: int, converged: bool
+) -> Solution:
+    bounds = zip(problem.unknowns, values.tolist(), strict=True)
+    known = point.inverse if isinstance(point, sheet.Found) else None
+    if known is not None and all([u.lower < value < u.upper for u, value in bounds]):
+        covariance, outcome = known, OK
+    else:
+        covariance, outcome = _with_care(problem, values, point.normal)
+    if not converged:
+        outcome = f"did not converge in {iterations} iterations"
+    return Solution(
+        problem, values, covariance, point.cost, point.chi2, sum([r.size for r in point.residuals]), iterations,
+        outcome, point.residuals, point.jacobians, point.used,
+    )  # fmt: skip
+
+
+def _with_care(problem: Problem, values: Array, normal: Array) -> tuple[Array, str]:
+    """Covariance and outcome where unknowns may stand on bounds or hardly be known."""
     lower, upper = _bounds(problem)
     on_bound = (values <= lower) | (values >= upper)
     free = np.flatnonzero(~on_bound)
-    all_free = free.size == values.size
-    normal = point.normal if all_free else point.normal[np.ix_(free, free)]
-    scale = 1.0 / np.sqrt(np.maximum(normal.diagonal(), LEAST_INFORMATION))
-    eigenvalues, directions = np.linalg.eigh(normal * scale[:, None] * scale)
+    inner = normal[np.ix_(free, free)]
+    scale = 1.0 / np.sqrt(np.maximum(inner.diagonal(), LEAST_INFORMATION))
+    eigenvalues, directions = np.linalg.eigh(inner * scale[:, None] * scale)
     sizes = np.abs(eigenvalues)
     known = sizes > NO_INFORMATION * sizes.max(initial=0.0)
     root = directions[:, known] * scale[:, None]
-    covariance: Array = (root / eigenvalues[known]) @ root.T
-    if not all_free:
-        inner, covariance = covariance, np.zeros_like(point.normal)
-        covariance[np.ix_(free, free)] = inner
-    outcome = OK
-    if not converged:
-        outcome = f"did not converge in {iterations} iterations"
-    elif not all_free:
+    covariance = np.zeros_like(normal)
+    covariance[np.ix_(free, free)] = (root / eigenvalues[known]) @ root.T
+    if free.size < values.size:
         names = ", ".join(f"{problem.names[i]} = {values[i]:.4g}" for i in np.flatnonzero(on_bound))
-        outcome = f"on a bound: {names}"
-    elif eigenvalues[0] < 1e-10 * eigenvalues[-1]:
-        worst = [problem.names[free[i]] for i in np.argsort(-np.abs(directions[:, 0]))[:3]]
-        outcome = f"not identifiable from these trials: {', '.join(worst)} move together"
-    n_data = sum(r.size for r in point.residuals)
-    return Solution(
-        problem, values, covariance, point.cost, point.chi2, n_data, iterations, outcome,
-        point.residuals, point.jacobians, point.used,
-    )  # fmt: skip
+        return covariance, f"on a bound: {names}"
+    if eigenvalues[0] < 1e-10 * eigenvalues[-1]:
+        worst = [problem.names[i] for i in np.argsort(-np.abs(directions[:, 0]))[:3]]
+        return covariance, f"not identifiable from these trials: {', '.join(worst)} move together"
+    return covariance, OK

@@ -6,16 +6,16 @@ Belongs here: which problems the compiled search can do, and their arrays. Does 
 
 from __future__ import annotations
 
-import math
 from dataclasses import dataclass
+from itertools import pairwise
 from typing import Any
 
 import numpy as np
 
-from undertow.equation.arcs import LAWS, MOST_STEPS, ORDER
+from undertow.equation.arcs import LAWS
 from undertow.equation.kernel import N_SLOTS, SLOT
 from undertow.identification import arc_search
-from undertow.identification.channels import instants, swell
+from undertow.identification.channels import swell
 from undertow.identification.problem import Problem, TrialProblem
 from undertow.recording.recording import Array
 
@@ -25,17 +25,18 @@ PLACES = np.array([SLOT[name] for name in LAWS], dtype=np.int64)
 _PLACE = {int(slot): place for place, slot in enumerate(PLACES)}
 _OTHERS = np.setdiff1d(np.arange(N_SLOTS), PLACES)
 _QUANTITIES = {"displacement": 0, "velocity": 1, "acceleration": 2}
-_STEPS_A_RADIAN = 3.0
-"""Steps that `march` may store a radian of the start's motion: it takes about one."""
 
 
 @dataclass(frozen=True)
 class Found:
-    """Where the compiled search ended; ``residuals``, ``jacobians`` and ``used`` a trial as output_error has them."""
+    """Where the compiled search ended; ``residuals``, ``jacobians`` and ``used`` a trial as output_error has them.
+
+    ``inverse`` is that of the normal equations ``normal`` (p, p), None where they are all but singular.
+    """
 
     values: Array
     normal: Array
-    gradient: Array
+    inverse: Array | None
     cost: float
     chi2: float
     iterations: int
@@ -64,48 +65,18 @@ def search(
     on: a motion without bounds, a spring that does not pull back, normal equations that are singular.
     """
     sheet, columns, used = _sheet(problem)
-    places = sheet[2]
-    rows = int(places[-1, 7] + (places[-1, 1] - places[-1, 0]) * (places[-1, 5] - places[-1, 4]))
-    widest = max(u.size for u in used)
-    size = len(problem.unknowns)
-    one, two = (
-        (np.empty(rows), np.empty((widest, rows)), np.empty((size, size)), np.empty(size)) for _ in range(2)
-    )
-    room = _room(problem, start)
-    values, cost, chi2, spent, done, at = arc_search.search(
-        sheet, columns, start, windows, iterations, stop, damping, room, one, two
+    values, cost, chi2, spent, done, r, jac, normal, inverse = arc_search.search(
+        sheet, columns, start, windows, iterations, stop, damping
     )
     if done < 0:
         return None
-    r, jac, normal, gradient = one if at == 1 else two
-    ends = [*places[1:, 7].tolist(), rows]
-    cuts = [slice(begin, end) for begin, end in zip(places[:, 7].tolist(), ends, strict=True)]
+    begins = [*sheet[2][:, 7].tolist(), r.size]
+    cuts = [slice(begin, end) for begin, end in pairwise(begins)]
     return Found(
-        values, normal, gradient, cost, chi2, spent, done == 1,
-        tuple(r[cut] for cut in cuts),
-        tuple(jac[: own.size, cut].T for cut, own in zip(cuts, used, strict=True)),
+        values, normal, inverse if inverse.size else None, cost, chi2, spent, done == 1,
+        tuple([r[cut] for cut in cuts]),
+        tuple([jac[: own.size, cut].T for cut, own in zip(cuts, used, strict=True)]),
         used,
-    )  # fmt: skip
-
-
-def _room(problem: Problem, start: Array) -> tuple[Any, ...]:
-    """What `march` and the samples need: series of every step, instants, signals, levels, rates, parameters."""
-    steps, cells, columns = 64, 0, 0
-    for trial in problem.trials:
-        p = trial.base[PLACES]
-        for link in trial.links:
-            p[_PLACE[link.slot]] += link.factor * start[link.unknown]
-        rate = math.sqrt(max(p[1], 0.0) / p[0]) if p[0] > 0.0 else 0.0
-        steps = max(steps, 64 + int(_STEPS_A_RADIAN * rate * float(trial.t[-1])))
-        cells = max(cells, trial.t.size)
-        columns = max(columns, len(trial.links))
-    width = 4 * math.ceil((1 + min(columns, len(LAWS))) / 4)
-    shape = (min(steps, MOST_STEPS), ORDER + 1, width)
-    edges = 2 * cells
-    return (
-        np.empty(shape), np.empty(shape), np.empty(shape[0] + 1), np.empty(shape), np.empty((5, width)),
-        np.empty(edges), np.empty((edges, width)), np.empty(edges), np.empty(len(LAWS)),
-        np.empty(len(LAWS), dtype=np.int64),
     )  # fmt: skip
 
 
@@ -133,12 +104,17 @@ def _sheet(problem: Problem) -> tuple[tuple[Any, ...], np.ndarray, tuple[np.ndar
         places.append((cell, cell + n, n_links, len(links), n_channels, len(channels), trial.shift, row))
         cell += n
         row += n * len(trial.channels)
-    box = np.array([(u.lower, u.upper, u.start, 1.0 / u.prior_std**2) for u in unknowns]).T.copy()
+    box = np.array(
+        [
+            [u.lower for u in unknowns], [u.upper for u in unknowns], [u.start for u in unknowns],
+            [1.0 / u.prior_std**2 for u in unknowns],
+        ]
+    )  # fmt: skip
     sheet = (
         np.concatenate([t.t for t in trials]),
         np.array([t.base[PLACES] for t in trials]),
         np.array(places, dtype=np.int64),
-        np.array([(t.width_s, instants(t)[1], t.averaged, swell(t)) for t in trials], dtype=np.float64),
+        np.array([(t.width_s, 0.0, t.averaged, swell(t)) for t in trials], dtype=np.float64),
         np.array(links, dtype=np.int64).reshape(-1, 2),
         np.array(factors, dtype=np.float64),
         np.array(channels, dtype=np.int64).reshape(-1, 6),

@@ -1,4 +1,4 @@
-"""The growing windows of a fit: a wrong start cannot lock on to a wrong phase while the record is two periods long.
+"""The growing windows of a fit: a wrong start cannot lock on to a wrong phase while the record is one period long.
 
 Belongs here: how long the windows are, and a problem cut to one. Does not belong here: the search (output_error.py).
 """
@@ -9,7 +9,7 @@ from dataclasses import replace
 
 from undertow.identification.problem import Problem
 
-FIRST_WINDOW_PERIODS = 2.0
+FIRST_WINDOW_PERIODS = 1.0
 """The first window of a growing fit, in periods of the motion; each next one is twice as long."""
 
 

@@ -1,13 +1,18 @@
 """How the simulated tables were judged: names, classes, sizes of answers, false accusations, coverage.
 
 An answer is the set of names that are said: the verdict and its alternatives, and Eq. 15 where it is not ruled out. A
-set that names more than `MOST_NAMES` says nothing and counts as wrong, whatever is in it.
+set that names more than `MOST_NAMES` says nothing and counts as wrong, whatever is in it. While Eq. 15 is not ruled out
+it is what is preferred: an effect that nobody is accused of was not found.
+
+Beside them stands an auditor who was told what no real one knows: how far the rows of these tables scatter, how often
+each truth comes, and in hindsight the doubt at which to accuse. What it misses the tables do not say.
 
 Belongs here: counting stored results, the page's section. Does not belong here: making tables (simulated.py).
 """
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
@@ -16,9 +21,13 @@ import numpy as np
 from scipy.stats import beta
 
 from experiments.audit.simulated import INTERVALS, TABLES
+from undertow.discrepancy.audit.verdicts import ODDS
 
 PAGE = Path(__file__).resolve().parents[2] / "docs" / "published_tables.md"
 MARKS = ("<!-- simulated tables -->", "<!-- end of simulated tables -->")
+
+FALSE_AT_MOST = 0.02
+"""Share of the tables of Eq. 15 in which somebody may be accused."""
 
 MOST_NAMES = 3
 """Names in a set that still says something: of seven to nine rivals a third."""
@@ -47,7 +56,42 @@ def judged(one: dict[str, Any]) -> dict[str, bool]:
     }  # fmt: skip
 
 
-def coverage(results: Sequence[dict[str, Any]]) -> dict[str, dict[str, float]]:
+def told(results: Sequence[dict[str, Any]]) -> dict[str, int]:
+    """The told auditor: planted effects found by name or class, and Eq. 15 accused, at the doubt that finds most of
+    those that accuse no more than `FALSE_AT_MOST` of the tables where it is true."""
+    audited = [one for one in results if "told_scatter" in one]
+    often = Counter(one["truth"] for one in audited)
+    shares = [_told_shares(one["told_scatter"], often) for one in audited]
+    null = sorted(share[""] for one, share in zip(audited, shares, strict=True) if not one["truth"])
+    doubt = null[int(FALSE_AT_MOST * len(null))] if null else 0.0
+    said = []
+    for one, share in zip(audited, shares, strict=True):
+        effects = sorted((name for name in share if name), key=lambda name: -share[name])
+        near = [name for name in effects if share[name] * ODDS >= share[effects[0]]]
+        said.append({
+            "truth": one["truth"], "verdict": [effects[0]] if share[""] < doubt else [],
+            "alternatives": [[name] for name in (near[1:] if share[""] < doubt else near)],
+        })  # fmt: skip
+    return {
+        "right": sum(judged(one)["right"] for one in said if one["truth"]),
+        "tables": sum(bool(one["truth"]) for one in said),
+        "accused": sum(bool(one["verdict"]) for one in said if not one["truth"]),
+    }
+
+
+def _told_shares(evidences: dict[str, float], often: Counter[str]) -> dict[str, float]:
+    """Probability of each truth ("" is Eq. 15) that comes up at all, by how often it does."""
+    logs = {
+        truth: evidences[truth or "equation 15"] + np.log(often[truth])
+        for truth in often
+        if (truth or "equation 15") in evidences
+    }
+    highest = max(logs.values())
+    weights = {truth: float(np.exp(one - highest)) for truth, one in logs.items()}
+    return {truth: one / sum(weights.values()) for truth, one in weights.items()}
+
+
+def coverage(results: Sequence[dict[str, Any]]) -> dict[str, dict[str, Any]]:
     """Tables whose 90 % interval holds what was planted, by parameter, with the 95 % range of the share."""
     found = {}
     for effect, name in INTERVALS:
@@ -56,7 +100,9 @@ def coverage(results: Sequence[dict[str, Any]]) -> dict[str, dict[str, float]]:
         inside, tables = sum(low <= value <= high for (_, low, high), value in those), len(those)
         low = float(beta.ppf(0.025, inside, tables - inside + 1)) if inside else 0.0
         high = float(beta.ppf(0.975, inside + 1, tables - inside)) if inside < tables else 1.0
-        found[key] = {"tables": tables, "inside": inside, "low": low, "high": high}
+        ranks = [one["ranks"][key] for one in results if key in one.get("ranks", {})]
+        quarters = np.histogram(ranks, bins=4, range=(0.0, 1.0))[0].tolist()
+        found[key] = {"tables": tables, "inside": inside, "low": low, "high": high, "quarters": quarters}
     return found
 
 
@@ -71,8 +117,16 @@ def summary(results: Sequence[dict[str, Any]]) -> dict[str, Any]:
     return {
         "tables": len(audited), "effects": _counts([one for one in audited if one["truth"]]),
         "eq15": len(null), "accused": sum(bool(one["verdict"]) for one in null), "by_truth": by_truth,
-        "coverage": coverage(results), "cpu_s": sum(one["cpu_s"] for one in results),
+        "expected": _expected(audited), "coverage": coverage(results), "told": told(results),
+        "revisions": sorted({one["revision"] for one in results if "revision" in one}),
+        "cpu_s": sum(one["cpu_s"] for one in results),
     }  # fmt: skip
+
+
+def _expected(audited: Sequence[dict[str, Any]]) -> float:
+    """Share of the tables of Eq. 15 that are accused wrongly, by the probabilities alone."""
+    kept = sum(one["equation_15"] for one in audited)
+    return float(sum(one["equation_15"] for one in audited if one["verdict"]) / kept) if kept else 0.0
 
 
 def _counts(those: Sequence[dict[str, Any]]) -> dict[str, Any]:
@@ -97,14 +151,18 @@ def section(found: dict[str, Any]) -> str:
         "the set (median) |"
     )
     return "\n".join([
-        f"{found['tables']} simulated tables of the {TABLES} planned, {found['cpu_s'] / 60.0:.0f} minutes of a busy "
-        "core (`python -m experiments.audit.simulated run`).",
+        f"{found['tables']} simulated tables of the {TABLES} planned, {found['cpu_s'] / 60.0:.0f} minutes of a core "
+        f"(`python -m experiments.audit.simulated run`; revision {', '.join(found['revisions']) or 'unknown'}).",
         f"With an effect planted, its name is among at most {MOST_NAMES} that are said in {one['named_small']} of "
         f"{one['tables']} tables, or its class (dissipation, memory, set-up) is the preferred one's: {one['right']} of "
         f"{one['tables']} ({100.0 * one['right'] / max(one['tables'], 1):.0f} %). It is the preferred name in "
         f"{one['preferred']}, its class the preferred one's in {one['class']}; a set has {one['size']:g} names "
         f"(median).",
-        f"Where Eq. 15 is true somebody is accused in {found['accused']} of {found['eq15']}.",
+        f"Where Eq. 15 is true somebody is accused in {found['accused']} of {found['eq15']}; by the audit's own "
+        f"probabilities in {100.0 * found['expected']:.1f} % of such tables.",
+        f"An auditor who is told how far rows scatter, how often each truth comes and in hindsight at which doubt to "
+        f"accuse finds {found['told']['right']} of {found['told']['tables']}, with {found['told']['accused']} of "
+        f"{found['eq15']} accused.",
         *(_covered(key, row) for key, row in found["coverage"].items()),
         "",
         head,
@@ -113,12 +171,13 @@ def section(found: dict[str, Any]) -> str:
     ])  # fmt: skip
 
 
-def _covered(key: str, row: dict[str, float]) -> str:
+def _covered(key: str, row: dict[str, Any]) -> str:
     effect = key.partition(".")[0].replace("_", " ")
     share = 100.0 * row["inside"] / max(row["tables"], 1)
     return (
         f"90 % intervals hold the planted {effect} in {row['inside']:g} of {row['tables']:g} ({share:.0f} %; 95 % "
-        f"range of that share {100.0 * row['low']:.0f} to {100.0 * row['high']:.0f} %)."
+        f"range of that share {100.0 * row['low']:.0f} to {100.0 * row['high']:.0f} %); ranks of the truth among the "
+        f"draws by quarters: {', '.join(map(str, row['quarters']))}."
     )
 
 

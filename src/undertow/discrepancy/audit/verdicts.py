@@ -1,6 +1,6 @@
 """What an audit says of a series of tables: names, alternatives, intervals, the test that would decide, a sentence.
 
-A name is said when Eq. 15 with constant coefficients has at most one chance in fifty; rivals within odds of 20 to 1
+A name is said when Eq. 15 with constant coefficients has at most one chance in ten; rivals within odds of 20 to 1
 of the preferred one are named beside it. Where a rival without any water force is among them, the table carries no
 information about the water.
 
@@ -22,9 +22,14 @@ from undertow.discrepancy.audit.scatter import BELIEVED, CAPS
 ODDS = 20.0
 """Rivals within these odds of the preferred one are its alternatives (docs/discrepancy.md)."""
 
-DOUBT = 0.02
-"""No name is said while Eq. 15 with constant coefficients has more than this probability: with a prior of one half that
-accuses nobody in more than 2 % of the tables in which it is true (Markov's inequality on the odds)."""
+DOUBT = 0.1
+"""No name is said while Eq. 15 with constant coefficients has more than this probability. Wrongly accused is then the
+probability that it keeps where names are said, over simulated tables one in a hundred of all it has
+(docs/published_tables.md). 0.02 would promise two in a hundred whatever the priors, and stay silent about weak effects.
+"""
+
+RULED_OUT = 0.02
+"""Above this the sentence says what Eq. 15 keeps."""
 
 TESTS: Mapping[frozenset[str], str] = {
     frozenset({"linear_damping", "coulomb_friction"}): (
@@ -130,7 +135,7 @@ def judge(found: Answer) -> SeriesVerdict:
     others = {weight.rival.label: _parameters(weight) for weight in near}
     alternatives = tuple(weight.rival.effects for weight in near)
     equation_if = {cap: _equation(found, probabilities_under(found, cap)) for cap in CAPS}
-    sentence = _sentence(preferred, near, confidence, informs)
+    sentence = _sentence(preferred, near, base, informs)
     if informs and preferred.rival.effects:
         sentence += _rests_on(found.cases[0].mass_kg, equation_if)
     return SeriesVerdict(
@@ -201,22 +206,25 @@ def _parameters(weight: Weight) -> tuple[Mapping[str, Mapping[str, Range]], ...]
     return tuple(found)
 
 
-def _sentence(preferred: Weight, near: list[Weight], confidence: float, informs: bool) -> str:
+def _sentence(preferred: Weight, near: list[Weight], base: float, informs: bool) -> str:
     if not informs:
         return (
             "A rival without any water force prints these numbers too (odds within 20 to 1): they carry no information "
             "about the water."
         )
     if not preferred.rival.effects:
-        does = "prints these numbers" if confidence >= 0.5 else "is not ruled out"
-        text = f"Eq. 15 with constant coefficients {does} (probability {likely(confidence)})"
+        does = "prints these numbers" if base >= 0.5 else "is not ruled out"
+        text = f"Eq. 15 with constant coefficients {does} (probability {likely(base)})"
         names = ", ".join(weight.rival.label for weight in near)
         return f"{text}; {names} {'are' if len(near) > 1 else 'is'} not ruled out." if near else f"{text}."
-    text = f"Eq. 15 with constant coefficients does not print these numbers; {_told(preferred)} does"
+    kept = "does not print these numbers"
+    if base > RULED_OUT:
+        kept = f"hardly prints these numbers (probability {likely(base)})"
+    text = f"Eq. 15 with constant coefficients {kept}; {_told(preferred)} does"
     if near:
         text += f", and so {'do' if len(near) > 1 else 'does'} {'; '.join(_told(weight) for weight in near)}"
         return f"{text}: these numbers cannot tell them apart."
-    return f"{text} (probability {likely(confidence)})."
+    return f"{text} (probability {likely(preferred.probability)})."
 
 
 def likely(probability: float) -> str:

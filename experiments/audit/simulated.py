@@ -263,6 +263,11 @@ def read_results(path: Path = RESULTS) -> list[dict[str, Any]]:
     return [found[number] for number in sorted(found)]
 
 
+def _turn(number: int) -> float:
+    """Audited tables and those for coverage take turns: a run that is cut short leaves some of all."""
+    return number / TABLES if number < TABLES else (number - TABLES) / COVERAGE_TABLES
+
+
 def main(arguments: list[str]) -> int:
     """Run what is missing (up to a number, from a number), or write the page's section."""
     if arguments[:1] == ["page"]:
@@ -274,8 +279,7 @@ def main(arguments: list[str]) -> int:
     done = {one["number"] for one in read_results()}
     last = int(arguments[1]) if len(arguments) > 1 else TABLES + COVERAGE_TABLES
     first = int(arguments[2]) if len(arguments) > 2 else 0
-    # audited tables and those for coverage in turn: a run that is cut short leaves some of all
-    for number in sorted(range(first, last), key=lambda one: one % TABLES / (TABLES if one < TABLES else COVERAGE_TABLES)):
+    for number in sorted(range(first, last), key=_turn):
         if number not in done:
             found = audit_table(number, dry) if number < TABLES else cover_table(number, dry)
             with RESULTS.open("a", encoding="utf-8") as stream:

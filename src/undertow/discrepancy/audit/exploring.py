@@ -33,6 +33,9 @@ GENERATIONS = (3, 5)
 POINTS = 40
 """Points of a generation."""
 
+EVEN = 0.1
+"""Share of them drawn evenly over the whole ranges: what the cloud does not see must not weigh without bound."""
+
 ANEW = 3
 """At one point in so many slopes are taken anew."""
 
@@ -56,7 +59,7 @@ Pinned = NDArray[np.intp]
 
 def explored_surface(case: Case, surface: Surface, seed: int = 0) -> Surface:
     """A surface of pinned sheets, one a point of the cloud, from a surface of pieces; the same one where nothing of its
-    rival is logarithmic, where no row is of Method 1 (the others have one answer), or where no recipe can be run."""
+    rival is to be explored, where no row is of Method 1 (the others have one answer), or where no recipe can be run."""
     rival = surface.rival
     if not any(row.recipe == "method1" for row in case.rows):
         return surface
@@ -65,12 +68,14 @@ def explored_surface(case: Case, surface: Surface, seed: int = 0) -> Surface:
         return surface
     rng = np.random.default_rng(seed)
     parents = _drawn(case, surface, seed, rng)
-    first = FIRST_WIDTH * np.array([rival.unknowns[i].high - rival.unknowns[i].low for i in at])
-    clouds = [_Cloud(parents[:, at], np.full(len(parents), 1.0 / len(parents)), first)]
+    low, high = _ends(rival, at)
+    clouds = [_Cloud(parents[:, at], np.full(len(parents), 1.0 / len(parents)), FIRST_WIDTH * (high - low))]
     sheets: list[Sheet] = []
     logs = np.zeros(0)
     for generation in range(1, GENERATIONS[1] + 1):
         new = _generation(case, rival, clouds[-1], parents, sheets, at, rng)
+        if not new:
+            return surface
         try:
             logs = np.append(logs, _weights(case, Surface(rival, tuple(new)), seed))
         except UndertowError:  # none of them within the priors
@@ -90,10 +95,13 @@ def _generation(
 ) -> list[Sheet]:
     """Sheets of one generation; slopes anew at some of its points, those of the nearest such point at the others."""
     found: list[Sheet] = []
-    for i, point in enumerate(cloud.draw(POINTS, rng)):
+    low, high = _ends(rival, at)
+    even = rng.uniform(size=POINTS) < EVEN
+    drawn = np.where(even[:, None], rng.uniform(low, high, size=(POINTS, at.size)), cloud.draw(POINTS, rng))
+    for i, point in enumerate(drawn):
         start = parents[_nearest(cloud, parents[:, at], point)].copy()
         start[at] = point
-        if not _inside(rival, start, at):
+        if np.any((point < low) | (point > high)):
             continue
         known = None
         known_sheets = [*sheets, *found]
@@ -157,8 +165,6 @@ def _drawn(case: Case, surface: Surface, seed: int, rng: np.random.Generator) ->
 
 def _weights(case: Case, surface: Surface, seed: int) -> Array:
     """Logarithm of the posterior weight of every sheet."""
-    if not surface.sheets:
-        raise UndertowError(f"audit case {case.name}: 0 points of a cloud can be run; widen the priors of its rival")
     first = weigh(case, surface, seed)
     return np.asarray(np.logaddexp.reduce(first.logs + log_belief()[:, None, None], axis=(0, 2)))
 
@@ -174,13 +180,15 @@ def _levelled(logs: Array) -> Array:
     return share
 
 
-def _inside(rival: Rival, point: Array, at: Pinned) -> bool:
-    return all(rival.unknowns[i].low <= point[i] <= rival.unknowns[i].high for i in at)
+def _ends(rival: Rival, at: Pinned) -> tuple[Array, Array]:
+    return np.array([rival.unknowns[i].low for i in at]), np.array([rival.unknowns[i].high for i in at])
 
 
 def _shares(rival: Rival, points: Array, clouds: list[_Cloud], at: Pinned) -> list[float]:
     """What each point (n, d) stands for: its prior over the density that all generations drew it from, as logarithm."""
-    drawn = np.logaddexp.reduce([cloud.log_density(points) for cloud in clouds], axis=0) + math.log(POINTS)
-    prior = -sum(math.log(rival.unknowns[i].high - rival.unknowns[i].low) for i in at)
-    found: list[float] = (prior - drawn).tolist()
+    low, high = _ends(rival, at)
+    even = -float(np.sum(np.log(high - low)))
+    mixed = [np.logaddexp(math.log1p(-EVEN) + cloud.log_density(points), math.log(EVEN) + even) for cloud in clouds]
+    drawn = np.logaddexp.reduce(mixed, axis=0) + math.log(POINTS)
+    found: list[float] = (even - drawn).tolist()
     return found

@@ -37,8 +37,8 @@ def condition(
 
     Raises RecordingError where nothing moves, nothing that moves was recorded, or the window is too short.
     """
-    window = find_window(recording, start_s, end_s)
     levels = {name: noise(values) for name, values in recording.channels.items()}
+    window = find_window(recording, start_s, end_s, levels)
     after = recording.time >= window.release_s
     t = recording.time[after] - window.release_s
     channels = {n: recording.channels[n][after] for n in MOTION_CHANNELS if n in recording.channels}

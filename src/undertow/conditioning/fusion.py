@@ -58,11 +58,12 @@ class Smoothed:
 
 
 @njit(
-    "Tuple((f8[:,::1], f8[:,:,::1], f8))(f8[::1], f8[:,::1], f8[::1], f8[::1], f8[::1], f8[:,::1], f8, f8)", cache=True
+    "Tuple((f8[:,::1], f8[:,:,::1], f8))(f8[::1], f8[:,::1], f8[::1], f8[::1], f8[::1], f8[:,::1], f8, f8, b1)",
+    cache=True,
 )
-def _smooth(t, z, jerk, r, m0, p0, q, qb):  # type: ignore[no-untyped-def]
-    """Forward filter and backward smoother; z (n, 3) measured x, v, a with variance r (3,), r < 0: not measured;
-    jerk (n,) is what d multiplies."""
+def _smooth(t, z, jerk, r, m0, p0, q, qb, backward):  # type: ignore[no-untyped-def]
+    """Forward filter and, where wanted, backward smoother; z (n, 3) measured x, v, a with variance r (3,), r < 0: not
+    measured; jerk (n,) is what d multiplies."""
     n = t.size
     mf = np.empty((n, 5))
     pf = np.empty((n, 5, 5))
@@ -104,11 +105,14 @@ def _smooth(t, z, jerk, r, m0, p0, q, qb):  # type: ignore[no-untyped-def]
             gain = ph / s
             e = z[i, c] - hx
             loglik -= 0.5 * (math.log(s) + e * e / s)
-            m = m + gain * e
-            p = p - np.outer(gain, ph)
-            p = 0.5 * (p + p.T)
+            for j in range(5):
+                m[j] += gain[j] * e
+                for k in range(j + 1):
+                    p[j, k] = p[k, j] = 0.5 * (p[j, k] - gain[j] * ph[k] + (p[k, j] - gain[k] * ph[j]))
         mf[i] = m
         pf[i] = p
+    if not backward:
+        return mf, pf, loglik
     ms = mf.copy()
     ps = pf.copy()
     for i in range(n - 2, -1, -1):
@@ -134,11 +138,17 @@ class _Setting:
     covariance: Array
     bias_density: float
 
-    def at(self, jerk_density: float, samples: int | None = None) -> tuple[Array, Array, float]:
+    def at(self, jerk_density: float) -> tuple[Array, Array, float]:
         """Smoothed means (n, 5), covariances (n, 5, 5) and log-likelihood at a jerk density."""
-        n = self.t.size if samples is None else min(samples, self.t.size)
+        return self._run(jerk_density, self.t.size, True)
+
+    def log_likelihood(self, jerk_density: float) -> float:
+        """Log-likelihood of the first samples at a jerk density."""
+        return self._run(jerk_density, min(LIKELIHOOD_SAMPLES, self.t.size), False)[2]
+
+    def _run(self, q: float, n: int, backward: bool) -> tuple[Array, Array, float]:
         means, covariances, loglik = _smooth(
-            self.t[:n], self.z[:n], self.jerk[:n], self.r, self.mean, self.covariance, jerk_density, self.bias_density
+            self.t[:n], self.z[:n], self.jerk[:n], self.r, self.mean, self.covariance, q, self.bias_density, backward
         )
         return means, covariances, float(loglik)
 
@@ -172,7 +182,7 @@ def fuse(
 
 def _best_density(setting: _Setting, scale: float) -> float:
     best = minimize_scalar(
-        lambda e: -setting.at(scale * 10.0**e, LIKELIHOOD_SAMPLES)[2],
+        lambda e: -setting.log_likelihood(scale * 10.0**e),
         bounds=(-JERK_DECADES, JERK_DECADES), method="bounded", options={"xatol": 0.1},
     )  # fmt: skip
     return float(scale * 10.0 ** float(best.x))

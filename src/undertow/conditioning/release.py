@@ -6,6 +6,7 @@ Belongs here: hold, release instant, start and end of the motion window. Does no
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping
 
 import numpy as np
 
@@ -63,28 +64,36 @@ MOTION_SHARE = 0.004
 """Motion also ends where what is left stays under this share of the largest deflection: below it, drift decides."""
 
 
-def find_window(recording: Recording, start_s: float | None = None, end_s: float | None = None) -> Window:
+def find_window(
+    recording: Recording,
+    start_s: float | None = None,
+    end_s: float | None = None,
+    levels: Mapping[str, float] | None = None,
+) -> Window:
     """Release instant and motion window of one recording.
 
     A hold is a quiet stretch away from where the body ends up; the release is its end, refined between samples
     from the first swing (`fit_first_swing`). Without a hold (or with ``start_s``) the record is in
     mid-motion: the window starts at its first sample (or there) and the initial velocity is free. The window ends
-    with the stuck tail, or at ``end_s``.
+    with the stuck tail, or at ``end_s``. ``levels`` is the noise of every channel, where it is known already.
 
     Raises RecordingError where nothing moves, where the body is never let go, or where a window holds under 20 samples.
     """
-    time, values = recording.time, followed(recording)
-    _check_motion(recording, values)
-    quiet_noise = noise(values)
-    last = _motion_end(recording, quiet_noise)
+    time, channel = recording.time, followed(recording)
+    values = recording.channels[channel]
+    levels = {name: noise(own) for name, own in recording.channels.items()} if levels is None else levels
+    quiet_noise = levels[channel]
+    _check_motion(recording, channel, quiet_noise)
+    half = half_period(time, values, quiet_noise)
+    last = _motion_end(recording, levels, half)
     stop = last if end_s is None else min(float(end_s), float(time[-1]))
-    hold = _hold(time, values, quiet_noise, last) if start_s is None else None
+    hold = _hold(time, values, quiet_noise, half, last) if start_s is None else None
     if hold is None:
         start = float(time[0]) if start_s is None else float(start_s)
         window = Window(start, start, stop, 0.0, False, _reason(start_s, end_s, "no hold seen"))
     else:
-        release, error = _refined_release(recording, values, hold)
-        transient = max(TRANSIENT_SHARE * half_period(time, values, quiet_noise), 1.0 / recording.rate_hz)
+        release, error = _refined_release(recording, quiet_noise, half, hold)
+        transient = max(TRANSIENT_SHARE * half, 1.0 / recording.rate_hz)
         reason = _reason(start_s, end_s, "released from a hold")
         window = Window(release, release + transient, stop, error, True, reason)
     inside = int(np.count_nonzero((time >= window.start_s) & (time <= window.end_s)))
@@ -96,11 +105,11 @@ def find_window(recording: Recording, start_s: float | None = None, end_s: float
     return window
 
 
-def followed(recording: Recording) -> Array:
-    """The channel in which motion is looked for: displacement, else velocity, else acceleration."""
+def followed(recording: Recording) -> str:
+    """Name of the channel in which motion is looked for: displacement, else velocity, else acceleration."""
     for name in ("displacement", "velocity", "acceleration"):
         if name in recording.channels:
-            return recording.channels[name]
+            return name
     have = ", ".join(recording.channels) or "none"
     raise RecordingError(
         f"trial {recording.name}: channels are {have}; motion needs displacement, velocity or acceleration: map one"
@@ -112,23 +121,21 @@ def _reason(start_s: float | None, end_s: float | None, seen: str) -> str:
     return f"{' and '.join(set_by_user)} set" if set_by_user else seen
 
 
-def _check_motion(recording: Recording, values: Array) -> None:
-    size, level = float(np.ptp(values)), noise(values)
+def _check_motion(recording: Recording, channel: str, level: float) -> None:
+    size, unit = float(np.ptp(recording.channels[channel])), recording.unit(channel)
     if size < 10.0 * level or size == 0.0:
-        unit = recording.unit(next(n for n in ("displacement", "velocity", "acceleration") if n in recording.channels))
         raise RecordingError(
             f"trial {recording.name}: no release found: the record moves by {size:.3g} {unit} with noise of "
             f"{level:.3g} {unit}; motion must exceed 10 times the noise: look at the sensor"
         )
 
 
-def _hold(time: Array, values: Array, level: float, motion_end: float) -> tuple[int, int] | None:
+def _hold(time: Array, values: Array, level: float, half: float, motion_end: float) -> tuple[int, int] | None:
     """First and last sample of the last hold before the motion; None where the record starts in mid-motion.
 
     Looked for in means over an eighth of half a period, so that noise, white or slow, is no motion.
     """
     dt = float(np.median(np.diff(time)))
-    half = half_period(time, values, level)
     short = max(1, round(SHORT_MEAN_SHARE * half / dt))
     smooth = np.convolve(values, np.ones(short) / short, mode="valid")
     level = _slow_noise(smooth, short, level)
@@ -167,7 +174,7 @@ def _tail(time: Array, values: Array) -> float:
     return float(np.median(values[time >= time[-1] - TAIL_SHARE * (time[-1] - time[0])]))
 
 
-def _refined_release(recording: Recording, values: Array, hold: tuple[int, int]) -> tuple[float, float]:
+def _refined_release(recording: Recording, level: float, half: float, hold: tuple[int, int]) -> tuple[float, float]:
     """Release instant between samples and its standard error, s: from the first swing, or from where it is half done.
 
     Where neither displacement nor a whole first swing is recorded it is the end of the hold.
@@ -176,8 +183,7 @@ def _refined_release(recording: Recording, values: Array, hold: tuple[int, int])
     dt = float(np.median(np.diff(time)))
     if "displacement" not in recording.channels:
         return float(time[last]), dt
-    level = noise(values)
-    half = half_period(time, values, level)
+    values = recording.channels["displacement"]
     w = math.pi / half
     x0 = float(np.median(values[max(hold[0], last - round(half / dt)) : last + 1]))
     size = x0 - _tail(time, values)
@@ -197,21 +203,19 @@ def _refined_release(recording: Recording, values: Array, hold: tuple[int, int])
     return swing.t0, max(swing.stderr, 0.05 * dt)
 
 
-def _motion_end(recording: Recording, level: float) -> float:
+def _motion_end(recording: Recording, levels: Mapping[str, float], half: float) -> float:
     """Last instant at which the body still oscillates, s in the recording's time.
 
     Over half a period a sensor's drift is nothing, so what counts is the range of each recorded channel (short means
     against noise) over the half period that follows. Motion ends where that stays under `MOTION_IN_NOISE` times its
     noise and under `MOTION_SHARE` of its largest in every channel. The record's end where it still oscillates.
     """
-    time, values = recording.time, followed(recording)
+    time = recording.time
     dt = float(np.median(np.diff(time)))
-    half = half_period(time, values, level)
     last = float(time[0])
     for name in ("displacement", "velocity", "acceleration"):
         if name in recording.channels:
-            own = recording.channels[name]
-            last = max(last, _last_oscillation(time, own, noise(own), half, dt))
+            last = max(last, _last_oscillation(time, recording.channels[name], levels[name], half, dt))
     return last
 
 

@@ -157,7 +157,7 @@ def repeatability(
     none = np.zeros(0, dtype=np.int64)
     steps = _drawn_steps(run, times)
     start = output_error.trajectory(run.theta, none, times, steps)[pick][:, 0]
-    errors = []
+    drawn = []
     for _ in range(DRAWS):
         theta = run.theta.copy()
         for slot, std in active.items():
@@ -166,12 +166,15 @@ def repeatability(
                 draw /= math.sqrt(generator.chisquare(freedom) / freedom)
             theta[SLOT[slot]] = max(theta[SLOT[slot]] + std * draw, 0.0)
         try:
-            away = output_error.trajectory(theta, none, times, steps)[pick][:, 0] - start
+            drawn.append(output_error.trajectory(theta, none, times, steps)[pick][:, 0])
         except IdentificationError:  # no rig has motions without bounds: such a draw says nothing of repeatability
             continue
-        away = away - basis @ (basis.T @ away)
-        errors.append(float(np.sqrt(np.mean(away**2))) / scale)
-    return math.hypot(float(np.quantile(errors, REPEATABILITY_QUANTILE)), floor) if errors else floor
+    if not drawn:
+        return floor
+    away = np.array(drawn) - start
+    away -= away @ basis @ basis.T
+    errors = np.sqrt(np.mean(away**2, axis=1)) / scale
+    return math.hypot(float(np.quantile(errors, REPEATABILITY_QUANTILE)), floor)
 
 
 def _drawn_steps(run: FreeRun, times: Array) -> int:

@@ -2,7 +2,7 @@
 
 An answer is the set of names that are said: the verdict and its alternatives, and Eq. 15 where it is not ruled out. A
 set that names more than `MOST_NAMES` says nothing and counts as wrong, whatever is in it. While Eq. 15 is not ruled out
-it is what is preferred: an effect that nobody is accused of was not found.
+it is the preferred one: the planted effect then counts only by its own name in a small set, never by its class.
 
 Beside them stands an auditor who was told what no real one knows: how far the rows of these tables scatter, how often
 each truth comes, and in hindsight the doubt at which to accuse. What it misses the tables do not say.
@@ -29,6 +29,9 @@ MARKS = ("<!-- simulated tables -->", "<!-- end of simulated tables -->")
 FALSE_AT_MOST = 0.02
 """Share of the tables of Eq. 15 in which somebody may be accused."""
 
+WANTED_COVERAGE = (0.86, 0.94)
+"""Share of 90 % intervals that should hold what was planted."""
+
 MOST_NAMES = 3
 """Names in a set that still says something: of seven to nine rivals a third."""
 
@@ -53,6 +56,7 @@ def judged(one: dict[str, Any]) -> dict[str, bool]:
     return {
         "preferred": said[0] == ((truth,) if truth else ()), "class": right_class, "named": named,
         "named_small": named and small, "right": right_class or (named and small),
+        "open": bool(truth) and not said[0] and named and small,
     }  # fmt: skip
 
 
@@ -67,10 +71,11 @@ def told(results: Sequence[dict[str, Any]]) -> dict[str, int]:
     said = []
     for one, share in zip(audited, shares, strict=True):
         effects = sorted((name for name in share if name), key=lambda name: -share[name])
-        near = [name for name in effects if share[name] * ODDS >= share[effects[0]]]
+        silent = share[""] >= doubt
+        best = share[""] if silent else share[effects[0]]
+        near = [] if silent and best >= 0.5 else [[name] for name in effects if share[name] * ODDS >= best]
         said.append({
-            "truth": one["truth"], "verdict": [effects[0]] if share[""] < doubt else [],
-            "alternatives": [[name] for name in (near[1:] if share[""] < doubt else near)],
+            "truth": one["truth"], "verdict": [] if silent else near[0], "alternatives": near if silent else near[1:],
         })  # fmt: skip
     return {
         "right": sum(judged(one)["right"] for one in said if one["truth"]),
@@ -131,9 +136,8 @@ def _expected(audited: Sequence[dict[str, Any]]) -> float:
 
 def _counts(those: Sequence[dict[str, Any]]) -> dict[str, Any]:
     scores = [judged(one) for one in those]
-    counts: dict[str, Any] = {
-        key: sum(score[key] for score in scores) for key in ("preferred", "class", "named", "named_small", "right")
-    }
+    keys = ("preferred", "class", "named", "named_small", "right", "open")
+    counts: dict[str, Any] = {key: sum(score[key] for score in scores) for key in keys}
     sizes = [len(names_said(one)) for one in those]
     return {**counts, "tables": len(those), "size": float(np.median(sizes)) if sizes else 0.0}
 
@@ -157,18 +161,32 @@ def section(found: dict[str, Any]) -> str:
         f"{one['tables']} tables, or its class (dissipation, memory, set-up) is the preferred one's: {one['right']} of "
         f"{one['tables']} ({100.0 * one['right'] / max(one['tables'], 1):.0f} %). It is the preferred name in "
         f"{one['preferred']}, its class the preferred one's in {one['class']}; a set has {one['size']:g} names "
-        f"(median).",
+        f"(median). {one['open']} of the {one['right']} stand beside an Eq. 15 that is not ruled out.",
         f"Where Eq. 15 is true somebody is accused in {found['accused']} of {found['eq15']}; by the audit's own "
         f"probabilities in {100.0 * found['expected']:.1f} % of such tables.",
         f"An auditor who is told how far rows scatter, how often each truth comes and in hindsight at which doubt to "
         f"accuse finds {found['told']['right']} of {found['told']['tables']}, with {found['told']['accused']} of "
         f"{found['eq15']} accused.",
         *(_covered(key, row) for key, row in found["coverage"].items()),
+        _wanted(found),
         "",
         head,
         "|---|---|---|---|---|---|---|---|",
         *lines,
     ])  # fmt: skip
+
+
+def _wanted(found: dict[str, Any]) -> str:
+    """What was wanted, and whether it is reached."""
+    one = found["effects"]
+    shares = {
+        "name or class in 90 %": one["right"] >= 0.9 * one["tables"],
+        "at most 2 % accused": found["accused"] <= FALSE_AT_MOST * found["eq15"],
+    }
+    for key, row in found["coverage"].items():
+        reached = WANTED_COVERAGE[0] <= row["inside"] / max(row["tables"], 1) <= WANTED_COVERAGE[1]
+        shares[f"coverage of {key.partition('.')[0].replace('_', ' ')} of 86 to 94 %"] = reached
+    return "Wanted: " + "; ".join(f"{text} ({'reached' if good else 'missed'})" for text, good in shares.items()) + "."
 
 
 def _covered(key: str, row: dict[str, Any]) -> str:

@@ -157,7 +157,7 @@ def simulate_table(number: int, dry: dict[str, Structure]) -> Simulated:
             continue
         errors = rng.standard_normal((2, len(found)))
         printed = [
-            _printed(row, one, mass_scatter * to_mass, 1.0 + drag_scatter * to_drag)
+            printed_row(row, one, mass_scatter * to_mass, 1.0 + drag_scatter * to_drag)
             for row, one, to_mass, to_drag in zip(empty.rows, found, *errors.tolist(), strict=True)
         ]
         digits = np.array([[round(mass), round(drag, 1)] for mass, drag in printed])
@@ -175,7 +175,7 @@ def _returned(case: Case, row: Row, values: dict[str, float], rng: np.random.Gen
     return row_returns(case, row, own)
 
 
-def _printed(row: Row, returned: Returned, to_mass_kg: float, drag_factor: float) -> tuple[float, float]:
+def printed_row(row: Row, returned: Returned, to_mass_kg: float, drag_factor: float) -> tuple[float, float]:
     """One row as printed: what a recording does to the minimum comes before the bound of Method 1."""
     moved = replace(returned, added_mass_kg=returned.added_mass_kg + to_mass_kg)
     mass, drag = moved.bounded if row.recipe == "method1" else (moved.added_mass_kg, moved.drag_coefficient)

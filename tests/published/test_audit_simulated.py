@@ -4,21 +4,24 @@ from __future__ import annotations
 
 import functools
 import re
+from dataclasses import replace
 
 import pytest
 
 from experiments.audit.cells import page_table, predictions
-from experiments.audit.scores import PAGE, judged, section, summary
+from experiments.audit.scores import PAGE, judged, section, summary, told
 from experiments.audit.simulated import (
     COVERED,
     TABLES,
     TURNS,
     audit_table,
     cover_table,
+    printed_row,
     read_results,
     simulate_table,
     structures,
 )
+from undertow.discrepancy.audit.recipes import Returned
 
 OFFSET = 8
 
@@ -64,7 +67,7 @@ KEY = "linear_damping.c_Ns_per_m"
 def result(truth: str, verdict: list[str], alternatives: list[list[str]], interval: list[float] | None = None) -> dict:
     return {
         "truth": truth, "verdict": verdict, "alternatives": alternatives, "values": {KEY: 500.0}, "cpu_s": 1.0,
-        "intervals": {KEY: interval} if interval else {},
+        "intervals": {KEY: interval} if interval else {}, "equation_15": 0.0 if verdict else 1.0,
     }  # fmt: skip
 
 
@@ -94,6 +97,29 @@ def test_a_set_that_names_nearly_everything_is_no_right_answer():
     few = judged(result("linear_damping", [], others[1:]))
     assert few["right"]
     assert not few["class"]
+
+
+def test_a_row_below_the_bound_prints_zero_and_the_drag_there():
+    on_spring, first = simulate_table(2, structures()).case.rows[0], Returned(4.0, 9.0, 7.0)
+    assert printed_row(on_spring, first, -10.0, 1.1) == (0.0, pytest.approx(7.7))
+    assert printed_row(on_spring, first, 10.0, 1.0) == (14.0, 9.0)
+    without_bound = replace(on_spring, recipe="method2")
+    assert printed_row(without_bound, first, -10.0, 1.0) == (-6.0, 9.0)
+
+
+def test_a_told_auditor_accuses_at_the_doubt_that_leaves_eq_15_alone():
+    def row(truth: str, equation: float) -> dict:
+        return {"truth": truth, "told_scatter": {"equation 15": equation, "linear_damping": 0.0}}
+
+    # a clear and a weak effect; of two tables of Eq. 15 the least sure one sets the doubt
+    rows = [row("linear_damping", -9.0), row("linear_damping", 2.0), row("", 5.0), row("", 1.0)]
+    assert told(rows) == {"right": 1, "tables": 2, "accused": 0}
+
+
+def test_wrong_accusations_are_foretold_by_what_eq_15_keeps():
+    rows = [result("linear_damping", ["linear_damping"], []) | {"equation_15": 0.05}]
+    rows += [result("", [], []) | {"equation_15": 0.95}]
+    assert summary(rows)["expected"] == pytest.approx(0.05)
 
 
 def test_the_page_has_the_cells_as_they_are_computed():

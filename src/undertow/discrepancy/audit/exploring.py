@@ -69,7 +69,7 @@ def explored_surface(case: Case, surface: Surface, seed: int = 0) -> Surface:
     rng = np.random.default_rng(seed)
     parents = _drawn(case, surface, seed, rng)
     low, high = _ends(rival, at)
-    clouds = [_Cloud(parents[:, at], np.full(len(parents), 1.0 / len(parents)), FIRST_WIDTH * (high - low))]
+    clouds = [Cloud(parents[:, at], np.full(len(parents), 1.0 / len(parents)), FIRST_WIDTH * (high - low))]
     sheets: list[Sheet] = []
     logs = np.zeros(0)
     for generation in range(1, GENERATIONS[1] + 1):
@@ -86,12 +86,12 @@ def explored_surface(case: Case, surface: Surface, seed: int = 0) -> Surface:
         counted = np.exp(logs + shares - np.max(logs + shares))
         if generation >= GENERATIONS[0] and np.sum(counted) ** 2 >= DIFFERENT * np.sum(counted**2):
             break
-        clouds.append(_Cloud(parents[:, at], _levelled(logs + shares), np.full(at.size, LEAST_WIDTH)))
+        clouds.append(Cloud(parents[:, at], _levelled(logs + shares), np.full(at.size, LEAST_WIDTH)))
     return Surface(rival, tuple(replace(one, log_share=share) for one, share in zip(sheets, shares, strict=True)))
 
 
 def _generation(
-    case: Case, rival: Rival, cloud: _Cloud, parents: Array, sheets: list[Sheet], at: Pinned, rng: np.random.Generator
+    case: Case, rival: Rival, cloud: Cloud, parents: Array, sheets: list[Sheet], at: Pinned, rng: np.random.Generator
 ) -> list[Sheet]:
     """Sheets of one generation; slopes anew at some of its points, those of the nearest such point at the others."""
     found: list[Sheet] = []
@@ -115,7 +115,7 @@ def _generation(
     return found
 
 
-def _nearest(cloud: _Cloud, points: Array, point: Array) -> int:
+def _nearest(cloud: Cloud, points: Array, point: Array) -> int:
     return int(np.argmin(np.sum(cloud.whitened(points - point) ** 2, axis=1)))
 
 
@@ -124,7 +124,7 @@ def fitted_surface(case: Case, rival: Rival, seed: int = 0) -> Surface:
     return explored_surface(case, bent_surface(case, build_surface(case, rival), seed), seed)
 
 
-class _Cloud:
+class Cloud:
     """Normal kernels of one width around weighed points (n, d)."""
 
     def __init__(self, points: Array, share: Array, least: Array) -> None:
@@ -184,7 +184,7 @@ def _ends(rival: Rival, at: Pinned) -> tuple[Array, Array]:
     return np.array([rival.unknowns[i].low for i in at]), np.array([rival.unknowns[i].high for i in at])
 
 
-def _shares(rival: Rival, points: Array, clouds: list[_Cloud], at: Pinned) -> list[float]:
+def _shares(rival: Rival, points: Array, clouds: list[Cloud], at: Pinned) -> list[float]:
     """What each point (n, d) stands for: its prior over the density that all generations drew it from, as logarithm."""
     low, high = _ends(rival, at)
     even = -float(np.sum(np.log(high - low)))

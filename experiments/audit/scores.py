@@ -20,7 +20,7 @@ from typing import Any
 import numpy as np
 from scipy.stats import beta
 
-from experiments.audit.simulated import INTERVALS, TABLES
+from experiments.audit.simulated import COVERAGE_TABLES, INTERVALS, TABLES
 from undertow.discrepancy.audit.verdicts import ODDS
 
 PAGE = Path(__file__).resolve().parents[2] / "docs" / "published_tables.md"
@@ -85,7 +85,7 @@ def told(results: Sequence[dict[str, Any]]) -> dict[str, int]:
 
 
 def _told_shares(evidences: dict[str, float], often: Counter[str]) -> dict[str, float]:
-    """Probability of each truth ("" is Eq. 15) that comes up at all, by how often it does."""
+    """Probability of each truth ("" is Eq. 15) that comes up at all, by how often it does; 0 where it was not tried."""
     logs = {
         truth: evidences[truth or "equation 15"] + np.log(often[truth])
         for truth in often
@@ -93,7 +93,7 @@ def _told_shares(evidences: dict[str, float], often: Counter[str]) -> dict[str, 
     }
     highest = max(logs.values())
     weights = {truth: float(np.exp(one - highest)) for truth, one in logs.items()}
-    return {truth: one / sum(weights.values()) for truth, one in weights.items()}
+    return {truth: weights.get(truth, 0.0) / sum(weights.values()) for truth in ("", *often)}
 
 
 def coverage(results: Sequence[dict[str, Any]]) -> dict[str, dict[str, Any]]:
@@ -120,7 +120,8 @@ def summary(results: Sequence[dict[str, Any]]) -> dict[str, Any]:
         by_truth[truth or "equation 15"] = _counts(those)
     null = [one for one in audited if not one["truth"]]
     return {
-        "tables": len(audited), "effects": _counts([one for one in audited if one["truth"]]),
+        "tables": len(audited), "covering": len(results) - len(audited),
+        "effects": _counts([one for one in audited if one["truth"]]),
         "eq15": len(null), "accused": sum(bool(one["verdict"]) for one in null), "by_truth": by_truth,
         "expected": _expected(audited), "coverage": coverage(results), "told": told(results),
         "revisions": sorted({one["revision"] for one in results if "revision" in one}),
@@ -155,7 +156,8 @@ def section(found: dict[str, Any]) -> str:
         "the set (median) |"
     )
     return "\n".join([
-        f"{found['tables']} simulated tables of the {TABLES} planned, {found['cpu_s'] / 60.0:.0f} minutes of a core "
+        f"{found['tables']} simulated tables of the {TABLES} planned and {found['covering']} of {COVERAGE_TABLES} for "
+        f"coverage alone, {found['cpu_s'] / 60.0:.0f} minutes of a core "
         f"(`python -m experiments.audit.simulated run`; revision {', '.join(found['revisions']) or 'unknown'}).",
         f"With an effect planted, its name is among at most {MOST_NAMES} that are said in {one['named_small']} of "
         f"{one['tables']} tables, or its class (dissipation, memory, set-up) is the preferred one's: {one['right']} of "
@@ -186,7 +188,9 @@ def _wanted(found: dict[str, Any]) -> str:
     for key, row in found["coverage"].items():
         reached = WANTED_COVERAGE[0] <= row["inside"] / max(row["tables"], 1) <= WANTED_COVERAGE[1]
         shares[f"coverage of {key.partition('.')[0].replace('_', ' ')} of 86 to 94 %"] = reached
-    return "Wanted: " + "; ".join(f"{text} ({'reached' if good else 'missed'})" for text, good in shares.items()) + "."
+    sofar = "" if found["tables"] == TABLES else " (so far)"
+    said = [f"{text} ({'reached' if good else 'missed'})" for text, good in shares.items()]
+    return f"Wanted{sofar}: {'; '.join(said)}."
 
 
 def _covered(key: str, row: dict[str, Any]) -> str:

@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
@@ -52,6 +52,11 @@ class Rig:
     def normal_force(self, wet: bool) -> float:
         """Weight less buoyancy, N."""
         return (self.mass - (WATER_KG_PER_M3 * self.volume if wet else 0.0)) * GRAVITY_M_PER_S2
+
+
+    def noisier(self, factor: float) -> Rig:
+        """The same rig with sensors whose noise is so many times larger."""
+        return replace(self, sensors=tuple(replace(s, noise=factor * s.noise) for s in self.sensors))
 
 
 def _dry(spring: str) -> tuple[float, float, float]:

@@ -24,6 +24,13 @@ STRENGTHS = (0.5, 1.5, 4.0)
 HIDDEN_IN = 4
 """Most wet trials a spring where something is hidden; nulls have up to six."""
 
+POOR = 10.0
+"""Noise of poor sensors (0.5 mm, 0.5 m/s^2) over those of the default campaign: with good ones a damped resonator and a
+relaxation, damping and drag are told apart wherever they are seen at all."""
+
+BRIEF_S = 2.0
+"""Seconds in which the short spring swings four times, and drag has hardly an amplitude to depend on."""
+
 TOGETHER = (
     *(("linear_damping", "cubic_stiffness"), ("hidden_resonator", "linear_damping")),
     *(("hidden_resonator", "external_forcing"), ("cubic_damping", "asymmetric_stiffness")),
@@ -102,13 +109,16 @@ def inseparable(seeds: range) -> Iterator[Case]:
         rate = math.sqrt(plan.rig.springs["short"].k / mass)
         far = {"hm": 0.15 * mass, "hw": 6.0 * rate, "hz": 0.01, "M": mass}
         damped = {"hm": 0.25 * mass, "hw": 1.1 * rate, "hz": 0.6}
-        narrow = replace(plan, spread=1.3, seconds=4.0)
+        poor = replace(plan, rig=plan.rig.noisier(POOR))
+        brief = replace(poor, spread=1.1, seconds=BRIEF_S)
+        linear = {"quadratic_drag": 0.0, "linear_damping": 5.0}
         for names, truth, campaign in (
             ("added_mass+hidden_resonator", "hidden_resonator", Campaign(plan, {"added_mass": 0.0}, far)),
             ("added_mass+hidden_resonator", "added_mass", Campaign(plan, {"added_mass": 1.0})),
-            ("hidden_resonator+relaxation", "hidden_resonator", Campaign(plan, {}, damped)),
-            ("hidden_resonator+relaxation", "relaxation", Campaign(plan, {"relaxation": 0.15})),
-            ("linear_damping+quadratic_drag", "quadratic_drag", Campaign(narrow, {"quadratic_drag": 1.5})),
+            ("hidden_resonator+relaxation", "hidden_resonator", Campaign(poor, {}, damped)),
+            ("hidden_resonator+relaxation", "relaxation", Campaign(poor, {"relaxation": 0.4})),
+            ("linear_damping+quadratic_drag", "quadratic_drag", Campaign(brief, {"quadratic_drag": 3.0})),
+            ("linear_damping+quadratic_drag", "linear_damping", Campaign(brief, linear)),
         ):
             label = {"study": "inseparable", "hidden": names, "strength": 0.0, "seed": seed, "view": f"truth {truth}"}
             yield Case(label, campaign)

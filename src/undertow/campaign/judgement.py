@@ -39,6 +39,9 @@ SELF_REPEATABILITY = 0.01
 LOOSER = 10.0
 """How much wider than its error a dry mean may be where its own trials are judged."""
 
+MOST_FRICTION = 0.1
+"""Friction that a dry group's own trials may turn out to have, over the largest force of their spring."""
+
 
 def judged(
     config: RunConfig,
@@ -127,12 +130,16 @@ class _Judge:
         return undecided(level.cases, reason)
 
 
-def _loosened(structure: Structure | None) -> Structure | None:
-    """Dry trials' own k, c, mu as a start for their groups: a law that is missing may have bent the means."""
+def _loosened(structure: Structure | None, task: GroupTask) -> Structure | None:
+    """Dry trials' own k, c, mu as a start for their groups: a law that is missing may have bent the means, damping to
+    twice its size and friction to nothing."""
     if structure is None:
         return None
     k, c, mu = (replace(e, stderr=LOOSER * e.stderr) for e in (structure.k, structure.c, structure.mu))
-    return replace(structure, k=k, c=c, mu=mu)
+    friction = MOST_FRICTION * k.value * max(m.amplitude for m in task.motions) / task.specimen.normal_force_N
+    if math.isfinite(friction) and friction > mu.stderr > 0.0:
+        mu = replace(mu, stderr=friction)
+    return replace(structure, k=k, c=replace(c, stderr=max(c.stderr, abs(c.value))), mu=mu)
 
 
 def _with_rig(case: Case, rig: Rig | None) -> Case:
@@ -153,7 +160,7 @@ def _water(config: RunConfig, case: Case) -> tuple[object, ...]:
 
 def _case(config: RunConfig, task: GroupTask, group: GroupFindings) -> Case:
     """A group as the judge sees it."""
-    structure = _loosened(task.dry_structure) if task.dry else task.dry_structure
+    structure = _loosened(task.dry_structure, task) if task.dry else task.dry_structure
     model = group_model(
         task.terms, task.motions, task.specimen, structure, dry=task.dry, anchored=task.anchor.known,
         stiffness={n: e.value for n, e in task.stiffness.items()},

@@ -82,13 +82,17 @@ def _waters(level: Level, best: Candidate, suspect: Suspect) -> tuple[Level, ...
 
 
 def _attempt(level: Level, best: Candidate, suspect: Suspect, start: float) -> JointFit | None:
-    """One fit from one start, at the noise of what stands; None where it gives no motion."""
+    """One fit from one start, at the noise of what stands; None where it gives no motion.
+
+    What is far from what stands is fitted in growing windows and in one: either can end beside the answer.
+    """
     additions = renumbered(suspect.additions(level.scales, start), best)
     addend = Addend(_prefix(best, suspect), additions, suspect.frees, late=suspect.late)
     known = best.fit.values if best.suspects or not suspect.memory else {}
-    new = suspect.memory or suspect.late > 0.0 or not level.shares(best.fit.solution.problem.names)
-    growing = new and not best.suspects
-    return _with(level, best, addend, known, growing)
+    new = suspect.memory or suspect.has_no_zero or not level.shares(best.fit.solution.problem.names)
+    ways = (True, False) if new and not best.suspects else (False,)
+    fits = [f for growing in ways if (f := _with(level, best, addend, known, growing)) is not None]
+    return min(fits, key=lambda f: f.criterion, default=None)
 
 
 def _from_place(level: Level, best: Candidate, suspect: Suspect, additions: tuple[Addition, ...]) -> JointFit | None:

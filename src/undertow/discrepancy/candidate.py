@@ -128,11 +128,8 @@ def _rivals(best: Candidate, found: Sequence[Candidate]) -> tuple[tuple[str, ...
 
 
 def damping_ratio(fit: JointFit) -> float:
-    """Largest damping ratio of the resonators that a fit holds; 0 where it holds none."""
-    found = [
-        fit.value(f"{addend.prefix}.{a.name}")
-        for addend in fit.addends for a in addend.additions if a.name == "damping_ratio"
-    ]  # fmt: skip
+    """Largest damping ratio of the resonators that a fit holds, each spring's own too; 0 where it holds none."""
+    found = [value for name, value in fit.values.items() if name.split("@")[0].endswith(".damping_ratio")]
     return max(found, default=0.0)
 
 

@@ -65,7 +65,7 @@ SLIDING = 0.1
 FINE = 2.0
 """Up to this many times repeatability the free run's error is small enough for one linear step to show a gain."""
 
-LINEAR = 0.25
+LINEAR = 0.1
 """Share of the motion that the free run may miss for a linear step to be trusted, however wide repeatability is."""
 
 LEAST_GAIN = 5.0
@@ -146,7 +146,7 @@ class _Search:
 
     def _large(self, suspect: Suspect, prior: float) -> Candidate | None:
         """A suspect where much is missing: from several starts; a line that leaves the fit no way to it but a start on
-        it (a clock, a delay) from the peaks of its grid."""
+        it (a clock) from the peaks of its grid."""
         if not suspect.on_a_line:
             most = self.best.fit.criterion if suspect.has_no_zero else math.inf
             return from_starts(self.level, self.best, suspect, prior, most)
@@ -185,6 +185,10 @@ class _Search:
             closer = free_run_error(self.level, candidate.fit)
             counts = closer < remaining * self.error and math.sqrt(self.error**2 - closer**2) > WORTH
             last = candidate.suspects[-1]
+            if last.late and not self._nearly_all(candidate):
+                left = math.sqrt(candidate.fit.misfit)
+                self._set_aside([candidate], f"what is left after the first period is still {left:.2g} times the noise")
+                continue
             if counts or not (last.shown_by_free_run or (place and last.frees)):
                 if doubtless is not None:
                     self._set_aside([doubtless[0]], self._no_closer(doubtless[0]))
@@ -202,8 +206,11 @@ class _Search:
     def _beyond_doubt(self, candidate: Candidate) -> bool:
         """Whether the most probable candidate explains nearly all of a residual far above the sensors' noise, which no
         k, c, mu of each trial's own takes away: physics, though repetitions differ by more."""
+        return self.best.fit.misfit > FAR_ABOVE_NOISE and self._nearly_all(candidate)
+
+    def _nearly_all(self, candidate: Candidate) -> bool:
         before, after = self.best.fit.misfit, candidate.fit.misfit
-        return before > FAR_ABOVE_NOISE and before - after > NEARLY_ALL * (before - 1.0)
+        return before - after > NEARLY_ALL * (before - 1.0)
 
     def _plainer(self, ahead: tuple[Candidate, float], probable: Sequence[Candidate]) -> tuple[Candidate, float]:
         """Linear damping instead of a memory that does not ring, where the free run cannot tell them apart; bristles in

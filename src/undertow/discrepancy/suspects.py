@@ -91,7 +91,7 @@ class Suspect:
     (frequency, time), ``fine`` the steps in which a small one is looked for; ``memory`` tells whether it remembers.
     ``frees`` names a nuisance of every trial (a sensor's clock, gain, drift) whose prior is widened instead: what it
     says is in the instrument, and no free run of the displacement shows it. ``on_a_line`` says that a fit finds it from
-    a start within its line only (a clock, a delay). ``late`` asks nothing of so many first periods: what is wrong
+    a start within its line only (a clock). ``late`` asks nothing of so many first periods: what is wrong
     with the release shows there and nowhere else.
     """
 
@@ -159,8 +159,8 @@ def _share(s: Scales, power: int) -> float:
 
 
 def _echo_starts(s: Scales) -> tuple[float, ...]:
-    """Delays of one and a half, three and five periods, s."""
-    return tuple(n * 2.0 * math.pi / s.slowest for n in (1.5, 3.0, 5.0))
+    """Delays from one to eight periods in steps of half a period, s: a fit moves by a quarter of one."""
+    return tuple(0.5 * n * 2.0 * math.pi / s.slowest for n in range(2, 17))
 
 
 def _resonator(amplitude_dependent: bool = False) -> Callable[[Scales, float], tuple[Addition, ...]]:
@@ -340,7 +340,7 @@ SUSPECTS: tuple[Suspect, ...] = (
     Suspect("presliding", "structure", _presliding, lambda s: (0.1, 0.7, 5.0)),
     Suspect("mass_change", "undetermined", _mass_change),
     Suspect("external_forcing", "outside", _forcing, _resonator_starts, fine=_fine_frequencies, on_a_line=True),
-    Suspect("delayed_echo", "outside", _echo, _echo_starts, True, fine=_fine_delays, on_a_line=True),
+    Suspect("delayed_echo", "outside", _echo, _echo_starts, True, fine=_fine_delays),
     Suspect("sine_restoring", "structure", _sine),
     Suspect("imperfect_release", "outside", _release),
     Suspect("imperfect_release", "outside", _nothing, variant="a hold that fades", late=1.0),

@@ -21,6 +21,13 @@ STEPS_PER_PERIOD = 60
 """Largest step of a simulation: this many a period of the fastest mode (error under 1e-5 of x0; see docs)."""
 
 
+STABLE = 5.0
+"""Rate, over the one that its steps are made for, up to which a fourth-order step stays stable with twelve a period."""
+
+MOST_STIFF = 100.0
+"""Bristles that follow this many times faster than the body swings are sliding friction; steps get no shorter."""
+
+
 @dataclass(frozen=True)
 class Trajectory:
     """Simulated motion: ``t`` (n,) s after the release, ``x``, ``v``, ``a`` (n,) in SI; ``hidden`` (n, 2 n_hidden)
@@ -35,9 +42,10 @@ class Trajectory:
 
 
 def fastest_frequency(theta: Array) -> float:
-    """Fastest linear rate of a parameter vector, rad/s: body at its stiffest, hidden oscillators, forcing.
+    """Fastest linear rate of a parameter vector, rad/s: body at its stiffest, hidden oscillators, forcing, bristles.
 
-    Amplitude enters through the hardening terms at the initial displacement.
+    Amplitude enters through the hardening terms at the initial displacement, and through the speed at which bristles
+    bend: they follow with kb |v| / fb, an explicit step with `STABLE` times its own rate.
     """
     from undertow.equation.kernel import MAX_HIDDEN, SLOT
 
@@ -53,6 +61,9 @@ def fastest_frequency(theta: Array) -> float:
     for i in (1, 2):
         if theta[SLOT[f"rt{i}"]] > 0.0:
             rates.append(1.0 / theta[SLOT[f"rt{i}"]])
+    if theta[SLOT["fb"]] > 0.0:
+        speed = abs(theta[SLOT["v0"]]) + size * rates[0]
+        rates.append(min(abs(theta[SLOT["kb"]]) * speed / theta[SLOT["fb"]] / STABLE, MOST_STIFF * rates[0]))
     return float(max(*rates, 1e-3))
 
 

@@ -89,7 +89,7 @@ def _attempt(level: Level, best: Candidate, suspect: Suspect, start: float) -> J
     additions = renumbered(suspect.additions(level.scales, start), best)
     addend = Addend(_prefix(best, suspect), additions, suspect.frees, late=suspect.late)
     known = best.fit.values if best.suspects or not suspect.memory else {}
-    new = suspect.memory or suspect.has_no_zero or not level.shares(best.fit.solution.problem.names)
+    new = suspect.memory or suspect.late > 0.0 or not level.shares(best.fit.solution.problem.names)
     ways = (True, False) if new and not best.suspects else (False,)
     fits = [f for growing in ways if (f := _with(level, best, addend, known, growing)) is not None]
     return min(fits, key=lambda f: f.criterion, default=None)

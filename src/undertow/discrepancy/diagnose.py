@@ -68,6 +68,10 @@ FINE = 2.0
 LINEAR = 0.1
 """Share of the motion that the free run may miss for a linear step to be trusted, however wide repeatability is."""
 
+NEAR = 10.0
+"""Mean squared residual, in units of the sensors' noise, of a fit so near that the free run's share does not matter:
+trials differ in k, c, mu."""
+
 LEAST_GAIN = 5.0
 """A linear step that raises the log evidence by less than this cannot lead to a name: half of what one needs."""
 
@@ -121,7 +125,8 @@ class _Search:
         return [replace(c, fit=at_memory(c.fit, memory)) for c in tried]
 
     def _tried(self, depth: int) -> Iterator[Candidate]:
-        small = self.error <= FINE and missed_share(self.level, self.best.fit) <= LINEAR
+        near = self.best.fit.misfit <= NEAR or missed_share(self.level, self.best.fit) <= LINEAR
+        small = self.error <= FINE and near
         for suspect in self.suspects:
             if not _may_join(self.best, suspect) or (depth and not self._promising(suspect)):
                 continue
@@ -185,9 +190,9 @@ class _Search:
             closer = free_run_error(self.level, candidate.fit)
             counts = closer < remaining * self.error and math.sqrt(self.error**2 - closer**2) > WORTH
             last = candidate.suspects[-1]
-            if last.late and not self._nearly_all(candidate):
-                left = math.sqrt(candidate.fit.misfit)
-                self._set_aside([candidate], f"what is left after the first period is still {left:.2g} times the noise")
+            if last.of_the_release and not self._nearly_all(candidate):
+                before, left = (math.sqrt(c.fit.misfit) for c in (self.best, candidate))
+                self._set_aside([candidate], f"it leaves {left:.2g} of {before:.2g} times the sensors' noise")
                 continue
             if counts or not (last.shown_by_free_run or (place and last.frees)):
                 if doubtless is not None:

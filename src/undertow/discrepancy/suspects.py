@@ -112,9 +112,14 @@ class Suspect:
         return self.late > 0.0 or any(a.moves for a in self.additions(UNIT, 1.0))
 
     @property
+    def of_the_release(self) -> bool:
+        """Whether it says what was wrong with the release, and nothing of what moves."""
+        return self.name == "imperfect_release"
+
+    @property
     def shown_by_free_run(self) -> bool:
         """Whether what it adds can bring a free run of the displacement closer (x0, v0 are adjusted anyway)."""
-        return not self.frees and self.name != "imperfect_release"
+        return not (self.frees or self.of_the_release)
 
     def grid(self, scales: Scales) -> tuple[tuple[Addition, ...], ...]:
         """The additions at every place where a small effect is looked for."""
@@ -337,7 +342,7 @@ SUSPECTS: tuple[Suspect, ...] = (
     ),
     Suspect("relaxation", "water", _relaxation, lambda s: (1.2 / s.slowest, 4.0 / s.slowest), True, fine=_fine_times),
     Suspect("hysteresis", "structure", _hysteresis, lambda s: (0.2 * s.size,), True, fine=_fine_yields),
-    Suspect("presliding", "structure", _presliding, lambda s: (0.1, 0.7, 5.0)),
+    Suspect("presliding", "structure", _presliding, lambda s: (0.1, 1.0)),
     Suspect("mass_change", "undetermined", _mass_change),
     Suspect("external_forcing", "outside", _forcing, _resonator_starts, fine=_fine_frequencies, on_a_line=True),
     Suspect("delayed_echo", "outside", _echo, _echo_starts, True, fine=_fine_delays),

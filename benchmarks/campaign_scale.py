@@ -13,7 +13,8 @@ The default is light: releases without water, stiffness, damping and friction by
 group together), baseline, free runs with their floors, mismatch; nothing is searched. ``--water`` has the five terms of
 Eq. 15 beside dry trials, with Method 2 and output error. ``--full`` runs every method and tries every suspect.
 
-Each size runs in a process of its own, warm: a campaign of eight trials has gone through the same processes before.
+Each size runs in a process of its own, warm: a campaign of 32 trials has gone through the same processes before (of
+fewer than three groups nothing would be identified in the workers, and they would load their code while counted).
 What is counted is everything from the config to the run folder but the page (``--page``), whose cost does not depend on
 the number of trials. Peak memory is the process's, since its beginning, beside that of its largest worker; the trace
 says how both and the processor time stood as the groups went through.
@@ -53,7 +54,7 @@ RESULTS = Path(__file__).with_suffix(".json")
 GROUP = 4
 DRY = 4
 JOBS = 2
-WARM = 8
+WARM = 32
 RATE_HZ, HOLD_S, MOTION_S = 50.0, 0.5, 4.0
 MASS_KG, AREA_M2, RHO = 2637.4, 0.97, 1000.0
 CONFIG = """\

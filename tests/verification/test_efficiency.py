@@ -121,8 +121,8 @@ def test_a_rows_ratio_is_against_undertow():
 
 def test_a_quarter_and_a_tenth_of_the_rate_give_the_same_estimates():
     found = rates.differences("short", 2.36, "N3", 3)
-    for record in ("250 means", "250 samples", "100 means", "100 samples"):
-        assert np.all(np.abs(found[record, False]) < rates.LIMIT_STDERR)
+    for rate in ("250 means", "250 samples", "100 means", "100 samples"):
+        assert np.all(np.abs(found[rate, False]) < rates.LIMIT_STDERR)
 
 
 def test_picked_samples_are_the_motion_with_the_noise_of_the_means():

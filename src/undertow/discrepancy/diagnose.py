@@ -193,7 +193,7 @@ class _Search:
             closer = free_run_error(self.level, candidate.fit)
             counts = closer < remaining * self.error and math.sqrt(self.error**2 - closer**2) > WORTH
             last = candidate.suspects[-1]
-            if last.of_the_release and not self._explains(candidate, ALL):
+            if last.of_the_release and not _explains(self.best, candidate, ALL):
                 before, left = (math.sqrt(c.fit.misfit) for c in (self.best, candidate))
                 self._set_aside([candidate], f"it leaves {left:.2g} of {before:.2g} times the sensors' noise")
                 continue
@@ -214,11 +214,7 @@ class _Search:
     def _beyond_doubt(self, candidate: Candidate) -> bool:
         """Whether the most probable candidate explains nearly all of a residual far above the sensors' noise, which no
         k, c, mu of each trial's own takes away: physics, though repetitions differ by more."""
-        return self.best.fit.misfit > FAR_ABOVE_NOISE and self._explains(candidate, NEARLY_ALL)
-
-    def _explains(self, candidate: Candidate, share: float) -> bool:
-        before, after = self.best.fit.misfit, candidate.fit.misfit
-        return before - after > share * (before - 1.0)
+        return self.best.fit.misfit > FAR_ABOVE_NOISE and _explains(self.best, candidate, NEARLY_ALL)
 
     def _plainer(self, ahead: tuple[Candidate, float], probable: Sequence[Candidate]) -> tuple[Candidate, float]:
         """Linear damping instead of a memory that does not ring, where the free run cannot tell them apart; bristles in
@@ -235,6 +231,9 @@ class _Search:
             return ahead
         for other in (c for c in probable if c.names == ("linear_damping",)):
             stands = free_run_error(self.level, other.fit)
+            doubtless = other.fit.misfit > FAR_ABOVE_NOISE and _explains(other, candidate, NEARLY_ALL)
+            if doubtless and not _fading(candidate):
+                continue
             if stands < self.error and (stands <= 1.0 or stands**2 - error**2 < WORTH**2):
                 reason = (
                     "a memory that fades within a cycle or two brings the free run no closer than linear damping does "
@@ -251,6 +250,11 @@ class _Search:
     def _set_aside(self, candidates: Sequence[Candidate], reason: str) -> None:
         """Mark candidates as no answer, with the reason."""
         self.found = [replace(c, out=c.out or reason) if any(c is d for d in candidates) else c for c in self.found]
+
+
+def _explains(before: Candidate, after: Candidate, share: float) -> bool:
+    """Whether one candidate explains more than a share of the residual above noise that another leaves."""
+    return before.fit.misfit - after.fit.misfit > share * (before.fit.misfit - 1.0)
 
 
 def _slides(candidate: Candidate) -> float:

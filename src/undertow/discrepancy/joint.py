@@ -23,7 +23,8 @@ from undertow.equation.kernel import SLOT
 from undertow.errors import IdentificationError
 from undertow.identification import output_error
 from undertow.identification.dry import DEFAULT_SCATTER
-from undertow.identification.freerun import FreeRun, free_run
+from undertow.identification.fit import Structure
+from undertow.identification.freerun import free_run
 from undertow.identification.output_error import Solution
 from undertow.identification.problem import Link, Problem, ProblemBuilder
 from undertow.recording.recording import Array
@@ -42,6 +43,9 @@ REFITS = 4
 
 SETTLED = 0.2
 """A trial's noise is found when its logarithm moves by less than this from fit to fit."""
+
+PUBLISHED = 1.0
+"""Degrees of freedom that the scatter of published rigs counts for beside that of the rig's own dry trials."""
 
 WIDER = 20.0
 """How much wider than a sensor's prior its shift, gain or drift may be where the sensor is suspected."""
@@ -186,11 +190,21 @@ def structure_links(builder: ProblemBuilder, member: Member, trial: str) -> list
             continue
         for name, std in (
             (f"{symbol}_mean@{member.label}", estimate.total_stderr),
-            (f"{symbol}[{trial}]", structure.scatter.get(symbol, 0.0) * estimate.value),
+            (f"{symbol}[{trial}]", _believed_scatter(structure, symbol) * estimate.value),
         ):
             if std > 0.0 and math.isfinite(std):
                 links.append(Link(SLOT[slot], builder.unknown(name, 0.0, prior_std=std, scale=std), factor))
     return links
+
+
+def _believed_scatter(structure: Structure, symbol: str) -> float:
+    """Relative scatter of k, c or mu from trial to trial: a few dry trials can look more alike than the rig is, so that
+    what they show is pooled with `PUBLISHED` degrees of freedom of published rigs. As stated where it is."""
+    seen, freedom = structure.scatter.get(symbol, 0.0), structure.scatter_freedom
+    if not math.isfinite(freedom):
+        return seen
+    pooled = (freedom * seen**2 + PUBLISHED * DEFAULT_SCATTER[symbol] ** 2) / (freedom + PUBLISHED)
+    return max(seen, math.sqrt(pooled))
 
 
 def _rubbing(builder: ProblemBuilder, standing: Sequence[Addend], member: Member, trial: str) -> list[Link]:
@@ -224,16 +238,20 @@ def missed_share(level: Level, fit: JointFit) -> float:
 
 def _rms_error(level: Level, fit: JointFit, units: Sequence[float]) -> float:
     squares = [
-        (_run(level, member, fit, motion).nrmse / unit) ** 2
+        (_error(level, member, fit, motion) / unit) ** 2
         for member, unit in zip(level.members, units, strict=True)
         for motion in member.motions
     ]
     return math.sqrt(float(np.mean(squares)))
 
 
-def _run(level: Level, member: Member, fit: JointFit, motion: Motion) -> FreeRun:
+def _error(level: Level, member: Member, fit: JointFit, motion: Motion) -> float:
+    """One trial's free-run error; infinite where what all trials share gives it no motion with bounds."""
     theta = shared_theta(level, member, fit, motion.name)
-    return free_run(seen_by(fit.addends, motion), theta, member.options.rest_offset_std)
+    try:
+        return free_run(seen_by(fit.addends, motion), theta, member.options.rest_offset_std).nrmse
+    except IdentificationError:
+        return math.inf
 
 
 def shared_theta(level: Level, member: Member, fit: JointFit, trial: str) -> Array:

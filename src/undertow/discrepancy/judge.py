@@ -30,6 +30,11 @@ from undertow.quantities import Estimate, unit_in_rotation
 STILL_MISSING = 2.0
 """With the addition the free run may be this many times repeatability away before the rest is called unknown too."""
 
+UNPROVED = 1.5
+"""Unseen trials that come no closer, and are this many times repeatability away, say that something else is missing:
+one of them alone lies outside repeatability once in twenty."""
+
+
 @dataclass(frozen=True)
 class Judged:
     """Verdicts of one level's groups, what was added to its equation (nothing where nothing is named), and by trial the
@@ -128,8 +133,8 @@ def _verdict(
         found = {name: [_turned(one) for one in many] for name, many in found.items()}
     status: Status = "not_identifiable" if diagnosis.rivals else "explained"
     rest = training > STILL_MISSING * case.allowed and training > 0.5 * case.baseline.nrmse
-    if diagnosis.accused:  # unproved where unseen trials come no closer
-        rest = rest or held > max(case.allowed, case.baseline.held_out_nrmse)
+    if diagnosis.accused:
+        rest = rest or held > max(UNPROVED * case.allowed, case.baseline.held_out_nrmse)
     return replace(
         plain,
         status="unknown" if rest else status,

@@ -83,12 +83,13 @@ def _compiling() -> Iterator[None]:
         said = False
 
         def on_start(self, event: Any) -> None:
+            """Say once that something is compiled."""
             if not self.said:
                 _say("compiling the integrator once, about 20 s")
             self.said = True
 
         def on_end(self, event: Any) -> None:
-            pass
+            """Nothing: what was compiled is used."""
 
     try:
         with event.install_listener("numba:compile", Listener()):
@@ -124,6 +125,7 @@ def _bar() -> Iterator[Progress]:
     if not sys.stderr.isatty():
 
         def line(stage: str, done: int, of: int) -> None:
+            """A line at a stage's start and end."""
             if done in (0, of):
                 _say(f"{stage}: {done} of {of}")
 
@@ -138,6 +140,7 @@ def _bar() -> Iterator[Progress]:
         tasks: dict[str, TaskID] = {}
 
         def update(stage: str, done: int, of: int) -> None:
+            """A stage's bar, made when it is first heard of."""
             if stage not in tasks:
                 tasks[stage] = bar.add_task(stage, total=of)
             bar.update(tasks[stage], completed=done, total=of)

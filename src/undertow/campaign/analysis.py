@@ -247,6 +247,7 @@ def _single(
         both: dict[str, Fit] = {}
 
         def instants(name: str) -> Fit:
+            """Method 2's fit of that name; both come from one look at the instants."""
             if not both:
                 both.update({f.method: f for f in method2.identify_method2(motion, trial_structure, specimen)})
             return both[name]

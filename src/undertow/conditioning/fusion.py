@@ -65,10 +65,8 @@ def _smooth(t, z, jerk, r, m0, p0, q, qb, backward):  # type: ignore[no-untyped-
     """Forward filter and, where wanted, backward smoother; z (n, 3) measured x, v, a with variance r (3,), r < 0: not
     measured; jerk (n,) is what d multiplies."""
     n = t.size
-    mf = np.empty((n, 5))
-    pf = np.empty((n, 5, 5))
-    mp = np.empty((n, 5))
-    pp = np.empty((n, 5, 5))
+    mf, mp = np.empty((n, 5)), np.empty((n, 5))
+    pf, pp = np.empty((n, 5, 5)), np.empty((n, 5, 5))
     f = np.eye(5)
     qm = np.zeros((5, 5))
     m = m0.copy()
@@ -113,8 +111,7 @@ def _smooth(t, z, jerk, r, m0, p0, q, qb, backward):  # type: ignore[no-untyped-
         pf[i] = p
     if not backward:
         return mf, pf, loglik
-    ms = mf.copy()
-    ps = pf.copy()
+    ms, ps = mf.copy(), pf.copy()
     for i in range(n - 2, -1, -1):
         d = t[i + 1] - t[i]
         f[0, 1] = d

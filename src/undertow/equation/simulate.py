@@ -138,10 +138,12 @@ def _split_at_reversals(
             break
 
         def slope(s: float, y: Array, side: float = side) -> list[float]:
+            """Rates of x and v while the body moves to one side."""
             moving = y[1] if y[1] * side > 0.0 else side * tiny
             return [y[1], acceleration(s, y[0], moving)]
 
         def reversal(s: float, y: Array, side: float = side, start: float = t) -> float:
+            """Zero where the velocity changes its sign."""
             return float(y[1]) * side + (tiny if s == start else 0.0)
 
         reversal.terminal, reversal.direction = True, -1  # type: ignore[attr-defined]

@@ -103,6 +103,15 @@ def _inverse(normal, a):
     return 0.5 * (inverse + inverse.T) if size * spread < _WELL_KNOWN else nothing
 
 
+@njit(**_OPT)
+def _scale_and_free(here, values, box, scale, free):
+    """Each unknown's step that changes the cost by one, and whether it may move: not further out of its bounds."""
+    for i in range(values.size):
+        scale[i] = 1.0 / math.sqrt(max(here[2][i, i], 1e-300))
+        low, high = values[i] <= box[_LOWER, i], values[i] >= box[_UPPER, i]
+        free[i] = not ((low and here[3][i] > 0.0) or (high and here[3][i] < 0.0))
+
+
 @njit(cache=True, **_OPT)
 def search(sheet, columns, start, windows, iterations, stop, first_damping):
     """Levenberg-Marquardt over growing ``windows`` (w,) s as output_error's, to ``stop`` standard errors.
@@ -122,9 +131,7 @@ def search(sheet, columns, start, windows, iterations, stop, first_damping):
     nothing = np.empty((0, 0))
     a, step, scale = np.empty((size, size)), np.empty(size), np.empty(size)
     free = np.empty(size, dtype=np.bool_)
-    spent = 0
-    cost, chi2 = 0.0, 0.0
-    done = 0
+    spent, done, cost, chi2 = 0, 0, 0.0, 0.0
     near = min(_NEAR[0] * rows, _NEAR[1] * spread_of_data(sheet))
     stage, last, tried = 0, windows.size - 1, False
     while stage <= last:
@@ -135,18 +142,14 @@ def search(sheet, columns, start, windows, iterations, stop, first_damping):
         tried = ahead and not 0.0 <= chi2 <= near
         if tried:
             continue
-        stage = last + 1 if precise else stage + 1
-        enough = stop if precise else max(stop, _EARLY_STOP)
+        stage, enough = (last + 1, stop) if precise else (stage + 1, max(stop, _EARLY_STOP))
         if cost < 0.0:
             return values, cost, chi2, spent, -1, here[0], here[1], here[2], nothing
         damping = first_damping
         done = 0
         for _ in range(iterations):
             spent += 1
-            for i in range(size):
-                scale[i] = 1.0 / math.sqrt(max(here[2][i, i], 1e-300))
-                low, high = values[i] <= box[_LOWER, i], values[i] >= box[_UPPER, i]
-                free[i] = not ((low and here[3][i] > 0.0) or (high and here[3][i] < 0.0))
+            _scale_and_free(here, values, box, scale, free)
             if not _factor(here[2], damping, free, scale, a):
                 return values, cost, chi2, spent, -1, here[0], here[1], here[2], nothing
             _solve(a, here[3], free, scale, step)

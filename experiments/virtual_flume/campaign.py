@@ -8,11 +8,10 @@ from __future__ import annotations
 
 import csv
 import gzip
-import hashlib
 import io
 import json
 from collections.abc import Iterator
-from dataclasses import asdict, dataclass
+from dataclasses import asdict
 from functools import lru_cache
 from pathlib import Path
 
@@ -21,7 +20,8 @@ import numpy as np
 from experiments.virtual_flume import section, sensors
 from experiments.virtual_flume.frequency import DENSITY, GRAVITY, Water
 from experiments.virtual_flume.march import Flume, Motion
-from experiments.virtual_flume.structure import MASS_KG, SPRINGS, STIFFNESS_SCATTER, normal_force, structure
+from experiments.virtual_flume.structure import MASS_KG, normal_force, structure
+from experiments.virtual_flume.trials import LOAD_SHARE, Plan, Trial
 from experiments.virtual_flume.water import RAIL_HEIGHT_M, flume_water
 
 Array = np.ndarray
@@ -32,52 +32,9 @@ DURATION_S = 14.0
 RELEASES_M = {"long": (0.015, 0.025, 0.040, 0.066, 0.107), "short": (0.008, 0.012, 0.017, 0.024, 0.033)}
 BEARING_GAUGE_M = 1.5  # between the two lines of vertical load cells; nominal
 MASS_HEIGHT_M = 2.33  # centre of the moving mass above the floor; nominal
-LOAD_SHARE = 0.49  # of the spring force in load cell 1
-RELEASE_SCATTER = 0.01  # relative, of x0 about its target
-CLIP_SIGMA = 2.0  # draws of k, c and mu stay within
 
 
-@dataclass(frozen=True)
-class Trial:
-    """One release and its own numbers; SI units, `clock_offset_s` is true minus stamped time."""
-
-    file: str
-    spring: str
-    water_depth_m: float
-    x0_target_m: float
-    x0_m: float
-    release_s: float
-    clock_offset_s: float
-    stiffness_N_per_m: float
-    damping_Ns_per_m: float
-    friction: float
-    number: int
-
-
-def _opaque(number: int) -> str:
-    return "r" + hashlib.sha256(f"virtual flume {SEED} {number}".encode()).hexdigest()[:4] + ".csv.gz"
-
-
-def _scattered(rng: np.random.Generator, mean: float, relative: float) -> float:
-    return mean * (1.0 + relative * float(np.clip(rng.standard_normal(), -CLIP_SIGMA, CLIP_SIGMA)))
-
-
-def _draw(number: int, spring: str, depth: float, target: float) -> Trial:
-    rng = np.random.default_rng([SEED, number, 0])
-    nominal = SPRINGS[spring]
-    return Trial(
-        file=_opaque(number),
-        spring=spring,
-        water_depth_m=depth,
-        x0_target_m=target,
-        x0_m=_scattered(rng, target, RELEASE_SCATTER),
-        release_s=round(float(rng.uniform(0.5, 1.0)), 4),
-        clock_offset_s=float(rng.uniform(-0.5, 0.5) / RATE_HZ),
-        stiffness_N_per_m=_scattered(rng, nominal.stiffness, STIFFNESS_SCATTER),
-        damping_Ns_per_m=_scattered(rng, nominal.damping, nominal.damping_scatter),
-        friction=_scattered(rng, nominal.friction, nominal.friction_scatter),
-        number=number,
-    )
+PLAN = Plan("virtual flume", SEED, RATE_HZ, section.WET_DEPTHS_M, RELEASES_M)
 
 
 def trials() -> list[Trial]:
@@ -86,13 +43,7 @@ def trials() -> list[Trial]:
     >>> len(trials()), len({t.file for t in trials()})
     (60, 60)
     """
-    plan: list[tuple[str, float, float]] = [
-        (spring, depth, target)
-        for depth in (section.DRY_DEPTH_M, *section.WET_DEPTHS_M)
-        for spring in ("long", "short")
-        for target in RELEASES_M[spring]
-    ]
-    return [_draw(i, *row) for i, row in enumerate(plan)]
+    return PLAN.trials()
 
 
 @lru_cache(maxsize=8)

@@ -14,12 +14,11 @@ from __future__ import annotations
 
 import csv
 import gzip
-import hashlib
 import io
 import json
 import sys
 from collections.abc import Iterator
-from dataclasses import asdict, dataclass
+from dataclasses import asdict
 from pathlib import Path
 
 import numpy as np
@@ -29,7 +28,8 @@ from experiments.virtual_flume.frequency import DENSITY, GRAVITY
 from experiments.virtual_flume.march import Flume, Motion
 from experiments.virtual_flume.nonlinear_cell import NonlinearFlume, tadjbakhsh_keller
 from experiments.virtual_flume.nonlinear_water import Cell, theory_mode
-from experiments.virtual_flume.structure import MASS_KG, SPRINGS, STIFFNESS_SCATTER, Structure, normal_force, structure
+from experiments.virtual_flume.structure import MASS_KG, Structure, normal_force, structure
+from experiments.virtual_flume.trials import LOAD_SHARE, Plan, Trial
 from experiments.virtual_flume.water import stokes_layer_rate
 
 Array = np.ndarray
@@ -41,49 +41,10 @@ WET_DEPTHS_M = (2.24, 2.32)  # above the flume's floor: 0.09 and 0.17 m in the c
 RELEASES_M = {"long": (0.015, 0.021, 0.028, 0.032), "short": (0.006, 0.008, 0.010, 0.011)}
 CELLS_LENGTH_M = (section.GIRDERS - 1) * section.SPAN_M  # all cells together, out of plane
 ELEMENTS, ORDER = 16, 6  # along a cell and over its depth
-LOAD_SHARE = 0.49  # of the spring force in load cell 1
-RELEASE_SCATTER = 0.01  # relative, of x0 about its target
-CLIP_SIGMA = 2.0  # draws of k, c and mu stay within
 CHANNELS = sensors.SENSORS[:4]  # displacement, acceleration, two load cells in line with the spring
 
 
-@dataclass(frozen=True)
-class Trial:
-    """One release and its own numbers; SI units, `clock_offset_s` is true minus stamped time."""
-
-    file: str
-    spring: str
-    water_depth_m: float
-    x0_target_m: float
-    x0_m: float
-    release_s: float
-    clock_offset_s: float
-    stiffness_N_per_m: float
-    damping_Ns_per_m: float
-    friction: float
-    number: int
-
-
-def _scattered(rng: np.random.Generator, mean: float, relative: float) -> float:
-    return mean * (1.0 + relative * float(np.clip(rng.standard_normal(), -CLIP_SIGMA, CLIP_SIGMA)))
-
-
-def _draw(number: int, spring: str, depth: float, target: float) -> Trial:
-    rng = np.random.default_rng([SEED, number, 0])
-    nominal = SPRINGS[spring]
-    return Trial(
-        file="r" + hashlib.sha256(f"nonlinear cell {SEED} {number}".encode()).hexdigest()[:4] + ".csv.gz",
-        spring=spring,
-        water_depth_m=depth,
-        x0_target_m=target,
-        x0_m=_scattered(rng, target, RELEASE_SCATTER),
-        release_s=round(float(rng.uniform(0.5, 1.0)), 4),
-        clock_offset_s=float(rng.uniform(-0.5, 0.5) / RATE_HZ),
-        stiffness_N_per_m=_scattered(rng, nominal.stiffness, STIFFNESS_SCATTER),
-        damping_Ns_per_m=_scattered(rng, nominal.damping, nominal.damping_scatter),
-        friction=_scattered(rng, nominal.friction, nominal.friction_scatter),
-        number=number,
-    )
+PLAN = Plan("nonlinear cell", SEED, RATE_HZ, WET_DEPTHS_M, RELEASES_M)
 
 
 def trials() -> list[Trial]:
@@ -92,13 +53,7 @@ def trials() -> list[Trial]:
     >>> len(trials()), len({t.file for t in trials()})
     (24, 24)
     """
-    plan = [
-        (spring, depth, target)
-        for depth in (section.DRY_DEPTH_M, *WET_DEPTHS_M)
-        for spring in ("long", "short")
-        for target in RELEASES_M[spring]
-    ]
-    return [_draw(i, *row) for i, row in enumerate(plan)]
+    return PLAN.trials()
 
 
 def cell_at(depth_m: float, elements: int = ELEMENTS, order: int = ORDER) -> Cell | None:

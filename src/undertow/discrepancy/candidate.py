@@ -24,7 +24,7 @@ RIVAL_ODDS = 20.0
 SIGNIFICANT = 3.0
 """A suspect's coefficient must be this many standard errors from zero."""
 
-DISSIPATES = frozenset({"linear_damping", "coulomb_friction", "quadratic_drag"})
+DISSIPATES = frozenset({"linear_damping", "coulomb_friction", "quadratic_drag", "cubic_damping"})
 """Additions that cannot be negative: water takes energy."""
 
 OVERDAMPED = 0.25

@@ -76,7 +76,8 @@ NEAR = 10.0
 trials differ in k, c, mu."""
 
 LEAST_GAIN = 5.0
-"""A linear step that raises the log evidence by less than this cannot lead to a name: half of what one needs."""
+"""A linear step that raises the log evidence by less than this cannot lead to a name: half of what one needs. What a
+missing law leaves swings for long; judged at half its memory (`_at_own_memory`) the step is worth more."""
 
 
 @dataclass
@@ -146,7 +147,7 @@ class _Search:
             return from_starts(level, best, suspect, prior, best.fit.criterion)
         grid = [renumbered(additions, best) for additions in suspect.grid(level.scales)]
         places = prospects(level, best.fit, suspect, grid)[:REFINED]
-        if not places or places[0].gain < LEAST_GAIN:
+        if not places or places[0].gain * math.sqrt(best.fit.memory) < LEAST_GAIN:
             if not depth:
                 self._screen_out(suspect, prior, places[0].gain if places else 0.0)
             return None

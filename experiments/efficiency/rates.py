@@ -27,7 +27,7 @@ from undertow.conditioning.motion import Motion
 from undertow.equation.kernel import N_SLOTS, SLOT
 from undertow.identification import blind
 from undertow.identification.intervals import noise_covariance
-from undertow.identification.problem import Link, ProblemBuilder, TrialOptions
+from undertow.identification.problem import Link, Problem, ProblemBuilder, TrialOptions
 from undertow.recording.recording import Recording
 
 HERE = Path(__file__).parent
@@ -85,7 +85,7 @@ def held_and_moved(recording: Recording, truth: Truth, x0_m: float, early_s: flo
     }
 
 
-def estimate(truth: Truth, motion: Motion) -> Estimate:
+def problem(truth: Truth, motion: Motion) -> Problem:
     """m_a, C_d, c, mu of one trial with its nuisances, k known."""
     builder = ProblemBuilder()
     for name, start in zip(NAMES, (500.0, 5.0, 500.0, 0.006), strict=True):
@@ -95,7 +95,12 @@ def estimate(truth: Truth, motion: Motion) -> Estimate:
     factors = (("mass", 1.0), ("q", DRAG_UNIT), ("c1", 1.0), ("fc", truth.normal_force_N))
     links = tuple(Link(SLOT[slot], i, factor) for i, (slot, factor) in enumerate(factors))
     builder.trial(motion, base, links, TrialOptions())
-    solution = blind.fit(builder.build())
+    return builder.build()
+
+
+def estimate(truth: Truth, motion: Motion) -> Estimate:
+    """m_a, C_d, c, mu of one trial."""
+    solution = blind.fit(problem(truth, motion))
     return Estimate(solution.values[:4], np.sqrt(np.diag(noise_covariance(solution))[:4]))
 
 

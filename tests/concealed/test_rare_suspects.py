@@ -173,3 +173,35 @@ def test_what_every_cycle_shows_is_not_the_releases_fault():
     ahead = [c.out for c in found.candidates if c.score > found.null.score + 5.0]
     assert ahead
     assert all("times the sensors' noise" in out for out in ahead)
+
+
+def prior_of(problem, name: str) -> float:
+    """Prior standard deviation of the first unknown whose name starts so."""
+    return next(u.prior_std for u in problem.unknowns if u.name.startswith(name))
+
+
+def seen_with(plain: Member, freedom: float) -> Member:
+    """The same group, its scatter seen with so many degrees of freedom."""
+    return replace(plain, model=replace(plain.model, fixed=replace(plain.model.fixed, scatter_freedom=freedom)))
+
+
+def test_scatter_that_few_dry_trials_show_is_pooled_with_published_rigs_and_a_stated_one_is_not(plain):
+    group = plain.members[0]
+    c = group.model.fixed.c.value
+    stated, few, many = (
+        prior_of(build(make_level([seen_with(group, f)]), ()), "c[") / c for f in (np.inf, 2.0, 200.0)
+    )
+    assert stated == pytest.approx(SCATTER["c"])
+    assert few == pytest.approx(np.sqrt((2.0 * SCATTER["c"] ** 2 + 0.2**2) / 3.0))
+    assert stated < many < 1.1 * stated
+
+
+def test_friction_that_dry_trials_named_scatters_from_trial_to_trial_where_the_equation_has_none(plain):
+    group = plain.members[0]
+    fixed = group.model.fixed
+    bare = replace(group, model=replace(group.model, fixed=replace(fixed, mu=replace(fixed.mu, value=0.0))))
+    named = replace(suspect("coulomb_friction").additions(plain.scales, 0.0)[0], by_spring=(("short", 150.0, 2.0),))
+    standing = (Addend("coulomb_friction", (named,)),)
+    assert prior_of(build(make_level([bare], standing), standing), "friction_N[") == pytest.approx(15.0)
+    owned = build(make_level([group], standing), standing)
+    assert not any(u.name.startswith("friction_N[") for u in owned.unknowns)

@@ -102,24 +102,24 @@ class _Judge:
     dry: Mapping[str, Specimen] = field(default_factory=dict)
 
     def __call__(self, level: _Together) -> Judged:
+        standing = in_water(self.standing, {c.member.label: c.member.model.specimen for c in level.cases}, self.dry)
         if self.folder is None:
-            return self._judged(level)
+            return self._judged(level, standing)
         free = [c.member.free_start for c in level.cases]
-        also = repr((sorted(s.label for s in self.suspects), self.standing, free, [dict(c.cell) for c in level.cases]))
+        also = repr((sorted(s.label for s in self.suspects), standing, free, [dict(c.cell) for c in level.cases]))
         path = self.folder / f"verdict-{stages.level_digest(level.tasks, also)}.json"
         kept = stages.load_verdicts(level.tasks, path) if self.resume else None
         if kept is not None:
             return Judged(kept[0], tuple(c.member.label for c in level.cases), runs=kept[1])
-        found = self._judged(level)
+        found = self._judged(level, standing)
         stages.save_verdicts(found.verdicts, found.runs, path)
         return found
 
-    def _judged(self, level: _Together) -> Judged:
+    def _judged(self, level: _Together, here: tuple[Addend, ...]) -> Judged:
         """A level's verdicts; one that cannot be searched says so and does not stop the others.
 
         Where no motion comes of bristles in friction's place (with what was taken for sliding), it is searched without.
         """
-        here = in_water(self.standing, {c.member.label: c.member.model.specimen for c in level.cases}, self.dry)
         sliding = tuple(d for d in here if not any(a.moves for a in d.additions))
         reason = ""
         for standing in dict.fromkeys((here, sliding)):

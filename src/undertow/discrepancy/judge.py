@@ -148,7 +148,7 @@ def _verdict(
         transfer=moved,
         sentence=sentence_of(case, names, diagnosis.rivals, found, training, held, rest, known, own)
         + transfer_words(moved)
-        + ("" if rest else late_words(fit.addends)),
+        + (late_words(fit.addends) if len(names) == 1 and not rest else ""),
     )
 
 

@@ -11,7 +11,7 @@ from tests.concealed.test_diagnosis import LONG, SCATTER, SHORT, member
 from undertow.discrepancy.case import Case
 from undertow.discrepancy.diagnose import diagnose
 from undertow.discrepancy.joint import build, fit_joint, shared_theta
-from undertow.discrepancy.judge import undecided
+from undertow.discrepancy.judge import judge, undecided
 from undertow.discrepancy.level import Addend, Member, make_level
 from undertow.discrepancy.prove import addition_parameters
 from undertow.discrepancy.suspects import SUSPECTS, chosen
@@ -205,3 +205,30 @@ def test_friction_that_dry_trials_named_scatters_from_trial_to_trial_where_the_e
     assert prior_of(build(make_level([bare], standing), standing), "friction_N[") == pytest.approx(15.0)
     owned = build(make_level([group], standing), standing)
     assert not any(u.name.startswith("friction_N[") for u in owned.unknowns)
+
+
+def test_what_is_not_asked_for_is_paid_for(plain):
+    asked = fit_joint(plain, (), 1.0, {}, 2.0, growing=True)
+    spared = fit_joint(plain, (Addend("imperfect_release", (), late=1.0),), 1.0, {}, 2.0, growing=True)
+    period = 2.0 * np.pi / plain.scales.rate
+    cells = sum(len(t.channels) * period / np.median(np.diff(t.t)) for t in asked.solution.problem.trials)
+    assert spared.criterion - asked.criterion > 0.5 * cells * np.log(asked.solution.n_data)
+
+
+def test_a_memory_that_recordings_hold_beyond_doubt_is_not_called_damping():
+    hidden = ((shelf.find("relaxation", time_s=0.2), 4.4e4),)
+    wide = replace(member("long", (0.06, 0.1), 4700, hidden), allowed=0.3)  # free runs with a dashpot are within it
+    found = diagnose(make_level([wide]), chosen(("linear_damping", "relaxation")))
+    assert found.best.names == ("relaxation",)
+
+
+def test_unseen_trials_that_come_no_closer_leave_something_unknown():
+    hidden = ((shelf.find("linear_damping"), 900.0),)
+    group = member("short", SHORT, 4800, hidden)
+    held = member("short", SHORT[-1:], 4810).motions  # nothing is hidden in it
+    case = Case(
+        {"spring": "short"}, "short", group, held, Described(0.3, 0.02, {}), 0.005, 0.05, 3, False, True, {}, False
+    )
+    (verdict,) = judge((case,), chosen(("linear_damping",)))
+    assert verdict.verdict == ("linear_damping", "unknown")
+    assert verdict.status == "unknown"

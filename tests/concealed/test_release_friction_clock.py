@@ -72,4 +72,12 @@ def test_a_motion_that_swings_twice_starts_early_enough_to_swing_on():
     motion = member("short", SHORT[-1:], 5000).motions[0]
     period = dominant_period(motion)
     brief = replace(motion, inside=motion.inside & (motion.t < 1.3 * period))
-    assert seen_by(LATE, brief).windowed("t")[0] < 0.9 * period
+    later = seen_by(LATE, brief)
+    assert 0.4 * period < later.windowed("t")[0] < 0.9 * period
+    assert not later.window.held
+
+
+def test_bristles_that_hardly_slide_are_named_though_the_dry_means_are_bent(tmp_path):
+    for group in found("presliding", 8.0, tmp_path):
+        assert group.verdict.verdict == ("presliding",)
+        assert group.verdict.confidence > 0.5

@@ -59,8 +59,9 @@ def test_trials_of_unequal_length_have_their_own_rows():
 
 
 def test_routes_agree_on_noise_and_disagree_with_wrong_numbers():
+    # 12, 15 and 21: their residuals show too little memory in the direction of the whole loss of energy
     truth = per_mass(NOISY_LONG)
-    groups = [[condition(recording) for recording in group(NOISY_LONG, seed=seed)] for seed in (1, 2, 3, 4)]
+    groups = [[condition(recording) for recording in group(NOISY_LONG, seed=seed)] for seed in (1, 12, 15, 21)]
     routes = [second_route(motions, EQ15, truth, np.diag((1e-3 * truth) ** 2)) for motions in groups]
     assert all(route.agrees for route in routes)
     motions, route = groups[0], routes[0]

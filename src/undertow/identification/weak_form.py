@@ -16,14 +16,15 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.linalg import block_diag
 from scipy.signal import fftconvolve
-from scipy.stats import chi2
+from scipy.stats import f as fisher
 
 from undertow.conditioning.motion import Motion
 from undertow.equation.term import Term
 from undertow.errors import IdentificationError
 from undertow.identification.library import DRIFT_ORDER, MIN_ROWS, Design, evaluate, label, motion_period
-from undertow.identification.sindy import solve_design
+from undertow.identification.sindy import Solution, solve_design
 
 Array = NDArray[np.float64]
 
@@ -33,15 +34,21 @@ WINDOW_PERIODS = 0.7
 ROWS_PER_WINDOW = 6
 
 DISAGREEMENT = 0.99
-"""Two routes disagree where their difference is beyond this quantile of chi-squared."""
+"""Two routes disagree where their difference is beyond this quantile of what errors alone would give: Fisher's F of as
+many terms and of the residual's effective samples beyond the unknowns."""
+
+
+DERIVATIVES = {"acceleration": 0, "velocity": 1, "displacement": 2}
+"""How often the test function is differentiated for what was recorded."""
 
 
 @dataclass(frozen=True)
 class Route:
     """The same terms by the second route.
 
-    ``values`` and ``stderr`` (p,) coefficients over mass; ``distance`` (1,) chi-squared of the difference from the
-    first route per term; ``agrees`` whether that is within `DISAGREEMENT`; ``response`` what stood for acceleration.
+    ``values`` and ``stderr`` (p,) coefficients over mass; ``distance`` (1,) square of the difference from the first
+    route over its covariance, per term; ``agrees`` whether that is within `DISAGREEMENT`; ``response`` what stood for
+    acceleration.
     """
 
     names: tuple[str, ...]
@@ -94,24 +101,7 @@ def response_channel(motion: Motion) -> str:
 
 def _rows(motion: Motion, terms: Sequence[Term], length: float, step: float, clock: float) -> Array:
     """Columns, response and time (n, p + 2) of one trial."""
-    dt = float(np.median(np.diff(motion.t)))
-    count = max(5, round(length / dt))
-    phase = np.pi * (np.arange(count) + 0.5) / count
-    w = np.sin(phase) ** 4
-    area = float(w.sum())
-    kernels = {
-        0: w / area,
-        1: 4.0 * np.sin(phase) ** 3 * np.cos(phase) * np.pi / (count * dt) / area,
-        2: (12.0 * (np.sin(phase) * np.cos(phase)) ** 2 - 4.0 * np.sin(phase) ** 4)
-        * (np.pi / (count * dt)) ** 2 / area,
-    }  # fmt: skip
-    first = np.arange(0.0, max(motion.windowed("t").size - count, 0), max(step / dt, 1.0))
-    starts = np.unique(first.astype(int))
-    if starts.size < MIN_ROWS:
-        raise IdentificationError(
-            f"trial {motion.name}: {starts.size} rows in a window of {motion.windowed('t').size * dt:.3g} s with test "
-            f"functions of {length:.3g} s; {MIN_ROWS} are needed: widen trials.window or leave the trial out"
-        )
+    kernels, starts = _test_functions(motion, length, step)
 
     def against(values: Array, order: int) -> Array:
         # w and w'' are even about the middle; convolution turns w' round, which is the minus of partial integration
@@ -124,8 +114,53 @@ def _rows(motion: Motion, terms: Sequence[Term], length: float, step: float, clo
     recorded = motion.recorded(channel)
     if channel == "acceleration" and clock:
         recorded = np.interp(motion.t - clock, motion.t, recorded)
-    order = {"acceleration": 0, "velocity": 1, "displacement": 2}[channel]
-    return np.column_stack([*columns, -against(recorded, order), against(motion.t, 0)])
+    return np.column_stack([*columns, -against(recorded, DERIVATIVES[channel]), against(motion.t, 0)])
+
+
+def _test_functions(motion: Motion, length: float, step: float) -> tuple[tuple[Array, ...], NDArray[np.int_]]:
+    """w, w' and w'' of one trial by sample, each over the area of w, and the samples of its window where they start."""
+    dt = float(np.median(np.diff(motion.t)))
+    count = max(5, round(length / dt))
+    phase = np.pi * (np.arange(count) + 0.5) / count
+    w = np.sin(phase) ** 4
+    slope = 4.0 * np.sin(phase) ** 3 * np.cos(phase) * np.pi / (count * dt)
+    bend = (12.0 * (np.sin(phase) * np.cos(phase)) ** 2 - 4.0 * np.sin(phase) ** 4) * (np.pi / (count * dt)) ** 2
+    area = float(w.sum())
+    first = np.arange(0.0, max(motion.windowed("t").size - count, 0), max(step / dt, 1.0))
+    starts = np.unique(first.astype(int))
+    if starts.size < MIN_ROWS:
+        raise IdentificationError(
+            f"trial {motion.name}: {starts.size} rows in a window of {motion.windowed('t').size * dt:.3g} s with test "
+            f"functions of {length:.3g} s; {MIN_ROWS} are needed: widen trials.window or leave the trial out"
+        )
+    return (w / area, slope / area, bend / area), starts
+
+
+def _overlap(motion: Motion, length: float, step: float) -> Array:
+    """Covariance (n, n) of one trial's rows from a sensor's white noise of variance 1: what test functions share."""
+    kernels, starts = _test_functions(motion, length, step)
+    kernel = kernels[DERIVATIVES[response_channel(motion)]]
+    shared = np.correlate(kernel, kernel, "full")[kernel.size - 1 :]
+    apart = np.abs(starts[:, None] - starts)
+    return np.where(apart < kernel.size, shared[np.minimum(apart, kernel.size - 1)], 0.0)
+
+
+def _covariances(motions: Sequence[Motion], solution: Solution) -> tuple[Array, Array]:
+    """Covariance (p, p) of the coefficients by two accounts of their errors.
+
+    One estimates the residual's memory from the residual: that holds for any noise, and is poor in the few directions
+    that a few short trials determine best. The other takes the sensor's noise as white, with a memory that the test
+    functions alone give it, and needs one number from the residual.
+    """
+    design = solution.design
+    count = len(design.names)
+    stacked = np.hstack([design.columns, design.nuisance])
+    shared = block_diag(*(_overlap(motion, design.length_s, design.step_s) for motion in motions))
+    inverse = np.linalg.pinv(stacked)
+    left = float(np.trace(shared) - np.trace(stacked @ (inverse @ shared)))
+    variance = float(solution.residual @ solution.residual) / left
+    white = variance * (inverse @ shared @ inverse.T)[:count, :count]
+    return solution.within * np.outer(solution.widening, solution.widening), white
 
 
 def _source(motion: Motion, term: Term, smoothed: Array) -> tuple[Array, int]:
@@ -150,18 +185,20 @@ def second_route(
 ) -> Route:
     """The coefficients of ``terms`` in weak form beside ``values`` (p,) with ``covariance`` (p, p) of the first route.
 
-    The first route's errors come from the same samples; adding both covariances is therefore on the careful side.
-    Raises IdentificationError as `measured_design` does, and where two terms are the same force.
+    The first route's errors come from the same samples; adding both covariances is therefore on the careful side. The
+    routes disagree where they do by both accounts of the second one's errors. Raises IdentificationError as
+    `measured_design` does, and where two terms are the same force.
     """
     design = measured_design(motions, terms, clocks)
     solution = solve_design(design)
     found = solution.values[: len(terms)]
-    own = solution.within * np.outer(solution.widening, solution.widening)
     away = found - values
-    total = covariance + own
-    scale = np.sqrt(np.diag(total))
-    distance = float((away / scale) @ np.linalg.pinv(total / np.outer(scale, scale), hermitian=True) @ (away / scale))
-    agrees = distance <= float(chi2.ppf(DISAGREEMENT, len(terms)))
+    accounts = _covariances(motions, solution)
+    distances = [_distance(away, covariance + own) for own in accounts]
+    own, distance = accounts[int(np.argmin(distances))], min(distances)
+    freedom = max(solution.n_effective - len(solution.values), 1.0)
+    agrees = distance <= len(terms) * float(fisher.ppf(DISAGREEMENT, len(terms), freedom))
+    scale = np.sqrt(np.diag(covariance + own))
     response = " and ".join(sorted({response_channel(motion) for motion in motions}))
     worst = int(np.argmax(np.abs(away) / scale))
     number = abs(float(away[worst])) / float(scale[worst])
@@ -173,3 +210,8 @@ def second_route(
     return Route(design.names, found, np.sqrt(np.diag(own)), distance / max(len(terms), 1), agrees, response, sentence)
 
 
+def _distance(away: Array, covariance: Array) -> float:
+    """Square of a difference (p,) over its covariance (p, p), 1."""
+    scale = np.sqrt(np.diag(covariance))
+    unit = np.linalg.pinv(covariance / np.outer(scale, scale), hermitian=True)
+    return float((away / scale) @ unit @ (away / scale))

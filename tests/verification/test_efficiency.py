@@ -78,8 +78,10 @@ def test_a_fit_without_any_motion_names_its_starts():
         blind.fit(broken, np.array([500.0, 5.0]))
 
 
-def test_a_slice_of_realisations_scatters_as_the_bound_says():
-    spread, bias = efficiency(eq15("long", 2.57, 4, 1e-4), 100)
+@pytest.mark.parametrize(("case", "count"), [(("long", 2.57, 4, 1e-4), 100), (("short", 2.36, 5, 1e-3), 150)])
+def test_a_slice_of_realisations_scatters_as_the_bound_says(case, count):
+    # the short spring's 1 mm: a body that sticks a turn too early is a valley of its own, twice the noise deep
+    spread, bias = efficiency(eq15(*case), count)
     # 100 realisations: the spread is known to 7 %, the mean to 10 % of the bound
     assert np.all((spread > 0.75) & (spread < 1.25))
     assert np.all(np.abs(bias) < 0.4)

@@ -71,6 +71,17 @@ def as_radiation(level: Level, candidate: Candidate) -> Candidate:
     return Candidate((*candidate.suspects[:-1], RADIATION), fit, candidate.log_prior, doubt(level, fit))
 
 
+def without(level: Level, candidate: Candidate, place: int, prior: float) -> Candidate:
+    """The same model without the effect at ``place``, refitted from where the others are."""
+    fit = candidate.fit
+    kept = [i for i in range(len(candidate.suspects)) if i != place]
+    own = fit.addends[len(level.standing) :]
+    level = replace(level, shared_water=fit.shared_water)
+    addends = (*level.standing, *(own[i] for i in kept))
+    fit = fit_joint(level, addends, fit.memory, fit.values, fit.misfit, growing=False)
+    return Candidate(tuple(candidate.suspects[i] for i in kept), fit, prior, doubt(level, fit))
+
+
 def _waters(level: Level, best: Candidate, suspect: Suspect) -> tuple[Level, ...]:
     """Levels on which a suspect is tried: what stands decides; damping of each spring's own (waves radiated at its own
     frequency) comes with an added mass of its own too."""

@@ -12,6 +12,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from undertow.conditioning.motion import Motion
 from undertow.discrepancy.joint import WIDER, JointFit, shared_theta
 from undertow.discrepancy.level import Addend, Level
 from undertow.discrepancy.suspects import RADIATION, Suspect
@@ -35,6 +36,13 @@ BENT = 5.0
 
 UNUSUAL = 3.0
 """A sensor is accused where it errs by more than this many times its prior."""
+
+TIED = 0.2
+"""A force named beside another effect has phases of its own: were they drawn at random, they would agree from trial to
+trial as much as they do in at least this share of draws. Fewer, and it is what the other effect leaves."""
+
+DRAWS = 2000
+"""Random phases drawn for that share."""
 
 OWN_FREQUENCY = 0.1
 """A force this close (relative) to the body's own frequency cannot be told from a trial whose k differs."""
@@ -145,6 +153,9 @@ def doubt(level: Level, fit: JointFit) -> str:
             continue
         if addend.prefix == "external_forcing" and (said := _own_motion(level, fit)):
             return said
+        beside = addend is fit.addends[-1] and len(fit.addends) > len(level.standing) + 1
+        if addend.prefix == "external_forcing" and beside and (said := _tied(level, fit)):
+            return said
         if addend.frees and (said := _usual(fit, addend)):
             return said
         strongest = 0.0
@@ -205,3 +216,32 @@ def _own_motion(level: Level, fit: JointFit) -> str:
         if own > 0.0 and abs(clock / own - 1.0) < OWN_FREQUENCY:
             return f"external_forcing at {clock:.3g} rad/s is the body's own motion of {own:.3g} rad/s"
     return ""
+
+
+def _tied(level: Level, fit: JointFit) -> str:
+    """Whether an outside force's phase is tied to the release on each spring, in words: sizes in units of the release
+    and phases that agree are a memory's."""
+
+    def force(motion: Motion) -> complex:
+        cosine, sine = (fit.value(f"external_forcing.{part}_N[{motion.name}]") for part in ("cosine", "sine"))
+        return complex(cosine, sine) / motion.amplitude
+
+    forces = [np.array([force(motion) for motion in member.motions]) for member in level.members]
+    total = sum(float(np.sum(np.abs(own) ** 2)) for own in forces)
+    if total == 0.0:
+        return ""
+
+    def agreement(phased: list[np.ndarray]) -> np.ndarray:
+        """Share (draws,) of the forces' squares that one force a spring, in units of the release, holds."""
+        return np.asarray(sum(np.abs(own.sum(axis=-1)) ** 2 / own.shape[-1] for own in phased)) / total
+
+    rng = np.random.default_rng(0)
+    drawn = [own * np.exp(2j * math.pi * rng.random((DRAWS, own.size))) for own in forces]
+    seen = float(agreement(forces))
+    chance = float(np.mean(agreement(drawn) >= seen * (1.0 - 1e-12)))
+    if chance >= TIED:
+        return ""
+    return (
+        f"external_forcing is tied to the release: phases and sizes agree in all trials by {100 * seen:.0f} %, as "
+        f"phases of its own would in {100 * chance:.0f} of 100 campaigns"
+    )

@@ -5,8 +5,8 @@ and springs. The criterion (joint.py) is turned into probabilities with a stated
 half shared equally among the suspects, and a hundredth of that for each further effect. A suspect whose numbers mean
 nothing (on a bound, not told from zero) is out. Rivals within odds of 20 to 1 are named beside the answer.
 
-Belongs here: the search. Does not belong here: what is believed of its results (candidate.py), a first look at small
-effects (screen.py), the proof on held-out trials (prove.py), words (judge.py).
+Belongs here: the search. Does not belong here: what is believed beforehand (joining.py) and of its results
+(candidate.py), a first look at small effects (screen.py), the proof on held-out trials (prove.py), words (judge.py).
 """
 
 from __future__ import annotations
@@ -17,31 +17,23 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from undertow.discrepancy.attempt import COMMON, REFINED, as_radiation, from_places, from_starts, renumbered
+from undertow.discrepancy.attempt import COMMON, REFINED, as_radiation, from_places, from_starts, renumbered, without
 from undertow.discrepancy.candidate import Candidate, Diagnosis, Screened, conclude, damping_ratio
 from undertow.discrepancy.evidence import residual_memory
+from undertow.discrepancy.joining import MOST_EFFECTS, PRIOR_NOTHING, has_room, log_prior, may_join
 from undertow.discrepancy.joint import WIDER, JointFit, at_memory, fit_joint, free_run_error, missed_share
 from undertow.discrepancy.level import Level
 from undertow.discrepancy.screen import prospects
-from undertow.discrepancy.suspects import EACH_SPRING, RINGS, Suspect
+from undertow.discrepancy.suspects import RINGS, Suspect
 from undertow.equation.kernel import SLOT
 from undertow.errors import IdentificationError
-
-PRIOR_NOTHING = 0.5
-"""Prior probability that the prescribed equation lacks nothing."""
-
-FURTHER_EFFECT_PRIOR = 0.01
-"""Prior odds of a second (third) effect beside one that is there."""
 
 ACCUSE_PROBABILITY = 0.99
 """Posterior probability from which a name is said."""
 
-MOST_EFFECTS = 3
-
-STRUCTURE_WHEN_DRY_IS_CLEAN = 0.01
-"""Prior odds of a structural effect where dry trials of the same rig show nothing missing."""
-
-ALWAYS_TRIED_BESIDE = frozenset({"linear_damping", "hidden_resonator", "coulomb_friction", "cubic_damping"})
+ALWAYS_TRIED_BESIDE = frozenset(
+    {"linear_damping", "hidden_resonator", "coulomb_friction", "cubic_damping", "external_forcing"}
+)
 """Effects that water often brings together; others join only with evidence of their own."""
 
 EVIDENCE_ALONE = 10.0
@@ -55,6 +47,9 @@ WORTH = 0.5
 
 FAR_ABOVE_NOISE = 2.5
 """Mean squared residual, in units of the sensors' noise, from which a law is missing whatever a free run allows."""
+
+BESIDE = 2
+"""Where no single effect is enough, so many of the most probable ones are tried with another."""
 
 NEARLY_ALL = 0.75
 """Share of the residual above noise that such a law must explain."""
@@ -98,7 +93,8 @@ class _Search:
     def run(self) -> Diagnosis:
         """Add effects one after the other until none is worth it."""
         for depth in range(MOST_EFFECTS):
-            if depth and self.error <= 1.0:
+            near = self.error <= 1.0 and not self._forced_beyond()
+            if depth and (near or len(self.best.suspects) == MOST_EFFECTS):
                 break
             tried = self._at_own_memory(list(self._tried(depth)), depth)
             self.found += tried
@@ -109,9 +105,57 @@ class _Search:
             if ahead is None and not depth:
                 self._worthwhile([c for c in possible if abs(c.score - self.best.score) <= odds], 1.0)
             if ahead is None:
+                ahead = self._without_earlier(tried, odds) if depth else self._two_at_once(tried, odds)
+            if ahead is None:
                 break
             self.best, self.error = self._plainer(ahead, probable)
         return conclude(self.null, self.best, self.found, list(self.screened.values()))
+
+    def _prior(self, suspects: Sequence[Suspect]) -> float:
+        return log_prior(suspects, len(self.suspects), self.clean_when_dry)
+
+    def _forced_beyond(self) -> bool:
+        """Whether an outside force has brought the free run as close as repetitions are, by numbers that every trial
+        has of its own, and leaves a residual far above noise: that is no reason to look no further."""
+        return self.best.names[-1:] == ("external_forcing",) and self.best.fit.misfit > FAR_ABOVE_NOISE
+
+    def _without_earlier(self, tried: Sequence[Candidate], least: float) -> tuple[Candidate, float] | None:
+        """A candidate beside whose last effect an earlier one is needed no more, fitted without it, and its error.
+
+        Of two effects the first is chosen before the second is known, and can have stood in for both. ``least`` is by
+        how much the log evidence must exceed that of what stands.
+        """
+        doubted = [c for c in tried if c.out and len(c.suspects) > 1 and c.score > self.best.score + least]
+        shorter: list[Candidate] = []
+        for candidate in doubted:
+            for place, earlier in enumerate(candidate.suspects[:-1]):
+                if earlier.name == candidate.names[-1]:
+                    continue
+                others = (*candidate.suspects[:place], *candidate.suspects[place + 1 :])
+                shorter.append(without(self.level, candidate, place, self._prior(others)))
+        self.found += shorter
+        able = [c for c in shorter if not c.out and c.score > self.best.score + least]
+        errors = [(c, free_run_error(self.level, c.fit)) for c in able]
+        near = [(c, error) for c, error in errors if error <= max(self.error, 1.0)]
+        return max(near, key=lambda pair: pair[0].score, default=None)
+
+    def _two_at_once(self, tried: Sequence[Candidate], least: float) -> tuple[Candidate, float] | None:
+        """Two effects of which neither is enough alone, where what is left lies far above noise: further effects beside
+        the most probable single ones. Where repetitions differ as much, they must explain nearly all of it."""
+        if self.null.fit.misfit <= FAR_ABOVE_NOISE:
+            return None
+        able = [c for c in tried if not c.out and not c.suspects[0].of_the_release]
+        firsts = sorted(able, key=lambda c: -c.score)[:BESIDE]
+        pairs: list[Candidate] = []
+        for first in firsts:
+            self.best = first
+            pairs += self._tried(1)
+        self.best = self.null
+        self.found += pairs
+        probable = sorted((c for c in pairs if not c.out and c.score > self.null.score + least), key=lambda c: -c.score)
+        if self.error <= 1.0:
+            probable = [c for c in probable if _explains(self.null, c, ALL)]
+        return self._worthwhile(probable, REMAINING)
 
     def _at_own_memory(self, tried: list[Candidate], depth: int) -> list[Candidate]:
         """The candidates, and what stands, valued at the memory between that of the equation's residual and that of the
@@ -132,9 +176,9 @@ class _Search:
         near = self.best.fit.misfit <= NEAR or missed_share(self.level, self.best.fit) <= LINEAR
         small = self.error <= FINE and near
         for suspect in self.suspects:
-            if not _may_join(self.best, suspect) or (depth and not self._promising(suspect)):
+            if not may_join(self.best, suspect) or (depth and not self._promising(suspect)):
                 continue
-            prior = _log_prior(self.best, suspect, len(self.suspects), self.clean_when_dry)
+            prior = self._prior((*self.best.suspects, suspect))
             candidate = self._small(suspect, prior, depth) if small else self._large(suspect, prior)
             if candidate is None:
                 continue
@@ -185,7 +229,8 @@ class _Search:
 
     def _worthwhile(self, probable: Sequence[Candidate], remaining: float) -> tuple[Candidate, float] | None:
         """The most probable candidate that brings the free run closer by what counts, with its error; where none does,
-        the most probable one if it is beyond doubt. A sensor must be the most probable of all.
+        the most probable one if it is beyond doubt. A sensor must be the most probable of all, and so must a force with
+        a size and a phase of its own in every trial, which takes up what a memory leaves.
 
         Those before it that do not are set aside.
         """
@@ -197,6 +242,9 @@ class _Search:
             if last.of_the_release and not _explains(self.best, candidate, ALL):
                 before, left = (math.sqrt(c.fit.misfit) for c in (self.best, candidate))
                 self._set_aside([candidate], f"it leaves {left:.2g} of {before:.2g} times the sensors' noise")
+                continue
+            if place and last.origin == "outside" and not last.of_the_release and not last.memory:
+                self._set_aside([candidate], f"{probable[0].suspects[-1].label} is the more probable answer")
                 continue
             if counts or not (last.shown_by_free_run or (place and last.frees)):
                 if doubtless is not None:
@@ -296,32 +344,8 @@ def diagnose(level: Level, suspects: Sequence[Suspect], clean_when_dry: bool = F
     memory = residual_memory(first.solution)
     together = fit_joint(level, level.standing, memory, first.values, first.misfit, growing=False)
     null = Candidate((), _null(level, together), math.log(PRIOR_NOTHING))
-    usable = [s for s in suspects if _has_room(level, s, null.fit)]
+    usable = [s for s in suspects if has_room(level, s, null.fit)]
     return _Search(level, usable, null, clean_when_dry).run()
-
-
-def _has_room(level: Level, suspect: Suspect, fit: JointFit) -> bool:
-    """Whether a suspect can be told from what is free anyway: a coefficient that every group fits is no suspect, nor a
-    sensor that is not recorded."""
-    if len(level.members) == 1 and suspect.variant == EACH_SPRING:
-        return False
-    if suspect.name in {addend.prefix for addend in level.standing}:
-        return False
-    if suspect.origin == "outside" and level.trials < 2:
-        return False  # on one trial a clock of its own explains whatever is left: only the phase across trials tells
-    if suspect.late:
-        return any(m.window.held for member in level.members for m in member.motions)
-    if suspect.frees:
-        return any(name.startswith(f"{suspect.frees}[") for name in fit.solution.problem.names)
-    additions = suspect.additions(level.scales, suspect.starts(level.scales)[0])
-    if any(a.scope == "trial" for a in additions) and level.trials < 2:
-        return False
-    moved = {SLOT[a.moves[0]] for a in additions if a.moves is not None}
-    if any(not fit.theta(trial)[slot] for slot in moved for trial in range(len(fit.solution.problem.trials))):
-        return False  # nothing is there that could stand elsewhere
-    slots = {a.slot for a in additions if a.scope != "trial"}
-    free = [{c.slot for c in m.model.coefficients} for m in level.members]
-    return not slots or not all(slots <= own for own in free)
 
 
 def _null(level: Level, together: JointFit) -> JointFit:
@@ -335,20 +359,3 @@ def _null(level: Level, together: JointFit) -> JointFit:
     except IdentificationError:
         return together
     return min((together, apart), key=lambda f: f.criterion)
-
-
-def _may_join(best: Candidate, suspect: Suspect) -> bool:
-    """Whether a suspect can be added: once each, memories up to three, one variant of a name."""
-    memories = sum(a.slot.startswith("hm") for d in best.fit.addends for a in d.additions)
-    if (suspect.name == "external_forcing" or suspect.late) and best.suspects:
-        return False  # a clock or a start of its own in every trial takes up whatever a memory leaves
-    if suspect.name == "hidden_resonator":
-        return not best.suspects or (not suspect.variant and memories < MOST_EFFECTS)
-    return suspect.name not in best.names
-
-
-def _log_prior(best: Candidate, suspect: Suspect, count: int, clean_when_dry: bool) -> float:
-    """Log prior of the best set with one more suspect."""
-    before = math.log(FURTHER_EFFECT_PRIOR) + best.log_prior if best.suspects else math.log(1.0 - PRIOR_NOTHING)
-    unlikely = STRUCTURE_WHEN_DRY_IS_CLEAN if clean_when_dry and suspect.origin == "structure" else 1.0
-    return before + math.log(unlikely / count)

@@ -26,6 +26,10 @@ TRAJECTORY_STEPS_PER_PERIOD = 40
 """Largest step in fits: error under 1e-7 of x0 (docs/performance.md), far below any sensor."""
 
 
+PAUSE = 1.5
+"""Time between two crossings, over the usual one, from which on the motion paused between them."""
+
+
 @dataclass(frozen=True)
 class Unknown:
     """One number to be found: start, bounds, and a Gaussian prior (mean ``start``, ``prior_std``; inf for none)."""
@@ -272,7 +276,8 @@ class ProblemBuilder:
 def dominant_period(motion: Motion) -> float:
     """Mean period of the motion from crossings of the equilibrium inside the window, s.
 
-    IdentificationError where fewer than two crossings are found.
+    Pauses are left out: a sensor that drifts crosses once more long after the motion has died. IdentificationError
+    where fewer than two crossings are found.
     """
     x = motion.windowed("x") - motion.equilibrium.value
     t = motion.windowed("t")
@@ -289,4 +294,6 @@ def dominant_period(motion: Motion) -> float:
             f"trial {motion.name}: {crossings.size} crossings of the equilibrium in the motion window of "
             f"{t[-1] - t[0]:.3g} s; a fit needs two: widen trials.window"
         )
-    return float(2.0 * (crossings[-1] - crossings[0]) / (crossings.size - 1))
+    half = np.diff(crossings)
+    usual = np.sort(half)[(half.size - 1) // 2]
+    return float(2.0 * np.mean(half[half <= PAUSE * usual]))

@@ -1,0 +1,75 @@
+"""Two effects hidden in one campaign: both are named, and what the first leaves is not called an outside force."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from experiments.names.studies import hidden_case
+from experiments.names.verdicts import judge
+from tests.concealed.test_diagnosis import SHORT, member
+from undertow.discrepancy.candidate import doubt
+from undertow.discrepancy.joint import fit_joint
+from undertow.discrepancy.level import Addend, make_level
+from undertow.discrepancy.suspects import SUSPECTS
+from undertow.identification.problem import dominant_period
+
+
+@pytest.mark.parametrize(
+    ("hidden", "strength", "seed"),
+    [
+        # alone, an echo explains more than either; the force, then the resonator take its place
+        (("hidden_resonator", "external_forcing"), 1.5, 30),
+        # neither is enough alone: with one of them 40 % of the residual is left
+        (("hidden_resonator", "linear_damping"), 4.0, 34),
+        # a force with a phase of its own in every trial takes up much of what the resonator does
+        (("hidden_resonator", "linear_damping"), 1.5, 33),
+    ],
+    ids=["behind an echo", "both or none", "not a force"],
+)
+def test_two_effects_are_named_together(hidden, strength, seed):
+    case = hidden_case("pairs", hidden, strength, seed)
+    said = judge(case.campaign, case.view)
+    assert sorted(str(said["wet"]).split("+")) == sorted(hidden)
+    assert said["dry"] == ""
+
+
+def forced(level, sizes, phases):
+    """A fit of cubic damping and an outside force, with these forces (N) and phases in the level's trials."""
+    damping = next(s for s in SUSPECTS if s.name == "cubic_damping")
+    force = next(s for s in SUSPECTS if s.name == "external_forcing")
+    addends = (
+        Addend("cubic_damping", damping.additions(level.scales, damping.starts(level.scales)[0])),
+        Addend("external_forcing", force.additions(level.scales, 14.0)),
+    )
+    fit = fit_joint(level, addends, 1.0, {}, 10.0, growing=False, quick=True)
+    values = fit.solution.values.copy()
+    names = fit.solution.problem.names
+    for motion, size, phase in zip(level.members[0].motions, sizes, phases, strict=True):
+        values[names.index(f"external_forcing.cosine_N[{motion.name}]")] = size * np.cos(phase)
+        values[names.index(f"external_forcing.sine_N[{motion.name}]")] = size * np.sin(phase)
+    values[names.index("external_forcing.frequency_rad_per_s")] = 17.0
+    values[names.index("cubic_damping.Ns3_per_m3")] = 1e6
+    return replace(fit, solution=replace(fit.solution, values=values))
+
+
+def test_a_force_whose_phase_goes_with_the_release_is_what_the_other_effect_leaves():
+    level = make_level([member("short", SHORT, 5000)])
+    released = np.array([m.amplitude for m in level.members[0].motions])
+    tied = doubt(level, forced(level, 3000.0 * released, np.full(released.size, 0.4)))
+    assert "tied to the release: phases and sizes agree in all trials by 100 %" in tied
+    own = doubt(level, forced(level, np.full(released.size, 60.0), 2.0 * np.pi * np.arange(released.size) / 3.0))
+    assert "tied" not in own
+
+
+def test_a_sensor_that_drifts_across_zero_after_the_motion_does_not_lengthen_the_period():
+    motion = member("short", SHORT[-1:], 5000).motions[0]
+    end = motion.windowed("t")[-1]
+    swing = np.where(motion.t < 0.5 * end, motion.x - motion.equilibrium.value, 0.0)
+    died = replace(motion, x=swing + motion.equilibrium.value)
+    last = np.sign(swing[motion.inside & (np.abs(swing) > 0.05 * np.abs(swing[motion.inside]).max())][-1])
+    drift = -last * 0.1 * motion.amplitude * (motion.t > 0.9 * end)  # twice what counts as a crossing
+    drifted = replace(died, x=died.x + drift)
+    assert dominant_period(drifted) == pytest.approx(dominant_period(died), rel=1e-12)

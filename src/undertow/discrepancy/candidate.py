@@ -207,6 +207,13 @@ def _usual(fit: JointFit, addend: Addend) -> str:
     return ""
 
 
+def at_a_resonance(fit: JointFit) -> bool:
+    """Whether an outside force has the frequency of a resonator that the same fit holds."""
+    clock = fit.value("external_forcing.frequency_rad_per_s")
+    swings = [v for name, v in fit.values.items() if name.split("@")[0].endswith("natural_frequency_rad_per_s")]
+    return any(abs(clock / swing - 1.0) < OWN_FREQUENCY for swing in swings)
+
+
 def _own_motion(level: Level, fit: JointFit) -> str:
     """Whether an outside force's clock is the body's own frequency, in words."""
     clock = fit.value("external_forcing.frequency_rad_per_s")

@@ -18,7 +18,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from undertow.discrepancy.attempt import COMMON, REFINED, as_radiation, from_places, from_starts, renumbered, without
-from undertow.discrepancy.candidate import Candidate, Diagnosis, Screened, conclude, damping_ratio
+from undertow.discrepancy.candidate import Candidate, Diagnosis, Screened, at_a_resonance, conclude, damping_ratio
 from undertow.discrepancy.evidence import residual_memory
 from undertow.discrepancy.joining import MOST_EFFECTS, PRIOR_NOTHING, has_room, log_prior, may_join
 from undertow.discrepancy.joint import WIDER, JointFit, at_memory, fit_joint, free_run_error, missed_share
@@ -55,7 +55,8 @@ NEARLY_ALL = 0.75
 """Share of the residual above noise that such a law must explain."""
 
 ALL = 0.95
-"""Share of the residual above noise that a bad release must explain: in later cycles it leaves none."""
+"""Share of the residual above noise that a bad release must explain (in later cycles it leaves none), and two effects
+that neither is enough alone."""
 
 SLIDING = 0.1
 """Sliding friction over a hysteresis' yield force below which the hysteresis is what friction has become."""
@@ -239,11 +240,11 @@ class _Search:
             closer = free_run_error(self.level, candidate.fit)
             counts = closer < remaining * self.error and math.sqrt(self.error**2 - closer**2) > WORTH
             last = candidate.suspects[-1]
-            if last.of_the_release and not _explains(self.best, candidate, ALL):
+            if not _explains(self.best, candidate, _asked(candidate)):
                 before, left = (math.sqrt(c.fit.misfit) for c in (self.best, candidate))
                 self._set_aside([candidate], f"it leaves {left:.2g} of {before:.2g} times the sensors' noise")
                 continue
-            if place and last.origin == "outside" and not last.of_the_release and not last.memory:
+            if place and last.has_its_own_clock:
                 self._set_aside([candidate], f"{probable[0].suspects[-1].label} is the more probable answer")
                 continue
             if counts or not (last.shown_by_free_run or (place and last.frees)):
@@ -299,6 +300,18 @@ class _Search:
     def _set_aside(self, candidates: Sequence[Candidate], reason: str) -> None:
         """Mark candidates as no answer, with the reason."""
         self.found = [replace(c, out=c.out or reason) if any(c is d for d in candidates) else c for c in self.found]
+
+
+def _asked(candidate: Candidate) -> float:
+    """Share of the residual above noise that a candidate's last effect must explain to be named. A bad release and a
+    force with its own clock leave none; what a resonator leaves that is not quite one (waves that break) swings at the
+    resonator's frequency, and much of it passes for a force of that frequency."""
+    last = candidate.suspects[-1]
+    if last.of_the_release:
+        return ALL
+    if last.has_its_own_clock and len(candidate.suspects) > 1:
+        return ALL if at_a_resonance(candidate.fit) else NEARLY_ALL
+    return -math.inf
 
 
 def _explains(before: Candidate, after: Candidate, share: float) -> bool:

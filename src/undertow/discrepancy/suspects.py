@@ -117,6 +117,11 @@ class Suspect:
         return self.name == "imperfect_release"
 
     @property
+    def has_its_own_clock(self) -> bool:
+        """Whether it acts on the body whatever that does, with a size and a phase of its own in every trial."""
+        return self.name == "external_forcing"
+
+    @property
     def shown_by_free_run(self) -> bool:
         """Whether what it adds can bring a free run of the displacement closer (x0, v0 are adjusted anyway)."""
         return not (self.frees or self.of_the_release)

@@ -1,6 +1,6 @@
-"""How well output error, all four trials of a level together, gives back a planted Eq. 15: 20 seeds a level and noise.
+"""How well output error, all four trials of a level together, gives back a planted Eq. 15: 100 seeds a level and noise.
 
-    python -m experiments.recovery.output_error_recovery        # two minutes
+    python -m experiments.recovery.output_error_recovery        # six minutes
 
 writes output_error_recovery.csv (a row a campaign) and output_error_recovery.md (p90 of the errors beside limits and
 bounds) here. Starts are the same for all: 500 kg, 500 N s/m, mu 0.006, C_d 5.
@@ -31,7 +31,7 @@ from undertow.identification.intervals import noise_covariance
 from undertow.identification.problem import Link, ProblemBuilder, TrialOptions
 
 FOLDER = Path(__file__).resolve().parent
-SEEDS = 20
+SEEDS = 100
 LEVELS = (("long", 2.57), ("short", 2.36))
 LIMITS = {"N1": (0.1, 1.0, 0.3, 0.8), "N3": (0.2, 3.0, 0.7, 2.5), "N4": (1.0, 10.0, 2.5, 10.0)}
 """Largest p90 of |error|: m_a in kg, c, mu and C_d in per cent; or 1.3 times the bound where that is larger."""

@@ -87,6 +87,13 @@ def test_a_slice_of_realisations_scatters_as_the_bound_says(case, count):
     assert np.all(np.abs(bias) < 0.4)
 
 
+def test_the_committed_spreads_and_biases_lie_within_their_limits():
+    with (EFFICIENCY / "efficiency.csv").open() as file:
+        found = list(csv.DictReader(file))
+    assert len({row["fit"] for row in found}) == 14
+    assert all(row["within"] == "True" and row["count"] == "1000" for row in found)
+
+
 def test_the_page_marks_what_lies_outside_its_limits():
     table = rows(30, [("a fit", eq15("short", 2.36, 2, 1e-4), (0.0, 0.1, 9.0))])
     assert markdown(table).count("**") == 4

@@ -109,6 +109,7 @@ class _Search:
                 ahead = self._without_earlier(tried, odds) if depth else self._two_at_once(tried, odds)
             if ahead is None:
                 break
+            ahead = self._leaner(*ahead, ahead[0].score) or ahead
             self.best, self.error = self._plainer(ahead, probable)
         return conclude(self.null, self.best, self.found, list(self.screened.values()))
 
@@ -120,25 +121,30 @@ class _Search:
         has of its own, and leaves a residual far above noise: that is no reason to look no further."""
         return self.best.names[-1:] == ("external_forcing",) and self.best.fit.misfit > FAR_ABOVE_NOISE
 
-    def _without_earlier(self, tried: Sequence[Candidate], least: float) -> tuple[Candidate, float] | None:
-        """A candidate beside whose last effect an earlier one is needed no more, fitted without it, and its error.
+    def _leaner(self, candidate: Candidate, error: float, least: float) -> tuple[Candidate, float] | None:
+        """The same last effect without an earlier one that it makes needless, and its error; None where all are needed.
 
-        Of two effects the first is chosen before the second is known, and can have stood in for both. ``least`` is by
-        how much the log evidence must exceed that of what stands.
+        Of two effects the first is chosen before the second is known, and can have stood in for both. ``least`` is the
+        score that the smaller set must exceed, ``error`` (or repeatability) what its free run must not.
         """
-        doubted = [c for c in tried if c.out and len(c.suspects) > 1 and c.score > self.best.score + least]
-        shorter: list[Candidate] = []
-        for candidate in doubted:
-            for place, earlier in enumerate(candidate.suspects[:-1]):
-                if earlier.name == candidate.names[-1]:
-                    continue
-                others = (*candidate.suspects[:place], *candidate.suspects[place + 1 :])
-                shorter.append(without(self.level, candidate, place, self._prior(others)))
-        self.found += shorter
-        able = [c for c in shorter if not c.out and c.score > self.best.score + least]
-        errors = [(c, free_run_error(self.level, c.fit)) for c in able]
-        near = [(c, error) for c, error in errors if error <= max(self.error, 1.0)]
+        near: list[tuple[Candidate, float]] = []
+        for place, earlier in enumerate(candidate.suspects[:-1]):
+            if earlier.name == candidate.names[-1]:
+                continue
+            others = (*candidate.suspects[:place], *candidate.suspects[place + 1 :])
+            shorter = without(self.level, candidate, place, self._prior(others))
+            self.found.append(shorter)
+            closer = free_run_error(self.level, shorter.fit)
+            if not shorter.out and shorter.score > least and closer <= max(error, 1.0):
+                near.append((shorter, closer))
         return max(near, key=lambda pair: pair[0].score, default=None)
+
+    def _without_earlier(self, tried: Sequence[Candidate], least: float) -> tuple[Candidate, float] | None:
+        """The leanest of the candidates that would be more probable than what stands, by ``least`` in log evidence, but
+        for a number that means nothing any more."""
+        doubted = [c for c in tried if c.out and len(c.suspects) > 1 and c.score > self.best.score + least]
+        lean = [found for c in doubted if (found := self._leaner(c, self.error, self.best.score + least)) is not None]
+        return max(lean, key=lambda pair: pair[0].score, default=None)
 
     def _two_at_once(self, tried: Sequence[Candidate], least: float) -> tuple[Candidate, float] | None:
         """Two effects of which neither is enough alone, where what is left lies far above noise: further effects beside
@@ -305,13 +311,17 @@ class _Search:
 def _asked(candidate: Candidate) -> float:
     """Share of the residual above noise that a candidate's last effect must explain to be named. A bad release and a
     force with its own clock leave none; what a resonator leaves that is not quite one (waves that break) swings at the
-    resonator's frequency, and much of it passes for a force of that frequency."""
+    resonator's frequency, and much of it passes for a force of that frequency; and what a force leaves whose waves die
+    out passes for a resonator.
+    """
     last = candidate.suspects[-1]
     if last.of_the_release:
         return ALL
-    if last.has_its_own_clock and len(candidate.suspects) > 1:
-        return ALL if at_a_resonance(candidate.fit) else NEARLY_ALL
-    return -math.inf
+    if len(candidate.suspects) == 1 or not any(s.has_its_own_clock for s in candidate.suspects):
+        return -math.inf
+    if at_a_resonance(candidate.fit):
+        return ALL
+    return NEARLY_ALL if last.has_its_own_clock else -math.inf
 
 
 def _explains(before: Candidate, after: Candidate, share: float) -> bool:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import replace
 
 import numpy as np
@@ -232,3 +233,15 @@ def test_unseen_trials_that_come_no_closer_leave_something_unknown():
     (verdict,) = judge((case,), chosen(("linear_damping",)))
     assert verdict.verdict == ("linear_damping", "unknown")
     assert verdict.status == "unknown"
+
+
+def test_trials_beside_a_too_narrow_repeatability_are_not_unknown_where_scatter_explains_them():
+    group = member("short", SHORT, 4850)
+    case = Case(
+        {"spring": "short"}, "short", group, (), Described(0.03, math.nan, {}), 0.005, 0.05, 2, True, False, {}, False
+    )
+    (verdict,) = judge((case,), chosen(("linear_damping",)))
+    assert verdict.status == "nothing_missing"
+    assert "explains 1 of 3 trials within repeatability and the group as a whole" in verdict.sentence
+    (outside,) = judge((replace(case, baseline=Described(0.06, math.nan, {})),), chosen(("linear_damping",)))
+    assert outside.status == "unknown"

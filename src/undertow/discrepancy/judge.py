@@ -14,7 +14,7 @@ import numpy as np
 
 from undertow.discrepancy.candidate import Candidate, Diagnosis
 from undertow.discrepancy.case import Case
-from undertow.discrepancy.diagnose import diagnose
+from undertow.discrepancy.diagnose import FAR_ABOVE_NOISE, diagnose
 from undertow.discrepancy.findings import AugmentedRun
 from undertow.discrepancy.joint import free_run_error
 from undertow.discrepancy.level import Addend, Level, Member, make_level, member_rate
@@ -117,7 +117,9 @@ def _verdict(
     )  # fmt: skip
     known = _known(level, case)
     if not diagnosis.accused and not known:
-        return _without_a_name(plain, case, free_run_error(level, diagnosis.null.fit) > STILL_MISSING)
+        alone = diagnosis.null.fit
+        as_scatter = alone.misfit <= FAR_ABOVE_NOISE and case.baseline.nrmse <= case.allowed
+        return _without_a_name(plain, case, free_run_error(level, alone) > STILL_MISSING, as_scatter)
     fit, names = diagnosis.best.fit, (*known, *diagnosis.best.names)
     training, held = (
         rms([runs[m.name].nrmse for m in motions if m.name in runs]) for motions in (case.member.motions, case.held)
@@ -165,10 +167,21 @@ def _turned(numbers: Mapping[str, Estimate]) -> dict[str, Estimate]:
     return {name: replace(e, unit=unit_in_rotation(e.unit)) for name, e in numbers.items()}
 
 
-def _without_a_name(plain: Verdict, case: Case, far: bool) -> Verdict:
+def _without_a_name(plain: Verdict, case: Case, far: bool, as_scatter: bool = False) -> Verdict:
     """Nothing is missing, or something is and no suspect explains it: in most trials, or in some so much (``far``)
-    that the level as a whole is out of reach of repetitions."""
+    that the level as a whole is out of reach of repetitions.
+
+    Nothing is missing either where the group as a whole lies within repeatability and the scatter of k, c, mu brings
+    its trials down to noise (``as_scatter``), though some lie outside: a few dry trials can repeat too well.
+    """
     total = len(case.trials)
+    if as_scatter and case.missing > total / 2:
+        text = (
+            f"{case.label}: the equation explains {total - case.missing} of {total} trials within repeatability and "
+            f"the group as a whole (error {percent(case.baseline.nrmse)}, repeatability {percent(case.allowed)}), all "
+            "of them to the noise with k, c, mu of their own; nothing is missing."
+        )
+        return replace(plain, status="nothing_missing", verdict=(), sentence=text)
     if case.missing <= total / 2 and not (far and case.missing):
         text = (
             f"{case.label}: the equation explains {total - case.missing} of {total} trials within repeatability "

@@ -71,14 +71,18 @@ def as_radiation(level: Level, candidate: Candidate) -> Candidate:
     return Candidate((*candidate.suspects[:-1], RADIATION), fit, candidate.log_prior, doubt(level, fit))
 
 
-def without(level: Level, candidate: Candidate, place: int, prior: float) -> Candidate:
-    """The same model without the effect at ``place``, refitted from where the others are."""
+def without(level: Level, candidate: Candidate, place: int, prior: float) -> Candidate | None:
+    """The same model without the effect at ``place``, refitted from where the others are; None where that gives no
+    motion."""
     fit = candidate.fit
     kept = [i for i in range(len(candidate.suspects)) if i != place]
     own = fit.addends[len(level.standing) :]
     level = replace(level, shared_water=fit.shared_water)
     addends = (*level.standing, *(own[i] for i in kept))
-    fit = fit_joint(level, addends, fit.memory, fit.values, fit.misfit, growing=False)
+    try:
+        fit = fit_joint(level, addends, fit.memory, fit.values, fit.misfit, growing=False)
+    except IdentificationError:
+        return None
     return Candidate(tuple(candidate.suspects[i] for i in kept), fit, prior, doubt(level, fit))
 
 

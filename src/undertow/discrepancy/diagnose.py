@@ -22,7 +22,7 @@ from undertow.discrepancy.candidate import Candidate, Diagnosis, Screened, at_a_
 from undertow.discrepancy.evidence import residual_memory
 from undertow.discrepancy.joining import MOST_EFFECTS, PRIOR_NOTHING, has_room, log_prior, may_join
 from undertow.discrepancy.joint import WIDER, JointFit, at_memory, fit_joint, free_run_error, missed_share
-from undertow.discrepancy.level import Level
+from undertow.discrepancy.level import Addend, Level
 from undertow.discrepancy.screen import prospects
 from undertow.discrepancy.suspects import RINGS, Suspect
 from undertow.equation.kernel import SLOT
@@ -128,11 +128,14 @@ class _Search:
         score that the smaller set must exceed, ``error`` (or repeatability) what its free run must not.
         """
         near: list[tuple[Candidate, float]] = []
-        for place, earlier in enumerate(candidate.suspects[:-1]):
-            if earlier.name == candidate.names[-1]:
-                continue
+        swings = [_swings(addend) for addend in candidate.fit.addends[len(self.level.standing) :]]
+        for place in range(len(candidate.suspects) - 1):
+            if swings[place] and sum(swings) > 1:
+                continue  # what swings is numbered in the order in which it was found
             others = (*candidate.suspects[:place], *candidate.suspects[place + 1 :])
             shorter = without(self.level, candidate, place, self._prior(others))
+            if shorter is None:
+                continue
             self.found.append(shorter)
             closer = free_run_error(self.level, shorter.fit)
             if not shorter.out and shorter.score > least and closer <= max(error, 1.0):
@@ -327,6 +330,11 @@ def _asked(candidate: Candidate) -> float:
 def _explains(before: Candidate, after: Candidate, share: float) -> bool:
     """Whether one candidate explains more than a share of the residual above noise that another leaves."""
     return before.fit.misfit - after.fit.misfit > share * (before.fit.misfit - 1.0)
+
+
+def _swings(addend: Addend) -> bool:
+    """Whether an addend is a hidden oscillator, or a kernel that takes the place of one."""
+    return any(a.slot.startswith("hm") for a in addend.additions)
 
 
 def _slides(candidate: Candidate) -> float:

@@ -68,7 +68,9 @@ def test_a_force_whose_phase_goes_with_the_release_is_what_the_other_effect_leav
     tied = doubt(level, forced(level, 3000.0 * released, np.full(released.size, 0.4)))
     assert "tied to the release: phases and sizes agree in all trials by 100 %" in tied
     own = doubt(level, forced(level, np.full(released.size, 60.0), 2.0 * np.pi * np.arange(released.size) / 3.0))
-    assert "tied" not in own
+    assert own == ""
+    once = doubt(level, forced(level, np.array([60.0, 0.0, 0.0]), np.zeros(released.size)))
+    assert once == "external_forcing is told from zero in 1 of 3 trials; 2 show a clock of its own"
 
 
 def test_a_sensor_that_drifts_across_zero_after_the_motion_does_not_lengthen_the_period():
@@ -80,3 +82,15 @@ def test_a_sensor_that_drifts_across_zero_after_the_motion_does_not_lengthen_the
     drift = -last * 0.1 * motion.amplitude * (motion.t > 0.9 * end)  # twice what counts as a crossing
     drifted = replace(died, x=died.x + drift)
     assert dominant_period(drifted) == pytest.approx(dominant_period(died), rel=1e-12)
+
+
+def test_a_relaxation_that_would_feed_the_motion_is_no_answer():
+    level = make_level([member("short", SHORT, 5000)])
+    relaxation = next(s for s in SUSPECTS if s.name == "relaxation")
+    addend = Addend("relaxation", relaxation.additions(level.scales, relaxation.starts(level.scales)[0]))
+    fit = fit_joint(level, (addend,), 1.0, {}, 10.0, growing=False, quick=True)
+    values = fit.solution.values.copy()
+    place = fit.solution.problem.names.index("relaxation.stiffness_N_per_m")
+    values[place] = -20.0 * fit.solution.stderr("relaxation.stiffness_N_per_m")
+    fed = replace(fit, solution=replace(fit.solution, values=values))
+    assert "would feed energy into the motion" in doubt(level, fed)

@@ -25,8 +25,8 @@ RIVAL_ODDS = 20.0
 SIGNIFICANT = 3.0
 """A suspect's coefficient must be this many standard errors from zero."""
 
-DISSIPATES = frozenset({"linear_damping", "coulomb_friction", "quadratic_drag", "cubic_damping"})
-"""Additions that cannot be negative: water takes energy."""
+DISSIPATES = frozenset({"linear_damping", "coulomb_friction", "quadratic_drag", "cubic_damping", "relaxation"})
+"""Additions that cannot be negative: water takes energy, and so does a spring behind a dashpot."""
 
 OVERDAMPED = 0.25
 """From this damping ratio on a resonator has no beat of its own: it cannot be told from memory that relaxes."""
@@ -40,6 +40,9 @@ UNUSUAL = 3.0
 TIED = 0.2
 """A force named beside another effect has phases of its own: were they drawn at random, they would agree from trial to
 trial as much as they do in at least this share of draws. Fewer, and it is what the other effect leaves."""
+
+CLOCKED = 2
+"""Trials in which an outside force must be told from zero: in one alone a clock explains whatever is left."""
 
 DRAWS = 2000
 """Random phases drawn for that share."""
@@ -154,6 +157,8 @@ def doubt(level: Level, fit: JointFit) -> str:
         if addend.prefix == "external_forcing" and (said := _own_motion(level, fit)):
             return said
         beside = addend is fit.addends[-1] and len(fit.addends) > len(level.standing) + 1
+        if addend.prefix == "external_forcing" and (said := _in_one_trial(level, fit)):
+            return said
         if addend.prefix == "external_forcing" and beside and (said := _tied(level, fit)):
             return said
         if addend.frees and (said := _usual(fit, addend)):
@@ -223,6 +228,17 @@ def _own_motion(level: Level, fit: JointFit) -> str:
         if own > 0.0 and abs(clock / own - 1.0) < OWN_FREQUENCY:
             return f"external_forcing at {clock:.3g} rad/s is the body's own motion of {own:.3g} rad/s"
     return ""
+
+
+def _in_one_trial(level: Level, fit: JointFit) -> str:
+    """Whether an outside force is told from zero in fewer than two trials, in words: one trial knows no clock."""
+    told = 0
+    for motion in (m for member in level.members for m in member.motions):
+        parts = [f"external_forcing.{part}_N[{motion.name}]" for part in ("cosine", "sine")]
+        told += math.hypot(*(fit.value(n) / max(fit.solution.stderr(n), 1e-300) for n in parts)) > SIGNIFICANT
+    if told >= CLOCKED:
+        return ""
+    return f"external_forcing is told from zero in {told} of {level.trials} trials; {CLOCKED} show a clock of its own"
 
 
 def _tied(level: Level, fit: JointFit) -> str:

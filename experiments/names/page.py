@@ -123,8 +123,8 @@ def _names(title: str, found: Mapping[str, Any], picture: bool) -> str:
     if picture:
         lines += ["![What is hidden against what is said, medium strength](confusion.svg)", ""]
     lines += [
-        "right: exactly the hidden names. more: them and another. rival: named as inseparable from the answer. "
-        "part: one of two. dry: named in the dry trials, not in the wet ones. unknown: only "
+        "right: exactly the hidden names (or these and unknown). more: them and another. rival: named as inseparable "
+        "from the answer. part: one of two. dry: named in the dry trials, not in the wet ones. unknown: only "
         "that something is missing. nothing: nothing said. wrong: another name without the hidden one.", "",
         "| hidden | " + " | ".join(f"strength {s:g}" for s in strengths) + " |",
         "|---|" + "---|" * len(strengths),

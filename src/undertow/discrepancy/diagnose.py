@@ -151,10 +151,11 @@ class _Search:
 
     def _two_at_once(self, tried: Sequence[Candidate], least: float) -> tuple[Candidate, float] | None:
         """Two effects of which neither is enough alone, where what is left lies far above noise: further effects beside
-        the most probable single ones. Where repetitions differ as much, they must explain nearly all of it."""
+        the most probable single ones, or one that is found beside another alone. Where repetitions differ as much, two
+        must explain nearly all of it."""
         if self.null.fit.misfit <= FAR_ABOVE_NOISE:
             return None
-        able = [c for c in tried if not c.out and not c.suspects[0].of_the_release]
+        able = [c for c in tried if not c.suspects[0].of_the_release]
         firsts = sorted(able, key=lambda c: -c.score)[:BESIDE]
         pairs: list[Candidate] = []
         for first in firsts:
@@ -163,9 +164,10 @@ class _Search:
         self.best = self.null
         self.found += pairs
         probable = sorted((c for c in pairs if not c.out and c.score > self.null.score + least), key=lambda c: -c.score)
+        lean = self._without_earlier(pairs, least)
         if self.error <= 1.0:
             probable = [c for c in probable if _explains(self.null, c, ALL)]
-        return self._worthwhile(probable, REMAINING)
+        return self._worthwhile(probable, REMAINING) or (self._worthwhile([lean[0]], 1.0) if lean else None)
 
     def _at_own_memory(self, tried: list[Candidate], depth: int) -> list[Candidate]:
         """The candidates, and what stands, valued at the memory between that of the equation's residual and that of the

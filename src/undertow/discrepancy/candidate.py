@@ -41,11 +41,11 @@ TIED = 0.2
 """A force named beside another effect has phases of its own: were they drawn at random, they would agree from trial to
 trial as much as they do in at least this share of draws. Fewer, and it is what the other effect leaves."""
 
-CLOCKED = 2
-"""Trials in which an outside force must be told from zero: in one alone a clock explains whatever is left."""
-
 DRAWS = 2000
 """Random phases drawn for that share."""
+
+CLOCKED = 2
+"""Trials in which an outside force must be told from zero: in one alone a clock explains whatever is left."""
 
 OWN_FREQUENCY = 0.1
 """A force this close (relative) to the body's own frequency cannot be told from a trial whose k differs."""

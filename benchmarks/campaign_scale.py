@@ -138,8 +138,8 @@ def worker(process: int) -> tuple[float, float]:
 
 
 def peak_mb() -> float:
-    """Peak memory of this process, MB."""
-    return resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024.0
+    """Peak memory of this process, MB: of it alone, where rusage begins with that of the process that started it."""
+    return worker(os.getpid())[1]
 
 
 @contextmanager

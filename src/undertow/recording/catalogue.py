@@ -95,7 +95,7 @@ class Catalogue:
             object.__setattr__(self, name, MappingProxyType(dict(getattr(self, name))))
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, slots=True)
 class Entry:
     """One trial that is to be read. ``trial`` counts within the file (None: the file is the trial).
 

@@ -10,9 +10,10 @@ import glob
 import math
 import re
 from collections import Counter
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
 from fnmatch import fnmatch
+from itertools import chain
 from pathlib import Path
 
 from undertow.errors import ConfigError, RecordingError
@@ -66,8 +67,9 @@ def fits(entry: Entry, pattern: str) -> bool:
     return any(fnmatch(name, pattern) for name in (entry.path.name, entry.path.as_posix(), entry.name))
 
 
-def read_index(path: Path) -> list[dict[str, str]]:
-    """Rows of an index as text, by column; separators as in recordings. ConfigError where there is none."""
+def read_index(path: Path) -> Iterator[dict[str, str]]:
+    """Rows of an index as text, by column, one at a time; separators as in recordings. ConfigError where there is none.
+    """
     if not path.is_file():
         raise ConfigError(f"recordings.index {path} is not there; paths are relative to the config's folder")
     try:
@@ -76,26 +78,28 @@ def read_index(path: Path) -> list[dict[str, str]]:
         raise ConfigError(f"recordings.index: {error}") from error
     separator = sniff(lines[:1], ".")
     try:
-        rows = list(csv.reader(lines, delimiter="," if len(separator) > 1 else separator, skipinitialspace=True))
+        rows = csv.reader(lines, delimiter="," if len(separator) > 1 else separator, skipinitialspace=True)
+        head = [name.strip() for name in next(rows, [])]
+        for row in rows:
+            yield dict(zip(head, (cell.strip() for cell in row), strict=False))
     except csv.Error as error:
         raise ConfigError(f"recordings.index {path} is no table ({error}); save it as CSV") from error
-    head = [name.strip() for name in rows[0]]
-    return [dict(zip(head, (cell.strip() for cell in row), strict=False)) for row in rows[1:]]
 
 
 def _from_index(catalogue: Catalogue) -> list[Entry]:
     index = catalogue.folder / str(catalogue.index)
     rows = read_index(index)
-    if not rows:
+    first = next(rows, None)
+    if first is None:
         raise ConfigError(f"recordings.index {index} has no rows below its header; give it one row a trial")
     needed = _FIELD.findall(catalogue.file) if catalogue.file else [catalogue.index_column]
     for column in needed:
-        if column not in rows[0]:
+        if column not in first:
             raise ConfigError(
-                f"recordings.index {index} has no column {column!r}; it has {', '.join(rows[0])}: "
+                f"recordings.index {index} has no column {column!r}; it has {', '.join(first)}: "
                 "set recordings.index_column or recordings.file"
             )
-    return [_row_entry(row, catalogue, index.parent) for row in rows]
+    return [_row_entry(row, catalogue, index.parent) for row in chain((first,), rows)]
 
 
 def _row_entry(row: Mapping[str, str], catalogue: Catalogue, folder: Path) -> Entry:
@@ -182,6 +186,8 @@ def _trials(entry: Entry, catalogue: Catalogue) -> list[Entry]:
 
 def _with_patterns(entry: Entry, catalogue: Catalogue) -> Entry:
     """Conditions and window of every pattern that fits."""
+    if not catalogue.conditions and not catalogue.windows:
+        return entry
     conditions = dict(entry.conditions)
     window = Window()
     for pattern, more in catalogue.conditions.items():

@@ -154,12 +154,8 @@ def doubt(level: Level, fit: JointFit) -> str:
     for addend in fit.addends:
         if addend in level.standing:
             continue
-        if addend.prefix == "external_forcing" and (said := _own_motion(level, fit)):
-            return said
         beside = addend is fit.addends[-1] and len(fit.addends) > len(level.standing) + 1
-        if addend.prefix == "external_forcing" and (said := _in_one_trial(level, fit)):
-            return said
-        if addend.prefix == "external_forcing" and beside and (said := _tied(level, fit)):
+        if addend.prefix == "external_forcing" and (said := _no_clock(level, fit, beside)):
             return said
         if addend.frees and (said := _usual(fit, addend)):
             return said
@@ -217,6 +213,12 @@ def at_a_resonance(fit: JointFit) -> bool:
     clock = fit.value("external_forcing.frequency_rad_per_s")
     swings = [v for name, v in fit.values.items() if name.split("@")[0].endswith("natural_frequency_rad_per_s")]
     return any(abs(clock / swing - 1.0) < OWN_FREQUENCY for swing in swings)
+
+
+def _no_clock(level: Level, fit: JointFit, beside: bool) -> str:
+    """Why an outside force has no clock of its own, in words; empty where it has. ``beside``: something was named
+    before it, whose memory may be what is left."""
+    return _own_motion(level, fit) or _in_one_trial(level, fit) or (_tied(level, fit) if beside else "")
 
 
 def _own_motion(level: Level, fit: JointFit) -> str:

@@ -197,17 +197,18 @@ def second_route(
     distances = [_distance(away, covariance + own) for own in accounts]
     own, distance = accounts[int(np.argmin(distances))], min(distances)
     freedom = max(solution.n_effective - len(solution.values), 1.0)
-    agrees = distance <= len(terms) * float(fisher.ppf(DISAGREEMENT, len(terms), freedom))
+    ratio, limit = distance / max(len(terms), 1), float(fisher.ppf(DISAGREEMENT, len(terms), freedom))
+    agrees = ratio <= limit
     scale = np.sqrt(np.diag(covariance + own))
     response = " and ".join(sorted({response_channel(motion) for motion in motions}))
     worst = int(np.argmax(np.abs(away) / scale))
     number = abs(float(away[worst])) / float(scale[worst])
     verdict = "agrees" if agrees else "DISAGREES"
     sentence = (
-        f"weak form on the recorded {response} {verdict}: chi-squared {distance:.1f} of {len(terms)}, the largest "
+        f"weak form on the recorded {response} {verdict}: F = {ratio:.1f} (limit {limit:.1f}), the largest "
         f"difference {number:.1f} standard errors in {design.names[worst]}"
     )
-    return Route(design.names, found, np.sqrt(np.diag(own)), distance / max(len(terms), 1), agrees, response, sentence)
+    return Route(design.names, found, np.sqrt(np.diag(own)), ratio, agrees, response, sentence)
 
 
 def _distance(away: Array, covariance: Array) -> float:

@@ -59,7 +59,8 @@ def problem(data: Record) -> Problem:
     n = data.t.size // m
     base = np.zeros(N_SLOTS)
     known = {"mass": data.mass, "k1": data.k, "c1": data.c, "fc": data.friction, "x0": data.x0}
-    base[[SLOT[name] for name in known]] = list(known.values())
+    for name, value in known.items():
+        base[SLOT[name]] = value
     links = (Link(SLOT["mass"], 0), Link(SLOT["q"], 1, data.drag_unit))
     share = np.full(m, 1.0 / m)
     values = data.x[: n * m].reshape(n, m) @ share

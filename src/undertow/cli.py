@@ -72,37 +72,6 @@ def _say(text: str) -> None:
 
 
 @contextmanager
-def _compiling() -> Iterator[None]:
-    """Says once that the first start compiles, when it does (numba keeps what it compiled).
-
-    Modules with compiled functions compile when they are imported, here, before any worker process starts.
-    """
-    from numba.core import event
-
-    class Listener(event.Listener):
-        said = False
-
-        def on_start(self, event: Any) -> None:
-            """Say once that something is compiled."""
-            if not self.said:
-                _say("compiling the integrator once, about 20 s")
-            self.said = True
-
-        def on_end(self, event: Any) -> None:
-            """Nothing: what was compiled is used."""
-
-    try:
-        with event.install_listener("numba:compile", Listener()):
-            yield
-    except RuntimeError as reason:
-        if "cannot cache function" not in str(reason):
-            raise
-        raise UndertowError(
-            f"compiled functions cannot be kept ({reason}); set NUMBA_CACHE_DIR to a folder that can be written"
-        ) from reason
-
-
-@contextmanager
 def _terminable() -> Iterator[None]:
     """SIGTERM ends the block as Ctrl-C does, so that worker processes end with it."""
     if threading.current_thread() is not threading.main_thread():
@@ -158,8 +127,7 @@ def run(
 ) -> None:
     """The whole way, from recordings to report."""
     with _terminable():
-        with _compiling():
-            from undertow.campaign.folder import run_to_folder
+        from undertow.campaign.folder import run_to_folder
         with _bar() as progress:
             finished = run_to_folder(config, overrides or (), out, jobs=jobs, resume=resume, progress=progress)
     typer.echo(finished.summary)
@@ -174,8 +142,7 @@ def inspect(
     files: Annotated[list[Path], typer.Argument(metavar="FILE...", help="Recordings.")],
 ) -> None:
     """What is in a recording: channels, rate, gaps, noise, release, a proposed channel mapping."""
-    with _compiling():
-        from undertow.campaign.inspection import inspect_file
+    from undertow.campaign.inspection import inspect_file
     bad = 0
     for file in files:
         try:
@@ -212,8 +179,7 @@ def differ(
     out: Annotated[Path | None, typer.Option("--out", metavar="DIR", help="Folder; default: runs/differ_...")] = None,
 ) -> None:
     """A simulation made elsewhere against a recording: where they differ, and what physics the simulation lacks."""
-    with _compiling():
-        from undertow.campaign.differ_files import differ as differ_files
+    from undertow.campaign.differ_files import differ as differ_files
     typer.echo(differ_files(simulation, recording, config, out).summary)
 
 
@@ -251,8 +217,7 @@ def audit(
 ) -> None:
     """Published tables: what physics their trends and disagreements betray; writes audit.json and audit.html."""
     with _terminable():
-        with _compiling():
-            from undertow.campaign.audit import audit_to_folder
+        from undertow.campaign.audit import audit_to_folder
         with _bar() as progress:
             findings, folder = audit_to_folder(config, out, overrides or (), progress)
     for series in findings.series:

@@ -155,6 +155,12 @@ def test_uneven_samples_and_a_gap_are_smoothed_too():
     assert np.max(np.abs(got.x - motion.x[keep])) < 5e-4  # ten times the noise, in and around the gap
 
 
+def test_an_accelerometer_alone_is_refused():
+    t = np.arange(0.0, 2.0, 0.01)
+    with pytest.raises(RecordingError, match=r"recorded are acceleration; .* drifts .*: map displacement or velocity"):
+        fuse(t, {"acceleration": np.cos(10.0 * t)}, {"acceleration": 0.01})
+
+
 def test_fusion_refuses_what_it_cannot_smooth():
     with pytest.raises(RecordingError, match=r"channels recorded are spring_force; motion needs"):
         fuse(np.arange(20.0), {"spring_force": np.zeros(20)}, {"spring_force": 1.0})

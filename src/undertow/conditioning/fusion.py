@@ -18,9 +18,9 @@ from collections.abc import Mapping
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numba import njit
 from scipy.optimize import minimize_scalar
 
+from undertow.compiling import compiled
 from undertow.errors import RecordingError
 from undertow.recording.recording import Array
 
@@ -57,10 +57,7 @@ class Smoothed:
     clock_stderr_s: float = math.nan
 
 
-@njit(
-    "Tuple((f8[:,::1], f8[:,:,::1], f8))(f8[::1], f8[:,::1], f8[::1], f8[::1], f8[::1], f8[:,::1], f8, f8, b1)",
-    cache=True,
-)
+@compiled("Tuple((f8[:,::1], f8[:,:,::1], f8))(f8[::1], f8[:,::1], f8[::1], f8[::1], f8[::1], f8[:,::1], f8, f8, b1)")
 def _smooth(t, z, jerk, r, m0, p0, q, qb, backward):  # type: ignore[no-untyped-def]
     """Forward filter and, where wanted, backward smoother; z (n, 3) measured x, v, a with variance r (3,), r < 0: not
     measured; jerk (n,) is what d multiplies."""
@@ -153,12 +150,12 @@ class _Setting:
 def fuse(
     t: Array, channels: Mapping[str, Array], noise: Mapping[str, float], bias: tuple[float, float] = (0.0, 0.0)
 ) -> Smoothed:
-    """Smoothed motion at ``t`` (n,) s from ``channels`` (displacement, velocity, acceleration; any of them).
+    """Smoothed motion at ``t`` (n,) s from ``channels``: displacement or velocity, and acceleration.
 
     ``noise`` is each channel's standard deviation; ``bias`` mean and standard deviation of the accelerometer's bias,
     as the hold shows it. With a velocity alone x is relative to its own mean.
 
-    Raises RecordingError where no channel of motion is given.
+    Raises RecordingError where no channel of motion is given, or an acceleration alone.
     """
     setting = _setting(t, channels, noise, bias)
     scale = _jerk_scale(t, channels)
@@ -195,8 +192,13 @@ def _setting(
     t: Array, channels: Mapping[str, Array], noise: Mapping[str, float], bias: tuple[float, float]
 ) -> _Setting:
     names = ("displacement", "velocity", "acceleration")
+    have = ", ".join(channels) or "nothing"
+    if "acceleration" in channels and "displacement" not in channels and "velocity" not in channels:
+        raise RecordingError(
+            f"channels recorded are {have}; an acceleration integrated twice drifts away from any displacement: map "
+            "displacement or velocity beside it"
+        )
     if not any(name in channels for name in names):
-        have = ", ".join(channels) or "nothing"
         raise RecordingError(
             f"channels recorded are {have}; motion needs displacement, velocity or acceleration: map one"
         )

@@ -24,6 +24,10 @@ from typing import Any
 
 import numpy as np
 from numba import njit
+from numpy.typing import NDArray
+
+from undertow.compiling import compiled
+from undertow.equation.term import Array
 
 # ---------------------------------------------------------------- slots of the parameter vector
 _PLAIN = (
@@ -97,8 +101,9 @@ _STEPS_SPARE = 10_000
 laws. More comes from a law too stiff for the step, whose velocity turns at every one of them."""
 _OPT: dict[str, Any] = {"fastmath": False, "error_model": "numpy", "nogil": True}
 """Compiler options; only `integrate` is cached: the functions it calls are compiled into it."""
-_BORROWS: dict[str, Any] = {**_OPT, "_nrt": False}
-"""For functions that allocate nothing: numba then does not count references to arrays, which cost half of the time."""
+_BORROWS: dict[str, Any] = {**_OPT, "_nrt": False, "no_cpython_wrapper": True}
+"""For functions that allocate nothing: numba then does not count references to arrays, which cost half of the time.
+Python cannot call them, which saves compiling a wrapper each."""
 
 
 # ---------------------------------------------------------------- right-hand side
@@ -691,12 +696,10 @@ def _bound(th, dims):
 
 
 # ---------------------------------------------------------------- the whole motion
-@njit(
-    "Tuple((f8[:,::1], f8[:,::1], f8[:,::1], f8[:,::1], i8))(f8[::1], i8[::1], f8[::1], f8)",
-    cache=True,
-    **_OPT,
-)
-def integrate(th, active, times, h_max):
+@compiled("Tuple((f8[:,::1], f8[:,::1], f8[:,::1], f8[:,::1], i8))(f8[::1], i8[::1], f8[::1], f8)", **_OPT)
+def integrate(
+    th: Array, active: NDArray[np.int64], times: Array, h_max: float
+) -> tuple[Array, Array, Array, Array, int]:
     """Motion from t = 0 with the parameter vector ``th`` (slots as in SLOTS), sampled at ``times`` (m,), s, rising.
 
     ``active`` (p,) are the slots whose sensitivities are wanted, ``h_max`` the largest step in s. Gives x, v, a each
@@ -738,7 +741,7 @@ def integrate(th, active, times, h_max):
         kinked = kinked or slot in (_KA, _FN)
     _start(th, active, y, cols, dims)
     t = 0.0
-    row = 0
+    row = _int(0)
     steps = 0
     limit = _bound(th, dims)
     most = min(_MOST_STEPS, _STEPS_SPARE + _STEPS_A_STRETCH * int(times[m - 1] / h_max))

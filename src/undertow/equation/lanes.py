@@ -62,7 +62,7 @@ def _spread(builder, number):
 
 
 @intrinsic
-def load(context, array, row, column):
+def load(context: Any, array: Any, row: Any, column: Any) -> Any:
     """Four numbers of array (n, m) from [row, column] on, the places unsigned."""
 
     def build(context, builder, signature, args):
@@ -72,7 +72,7 @@ def load(context, array, row, column):
 
 
 @intrinsic
-def store(context, array, row, column, numbers):
+def store(context: Any, array: Any, row: Any, column: Any, numbers: Any) -> Any:
     """Put four numbers into array (n, m) from [row, column] on, the places unsigned."""
 
     def build(context, builder, signature, args):
@@ -83,7 +83,7 @@ def store(context, array, row, column, numbers):
 
 
 @intrinsic
-def times(context, factor, numbers):
+def times(context: Any, factor: Any, numbers: Any) -> Any:
     """factor x numbers."""
 
     def build(context, builder, signature, args):
@@ -93,7 +93,7 @@ def times(context, factor, numbers):
 
 
 @intrinsic
-def plus(context, some, others):
+def plus(context: Any, some: Any, others: Any) -> Any:
     """some + others, lane by lane."""
 
     def build(context, builder, signature, args):
@@ -103,7 +103,7 @@ def plus(context, some, others):
 
 
 @intrinsic
-def plus_times(context, some, factor, others):
+def plus_times(context: Any, some: Any, factor: Any, others: Any) -> Any:
     """some + factor x others, lane by lane."""
 
     def build(context, builder, signature, args):
@@ -114,7 +114,7 @@ def plus_times(context, some, factor, others):
 
 
 @intrinsic
-def none(context):
+def none(context: Any) -> Any:
     """Four zeros."""
 
     def build(context, builder, signature, args):
@@ -124,7 +124,7 @@ def none(context):
 
 
 @intrinsic
-def with_first(context, numbers, first):
+def with_first(context: Any, numbers: Any, first: Any) -> Any:
     """The four numbers with another first one."""
 
     def build(context, builder, signature, args):

@@ -19,14 +19,21 @@ from undertow.equation.arcs import (
     MOST_STEPS,
     ORDER,
     TOLERANCE,
+    Places,
     accelerations,
+    clear,
     integrals,
     march,
     sample_at,
     slopes_at,
 )
+from undertow.equation.lanes import LANES, load, plus_times, store
+from undertow.equation.lanes import times as times_four
+from undertow.equation.term import Array
 from undertow.identification.channels import EVEN
 
+Arrays = tuple[Any, ...]
+"""A sheet (sheet.py), the room that integration needs, a point of the search: arrays by their places."""
 _FIRST, _LAST, _LINK, _LINK_END, _CHANNEL, _CHANNEL_END, _SHIFT, _ROW = range(8)
 """Columns of a sheet's ``places``: cells, links, channels (from, to), clock's unknown, first residual."""
 _QUANTITY, _OFFSET, _DRIFT, _CLOCK, _GAIN, _VALUE = range(6)
@@ -36,8 +43,13 @@ _WIDTH, _STRIDE, _AVERAGED, _SWELL = range(4)
 whether several samples make a cell; an acceleration's factor where they do not."""
 _LOWER, _UPPER, _PRIOR, _PRECISION = range(4)
 _MASS, _K = 0, 1
+_u = np.uint64
 _OPT: dict[str, Any] = {"error_model": "numpy", "nogil": True}
-_SUMS: dict[str, Any] = {**_OPT, "fastmath": {"reassoc", "contract", "nsz"}}
+_BORROWS: dict[str, Any] = {**_OPT, "_nrt": False}
+INNER: dict[str, Any] = {**_BORROWS, "no_cpython_wrapper": True}
+"""For functions that allocate nothing: references to arrays are not counted, which halves what there is to compile.
+Python cannot call the inner ones, which saves compiling a wrapper each."""
+_SUMS: dict[str, Any] = {**_BORROWS, "fastmath": {"reassoc", "contract", "nsz"}}
 """For sums whose order does not matter; no value is assumed finite."""
 _EARLY = (12, 1e-5)
 """Order and tolerance of the series while a window is not yet the whole record."""
@@ -58,7 +70,9 @@ def _channel(sheet, trial, channel, n, values, levels, rates, slot_column, colum
     at = about[_VALUE]
     for row in range(n):
         r[begin + row] = (gain * levels[row, 0] + offset - data[at + row]) * weight
-    jac[:, begin : begin + n] = 0.0
+    for k in range(jac.shape[0]):
+        for row in range(begin, begin + n):
+            jac[k, row] = 0.0
     for link in range(places[trial, _LINK], places[trial, _LINK_END]):
         k, to, factor = slot_column[links[link, 0]], column[links[link, 1]], factors[link] * gain * weight
         for row in range(n):
@@ -68,7 +82,8 @@ def _channel(sheet, trial, channel, n, values, levels, rates, slot_column, colum
             for row in range(n):
                 jac[column[clock], begin + row] += gain * weight * rates[row]
     if about[_OFFSET] >= 0:
-        jac[column[about[_OFFSET]], begin : begin + n] += weight
+        for row in range(n):
+            jac[column[about[_OFFSET]], begin + row] += weight
     if about[_GAIN] >= 0:
         for row in range(n):
             jac[column[about[_GAIN]], begin + row] += weight * levels[row, 0]
@@ -80,26 +95,26 @@ def _channel(sheet, trial, channel, n, values, levels, rates, slot_column, colum
             r[begin + row] += values[about[_DRIFT]] * line
 
 
-@njit(**_OPT)
-def _parameters(sheet, trial, values, p, slot_column):
-    """The short parameter vector of a trial, its active slots (k,), and which column of `march` each slot is."""
+@njit(**INNER)
+def _parameters(sheet, trial, values, p, slot_column, slots):
+    """The short parameter vector of a trial, its active ``slots``, their number, which column of `march` each is."""
     _, bases, places, _, links, factors, _, _, _, _ = sheet
-    p[:] = bases[trial]
-    slot_column[:] = 0
+    for slot in range(p.size):
+        p[slot] = bases[trial, slot]
+        slot_column[slot] = 0
     for link in range(places[trial, _LINK], places[trial, _LINK_END]):
         p[links[link, 0]] += factors[link] * values[links[link, 1]]
         slot_column[links[link, 0]] = 1
     count = 0
-    slots = np.empty(8, dtype=np.int64)
-    for slot in range(8):
+    for slot in range(p.size):
         if slot_column[slot]:
             slots[count] = slot
             count += 1
             slot_column[slot] = count
-    return slots[:count]
+    return count
 
 
-@njit(**_OPT)
+@njit(**INNER)
 def _cells_within(sheet, trial, seconds):
     """Cells of a trial's first ``seconds``."""
     t, places = sheet[0], sheet[2]
@@ -131,19 +146,18 @@ def _add(used, r, jac, begin, n, normal, gradient):
     return total
 
 
-@njit(**_OPT)
-def unknowns_in(column):
-    """Unknowns of a trial in the order of its columns."""
-    used = np.empty(column.size, dtype=np.int64)
+@njit(**_BORROWS)
+def unknowns_in(column: Places, used: Places) -> int:
+    """The first of ``used`` (unknowns,): a trial's unknowns in the order of its columns; their number."""
     count = 0
     for unknown in range(column.size):
         if column[unknown] >= 0:
             used[column[unknown]] = unknown
             count += 1
-    return used[:count]
+    return count
 
 
-@njit(**_OPT)
+@njit(**INNER)
 def _samples(quantity, times, at, xs, vs, series, ends, steps, order, clocked, levels, rates):
     """A channel's signal and sensitivities at single samples, and, where a clock is unknown, its rate of change."""
     if quantity == 2:
@@ -161,7 +175,7 @@ def _samples(quantity, times, at, xs, vs, series, ends, steps, order, clocked, l
         rates[row] = (levels[hi, 0] - levels[lo, 0]) / (times[hi] - times[lo])
 
 
-@njit(**_OPT)
+@njit(**INNER)
 def _means(quantity, times, at, cell, xs, vs, series, ends, steps, order, clocked, instants, levels, rates):
     """The same in cells: a mean is the difference of the signal's integral from edge to edge (channels.py)."""
     n, width, stride = times.size, cell[_WIDTH], int(cell[_STRIDE])
@@ -185,20 +199,23 @@ def _means(quantity, times, at, cell, xs, vs, series, ends, steps, order, clocke
             rates[row] = xs[0, 0, 0]
     per_second = (cell[_SWELL] if quantity == 2 else 1.0) / width
     for row in range(n):
-        begin = stride * row
-        for j in range(levels.shape[1]):
-            levels[row, j] = (levels[begin + 1, j] - levels[begin, j]) * per_second
-        if clocked:
-            rates[row] = (rates[begin + 1] - rates[begin]) / width
+        begin = _u(stride * row)
+        for block in range(0, levels.shape[1], LANES):
+            at_block = _u(block)
+            left, right = load(levels, begin, at_block), load(levels, begin + _u(1), at_block)
+            store(levels, _u(row), at_block, times_four(per_second, plus_times(right, -1.0, left)))
+    if clocked:
+        for row in range(n):
+            rates[row] = (rates[stride * row + 1] - rates[stride * row]) / width
 
 
-@njit(**_OPT)
+@njit(**INNER)
 def _trial(sheet, trial, column, values, seconds, precise, room, point):
     """One trial's rows, added to the normal equations of ``point``; its sum of squares, -1 without a motion."""
     t, _, places, cells, _, _, channels, _, _, _ = sheet
-    xs, vs, ends, series, by, instants, levels, rates, p, slot_column = room
+    xs, vs, ends, series, by, instants, levels, rates, p, slot_column, slots, used = room
     r, jac, normal, gradient = point
-    slots = _parameters(sheet, trial, values, p, slot_column)
+    active = slots[: _parameters(sheet, trial, values, p, slot_column, slots)]
     if not (p[_MASS] > 0.0 and p[_K] > 0.0 and p[_K] < 1e300):
         return -1.0
     n = _cells_within(sheet, trial, seconds)
@@ -209,11 +226,11 @@ def _trial(sheet, trial, column, values, seconds, precise, room, point):
         clock = channels[channel, _CLOCK]
         last = max(last, times[n - 1] + late + (values[clock] if clock >= 0 else 0.0) + 0.5 * cells[trial, _WIDTH])
     order, tolerance = (ORDER, TOLERANCE) if precise else _EARLY
-    steps = march(p, slots, last, order, tolerance, xs, vs, ends, by)
+    steps = march(p, active, last, order, tolerance, xs, vs, ends, by)
     if steps == 0:
         return -1.0
     row = places[trial, _ROW]
-    used = unknowns_in(column)
+    own = used[: unknowns_in(column, used)]
     total = 0.0
     for channel in range(places[trial, _CHANNEL], places[trial, _CHANNEL_END]):
         quantity, clock = channels[channel, _QUANTITY], channels[channel, _CLOCK]
@@ -225,18 +242,21 @@ def _trial(sheet, trial, column, values, seconds, precise, room, point):
         else:
             _samples(quantity, times, at, xs, vs, series, ends, steps, order, clocked, levels, rates)
         _channel(sheet, trial, channel, n, values, levels, rates, slot_column, column, r, jac, row)
-        total += _add(used, r, jac, row, n, normal, gradient)
+        total += _add(own, r, jac, row, n, normal, gradient)
         row += n
     return total
 
 
-@njit(**_OPT)
-def evaluate(sheet, columns, values, seconds, precise, room, point):
+@njit(**_BORROWS)
+def evaluate(
+    sheet: Arrays, columns: Places, values: Array, seconds: float, precise: bool, room: Arrays, point: Arrays
+) -> tuple[float, float]:
     """Cost with priors and chi2 without; -1 without a motion. ``point`` (r, jac, normal, gradient) is filled."""
     box = sheet[9]
     _, _, normal, gradient = point
-    normal[:, :] = 0.0
-    gradient[:] = 0.0
+    clear(normal)
+    for i in range(gradient.size):
+        gradient[i] = 0.0
     chi2 = 0.0
     for trial in range(columns.shape[0]):
         found = _trial(sheet, trial, columns[trial], values, seconds, precise, room, point)
@@ -252,21 +272,25 @@ def evaluate(sheet, columns, values, seconds, precise, room, point):
     return (cost, chi2) if cost < 1e300 else (-1.0, -1.0)
 
 
-@njit(**_OPT)
-def spread_of_data(sheet):
+@njit(**_SUMS)
+def spread_of_data(sheet: Arrays) -> float:
     """Sum of squares of all channels about their means, in units of their noise."""
     places, channels, sigmas, data = sheet[2], sheet[6], sheet[7], sheet[8]
     total = 0.0
     for trial in range(places.shape[0]):
         n = places[trial, _LAST] - places[trial, _FIRST]
         for channel in range(places[trial, _CHANNEL], places[trial, _CHANNEL_END]):
-            own = data[channels[channel, _VALUE] : channels[channel, _VALUE] + n]
-            total += n * np.var(own) / sigmas[channel] ** 2
+            first, whole, squares = channels[channel, _VALUE], 0.0, 0.0
+            for row in range(first, first + n):
+                whole += data[row]
+            for row in range(first, first + n):
+                squares += (data[row] - whole / n) ** 2
+            total += squares / sigmas[channel] ** 2
     return total
 
 
-@njit(**_OPT)
-def rows_of(sheet):
+@njit(**_BORROWS)
+def rows_of(sheet: Arrays) -> Any:
     """Residuals of a whole problem."""
     last, places = sheet[2].shape[0] - 1, sheet[2]
     cells = places[last, _LAST] - places[last, _FIRST]
@@ -274,13 +298,14 @@ def rows_of(sheet):
 
 
 @njit(**_OPT)
-def room_for(sheet, start):
+def room_for(sheet: Arrays, start: Array) -> Arrays:
     """What `march` and the samples need: series of every step, instants, signals, levels, rates, parameters."""
     t, _, places, cells, _, _, _, _, _, _ = sheet
     p, slot_column = np.empty(len(LAWS)), np.empty(len(LAWS), dtype=np.int64)
+    slots, used = np.empty(len(LAWS), dtype=np.int64), np.empty(start.size, dtype=np.int64)
     steps, most, columns = 64, 0, 0
     for trial in range(places.shape[0]):
-        columns = max(columns, _parameters(sheet, trial, start, p, slot_column).size)
+        columns = max(columns, _parameters(sheet, trial, start, p, slot_column, slots))
         first, last = places[trial, _FIRST], places[trial, _LAST]
         most = max(most, last - first)
         if p[_MASS] > 0.0 and p[_K] > 0.0:
@@ -296,18 +321,20 @@ def room_for(sheet, start):
     shape = (min(steps, MOST_STEPS), ORDER + 1, width)
     return (
         np.empty(shape), np.empty(shape), np.empty(shape[0] + 1), np.empty(shape), np.empty((5, width)),
-        np.empty(2 * most), np.empty((2 * most, width)), np.empty(2 * most), p, slot_column,
+        np.empty(2 * most), np.empty((2 * most, width)), np.empty(2 * most), p, slot_column, slots, used,
     )  # fmt: skip
 
 
 @njit(**_OPT)
-def points_room(rows, widest, size):
+def points_room(rows: int, widest: int, size: int) -> Arrays:
     """Room for residuals, Jacobian, normal equations and gradient."""
     return np.empty(rows), np.empty((widest, rows)), np.empty((size, size)), np.empty(size)
 
 
-@njit(**_OPT)
-def follow(sheet, columns, step, cost, point):
+@njit(**_SUMS)
+def follow(
+    sheet: Arrays, columns: Places, step: Array, cost: float, room: Arrays, point: Arrays
+) -> tuple[float, float]:
     """Take a point along a short step: residuals and gradient linearly; the new cost and chi2."""
     places = sheet[2]
     r, jac, normal, gradient = point
@@ -324,8 +351,11 @@ def follow(sheet, columns, step, cost, point):
         end = begin + (places[trial, _LAST] - places[trial, _FIRST]) * (
             places[trial, _CHANNEL_END] - places[trial, _CHANNEL]
         )
-        used = unknowns_in(columns[trial])
-        for i in range(used.size):
-            r[begin:end] += jac[i, begin:end] * step[used[i]]
-        chi2 += np.dot(r[begin:end], r[begin:end])
+        used = room[-1]
+        for i in range(unknowns_in(columns[trial], used)):
+            by = step[used[i]]
+            for row in range(begin, end):
+                r[row] += jac[i, row] * by
+        for row in range(begin, end):
+            chi2 += r[row] * r[row]
     return cost + change, chi2

@@ -16,7 +16,12 @@ from typing import Any
 import numpy as np
 from numba import njit
 
+from undertow.compiling import compiled
+from undertow.equation.arcs import Places
+from undertow.equation.term import Array
 from undertow.identification.arc_rows import (
+    INNER,
+    Arrays,
     evaluate,
     follow,
     points_room,
@@ -26,6 +31,11 @@ from undertow.identification.arc_rows import (
     unknowns_in,
 )
 
+_SHEET = (
+    "Tuple((f8[::1], f8[:,::1], i8[:,::1], f8[:,::1], i8[:,::1], f8[::1], i8[:,::1], f8[::1], f8[::1], f8[:,::1]))"
+)
+_FOUND = "Tuple((f8[::1], f8, f8, i8, i8, f8[::1], f8[:,::1], f8[:,::1], f8[:,::1]))"
+"""numba's types of a sheet (sheet.py) and of what `search` gives."""
 _LOWER, _UPPER = 0, 1
 _OPT: dict[str, Any] = {"error_model": "numpy", "nogil": True}
 _EARLY_STOP = 2.0
@@ -42,7 +52,7 @@ so many times the noise's and a hundredth of the motion's: since costs only fall
 that sticks a turn too early leaves 1.7 times the noise's and more). Else one twice as long follows."""
 
 
-@njit(**_OPT)
+@njit(**INNER)
 def _factor(normal, damping, free, scale, a):
     """Cholesky factor of the damped normal equations of the free unknowns in units of ``scale``; False: it has none."""
     size = scale.size
@@ -64,7 +74,7 @@ def _factor(normal, damping, free, scale, a):
     return True
 
 
-@njit(**_OPT)
+@njit(**INNER)
 def _solve(a, gradient, free, scale, step):
     """Step of the free unknowns that takes the gradient away, by the factor ``a``."""
     size = scale.size
@@ -86,9 +96,10 @@ def _solve(a, gradient, free, scale, step):
 def _inverse(normal, a):
     """Inverse of the normal equations; empty where they are all but singular."""
     size = normal.shape[0]
-    inverse, nothing, gradient = np.empty((size, size)), np.empty((0, 0)), np.zeros(size)
-    scale, free = np.empty(size), np.ones(size, dtype=np.bool_)
+    inverse, nothing, gradient = np.empty((size, size)), np.empty((0, 0)), np.empty(size)
+    scale, free = np.empty(size), np.empty(size, dtype=np.bool_)
     for i in range(size):
+        gradient[i], free[i] = 0.0, True
         if not normal[i, i] > 0.0:
             return nothing
         scale[i] = 1.0 / math.sqrt(normal[i, i])
@@ -100,10 +111,15 @@ def _inverse(normal, a):
         _solve(a, gradient, free, scale, inverse[i])
         gradient[i] = 0.0
         spread += inverse[i, i] / scale[i] ** 2
-    return 0.5 * (inverse + inverse.T) if size * spread < _WELL_KNOWN else nothing
+    if not size * spread < _WELL_KNOWN:
+        return nothing
+    for i in range(size):
+        for j in range(i):
+            inverse[i, j] = inverse[j, i] = 0.5 * (inverse[i, j] + inverse[j, i])
+    return inverse
 
 
-@njit(**_OPT)
+@njit(**INNER)
 def _scale_and_free(here, values, box, scale, free):
     """Each unknown's step that changes the cost by one, and whether it may move: not further out of its bounds."""
     for i in range(values.size):
@@ -112,8 +128,21 @@ def _scale_and_free(here, values, box, scale, free):
         free[i] = not ((low and here[3][i] > 0.0) or (high and here[3][i] < 0.0))
 
 
-@njit(cache=True, **_OPT)
-def search(sheet, columns, start, windows, iterations, stop, first_damping):
+@njit(**INNER)
+def _moved(box, values, step, scale, new):
+    """The values after a step, or the bounds that they pass; the step so taken, and its size in standard errors."""
+    far = 0.0
+    for i in range(values.size):
+        new[i] = min(max(values[i] + step[i], box[_LOWER, i]), box[_UPPER, i])
+        step[i] = new[i] - values[i]
+        far = max(far, abs(step[i]) / scale[i])
+    return far
+
+
+@compiled(f"{_FOUND}({_SHEET}, i8[:,::1], f8[::1], f8[::1], i8, f8, f8)", **_OPT)
+def search(
+    sheet: Arrays, columns: Places, start: Array, windows: Array, iterations: int, stop: float, first_damping: float
+) -> Arrays:
     """Levenberg-Marquardt over growing ``windows`` (w,) s as output_error's, to ``stop`` standard errors.
 
     Gives values, cost, chi2, iterations, whether the last window converged (-1: no motion at the start of a window, or
@@ -122,14 +151,15 @@ def search(sheet, columns, start, windows, iterations, stop, first_damping):
     """
     box = sheet[9]
     size = start.size
-    values = np.minimum(np.maximum(start, box[_LOWER]), box[_UPPER])
-    widest = 0
-    for trial in range(columns.shape[0]):
-        widest = max(widest, unknowns_in(columns[trial]).size)
+    values, new = np.empty(size), np.empty(size)
+    a, step, scale = np.empty((size, size)), np.zeros(size), np.ones(size)
+    _moved(box, start, step, scale, values)
     room, rows = room_for(sheet, values), rows_of(sheet)
+    widest = np.int64(0)  # not a literal, for whose type points_room would be compiled once more
+    for trial in range(columns.shape[0]):
+        widest = max(widest, unknowns_in(columns[trial], room[-1]))
     here, there = points_room(rows, widest, size), points_room(rows, widest, size)
     nothing = np.empty((0, 0))
-    a, step, scale = np.empty((size, size)), np.empty(size), np.empty(size)
     free = np.empty(size, dtype=np.bool_)
     spent, done, cost, chi2 = 0, 0, 0.0, 0.0
     near = min(_NEAR[0] * rows, _NEAR[1] * spread_of_data(sheet))
@@ -153,21 +183,17 @@ def search(sheet, columns, start, windows, iterations, stop, first_damping):
             if not _factor(here[2], damping, free, scale, a):
                 return values, cost, chi2, spent, -1, here[0], here[1], here[2], nothing
             _solve(a, here[3], free, scale, step)
-            moved = 0.0
-            new = values + step
-            for i in range(size):
-                new[i] = min(max(new[i], box[_LOWER, i]), box[_UPPER, i])
-                moved = max(moved, abs(new[i] - values[i]) / scale[i])
+            moved = _moved(box, values, step, scale, new)
             if moved < (_CLOSING * enough if precise and damping <= first_damping else enough):
                 if precise:  # so short a step needs no proof: the next window looks again, the last one follows it
-                    cost, chi2 = follow(sheet, columns, new - values, cost, here)
-                values = new
+                    cost, chi2 = follow(sheet, columns, step, cost, room, here)
+                values, new = new, values
                 done = 1
                 break
             new_cost, new_chi2 = evaluate(sheet, columns, new, window, precise, room, there)
             if new_cost >= 0.0 and new_cost <= cost * (1.0 + 1e-14):
                 gained = cost - new_cost
-                values, cost, chi2 = new, new_cost, new_chi2
+                values, new, cost, chi2 = new, values, new_cost, new_chi2
                 here, there = there, here
                 damping = max(damping * 0.1, 1e-15)
                 if gained < 1e-10 * cost:

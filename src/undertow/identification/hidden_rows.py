@@ -11,13 +11,12 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 from scipy.sparse import csr_matrix
 
+from undertow.compiling import compiled
 from undertow.conditioning.motion import Motion
 from undertow.equation.hidden import even_step
 from undertow.equation.term import Term
@@ -46,8 +45,8 @@ def oscillator_responses(inner: Array, acceleration: Array, step_s: float) -> Ar
     return out
 
 
-@njit(cache=True)
-def _march(turn: Any, before: Any, after: Any, share: Any, drive: Any, out: Any) -> None:
+@compiled("void(c16[::1], c16[::1], c16[::1], c16[::1], f8[::1], f8[:,::1])")
+def _march(turn: Array, before: Array, after: Array, share: Array, drive: Array, out: Array) -> None:
     """q' = p q + drive from q = 0 in steps that are exact for a straight drive; ``out`` takes Re(share q)."""
     for j in range(turn.size):
         state = 0.0j

@@ -16,6 +16,7 @@ import numpy as np
 from numba import njit
 from scipy.optimize import OptimizeResult, minimize
 
+from undertow.compiling import compiled
 from undertow.conditioning.motion import Motion
 from undertow.equation.kernel import N_SLOTS, SLOT
 from undertow.errors import IdentificationError
@@ -47,8 +48,10 @@ def _sign(v):  # type: ignore[no-untyped-def]
     return 1.0 if v > 0.0 else (-1.0 if v < 0.0 else 0.0)
 
 
-@njit("f8[::1](f8, f8, f8, f8, f8, f8, f8, i8)", cache=True, error_model="numpy")
-def runge_kutta(mass, c, k, friction, drag, x0, dt, n):  # type: ignore[no-untyped-def]
+@compiled("f8[::1](f8, f8, f8, f8, f8, f8, f8, i8)", error_model="numpy")
+def runge_kutta(
+    mass: float, c: float, k: float, friction: float, drag: float, x0: float, dt: float, n: int
+) -> Array:
     """Displacement (n + 1,) of M x'' + c x' + k x + F sign(x') + q x'|x'| = 0 from rest at x0, classical RK4."""
     out = np.empty(n + 1)
     x, v = x0, 0.0

@@ -6,9 +6,8 @@ Belongs here: which problems the compiled search can do, and their arrays. Does 
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from itertools import pairwise
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -27,8 +26,7 @@ _OTHERS = np.setdiff1d(np.arange(N_SLOTS), PLACES)
 _QUANTITIES = {"displacement": 0, "velocity": 1, "acceleration": 2}
 
 
-@dataclass(frozen=True)
-class Found:
+class Found(NamedTuple):
     """Where the compiled search ended; ``residuals``, ``jacobians`` and ``used`` a trial as output_error has them.
 
     ``inverse`` is that of the normal equations ``normal`` (p, p), None where they are all but singular.
@@ -83,16 +81,17 @@ def search(
 def _sheet(problem: Problem) -> tuple[tuple[Any, ...], np.ndarray, tuple[np.ndarray, ...]]:
     """The arrays that arc_search.py reads, each unknown's column in each trial, and the unknowns of each trial."""
     trials, unknowns = problem.trials, problem.unknowns
-    columns = np.full((len(trials), len(unknowns)), -1, dtype=np.int64)
+    columns = []
     links: list[tuple[int, int]] = []
     channels: list[tuple[int, ...]] = []
     used, places, factors, sigmas, data = [], [], [], [], []
     cell = row = value = 0
-    for i, trial in enumerate(trials):
+    for trial in trials:
         n = trial.t.size
-        own = unknowns_of(trial)
-        columns[i, own] = np.arange(own.size)
-        used.append(own)
+        own = _unknowns_of(trial)
+        place = dict(zip(own, range(len(own)), strict=True))
+        columns.append([place.get(j, -1) for j in range(len(unknowns))])
+        used.append(np.array(own, dtype=np.int64))
         n_links, n_channels = len(links), len(channels)
         links += [(_PLACE[link.slot], link.unknown) for link in trial.links]
         factors += [link.factor for link in trial.links]
@@ -122,13 +121,18 @@ def _sheet(problem: Problem) -> tuple[tuple[Any, ...], np.ndarray, tuple[np.ndar
         np.concatenate(data),
         box,
     )
-    return sheet, columns, tuple(used)
+    return sheet, np.array(columns, dtype=np.int64), tuple(used)
 
 
 def unknowns_of(trial: TrialProblem) -> np.ndarray:
     """Indices (k,) of the unknowns that a trial's residuals depend on, rising."""
+    return np.array(_unknowns_of(trial), dtype=np.int64)
+
+
+def _unknowns_of(trial: TrialProblem) -> list[int]:
     wanted = {link.unknown for link in trial.links}
     for channel in trial.channels:
         wanted |= {channel.offset, channel.drift, channel.shift, channel.gain}
     wanted.add(trial.shift)
-    return np.array(sorted(wanted - {-1}), dtype=np.int64)
+    wanted.discard(-1)
+    return sorted(wanted)

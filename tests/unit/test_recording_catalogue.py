@@ -91,6 +91,24 @@ def test_a_name_is_made_from_the_index_columns(folder: Path) -> None:
     assert [(entry.path.name, entry.conditions["speed"]) for entry in entries] == [("a.csv", 0.0), ("b.csv", 15.5)]
 
 
+def test_trials_under_the_same_conditions_hold_one_read_only_table_of_them(folder: Path) -> None:
+    (folder / "data" / "campaign.csv").write_text("id,speed\na,0\nb,15.5\nc,0\n")
+    a, b, c = (entry.conditions for entry in gather(replace(catalogue(folder), file="{id}.csv")))
+    assert (a is c, a is b) == (False, False)  # the file's own column differs
+    (folder / "data" / "campaign.csv").write_text("file,speed\na.csv,0\nb.csv,15.5\nc.csv,0\n")
+    a, b, c = (entry.conditions for entry in gather(catalogue(folder)))
+    assert (a is c, a is b, dict(b)) == (True, False, {"speed": 15.5})
+    with pytest.raises(TypeError, match="item assignment"):
+        a["speed"] = 1.0  # type: ignore[index]
+
+
+def test_conditions_of_an_entry_do_not_change_with_what_they_were_made_from() -> None:
+    given = {"speed": 1.0}
+    entry = Entry("a", Path("a.csv"), given)
+    given["speed"] = 2.0
+    assert (entry.conditions["speed"], entry.path, entry.file) == (1.0, Path("a.csv"), "a.csv")
+
+
 def test_a_value_in_a_made_name_is_no_path(folder: Path) -> None:
     (folder / "data" / "campaign.csv").write_text("id,speed\n../a,0\n")
     assert "must lie in" in gather(replace(catalogue(folder), file="{id}.csv"))[0].problem

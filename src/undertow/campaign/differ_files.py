@@ -107,7 +107,7 @@ def _configured(simulation: Path, recording: Path, config_path: Path) -> Pair:
     entry = _entry(catalogue, recording)
     channels = {name: spec for name, spec in catalogue.channels.items() if name in MOTION_CHANNELS}
     motion_only = replace(catalogue, channels=channels)
-    made = replace(entry, name=simulation.name, path=simulation, window=Window())
+    made = replace(entry, name=simulation.name, file=simulation, window=Window())
     motions = []
     for what, one in (("simulation", made), ("recording", entry)):
         try:

@@ -8,6 +8,7 @@ Belongs here: that division, from names and conditions alone. Does not belong he
 
 from __future__ import annotations
 
+import os
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 
@@ -129,7 +130,7 @@ def _bytes(entries: Iterable[Entry]) -> int:
     total = 0
     for entry in entries:
         try:
-            total += entry.path.stat().st_size
+            total += os.stat(entry.file).st_size
         except OSError:
             continue  # reading it says why
     return total

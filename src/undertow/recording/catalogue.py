@@ -9,6 +9,7 @@ from __future__ import annotations
 import hashlib
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
+from os import PathLike, fspath
 from pathlib import Path
 from types import MappingProxyType
 
@@ -99,18 +100,26 @@ class Catalogue:
 class Entry:
     """One trial that is to be read. ``trial`` counts within the file (None: the file is the trial).
 
-    ``problem`` is a sentence where it is already clear that it cannot be read, else empty.
+    ``problem`` is a sentence where it is already clear that it cannot be read, else empty. A campaign of 100,000 trials
+    holds as many entries: ``file`` is text, a third of a Path, and read-only ``conditions`` are shared, not copied.
     """
 
     name: str
-    path: Path
+    file: str | PathLike[str]
     conditions: Mapping[str, Condition] = field(default_factory=dict)
     window: Window = Window()
     trial: int | None = None
     problem: str = ""
 
     def __post_init__(self) -> None:
-        object.__setattr__(self, "conditions", MappingProxyType(dict(self.conditions)))
+        object.__setattr__(self, "file", fspath(self.file))
+        if not isinstance(self.conditions, MappingProxyType):
+            object.__setattr__(self, "conditions", MappingProxyType(dict(self.conditions)))
+
+    @property
+    def path(self) -> Path:
+        """The file to read."""
+        return Path(self.file)
 
 
 def read_trial(entry: Entry, catalogue: Catalogue) -> Recording:

@@ -15,6 +15,7 @@ from dataclasses import replace
 from fnmatch import fnmatch
 from itertools import chain
 from pathlib import Path
+from types import MappingProxyType
 
 from undertow.errors import ConfigError, RecordingError
 from undertow.recording.catalogue import Catalogue, Entry, Window
@@ -23,6 +24,7 @@ from undertow.recording.recording import Condition
 from undertow.recording.text import sniff, text_of
 
 _FIELD = re.compile(r"\{(\w+)\}")
+_Known = dict[tuple[tuple[str, Condition], ...], Mapping[str, Condition]]
 
 
 def condition(text: str) -> Condition:
@@ -99,22 +101,25 @@ def _from_index(catalogue: Catalogue) -> list[Entry]:
                 f"recordings.index {index} has no column {column!r}; it has {', '.join(first)}: "
                 "set recordings.index_column or recordings.file"
             )
-    return [_row_entry(row, catalogue, index.parent) for row in chain((first,), rows)]
+    known: _Known = {}
+    return [_row_entry(row, catalogue, index.parent, known) for row in chain((first,), rows)]
 
 
-def _row_entry(row: Mapping[str, str], catalogue: Catalogue, folder: Path) -> Entry:
+def _row_entry(row: Mapping[str, str], catalogue: Catalogue, folder: Path, known: _Known) -> Entry:
+    """The trial of one row; its conditions are those of an earlier trial where they are the same."""
     name = row.get(catalogue.index_column, "") if catalogue.file is None else _filled(catalogue.file, row)
     conditions = {
         key: condition(value)
         for key, value in row.items()
         if value and value.lower() != "nan" and (catalogue.file is not None or key != catalogue.index_column)
     }
-    entry = Entry(trial_name(Path(name)), folder / name, conditions)
+    shared = known.setdefault(tuple(conditions.items()), MappingProxyType(conditions))
+    entry = Entry(trial_name(Path(name)), folder / name, shared)
     parts = [row.get(key, "") for key in _FIELD.findall(catalogue.file)] if catalogue.file else [name]
     if not name or any(_escapes(part) for part in parts):
         path = folder / (Path(name).name or "unnamed")
         problem = f"the index names the file {name!r}; it must lie in the index's folder {folder}"
-        return replace(entry, path=path, name=trial_name(path), problem=problem)
+        return replace(entry, file=path, name=trial_name(path), problem=problem)
     if not entry.path.is_file():
         return replace(
             entry, problem=f"the index names {name!r}, but {entry.path} is not there; copy it or drop the row"

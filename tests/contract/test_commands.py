@@ -99,6 +99,22 @@ def test_a_result_that_cannot_be_kept_is_said() -> None:
         compiled("f8(f8)")(module["double"])
 
 
+def test_a_command_whose_compiled_functions_cannot_be_kept_ends_with_a_sentence(
+    capsys: Capture, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    from undertow import compiling
+
+    def no_place(*_: object, **__: object) -> None:
+        raise RuntimeError("cannot cache function '_smooth': no locator available for file 'x'")
+
+    monkeypatch.setattr(compiling, "njit", no_place)
+    for module in ("campaign.inspection", "conditioning.condition", "conditioning.fusion"):
+        monkeypatch.delitem(sys.modules, f"undertow.{module}", raising=False)
+    said = undertow(capsys, "inspect", "x.csv")
+    assert said.code == 1
+    assert re.search(r"compiled functions cannot be kept \(cannot cache .*\); set NUMBA_CACHE_DIR", said.err)
+
+
 def test_what_is_compiled_is_said_once_in_a_process(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, caplog: pytest.LogCaptureFixture
 ) -> None:

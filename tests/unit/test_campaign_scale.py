@@ -58,6 +58,7 @@ def test_in_the_committed_results_neither_cost_nor_memory_grows_with_the_campaig
     assert [one["trials"] for one in light] == [100.0, 1000.0, 10000.0, 100000.0]
     costs = [one["cpu_ms_a_trial"] for one in light]
     assert max(costs) / min(costs) < 1.2
+    assert max(one["peak_MB"] for one in light) - min(one["peak_MB"] for one in light) < 100.0
     for one in light[1:]:  # what the parent needs for its first portion, and a kilobyte a trial at most
         assert one["peak_MB"] - light[0]["peak_MB"] < 30.0 + 1e-3 * one["trials"]
     assert max(one["largest_worker_MB"] for one in light) - light[0]["largest_worker_MB"] < 20.0

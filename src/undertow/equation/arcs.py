@@ -59,7 +59,7 @@ is allocated here, and references to arrays are not counted; Python cannot call 
 
 @njit(**_OPT)
 def clear(table: Array) -> None:
-    """Zeros into a table (n, m): compiles in a tenth of the time of a slice."""
+    """Zeros into a table (n, m)."""
     for i in range(table.shape[0]):
         for j in range(table.shape[1]):
             table[i, j] = 0.0

@@ -47,8 +47,8 @@ _u = np.uint64
 _OPT: dict[str, Any] = {"error_model": "numpy", "nogil": True}
 _BORROWS: dict[str, Any] = {**_OPT, "_nrt": False}
 INNER: dict[str, Any] = {**_BORROWS, "no_cpython_wrapper": True}
-"""For functions that allocate nothing: references to arrays are not counted, which halves what there is to compile.
-Python cannot call the inner ones, which saves compiling a wrapper each."""
+"""For functions that allocate nothing: references to arrays are not counted, which costs time at every call. Python
+cannot call the inner ones, which saves compiling a wrapper each."""
 _SUMS: dict[str, Any] = {**_BORROWS, "fastmath": {"reassoc", "contract", "nsz"}}
 """For sums whose order does not matter; no value is assumed finite."""
 _EARLY = (12, 1e-5)

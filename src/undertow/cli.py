@@ -131,9 +131,11 @@ def run(
         with _bar() as progress:
             finished = run_to_folder(config, overrides or (), out, jobs=jobs, resume=resume, progress=progress)
     typer.echo(finished.summary)
-    if finished.failed:
-        for trial in finished.failed:
-            _say(f"failed: {trial.reason if trial.name in trial.reason else f'{trial.name}: {trial.reason}'}")
+    for trial in finished.failed:
+        _say(f"failed: {trial.reason if trial.name in trial.reason else f'{trial.name}: {trial.reason}'}")
+    for sentence in finished.contradicted:
+        _say(f"channels contradict each other: {sentence}")
+    if finished.failed or finished.contradicted:
         raise typer.Exit(SOME_FAILED)
 
 

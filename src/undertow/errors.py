@@ -25,3 +25,21 @@ class IdentificationError(UndertowError):
 
 class NotFittedError(UndertowError, AttributeError):
     """A result was asked for before ``fit`` was called."""
+
+
+FAILURES = (ValueError, ArithmeticError)
+"""What may end the work on one trial, one group or one level without ending the others': every error of ours, and
+numbers that ran out of bounds in a library (its linear algebra's errors are ValueErrors)."""
+
+
+def failure(error: Exception) -> str:
+    """Why a piece of work failed, in one sentence.
+
+    >>> failure(RecordingError("trial r1: no release found"))
+    'trial r1: no release found'
+    >>> failure(ZeroDivisionError("division by zero"))
+    'numbers ran out of bounds (division by zero); look at the recordings and the specimen'
+    """
+    if isinstance(error, UndertowError):
+        return str(error)
+    return f"numbers ran out of bounds ({error}); look at the recordings and the specimen"

@@ -82,7 +82,9 @@ def test_of_a_large_campaign_the_dry_groups_and_the_loudest_are_kept_and_all_are
     }
     assert (kept.extent.groups, kept.extent.trials) == (301, 4 * 301)
     assert kept.extent.statuses == {"nothing_missing": 295, "unknown": 6}
-    assert found.across_groups == "The equation leaves out: something unknown in 6 of 301 groups."
+    assert found.across_groups == (
+        "The equation leaves out: something unknown in 6 of 301 groups. In 295 groups nothing is missing."
+    )
     assert len(kept.extent.sizes) == GROUPS_SHOWN
 
 

@@ -2,17 +2,21 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from scipy.optimize import minimize
 
 from undertow.identification import method1
 from undertow.identification.fit import Specimen
-from undertow.identification.method1 import FINE, STARTS, STEP_S, History, runge_kutta, search
+from undertow.identification.method1 import FINE, STARTS, History, runge_kutta, search
 
 SPECIMEN = Specimen(mass_kg=2637.4, area_m2=0.97)
 STRUCTURE = (109592.0, 590.0, 0.0073)
 RELEASE_M = 0.107
+STEP_S = 0.001
+"""The report's time step."""
 
 
 def history(added_kg: float, drag: float, noise_m: float, seed: int) -> History:
@@ -38,6 +42,17 @@ def test_a_start_in_a_known_valley_need_not_go_to_its_end(added_kg):
     assert added == pytest.approx(complete[0], abs=0.5)
     assert drag == pytest.approx(complete[1], abs=0.02)
     assert rms == pytest.approx(complete[2], rel=1e-3)
+
+
+@pytest.mark.parametrize("slower", [0.05, 30.0])
+def test_a_body_of_another_pace_gets_the_same_answer(slower):
+    data = history(1271.0, 8.1, 2e-4, 2)
+    k, c, mu = STRUCTURE
+    here = search(data, STRUCTURE, SPECIMEN)
+    later = History(slower * data.t, data.x, data.x0)
+    calm = replace(SPECIMEN, gravity_m_per_s2=SPECIMEN.gravity_m_per_s2 / slower**2)
+    there = search(later, (k / slower**2, c / slower, mu), calm)
+    assert there == pytest.approx(here, rel=1e-6)
 
 
 def test_stopping_early_spares_half_of_the_integrations(monkeypatch):

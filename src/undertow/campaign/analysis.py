@@ -20,7 +20,7 @@ from undertow.discrepancy.shares import with_shares
 from undertow.discrepancy.words import count, group_title
 from undertow.equation.kernel import SLOT
 from undertow.equation.term import Term
-from undertow.errors import UndertowError
+from undertow.errors import FAILURES, failure
 from undertow.identification import decay, method1, method2
 from undertow.identification.baseline import (
     GroupFit,
@@ -34,6 +34,7 @@ from undertow.identification.fit import Fit, Specimen, Structure
 from undertow.identification.freerun import FreeRun, free_run, repeatability, scored_channel, sensor_floor
 from undertow.identification.intervals import mean_of_trials
 from undertow.identification.problem import TrialOptions
+from undertow.identification.repeated import scatter_of_repetitions
 from undertow.identification.scale import Anchor, to_physical
 from undertow.identification.sindy import SindyResult, discover
 from undertow.quantities import OK, Estimate
@@ -48,7 +49,7 @@ class GroupTask:
     """Everything one group's analysis needs: trials in order of amplitude, equation, specimen, structure, anchor.
 
     ``apart`` names trials that are too many to be fitted together: each is fitted alone and held against the group's
-    equation, which never saw it.
+    equation, which never saw it. ``contradiction`` says which of its channels contradict each other, in words.
     """
 
     key: Mapping[str, Condition]
@@ -67,6 +68,7 @@ class GroupTask:
     options: TrialOptions = field(default_factory=TrialOptions)
     seed: int = 0
     apart: tuple[str, ...] = ()
+    contradiction: str = ""
 
     @property
     def joint(self) -> tuple[Motion, ...]:
@@ -92,6 +94,7 @@ def analyse(task: GroupTask, progress: Callable[[str], None] = lambda _: None) -
     baseline = _baseline(task, _baseline_model(task, model), training)
     fits = _group_fits(task, model, baseline)
     singles = _single_fits(task, model, progress)
+    task = _with_repetitions(task, singles)
     fits |= _means_of_singles(task, singles)
     if task.dry and len(task.motions) > 1 and "output_error" in fits:
         fits["output_error"] = _mean_structure(fits["output_error"], singles)
@@ -103,6 +106,15 @@ def analyse(task: GroupTask, progress: Callable[[str], None] = lambda _: None) -
         unsearched_verdict(task.key, task.held_out, trials, baseline.estimates),
         task.anchor.doubts + _assumed(task) + _apart(task) + _drifts(task, trials),
     )  # fmt: skip
+
+
+def _with_repetitions(task: GroupTask, singles: Mapping[str, Mapping[str, Fit]]) -> GroupTask:
+    """The task with the scatter that its own repetitions show, where neither dry trials nor the config say any."""
+    if task.structure is not None or task.scatter:
+        return task
+    fits = {name: found["output_error"] for name, found in singles.items() if "output_error" in found}
+    seen = scatter_of_repetitions(task.motions, fits)
+    return task if seen is None else replace(task, scatter=dict(seen.values), freedom=seen.freedom)
 
 
 def _with_shares(
@@ -184,8 +196,8 @@ def _attempt(method: str, trials: tuple[str, ...], work: Callable[[], Fit]) -> F
     """The method's Fit, or an empty one whose outcome is the reason why there is none."""
     try:
         return work()
-    except UndertowError as reason:
-        return Fit(method, trials, outcome=str(reason))
+    except FAILURES as reason:
+        return Fit(method, trials, outcome=failure(reason))
 
 
 def _sindy(task: GroupTask, motions: Sequence[Motion]) -> Fit:
@@ -335,7 +347,7 @@ def _score(motion: Motion, theta: np.ndarray, width: float) -> float:
     """nrmse of a free run; nan where the numbers describe no motion (as Method 2 as printed often does)."""
     try:
         return free_run(motion, theta, width).nrmse
-    except UndertowError:
+    except FAILURES:
         return math.nan
 
 

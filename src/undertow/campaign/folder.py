@@ -35,11 +35,12 @@ LONGEST_NAME = 80
 
 @dataclass(frozen=True)
 class Finished:
-    """What ``undertow run`` says when it is done."""
+    """What ``undertow run`` says when it is done; ``contradicted`` are sentences of groups whose channels disagree."""
 
     folder: Path
     findings: Findings
     extent: Extent = field(default_factory=Extent)
+    contradicted: tuple[str, ...] = ()
 
     @property
     def failed(self) -> tuple[FailedTrial, ...]:
@@ -95,7 +96,7 @@ def run_to_folder(
     except OSError as reason:
         what = f"{reason.strerror or reason} ({reason.filename or folder})"
         raise UndertowError(f"run folder {folder} cannot be written: {what}; choose another with --out") from reason
-    return Finished(folder, findings, gathered.extent)
+    return Finished(folder, findings, gathered.extent, tuple(gathered.contradicted))
 
 
 def _take(part: Part, gathered: Gathered, tables: RunTables) -> None:

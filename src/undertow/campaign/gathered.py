@@ -43,7 +43,8 @@ class Gathered:
     """A campaign's findings as its parts come.
 
     With ``everything`` all of them are kept; else at most `GROUPS_SHOWN` groups (dry ones up to half of them, and those
-    that are explained least) of at most `TRIALS_SHOWN` trials, and ``extent`` counts the others.
+    that are explained least) of at most `TRIALS_SHOWN` trials, and ``extent`` counts the others. ``contradicted`` are
+    the sentences of groups whose channels contradict each other.
     """
 
     def __init__(self, config: RunConfig, everything: bool = False) -> None:
@@ -54,17 +55,21 @@ class Gathered:
         self._notes: list[str] = []
         self._notes_more = 0
         self._named: Counter[str] = Counter()
+        self._statuses: Counter[str] = Counter()
+        self.contradicted: list[str] = []
         self.extent = Extent()
 
     def add(self, part: Part) -> None:
         """One more part; nothing else of it is held afterwards."""
         self._failed += part.failed
+        self.contradicted += [g.verdict.sentence for g in part.groups if g.verdict.contradicted]
         room = len(part.notes) if self._everything else max(NOTES_AT_MOST - len(self._notes), 0)
         self._notes += part.notes[:room]
         self._notes_more += max(len(part.notes) - room, 0)
         self.extent = self.extent.with_groups(part.groups)
         for group in part.groups:
             self._named.update(_names(group))
+            self._statuses[group.verdict.status] += 1
             if len(self._compared) <= COMPARED_AT_MOST:
                 self._compared.append(replace(group, trials=()))
             self._groups.append(group if self._everything else fewer_trials(group))
@@ -78,7 +83,7 @@ class Gathered:
         groups = sorted(self._groups, key=lambda g: group_order(g.key.items(), g.dry))
         return Findings(
             config.name, tuple(groups), tuple(self._failed), tuple(config.identify), config.equation.coordinate,
-            dict(seconds), across(self._named, self.extent.groups), (*self._notes, *self._further_notes()),
+            dict(seconds), across(self._named, self._statuses), (*self._notes, *self._further_notes()),
         )  # fmt: skip
 
     def _further_notes(self) -> tuple[str, ...]:
@@ -96,20 +101,32 @@ class Gathered:
 
 def _names(group: GroupFindings) -> list[str]:
     """What a group's verdict names, in words, each once."""
-    names = dict.fromkeys(group.verdict.verdict)
+    names = dict.fromkeys(group.verdict.verdict if group.verdict.status != "present_but_small" else ())
     return ["something unknown" if name == "unknown" else name.replace("_", " ") for name in names]
 
 
-def across(named: Mapping[str, int], groups: int) -> str:
-    """One sentence over all groups, from how many name what.
+def across(named: Mapping[str, int], statuses: Mapping[str, int]) -> str:
+    """One sentence over all groups, from how many name what, and how many have which status.
 
-    >>> across({"hidden resonator": 2}, 3)
-    'The equation leaves out: hidden resonator in 2 of 3 groups.'
+    >>> across({"hidden resonator": 2}, {"explained": 2, "cannot_tell": 1})
+    'The equation leaves out: hidden resonator in 2 of 3 groups. For 1 group these data cannot tell.'
+    >>> across({}, {"nothing_missing": 2})
+    'The equation explains 2 groups; nothing is missing.'
     """
-    of = count(groups, "group")
-    if not named:
-        return f"The equation explains {of}; nothing is missing."
-    return f"The equation leaves out: {'; '.join(f'{name} in {number} of {of}' for name, number in named.items())}."
+    groups = sum(statuses.values())
+    of, parts = count(groups, "group"), []
+    if named:
+        said = "; ".join(f"{name} in {number} of {of}" for name, number in named.items())
+        parts.append(f"The equation leaves out: {said}.")
+    if statuses.get("nothing_missing", 0) == groups:
+        parts.append(f"The equation explains {of}; nothing is missing.")
+    elif fine := statuses.get("nothing_missing", 0):
+        parts.append(f"In {count(fine, 'group')} nothing is missing.")
+    if small := statuses.get("present_but_small", 0):
+        parts.append(f"In {count(small, 'group')} something is there that is smaller than repetitions differ.")
+    if open_ := statuses.get("cannot_tell", 0):
+        parts.append(f"For {count(open_, 'group')} these data cannot tell.")
+    return " ".join(parts)
 
 
 def fewer_trials(group: GroupFindings) -> GroupFindings:

@@ -29,9 +29,12 @@ from undertow.discrepancy.judge import Judged, judge_level, undecided
 from undertow.discrepancy.level import Addend, Member
 from undertow.discrepancy.mismatch import place_words
 from undertow.discrepancy.suspects import Suspect, chosen
-from undertow.errors import IdentificationError
+from undertow.discrepancy.verdict import Verdict
+from undertow.discrepancy.words import count
+from undertow.errors import FAILURES, failure
 from undertow.identification.baseline import group_model
 from undertow.identification.fit import Specimen, Structure
+from undertow.identification.repeated import FEWEST, scatter_of_repetitions
 
 SELF_REPEATABILITY = 0.01
 """Free-run error that one trial fitted to itself may keep: no repetition can differ from it."""
@@ -57,7 +60,15 @@ def judged(
     Verdicts of wet groups are kept in ``folder`` as they come (None: not kept) and, with ``resume``, taken from there.
     """
     suspects = chosen(config.discrepancy.suspects, config.equation.coordinate == "rotation")
-    cases = [_case(config, task, group) for task, group in zip(tasks, groups, strict=True)]
+    seen = _dry_trials(config, tasks)
+    cases, told, failed = [], [], {}
+    for task, group in zip(tasks, groups, strict=True):
+        try:
+            cases.append(_case(config, task, group, seen))
+            told.append(task)
+        except FAILURES as reason:
+            failed[tuple(group.key.items())] = _without_case(group, failure(reason))
+    tasks = told
     dry = [_Together((case,), (task,)) for case, task in zip(cases, tasks, strict=True) if case.dry]
     first = on_processes(_Judge(suspects), dry, jobs, "dry: what is missing", progress)
     standing = standing_addends(first)
@@ -72,7 +83,7 @@ def judged(
             levels[water] = _Together((*together.cases, case), (*together.tasks, task))
     judge = _Judge(suspects, standing, folder, resume, dry_specimens(config, tasks))
     wet = on_processes(judge, list(levels.values()), jobs, "wet: what is missing", progress)
-    said = {tuple(v.group.items()): v for judged in (*first, *wet) for v in judged.verdicts}
+    said = failed | {tuple(v.group.items()): v for judged in (*first, *wet) for v in judged.verdicts}
     runs = {name: run for judged in (*first, *wet) for name, run in judged.runs.items()}
     return [
         replace(
@@ -125,8 +136,8 @@ class _Judge:
         for standing in dict.fromkeys((here, sliding)):
             try:
                 return judge_level(level.cases, self.suspects, standing)
-            except IdentificationError as one:
-                reason = reason or str(one).rstrip(".")
+            except FAILURES as one:
+                reason = reason or failure(one).rstrip(".")
         return undecided(level.cases, reason)
 
 
@@ -158,8 +169,44 @@ def _water(config: RunConfig, case: Case) -> tuple[object, ...]:
     return tuple(case.key[name] for name in fixed if name in case.key)
 
 
-def _case(config: RunConfig, task: GroupTask, group: GroupFindings) -> Case:
-    """A group as the judge sees it."""
+def _without_case(group: GroupFindings, reason: str) -> Verdict:
+    """The verdict of a group whose equation cannot be set up for a search."""
+    because = f"its search could not start: {reason.rstrip('.')}"
+    return replace(group.verdict, because=because, sentence=f"{group.label}: cannot tell, because {because}.")
+
+
+def _dry_trials(config: RunConfig, tasks: Sequence[GroupTask]) -> dict[str, int]:
+    """How many dry trials each spring has."""
+    return {spring_label(config, task): len(task.motions) for task in tasks if task.dry}
+
+
+def _no_dry(config: RunConfig, task: GroupTask) -> str:
+    """That a wet group's spring has no dry trials though the config names some, in words."""
+    if task.dry or not config.trials.dry or task.dry_structure is not None:
+        return ""
+    return f"no dry trial of {spring_label(config, task)} could be used, and water cannot be separated from structure"
+
+
+def _assumed(config: RunConfig, task: GroupTask, group: GroupFindings, seen: Mapping[str, int]) -> str:
+    """Why nobody knows how much trials differ, in words; empty where it was measured or stated."""
+    if config.specimen.scatter is not None:
+        return ""
+    if task.dry_structure is not None and max(seen.values(), default=0) >= FEWEST:
+        return ""
+    singles = {t.motion.name: t.fits["output_error"] for t in group.trials if "output_error" in t.fits}
+    if scatter_of_repetitions(task.motions, singles) is not None:
+        return ""
+    rest = (
+        f"{FEWEST} dry trials of a spring, {FEWEST} releases of one size or specimen.scatter would say how much trials "
+        "differ"
+    )
+    if task.dry_structure is not None:
+        return f"{rest}, and there are {max(seen.values(), default=0)} dry trials"
+    return f"{rest}, and there is {count(len(task.motions), 'trial')}"
+
+
+def _case(config: RunConfig, task: GroupTask, group: GroupFindings, seen: Mapping[str, int]) -> Case:
+    """A group as the judge sees it; ``seen`` is how many dry trials each spring has."""
     structure = _loosened(task.dry_structure, task) if task.dry else task.dry_structure
     model = group_model(
         task.terms, task.motions, task.specimen, structure, dry=task.dry, anchored=task.anchor.known,
@@ -179,4 +226,5 @@ def _case(config: RunConfig, task: GroupTask, group: GroupFindings) -> Case:
         group.verdict.repeatability_nrmse, sum(t.mismatch.missing for t in group.trials), task.dry,
         task.dry_structure is not None, config.cell_for(conditions), config.equation.coordinate == "rotation",
         place_words([t.mismatch for t in group.trials if t.mismatch.missing]),
+        task.contradiction, _no_dry(config, task), _assumed(config, task, group, seen),
     )  # fmt: skip

@@ -20,7 +20,7 @@ from undertow.discrepancy.judge import Judged
 from undertow.discrepancy.level import Addend
 from undertow.discrepancy.suspects import Addition
 from undertow.equation.kernel import SLOT
-from undertow.errors import IdentificationError
+from undertow.errors import FAILURES
 from undertow.identification.baseline import GroupModel, fit_group, group_model
 from undertow.identification.dry import (
     DEFAULT_SCATTER,
@@ -162,7 +162,7 @@ def with_known(config: RunConfig, tasks: Sequence[GroupTask], standing: Sequence
         moved = moved_slots(standing, label)
         try:
             rigs[tuple(task.key.items())] = _rig(task, structures[label], slots, moved) if ready else None
-        except IdentificationError:
+        except FAILURES:
             rigs[tuple(task.key.items())] = None  # no motion beside what stands: the rig stays as it was
     return rigs
 

@@ -23,7 +23,7 @@ from undertow.campaign.workers import Progress, on_processes, silent, steps
 from undertow.conditioning.condition import condition
 from undertow.conditioning.motion import Motion
 from undertow.discrepancy.findings import FailedTrial, Findings, GroupFindings
-from undertow.errors import ClippedError, UndertowError
+from undertow.errors import FAILURES, ClippedError, UndertowError, failure
 from undertow.identification.baseline import terms_by_name
 from undertow.identification.problem import dominant_period
 from undertow.recording.catalogue import Catalogue, Entry, read_trial
@@ -193,8 +193,9 @@ class _Analyst:
     def __call__(self, task: GroupTask) -> GroupFindings | tuple[FailedTrial, ...]:
         try:
             return self._found(task)
-        except UndertowError as reason:
-            return tuple(FailedTrial(m.name, str(reason), dict(m.recording.conditions)) for m in task.motions)
+        except FAILURES as reason:
+            said = failure(reason)
+            return tuple(FailedTrial(m.name, said, dict(m.recording.conditions)) for m in task.motions)
 
     def _found(self, task: GroupTask) -> GroupFindings:
         if self.folder is None:
@@ -235,8 +236,9 @@ class _Conditioner:
             motion = condition(recording, start_s=entry.window.start_s, end_s=entry.window.end_s)
             dominant_period(motion)  # a motion that does not swing is this trial's failure, not its group's
             return motion
-        except UndertowError as reason:
-            return FailedTrial(entry.name, str(reason), dict(entry.conditions), isinstance(reason, ClippedError))
+        except FAILURES as reason:
+            said = failure(reason)
+            return FailedTrial(entry.name, said, dict(entry.conditions), isinstance(reason, ClippedError))
 
 
 def _notes(read: Read) -> tuple[str, ...]:

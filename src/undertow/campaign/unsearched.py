@@ -23,7 +23,7 @@ def unsearched_verdict(
     trials: Sequence[TrialFindings],
     parameters: Mapping[str, Estimate],
 ) -> Verdict:
-    """Until suspects are searched: nothing_missing, or unknown with the mismatch's place."""
+    """Before suspects are searched: nobody can tell, with the mismatch's place."""
     missing = [t for t in trials if t.mismatch.missing]
     open_trials = [t for t in trials if not t.held_out]
     held = [t for t in trials if t.held_out]
@@ -31,19 +31,18 @@ def unsearched_verdict(
     described = Described(
         typical, _median([t.mismatch.nrmse for t in held]), parameters
     )
-    many = len(missing) > len(trials) / 2
     limit = _median([t.mismatch.repeatability_nrmse for t in trials])
     sentence = _sentence(group_title(key), missing, trials, typical, limit)
     return Verdict(
         key,
         tuple(t.motion.name for t in trials),
         held_out,
-        "unknown" if many else "nothing_missing",
-        ("unknown",) if many else (),
+        "cannot_tell",
         baseline=described,
         sensor_floor_nrmse=_median([t.mismatch.sensor_floor_nrmse for t in trials]),
         repeatability_nrmse=limit,
         sentence=sentence,
+        because="nothing was looked for yet",
     )
 
 
@@ -53,7 +52,7 @@ def _sentence(
     if not missing:
         return (
             f"{label}: the equation explains {count(len(trials), 'trial')} "
-            f"(error {percent(typical)}, repeatability {percent(limit)}); nothing is missing."
+            f"(error {percent(typical)}, repeatability {percent(limit)})."
         )
     worst = max(missing, key=lambda t: t.mismatch.nrmse / t.mismatch.repeatability_nrmse)
     m = worst.mismatch

@@ -57,7 +57,7 @@ def _hold_bias(recording: Recording, window: Window, levels: dict[str, float]) -
     """Mean of the acceleration while held, and its standard error with room for drift; (0, 0) without a hold."""
     if not window.held or "acceleration" not in recording.channels:
         return 0.0, 0.0
-    hold = recording.time < window.release_s - 0.02
+    hold = recording.time < window.release_s - (window.start_s - window.release_s)
     if np.count_nonzero(hold) < 10:
         return 0.0, 0.0
     values = recording.channels["acceleration"][hold]

@@ -34,8 +34,15 @@ JERK_DECADES = 3.0
 LIKELIHOOD_SAMPLES = 1500
 """At most this many samples decide the jerk's density; more sharpen it to no use."""
 
-CLOCK_STD_S = 0.005
-"""Prior standard deviation of the accelerometer's clock against the potentiometer's, s."""
+CLOCK_RADIANS = 0.03
+"""Prior standard deviation of the accelerometer's clock against the other channels', as an angle of the motion, rad:
+5 ms at one hertz (identification/nuisances.py has the same)."""
+
+ROUNDING = 1e-9
+"""Least noise of a channel, relative to its range."""
+
+HELD_STILL = 1e-9
+"""Prior of what is no unknown (a bias, a clock that nothing shows), relative to the motion."""
 
 
 @dataclass(frozen=True)
@@ -163,7 +170,7 @@ def fuse(
     if "acceleration" in channels and ("displacement" in channels or "velocity" in channels):
         first = setting.at(density)[0]
         setting = replace(setting, jerk=_oscillator_jerk(first))
-        setting.covariance[4, 4] = CLOCK_STD_S**2
+        setting.covariance[4, 4] = (CLOCK_RADIANS / _angular_rate(t, channels)) ** 2
         density = _best_density(setting, scale)
     means, covariances, loglik = setting.at(density)
     errors = np.sqrt(np.maximum(np.einsum("nii->ni", covariances), 0.0))
@@ -208,13 +215,13 @@ def _setting(
     r = np.full(3, -1.0)
     mean = np.zeros(5)
     spread = np.zeros(5)
-    spread[3:] = (1e-9, 1e-9)
     for i, name in enumerate(names):
         if name in channels:
             z[:, i] = channels[name]
-            r[i] = max(noise[name], 1e-12) ** 2
+            r[i] = max(noise[name], ROUNDING * float(np.ptp(channels[name]))) ** 2
     first = z[:5].mean(axis=0)
     size = _sizes(t, channels)
+    spread[3:] = HELD_STILL * size[2], HELD_STILL / _angular_rate(t, channels)
     for i in range(3):
         measured = r[i] >= 0.0
         mean[i] = first[i] - (bias[0] if i == 2 else 0.0) if measured else 0.0
@@ -231,7 +238,7 @@ def _sizes(t: Array, channels: Mapping[str, Array]) -> tuple[float, float, float
     rate = _angular_rate(t, channels)
     for power, name in enumerate(("displacement", "velocity", "acceleration")):
         if name in channels:
-            size = float(np.ptp(channels[name])) + 1e-12
+            size = float(np.ptp(channels[name]))
             x = size / rate**power
             return x, x * rate, x * rate**2
     return 1.0, 1.0, 1.0

@@ -16,11 +16,32 @@ from undertow.errors import RecordingError
 from undertow.recording.quality import noise
 from undertow.recording.recording import Array, Recording
 
-QUIET_S = 0.12
-"""Shortest time a body must stand still to be called held, s."""
-
 QUIET_HALF_PERIODS = 0.3
-"""A hold lasts at least this many half periods: a turning point lingers too, but not so long."""
+"""A hold is looked for in stretches of this many half periods: a turning point lingers too, but not so long."""
+
+QUIET_RUN = 0.1
+"""Stretches that are quiet begin over at least this many half periods."""
+
+SHORTEST_HOLD = 0.15
+"""A record that begins so many half periods before its first swing began with a hold."""
+
+HOLD_SEEN = 0.5
+"""How much of a hold is compared with a swing that never stopped, in half periods."""
+
+SWING_SEEN = 2.0
+"""And how much of the swing after it, rad."""
+
+SWUNG = 1.5
+"""A body swung through where it seemed to stand still when that leaves so many times less of the samples' squares."""
+
+SWUNG_BEFORE = 0.8
+"""A body that was as far on the other side before, relative to the hold, was not held: nobody pulls it there first."""
+
+GUESSED = 3
+"""Samples whose median is where a record begins."""
+
+FEWEST_QUIET = 5
+"""A hold is seen in at least this many samples."""
 
 FEWEST_MEANS = 50
 """So many means tell their own noise; from fewer, the samples' noise is taken for white."""
@@ -28,8 +49,17 @@ FEWEST_MEANS = 50
 QUIET_SHARE = 0.02
 """Largest range, relative to the deflection held, within which a body stands still (drift and noise apart)."""
 
+QUIET_IN_NOISE = 8.0
+"""The same in standard deviations of its noise."""
+
+LINGERS = 1.5
+"""A stretch that is quiet so many times as long as a turning point would be is no turning point."""
+
 HELD_AWAY_SHARE = 0.3
 """A hold is this share of the largest deflection away from where the body ends up: else it is rest, not a hold."""
+
+HELD_FIRST = 0.8
+"""A hold at the record's beginning is at this share of the largest deflection at least: a decay begins with it."""
 
 TRANSIENT_SHARE = 0.05
 """Half period's share after the release that still holds the hold's forces in part (filters, a slow release); at
@@ -87,12 +117,12 @@ def find_window(
     half = half_period(time, values, quiet_noise)
     last = _motion_end(recording, levels, half)
     stop = last if end_s is None else min(float(end_s), float(time[-1]))
-    hold = _hold(time, values, quiet_noise, half, last) if start_s is None else None
-    if hold is None:
+    found = _release(recording, quiet_noise, half, last) if start_s is None else None
+    if found is None:
         start = float(time[0]) if start_s is None else float(start_s)
         window = Window(start, start, stop, 0.0, False, _reason(start_s, end_s, "no hold seen"))
     else:
-        release, error = _refined_release(recording, quiet_noise, half, hold)
+        release, error = found
         transient = max(TRANSIENT_SHARE * half, 1.0 / recording.rate_hz)
         reason = _reason(start_s, end_s, "released from a hold")
         window = Window(release, release + transient, stop, error, True, reason)
@@ -139,18 +169,18 @@ def _hold(time: Array, values: Array, level: float, half: float, motion_end: flo
     short = max(1, round(SHORT_MEAN_SHARE * half / dt))
     smooth = np.convolve(values, np.ones(short) / short, mode="valid")
     level = _slow_noise(smooth, short, level)
-    width = max(5, round(max(QUIET_S, QUIET_HALF_PERIODS * half) / dt))
+    width = max(FEWEST_QUIET, round(QUIET_HALF_PERIODS * half / dt))
     if smooth.size <= width:
         return None
     windows = np.lib.stride_tricks.sliding_window_view(smooth, width)
     tail = _tail(time, values)
     deflection = np.abs(np.mean(windows, axis=1) - tail)
-    quiet = np.ptp(windows, axis=1) < np.maximum(QUIET_SHARE * deflection, 8.0 * level)
+    quiet = np.ptp(windows, axis=1) < np.maximum(QUIET_SHARE * deflection, QUIET_IN_NOISE * level)
     held = np.flatnonzero(quiet & (deflection > HELD_AWAY_SHARE * float(np.max(np.abs(smooth - tail)))))
     if not held.size:
         return None
     runs = np.split(held, np.flatnonzero(np.diff(held) > 1) + 1)
-    long_enough = [run for run in runs if time[run[0]] < motion_end and run.size * dt > 0.3 * QUIET_S]
+    long_enough = [run for run in runs if time[run[0]] < motion_end and run.size * dt > QUIET_RUN * half]
     if not long_enough:
         return None
     run = max(long_enough, key=lambda r: r.size)
@@ -161,6 +191,94 @@ def _hold(time: Array, values: Array, level: float, half: float, motion_end: flo
     outside = outside[outside > run.size - 1] if outside.size else outside
     last = outside[0] - 1 if outside.size else here.size - 1
     return int(run[0]), int(run[0] + last + short // 2)
+
+
+def _release(recording: Recording, level: float, half: float, motion_end: float) -> tuple[float, float] | None:
+    """Release instant and its standard error, s; None where the record shows no hold: it starts in mid-motion.
+
+    Candidates are the last quiet stretch and the record's own beginning. Each is compared with a swing that never
+    stopped, through the same samples: a turning point is quiet too, seen coarsely.
+    """
+    hold = _hold(recording.time, recording.channels[followed(recording)], level, half, motion_end)
+    if hold is not None:
+        found = _refined_release(recording, level, half, hold)
+        if _lasts(recording, level, half, hold) or (
+            not _swung_before(recording, half, hold) and _stood_still(recording, half, hold, found[0])
+        ):
+            return found
+    return _from_the_beginning(recording, level, half)
+
+
+def _from_the_beginning(recording: Recording, level: float, half: float) -> tuple[float, float] | None:
+    """Release instant of a record that begins with a hold too short to be quiet, and its error, s."""
+    if "displacement" not in recording.channels:
+        return None
+    time, values = recording.time, recording.channels["displacement"]
+    away = values - _tail(time, values)
+    first = float(np.median(away[:GUESSED]))
+    if abs(first) < HELD_FIRST * float(np.max(np.abs(away))):
+        return None
+    past = np.flatnonzero(away / first < 0.5)
+    if not past.size:
+        return None
+    guess = float(time[past[0]]) - HALF_WAY_RADIANS * half / math.pi
+    if guess - time[0] < SHORTEST_HOLD * half or past[0] < GUESSED:
+        return None
+    hold = (0, int(np.searchsorted(time, guess)))
+    found = _refined_release(recording, level, half, hold)
+    long_enough = found[0] - time[0] >= SHORTEST_HOLD * half
+    return found if long_enough and _stood_still(recording, half, hold, found[0]) else None
+
+
+def _lasts(recording: Recording, level: float, half: float, hold: tuple[int, int]) -> bool:
+    """Whether a quiet stretch lasts longer than any turning point could pass for one."""
+    time, values = recording.time, recording.channels[followed(recording)]
+    size = abs(float(np.median(values[hold[0] : hold[1] + 1])) - _tail(time, values))
+    short = max(1, round(SHORT_MEAN_SHARE * half / float(np.median(np.diff(time)))))
+    smooth = np.convolve(values, np.ones(short) / short, mode="valid")
+    quiet = max(QUIET_SHARE, QUIET_IN_NOISE * _slow_noise(smooth, short, level) / size) if size > 0.0 else 1.0
+    lingers = 2.0 * math.acos(max(1.0 - quiet, -1.0)) * half / math.pi
+    return float(time[hold[1]] - time[hold[0]]) > LINGERS * lingers
+
+
+def _swung_before(recording: Recording, half: float, hold: tuple[int, int]) -> bool:
+    """Whether the body swung to the other side, as far as it stands in the hold, before that: it is in mid-decay."""
+    time, values = recording.time, recording.channels[followed(recording)]
+    away = values - _tail(time, values)
+    size = float(np.median(away[hold[0] : hold[1] + 1]))
+    short = max(1, round(SHORT_MEAN_SHARE * half / float(np.median(np.diff(time)))))
+    before = away[: hold[0]]
+    if before.size < short or size == 0.0:
+        return False
+    smooth = np.convolve(before, np.ones(short) / short, mode="valid")
+    return float(np.min(smooth / size)) < -SWUNG_BEFORE
+
+
+def _stood_still(recording: Recording, half: float, hold: tuple[int, int], release: float) -> bool:
+    """Whether a body stood still until ``release`` (s) rather than swung through a turning point there.
+
+    Both are fitted to the same samples: x0 and, from the release on, a swing; or one swing through all of them.
+    """
+    if "displacement" not in recording.channels:
+        return True
+    w = math.pi / half
+    time, values = recording.time, recording.channels["displacement"]
+    first = max(float(time[hold[0]]), release - HOLD_SEEN * half)
+    rows = (time >= first) & (time <= release + SWING_SEEN / w)
+    if np.count_nonzero(rows & (time < release)) < GUESSED:
+        return True
+    angle = w * (time[rows] - release)
+    moved = np.maximum(angle, 0.0)
+    swing = np.column_stack([np.cos(angle), np.sin(angle), angle * np.cos(angle), angle * np.sin(angle)])
+    stopped = np.column_stack([1.0 - np.cos(moved), moved - np.sin(moved), moved**2 * np.cos(moved), moved**3])
+    return _left(stopped, values[rows]) <= SWUNG * _left(swing, values[rows])
+
+
+def _left(columns: Array, values: Array) -> float:
+    """What is left of values (n,) beside a constant and columns (n, p), as a sum of squares."""
+    table = np.column_stack([np.ones(values.size), columns])
+    residual = values - table @ np.linalg.lstsq(table, values, rcond=None)[0]
+    return float(residual @ residual)
 
 
 def _slow_noise(smooth: Array, short: int, level: float) -> float:

@@ -85,7 +85,9 @@ class Screened:
 @dataclass(frozen=True)
 class Diagnosis:
     """The search on one level: the prescribed equation alone, the best candidate, all others, posterior probability of
-    the best among all, rivals (sets of names) that the data cannot separate from it, suspects screened out."""
+    the best among all, rivals (sets of names) that the data cannot separate from it, suspects screened out; ``small``
+    is the most probable effect that evidence is overwhelming for though it moves the free run by less than what counts,
+    ``looked`` how many suspects were tried."""
 
     null: Candidate
     best: Candidate
@@ -93,6 +95,8 @@ class Diagnosis:
     confidence: float
     rivals: tuple[tuple[str, ...], ...]
     screened: tuple[Screened, ...] = ()
+    small: Candidate | None = None
+    looked: int = 0
 
     @property
     def accused(self) -> bool:
@@ -101,11 +105,17 @@ class Diagnosis:
 
 
 def conclude(
-    null: Candidate, best: Candidate, found: Sequence[Candidate], screened: Sequence[Screened]
+    null: Candidate,
+    best: Candidate,
+    found: Sequence[Candidate],
+    screened: Sequence[Screened],
+    small: Candidate | None = None,
+    looked: int = 0,
 ) -> Diagnosis:
     """The diagnosis with its confidence and rivals."""
     probability = _probability(best, found, screened)
-    return Diagnosis(null, best, tuple(found), probability, _rivals(best, found), tuple(screened))
+    rivals = _rivals(best, found)
+    return Diagnosis(null, best, tuple(found), probability, rivals, tuple(screened), small, looked)
 
 
 def _probability(best: Candidate, found: Sequence[Candidate], screened: Sequence[Screened]) -> float:

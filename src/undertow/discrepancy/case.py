@@ -17,7 +17,12 @@ from undertow.discrepancy.verdict import Described
 class Case:
     """One group as the judge sees it: its member in the level (training trials), held-out trials, what is allowed;
     ``rotation`` where an angle is the coordinate (units are then those of moments and inertias), ``place`` where the
-    equation's residual stands, in words."""
+    equation's residual stands, in words.
+
+    What forbids a green verdict, each in words and empty where it does not: ``contradiction`` of the channels,
+    ``no_dry`` (the config names dry trials, this spring has none), ``assumed`` (nobody measured or stated how much
+    trials differ).
+    """
 
     key: Mapping[str, str | float]
     label: str
@@ -32,6 +37,9 @@ class Case:
     cell: Mapping[str, float] = field(default_factory=dict)
     rotation: bool = False
     place: str = ""
+    contradiction: str = ""
+    no_dry: str = ""
+    assumed: str = ""
 
     @property
     def trials(self) -> tuple[str, ...]:

@@ -71,6 +71,9 @@ NEAR = 10.0
 """Mean squared residual, in units of the sensors' noise, of a fit so near that the free run's share does not matter:
 trials differ in k, c, mu."""
 
+OVERWHELMING = math.log(1e6)
+"""Log odds from which an effect is there though the free run hardly shows it: nothing is then no answer."""
+
 LEAST_GAIN = 5.0
 """A linear step that raises the log evidence by less than this cannot lead to a name: half of what one needs. What a
 missing law leaves swings for long; judged at half its memory (`_at_own_memory`) the step is worth more."""
@@ -89,6 +92,7 @@ class _Search:
         self.best = self.null
         self.found = [self.null]
         self.screened: dict[str, Screened] = {}
+        self.small: list[Candidate] = []
         self.error = free_run_error(self.level, self.null.fit)
 
     def run(self) -> Diagnosis:
@@ -111,7 +115,15 @@ class _Search:
                 break
             ahead = self._leaner(*ahead, ahead[0].score) or ahead
             self.best, self.error = self._plainer(ahead, probable)
-        return conclude(self.null, self.best, self.found, list(self.screened.values()))
+        small = None if self.best.suspects else self._overwhelming()
+        screened = list(self.screened.values())
+        return conclude(self.null, self.best, self.found, screened, small, len(self.suspects))
+
+    def _overwhelming(self) -> Candidate | None:
+        """The most probable single law whose numbers mean something and whose evidence nothing but its size speaks
+        against; None where there is none."""
+        able = [c for c in self.small if c.score - self.null.score > OVERWHELMING]
+        return max(able, key=lambda c: c.score, default=None)
 
     def _prior(self, suspects: Sequence[Suspect]) -> float:
         return log_prior(suspects, len(self.suspects), self.clean_when_dry)
@@ -260,22 +272,26 @@ class _Search:
                 continue
             if counts or not (last.shown_by_free_run or (place and last.frees)):
                 if doubtless is not None:
-                    self._set_aside([doubtless[0]], self._no_closer(doubtless[0]))
+                    self._too_small(doubtless[0])
                 return candidate, closer if counts else min(closer, self.error)
             if not place and self._beyond_doubt(candidate):
                 doubtless = candidate, closer
                 continue
-            self._set_aside([candidate], self._no_closer(candidate))
+            self._too_small(candidate)
         return doubtless
+
+    def _too_small(self, candidate: Candidate) -> None:
+        """Set a candidate aside because the free run hardly shows it."""
+        self._set_aside([candidate], self._no_closer(candidate))
+        if not self.best.suspects and len(candidate.suspects) == 1:
+            self.small.append(candidate)
 
     def _no_closer(self, candidate: Candidate) -> str:
         odds = candidate.score - self.best.score
         return f"brings the free run no closer by what counts, at evidence of e^{odds:.0f} for it"
 
     def _beyond_doubt(self, candidate: Candidate) -> bool:
-        """Whether the most probable candidate explains nearly all of a residual far above the sensors' noise, which no
-        k, c, mu of each trial's own takes away: physics, though repetitions differ by more."""
-        return self.best.fit.misfit > FAR_ABOVE_NOISE and _explains(self.best, candidate, NEARLY_ALL)
+        return beyond_doubt(self.best, candidate)
 
     def _plainer(self, ahead: tuple[Candidate, float], probable: Sequence[Candidate]) -> tuple[Candidate, float]:
         """Linear damping instead of a memory that does not ring, where the free run cannot tell them apart; bristles in
@@ -327,6 +343,12 @@ def _asked(candidate: Candidate) -> float:
     if at_a_resonance(candidate.fit):
         return ALL
     return NEARLY_ALL if last.has_its_own_clock else -math.inf
+
+
+def beyond_doubt(before: Candidate, after: Candidate) -> bool:
+    """Whether the most probable candidate explains nearly all of a residual far above the sensors' noise, which no
+    k, c, mu of each trial's own takes away: physics, though repetitions differ by more."""
+    return before.fit.misfit > FAR_ABOVE_NOISE and _explains(before, after, NEARLY_ALL)
 
 
 def _explains(before: Candidate, after: Candidate, share: float) -> bool:

@@ -25,18 +25,10 @@ from undertow.identification import output_error
 from undertow.identification.dry import DEFAULT_SCATTER
 from undertow.identification.fit import Structure
 from undertow.identification.freerun import free_run
+from undertow.identification.nuisances import DRIFT_SHARE, GAIN_STD
 from undertow.identification.output_error import Solution
 from undertow.identification.problem import Link, Problem, ProblemBuilder
 from undertow.recording.recording import Array
-
-GAIN_STD = 0.005
-"""Prior of a sensor's relative gain: half a per cent."""
-
-CLOCK_STD_S = 0.003
-"""Prior of an accelerometer's clock against the displacement's, s: one logger's filters differ by so much."""
-
-DRIFT_SHARE = 0.003
-"""Prior of the displacement's drift over a record, relative to the group's largest release."""
 
 REFITS = 4
 """Fits of one model at its own noise: the noise is found after two or three."""
@@ -102,8 +94,7 @@ def build(level: Level, addends: Sequence[Addend]) -> Problem:
     for member in level.members:
         drift = DRIFT_SHARE * largest
         options = replace(
-            member.options, channel_shift_std=CLOCK_STD_S, displacement_gain_std=GAIN_STD,
-            acceleration_gain_std=GAIN_STD, drift_std=drift,
+            member.options, displacement_gain_std=GAIN_STD, acceleration_gain_std=GAIN_STD, drift_std=drift,
         )  # fmt: skip
         for motion in member.motions:
             links = []

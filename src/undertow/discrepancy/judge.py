@@ -15,6 +15,7 @@ import numpy as np
 from undertow.discrepancy.candidate import Candidate, Diagnosis
 from undertow.discrepancy.case import Case
 from undertow.discrepancy.diagnose import FAR_ABOVE_NOISE, diagnose
+from undertow.discrepancy.earned import earned, holds_with_twice_the_scatter, without_answer
 from undertow.discrepancy.findings import AugmentedRun
 from undertow.discrepancy.joint import free_run_error
 from undertow.discrepancy.level import Addend, Level, Member, make_level, member_rate
@@ -61,7 +62,10 @@ def judge_level(cases: Sequence[Case], suspects: Sequence[Suspect], standing: Se
         level, diagnosis.best.fit, [(*c.member.motions, *c.held) for c in cases]
     )  # fmt: skip
     runs = {name: run for case in cases for name, run in _runs(level, case, diagnosis).items()}
-    verdicts = tuple(_verdict(level, case, diagnosis, to, runs) for case, to in zip(cases, moved, strict=True))
+    asked = diagnosis.accused and any(case.assumed for case in cases)
+    doubled = holds_with_twice_the_scatter(level, diagnosis) if asked else True
+    said = (_verdict(level, case, diagnosis, to, runs) for case, to in zip(cases, moved, strict=True))
+    verdicts = tuple(earned(verdict, case, diagnosis, doubled) for verdict, case in zip(said, cases, strict=True))
     labels = tuple(c.member.label for c in cases)
     if not diagnosis.accused:
         return Judged(verdicts, labels, runs=runs)
@@ -72,16 +76,14 @@ def judge_level(cases: Sequence[Case], suspects: Sequence[Suspect], standing: Se
 
 
 def undecided(cases: Sequence[Case], reason: str) -> Judged:
-    """Verdicts of a level on which the search itself found no motion to go on from: what the free runs say, and why no
-    more is said."""
+    """Verdicts of a level whose search could not start or did not end: nobody can tell, and why."""
     verdicts = []
     for case in cases:
         plain = Verdict(
             case.key, case.trials, tuple(m.name for m in case.held), baseline=case.baseline,
             sensor_floor_nrmse=case.floor, repeatability_nrmse=case.allowed,
         )  # fmt: skip
-        said = _without_a_name(plain, case, far=False)
-        verdicts.append(replace(said, sentence=f"{said.sentence} No suspect could be tried: {reason}."))
+        verdicts.append(without_answer(plain, case, f"no suspect could be tried: {reason}", "search"))
     return Judged(tuple(verdicts), tuple(c.member.label for c in cases))
 
 

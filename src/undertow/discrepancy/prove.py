@@ -71,7 +71,7 @@ def kernel_damping(fit: JointFit, addend: Addend, rate: float) -> Estimate:
         stiff = w**2 + 2j * z * w * rate
         return float(-rate * (mass * stiff / (stiff - rate**2)).imag)
 
-    steps = 1e-4 * np.maximum(np.abs(values), 1e-9)
+    steps = 1e-4 * np.where(values == 0.0, 1.0, np.abs(values))
     slope = np.array(
         [(damping(values + h * e) - damping(values - h * e)) / (2.0 * h) for h, e in zip(steps, np.eye(3), strict=True)]
     )

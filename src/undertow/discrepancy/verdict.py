@@ -12,7 +12,7 @@ from typing import Literal
 
 from undertow.quantities import Estimate
 
-Status = Literal["explained", "nothing_missing", "unknown", "not_identifiable"]
+Status = Literal["explained", "nothing_missing", "present_but_small", "unknown", "not_identifiable", "cannot_tell"]
 Origin = Literal["water", "structure", "outside", "instrument", "undetermined"]
 
 
@@ -45,8 +45,10 @@ class PhysicalCheck:
 
 @dataclass(frozen=True)
 class Verdict:
-    """One group's entry of verdict.json (contract 1); see docs for every key.
+    """One group's entry of verdict.json (contract 2); see docs for every key.
 
+    ``because``: what is lacking for an answer where the status is ``cannot_tell``, else empty. ``contradicted``: that
+    the channels of its recordings contradict each other.
     ``transfer``: nrmse of this group's trials as what another spring alone says of the water predicts them, by that
     spring's label.
     """
@@ -69,3 +71,5 @@ class Verdict:
     next_test: str = ""
     sentence: str = ""
     transfer: Mapping[str, float] = field(default_factory=dict)
+    because: str = ""
+    contradicted: bool = False

@@ -243,7 +243,7 @@ def march(
         xs[0, 0, j] = 1.0 if slots[j - 1] == _X0 else 0.0
         vs[0, 0, j] = 1.0 if slots[j - 1] == _V0 else 0.0
     ends[0] = 0.0
-    bound = RUNAWAY * (abs(p[_X0]) + abs(p[_V0]) * math.sqrt(p[_MASS] / p[_K]) + abs(p[_XE]) + 1e-9)
+    bound = RUNAWAY * (abs(p[_X0]) + abs(p[_V0]) * math.sqrt(p[_MASS] / p[_K]) + abs(p[_XE]))
     d = 1.0 if p[_V0] > 0.0 else -1.0
     if p[_V0] == 0.0:
         d = _way(p, p[_X0])

@@ -134,10 +134,11 @@ def general_trajectory(
 def _sized(theta: Array, laws: tuple[PlacedTerm, ...], active: tuple[int, ...], times: Array) -> _Motion:
     """The motion's size and speed, from its start and the acceleration there."""
     x0, v0 = float(theta[SLOT["x0"]]), float(theta[SLOT["v0"]])
-    rough = max(abs(x0 - float(theta[SLOT["xe"]])), abs(v0) * 0.1, 1e-9)
+    span = float(times[-1])
+    rough = max(abs(x0 - float(theta[SLOT["xe"]])), abs(v0) * 0.1 * span) or 1.0
     first = _Motion(theta, laws, active, rough, rough)
     push = abs(float(first.slopes(np.zeros(1), np.array([x0]), np.array([v0]), -math.copysign(1.0, x0))[0][0]))
-    speed = max(abs(v0), math.sqrt(push * rough), rough / max(float(times[-1]), 1e-9))
+    speed = max(abs(v0), math.sqrt(push * rough), rough / span if span > 0.0 else 0.0)
     return _Motion(theta, laws, active, rough, speed)
 
 

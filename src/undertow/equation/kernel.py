@@ -91,7 +91,7 @@ _POWER_FINEST = 256.0
 _ECHOES = 3.0
 """How often a kink's echo is a step's end again: each echo is smoother by one derivative than what it repeats."""
 _INSTANT = 1e-12
-"""Two events nearer than that are one, s."""
+"""Two events nearer than this share of the largest step are one."""
 _SLIP = -1
 _NONE = -2
 _MOST_STEPS = 2_000_000
@@ -520,7 +520,7 @@ def _locate(th, active, y, out, k, cols, dims, t, h, d, side, past, stored, sens
         length = guess
         _step(th, active, y, out, k, alone, dims, t, length, d, side, past, stored, sens, jac)
         f = _gauge(th, out, dims, t + length, side, sens[0], which)
-        if abs(f) <= _EVENT_TOLERANCE * scale or hi - lo < 1e-15 * (1.0 + t):
+        if abs(f) <= _EVENT_TOLERANCE * scale or hi - lo < 1e-15 * (h + t):
             break
         if f * f_hi > 0.0:
             hi, f_hi = length, f
@@ -692,7 +692,7 @@ def _bound(th, dims):
     size = abs(th[_X0]) + abs(th[_V0]) + abs(th[_XE]) + (abs(th[_FCOS]) + abs(th[_FSIN])) / th[_M]
     for i in range(dims[1]):
         size += abs(th[_H + i * _NH + 5]) + abs(th[_H + i * _NH + 6])
-    return 1e6 * (size + 1e-9)
+    return 1e6 * size
 
 
 # ---------------------------------------------------------------- the whole motion
@@ -763,7 +763,7 @@ def integrate(
         on_kink = next_kink < n_kinks and kinks[next_kink, 0] < t + h * (1.0 + 1e-9)
         if on_kink:
             h = kinks[next_kink, 0] - t
-        if on_kink and h < _INSTANT:
+        if on_kink and h < _INSTANT * h_max:
             _cross_break(th, active, y, k, cols, dims, t, h_max, d, side, past, stored, sens, jac)
             next_kink += 1
             continue
@@ -774,7 +774,7 @@ def integrate(
         on_kink = on_kink and length == h
         h = length
         steps += 1
-        while row < m and times[row] <= t + h + 1e-13:
+        while row < m and times[row] <= t + h * (1.0 + _INSTANT):
             _sample(y, out, k, cols, dims, h, (times[row] - t) / h, row, ox, ov, oa, os)
             row += 1
         if delayed:

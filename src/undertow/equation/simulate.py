@@ -127,7 +127,8 @@ def _split_at_reversals(
 ) -> Trajectory:
     """March DOP853 from reversal to reversal; at rest the body moves on only if it would move against friction."""
     end = float(times[-1])
-    tiny = 1e-9 * max(abs(x0), abs(v0), 1e-9)
+    size = max(abs(x0), abs(v0) * end)
+    tiny = 1e-9 * max(abs(v0), size / end if end > 0.0 else 0.0) or 1e-300
     out = np.zeros((3, times.size))
     t, x, v, steps = 0.0, x0, v0, 0
     while t < end or steps == 0:
@@ -147,7 +148,8 @@ def _split_at_reversals(
             return float(y[1]) * side + (tiny if s == start else 0.0)
 
         reversal.terminal, reversal.direction = True, -1  # type: ignore[attr-defined]
-        piece = solve_ivp(slope, (t, end), [x, v], "DOP853", events=reversal, rtol=1e-10, atol=1e-14, dense_output=True)
+        floor = 1e-12 * np.array([size, size / end if end > 0.0 else size])
+        piece = solve_ivp(slope, (t, end), [x, v], "DOP853", events=reversal, rtol=1e-10, atol=floor, dense_output=True)
         stop = float(piece.t[-1])
         here = (times >= t) & (times <= stop)
         out[:2, here] = piece.sol(times[here])

@@ -103,7 +103,7 @@ def from_record(problem: Problem, begin: Array) -> Array:
             mass = k / rate**2
         elif SLOT["k1"] in own:
             k = mass * rate**2
-        size = max(abs(x0), 1e-9)
+        size = abs(x0) or 1.0
         scales = {"c1": 2.0 * mass * rate, "fc": k * size, "q": mass / size}
         wanted = {"mass": mass, "k1": k, "x0": x0} | {n: RECORD_DAMPING[n] * scales[n] for n in RECORD_DAMPING}
         for name, number in wanted.items():

@@ -187,7 +187,7 @@ def _jacobian(function: object, point: Array) -> Array:
     columns = []
     for index in range(point.size):
         step = np.zeros_like(point)
-        step[index] = 1e-6 * max(abs(float(point[index])), 1e-9)
+        step[index] = 1e-6 * (abs(float(point[index])) or 1.0)
         columns.append((function(point + step) - function(point - step)) / (2.0 * step[index]))  # type: ignore[operator]
     return np.column_stack(columns)
 

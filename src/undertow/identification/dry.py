@@ -17,7 +17,7 @@ from scipy.stats import f as f_distribution
 from undertow.conditioning.motion import Motion
 from undertow.equation.kernel import SLOT
 from undertow.equation.term import Term
-from undertow.errors import IdentificationError
+from undertow.errors import FAILURES, IdentificationError
 from undertow.identification.baseline import STRUCTURAL, GroupFit, fit_group, group_model
 from undertow.identification.confidence import widening
 from undertow.identification.fit import Specimen, Structure
@@ -64,7 +64,7 @@ def dry_fits(
                 base[SLOT[slot]] += value
             placed = tuple(_placed(c, moved or {}, about) for c in model.coefficients)
             fit = fit_group(replace(model, base=base, coefficients=placed), [motion], options)
-        except IdentificationError:
+        except FAILURES:
             continue  # its own analysis says why and lists it as failed
         if not _feeds(fit):
             fits[motion.name] = fit
@@ -115,7 +115,7 @@ def pooled_scatter(springs: Sequence[Mapping[str, GroupFit]]) -> Scatter:
 
 def _amplitudes(fits: Mapping[str, GroupFit]) -> Array:
     """Logarithm of each trial's release, (n,)."""
-    return np.log([max(abs(f.solution.value(f"x0_m[{name}]")), 1e-9) for name, f in fits.items()])
+    return np.log([max(abs(f.solution.value(f"x0_m[{name}]")), np.finfo(float).tiny) for name, f in fits.items()])
 
 
 def without_trend(groups: Sequence[tuple[Array, Array, Array]]) -> list[tuple[Array, Array]]:

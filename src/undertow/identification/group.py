@@ -207,7 +207,7 @@ def _one(
 def _typical(term: Term, size: float, speed: float) -> float:
     """Force per unit coefficient at the motion's largest displacement and speed."""
     one = np.ones(1)
-    return max(abs(float(term.force(size * one, speed * one, one, one)[0])), 1e-12)
+    return abs(float(term.force(size * one, speed * one, one, one)[0])) or 1.0
 
 
 def _general(term: Term, scale: float, suffix: str) -> list[Coefficient]:

@@ -26,6 +26,7 @@ from undertow.identification.hidden_modes import HankelModes, coupled_modes, han
 from undertow.identification.hidden_search import CRITICAL_T, EQUATION_15, HiddenSearch, HiddenStep, find_hidden
 from undertow.identification.intervals import noise_covariance
 from undertow.identification.library import label
+from undertow.identification.nuisances import DRIFT_SHARE
 from undertow.identification.output_error import Solution
 from undertow.identification.problem import Link, Problem, ProblemBuilder, TrialOptions
 from undertow.identification.sindy import discover
@@ -33,17 +34,11 @@ from undertow.quantities import OK, Estimate
 
 Array = NDArray[np.float64]
 
-DRIFT_STD_M = 1e-3
-"""Prior of the potentiometer's drift over a window: the common string potentiometer's."""
-
 CONFIRMED = 3.0
 """Standard errors by which a hidden mass must differ from nothing in output error: what a diagnosis asks of a name."""
 
 STATE_PRIOR = 5.0
 """Standard deviation of a free hidden state, in times the body's own motion: near resonance it swings wider."""
-
-SMALLEST_SCALE = 1e-9
-"""Scale of a coefficient that starts at nothing."""
 
 LARGEST_DAMPING = 1.0
 LARGEST_RATIO = 5.0
@@ -211,7 +206,7 @@ def hidden_problem(
         for name, inner in term.inner.items():
             base[SLOT[term.slots[name]]] = inner
         lower = 0.0 if term.coefficient.lower >= 0.0 else -math.inf
-        index = builder.unknown(label(term), float(value), scale=max(abs(float(value)), SMALLEST_SCALE), lower=lower)
+        index = builder.unknown(label(term), float(value), scale=abs(float(value)) or 1.0, lower=lower)
         links.append(Link(_slot(term), index))
     for number, oscillator in enumerate(oscillators, start=1):
         links += _oscillator_links(builder, number, oscillator)
@@ -222,9 +217,10 @@ def hidden_problem(
             Link(SLOT["rt1"], builder.unknown(
                 "relaxation_time", time, scale=time, lower=times_s[0], upper=times_s[1], unit="s")),
         ]  # fmt: skip
+    drift = DRIFT_SHARE * max(motion.amplitude for motion in motions)
     for motion in motions:
         own = [] if motion.window.held else _free_state(builder, motion, len(oscillators))
-        builder.trial(motion, base, (*links, *own), TrialOptions(drift_std=DRIFT_STD_M))
+        builder.trial(motion, base, (*links, *own), TrialOptions(drift_std=drift))
     return builder.build()
 
 

@@ -27,15 +27,19 @@ from undertow.identification.problem import Channel, Link, Problem, TrialProblem
 from undertow.quantities import OK, Estimate
 from undertow.recording.recording import Array
 
-STEP_S = 0.001
-"""The report's time step."""
+STEPS_PER_PERIOD = 1000
+"""Time steps a period of the dry body: the report's 1 ms on its long spring, half of that on the short one."""
+
+ROUNDING = 1e-9
+"""Least noise of a displacement, relative to its range."""
 
 STARTS: tuple[tuple[float, float], ...] = ((0.2, 5.0), (0.4, 20.0), (0.05, 1.0))
 """Initial trials of (m_a / m, C_d); the best end is taken, since near a resonance there are two minima."""
 
-COARSE = {"xatol": 1e-3, "fatol": 1e-7, "maxiter": 400}
-FINE = {"xatol": 1e-5, "fatol": 1e-9, "maxiter": 400}
-"""Where the simplex stops, in m_a / m or C_d and in m of RMS: from the starts, and from the best of their ends."""
+COARSE = {"xatol": 1e-3, "fatol": 3e-6, "maxiter": 400}
+FINE = {"xatol": 1e-5, "fatol": 3e-8, "maxiter": 400}
+"""Where the simplex stops, in m_a / m or C_d and in RMS over that of the displacement: from the starts, and from the
+best of their ends."""
 
 SAME_VALLEY = (0.01, 0.5)
 SAME_RMS = 1.1
@@ -98,17 +102,19 @@ def search(
     k, c, mu = structure
     friction = mu * specimen.normal_force_N
     drag_unit = specimen.drag_N_per_unit_coefficient
-    steps = math.ceil(float(data.t[-1]) / STEP_S)
-    grid = np.arange(steps + 1) * STEP_S
+    step = 2.0 * math.pi * math.sqrt(specimen.mass_kg / k) / STEPS_PER_PERIOD
+    steps = math.ceil(float(data.t[-1]) / step)
+    grid = np.arange(steps + 1) * step
+    size = float(np.sqrt(np.mean(data.x**2)))
 
     def rms(p: Array) -> float:
         mass = specimen.mass_kg * (1.0 + max(float(p[0]), lower_mass_kg / specimen.mass_kg))
         if mass <= 0.1 * specimen.mass_kg:
             return math.inf
-        x = runge_kutta(mass, c, k, friction, drag_unit * float(p[1]), data.x0, STEP_S, steps)
+        x = runge_kutta(mass, c, k, friction, drag_unit * float(p[1]), data.x0, step, steps)
         with np.errstate(over="ignore", invalid="ignore"):  # negative drag runs away: a worse trial, not an error
             error = np.interp(data.t, grid, x) - data.x
-            value = float(np.sqrt(np.mean(error * error)))
+            value = float(np.sqrt(np.mean(error * error))) / size
         return value if math.isfinite(value) else math.inf
 
     ends: list[OptimizeResult] = []
@@ -126,7 +132,7 @@ def search(
     # sign() makes the valley's floor rough, and a simplex stops on it: a new one from there goes on
     best = min(first, minimize(rms, first.x, method="Nelder-Mead", options=FINE), key=lambda end: float(end.fun))
     added = max(float(best.x[0]) * specimen.mass_kg, lower_mass_kg)
-    return added, float(best.x[1]), float(best.fun)
+    return added, float(best.x[1]), float(best.fun) * size
 
 
 def fit(motion: Motion, structure: Structure, specimen: Specimen, stiffness_N_per_m: float = math.nan) -> Fit:
@@ -184,7 +190,7 @@ def _errors(
         Link(SLOT["fc"], 4, normal),
     )  # fmt: skip
     step = max(1, data.t.size // 1500)
-    channel = Channel("displacement", data.x[::step], max(rms, 1e-9))
+    channel = Channel("displacement", data.x[::step], max(rms, ROUNDING * float(np.ptp(data.x))))
     trial = TrialProblem(motion.name, data.t[::step], base, links, (channel,), -1, 0.0, dominant_period(motion))
     values = np.array([u.start for u in unknowns])
     got = residuals(trial, values)

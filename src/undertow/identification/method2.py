@@ -201,7 +201,7 @@ def _fit(
     held = (structure.k, structure.c, structure.mu)
     point = np.array([peak.x, peak.a, crossing.v, crossing.a, 0.0, *(estimate.value for estimate in held)])
     noise = np.array([peak.x_std, peak.a_std, crossing.v_std, crossing.a_std, crossing.x_std])
-    values, slopes = solve(point), _slopes(solve, point)
+    values, slopes = solve(point), _slopes(solve, point, abs(peak.x))
     stderr = np.sqrt(np.sum((slopes[:, :5] * noise) ** 2, axis=1))
     systematic = np.sqrt(np.sum((slopes[:, 5:] * [estimate.total_stderr for estimate in held]) ** 2, axis=1))
     friction = structure.mu.value * normal
@@ -226,11 +226,12 @@ def _fit(
     return Fit(method, (motion.name,), parameters=parameters, outcome=outcome, notes=tuple(notes), anchor="stiffness")
 
 
-def _slopes(solve: object, point: Array) -> Array:
-    """Central differences (2, n) of the balances at ``point``; each step 1e-6 of the value, or of 1 mm for a shift."""
+def _slopes(solve: object, point: Array, size: float) -> Array:
+    """Central differences (2, n) of the balances at ``point``, each step 1e-6 of the value (of ``size`` where it is 0).
+    """
     columns = []
     for index, value in enumerate(point):
         step = np.zeros_like(point)
-        step[index] = 1e-6 * (abs(float(value)) or 1e-3)
+        step[index] = 1e-6 * (abs(float(value)) or size)
         columns.append((solve(point + step) - solve(point - step)) / (2.0 * step[index]))  # type: ignore[operator]
     return np.column_stack(columns)

@@ -6,6 +6,7 @@ here: residuals and sensitivities (trajectories.py), the exact search (search.py
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 
@@ -27,8 +28,8 @@ MOST_DAMPING = 1e12
 STOP_IN_STDERR = 1e-2
 """The search ends when no unknown moves by more than this share of its own standard error."""
 
-RELEASE_STARTS_S = (0.0, 0.05, 0.1)
-"""Releases seen late by so much are tried, s."""
+RELEASE_STARTS_RADIANS = (0.0, 0.3, 0.6)
+"""Releases seen late by so much of the motion's angle are tried, rad."""
 
 POOR_FIT = 4.0
 """Mean squared residual in units of noise beyond which a doubtful start is tried on growing windows too."""
@@ -94,9 +95,9 @@ def _settled(trial: Cells, book: Laws, values: Array) -> Array:
     if "shift" not in trial.names:
         return trial.start.copy()
     fits = []
-    for late in RELEASE_STARTS_S:
+    for angle in RELEASE_STARTS_RADIANS:
         start = trial.start.copy()
-        start[trial.names.index("shift")] = late
+        start[trial.names.index("shift")] = angle * trial.period_s / (2.0 * math.pi)
         try:
             fits.append(_search([trial], book, [], values, [start]))
         except IdentificationError:  # no motion from this start; the laws' own search says so where none has one

@@ -17,6 +17,7 @@ from undertow.conditioning.motion import Motion
 from undertow.equation.general import PlacedTerm
 from undertow.equation.kernel import SLOT
 from undertow.errors import IdentificationError
+from undertow.identification.nuisances import CLOCK_RADIANS, GAIN_STD, REST_SHARE
 from undertow.recording.recording import Array
 
 SAMPLES_PER_PERIOD = 50
@@ -110,24 +111,24 @@ class Problem:
 
 @dataclass(frozen=True)
 class TrialOptions:
-    """Which nuisances a trial brings along. Prior widths in SI; 0 leaves the nuisance out.
+    """Which nuisances a trial brings along, with the widths of their priors (nuisances.py); 0 leaves one out.
 
-    ``rest_offset_std`` is the prior of the equilibrium (mu N / k and its own error), ``shift_std`` the release
-    instant's, ``channel_shift_std`` the accelerometer's clock against the potentiometer's. ``spring_force`` among the
-    ``channels`` takes the load cells in, with a gain and a clock of their own that all trials share: a load cell late
-    by tau cannot be told from k tau more damping, but for the release's edge, so that its clock needs its prior.
+    ``rest_offset_std`` is the prior of the equilibrium in SI (mu N / k; its own error is added; nan: `REST_SHARE` of
+    the trial's largest displacement), ``drift_std`` the displacement's drift in SI. Clocks are angles of the motion,
+    rad: ``release_radians`` the release instant's, ``clock_radians`` each further channel's against the displacement's.
+    ``spring_force`` among the ``channels`` takes the load cells in, with a gain and a clock of their own that all
+    trials share: a load cell late by tau cannot be told from k tau more damping, but for the release's edge, so that
+    its clock needs its prior.
     """
 
     channels: tuple[str, ...] = ("displacement", "acceleration", "velocity")
     initial_velocity: bool = False
-    shift_std: float = 0.005
-    rest_offset_std: float = 2e-3
-    acceleration_offset_std: float = 0.1
-    channel_shift_std: float = 0.005
+    release_radians: float = CLOCK_RADIANS
+    rest_offset_std: float = math.nan
+    clock_radians: float = CLOCK_RADIANS
     displacement_gain_std: float = 0.0
     acceleration_gain_std: float = 0.0
-    force_gain_std: float = 0.005
-    force_shift_std: float = 0.005
+    force_gain_std: float = GAIN_STD
     drift_std: float = 0.0
     end_s: float = math.inf
 
@@ -195,9 +196,9 @@ class ProblemBuilder:
         index, m = cells(motion, period, options.end_s)
         t = motion.t[index].mean(axis=1)
         dt = float(np.median(np.diff(motion.t)))
-        own, shift = self._initial_state(motion, options)
+        own, shift = self._initial_state(motion, options, period)
         channels = tuple(
-            self._channel(motion, quantity, index, m, options)
+            self._channel(motion, quantity, index, m, options, period)
             for quantity in options.channels
             if quantity in motion.recording.channels and motion.noise.get(quantity, 0.0) > 0.0
         )
@@ -213,7 +214,9 @@ class ProblemBuilder:
             )
         )  # fmt: skip
 
-    def _initial_state(self, motion: Motion, options: TrialOptions) -> tuple[tuple[Link, ...], int]:
+    def _initial_state(
+        self, motion: Motion, options: TrialOptions, period: float
+    ) -> tuple[tuple[Link, ...], int]:
         name = motion.name
         x_start = float(motion.x[0] - motion.equilibrium.value)
         size = max(abs(x_start), 1e-3 * float(np.ptp(motion.x)))
@@ -223,24 +226,26 @@ class ProblemBuilder:
         if not motion.window.held:
             v0 = self.unknown(f"v0_m_per_s[{name}]", float(motion.v[0]), scale=speed, unit="m/s")
             return (*own, Link(SLOT["v0"], v0)), -1
+        late = options.release_radians * period / (2.0 * math.pi)
         if options.initial_velocity:
             a_start = float(np.max(np.abs(motion.a)))
-            v0 = self.unknown(
-                f"v0_m_per_s[{name}]", 0.0, prior_std=a_start * options.shift_std, scale=speed, unit="m/s"
-            )
+            v0 = self.unknown(f"v0_m_per_s[{name}]", 0.0, prior_std=a_start * late, scale=speed, unit="m/s")
             own.append(Link(SLOT["v0"], v0))
-        if options.shift_std <= 0.0:
+        if late <= 0.0:
             return tuple(own), -1
-        prior = math.hypot(options.shift_std, motion.window.release_stderr_s)
+        prior = math.hypot(late, motion.window.release_stderr_s)
         return tuple(own), self.unknown(f"shift_s[{name}]", 0.0, prior_std=prior, scale=prior, unit="s")
 
-    def _channel(self, motion: Motion, quantity: str, index: np.ndarray, m: int, options: TrialOptions) -> Channel:
+    def _channel(
+        self, motion: Motion, quantity: str, index: np.ndarray, m: int, options: TrialOptions, period: float
+    ) -> Channel:
         name = motion.name
+        late = options.clock_radians * period / (2.0 * math.pi)
         values = motion.recorded(quantity)[index].mean(axis=1)
         sigma = motion.noise[quantity] / math.sqrt(m)
         drift = gain = shift = -1
         if quantity == "displacement":
-            width = math.hypot(options.rest_offset_std, motion.equilibrium.total_stderr)
+            width = math.hypot(_rest_width(motion, options), motion.equilibrium.total_stderr)
             offset = self.unknown(
                 f"rest_m[{name}]", motion.equilibrium.value, prior_std=width, scale=width, unit="m"
             )
@@ -249,16 +254,16 @@ class ProblemBuilder:
             if options.drift_std > 0.0:
                 drift = self._small(f"drift_m[{name}]", options.drift_std)
             return Channel(quantity, values, sigma, offset, drift, shift, gain)
-        spread = max(float(np.ptp(values)), 1e-9)
+        spread = float(np.ptp(values)) or 1.0
         offset = self.unknown(f"{quantity}_offset[{name}]", 0.0, prior_std=spread, scale=1e-2 * spread)
         if quantity == "spring_force":
             if options.force_gain_std > 0.0:
                 gain = self._small("spring_force_gain", options.force_gain_std)
-            if options.force_shift_std > 0.0:
-                shift = self._small("spring_force_shift_s", options.force_shift_std)
+            if late > 0.0:
+                shift = self._small("spring_force_shift_s", late)
         if quantity == "acceleration":
-            if options.channel_shift_std > 0.0:
-                shift = self._small(f"acceleration_shift_s[{name}]", options.channel_shift_std)
+            if late > 0.0:
+                shift = self._small(f"acceleration_shift_s[{name}]", late)
             if options.acceleration_gain_std > 0.0:
                 gain = self._small(f"acceleration_gain[{name}]", options.acceleration_gain_std)
         return Channel(quantity, values, sigma, offset, drift, shift, gain)
@@ -271,6 +276,12 @@ class ProblemBuilder:
         if not self._trials:
             raise IdentificationError(f"a fit needs at least 1 trial; it was given {len(self._trials)}")
         return Problem(tuple(self._unknowns.values()), tuple(self._trials))
+
+
+def _rest_width(motion: Motion, options: TrialOptions) -> float:
+    """Prior of a trial's rest position, m: as given, else relative to its largest displacement."""
+    given = options.rest_offset_std
+    return given if math.isfinite(given) else REST_SHARE * motion.amplitude
 
 
 def dominant_period(motion: Motion) -> float:

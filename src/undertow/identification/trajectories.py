@@ -22,21 +22,13 @@ from undertow.conditioning.motion import Motion
 from undertow.equation.kernel import N_SLOTS, SLOT
 from undertow.errors import IdentificationError
 from undertow.identification.laws import Laws
+from undertow.identification.nuisances import GAIN_STD, LATE_RELEASE_RADIANS, clock_std
 from undertow.identification.output_error import trajectory
 from undertow.identification.problem import cells, dominant_period
 
 Array = NDArray[np.float64]
 
 CHANNELS = ("displacement", "velocity", "acceleration")
-
-SHIFT_STD_S = 0.1
-"""Prior of the release instant, s: with 1 mm of slow noise on 8 mm of motion it is seen up to 0.06 s off."""
-
-CLOCK_STD_S = 0.005
-"""Prior of the accelerometer's clock against the other channels', s."""
-
-GAIN_STD = 0.005
-"""Prior of the accelerometer's gain against the other channels', relative: half a per cent of calibration."""
 
 DRIFT_ORDER_MOST = 4
 """Order of the polynomial taken off a channel: 15 s periods of drift leave 4 % of themselves after 12 s."""
@@ -118,11 +110,12 @@ def in_cells(motion: Motion, scatter: Mapping[str, float] | None = None) -> Cell
         channels.append(Seen(quantity, samples.mean(axis=1), noise / math.sqrt(m)))
     start = {"x0": (_release_position(motion), math.inf)}
     if motion.window.held:
-        start["shift"] = (0.0, math.hypot(SHIFT_STD_S, motion.window.release_stderr_s))
+        late = LATE_RELEASE_RADIANS * period / (2.0 * math.pi)
+        start["shift"] = (0.0, math.hypot(late, motion.window.release_stderr_s))
     else:
         start["v0"] = (float(motion.v[0]), math.inf)
     if recorded[-1] == "acceleration" and len(recorded) > 1:
-        start["clock"], start["gain"] = (0.0, CLOCK_STD_S), (0.0, GAIN_STD)
+        start["clock"], start["gain"] = (0.0, clock_std(period)), (0.0, GAIN_STD)
     for slot, share in (scatter or {}).items():
         start[f"{OWN}{slot}"] = (0.0, share)
     values = np.array(list(start.values()))

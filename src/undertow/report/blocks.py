@@ -42,6 +42,8 @@ STATUS_WORDS: Mapping[str, str] = {
     "nothing_missing": "nothing missing",
     "unknown": "not explained",
     "not_identifiable": "cannot be told apart",
+    "present_but_small": "something small",
+    "cannot_tell": "cannot tell",
 }
 
 Block = Mapping[str, Any]
@@ -102,8 +104,10 @@ def status_words(verdict: Verdict) -> str:
 
 
 def tone(verdict: Verdict) -> str:
-    """How loud a status is shown: "good", "found" (explained by an addition), "open"."""
-    return {"nothing_missing": "good", "explained": "found"}.get(verdict.status, "open")
+    """How loud a status is shown: "good" (nothing missing alone), "found" (explained by an addition, or there but
+    small), "unsure" (nobody can tell), "open"."""
+    tones = {"nothing_missing": "good", "explained": "found", "present_but_small": "found", "cannot_tell": "unsure"}
+    return tones.get(verdict.status, "open")
 
 
 def unit_of(estimates: Sequence[Estimate]) -> str:

@@ -1,4 +1,4 @@
-"""verdict.json: what a machine reads of a campaign (contract 1).
+"""verdict.json: what a machine reads of a campaign (contract 2).
 
 Belongs here: verdicts as plain JSON. Does not belong here: how they were reached (discrepancy/).
 """
@@ -21,7 +21,7 @@ from undertow.errors import UndertowError
 from undertow.quantities import Estimate
 from undertow.report.writing import write_pieces
 
-CONTRACT = 1
+CONTRACT = 2
 """Version of verdict.json's shape."""
 
 
@@ -71,6 +71,7 @@ def group_json(verdict: Verdict) -> dict[str, Any]:
         "verdict": list(verdict.verdict),
         "alternatives": [list(names) for names in verdict.alternatives],
         "confidence": plain(verdict.confidence),
+        "because": verdict.because,
         "origin": verdict.origin,
         "parameters": plain(verdict.parameters),
         "baseline": _described(verdict.baseline),
@@ -100,7 +101,10 @@ def _described(described: Described) -> dict[str, Any]:
 
 def _named_across(findings: Findings) -> list[str]:
     """Every effect that some group's verdict names, the one of most groups first."""
-    names = Counter(name for group in findings.groups for name in group.verdict.verdict)
+    names = Counter(
+        name for group in findings.groups for name in group.verdict.verdict
+        if group.verdict.status != "present_but_small"
+    )
     return [name for name, _ in names.most_common()]
 
 
@@ -114,7 +118,7 @@ def verdict_pieces(groups: Iterable[Mapping[str, Any]], sentence: str) -> Iterat
     """The text of verdict.json, group by group (`group_json`), with the sentence over all groups.
 
     >>> json.loads("".join(verdict_pieces([{"verdict": ["relaxation"]}], "One."))) == {
-    ...     "contract": 1, "groups": [{"verdict": ["relaxation"]}],
+    ...     "contract": 2, "groups": [{"verdict": ["relaxation"]}],
     ...     "across_groups": {"verdict": ["relaxation"], "sentence": "One."}}
     True
     """
@@ -122,7 +126,7 @@ def verdict_pieces(groups: Iterable[Mapping[str, Any]], sentence: str) -> Iterat
     yield f'{{\n  "contract": {CONTRACT},\n  "groups": ['
     before = ""
     for group in groups:
-        names.update(group["verdict"])
+        names.update(group["verdict"] if group.get("status") != "present_but_small" else ())
         yield f"{before}\n{indent(_text(group), '    ')}"
         before = ","
     across = {"verdict": [name for name, _ in names.most_common()], "sentence": sentence}

@@ -297,9 +297,11 @@ def test_groups_of_a_water_that_cannot_be_judged_together_say_so(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     StandIn(monkeypatch)
-    made = repeated(tmp_path / "c", 5, a_group=2)
-    made.edit("  group_by: [spring]\n", "  group_by: [spring]\n  dry: {level: 1.63}\n")
+    monkeypatch.setattr(campaign_run, "structures_of", lambda *_: {})
+    made = repeated(tmp_path / "c", 6, a_group=2)
+    dry = '  dry: {level: 1.63}\n  conditions: {"r000[01].csv": {level: 1.63}}\n'
+    made.edit("  group_by: [spring]\n", f"  group_by: [spring]\n{dry}")
     notes = [part.notes for part in Course(load(made.config), jobs=1, at_once=4).parts()]
-    assert notes[0][-1] == (
-        "spring s0 to spring s1: 2 of this water's 5 groups, which are too many to be judged together"
+    assert notes[1][-1] == (
+        "spring s1 to spring s2: 2 of this water's 5 groups, which are too many to be judged together"
     )

@@ -11,7 +11,8 @@ import pytest
 
 from undertow.errors import ConfigError, RecordingError
 from undertow.recording.catalogue import Catalogue, ChannelSpec, Entry, TimeSpec, Window, cut, read_trial
-from undertow.recording.gather import condition, gather
+from undertow.recording.conditions import condition
+from undertow.recording.gather import gather
 from undertow.recording.layout import CellLayout, FileFormat
 
 HEAD = "t,x_mm,f1,f2\n"

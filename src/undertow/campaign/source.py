@@ -28,7 +28,7 @@ class Source:
 
     path: Path
     data: Mapping[str, Any]
-    root: Node
+    root: Node = field(compare=False, repr=False)
     overrides: Mapping[Location, str] = field(default_factory=dict)
 
     def place(self, location: Location) -> str:

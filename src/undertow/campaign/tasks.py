@@ -16,6 +16,7 @@ from undertow.campaign.analysis import GroupTask
 from undertow.campaign.config import RunConfig
 from undertow.campaign.portions import group_order
 from undertow.campaign.settings import EverySettings, LargestSettings
+from undertow.campaign.specimen_rules import check_level
 from undertow.conditioning.motion import Motion
 from undertow.equation.term import Term
 from undertow.errors import RecordingError
@@ -27,6 +28,7 @@ from undertow.identification.intervals import mean_of_trials
 from undertow.identification.problem import TrialOptions
 from undertow.identification.scale import choose_anchor, trial_stiffness
 from undertow.quantities import Estimate
+from undertow.recording.patterns import patterns_of
 from undertow.recording.recording import Condition
 
 JOINT_AT_MOST = 60
@@ -116,8 +118,13 @@ def group_task(
     terms: Sequence[Term],
     structures: Structures,
 ) -> GroupTask:
-    """One group's task; ``motions`` in order of amplitude."""
+    """One group's task; ``motions`` in order of amplitude.
+
+    Raises UndertowError where this group cannot be identified as the config says: a table leaves its level out, or no
+    trial is left to be fitted.
+    """
     conditions = motions[0].recording.conditions
+    check_level(config, conditions)
     specimen = config.specimen_for(conditions)
     dry = config.is_dry(conditions)
     found = structures.get(_spring(config, key))
@@ -131,11 +138,17 @@ def group_task(
     stated = config.specimen.scatter
     together = looked_at_together(motions)
     names = {m.name for m in together}
+    held = held_out(config, together)
+    if len(held) == len(together):
+        raise RecordingError(
+            f"trials.hold_out holds out all {len(held)} trials that can be used ({', '.join(held)}), which leaves none "
+            "to be fitted; hold out fewer"
+        )
     return GroupTask(
         dict(key), dry, tuple(motions), _group_terms(terms, dry), specimen, None if dry else structure, anchor,
         stiffness, {"k": stated.k, "c": stated.c, "mu": stated.mu} if stated else _dry_scatter(structure),
         structure.scatter_freedom if structure is not None and stated is None else math.inf, structure,
-        held_out(config, together), tuple(config.identify), _options(structure, specimen), config.seed,
+        held, tuple(config.identify), _options(structure, specimen), config.seed,
         tuple(m.name for m in motions if m.name not in names),
     )  # fmt: skip
 
@@ -185,4 +198,5 @@ def held_out(config: RunConfig, motions: Sequence[Motion]) -> tuple[str, ...]:
                 f"({', '.join(names)}) to be fitted; hold out fewer"
             )
         return tuple(names[-rule.largest :])
-    return tuple(n for n in names if n in rule)
+    listed = patterns_of(rule)
+    return tuple(m.name for m in motions if listed.fit(m.name, m.recording.path))

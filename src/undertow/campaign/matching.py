@@ -107,11 +107,13 @@ def _patterns(config: RunConfig, entries: Entries, excluded: Entries) -> Iterato
 
 def _unfitting(patterns: Iterable[str], entries: Entries) -> list[str]:
     """Those of the patterns that fit none of the entries."""
-    asked = Patterns(patterns)
-    fitting: set[str] = set()
-    for entry in entries if asked else ():
-        fitting.update(asked.fitting(entry.name, str(entry.file)))
-    return [pattern for pattern in dict.fromkeys(patterns) if pattern not in fitting]
+    asked, left = Patterns(patterns), dict.fromkeys(patterns)
+    for entry in entries:
+        if not left:
+            break
+        for pattern in asked.fitting(entry.name, str(entry.file)):
+            left.pop(pattern, None)
+    return list(left)
 
 
 def _fits_none(key: str, pattern: str, entries: Entries) -> str:
@@ -142,7 +144,7 @@ def _names(config: RunConfig, entries: Entries, excluded: Entries) -> Iterator[W
         if name not in have:
             says = key if key.endswith("by") and key.startswith("specimen") else f"{key} names"
             near = nearest(name, have)
-            yield where, f"{says} {name!r}, but no trial has such a condition; there is {listed(have)}{near}"
+            yield where, f"{says} {name!r}, but no trial has such a condition; they have {listed(have)}{near}"
 
 
 def _dry(config: RunConfig, here: Sequence[Situation], beside: Sequence[Situation]) -> Iterator[Wrong]:
@@ -156,7 +158,7 @@ def _dry(config: RunConfig, here: Sequence[Situation], beside: Sequence[Situatio
             yield ("trials", "dry", name), f"{said} but those that recordings.exclude leaves out; say dry: none"
         else:
             values = values_of([*here, *beside], name)
-            yield ("trials", "dry", name), f"{said}; there is {listed(values)}{nearest(value, values)}"
+            yield ("trials", "dry", name), f"{said}; they have {listed(values)}{nearest(value, values)}"
     if dry and not alone and not any(config.is_dry(one.conditions) for one in here):
         together = " and ".join(f"{name} {written(value)}" for name, value in dry.items())
         yield ("trials", "dry"), f"trials.dry says {together}, but no trial has them together; correct it or say none"
@@ -173,7 +175,7 @@ def _keys(config: RunConfig, here: Sequence[Situation]) -> Iterator[Wrong]:
         for key in table.values:
             if not any(same_condition(key, value) for value in values):
                 near = nearest(key, values)
-                text = f"specimen.{name} has {table.by} {key}, but no trial has it; there is {listed(values)}{near}"
+                text = f"specimen.{name} has {table.by} {key}, but no trial has it; they have {listed(values)}{near}"
                 yield location(name, key), text
 
 

@@ -84,7 +84,7 @@ class RecordingsSettings(Section):
         default=None, description="Regular expression on file names; named groups are conditions."
     )
     exclude: tuple[str, ...] = Field(default=(), description="File name patterns of trials to be left out.")
-    accept: dict[str, Annotated[tuple[DoubtKind, ...], Field(min_length=1)]] = Field(
+    accept: dict[str, tuple[DoubtKind, ...]] = Field(
         default={}, description="File name pattern -> kinds of doubt about these trials that are known and accepted."
     )
     skip_rows: Whole = Field(default=0, description="Lines above the header.")

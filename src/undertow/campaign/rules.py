@@ -13,6 +13,7 @@ from undertow.campaign.specimen_rules import unphysical
 from undertow.discrepancy.suspects import chosen
 from undertow.equation import shelf
 from undertow.errors import ConfigError, RecordingError
+from undertow.recording.doubt_kinds import DOUBT_KINDS
 from undertow.recording.index import SEPARATORS
 from undertow.recording.recording import CHANNELS
 from undertow.recording.units import factor_to_si
@@ -79,6 +80,10 @@ def _without_effect(config: RunConfig) -> list[tuple[Location, str]]:
                 wrong.append(((*place, "pattern"), text))
         except re.error as error:
             wrong.append(((*place, "pattern"), f"pattern {said.pattern!r} is no regular expression: {error}"))
+    wrong += [
+        ((*place, "accept", pattern), f"accept names no kind of doubt for {pattern!r}; give {', '.join(DOUBT_KINDS)}")
+        for pattern, kinds in said.accept.items() if not kinds
+    ]  # fmt: skip
     if len(said.index_separator) > 1 and said.index_separator not in ("auto", *SEPARATORS):
         text = f"index_separator is {said.index_separator!r}; give one character, {', '.join(SEPARATORS)} or auto"
         wrong.append(((*place, "index_separator"), text))

@@ -79,11 +79,12 @@ def unphysical(config: RunConfig) -> list[tuple[Location, str]]:
 
 
 def impossible(config: RunConfig, here: Iterable[Situation]) -> list[tuple[Location, str]]:
-    """Where and what is wrong with the specimen under conditions that occur (those that lack none)."""
-    wrong: dict[tuple[Location, str], None] = {}
+    """Where and what is wrong with the specimen under conditions that occur (those that lack none), each key once."""
+    wrong: dict[Location, str] = {}
     for one in here:
-        wrong |= dict.fromkeys(_of_conditions(config, one))
-    return list(wrong)
+        for where, text in _of_conditions(config, one):
+            wrong.setdefault(where, text)
+    return list(wrong.items())
 
 
 def check_level(config: RunConfig, conditions: Mapping[str, Condition]) -> None:
@@ -155,5 +156,5 @@ def _refused(config: RunConfig, name: str, value: float, zero: bool, where: str 
         return ""
     unit = UNITS[name][config.equation.coordinate == "rotation"]
     rule = "must not be negative" if may_be_zero else "must be larger than 0"
-    advice = "dry trials have 0 by themselves" if name == "area_m2" and value == 0.0 else "where it is not known"
-    return f"specimen.{name} is {value:.6g} {unit}{where} but {rule}; correct it, or leave it out ({advice})"
+    advice = ": dry trials have 0 by themselves" if name == "area_m2" and value == 0.0 else " where it is not known"
+    return f"specimen.{name} is {value:.6g} {unit}{where} but {rule}; correct it, or leave it out{advice}"

@@ -7,7 +7,7 @@ Belongs here: tasks from conditioned motions. Does not belong here: the order of
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -34,6 +34,9 @@ from undertow.recording.recording import Condition
 JOINT_AT_MOST = 60
 """Trials of a group that are fitted together and searched: every one has a clock and offsets of its own among the
 unknowns, so that a joint fit's memory goes with the square of their number, and its time faster."""
+
+LISTED_SHARE = 1 / 3
+"""Part of `JOINT_AT_MOST` that may be held out by a list: as many as hold_out: auto holds out."""
 
 
 Key = tuple[tuple[str, Condition], ...]
@@ -74,8 +77,10 @@ def structures_of(config: RunConfig, groups: Mapping[Key, Sequence[Motion]], ter
     fitted: dict[Key, dict[str, GroupFit]] = {}
     slopes: dict[Key, list[float]] = {}
     for key, motions in groups.items():
+        if not config.is_dry(motions[0].recording.conditions):
+            continue
         specimen = config.specimen_for(motions[0].recording.conditions)
-        if not config.is_dry(motions[0].recording.conditions) or not math.isfinite(specimen.mass_kg):
+        if not math.isfinite(specimen.mass_kg):
             continue
         spring = _spring(config, key)
         found = dry_fits(motions, structural_terms(terms), specimen, TrialOptions())
@@ -136,7 +141,7 @@ def group_task(
     if found is not None and slopes and not dry and math.isfinite(found.ratio.value):
         stiffness = trial_stiffness(found.structure.k, slopes, found.ratio, found.structure.scatter["k"])
     stated = config.specimen.scatter
-    together = looked_at_together(motions)
+    together = looked_at_together(motions, _listed(config, motions))
     names = {m.name for m in together}
     held = held_out(config, together)
     if len(held) == len(together):
@@ -153,15 +158,28 @@ def group_task(
     )  # fmt: skip
 
 
-def looked_at_together(motions: Sequence[Motion]) -> Sequence[Motion]:
+def looked_at_together(motions: Sequence[Motion], listed: Collection[int] = ()) -> Sequence[Motion]:
     """At most `JOINT_AT_MOST` of a group's trials, which are in order of amplitude: evenly, both ends among them.
+
+    Of those that a list holds out (``listed``, places in ``motions``) as many are taken as `LISTED_SHARE` allows.
 
     >>> len(looked_at_together(list(range(1000)))), looked_at_together([1, 2, 3])
     (60, [1, 2, 3])
+    >>> sum(m % 10 == 0 for m in looked_at_together(list(range(1000)), range(0, 1000, 10)))
+    20
     """
     if len(motions) <= JOINT_AT_MOST:
         return motions
-    return [motions[i] for i in np.linspace(0, len(motions) - 1, JOINT_AT_MOST).round().astype(int)]
+    unseen = _evenly([at for at in range(len(motions)) if at in listed], int(LISTED_SHARE * JOINT_AT_MOST))
+    seen = [at for at in range(len(motions)) if at not in listed]
+    return [motions[at] for at in sorted([*unseen, *_evenly(seen, JOINT_AT_MOST - len(unseen))])]
+
+
+def _evenly(places: Sequence[int], most: int) -> Sequence[int]:
+    """At most so many of the places, evenly, both ends among them."""
+    if len(places) <= most:
+        return places
+    return [places[i] for i in np.linspace(0, len(places) - 1, most).round().astype(int)]
 
 
 def _group_terms(terms: Sequence[Term], dry: bool) -> tuple[Term, ...]:
@@ -198,5 +216,13 @@ def held_out(config: RunConfig, motions: Sequence[Motion]) -> tuple[str, ...]:
                 f"({', '.join(names)}) to be fitted; hold out fewer"
             )
         return tuple(names[-rule.largest :])
-    listed = patterns_of(rule)
-    return tuple(m.name for m in motions if listed.fit(m.name, m.recording.path))
+    return tuple(names[at] for at in sorted(_listed(config, motions)))
+
+
+def _listed(config: RunConfig, motions: Sequence[Motion]) -> set[int]:
+    """Places of the motions that a list in ``trials.hold_out`` names."""
+    rule = config.trials.hold_out
+    if not isinstance(rule, tuple):
+        return set()
+    patterns = patterns_of(rule)
+    return {at for at, m in enumerate(motions) if patterns.fit(m.name, m.recording.path)}

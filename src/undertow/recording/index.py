@@ -10,6 +10,7 @@ Belongs here: rows and cells. Does not belong here: which column names the file 
 from __future__ import annotations
 
 import csv
+import difflib
 import re
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass, field
@@ -65,7 +66,10 @@ def read_index(path: Path, separator: str = "auto", decimal: str = "auto") -> In
     Raises ConfigError where there is none, it is no table, has a column twice, or its commas may part thousands.
     """
     if not path.is_file():
-        raise ConfigError(f"recordings.index {path} is not there; paths are relative to the config's folder")
+        beside = [one.name for one in path.parent.iterdir()] if path.parent.is_dir() else []
+        near = difflib.get_close_matches(path.name, beside, n=1)
+        hint = f"; did you mean {near[0]!r}?" if near else ""
+        raise ConfigError(f"recordings.index {path} is not there; paths are relative to the config's folder{hint}")
     try:
         lines = text_of(path).splitlines()
     except RecordingError as error:

@@ -75,6 +75,7 @@ def test_thousands_are_not_asked_about_once_the_decimal_is_set_or_shown(tmp_path
     assert conditions(tmp_path, quoted, decimal=",") == [[109.592]]
     assert conditions(tmp_path, quoted, decimal=".") == [["109,592"]]
     assert conditions(tmp_path, "file;k;x0\na.csv;109,592;0,1\n") == [[109.592, 0.1]]
+    assert conditions(tmp_path, 'file,k,x0\na.csv,"109,592","0,1"\n') == [[109.592, 0.1]]
 
 
 def test_an_index_that_is_not_there_is_said_with_the_nearest_file(tmp_path: Path) -> None:

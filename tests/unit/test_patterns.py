@@ -31,6 +31,10 @@ def test_a_part_of_a_name_is_another_name(spelled: str) -> None:
     assert not Patterns([spelled]).fit("r4935", FILE)
 
 
+def test_one_trial_of_a_file_with_several_has_a_name_of_its_own() -> None:
+    assert Patterns(["xData_3", "xData.mat", "xData_2"]).fitting("xData_3", "a/xData.mat") == ("xData_3", "xData.mat")
+
+
 def test_a_pattern_of_names_does_not_fit_a_folder() -> None:
     assert not Patterns(["*2017*"]).fit("r4935", FILE)
     assert Patterns(["*/2017/*"]).fit("r4935", FILE)

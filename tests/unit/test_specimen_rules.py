@@ -85,7 +85,8 @@ def test_a_wet_level_that_a_table_leaves_out_is_refused_alone(folder: Path, old:
         check_level(config, {"spring": "long", "depth_m": 2.36})
 
 
-def test_a_level_without_any_table_is_identified(folder: Path) -> None:
+def test_a_level_without_any_table_and_a_spring_without_stiffness_are_identified(folder: Path) -> None:
+    check_level(config_with(folder, ("long: 109592, ", "")), {"spring": "long", "depth_m": 2.36})
     config = config_with(folder, (f"  area_m2: {AREA}\n", ""), (f"  submerged_volume_m3: {VOLUME}\n", ""))
     check_level(config, {"spring": "long", "depth_m": 2.36})
 

@@ -75,6 +75,7 @@ def test_a_run_stops_before_it_reads_anything(
     assert re.search(rf"^undertow: config\.yaml {sentence}", said.err), said.err
     assert "read and condition" not in said.err
     assert said.out == ""
+    assert not (campaign.folder / "run").exists()
 
 
 @pytest.mark.parametrize(

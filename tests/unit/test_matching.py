@@ -37,9 +37,9 @@ def test_a_config_that_matches_goes_through_with_what_it_says_of_each_trial(fold
     [
         ('["c1*"]', '["c1*", "*d1*"]',
          r"line 4: recordings\.exclude names '\*d1\*', which fits none of 9 trials: a1\.csv\.gz, .* and 1 more"),
-        ('"a1*": [unit]', '"a33": [unit]', r"line 5: recordings\.accept names 'a33', .*; did you mean a3\?"),
+        ('"a1*": [unit]', '"a33": [unit]', r"line 5: recordings\.accept names 'a33', .*; did you mean a3\.csv\.gz\?"),
         ('"a1*": {start', '"x*": {start', r"line 13: trials\.window names 'x\*', which fits none of 9 trials"),
-        ('"a1*": {who', '"b5.csv.gz": {who', r"line 14: trials\.conditions names 'b5\.csv\.gz', .* mean b\d\.csv\.gz"),
+        ('"a1*": {who', '"b44.csv.gz": {who', r"line 14: trials\.conditions names 'b44\.csv\.gz', .* mean b4\.csv\.gz"),
         ("hold_out: auto", "hold_out: [a3, r4935.csv.gz]",
          r"line 12: trials\.hold_out names 'r4935\.csv\.gz', which fits none of 8 trials"),
         ("hold_out: auto", "hold_out: [c1]",

@@ -9,13 +9,15 @@ Belongs here: `planned`, `unmatched`. Does not belong here: keys against each ot
 
 from __future__ import annotations
 
+import difflib
 import re
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
+from pathlib import Path
 
 from undertow.campaign.config import GroupKey, RunConfig
 from undertow.campaign.settings import LargestSettings
-from undertow.campaign.situations import Situation, listed, nearest, situations, values_of, written
+from undertow.campaign.situations import CLOSE, Situation, listed, nearest, situations, values_of, written
 from undertow.campaign.source import Location
 from undertow.campaign.specimen_rules import impossible, location, tables
 from undertow.errors import ConfigError
@@ -23,6 +25,7 @@ from undertow.recording.catalogue import Entry
 from undertow.recording.conditions import same_condition
 from undertow.recording.gather import listing
 from undertow.recording.patterns import Patterns, patterns_of
+from undertow.recording.readers import trial_name
 from undertow.recording.recording import Condition
 
 SENTENCES_AT_MOST = 20
@@ -118,18 +121,20 @@ def _unfitting(patterns: Iterable[str], entries: Entries) -> list[str]:
 
 def _fits_none(key: str, pattern: str, entries: Entries) -> str:
     files = list(dict.fromkeys(entry.path.name if entry.trial is None else entry.name for entry in entries))
-    near = nearest_name(pattern, files, [entry.name for entry in entries])
+    near = nearest_name(pattern, files)
     return f"{key} names {pattern!r}, which fits none of {len(entries)} trials: {listed(files)}{near}"
 
 
-def nearest_name(pattern: str, files: Sequence[str], names: Sequence[str]) -> str:
-    """The file, or else the trial, whose name is most like a pattern, as the end of a sentence.
+def nearest_name(pattern: str, files: Sequence[str]) -> str:
+    """The file whose stem is most like a pattern's, as the end of a sentence; a suffix that all share is no likeness.
 
-    >>> nearest_name("*r4935.csv.gz", ["r4936a.csv.gz", "r4835.csv.gz"], ["r4936a", "r4835"])
-    '; did you mean r4835.csv.gz?'
+    >>> nearest_name("*r4935.csv.gz", ["r4936a.csv.gz", "r4835.csv.gz"]), nearest_name("x.csv.gz", ["y.csv.gz"])
+    ('; did you mean r4835.csv.gz?', '')
     """
     plain = re.sub(r"[*?\[\]]", "", pattern.rpartition("/")[2])
-    return nearest(plain, [*files, *names])
+    by_stem = {trial_name(Path(file)): file for file in files}
+    near = difflib.get_close_matches(trial_name(Path(plain)), by_stem, n=1, cutoff=CLOSE)
+    return f"; did you mean {by_stem[near[0]]}?" if near else ""
 
 
 def _names(config: RunConfig, entries: Entries, excluded: Entries) -> Iterator[Wrong]:

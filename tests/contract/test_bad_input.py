@@ -154,7 +154,7 @@ def test_an_index_that_names_a_wrong_file_is_said(
         ("suspects: []", "suspects: [ghosts]", r"line 15: discrepancy\.suspects: 'ghosts' is none of .*hidden_reson"),
         ("identify: [sindy]", "identify: [sindy", r"line 1\d: .*; correct the YAML"),
         ("index: campaign.csv", "index: nope.csv", r"recordings\.index .*nope\.csv is not there; paths are relative"),
-        ("group_by: [spring]", "group_by: [depth]", r"a trial has no condition 'depth'; it has spring"),
+        ("group_by: [spring]", "group_by: [depth]", r"line 9: trials\.group_by names .depth., but .* spring"),
         ("name: small\n", "", r"the config has no 'name'; it is needed"),
     ],
 )

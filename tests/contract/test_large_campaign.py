@@ -274,6 +274,22 @@ def test_the_trials_looked_at_together_are_spread_over_all_amplitudes_and_held_o
     assert set(task.apart) == {m.name for m in motions} - {m.name for m in task.joint}
 
 
+def test_a_list_of_held_out_trials_is_among_those_looked_at_together(tmp_path: Path) -> None:
+    motion = one_motion()
+    motions = [
+        replace(motion, amplitude=0.01 + 1e-4 * i, recording=replace(motion.recording, name=f"r{i:03d}", path=""))
+        for i in range(178)
+    ]
+    config = load(make_campaign(tmp_path, [0.04]).config, ["trials.hold_out=[r001, r002, r003]"])
+    task = group_tasks.group_task(config, (("spring", "s0"),), motions, (), {})
+    assert task.held_out == ("r001", "r002", "r003")
+    assert len(task.joint) == group_tasks.JOINT_AT_MOST
+    config = load(make_campaign(tmp_path, [0.04]).config, ['trials.hold_out=["r0*"]'])
+    task = group_tasks.group_task(config, (("spring", "s0"),), motions, (), {})
+    assert len(task.held_out) == 20
+    assert len(task.joint) == group_tasks.JOINT_AT_MOST
+
+
 def test_dry_trials_that_need_something_are_looked_at_beside_every_portion(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -297,9 +313,11 @@ def test_groups_of_a_water_that_cannot_be_judged_together_say_so(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     StandIn(monkeypatch)
-    made = repeated(tmp_path / "c", 5, a_group=2)
-    made.edit("  group_by: [spring]\n", "  group_by: [spring]\n  dry: {level: 1.63}\n")
+    monkeypatch.setattr(campaign_run, "structures_of", lambda *_: {})
+    made = repeated(tmp_path / "c", 6, a_group=2)
+    dry = '  dry: {level: 1.63}\n  conditions: {"r000[01].csv": {level: 1.63}}\n'
+    made.edit("  group_by: [spring]\n", f"  group_by: [spring]\n{dry}")
     notes = [part.notes for part in Course(load(made.config), jobs=1, at_once=4).parts()]
-    assert notes[0][-1] == (
-        "spring s0 to spring s1: 2 of this water's 5 groups, which are too many to be judged together"
+    assert notes[1][-1] == (
+        "spring s1 to spring s2: 2 of this water's 5 groups, which are too many to be judged together"
     )

@@ -10,10 +10,11 @@ import pytest
 from ruamel.yaml import YAML
 
 from undertow.campaign.config import RunConfig, load, look_up, schema_text, write_schema
-from undertow.campaign.settings import Table, same_condition
+from undertow.campaign.settings import Table
 from undertow.equation import shelf
 from undertow.errors import ConfigError
 from undertow.recording.catalogue import Window, read_trial
+from undertow.recording.conditions import same_condition
 from undertow.recording.gather import gather
 
 ROOT = Path(__file__).resolve().parents[2]

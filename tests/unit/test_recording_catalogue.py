@@ -10,8 +10,10 @@ import numpy as np
 import pytest
 
 from undertow.errors import ConfigError, RecordingError
+from undertow.recording import gather as gather_module
 from undertow.recording.catalogue import Catalogue, ChannelSpec, Entry, TimeSpec, Window, cut, read_trial
-from undertow.recording.gather import condition, gather
+from undertow.recording.conditions import condition
+from undertow.recording.gather import gather, listing
 from undertow.recording.layout import CellLayout, FileFormat
 
 HEAD = "t,x_mm,f1,f2\n"
@@ -132,6 +134,15 @@ def test_conditions_windows_and_exclusions_go_by_file_name(folder: Path) -> None
     assert [entry.name for entry in entries] == ["a", "b"]
     assert entries[0].conditions["run"] == 1.0
     assert (entries[0].window, entries[1].window) == (Window(0.1), Window(0.2, 0.3))
+
+
+def test_one_trial_of_a_file_with_several_is_left_out(folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(gather_module, "count_trials", lambda *_: 3)
+    said = replace(
+        catalogue(folder), index=None, files="data/a.csv", layout=FileFormat(cells=CellLayout("x")), exclude=("a_2",)
+    )
+    kept, left_out = listing(said)
+    assert ([entry.name for entry in kept], [entry.name for entry in left_out]) == (["a_1", "a_3"], ["a_2"])
 
 
 def test_trials_of_one_name_carry_their_folder(folder: Path) -> None:

@@ -24,12 +24,12 @@ from undertow.campaign.settings import (
     SpecimenSettings,
     Table,
     TrialsSettings,
-    same_condition,
 )
-from undertow.campaign.source import Source, read_source, sentences
+from undertow.campaign.source import Location, Source, read_source, sentences
 from undertow.errors import ConfigError
 from undertow.identification.fit import Specimen
 from undertow.recording.catalogue import Catalogue, ChannelSpec, TimeSpec, Window
+from undertow.recording.conditions import condition, same_condition
 from undertow.recording.layout import CellLayout, FileFormat
 from undertow.recording.recording import CHANNELS, Condition
 
@@ -57,11 +57,16 @@ class RunConfig(Section):
     )
     seed: int = Field(default=0, strict=True, ge=0, description="Seed of everything random.")
     _folder: Path = PrivateAttr(default=Path("."))
+    _source: Source | None = PrivateAttr(default=None)
 
     @property
     def folder(self) -> Path:
         """Folder of the config's file, which its paths are relative to."""
         return self._folder
+
+    def place(self, location: Location) -> str:
+        """Where a key was written: ``config.yaml line 12``, ``--set seed=x``; ``config`` where it came from no file."""
+        return "config" if self._source is None else self._source.place(location)
 
     def catalogue(self) -> Catalogue:
         """The recordings as the recording room describes them."""
@@ -78,11 +83,16 @@ class RunConfig(Section):
                 columns = one.columns or ((one.column if one.column is not None else positions[name]),)
                 specs[name] = ChannelSpec(columns, one.unit, float(one.sign), one.offset)
         windows = {} if trials.window == "auto" else trials.window
+        conditions = {
+            pattern: {name: condition(value) if isinstance(value, str) else value for name, value in more.items()}
+            for pattern, more in trials.conditions.items()
+        }
         return Catalogue(
             self.folder, specs, TimeSpec(time, channels.time.unit, channels.time.rate_hz),
             said.index, said.index_column, said.file, said.files, said.pattern, said.exclude, _layout(said, positions),
-            {name: one.median for name, one in said.despike.items()}, trials.conditions,
+            {name: one.median for name, one in said.despike.items()}, conditions,
             {pattern: Window(one.start_s, one.end_s) for pattern, one in windows.items()}, self.equation.coordinate,
+            said.index_separator, said.index_decimal, said.accept,
         )  # fmt: skip
 
     def is_dry(self, conditions: Mapping[str, Condition]) -> bool:
@@ -158,7 +168,8 @@ def look_up(
         if not isinstance(here, float):
             raise ConfigError(f"specimen.{name} is the condition {quantity.by!r} itself, which is {here!r}, no number")
         return here
-    return next((value for key, value in quantity.values.items() if same_condition(key, here)), missing)
+    key = quantity.key_of(here)
+    return missing if key is None else quantity.values[key]
 
 
 def load(path: str | Path, overrides: Sequence[str] = ()) -> RunConfig:
@@ -172,7 +183,7 @@ def load(path: str | Path, overrides: Sequence[str] = ()) -> RunConfig:
     except ValidationError as error:
         found = sentences(source, error.errors(include_url=False), RunConfig.model_json_schema())
         raise ConfigError("\n".join(found)) from error
-    config._folder = Path(path).absolute().parent
+    config._folder, config._source = Path(path).absolute().parent, source
     wrong = [f"{source.place(location)}: {text}" for location, text in contradictions(config)]
     if wrong:
         raise ConfigError("\n".join(wrong))

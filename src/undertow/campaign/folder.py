@@ -78,8 +78,8 @@ def run_to_folder(
     folder = out or Path("runs") / safe_name(config.name)
     text = yaml_text(config.resolved())
     try:
-        _prepare(folder, config_path, text)
         course, gathered = Course(config, jobs, progress, folder / "stages", resume), Gathered(config)
+        _prepare(folder, config_path, text)  # a config that does not match its trials leaves no folder
         with RunTables(folder) as tables:
             for part in course.parts():
                 _take(part, gathered, tables)

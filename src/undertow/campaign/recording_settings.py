@@ -10,6 +10,7 @@ from typing import Annotated, Literal
 from pydantic import Field
 
 from undertow.campaign.settings import ColumnName, Positive, Real, Section, Whole
+from undertow.recording.doubt_kinds import DoubtKind
 
 
 class TimeSettings(Section):
@@ -72,11 +73,20 @@ class RecordingsSettings(Section):
     )
     index_column: str = Field(default="file", description="Column of the index that names the file.")
     file: str | None = Field(default=None, description="File name made from the index's columns: test_{id}.csv.")
+    index_separator: Annotated[str, Field(min_length=1)] = Field(
+        default="auto", description="Between the index's columns: a character, tab, space; auto: found."
+    )
+    index_decimal: Literal["auto", ".", ","] = Field(
+        default="auto", description="Decimal mark of the index's numbers; auto: found column by column."
+    )
     files: str | None = Field(default=None, description="Glob of the files, where there is no index.")
     pattern: str | None = Field(
         default=None, description="Regular expression on file names; named groups are conditions."
     )
     exclude: tuple[str, ...] = Field(default=(), description="File name patterns of trials to be left out.")
+    accept: dict[str, tuple[DoubtKind, ...]] = Field(
+        default={}, description="File name pattern -> kinds of doubt about these trials that are known and accepted."
+    )
     skip_rows: Whole = Field(default=0, description="Lines above the header.")
     header: Literal["first", "none"] = Field(default="first", description="none: columns are numbers from 0.")
     unit_row: bool = Field(default=False, description="Whether a line of units stands below the header.")

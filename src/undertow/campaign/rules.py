@@ -5,12 +5,16 @@ Belongs here: rules across keys. Does not belong here: types and ranges of one k
 
 from __future__ import annotations
 
+import re
 from typing import TYPE_CHECKING
 
 from undertow.campaign.source import Location
+from undertow.campaign.specimen_rules import unphysical
 from undertow.discrepancy.suspects import chosen
 from undertow.equation import shelf
 from undertow.errors import ConfigError, RecordingError
+from undertow.recording.doubt_kinds import DOUBT_KINDS
+from undertow.recording.index import SEPARATORS
 from undertow.recording.recording import CHANNELS
 from undertow.recording.units import factor_to_si
 
@@ -25,7 +29,9 @@ def contradictions(config: RunConfig) -> list[tuple[Location, str]]:
     if (said.index is None) == (said.files is None):
         text = f"recordings has index {said.index!r} and files {said.files!r}; give exactly one of them"
         wrong.append((("recordings",), text))
+    wrong += _without_effect(config)
     wrong += _unusable_channels(config)
+    wrong += unphysical(config)
     for at, name in enumerate(config.equation.terms):
         try:
             shelf.find(name)
@@ -47,6 +53,40 @@ def contradictions(config: RunConfig) -> list[tuple[Location, str]]:
             if None not in (window.start_s, window.end_s) and not window.start_s < window.end_s:  # type: ignore[operator]
                 text = f"the window starts at {window.start_s} s and ends at {window.end_s} s; it must end later"
                 wrong.append((("trials", "window", pattern), text))
+    return wrong
+
+
+def _without_effect(config: RunConfig) -> list[tuple[Location, str]]:
+    """Keys of `recordings` that belong to the other way of naming files, or that can match nothing."""
+    said = config.recordings
+    place: Location = ("recordings",)
+    wrong: list[tuple[Location, str]] = []
+    if said.index is not None and said.pattern is not None:
+        text = "pattern belongs to files; with an index its columns are the conditions: take one of them out"
+        wrong.append(((*place, "pattern"), text))
+    changed = {
+        "file": said.file is not None, "index_column": said.index_column != "file",
+        "index_separator": said.index_separator != "auto", "index_decimal": said.index_decimal != "auto",
+    }  # fmt: skip
+    if said.index is None and said.files is not None:
+        wrong += [
+            ((*place, key), f"{key} belongs to index, but recordings has files; take one of them out")
+            for key, is_set in changed.items() if is_set
+        ]  # fmt: skip
+    if said.pattern is not None and said.index is None:
+        try:
+            if not re.compile(said.pattern).groupindex:
+                text = f"pattern {said.pattern!r} has no named group, so it gives no condition; write (?P<name>...)"
+                wrong.append(((*place, "pattern"), text))
+        except re.error as error:
+            wrong.append(((*place, "pattern"), f"pattern {said.pattern!r} is no regular expression: {error}"))
+    wrong += [
+        ((*place, "accept", pattern), f"accept names no kind of doubt for {pattern!r}; give {', '.join(DOUBT_KINDS)}")
+        for pattern, kinds in said.accept.items() if not kinds
+    ]  # fmt: skip
+    if len(said.index_separator) > 1 and said.index_separator not in ("auto", *SEPARATORS):
+        text = f"index_separator is {said.index_separator!r}; give one character, {', '.join(SEPARATORS)} or auto"
+        wrong.append(((*place, "index_separator"), text))
     return wrong
 
 

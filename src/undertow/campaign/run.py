@@ -6,7 +6,7 @@ Belongs here: the stages, their order, parallel work. Does not belong here: the 
 from __future__ import annotations
 
 import time
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -17,8 +17,9 @@ from undertow.campaign.config import RunConfig
 from undertow.campaign.cut_off import with_clipped
 from undertow.campaign.gathered import Gathered, Part
 from undertow.campaign.judgement import judged
+from undertow.campaign.matching import planned
 from undertow.campaign.portions import TRIALS_AT_ONCE, Portion, portions
-from undertow.campaign.tasks import Structures, group_task, grouped, held_out, structures_of
+from undertow.campaign.tasks import Key, Structures, group_task, grouped, held_out, structures_of
 from undertow.campaign.workers import Progress, on_processes, silent, steps
 from undertow.conditioning.condition import condition
 from undertow.conditioning.motion import Motion
@@ -27,7 +28,6 @@ from undertow.errors import FAILURES, ClippedError, UndertowError, failure
 from undertow.identification.baseline import terms_by_name
 from undertow.identification.problem import dominant_period
 from undertow.recording.catalogue import Catalogue, Entry, read_trial
-from undertow.recording.gather import gather
 from undertow.recording.quality import check
 
 READ, IDENTIFY = "read and condition", "identification"
@@ -83,7 +83,9 @@ class Course:
         self._config, self._jobs, self._folder, self._resume = config, jobs, stages_folder, resume
         self._terms = terms_by_name(config.equation.terms)
         self._catalogue = config.catalogue()
-        self._plan = portions(config, gather(self._catalogue), at_once or TRIALS_AT_ONCE)
+        plan = planned(config)
+        self._notes = plan.notes
+        self._plan = portions(config, plan.entries, at_once or TRIALS_AT_ONCE)
         totals = {READ: sum(p.size for p in self._plan), IDENTIFY: sum(p.groups for p in self._plan)}
         self._progress = steps(progress, totals)
         self._structures: Structures | None = None
@@ -118,19 +120,31 @@ class Course:
             if self._structures is None:
                 self._structures = structures_of(self._config, groups, self._terms)
         with self._stage(IDENTIFY):
-            tasks = [
-                group_task(self._config, key, motions, self._terms, self._structures) for key, motions in groups.items()
-            ]
+            tasks, refused = self._tasks(groups, self._structures)
             analyst = _Analyst(self._folder, self._resume)
             results = on_processes(analyst, tasks, self._jobs, IDENTIFY, self._progress)
-        self._tried += len(tasks)
+        self._tried += len(groups)
         pairs = [(t, r) for t, r in zip(tasks, results, strict=True) if isinstance(r, GroupFindings)]
-        failed = read.failed + tuple(f for r in results if not isinstance(r, GroupFindings) for f in r)
+        failed = (*read.failed, *refused, *(f for r in results if not isinstance(r, GroupFindings) for f in r))
         with self._stage("what is missing"):
             found = self._judged([t for t, _ in pairs], [g for _, g in pairs]) if pairs else []
             found = [with_clipped(self._config, group, failed) for group in found]
-        notes = (*_notes(read), *_divided(portion, found))
+        notes = (*self._notes, *_notes(read), *_divided(portion, found))
+        self._notes = ()
         return Part(tuple(found), failed, notes)
+
+    def _tasks(
+        self, groups: Mapping[Key, Sequence[Motion]], structures: Structures
+    ) -> tuple[list[GroupTask], list[FailedTrial]]:
+        """The groups' tasks, and the trials of those that cannot be identified as the config says."""
+        tasks: list[GroupTask] = []
+        refused: list[FailedTrial] = []
+        for key, motions in groups.items():
+            try:
+                tasks.append(group_task(self._config, key, motions, self._terms, structures))
+            except UndertowError as reason:
+                refused += _failed(motions, reason)
+        return tasks, refused
 
     def _judged(self, tasks: list[GroupTask], found: list[GroupFindings]) -> list[GroupFindings]:
         """The groups with their verdicts; where dry trials need something, they are looked at beside every portion."""
@@ -194,8 +208,7 @@ class _Analyst:
         try:
             return self._found(task)
         except FAILURES as reason:
-            said = failure(reason)
-            return tuple(FailedTrial(m.name, said, dict(m.recording.conditions)) for m in task.motions)
+            return _failed(task.motions, reason)
 
     def _found(self, task: GroupTask) -> GroupFindings:
         if self.folder is None:
@@ -209,10 +222,18 @@ class _Analyst:
         return findings
 
 
+def _failed(motions: Sequence[Motion], reason: Exception) -> tuple[FailedTrial, ...]:
+    """The trials of a group that cannot be identified, each with the group's reason."""
+    said = failure(reason)
+    return tuple(FailedTrial(m.name, said, dict(m.recording.conditions)) for m in motions)
+
+
 def read_and_condition(config: RunConfig, jobs: int = 1, progress: Progress = silent) -> Read:
-    """Every trial of the config read and conditioned; failures with their reasons instead of an exception."""
-    catalogue = config.catalogue()
-    return _conditioned(catalogue, gather(catalogue), jobs, progress)
+    """Every trial of the config read and conditioned; failures with their reasons instead of an exception.
+
+    Raises ConfigError where the config names something that the list of trials does not have.
+    """
+    return _conditioned(config.catalogue(), planned(config).entries, jobs, progress)
 
 
 def _conditioned(catalogue: Catalogue, entries: Sequence[Entry], jobs: int, progress: Progress) -> Read:

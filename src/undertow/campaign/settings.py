@@ -11,6 +11,7 @@ from typing import Annotated, Any, Literal
 
 from pydantic import BaseModel, BeforeValidator, ConfigDict, Discriminator, Field, Tag, model_validator
 
+from undertow.recording.conditions import same_condition
 from undertow.recording.recording import Condition
 
 Real = Annotated[float, Field(strict=True)]
@@ -19,20 +20,6 @@ NotNegative = Annotated[float, Field(strict=True, ge=0.0)]
 Whole = Annotated[int, Field(strict=True, ge=0)]
 ColumnName = Annotated[str, Field(strict=True, min_length=1)] | Whole
 Value = Annotated[str, Field(strict=True)] | Real
-KEY_TOLERANCE = 1e-6
-"""Conditions and table keys that are numbers are equal within this (a depth of 2.36 m, read from two files)."""
-
-
-def same_condition(a: Condition | None, b: Condition | None) -> bool:
-    """Whether two conditions are equal: numbers within `KEY_TOLERANCE`, texts exactly.
-
-    >>> same_condition(2.36, "2.360"), same_condition("long", "short")
-    (True, False)
-    """
-    try:
-        return abs(float(a) - float(b)) <= KEY_TOLERANCE  # type: ignore[arg-type]
-    except (TypeError, ValueError):
-        return a is not None and b is not None and str(a) == str(b)
 
 
 def _kind(*kinds: str) -> Discriminator:
@@ -55,8 +42,8 @@ class Section(BaseModel):
 
 
 class Table(BaseModel):
-    """A value by a condition: ``{by: spring, long: 109592, short: 402036}``; keys are the condition's values (numbers
-    are compared within 1e-6). With ``by`` alone the value is the condition's own number.
+    """A value by a condition: ``{by: spring, long: 109592, short: 402036}``; keys are the condition's values (numbers,
+    with a point or a comma, are equal within 1e-6 of them). With ``by`` alone the value is the condition's own number.
     """
 
     model_config = ConfigDict(extra="allow", frozen=True, allow_inf_nan=False)
@@ -73,6 +60,10 @@ class Table(BaseModel):
     def values(self) -> Mapping[str, float]:
         """Value of each key, as written."""
         return dict(self.__pydantic_extra__)
+
+    def key_of(self, here: Condition | None) -> str | None:
+        """The key that is this value of the condition; None where the table has none."""
+        return next((key for key in self.__pydantic_extra__ if same_condition(key, here)), None)
 
 
 Quantity = Annotated[Annotated[Real, Tag("number")] | Annotated[Table, Tag("table")], _kind("number", "table")]
@@ -128,7 +119,9 @@ class TrialsSettings(Section):
         default=None, description="Conditions of the trials without water; none: nothing is known beforehand."
     )
     hold_out: HoldOut = Field(
-        default="auto", description="Trials never fitted: auto, a list of files, every: n, largest: n."
+        default="auto",
+        description="Trials never fitted: auto, a list of files (as in the index, paths, stems, trials' names), every: "
+        "n, largest: n.",
     )
     window: Annotated[
         Annotated[Literal["auto"], Tag("auto")] | Annotated[dict[str, WindowSettings], Tag("table")],

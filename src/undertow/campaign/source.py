@@ -18,6 +18,7 @@ from ruamel.yaml.nodes import MappingNode, Node, ScalarNode, SequenceNode
 from ruamel.yaml.tokens import AliasToken, TagToken
 
 from undertow.errors import ConfigError
+from undertow.recording.conditions import number
 
 Location = tuple[int | str, ...]
 
@@ -28,7 +29,7 @@ class Source:
 
     path: Path
     data: Mapping[str, Any]
-    root: Node
+    root: Node = field(compare=False, repr=False)
     overrides: Mapping[Location, str] = field(default_factory=dict)
 
     def place(self, location: Location) -> str:
@@ -78,15 +79,34 @@ def sentences(source: Source, errors: Sequence[ErrorDetails], schema: Mapping[st
     for error in errors:
         location = _without_tags(source.data, error["loc"])
         name = ".".join(map(str, location)) or "the config"
-        if error["type"] == "extra_forbidden":
+        if (parted := _parted_number(source.data, location)) is not None:
+            said.append(f"{source.place(location)}: {parted}")
+        elif error["type"] == "extra_forbidden":
             said.append(f"{source.place(location)}: {_unknown_key(location, schema)}")
         elif error["type"] == "missing":
             above = ".".join(map(str, location[:-1])) or "the config"
             said.append(f"{source.place(location[:-1])}: {above} has no {location[-1]!r}; it is needed")
         else:
             rule = error["msg"].removeprefix("Value error, ").removeprefix("Input ")
-            said.append(f"{source.place(location)}: {name} is {_shown(error['input'])} but {rule}")
+            mended = number(error["input"]) if isinstance(error["input"], str) else None
+            hint = "" if mended is None else f"; write {mended:.10g}, without quotes"
+            said.append(f"{source.place(location)}: {name} is {_shown(error['input'])} but {rule}{hint}")
     return list(dict.fromkeys(said))
+
+
+def _parted_number(data: Any, location: Location) -> str | None:
+    """That a decimal comma parted a number within braces, where a key is a number without a value."""
+    above = data
+    for part in location[:-1]:
+        above = next((above[key] for key in above if str(key) == str(part)), None) if isinstance(above, dict) else None
+    last = str(location[-1]) if location else ""
+    if not isinstance(above, dict) or not last.isdecimal():
+        return None
+    key = next((key for key in above if str(key) == last), None)
+    if key is None or above[key] is not None:
+        return None
+    name = ".".join(map(str, location[:-1]))
+    return f'{name} has {last} without a value: within braces a comma parts entries; write 1.63, or "1,63" in quotes'
 
 
 def _shown(value: Any) -> str:

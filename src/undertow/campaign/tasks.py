@@ -7,7 +7,7 @@ Belongs here: tasks from conditioned motions. Does not belong here: the order of
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -16,6 +16,7 @@ from undertow.campaign.analysis import GroupTask
 from undertow.campaign.config import RunConfig
 from undertow.campaign.portions import group_order
 from undertow.campaign.settings import EverySettings, LargestSettings
+from undertow.campaign.specimen_rules import check_level
 from undertow.conditioning.motion import Motion
 from undertow.equation.term import Term
 from undertow.errors import RecordingError
@@ -27,11 +28,15 @@ from undertow.identification.intervals import mean_of_trials
 from undertow.identification.problem import TrialOptions
 from undertow.identification.scale import choose_anchor, trial_stiffness
 from undertow.quantities import Estimate
+from undertow.recording.patterns import patterns_of
 from undertow.recording.recording import Condition
 
 JOINT_AT_MOST = 60
 """Trials of a group that are fitted together and searched: every one has a clock and offsets of its own among the
 unknowns, so that a joint fit's memory goes with the square of their number, and its time faster."""
+
+LISTED_SHARE = 1 / 3
+"""Part of `JOINT_AT_MOST` that may be held out by a list: as many as hold_out: auto holds out."""
 
 
 Key = tuple[tuple[str, Condition], ...]
@@ -72,8 +77,10 @@ def structures_of(config: RunConfig, groups: Mapping[Key, Sequence[Motion]], ter
     fitted: dict[Key, dict[str, GroupFit]] = {}
     slopes: dict[Key, list[float]] = {}
     for key, motions in groups.items():
+        if not config.is_dry(motions[0].recording.conditions):
+            continue
         specimen = config.specimen_for(motions[0].recording.conditions)
-        if not config.is_dry(motions[0].recording.conditions) or not math.isfinite(specimen.mass_kg):
+        if not math.isfinite(specimen.mass_kg):
             continue
         spring = _spring(config, key)
         found = dry_fits(motions, structural_terms(terms), specimen, TrialOptions())
@@ -116,8 +123,13 @@ def group_task(
     terms: Sequence[Term],
     structures: Structures,
 ) -> GroupTask:
-    """One group's task; ``motions`` in order of amplitude."""
+    """One group's task; ``motions`` in order of amplitude.
+
+    Raises UndertowError where this group cannot be identified as the config says: a table leaves its level out, or no
+    trial is left to be fitted.
+    """
     conditions = motions[0].recording.conditions
+    check_level(config, conditions)
     specimen = config.specimen_for(conditions)
     dry = config.is_dry(conditions)
     found = structures.get(_spring(config, key))
@@ -129,26 +141,45 @@ def group_task(
     if found is not None and slopes and not dry and math.isfinite(found.ratio.value):
         stiffness = trial_stiffness(found.structure.k, slopes, found.ratio, found.structure.scatter["k"])
     stated = config.specimen.scatter
-    together = looked_at_together(motions)
+    together = looked_at_together(motions, _listed(config, motions))
     names = {m.name for m in together}
+    held = held_out(config, together)
+    if len(held) == len(together):
+        raise RecordingError(
+            f"trials.hold_out holds out all {len(held)} trials that can be used ({', '.join(held)}), which leaves none "
+            "to be fitted; hold out fewer"
+        )
     return GroupTask(
         dict(key), dry, tuple(motions), _group_terms(terms, dry), specimen, None if dry else structure, anchor,
         stiffness, {"k": stated.k, "c": stated.c, "mu": stated.mu} if stated else _dry_scatter(structure),
         structure.scatter_freedom if structure is not None and stated is None else math.inf, structure,
-        held_out(config, together), tuple(config.identify), _options(structure, specimen), config.seed,
+        held, tuple(config.identify), _options(structure, specimen), config.seed,
         tuple(m.name for m in motions if m.name not in names),
     )  # fmt: skip
 
 
-def looked_at_together(motions: Sequence[Motion]) -> Sequence[Motion]:
+def looked_at_together(motions: Sequence[Motion], listed: Collection[int] = ()) -> Sequence[Motion]:
     """At most `JOINT_AT_MOST` of a group's trials, which are in order of amplitude: evenly, both ends among them.
+
+    Of those that a list holds out (``listed``, places in ``motions``) as many are taken as `LISTED_SHARE` allows.
 
     >>> len(looked_at_together(list(range(1000)))), looked_at_together([1, 2, 3])
     (60, [1, 2, 3])
+    >>> sum(m % 10 == 0 for m in looked_at_together(list(range(1000)), range(0, 1000, 10)))
+    20
     """
     if len(motions) <= JOINT_AT_MOST:
         return motions
-    return [motions[i] for i in np.linspace(0, len(motions) - 1, JOINT_AT_MOST).round().astype(int)]
+    unseen = _evenly([at for at in range(len(motions)) if at in listed], int(LISTED_SHARE * JOINT_AT_MOST))
+    seen = [at for at in range(len(motions)) if at not in listed]
+    return [motions[at] for at in sorted([*unseen, *_evenly(seen, JOINT_AT_MOST - len(unseen))])]
+
+
+def _evenly(places: Sequence[int], most: int) -> Sequence[int]:
+    """At most so many of the places, evenly, both ends among them."""
+    if len(places) <= most:
+        return places
+    return [places[i] for i in np.linspace(0, len(places) - 1, most).round().astype(int)]
 
 
 def _group_terms(terms: Sequence[Term], dry: bool) -> tuple[Term, ...]:
@@ -185,4 +216,13 @@ def held_out(config: RunConfig, motions: Sequence[Motion]) -> tuple[str, ...]:
                 f"({', '.join(names)}) to be fitted; hold out fewer"
             )
         return tuple(names[-rule.largest :])
-    return tuple(n for n in names if n in rule)
+    return tuple(names[at] for at in sorted(_listed(config, motions)))
+
+
+def _listed(config: RunConfig, motions: Sequence[Motion]) -> set[int]:
+    """Places of the motions that a list in ``trials.hold_out`` names."""
+    rule = config.trials.hold_out
+    if not isinstance(rule, tuple):
+        return set()
+    patterns = patterns_of(rule)
+    return {at for at, m in enumerate(motions) if patterns.fit(m.name, m.recording.path)}

@@ -73,7 +73,9 @@ class Catalogue:
     Either ``index``, a table with a row a trial whose ``index_column`` names the file (or ``file``, a name with its
     columns in braces: ``test_{id}.csv``), or ``files``, a glob, with ``pattern``, a regular expression whose named
     groups are conditions. ``conditions`` and ``windows`` go by file name patterns (``*_01.txt``), the last that fits
-    wins; ``exclude`` leaves trials out. ``despike`` is channel -> width of the running median in samples.
+    wins; ``exclude`` leaves trials out; ``accept`` is pattern -> kinds of doubt (`doubt_kinds`) that are known.
+    ``despike`` is channel -> width of the running median in samples. ``index_separator`` and ``index_decimal`` are the
+    index's own.
     """
 
     folder: Path
@@ -90,9 +92,12 @@ class Catalogue:
     conditions: Mapping[str, Mapping[str, Condition]] = field(default_factory=dict)
     windows: Mapping[str, Window] = field(default_factory=dict)
     coordinate: Coordinate = "translation"
+    index_separator: str = "auto"
+    index_decimal: str = "auto"
+    accept: Mapping[str, tuple[str, ...]] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
-        for name in ("channels", "despike", "conditions", "windows"):
+        for name in ("channels", "despike", "conditions", "windows", "accept"):
             object.__setattr__(self, name, MappingProxyType(dict(getattr(self, name))))
 
 
@@ -100,8 +105,9 @@ class Catalogue:
 class Entry:
     """One trial that is to be read. ``trial`` counts within the file (None: the file is the trial).
 
-    ``problem`` is a sentence where it is already clear that it cannot be read, else empty. A campaign of 100,000 trials
-    holds as many entries: ``file`` is text, a third of a Path, and read-only ``conditions`` are shared, not copied.
+    ``accepted`` are the kinds of doubt that the config says are known. ``problem`` is a sentence where it is already
+    clear that it cannot be read, else empty. A campaign of 100,000 trials holds as many entries: ``file`` is text, a
+    third of a Path, and read-only ``conditions`` are shared, not copied.
     """
 
     name: str
@@ -110,6 +116,7 @@ class Entry:
     window: Window = Window()
     trial: int | None = None
     problem: str = ""
+    accepted: tuple[str, ...] = ()
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "file", fspath(self.file))

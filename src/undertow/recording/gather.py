@@ -1,43 +1,33 @@
 """The list of a campaign's trials, from an index or from file names.
 
-Belongs here: names, paths, conditions. Does not belong here: reading samples (catalogue.py).
+Belongs here: names, paths, conditions, what patterns say of a trial. Does not belong here: the index as a table
+(index.py), reading samples (catalogue.py).
 """
 
 from __future__ import annotations
 
-import csv
 import glob
-import math
 import re
 from collections import Counter
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
-from fnmatch import fnmatch
 from itertools import chain
 from pathlib import Path
 from types import MappingProxyType
 
 from undertow.errors import ConfigError, RecordingError
 from undertow.recording.catalogue import Catalogue, Entry, Window
+from undertow.recording.conditions import condition
+from undertow.recording.index import Index, read_index
+from undertow.recording.patterns import Patterns
 from undertow.recording.readers import count_trials, trial_name
 from undertow.recording.recording import Condition
-from undertow.recording.text import sniff, text_of
+
+NAMES_SHOWN = 8
+"""File names in a message at most."""
 
 _FIELD = re.compile(r"\{(\w+)\}")
 _Known = dict[tuple[tuple[str, Condition], ...], Mapping[str, Condition]]
-
-
-def condition(text: str) -> Condition:
-    """A condition as a number where it looks like one.
-
-    >>> condition("2.36"), condition("long"), condition("nan")
-    (2.36, 'long', 'nan')
-    """
-    try:
-        number = float(text)
-    except ValueError:
-        return text.strip()
-    return number if math.isfinite(number) else text.strip()
 
 
 def gather(catalogue: Catalogue) -> tuple[Entry, ...]:
@@ -48,68 +38,68 @@ def gather(catalogue: Catalogue) -> tuple[Entry, ...]:
 
     Raises ConfigError where the index or its column is missing, a pattern is wrong, or no trial is left.
     """
+    return listing(catalogue)[0]
+
+
+def listing(catalogue: Catalogue) -> tuple[tuple[Entry, ...], tuple[Entry, ...]]:
+    """Every trial of a campaign, and those that ``exclude`` leaves out; raises as `gather`."""
     if (catalogue.index is None) == (catalogue.files is None):
         raise ConfigError(
             f"recordings has index {catalogue.index!r} and files {catalogue.files!r}; give exactly one of them"
         )
     entries = _from_index(catalogue) if catalogue.index is not None else _from_names(catalogue)
-    entries = [entry for entry in entries if not any(fits(entry, pattern) for pattern in catalogue.exclude)]
+    left_out = Patterns(catalogue.exclude)
+    entries, files = _parted(entries, left_out)
+    entries = [trial for entry in _unique(entries, catalogue.folder) for trial in _trials(entry, catalogue)]
+    entries, trials = _parted(entries, left_out)  # one trial of a file with several
     if not entries:
         raise ConfigError(f"recordings.exclude {list(catalogue.exclude)} leaves no trial; take a pattern out of it")
-    entries = [trial for entry in _unique(entries, catalogue.folder) for trial in _trials(entry, catalogue)]
-    return tuple(_with_patterns(entry, catalogue) for entry in entries)
+    said = _Said(catalogue)
+    return tuple(said.of(entry) for entry in entries), tuple(said.of(entry) for entry in (*files, *trials))
 
 
 def fits(entry: Entry, pattern: str) -> bool:
-    """Whether a file name pattern fits a trial: its file's name, its path's end, or its own name.
+    """Whether a file name pattern fits a trial (`undertow.recording.patterns`).
 
     >>> fits(Entry("t_01", Path("a/t_01.txt")), "*_01.txt")
     True
     """
-    return any(fnmatch(name, pattern) for name in (entry.path.name, entry.path.as_posix(), entry.name))
+    return Patterns([pattern]).fit(entry.name, str(entry.file))
 
 
-def read_index(path: Path) -> Iterator[dict[str, str]]:
-    """Rows of an index as text, by column, one at a time; separators as in recordings. ConfigError where there is none.
-    """
-    if not path.is_file():
-        raise ConfigError(f"recordings.index {path} is not there; paths are relative to the config's folder")
-    try:
-        lines = [line for line in text_of(path).splitlines() if line.strip()]
-    except RecordingError as error:
-        raise ConfigError(f"recordings.index: {error}") from error
-    separator = sniff(lines[:1], ".")
-    try:
-        rows = csv.reader(lines, delimiter="," if len(separator) > 1 else separator, skipinitialspace=True)
-        head = [name.strip() for name in next(rows, [])]
-        for row in rows:
-            yield dict(zip(head, (cell.strip() for cell in row), strict=False))
-    except csv.Error as error:
-        raise ConfigError(f"recordings.index {path} is no table ({error}); save it as CSV") from error
+def _parted(entries: Sequence[Entry], patterns: Patterns) -> tuple[list[Entry], list[Entry]]:
+    """Entries that no pattern fits, and the others."""
+    kept: list[Entry] = []
+    fitting: list[Entry] = []
+    for entry in entries:
+        (fitting if patterns.fit(entry.name, str(entry.file)) else kept).append(entry)
+    return kept, fitting
 
 
 def _from_index(catalogue: Catalogue) -> list[Entry]:
-    index = catalogue.folder / str(catalogue.index)
-    rows = read_index(index)
+    path = catalogue.folder / str(catalogue.index)
+    index = read_index(path, catalogue.index_separator, catalogue.index_decimal)
+    rows = index.rows()
     first = next(rows, None)
     if first is None:
-        raise ConfigError(f"recordings.index {index} has no rows below its header; give it one row a trial")
+        raise ConfigError(f"recordings.index {path} has no rows below its header; give it one row a trial")
     needed = _FIELD.findall(catalogue.file) if catalogue.file else [catalogue.index_column]
     for column in needed:
         if column not in first:
+            keys = "index_column or file" if len(first) > 1 else "index_separator, index_column or file"
             raise ConfigError(
-                f"recordings.index {index} has no column {column!r}; it has {', '.join(first)}: "
-                "set recordings.index_column or recordings.file"
+                f"recordings.index {path} has no column {column!r}; it has {', '.join(first)}: set recordings.{keys}"
             )
     known: _Known = {}
-    return [_row_entry(row, catalogue, index.parent, known) for row in chain((first,), rows)]
+    return [_row_entry(row, catalogue, index, known) for row in chain((first,), rows)]
 
 
-def _row_entry(row: Mapping[str, str], catalogue: Catalogue, folder: Path, known: _Known) -> Entry:
+def _row_entry(row: Mapping[str, str], catalogue: Catalogue, index: Index, known: _Known) -> Entry:
     """The trial of one row; its conditions are those of an earlier trial where they are the same."""
+    folder = index.path.parent
     name = row.get(catalogue.index_column, "") if catalogue.file is None else _filled(catalogue.file, row)
     conditions = {
-        key: condition(value)
+        key: index.value(key, value)
         for key, value in row.items()
         if value and value.lower() != "nan" and (catalogue.file is not None or key != catalogue.index_column)
     }
@@ -147,7 +137,13 @@ def _from_names(catalogue: Catalogue) -> list[Entry]:
         expression = re.compile(catalogue.pattern) if catalogue.pattern else None
     except re.error as error:
         raise ConfigError(f"recordings.pattern {catalogue.pattern!r} is no regular expression: {error}") from error
-    return [_name_entry(path, expression) for path in paths]
+    entries = [_name_entry(path, expression) for path in paths]
+    if all(entry.problem for entry in entries):
+        shown = ", ".join(path.name for path in paths[:NAMES_SHOWN])
+        raise ConfigError(
+            f"recordings.pattern {catalogue.pattern!r} fits none of {len(paths)} file names ({shown}); correct it"
+        )
+    return entries
 
 
 def _name_entry(path: Path, expression: re.Pattern[str] | None) -> Entry:
@@ -189,16 +185,23 @@ def _trials(entry: Entry, catalogue: Catalogue) -> list[Entry]:
     ]
 
 
-def _with_patterns(entry: Entry, catalogue: Catalogue) -> Entry:
-    """Conditions and window of every pattern that fits."""
-    if not catalogue.conditions and not catalogue.windows:
-        return entry
-    conditions = dict(entry.conditions)
-    window = Window()
-    for pattern, more in catalogue.conditions.items():
-        if fits(entry, pattern):
-            conditions.update(more)
-    for pattern, part in catalogue.windows.items():
-        if fits(entry, pattern):
-            window = part
-    return replace(entry, conditions=conditions, window=window)
+class _Said:
+    """What a catalogue's patterns say of a trial: further conditions, its window, the doubts accepted of it."""
+
+    def __init__(self, catalogue: Catalogue) -> None:
+        self._catalogue = catalogue
+        self._conditions, self._windows, self._accept = (
+            Patterns(said) for said in (catalogue.conditions, catalogue.windows, catalogue.accept)
+        )
+
+    def of(self, entry: Entry) -> Entry:
+        """The entry with everything that fits it; of windows and of each condition the last that fits wins."""
+        if not (self._conditions or self._windows or self._accept):
+            return entry
+        said, trial = self._catalogue, (entry.name, str(entry.file))
+        conditions = dict(entry.conditions)
+        for pattern in self._conditions.fitting(*trial):
+            conditions.update(said.conditions[pattern])
+        window = next((said.windows[pattern] for pattern in reversed(self._windows.fitting(*trial))), Window())
+        accepted = dict.fromkeys(kind for pattern in self._accept.fitting(*trial) for kind in said.accept[pattern])
+        return replace(entry, conditions=conditions, window=window, accepted=tuple(accepted))

@@ -67,7 +67,10 @@ def as_radiation(level: Level, candidate: Candidate) -> Candidate:
     mass, frequency, damping = (fit.value(f"{last.prefix}.{a.name}") for a in last.additions[:3])
     kernel = Addend(RADIATION.name, kernel_additions(place, mass, frequency, damping))
     level = replace(level, shared_water=fit.shared_water)
-    fit = fit_joint(level, (*others, kernel), fit.memory, fit.values, fit.misfit, growing=False)
+    try:
+        fit = fit_joint(level, (*others, kernel), fit.memory, fit.values, fit.misfit, growing=False)
+    except IdentificationError:
+        return candidate
     return Candidate((*candidate.suspects[:-1], RADIATION), fit, candidate.log_prior, doubt(level, fit))
 
 
@@ -135,9 +138,12 @@ def _with(
 
 
 def _refined(level: Level, fit: JointFit) -> JointFit:
-    """The same model refitted from where it is until its noise is its own."""
+    """The same model refitted from where it is until its noise is its own; as it is where no motion comes of that."""
     level = replace(level, shared_water=fit.shared_water)
-    return fit_joint(level, fit.addends, fit.memory, fit.values, fit.misfit, growing=False)
+    try:
+        return fit_joint(level, fit.addends, fit.memory, fit.values, fit.misfit, growing=False)
+    except IdentificationError:
+        return fit
 
 
 def _prefix(best: Candidate, suspect: Suspect) -> str:

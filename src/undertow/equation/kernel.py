@@ -722,7 +722,7 @@ def integrate(
     sens = np.zeros(cols)
     delayed = th[_GE] != 0.0
     if delayed:
-        h_max = min(h_max, max(th[_TE], 1e-4))
+        h_max = min(h_max, max(th[_TE], 1e-3 * h_max))
     room = 64 + int(times[m - 1] / h_max) if delayed else 1
     past = (np.zeros((room, 2)), np.zeros((room, 6, cols)))
     zero = _int(0)

@@ -64,7 +64,7 @@ def fastest_frequency(theta: Array) -> float:
     if theta[SLOT["fb"]] > 0.0:
         speed = abs(theta[SLOT["v0"]]) + size * rates[0]
         rates.append(min(abs(theta[SLOT["kb"]]) * speed / theta[SLOT["fb"]] / STABLE, MOST_STIFF * rates[0]))
-    return float(max(*rates, 1e-3))
+    return float(max(rates)) or 1.0
 
 
 def simulate(

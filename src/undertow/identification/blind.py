@@ -83,8 +83,8 @@ def _best_end(problem: Problem, begin: Array) -> Solution:
         ends += [s for s in followed if s is not None]
     if not ends:
         raise IdentificationError(
-            f"no motion within bounds from {dict(zip(problem.names, begin.tolist(), strict=True))} nor from any other "
-            "start tried; give starts nearer to the truth"
+            f"the equation has no motion within bounds for {', '.join(t.name for t in problem.trials[:3])} from any "
+            "start tried (its own scale, the record's period and release); set trials.window, or leave out a term"
         )
     return min(ends, key=lambda s: s.cost)
 

@@ -43,6 +43,9 @@ equation that is wrong can lead growing windows astray."""
 LEAST_INFORMATION = 1e-120
 """Floor of the normal matrix' diagonal: what the data say nothing of gets an error of 1e60, whose square is finite."""
 
+NAMES_AT_MOST = 3
+"""Trials named in a message at most."""
+
 NO_INFORMATION = 1e-15
 """Share of the largest eigenvalue of the scaled normal matrix below which a direction is rounding: left out."""
 
@@ -276,9 +279,10 @@ def _search(problem: Problem, values: Array, effort: Effort = FULL) -> tuple[Arr
     values = np.clip(values, lower, upper)
     point = _evaluate(problem, values)
     if point is None:
+        names = [trial.name for trial in problem.trials if residuals(trial, values) is None]
         raise IdentificationError(
-            f"output error cannot start: the motion at {dict(zip(problem.names, values.tolist(), strict=True))} leaves "
-            "every bound; give a start nearer to the truth"
+            f"output error cannot start: the equation's motion leaves every bound for {_some(names)}; set "
+            "trials.window, exclude what is no decay, or leave out a term"
         )
     damping = FIRST_DAMPING
     for iteration in range(1, effort.iterations + 1):
@@ -357,6 +361,13 @@ def _compiled(problem: Problem, values: Array, windows: list[float], effort: Eff
         if second is not None and second.cost < found.cost:
             found = second
     return _solution(problem, found.values, found, found.iterations, found.converged)
+
+
+def _some(names: list[str]) -> str:
+    """The first of some trials' names, and how many more there are."""
+    shown = ", ".join(names[:NAMES_AT_MOST]) or "all trials together"
+    more = len(names) - NAMES_AT_MOST
+    return f"{shown} and {more} more" if more > 0 else shown
 
 
 def _solution(

@@ -129,8 +129,8 @@ def _search(
     point = _evaluate(trials, book, places, values, mine)
     if point is None:
         raise IdentificationError(
-            f"the motion at {dict(zip([book.names[i] for i in places], values[places].tolist(), strict=True))} per "
-            "mass leaves every bound; give terms that hold the body together, e.g. Stiffness()"
+            f"the motion of {', '.join(book.names[i] for i in places) or 'no terms'} leaves every bound on "
+            f"{', '.join(trial.name for trial in trials[:3])}; give terms that hold the body together, e.g. Stiffness()"
         )
     damping, stiffer, count = FIRST_DAMPING, 2.0, len(places)
     for _ in range(MOST_ITERATIONS):
@@ -244,8 +244,8 @@ def linearise(
         rows = trial_rows(trial, book, values, part, wanted)
         if rows is None:
             raise IdentificationError(
-                f"trial {trial.name}: the motion at {dict(zip(book.names, values.tolist(), strict=True))} per mass "
-                "leaves every bound; give terms that hold the body together"
+                f"trial {trial.name}: the motion of {', '.join(book.names)} leaves every bound; give terms that hold "
+                "the body together"
             )
         shared, residual = _without_own(trial, rows, part)
         columns.append(shared)

@@ -36,6 +36,12 @@ INNER_VALUES = 9
 INNER_SHARES = (0.02, 0.5)
 """Where an inner parameter has no upper bound: from and to these shares of the largest speed or displacement."""
 
+PULLS_BACK, LOSES = ("stiffness", "sine_restoring"), "viscous_damping"
+"""Terms of the linear oscillator that a walk starts from where its own first subset has no motion."""
+
+LIGHT = 0.01
+"""Damping ratio of that oscillator."""
+
 MEMORY_CELLS = 100
 """Residuals are taken as correlated over up to so many cells: two periods of the motion."""
 
@@ -108,13 +114,38 @@ def walk(trials: Sequence[Cells], book: Laws, chosen: Sequence[int], values: Arr
     Channels in which the full library leaves more than their noise are weighed down to what it leaves, once, before any
     subset is compared. Raises IdentificationError where the start's motion leaves every bound.
     """
-    first = polish(trials, book, sorted({*chosen, *rules.known}), values, doubtful=True)
+    try:
+        first = polish(trials, book, sorted({*chosen, *rules.known}), values, doubtful=True)
+    except IdentificationError:
+        chosen, values = _as_a_line(trials, book, rules)
+        first = polish(trials, book, chosen, values, doubtful=True)
     rows = sum(seen.values.size for trial in trials for seen in trial.channels)
     if first.chi2 > POOR_FIT * rows:
         first = min(first, _grown(trials, book, first.chosen, values, rules), key=lambda fit: fit.cost)
     weighed = _reweighted(trials, linearise(trials, book, first))
     here = first if weighed == tuple(trials) else polish(weighed, book, first.chosen, first.values, first.own)
     return walk_on(weighed, book, here, rules)
+
+
+def _as_a_line(trials: Sequence[Cells], book: Laws, rules: Rules) -> tuple[tuple[int, ...], Array]:
+    """The linear oscillator of the motion's own period within the library: a start that always has a motion.
+
+    IdentificationError where the library holds nothing that pulls a body back.
+    """
+    names = [term.name for term in book.terms]
+    pulls = [names.index(name) for name in PULLS_BACK if name in names]
+    if not pulls:
+        raise IdentificationError(
+            f"none of {', '.join(names)} pulls the body back as this motion asks; add stiffness to the library"
+        )
+    rate = 2.0 * math.pi / float(np.median([trial.period_s for trial in trials]))
+    values = book.start.copy()
+    values[pulls[0]] = rate**2
+    chosen = {pulls[0], *rules.known}
+    if LOSES in names:
+        values[names.index(LOSES)] = 2.0 * LIGHT * rate
+        chosen.add(names.index(LOSES))
+    return tuple(sorted(chosen)), values
 
 
 def _grown(trials: Sequence[Cells], book: Laws, chosen: Sequence[int], values: Array, rules: Rules) -> Polished:

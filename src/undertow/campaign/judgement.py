@@ -70,7 +70,8 @@ def judged(
             failed[tuple(group.key.items())] = _without_case(group, failure(reason))
     tasks = told
     dry = [_Together((case,), (task,)) for case, task in zip(cases, tasks, strict=True) if case.dry]
-    first = on_processes(_Judge(suspects), dry, jobs, "dry: what is missing", progress)
+    budget = config.discrepancy.budget
+    first = on_processes(_Judge(suspects, budget=budget), dry, jobs, "dry: what is missing", progress)
     standing = standing_addends(first)
     if standing:
         again = with_known(config, tasks, standing)
@@ -81,7 +82,7 @@ def judged(
             water = _water(config, case)
             together = levels.get(water, _Together((), ()))
             levels[water] = _Together((*together.cases, case), (*together.tasks, task))
-    judge = _Judge(suspects, standing, folder, resume, dry_specimens(config, tasks))
+    judge = _Judge(suspects, standing, folder, resume, dry_specimens(config, tasks), budget)
     wet = on_processes(judge, list(levels.values()), jobs, "wet: what is missing", progress)
     said = failed | {tuple(v.group.items()): v for judged in (*first, *wet) for v in judged.verdicts}
     runs = {name: run for judged in (*first, *wet) for name, run in judged.runs.items()}
@@ -111,13 +112,15 @@ class _Judge:
     folder: Path | None = None
     resume: bool = False
     dry: Mapping[str, Specimen] = field(default_factory=dict)
+    budget: float = 1.0
 
     def __call__(self, level: _Together) -> Judged:
         standing = in_water(self.standing, {c.member.label: c.member.model.specimen for c in level.cases}, self.dry)
         if self.folder is None:
             return self._judged(level, standing)
         free = [c.member.free_start for c in level.cases]
-        also = repr((sorted(s.label for s in self.suspects), standing, free, [dict(c.cell) for c in level.cases]))
+        cells = [dict(c.cell) for c in level.cases]
+        also = repr((sorted(s.label for s in self.suspects), standing, free, cells, self.budget))
         path = self.folder / f"verdict-{stages.level_digest(level.tasks, also)}.json"
         kept = stages.load_verdicts(level.tasks, path) if self.resume else None
         if kept is not None:
@@ -135,7 +138,7 @@ class _Judge:
         reason = ""
         for standing in dict.fromkeys((here, sliding)):
             try:
-                return judge_level(level.cases, self.suspects, standing)
+                return judge_level(level.cases, self.suspects, standing, self.budget)
             except FAILURES as one:
                 reason = reason or failure(one).rstrip(".")
         return undecided(level.cases, reason)

@@ -185,3 +185,6 @@ class DiscrepancySettings(Section):
     suspects: Annotated[
         Annotated[Literal["all"], Tag("all")] | Annotated[tuple[str, ...], Tag("list")], _kind("all", "list")
     ] = Field(default="all", description="all, or the names to be tried.")
+    budget: Positive = Field(
+        default=1.0, description="How much a search may do, in multiples of the default (counted in integrator steps)."
+    )

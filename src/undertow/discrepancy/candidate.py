@@ -87,7 +87,7 @@ class Diagnosis:
     """The search on one level: the prescribed equation alone, the best candidate, all others, posterior probability of
     the best among all, rivals (sets of names) that the data cannot separate from it, suspects screened out; ``small``
     is the most probable effect that evidence is overwhelming for though it moves the free run by less than what counts,
-    ``looked`` how many suspects were tried."""
+    ``looked`` how many suspects were tried, ``unfinished`` names those not tried to the end of their budget."""
 
     null: Candidate
     best: Candidate
@@ -97,6 +97,7 @@ class Diagnosis:
     screened: tuple[Screened, ...] = ()
     small: Candidate | None = None
     looked: int = 0
+    unfinished: tuple[str, ...] = ()
 
     @property
     def accused(self) -> bool:
@@ -111,11 +112,13 @@ def conclude(
     screened: Sequence[Screened],
     small: Candidate | None = None,
     looked: int = 0,
+    unfinished: Sequence[str] = (),
 ) -> Diagnosis:
     """The diagnosis with its confidence and rivals."""
     probability = _probability(best, found, screened)
     rivals = _rivals(best, found)
-    return Diagnosis(null, best, tuple(found), probability, rivals, tuple(screened), small, looked)
+    left = tuple(dict.fromkeys(unfinished))
+    return Diagnosis(null, best, tuple(found), probability, rivals, tuple(screened), small, looked, left)
 
 
 def _probability(best: Candidate, found: Sequence[Candidate], screened: Sequence[Screened]) -> float:

@@ -27,6 +27,7 @@ from undertow.discrepancy.screen import prospects
 from undertow.discrepancy.suspects import RINGS, Suspect
 from undertow.equation.kernel import SLOT
 from undertow.errors import IdentificationError
+from undertow.identification.budget import BudgetError, metered
 
 ACCUSE_PROBABILITY = 0.99
 """Posterior probability from which a name is said."""
@@ -71,6 +72,13 @@ NEAR = 10.0
 """Mean squared residual, in units of the sensors' noise, of a fit so near that the free run's share does not matter:
 trials differ in k, c, mu."""
 
+SUSPECT_BUDGET = 3000.0
+"""What one suspect may spend, in looks at the level with the prescribed equation: the dearest that was named took 2000
+(a resonator that depends on its amplitude on one ship's decay)."""
+
+LEVEL_BUDGET = 8000.0
+"""The same for all suspects of a level together."""
+
 OVERWHELMING = math.log(1e6)
 """Log odds from which an effect is there though the free run hardly shows it: nothing is then no answer."""
 
@@ -87,8 +95,10 @@ class _Search:
     suspects: Sequence[Suspect]
     null: Candidate
     clean_when_dry: bool
+    budget: float = 1.0
 
     def __post_init__(self) -> None:
+        self.unfinished: list[str] = []
         self.best = self.null
         self.found = [self.null]
         self.screened: dict[str, Screened] = {}
@@ -96,7 +106,24 @@ class _Search:
         self.error = free_run_error(self.level, self.null.fit)
 
     def run(self) -> Diagnosis:
-        """Add effects one after the other until none is worth it."""
+        """Add effects one after the other until none is worth it, or the level's budget is spent."""
+        with metered(self.budget * LEVEL_BUDGET * self._one_look()):
+            try:
+                self._grow()
+            except BudgetError:
+                self.unfinished.append("further effects")
+        small = None if self.best.suspects else self._overwhelming()
+        screened = list(self.screened.values())
+        return conclude(
+            self.null, self.best, self.found, screened, small, len(self.suspects), self.unfinished
+        )  # fmt: skip
+
+    def _one_look(self) -> float:
+        """Steps of one look at the level with the prescribed equation's unknowns: the unit of budgets."""
+        solution = self.null.fit.solution
+        return float(sum(trial.t.size * (1 + trial.slots.size) for trial in solution.problem.trials))
+
+    def _grow(self) -> None:
         for depth in range(MOST_EFFECTS):
             near = self.error <= 1.0 and not self._forced_beyond()
             if depth and (near or len(self.best.suspects) == MOST_EFFECTS):
@@ -115,9 +142,6 @@ class _Search:
                 break
             ahead = self._leaner(*ahead, ahead[0].score) or ahead
             self.best, self.error = self._plainer(ahead, probable)
-        small = None if self.best.suspects else self._overwhelming()
-        screened = list(self.screened.values())
-        return conclude(self.null, self.best, self.found, screened, small, len(self.suspects))
 
     def _overwhelming(self) -> Candidate | None:
         """The most probable single law whose numbers mean something and whose evidence nothing but its size speaks
@@ -202,11 +226,24 @@ class _Search:
         for suspect in self.suspects:
             if not may_join(self.best, suspect) or (depth and not self._promising(suspect)):
                 continue
-            prior = self._prior((*self.best.suspects, suspect))
-            candidate = self._small(suspect, prior, depth) if small else self._large(suspect, prior)
-            if candidate is None:
-                continue
-            yield candidate if not (depth and _fading(candidate)) else as_radiation(self.level, candidate)
+            candidate = self._within_budget(suspect, small, depth)
+            if candidate is not None:
+                yield candidate
+
+    def _within_budget(self, suspect: Suspect, small: bool, depth: int) -> Candidate | None:
+        """A suspect tried, unless that takes more than one suspect may."""
+        prior = self._prior((*self.best.suspects, suspect))
+        with metered(self.budget * SUSPECT_BUDGET * self._one_look()) as meter:
+            try:
+                candidate = self._small(suspect, prior, depth) if small else self._large(suspect, prior)
+                if candidate is None or not (depth and _fading(candidate)):
+                    return candidate
+                return as_radiation(self.level, candidate)
+            except BudgetError as out:
+                if out.meter is not meter:
+                    raise
+                self.unfinished.append(suspect.label)
+                return None
 
     def _small(self, suspect: Suspect, prior: float, depth: int) -> Candidate | None:
         """A suspect where little is missing: fitted from the best places of its grid, if one could gain enough."""
@@ -382,7 +419,9 @@ def _single_fading(candidate: Candidate) -> bool:
     return candidate.names in {("relaxation",), ("delayed_echo",)}
 
 
-def diagnose(level: Level, suspects: Sequence[Suspect], clean_when_dry: bool = False) -> Diagnosis:
+def diagnose(
+    level: Level, suspects: Sequence[Suspect], clean_when_dry: bool = False, budget: float = 1.0
+) -> Diagnosis:
     """Search one level for what its equation lacks.
 
     ``clean_when_dry`` says that the dry trials of the same rig need nothing: what belongs to the structure would have
@@ -391,7 +430,8 @@ def diagnose(level: Level, suspects: Sequence[Suspect], clean_when_dry: bool = F
     Evidence alone would accuse effects that no free run shows (a gram of water, the smoothing of an amplifier): what
     is named must also bring the free run of the training trials closer by `WORTH` of what repeating the test allows
     (each group's own `Member.allowed`). The search for further effects ends where the free run is as close as
-    repetitions are to each other.
+    repetitions are to each other. ``budget`` multiplies what one suspect and the whole level may spend
+    (`SUSPECT_BUDGET`, `LEVEL_BUDGET`).
 
     Raises IdentificationError where not even the prescribed equation can be fitted.
     """
@@ -400,7 +440,7 @@ def diagnose(level: Level, suspects: Sequence[Suspect], clean_when_dry: bool = F
     together = fit_joint(level, level.standing, memory, first.values, first.misfit, growing=False)
     null = Candidate((), _null(level, together), math.log(PRIOR_NOTHING))
     usable = [s for s in suspects if has_room(level, s, null.fit)]
-    return _Search(level, usable, null, clean_when_dry).run()
+    return _Search(level, usable, null, clean_when_dry, budget).run()
 
 
 def _null(level: Level, together: JointFit) -> JointFit:

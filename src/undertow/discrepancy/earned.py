@@ -43,6 +43,9 @@ def earned(verdict: Verdict, case: Case, diagnosis: Diagnosis, holds_doubled: bo
     if verdict.status == "nothing_missing":
         if diagnosis.looked == 0:
             return without_answer(verdict, case, "discrepancy.suspects names none: nothing was looked for", "search")
+        if diagnosis.unfinished:
+            left = ", ".join(label.replace("_", " ") for label in diagnosis.unfinished)
+            return without_answer(verdict, case, f"not tried to the end within discrepancy.budget: {left}", "search")
         if case.no_dry:
             return without_answer(verdict, case, case.no_dry, "no_dry")
         if case.assumed:

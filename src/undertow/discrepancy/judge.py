@@ -53,11 +53,13 @@ def judge(cases: Sequence[Case], suspects: Sequence[Suspect], standing: Sequence
     return judge_level(cases, suspects, standing).verdicts
 
 
-def judge_level(cases: Sequence[Case], suspects: Sequence[Suspect], standing: Sequence[Addend] = ()) -> Judged:
-    """As `judge`, with what was added: what dry trials need, their wet groups need too."""
+def judge_level(
+    cases: Sequence[Case], suspects: Sequence[Suspect], standing: Sequence[Addend] = (), budget: float = 1.0
+) -> Judged:
+    """As `judge`, with what was added: what dry trials need, their wet groups need too. ``budget`` as in `diagnose`."""
     level = make_level([_member(c) for c in cases], standing)
     clean = all(c.has_dry and not c.dry for c in cases) and not standing
-    diagnosis = diagnose(level, suspects, clean)
+    diagnosis = diagnose(level, suspects, clean, budget)
     moved = ({},) * len(cases) if not diagnosis.accused else from_other_springs(
         level, diagnosis.best.fit, [(*c.member.motions, *c.held) for c in cases]
     )  # fmt: skip
@@ -252,6 +254,10 @@ def _rejected(diagnosis: Diagnosis) -> tuple[Rejected, ...]:
             continue
         name = candidate.names[0]
         out.setdefault(name, Rejected(name, candidate.out or _odds(candidate, diagnosis)))
+    for label in diagnosis.unfinished:
+        name = label.partition(" (")[0]
+        if name not in best.names:
+            out.setdefault(name, Rejected(name, "not tried to the end: it took more than its budget"))
     for screened in diagnosis.screened:
         name = screened.suspect.name
         if name not in best.names:

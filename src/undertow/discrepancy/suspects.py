@@ -247,7 +247,10 @@ def _fine_yields(s: Scales) -> tuple[float, ...]:
 def _relaxation(s: Scales, start: float) -> tuple[Addition, ...]:
     """A relaxation must remember longer than two thirds of a radian of the slowest body: a faster one is damping."""
     return (
-        Addition("stiffness_N_per_m", "N/m", "rk1", 0.01 * s.mass * s.rate**2, 0.02 * s.mass * s.rate**2),
+        Addition(
+            "stiffness_N_per_m", "N/m", "rk1", 0.01 * s.mass * s.rate**2, 0.02 * s.mass * s.rate**2,
+            lower=0.0, upper=STIFFEST * s.mass * s.rate**2,
+        ),
         Addition("time_s", "s", "rt1", start, 0.5 * start, 0.7 / s.slowest, 10.0 / s.slowest, inner=True),
     )
 

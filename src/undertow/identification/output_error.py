@@ -21,6 +21,7 @@ from undertow.equation.kernel import SLOT, integrate
 from undertow.equation.simulate import fastest_frequency
 from undertow.errors import IdentificationError
 from undertow.identification import sheet
+from undertow.identification.budget import spend
 from undertow.identification.channels import instants, signal
 from undertow.identification.problem import TRAJECTORY_STEPS_PER_PERIOD, Channel, Problem, TrialProblem
 from undertow.identification.sheet import unknowns_of
@@ -100,6 +101,7 @@ def trajectory(
         raise IdentificationError(f"a trajectory needs a positive total mass and finite parameters, got {mass:g} kg")
     step = 2.0 * math.pi / fastest_frequency(theta) / steps_per_period
     x, v, a, _, count = integrate(theta, slots, np.array(times, dtype=np.float64), step)
+    spend(abs(count) * (1.0 + slots.size))
     if count < 0:
         raise IdentificationError(
             f"the motion leaves every bound after {-count} steps; a coefficient has the wrong sign"

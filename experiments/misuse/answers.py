@@ -101,7 +101,7 @@ class Way(ABC):
         return [f"no sentence says {' and '.join(self.says)}"]
 
     def _about(self) -> str:
-        return " and ".join(f"`{part}`".replace("|", "&#124;") for part in self.says)
+        return ", a sentence with " + " and ".join(f"`{part}`" for part in self.says) if self.says else ""
 
 
 @dataclass(frozen=True)
@@ -114,7 +114,7 @@ class Stop(Way):
         return self._code(outcome) + self._said(outcome.lines)
 
     def words(self) -> str:
-        return f"exit {_either(self.codes)}, a sentence with {self._about()}"
+        return f"exit {_either(self.codes)}{self._about()}"
 
 
 @dataclass(frozen=True)
@@ -134,7 +134,7 @@ class TrialsAlone(Way):
         return lacking + ([] if len(used) == self.others else [f"{len(used)} of {self.others} other trials are done"])
 
     def words(self) -> str:
-        return f"exit 3, {', '.join(self.trials)} left out alone, a sentence with {self._about()}"
+        return f"exit 3, {', '.join(self.trials)} left out alone{self._about()}"
 
     def concerns(self, group: Group) -> bool:
         return any(_stem(trial) in self.trials for trial in group["trials"])
@@ -176,7 +176,7 @@ class Groups(Way):
     def words(self) -> str:
         which = _conditions(self.where) or "every group"
         named = f" or explained by {' and '.join(self.names)}" if self.names else ""
-        return f"exit {_either(self.codes)}, {which}: {_either(self.statuses)}{named}, a sentence with {self._about()}"
+        return f"exit {_either(self.codes)}, {which}: {_either(self.statuses)}{named}{self._about()}"
 
     def concerns(self, group: Group) -> bool:
         return matches(group, self.where)

@@ -6,7 +6,6 @@ belongs to `rigs`, the mistakes to `mistakes_*`.
 
 from __future__ import annotations
 
-import copy
 import gzip
 import io
 from collections.abc import Callable, Iterable, Mapping
@@ -231,4 +230,4 @@ def _recorded(rig_name: str, releases: list[Release]) -> tuple[dict[str, pd.Data
     files = [f"t{number:02d}.csv" for number in range(1, len(releases) + 1)]
     recordings = {file: record(rig_name, release).copy() for file, release in zip(files, releases, strict=True)}
     rows = [{"spring": release.spring, "water_depth_m": release.depth_m} for release in releases]
-    return recordings, copy.deepcopy(dict(zip(files, rows, strict=True)))
+    return recordings, dict(zip(files, rows, strict=True))

@@ -74,14 +74,8 @@ def _levels_pooled(draft: Draft) -> None:
     draft.set("trials.group_by", ["spring"])
 
 
-def _pattern_fits_some(draft: Draft) -> None:
-    for file, row in list(draft.index.items()):
-        draft.rename(file, f"{row['spring']}_{row['water_depth_m']}m_{file}")
-    draft.rename("long_2.36m_t05.csv", "long-236-t05.csv")
-    draft.remove("recordings.index")
-    draft.set("recordings.files", "long*.csv")
-    draft.set("recordings.pattern", r"(?P<spring>[a-z]+)_(?P<water_depth_m>[0-9.]+)m_")
-
+def _spring_in_capitals(draft: Draft) -> None:
+    draft.index[ONE]["spring"] = "Long"
 
 
 MISTAKES = (
@@ -168,10 +162,13 @@ MISTAKES = (
         (Stop(("group_by|water_depth_m",)), Groups(("water_depth_m|dry|period",), codes=frozenset({0, 3}))),
     ),
     Case(
-        "pattern_fits_some",
-        "file names carry the conditions, and one file is named in another way",
+        "spring_in_capitals",
+        "one row of the index says Long where the others say long: a trial of its own without trials in air",
         bridge,
-        _pattern_fits_some,
-        (Stop(("pattern", "long-236-t05")), TrialsAlone(("pattern",), trials=("long-236-t05",), others=5)),
+        _spring_in_capitals,
+        (
+            Stop(("Long",)),
+            Groups(("dry|air|one trial|alone",), codes=frozenset({0, 3}), where={"spring": "Long"}, done=2),
+        ),
     ),
 )

@@ -112,7 +112,7 @@ def _row(answer: Answer) -> str:
         said,
         "no, green" if answer.green else "no" if answer.lacks else "yes",
     )
-    return "| " + " | ".join(cell.replace("|", "&#124;") for cell in cells) + " |"
+    return "| " + " | ".join(cell.replace("|", r"\|") for cell in cells) + " |"
 
 
 def _wanting(rows: Sequence[Answer]) -> str:

@@ -8,6 +8,7 @@ from __future__ import annotations
 import contextlib
 import io
 import json
+import shutil
 import signal
 import time
 import traceback
@@ -34,6 +35,7 @@ class OutOfTimeError(BaseException):
 
 def run_case(case: Case, folder: Path, limit_s: float = LIMIT_S) -> Outcome:
     """Write the case's campaign to `folder` and run the command on it, for at most `limit_s` s of CPU time."""
+    shutil.rmtree(folder / "run", ignore_errors=True)  # what an earlier run said is no answer to this one
     draft = case.draft()
     config = write(draft, folder)
     words = ["run", str(config), "--jobs", "1", *(word.format(folder=folder) for word in draft.words)]

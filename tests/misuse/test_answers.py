@@ -100,12 +100,12 @@ def test_a_command_that_does_not_end_is_stopped(tmp_path, monkeypatch) -> None: 
 
 def test_a_base_campaign_is_untouched_by_what_a_case_does_to_it() -> None:
     def spoil(draft: Draft) -> None:
-        draft.change(draft.recordings, lambda table: table.assign(x=0.0))
-        draft.recordings["t01.csv"].loc[:, "a"] = 1.0
+        draft.recordings["t01.csv"].loc[:, "x"] = 0.0
+        draft.index["t01.csv"]["spring"] = "short"
         draft.set("specimen.scatter.k", 9.0)
 
     Case("spoilt", "", bridge, spoil, ()).draft()
     fresh = Case("fresh", "", bridge, leave, ()).draft()
     assert fresh.recordings["t01.csv"].x.abs().max() > 0.04
-    assert fresh.recordings["t01.csv"].a.abs().max() > 1.01
+    assert fresh.index["t01.csv"]["spring"] == "long"
     assert fresh.config["specimen"]["scatter"]["k"] == 0.003

@@ -15,6 +15,10 @@ class RecordingError(UndertowError):
     """A recording cannot be used as it is: missing column, wrong unit, NaN, no release."""
 
 
+class MisnamedError(RecordingError):
+    """The config names what a recording does not have: a column, a variable."""
+
+
 class ClippedError(RecordingError):
     """A channel is cut off at the end of its sensor's range: what it says there is not what happened."""
 

@@ -103,7 +103,7 @@ def test_a_table_that_is_not_what_the_config_says_is_said(
     path = campaign.folder / "r00.csv"
     path.write_text(path.read_text().replace(old, new, 1))
     said = undertow(capsys, "run", campaign.config, "--out", campaign.folder / "run")
-    assert said.code == FAILED
+    assert said.code == (USAGE if "has no column" in sentence else FAILED)
     assert re.search(sentence, said.err), said.err
 
 
@@ -139,7 +139,7 @@ def test_an_index_that_names_a_wrong_file_is_said(
         (campaign.folder / name).write_bytes(b"x")
     (campaign.folder / "campaign.csv").write_text(f"file,spring\n{name},long\n")
     said = undertow(capsys, "run", campaign.config, "--out", campaign.folder / "run")
-    assert said.code == FAILED
+    assert said.code == (FAILED if name.startswith("r00") else USAGE)
     assert re.search(sentence, said.err), said.err
 
 
@@ -252,3 +252,51 @@ def test_the_real_command_never_shows_a_traceback(
     assert "Traceback" not in done.stderr
     assert re.search(sentence, done.stderr, re.MULTILINE), done.stderr
     assert done.stdout == ""
+
+
+def test_a_failed_run_leaves_no_older_answer_in_its_folder(capsys, tmp_path) -> None:
+    campaign = make_campaign(tmp_path / "data", [0.03, 0.05])
+    out = tmp_path / "run"
+    assert undertow(capsys, "run", campaign.config, "--out", out, "--jobs", 1).code == 0
+    for name in campaign.files:
+        (campaign.folder / name).write_text("")
+    said = undertow(capsys, "run", campaign.config, "--out", out, "--jobs", 1)
+    assert said.code == 1
+    assert not (out / "verdict.json").exists()
+    assert not (out / "report.html").exists()
+    assert (out / "earlier_run" / "verdict.json").exists()
+
+
+def test_a_misspelt_config_leaves_an_older_answer_where_it_is(capsys, tmp_path) -> None:
+    campaign = make_campaign(tmp_path / "data", [0.03, 0.05])
+    out = tmp_path / "run"
+    assert undertow(capsys, "run", campaign.config, "--out", out, "--jobs", 1).code == 0
+    assert undertow(capsys, "run", campaign.config, "--out", out, "--set", "naem=x").code == 2
+    assert (out / "verdict.json").exists()
+
+
+def test_a_column_that_no_recording_has_is_the_configs_fault(capsys, tmp_path) -> None:
+    campaign = make_campaign(tmp_path / "data", [0.03, 0.05])
+    campaign.edit("column: x", "column: pot")
+    said = undertow(capsys, "run", campaign.config, "--out", tmp_path / "run", "--jobs", 1)
+    assert said.code == 2
+    assert "none of 2 trials can be used" in said.err
+    assert said.err.count("has no column 'pot'") == 1
+
+
+def test_the_same_recording_under_two_names_is_used_once(capsys, tmp_path) -> None:
+    campaign = make_campaign(tmp_path / "data", [0.03, 0.05, 0.04])
+    first, second, _ = campaign.files
+    (campaign.folder / second).write_bytes((campaign.folder / first).read_bytes())
+    said = undertow(capsys, "run", campaign.config, "--out", tmp_path / "run", "--jobs", 1)
+    assert said.code == 3
+    assert f"is the same recording as {Path(first).stem}" in said.err
+
+
+def test_a_condition_in_capital_letters_makes_no_group_of_its_own(capsys, tmp_path) -> None:
+    campaign = make_campaign(tmp_path / "data", [0.03, 0.05, 0.04])
+    index = campaign.folder / "campaign.csv"
+    index.write_text(index.read_text().replace(f"{campaign.files[1]},long", f"{campaign.files[1]},Long "))
+    said = undertow(capsys, "run", campaign.config, "--out", tmp_path / "run", "--jobs", 1)
+    assert said.code == 2
+    assert "spell it alike in the index" in said.err

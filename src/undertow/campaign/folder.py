@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import json
 import time
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field
 from io import StringIO
 from pathlib import Path
@@ -28,6 +28,11 @@ from undertow.report.extent import Extent
 from undertow.report.html import write_report
 from undertow.report.tables import RunTables
 from undertow.report.writing import write_pieces, write_text
+
+RESULTS = ("report.html", "verdict.json", "trials.csv", "levels.csv", "mismatch.csv", "manifest.json")
+"""What is moved into `EARLIER` when a later run in the same folder fails."""
+
+EARLIER = "earlier_run"
 
 LONGEST_NAME = 80
 """Characters of a run folder's name at most: file systems take 255 bytes, and a letter may have four."""
@@ -67,9 +72,10 @@ def run_to_folder(
 ) -> Finished:
     """Run a campaign and write its folder (default ``runs/<name>``); finished groups are kept as they come.
 
-    An older run's files stay until the new ones are ready; ``config.yaml`` is there from the start, unless an older one
-    is, so that an interrupted run can go on from its folder. Tables and verdict.json hold everything; the findings that
-    are returned, and the page, at most as many groups and trials as a page can show (`gathered`).
+    An older run's files stay until the new ones are ready, and are moved into `EARLIER` where the new run fails.
+    ``config.yaml`` is there from the start, unless an older one is, so that an interrupted run can go on from its
+    folder. Tables and verdict.json hold everything; the findings that are returned, and the page, at most as many
+    groups and trials as a page can show (`gathered`).
 
     Raises ConfigError where the config is wrong, UndertowError where no trial can be used or the folder cannot be
     written.
@@ -81,7 +87,7 @@ def run_to_folder(
         course, gathered = Course(config, jobs, progress, folder / "stages", resume), Gathered(config)
         _prepare(folder, config_path, text)  # a config that does not match its trials leaves no folder
         with RunTables(folder) as tables:
-            for part in course.parts():
+            for part in _or_set_aside(course.parts(), folder):
                 _take(part, gathered, tables)
                 del part  # else two portions would be held
             start, seconds = time.perf_counter(), course.seconds
@@ -118,6 +124,26 @@ def _prepare(folder: Path, config_path: Path, text: str) -> None:
             f"run folder {folder} holds the config itself, {config_path}, which its resolved form with --set would "
             "replace; choose another folder with --out"
         )
+
+
+def _or_set_aside(parts: Iterator[Part], folder: Path) -> Iterator[Part]:
+    """The parts of a run; an older run's results are set aside where none comes."""
+    try:
+        yield from parts
+    except UndertowError:
+        _set_aside(folder)
+        raise
+
+
+def _set_aside(folder: Path) -> None:
+    """Move an older run's results out of the way of one that failed: nobody takes them for its own."""
+    found = [path for path in (folder / name for name in RESULTS) if path.exists()]
+    if not found or not (folder / "manifest.json").exists():
+        return
+    earlier = folder / EARLIER
+    earlier.mkdir(exist_ok=True)
+    for path in found:
+        path.replace(earlier / path.name)
 
 
 def safe_name(name: str) -> str:

@@ -70,7 +70,7 @@ def unmatched(config: RunConfig, entries: Entries, excluded: Entries = ()) -> li
     used = [*config.trials.group_by, *(config.trials.dry or {}), *(table.by for table in tables(config).values())]
     here, beside = situations(entries, used), situations(excluded, used)
     if not wrong:
-        wrong = [*_dry(config, here, beside), *_keys(config, [*here, *beside])]
+        wrong = [*_dry(config, here, beside), *_keys(config, [*here, *beside]), *_spellings(config, here)]
     if not wrong:
         needed = _needed(config)
         complete = [one for one in here if all(name in one.conditions for name in needed)]
@@ -210,6 +210,22 @@ def _groups(config: RunConfig, here: Sequence[Situation]) -> Iterator[Wrong]:
                     f"specimen.{name} goes by {table.by}, which is {written(first)} and {written(other)} in one group "
                     f"({label}); add {table.by} to trials.group_by"
                 )
+
+
+def _spellings(config: RunConfig, here: Sequence[Situation]) -> Iterator[Wrong]:
+    """Conditions that differ by capital letters or spaces alone: one group would become two."""
+    for name in config.trials.group_by:
+        by_letters: dict[str, list[Condition]] = {}
+        for value in values_of(here, name):
+            if isinstance(value, str):
+                by_letters.setdefault("".join(value.casefold().split()), []).append(value)
+        for first, *others in (values for values in by_letters.values() if len(values) > 1):
+            rare = others[-1]
+            trials = [trial for one in here if one.conditions.get(name) == rare for trial in one.trials]
+            yield ("trials", "group_by"), (
+                f"the condition {name} is {first!r} in some trials and {rare!r} in others ({listed(trials)}), which "
+                "would make two groups of one; spell it alike in the index"
+            )
 
 
 def _fitted(config: RunConfig, entries: Entries) -> Iterator[Wrong]:

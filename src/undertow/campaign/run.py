@@ -5,6 +5,7 @@ Belongs here: the stages, their order, parallel work. Does not belong here: the 
 
 from __future__ import annotations
 
+import hashlib
 import time
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
@@ -24,11 +25,14 @@ from undertow.campaign.workers import Progress, on_processes, silent, steps
 from undertow.conditioning.condition import condition
 from undertow.conditioning.motion import Motion
 from undertow.discrepancy.findings import FailedTrial, Findings, GroupFindings
-from undertow.errors import FAILURES, ClippedError, UndertowError, failure
+from undertow.errors import FAILURES, ClippedError, ConfigError, MisnamedError, UndertowError, failure
 from undertow.identification.baseline import terms_by_name
 from undertow.identification.problem import dominant_period
 from undertow.recording.catalogue import Catalogue, Entry, read_trial
 from undertow.recording.quality import check
+
+REASONS_AT_MOST = 3
+"""Different reasons that are said where no trial at all can be used."""
 
 READ, IDENTIFY = "read and condition", "identification"
 """Stages, as progress and the manifest call them."""
@@ -97,23 +101,27 @@ class Course:
 
         Raises UndertowError at the end where no trial at all could be used.
         """
-        found, first, last = 0, list[str](), ""
+        found, first, last, misnamed = 0, dict[str, str](), "", True
         for portion in self._plan:
             part = self._part(portion)
             found += len(part.groups)
-            first += [f.reason for f in part.failed[: 3 - len(first)]]
+            for one in part.failed:
+                first.setdefault(_unnamed(one), one.reason)
+            misnamed = misnamed and all(f.misnamed for f in part.failed)
             last = part.failed[-1].reason if part.failed else last
             yield part
             del part  # else two portions would be held
         if not self._read:
-            reasons = "; ".join(first) or "the index or the file pattern names none"
-            raise UndertowError(f"none of {sum(p.size for p in self._plan)} trials can be used: {reasons}")
+            reasons = "; ".join([*first.values()][:REASONS_AT_MOST]) or "the index or the file pattern names none"
+            said = f"none of {sum(p.size for p in self._plan)} trials can be used: {reasons}"
+            raise ConfigError(said) if misnamed and first else UndertowError(said)
         if not found:
             raise UndertowError(f"none of {self._tried} groups can be identified: {last}")
 
     def _part(self, portion: Portion) -> Part:
         with self._stage(READ):
             read = _conditioned(self._catalogue, portion.entries, self._jobs, self._progress)
+        read = _each_once(read)
         self._read += len(read.motions)
         with self._stage("dry trials"):
             groups = grouped(self._config, read.motions)
@@ -174,6 +182,27 @@ class Course:
             yield
         finally:
             self.seconds[name] = self.seconds.get(name, 0.0) + time.perf_counter() - start
+
+
+def _unnamed(failed: FailedTrial) -> str:
+    """A trial's reason without its name, so that one reason of many trials is said once."""
+    return failed.reason.removeprefix(f"trial {failed.name}: ").replace(failed.name, "...")
+
+
+def _each_once(read: Read) -> Read:
+    """Of recordings that are the same sample by sample only the first: a copy under another name is no repetition."""
+    kept: dict[bytes, Motion] = {}
+    copies = []
+    for motion in read.motions:
+        recording = motion.recording
+        mark = hashlib.sha256(recording.time.tobytes())
+        for values in recording.channels.values():
+            mark.update(values.tobytes())
+        first = kept.setdefault(mark.digest(), motion)
+        if first is not motion:
+            said = f"is the same recording as {first.name}, sample by sample; take one of them out of the campaign"
+            copies.append(FailedTrial(motion.name, f"trial {motion.name} {said}", dict(recording.conditions)))
+    return Read(tuple(kept.values()), (*read.failed, *copies))
 
 
 def _joint(task: GroupTask, group: GroupFindings) -> tuple[GroupTask, GroupFindings]:
@@ -258,8 +287,10 @@ class _Conditioner:
             dominant_period(motion)  # a motion that does not swing is this trial's failure, not its group's
             return motion
         except FAILURES as reason:
-            said = failure(reason)
-            return FailedTrial(entry.name, said, dict(entry.conditions), isinstance(reason, ClippedError))
+            return FailedTrial(
+                entry.name, failure(reason), dict(entry.conditions), isinstance(reason, ClippedError),
+                isinstance(reason, MisnamedError) or bool(entry.problem),
+            )  # fmt: skip
 
 
 def _notes(read: Read) -> tuple[str, ...]:

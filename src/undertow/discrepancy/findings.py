@@ -19,12 +19,14 @@ from undertow.recording.recording import Array, Condition
 
 @dataclass(frozen=True)
 class FailedTrial:
-    """A trial that could not be used, and why, in one sentence; ``clipped`` where a sensor is cut off in it."""
+    """A trial that could not be used, and why, in one sentence; ``clipped`` where a sensor is cut off in it,
+    ``misnamed`` where the config names what its file does not have."""
 
     name: str
     reason: str
     conditions: Mapping[str, Condition] = field(default_factory=dict)
     clipped: bool = False
+    misnamed: bool = False
 
 
 @dataclass(frozen=True)

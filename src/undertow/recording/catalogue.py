@@ -149,7 +149,7 @@ def read_trial(entry: Entry, catalogue: Catalogue) -> Recording:
             channels[name], said = _channel(name, spec, table, catalogue)
             notes += said
     except RecordingError as error:
-        raise RecordingError(f"trial {entry.name}: {error}") from error
+        raise type(error)(f"trial {entry.name}: {error}") from error
     return Recording(
         entry.name, time, channels, entry.conditions, catalogue.coordinate, str(entry.path), digest, notes
     )  # fmt: skip

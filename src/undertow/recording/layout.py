@@ -12,7 +12,7 @@ from pathlib import Path
 from types import MappingProxyType
 from typing import Literal
 
-from undertow.errors import RecordingError
+from undertow.errors import MisnamedError, RecordingError
 
 Column = str | int
 """A column's name, or its number from 0 where there is no header."""
@@ -71,4 +71,4 @@ def _place(path: Path, names: Sequence[Column], column: Column) -> int:
     have = ", ".join(str(name) for name in names[:30])
     near = difflib.get_close_matches(str(column), [str(name) for name in names], n=1)
     hint = f"; did you mean {near[0]!r}?" if near else "; correct recordings.channels"
-    raise RecordingError(f"{path} has no column {column!r}; it has {have}{hint}")
+    raise MisnamedError(f"{path} has no column {column!r}; it has {have}{hint}")

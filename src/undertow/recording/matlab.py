@@ -14,7 +14,7 @@ from typing import Any
 import numpy as np
 import pandas as pd
 
-from undertow.errors import RecordingError
+from undertow.errors import MisnamedError, RecordingError
 from undertow.recording.layout import CellLayout, Column, FileFormat, pick
 
 
@@ -84,7 +84,7 @@ def _variable(path: Path, content: Mapping[str, Any], name: str) -> Any:
     for part in name.split("."):
         if not isinstance(found, Mapping) or part not in found:
             have = ", ".join(found) if isinstance(found, Mapping) else type(found).__name__
-            raise RecordingError(f"{path} has no variable {name!r} (no {part!r} among {have}); correct its name")
+            raise MisnamedError(f"{path} has no variable {name!r} (no {part!r} among {have}); correct its name")
         found = found[part]
     return found
 

@@ -20,13 +20,13 @@ import numpy as np
 from benchmarks.decay import record
 from benchmarks.speed import cpu_seconds, method1
 from experiments.efficiency.cases import eq15
-from undertow.campaign import run as campaign
-from undertow.campaign.analysis import analyse
 from undertow.campaign.config import load
-from undertow.campaign.tasks import group_task, grouped, structures_of
-from undertow.identification import output_error
-from undertow.identification.baseline import terms_by_name
-from undertow.identification.problem import Problem
+from undertow.campaign.run import course as campaign
+from undertow.campaign.run.analysis import analyse
+from undertow.campaign.run.tasks import group_task, grouped, structures_of
+from undertow.likelihood import output_error
+from undertow.likelihood.problem import Problem
+from undertow.methods.baseline import terms_by_name
 
 CONFIG = Path(__file__).resolve().parents[1] / "configs" / "eq15.yaml"
 BLOCK_PERIODS = 1.5

@@ -38,12 +38,12 @@ from typing import Any
 
 import numpy as np
 
-from undertow.campaign import folder as run_folder
 from undertow.campaign.config import load
-from undertow.campaign.folder import run_to_folder
-from undertow.campaign.gathered import Gathered, Part
-from undertow.campaign.portions import TRIALS_AT_ONCE, Portion, group_order, portions
+from undertow.campaign.run import folder as run_folder
 from undertow.campaign.run import run
+from undertow.campaign.run.folder import run_to_folder
+from undertow.campaign.run.gathered import Gathered, Part
+from undertow.campaign.run.portions import TRIALS_AT_ONCE, Portion, group_order, portions
 from undertow.discrepancy.findings import GroupFindings
 from undertow.equation.equation import equation_15
 from undertow.equation.simulate import simulate

@@ -14,8 +14,8 @@ from experiments.eq15_campaign import tables
 from experiments.eq15_campaign.motion import Floats, simulate
 from experiments.recovery.releases import plant
 from undertow.equation.kernel import N_SLOTS, SLOT
-from undertow.identification import output_error
-from undertow.identification.problem import SAMPLES_PER_PERIOD, Channel, Link, Problem, TrialProblem, Unknown
+from undertow.likelihood import output_error
+from undertow.likelihood.problem import SAMPLES_PER_PERIOD, Channel, Link, Problem, TrialProblem, Unknown
 
 RATE_HZ = 1000.0
 NOISE_M = 2e-4

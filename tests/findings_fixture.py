@@ -16,10 +16,10 @@ from undertow.conditioning.motion import Motion, Window
 from undertow.discrepancy.findings import FailedTrial, Findings, GroupFindings, TrialFindings
 from undertow.discrepancy.mismatch import Mismatch
 from undertow.discrepancy.verdict import Described, PhysicalCheck, Rejected, Verdict
-from undertow.equation import shelf
+from undertow.equation import registry as shelf
 from undertow.equation.equation import Equation, equation_15
 from undertow.equation.simulate import simulate
-from undertow.identification.fit import Fit, Specimen, Structure
+from undertow.likelihood.fit import Fit, Specimen, Structure
 from undertow.quantities import Estimate
 from undertow.recording.recording import Coordinate, Recording
 

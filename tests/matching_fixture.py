@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 
 from undertow.campaign.config import RunConfig, load
-from undertow.campaign.matching import Plan, planned
+from undertow.campaign.config.matching import Plan, planned
 from undertow.errors import ConfigError
 
 INDEX = """\

@@ -22,12 +22,12 @@ from numpy.typing import NDArray
 
 from benchmarks.beside_peers.data import LARGEST_SCORE, Data, Trial, score, simulate
 from experiments.recovery.sindy_recovery import TEN_TERMS
+from undertow.comparison.discover import Discover
+from undertow.comparison.hidden_fit import discover_hidden
 from undertow.equation.kernel import SLOT
-from undertow.identification.discover import Discover
-from undertow.identification.hidden_fit import discover_hidden
-from undertow.identification.library import label
-from undertow.identification.output_error import trajectory
-from undertow.identification.sindy import discover
+from undertow.likelihood.output_error import trajectory
+from undertow.methods.library import label
+from undertow.methods.sindy import discover
 
 Array = NDArray[np.float64]
 

@@ -17,8 +17,8 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from experiments.audit.simulated import CONFIG, structures
-from undertow.campaign.audit_settings import load_audit
-from undertow.discrepancy.audit.case import Case, Row, row_returns
+from undertow.audit.case import Case, Row, row_returns
+from undertow.campaign.audit.settings import load_audit
 from undertow.equation.cells import closed_cell
 
 TRUTH = Path(__file__).resolve().parents[2] / "data" / "virtual_flume" / "truth.json"

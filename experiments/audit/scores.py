@@ -21,7 +21,7 @@ import numpy as np
 from scipy.stats import beta
 
 from experiments.audit.simulated import COVERAGE_TABLES, INTERVALS, TABLES
-from undertow.discrepancy.audit.verdicts import ODDS
+from undertow.audit.verdicts import ODDS
 
 PAGE = Path(__file__).resolve().parents[2] / "docs" / "published_tables.md"
 MARKS = ("<!-- simulated tables -->", "<!-- end of simulated tables -->")

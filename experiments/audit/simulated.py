@@ -26,18 +26,18 @@ from typing import Any
 
 import numpy as np
 
-from undertow.campaign.audit import constants_of, dry_structures
-from undertow.campaign.audit_settings import load_audit
-from undertow.campaign.audit_tables import read_table
-from undertow.discrepancy.audit.answer import Answer, answer
-from undertow.discrepancy.audit.case import Case, Row, Structure, row_returns
-from undertow.discrepancy.audit.exploring import fitted_surface
-from undertow.discrepancy.audit.headings import correct_units
-from undertow.discrepancy.audit.posterior import Posterior, posterior, weigh
-from undertow.discrepancy.audit.recipes import Array, Returned
-from undertow.discrepancy.audit.rivals import rivals
-from undertow.discrepancy.audit.scatter import DRAG_SHARES, MASS_SHARES, log_sum
-from undertow.discrepancy.audit.verdicts import judge
+from undertow.audit.answer import Answer, answer
+from undertow.audit.case import Case, Row, Structure, row_returns
+from undertow.audit.exploring import fitted_surface
+from undertow.audit.headings import correct_units
+from undertow.audit.posterior import Posterior, posterior, weigh
+from undertow.audit.recipes import Array, Returned
+from undertow.audit.rivals import rivals
+from undertow.audit.scatter import DRAG_SHARES, MASS_SHARES, log_sum
+from undertow.audit.verdicts import judge
+from undertow.campaign.audit.published import constants_of, dry_structures
+from undertow.campaign.audit.settings import load_audit
+from undertow.campaign.audit.tables import read_table
 from undertow.errors import UndertowError
 
 HERE = Path(__file__).resolve().parent

@@ -23,12 +23,12 @@ from experiments.coverage.campaigns import SCATTERS, Campaign, Truth, make_campa
 from experiments.eq15_campaign import tables
 from undertow.conditioning.condition import condition
 from undertow.conditioning.motion import Motion
-from undertow.identification.baseline import fit_group, group_model, terms_by_name
-from undertow.identification.dry import dry_fits, pooled_scatter, structural_terms, structure_from
-from undertow.identification.fit import Specimen
-from undertow.identification.problem import TrialOptions
-from undertow.identification.repeats import mean_of_trials
+from undertow.likelihood.fit import Specimen
+from undertow.likelihood.problem import TrialOptions
+from undertow.methods.baseline import fit_group, group_model, terms_by_name
+from undertow.methods.dry import dry_fits, pooled_scatter, structural_terms, structure_from
 from undertow.quantities import Estimate
+from undertow.uncertainty.repeats import mean_of_trials
 
 RESULTS = Path(__file__).with_name("coverage.csv")
 TERMS = terms_by_name(("stiffness", "viscous_damping", "coulomb_friction", "added_mass", "quadratic_drag"))

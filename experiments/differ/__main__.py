@@ -13,7 +13,7 @@ from pathlib import Path
 from typing import Any
 
 from experiments.differ.pairs import ROOT, Pair, pairs
-from undertow.campaign.differ_files import differ
+from undertow.campaign.differ.files import differ
 from undertow.report.verdict_file import plain
 
 DOCS = ROOT / "docs"

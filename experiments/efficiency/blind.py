@@ -20,7 +20,8 @@ import numpy as np
 
 from experiments.efficiency.cases import RANGES, Case, eq15, hidden
 from experiments.eq15_campaign import tables
-from undertow.identification import blind, output_error
+from undertow.likelihood import multistart as blind
+from undertow.likelihood import output_error
 
 HERE = Path(__file__).parent
 NOISE_M = 2e-4

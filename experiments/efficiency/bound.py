@@ -17,7 +17,7 @@ from pathlib import Path
 import numpy as np
 
 from experiments.efficiency.cases import Case, eq15, hidden
-from undertow.identification import output_error
+from undertow.likelihood import output_error
 
 HERE = Path(__file__).parent
 LEVELS = (("long", 2.57), ("short", 2.36))

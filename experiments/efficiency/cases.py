@@ -14,7 +14,7 @@ from experiments.eq15_campaign import tables
 from experiments.eq15_campaign.motion import Floats, simulate
 from experiments.recovery.releases import plant
 from undertow.equation.kernel import N_SLOTS, SLOT, integrate
-from undertow.identification.problem import SAMPLES_PER_PERIOD, Channel, Link, Problem, TrialProblem, Unknown
+from undertow.likelihood.problem import SAMPLES_PER_PERIOD, Channel, Link, Problem, TrialProblem, Unknown
 
 RECORD_S = 15.0
 RATE_HZ = 1000.0

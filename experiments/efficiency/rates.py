@@ -25,10 +25,10 @@ from experiments.recovery.releases import HOLD_S, Truth, plant, record
 from undertow.conditioning.condition import condition
 from undertow.conditioning.motion import Motion
 from undertow.equation.kernel import N_SLOTS, SLOT
-from undertow.identification import blind
-from undertow.identification.intervals import noise_covariance
-from undertow.identification.problem import Link, Problem, ProblemBuilder, TrialOptions
+from undertow.likelihood import multistart as blind
+from undertow.likelihood.problem import Link, Problem, ProblemBuilder, TrialOptions
 from undertow.recording.recording import Recording
+from undertow.uncertainty.intervals import noise_covariance
 
 HERE = Path(__file__).parent
 MEANS_OF = {1000: 1, 250: 4, 100: 10}

@@ -19,7 +19,7 @@ from pathlib import Path
 from typing import Any
 
 from experiments.flume_tables.page import Row, page
-from undertow.campaign.folder import run_to_folder
+from undertow.campaign.run.folder import run_to_folder
 
 ROOT = Path(__file__).resolve().parents[2]
 CONFIG = ROOT / "configs" / "flume.yaml"

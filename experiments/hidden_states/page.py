@@ -16,8 +16,8 @@ import numpy as np
 
 from experiments.hidden_states.campaigns import NULLS, PLANTED
 from experiments.recovery.releases import NOISE
-from undertow.identification.hidden_relaxation import CRITICAL_GAIN
-from undertow.identification.hidden_search import CRITICAL_T
+from undertow.comparison.hidden_relaxation import CRITICAL_GAIN
+from undertow.comparison.hidden_search import CRITICAL_T
 
 FOLDER = Path(__file__).resolve().parent
 PAGE = FOLDER.parents[1] / "docs" / "hidden_states.md"

@@ -23,6 +23,17 @@ import numpy as np
 
 from undertow.campaign.config import load
 from undertow.campaign.run import read_and_condition
+from undertow.comparison.hidden_modes import coupled_modes
+from undertow.comparison.hidden_search import EQUATION_15
+from undertow.comparison.hidden_trajectories import (
+    LINEAR,
+    Candidate,
+    TrajectoryChoice,
+    discover_hidden_on_trajectories,
+    effective_values,
+    fit_equation,
+    weigh,
+)
 from undertow.conditioning.motion import Motion
 from undertow.equation.hydrodynamics import CubicDamping, QuadraticDrag
 from undertow.equation.structure import (
@@ -34,19 +45,8 @@ from undertow.equation.structure import (
     ViscousDamping,
 )
 from undertow.equation.term import Term
-from undertow.identification.hidden_modes import coupled_modes
-from undertow.identification.hidden_search import EQUATION_15
-from undertow.identification.hidden_trajectories import (
-    LINEAR,
-    Candidate,
-    TrajectoryChoice,
-    discover_hidden_on_trajectories,
-    effective_values,
-    fit_equation,
-    weigh,
-)
-from undertow.identification.intervals import noise_covariance
-from undertow.identification.output_error import Solution
+from undertow.likelihood.output_error import Solution
+from undertow.uncertainty.intervals import noise_covariance
 
 ROOT = Path(__file__).resolve().parents[2]
 CONFIGS = ROOT / "configs" / "recordings"

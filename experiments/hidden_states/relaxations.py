@@ -15,8 +15,8 @@ from dataclasses import astuple, dataclass, fields
 from pathlib import Path
 
 from experiments.hidden_states.campaigns import Campaign, null
+from undertow.comparison.hidden_relaxation import HiddenStates, discover_states
 from undertow.conditioning.condition import condition
-from undertow.identification.hidden_relaxation import HiddenStates, discover_states
 
 FOLDER = Path(__file__).resolve().parent
 RESULT = FOLDER / "relaxations.csv"

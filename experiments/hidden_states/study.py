@@ -22,9 +22,9 @@ from pathlib import Path
 
 from experiments.hidden_states.campaigns import PLANTED, STIFFNESS_N_PER_M, Campaign, null, planted
 from experiments.recovery.releases import NOISE
+from undertow.comparison.hidden_fit import HiddenFit, discover_hidden
+from undertow.comparison.hidden_search import CRITICAL_T
 from undertow.conditioning.condition import condition
-from undertow.identification.hidden_fit import HiddenFit, discover_hidden
-from undertow.identification.hidden_search import CRITICAL_T
 
 FOLDER = Path(__file__).resolve().parent
 SEEDS = 20

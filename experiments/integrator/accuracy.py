@@ -17,7 +17,7 @@ from pathlib import Path
 import numpy as np
 
 from tests.reference import reference
-from undertow.equation import shelf
+from undertow.equation import registry as shelf
 from undertow.equation.equation import Equation
 from undertow.equation.simulate import simulate
 

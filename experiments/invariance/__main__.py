@@ -17,7 +17,7 @@ from pathlib import Path
 from experiments.invariance.campaigns import LENGTH, MASS, ROOT, SEED, TIME, makers, scales
 from experiments.invariance.compare import differences, largest
 from experiments.invariance.rescale import rescale
-from undertow.campaign.folder import run_to_folder
+from undertow.campaign.run.folder import run_to_folder
 
 ROWS = Path(__file__).resolve().parent / "results" / "rescaled.csv"
 COLUMNS = ("campaign", "time", "length", "mass", "groups", "differences", "largest", "seconds", "revision")

@@ -18,9 +18,9 @@ import numpy as np
 from experiments.eq15_campaign import tables
 from experiments.published.releases import LEVELS, RATE_HZ, RECORD_S, RELEASE_M, Level
 from undertow.conditioning.condition import condition
-from undertow.identification.method1 import History, search
-from undertow.identification.method1 import fit as method1
-from undertow.identification.method2 import find_instants, friction_bias_kg, identify_method2
+from undertow.methods.method1 import History, search
+from undertow.methods.method1 import fit as method1
+from undertow.methods.method2 import find_instants, friction_bias_kg, identify_method2
 
 PAGE = Path(__file__).resolve().parents[2] / "docs" / "methods.md"
 

@@ -11,7 +11,7 @@ import numpy as np
 
 from experiments.eq15_campaign import tables
 from experiments.eq15_campaign.motion import Body, Motion, simulate
-from undertow.identification.fit import Specimen, Structure
+from undertow.likelihood.fit import Specimen, Structure
 from undertow.quantities import Estimate
 from undertow.recording.recording import Recording
 

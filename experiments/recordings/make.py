@@ -23,8 +23,11 @@ from experiments.recordings.studies import RECORDINGS, ROOT, STUDIES, inputs, pl
 COMMAND = "python -m experiments.recordings.make"
 JSON, PAGE = ROOT / "docs" / "recordings.json", ROOT / "docs" / "recordings.md"
 
+ROOMS = ("recording", "conditioning", "equation", "likelihood", "uncertainty", "methods", "comparison")
+"""Rooms of the package whose code decides what a recording gives."""
+
 SOURCES = (
-    *(f"src/undertow/{room}/**/*.py" for room in ("recording", "conditioning", "equation", "identification")),
+    *(f"src/undertow/{room}/**/*.py" for room in ROOMS),
     "src/undertow/quantities.py",
     "configs/recordings/*.yaml",
     "experiments/recordings/*.py",

@@ -17,7 +17,7 @@ import numpy as np
 from undertow.campaign.config import load
 from undertow.campaign.run import run
 from undertow.discrepancy.findings import Findings, GroupFindings, TrialFindings
-from undertow.identification.fit import Fit
+from undertow.likelihood.fit import Fit
 
 ROOT = Path(__file__).resolve().parents[2]
 CONFIGS = ROOT / "configs" / "recordings"

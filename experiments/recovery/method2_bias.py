@@ -15,7 +15,7 @@ import numpy as np
 from experiments.eq15_campaign import tables
 from experiments.eq15_campaign.motion import simulate
 from experiments.recovery.releases import Truth, plant
-from undertow.identification.method2 import Instant, added_mass_at_peak, drag_at_crossing, friction_bias_kg
+from undertow.methods.method2 import Instant, added_mass_at_peak, drag_at_crossing, friction_bias_kg
 
 FILE = Path(__file__).resolve().parent / "method2_bias.md"
 DURATION_S, SAMPLES = 1.5, 150_001

@@ -26,9 +26,9 @@ from experiments.recovery.releases import LARGEST_DRIFT, NOISE, Truth, plant, re
 from undertow.conditioning.condition import condition
 from undertow.conditioning.motion import Motion
 from undertow.equation.kernel import N_SLOTS, SLOT
-from undertow.identification import blind
-from undertow.identification.intervals import noise_covariance
-from undertow.identification.problem import Link, ProblemBuilder, TrialOptions
+from undertow.likelihood import multistart as blind
+from undertow.likelihood.problem import Link, ProblemBuilder, TrialOptions
+from undertow.uncertainty.intervals import noise_covariance
 
 FOLDER = Path(__file__).resolve().parent
 SEEDS = 100

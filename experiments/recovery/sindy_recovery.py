@@ -34,7 +34,7 @@ from undertow.equation.structure import (
     VanDerPolDamping,
     ViscousDamping,
 )
-from undertow.identification.sindy import discover
+from undertow.methods.sindy import discover
 
 FOLDER = Path(__file__).resolve().parent
 SEEDS = 20

@@ -14,7 +14,7 @@ import numpy as np
 from undertow.conditioning.condition import condition
 from undertow.conditioning.motion import Motion
 from undertow.discrepancy.shares import Shares, residual_shares
-from undertow.equation import shelf
+from undertow.equation import registry as shelf
 from undertow.equation.equation import Equation, equation_15
 from undertow.equation.simulate import simulate
 from undertow.recording.recording import Recording

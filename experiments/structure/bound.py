@@ -20,14 +20,14 @@ from numpy.typing import NDArray
 from experiments.recovery.releases import NOISE
 from experiments.structure.study import STATED_LEVELS, STRUCTURAL, dry_beliefs, motions_of, ten_terms
 from experiments.structure.truths import OtherTruth, plant_other
-from undertow.equation import shelf
-from undertow.identification.adequacy import outsiders
-from undertow.identification.beliefs import Belief
-from undertow.identification.laws import Laws, laws
-from undertow.identification.polish import Linear, linearise, polish
-from undertow.identification.search import search_subsets
-from undertow.identification.trajectories import in_cells
-from undertow.identification.walk import penalty_of
+from undertow.comparison.adequacy import outsiders
+from undertow.comparison.beliefs import Belief
+from undertow.comparison.laws import Laws, laws
+from undertow.comparison.polish import Linear, linearise, polish
+from undertow.comparison.stepwise_selection import penalty_of
+from undertow.comparison.trajectories import in_cells
+from undertow.equation import registry as shelf
+from undertow.methods.exact_subsets import search_subsets
 
 Array = NDArray[np.float64]
 FOLDER = Path(__file__).resolve().parent

@@ -30,8 +30,8 @@ from undertow.equation.structure import (
     VanDerPolDamping,
     ViscousDamping,
 )
-from undertow.identification.library import TermLibrary
-from undertow.identification.subset import BestSubset
+from undertow.methods.library import TermLibrary
+from undertow.methods.subset import BestSubset
 
 Array = NDArray[np.float64]
 FOLDER = Path(__file__).resolve().parent

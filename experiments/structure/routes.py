@@ -20,9 +20,9 @@ import numpy as np
 from experiments.recovery.releases import record_group
 from experiments.structure.study import STATED_LEVELS, ten_terms
 from experiments.structure.truths import KINDS, OtherTruth, plant_other
+from undertow.comparison.structure import Effort, Structure, find_structure
 from undertow.conditioning.condition import condition
-from undertow.identification.structure import Effort, Structure, find_structure
-from undertow.identification.weak_form import second_route
+from undertow.methods.weak_form import second_route
 from undertow.recording.recording import Recording
 
 FOLDER = Path(__file__).resolve().parent

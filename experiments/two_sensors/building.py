@@ -18,17 +18,17 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 
+from undertow.comparison.joint import fit_joint
+from undertow.comparison.level import Addend, Member, make_level
+from undertow.comparison.suspects import SUSPECTS
 from undertow.conditioning.motion import Motion
-from undertow.discrepancy.joint import fit_joint
-from undertow.discrepancy.level import Addend, Member, make_level
-from undertow.discrepancy.suspects import SUSPECTS
 from undertow.equation.kernel import SLOT, integrate
 from undertow.equation.simulate import fastest_frequency
 from undertow.equation.term import Array
-from undertow.identification.baseline import group_model, terms_by_name
-from undertow.identification.fit import Specimen
-from undertow.identification.output_error import parameter_vector
-from undertow.identification.problem import TrialOptions
+from undertow.likelihood.fit import Specimen
+from undertow.likelihood.output_error import parameter_vector
+from undertow.likelihood.problem import TrialOptions
+from undertow.methods.baseline import group_model, terms_by_name
 
 STEPS_PER_PERIOD = 60
 """Steps of the integrator a period of the fastest mode."""

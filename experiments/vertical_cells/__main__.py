@@ -20,8 +20,8 @@ import numpy as np
 
 from experiments.vertical_cells.cells import DATA, Comparison, Mode, compare
 from undertow.campaign.config import load
-from undertow.campaign.folder import run_to_folder
 from undertow.campaign.run import read_and_condition
+from undertow.campaign.run.folder import run_to_folder
 from undertow.conditioning.motion import Motion
 
 ROOT = Path(__file__).resolve().parents[2]

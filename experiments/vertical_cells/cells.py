@@ -21,7 +21,7 @@ import pandas as pd
 
 from undertow.conditioning.motion import Motion
 from undertow.discrepancy.residual import even_motion
-from undertow.equation import shelf
+from undertow.equation import registry as shelf
 from undertow.equation.term import Array
 
 DATA = Path(__file__).resolve().parents[2] / "data" / "virtual_flume"

@@ -21,7 +21,7 @@ from undertow import __version__
 from undertow.errors import ConfigError, UndertowError
 
 if TYPE_CHECKING:
-    from undertow.campaign.workers import Progress
+    from undertow.campaign.run.workers import Progress
 
 DONE, FAILED, USAGE, SOME_FAILED, INTERRUPTED = 0, 1, 2, 3, 130
 
@@ -127,7 +127,7 @@ def run(
 ) -> None:
     """The whole way, from recordings to report."""
     with _terminable():
-        from undertow.campaign.folder import run_to_folder
+        from undertow.campaign.run.folder import run_to_folder
         with _bar() as progress:
             finished = run_to_folder(config, overrides or (), out, jobs=jobs, resume=resume, progress=progress)
     typer.echo(finished.summary)
@@ -181,7 +181,7 @@ def differ(
     out: Annotated[Path | None, typer.Option("--out", metavar="DIR", help="Folder; default: runs/differ_...")] = None,
 ) -> None:
     """A simulation made elsewhere against a recording: where they differ, and what physics the simulation lacks."""
-    from undertow.campaign.differ_files import differ as differ_files
+    from undertow.campaign.differ.files import differ as differ_files
     typer.echo(differ_files(simulation, recording, config, out).summary)
 
 
@@ -194,7 +194,7 @@ def fetch(
     ] = "",
 ) -> None:
     """A public record, checksummed, resumed when cut."""
-    from undertow.campaign.fetch import fetch as fetch_files
+    from undertow.campaign.fetch.records import fetch as fetch_files
 
     with _bar() as progress:
         for file in fetch_files(source, into, checksum=checksum, progress=progress):
@@ -219,7 +219,7 @@ def audit(
 ) -> None:
     """Published tables: what physics their trends and disagreements betray; writes audit.json and audit.html."""
     with _terminable():
-        from undertow.campaign.audit import audit_to_folder
+        from undertow.campaign.audit.published import audit_to_folder
         with _bar() as progress:
             findings, folder = audit_to_folder(config, out, overrides or (), progress)
     for series in findings.series:

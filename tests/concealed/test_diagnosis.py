@@ -7,21 +7,21 @@ import math
 import numpy as np
 import pytest
 
+from undertow.comparison.level import Member, make_level
+from undertow.comparison.search import diagnose
+from undertow.comparison.suspects import SUSPECTS, chosen
 from undertow.conditioning.condition import condition
 from undertow.discrepancy.case import Case
-from undertow.discrepancy.diagnose import diagnose
 from undertow.discrepancy.judge import judge
-from undertow.discrepancy.level import Member, make_level
-from undertow.discrepancy.prove import check_cell, closed_cell_frequency
-from undertow.discrepancy.suspects import SUSPECTS, chosen
+from undertow.discrepancy.validation import check_cell, closed_cell_frequency
 from undertow.discrepancy.verdict import Described
-from undertow.equation import shelf
+from undertow.equation import registry as shelf
 from undertow.equation.equation import Equation
 from undertow.equation.simulate import simulate
 from undertow.errors import ConfigError, IdentificationError
-from undertow.identification.baseline import group_model, terms_by_name
-from undertow.identification.fit import Specimen, Structure
-from undertow.identification.problem import TrialOptions
+from undertow.likelihood.fit import Specimen, Structure
+from undertow.likelihood.problem import TrialOptions
+from undertow.methods.baseline import group_model, terms_by_name
 from undertow.quantities import Estimate
 from undertow.recording.recording import Recording
 

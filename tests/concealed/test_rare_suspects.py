@@ -9,18 +9,18 @@ import numpy as np
 import pytest
 
 from tests.concealed.test_diagnosis import LONG, SCATTER, SHORT, member
+from undertow.comparison.joint import build, fit_joint, shared_theta
+from undertow.comparison.level import Addend, Member, make_level
+from undertow.comparison.search import diagnose
+from undertow.comparison.suspects import SUSPECTS, chosen
 from undertow.discrepancy.case import Case
-from undertow.discrepancy.diagnose import diagnose
-from undertow.discrepancy.joint import build, fit_joint, shared_theta
 from undertow.discrepancy.judge import judge, undecided
-from undertow.discrepancy.level import Addend, Member, make_level
-from undertow.discrepancy.prove import addition_parameters
-from undertow.discrepancy.suspects import SUSPECTS, chosen
 from undertow.discrepancy.transfer import from_other_springs
+from undertow.discrepancy.validation import addition_parameters
 from undertow.discrepancy.verdict import Described
-from undertow.equation import shelf
+from undertow.equation import registry as shelf
 from undertow.equation.kernel import SLOT
-from undertow.identification.freerun import free_run, repeatability
+from undertow.likelihood.free_run import free_run, repeatability
 
 RESONATOR = ((shelf.find("hidden_resonator", natural_frequency_rad_per_s=9.4, damping_ratio=0.015), 250.0),)
 

@@ -9,19 +9,19 @@ import numpy as np
 import pytest
 
 from tests.concealed.test_diagnosis import LONG, SHORT, member
-from undertow.discrepancy.attempt import from_places
-from undertow.discrepancy.candidate import Candidate
+from undertow.comparison.attempt import from_places
+from undertow.comparison.candidate import Candidate
+from undertow.comparison.evidence import residual_memory
+from undertow.comparison.joint import JointFit, fit_joint
+from undertow.comparison.level import Addend, Level, make_level
+from undertow.comparison.score_test import prospects
+from undertow.comparison.search import diagnose
+from undertow.comparison.suspects import SUSPECTS, Suspect, chosen, kernel_additions
 from undertow.discrepancy.case import Case
-from undertow.discrepancy.diagnose import diagnose
-from undertow.discrepancy.evidence import residual_memory
-from undertow.discrepancy.joint import JointFit, fit_joint
 from undertow.discrepancy.judge import judge
-from undertow.discrepancy.level import Addend, Level, make_level
-from undertow.discrepancy.prove import kernel_damping
-from undertow.discrepancy.screen import prospects
-from undertow.discrepancy.suspects import SUSPECTS, Suspect, chosen, kernel_additions
+from undertow.discrepancy.validation import kernel_damping
 from undertow.discrepancy.verdict import Described
-from undertow.equation import shelf
+from undertow.equation import registry as shelf
 from undertow.recording.recording import Recording
 
 

@@ -10,11 +10,11 @@ import pytest
 from experiments.names.studies import STUDIES, hidden_case
 from experiments.names.verdicts import judge
 from tests.concealed.test_diagnosis import SHORT, member
-from undertow.discrepancy.candidate import doubt
-from undertow.discrepancy.joint import fit_joint
-from undertow.discrepancy.level import Addend, make_level
-from undertow.discrepancy.suspects import SUSPECTS
-from undertow.identification.problem import dominant_period
+from undertow.comparison.candidate import doubt
+from undertow.comparison.joint import fit_joint
+from undertow.comparison.level import Addend, make_level
+from undertow.comparison.suspects import SUSPECTS
+from undertow.likelihood.problem import dominant_period
 
 
 @pytest.mark.parametrize(

@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from undertow.equation import shelf
+from undertow.equation import registry as shelf
 from undertow.equation.equation import Equation
 
 X0_M = 0.02

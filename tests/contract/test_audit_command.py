@@ -11,9 +11,9 @@ from pathlib import Path
 import pytest
 
 from tests.command_line import undertow
-from undertow.campaign.audit import audit
-from undertow.campaign.audit_settings import load_audit
-from undertow.campaign.audit_tables import read_table
+from undertow.campaign.audit.published import audit
+from undertow.campaign.audit.settings import load_audit
+from undertow.campaign.audit.tables import read_table
 from undertow.cli import main
 from undertow.errors import ConfigError
 

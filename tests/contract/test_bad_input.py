@@ -213,7 +213,7 @@ def test_a_trial_that_fails_among_fifty_is_listed_and_the_others_are_done(capsys
 def test_a_group_that_cannot_be_identified_does_not_stop_the_others(
     capsys: Capture, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    from undertow.campaign import run
+    from undertow.campaign.run import course as run
     from undertow.errors import IdentificationError
 
     def analyse(task: run.GroupTask) -> object:

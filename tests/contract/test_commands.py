@@ -16,9 +16,9 @@ from tests.command_line import undertow
 from tests.record_server import CONTENT, MD5, SHA256, serving
 from tests.small_campaign import make_campaign, recorded, write_table
 from undertow import __version__
-from undertow.campaign import fetch
 from undertow.campaign.config import load
-from undertow.equation import shelf
+from undertow.campaign.fetch import records as fetch
+from undertow.equation import registry as shelf
 from undertow.errors import UndertowError
 from undertow.recording.catalogue import read_trial
 from undertow.recording.gather import gather
@@ -41,7 +41,7 @@ def test_help_imports_nothing_heavy(words: str) -> None:
 
 
 def test_importing_undertow_imports_no_matplotlib() -> None:
-    code = "import sys, undertow.campaign.run; print('matplotlib' in sys.modules)"
+    code = "import sys, undertow.campaign.run.course; print('matplotlib' in sys.modules)"
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
     assert done.stdout.strip() == "False"
 

@@ -12,7 +12,7 @@ import pytest
 
 from tests.command_line import Said, undertow
 from tests.small_campaign import Campaign, make_campaign
-from undertow.campaign import folder
+from undertow.campaign.run import folder
 
 Capture = pytest.CaptureFixture[str]
 

@@ -10,15 +10,15 @@ import numpy as np
 import pytest
 
 from tests.command_line import undertow
-from undertow.campaign.differ import compare_motions
-from undertow.campaign.differ_files import differ
+from undertow.campaign.differ.compare import compare_motions
+from undertow.campaign.differ.files import differ
 from undertow.conditioning.condition import condition
 from undertow.conditioning.motion import Motion
-from undertow.equation import shelf
+from undertow.equation import registry as shelf
 from undertow.equation.equation import Equation, equation_15
 from undertow.equation.simulate import simulate
 from undertow.errors import ConfigError, RecordingError
-from undertow.identification.fit import Specimen
+from undertow.likelihood.fit import Specimen
 from undertow.recording.recording import Recording
 
 SPRING_N_PER_M = 109_600.0
@@ -201,7 +201,7 @@ def test_a_folder_that_cannot_be_written_is_said(tmp_path, capsys, monkeypatch, 
     blocked = tmp_path / "file"
     blocked.write_text("")
     result = compare_motions(simulated, moved(PLAIN, noisy=True), specimen=SPECIMEN)
-    monkeypatch.setattr("undertow.campaign.differ_files.compare_motions", lambda *_, **__: result)
+    monkeypatch.setattr("undertow.campaign.differ.files.compare_motions", lambda *_, **__: result)
     said = undertow(capsys, "differ", "--simulation", recording, "--recording", recording, "--out", blocked / "in")
     assert said.code == 1
     assert "cannot be written" in said.err

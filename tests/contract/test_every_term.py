@@ -10,7 +10,7 @@ import pytest
 
 from tests.contract.shelf_cases import CASES, MASS_KG, TIMES_S, X0_M, equation_with
 from tests.reference import reference
-from undertow.equation import shelf
+from undertow.equation import registry as shelf
 from undertow.equation.equation import Equation
 from undertow.equation.kernel import N_SLOTS, SLOT, SLOTS, integrate
 from undertow.equation.simulate import fastest_frequency, simulate

@@ -17,15 +17,14 @@ from benchmarks.campaign_scale import WATER, make
 from tests.command_line import undertow
 from tests.findings_fixture import small_findings
 from tests.small_campaign import Campaign, make_campaign, recorded
-from undertow.campaign import folder as run_folder
-from undertow.campaign import gathered
-from undertow.campaign import run as campaign_run
-from undertow.campaign import tasks as group_tasks
-from undertow.campaign.analysis import GroupTask
 from undertow.campaign.config import load
-from undertow.campaign.folder import run_to_folder
-from undertow.campaign.gathered import Gathered
-from undertow.campaign.run import Course, run
+from undertow.campaign.run import Course, gathered, run
+from undertow.campaign.run import course as campaign_run
+from undertow.campaign.run import folder as run_folder
+from undertow.campaign.run import tasks as group_tasks
+from undertow.campaign.run.analysis import GroupTask
+from undertow.campaign.run.folder import run_to_folder
+from undertow.campaign.run.gathered import Gathered
 from undertow.conditioning.condition import condition
 from undertow.conditioning.motion import Motion
 from undertow.discrepancy.findings import GroupFindings, TrialFindings

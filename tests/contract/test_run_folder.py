@@ -17,8 +17,8 @@ import pytest
 
 from tests.command_line import Said, undertow
 from tests.small_campaign import BODY, Campaign, make_campaign, recorded, write_table
-from undertow.campaign import run as campaign_run
 from undertow.campaign.config import load
+from undertow.campaign.run import course as campaign_run
 
 Capture = pytest.CaptureFixture[str]
 

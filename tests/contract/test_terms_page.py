@@ -7,7 +7,7 @@ from pathlib import Path
 
 import pytest
 
-from undertow.equation import shelf
+from undertow.equation import registry as shelf
 
 PAGE = (Path(__file__).resolve().parents[2] / "docs" / "terms.md").read_text()
 SECTIONS = dict(zip(re.findall(r"^### (\w+)$", PAGE, re.M), re.split(r"^### \w+$", PAGE, flags=re.M)[1:], strict=True))

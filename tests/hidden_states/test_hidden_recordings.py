@@ -5,8 +5,8 @@ import json
 import pytest
 
 from experiments.hidden_states import real
+from undertow.comparison.hidden_trajectories import LINEAR
 from undertow.equation.structure import CoulombFriction, SineRestoring, Stiffness, ViscousDamping
-from undertow.identification.hidden_trajectories import LINEAR
 
 needs_recordings = pytest.mark.skipif(
     not real.RECORDINGS.exists(), reason=f"the real recordings are not at {real.RECORDINGS}; they are no part of this"

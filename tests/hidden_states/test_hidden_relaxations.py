@@ -6,13 +6,13 @@ import numpy as np
 import pytest
 
 from experiments.hidden_states import campaigns, relaxations
+from undertow.comparison.hidden_relaxation import CRITICAL_GAIN, discover_states, find_relaxation
 from undertow.conditioning.condition import condition
 from undertow.conditioning.motion import Motion
 from undertow.equation.equation import Equation
 from undertow.equation.hidden import Relaxation
 from undertow.equation.kernel import SLOT
 from undertow.errors import IdentificationError
-from undertow.identification.hidden_relaxation import CRITICAL_GAIN, discover_states, find_relaxation
 
 MAXWELL_SEED, NOTHING_SEED = 2, 6
 

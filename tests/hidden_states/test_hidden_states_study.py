@@ -20,17 +20,17 @@ from experiments.hidden_states.campaigns import (
     planted,
 )
 from experiments.hidden_states.motion import Oscillator, Plant, simulate
+from undertow.comparison.hidden_fit import discover_hidden, fit_hidden, hidden_problem, without_unconfirmed
+from undertow.comparison.hidden_rows import hidden_rows
+from undertow.comparison.hidden_search import EQUATION_15, RIVALS, find_hidden
 from undertow.conditioning.condition import condition
+from undertow.equation import simulate as simulate_ours
 from undertow.equation.equation import Equation
 from undertow.equation.hidden import HiddenResonator
-from undertow.equation.shelf import find
-from undertow.equation.simulate import simulate as simulate_ours
+from undertow.equation.registry import find
 from undertow.equation.structure import Stiffness
 from undertow.errors import IdentificationError
-from undertow.identification.hidden_fit import discover_hidden, fit_hidden, hidden_problem, without_unconfirmed
-from undertow.identification.hidden_rows import hidden_rows
-from undertow.identification.hidden_search import EQUATION_15, RIVALS, find_hidden
-from undertow.identification.library import build_design
+from undertow.methods.library import build_design
 
 
 @pytest.fixture(scope="module")
@@ -116,7 +116,7 @@ def test_an_oscillator_that_the_trajectories_do_not_confirm_is_taken_out_again(f
 
 
 def test_the_fits_vector_moves_as_the_recording_did(campaign, fit):
-    from undertow.identification.freerun import free_run
+    from undertow.likelihood.free_run import free_run
 
     run = free_run(campaign[1][1], fit.theta(), 1e-3)
     assert run.nrmse < 0.03  # 0.2 mm of noise on 8 mm RMS is 0.025

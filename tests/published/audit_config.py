@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from undertow.campaign.audit_settings import AuditConfig, load_audit
+from undertow.campaign.audit.settings import AuditConfig, load_audit
 
 CONFIG = Path(__file__).resolve().parents[2] / "configs" / "published.yaml"
 

@@ -8,14 +8,14 @@ import numpy as np
 import pytest
 
 from tests.published.audit_config import without_audits
-from undertow.campaign.audit import audit, dry_structures
-from undertow.discrepancy.audit.comparisons import check_comparisons
-from undertow.discrepancy.audit.findings import AuditFindings
-from undertow.discrepancy.audit.forces import check_forces
-from undertow.discrepancy.audit.headings import correct_units
-from undertow.discrepancy.audit.identities import check_identities
-from undertow.discrepancy.audit.patterns import check_patterns
-from undertow.discrepancy.audit.tables import Column, Constants, PublishedTable
+from undertow.audit.comparisons import check_comparisons
+from undertow.audit.findings import AuditFindings
+from undertow.audit.forces import check_forces
+from undertow.audit.headings import correct_units
+from undertow.audit.identities import check_identities
+from undertow.audit.patterns import check_patterns
+from undertow.audit.tables import Column, Constants, PublishedTable
+from undertow.campaign.audit.published import audit, dry_structures
 from undertow.errors import UndertowError
 
 DRY, WET = 1.63, 2.57

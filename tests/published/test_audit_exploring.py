@@ -11,17 +11,17 @@ import numpy as np
 import pytest
 
 from experiments.audit.simulated import CONFIG, design, structures
-from undertow.campaign.audit import cases_of, constants_of, mended_tables
-from undertow.campaign.audit_settings import load_audit
-from undertow.campaign.audit_tables import read_table
-from undertow.discrepancy.audit import exploring
-from undertow.discrepancy.audit.bending import bent_surface
-from undertow.discrepancy.audit.case import Case, case_returns
-from undertow.discrepancy.audit.exploring import Cloud, explored_surface
-from undertow.discrepancy.audit.posterior import posterior, weigh
-from undertow.discrepancy.audit.rivals import EXPLORED, Rival, rivals
-from undertow.discrepancy.audit.scatter import log_belief, log_sum
-from undertow.discrepancy.audit.surface import Surface, at_print, build_surface, pinned_sheet
+from undertow.audit import exploring
+from undertow.audit.bending import bent_surface
+from undertow.audit.case import Case, case_returns
+from undertow.audit.exploring import Cloud, explored_surface
+from undertow.audit.posterior import posterior, weigh
+from undertow.audit.rivals import EXPLORED, Rival, rivals
+from undertow.audit.scatter import log_belief, log_sum
+from undertow.audit.surface import Surface, at_print, build_surface, pinned_sheet
+from undertow.campaign.audit.published import cases_of, constants_of, mended_tables
+from undertow.campaign.audit.settings import load_audit
+from undertow.campaign.audit.tables import read_table
 
 MASS = "hidden_resonator.mass_kg"
 

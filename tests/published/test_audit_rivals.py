@@ -12,18 +12,18 @@ import pytest
 from scipy.stats import multivariate_normal, norm
 
 from experiments.audit.simulated import CONFIG, design, structures
-from undertow.campaign.audit import cases_of, constants_of, mended_tables
-from undertow.campaign.audit_settings import load_audit
-from undertow.campaign.audit_tables import read_table
-from undertow.discrepancy.audit.answer import Answer, answer
-from undertow.discrepancy.audit.case import Case, Row, case_returns
-from undertow.discrepancy.audit.exploring import fitted_surface
-from undertow.discrepancy.audit.posterior import posterior, surface_error, weigh
-from undertow.discrepancy.audit.rivals import Rival, Unknown, rivals
-from undertow.discrepancy.audit.sampling import log_likelihood, log_prior
-from undertow.discrepancy.audit.scatter import MASS_SHARES, log_belief, log_sum, scatters
-from undertow.discrepancy.audit.surface import Sheet, build_surface, printed_values
-from undertow.discrepancy.audit.verdicts import judge, next_test
+from undertow.audit.answer import Answer, answer
+from undertow.audit.case import Case, Row, case_returns
+from undertow.audit.exploring import fitted_surface
+from undertow.audit.posterior import posterior, surface_error, weigh
+from undertow.audit.rivals import Rival, Unknown, rivals
+from undertow.audit.sampling import log_likelihood, log_prior
+from undertow.audit.scatter import MASS_SHARES, log_belief, log_sum, scatters
+from undertow.audit.surface import Sheet, build_surface, printed_values
+from undertow.audit.verdicts import judge, next_test
+from undertow.campaign.audit.published import cases_of, constants_of, mended_tables
+from undertow.campaign.audit.settings import load_audit
+from undertow.campaign.audit.tables import read_table
 from undertow.errors import UndertowError
 
 NODES = 8

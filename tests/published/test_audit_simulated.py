@@ -21,7 +21,7 @@ from experiments.audit.simulated import (
     simulate_table,
     structures,
 )
-from undertow.discrepancy.audit.recipes import Returned
+from undertow.audit.recipes import Returned
 
 OFFSET = 8
 

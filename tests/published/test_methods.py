@@ -11,7 +11,7 @@ import pytest
 from benchmarks.method1_plain import identify
 from experiments.published.methods_on_tables import PAGE, Outcome, judge, page
 from experiments.published.releases import LEVELS, RELEASE_M, Level
-from undertow.identification.method1 import History, runge_kutta, search
+from undertow.methods.method1 import History, runge_kutta, search
 
 NUMBER = re.compile(r"[-+]?\d+(?:\.\d+)?")
 

@@ -11,7 +11,7 @@ import undertow
 from experiments.structure import bound, page, real, routes, study
 from experiments.structure.pysindy_examples import EXAMPLES, exact_support, noisy, path_of
 from experiments.structure.truths import KINDS, plant_other
-from undertow.identification.subset import BestSubset
+from undertow.methods.subset import BestSubset
 
 
 @pytest.mark.parametrize(

@@ -7,11 +7,11 @@ import math
 import numpy as np
 import pytest
 
-from undertow.discrepancy.audit.recipes import Known, Returned, method1_returns, method2_returns, trajectory
+from undertow.audit.recipes import Known, Returned, method1_returns, method2_returns, trajectory
 from undertow.equation.kernel import N_SLOTS, SLOT
 from undertow.errors import UndertowError
-from undertow.identification.fit import Specimen
-from undertow.identification.method1 import History, search
+from undertow.likelihood.fit import Specimen
+from undertow.methods.method1 import History, search
 
 LONG = Known(2637.4, 109592.0, 590.0, 0.0073, 0.97, 0.3)
 SHORT = Known(2637.4, 402036.0, 821.0, 0.0065, 0.97, 0.3)

@@ -6,15 +6,15 @@ import pytest
 import undertow
 from experiments.structure.truths import OtherBody
 from tests.short_trials import group, per_mass
+from undertow.comparison.beliefs import Belief
+from undertow.comparison.dry_beliefs import from_dry
+from undertow.comparison.laws import laws
+from undertow.comparison.stepwise_selection import Rules
+from undertow.comparison.structure import Effort, find_structure
 from undertow.conditioning.condition import condition
 from undertow.equation.hydrodynamics import DragExponent
 from undertow.equation.structure import CoulombFriction, Stiffness, ViscousDamping
 from undertow.errors import IdentificationError
-from undertow.identification.beliefs import Belief
-from undertow.identification.dry_beliefs import from_dry
-from undertow.identification.laws import laws
-from undertow.identification.structure import Effort, find_structure
-from undertow.identification.walk import Rules
 
 STRUCTURAL = (Stiffness(), ViscousDamping(), CoulombFriction())
 POWER = (*STRUCTURAL, DragExponent())

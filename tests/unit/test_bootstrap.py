@@ -10,10 +10,10 @@ import pytest
 from tests.small_campaign import BODY, recorded
 from undertow.conditioning.condition import condition
 from undertow.errors import IdentificationError
-from undertow.identification.baseline import terms_by_name
-from undertow.identification.bootstrap import block_bootstrap, bootstrap_sindy
-from undertow.identification.confidence import widening
+from undertow.methods.baseline import terms_by_name
+from undertow.methods.bootstrap import block_bootstrap, bootstrap_sindy
 from undertow.recording.recording import Recording
+from undertow.uncertainty.confidence import widening
 
 
 def regression(rng, rows=2000, memory=0.0):

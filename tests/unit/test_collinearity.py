@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from undertow.errors import IdentificationError
-from undertow.identification.collinearity import collinearity
+from undertow.uncertainty.collinearity import collinearity
 
 
 def covariance_of(columns):

@@ -9,9 +9,9 @@ import pytest
 from scipy import stats
 
 from undertow.errors import IdentificationError
-from undertow.identification.confidence import as_stderr, half_width, mixture_half_width, widening
-from undertow.identification.repeats import mean_of_trials, mean_over, scatter_between, weighted_mean
 from undertow.quantities import Estimate
+from undertow.uncertainty.confidence import as_stderr, half_width, mixture_half_width, widening
+from undertow.uncertainty.repeats import mean_of_trials, mean_over, scatter_between, weighted_mean
 
 
 def test_a_half_width_is_students_t_times_the_standard_error():

@@ -10,8 +10,8 @@ import pytest
 from ruamel.yaml import YAML
 
 from undertow.campaign.config import RunConfig, load, look_up, schema_text, write_schema
-from undertow.campaign.settings import Table
-from undertow.equation import shelf
+from undertow.campaign.config.settings import Table
+from undertow.equation import registry as shelf
 from undertow.errors import ConfigError
 from undertow.recording.catalogue import Window, read_trial
 from undertow.recording.conditions import same_condition
@@ -261,7 +261,7 @@ def test_the_committed_schema_is_the_generated_one(tmp_path: Path) -> None:
     write_schema(tmp_path / "schema.json")
     committed = (ROOT / "configs" / "run.schema.json").read_text(encoding="utf-8")
     assert (tmp_path / "schema.json").read_text(encoding="utf-8") == schema_text()
-    assert json.loads(committed) == json.loads(schema_text()), "run python -m undertow.campaign.config"
+    assert json.loads(committed) == json.loads(schema_text()), "run python -m undertow.campaign.config.run_config"
 
 
 def test_every_key_in_the_schema_is_described() -> None:

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from tests.findings_fixture import small_findings
-from undertow.campaign.cut_off import with_clipped
+from undertow.campaign.run.cut_off import with_clipped
 from undertow.discrepancy.findings import FailedTrial
 from undertow.errors import ClippedError
 from undertow.recording.quality import check

@@ -10,7 +10,7 @@ import pytest
 from undertow.conditioning.condition import condition
 from undertow.conditioning.motion import Motion
 from undertow.discrepancy.cycle_by_cycle import compare_cycles, sidebands
-from undertow.identification.freerun import FreeRun
+from undertow.likelihood.free_run import FreeRun
 from undertow.recording.recording import Recording
 
 RATE_HZ, HOLD_S = 100.0, 0.5

@@ -8,7 +8,8 @@ import pytest
 from experiments.eq15_campaign.motion import Body, simulate
 from tests.exact_motions import exact_motion
 from undertow.errors import IdentificationError
-from undertow.identification.decay import (
+from undertow.likelihood.fit import Specimen
+from undertow.methods.decay import (
     dry_structure,
     fit_envelope,
     identify_decay,
@@ -16,7 +17,6 @@ from undertow.identification.decay import (
     stiffness_disagreement,
     turning_points,
 )
-from undertow.identification.fit import Specimen
 from undertow.quantities import Estimate
 
 MASS_KG, MU = 2637.4, 0.0073

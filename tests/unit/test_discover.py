@@ -12,13 +12,13 @@ from sklearn.utils.validation import check_is_fitted
 import undertow
 from experiments.structure.truths import OtherBody
 from tests.short_trials import LONG, group, per_mass, released
+from undertow.comparison.stepwise_selection import Rules
+from undertow.comparison.structure import Effort, find_structure
+from undertow.comparison.structure_report import as_html, as_text, doubts, findings, odds
 from undertow.conditioning.condition import condition
 from undertow.equation.hydrodynamics import QuadraticDrag
 from undertow.equation.structure import CoulombFriction, CubicStiffness, Stiffness, ViscousDamping
 from undertow.errors import IdentificationError, NotFittedError
-from undertow.identification.structure import Effort, find_structure
-from undertow.identification.structure_report import as_html, as_text, doubts, findings, odds
-from undertow.identification.walk import Rules
 
 EQ15 = {"stiffness", "viscous_damping", "coulomb_friction", "quadratic_drag"}
 SIX = ("stiffness", "viscous_damping", "coulomb_friction", "quadratic_drag", "cubic_stiffness", "cubic_damping")

@@ -10,7 +10,7 @@ import pytest
 from tests.findings_fixture import small_findings
 from undertow.discrepancy.drifts import FALSE_ALARM, amplitude_drifts, group_drifts
 from undertow.discrepancy.findings import GroupFindings, TrialFindings
-from undertow.identification.fit import Fit
+from undertow.likelihood.fit import Fit
 from undertow.quantities import Estimate
 
 WATER = ("water_depth_m",)

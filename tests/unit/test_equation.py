@@ -7,7 +7,7 @@ import math
 import numpy as np
 import pytest
 
-from undertow.equation import shelf
+from undertow.equation import registry as shelf
 from undertow.equation.equation import Equation, equation_15
 from undertow.equation.kernel import SLOT
 from undertow.equation.notation import plain_symbol, quantity_latex, term_latex

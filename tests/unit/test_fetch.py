@@ -9,7 +9,8 @@ from pathlib import Path
 import pytest
 
 from tests.record_server import CONTENT, MD5, SHA256, Server, serving
-from undertow.campaign import download, fetch
+from undertow.campaign.fetch import download
+from undertow.campaign.fetch import records as fetch
 from undertow.errors import ConfigError, UndertowError
 
 

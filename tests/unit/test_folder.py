@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 
 from tests.small_campaign import make_campaign
-from undertow.campaign.folder import LONGEST_NAME, run_to_folder, safe_name, write_json, yaml_text
+from undertow.campaign.run.folder import LONGEST_NAME, run_to_folder, safe_name, write_json, yaml_text
 from undertow.errors import UndertowError
 
 

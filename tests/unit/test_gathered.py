@@ -9,9 +9,9 @@ from pathlib import Path
 import pytest
 
 from tests.findings_fixture import small_findings
-from undertow.campaign import gathered as keeping
 from undertow.campaign.config import RunConfig, load
-from undertow.campaign.gathered import GROUPS_SHOWN, TRIALS_SHOWN, Gathered, Part
+from undertow.campaign.run import gathered as keeping
+from undertow.campaign.run.gathered import GROUPS_SHOWN, TRIALS_SHOWN, Gathered, Part
 from undertow.discrepancy.findings import FailedTrial, GroupFindings
 from undertow.report.arrange import excess
 from undertow.report.tables import NOTES_AT_MOST

@@ -14,11 +14,11 @@ from experiments.coverage.study import TERMS
 from experiments.eq15_campaign import tables
 from undertow.conditioning.condition import condition
 from undertow.errors import IdentificationError
-from undertow.identification.baseline import fit_group, group_model, terms_by_name
-from undertow.identification.dry import DEFAULT_SCATTER, dry_fits, pooled_scatter, structural_terms, structure_from
-from undertow.identification.fit import Specimen
-from undertow.identification.problem import TrialOptions
-from undertow.identification.scale import LOAD_CELL_GAIN_STD, choose_anchor
+from undertow.likelihood.fit import Specimen
+from undertow.likelihood.problem import TrialOptions
+from undertow.likelihood.scale import LOAD_CELL_GAIN_STD, choose_anchor
+from undertow.methods.baseline import fit_group, group_model, terms_by_name
+from undertow.methods.dry import DEFAULT_SCATTER, dry_fits, pooled_scatter, structural_terms, structure_from
 from undertow.quantities import Estimate
 
 OPTIONS = TrialOptions(rest_offset_std=1e-3)

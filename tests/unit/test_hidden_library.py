@@ -8,12 +8,12 @@ import pytest
 from scipy.integrate import solve_ivp
 from sklearn.base import clone
 
+from undertow.comparison.hidden_library import HiddenStateLibrary, oscillator_grid
+from undertow.comparison.hidden_refine import refine_inner
+from undertow.comparison.hidden_rows import oscillator_responses
 from undertow.equation.hidden import HiddenResonator, Relaxation
 from undertow.errors import IdentificationError
-from undertow.identification.hidden_library import HiddenStateLibrary, oscillator_grid
-from undertow.identification.hidden_refine import refine_inner
-from undertow.identification.hidden_rows import oscillator_responses
-from undertow.identification.subset import BestSubset
+from undertow.methods.subset import BestSubset
 
 STEP_S = 0.005
 RATIO, W, ZETA = 0.08, 9.6, 0.02

@@ -5,15 +5,15 @@ import math
 import numpy as np
 import pytest
 
-from undertow.conditioning.motion import Motion, Window
-from undertow.errors import IdentificationError
-from undertow.identification.hidden_modes import (
+from undertow.comparison.hidden_modes import (
     HankelModes,
     Mode,
     coupled_modes,
     hankel_modes,
     seeds_from_modes,
 )
+from undertow.conditioning.motion import Motion, Window
+from undertow.errors import IdentificationError
 from undertow.quantities import Estimate
 from undertow.recording.recording import Recording
 

@@ -3,19 +3,19 @@
 import numpy as np
 import pytest
 
-from undertow.conditioning.condition import condition
-from undertow.equation.equation import Equation
-from undertow.equation.hidden import HiddenResonator
-from undertow.equation.simulate import simulate
-from undertow.equation.structure import CubicStiffness, Stiffness, ViscousDamping
-from undertow.errors import IdentificationError
-from undertow.identification.hidden_trajectories import (
+from undertow.comparison.hidden_trajectories import (
     LINEAR,
     discover_hidden_on_trajectories,
     effective_values,
     fit_equation,
     weigh,
 )
+from undertow.conditioning.condition import condition
+from undertow.equation.equation import Equation
+from undertow.equation.hidden import HiddenResonator
+from undertow.equation.simulate import simulate
+from undertow.equation.structure import CubicStiffness, Stiffness, ViscousDamping
+from undertow.errors import IdentificationError
 from undertow.recording.recording import Recording
 
 NOISE_M = 3e-4

@@ -9,10 +9,10 @@ import pytest
 from scipy import stats
 
 from undertow.errors import IdentificationError
-from undertow.identification.hierarchy import Effect, Held, group_posterior, held_intervals
-from undertow.identification.intervals import noise_factors, residual_covariance
-from undertow.identification.output_error import Solution
-from undertow.identification.problem import Channel, Link, Problem, TrialProblem, Unknown
+from undertow.likelihood.output_error import Solution
+from undertow.likelihood.problem import Channel, Link, Problem, TrialProblem, Unknown
+from undertow.uncertainty.hierarchy import Effect, Held, group_posterior, held_intervals
+from undertow.uncertainty.intervals import noise_factors, residual_covariance
 
 CELLS = 40
 

@@ -10,8 +10,8 @@ from tests.exact_motions import LONG, RELEASES_M, exact_group, exact_motion
 from undertow.equation.hydrodynamics import AddedMass, DragExponent, QuadraticDrag
 from undertow.equation.structure import CoulombFriction, Stiffness, ViscousDamping
 from undertow.errors import IdentificationError
-from undertow.identification.library import TermLibrary, build_design, evaluate, label, motion_period
-from undertow.identification.subset import BestSubset
+from undertow.methods.library import TermLibrary, build_design, evaluate, label, motion_period
+from undertow.methods.subset import BestSubset
 
 EQ15 = (Stiffness(), ViscousDamping(), CoulombFriction(), QuadraticDrag())
 

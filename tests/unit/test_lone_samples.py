@@ -8,8 +8,9 @@ import pytest
 from experiments.efficiency.rates import picked, problem, thinned
 from experiments.recovery.releases import Truth, plant, record
 from undertow.conditioning.condition import condition
-from undertow.identification import blind, output_error
-from undertow.identification.lone_samples import as_recorded
+from undertow.likelihood import multistart as blind
+from undertow.likelihood import output_error
+from undertow.likelihood.lone_samples import as_recorded
 from undertow.recording.recording import Recording
 
 RELEASE_M = 0.033

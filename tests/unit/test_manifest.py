@@ -13,8 +13,8 @@ import pytest
 
 from tests.findings_fixture import small_findings
 from tests.small_campaign import make_campaign
-from undertow.campaign import manifest
 from undertow.campaign.config import load
+from undertow.campaign.run import manifest
 
 
 def repository(folder: Path) -> str:

@@ -9,7 +9,7 @@ import pytest
 
 from tests.matching_fixture import INDEX, config_with, make_list, plan_of, said_of
 from undertow.campaign.config import RunConfig, load
-from undertow.campaign.matching import SENTENCES_AT_MOST, planned, unmatched
+from undertow.campaign.config.matching import SENTENCES_AT_MOST, planned, unmatched
 from undertow.errors import ConfigError
 from undertow.recording.catalogue import Entry
 

@@ -8,9 +8,9 @@ import numpy as np
 import pytest
 from scipy.optimize import minimize
 
-from undertow.identification import method1
-from undertow.identification.fit import Specimen
-from undertow.identification.method1 import FINE, STARTS, History, runge_kutta, search
+from undertow.likelihood.fit import Specimen
+from undertow.methods import method1
+from undertow.methods.method1 import FINE, STARTS, History, runge_kutta, search
 
 SPECIMEN = Specimen(mass_kg=2637.4, area_m2=0.97)
 STRUCTURE = (109592.0, 590.0, 0.0073)

@@ -7,8 +7,8 @@ from experiments.eq15_campaign import tables
 from experiments.eq15_campaign.motion import Body, simulate
 from tests.exact_motions import exact_motion
 from undertow.errors import IdentificationError
-from undertow.identification.fit import Specimen, Structure
-from undertow.identification.method2 import (
+from undertow.likelihood.fit import Specimen, Structure
+from undertow.methods.method2 import (
     Instant,
     added_mass_at_peak,
     drag_at_crossing,

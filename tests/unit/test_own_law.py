@@ -17,10 +17,10 @@ from undertow.equation.simulate import simulate
 from undertow.equation.structure import CoulombFriction, CubicStiffness, Stiffness, ViscousDamping
 from undertow.equation.term import Array, Term
 from undertow.errors import IdentificationError
-from undertow.identification import output_error
-from undertow.identification.baseline import fit_group, group_model, terms_by_name
-from undertow.identification.fit import Specimen
-from undertow.identification.problem import TrialOptions
+from undertow.likelihood import output_error
+from undertow.likelihood.fit import Specimen
+from undertow.likelihood.problem import TrialOptions
+from undertow.methods.baseline import fit_group, group_model, terms_by_name
 from undertow.quantities import Parameter
 from undertow.recording.recording import Recording
 

@@ -7,9 +7,9 @@ from pathlib import Path
 
 import pytest
 
-from undertow.campaign import portions as division
 from undertow.campaign.config import RunConfig, load
-from undertow.campaign.portions import Portion, portions
+from undertow.campaign.run import portions as division
+from undertow.campaign.run.portions import Portion, portions
 from undertow.recording.catalogue import Entry
 from undertow.recording.recording import Condition
 

@@ -10,13 +10,13 @@ import pytest
 from tests.small_campaign import BODY, recorded
 from undertow.conditioning.condition import condition
 from undertow.errors import IdentificationError
-from undertow.identification.baseline import fit_group, group_model, terms_by_name
-from undertow.identification.fit import Specimen
-from undertow.identification.intervals import residual_covariance
-from undertow.identification.output_error import fit
-from undertow.identification.problem import Problem, TrialOptions, Unknown
-from undertow.identification.profile import profile
+from undertow.likelihood.fit import Specimen
+from undertow.likelihood.output_error import fit
+from undertow.likelihood.problem import Problem, TrialOptions, Unknown
+from undertow.methods.baseline import fit_group, group_model, terms_by_name
 from undertow.recording.recording import Recording
+from undertow.uncertainty.intervals import residual_covariance
+from undertow.uncertainty.profile import profile
 
 TERMS = ("stiffness", "viscous_damping", "coulomb_friction")
 

@@ -13,7 +13,7 @@ import pytest
 
 from tests.findings_fixture import MARKUP, bare_findings, make_findings, named, small_findings
 from undertow.discrepancy.findings import FailedTrial, Findings
-from undertow.equation import shelf
+from undertow.equation import registry as shelf
 from undertow.equation.equation import Equation
 from undertow.quantities import Estimate
 from undertow.report import blocks

@@ -16,7 +16,7 @@ import pytest
 from tests.findings_fixture import MARKUP, bare_findings, named, small_findings
 from undertow.discrepancy.findings import FailedTrial, TrialFindings
 from undertow.errors import UndertowError
-from undertow.identification.fit import Fit
+from undertow.likelihood.fit import Fit
 from undertow.quantities import Estimate
 from undertow.report.tables import (
     NOTES_AT_MOST,

@@ -12,10 +12,10 @@ import pytest
 from tests.findings_fixture import MARKUP, bare_findings, make_findings, small_findings
 from undertow.discrepancy.findings import GroupFindings
 from undertow.discrepancy.words import group_title, percent
-from undertow.equation import shelf
+from undertow.equation import registry as shelf
 from undertow.equation.equation import Equation
 from undertow.errors import UndertowError
-from undertow.identification.fit import Fit, Specimen
+from undertow.likelihood.fit import Fit, Specimen
 from undertow.quantities import Estimate
 from undertow.report.arrange import (
     agreement,

@@ -4,11 +4,11 @@ from __future__ import annotations
 
 import numpy as np
 
-from undertow.campaign.rig import known_slots, standing_addends
+from undertow.campaign.run.rig import known_slots, standing_addends
+from undertow.comparison.level import Addend
+from undertow.comparison.suspects import Addition
 from undertow.discrepancy.judge import Judged
-from undertow.discrepancy.level import Addend
-from undertow.discrepancy.suspects import Addition
-from undertow.identification.dry import without_trend
+from undertow.methods.dry import without_trend
 
 
 def test_a_line_over_amplitude_is_taken_out_of_the_scatter():

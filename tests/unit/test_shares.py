@@ -13,7 +13,7 @@ from undertow.conditioning.motion import Motion
 from undertow.discrepancy.residual import even_motion, residual_force
 from undertow.discrepancy.ridge import left_out_residuals
 from undertow.discrepancy.shares import Shares, residual_shares
-from undertow.equation import shelf
+from undertow.equation import registry as shelf
 from undertow.equation.equation import Equation, equation_15
 from undertow.equation.simulate import simulate
 from undertow.errors import IdentificationError

@@ -16,8 +16,8 @@ from undertow.equation.structure import (
     ViscousDamping,
 )
 from undertow.errors import IdentificationError
-from undertow.identification.robust import robust_covariance
-from undertow.identification.sindy import discover, discover_each
+from undertow.methods.sindy import discover, discover_each
+from undertow.uncertainty.robust import robust_covariance
 
 EQ15 = (Stiffness(), ViscousDamping(), CoulombFriction(), QuadraticDrag())
 RIVALS = (

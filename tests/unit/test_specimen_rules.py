@@ -8,8 +8,8 @@ from pathlib import Path
 import pytest
 
 from tests.matching_fixture import config_with, make_list, plan_of, said_of
-from undertow.campaign.source import Source
-from undertow.campaign.specimen_rules import check_level
+from undertow.campaign.config.source import Source
+from undertow.campaign.config.specimen_rules import check_level
 from undertow.errors import ConfigError
 
 Change = tuple[str, str]

@@ -7,7 +7,7 @@ import pytest
 
 from undertow.equation.kernel import N_SLOTS, SLOT
 from undertow.equation.simulate import MOST_STIFF, fastest_frequency
-from undertow.identification.output_error import trajectory
+from undertow.likelihood.output_error import trajectory
 
 TIMES = np.arange(0.0, 3.0, 0.01)
 NONE = np.zeros(0, dtype=np.int64)

@@ -5,11 +5,11 @@ import pytest
 
 from experiments.structure.truths import OtherBody
 from tests.short_trials import LONG, group, per_mass, released
+from undertow.comparison.stepwise_selection import Rules
+from undertow.comparison.structure import Effort, find_structure, number_covariance
 from undertow.conditioning.condition import condition
 from undertow.equation.hydrodynamics import QuadraticDrag
 from undertow.equation.structure import CoulombFriction, Stiffness, ViscousDamping
-from undertow.identification.structure import Effort, find_structure, number_covariance
-from undertow.identification.walk import Rules
 
 EQ15 = (Stiffness(), ViscousDamping(), CoulombFriction(), QuadraticDrag())
 ALONE = Effort(resamples=0, outside=False, second_route=False)

@@ -10,8 +10,8 @@ from scipy.integrate import solve_ivp
 from sklearn.base import clone
 
 from undertow.errors import IdentificationError
-from undertow.identification.search import residual_sums, search_subsets
-from undertow.identification.subset import (
+from undertow.methods.exact_subsets import residual_sums, search_subsets
+from undertow.methods.subset import (
     BestSubset,
     effective_samples,
     project_out,

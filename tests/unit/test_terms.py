@@ -7,7 +7,7 @@ import math
 import numpy as np
 import pytest
 
-from undertow.equation import shelf
+from undertow.equation import registry as shelf
 from undertow.equation.hidden import even_step, linear_response
 from undertow.errors import UndertowError
 

@@ -12,7 +12,7 @@ from undertow.conditioning.condition import condition
 from undertow.equation.hydrodynamics import QuadraticDrag
 from undertow.equation.structure import CoulombFriction, Stiffness, ViscousDamping
 from undertow.errors import IdentificationError
-from undertow.identification.weak_form import measured_design, response_channel, second_route
+from undertow.methods.weak_form import measured_design, response_channel, second_route
 from undertow.recording.recording import Recording
 
 EQ15 = (Stiffness(), ViscousDamping(), CoulombFriction(), QuadraticDrag())

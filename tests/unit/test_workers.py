@@ -8,7 +8,7 @@ import threading
 
 import pytest
 
-from undertow.campaign.workers import on_processes
+from undertow.campaign.run.workers import on_processes
 from undertow.errors import RecordingError, UndertowError
 
 

@@ -18,8 +18,9 @@ from experiments.efficiency.rates import thinned
 from experiments.recovery.releases import plant, record
 from undertow.equation.kernel import SLOT
 from undertow.errors import IdentificationError
-from undertow.identification import blind, output_error
-from undertow.identification.problem import Problem
+from undertow.likelihood import multistart as blind
+from undertow.likelihood import output_error
+from undertow.likelihood.problem import Problem
 
 EFFICIENCY = Path(__file__).resolve().parents[2] / "experiments" / "efficiency"
 

@@ -11,7 +11,7 @@ from scipy.optimize import brentq
 from scipy.special import ellipk
 
 from tests.reference import reference
-from undertow.equation import shelf
+from undertow.equation import registry as shelf
 from undertow.equation.equation import Equation
 from undertow.equation.simulate import simulate
 from undertow.equation.term import Term

@@ -11,8 +11,8 @@ from experiments.flume_tables.__main__ import own_answer, published, records, ro
 from experiments.flume_tables.page import Row, drag_of_radiation, falling, largest, page
 from undertow.campaign.config import load
 from undertow.conditioning.condition import condition
-from undertow.identification.fit import Specimen
-from undertow.identification.method1 import history, search
+from undertow.likelihood.fit import Specimen
+from undertow.methods.method1 import history, search
 from undertow.recording.catalogue import read_trial
 from undertow.recording.gather import gather
 

@@ -7,7 +7,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from undertow.equation.shelf import catalogue, find
+from undertow.equation.registry import catalogue, find
 from undertow.equation.term import Term
 
 

@@ -1,6 +1,6 @@
 """Cycles of a decay: turning points, amplitude, frequency and decrement from half cycle to half cycle.
 
-Belongs here: numbers per cycle. Does not belong here: fits through them (identification/decay.py).
+Belongs here: numbers per cycle. Does not belong here: fits through them (methods/decay.py).
 """
 
 from __future__ import annotations

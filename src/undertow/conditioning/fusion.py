@@ -36,7 +36,7 @@ LIKELIHOOD_SAMPLES = 1500
 
 CLOCK_RADIANS = 0.03
 """Prior standard deviation of the accelerometer's clock against the other channels', as an angle of the motion, rad:
-5 ms at one hertz (identification/nuisances.py has the same)."""
+5 ms at one hertz (likelihood/priors.py has the same)."""
 
 ROUNDING = 1e-9
 """Least noise of a channel, relative to its range."""

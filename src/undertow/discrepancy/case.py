@@ -8,8 +8,8 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 
+from undertow.comparison.level import Member
 from undertow.conditioning.motion import Motion
-from undertow.discrepancy.level import Member
 from undertow.discrepancy.verdict import Described
 
 

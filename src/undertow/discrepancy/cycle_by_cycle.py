@@ -1,6 +1,6 @@
 """A motion and its simulation cycle by cycle: frequency and damping at each amplitude; sidebands of the residual.
 
-Belongs here: those comparisons and their sentences. Does not belong here: the shares of time and frequency (locate.py).
+Belongs here: those comparisons and their sentences. Does not belong here: the shares of time and frequency (place.py).
 """
 
 from __future__ import annotations
@@ -13,9 +13,9 @@ from scipy.signal import periodogram
 
 from undertow.conditioning.cycles import Cycles, find_cycles
 from undertow.conditioning.motion import Motion
-from undertow.discrepancy.locate import BODY_BAND, strongest_line
-from undertow.identification.freerun import FreeRun, scored_channel
-from undertow.identification.problem import dominant_period
+from undertow.discrepancy.place import BODY_BAND, strongest_line
+from undertow.likelihood.free_run import FreeRun, scored_channel
+from undertow.likelihood.problem import dominant_period
 from undertow.recording.recording import Array
 
 CLEAR = 10.0

@@ -13,8 +13,8 @@ from undertow.discrepancy.cycle_by_cycle import CycleComparison, Sidebands
 from undertow.discrepancy.mismatch import Mismatch
 from undertow.discrepancy.verdict import Verdict
 from undertow.equation.term import Term
-from undertow.identification.baseline import GroupFit
-from undertow.identification.freerun import FreeRun
+from undertow.likelihood.free_run import FreeRun
+from undertow.methods.baseline import GroupFit
 from undertow.quantities import Estimate
 
 

@@ -3,7 +3,7 @@
 A law's numbers are constants. Where fits of single trials give one that goes with the release's amplitude, or where two
 springs in the same water give two added masses, the equation bends a number to stand for something it has not.
 
-Belongs here: finding such drifts and saying them. Does not belong here: what makes them (diagnose.py).
+Belongs here: finding such drifts and saying them. Does not belong here: what makes them (search.py).
 """
 
 from __future__ import annotations

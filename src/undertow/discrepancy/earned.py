@@ -3,7 +3,7 @@
 Green (``nothing_missing``) is said after a search that ended, on channels that agree, where somebody measured or stated
 how much trials differ. An effect is named only if it would also be named with twice a scatter that was assumed.
 
-Belongs here: those conditions. Does not belong here: the search (diagnose.py), words of effects (sentence.py).
+Belongs here: those conditions. Does not belong here: the search (search.py), words of effects (sentence.py).
 """
 
 from __future__ import annotations
@@ -12,11 +12,11 @@ import math
 from collections.abc import Mapping
 from dataclasses import replace
 
-from undertow.discrepancy.candidate import Candidate, Diagnosis
+from undertow.comparison.candidate import Candidate, Diagnosis
+from undertow.comparison.joint import fit_joint, free_run_error
+from undertow.comparison.level import Level, Member
+from undertow.comparison.search import ACCUSE_PROBABILITY, WORTH, beyond_doubt
 from undertow.discrepancy.case import Case
-from undertow.discrepancy.diagnose import ACCUSE_PROBABILITY, WORTH, beyond_doubt
-from undertow.discrepancy.joint import fit_joint, free_run_error
-from undertow.discrepancy.level import Level, Member
 from undertow.discrepancy.verdict import Verdict
 from undertow.discrepancy.words import percent
 from undertow.errors import IdentificationError

@@ -13,7 +13,7 @@ from undertow.discrepancy.mismatch import Mismatch
 from undertow.discrepancy.verdict import Verdict
 from undertow.discrepancy.words import group_title
 from undertow.equation.equation import Equation
-from undertow.identification.fit import Fit, Specimen, Structure
+from undertow.likelihood.fit import Fit, Specimen, Structure
 from undertow.recording.recording import Array, Condition
 
 

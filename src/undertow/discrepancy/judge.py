@@ -1,7 +1,7 @@
 """From a level's diagnosis to what is said of each of its groups.
 
 Belongs here: status, origin, rivals, rejected suspects, the next test, the sentence. Does not belong here: the search
-(diagnose.py) or the proof's numbers (prove.py).
+(search.py) or the proof's numbers (validation.py).
 """
 
 from __future__ import annotations
@@ -12,20 +12,20 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
-from undertow.discrepancy.candidate import Candidate, Diagnosis
+from undertow.comparison.candidate import Candidate, Diagnosis
+from undertow.comparison.joint import free_run_error
+from undertow.comparison.level import Addend, Level, Member, make_level, member_rate
+from undertow.comparison.search import FAR_ABOVE_NOISE, diagnose
+from undertow.comparison.suspects import SUSPECTS, Suspect
 from undertow.discrepancy.case import Case
-from undertow.discrepancy.diagnose import FAR_ABOVE_NOISE, diagnose
 from undertow.discrepancy.earned import earned, holds_with_twice_the_scatter, without_answer
 from undertow.discrepancy.findings import AugmentedRun
-from undertow.discrepancy.joint import free_run_error
-from undertow.discrepancy.level import Addend, Level, Member, make_level, member_rate
-from undertow.discrepancy.prove import addition_parameters, check_cell, rms, shared_run
 from undertow.discrepancy.sentence import NEXT_TEST, late_words, sentence_of, transfer_words
-from undertow.discrepancy.suspects import SUSPECTS, Suspect
 from undertow.discrepancy.transfer import from_other_springs
+from undertow.discrepancy.validation import addition_parameters, check_cell, rms, shared_run
 from undertow.discrepancy.verdict import Described, Origin, PhysicalCheck, Rejected, Status, Verdict
 from undertow.discrepancy.words import percent
-from undertow.identification.freerun import FreeRun
+from undertow.likelihood.free_run import FreeRun
 from undertow.quantities import Estimate, unit_in_rotation
 
 STILL_MISSING = 2.0

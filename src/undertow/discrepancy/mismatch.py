@@ -1,7 +1,7 @@
 """What a mismatch between a simulation and a recording is: one trial's residual, measured.
 
 Belongs here: the frozen `Mismatch`, and where residuals stand in words. Does not belong here: how it is located
-(locate.py) or explained.
+(place.py) or explained.
 """
 
 from __future__ import annotations

@@ -6,7 +6,7 @@ on the smoothed x, v, a of one trial, which come from one estimate and belong to
 integrated: what is missing is seen where it acts, and not, as in a free run, in everything that comes after.
 
 Belongs here: that force, trial by trial. Does not belong here: what it is made of (shares.py), the free run's residual
-(locate.py).
+(place.py).
 """
 
 from __future__ import annotations

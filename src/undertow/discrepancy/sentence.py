@@ -8,8 +8,8 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping, Sequence
 
+from undertow.comparison.level import Addend
 from undertow.discrepancy.case import Case
-from undertow.discrepancy.level import Addend
 from undertow.discrepancy.words import percent
 from undertow.quantities import Estimate
 

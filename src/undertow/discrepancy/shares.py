@@ -15,7 +15,7 @@ The equation's own free coefficients are refitted
 beside every law: a wrong number in the equation is no missing law.
 
 Belongs here: these shares. Does not belong here: the columns (bank.py), the learning (ridge.py), which law it is
-(diagnose.py).
+(search.py).
 """
 
 from __future__ import annotations
@@ -35,8 +35,8 @@ from undertow.equation.equation import Equation
 from undertow.equation.kernel import SLOT
 from undertow.equation.term import Array
 from undertow.errors import UndertowError
-from undertow.identification.baseline import GroupFit
-from undertow.identification.problem import dominant_period
+from undertow.likelihood.problem import dominant_period
+from undertow.methods.baseline import GroupFit
 from undertow.recording.quality import noise
 
 FEWEST_TRIALS = 3

@@ -2,7 +2,7 @@
 
 A law of the water found on one spring alone, with that spring's dry structure, is run for the trials of another spring
 in the same water, with the other's dry structure: nothing of them was fitted. Belongs here: those fits and free runs.
-Does not belong here: proof on held-out trials of the same group (prove.py).
+Does not belong here: proof on held-out trials of the same group (validation.py).
 """
 
 from __future__ import annotations
@@ -10,10 +10,10 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 
+from undertow.comparison.joint import JointFit, fit_joint
+from undertow.comparison.level import Level, Member
 from undertow.conditioning.motion import Motion
-from undertow.discrepancy.joint import JointFit, fit_joint
-from undertow.discrepancy.level import Level, Member
-from undertow.discrepancy.prove import rms, score
+from undertow.discrepancy.validation import rms, score
 from undertow.errors import IdentificationError
 
 

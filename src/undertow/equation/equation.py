@@ -13,7 +13,7 @@ from types import MappingProxyType
 
 import numpy as np
 
-from undertow.equation import shelf
+from undertow.equation import registry as shelf
 from undertow.equation.notation import quantity_latex, term_latex, term_text
 from undertow.equation.term import Array, Term
 from undertow.errors import UndertowError

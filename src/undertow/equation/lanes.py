@@ -3,7 +3,7 @@
 numba's compiler leaves four equal statements in a row as four, however it is asked; its types are open, though, and a
 register of four doubles is one more of them. Where a processor has shorter registers the compiler splits them.
 
-Belongs here: the type and its few operations. Does not belong here: what is computed (arcs.py).
+Belongs here: the type and its few operations. Does not belong here: what is computed (taylor_series.py).
 """
 
 # mypy: disable-error-code="no-untyped-def, misc, untyped-decorator, import-untyped, no-untyped-call"

@@ -11,10 +11,10 @@ import numpy as np
 from matplotlib.axes import Axes
 from numpy.typing import NDArray
 
-from undertow.discrepancy.audit.answer import Answer, Weight
-from undertow.discrepancy.audit.findings import CellFinding, SeriesFindings
-from undertow.discrepancy.audit.forces import WaterShare
-from undertow.discrepancy.audit.recipes import Array
+from undertow.audit.answer import Answer, Weight
+from undertow.audit.findings import CellFinding, SeriesFindings
+from undertow.audit.forces import WaterShare
+from undertow.audit.recipes import Array
 from undertow.report.style import BLUE, GREEN, GREY, INK, ORANGE, PURPLE, SKY, VERMILLION, plain_log_ticks
 
 BAND = (0.05, 0.95)

@@ -1,7 +1,7 @@
 """The files of an audit: audit.json, audit.html (self-contained) and its figures.
 
 Belongs here: which figures there are, the page's making, writing. Does not belong here: drawing (audit_figures.py),
-what is said (discrepancy/audit).
+what is said (audit).
 """
 
 from __future__ import annotations
@@ -15,8 +15,8 @@ from jinja2 import Environment, PackageLoader, StrictUndefined
 from markupsafe import Markup
 from matplotlib.figure import Figure
 
-from undertow.discrepancy.audit.findings import AuditFindings, SeriesFindings
-from undertow.discrepancy.audit.verdicts import Range, likely, rounded
+from undertow.audit.findings import AuditFindings, SeriesFindings
+from undertow.audit.verdicts import Range, likely, rounded
 from undertow.report import audit_figures
 from undertow.report.style import new_figure, page_style, svg_text
 from undertow.report.writing import write_text

@@ -11,11 +11,11 @@ import re
 from collections.abc import Mapping
 
 from undertow.discrepancy.findings import GroupFindings
-from undertow.equation import shelf
+from undertow.equation import registry as shelf
 from undertow.equation.equation import Equation
 from undertow.equation.term import Term
 from undertow.errors import UndertowError
-from undertow.identification.fit import Fit, Specimen
+from undertow.likelihood.fit import Fit, Specimen
 from undertow.quantities import Estimate
 
 Errors = dict[str, float]

@@ -12,7 +12,7 @@ from statistics import median
 
 from undertow.discrepancy.findings import GroupFindings, TrialFindings
 from undertow.discrepancy.mismatch import Mismatch
-from undertow.identification.fit import Fit
+from undertow.likelihood.fit import Fit
 from undertow.quantities import OK, Estimate
 from undertow.report.expressions import method_equation, numeric_latex
 

@@ -1,0 +1,117 @@
+"""What each key of a config alone cannot say: keys that exclude or need each other, names that nobody knows.
+
+Belongs here: rules across keys. Does not belong here: types and ranges of one key (settings.py).
+"""
+
+from __future__ import annotations
+
+import re
+from typing import TYPE_CHECKING
+
+from undertow.campaign.config.source import Location
+from undertow.campaign.config.specimen_rules import unphysical
+from undertow.comparison.suspects import chosen
+from undertow.equation import registry as shelf
+from undertow.errors import ConfigError, RecordingError
+from undertow.recording.doubt_kinds import DOUBT_KINDS
+from undertow.recording.index import SEPARATORS
+from undertow.recording.recording import CHANNELS
+from undertow.recording.units import factor_to_si
+
+if TYPE_CHECKING:
+    from undertow.campaign.config.run_config import RunConfig
+
+
+def contradictions(config: RunConfig) -> list[tuple[Location, str]]:
+    """Where and what is wrong across keys, one pair a problem; empty where the config can be run."""
+    said = config.recordings
+    wrong: list[tuple[Location, str]] = []
+    if (said.index is None) == (said.files is None):
+        text = f"recordings has index {said.index!r} and files {said.files!r}; give exactly one of them"
+        wrong.append((("recordings",), text))
+    wrong += _without_effect(config)
+    wrong += _unusable_channels(config)
+    wrong += unphysical(config)
+    for at, name in enumerate(config.equation.terms):
+        try:
+            shelf.find(name)
+        except ConfigError as error:
+            wrong.append((("equation", "terms", at), str(error)))
+    suspects = config.discrepancy.suspects
+    for at, name in enumerate(() if suspects == "all" else suspects):
+        try:
+            chosen((name,))
+        except ConfigError as error:
+            wrong.append((("discrepancy", "suspects", at), str(error)))
+    for name, one in said.despike.items():
+        if getattr(said.channels, name, None) is None or name == "time":
+            wrong.append((("recordings", "despike", name), f"despike names {name!r}, which is no mapped channel"))
+        if one.median % 2 == 0:
+            wrong.append((("recordings", "despike", name), f"median is {one.median} samples; give an odd number"))
+    if config.trials.window != "auto":
+        for pattern, window in config.trials.window.items():
+            if None not in (window.start_s, window.end_s) and not window.start_s < window.end_s:  # type: ignore[operator]
+                text = f"the window starts at {window.start_s} s and ends at {window.end_s} s; it must end later"
+                wrong.append((("trials", "window", pattern), text))
+    return wrong
+
+
+def _without_effect(config: RunConfig) -> list[tuple[Location, str]]:
+    """Keys of `recordings` that belong to the other way of naming files, or that can match nothing."""
+    said = config.recordings
+    place: Location = ("recordings",)
+    wrong: list[tuple[Location, str]] = []
+    if said.index is not None and said.pattern is not None:
+        text = "pattern belongs to files; with an index its columns are the conditions: take one of them out"
+        wrong.append(((*place, "pattern"), text))
+    changed = {
+        "file": said.file is not None, "index_column": said.index_column != "file",
+        "index_separator": said.index_separator != "auto", "index_decimal": said.index_decimal != "auto",
+    }  # fmt: skip
+    if said.index is None and said.files is not None:
+        wrong += [
+            ((*place, key), f"{key} belongs to index, but recordings has files; take one of them out")
+            for key, is_set in changed.items() if is_set
+        ]  # fmt: skip
+    if said.pattern is not None and said.index is None:
+        try:
+            if not re.compile(said.pattern).groupindex:
+                text = f"pattern {said.pattern!r} has no named group, so it gives no condition; write (?P<name>...)"
+                wrong.append(((*place, "pattern"), text))
+        except re.error as error:
+            wrong.append(((*place, "pattern"), f"pattern {said.pattern!r} is no regular expression: {error}"))
+    wrong += [
+        ((*place, "accept", pattern), f"accept names no kind of doubt for {pattern!r}; give {', '.join(DOUBT_KINDS)}")
+        for pattern, kinds in said.accept.items() if not kinds
+    ]  # fmt: skip
+    if len(said.index_separator) > 1 and said.index_separator not in ("auto", *SEPARATORS):
+        text = f"index_separator is {said.index_separator!r}; give one character, {', '.join(SEPARATORS)} or auto"
+        wrong.append(((*place, "index_separator"), text))
+    return wrong
+
+
+def _unusable_channels(config: RunConfig) -> list[tuple[Location, str]]:
+    """Channels without a column, with an unknown unit, or too few of them."""
+    channels, cells = config.recordings.channels, config.recordings.cells
+    place: Location = ("recordings", "channels")
+    wrong: list[tuple[Location, str]] = []
+    if channels.displacement is None and channels.velocity is None:
+        wrong.append((place, "channels has neither displacement nor velocity; map one of them"))
+    time = channels.time
+    in_cells = cells is not None and cells.time is not None
+    if (time.column is not None) + (time.rate_hz is not None) + in_cells != 1:
+        text = f"time has column {time.column!r} and rate_hz {time.rate_hz!r}; give exactly one of them"
+        wrong.append(((*place, "time"), text))
+    for name in ("time", *CHANNELS):
+        one = getattr(channels, name)
+        if one is None:
+            continue
+        try:
+            factor_to_si(one.unit, name, config.equation.coordinate)
+        except RecordingError as error:
+            wrong.append(((*place, name, "unit"), str(error)))
+        given = 0 if name == "time" else (one.column is not None) + bool(one.columns)
+        if name != "time" and given + (cells is not None and getattr(cells, name) is not None) != 1:
+            text = f"{name} has column {one.column!r} and columns {one.columns!r}; give exactly one of them"
+            wrong.append(((*place, name), text))
+    return wrong

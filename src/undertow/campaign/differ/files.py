@@ -1,0 +1,145 @@
+"""A simulation's file against a recording's file: both read alike, compared, written to a folder.
+
+Belongs here: which columns are what, the specimen that a config knows, the folder. Does not belong here: the comparison
+(differ.py) or its page (report/difference.py).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field, replace
+from pathlib import Path
+
+from undertow.campaign.config import RunConfig, load
+from undertow.campaign.differ.compare import compare_motions
+from undertow.campaign.differ.lacking import UNKNOWN
+from undertow.campaign.inspection import inspect
+from undertow.campaign.run.folder import safe_name
+from undertow.conditioning.condition import condition
+from undertow.conditioning.motion import Motion
+from undertow.discrepancy.difference import Difference
+from undertow.errors import ConfigError, RecordingError, UndertowError
+from undertow.likelihood.fit import Specimen
+from undertow.recording.catalogue import Catalogue, Entry, Window, read_trial
+from undertow.recording.gather import gather
+from undertow.recording.recording import Condition
+from undertow.report.difference import write_difference
+
+MOTION_CHANNELS = ("displacement", "velocity", "acceleration")
+"""What of a config's mapping both files must have: a simulation has no load cells."""
+
+FEWEST_SAMPLES = 20
+"""Samples that a motion window needs; a file with fewer is no release."""
+
+
+@dataclass(frozen=True)
+class Pair:
+    """Both motions, and what a config says beside them: laws, specimen, the rig's scatter, seed."""
+
+    simulation: Motion
+    recording: Motion
+    terms: tuple[str, ...] = ()
+    specimen: Specimen = UNKNOWN
+    scatter: Mapping[str, float] = field(default_factory=dict)
+    seed: int = 0
+
+
+@dataclass(frozen=True)
+class Compared:
+    """What ``undertow differ`` says when it is done: the folder and the difference in it."""
+
+    folder: Path
+    difference: Difference
+
+    @property
+    def summary(self) -> str:
+        """The sentence, and where the page is."""
+        return f"{self.difference.sentence}\nreport: {self.folder / 'differ.html'}"
+
+
+def differ(simulation: Path, recording: Path, config_path: Path | None = None, out: Path | None = None) -> Compared:
+    """Compare two files and write ``differ.json`` and ``differ.html`` into a folder (default ``runs/differ_...``).
+
+    With a config both files are read with its mapping of columns, and its terms, specimen and scatter count; without,
+    the mapping is guessed from each file's column names, as ``undertow inspect`` shows it.
+
+    Raises ConfigError where a path or the config is wrong, RecordingError where a file cannot be used, UndertowError
+    where no equation can be found or the folder cannot be written.
+    """
+    for what, path in (("simulation", simulation), ("recording", recording)):
+        if not path.is_file():
+            raise ConfigError(f"--{what} {path} is no file; give the path of one trial's table")
+    pair = _guessed(simulation, recording) if config_path is None else _configured(simulation, recording, config_path)
+    found = compare_motions(
+        pair.simulation, pair.recording, pair.terms, pair.specimen, dict(pair.scatter) or None, pair.seed
+    )
+    folder = out or Path("runs") / safe_name(f"differ_{simulation.stem}_{recording.stem}")
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+        write_difference(found, folder)
+    except OSError as reason:
+        what = f"{reason.strerror or reason} ({reason.filename or folder})"
+        raise UndertowError(f"folder {folder} cannot be written: {what}; choose another with --out") from reason
+    return Compared(folder, found)
+
+
+def _guessed(simulation: Path, recording: Path) -> Pair:
+    """Both motions with the mapping that each file's own names suggest."""
+    motions = []
+    for what, path in (("simulation", simulation), ("recording", recording)):
+        seen = inspect(path)
+        if seen.motion is None:
+            raise RecordingError(f"{what} {path}: {seen.reason}")
+        motions.append(_named(seen.motion, what))
+    first, second = motions
+    if first.recording.coordinate != second.recording.coordinate:
+        raise RecordingError(
+            f"the simulation's coordinate looks like a {first.recording.coordinate}, the recording's like a "
+            f"{second.recording.coordinate}; say with --config which columns are what"
+        )
+    return Pair(first, second)
+
+
+def _configured(simulation: Path, recording: Path, config_path: Path) -> Pair:
+    """Both motions with a config's mapping; the recording's conditions and window where the config knows it."""
+    config = load(config_path)
+    catalogue = config.catalogue()
+    entry = _entry(catalogue, recording)
+    channels = {name: spec for name, spec in catalogue.channels.items() if name in MOTION_CHANNELS}
+    motion_only = replace(catalogue, channels=channels)
+    made = replace(entry, name=simulation.name, file=simulation, window=Window())
+    motions = []
+    for what, one in (("simulation", made), ("recording", entry)):
+        try:
+            read = read_trial(one, motion_only)
+            if read.time.size < FEWEST_SAMPLES:
+                raise RecordingError(f"{read.time.size} samples; a release and its decay need {FEWEST_SAMPLES}")
+            motion = condition(read, start_s=one.window.start_s, end_s=one.window.end_s)
+        except RecordingError as reason:
+            raise RecordingError(f"{what} {one.path}: {reason}") from reason
+        motions.append(_named(motion, what))
+    specimen, scatter = _specimen(config, entry.conditions), config.specimen.scatter
+    spread = {"k": scatter.k, "c": scatter.c, "mu": scatter.mu} if scatter else {}
+    return Pair(motions[0], motions[1], config.equation.terms, specimen, spread, config.seed)
+
+
+def _entry(catalogue: Catalogue, recording: Path) -> Entry:
+    """The config's entry for this file, or a plain one where it names other files."""
+    for entry in gather(catalogue):
+        if not entry.problem and entry.path.resolve() == recording.resolve():
+            return entry
+    return Entry(recording.name, recording)
+
+
+def _specimen(config: RunConfig, conditions: Mapping[str, Condition]) -> Specimen:
+    """What the config knows of the specimen under the recording's conditions; nothing where it goes by conditions that
+    this file has not (it is then compared per mass)."""
+    try:
+        return config.specimen_for(conditions)
+    except ConfigError:
+        return UNKNOWN
+
+
+def _named(motion: Motion, name: str) -> Motion:
+    """The motion under the name it has in the comparison: two files may be called alike."""
+    return replace(motion, recording=replace(motion.recording, name=name))

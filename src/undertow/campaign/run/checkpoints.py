@@ -1,0 +1,202 @@
+"""Finished groups on disk, so that an interrupted run goes on where it stopped.
+
+A group's findings are kept as JSON (numbers, texts) without its motions: recordings are read again, which is cheap.
+Its name is a digest of everything that decides it: the group's task, the recordings' bytes and samples, the code.
+
+Belongs here: that JSON. Does not belong here: what a group's analysis is.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+import hashlib
+import json
+import os
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from undertow import __version__
+from undertow.campaign.run.analysis import GroupTask
+from undertow.campaign.run.manifest import source_digest
+from undertow.conditioning.motion import Motion
+from undertow.discrepancy.findings import AugmentedRun, GroupFindings, TrialFindings
+from undertow.discrepancy.mismatch import Mismatch
+from undertow.discrepancy.verdict import Described, PhysicalCheck, Rejected, Verdict
+from undertow.equation import registry as shelf
+from undertow.equation.equation import Equation
+from undertow.likelihood.fit import Fit
+from undertow.quantities import Estimate
+
+FORMAT = 1
+"""Number of this file's layout; an older file is not taken."""
+
+
+def digest(task: GroupTask) -> str:
+    """Name of a group's finished findings: what decides it, hashed.
+
+    The motions count with their samples, so that a changed unit, sign or window of the same file is another name; the
+    code counts with its sources.
+    """
+    said = {f.name: getattr(task, f.name) for f in dataclasses.fields(task)}
+    motions, terms = said.pop("motions"), said.pop("terms")
+    sums = hashlib.sha256(f"{__version__} {FORMAT} {source_digest()}".encode())
+    sums.update(repr([(name, _sorted(value)) for name, value in said.items()]).encode())
+    sums.update(repr([(t.name, _sorted(t.inner)) for t in terms]).encode())
+    for motion in motions:
+        _add_motion(motion, sums)
+    return sums.hexdigest()[:20]
+
+
+def _add_motion(motion: Motion, sums: Any) -> None:
+    """A motion's samples, window, rest position and names, added to a hash."""
+    recording = motion.recording
+    about = (motion.name, recording.sha256, recording.coordinate, _sorted(recording.conditions), motion.window)
+    sums.update(repr((*about, motion.equilibrium, motion.amplitude, _sorted(motion.noise))).encode())
+    arrays = {"t": motion.t, "x": motion.x, "v": motion.v, "a": motion.a, "time": recording.time, **recording.channels}
+    for name, values in sorted(arrays.items()):
+        sums.update(name.encode() + np.ascontiguousarray(values).tobytes())
+
+
+def _sorted(value: Any) -> Any:
+    return sorted(value.items()) if isinstance(value, Mapping) else value
+
+
+def level_digest(tasks: Sequence[GroupTask], also: str) -> str:
+    """Name of the finished verdicts of groups that are judged together; ``also`` is what else decides them."""
+    sums = hashlib.sha256(also.encode())
+    for task in tasks:
+        sums.update(digest(task).encode())
+    return sums.hexdigest()[:20]
+
+
+def save_verdicts(verdicts: Sequence[Verdict], runs: Mapping[str, AugmentedRun], path: Path) -> None:
+    """Write the verdicts of one level and its trials' free runs; the file appears whole or not at all."""
+    kept = {name: [run.nrmse, run.residual.tolist()] for name, run in runs.items()}
+    _write({"verdicts": [_plain(v) for v in verdicts], "runs": kept}, path)
+
+
+def load_verdicts(
+    tasks: Sequence[GroupTask], path: Path
+) -> tuple[tuple[Verdict, ...], dict[str, AugmentedRun]] | None:
+    """Verdicts of one level as saved, in the order of its groups, and its runs; None where there are none that fit."""
+    try:
+        data = json.loads(path.read_text(encoding="utf-8"))
+        verdicts = tuple(_verdict(one, task) for one, task in zip(data["verdicts"], tasks, strict=True))
+        runs = data["runs"].items()
+        return verdicts, {name: AugmentedRun(nrmse, np.array(residual)) for name, (nrmse, residual) in runs}
+    except (OSError, LookupError, TypeError, ValueError, AttributeError):
+        return None
+
+
+def save(findings: GroupFindings, path: Path) -> None:
+    """Write a group's findings; the file appears whole or not at all."""
+    _write(_plain(findings), path)
+
+
+def _write(data: Any, path: Path) -> None:
+    path.parent.mkdir(parents=True, exist_ok=True)
+    partial = path.with_suffix(f".{os.getpid()}.part")
+    try:
+        partial.write_text(json.dumps(data), encoding="utf-8")
+        os.replace(partial, path)
+    finally:
+        partial.unlink(missing_ok=True)
+
+
+def _plain(value: Any) -> Any:
+    if isinstance(value, GroupFindings):
+        fields = ("dry", "held", "fits", "verdict", "notes", "equation_errors")
+        out = {name: _plain(getattr(value, name)) for name in fields if hasattr(value, name)}
+        terms = [[t.name, dict(t.inner)] for t in value.equation.terms]
+        out["equation"] = [terms, list(value.equation.coefficients), value.equation.mass_kg, value.equation.rest_m]
+        out["trials"] = [_plain(t) for t in value.trials]
+        return out
+    if isinstance(value, TrialFindings):
+        return {
+            "name": value.motion.name, "fits": _plain(value.fits), "nrmse": dict(value.nrmse),
+            "mismatch": _plain(value.mismatch), "held_out": value.held_out, "t": value.t.tolist(),
+            "measured": value.measured.tolist(), "simulated": value.simulated.tolist(),
+        }  # fmt: skip
+    if dataclasses.is_dataclass(value) and not isinstance(value, type):
+        return {f.name: _plain(getattr(value, f.name)) for f in dataclasses.fields(value)}
+    if isinstance(value, Mapping):
+        return {str(k): _plain(v) for k, v in value.items()}
+    if isinstance(value, tuple | list):
+        return [_plain(v) for v in value]
+    return value.item() if isinstance(value, np.generic) else value
+
+
+def load(task: GroupTask, path: Path) -> GroupFindings | None:
+    """A group's findings as saved, joined with its motions; None where there are none that fit."""
+    try:
+        data = json.loads(path.read_text(encoding="utf-8"))
+        by_name = {t["name"]: t for t in data["trials"]}
+        trials = tuple(_trial(by_name[m.name], m) for m in task.motions)
+        terms, coefficients, mass, rest = data["equation"]
+        equation = Equation(
+            tuple(shelf.find(name, **inner) for name, inner in terms), tuple(coefficients), mass, rest
+        )
+        return GroupFindings(
+            task.key, task.dry, trials, task.specimen, task.structure, _fits(data["fits"]), equation,
+            data["equation_errors"], _verdict(data["verdict"], task), tuple(data["notes"]),
+        )  # fmt: skip
+    except (OSError, LookupError, TypeError, ValueError, AttributeError):
+        return None
+
+
+def _trial(data: Mapping[str, Any], motion: Any) -> TrialFindings:
+    t, measured, simulated = (np.array(data[name], dtype=np.float64) for name in ("t", "measured", "simulated"))
+    return TrialFindings(
+        motion, _fits(data["fits"]), data["nrmse"], Mismatch(**data["mismatch"]), t, measured, simulated,
+        data["held_out"],
+    )  # fmt: skip
+
+
+_ESTIMATE = {f.name for f in dataclasses.fields(Estimate)}
+
+
+def _estimates(data: Mapping[str, Any]) -> dict[str, Estimate]:
+    return {name: Estimate(**value) for name, value in data.items()}
+
+
+def _revived(value: Any) -> Any:
+    """Plain values with every mapping that has an estimate's fields made an estimate again, at any depth."""
+    if isinstance(value, Mapping):
+        return Estimate(**value) if set(value) == _ESTIMATE else {key: _revived(v) for key, v in value.items()}
+    return [_revived(v) for v in value] if isinstance(value, list) else value
+
+
+def _fits(data: Mapping[str, Any]) -> dict[str, Fit]:
+    return {
+        name: Fit(
+            f["method"], tuple(f["trials"]), _estimates(f["per_mass"]), _estimates(f["parameters"]), f["outcome"],
+            tuple(f["notes"]), f["anchor"],
+        )
+        for name, f in data.items()
+    }  # fmt: skip
+
+
+def _verdict(data: Mapping[str, Any], task: GroupTask) -> Verdict:
+    def described(value: Mapping[str, Any] | None) -> Described | None:
+        if value is None:
+            return None
+        return Described(value["nrmse"], value["held_out_nrmse"], _estimates(value["parameters"]))
+
+    kept = dict(data)
+    kept |= {
+        "group": task.key,
+        "trials": tuple(data["trials"]),
+        "held_out": tuple(data["held_out"]),
+        "verdict": tuple(data["verdict"]),
+        "alternatives": tuple(tuple(a) for a in data["alternatives"]),
+        "parameters": _revived(data["parameters"]),
+        "baseline": described(data["baseline"]) or Described(),
+        "augmented": described(data["augmented"]),
+        "rejected": tuple(Rejected(**r) for r in data["rejected"]),
+        "physical_check": PhysicalCheck(**data["physical_check"]),
+        "transfer": dict(data["transfer"]),
+    }
+    return Verdict(**kept)

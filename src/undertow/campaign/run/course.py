@@ -1,0 +1,303 @@
+"""One campaign from config to findings: read, condition, dry trials, groups.
+
+Belongs here: the stages, their order, parallel work. Does not belong here: the run folder (folder.py), the terminal.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import time
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import contextmanager
+from dataclasses import dataclass, replace
+from pathlib import Path
+
+from undertow.campaign.config import RunConfig
+from undertow.campaign.config.matching import planned
+from undertow.campaign.run import checkpoints as stages
+from undertow.campaign.run.analysis import GroupTask, analyse
+from undertow.campaign.run.cut_off import with_clipped
+from undertow.campaign.run.gathered import Gathered, Part
+from undertow.campaign.run.judgement import judged
+from undertow.campaign.run.portions import TRIALS_AT_ONCE, Portion, portions
+from undertow.campaign.run.tasks import Key, Structures, group_task, grouped, held_out, structures_of
+from undertow.campaign.run.workers import Progress, on_processes, silent, steps
+from undertow.conditioning.condition import condition
+from undertow.conditioning.motion import Motion
+from undertow.discrepancy.findings import FailedTrial, Findings, GroupFindings
+from undertow.errors import FAILURES, ClippedError, ConfigError, MisnamedError, UndertowError, failure
+from undertow.likelihood.problem import dominant_period
+from undertow.methods.baseline import terms_by_name
+from undertow.recording.catalogue import Catalogue, Entry, read_trial
+from undertow.recording.quality import check
+
+REASONS_AT_MOST = 3
+"""Different reasons that are said where no trial at all can be used."""
+
+READ, IDENTIFY = "read and condition", "identification"
+"""Stages, as progress and the manifest call them."""
+
+
+@dataclass(frozen=True)
+class Read:
+    """Conditioned motions and the trials that could not be used."""
+
+    motions: tuple[Motion, ...]
+    failed: tuple[FailedTrial, ...]
+
+
+def run(
+    config: RunConfig,
+    jobs: int = 0,
+    progress: Progress = silent,
+    stages_folder: Path | None = None,
+    resume: bool = False,
+) -> Findings:
+    """All findings of a campaign, with every trial's series (`Course` and `Gathered` hold fewer of a large one).
+
+    ``jobs`` is the number of processes (0: one a core). Trials that cannot be used are listed in ``failed``. Finished
+    groups are kept in ``stages_folder`` (None: not kept) and, with ``resume``, taken from there.
+
+    Raises UndertowError where the config is wrong or no trial at all can be used.
+    """
+    course = Course(config, jobs, progress, stages_folder, resume)
+    gathered = Gathered(config, everything=True)
+    for part in course.parts():
+        gathered.add(part)
+    return gathered.findings(course.seconds)
+
+
+class Course:
+    """A campaign's way from recordings to verdicts, a portion of its trials at a time (`portions`).
+
+    ``seconds`` is the wall time a stage so far; ``at_once`` the trials of a portion (0: `TRIALS_AT_ONCE`). Between
+    portions only what the dry trials say is kept.
+    """
+
+    def __init__(
+        self,
+        config: RunConfig,
+        jobs: int = 0,
+        progress: Progress = silent,
+        stages_folder: Path | None = None,
+        resume: bool = False,
+        at_once: int = 0,
+    ) -> None:
+        self.seconds: dict[str, float] = {}
+        self._config, self._jobs, self._folder, self._resume = config, jobs, stages_folder, resume
+        self._terms = terms_by_name(config.equation.terms)
+        self._catalogue = config.catalogue()
+        plan = planned(config)
+        self._notes = plan.notes
+        self._plan = portions(config, plan.entries, at_once or TRIALS_AT_ONCE)
+        totals = {READ: sum(p.size for p in self._plan), IDENTIFY: sum(p.groups for p in self._plan)}
+        self._progress = steps(progress, totals)
+        self._structures: Structures | None = None
+        self._dry: tuple[list[GroupTask], list[GroupFindings]] = ([], [])
+        self._read = self._tried = 0
+
+    def parts(self) -> Iterator[Part]:
+        """What was found, portion by portion, dry groups first; groups of a portion in their order.
+
+        Raises UndertowError at the end where no trial at all could be used.
+        """
+        found, first, last, misnamed = 0, dict[str, str](), "", True
+        for portion in self._plan:
+            part = self._part(portion)
+            found += len(part.groups)
+            for one in part.failed:
+                first.setdefault(_unnamed(one), one.reason)
+            misnamed = misnamed and all(f.misnamed for f in part.failed)
+            last = part.failed[-1].reason if part.failed else last
+            yield part
+            del part  # else two portions would be held
+        if not self._read:
+            reasons = "; ".join([*first.values()][:REASONS_AT_MOST]) or "the index or the file pattern names none"
+            said = f"none of {sum(p.size for p in self._plan)} trials can be used: {reasons}"
+            raise ConfigError(said) if misnamed and first else UndertowError(said)
+        if not found:
+            raise UndertowError(f"none of {self._tried} groups can be identified: {last}")
+
+    def _part(self, portion: Portion) -> Part:
+        with self._stage(READ):
+            read = _conditioned(self._catalogue, portion.entries, self._jobs, self._progress)
+        read = _each_once(read)
+        self._read += len(read.motions)
+        with self._stage("dry trials"):
+            groups = grouped(self._config, read.motions)
+            if self._structures is None:
+                self._structures = structures_of(self._config, groups, self._terms)
+        with self._stage(IDENTIFY):
+            tasks, refused = self._tasks(groups, self._structures)
+            analyst = _Analyst(self._folder, self._resume)
+            results = on_processes(analyst, tasks, self._jobs, IDENTIFY, self._progress)
+        self._tried += len(groups)
+        pairs = [(t, r) for t, r in zip(tasks, results, strict=True) if isinstance(r, GroupFindings)]
+        failed = (*read.failed, *refused, *(f for r in results if not isinstance(r, GroupFindings) for f in r))
+        with self._stage("what is missing"):
+            found = self._judged([t for t, _ in pairs], [g for _, g in pairs]) if pairs else []
+            found = [with_clipped(self._config, group, failed) for group in found]
+        notes = (*self._notes, *_notes(read), *_divided(portion, found))
+        self._notes = ()
+        return Part(tuple(found), failed, notes)
+
+    def _tasks(
+        self, groups: Mapping[Key, Sequence[Motion]], structures: Structures
+    ) -> tuple[list[GroupTask], list[FailedTrial]]:
+        """The groups' tasks, and the trials of those that cannot be identified as the config says."""
+        tasks: list[GroupTask] = []
+        refused: list[FailedTrial] = []
+        for key, motions in groups.items():
+            try:
+                tasks.append(group_task(self._config, key, motions, self._terms, structures))
+            except UndertowError as reason:
+                refused += _failed(motions, reason)
+        return tasks, refused
+
+    def _judged(self, tasks: list[GroupTask], found: list[GroupFindings]) -> list[GroupFindings]:
+        """The groups with their verdicts; where dry trials need something, they are looked at beside every portion."""
+        known, standing = self._dry
+        together = [_joint(t, g) for t, g in zip([*known, *tasks], [*standing, *found], strict=True)]
+        said = judged(
+            self._config, [t for t, _ in together], [g for _, g in together], self._jobs, self._progress, self._folder,
+            self._resume,
+        )[len(known) :]  # fmt: skip
+        out = []
+        for task, group, one in zip(tasks, found, said, strict=True):
+            trials = (*one.verdict.trials, *task.apart)
+            verdict = replace(one.verdict, trials=trials) if task.apart else one.verdict
+            runs = {t.motion.name: t.augmented for t in one.trials}
+            shown = tuple(replace(t, augmented=runs.get(t.motion.name)) for t in group.trials)
+            out.append(replace(group, verdict=verdict, trials=shown))
+        dry = [(t, g) for t, g in zip(tasks, out, strict=True) if t.dry]
+        if len(self._plan) > 1 and any(g.verdict.verdict for _, g in dry):
+            self._dry = ([t for t, _ in dry], [g for _, g in dry])
+        return out
+
+    @contextmanager
+    def _stage(self, name: str) -> Iterator[None]:
+        """Adds the time of the block to the stage's."""
+        start = time.perf_counter()
+        try:
+            yield
+        finally:
+            self.seconds[name] = self.seconds.get(name, 0.0) + time.perf_counter() - start
+
+
+def _unnamed(failed: FailedTrial) -> str:
+    """A trial's reason without its name, so that one reason of many trials is said once."""
+    return failed.reason.removeprefix(f"trial {failed.name}: ").replace(failed.name, "...")
+
+
+def _each_once(read: Read) -> Read:
+    """Of recordings that are the same sample by sample only the first: a copy under another name is no repetition."""
+    kept: dict[bytes, Motion] = {}
+    copies = []
+    for motion in read.motions:
+        recording = motion.recording
+        mark = hashlib.sha256(recording.time.tobytes())
+        for values in recording.channels.values():
+            mark.update(values.tobytes())
+        first = kept.setdefault(mark.digest(), motion)
+        if first is not motion:
+            said = f"is the same recording as {first.name}, sample by sample; take one of them out of the campaign"
+            copies.append(FailedTrial(motion.name, f"trial {motion.name} {said}", dict(recording.conditions)))
+    return Read(tuple(kept.values()), (*read.failed, *copies))
+
+
+def _joint(task: GroupTask, group: GroupFindings) -> tuple[GroupTask, GroupFindings]:
+    """A group as it is searched for what is missing: with the trials that are looked at together."""
+    if not task.apart:
+        return task, group
+    trials = tuple(t for t in group.trials if t.motion.name not in task.apart)
+    return replace(task, motions=task.joint, apart=()), replace(group, trials=trials)
+
+
+def _divided(portion: Portion, found: Sequence[GroupFindings]) -> tuple[str, ...]:
+    """That a water has too many groups to be judged together, in words."""
+    if not portion.divided or not found:
+        return ()
+    return (
+        f"{found[0].label} to {found[-1].label}: {len(found)} of this water's {portion.divided} groups, which are too "
+        "many to be judged together",
+    )
+
+
+@dataclass(frozen=True)
+class _Analyst:
+    """Analyses one group, or takes it from a finished stage; picklable for worker processes.
+
+    A group that cannot be identified gives its trials as failed: it must not stop the others.
+    """
+
+    folder: Path | None
+    resume: bool
+
+    def __call__(self, task: GroupTask) -> GroupFindings | tuple[FailedTrial, ...]:
+        try:
+            return self._found(task)
+        except FAILURES as reason:
+            return _failed(task.motions, reason)
+
+    def _found(self, task: GroupTask) -> GroupFindings:
+        if self.folder is None:
+            return analyse(task)
+        path = self.folder / f"{stages.digest(task)}.json"
+        kept = stages.load(task, path) if self.resume else None
+        if kept is not None:
+            return kept
+        findings = analyse(task)
+        stages.save(findings, path)
+        return findings
+
+
+def _failed(motions: Sequence[Motion], reason: Exception) -> tuple[FailedTrial, ...]:
+    """The trials of a group that cannot be identified, each with the group's reason."""
+    said = failure(reason)
+    return tuple(FailedTrial(m.name, said, dict(m.recording.conditions)) for m in motions)
+
+
+def read_and_condition(config: RunConfig, jobs: int = 1, progress: Progress = silent) -> Read:
+    """Every trial of the config read and conditioned; failures with their reasons instead of an exception.
+
+    Raises ConfigError where the config names something that the list of trials does not have.
+    """
+    return _conditioned(config.catalogue(), planned(config).entries, jobs, progress)
+
+
+def _conditioned(catalogue: Catalogue, entries: Sequence[Entry], jobs: int, progress: Progress) -> Read:
+    results = on_processes(_Conditioner(catalogue), entries, jobs, READ, progress)
+    motions = [r for r in results if isinstance(r, Motion)]
+    failed = [r for r in results if isinstance(r, FailedTrial)]
+    return Read(tuple(motions), tuple(failed))
+
+
+@dataclass(frozen=True)
+class _Conditioner:
+    """Reads and conditions one entry; picklable for worker processes."""
+
+    catalogue: Catalogue
+
+    def __call__(self, entry: Entry) -> Motion | FailedTrial:
+        try:
+            recording = read_trial(entry, self.catalogue)
+            doubts = check(recording)
+            recording = replace(recording, notes=recording.notes + doubts)
+            motion = condition(recording, start_s=entry.window.start_s, end_s=entry.window.end_s)
+            dominant_period(motion)  # a motion that does not swing is this trial's failure, not its group's
+            return motion
+        except FAILURES as reason:
+            return FailedTrial(
+                entry.name, failure(reason), dict(entry.conditions), isinstance(reason, ClippedError),
+                isinstance(reason, MisnamedError) or bool(entry.problem),
+            )  # fmt: skip
+
+
+def _notes(read: Read) -> tuple[str, ...]:
+    """What reading and conditioning changed, a trial a line; nothing silent."""
+    return tuple(
+        f"{m.name}: {note}" for m in read.motions for note in (*m.recording.notes, *m.notes)
+    )
+
+
+__all__ = ["Course", "Progress", "Read", "held_out", "read_and_condition", "run"]

@@ -1,0 +1,169 @@
+"""The run folder: what a finished campaign leaves on disk.
+
+Belongs here: names and order of files. Does not belong here: their content (report/, manifest.py).
+"""
+
+from __future__ import annotations
+
+import json
+import time
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, field
+from io import StringIO
+from pathlib import Path
+from typing import Any
+
+from ruamel.yaml import YAML
+
+from undertow.campaign.config import load
+from undertow.campaign.run.course import Course
+from undertow.campaign.run.gathered import Gathered, Part
+from undertow.campaign.run.manifest import manifest_pieces, provenance
+from undertow.campaign.run.portions import group_order
+from undertow.campaign.run.workers import Progress, silent
+from undertow.discrepancy.findings import FailedTrial, Findings
+from undertow.discrepancy.words import count
+from undertow.errors import UndertowError
+from undertow.report.extent import Extent
+from undertow.report.html import write_report
+from undertow.report.tables import RunTables
+from undertow.report.writing import write_pieces, write_text
+
+RESULTS = ("report.html", "verdict.json", "trials.csv", "levels.csv", "mismatch.csv", "manifest.json")
+"""What is moved into `EARLIER` when a later run in the same folder fails."""
+
+EARLIER = "earlier_run"
+
+LONGEST_NAME = 80
+"""Characters of a run folder's name at most: file systems take 255 bytes, and a letter may have four."""
+
+
+@dataclass(frozen=True)
+class Finished:
+    """What ``undertow run`` says when it is done; ``contradicted`` are sentences of groups whose channels disagree."""
+
+    folder: Path
+    findings: Findings
+    extent: Extent = field(default_factory=Extent)
+    contradicted: tuple[str, ...] = ()
+
+    @property
+    def failed(self) -> tuple[FailedTrial, ...]:
+        """Trials that could not be used."""
+        return self.findings.failed
+
+    @property
+    def summary(self) -> str:
+        """Every group's sentence (of many groups: of those shown), the campaign's, and where the report is."""
+        lines = [group.verdict.sentence for group in self.findings.groups]
+        if more := self.extent.groups - len(lines):
+            lines.append(f"{count(more, 'more group')}: {self.folder / 'verdict.json'}")
+        return "\n".join([*lines, self.findings.across_groups, f"report: {self.folder / 'report.html'}"])
+
+
+def run_to_folder(
+    config_path: Path,
+    overrides: Sequence[str] = (),
+    out: Path | None = None,
+    *,
+    jobs: int = 0,
+    resume: bool = False,
+    progress: Progress = silent,
+) -> Finished:
+    """Run a campaign and write its folder (default ``runs/<name>``); finished groups are kept as they come.
+
+    An older run's files stay until the new ones are ready, and are moved into `EARLIER` where the new run fails.
+    ``config.yaml`` is there from the start, unless an older one is, so that an interrupted run can go on from its
+    folder. Tables and verdict.json hold everything; the findings that are returned, and the page, at most as many
+    groups and trials as a page can show (`gathered`).
+
+    Raises ConfigError where the config is wrong, UndertowError where no trial can be used or the folder cannot be
+    written.
+    """
+    config = load(config_path, overrides)
+    folder = out or Path("runs") / safe_name(config.name)
+    text = yaml_text(config.resolved())
+    try:
+        course, gathered = Course(config, jobs, progress, folder / "stages", resume), Gathered(config)
+        _prepare(folder, config_path, text)  # a config that does not match its trials leaves no folder
+        with RunTables(folder) as tables:
+            for part in _or_set_aside(course.parts(), folder):
+                _take(part, gathered, tables)
+                del part  # else two portions would be held
+            start, seconds = time.perf_counter(), course.seconds
+            del course  # its list of trials is as long as the campaign, and the manifest makes another
+            findings = gathered.findings(seconds)
+            write_text(folder / "config.yaml", text)
+            tables.write(findings.failed, findings.across_groups)
+        made = provenance(findings, config, config_path, overrides)
+        write_report(findings, folder, made | {"config_text": text}, gathered.extent)
+        made["wall_time_s"]["report"] = round(time.perf_counter() - start, 3)
+        write_pieces(folder / "manifest.json", manifest_pieces(made, config))
+    except OSError as reason:
+        what = f"{reason.strerror or reason} ({reason.filename or folder})"
+        raise UndertowError(f"run folder {folder} cannot be written: {what}; choose another with --out") from reason
+    return Finished(folder, findings, gathered.extent, tuple(gathered.contradicted))
+
+
+def _take(part: Part, gathered: Gathered, tables: RunTables) -> None:
+    """One portion's groups into the tables, and what the page shows of them kept."""
+    gathered.add(part)
+    tables.note(part.notes)
+    for group in part.groups:
+        tables.add(group, group_order(group.key.items(), group.dry))
+
+
+def _prepare(folder: Path, config_path: Path, text: str) -> None:
+    """Make the folder with the resolved config in it; refuse to write over a config that says something else."""
+    folder.mkdir(parents=True, exist_ok=True)
+    kept = folder / "config.yaml"
+    if not kept.exists():
+        write_text(kept, text)
+    elif kept.samefile(config_path) and kept.read_text(encoding="utf-8") != text:
+        raise UndertowError(
+            f"run folder {folder} holds the config itself, {config_path}, which its resolved form with --set would "
+            "replace; choose another folder with --out"
+        )
+
+
+def _or_set_aside(parts: Iterator[Part], folder: Path) -> Iterator[Part]:
+    """The parts of a run; an older run's results are set aside where none comes."""
+    try:
+        yield from parts
+    except UndertowError:
+        _set_aside(folder)
+        raise
+
+
+def _set_aside(folder: Path) -> None:
+    """Move an older run's results out of the way of one that failed: nobody takes them for its own."""
+    found = [path for path in (folder / name for name in RESULTS) if path.exists()]
+    if not found or not (folder / "manifest.json").exists():
+        return
+    earlier = folder / EARLIER
+    earlier.mkdir(exist_ok=True)
+    for path in found:
+        path.replace(earlier / path.name)
+
+
+def safe_name(name: str) -> str:
+    """A folder name from a campaign's: letters, digits, dash, underscore; anything else becomes an underscore.
+
+    >>> safe_name("../flume 2")
+    '___flume_2'
+    """
+    return "".join(c if c.isalnum() or c in "-_" else "_" for c in name)[:LONGEST_NAME] or "run"
+
+
+def yaml_text(data: dict[str, Any]) -> str:
+    """Plain values as YAML."""
+    writer = YAML()
+    writer.default_flow_style = None
+    stream = StringIO()
+    writer.dump(data, stream)
+    return stream.getvalue()
+
+
+def write_json(path: Path, data: dict[str, Any]) -> None:
+    """Plain values as JSON, whole or not at all."""
+    write_text(path, json.dumps(data, indent=1, allow_nan=False, ensure_ascii=False))

@@ -1,0 +1,233 @@
+"""Which groups are judged together, and their verdicts: dry ones first, then each water's groups.
+
+Belongs here: that order, and a group as the judge sees it. Does not belong here: the search (discrepancy/).
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field, replace
+from pathlib import Path
+
+from undertow.campaign.config import RunConfig
+from undertow.campaign.run import checkpoints as stages
+from undertow.campaign.run.analysis import GroupTask
+from undertow.campaign.run.rig import (
+    Rig,
+    believable_repeatability,
+    dry_specimens,
+    in_water,
+    spring_label,
+    standing_addends,
+    with_known,
+)
+from undertow.campaign.run.workers import Progress, on_processes
+from undertow.comparison.level import Addend, Member
+from undertow.comparison.suspects import Suspect, chosen
+from undertow.discrepancy.case import Case
+from undertow.discrepancy.findings import GroupFindings
+from undertow.discrepancy.judge import Judged, judge_level, undecided
+from undertow.discrepancy.mismatch import place_words
+from undertow.discrepancy.verdict import Verdict
+from undertow.discrepancy.words import count
+from undertow.errors import FAILURES, failure
+from undertow.likelihood.fit import Specimen, Structure
+from undertow.methods.baseline import group_model
+from undertow.methods.repeated import FEWEST, scatter_of_repetitions
+
+SELF_REPEATABILITY = 0.01
+"""Free-run error that one trial fitted to itself may keep: no repetition can differ from it."""
+
+LOOSER = 10.0
+"""How much wider than its error a dry mean may be where its own trials are judged."""
+
+MOST_FRICTION = 0.1
+"""Friction that a dry group's own trials may turn out to have, over the largest force of their spring."""
+
+
+def judged(
+    config: RunConfig,
+    tasks: Sequence[GroupTask],
+    groups: Sequence[GroupFindings],
+    jobs: int,
+    progress: Progress,
+    folder: Path | None = None,
+    resume: bool = False,
+) -> list[GroupFindings]:
+    """The groups with their verdicts: dry ones first, then each water's groups together.
+
+    Verdicts of wet groups are kept in ``folder`` as they come (None: not kept) and, with ``resume``, taken from there.
+    """
+    suspects = chosen(config.discrepancy.suspects, config.equation.coordinate == "rotation")
+    seen = _dry_trials(config, tasks)
+    cases, told, failed = [], [], {}
+    for task, group in zip(tasks, groups, strict=True):
+        try:
+            cases.append(_case(config, task, group, seen))
+            told.append(task)
+        except FAILURES as reason:
+            failed[tuple(group.key.items())] = _without_case(group, failure(reason))
+    tasks = told
+    dry = [_Together((case,), (task,)) for case, task in zip(cases, tasks, strict=True) if case.dry]
+    budget = config.discrepancy.budget
+    first = on_processes(_Judge(suspects, budget=budget), dry, jobs, "dry: what is missing", progress)
+    standing = standing_addends(first)
+    if standing:
+        again = with_known(config, tasks, standing)
+        cases = [_with_rig(case, again[tuple(case.key.items())]) for case in cases]
+    levels: dict[tuple[object, ...], _Together] = {}
+    for case, task in zip(cases, tasks, strict=True):
+        if not case.dry:
+            water = _water(config, case)
+            together = levels.get(water, _Together((), ()))
+            levels[water] = _Together((*together.cases, case), (*together.tasks, task))
+    judge = _Judge(suspects, standing, folder, resume, dry_specimens(config, tasks), budget)
+    wet = on_processes(judge, list(levels.values()), jobs, "wet: what is missing", progress)
+    said = failed | {tuple(v.group.items()): v for judged in (*first, *wet) for v in judged.verdicts}
+    runs = {name: run for judged in (*first, *wet) for name, run in judged.runs.items()}
+    return [
+        replace(
+            group, verdict=said[tuple(group.key.items())],
+            trials=tuple(replace(t, augmented=runs.get(t.motion.name)) for t in group.trials),
+        )
+        for group in groups
+    ]  # fmt: skip
+
+
+@dataclass(frozen=True)
+class _Together:
+    """Groups of one water, as the judge sees them and as they were analysed."""
+
+    cases: tuple[Case, ...]
+    tasks: tuple[GroupTask, ...]
+
+
+@dataclass(frozen=True)
+class _Judge:
+    """Judges one level, or takes its verdicts from a finished stage; picklable for worker processes."""
+
+    suspects: tuple[Suspect, ...]
+    standing: tuple[Addend, ...] = ()
+    folder: Path | None = None
+    resume: bool = False
+    dry: Mapping[str, Specimen] = field(default_factory=dict)
+    budget: float = 1.0
+
+    def __call__(self, level: _Together) -> Judged:
+        standing = in_water(self.standing, {c.member.label: c.member.model.specimen for c in level.cases}, self.dry)
+        if self.folder is None:
+            return self._judged(level, standing)
+        free = [c.member.free_start for c in level.cases]
+        cells = [dict(c.cell) for c in level.cases]
+        also = repr((sorted(s.label for s in self.suspects), standing, free, cells, self.budget))
+        path = self.folder / f"verdict-{stages.level_digest(level.tasks, also)}.json"
+        kept = stages.load_verdicts(level.tasks, path) if self.resume else None
+        if kept is not None:
+            return Judged(kept[0], tuple(c.member.label for c in level.cases), runs=kept[1])
+        found = self._judged(level, standing)
+        stages.save_verdicts(found.verdicts, found.runs, path)
+        return found
+
+    def _judged(self, level: _Together, here: tuple[Addend, ...]) -> Judged:
+        """A level's verdicts; one that cannot be searched says so and does not stop the others.
+
+        Where no motion comes of bristles in friction's place (with what was taken for sliding), it is searched without.
+        """
+        sliding = tuple(d for d in here if not any(a.moves for a in d.additions))
+        reason = ""
+        for standing in dict.fromkeys((here, sliding)):
+            try:
+                return judge_level(level.cases, self.suspects, standing, self.budget)
+            except FAILURES as one:
+                reason = reason or failure(one).rstrip(".")
+        return undecided(level.cases, reason)
+
+
+def _loosened(structure: Structure | None, task: GroupTask) -> Structure | None:
+    """Dry trials' own k, c, mu as a start for their groups: a law that is missing may have bent the means, damping to
+    twice its size and friction to nothing."""
+    if structure is None:
+        return None
+    k, c, mu = (replace(e, stderr=LOOSER * e.stderr) for e in (structure.k, structure.c, structure.mu))
+    friction = MOST_FRICTION * k.value * max(m.amplitude for m in task.motions) / task.specimen.normal_force_N
+    if math.isfinite(friction) and friction > mu.stderr > 0.0:
+        mu = replace(mu, stderr=friction)
+    return replace(structure, k=k, c=replace(c, stderr=max(c.stderr, abs(c.value))), mu=mu)
+
+
+def _with_rig(case: Case, rig: Rig | None) -> Case:
+    """A wet group held against its rig as the dry trials with what they need give it."""
+    if rig is None:
+        return case
+    member = replace(case.member, model=rig.model, options=rig.options, allowed=rig.allowed)
+    return replace(case, member=member, allowed=rig.allowed)
+
+
+def _water(config: RunConfig, case: Case) -> tuple[object, ...]:
+    """What groups of the same water share; a group for itself where nothing is known from dry trials."""
+    fixed = config.trials.dry or {}
+    if not case.has_dry or not fixed:
+        return tuple(case.key.items())
+    return tuple(case.key[name] for name in fixed if name in case.key)
+
+
+def _without_case(group: GroupFindings, reason: str) -> Verdict:
+    """The verdict of a group whose equation cannot be set up for a search."""
+    because = f"its search could not start: {reason.rstrip('.')}"
+    return replace(group.verdict, because=because, sentence=f"{group.label}: cannot tell, because {because}.")
+
+
+def _dry_trials(config: RunConfig, tasks: Sequence[GroupTask]) -> dict[str, int]:
+    """How many dry trials each spring has."""
+    return {spring_label(config, task): len(task.motions) for task in tasks if task.dry}
+
+
+def _no_dry(config: RunConfig, task: GroupTask) -> str:
+    """That a wet group's spring has no dry trials though the config names some, in words."""
+    if task.dry or not config.trials.dry or task.dry_structure is not None:
+        return ""
+    return f"no dry trial of {spring_label(config, task)} could be used, and water cannot be separated from structure"
+
+
+def _assumed(config: RunConfig, task: GroupTask, group: GroupFindings, seen: Mapping[str, int]) -> str:
+    """Why nobody knows how much trials differ, in words; empty where it was measured or stated."""
+    if config.specimen.scatter is not None:
+        return ""
+    if task.dry_structure is not None and max(seen.values(), default=0) >= FEWEST:
+        return ""
+    singles = {t.motion.name: t.fits["output_error"] for t in group.trials if "output_error" in t.fits}
+    if scatter_of_repetitions(task.motions, singles) is not None:
+        return ""
+    rest = (
+        f"{FEWEST} dry trials of a spring, {FEWEST} releases of one size or specimen.scatter would say how much trials "
+        "differ"
+    )
+    if task.dry_structure is not None:
+        return f"{rest}, and there are {max(seen.values(), default=0)} dry trials"
+    return f"{rest}, and there is {count(len(task.motions), 'trial')}"
+
+
+def _case(config: RunConfig, task: GroupTask, group: GroupFindings, seen: Mapping[str, int]) -> Case:
+    """A group as the judge sees it; ``seen`` is how many dry trials each spring has."""
+    structure = _loosened(task.dry_structure, task) if task.dry else task.dry_structure
+    model = group_model(
+        task.terms, task.motions, task.specimen, structure, dry=task.dry, anchored=task.anchor.known,
+        stiffness={n: e.value for n, e in task.stiffness.items()},
+    )  # fmt: skip
+    spring = spring_label(config, task)
+    training = tuple(m for m in task.motions if m.name not in task.held_out)
+    held = tuple(m for m in task.motions if m.name in task.held_out)
+    member = Member(spring, model, training, task.options, config.trials.hidden_at_release == "free")
+    conditions = task.motions[0].recording.conditions
+    believed = min(believable_repeatability(task), group.verdict.repeatability_nrmse)
+    member = replace(member, allowed=believed, own_means=task.dry)
+    if len(training) == 1 and task.dry_structure is None and config.specimen.scatter is None:
+        member = replace(member, allowed=math.hypot(group.verdict.sensor_floor_nrmse, SELF_REPEATABILITY))
+    return Case(
+        task.key, group.label, member, held, group.verdict.baseline, group.verdict.sensor_floor_nrmse,
+        group.verdict.repeatability_nrmse, sum(t.mismatch.missing for t in group.trials), task.dry,
+        task.dry_structure is not None, config.cell_for(conditions), config.equation.coordinate == "rotation",
+        place_words([t.mismatch for t in group.trials if t.mismatch.missing]),
+        task.contradiction, _no_dry(config, task), _assumed(config, task, group, seen),
+    )  # fmt: skip

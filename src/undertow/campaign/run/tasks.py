@@ -1,0 +1,228 @@
+"""What each group's analysis is given: its trials, what the dry trials say of its spring, its anchor, who is held out.
+
+Belongs here: tasks from conditioned motions. Does not belong here: the order of work (course.py), the analysis
+(analysis.py).
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Collection, Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from undertow.campaign.config import RunConfig
+from undertow.campaign.config.settings import EverySettings, LargestSettings
+from undertow.campaign.config.specimen_rules import check_level
+from undertow.campaign.run.analysis import GroupTask
+from undertow.campaign.run.portions import group_order
+from undertow.conditioning.motion import Motion
+from undertow.equation.term import Term
+from undertow.errors import RecordingError
+from undertow.likelihood.fit import Specimen, Structure
+from undertow.likelihood.problem import TrialOptions
+from undertow.likelihood.scale import choose_anchor, trial_stiffness
+from undertow.methods.baseline import GroupFit
+from undertow.methods.decay import load_cell_stiffness
+from undertow.methods.dry import Scatter, dry_fits, pooled_scatter, structural_terms, structure_from
+from undertow.quantities import Estimate
+from undertow.recording.patterns import patterns_of
+from undertow.recording.recording import Condition
+from undertow.uncertainty.intervals import mean_of_trials
+
+JOINT_AT_MOST = 60
+"""Trials of a group that are fitted together and searched: every one has a clock and offsets of its own among the
+unknowns, so that a joint fit's memory goes with the square of their number, and its time faster."""
+
+LISTED_SHARE = 1 / 3
+"""Part of `JOINT_AT_MOST` that may be held out by a list: as many as hold_out: auto holds out."""
+
+
+Key = tuple[tuple[str, Condition], ...]
+
+
+def grouped(config: RunConfig, motions: Sequence[Motion]) -> dict[tuple[tuple[str, Condition], ...], list[Motion]]:
+    """Motions by group, dry groups first, then in order of their conditions; each in order of amplitude."""
+    groups: dict[tuple[tuple[str, Condition], ...], list[Motion]] = {}
+    for motion in motions:
+        groups.setdefault(config.group_key(motion.recording.conditions), []).append(motion)
+
+    def order(key: tuple[tuple[str, Condition], ...]) -> tuple[object, ...]:
+        return group_order(key, config.is_dry(groups[key][0].recording.conditions))
+
+    return {key: sorted(groups[key], key=lambda m: (m.amplitude, m.name)) for key in sorted(groups, key=order)}
+
+
+def _spring(config: RunConfig, key: Key) -> Key:
+    """The part of a group's key that its dry trials share: everything the config's ``dry`` does not fix."""
+    fixed = config.trials.dry or {}
+    return tuple((name, value) for name, value in key if name not in fixed)
+
+
+@dataclass(frozen=True)
+class Dry:
+    """A structure from dry trials, with the load cells' ratio to it (mean; stderr is the spread)."""
+
+    structure: Structure
+    ratio: Estimate
+
+
+Structures = Mapping[Key, Dry]
+"""What the dry trials say of each spring that has some."""
+
+
+def structures_of(config: RunConfig, groups: Mapping[Key, Sequence[Motion]], terms: Sequence[Term]) -> Structures:
+    """The structure of every spring that has dry trials and a known mass."""
+    fitted: dict[Key, dict[str, GroupFit]] = {}
+    slopes: dict[Key, list[float]] = {}
+    for key, motions in groups.items():
+        if not config.is_dry(motions[0].recording.conditions):
+            continue
+        specimen = config.specimen_for(motions[0].recording.conditions)
+        if not math.isfinite(specimen.mass_kg):
+            continue
+        spring = _spring(config, key)
+        found = dry_fits(motions, structural_terms(terms), specimen, TrialOptions())
+        if not found:
+            continue
+        fitted[spring] = found
+        measured = [(m, _slope(m)) for m in motions]
+        slopes[spring] = [
+            slope.value / fitted[spring][m.name].estimates["k_N_per_m"].value
+            for m, slope in measured if slope and m.name in fitted[spring]
+        ]  # fmt: skip
+    stated = config.specimen.scatter
+    scatter = pooled_scatter(list(fitted.values()))
+    if stated is not None:
+        scatter = Scatter({"k": stated.k, "c": stated.c, "mu": stated.mu}, math.inf)
+    away = [ratio / float(np.mean(ratios)) - 1.0 for ratios in slopes.values() for ratio in ratios]
+    freedom = len(away) - sum(bool(ratios) for ratios in slopes.values())
+    spread = math.sqrt(sum(d * d for d in away) / freedom) if freedom > 0 else math.nan
+    return {
+        spring: Dry(
+            structure_from(fits, scatter),
+            Estimate(float(np.mean(slopes[spring])) if slopes[spring] else math.nan, spread, unit="1"),
+        )
+        for spring, fits in fitted.items()
+    }
+
+
+def _slope(motion: Motion) -> Estimate | None:
+    """Slope of spring force on displacement, None where either is not recorded."""
+    channels = motion.recording.channels
+    if "spring_force" not in channels or "displacement" not in channels:
+        return None
+    return load_cell_stiffness(motion)
+
+
+def group_task(
+    config: RunConfig,
+    key: Key,
+    motions: Sequence[Motion],
+    terms: Sequence[Term],
+    structures: Structures,
+) -> GroupTask:
+    """One group's task; ``motions`` in order of amplitude.
+
+    Raises UndertowError where this group cannot be identified as the config says: a table leaves its level out, or no
+    trial is left to be fitted.
+    """
+    conditions = motions[0].recording.conditions
+    check_level(config, conditions)
+    specimen = config.specimen_for(conditions)
+    dry = config.is_dry(conditions)
+    found = structures.get(_spring(config, key))
+    structure = found.structure if found else None
+    slopes = {m.name: s for m in motions if (s := _slope(m)) is not None}
+    mean_slope = mean_of_trials(list(slopes.values()), "N/m", "load cells") if slopes else None
+    anchor = choose_anchor(specimen, structure, mean_slope, dry)
+    stiffness = {}
+    if found is not None and slopes and not dry and math.isfinite(found.ratio.value):
+        stiffness = trial_stiffness(found.structure.k, slopes, found.ratio, found.structure.scatter["k"])
+    stated = config.specimen.scatter
+    together = looked_at_together(motions, _listed(config, motions))
+    names = {m.name for m in together}
+    held = held_out(config, together)
+    if len(held) == len(together):
+        raise RecordingError(
+            f"trials.hold_out holds out all {len(held)} trials that can be used ({', '.join(held)}), which leaves none "
+            "to be fitted; hold out fewer"
+        )
+    return GroupTask(
+        dict(key), dry, tuple(motions), _group_terms(terms, dry), specimen, None if dry else structure, anchor,
+        stiffness, {"k": stated.k, "c": stated.c, "mu": stated.mu} if stated else _dry_scatter(structure),
+        structure.scatter_freedom if structure is not None and stated is None else math.inf, structure,
+        held, tuple(config.identify), _options(structure, specimen), config.seed,
+        tuple(m.name for m in motions if m.name not in names),
+    )  # fmt: skip
+
+
+def looked_at_together(motions: Sequence[Motion], listed: Collection[int] = ()) -> Sequence[Motion]:
+    """At most `JOINT_AT_MOST` of a group's trials, which are in order of amplitude: evenly, both ends among them.
+
+    Of those that a list holds out (``listed``, places in ``motions``) as many are taken as `LISTED_SHARE` allows.
+
+    >>> len(looked_at_together(list(range(1000)))), looked_at_together([1, 2, 3])
+    (60, [1, 2, 3])
+    >>> sum(m % 10 == 0 for m in looked_at_together(list(range(1000)), range(0, 1000, 10)))
+    20
+    """
+    if len(motions) <= JOINT_AT_MOST:
+        return motions
+    unseen = _evenly([at for at in range(len(motions)) if at in listed], int(LISTED_SHARE * JOINT_AT_MOST))
+    seen = [at for at in range(len(motions)) if at not in listed]
+    return [motions[at] for at in sorted([*unseen, *_evenly(seen, JOINT_AT_MOST - len(unseen))])]
+
+
+def _evenly(places: Sequence[int], most: int) -> Sequence[int]:
+    """At most so many of the places, evenly, both ends among them."""
+    if len(places) <= most:
+        return places
+    return [places[i] for i in np.linspace(0, len(places) - 1, most).round().astype(int)]
+
+
+def _group_terms(terms: Sequence[Term], dry: bool) -> tuple[Term, ...]:
+    return structural_terms(terms) if dry else tuple(terms)
+
+
+def _dry_scatter(structure: Structure | None) -> dict[str, float]:
+    return dict(structure.scatter) if structure is not None else {}
+
+
+def _options(structure: Structure | None, specimen: Specimen) -> TrialOptions:
+    """Nuisances of a trial: the rest position's prior is the width in which friction lets the body come to rest."""
+    if structure is None:
+        return TrialOptions()
+    width = structure.mu.value * specimen.normal_force_N / structure.k.value
+    return TrialOptions(rest_offset_std=width) if math.isfinite(width) and width > 0.0 else TrialOptions()
+
+
+def held_out(config: RunConfig, motions: Sequence[Motion]) -> tuple[str, ...]:
+    """Names of a group's trials that are never fitted; ``motions`` in order of amplitude.
+
+    auto: from three trials on every third, starting with the second, never the smallest or the largest.
+    """
+    rule = config.trials.hold_out
+    names = [m.name for m in motions]
+    if rule == "auto":
+        return tuple(names[i] for i in range(1, len(names) - 1, 3)) if len(names) >= 3 else ()
+    if isinstance(rule, EverySettings):
+        return tuple(names[1 :: rule.every]) if len(names) > 1 else ()
+    if isinstance(rule, LargestSettings):
+        if rule.largest >= len(names):
+            raise RecordingError(
+                f"trials.hold_out: largest {rule.largest} leaves none of the {len(names)} trials "
+                f"({', '.join(names)}) to be fitted; hold out fewer"
+            )
+        return tuple(names[-rule.largest :])
+    return tuple(names[at] for at in sorted(_listed(config, motions)))
+
+
+def _listed(config: RunConfig, motions: Sequence[Motion]) -> set[int]:
+    """Places of the motions that a list in ``trials.hold_out`` names."""
+    rule = config.trials.hold_out
+    if not isinstance(rule, tuple):
+        return set()
+    patterns = patterns_of(rule)
+    return {at for at, m in enumerate(motions) if patterns.fit(m.name, m.recording.path)}

@@ -1,0 +1,122 @@
+"""One piece of work on many items, on several processes, that stops at once when it is told to.
+
+Belongs here: processes and their end. Does not belong here: what they do (course.py).
+"""
+
+from __future__ import annotations
+
+import os
+import signal
+import threading
+from collections import Counter
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from contextlib import contextmanager
+from typing import TypeVar
+
+import joblib
+from joblib.externals.loky.process_executor import TerminatedWorkerError
+
+from undertow.errors import UndertowError
+
+Progress = Callable[[str, int, int], None]
+"""Called with the stage's name, how many items are done, and how many there are."""
+
+FEWEST_FOR_PROCESSES = 3
+"""Below this many items starting processes (0.5 to 1 s) costs more than it gives."""
+
+Item = TypeVar("Item")
+Result = TypeVar("Result")
+
+
+def silent(stage: str, done: int, of: int) -> None:
+    """No progress."""
+
+
+def steps(progress: Progress, totals: Mapping[str, int]) -> Progress:
+    """Progress of work that comes in several portions, counted through; ``totals`` is what a stage amounts to.
+
+    What is looked at again beside later portions (a stage whose name starts with "dry") is said once.
+
+    >>> seen = []
+    >>> one = steps(lambda *said: seen.append(said), {"read": 4})
+    >>> for done in (0, 1, 2, 0, 1, 2):
+    ...     one("read", done, 2)
+    >>> seen
+    [('read', 0, 4), ('read', 1, 4), ('read', 2, 4), ('read', 3, 4), ('read', 4, 4)]
+    """
+    finished: Counter[str] = Counter()
+    last: dict[str, tuple[int, int]] = {}
+
+    def say(stage: str, done: int, of: int) -> None:
+        before = finished[stage]
+        if stage.startswith("dry") and before:
+            return
+        said = before + done, max(totals.get(stage, 0), before + of)
+        if done == of:
+            finished[stage] += of
+        if last.get(stage) != said and (done or not before):
+            progress(stage, *said)
+        last[stage] = said
+
+    return say
+
+
+def on_processes(
+    work: Callable[[Item], Result], items: Sequence[Item], jobs: int, stage: str, progress: Progress = silent
+) -> list[Result]:
+    """``work(item)`` for all items, in order, on ``jobs`` processes (0: one a core).
+
+    ``work`` must be picklable. An exception of one item ends the others; so does an interruption, which only this
+    process receives: workers do not see Ctrl-C, they are ended.
+
+    Raises UndertowError where the system ended a worker.
+
+    >>> on_processes(abs, [-1, 2], jobs=1, stage="sizes")
+    [1, 2]
+    """
+    count = jobs or os.cpu_count() or 1
+    progress(stage, 0, len(items))
+    done: list[Result] = []
+    try:
+        for result in _results(work, items, count):
+            done.append(result)
+            progress(stage, len(done), len(items))
+    except TerminatedWorkerError as reason:
+        raise UndertowError(
+            f"{stage}: the system ended a worker process after {len(done)} of {len(items)} items (memory, most often); "
+            "run again with --resume and --jobs 1"
+        ) from reason
+    return done
+
+
+def _results(work: Callable[[Item], Result], items: Sequence[Item], count: int) -> Iterator[Result]:
+    if count == 1 or len(items) < FEWEST_FOR_PROCESSES:
+        yield from map(work, items)
+        return
+    with _children_without_interrupts():
+        results = joblib.Parallel(n_jobs=min(count, len(items)), return_as="generator")(
+            joblib.delayed(work)(item) for item in items
+        )
+    yield from results
+
+
+@contextmanager
+def _children_without_interrupts() -> Iterator[None]:
+    """Processes started inside ignore SIGINT; one that comes meanwhile is delivered here at the end.
+
+    Without this every worker answers Ctrl-C with a traceback of its own. Workers inherit that SIGINT is ignored; that
+    it is also blocked keeps it for this process (on Linux; elsewhere the half second of starting may swallow one).
+    Outside the main thread, where signals cannot be set, nothing is done.
+    """
+    if threading.current_thread() is not threading.main_thread():
+        yield
+        return
+    masks = hasattr(signal, "pthread_sigmask")
+    mask = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT}) if masks else set()
+    handler = signal.signal(signal.SIGINT, signal.SIG_IGN)
+    try:
+        yield
+    finally:
+        signal.signal(signal.SIGINT, handler)
+        if masks:
+            signal.pthread_sigmask(signal.SIG_SETMASK, mask)

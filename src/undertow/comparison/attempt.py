@@ -1,0 +1,161 @@
+"""One more suspect beside what stands: from several starts, or from the best places of its grid.
+
+Belongs here: the fits of one suspect. Does not belong here: which are tried and believed (search.py, candidate.py).
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
+
+import numpy as np
+
+from undertow.comparison.candidate import Candidate, doubt
+from undertow.comparison.joint import JointFit, fit_joint
+from undertow.comparison.level import Addend, Level
+from undertow.comparison.score_test import Prospect
+from undertow.comparison.suspects import EACH_SPRING, RADIATION, Addition, Suspect, kernel_additions
+from undertow.errors import IdentificationError
+
+COMMON = frozenset({"acceleration_shift_s", "acceleration_gain"})
+"""Errors that a sensor has in all trials alike."""
+
+REFINED = 2
+"""Of several starts, so many of the best are followed to their end."""
+
+
+def from_starts(
+    level: Level, best: Candidate, suspect: Suspect, prior: float, most: float = math.inf
+) -> Candidate | None:
+    """The best candidate with one more suspect, from several starts; None where no start gives a motion, or none a
+    criterion under ``most`` in a quick fit."""
+    starts = suspect.starts(level.scales)
+    waters = _waters(level, best, suspect)
+    quick = [f for w in waters for start in starts if (f := _attempt(w, best, suspect, start)) is not None]
+    quick = [f for f in quick if f.criterion < most]
+    if not quick:
+        return None
+    ahead = sorted(quick, key=lambda f: f.criterion)[: (REFINED if len(starts) * len(waters) > 1 else 1)]
+    fit = min((_refined(level, f) for f in ahead), key=lambda f: f.criterion)
+    return Candidate((*best.suspects, suspect), fit, prior, doubt(level, fit))
+
+
+def from_places(
+    level: Level, best: Candidate, suspect: Suspect, places: Sequence[Prospect], prior: float
+) -> Candidate | None:
+    """The best candidate with one more suspect whose effect is small, from places of its grid; None without a motion.
+
+    Water that swings by itself may be what kept the springs apart: it is also tried with one water for all.
+    """
+    stands = replace(level, shared_water=best.fit.shared_water)
+    tried = [(stands, place) for place in places]
+    if suspect.memory and suspect.origin == "water" and not best.suspects and stands != level:
+        tried.append((level, places[0]))
+    fits = [f for w, p in tried if (f := _from_place(w, best, suspect, p.additions)) is not None]
+    if not fits:
+        return None
+    ahead = min((_refined(level, f) for f in fits), key=lambda f: f.criterion)
+    return Candidate((*best.suspects, suspect), ahead, prior, doubt(level, ahead))
+
+
+def as_radiation(level: Level, candidate: Candidate) -> Candidate:
+    """The same model with its last resonator, which hardly rings, as a kernel of damping."""
+    fit = candidate.fit
+    *others, last = fit.addends
+    place = int(last.additions[0].slot[-1])
+    mass, frequency, damping = (fit.value(f"{last.prefix}.{a.name}") for a in last.additions[:3])
+    kernel = Addend(RADIATION.name, kernel_additions(place, mass, frequency, damping))
+    level = replace(level, shared_water=fit.shared_water)
+    try:
+        fit = fit_joint(level, (*others, kernel), fit.memory, fit.values, fit.misfit, growing=False)
+    except IdentificationError:
+        return candidate
+    return Candidate((*candidate.suspects[:-1], RADIATION), fit, candidate.log_prior, doubt(level, fit))
+
+
+def without(level: Level, candidate: Candidate, place: int, prior: float) -> Candidate | None:
+    """The same model without the effect at ``place``, refitted from where the others are; None where that gives no
+    motion."""
+    fit = candidate.fit
+    kept = [i for i in range(len(candidate.suspects)) if i != place]
+    own = fit.addends[len(level.standing) :]
+    level = replace(level, shared_water=fit.shared_water)
+    addends = (*level.standing, *(own[i] for i in kept))
+    try:
+        fit = fit_joint(level, addends, fit.memory, fit.values, fit.misfit, growing=False)
+    except IdentificationError:
+        return None
+    return Candidate(tuple(candidate.suspects[i] for i in kept), fit, prior, doubt(level, fit))
+
+
+def _waters(level: Level, best: Candidate, suspect: Suspect) -> tuple[Level, ...]:
+    """Levels on which a suspect is tried: what stands decides; damping of each spring's own (waves radiated at its own
+    frequency) comes with an added mass of its own too."""
+    if suspect.variant == EACH_SPRING:
+        return level, replace(level, shared_water=False)
+    if best.suspects:
+        return (replace(level, shared_water=best.fit.shared_water),)
+    return (level,)
+
+
+def _attempt(level: Level, best: Candidate, suspect: Suspect, start: float) -> JointFit | None:
+    """One fit from one start, at the noise of what stands; None where it gives no motion.
+
+    What is far from what stands is fitted in growing windows and in one: either can end beside the answer.
+    """
+    additions = renumbered(suspect.additions(level.scales, start), best)
+    addend = Addend(_prefix(best, suspect), additions, suspect.frees, late=suspect.late)
+    known = best.fit.values if best.suspects or not suspect.memory else {}
+    new = suspect.memory or suspect.late > 0.0 or not level.shares(best.fit.solution.problem.names)
+    ways = (True, False) if new and not best.suspects else (False,)
+    fits = [f for growing in ways if (f := _with(level, best, addend, known, growing)) is not None]
+    return min(fits, key=lambda f: f.criterion, default=None)
+
+
+def _from_place(level: Level, best: Candidate, suspect: Suspect, additions: tuple[Addition, ...]) -> JointFit | None:
+    """One fit from a place of the grid, everything else where it stands; None where it gives no motion."""
+    addend = Addend(_prefix(best, suspect), additions, suspect.frees)
+    return _with(level, best, addend, best.fit.values, growing=level.shared_water != best.fit.shared_water)
+
+
+def _with(
+    level: Level, best: Candidate, addend: Addend, known: Mapping[str, float], growing: bool
+) -> JointFit | None:
+    """A quick fit of what stands with one addend more; None where it gives no motion.
+
+    The error that a sensor has in all trials is found with wide priors first, then each trial's own about it.
+    """
+    try:
+        fit = fit_joint(level, (*best.fit.addends, addend), best.fit.memory, known, best.fit.misfit, growing, True)
+        if addend.frees not in COMMON:
+            return fit
+        mine = [value for name, value in fit.values.items() if name.startswith(f"{addend.frees}[")]
+        common = replace(addend, centre=float(np.mean(mine)))
+        return fit_joint(level, (*best.fit.addends, common), fit.memory, fit.values, fit.misfit, False, True)
+    except IdentificationError:
+        return None
+
+
+def _refined(level: Level, fit: JointFit) -> JointFit:
+    """The same model refitted from where it is until its noise is its own; as it is where no motion comes of that."""
+    level = replace(level, shared_water=fit.shared_water)
+    try:
+        return fit_joint(level, fit.addends, fit.memory, fit.values, fit.misfit, growing=False)
+    except IdentificationError:
+        return fit
+
+
+def _prefix(best: Candidate, suspect: Suspect) -> str:
+    number = sum(n == suspect.name for n in best.names) + 1
+    return suspect.name if number == 1 else f"{suspect.name}#{number}"
+
+
+def renumbered(additions: Sequence[Addition], best: Candidate) -> tuple[Addition, ...]:
+    """A second resonator takes the integrator's second place."""
+    taken = sum(a.slot.startswith("hm") for d in best.fit.addends for a in d.additions)
+    if not taken or not additions or not additions[0].slot.startswith("h") or additions[0].slot[-1] != "1":
+        return tuple(additions)
+    place = str(taken + 1)
+    return tuple(replace(a, slot=a.slot[:-1] + place) for a in additions)
+

@@ -1,0 +1,285 @@
+"""Sets of suspects as fitted, and what is believed of them.
+
+Belongs here: a candidate's score, posterior probabilities, rivals, why a candidate's numbers mean nothing. Does not
+belong here: the search (search.py), fits (joint.py).
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from undertow.comparison.joint import WIDER, JointFit, shared_theta
+from undertow.comparison.level import Addend, Level
+from undertow.comparison.suspects import RADIATION, Suspect
+from undertow.conditioning.motion import Motion
+from undertow.equation.kernel import SLOT
+from undertow.methods.dry import DEFAULT_SCATTER
+
+RIVAL_ODDS = 20.0
+"""A rival whose posterior odds against the answer are better than 1 to this is named beside it."""
+
+SIGNIFICANT = 3.0
+"""A suspect's coefficient must be this many standard errors from zero."""
+
+DISSIPATES = frozenset({"linear_damping", "coulomb_friction", "quadratic_drag", "cubic_damping", "relaxation"})
+"""Additions that cannot be negative: water takes energy, and so does a spring behind a dashpot."""
+
+OVERDAMPED = 0.25
+"""From this damping ratio on a resonator has no beat of its own: it cannot be told from memory that relaxes."""
+
+BENT = 5.0
+"""A trial's own k this many times its scatter away is no mass that changed: all of the trial's forces are scaled."""
+
+UNUSUAL = 3.0
+"""A sensor is accused where it errs by more than this many times its prior."""
+
+TIED = 0.2
+"""A force named beside another effect has phases of its own: were they drawn at random, they would agree from trial to
+trial as much as they do in at least this share of draws. Fewer, and it is what the other effect leaves."""
+
+DRAWS = 2000
+"""Random phases drawn for that share."""
+
+CLOCKED = 2
+"""Trials in which an outside force must be told from zero: in one alone a clock explains whatever is left."""
+
+OWN_FREQUENCY = 0.1
+"""A force this close (relative) to the body's own frequency cannot be told from a trial whose k differs."""
+
+
+@dataclass(frozen=True)
+class Candidate:
+    """A set of suspects as fitted on one level; ``out`` says why it cannot be the answer (empty: it can)."""
+
+    suspects: tuple[Suspect, ...]
+    fit: JointFit
+    log_prior: float
+    out: str = ""
+
+    @property
+    def score(self) -> float:
+        """Log posterior up to a constant."""
+        return -0.5 * self.fit.criterion + self.log_prior
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """Names of the set, in the order they were found."""
+        return tuple(s.name for s in self.suspects)
+
+
+@dataclass(frozen=True)
+class Screened:
+    """A suspect that was not fitted: one linear step already shows that it gains too little. ``score`` as a
+    candidate's, estimated from that step; ``relative`` to the prescribed equation's."""
+
+    suspect: Suspect
+    gain: float
+    score: float
+    relative: float
+
+
+@dataclass(frozen=True)
+class Diagnosis:
+    """The search on one level: the prescribed equation alone, the best candidate, all others, posterior probability of
+    the best among all, rivals (sets of names) that the data cannot separate from it, suspects screened out; ``small``
+    is the most probable effect that evidence is overwhelming for though it moves the free run by less than what counts,
+    ``looked`` how many suspects were tried, ``unfinished`` names those not tried to the end of their budget."""
+
+    null: Candidate
+    best: Candidate
+    candidates: tuple[Candidate, ...]
+    confidence: float
+    rivals: tuple[tuple[str, ...], ...]
+    screened: tuple[Screened, ...] = ()
+    small: Candidate | None = None
+    looked: int = 0
+    unfinished: tuple[str, ...] = ()
+
+    @property
+    def accused(self) -> bool:
+        """Whether something is named as missing."""
+        return bool(self.best.suspects)
+
+
+def conclude(
+    null: Candidate,
+    best: Candidate,
+    found: Sequence[Candidate],
+    screened: Sequence[Screened],
+    small: Candidate | None = None,
+    looked: int = 0,
+    unfinished: Sequence[str] = (),
+) -> Diagnosis:
+    """The diagnosis with its confidence and rivals."""
+    probability = _probability(best, found, screened)
+    rivals = _rivals(best, found)
+    left = tuple(dict.fromkeys(unfinished))
+    return Diagnosis(null, best, tuple(found), probability, rivals, tuple(screened), small, looked, left)
+
+
+def _probability(best: Candidate, found: Sequence[Candidate], screened: Sequence[Screened]) -> float:
+    """Posterior probability of the best set of names among all considered (variants of a name count together)."""
+    considered = [c for c in found if not c.out or c is best]
+    scores = np.array([*(c.score for c in considered), *(s.score for s in screened)])
+    names = [*(tuple(sorted(c.names)) for c in considered), *((s.suspect.name,) for s in screened)]
+    weights = np.exp(scores - scores.max())
+    mine = sum(w for w, n in zip(weights, names, strict=True) if n == tuple(sorted(best.names)))
+    return float(mine / weights.sum())
+
+
+def _rivals(best: Candidate, found: Sequence[Candidate]) -> tuple[tuple[str, ...], ...]:
+    """Other sets of names of the same size within `RIVAL_ODDS`."""
+    near = [
+        c.names for c in found
+        if not c.out and tuple(sorted(c.names)) != tuple(sorted(best.names)) and c.suspects
+        and best.score - c.score < math.log(RIVAL_ODDS) and len(c.names) == len(best.names)
+    ]  # fmt: skip
+    if damping_ratio(best.fit) > OVERDAMPED:
+        near.append(tuple("relaxation" if n == "hidden_resonator" else n for n in best.names))
+    if best.names == ("linear_damping",) and best.suspects[0].variant == RADIATION.variant:
+        near += [("hidden_resonator",), ("relaxation",)]  # radiated waves, or water that hardly swings by itself
+    if best.names == ("added_mass",):
+        near.append(("hidden_resonator",))  # far above the body's frequency a resonator is an added mass
+    if best.names == ("linear_damping",):
+        behind = [c for c in found if c.suspects and c.score > best.score and c.names == ("hidden_resonator",)]
+        if any(damping_ratio(c.fit) > OVERDAMPED for c in behind):
+            near += [("relaxation",), ("hidden_resonator",)]
+    return tuple(dict.fromkeys(near))
+
+
+def damping_ratio(fit: JointFit) -> float:
+    """Largest damping ratio of the resonators that a fit holds, each spring's own too; 0 where it holds none."""
+    found = [value for name, value in fit.values.items() if name.split("@")[0].endswith(".damping_ratio")]
+    return max(found, default=0.0)
+
+
+def strengths(diagnosis: Diagnosis) -> Mapping[str, float]:
+    """By how much the log posterior of each single suspect exceeds that of the prescribed equation alone."""
+    return {c.suspects[0].label: c.score - diagnosis.null.score for c in diagnosis.candidates if len(c.suspects) == 1}
+
+
+def doubt(level: Level, fit: JointFit) -> str:
+    """Why a candidate's numbers mean nothing: a bound, or a coefficient not told from zero; empty where they do."""
+    for addend in fit.addends:
+        if addend in level.standing:
+            continue
+        beside = addend is fit.addends[-1] and len(fit.addends) > len(level.standing) + 1
+        if addend.prefix == "external_forcing" and (said := _no_clock(level, fit, beside)):
+            return said
+        if addend.frees and (said := _usual(fit, addend)):
+            return said
+        strongest = 0.0
+        for a in addend.additions:
+            full = f"{addend.prefix}.{a.name}"
+            names = [n for n in fit.solution.problem.names if n == full or n.startswith((f"{full}@", f"{full}["))]
+            for name in names:
+                value, error = fit.value(name), fit.solution.stderr(name)
+                if value >= a.upper * 0.999 or (a.lower > 0.0 and value <= a.lower * 1.001):
+                    return f"{name} = {value:.4g} {a.unit} sits on its bound"
+                if a.inner or a is not addend.additions[0]:
+                    continue
+                if addend.prefix in DISSIPATES and value < -2.0 * error:
+                    return f"{name} = {value:.4g} {a.unit} would feed energy into the motion"
+                strongest = max(strongest, abs(value) / error if error > 0.0 else 0.0)
+            if a.differs:
+                difference, error = fit.apart(names)
+                strongest = difference / error if error > 0.0 else 0.0
+                if said := _as_stiffness(level, fit, names):
+                    return said
+        if any(m.free_start for m in level.members) and any(a.slot.startswith("hm") for a in addend.additions):
+            continue  # mass and a free start trade places: the evidence says whether it is there, not its size
+        if addend.additions and not addend.additions[0].inner and strongest < SIGNIFICANT:
+            return f"{addend.prefix} is {strongest:.1f} standard errors from zero"
+    return ""
+
+
+def _as_stiffness(level: Level, fit: JointFit, names: Sequence[str]) -> str:
+    """Whether masses differ no more than stiffness does from trial to trial on any rig, in words: a decay's period
+    knows the ratio alone, and few dry trials can look more alike than the rig is."""
+    spread = float(np.std([fit.value(n) for n in names])) / level.scales.mass
+    scatter = [m.model.fixed.scatter.get("k", 0.0) for m in level.members if m.model.fixed is not None]
+    usual = max([DEFAULT_SCATTER["k"], *scatter])
+    if spread < UNUSUAL * usual:
+        return f"masses that differ by {100 * spread:.2g} % are no more than stiffness differs ({100 * usual:.2g} %)"
+    bent = [abs(fit.value(u.name)) / u.prior_std for u in fit.solution.problem.unknowns if u.name.startswith("k[")]
+    if max(bent, default=0.0) > BENT:
+        return f"beside such masses a trial's stiffness would differ by {max(bent):.2g} times its scatter"
+    return ""
+
+
+def _usual(fit: JointFit, addend: Addend) -> str:
+    """Whether a suspected sensor errs no more than sensors usually do, in words."""
+    mine = [u for u in fit.solution.problem.unknowns if u.name.startswith(f"{addend.frees}[")]
+    usual = mine[0].prior_std if math.isfinite(addend.centre) else mine[0].prior_std / WIDER
+    error = math.sqrt(float(np.mean([fit.value(u.name) ** 2 for u in mine])))
+    if error < UNUSUAL * usual:
+        return f"{addend.frees} of {error:.2g} is no more than {UNUSUAL:g} times what sensors usually err ({usual:.2g})"
+    return ""
+
+
+def at_a_resonance(fit: JointFit) -> bool:
+    """Whether an outside force has the frequency of a resonator that the same fit holds."""
+    clock = fit.value("external_forcing.frequency_rad_per_s")
+    swings = [v for name, v in fit.values.items() if name.split("@")[0].endswith("natural_frequency_rad_per_s")]
+    return any(abs(clock / swing - 1.0) < OWN_FREQUENCY for swing in swings)
+
+
+def _no_clock(level: Level, fit: JointFit, beside: bool) -> str:
+    """Why an outside force has no clock of its own, in words; empty where it has. ``beside``: something was named
+    before it, whose memory may be what is left."""
+    return _own_motion(level, fit) or _in_one_trial(level, fit) or (_tied(level, fit) if beside else "")
+
+
+def _own_motion(level: Level, fit: JointFit) -> str:
+    """Whether an outside force's clock is the body's own frequency, in words."""
+    clock = fit.value("external_forcing.frequency_rad_per_s")
+    for member in level.members:
+        theta = shared_theta(level, member, fit, member.motions[0].name)
+        own = math.sqrt(max(theta[SLOT["k1"]] + theta[SLOT["ks"]], 0.0) / theta[SLOT["mass"]])
+        if own > 0.0 and abs(clock / own - 1.0) < OWN_FREQUENCY:
+            return f"external_forcing at {clock:.3g} rad/s is the body's own motion of {own:.3g} rad/s"
+    return ""
+
+
+def _in_one_trial(level: Level, fit: JointFit) -> str:
+    """Whether an outside force is told from zero in fewer than two trials, in words: one trial knows no clock."""
+    told = 0
+    for motion in (m for member in level.members for m in member.motions):
+        parts = [f"external_forcing.{part}_N[{motion.name}]" for part in ("cosine", "sine")]
+        told += math.hypot(*(fit.value(n) / max(fit.solution.stderr(n), 1e-300) for n in parts)) > SIGNIFICANT
+    if told >= CLOCKED:
+        return ""
+    return f"external_forcing is told from zero in {told} of {level.trials} trials; {CLOCKED} show a clock of its own"
+
+
+def _tied(level: Level, fit: JointFit) -> str:
+    """Whether an outside force's phase is tied to the release on each spring, in words: sizes in units of the release
+    and phases that agree are a memory's."""
+
+    def force(motion: Motion) -> complex:
+        cosine, sine = (fit.value(f"external_forcing.{part}_N[{motion.name}]") for part in ("cosine", "sine"))
+        return complex(cosine, sine) / motion.amplitude
+
+    forces = [np.array([force(motion) for motion in member.motions]) for member in level.members]
+    total = sum(float(np.sum(np.abs(own) ** 2)) for own in forces)
+    if total == 0.0:
+        return ""
+
+    def agreement(phased: list[np.ndarray]) -> np.ndarray:
+        """Share (draws,) of the forces' squares that one force a spring, in units of the release, holds."""
+        return np.asarray(sum(np.abs(own.sum(axis=-1)) ** 2 / own.shape[-1] for own in phased)) / total
+
+    rng = np.random.default_rng(0)
+    drawn = [own * np.exp(2j * math.pi * rng.random((DRAWS, own.size))) for own in forces]
+    seen = float(agreement(forces))
+    chance = float(np.mean(agreement(drawn) >= seen * (1.0 - 1e-12)))
+    if chance >= TIED:
+        return ""
+    return (
+        f"external_forcing is tied to the release: phases and sizes agree in all trials by {100 * seen:.0f} %, as "
+        f"phases of its own would in {100 * chance:.0f} of 100 campaigns"
+    )

@@ -1,0 +1,245 @@
+"""`Discover`: the structure of an equation of motion as a scikit-learn estimator.
+
+Belongs here: settings, fitted attributes, prediction and score. Does not belong here: the finding (structure.py), the
+words (structure_report.py).
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+from sklearn.base import BaseEstimator
+from sklearn.exceptions import NotFittedError as UnfittedEstimator
+
+from undertow.comparison.beliefs import Belief
+from undertow.comparison.stepwise_selection import Rules
+from undertow.comparison.structure import Effort, Structure, find_structure
+from undertow.comparison.structure_report import as_html, as_text, equation_text
+from undertow.conditioning.condition import condition
+from undertow.conditioning.motion import Motion
+from undertow.equation import registry as shelf
+from undertow.equation.equation import Equation
+from undertow.equation.kernel import SLOT
+from undertow.equation.term import Term
+from undertow.errors import IdentificationError, NotFittedError
+from undertow.likelihood.free_run import FreeRun, free_run
+from undertow.methods.library import label
+from undertow.quantities import Estimate
+from undertow.recording.recording import Recording
+
+Array = NDArray[np.float64]
+Trial = Recording | Motion
+
+TEN_TERMS = (
+    "stiffness", "viscous_damping", "coulomb_friction", "quadratic_drag", "asymmetric_stiffness", "cubic_stiffness",
+    "quadratic_stiffness", "cubic_damping", "position_damping", "van_der_pol_damping",
+)  # fmt: skip
+"""The library where none is given: x, v, sgn v, v|v|, x^2, x^3, x|x|, v^3, xv, x^2 v."""
+
+
+class NotDiscoveredError(NotFittedError, UnfittedEstimator):  # type: ignore[misc]
+    """A result was asked of a `Discover` that has not been fitted; scikit-learn's own error too."""
+
+
+class Discover(BaseEstimator):  # type: ignore[misc]
+    """Which terms of a library move a body, and their coefficients over its mass, from several free decays.
+
+        x'' + sum_i theta_i force_i(x, v) = 0,    theta_i = coefficient_i / mass
+
+    All subsets of the library are searched exactly; what is compared is the misfit of simulated trajectories to the
+    recorded samples (docs/structure.md). Nobody chooses a threshold.
+
+    Parameters
+    ----------
+    terms : names from the shelf or Term objects; None takes the ten algebraic ones of `TEN_TERMS`. A term with one
+        inner parameter (drag_exponent, stribeck_friction) has it refined.
+    known : names of terms that are certainly there.
+    together : groups of names that enter all or none.
+    exclusive : groups of names of which at most one enters.
+    signs : whether a coefficient that cannot be negative (drag, friction, damping, stiffness) is kept from it.
+    beliefs : what is known of coefficients beforehand, as values with errors: `Belief`, and from dry
+        trials `from_dry` (dry_beliefs.py).
+    scatter : term name -> relative standard deviation from trial to trial; None takes the trials as equal.
+    rival_difference : subsets within this difference of the criterion are rivals; 6 is odds of 20 to 1.
+    resamples : block resamples for the inclusion probabilities; 0 leaves them out.
+    outside : whether laws outside the library are compared with its best subset.
+    second_route : whether the coefficients are found a second time in weak form.
+    random_state : seed of the resampling.
+
+    Attributes
+    ----------
+    structure_ : the `Structure` with everything found.
+    equation_ : `Equation` per unit mass.
+    terms_, coefficients_ : terms kept and their coefficients over mass (SI over kg).
+    estimates_ : name -> Estimate with standard error, inner parameters as ``term.inner``.
+    inclusion_ : name -> share of resamples that keep it.
+    rivals_ : subsets that the data hardly tell from the best.
+    n_trials_in_ : number of trials.
+
+    Raises
+    ------
+    IdentificationError
+        Unknown names, no trials, terms that cannot be simulated, a library none of whose subsets moves as the body.
+    NotDiscoveredError
+        Where a result is asked for before ``fit``.
+
+    >>> Discover(known=("stiffness",), resamples=0)
+    Discover(known=('stiffness',), resamples=0)
+    """
+
+    def __init__(
+        self,
+        terms: Sequence[str | Term] | None = None,
+        known: Sequence[str] = (),
+        together: Sequence[Sequence[str]] = (),
+        exclusive: Sequence[Sequence[str]] = (),
+        signs: bool = True,
+        beliefs: Sequence[Belief] = (),
+        scatter: Mapping[str, float] | None = None,
+        rival_difference: float = 6.0,
+        resamples: int = 100,
+        outside: bool = True,
+        second_route: bool = True,
+        random_state: int = 0,
+    ) -> None:
+        self.terms = terms
+        self.known = known
+        self.together = together
+        self.exclusive = exclusive
+        self.signs = signs
+        self.beliefs = beliefs
+        self.scatter = scatter
+        self.rival_difference = rival_difference
+        self.resamples = resamples
+        self.outside = outside
+        self.second_route = second_route
+        self.random_state = random_state
+
+    def fit(self, trials: Sequence[Trial], y: object = None) -> Discover:
+        """Find the equation of ``trials``, recordings or conditioned motions; ``y`` is there for scikit-learn alone."""
+        library = self._library()
+        names = [label(term) if sum(o.name == term.name for o in library) > 1 else term.name for term in library]
+        rules = Rules(
+            known=self._places("known", self.known, names),
+            together=tuple(self._places("together", group, names) for group in self.together),
+            exclusive=tuple(self._places("exclusive", group, names) for group in self.exclusive),
+            signs=self.signs,
+            rival_difference=self.rival_difference,
+            beliefs=tuple(self.beliefs),
+        )
+        effort = Effort(self.resamples, self.outside, self.second_route, self.random_state)
+        self.structure_: Structure = find_structure(motions_of(trials), library, rules, self.scatter, effort)
+        self.n_trials_in_ = len(trials)
+        return self
+
+    def _library(self) -> tuple[Term, ...]:
+        given = TEN_TERMS if self.terms is None else self.terms
+        library = tuple(shelf.find(term) if isinstance(term, str) else term for term in given)
+        return tuple(term for term in library if term.name != "added_mass")
+
+    @staticmethod
+    def _places(setting: str, wanted: Sequence[str], names: Sequence[str]) -> tuple[int, ...]:
+        if isinstance(wanted, str):
+            raise IdentificationError(f"{setting} is the text {wanted!r}; give a sequence of names, e.g. ({wanted!r},)")
+        for name in wanted:
+            if name not in names:
+                raise IdentificationError(f"{setting} names {name!r}, which is not in the library {', '.join(names)}")
+        return tuple(names.index(name) for name in wanted)
+
+    def __sklearn_is_fitted__(self) -> bool:
+        return hasattr(self, "structure_")
+
+    def _fitted(self) -> Structure:
+        if not self.__sklearn_is_fitted__():
+            raise NotDiscoveredError(f"this {type(self).__name__} has seen 0 trials; call fit(trials) first")
+        return self.structure_
+
+    @property
+    def equation_(self) -> Equation:
+        """The equation per unit mass."""
+        return self._fitted().equation
+
+    @property
+    def terms_(self) -> tuple[Term, ...]:
+        """The terms kept, inner parameters refined."""
+        return self._fitted().terms
+
+    @property
+    def coefficients_(self) -> Array:
+        """Coefficients over mass (n_terms,), in each term's unit over kg."""
+        return self._fitted().coefficients
+
+    @property
+    def estimates_(self) -> Mapping[str, Estimate]:
+        """Every number with its standard error, by term name (``term.inner`` for inner parameters)."""
+        return self._fitted().numbers
+
+    @property
+    def inclusion_(self) -> Mapping[str, float]:
+        """Share of block resamples whose best subset holds each term of the library."""
+        return self._fitted().inclusion
+
+    @property
+    def rivals_(self) -> tuple[tuple[str, ...], ...]:
+        """Terms of the subsets that the data hardly tell from the best."""
+        return tuple(rival.terms for rival in self._fitted().rivals)
+
+    def free_runs(self, trials: Sequence[Trial]) -> tuple[FreeRun, ...]:
+        """The equation run from each trial's release, its x0, clock and rest position fitted to the trial."""
+        equation = self._fitted().equation
+        theta = equation.theta()
+        stiffness = max(float(theta[SLOT["k1"]] + theta[SLOT["ks"]]), np.finfo(float).tiny)
+        halfwidth = max(float(theta[SLOT["fc"]]), 0.0) / stiffness
+        return tuple(
+            free_run(motion, theta, math.hypot(halfwidth, motion.equilibrium.total_stderr))
+            for motion in motions_of(trials)
+        )
+
+    def predict(self, trials: Sequence[Trial]) -> list[Array]:
+        """Displacement from rest (m) of each trial's free run at every sample of its motion window, (n_i,) each."""
+        return [run.simulated for run in self.free_runs(trials)]
+
+    def score(self, trials: Sequence[Trial], y: object = None) -> float:
+        """1 less the mean free-run error of ``trials``, best trials that ``fit`` has not seen.
+
+        The error is RMS over RMS displacement in the motion window: 1 is a perfect prediction of the whole decay, 0 no
+        better than a body that stays at rest.
+        """
+        return 1.0 - float(np.mean([run.nrmse for run in self.free_runs(trials)]))
+
+    def equations(self) -> list[str]:
+        """The equation in one line, each number with the digits that its error allows."""
+        return [equation_text(self._fitted())]
+
+    def fit_report(self, trials: Sequence[Trial] = ()) -> str:
+        """Everything found as text: doubts first; free-run errors of ``trials`` where some are given."""
+        structure = self._fitted()
+        motions = motions_of(trials) if trials else []
+        runs = self.free_runs(motions) if motions else ()
+        errors = [(motion.name, run.nrmse) for motion, run in zip(motions, runs, strict=True)]
+        return as_text(structure, errors)
+
+    def _html_repr(self) -> str:
+        if self.__sklearn_is_fitted__():
+            return as_html(self.structure_)
+        unfitted: str = super()._html_repr()
+        return unfitted
+
+
+def motions_of(trials: Sequence[Trial]) -> list[Motion]:
+    """Trials as conditioned motions; recordings are conditioned. IdentificationError for anything else, or none."""
+    if isinstance(trials, (Recording, Motion)) or not len(trials):
+        what = type(trials).__name__ if isinstance(trials, (Recording, Motion)) else "0 trials"
+        raise IdentificationError(f"trials is {what}; give a list of recordings or motions")
+    motions = []
+    for trial in trials:
+        if isinstance(trial, Motion):
+            motions.append(trial)
+        elif isinstance(trial, Recording):
+            motions.append(condition(trial))
+        else:
+            raise IdentificationError(f"a trial is of type {type(trial).__name__}; give Recording or Motion objects")
+    return motions

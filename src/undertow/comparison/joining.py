@@ -1,0 +1,68 @@
+"""Which suspects may be tried on a level, alone or beside what stands, and what is believed of them beforehand.
+
+Belongs here: room for a suspect, and priors. Does not belong here: the search (search.py).
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+
+from undertow.comparison.candidate import Candidate
+from undertow.comparison.joint import JointFit
+from undertow.comparison.level import Level
+from undertow.comparison.suspects import EACH_SPRING, Suspect
+from undertow.equation.kernel import SLOT
+
+PRIOR_NOTHING = 0.5
+"""Prior probability that the prescribed equation lacks nothing."""
+
+FURTHER_EFFECT_PRIOR = 0.01
+"""Prior odds of a second (third) effect beside one that is there."""
+
+MOST_EFFECTS = 3
+"""Effects named on one level, and hidden oscillators in one equation, at most."""
+
+STRUCTURE_WHEN_DRY_IS_CLEAN = 0.01
+"""Prior odds of a structural effect where dry trials of the same rig show nothing missing."""
+
+
+def has_room(level: Level, suspect: Suspect, fit: JointFit) -> bool:
+    """Whether a suspect can be told from what is free anyway: a coefficient that every group fits is no suspect, nor a
+    sensor that is not recorded."""
+    if len(level.members) == 1 and suspect.variant == EACH_SPRING:
+        return False
+    if suspect.name in {addend.prefix for addend in level.standing}:
+        return False
+    if suspect.origin == "outside" and level.trials < 2:
+        return False  # on one trial a clock of its own explains whatever is left: only the phase across trials tells
+    if suspect.late:
+        return any(m.window.held for member in level.members for m in member.motions)
+    if suspect.frees:
+        return any(name.startswith(f"{suspect.frees}[") for name in fit.solution.problem.names)
+    additions = suspect.additions(level.scales, suspect.starts(level.scales)[0])
+    if any(a.scope == "trial" for a in additions) and level.trials < 2:
+        return False
+    moved = {SLOT[a.moves[0]] for a in additions if a.moves is not None}
+    if any(not fit.theta(trial)[slot] for slot in moved for trial in range(len(fit.solution.problem.trials))):
+        return False  # nothing is there that could stand elsewhere
+    slots = {a.slot for a in additions if a.scope != "trial"}
+    free = [{c.slot for c in m.model.coefficients} for m in level.members]
+    return not slots or not all(slots <= own for own in free)
+
+
+def may_join(best: Candidate, suspect: Suspect) -> bool:
+    """Whether a suspect can be added: once each, memories up to three, one variant of a name."""
+    memories = sum(a.slot.startswith("hm") for d in best.fit.addends for a in d.additions)
+    if suspect.late and best.suspects:
+        return False  # a start of its own in every trial takes up whatever a memory leaves
+    if suspect.name == "hidden_resonator":
+        return not best.suspects or (not suspect.variant and memories < MOST_EFFECTS)
+    return suspect.name not in best.names
+
+
+def log_prior(suspects: Sequence[Suspect], count: int, clean_when_dry: bool) -> float:
+    """Log prior of a set of suspects out of ``count``."""
+    rare = STRUCTURE_WHEN_DRY_IS_CLEAN if clean_when_dry else 1.0
+    each = sum(math.log((rare if s.origin == "structure" else 1.0) / count) for s in suspects)
+    return math.log(1.0 - PRIOR_NOTHING) + (len(suspects) - 1) * math.log(FURTHER_EFFECT_PRIOR) + each

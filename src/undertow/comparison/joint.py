@@ -1,0 +1,344 @@
+"""All trials of one water fitted together: the prescribed equation, its structure's scatter, instruments, additions.
+
+Springs of one water share the water: added mass, drag and what is added are the same for both, k, c and mu are each
+spring's own within their errors and each trial's own within the scatter. The residual's size is found with the fit:
+each model is judged at the noise it leaves itself, n_eff ln(misfit) + priors + a penalty for every unknown.
+
+Belongs here: that fit and its criterion. Does not belong here: which additions are tried (suspects.py, search.py).
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field, replace
+
+import numpy as np
+
+from undertow.comparison.evidence import criterion, tempered, trial_misfits
+from undertow.comparison.level import Addend, Level, Member, full_name, seen_by
+from undertow.comparison.suspects import Addition, Scales
+from undertow.conditioning.motion import Motion
+from undertow.equation.kernel import SLOT
+from undertow.errors import IdentificationError
+from undertow.likelihood import output_error
+from undertow.likelihood.fit import Structure
+from undertow.likelihood.free_run import free_run
+from undertow.likelihood.output_error import Solution
+from undertow.likelihood.priors import DRIFT_SHARE, GAIN_STD
+from undertow.likelihood.problem import Link, Problem, ProblemBuilder
+from undertow.methods.dry import DEFAULT_SCATTER
+from undertow.recording.recording import Array
+
+REFITS = 4
+"""Fits of one model at its own noise: the noise is found after two or three."""
+
+SETTLED = 0.2
+"""A trial's noise is found when its logarithm moves by less than this from fit to fit."""
+
+PUBLISHED = 1.0
+"""Degrees of freedom that the scatter of published rigs counts for beside that of the rig's own dry trials."""
+
+WIDER = 20.0
+"""How much wider than a sensor's prior its shift, gain or drift may be where the sensor is suspected."""
+
+
+@dataclass(frozen=True)
+class JointFit:
+    """One model on one level: the solution at its own noise, and what it is worth.
+
+    ``misfit`` is the mean squared residual in units of the sensors' noise (geometric mean over trials); ``criterion``
+    is twice the negative log evidence (BIC for unknowns without prior): lower is better; ``memory`` the cells over
+    which residuals are correlated; ``shared_water`` whether added mass and drag are one for all springs.
+    """
+
+    addends: tuple[Addend, ...]
+    solution: Solution
+    misfit: float
+    criterion: float
+    memory: float
+    shared_water: bool = True
+    misfits: Mapping[str, float] = field(default_factory=dict)
+
+    def value(self, name: str) -> float:
+        """Value of an unknown by its full name."""
+        return self.solution.value(name)
+
+    def theta(self, trial: int) -> Array:
+        """Parameter vector of one trial as fitted, its own deviations included."""
+        return output_error.parameter_vector(self.solution.problem.trials[trial], self.solution.values)
+
+    def apart(self, names: Sequence[str]) -> tuple[float, float]:
+        """By how much the larger of some unknowns exceed the smaller ones (means, parted at the widest gap), and the
+        standard error: what all have in common cancels, with its error."""
+        index = np.array([self.solution.problem.names.index(name) for name in names])
+        values = self.solution.values[index]
+        order = np.argsort(values)
+        gap = int(np.argmax(np.diff(values[order]))) + 1
+        weights = np.zeros(values.size)
+        weights[order[:gap]], weights[order[gap:]] = -1.0 / gap, 1.0 / (values.size - gap)
+        variance = float(weights @ self.solution.covariance[np.ix_(index, index)] @ weights)
+        return float(weights @ values), math.sqrt(max(variance, 0.0))
+
+    @property
+    def values(self) -> dict[str, float]:
+        """Values of all unknowns by name."""
+        return dict(zip(self.solution.problem.names, self.solution.values.tolist(), strict=True))
+
+
+def build(level: Level, addends: Sequence[Addend]) -> Problem:
+    """The joint problem: shared water, each spring's structure, each trial's deviations and sensors, additions."""
+    builder = ProblemBuilder()
+    replaced = frozenset().union(*(addend.replaced for addend in addends))
+    largest = max(m.amplitude for member in level.members for m in member.motions)
+    for member in level.members:
+        drift = DRIFT_SHARE * largest
+        options = replace(
+            member.options, displacement_gain_std=GAIN_STD, acceleration_gain_std=GAIN_STD, drift_std=drift,
+        )  # fmt: skip
+        for motion in member.motions:
+            links = []
+            for c in (c for c in member.model.coefficients if c.slot not in replaced):
+                shared = level.shared_water and member.model.fixed is not None
+                name = c.name if shared else f"{c.name}@{member.label}"
+                index = builder.unknown(name, c.start, lower=c.lower, upper=c.upper, scale=c.scale)
+                links.append(Link(SLOT[c.slot], index, c.factor))
+            links += structure_links(builder, member, motion.name)
+            links += _rubbing(builder, level.standing, member, motion.name)
+            for addend in addends:
+                for a in addend.additions:
+                    links += _links(builder, addend.prefix, a, member.label, motion.name)
+                if member.free_start:
+                    links += _free_hidden(builder, addend, level.scales, motion.name)
+            base, links = _moved(addends, member.label, member.model.trial_base(motion.name), links)
+            builder.trial(seen_by(addends, motion), base, tuple(links), options)
+    return _freed(builder.build(), addends)
+
+
+def _moved(
+    addends: Sequence[Addend], spring: str, base: Array, links: Sequence[Link]
+) -> tuple[Array, list[Link]]:
+    """A trial's base and links with what an addend moves in its new slot."""
+    links = list(links)
+    for addend in addends:
+        for old, new in addend.moved(spring).items():
+            base = base.copy()
+            base[new], base[old] = base[new] + base[old], 0.0
+            links = [replace(link, slot=new) if link.slot == old else link for link in links]
+    return base, links
+
+
+def _freed(problem: Problem, addends: Sequence[Addend]) -> Problem:
+    """The same problem with the priors of suspected sensors widened, or about their common error."""
+    unknowns = problem.unknowns
+    for addend in (d for d in addends if d.frees):
+        name = f"{addend.frees}["
+        about = math.isfinite(addend.centre)
+        unknowns = tuple(
+            u if not u.name.startswith(name)
+            else replace(u, start=addend.centre) if about
+            else replace(u, prior_std=WIDER * u.prior_std)
+            for u in unknowns
+        )  # fmt: skip
+    return replace(problem, unknowns=unknowns)
+
+
+def _links(builder: ProblemBuilder, prefix: str, a: Addition, spring: str, trial: str) -> list[Link]:
+    name = full_name(prefix, a, spring, trial)
+    start, prior = a.start, a.prior_std
+    if a.by_spring:
+        known = {label: (value, error) for label, value, error in a.by_spring}
+        if spring not in known:
+            return []
+        start, prior = known[spring]
+    limits = {"lower": a.lower, "upper": a.upper, "prior_std": prior, "scale": a.scale}
+    index = builder.unknown(name, start, unit=a.unit, **limits)
+    found = [Link(SLOT[a.slot], index)]
+    return found if a.also is None else [*found, Link(SLOT[a.also[0]], index, a.also[1])]
+
+
+def _free_hidden(builder: ProblemBuilder, addend: Addend, scales: Scales, trial: str) -> list[Link]:
+    """Initial state of a hidden oscillator where nothing says that it was at rest."""
+    links = []
+    for a in addend.additions:
+        if a.slot.startswith("hw"):
+            for slot, size in ((f"hs{a.slot[2:]}", scales.size), (f"hu{a.slot[2:]}", scales.speed)):
+                links.append(Link(SLOT[slot], builder.unknown(f"{addend.prefix}.{slot}[{trial}]", 0.0, scale=size)))
+    return links
+
+
+def structure_links(builder: ProblemBuilder, member: Member, trial: str) -> list[Link]:
+    """Deviations of a spring's k, c, mu from its dry means, and of this trial from those."""
+    structure = member.model.fixed
+    if structure is None:
+        return []
+    links = []
+    normal = member.model.specimen.normal_force_N
+    for symbol, slot, estimate, factor in (
+        ("k", "k1", structure.k, 1.0), ("c", "c1", structure.c, 1.0), ("mu", "fc", structure.mu, normal),
+    ):  # fmt: skip
+        if not math.isfinite(estimate.value) or not math.isfinite(factor) or estimate.value == 0.0:
+            continue
+        for name, std in (
+            (f"{symbol}_mean@{member.label}", estimate.total_stderr),
+            (f"{symbol}[{trial}]", _believed_scatter(structure, symbol) * estimate.value),
+        ):
+            if std > 0.0 and math.isfinite(std):
+                links.append(Link(SLOT[slot], builder.unknown(name, 0.0, prior_std=std, scale=std), factor))
+    return links
+
+
+def _believed_scatter(structure: Structure, symbol: str) -> float:
+    """Relative scatter of k, c or mu from trial to trial: a few dry trials can look more alike than the rig is, so that
+    what they show is pooled with `PUBLISHED` degrees of freedom of published rigs. As stated where it is."""
+    seen, freedom = structure.scatter.get(symbol, 0.0), structure.scatter_freedom
+    if not math.isfinite(freedom):
+        return seen
+    pooled = (freedom * seen**2 + PUBLISHED * DEFAULT_SCATTER[symbol] ** 2) / (freedom + PUBLISHED)
+    return max(seen, math.sqrt(pooled))
+
+
+def _rubbing(builder: ProblemBuilder, standing: Sequence[Addend], member: Member, trial: str) -> list[Link]:
+    """This trial's deviation from a dry friction that the equation lacks and the dry trials named: it scatters as
+    friction coefficients do."""
+    structure = member.model.fixed
+    if structure is None or structure.mu.value > 0.0:
+        return []
+    sizes = [
+        abs(value) for addend in standing for a in addend.additions if a.slot in ("fc", "fs")
+        for label, value, _ in a.by_spring if label == member.label
+    ]  # fmt: skip
+    if not sizes:
+        return []
+    std = max(structure.scatter.get("mu", 0.0), DEFAULT_SCATTER["mu"]) * max(sizes)
+    return [Link(SLOT["fc"], builder.unknown(f"friction_N[{trial}]", 0.0, prior_std=std, scale=std))]
+
+
+def free_run_error(level: Level, fit: JointFit) -> float:
+    """RMS over training trials of the free run's nrmse in units of its group's repeatability.
+
+    k, c, mu stand at their dry values; x0, clock and rest are adjusted to each trial.
+    """
+    return _rms_error(level, fit, [m.allowed for m in level.members])
+
+
+def missed_share(level: Level, fit: JointFit) -> float:
+    """RMS over training trials of the free run's nrmse itself: the share of the motion that it misses."""
+    return _rms_error(level, fit, [1.0] * len(level.members))
+
+
+def _rms_error(level: Level, fit: JointFit, units: Sequence[float]) -> float:
+    squares = [
+        (_error(level, member, fit, motion) / unit) ** 2
+        for member, unit in zip(level.members, units, strict=True)
+        for motion in member.motions
+    ]
+    return math.sqrt(float(np.mean(squares)))
+
+
+def _error(level: Level, member: Member, fit: JointFit, motion: Motion) -> float:
+    """One trial's free-run error; infinite where what all trials share gives it no motion with bounds."""
+    theta = shared_theta(level, member, fit, motion.name)
+    try:
+        return free_run(seen_by(fit.addends, motion), theta, member.options.rest_offset_std).nrmse
+    except IdentificationError:
+        return math.inf
+
+
+def shared_theta(level: Level, member: Member, fit: JointFit, trial: str) -> Array:
+    """Parameter vector of one trial from what all trials share: no deviations of this trial, and of the dry means only
+    where they are the group's own."""
+    known = fit.values
+    theta = member.model.trial_base(trial)
+    replaced = frozenset().union(*(addend.replaced for addend in fit.addends))
+    if member.own_means:
+        for symbol, slot, factor in (("k", "k1", 1.0), ("c", "c1", 1.0), ("mu", "fc", _normal_force(member))):
+            theta[SLOT[slot]] += factor * known.get(f"{symbol}_mean@{member.label}", 0.0)
+    for c in member.model.coefficients:
+        if c.slot not in replaced:
+            name = c.name if c.name in known else f"{c.name}@{member.label}"
+            theta[SLOT[c.slot]] += c.factor * known[name]
+    theta, _ = _moved(fit.addends, member.label, theta, ())
+    for addend in fit.addends:
+        for a in addend.additions:
+            value = known.get(full_name(addend.prefix, a, member.label, trial), 0.0)
+            theta[SLOT[a.slot]] += value
+            if a.also is not None:
+                theta[SLOT[a.also[0]]] += a.also[1] * value
+            if member.free_start and a.slot.startswith("hw"):
+                for slot in (f"hs{a.slot[2:]}", f"hu{a.slot[2:]}"):
+                    theta[SLOT[slot]] += known.get(f"{addend.prefix}.{slot}[{trial}]", 0.0)
+    return theta
+
+
+def _normal_force(member: Member) -> float:
+    """Weight less buoyancy, N; 0 where it is not known (no friction coefficient is fitted then)."""
+    normal = member.model.specimen.normal_force_N
+    return normal if math.isfinite(normal) else 0.0
+
+
+def fit_joint(
+    level: Level,
+    addends: Sequence[Addend],
+    memory: float,
+    start: Mapping[str, float],
+    misfit: float,
+    growing: bool,
+    quick: bool = False,
+) -> JointFit:
+    """The model with these addends at its own noise, each trial's its own.
+
+    ``memory`` is the number of cells over which residuals are correlated; ``start`` gives values of unknowns by name
+    where known; ``misfit`` a first guess of the mean squared residual in units of the sensors' noise.
+    """
+    problem = build(level, addends)
+    values = np.array([start.get(u.name, u.start) for u in problem.unknowns])
+    misfits = {t.name: misfit for t in problem.trials}
+    solution: Solution | None = None
+    effort = output_error.QUICK if quick else output_error.FULL
+    for i in range(1 if quick else REFITS):
+        hot = tempered(problem, misfits, memory)
+        solution = output_error.fit(hot, values, growing=growing and i == 0, effort=effort)
+        values = solution.values
+        found = trial_misfits(solution, misfits, memory)
+        settled = max(abs(math.log(found[name] / misfits[name])) for name in found) < SETTLED
+        misfits = found
+        if settled:
+            break
+    if solution is None:
+        raise IdentificationError(f"{REFITS} fits gave no solution")
+    typical = math.exp(float(np.mean(np.log(list(misfits.values())))))
+    samples = max(solution.n_data / memory, 2.0)
+    worth = criterion(solution, misfits, memory) + _width(problem, addends, samples)
+    worth += _skipped(problem, addends, memory)
+    return JointFit(tuple(addends), solution, typical, worth, memory, level.shared_water, misfits)
+
+
+def _width(problem: Problem, addends: Sequence[Addend], samples: float) -> float:
+    """What a suspected sensor costs: 2 ln of how much wider for every prior, ln(n_eff) for a common error; and each
+    trial's own number of an addition, ln(n_eff), where its prior only keeps it from trading places with what all share.
+    """
+    held = [u.name for u in problem.unknowns if "[" in u.name and "." in u.name and math.isfinite(u.prior_std)]
+    cost = math.log(samples) * len(held)
+    for addend in (d for d in addends if d.frees):
+        mine = sum(u.name.startswith(f"{addend.frees}[") for u in problem.unknowns)
+        cost += math.log(samples) if math.isfinite(addend.centre) else 2.0 * math.log(WIDER) * mine
+    return cost
+
+
+def _skipped(problem: Problem, addends: Sequence[Addend], memory: float) -> float:
+    """What it costs to ask nothing of the first periods: a number, ln(n_eff), for every n_eff of their samples."""
+    periods = max((addend.late for addend in addends), default=0.0)
+    values = sum(
+        len(t.channels) * periods * t.period_s / float(np.median(np.diff(t.t))) for t in problem.trials
+    )
+    kept = sum(len(t.channels) * t.t.size for t in problem.trials)
+    return values / memory * math.log(max((kept + values) / memory, 2.0))
+
+
+def at_memory(fit: JointFit, memory: float) -> JointFit:
+    """The same fit valued as if residuals were correlated over ``memory`` cells."""
+    problem, addends = fit.solution.problem, fit.addends
+    worth = criterion(fit.solution, fit.misfits, memory)
+    worth += _width(problem, addends, max(fit.solution.n_data / memory, 2.0)) + _skipped(problem, addends, memory)
+    return replace(fit, criterion=worth, memory=memory)

@@ -1,0 +1,133 @@
+"""What is fitted together: the groups that stand in one water, and what is added to their equation.
+
+Belongs here: members, levels, addends, the scales of their motion. Does not belong here: the fit (joint.py), the
+suspects themselves (suspects.py).
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from undertow.comparison.suspects import Addition, Scales
+from undertow.conditioning.motion import Motion
+from undertow.equation.kernel import SLOT
+from undertow.errors import IdentificationError, RecordingError
+from undertow.likelihood.problem import TrialOptions, dominant_period
+from undertow.methods.baseline import GroupModel
+
+EARLIER = (1.0, 0.75, 0.5)
+"""Shares of the time asked for after which a motion that hardly swings is started."""
+
+
+@dataclass(frozen=True)
+class Member:
+    """One group in a level: its spring's label, its model, its training trials, its options.
+
+    ``allowed`` is the group's repeatability (nrmse): the unit in which its free runs' errors are counted; ``own_means``
+    says that k, c, mu come from these very trials, so that their means belong to what is fitted.
+    """
+
+    label: str
+    model: GroupModel
+    motions: tuple[Motion, ...]
+    options: TrialOptions
+    free_start: bool = False
+    allowed: float = 1.0
+    own_means: bool = False
+
+
+@dataclass(frozen=True)
+class Addend:
+    """A suspect's unknowns as added, with a prefix that tells two of a kind apart, or the nuisance that it frees.
+
+    A freed nuisance has a prior `WIDER` times as wide, or, with a finite ``centre``, its own width about that. With
+    ``late`` nothing is asked of so many first periods of a trial.
+    """
+
+    prefix: str
+    additions: tuple[Addition, ...]
+    frees: str = ""
+    centre: float = math.nan
+    late: float = 0.0
+
+    @property
+    def replaced(self) -> frozenset[str]:
+        """Slots whose coefficient in the equation it takes the place of."""
+        return frozenset(a.replaces for a in self.additions if a.replaces)
+
+    def moved(self, spring: str) -> Mapping[int, int]:
+        """Slots of the integrator whose content stands in another beside it, on one spring."""
+        here = [a for a in self.additions if not a.by_spring or spring in {label for label, _, _ in a.by_spring}]
+        return {SLOT[a.moves[0]]: SLOT[a.moves[1]] for a in here if a.moves is not None}
+
+
+@dataclass(frozen=True)
+class Level:
+    """Groups that stand in the same water, with the motion's scales.
+
+    ``shared_water``: added mass and drag are one for all springs (as water is), or each spring's own (as a table of
+    separate fits has them). ``standing`` is what the dry trials named already: it is in every model.
+    """
+
+    members: tuple[Member, ...]
+    scales: Scales
+    shared_water: bool = True
+    standing: tuple[Addend, ...] = ()
+
+    def shares(self, names: Sequence[str]) -> bool:
+        """Whether these unknowns are those of a fit with the level's own sharing of the water."""
+        wanted = {c.name for m in self.members if m.model.fixed is not None for c in m.model.coefficients}
+        return not self.shared_water or wanted <= set(names)
+
+    @property
+    def trials(self) -> int:
+        """Number of training trials."""
+        return sum(len(m.motions) for m in self.members)
+
+
+def make_level(members: Sequence[Member], standing: Sequence[Addend] = ()) -> Level:
+    """A level with the scales of its motion; IdentificationError without a trial."""
+    motions = [m for member in members for m in member.motions]
+    if not motions:
+        raise IdentificationError(f"a level of {len(members)} groups has no trial to fit; hold out fewer")
+    rates = [2.0 * math.pi / dominant_period(m) for m in motions]
+    speeds = [float(np.max(np.abs(m.v))) for m in motions]
+    loudest = int(np.argmax(speeds))
+    first = members[0].model
+    unknown = [c.start for c in first.coefficients if c.slot == "mass"]
+    mass = float(first.base[SLOT["mass"]]) or next(iter(unknown), 1.0)
+    rate = rates[loudest]
+    scales = Scales(mass, rate, speeds[loudest], motions[loudest].amplitude, min(rates), max(rates))
+    return Level(tuple(members), scales, standing=tuple(standing))
+
+
+def member_rate(member: Member) -> float:
+    """Median angular rate at which a group's trials swing, rad/s."""
+    return 2.0 * math.pi / float(np.median([dominant_period(m) for m in member.motions]))
+
+
+def seen_by(addends: Sequence[Addend], motion: Motion) -> Motion:
+    """A motion as far as a model with these addends follows it: all of it, or from later on, with a start of its own
+    that is not at rest. A motion that swings once or twice starts earlier: it must swing on."""
+    periods = max((addend.late for addend in addends), default=0.0)
+    if periods == 0.0:
+        return motion
+    for share in EARLIER:
+        later = motion.inside & (motion.t > share * periods * dominant_period(motion))
+        try:
+            delayed = replace(motion, inside=later, window=replace(motion.window, held=False))
+            dominant_period(delayed)
+        except (IdentificationError, RecordingError):
+            continue
+        return delayed
+    return motion
+
+
+def full_name(prefix: str, a: Addition, spring: str, trial: str) -> str:
+    """Name of an addition's unknown in a problem: shared, of one spring, or of one trial."""
+    place = {"shared": "", "spring": f"@{spring}", "trial": f"[{trial}]"}[a.scope]
+    return f"{prefix}.{a.name}{place}"

@@ -1,0 +1,457 @@
+"""What is missing: suspects ranked by evidence on one level, alone and together.
+
+Every suspect is added to the prescribed equation and everything is refitted, jointly over the level's training trials
+and springs. The criterion (joint.py) is turned into probabilities with a stated prior: half that nothing is missing,
+half shared equally among the suspects, and a hundredth of that for each further effect. A suspect whose numbers mean
+nothing (on a bound, not told from zero) is out. Rivals within odds of 20 to 1 are named beside the answer.
+
+Belongs here: the search. Does not belong here: what is believed beforehand (joining.py) and of its results
+(candidate.py), a first look at small effects (score_test.py), the proof on held-out trials (validation.py), words
+(judge.py).
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from undertow.comparison.attempt import COMMON, REFINED, as_radiation, from_places, from_starts, renumbered, without
+from undertow.comparison.candidate import Candidate, Diagnosis, Screened, at_a_resonance, conclude, damping_ratio
+from undertow.comparison.evidence import residual_memory
+from undertow.comparison.joining import MOST_EFFECTS, PRIOR_NOTHING, has_room, log_prior, may_join
+from undertow.comparison.joint import WIDER, JointFit, at_memory, fit_joint, free_run_error, missed_share
+from undertow.comparison.level import Addend, Level
+from undertow.comparison.score_test import prospects
+from undertow.comparison.suspects import RINGS, Suspect
+from undertow.equation.kernel import SLOT
+from undertow.errors import IdentificationError
+from undertow.likelihood.budget import BudgetError, metered
+
+ACCUSE_PROBABILITY = 0.99
+"""Posterior probability from which a name is said."""
+
+ALWAYS_TRIED_BESIDE = frozenset(
+    {"linear_damping", "hidden_resonator", "coulomb_friction", "cubic_damping", "external_forcing"}
+)
+"""Effects that water often brings together; others join only with evidence of their own."""
+
+EVIDENCE_ALONE = 10.0
+"""Gain in log posterior that a suspect must have shown alone to be tried beside another."""
+
+REMAINING = 0.8
+"""A further effect must leave at most this share of the free run's error that stood before it."""
+
+WORTH = 0.5
+"""Share of repeatability by which the free run must come closer (in quadrature) for an effect to be named."""
+
+FAR_ABOVE_NOISE = 2.5
+"""Mean squared residual, in units of the sensors' noise, from which a law is missing whatever a free run allows."""
+
+BESIDE = 2
+"""Where no single effect is enough, so many of the most probable ones are tried with another."""
+
+NEARLY_ALL = 0.75
+"""Share of the residual above noise that such a law must explain."""
+
+ALL = 0.95
+"""Share of the residual above noise that a bad release must explain (in later cycles it leaves none), and two effects
+that neither is enough alone."""
+
+SLIDING = 0.1
+"""Sliding friction over a hysteresis' yield force below which the hysteresis is what friction has become."""
+
+FINE = 2.0
+"""Up to this many times repeatability the free run's error is small enough for one linear step to show a gain."""
+
+LINEAR = 0.1
+"""Share of the motion that the free run may miss for a linear step to be trusted, however wide repeatability is."""
+
+NEAR = 10.0
+"""Mean squared residual, in units of the sensors' noise, of a fit so near that the free run's share does not matter:
+trials differ in k, c, mu."""
+
+SUSPECT_BUDGET = 3000.0
+"""What one suspect may spend, in looks at the level with the prescribed equation: the dearest that was named took 2000
+(a resonator that depends on its amplitude on one ship's decay)."""
+
+LEVEL_BUDGET = 8000.0
+"""The same for all suspects of a level together."""
+
+OVERWHELMING = math.log(1e6)
+"""Log odds from which an effect is there though the free run hardly shows it: nothing is then no answer."""
+
+LEAST_GAIN = 5.0
+"""A linear step that raises the log evidence by less than this cannot lead to a name: half of what one needs. What a
+missing law leaves swings for long; judged at half its memory (`_at_own_memory`) the step is worth more."""
+
+
+@dataclass
+class _Search:
+    """One level's search as it goes on: what stands, what was tried."""
+
+    level: Level
+    suspects: Sequence[Suspect]
+    null: Candidate
+    clean_when_dry: bool
+    budget: float = 1.0
+
+    def __post_init__(self) -> None:
+        self.unfinished: list[str] = []
+        self.best = self.null
+        self.found = [self.null]
+        self.screened: dict[str, Screened] = {}
+        self.small: list[Candidate] = []
+        self.error = free_run_error(self.level, self.null.fit)
+
+    def run(self) -> Diagnosis:
+        """Add effects one after the other until none is worth it, or the level's budget is spent."""
+        with metered(self.budget * LEVEL_BUDGET * self._one_look()):
+            try:
+                self._grow()
+            except BudgetError:
+                self.unfinished.append("further effects")
+        small = None if self.best.suspects else self._overwhelming()
+        screened = list(self.screened.values())
+        return conclude(
+            self.null, self.best, self.found, screened, small, len(self.suspects), self.unfinished
+        )  # fmt: skip
+
+    def _one_look(self) -> float:
+        """Steps of one look at the level with the prescribed equation's unknowns: the unit of budgets."""
+        solution = self.null.fit.solution
+        return float(sum(trial.t.size * (1 + trial.slots.size) for trial in solution.problem.trials))
+
+    def _grow(self) -> None:
+        for depth in range(MOST_EFFECTS):
+            near = self.error <= 1.0 and not self._forced_beyond()
+            if depth and (near or len(self.best.suspects) == MOST_EFFECTS):
+                break
+            tried = self._at_own_memory(list(self._tried(depth)), depth)
+            self.found += tried
+            odds = math.log(ACCUSE_PROBABILITY / (1.0 - ACCUSE_PROBABILITY))
+            possible = sorted((c for c in tried if not c.out), key=lambda c: -c.score)
+            probable = [c for c in possible if c.score > self.best.score + odds]
+            ahead = self._worthwhile(probable, REMAINING if depth else 1.0)
+            if ahead is None and not depth:
+                self._worthwhile([c for c in possible if abs(c.score - self.best.score) <= odds], 1.0)
+            if ahead is None:
+                ahead = self._without_earlier(tried, odds) if depth else self._two_at_once(tried, odds)
+            if ahead is None:
+                break
+            ahead = self._leaner(*ahead, ahead[0].score) or ahead
+            self.best, self.error = self._plainer(ahead, probable)
+
+    def _overwhelming(self) -> Candidate | None:
+        """The most probable single law whose numbers mean something and whose evidence nothing but its size speaks
+        against; None where there is none."""
+        able = [c for c in self.small if c.score - self.null.score > OVERWHELMING]
+        return max(able, key=lambda c: c.score, default=None)
+
+    def _prior(self, suspects: Sequence[Suspect]) -> float:
+        return log_prior(suspects, len(self.suspects), self.clean_when_dry)
+
+    def _forced_beyond(self) -> bool:
+        """Whether an outside force has brought the free run as close as repetitions are, by numbers that every trial
+        has of its own, and leaves a residual far above noise: that is no reason to look no further."""
+        return self.best.names[-1:] == ("external_forcing",) and self.best.fit.misfit > FAR_ABOVE_NOISE
+
+    def _leaner(self, candidate: Candidate, error: float, least: float) -> tuple[Candidate, float] | None:
+        """The same last effect without an earlier one that it makes needless, and its error; None where all are needed.
+
+        Of two effects the first is chosen before the second is known, and can have stood in for both. ``least`` is the
+        score that the smaller set must exceed, ``error`` (or repeatability) what its free run must not.
+        """
+        near: list[tuple[Candidate, float]] = []
+        swings = [_swings(addend) for addend in candidate.fit.addends[len(self.level.standing) :]]
+        for place in range(len(candidate.suspects) - 1):
+            if swings[place] and sum(swings) > 1:
+                continue  # what swings is numbered in the order in which it was found
+            others = (*candidate.suspects[:place], *candidate.suspects[place + 1 :])
+            shorter = without(self.level, candidate, place, self._prior(others))
+            if shorter is None:
+                continue
+            self.found.append(shorter)
+            closer = free_run_error(self.level, shorter.fit)
+            if not shorter.out and shorter.score > least and closer <= max(error, 1.0):
+                near.append((shorter, closer))
+        return max(near, key=lambda pair: pair[0].score, default=None)
+
+    def _without_earlier(self, tried: Sequence[Candidate], least: float) -> tuple[Candidate, float] | None:
+        """The leanest of the candidates that would be more probable than what stands, by ``least`` in log evidence, but
+        for a number that means nothing any more."""
+        doubted = [c for c in tried if c.out and len(c.suspects) > 1 and c.score > self.best.score + least]
+        lean = [found for c in doubted if (found := self._leaner(c, self.error, self.best.score + least)) is not None]
+        return max(lean, key=lambda pair: pair[0].score, default=None)
+
+    def _two_at_once(self, tried: Sequence[Candidate], least: float) -> tuple[Candidate, float] | None:
+        """Two effects of which neither is enough alone, where what is left lies far above noise: further effects beside
+        the most probable single ones, or one that is found beside another alone. Where repetitions differ as much, two
+        must explain nearly all of it."""
+        if self.null.fit.misfit <= FAR_ABOVE_NOISE:
+            return None
+        able = [c for c in tried if not c.suspects[0].of_the_release]
+        firsts = sorted(able, key=lambda c: -c.score)[:BESIDE]
+        pairs: list[Candidate] = []
+        for first in firsts:
+            self.best = first
+            pairs += self._tried(1)
+        self.best = self.null
+        self.found += pairs
+        probable = sorted((c for c in pairs if not c.out and c.score > self.null.score + least), key=lambda c: -c.score)
+        lean = self._without_earlier(pairs, least)
+        if self.error <= 1.0:
+            probable = [c for c in probable if _explains(self.null, c, ALL)]
+        return self._worthwhile(probable, REMAINING) or (self._worthwhile([lean[0]], 1.0) if lean else None)
+
+    def _at_own_memory(self, tried: list[Candidate], depth: int) -> list[Candidate]:
+        """The candidates, and what stands, valued at the memory between that of the equation's residual and that of the
+        closest candidate's: what a missing law leaves swings for long, and would pass for few samples of noise."""
+        if depth or not tried:
+            return tried
+        closest = min(tried, key=lambda c: c.fit.misfit)
+        memory = math.sqrt(self.null.fit.memory * residual_memory(closest.fit.solution))
+        if memory >= self.null.fit.memory:
+            return tried
+        self.null = replace(self.null, fit=at_memory(self.null.fit, memory))
+        self.best, self.found = self.null, [self.null]
+        shift = self.null.score
+        self.screened = {k: replace(s, score=shift + s.relative) for k, s in self.screened.items()}
+        return [replace(c, fit=at_memory(c.fit, memory)) for c in tried]
+
+    def _tried(self, depth: int) -> Iterator[Candidate]:
+        near = self.best.fit.misfit <= NEAR or missed_share(self.level, self.best.fit) <= LINEAR
+        small = self.error <= FINE and near
+        for suspect in self.suspects:
+            if not may_join(self.best, suspect) or (depth and not self._promising(suspect)):
+                continue
+            candidate = self._within_budget(suspect, small, depth)
+            if candidate is not None:
+                yield candidate
+
+    def _within_budget(self, suspect: Suspect, small: bool, depth: int) -> Candidate | None:
+        """A suspect tried, unless that takes more than one suspect may."""
+        prior = self._prior((*self.best.suspects, suspect))
+        with metered(self.budget * SUSPECT_BUDGET * self._one_look()) as meter:
+            try:
+                candidate = self._small(suspect, prior, depth) if small else self._large(suspect, prior)
+                if candidate is None or not (depth and _fading(candidate)):
+                    return candidate
+                return as_radiation(self.level, candidate)
+            except BudgetError as out:
+                if out.meter is not meter:
+                    raise
+                self.unfinished.append(suspect.label)
+                return None
+
+    def _small(self, suspect: Suspect, prior: float, depth: int) -> Candidate | None:
+        """A suspect where little is missing: fitted from the best places of its grid, if one could gain enough."""
+        level, best = self.level, self.best
+        if suspect.has_no_zero:
+            return from_starts(level, best, suspect, prior, best.fit.criterion)
+        grid = [renumbered(additions, best) for additions in suspect.grid(level.scales)]
+        places = prospects(level, best.fit, suspect, grid)[:REFINED]
+        if not places or places[0].gain * math.sqrt(best.fit.memory) < LEAST_GAIN:
+            if not depth:
+                self._screen_out(suspect, prior, places[0].gain if places else 0.0)
+            return None
+        return from_places(level, best, suspect, places, prior)
+
+    def _large(self, suspect: Suspect, prior: float) -> Candidate | None:
+        """A suspect where much is missing: from several starts; a line that leaves the fit no way to it but a start on
+        it (a clock) from the peaks of its grid."""
+        if not suspect.on_a_line:
+            most = self.best.fit.criterion if suspect.has_no_zero else math.inf
+            return from_starts(self.level, self.best, suspect, prior, most)
+        level, best = self.level, self.best
+        grid = [renumbered(additions, best) for additions in suspect.grid(level.scales)]
+        places = prospects(level, best.fit, suspect, grid)[: REFINED + 1]
+        return from_places(level, best, suspect, places, prior) if places else None
+
+    def _screen_out(self, suspect: Suspect, prior: float, gain: float) -> None:
+        """Keep what a suspect could gain at most, with the penalty of its unknowns."""
+        fit, level = self.null.fit, self.level
+        copies = {"shared": 1, "spring": len(level.members), "trial": level.trials}
+        additions = suspect.additions(level.scales, suspect.starts(level.scales)[0])
+        unknowns = sum(copies[a.scope] for a in additions)
+        penalty = 0.5 * unknowns * math.log(max(fit.solution.n_data / fit.memory, 2.0))
+        if suspect.frees:
+            cells = max(fit.solution.n_data / fit.memory, 2.0)
+            penalty += 0.5 * math.log(cells) if suspect.frees in COMMON else math.log(WIDER) * level.trials
+        relative = prior - self.null.log_prior + gain - penalty
+        self.screened[suspect.label] = Screened(suspect, gain, self.null.score + relative, relative)
+
+    def _promising(self, suspect: Suspect) -> bool:
+        """Whether a suspect is tried beside what is there: one with a single start, a second resonator, or one that
+        alone had evidence for it."""
+        alone = [c.score - self.null.score for c in self.found if c.names == (suspect.name,)]
+        return suspect.name in ALWAYS_TRIED_BESIDE or max(alone, default=0.0) > EVIDENCE_ALONE
+
+    def _worthwhile(self, probable: Sequence[Candidate], remaining: float) -> tuple[Candidate, float] | None:
+        """The most probable candidate that brings the free run closer by what counts, with its error; where none does,
+        the most probable one if it is beyond doubt. A sensor must be the most probable of all, and so must a force with
+        a size and a phase of its own in every trial, which takes up what a memory leaves.
+
+        Those before it that do not are set aside.
+        """
+        doubtless: tuple[Candidate, float] | None = None
+        for place, candidate in enumerate(probable):
+            closer = free_run_error(self.level, candidate.fit)
+            counts = closer < remaining * self.error and math.sqrt(self.error**2 - closer**2) > WORTH
+            last = candidate.suspects[-1]
+            if not _explains(self.best, candidate, _asked(candidate)):
+                before, left = (math.sqrt(c.fit.misfit) for c in (self.best, candidate))
+                self._set_aside([candidate], f"it leaves {left:.2g} of {before:.2g} times the sensors' noise")
+                continue
+            if place and last.has_its_own_clock:
+                self._set_aside([candidate], f"{probable[0].suspects[-1].label} is the more probable answer")
+                continue
+            if counts or not (last.shown_by_free_run or (place and last.frees)):
+                if doubtless is not None:
+                    self._too_small(doubtless[0])
+                return candidate, closer if counts else min(closer, self.error)
+            if not place and self._beyond_doubt(candidate):
+                doubtless = candidate, closer
+                continue
+            self._too_small(candidate)
+        return doubtless
+
+    def _too_small(self, candidate: Candidate) -> None:
+        """Set a candidate aside because the free run hardly shows it."""
+        self._set_aside([candidate], self._no_closer(candidate))
+        if not self.best.suspects and len(candidate.suspects) == 1:
+            self.small.append(candidate)
+
+    def _no_closer(self, candidate: Candidate) -> str:
+        odds = candidate.score - self.best.score
+        return f"brings the free run no closer by what counts, at evidence of e^{odds:.0f} for it"
+
+    def _beyond_doubt(self, candidate: Candidate) -> bool:
+        return beyond_doubt(self.best, candidate)
+
+    def _plainer(self, ahead: tuple[Candidate, float], probable: Sequence[Candidate]) -> tuple[Candidate, float]:
+        """Linear damping instead of a memory that does not ring, where the free run cannot tell them apart; bristles in
+        friction's place instead of hysteresis beside which no friction is left.
+
+        Waves that are radiated away leave a memory; a spring's own damping (and added mass) is what it amounts to at
+        that spring's frequency. The memory is then called damping that depends on frequency, with the reason.
+        """
+        candidate, error = ahead
+        if candidate.names[-1] == "hysteresis" and _slides(candidate) < SLIDING:
+            bristles = [c for c in probable if c.names == (*candidate.names[:-1], "presliding")]
+            return (bristles[0], free_run_error(self.level, bristles[0].fit)) if bristles else ahead
+        if not _single_fading(candidate):
+            return ahead
+        for other in (c for c in probable if c.names == ("linear_damping",)):
+            stands = free_run_error(self.level, other.fit)
+            doubtless = other.fit.misfit > FAR_ABOVE_NOISE and _explains(other, candidate, NEARLY_ALL)
+            if doubtless and not _fading(candidate):
+                continue
+            if stands < self.error and (stands <= 1.0 or stands**2 - error**2 < WORTH**2):
+                reason = (
+                    "a memory that fades within a cycle or two brings the free run no closer than linear damping does "
+                    f"({error:.2g} against {stands:.2g} times repeatability)"
+                )
+                self._set_aside([c for c in self.found if _single_fading(c)], reason)
+                if not _fading(candidate) or stands <= error:
+                    return other, stands
+                radiation = as_radiation(self.level, candidate)
+                self.found.append(radiation)
+                return radiation, free_run_error(self.level, radiation.fit)
+        return ahead
+
+    def _set_aside(self, candidates: Sequence[Candidate], reason: str) -> None:
+        """Mark candidates as no answer, with the reason."""
+        self.found = [replace(c, out=c.out or reason) if any(c is d for d in candidates) else c for c in self.found]
+
+
+def _asked(candidate: Candidate) -> float:
+    """Share of the residual above noise that a candidate's last effect must explain to be named. A bad release and a
+    force with its own clock leave none; what a resonator leaves that is not quite one (waves that break) swings at the
+    resonator's frequency, and much of it passes for a force of that frequency; and what a force leaves whose waves die
+    out passes for a resonator.
+    """
+    last = candidate.suspects[-1]
+    if last.of_the_release:
+        return ALL
+    if len(candidate.suspects) == 1 or not any(s.has_its_own_clock for s in candidate.suspects):
+        return -math.inf
+    if at_a_resonance(candidate.fit):
+        return ALL
+    return NEARLY_ALL if last.has_its_own_clock else -math.inf
+
+
+def beyond_doubt(before: Candidate, after: Candidate) -> bool:
+    """Whether the most probable candidate explains nearly all of a residual far above the sensors' noise, which no
+    k, c, mu of each trial's own takes away: physics, though repetitions differ by more."""
+    return before.fit.misfit > FAR_ABOVE_NOISE and _explains(before, after, NEARLY_ALL)
+
+
+def _explains(before: Candidate, after: Candidate, share: float) -> bool:
+    """Whether one candidate explains more than a share of the residual above noise that another leaves."""
+    return before.fit.misfit - after.fit.misfit > share * (before.fit.misfit - 1.0)
+
+
+def _swings(addend: Addend) -> bool:
+    """Whether an addend is a hidden oscillator, or a kernel that takes the place of one."""
+    return any(a.slot.startswith("hm") for a in addend.additions)
+
+
+def _slides(candidate: Candidate) -> float:
+    """Sliding friction left beside a candidate's hysteresis, over the force at which that yields (mean of trials)."""
+    vectors = [candidate.fit.theta(trial) for trial in range(len(candidate.fit.solution.problem.trials))]
+    return float(np.mean([abs(v[SLOT["fc"]]) / max(v[SLOT["fb"]], 1e-300) for v in vectors]))
+
+
+def _fading(candidate: Candidate) -> bool:
+    """Whether a candidate's last effect is a resonator that hardly rings: gone within a few cycles."""
+    if not candidate.names or candidate.names[-1] != "hidden_resonator" or candidate.suspects[-1].variant:
+        return False
+    last = candidate.fit.addends[-1]
+    return candidate.fit.value(f"{last.prefix}.damping_ratio") > RINGS
+
+
+def _single_fading(candidate: Candidate) -> bool:
+    """Whether a candidate is one memory that rings in nothing: a relaxation, an echo, a resonator that hardly rings."""
+    if candidate.names == ("hidden_resonator",):
+        return damping_ratio(candidate.fit) > RINGS
+    return candidate.names in {("relaxation",), ("delayed_echo",)}
+
+
+def diagnose(
+    level: Level, suspects: Sequence[Suspect], clean_when_dry: bool = False, budget: float = 1.0
+) -> Diagnosis:
+    """Search one level for what its equation lacks.
+
+    ``clean_when_dry`` says that the dry trials of the same rig need nothing: what belongs to the structure would have
+    shown there.
+
+    Evidence alone would accuse effects that no free run shows (a gram of water, the smoothing of an amplifier): what
+    is named must also bring the free run of the training trials closer by `WORTH` of what repeating the test allows
+    (each group's own `Member.allowed`). The search for further effects ends where the free run is as close as
+    repetitions are to each other. ``budget`` multiplies what one suspect and the whole level may spend
+    (`SUSPECT_BUDGET`, `LEVEL_BUDGET`).
+
+    Raises IdentificationError where not even the prescribed equation can be fitted.
+    """
+    first = fit_joint(level, level.standing, 1.0, {}, 10.0, growing=True)
+    memory = residual_memory(first.solution)
+    together = fit_joint(level, level.standing, memory, first.values, first.misfit, growing=False)
+    null = Candidate((), _null(level, together), math.log(PRIOR_NOTHING))
+    usable = [s for s in suspects if has_room(level, s, null.fit)]
+    return _Search(level, usable, null, clean_when_dry, budget).run()
+
+
+def _null(level: Level, together: JointFit) -> JointFit:
+    """The prescribed equation alone: one water for all springs, or each spring's own added mass and drag, whichever the
+    data prefer. A suspect has to beat both."""
+    if len(level.members) < 2:
+        return together
+    try:
+        alone = replace(level, shared_water=False)
+        apart = fit_joint(alone, level.standing, together.memory, {}, together.misfit, growing=True)
+    except IdentificationError:
+        return together
+    return min((together, apart), key=lambda f: f.criterion)

@@ -1,0 +1,293 @@
+"""The equation of motion that a group of trials asks for: its terms, its numbers, and everything said against it.
+
+    forces along the smoothed motion -> a first subset -> simulated trajectories -> the subset
+
+Belongs here: the order of work and the frozen result. Does not belong here: the work
+(stepwise_selection.py, inclusion.py, adequacy.py, collinearity.py, weak_form.py), the scikit-learn face (discover.py),
+words (structure_report.py).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from undertow.comparison.adequacy import Outsider, compare_outsiders, left_over
+from undertow.comparison.inclusion import inclusion
+from undertow.comparison.laws import laws
+from undertow.comparison.stepwise_selection import MEMORY_CELLS, Found, Rules, walk
+from undertow.comparison.trajectories import in_cells
+from undertow.conditioning.motion import Motion
+from undertow.equation.equation import Equation
+from undertow.equation.term import Term
+from undertow.errors import IdentificationError
+from undertow.methods.exact_subsets import Step
+from undertow.methods.library import build_design, evaluate, label
+from undertow.methods.sindy import SELECTION_PERIODS, select_terms
+from undertow.methods.subset import residual_covariance, score_matrix
+from undertow.methods.weak_form import Route, second_route
+from undertow.quantities import OK, Estimate
+from undertow.uncertainty.collinearity import Collinearity, collinearity
+from undertow.uncertainty.robust import scatter_factor
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class Rival:
+    """Another subset that the data hardly tell from the best: its terms and how much worse its criterion is."""
+
+    terms: tuple[str, ...]
+    difference: float
+
+
+@dataclass(frozen=True)
+class Structure:
+    """An equation over the total mass, and what was considered besides.
+
+    ``terms`` are those kept, inner parameters refined; ``numbers`` their coefficients (units over kg) and, as
+    ``term.inner``, their inner parameters, each an Estimate; ``covariance`` (p, p) in the order of ``numbers``.
+    ``considered`` names the whole library, ``evidence`` and ``inclusion`` speak of it: by how much the criterion rises
+    without a term (negative: falls), and how often resampled blocks keep it (empty where not asked for). ``trace`` is
+    the best subset of every size, ``rivals`` those within the uncertainty. ``outsiders`` are laws outside the library
+    that were taken in, ``route`` the second route, each None where not asked for. ``left`` is the RMS of what remains
+    over noise.
+    """
+
+    trials: tuple[str, ...]
+    considered: tuple[str, ...]
+    terms: tuple[Term, ...]
+    numbers: Mapping[str, Estimate]
+    covariance: Array
+    evidence: Mapping[str, float]
+    inclusion: Mapping[str, float]
+    rivals: tuple[Rival, ...]
+    trace: tuple[Step, ...]
+    collinear: Collinearity
+    outsiders: tuple[Outsider, ...] | None
+    route: Route | None
+    route_outcome: str
+    left: float
+    found: Found
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """Names of the terms kept."""
+        return tuple(term.name for term in self.terms)
+
+    @property
+    def coefficients(self) -> Array:
+        """Coefficients over mass of the terms kept, (n_terms,)."""
+        return np.array([self.numbers[term.name].value for term in self.terms])
+
+    @property
+    def equation(self) -> Equation:
+        """The equation per unit mass."""
+        return Equation(self.terms, tuple(self.coefficients), mass_kg=1.0)
+
+    @property
+    def adequate(self) -> bool:
+        """Whether no law outside the library is more probable than its best subset (True where none was compared)."""
+        return not any(law.gain > 0.0 for law in self.outsiders or ())
+
+
+@dataclass(frozen=True)
+class Effort:
+    """What is done besides finding the equation: so many resamples (0: none), laws outside, the second route."""
+
+    resamples: int = 100
+    outside: bool = True
+    second_route: bool = True
+    seed: int = 0
+
+
+def find_structure(
+    motions: Sequence[Motion],
+    terms: Sequence[Term],
+    rules: Rules | None = None,
+    scatter: Mapping[str, float] | None = None,
+    effort: Effort | None = None,
+) -> Structure:
+    """The terms of a library that several trials ask for together, with their coefficients over mass.
+
+    ``rules`` speak of the terms by their index; `AddedMass` must not be among them, it is part of the mass. ``scatter``
+    maps term names to the relative standard deviation by which a coefficient differs from trial to trial.
+
+    Raises IdentificationError without trials or terms, for terms that cannot be simulated, and where no subset moves as
+    the body did.
+    """
+    rules, effort = rules or Rules(), effort or Effort()
+    if not motions or not terms:
+        raise IdentificationError(f"{len(motions)} trials and {len(terms)} terms; give at least one of each")
+    book = laws(terms, rules.signs, rules.beliefs)
+    trials = [in_cells(motion, _slots(scatter or {}, terms)) for motion in motions]
+    chosen, start = first_subset(motions, terms, rules)
+    values = book.start.copy()
+    values[list(chosen)] = start
+    return _told(motions, walk(trials, book, chosen, values, rules), rules, effort)
+
+
+def first_subset(motions: Sequence[Motion], terms: Sequence[Term], rules: Rules) -> tuple[tuple[int, ...], Array]:
+    """Indices and coefficients of the best subset on forces along the smoothed motion: where the walk starts.
+
+    Terms with an inner parameter are left to the walk unless they are known to be there.
+    """
+    offered = [i for i, term in enumerate(terms) if not term.inner or i in rules.known]
+    if not offered:
+        offered = list(range(len(terms)))
+    design = build_design(motions, [terms[i] for i in offered], SELECTION_PERIODS)
+    forced = [offered.index(i) for i in rules.known]
+    optimizer = select_terms(design, [terms[i] for i in offered], forced, rules.signs)
+    kept = optimizer.searches_[0].best.columns
+    if not kept:
+        kept = tuple(range(len(offered)))
+    return tuple(offered[i] for i in kept), np.asarray(optimizer.coef_[0][list(kept)], dtype=np.float64)
+
+
+def _slots(scatter: Mapping[str, float], terms: Sequence[Term]) -> dict[str, float]:
+    """Places of the integrator for the terms that differ from trial to trial."""
+    slots = {}
+    for name, share in scatter.items():
+        own = [term for term in terms if term.name == name]
+        if not own or not share > 0.0:
+            have = ", ".join(term.name for term in terms)
+            raise IdentificationError(f"scatter of {name!r} is {share:g}; give a share above 0 of one of {have}")
+        slots[own[0].slots[own[0].coefficient.name]] = float(share)
+    return slots
+
+
+def _told(motions: Sequence[Motion], found: Found, rules: Rules, effort: Effort) -> Structure:
+    """Errors, rivals, resampling, outsiders and the second route around a subset."""
+    terms = _refined(found)
+    covariance, widening = number_covariance(found)
+    total = covariance * np.outer(widening, widening)
+    numbers = _estimates(found, terms, total)
+    names = tuple(label(term) if _twice(term, found.book.terms) else term.name for term in found.book.terms)
+    shares = inclusion(found, effort.resamples, effort.seed) if effort.resamples else ()
+    count = len(terms)
+    route, outcome = _route(motions, found, terms, total[:count, :count]) if effort.second_route else (None, "")
+    return Structure(
+        trials=tuple(motion.name for motion in motions),
+        considered=names,
+        terms=terms,
+        numbers=numbers,
+        covariance=total,
+        evidence={name: found.search.evidence[i] for i, name in enumerate(names)},
+        inclusion=dict(zip(names, shares, strict=False)),
+        rivals=_rivals(found, rules, names),
+        trace=found.search.trace,
+        collinear=collinearity([term.name for term in terms], total[:count, :count], _sizes(motions, terms)),
+        outsiders=compare_outsiders(found, rules) if effort.outside else None,
+        route=route,
+        route_outcome=outcome,
+        left=left_over(found),
+        found=found,
+    )
+
+
+def _twice(term: Term, terms: Sequence[Term]) -> bool:
+    return sum(other.name == term.name for other in terms) > 1
+
+
+def _refined(found: Found) -> tuple[Term, ...]:
+    """The terms kept, with the inner parameters at which the walk ended."""
+    refined = []
+    for index in found.chosen:
+        term = found.book.terms[index]
+        inner = {
+            found.book.names[place].split(".")[1]: float(found.polished.values[place])
+            for place in range(len(found.book.terms), len(found.book.names))
+            if int(found.book.owner[place]) == index
+        }
+        refined.append(replace(term, **inner) if inner else term)
+    return tuple(refined)
+
+
+def number_covariance(found: Found) -> tuple[Array, Array]:
+    """Covariance (p, p) of the numbers kept, coefficients first, and the factor (p,) by which trials scatter beyond.
+
+    From the residual's autocovariance seen through the sensitivities; the factor is `scatter_factor`.
+    """
+    places = found.book.columns(found.chosen)
+    scale = np.linalg.norm(found.linear.columns[:, places], axis=0)
+    columns = found.linear.columns[:, places] / scale
+    residual = found.linear.response - found.linear.columns @ found.polished.values
+    noise = residual_covariance(residual, found.linear.lengths, MEMORY_CELLS)
+    bread = np.linalg.pinv(columns.T @ columns, hermitian=True)
+    covariance = bread @ score_matrix(columns, noise, found.linear.lengths) @ bread
+    grams, scores, moments, first, part = [], [], [], 0, 0
+    for trial in found.trials:
+        parts = len(trial.channels) + 1
+        lengths = found.linear.lengths[part : part + parts]
+        own = slice(first, first + sum(lengths))
+        grams.append(columns[own].T @ columns[own])
+        scores.append(score_matrix(columns[own], noise, lengths))
+        moments.append(columns[own].T @ residual[own])
+        first, part = first + sum(lengths), part + parts
+    rest = [sum(grams) - gram for gram in grams]
+    identified = len(grams) > 2 and all(np.linalg.cond(gram) < 1.0 / np.finfo(float).eps for gram in rest)
+    widening = scatter_factor(grams, scores, moments) if identified else np.ones(len(places))
+    return covariance / np.outer(scale, scale), widening
+
+
+def _estimates(found: Found, terms: Sequence[Term], covariance: Array) -> dict[str, Estimate]:
+    """Coefficients in their units over kg, then inner parameters in their own."""
+    places = found.book.columns(found.chosen)
+    errors = np.sqrt(np.maximum(np.diag(covariance), 0.0))
+    estimates = {}
+    for place, error in zip(places, errors, strict=True):
+        name, value = found.book.names[place], float(found.polished.values[place])
+        term = terms[found.chosen.index(int(found.book.owner[place]))]
+        if "." in name:
+            unit = next(p.unit for p in term.parameters if p.name == name.split(".")[1])
+        else:
+            unit = f"{term.coefficient.unit} / kg"
+        outcome = OK
+        if value <= found.book.lower[place] or value >= found.book.upper[place]:
+            outcome = f"on its bound {value:.4g} {unit}: the law does not fit these trials"
+        elif abs(value) < 2.0 * error and "." not in name:
+            outcome = f"not told from 0: {value:.3g} with a standard error of {error:.2g}"
+        estimates[name] = Estimate(value, float(error), unit=unit, source="structure", outcome=outcome)
+    return estimates
+
+
+def _rivals(found: Found, rules: Rules, names: Sequence[str]) -> tuple[Rival, ...]:
+    """Subsets of terms within the rival difference of the one chosen, by full trajectories where simulated."""
+    exact = {chosen: criterion - found.criterion for chosen, criterion in found.visited}
+    candidates = {found.terms_of(one): one.criterion for one in reversed((found.search.best, *found.search.rivals))}
+    own = candidates.pop(found.chosen, found.search.best.criterion)
+    differences = {terms: exact.get(terms, max(criterion - own, 0.0)) for terms, criterion in candidates.items()}
+    return tuple(
+        Rival(tuple(names[i] for i in terms), difference)
+        for terms, difference in sorted(differences.items(), key=lambda pair: pair[1])
+        if difference <= rules.rival_difference
+    )
+
+
+def _sizes(motions: Sequence[Motion], terms: Sequence[Term]) -> Array:
+    """Standard deviation of each term's force per unit coefficient along the motion, (n_terms,)."""
+    forces = [
+        evaluate(terms, motion.x - motion.equilibrium.value, motion.v, motion.a, motion.t)[motion.inside]
+        for motion in motions
+    ]
+    return np.asarray(np.std(np.vstack(forces), axis=0), dtype=np.float64)
+
+
+def _route(
+    motions: Sequence[Motion], found: Found, terms: Sequence[Term], covariance: Array
+) -> tuple[Route | None, str]:
+    """The second route, or why there is none."""
+    clocks = {
+        trial.name: float(own[trial.names.index("clock")])
+        for trial, own in zip(found.trials, found.polished.own, strict=True)
+        if "clock" in trial.names
+    }
+    values = found.polished.values[list(found.chosen)]
+    try:
+        route = second_route(motions, terms, values, covariance, clocks)
+    except IdentificationError as reason:
+        return None, f"no second route: {reason}"
+    return route, route.sentence

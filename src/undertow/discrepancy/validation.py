@@ -1,0 +1,171 @@
+"""The proof: does the addition bring trials closer that no fit has seen, and does physics allow it?
+
+Belongs here: free runs on held-out trials before and after, and the check of a slosh mode against its cell. Does not
+belong here: finding the addition (search.py).
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+
+import numpy as np
+
+from undertow.comparison.joint import JointFit, shared_theta
+from undertow.comparison.level import Addend, Level, Member, full_name, seen_by
+from undertow.conditioning.motion import Motion
+from undertow.discrepancy.verdict import PhysicalCheck
+from undertow.errors import IdentificationError
+from undertow.likelihood.free_run import FreeRun, free_run
+from undertow.quantities import Estimate
+from undertow.recording.recording import Array
+from undertow.uncertainty.intervals import mean_of_trials
+
+STANDARD_GRAVITY_M_PER_S2 = 9.81
+
+FINITE_AMPLITUDE_MARGIN = 0.05
+"""Relative error within which a frequency still counts as above its lower bound: finite amplitude and the fit."""
+
+SOFTENING_RATIO = 0.34
+"""Depth over width above which sloshing softens with amplitude, below which it hardens (Tadjbakhsh and Keller 1960)."""
+
+
+def score(level: Level, member: Member, fit: JointFit, motion: Motion, rest_std: float) -> float:
+    """nrmse of one trial's free run with what all trials share; nan where there is no motion."""
+    run = shared_run(level, member, fit, motion, rest_std)
+    return math.nan if run is None else run.nrmse
+
+
+def shared_run(
+    level: Level, member: Member, fit: JointFit, motion: Motion, rest_std: float, unseen: bool = False
+) -> FreeRun | None:
+    """One trial's free run with what all trials share; None where there is no motion.
+
+    Of a trial that is ``unseen`` what every trial has of its own (an outside force's size and phase) is fitted to it.
+    """
+    own = {a.slot: a.scale for addend in fit.addends for a in addend.additions if a.of_its_own} if unseen else {}
+    try:
+        return free_run(seen_by(fit.addends, motion), shared_theta(level, member, fit, motion.name), rest_std, own)
+    except IdentificationError:
+        return None
+
+
+def rms(values: Sequence[float]) -> float:
+    """Root mean square of the finite values; nan without one."""
+    finite = [v for v in values if math.isfinite(v)]
+    return math.sqrt(float(np.mean(np.square(finite)))) if finite else math.nan
+
+
+def kernel_damping(fit: JointFit, addend: Addend, rate: float) -> Estimate:
+    """Linear damping that a kernel amounts to for a body that swings at ``rate`` (rad/s), N s/m.
+
+    c(W) = -W Im[m (w^2 + 2 i z w W) / (w^2 - W^2 + 2 i z w W)]: the real part of its force on the velocity. The error
+    is that of m, w, z by their covariance.
+    """
+    names = [f"{addend.prefix}.{a.name}" for a in addend.additions[:3]]
+    index = [fit.solution.problem.names.index(n) for n in names]
+    values = fit.solution.values[index]
+
+    def damping(numbers: Array) -> float:
+        mass, w, z = numbers
+        stiff = w**2 + 2j * z * w * rate
+        return float(-rate * (mass * stiff / (stiff - rate**2)).imag)
+
+    steps = 1e-4 * np.where(values == 0.0, 1.0, np.abs(values))
+    slope = np.array(
+        [(damping(values + h * e) - damping(values - h * e)) / (2.0 * h) for h, e in zip(steps, np.eye(3), strict=True)]
+    )
+    variance = float(slope @ fit.solution.covariance[np.ix_(index, index)] @ slope)
+    return Estimate(damping(values), math.sqrt(max(variance, 0.0)), 0.0, "N s/m", "joint fit")
+
+
+def addition_parameters(fit: JointFit, spring: str, rate: float = math.nan) -> dict[str, list[dict[str, Estimate]]]:
+    """What was added, by name: one dictionary a time it was added, parameter -> estimate, for one spring whose body
+    swings at ``rate`` (rad/s)."""
+    found: dict[str, list[dict[str, Estimate]]] = {}
+    for addend in fit.addends:
+        numbers = _of_trials(fit, addend)
+        for a in addend.additions:
+            if a.scope == "trial":
+                continue
+            name = full_name(addend.prefix, a, spring, "")
+            if name not in fit.solution.problem.names:
+                continue
+            value, error = fit.value(name), fit.solution.stderr(name)
+            on_bound = value <= a.lower or value >= a.upper
+            outcome = f"{name} on its bound {value:.4g} {a.unit}" if on_bound else "ok"
+            numbers[a.name] = Estimate(value, math.nan if on_bound else error, 0.0, a.unit, "joint fit", outcome)
+        if "kernel_mass_kg" in numbers:
+            numbers = {"c_Ns_per_m": kernel_damping(fit, addend, rate), **numbers}
+        found.setdefault(addend.prefix.split("#")[0], []).append(numbers)
+    return found
+
+
+_SAYS = {
+    "acceleration_shift_s": ("shift_s", "s", 0.0, -1.0),
+    "acceleration_gain": ("gain", "1", 1.0, 1.0),
+    "drift_m": ("drift_m", "m", 0.0, 1.0),
+}
+"""What a freed nuisance says in a verdict: its name, unit, and value = first + factor x nuisance (a channel that is
+late has a positive shift; its clock is read earlier in the fit)."""
+
+
+def _of_trials(fit: JointFit, addend: Addend) -> dict[str, Estimate]:
+    """What differs from trial to trial: the mean over trials of a sensor's error or of a force's amplitude, the
+    largest speed at a release."""
+    names = fit.solution.problem.names
+    if addend.frees:
+        label, unit, first, factor = _SAYS[addend.frees]
+        mine = [n for n in names if n.startswith(f"{addend.frees}[")]
+        mean = mean_of_trials([Estimate(fit.value(n), fit.solution.stderr(n), unit=unit) for n in mine], unit, "trials")
+        return {label: Estimate(first + factor * mean.value, mean.stderr, 0.0, unit, "joint fit")}
+    prefix = f"{addend.prefix}.velocity_m_per_s["
+    speeds = [Estimate(fit.value(n), fit.solution.stderr(n), 0.0, "m/s", n) for n in names if n.startswith(prefix)]
+    if speeds:
+        return {"velocity_m_per_s": max(speeds, key=lambda e: abs(e.value))}
+    for a in (a for a in addend.additions if a.differs):
+        mine = [n for n in names if n.startswith(f"{addend.prefix}.{a.name}[")]
+        return {a.name: Estimate(*fit.apart(mine), 0.0, a.unit, "larger and smaller trials")}
+    pairs = [
+        (fit.value(n), fit.value(n.replace(".cosine_N[", ".sine_N["))) for n in names
+        if n.startswith(f"{addend.prefix}.cosine_N[")
+    ]  # fmt: skip
+    if not pairs:
+        return {}
+    sizes = np.hypot(*np.transpose(pairs))
+    error = float(np.std(sizes, ddof=1)) / math.sqrt(sizes.size) if sizes.size > 1 else math.nan
+    return {"amplitude_N": Estimate(float(np.mean(sizes)), error, 0.0, "N", "mean of trials")}
+
+
+def closed_cell_frequency(width_m: float, depth_m: float, mode: int = 1) -> float:
+    """Natural frequency of water in a closed rectangular cell, rad/s: w^2 = g k tanh(k h), k = mode pi / width.
+
+    Lamb 1932, section 257.
+
+    >>> round(closed_cell_frequency(0.31, 0.12), 2)
+    9.13
+    """
+    k = mode * math.pi / width_m
+    return math.sqrt(STANDARD_GRAVITY_M_PER_S2 * k * math.tanh(k * depth_m))
+
+
+def check_cell(frequency: Estimate, cell: Mapping[str, float]) -> PhysicalCheck:
+    """A resonator's frequency against its cell: the closed cell is the lower bound, an open bottom raises it.
+
+    ``cell`` has surface_width_m and depth_m (nan where not stated: nothing is checked).
+    """
+    width, depth = cell.get("surface_width_m", math.nan), cell.get("depth_m", math.nan)
+    if not (math.isfinite(width) and math.isfinite(depth) and width > 0.0 and depth > 0.0):
+        nothing = "the config states no cell with a free surface at this level"
+        return PhysicalCheck(found=frequency.value, because=nothing)
+    bound = closed_cell_frequency(width, depth)
+    shift = "softens" if depth / width > SOFTENING_RATIO else "hardens"
+    error = frequency.stderr if math.isfinite(frequency.stderr) else 0.0
+    margin = FINITE_AMPLITUDE_MARGIN * bound + 2.0 * error
+    agrees = frequency.value > bound - margin
+    side = "at or above" if agrees else "below"
+    because = (
+        f"a closed cell {width:.3g} m wide and {depth:.3g} m deep oscillates at {bound:.3g} rad/s; an open bottom "
+        f"raises it, amplitude {shift} it; found {frequency.value:.3g} rad/s, {side} that bound"
+    )
+    return PhysicalCheck(bound, frequency.value, agrees, because)

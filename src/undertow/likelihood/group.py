@@ -1,0 +1,252 @@
+"""Which unknowns an equation has in a group: names, units, starts, and where they stand in the integrator.
+
+Belongs here: the frozen `GroupModel` and how it follows from terms, specimen and structure. Does not belong here: its
+fit (baseline.py).
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from undertow.conditioning.motion import Motion
+from undertow.equation import registry as shelf
+from undertow.equation.equation import slot_values
+from undertow.equation.general import PlacedTerm
+from undertow.equation.kernel import N_SLOTS, SLOT
+from undertow.equation.term import Term
+from undertow.errors import IdentificationError
+from undertow.likelihood.fit import Specimen, Structure
+from undertow.likelihood.problem import dominant_period
+from undertow.likelihood.scale import contract_name
+from undertow.recording.recording import Array
+
+STRUCTURAL = ("stiffness", "viscous_damping", "coulomb_friction")
+"""Terms whose parameters the dry trials give: k, c, mu."""
+
+WATER = ("added_mass", "quadratic_drag", "linear_damping", "cubic_damping", "drag_exponent")
+"""Terms that a dry trial does not have."""
+
+
+@dataclass(frozen=True)
+class Coefficient:
+    """One unknown of an equation: its contract name, unit, slot, and the factor from the unknown to the slot."""
+
+    name: str
+    unit: str
+    slot: str
+    factor: float
+    start: float
+    lower: float = -math.inf
+    upper: float = math.inf
+    scale: float = 1.0
+    term: str = ""
+    per_mass: bool = False
+
+
+@dataclass(frozen=True)
+class GroupModel:
+    """An equation as it is fitted in one group.
+
+    ``base`` is the parameter vector of what is fixed (the same in all trials but for k), ``coefficients`` what is
+    found; ``fixed`` the structure held, None where everything is free. ``laws`` holds all forces where one of them is
+    not in the compiled integrator, ``places`` maps such a law's parameters, term.parameter, to places behind its own.
+    """
+
+    terms: tuple[Term, ...]
+    specimen: Specimen
+    base: Array
+    coefficients: tuple[Coefficient, ...]
+    fixed: Structure | None = None
+    stiffness: Mapping[str, float] = field(default_factory=dict)
+    anchored: bool = True
+    laws: tuple[PlacedTerm, ...] = ()
+    places: Mapping[str, int] = field(default_factory=dict)
+
+    def place(self, slot: str) -> int:
+        """Where a slot stands in the parameter vector: the compiled integrator's place, or an own law's behind them."""
+        return self.places[slot] if slot in self.places else SLOT[slot]
+
+    def trial_base(self, trial: str) -> Array:
+        """Parameter vector of what is fixed in one trial: the group's, with the trial's own k where it has one."""
+        base = self.base.copy()
+        if trial in self.stiffness:
+            base[SLOT["k1"]] = self.stiffness[trial]
+        return base
+
+    def theta(self, values: Mapping[str, float], trial: str = "") -> Array:
+        """Parameter vector at values of the coefficients by name."""
+        theta = self.trial_base(trial)
+        for c in self.coefficients:
+            theta[self.place(c.slot)] += c.factor * values[c.name]
+        return theta
+
+
+def group_model(
+    terms: Sequence[Term],
+    motions: Sequence[Motion],
+    specimen: Specimen,
+    structure: Structure | None,
+    *,
+    dry: bool,
+    anchored: bool,
+    stiffness: Mapping[str, float] | None = None,
+) -> GroupModel:
+    """The unknowns of ``terms`` in one group.
+
+    With a ``structure`` its k, c, mu are fixed and the water's terms are unknown; without, all are. ``anchored`` says
+    that k (or the mass, when dry) gives kilograms; else the total mass is 1 and every unknown is per mass.
+    """
+    period = float(np.median([dominant_period(m) for m in motions]))
+    rate = 2.0 * math.pi / period
+    known_mass = math.isfinite(specimen.mass_kg)
+    kept = tuple(t for t in terms if not (dry and t.name in WATER) and (anchored or t.name != "added_mass"))
+    base = np.zeros(N_SLOTS)
+    mass = specimen.mass_kg if known_mass and anchored else 1.0
+    coefficients: list[Coefficient] = []
+    fixes_k = anchored and not dry and (structure is not None or math.isfinite(specimen.stiffness_N_per_m))
+    names = {t.name for t in kept}
+    if anchored and (not known_mass or (fixes_k and structure is None and "added_mass" not in names)):
+        k = structure.k.value if structure else specimen.stiffness_N_per_m
+        mass = k / rate**2
+        kept = tuple(t for t in kept if t.name != "added_mass")
+        coefficients.append(Coefficient("total_mass_kg", "kg", "mass", 1.0, mass, 1e-9 * mass, scale=mass))
+    else:
+        base[SLOT["mass"]] = mass
+    speed = max(float(np.max(np.abs(m.v))) for m in motions)
+    size = max(m.amplitude for m in motions)
+    for term in kept:
+        if structure is not None and term.name in STRUCTURAL:
+            _fix(base, term.name, structure, specimen)
+        elif term.name == "stiffness" and fixes_k:
+            base[SLOT["k1"]] = specimen.stiffness_N_per_m
+        else:
+            coefficients += _unknowns(term, specimen, mass, rate, speed, size, anchored)
+    own = dict(stiffness or {}) if structure is not None else {}
+    laws, places = _laws(kept)
+    base = np.concatenate([base, np.zeros(len(places))])
+    return GroupModel(kept, specimen, base, tuple(coefficients), structure, own, anchored, laws, places)
+
+
+def _laws(terms: Sequence[Term]) -> tuple[tuple[PlacedTerm, ...], dict[str, int]]:
+    """All forces with their places where a law has no compiled slots, and the places of such laws' parameters."""
+    own = [term for term in terms if not term.slots]
+    places: dict[str, int] = {}
+    for term in own:
+        for parameter in term.parameters:
+            places[f"{term.name}.{parameter.name}"] = N_SLOTS + len(places)
+    if not own:
+        return (), {}
+    placed: dict[int, PlacedTerm] = {}
+    for term in terms:
+        if term.name != "added_mass":
+            at = tuple(_place(term, p.name, places) for p in term.parameters)
+            placed.setdefault(at[0], PlacedTerm(term, at))  # two laws of one place are one force, as in the kernel
+    return tuple(placed.values()), places
+
+
+def _place(term: Term, parameter: str, places: Mapping[str, int]) -> int:
+    own = f"{term.name}.{parameter}"
+    if own in places:
+        return places[own]
+    slot = term.slots.get(parameter, "")
+    if slot not in SLOT or term.kind != "algebraic":
+        raise IdentificationError(
+            f"{term.name} beside {next(iter(places)).partition('.')[0]}, a law without compiled slots: "
+            f"its {parameter} has no place of its own; give the law slots or leave {term.name} out"
+        )
+    return SLOT[slot]
+
+
+def _fix(base: Array, term: str, structure: Structure, specimen: Specimen) -> None:
+    if term == "stiffness":
+        base[SLOT["k1"]] = structure.k.value
+    elif term == "viscous_damping":
+        base[SLOT["c1"]] = structure.c.value
+    else:
+        base[SLOT["fc"]] = structure.mu.value * specimen.normal_force_N
+
+
+def _unknowns(
+    term: Term, specimen: Specimen, mass: float, rate: float, speed: float, size: float, anchored: bool
+) -> list[Coefficient]:
+    """Unknowns of one term: contract name, start from the motion's own scale (5 % of critical in total), bounds."""
+    force = mass * rate * speed
+    suffix = "" if anchored else "_per_mass"
+    label, unit, per_force = contract_name(term.name, specimen if anchored else Specimen())
+    if term.name == "added_mass":
+        return [_one("added_mass_kg", "kg", "mass", 0.1 * mass, 0.1 * mass, term, "", lower=-0.9 * mass)]
+    starts = {
+        "stiffness": mass * rate**2,
+        "sine_restoring": mass * rate**2,
+        "viscous_damping": 0.02 * mass * rate,
+        "coulomb_friction": 2e-3 * force,
+        "quadratic_drag": 0.02 * mass * rate / speed,
+    }
+    if term.name in starts:
+        start = starts[term.name] * per_force
+        lower = 0.0 if term.name == "stiffness" else -math.inf
+        slot = term.slots[term.coefficient.name]
+        return [_one(label, unit, slot, start, start, term, suffix, factor=1.0 / per_force, lower=lower)]
+    return _general(term, force / _typical(term, size, speed), suffix)
+
+
+def _one(
+    name: str, unit: str, slot: str, start: float, scale: float, term: Term, suffix: str,
+    factor: float = 1.0, lower: float = -math.inf,
+) -> Coefficient:  # fmt: skip
+    return Coefficient(
+        name + suffix, unit + (" per kg" if suffix else ""), slot, factor, start, lower, math.inf, scale, term.name,
+        bool(suffix),
+    )  # fmt: skip
+
+
+def _typical(term: Term, size: float, speed: float) -> float:
+    """Force per unit coefficient at the motion's largest displacement and speed."""
+    one = np.ones(1)
+    return abs(float(term.force(size * one, speed * one, one, one)[0])) or 1.0
+
+
+def _general(term: Term, scale: float, suffix: str) -> list[Coefficient]:
+    """Unknowns of any other compiled term, its inner parameters included, named term.parameter."""
+    if not term.slots:
+        return _own_law(term, scale, suffix)
+    out = []
+    for slot, number in slot_values(term, 1e-3 * scale).items():
+        parameter = next((p for p in term.parameters if term.slots[p.name] == slot), term.coefficient)
+        label = f"{term.name}_{parameter.name}"
+        size = abs(number) if number else scale
+        numbered = slot + "1" if slot in {"hm", "hw", "hz", "hb", "hg", "rk", "rt"} else slot
+        per_mass = bool(suffix) and parameter is term.coefficient
+        out.append(
+            Coefficient(
+                label + (suffix if per_mass else ""), parameter.unit + (" per kg" if per_mass else ""), numbered, 1.0,
+                number, parameter.lower, parameter.upper, size, term.name, per_mass,
+            )
+        )  # fmt: skip
+    return out
+
+
+def _own_law(term: Term, scale: float, suffix: str) -> list[Coefficient]:
+    """Unknowns of a law that the compiled integrator does not know: its coefficient and its inner parameters."""
+    out = []
+    for parameter in term.parameters:
+        leading = parameter is term.coefficient
+        value = 1e-3 * scale if leading else float(term.inner[parameter.name])
+        out.append(
+            Coefficient(
+                f"{term.name}_{parameter.name}" + (suffix if leading else ""),
+                parameter.unit + (" per kg" if leading and suffix else ""), f"{term.name}.{parameter.name}", 1.0, value,
+                parameter.lower, parameter.upper, scale if leading else max(abs(value), 1e-3), term.name,
+                leading and bool(suffix),
+            )
+        )  # fmt: skip
+    return out
+
+
+def terms_by_name(names: Sequence[str]) -> tuple[Term, ...]:
+    """Terms of the shelf by their names, in order."""
+    return tuple(shelf.find(name) for name in names)

@@ -1,0 +1,311 @@
+"""What is fitted to what: unknowns, trials as the integrator sees them, channels with their nuisances.
+
+Belongs here: the frozen description of a fit. Does not belong here: the search (output_error.py).
+
+A trial's parameter vector is linear in the unknowns: theta = base + sum factor * unknown, so that mu and C_d, shared
+by trials with different normal forces and areas, need no special case.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+
+from undertow.conditioning.motion import Motion
+from undertow.equation.general import PlacedTerm
+from undertow.equation.kernel import SLOT
+from undertow.errors import IdentificationError
+from undertow.likelihood.priors import CLOCK_RADIANS, GAIN_STD, REST_SHARE
+from undertow.recording.recording import Array
+
+SAMPLES_PER_PERIOD = 50
+"""Cells a period that samples are averaged into: averaging to 100 Hz at 2 Hz loses nothing (cell's mean compared)."""
+
+TRAJECTORY_STEPS_PER_PERIOD = 40
+"""Largest step in fits: error under 1e-7 of x0 (docs/performance.md), far below any sensor."""
+
+
+PAUSE = 1.5
+"""Time between two crossings, over the usual one, from which on the motion paused between them."""
+
+
+@dataclass(frozen=True)
+class Unknown:
+    """One number to be found: start, bounds, and a Gaussian prior (mean ``start``, ``prior_std``; inf for none)."""
+
+    name: str
+    start: float
+    lower: float = -math.inf
+    upper: float = math.inf
+    prior_std: float = math.inf
+    scale: float = 1.0
+    unit: str = ""
+
+
+@dataclass(frozen=True)
+class Link:
+    """theta[slot] += factor * unknown, in one trial."""
+
+    slot: int
+    unknown: int
+    factor: float = 1.0
+
+
+@dataclass(frozen=True)
+class Channel:
+    """One recorded quantity of a trial in cells: ``values`` (n,) in SI with noise ``sigma``.
+
+    Indices into the unknowns (-1: none): ``offset``, ``drift`` (value at the end of a straight line through zero at
+    the window's middle), ``shift`` (s, on top of the trial's own), ``gain`` (relative).
+    """
+
+    quantity: str
+    values: Array
+    sigma: float
+    offset: int = -1
+    drift: int = -1
+    shift: int = -1
+    gain: int = -1
+
+
+@dataclass(frozen=True)
+class TrialProblem:
+    """One trial: cell centres ``t`` (n,) s after the release, cell width, base parameter vector, links, channels.
+
+    ``shift`` is the index of the unknown by which the trial's clock is late (s; -1: none); ``width_s`` the
+    width of a cell, 0 for instants that stand alone, and ``averaged`` whether several samples make up a cell
+    (observation_model.py).
+    ``laws`` holds all terms where the compiled integrator lacks one (equation/general.py), else nothing.
+    """
+
+    name: str
+    t: Array
+    base: Array
+    links: tuple[Link, ...]
+    channels: tuple[Channel, ...]
+    shift: int = -1
+    width_s: float = 0.0
+    period_s: float = 1.0
+    laws: tuple[PlacedTerm, ...] = ()
+    averaged: bool = True
+
+    @property
+    def slots(self) -> np.ndarray:
+        """Distinct slots that an unknown reaches, sorted, (p,) int64: the integrator's ``active``."""
+        return np.array(sorted({link.slot for link in self.links}), dtype=np.int64)
+
+
+@dataclass(frozen=True)
+class Problem:
+    """All trials of one fit and all unknowns, shared ones and each trial's own."""
+
+    unknowns: tuple[Unknown, ...]
+    trials: tuple[TrialProblem, ...]
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """Names of the unknowns, in order."""
+        return tuple(u.name for u in self.unknowns)
+
+
+@dataclass(frozen=True)
+class TrialOptions:
+    """Which nuisances a trial brings along, with the widths of their priors (priors.py); 0 leaves one out.
+
+    ``rest_offset_std`` is the prior of the equilibrium in SI (mu N / k; its own error is added; nan: `REST_SHARE` of
+    the trial's largest displacement), ``drift_std`` the displacement's drift in SI. Clocks are angles of the motion,
+    rad: ``release_radians`` the release instant's, ``clock_radians`` each further channel's against the displacement's.
+    ``spring_force`` among the ``channels`` takes the load cells in, with a gain and a clock of their own that all
+    trials share: a load cell late by tau cannot be told from k tau more damping, but for the release's edge, so that
+    its clock needs its prior.
+    """
+
+    channels: tuple[str, ...] = ("displacement", "acceleration", "velocity")
+    initial_velocity: bool = False
+    release_radians: float = CLOCK_RADIANS
+    rest_offset_std: float = math.nan
+    clock_radians: float = CLOCK_RADIANS
+    displacement_gain_std: float = 0.0
+    acceleration_gain_std: float = 0.0
+    force_gain_std: float = GAIN_STD
+    drift_std: float = 0.0
+    end_s: float = math.inf
+
+
+def cells(motion: Motion, period_s: float, end_s: float = math.inf) -> tuple[np.ndarray, int]:
+    """Indices (n_cells, m) of the window's samples, m consecutive ones a cell, and m.
+
+    What follows the window fills its last cell, so that no rate loses more of the motion's end than another. Raises
+    IdentificationError where fewer than 20 cells are left.
+    """
+    dt = float(np.median(np.diff(motion.t)))
+    # a sample stands for half a step before it too: that of the first one must lie in the motion
+    chosen = np.flatnonzero(motion.inside & (motion.t >= 0.5 * dt) & (motion.t <= end_s))
+    wanted = period_s / SAMPLES_PER_PERIOD / dt
+    widths = range(max(1, round(0.9 * wanted)), max(1, round(1.1 * wanted)) + 1)
+    m = min(widths, key=lambda m: (-chosen.size % m, abs(m - wanted)))
+    first = int(chosen[0]) if chosen.size else 0
+    n = min(math.ceil(chosen.size / m), (motion.t.size - first) // m)
+    if n < 20:
+        raise IdentificationError(
+            f"trial {motion.name}: {chosen.size} samples in the motion window make {n} cells of {m}; a fit needs 20: "
+            "widen trials.window"
+        )
+    return np.arange(first, first + n * m).reshape(n, m), m
+
+
+class ProblemBuilder:
+    """Collects unknowns and trials into a Problem. The one mutable object of a fit's set-up.
+
+    >>> b = ProblemBuilder()
+    >>> b.unknown("added_mass_kg", 100.0), b.unknown("added_mass_kg", 5.0)
+    (0, 0)
+    """
+
+    def __init__(self) -> None:
+        self._unknowns: dict[str, Unknown] = {}
+        self._trials: list[TrialProblem] = []
+
+    def unknown(
+        self,
+        name: str,
+        start: float,
+        *,
+        lower: float = -math.inf,
+        upper: float = math.inf,
+        prior_std: float = math.inf,
+        scale: float = 1.0,
+        unit: str = "",
+    ) -> int:
+        """Index of the unknown of that name; made with the given start, bounds and prior if it is new."""
+        if name not in self._unknowns:
+            self._unknowns[name] = Unknown(name, float(start), lower, upper, prior_std, scale, unit)
+        return list(self._unknowns).index(name)
+
+    def trial(
+        self,
+        motion: Motion,
+        base: Array,
+        links: tuple[Link, ...],
+        options: TrialOptions,
+        laws: tuple[PlacedTerm, ...] = (),
+    ) -> None:
+        """Add a trial with its own nuisances: x0, v0, shift, rest offset, accelerometer bias."""
+        period = dominant_period(motion)
+        index, m = cells(motion, period, options.end_s)
+        t = motion.t[index].mean(axis=1)
+        dt = float(np.median(np.diff(motion.t)))
+        own, shift = self._initial_state(motion, options, period)
+        channels = tuple(
+            self._channel(motion, quantity, index, m, options, period)
+            for quantity in options.channels
+            if quantity in motion.recording.channels and motion.noise.get(quantity, 0.0) > 0.0
+        )
+        if not channels:
+            have = ", ".join(motion.recording.channels)
+            raise IdentificationError(
+                f"trial {motion.name}: none of {', '.join(options.channels)} is recorded (it has {have}); map one"
+            )
+        self._trials.append(
+            TrialProblem(
+                motion.name, t, np.array(base, dtype=np.float64), links + own, channels, shift,
+                m * dt, period, laws, m > 1,
+            )
+        )  # fmt: skip
+
+    def _initial_state(
+        self, motion: Motion, options: TrialOptions, period: float
+    ) -> tuple[tuple[Link, ...], int]:
+        name = motion.name
+        x_start = float(motion.x[0] - motion.equilibrium.value)
+        size = max(abs(x_start), 1e-3 * float(np.ptp(motion.x)))
+        x0 = self.unknown(f"x0_m[{name}]", x_start, scale=size, unit="m")
+        own = [Link(SLOT["x0"], x0)]
+        speed = float(np.max(np.abs(motion.v)))
+        if not motion.window.held:
+            v0 = self.unknown(f"v0_m_per_s[{name}]", float(motion.v[0]), scale=speed, unit="m/s")
+            return (*own, Link(SLOT["v0"], v0)), -1
+        late = options.release_radians * period / (2.0 * math.pi)
+        if options.initial_velocity:
+            a_start = float(np.max(np.abs(motion.a)))
+            v0 = self.unknown(f"v0_m_per_s[{name}]", 0.0, prior_std=a_start * late, scale=speed, unit="m/s")
+            own.append(Link(SLOT["v0"], v0))
+        if late <= 0.0:
+            return tuple(own), -1
+        prior = math.hypot(late, motion.window.release_stderr_s)
+        return tuple(own), self.unknown(f"shift_s[{name}]", 0.0, prior_std=prior, scale=prior, unit="s")
+
+    def _channel(
+        self, motion: Motion, quantity: str, index: np.ndarray, m: int, options: TrialOptions, period: float
+    ) -> Channel:
+        name = motion.name
+        late = options.clock_radians * period / (2.0 * math.pi)
+        values = motion.recorded(quantity)[index].mean(axis=1)
+        sigma = motion.noise[quantity] / math.sqrt(m)
+        drift = gain = shift = -1
+        if quantity == "displacement":
+            width = math.hypot(_rest_width(motion, options), motion.equilibrium.total_stderr)
+            offset = self.unknown(
+                f"rest_m[{name}]", motion.equilibrium.value, prior_std=width, scale=width, unit="m"
+            )
+            if options.displacement_gain_std > 0.0:
+                gain = self._small(f"displacement_gain[{name}]", options.displacement_gain_std)
+            if options.drift_std > 0.0:
+                drift = self._small(f"drift_m[{name}]", options.drift_std)
+            return Channel(quantity, values, sigma, offset, drift, shift, gain)
+        spread = float(np.ptp(values)) or 1.0
+        offset = self.unknown(f"{quantity}_offset[{name}]", 0.0, prior_std=spread, scale=1e-2 * spread)
+        if quantity == "spring_force":
+            if options.force_gain_std > 0.0:
+                gain = self._small("spring_force_gain", options.force_gain_std)
+            if late > 0.0:
+                shift = self._small("spring_force_shift_s", late)
+        if quantity == "acceleration":
+            if late > 0.0:
+                shift = self._small(f"acceleration_shift_s[{name}]", late)
+            if options.acceleration_gain_std > 0.0:
+                gain = self._small(f"acceleration_gain[{name}]", options.acceleration_gain_std)
+        return Channel(quantity, values, sigma, offset, drift, shift, gain)
+
+    def _small(self, name: str, std: float) -> int:
+        return self.unknown(name, 0.0, prior_std=std, scale=std)
+
+    def build(self) -> Problem:
+        """The finished problem; IdentificationError without a trial."""
+        if not self._trials:
+            raise IdentificationError(f"a fit needs at least 1 trial; it was given {len(self._trials)}")
+        return Problem(tuple(self._unknowns.values()), tuple(self._trials))
+
+
+def _rest_width(motion: Motion, options: TrialOptions) -> float:
+    """Prior of a trial's rest position, m: as given, else relative to its largest displacement."""
+    given = options.rest_offset_std
+    return given if math.isfinite(given) else REST_SHARE * motion.amplitude
+
+
+def dominant_period(motion: Motion) -> float:
+    """Mean period of the motion from crossings of the equilibrium inside the window, s.
+
+    Pauses are left out: a sensor that drifts crosses once more long after the motion has died. IdentificationError
+    where fewer than two crossings are found.
+    """
+    x = motion.windowed("x") - motion.equilibrium.value
+    t = motion.windowed("t")
+    if "displacement" not in motion.recording.channels:
+        x = motion.windowed("v")
+    threshold = 0.05 * float(np.max(np.abs(x)))
+    beyond = np.flatnonzero(np.abs(x) > threshold)
+    last = np.flatnonzero(np.diff(np.sign(x[beyond])) != 0)
+    before, after = beyond[last], beyond[last + 1]
+    # on the straight line between, not at a sample: cells are as wide at any rate
+    crossings = t[before] + (t[after] - t[before]) * x[before] / (x[before] - x[after])
+    if crossings.size < 2:
+        raise IdentificationError(
+            f"trial {motion.name}: {crossings.size} crossings of the equilibrium in the motion window of "
+            f"{t[-1] - t[0]:.3g} s; a fit needs two: widen trials.window"
+        )
+    half = np.diff(crossings)
+    usual = np.sort(half)[(half.size - 1) // 2]
+    return float(2.0 * np.mean(half[half <= PAUSE * usual]))

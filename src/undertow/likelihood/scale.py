@@ -1,0 +1,175 @@
+"""From per-mass numbers to kilograms: the anchor.
+
+A free decay gives only ratios to the total mass: scaling m, c, k, F and q together leaves the motion unchanged. An
+anchor is needed. Order: a known mass with dry trials of the same spring (k = m w_dry^2, so that
+m_a = m ((w_dry / w_wet)^2 - 1) does not depend on any printed k), the config's stiffness, load cells, none.
+
+Belongs here: the anchor, its error and its sentence; per-mass coefficients in the report's parameters.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+from typing import Literal
+
+import numpy as np
+
+from undertow.equation import registry as shelf
+from undertow.likelihood.fit import Specimen, Structure
+from undertow.quantities import Estimate, format_number
+from undertow.recording.recording import Array
+
+AnchorKind = Literal["mass", "stiffness", "load cells", "none"]
+
+STIFFNESS_DISAGREEMENT = 0.01
+"""Relative difference between two stiffnesses above which both are printed (CONTRACT: over 1 %)."""
+
+
+LOAD_CELL_GAIN_STD = 0.005
+"""Relative standard error of a load cell's gain over the potentiometer's, where nothing else says k: half a per cent,
+as ordinary instruments have; the joint fit's prior of gains is the same."""
+
+
+@dataclass(frozen=True)
+class Anchor:
+    """What turns ratios into kilograms: a stiffness in N/m with its error, where it comes from, and doubts about it."""
+
+    kind: AnchorKind
+    stiffness: Estimate
+    sentence: str
+    doubts: tuple[str, ...] = ()
+
+    @property
+    def known(self) -> bool:
+        """Whether there is an anchor at all."""
+        return self.kind != "none"
+
+
+def choose_anchor(
+    specimen: Specimen, structure: Structure | None, load_cells: Estimate | None = None, dry: bool = False
+) -> Anchor:
+    """The anchor for one group, in the order of the module's text.
+
+    ``structure`` is that of the dry trials with the same spring (its k is m w_dry^2); ``load_cells`` the group's mean
+    slope of spring force on displacement. In a dry group the mass itself is the anchor.
+
+    >>> choose_anchor(Specimen(stiffness_N_per_m=1000.0), None).kind
+    'stiffness'
+    """
+    nothing = Estimate(math.nan, unit="N/m")
+    stated = specimen.stiffness_N_per_m
+    if math.isfinite(specimen.mass_kg) and (structure is not None or dry):
+        k = structure.k if structure is not None else nothing
+        others = {"config": stated, "load cells": load_cells.value if load_cells else math.nan}
+        doubts = _disagreements(k.value, "dry motion (m w^2)", others) if structure is not None else ()
+        return Anchor("mass", k, f"mass {specimen.mass_kg:g} kg with the dry frequency", doubts)
+    if math.isfinite(stated):
+        k = Estimate(stated, 0.0, unit="N/m", source="config")
+        others = {"load cells": load_cells.value if load_cells else math.nan}
+        doubts = _disagreements(stated, "config", others)
+        return Anchor("stiffness", k, f"stiffness {stated:g} N/m from the config", doubts)
+    if load_cells is not None and math.isfinite(load_cells.value):
+        gain = LOAD_CELL_GAIN_STD * load_cells.value
+        anchor = replace(load_cells, systematic=math.hypot(load_cells.systematic, gain))
+        return Anchor("load cells", anchor, f"stiffness {anchor} from the load cells")
+    return Anchor("none", nothing, "no anchor: coefficients are per total mass")
+
+
+def _disagreements(value: float, source: str, others: Mapping[str, float]) -> tuple[str, ...]:
+    """Sentences for every other stiffness that differs by more than `STIFFNESS_DISAGREEMENT`."""
+    said = []
+    for name, other in others.items():
+        if math.isfinite(other) and math.isfinite(value) and abs(other / value - 1.0) > STIFFNESS_DISAGREEMENT:
+            said.append(
+                f"stiffness from {source} is {value:.6g} N/m but from {name} {other:.6g} N/m "
+                f"({100.0 * (other / value - 1.0):+.1f} %)"
+            )
+    return tuple(said)
+
+
+def to_physical(
+    names: Sequence[str], per_mass: Array, covariance: Array, anchor: Anchor, specimen: Specimen, dry: bool
+) -> dict[str, Estimate]:
+    """The contract's parameters from per-mass coefficients (p,) and their covariance (p, p), by term ``names``.
+
+    total_mass_kg, added_mass_kg, k_N_per_m, c_Ns_per_m, mu, drag_coefficient (drag_Ns2_per_m2 without an area); other
+    terms ``<name>`` times the mass. The anchor's error is the systematic part. Without an anchor: ``..._per_mass``.
+    """
+    index = {name: i for i, name in enumerate(names)}
+    errors = np.sqrt(np.maximum(np.diag(covariance), 0.0))
+    if not anchor.known or "stiffness" not in index:
+        return {
+            f"{name}_per_mass": Estimate(float(per_mass[i]), float(errors[i]), unit=f"{unit} per kg")
+            for n, i in index.items()
+            for name, unit, _ in [contract_name(n, Specimen())]
+        }
+    kappa = float(per_mass[index["stiffness"]])
+    k_error = anchor.stiffness.total_stderr / anchor.stiffness.value if anchor.stiffness.value > 0.0 else 0.0
+    k_error = k_error if math.isfinite(k_error) else 0.0
+    mass = specimen.mass_kg if dry and anchor.kind == "mass" else anchor.stiffness.value / kappa
+    if dry and anchor.kind == "mass":
+        k_error = 0.0
+    found: dict[str, Estimate] = {}
+    for name, i in index.items():
+        key, unit, factor = contract_name(name, specimen)
+        coefficient = float(per_mass[i])
+        if name == "stiffness" and not (dry and anchor.kind == "mass"):
+            found[key] = anchor.stiffness
+            continue
+        gradient = np.zeros(len(index))
+        gradient[i] = mass
+        if not (dry and anchor.kind == "mass"):
+            gradient[index["stiffness"]] -= coefficient * mass / kappa
+        noise = math.sqrt(max(float(gradient @ covariance @ gradient), 0.0))
+        found[key] = Estimate(coefficient * mass, noise, abs(coefficient) * mass * k_error, unit).scaled(factor, unit)
+    kappa_error = float(errors[index["stiffness"]]) / kappa
+    mass_noise = 0.0 if dry and anchor.kind == "mass" else mass * kappa_error
+    found["total_mass_kg"] = Estimate(mass, mass_noise, mass * k_error, "kg", anchor.sentence)
+    if math.isfinite(specimen.mass_kg) and not dry:
+        found["added_mass_kg"] = Estimate(mass - specimen.mass_kg, mass_noise, mass * k_error, "kg", anchor.sentence)
+    return found
+
+
+def contract_name(term: str, specimen: Specimen) -> tuple[str, str, float]:
+    """Column name, unit and factor (from the term's force coefficient) of one term's parameter.
+
+    >>> contract_name("cubic_stiffness", Specimen())[0]
+    'cubic_stiffness_N_per_m3'
+    """
+    normal, drag = specimen.normal_force_N, specimen.drag_N_per_unit_coefficient
+    if term == "stiffness":
+        return "k_N_per_m", "N/m", 1.0
+    if term == "viscous_damping":
+        return "c_Ns_per_m", "N s/m", 1.0
+    if term == "coulomb_friction":
+        return ("mu", "1", 1.0 / normal) if math.isfinite(normal) and normal > 0.0 else ("friction_N", "N", 1.0)
+    if term == "quadratic_drag":
+        return ("drag_coefficient", "1", 1.0 / drag) if drag > 0.0 else ("drag_Ns2_per_m2", "N s^2/m^2", 1.0)
+    if term in shelf.names():
+        coefficient = shelf.find(term).coefficient
+        return f"{term}_{coefficient.name}", coefficient.unit, 1.0
+    return term, "", 1.0
+
+
+def trial_stiffness(
+    group: Estimate, slopes: Mapping[str, Estimate], dry_ratio: Estimate, scatter: float
+) -> dict[str, Estimate]:
+    """Stiffness of each trial from its own load cells, shrunk by how far they can be trusted.
+
+    ``slopes`` are the trials' slopes of spring force on displacement; ``dry_ratio`` is slope over m w^2 in the dry
+    trials (mean, and as stderr its spread from trial to trial, which is the load cells' and potentiometer's gain).
+    With relative spread g of that ratio and ``scatter`` s of k itself,
+    k_i = k (1 + s^2 / (s^2 + g^2) (slope_i / (ratio k) - 1)): as good as the mean where gains scatter as much as k.
+    """
+    gain = max(dry_ratio.stderr if math.isfinite(dry_ratio.stderr) else scatter, 1e-6)
+    trust = scatter**2 / (scatter**2 + gain**2) if scatter > 0.0 else 0.0
+    left = scatter * math.sqrt(1.0 - trust)
+    out = {}
+    for name, slope in slopes.items():
+        away = slope.value / (dry_ratio.value * group.value) - 1.0
+        k = group.value * (1.0 + trust * away)
+        text = f"dry k with {format_number(100 * trust)} % of the load cells' deviation {100 * away:+.2f} %"
+        out[name] = Estimate(k, left * group.value, group.total_stderr, "N/m", text)
+    return out

@@ -1,0 +1,294 @@
+"""The config's equation fitted to a group's trials by output error.
+
+Belongs here: that fit, and its estimates with errors. Does not belong here: which unknowns an equation has (group.py),
+what the equation leaves out.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+from typing import Literal
+
+import numpy as np
+
+from undertow.conditioning.motion import Motion
+from undertow.equation.equation import Equation
+from undertow.equation.kernel import SLOT
+from undertow.equation.term import Term
+from undertow.likelihood import multistart as blind
+from undertow.likelihood import output_error
+from undertow.likelihood.fit import Fit, Structure
+from undertow.likelihood.group import STRUCTURAL, WATER, Coefficient, GroupModel, group_model, terms_by_name
+from undertow.likelihood.lone_samples import as_recorded
+from undertow.likelihood.output_error import Solution
+from undertow.likelihood.problem import Link, Problem, ProblemBuilder, TrialOptions
+from undertow.quantities import OK, Estimate
+from undertow.recording.recording import Array
+from undertow.uncertainty.confidence import as_stderr, widening
+from undertow.uncertainty.hierarchy import Effect, Held, group_posterior, held_intervals
+from undertow.uncertainty.intervals import noise_covariance, residual_covariance
+
+LINEAR = ("stiffness", "sine_restoring", "viscous_damping", "added_mass")
+"""Terms of a linear oscillator (sine restoring is one at small angles): where a fit that went astray starts anew."""
+
+WITHIN_NOISE = 2.0
+"""Mean squared residual in units of noise up to which a fit needs no second start: what is left is noise."""
+
+
+WITHIN_COLOUR = 5.0
+"""The same for a fit with random effects: coloured noise and drift, which differences of samples do not see."""
+
+
+@dataclass(frozen=True)
+class GroupFit:
+    """A group's equation with its numbers: the search's solution, estimates by contract name, and the model."""
+
+    model: GroupModel
+    solution: Solution
+    estimates: Mapping[str, Estimate]
+    outcome: str
+
+    @property
+    def values(self) -> dict[str, float]:
+        """Values of the model's coefficients by name."""
+        return {c.name: self.estimates[c.name].value for c in self.model.coefficients}
+
+    def equation(self) -> Equation:
+        """The equation with the group's numbers in force units (or per mass), structure included."""
+        theta = self.model.theta(self.values)
+        terms, numbers = [], []
+        for term in self.model.terms:
+            if term.name == "added_mass":
+                terms.append(term)
+                numbers.append(float(theta[SLOT["mass"]]) - self.model.specimen.mass_kg)
+                continue
+            inner = {p.name: float(theta[self._place(term, p.name)]) for p in term.parameters[1:]}
+            terms.append(replace(term, **inner) if inner else term)
+            numbers.append(float(theta[self._place(term, term.coefficient.name)]))
+        added = "added_mass" in {t.name for t in terms}
+        mass = self.model.specimen.mass_kg if added else float(theta[SLOT["mass"]])
+        return Equation(tuple(terms), tuple(numbers), mass_kg=mass)
+
+    def _place(self, term: Term, parameter: str) -> int:
+        """Place of a term's parameter in the parameter vector; the first of a numbered one."""
+        if not term.slots:
+            return self.model.place(f"{term.name}.{parameter}")
+        slot = term.slots[parameter]
+        return SLOT[slot if slot in SLOT else f"{slot}1"]
+
+    def equation_errors(self) -> dict[str, float]:
+        """Standard errors by term name, in the equation's units."""
+        errors: dict[str, float] = {}
+        for c in self.model.coefficients:
+            estimate = self.estimates[c.name]
+            key = c.term or "mass"
+            if key not in errors:
+                errors[key] = abs(c.factor) * estimate.total_stderr
+        if self.model.fixed is not None:
+            normal = self.model.specimen.normal_force_N
+            errors |= {
+                "stiffness": self.model.fixed.k.total_stderr,
+                "viscous_damping": self.model.fixed.c.total_stderr,
+                "coulomb_friction": self.model.fixed.mu.total_stderr * normal,
+            }
+        return errors
+
+
+Scattering = Literal["none", "trials", "trials and means"]
+"""What of a fixed structure may vary in a fit: nothing; k, c, mu of each trial; or their means too."""
+
+
+def fit_group(
+    model: GroupModel, motions: Sequence[Motion], options: TrialOptions, scattering: Scattering = "none"
+) -> GroupFit:
+    """Output error of all trials together; each has its own x0, clock, rest and sensor offsets.
+
+    With ``scattering`` the k, c, mu of a fixed structure vary from trial to trial within the structure's scatter
+    (random effects), so that no trial counts more than its turn; with "trials and means" their means vary too, within
+    their standard errors, and intervals hold both.
+    """
+    plain = _fit_plain(model, _problem(model, motions, options, "none"))
+    if scattering == "none" or model.fixed is None:
+        return _group_fit(model, plain)
+    full = _problem(model, motions, options, scattering)
+    known = dict(zip(plain.problem.names, plain.values.tolist(), strict=True))
+    start = np.array([known.get(u.name, u.start) for u in full.unknowns])
+    return _group_fit(model, _fit_scattering(full, start))
+
+
+def _fit_scattering(problem: Problem, start: Array) -> Solution:
+    """The fit with random effects, from where the fit without them ended.
+
+    Where a body sticks the misfit has kinks, and the whole record seen at once can hold a trial fast in the wrong one:
+    the window grows. Where that ends badly the whole record is tried too, and the better end returned.
+    """
+    grown = as_recorded(output_error.fit(problem, start))
+    if grown.chi2 <= WITHIN_COLOUR * grown.n_data:
+        return grown
+    direct = as_recorded(output_error.fit(problem, start, growing=False))
+    return direct if direct.cost < grown.cost else grown
+
+
+def _fit_plain(model: GroupModel, problem: Problem) -> Solution:
+    """The fit from the motion's own scale; where it ends badly also from the record's period and from the linear
+    equation's answer.
+
+    An equation that is wrong can be led, by growing windows, to coefficients that a linear oscillator beats; started
+    from a linear answer that is better, the search cannot end above it. The better end is returned.
+    """
+    direct = blind.fit(problem)
+    if direct.outcome == OK and direct.chi2 <= WITHIN_NOISE * direct.n_data:
+        return direct
+    leading = {
+        t.slots[t.coefficient.name] if t.slots else f"{t.name}.{t.coefficient.name}"
+        for t in model.terms
+        if t.name not in LINEAR
+    }
+    unknowns = list(problem.unknowns)
+    for i, c in enumerate(model.coefficients):
+        if c.slot in leading:
+            unknowns[i] = replace(unknowns[i], start=0.0, lower=0.0, upper=0.0)
+    if unknowns == list(problem.unknowns):
+        return direct
+    linear = output_error.fit(Problem(tuple(unknowns), direct.problem.trials))
+    if linear.cost >= direct.cost:
+        return direct
+    again = output_error.fit(direct.problem, linear.values, growing=False)
+    return again if again.cost < direct.cost else direct
+
+
+def _problem(
+    model: GroupModel, motions: Sequence[Motion], options: TrialOptions, scattering: Scattering
+) -> Problem:
+    builder = ProblemBuilder()
+    shared = [
+        builder.unknown(c.name, c.start, lower=c.lower, upper=c.upper, scale=c.scale) for c in model.coefficients
+    ]
+    for motion in motions:
+        links = [Link(model.place(c.slot), i, c.factor) for c, i in zip(model.coefficients, shared, strict=True)]
+        if scattering != "none":
+            links += _random_effects(builder, model, motion.name, scattering == "trials and means")
+        builder.trial(motion, model.trial_base(motion.name), tuple(links), options, model.laws)
+    return builder.build()
+
+
+def _random_effects(builder: ProblemBuilder, model: GroupModel, trial: str, means: bool) -> list[Link]:
+    """Deviations of k, c, mu from what is fixed: of this trial, and (``means``) of the group as a whole."""
+    if model.fixed is None:
+        return []
+    links = []
+    for symbol, slot, estimate, factor in _deviations(model, model.fixed):
+        std = _mean_error(model, symbol, estimate)
+        if means and std > 0.0:
+            links.append(Link(SLOT[slot], builder.unknown(f"{symbol}_mean", 0.0, prior_std=std, scale=std), factor))
+        spread = model.fixed.scatter.get(symbol, 0.0) * abs(estimate.value)
+        if spread > 0.0:
+            own = builder.unknown(f"{symbol}[{trial}]", 0.0, prior_std=spread, scale=spread)
+            links.append(Link(SLOT[slot], own, factor))
+    return links
+
+
+def _deviations(model: GroupModel, structure: Structure) -> list[tuple[str, str, Estimate, float]]:
+    """What may differ from trial to trial: symbol, slot, dry mean, and the factor from the deviation to the slot."""
+    normal = model.specimen.normal_force_N
+    every = (
+        ("k", "k1", structure.k, 1.0), ("c", "c1", structure.c, 1.0), ("mu", "fc", structure.mu, normal),
+    )  # fmt: skip
+    return [d for d in every if math.isfinite(d[2].value) and math.isfinite(d[3])]
+
+
+def _mean_error(model: GroupModel, symbol: str, estimate: Estimate) -> float:
+    """A dry mean's standard error without the widening for few trials, which the scatter's posterior brings itself.
+
+    Friction is mu times the normal force: a volume that is not known well counts as a mu that is not.
+    """
+    error = estimate.total_stderr / widening(estimate.freedom)
+    if symbol == "mu" and model.specimen.normal_force_error_N > 0.0:
+        relative = model.specimen.normal_force_error_N / model.specimen.normal_force_N
+        error = math.hypot(error, relative * estimate.value)
+    return error if math.isfinite(error) else 0.0
+
+
+def _group_fit(model: GroupModel, solution: Solution) -> GroupFit:
+    """Estimates with errors: what the residual says, and what is not known of the structure where one is held."""
+    size = len(model.coefficients)
+    values = solution.values[:size].copy()
+    errors = np.sqrt(np.maximum(np.diag(noise_covariance(solution))[:size], 0.0))
+    share = np.zeros(size)
+    if model.fixed is not None and size:
+        values, halves, share = _with_structure(model, model.fixed, solution)
+        errors = as_stderr(1.0) * halves
+    estimates: dict[str, Estimate] = {}
+    for i, c in enumerate(model.coefficients):
+        parts = float(errors[i] * math.sqrt(1.0 - share[i])), float(errors[i] * math.sqrt(share[i]))
+        value, outcome = float(values[i]), OK
+        if c.name == "drag_coefficient" and model.specimen.area_m2 > 0.0:
+            area = model.specimen.area_error_m2 / model.specimen.area_m2
+            parts = parts[0], math.hypot(parts[1], area * value)
+        if not c.lower < solution.values[i] < c.upper:
+            value = float(solution.values[i])
+            outcome, parts = f"{c.name} on its bound {value:.4g} {c.unit}", (math.nan, 0.0)
+        estimates[c.name] = Estimate(value, *parts, c.unit, "output error", outcome)
+    return GroupFit(model, solution, estimates, solution.outcome)
+
+
+def _with_structure(model: GroupModel, structure: Structure, solution: Solution) -> tuple[Array, Array, Array]:
+    """Values, half widths of intervals and the share of the dry means in them, each (coefficients,)."""
+    size = len(model.coefficients)
+    if any(name.endswith("_mean") for name in solution.problem.names):
+        effects = [Effect(symbol, structure.scatter_freedom) for symbol, _, _, _ in _deviations(model, structure)]
+        found = group_posterior(solution, range(size), effects)
+        return found.values, found.half_widths, found.share_of_means
+    deviations = _deviations(model, structure)
+    slopes = np.array([_led(solution, at, deviations)[:, :size] for at in range(len(solution.problem.trials))])
+    held = [
+        Held(slopes[:, j], structure.scatter.get(symbol, 0.0) * abs(estimate.value),
+             _mean_error(model, symbol, estimate), structure.scatter_freedom)
+        for j, (symbol, _, estimate, _) in enumerate(deviations)
+    ]  # fmt: skip
+    noise = np.maximum(np.diag(residual_covariance(solution))[:size], 0.0)
+    return solution.values[:size].copy(), *held_intervals(noise, held)
+
+
+def _led(solution: Solution, at: int, deviations: Sequence[tuple[str, str, Estimate, float]]) -> Array:
+    """How far all unknowns are led away per unit by which one trial's k, c or mu is not what the fit holds, (m, p)."""
+    trial, names = solution.problem.trials[at], solution.problem.names
+    added = solution.values.size + np.arange(len(deviations))
+    links = tuple(
+        Link(SLOT[slot], int(new), factor) for new, (_, slot, _, factor) in zip(added, deviations, strict=True)
+    )
+    values = np.append(solution.values, np.zeros(added.size))
+    found = output_error.residuals(replace(trial, links=trial.links + links), values)
+    out = np.zeros((added.size, solution.values.size))
+    for j, (symbol, _, _, _) in enumerate(deviations):
+        own = f"{symbol}[{trial.name}]"
+        if own in names:  # a random effect: only its prior leads the others away
+            index = names.index(own)
+            out[j] = solution.covariance[:, index] / solution.problem.unknowns[index].prior_std ** 2
+        elif found is not None:
+            column = found[1][:, found[2] == added[j]]
+            out[j] = (solution.covariance[:, solution.used[at]] @ (solution.jacobians[at].T @ column))[:, 0]
+    return out
+
+
+def as_fit(group: GroupFit, method: str, trials: Sequence[str], anchor: str) -> Fit:
+    """The group's estimates as a Fit in the contract's names, with the fixed structure's values beside them."""
+    parameters = dict(group.estimates)
+    specimen = group.model.specimen
+    if "added_mass_kg" in parameters:
+        added = parameters["added_mass_kg"]
+        parameters["total_mass_kg"] = replace(added, value=added.value + specimen.mass_kg)
+    elif group.model.anchored and "total_mass_kg" not in parameters and math.isfinite(specimen.mass_kg):
+        parameters["total_mass_kg"] = Estimate(specimen.mass_kg, 0.0, unit="kg", source="config")
+    if group.model.fixed is not None:
+        held = group.model.fixed
+        parameters |= {"k_N_per_m": held.k, "c_Ns_per_m": held.c, "mu": held.mu}
+    return Fit(method, tuple(trials), {}, parameters, group.outcome, (), anchor)
+
+
+__all__ = [
+    "STRUCTURAL", "WATER", "Coefficient", "GroupFit", "GroupModel", "Scattering", "as_fit", "fit_group", "group_model",
+    "terms_by_name",
+]  # fmt: skip

@@ -1,0 +1,192 @@
+"""The structure from its dry trials: k, c, mu with their scatter from trial to trial.
+
+Belongs here: output error on dry trials, trial by trial, and what their spread says. Does not belong here: the
+report's envelope fit (decay.py), water.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+from scipy.stats import chi2
+from scipy.stats import f as f_distribution
+
+from undertow.conditioning.motion import Motion
+from undertow.equation.kernel import SLOT
+from undertow.equation.term import Term
+from undertow.errors import FAILURES, IdentificationError
+from undertow.likelihood.fit import Specimen, Structure
+from undertow.likelihood.group import Coefficient
+from undertow.likelihood.problem import TrialOptions
+from undertow.methods.baseline import STRUCTURAL, GroupFit, fit_group, group_model
+from undertow.quantities import Estimate
+from undertow.recording.recording import Array
+from undertow.uncertainty.confidence import widening
+from undertow.uncertainty.hierarchy import ASSUMED_FREEDOM
+from undertow.uncertainty.repeats import noise_of, scatter_between, weighted_mean
+
+DEFAULT_SCATTER: Mapping[str, float] = {"k": 0.004, "c": 0.20, "mu": 0.10}
+"""Relative scatter assumed where neither dry trials nor the config show any: what 7 and 12 repeated dry trials of one
+rig gave (report Tables 1 and 2: k 0.4 and 0.4 %, c 25 and 20 %, mu 6 and 11 %)."""
+
+TREND_CHANCE = 0.02
+"""A trend of k, c or mu with amplitude that chance would show less often than this is no scatter."""
+
+_NAMES = {"k": "k_N_per_m", "c": "c_Ns_per_m", "mu": "mu"}
+_UNITS = {"k": "N/m", "c": "N s/m", "mu": "1"}
+
+
+def dry_fits(
+    motions: Sequence[Motion],
+    terms: Sequence[Term],
+    specimen: Specimen,
+    options: TrialOptions,
+    known: Mapping[str, float] | None = None,
+    moved: Mapping[str, str] | None = None,
+    about: Structure | None = None,
+) -> dict[str, GroupFit]:
+    """Each dry trial fitted alone: trial name -> its k, c, mu (kilograms from the known mass).
+
+    ``known`` are slots of the integrator whose value stands (what the dry trials were found to need beside k, c, mu),
+    ``moved`` slots whose coefficient stands in another (friction as the force at which bristles yield);
+    ``about`` gives the search's start (None: from each trial itself).
+    A trial that cannot be fitted has no place in it; the others' mean does without.
+    """
+    fits = {}
+    for motion in motions:
+        try:
+            model = group_model(terms, [motion], specimen, None, dry=True, anchored=True)
+            base = model.base.copy()
+            for slot, value in (known or {}).items():
+                base[SLOT[slot]] += value
+            placed = tuple(_placed(c, moved or {}, about) for c in model.coefficients)
+            fit = fit_group(replace(model, base=base, coefficients=placed), [motion], options)
+        except FAILURES:
+            continue  # its own analysis says why and lists it as failed
+        if not _feeds(fit):
+            fits[motion.name] = fit
+    return fits
+
+
+def _placed(c: Coefficient, moved: Mapping[str, str], about: Structure | None) -> Coefficient:
+    """A coefficient in its slot, starting from a structure's value where there is one."""
+    known = {} if about is None else {_NAMES[symbol]: getattr(about, symbol).value for symbol in _NAMES}
+    start = known.get(c.name, math.nan)
+    return replace(c, slot=moved.get(c.slot, c.slot), start=start if math.isfinite(start) else c.start)
+
+
+def _feeds(fit: GroupFit) -> bool:
+    """Whether a fit's damping would feed energy into the motion: a search that went astray, no structure."""
+    c = fit.estimates.get(_NAMES["c"])
+    return c is not None and c.value < 0.0 and abs(c.value) > 3.0 * c.total_stderr
+
+
+@dataclass(frozen=True)
+class Scatter:
+    """Relative standard deviation from trial to trial of k, c, mu (``values``), and the degrees of freedom it was seen
+    with (inf: stated; 0: assumed)."""
+
+    values: Mapping[str, float]
+    freedom: float
+
+
+def pooled_scatter(springs: Sequence[Mapping[str, GroupFit]]) -> Scatter:
+    """Scatter of k, c and mu about their means, pooled over springs: the same rails and the same hands.
+
+    Noise of the single estimates is taken out. Given is the scatter of which chi-squared at ``freedom`` has the same
+    median as the scatter's posterior (without noise: the usual standard deviation). Without two dry trials of one
+    spring `DEFAULT_SCATTER` is assumed.
+    """
+    freedom = sum(max(len(fits) - 1, 0) for fits in springs)
+    if freedom == 0:
+        return Scatter(DEFAULT_SCATTER, 0.0)
+    values = {}
+    for symbol in _NAMES:
+        groups = without_trend(
+            [(_amplitudes(fits), *_relative(fits, symbol)) for fits in springs if len(_values(fits, symbol)) > 1]
+        )
+        middle = scatter_between(groups).median if groups else 0.0
+        values[symbol] = middle * math.sqrt(float(chi2.ppf(0.5, freedom)) / freedom)
+    return Scatter(values, float(freedom))
+
+
+def _amplitudes(fits: Mapping[str, GroupFit]) -> Array:
+    """Logarithm of each trial's release, (n,)."""
+    return np.log([max(abs(f.solution.value(f"x0_m[{name}]")), np.finfo(float).tiny) for name, f in fits.items()])
+
+
+def without_trend(groups: Sequence[tuple[Array, Array, Array]]) -> list[tuple[Array, Array]]:
+    """(values, noise) of groups (log amplitude, values, noise), each (n,): less their line over log amplitude where
+    that line is there beyond doubt (F test over all groups, one chance in fifty).
+
+    What goes with amplitude in every spring is no scatter: a law is missing, and repetitions do not differ by it.
+    """
+    lines, before, after, freedom = [], 0.0, 0.0, 0
+    for amplitude, values, noise in groups:
+        if values.size < 3 or float(np.ptp(amplitude)) == 0.0:
+            lines.append(np.zeros(values.size))
+            continue
+        weight = 1.0 / np.hypot(noise, 0.3 * float(np.std(values)) + 1e-12)
+        centre = np.column_stack([np.ones(values.size)]) * weight[:, None]
+        both = np.column_stack([np.ones(values.size), amplitude]) * weight[:, None]
+        flat = np.linalg.lstsq(centre, values * weight, rcond=None)[0]
+        line = np.linalg.lstsq(both, values * weight, rcond=None)[0]
+        before += float(np.sum((values * weight - centre @ flat) ** 2))
+        after += float(np.sum((values * weight - both @ line) ** 2))
+        freedom += values.size - 2
+        lines.append(line[1] * (amplitude - float(np.mean(amplitude))))
+    used = sum(values.size >= 3 and float(np.ptp(amplitude)) > 0.0 for amplitude, values, _ in groups)
+    if freedom == 0 or used == 0 or after <= 0.0:
+        return [(values, noise) for _, values, noise in groups]
+    chance = float(f_distribution.sf((before - after) / used / (after / freedom), used, freedom))
+    if chance > TREND_CHANCE:
+        return [(values, noise) for _, values, noise in groups]
+    return [(values - line, noise) for (_, values, noise), line in zip(groups, lines, strict=True)]
+
+
+def _relative(fits: Mapping[str, GroupFit], symbol: str) -> tuple[Array, Array]:
+    """Values of one spring's trials and their noise, both over the mean: (n,), (n,)."""
+    found = _values(fits, symbol)
+    numbers, noise = np.array([e.value for e in found]), noise_of(found)
+    size = abs(float(np.mean(numbers)))
+    return numbers / size, noise / size
+
+
+def structure_from(fits: Mapping[str, GroupFit], scatter: Scatter) -> Structure:
+    """Means of k, c, mu over one spring's dry trials with standard errors of the means, and the scatter.
+
+    IdentificationError where no dry trial was fitted.
+    """
+    if not fits:
+        raise IdentificationError(f"structure: {len(fits)} dry trials were fitted; give k, c, mu in the config")
+    means = {symbol: _mean(fits, symbol, scatter) for symbol in _NAMES}
+    source = f"output error on {len(fits)} dry trials"
+    if scatter.freedom == 0.0:
+        source += "; scatter assumed, not seen"
+    return Structure(means["k"], means["c"], means["mu"], scatter.values, source, scatter.freedom)
+
+
+def _values(fits: Mapping[str, GroupFit], symbol: str) -> list[Estimate]:
+    name = _NAMES[symbol]
+    return [f.estimates[name] for f in fits.values() if name in f.estimates]
+
+
+def _mean(fits: Mapping[str, GroupFit], symbol: str, scatter: Scatter) -> Estimate:
+    """Mean over one spring's dry trials with the scatter pooled over springs, and as wide as its freedom asks."""
+    found = [e for e in _values(fits, symbol) if math.isfinite(e.value)]
+    if not found:
+        return Estimate(0.0, 0.0, unit=_UNITS[symbol], source="not in the equation")
+    numbers = np.array([e.value for e in found])
+    between = scatter.values[symbol] * abs(float(np.mean(numbers)))
+    mean, error = weighted_mean(numbers, noise_of(found), between)
+    freedom = scatter.freedom if scatter.freedom > 0.0 else ASSUMED_FREEDOM
+    said = f"mean of {len(found)} dry trials"
+    return Estimate(mean, error * widening(freedom), unit=_UNITS[symbol], source=said, freedom=freedom)
+
+
+def structural_terms(terms: Sequence[Term]) -> tuple[Term, ...]:
+    """Those of an equation's terms that a dry trial has: everything but water."""
+    return tuple(t for t in terms if t.name in STRUCTURAL or t.name.endswith(("stiffness", "friction")))

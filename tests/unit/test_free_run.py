@@ -1,0 +1,103 @@
+"""Free runs and group fits where the equation is wrong: they end with numbers, and never above a simpler equation."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+
+from experiments.recovery.releases import plant, record
+from undertow.conditioning.condition import condition
+from undertow.conditioning.motion import Motion
+from undertow.equation.kernel import N_SLOTS, SLOT
+from undertow.errors import IdentificationError
+from undertow.likelihood import free_run as freerun
+from undertow.likelihood import output_error
+from undertow.likelihood.fit import Specimen
+from undertow.likelihood.free_run import free_run, repeatability, sensor_floor
+from undertow.likelihood.problem import TrialOptions
+from undertow.methods.baseline import GroupFit, fit_group, group_model, terms_by_name
+from undertow.recording.recording import Recording
+
+LINEAR = ("stiffness", "viscous_damping")
+EQ15 = (*LINEAR, "coulomb_friction", "quadratic_drag")
+NOISE_M = 0.0012
+
+
+def beat(seed: int) -> Motion:
+    """Two damped modes, 0.888 and 1.251 Hz, of random size and phase: a building beside an unseen damper."""
+    rng = np.random.default_rng(seed)
+    t = np.arange(0.0, 8.0, 0.0315)
+    p1, p2 = rng.uniform(-3.0, 3.0, 2)
+    a1, a2 = rng.uniform(0.008, 0.016, 2)
+    x = 0.12 + NOISE_M * rng.standard_normal(t.size)
+    x += a1 * np.exp(-0.21 * t) * np.cos(2.0 * np.pi * 0.888 * t + p1)
+    x += a2 * np.exp(-0.39 * t) * np.cos(2.0 * np.pi * 1.251 * t + p2)
+    return condition(Recording("beat", t, {"displacement": x}), start_s=0.0)
+
+
+def fitted(motion: Motion, names: tuple[str, ...]) -> GroupFit:
+    model = group_model(terms_by_name(names), [motion], Specimen(), None, dry=False, anchored=False)
+    return fit_group(model, [motion], TrialOptions())
+
+
+def growing_theta(drag: float) -> np.ndarray:
+    """Damping that brakes slow motion and feeds fast motion: m 1, k 30, c 1.3, q negative."""
+    theta = np.zeros(N_SLOTS)
+    theta[SLOT["mass"]], theta[SLOT["k1"]], theta[SLOT["c1"]], theta[SLOT["q"]] = 1.0, 30.0, 1.3, drag
+    return theta
+
+
+@pytest.mark.parametrize("seed", [6, 13, 19])
+def test_a_richer_equation_never_fits_worse_than_the_linear_one(seed):
+    # without a second start the four-term equation ends at 1.9, 2.3 and 3.4 times the linear one's chi2 on these
+    motion = beat(seed)
+    assert fitted(motion, EQ15).solution.chi2 <= fitted(motion, LINEAR).solution.chi2 * (1.0 + 1e-9)
+
+
+def test_a_fit_whose_sensitivities_overflow_ends_with_finite_errors():
+    found = fitted(beat(22), EQ15)
+    assert np.all(np.isfinite(found.solution.values))
+    assert np.all(np.isfinite(found.solution.covariance))
+
+
+def test_an_equation_that_feeds_fast_motion_is_scored_where_its_motion_has_bounds():
+    motion = beat(1)
+    theta = growing_theta(-60.0)
+    theta[SLOT["x0"]] = 0.05
+    with pytest.raises(IdentificationError, match="leaves every bound"):
+        output_error.trajectory(theta, np.zeros(0, dtype=np.int64), motion.t)
+    run = free_run(motion, growing_theta(-60.0), 1e-3)
+    assert math.isfinite(run.nrmse)
+
+
+def test_repeatability_leaves_out_draws_whose_motion_has_no_bounds():
+    motion = beat(1)
+    run = free_run(motion, growing_theta(-20.0), 1e-3)
+    floor = sensor_floor(motion, run)
+    wild = repeatability(run, {"c1": 1.3}, floor, "displacement", seed=0)
+    assert floor < wild < math.inf
+
+
+def test_repeatability_without_scatter_is_the_sensors_floor():
+    motion = beat(1)
+    run = free_run(motion, growing_theta(0.0), 1e-3)
+    floor = sensor_floor(motion, run)
+    assert repeatability(run, {"c1": 0.0}, floor, "displacement", seed=0) == floor
+
+
+def test_fewer_samples_and_longer_steps_give_the_same_repeatability(monkeypatch):
+    truth = plant("short", 2.36)
+    motion = condition(record(truth, 0.024, "N3", np.random.default_rng(4), "r"))
+    theta, body = np.zeros(N_SLOTS), truth.body
+    theta[[SLOT[slot] for slot in ("mass", "k1", "c1", "fc", "q")]] = (
+        body.inertia_kg, body.k_N_per_m, body.c_Ns_per_m, body.friction_N, body.drag_Ns2_per_m2,
+    )  # fmt: skip
+    run = free_run(motion, theta, 1e-3)
+    spread = {"k1": 0.003 * body.k_N_per_m, "c1": 0.06 * body.c_Ns_per_m, "fc": 0.05 * body.friction_N}
+    coarse = repeatability(run, spread, 0.0, "displacement", seed=2)
+    monkeypatch.setattr(freerun, "SAMPLES_PER_PERIOD", 10**6)
+    monkeypatch.setattr(freerun, "DRAWN_STEPS_PER_PERIOD", 200)
+    # both are RMS over the same draws; 50 samples a period leave half a per cent of what a period holds
+    assert coarse == pytest.approx(repeatability(run, spread, 0.0, "displacement", seed=2), rel=0.01)

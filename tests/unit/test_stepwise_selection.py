@@ -1,0 +1,154 @@
+"""From subset to subset: ends at the truth from a wrong start, obeys its rules, refines what is inside a law."""
+
+import numpy as np
+import pytest
+
+from experiments.structure.truths import OtherBody
+from tests.short_trials import LONG, group, per_mass
+from undertow.comparison.adequacy import compare_outsiders, left_over, outsiders
+from undertow.comparison.inclusion import block_sums, drawn, inclusion
+from undertow.comparison.laws import laws
+from undertow.comparison.stepwise_selection import Rules, inner_values, penalty_of, walk
+from undertow.comparison.trajectories import in_cells
+from undertow.conditioning.condition import condition
+from undertow.equation.hydrodynamics import CubicDamping, DragExponent, QuadraticDrag
+from undertow.equation.structure import (
+    AsymmetricStiffness,
+    CoulombFriction,
+    CubicStiffness,
+    Stiffness,
+    StribeckFriction,
+    ViscousDamping,
+)
+
+TERMS = (Stiffness(), ViscousDamping(), CoulombFriction(), QuadraticDrag(), CubicStiffness(), CubicDamping())
+EQ15 = (0, 1, 2, 3)
+
+
+def cells(body=LONG, seed=0):
+    return [in_cells(condition(recording)) for recording in group(body, seed)]
+
+
+@pytest.fixture(scope="module")
+def trials():
+    return cells()
+
+
+@pytest.fixture(scope="module")
+def found(trials):
+    """Started from a wrong subset: cubic damping in the drag's place."""
+    values = np.array([*per_mass(LONG)[:3], 0.0, 0.0, 0.5])
+    return walk(trials, laws(TERMS), (0, 1, 2, 5), values, Rules())
+
+
+def test_a_wrong_start_walks_to_the_truth(found):
+    assert found.chosen == EQ15
+    assert found.visited[0][0] == (0, 1, 2, 5)
+    assert found.visited[0][1] > found.criterion + 20.0
+    assert found.polished.values[:4] == pytest.approx(per_mass(LONG), rel=0.05)
+
+
+def test_what_is_left_of_the_truth_is_the_noise(found):
+    assert left_over(found) == pytest.approx(1.0, abs=0.06)  # 2000 cells: 1.6 %, and noise is estimated within 3 %
+
+
+def test_the_criterion_is_misfit_and_a_price_for_every_number(found):
+    price = found.penalty * len(found.book.columns(found.chosen))
+    assert found.criterion == pytest.approx(found.polished.cost / found.widening + price)
+    assert penalty_of(1000.0, 10) == pytest.approx(np.log(1000.0) + np.log(10.0))
+
+
+def test_known_terms_stay_and_exclusive_ones_do_not_meet(trials):
+    start = np.array([*per_mass(LONG), 0.0, 0.0])
+    kept = walk(trials, laws(TERMS), EQ15, start, Rules(known=(0, 4)))
+    assert set(kept.chosen) == {*EQ15, 4}
+    apart = walk(trials, laws(TERMS), EQ15, start, Rules(exclusive=((1, 3),)))
+    assert not {1, 3} <= set(apart.chosen)
+    assert apart.criterion > kept.criterion + 20.0
+
+
+def test_groups_enter_as_a_whole(trials):
+    start = np.array([*per_mass(LONG), 0.0, 0.0])
+    whole = walk(trials, laws(TERMS), EQ15, start, Rules(together=((3, 5),)))
+    assert {3, 5} <= set(whole.chosen) or not {3, 5} & set(whole.chosen)
+
+
+def test_an_exponent_is_refined_with_its_law():
+    own = (LONG.inertia_kg, LONG.c_Ns_per_m, LONG.k_N_per_m, LONG.friction_N, 0.0)
+    trials = cells(OtherBody(*own, power_N=2900.0, exponent=1.5))
+    terms = (*TERMS[:3], DragExponent(2.0), CubicStiffness())
+    start = np.array([*per_mass(LONG)[:3], 0.0, 0.0, 2.0])
+    one = walk(trials, laws(terms), (0, 1, 2), start, Rules(known=(0, 1, 2)))
+    assert one.chosen == (0, 1, 2, 3)
+    assert one.polished.values[5] == pytest.approx(1.5, abs=0.15)
+
+
+def test_without_the_law_an_outsider_is_named_and_with_eq15_none_is(found):
+    body = OtherBody(LONG.inertia_kg, LONG.c_Ns_per_m, LONG.k_N_per_m, LONG.friction_N, 3924.0, static_N=170.0)
+    rules = Rules(known=(0,))
+    short = walk(cells(body), laws(TERMS), EQ15, np.array([*per_mass(LONG), 0.0, 0.0]), rules)
+    best = compare_outsiders(short, rules)[0]
+    assert best.law == "stribeck_friction"
+    assert best.gain > 20.0
+    assert "velocity_m_per_s = 0.0" in str(best)
+    assert all(law.gain < 6.0 for law in compare_outsiders(found, Rules()))
+
+
+def test_outsiders_are_simulated_laws_that_the_library_does_not_hold():
+    names = [law.name for law in outsiders(TERMS)]
+    assert "drag_exponent" in names
+    assert "stribeck_friction" in names
+    assert not {"added_mass", "hidden_resonator", "linear_damping", *(term.name for term in TERMS)} & set(names)
+
+
+def test_inner_values_span_bounds_or_the_motions_own_size(trials):
+    terms = (Stiffness(), DragExponent(), StribeckFriction())
+    book = laws(terms)
+    exponents, speeds = (inner_values(trials, book, place) for place in (3, 4))
+    assert exponents.min() > 0.5
+    assert exponents.max() < 4.0
+    top = 0.1 * 2.0 * np.pi / trials[0].period_s
+    assert speeds[[0, -1]] == pytest.approx([0.02 * top, 0.5 * top], rel=0.1)  # period and x0 as conditioned
+
+
+def test_terms_that_are_there_are_found_again_and_others_are_not(found):
+    shares = np.array(inclusion(found, resamples=20, seed=1))
+    assert np.all(shares[list(EQ15)] >= 0.9)
+    assert np.all(shares[4:] <= 0.3)
+    assert inclusion(found, resamples=20, seed=1) == tuple(shares.tolist())
+
+
+def test_too_few_resamples_are_refused(found):
+    with pytest.raises(ValueError, match=r"5 resamples give no probability; draw at least 10"):
+        inclusion(found, resamples=5)
+
+
+def test_blocks_add_up_to_the_whole_and_draws_keep_each_parts_count():
+    rng = np.random.default_rng(0)
+    x, y = rng.standard_normal((230, 3)), rng.standard_normal(230)
+    grams, moments, part = block_sums(x, y, (100, 130), 40)
+    assert grams.sum(axis=0) == pytest.approx(x.T @ x)
+    assert moments.sum(axis=0) == pytest.approx(x.T @ y)
+    assert part.tolist() == [0, 0, 1, 1, 1]
+    weights = drawn(part, rng)
+    assert [weights[part == one].sum() for one in (0, 1)] == [2, 3]
+
+
+def test_a_library_with_a_useless_law_pays_for_nothing(trials):
+    terms = (*TERMS[:4], AsymmetricStiffness())
+    one = walk(trials, laws(terms), (0, 1, 2, 3, 4), np.array([*per_mass(LONG), 1.0]), Rules())
+    assert one.chosen == EQ15
+
+
+def test_a_start_that_leads_nowhere_is_walked_on_growing_windows(trials):
+    # a quarter more stiffness is out of phase after two periods; polishing the whole decay from there finds nothing
+    far = np.array([1.3 * per_mass(LONG)[0], 0.0, 0.0, 0.0, 0.0, 0.0])
+    one = walk(trials, laws(TERMS), (0, 1), far, Rules())
+    assert one.chosen == EQ15
+    assert left_over(one) < 1.1
+
+
+def test_what_is_left_counts_the_sensors_noise_whatever_the_weights(found):
+    weighed = [trial.reweighted([3.0] * len(trial.channels)) for trial in found.trials]
+    again = walk(weighed, found.book, EQ15, found.polished.values, Rules())
+    assert left_over(again) == pytest.approx(left_over(found), rel=1e-3)

@@ -188,8 +188,9 @@ class StandIn:
         monkeypatch.setattr(campaign_run, "check", lambda _: ())
         monkeypatch.setattr(campaign_run, "condition", self._moved)
         monkeypatch.setattr(campaign_run, "analyse", quickly)
-        monkeypatch.setattr(campaign_run.stages, "save", lambda *_: None)
+        monkeypatch.setattr(campaign_run.checkpoints, "save", lambda *_: None)
         monkeypatch.setattr(campaign_run, "judged", judge)
+        monkeypatch.setattr(campaign_run, "_each_once", lambda read: read)  # copies stand for trials here
 
     def _moved(self, recording: Recording, **_: object) -> Motion:
         motion = replace(one_motion(), recording=recording)

@@ -11,7 +11,7 @@ import pytest
 
 from tests.findings_fixture import MARKUP
 from tests.small_campaign import recorded
-from undertow.campaign.run import checkpoints as stages
+from undertow.campaign.run import checkpoints
 from undertow.campaign.run.analysis import GroupTask, analyse
 from undertow.conditioning.condition import condition
 from undertow.conditioning.motion import Motion
@@ -47,8 +47,8 @@ def findings(task: GroupTask) -> GroupFindings:
 
 
 def kept(task: GroupTask, findings: GroupFindings, folder: Path) -> GroupFindings:
-    stages.save(findings, folder / "new" / "g.json")
-    loaded = stages.load(task, folder / "new" / "g.json")
+    checkpoints.save(findings, folder / "new" / "g.json")
+    loaded = checkpoints.load(task, folder / "new" / "g.json")
     assert loaded is not None
     assert [path.name for path in (folder / "new").iterdir()] == ["g.json"]
     return loaded
@@ -101,18 +101,18 @@ def test_a_verdict_with_everything_in_it_comes_back(
     ],
 )
 def test_a_groups_name_changes_with(task: GroupTask, changes: dict[str, object], why: str) -> None:
-    assert stages.digest(replace(task, **changes)) != stages.digest(task), why  # type: ignore[arg-type]
+    assert checkpoints.digest(replace(task, **changes)) != checkpoints.digest(task), why  # type: ignore[arg-type]
 
 
 def test_an_inner_parameter_changes_a_groups_name(task: GroupTask) -> None:
     one, other = (replace(task, terms=(shelf.find("drag_exponent", exponent=p),)) for p in (1.5, 1.6))
-    assert stages.digest(one) != stages.digest(other)
+    assert checkpoints.digest(one) != checkpoints.digest(other)
 
 
 def test_the_same_file_read_in_another_unit_is_another_group(task: GroupTask) -> None:
     other = replace(task, motions=(motion("a", 0.03, gain=1.0 + 1e-9), task.motions[1]))
-    assert stages.digest(other) != stages.digest(task)
-    assert stages.digest(replace(task, motions=(motion("a", 0.03), task.motions[1]))) == stages.digest(task)
+    assert checkpoints.digest(other) != checkpoints.digest(task)
+    assert checkpoints.digest(replace(task, motions=(motion("a", 0.03), task.motions[1]))) == checkpoints.digest(task)
 
 
 def test_a_force_in_another_unit_is_another_group_though_it_moves_nothing(task: GroupTask) -> None:
@@ -121,29 +121,29 @@ def test_a_force_in_another_unit_is_another_group_though_it_moves_nothing(task: 
     for factor in (1.0, 1000.0):
         channels = {**first.recording.channels, "spring_force": factor * first.recording.channels["displacement"]}
         force = replace(first, recording=replace(first.recording, channels=channels))
-        names.append(stages.digest(replace(task, motions=(force,))))
+        names.append(checkpoints.digest(replace(task, motions=(force,))))
     assert names[0] != names[1]
 
 
 def test_changed_code_changes_every_name(task: GroupTask, monkeypatch: pytest.MonkeyPatch) -> None:
-    before = stages.digest(task)
-    monkeypatch.setattr(stages, "source_digest", lambda: "other")
-    assert stages.digest(task) != before
+    before = checkpoints.digest(task)
+    monkeypatch.setattr(checkpoints, "source_digest", lambda: "other")
+    assert checkpoints.digest(task) != before
 
 
 @pytest.mark.parametrize("text", ["", "{", "[]", "{}", '{"trials": []}', '{"trials": 1}', "null"])
 def test_a_damaged_file_is_as_none(task: GroupTask, tmp_path: Path, text: str) -> None:
     (tmp_path / "g.json").write_text(text)
-    assert stages.load(task, tmp_path / "g.json") is None
-    assert stages.load(task, tmp_path / "nope.json") is None
+    assert checkpoints.load(task, tmp_path / "g.json") is None
+    assert checkpoints.load(task, tmp_path / "nope.json") is None
 
 
 def test_a_write_that_fails_leaves_the_older_file(task: GroupTask, findings: GroupFindings, tmp_path: Path) -> None:
     path = tmp_path / "g.json"
-    stages.save(findings, path)
+    checkpoints.save(findings, path)
     before = path.read_bytes()
     with pytest.raises(TypeError, match="not JSON serializable"):
-        stages.save(replace(findings, notes=(object(),)), path)  # type: ignore[arg-type]
+        checkpoints.save(replace(findings, notes=(object(),)), path)  # type: ignore[arg-type]
     assert path.read_bytes() == before
     assert [p.name for p in tmp_path.iterdir()] == ["g.json"]
 
@@ -156,16 +156,16 @@ def test_verdicts_of_groups_judged_together_come_back_in_their_order(task: Group
     )  # fmt: skip
     plain = Verdict(other.key, ("a", "b"), status="nothing_missing")
     run = AugmentedRun(0.02, np.array([1.0, 0.5]))
-    stages.save_verdicts((explained, plain), {"a": run}, tmp_path / "v.json")
-    (first, second), runs = stages.load_verdicts((task, other), tmp_path / "v.json") or ((), {})
+    checkpoints.save_verdicts((explained, plain), {"a": run}, tmp_path / "v.json")
+    (first, second), runs = checkpoints.load_verdicts((task, other), tmp_path / "v.json") or ((), {})
     assert runs["a"].nrmse == 0.02
     assert runs["a"].residual.tolist() == [1.0, 0.5]
     assert first.parameters == explained.parameters
     assert (first.verdict, second.status, second.group) == (("linear_damping",), "nothing_missing", other.key)
-    assert stages.load_verdicts((task,), tmp_path / "v.json") is None  # another number of groups is another level
-    assert stages.load_verdicts((task,), tmp_path / "none.json") is None
+    assert checkpoints.load_verdicts((task,), tmp_path / "v.json") is None  # another number of groups is another level
+    assert checkpoints.load_verdicts((task,), tmp_path / "none.json") is None
 
 
 def test_what_stands_from_dry_trials_changes_a_levels_name(task: GroupTask) -> None:
-    assert stages.level_digest((task,), "nothing") != stages.level_digest((task,), "cubic_stiffness")
-    assert stages.level_digest((task,), "nothing") == stages.level_digest((task,), "nothing")
+    assert checkpoints.level_digest((task,), "nothing") != checkpoints.level_digest((task,), "cubic_stiffness")
+    assert checkpoints.level_digest((task,), "nothing") == checkpoints.level_digest((task,), "nothing")

@@ -11,10 +11,10 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from typing import Literal
 
-from undertow.discrepancy.verdict import Origin
 from undertow.errors import ConfigError
 
 Scope = Literal["shared", "spring", "trial"]
+Origin = Literal["water", "structure", "outside", "instrument", "undetermined"]
 
 EACH_SPRING = "each spring's own"
 """Variant of a suspect that a level with one spring cannot tell from the shared one."""

@@ -16,14 +16,14 @@ from undertow.comparison.candidate import Candidate, Diagnosis
 from undertow.comparison.joint import free_run_error
 from undertow.comparison.level import Addend, Level, Member, make_level, member_rate
 from undertow.comparison.search import FAR_ABOVE_NOISE, diagnose
-from undertow.comparison.suspects import SUSPECTS, Suspect
+from undertow.comparison.suspects import SUSPECTS, Origin, Suspect
 from undertow.discrepancy.case import Case
 from undertow.discrepancy.earned import earned, holds_with_twice_the_scatter, without_answer
 from undertow.discrepancy.findings import AugmentedRun
 from undertow.discrepancy.sentence import NEXT_TEST, late_words, sentence_of, transfer_words
 from undertow.discrepancy.transfer import from_other_springs
 from undertow.discrepancy.validation import addition_parameters, check_cell, rms, shared_run
-from undertow.discrepancy.verdict import Described, Origin, PhysicalCheck, Rejected, Status, Verdict
+from undertow.discrepancy.verdict import Described, PhysicalCheck, Rejected, Status, Verdict
 from undertow.discrepancy.words import percent
 from undertow.likelihood.free_run import FreeRun
 from undertow.quantities import Estimate, unit_in_rotation

@@ -50,6 +50,7 @@ class GroupTask:
 
     ``apart`` names trials that are too many to be fitted together: each is fitted alone and held against the group's
     equation, which never saw it. ``contradiction`` says which of its channels contradict each other, in words.
+    ``dry_trials`` is how many dry trials the spring has of which most are there.
     """
 
     key: Mapping[str, Condition]
@@ -69,6 +70,7 @@ class GroupTask:
     seed: int = 0
     apart: tuple[str, ...] = ()
     contradiction: str = ""
+    dry_trials: int = 0
 
     @property
     def joint(self) -> tuple[Motion, ...]:

@@ -14,7 +14,7 @@ from pathlib import Path
 
 from undertow.campaign.config import RunConfig
 from undertow.campaign.config.matching import planned
-from undertow.campaign.run import checkpoints as stages
+from undertow.campaign.run import checkpoints
 from undertow.campaign.run.analysis import GroupTask, analyse
 from undertow.campaign.run.cut_off import with_clipped
 from undertow.campaign.run.gathered import Gathered, Part
@@ -242,12 +242,12 @@ class _Analyst:
     def _found(self, task: GroupTask) -> GroupFindings:
         if self.folder is None:
             return analyse(task)
-        path = self.folder / f"{stages.digest(task)}.json"
-        kept = stages.load(task, path) if self.resume else None
+        path = self.folder / f"{checkpoints.digest(task)}.json"
+        kept = checkpoints.load(task, path) if self.resume else None
         if kept is not None:
             return kept
         findings = analyse(task)
-        stages.save(findings, path)
+        checkpoints.save(findings, path)
         return findings
 
 

@@ -11,7 +11,7 @@ from dataclasses import dataclass, field, replace
 from pathlib import Path
 
 from undertow.campaign.config import RunConfig
-from undertow.campaign.run import checkpoints as stages
+from undertow.campaign.run import checkpoints
 from undertow.campaign.run.analysis import GroupTask
 from undertow.campaign.run.rig import (
     Rig,
@@ -60,11 +60,10 @@ def judged(
     Verdicts of wet groups are kept in ``folder`` as they come (None: not kept) and, with ``resume``, taken from there.
     """
     suspects = chosen(config.discrepancy.suspects, config.equation.coordinate == "rotation")
-    seen = _dry_trials(config, tasks)
     cases, told, failed = [], [], {}
     for task, group in zip(tasks, groups, strict=True):
         try:
-            cases.append(_case(config, task, group, seen))
+            cases.append(_case(config, task, group))
             told.append(task)
         except FAILURES as reason:
             failed[tuple(group.key.items())] = _without_case(group, failure(reason))
@@ -121,12 +120,12 @@ class _Judge:
         free = [c.member.free_start for c in level.cases]
         cells = [dict(c.cell) for c in level.cases]
         also = repr((sorted(s.label for s in self.suspects), standing, free, cells, self.budget))
-        path = self.folder / f"verdict-{stages.level_digest(level.tasks, also)}.json"
-        kept = stages.load_verdicts(level.tasks, path) if self.resume else None
+        path = self.folder / f"verdict-{checkpoints.level_digest(level.tasks, also)}.json"
+        kept = checkpoints.load_verdicts(level.tasks, path) if self.resume else None
         if kept is not None:
             return Judged(kept[0], tuple(c.member.label for c in level.cases), runs=kept[1])
         found = self._judged(level, standing)
-        stages.save_verdicts(found.verdicts, found.runs, path)
+        checkpoints.save_verdicts(found.verdicts, found.runs, path)
         return found
 
     def _judged(self, level: _Together, here: tuple[Addend, ...]) -> Judged:
@@ -178,11 +177,6 @@ def _without_case(group: GroupFindings, reason: str) -> Verdict:
     return replace(group.verdict, because=because, sentence=f"{group.label}: cannot tell, because {because}.")
 
 
-def _dry_trials(config: RunConfig, tasks: Sequence[GroupTask]) -> dict[str, int]:
-    """How many dry trials each spring has."""
-    return {spring_label(config, task): len(task.motions) for task in tasks if task.dry}
-
-
 def _no_dry(config: RunConfig, task: GroupTask) -> str:
     """That a wet group's spring has no dry trials though the config names some, in words."""
     if task.dry or not config.trials.dry or task.dry_structure is not None:
@@ -190,11 +184,11 @@ def _no_dry(config: RunConfig, task: GroupTask) -> str:
     return f"no dry trial of {spring_label(config, task)} could be used, and water cannot be separated from structure"
 
 
-def _assumed(config: RunConfig, task: GroupTask, group: GroupFindings, seen: Mapping[str, int]) -> str:
+def _assumed(config: RunConfig, task: GroupTask, group: GroupFindings) -> str:
     """Why nobody knows how much trials differ, in words; empty where it was measured or stated."""
     if config.specimen.scatter is not None:
         return ""
-    if task.dry_structure is not None and max(seen.values(), default=0) >= FEWEST:
+    if task.dry_structure is not None and task.dry_trials >= FEWEST:
         return ""
     singles = {t.motion.name: t.fits["output_error"] for t in group.trials if "output_error" in t.fits}
     if scatter_of_repetitions(task.motions, singles) is not None:
@@ -204,12 +198,12 @@ def _assumed(config: RunConfig, task: GroupTask, group: GroupFindings, seen: Map
         "differ"
     )
     if task.dry_structure is not None:
-        return f"{rest}, and there are {max(seen.values(), default=0)} dry trials"
+        return f"{rest}, and there are {task.dry_trials} dry trials"
     return f"{rest}, and there is {count(len(task.motions), 'trial')}"
 
 
-def _case(config: RunConfig, task: GroupTask, group: GroupFindings, seen: Mapping[str, int]) -> Case:
-    """A group as the judge sees it; ``seen`` is how many dry trials each spring has."""
+def _case(config: RunConfig, task: GroupTask, group: GroupFindings) -> Case:
+    """A group as the judge sees it."""
     structure = _loosened(task.dry_structure, task) if task.dry else task.dry_structure
     model = group_model(
         task.terms, task.motions, task.specimen, structure, dry=task.dry, anchored=task.anchor.known,
@@ -229,5 +223,5 @@ def _case(config: RunConfig, task: GroupTask, group: GroupFindings, seen: Mappin
         group.verdict.repeatability_nrmse, sum(t.mismatch.missing for t in group.trials), task.dry,
         task.dry_structure is not None, config.cell_for(conditions), config.equation.coordinate == "rotation",
         place_words([t.mismatch for t in group.trials if t.mismatch.missing]),
-        task.contradiction, _no_dry(config, task), _assumed(config, task, group, seen),
+        task.contradiction, _no_dry(config, task), _assumed(config, task, group),
     )  # fmt: skip

@@ -62,10 +62,11 @@ def _spring(config: RunConfig, key: Key) -> Key:
 
 @dataclass(frozen=True)
 class Dry:
-    """A structure from dry trials, with the load cells' ratio to it (mean; stderr is the spread)."""
+    """A structure from so many dry trials, with the load cells' ratio to it (mean; stderr is the spread)."""
 
     structure: Structure
     ratio: Estimate
+    trials: int = 0
 
 
 Structures = Mapping[Key, Dry]
@@ -103,6 +104,7 @@ def structures_of(config: RunConfig, groups: Mapping[Key, Sequence[Motion]], ter
         spring: Dry(
             structure_from(fits, scatter),
             Estimate(float(np.mean(slopes[spring])) if slopes[spring] else math.nan, spread, unit="1"),
+            len(fits),
         )
         for spring, fits in fitted.items()
     }
@@ -155,6 +157,7 @@ def group_task(
         structure.scatter_freedom if structure is not None and stated is None else math.inf, structure,
         held, tuple(config.identify), _options(structure, specimen), config.seed,
         tuple(m.name for m in motions if m.name not in names),
+        dry_trials=max((dry.trials for dry in structures.values()), default=0),
     )  # fmt: skip
 
 

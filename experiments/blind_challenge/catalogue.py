@@ -121,6 +121,10 @@ def _late(shape: Shape, dose: float, scene: Scene) -> float:
     return dose * 0.01 * 2.0 * math.pi / scene.rig.reference.frequency
 
 
+def _late_cell(shape: Shape, dose: float, scene: Scene) -> Change:
+    return Change(scene.body, faults=(Fault("time_shift", "spring_force", _late(shape, dose, scene)),))
+
+
 def _fault(kind: str, channel: str, number: object) -> object:
     def change(shape: Shape, dose: float, scene: Scene) -> Change:
         return Change(scene.body, faults=(Fault(kind, channel, number(shape, dose, scene)),))
@@ -175,7 +179,7 @@ def _fill_friction() -> None:
         ("variable_normal_force",), nothing, lambda s, d, e: _one(codes.NORMAL, (d * 0.3 * e.body.coulomb / e.rig.largest,), e),
         needs=RAILS, numbers=lambda s, d, e: {"N_per_m": d * 0.3 * e.body.coulomb / e.rig.largest}))  # fmt: skip
     add(EffectKind("presliding", "bristles before the rail slides", "structure", ("presliding",), nothing, _presliding,
-        ("hysteresis",), needs=RAILS, largest=15.0,
+        ("hysteresis",), needs=RAILS, largest=15.0, linear=False,
         numbers=lambda s, d, e: {"slip_m": d * 0.01 * e.rig.largest}))  # fmt: skip
     add(EffectKind("hysteresis", "a joint that yields", "structure", ("hysteresis",),
         lambda r, g: {"yield": float(r.uniform(0.1, 0.5))}, _hysteresis_change, ("presliding", "relaxation"), unknowns=2,
@@ -188,13 +192,13 @@ def _fill_friction() -> None:
 
 def _fill_set_up() -> None:
     add(EffectKind("imperfect_release", "a hook that lets go slowly", "set-up", ("imperfect_release",), nothing, _slow_hook,
-        largest=8.0))  # fmt: skip
+        largest=8.0, linear=False))  # fmt: skip
     add(EffectKind("mass_change", "a part left on the body from one trial on", "set-up", ("mass_change",),
         lambda r, g: {"from": float(r.uniform(0.4, 0.8)), **_sign(r, g)}, _heavier,
         needs=Needs(trials=(6, 16), knows_mass=True), largest=20.0))  # fmt: skip
     add(EffectKind("support_compliance", "springs that end on an elastic support", "set-up", ("support_compliance",),
         lambda r, g: {"ratio": float(r.uniform(2.5, 6.0)), "damping": float(r.uniform(0.01, 0.2))}, _support,
-        ("hidden_resonator", "relaxation"), unknowns=3, largest=6.0))  # fmt: skip
+        ("hidden_resonator", "relaxation"), unknowns=3, largest=6.0, linear=False))  # fmt: skip
     add(EffectKind("added_mass", "added mass that the equation leaves out", "water", ("added_mass",), nothing,
         lambda s, d, e: Change(e.body.changed(mass=e.body.mass * (1.0 + d * 0.01 * e.share))),
         needs=DRY, left_out=("added_mass",), numbers=lambda s, d, e: {"mass_kg": e.body.mass * d * 0.01 * e.share}))  # fmt: skip
@@ -207,13 +211,16 @@ def _fill_set_up() -> None:
 def _fill_instruments() -> None:
     add(EffectKind("time_shift", "an accelerometer that is late", "instrument", ("time_shift",), nothing,
         _fault("time_shift", "acceleration", _late), needs=SECOND, numbers=lambda s, d, e: {"shift_s": _late(s, d, e)}))  # fmt: skip
+    add(EffectKind("late_cell", "load cells that are late", "instrument", ("time_shift",), nothing, _late_cell,
+        ("linear_damping",), needs=Needs(channels=("spring_force",), coordinate="translation"),
+        numbers=lambda s, d, e: {"shift_s": _late(s, d, e)}))  # fmt: skip
     add(EffectKind("gain_error", "an accelerometer with a wrong gain", "instrument", ("gain_error",), _sign,
         _fault("gain_error", "acceleration", lambda s, d, e: 1.0 + s["sign"] * min(0.02 * d, 0.7)), needs=SECOND,
         numbers=lambda s, d, e: {"gain": 1.0 + s["sign"] * min(0.02 * d, 0.7)}))  # fmt: skip
     add(EffectKind("sensor_drift", "a displacement sensor that drifts within a trial", "instrument", ("sensor_drift",),
         lambda r, g: {"span": float(r.uniform(0.3, 1.0)), **_sign(r, g)}, _drift))  # fmt: skip
     add(EffectKind("clipping", "a displacement sensor that saturates", "instrument", ("clipping",), nothing,
-        _fault("clipping", "displacement", _level), largest=13.0))  # fmt: skip
+        _fault("clipping", "displacement", _level), largest=13.0, linear=False))  # fmt: skip
 
 
 _fill()

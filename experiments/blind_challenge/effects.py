@@ -35,6 +35,7 @@ class EffectKind:
     left_out: tuple[str, ...] = ()
     numbers: Callable[[Shape, float, Scene], dict[str, float]] | None = None
     typical: float = 1.0
+    linear: bool = True  # whether small doses move the readings in proportion
     largest: float = 30.0
     fit_rig: Callable[[np.random.Generator, Rig], Rig] | None = None
 

@@ -113,10 +113,10 @@ def _fill() -> None:
     ):
         add(EffectKind(key, text, "outside", ("external_forcing",), _band(low, high), _push, unknowns=2, unknowns_a_trial=2))
     add(EffectKind("delayed_echo", "a wave that comes back from the flume's end", "water", ("delayed_echo",), _echo_shape,
-        lambda s, d, e: Change(e.body, (Law(codes.ECHO, (0.0, *_echo(s, d, e))),)), unknowns=2,
+        lambda s, d, e: Change(e.body, (Law(codes.ECHO, (0.0, *_echo(s, d, e))),)), unknowns=2, largest=6.0,
         numbers=lambda s, d, e: dict(zip(("gain", "delay_s"), _echo(s, d, e), strict=True))))  # fmt: skip
     add(EffectKind("dispersive_reflections", "waves that come back spread out by dispersion", "water", (), _reflection_shape,
-        _reflection, ("delayed_echo", "hidden_resonator"), unknowns=4, needs=Needs(trials=(1, 10), levels=(1, 1, 2))))  # fmt: skip
+        _reflection, ("delayed_echo", "hidden_resonator"), unknowns=4, largest=10.0, needs=Needs(trials=(1, 10), levels=(1, 1, 2))))  # fmt: skip
     add(EffectKind("seiche_with_velocity", "a seiche that carries water past the body", "outside", (), _band(0.4, 2.0),
         _current, ("external_forcing",), unknowns=2, unknowns_a_trial=2))  # fmt: skip
 

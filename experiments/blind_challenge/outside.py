@@ -146,16 +146,16 @@ def _warming(shape: Shape, dose: float, scene: Scene) -> Change:
 
 
 def _fill() -> None:
-    for key, text, draw, change, near, most in (
+    for key, text, draw, change, near, most, linear in (
         ("lugre", "LuGre friction", _uniform(peak=(0.0, 0.6), speed=(0.02, 0.1), damping=(0.05, 0.5)), _lugre,
-         ("presliding", "stribeck_friction", "hysteresis"), 10.0),
+         ("presliding", "stribeck_friction", "hysteresis"), 10.0, False),
         ("rate_state", "rate-and-state friction", _uniform(speed=(0.03, 0.1), slip=(0.02, 0.2), weakening=(0.8, 2.0)),
-         _rate_state, ("stribeck_friction", "linear_damping"), 4.0),
-        ("uneven_rail", "friction uneven along the rail", _rail, _uneven, ("variable_normal_force",), 4.5),
+         _rate_state, ("stribeck_friction", "linear_damping"), 4.0, False),
+        ("uneven_rail", "friction uneven along the rail", _rail, _uneven, ("variable_normal_force",), 4.5, True),
         ("bending_rail", "a rail that bends", _uniform(span=(2.3, 4.0), grip=(0.0, 0.05)), _bending,
-         ("cubic_stiffness", "variable_normal_force"), 8.0),
+         ("cubic_stiffness", "variable_normal_force"), 8.0, True),
     ):  # fmt: skip
-        add(EffectKind(key, text, "structure", (), draw, change, near, unknowns=3, needs=RAILS, largest=most))
+        add(EffectKind(key, text, "structure", (), draw, change, near, unknowns=3, needs=RAILS, largest=most, linear=linear))
     for key, text, draw, change, near in (
         ("iwan", "an Iwan joint", _uniform(spread=(0.7, 2.0), reach=(0.3, 1.0)), _iwan, ("hysteresis", "presliding")),
         ("bouc_wen_pinching", "Bouc-Wen hysteresis with degradation and pinching",
@@ -168,7 +168,7 @@ def _fill() -> None:
         ("warming", "stiffness that drifts with temperature", _uniform(day=(0.0, 2.0), time=(5.0, 30.0)), _warming,
          ("mass_change",)),
     ):  # fmt: skip
-        add(EffectKind(key, text, "structure", (), draw, change, near, unknowns=3))
+        add(EffectKind(key, text, "structure", (), draw, change, near, unknowns=3, largest=10.0))
     for key, text, draw, change, near in (
         ("keulegan_drag", "drag that depends on KC", _uniform(power=(0.3, 1.2)), _keulegan,
          ("drag_exponent", "cubic_damping", "linear_damping")),

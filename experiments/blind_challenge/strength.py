@@ -17,13 +17,15 @@ from scipy.optimize import brentq
 from scipy.stats import chi2, ncx2
 
 from experiments.blind_challenge.rigs import Rig, Trial
-from experiments.blind_challenge.scene import Change, Scene, mean_scene, move, read, sample_count
+from experiments.blind_challenge.scene import QUIET, Change, Scene, mean_scene, move, read, sample_count
+from experiments.blind_challenge.truths.motion import Motion
 
 LEVEL = 0.01  # of a detection
 NUDGE = 1e-5  # relative step of a difference quotient
 WIDE = 3.0  # prior of a free number, relative: wide
 DRAWS = 400  # for the 95 % quantile of repeatability
-ROUNDS = 3  # of the refit where an effect is not small
+SMALL = 2e-4  # change of the readings at which the second order is far below any noise
+STUCK = 3.0  # swings below so many times F_c / k are left out
 
 
 @dataclass(frozen=True)
@@ -96,11 +98,21 @@ def _names(rig: Rig, trial: Trial) -> list[tuple[str, int]]:
     return [*out, ("x0", 0), ("v0", 0)]
 
 
+def _swinging(scene: Scene, motion: Motion) -> int:
+    """Samples until a swing is no longer large beside what friction alone holds: where the body stops is chance."""
+    body = scene.body
+    quiet = max(STUCK * body.coulomb / body.stiffness, QUIET * scene.trial.release) * body.frequency
+    moving = np.flatnonzero(np.abs(motion.v) > quiet)
+    least = int(8.0 * math.pi / body.frequency / scene.rig.step)
+    return int(min(motion.v.size, max(moving[-1] + 1 if moving.size else 0, least)))
+
+
 def view(rig: Rig, trial: Trial) -> View:
     """Base reading and columns of one trial."""
     scene = mean_scene(rig, trial)
-    samples = sample_count(rig, trial)
     change = Change(scene.body)
+    motion = move(scene, change, sample_count(rig, trial))
+    samples = _swinging(scene, motion)
     motion = move(scene, change, samples)
     base = read(scene, change, motion, 0)
     columns, plain = {}, {}
@@ -132,7 +144,7 @@ class Linear:
         spread = dict(zip(("k", "c", "mu"), rig.scatter, strict=True))
         for j, v in enumerate(views):
             own: dict[tuple[str, int, int], int] = {}
-            for name, place in self._columns(v):
+            for name, place in self.columns(v):
                 keys = [(name, place, -1)] if name in ("k", "c", "mu", "ma", "q") else [(name, place, j)]
                 if random and name in spread:
                     keys.append((name, place, j))
@@ -147,12 +159,13 @@ class Linear:
         self.blocks = []
         self.matrix = np.diag(self.prior)
         for v, own in zip(views, self.places, strict=True):
-            block = np.column_stack([self._columns(v)[key[:2]] for key in own])
+            block = np.column_stack([self.columns(v)[key[:2]] for key in own])
             at = np.fromiter(own.values(), dtype=int)
             self.blocks.append((block, at))
             self.matrix[np.ix_(at, at)] += block.T @ block
 
-    def _columns(self, v: View) -> dict[tuple[str, int], np.ndarray]:
+    def columns(self, v: View) -> dict[tuple[str, int], np.ndarray]:
+        """The columns that this problem uses of a trial."""
         return v.plain_columns if self.plain else v.columns
 
     def _precision(self, key: tuple[str, int, int], spread: dict[str, float]) -> float:
@@ -226,17 +239,46 @@ def best_power(statistic: float, unknowns: int) -> float:
     return float(ncx2.sf(chi2.isf(LEVEL, unknowns), unknowns, max(statistic, 1e-9)))
 
 
-def strength_of(rig: Rig, views: list[View], change_of: Callable[[Scene], Change]) -> Strength:
-    """Strength of an effect in these trials, by one linear refit."""
-    white, plain = responses(rig, views, change_of)
-    scattered = Linear(rig, views, random=True, plain=False)
+def raw_change(views: list[View], plain: list[np.ndarray], white: list[np.ndarray]) -> float:
+    """How far the readings move before any refit, over the motion (1): of the displacement or, where more, of all channels."""
+    motion = sum(float(v.plain @ v.plain) for v in views)
+    seen = sum(float(v.base @ v.base) for v in views)
+    return max(
+        math.sqrt(sum(float(r @ r) for r in plain) / motion), math.sqrt(sum(float(r @ r) for r in white) / seen)
+    )
+
+
+def judged(rig: Rig, views: list[View], white: list[np.ndarray], plain: list[np.ndarray]) -> Strength:
+    """Strength of a change of the readings, by one linear refit."""
+    scattered, same = Linear(rig, views, random=True, plain=False), Linear(rig, views, random=False, plain=True)
     step, statistic = scattered.solve(white)
+    move_plain, _ = same.solve(plain)
+    left = same.left(plain, move_plain)
     sure = scattered.deviations()
     places = [i for key, i in scattered.index.items() if key[0] in ("ma", "q") and key[2] < 0]
     bias = max((abs(step[i]) / sure[i] / 2.0 for i in places), default=0.0)
-    same = Linear(rig, views, random=False, plain=True)
-    move_plain, _ = same.solve(plain)
-    left = same.left(plain, move_plain)
     rest = math.sqrt(sum(float(r @ r) for r in left) / sum(float(v.plain @ v.plain) for v in views))
     repeat = repeatability(rig, views)
     return Strength(statistic, rest, repeat, max(rest / (0.5 * repeat), bias), bias)
+
+
+def scaled(strength: Strength, factor: float) -> Strength:
+    """The strength of `factor` times the effect, where readings follow the dose linearly."""
+    moved = max(strength.leftover * factor / (0.5 * strength.repeatability), strength.bias * factor)
+    return Strength(
+        strength.statistic * factor**2, strength.leftover * factor, strength.repeatability, moved, strength.bias * factor
+    )
+
+
+def strength_of(rig: Rig, views: list[View], change_of: Callable[[Scene, float], Change], dose: float, linear: bool) -> Strength:
+    """Strength of an effect at a dose. `linear`: measured where it moves the readings by SMALL, then scaled to the dose."""
+    if not linear:
+        return judged(rig, views, *responses(rig, views, lambda scene: change_of(scene, dose)))
+    probe = dose
+    for _ in range(6):
+        white, plain = responses(rig, views, lambda scene, d=probe: change_of(scene, d))
+        moved = raw_change(views, plain, white)
+        if moved <= 2.0 * SMALL:
+            break
+        probe *= 0.7 * SMALL / moved
+    return scaled(judged(rig, views, white, plain), dose / probe)

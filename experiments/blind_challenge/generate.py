@@ -40,7 +40,7 @@ def _job(job: tuple[Path, int, int, Plan]) -> str:
 
 
 def generate(out: Path, seed: int, total: int, jobs: int = 1, shares: dict[str, float] | None = None) -> list[str]:
-    """Write `total` cases into `out` (emptied first where it holds a challenge); returns their names in order."""
+    """Write `total` cases into `out`/laboratory and `out`/sealed (emptied first); returns their names in order."""
     for name in ("laboratory", "sealed"):
         if (out / name).exists():
             shutil.rmtree(out / name)
@@ -53,14 +53,14 @@ def generate(out: Path, seed: int, total: int, jobs: int = 1, shares: dict[str, 
     note = {
         "seed": seed, "cases": total, "shares": dict(shares or SHARES), "digest": digest(out),
     }  # fmt: skip
-    (out / "challenge.json").write_text(json.dumps(note, indent=1) + "\n", encoding="utf-8")
+    (out / "laboratory" / "challenge.json").write_text(json.dumps(note, indent=1) + "\n", encoding="utf-8")
     return names
 
 
 def digest(out: Path) -> str:
     """One number for all bytes of all laboratories and truths: equal seeds must give equal digests."""
     total = hashlib.sha256()
-    for path in sorted(p for name in ("laboratory", "sealed") for p in (out / name).rglob("*") if p.is_file()):
+    for path in sorted(p for name in ("laboratory", "sealed") for p in (out / name).rglob("*.*") if p.is_file() and p.name != "challenge.json"):
         total.update(str(path.relative_to(out)).encode())
         total.update(path.read_bytes())
     return total.hexdigest()

@@ -1,4 +1,6 @@
-"""One sealed case from its plan: a laboratory drawn, effects given a strength, and the truth that only the scorer reads."""
+"""One sealed case from its plan: a laboratory drawn, effects given a strength, and the truth that only the scorer
+reads.
+"""
 
 import math
 from dataclasses import dataclass, replace
@@ -68,9 +70,11 @@ def _left_out(rig: Rig, kinds: list[EffectKind]) -> Rig:
     if "added_mass" in gone:
         levels = tuple(replace(level, added_mass=0.0) for level in levels)
     return replace(
-        rig, levels=levels, mu=0.0 if "coulomb_friction" in gone else rig.mu,
+        rig,
+        levels=levels,
+        mu=0.0 if "coulomb_friction" in gone else rig.mu,
         terms=tuple(term for term in rig.terms if term not in gone),
-    )  # fmt: skip
+    )
 
 
 def _laboratory(rng: np.random.Generator, plan: Plan, kinds: list[EffectKind]) -> Rig:
@@ -92,7 +96,11 @@ def _target(rng: np.random.Generator, plan: Plan) -> tuple[str, float]:
     low, high = STRENGTHS
     if plan.reason == "an effect below the noise":
         low, high = 0.1, 0.5
-    elif plan.reason in ("over-damped resonator or relaxation", "added mass or a resonator far above", "narrow amplitudes"):
+    elif plan.reason in (
+        "over-damped resonator or relaxation",
+        "added mass or a resonator far above",
+        "narrow amplitudes",
+    ):
         low, high = 2.0, 10.0
     elif plan.kind == "two":
         low = 1.0
@@ -112,9 +120,7 @@ def _dose(effect: EffectKind, shape: Shape, rig: Rig, views: list[measure.View],
     """The dose at which the effect is as strong as asked, within what the effect allows."""
 
     def value(dose: float) -> float:
-        found = measure.strength_of(
-            rig, views, lambda scene, d: effect.applied(shape, d, scene), dose, effect.linear
-        )
+        found = measure.strength_of(rig, views, lambda scene, d: effect.applied(shape, d, scene), dose, effect.linear)
         return max(_measured(effect, rig, found, by), 1e-12)
 
     if effect.linear:
@@ -141,10 +147,15 @@ def _group_measures(case_rig: Rig, views: list[measure.View], effect: Dosed) -> 
         rig = replace(case_rig, trials=tuple(v.scene.trial for v in chosen))
         found = _strength(rig, chosen, effect)
         numbers = effect.kind.numbers(effect.shape, effect.dose, scenes[0].scene) if effect.kind.numbers else {}
-        out.append({
-            "strength": seen(effect.kind, rig, found), "size": found.size, "free_run": found.leftover / (0.5 * found.repeatability),
-            "present": True, "parameters": numbers,
-        })  # fmt: skip
+        out.append(
+            {
+                "strength": seen(effect.kind, rig, found),
+                "size": found.size,
+                "free_run": found.leftover / (0.5 * found.repeatability),
+                "present": True,
+                "parameters": numbers,
+            }
+        )
     return out
 
 
@@ -155,21 +166,34 @@ def _strength(rig: Rig, views: list[measure.View], effect: Dosed) -> measure.Str
 
 
 def effect_measures(rig: Rig, views: list[measure.View], effect: Dosed, asked: tuple[str, float]) -> dict[str, object]:
-    """What the truth says of an effect: names, dose, strength, best possible power, size, and the same group by group."""
+    """What the truth says of an effect: names, dose, strength, best possible power, size; also by group."""
     found = _strength(rig, views, effect)
     count = unknowns(effect.kind, rig)
     return {
-        "key": effect.kind.key, "text": effect.kind.text, "place": effect.kind.place, "names": list(effect.kind.names),
-        "near": list(effect.kind.near), "dose": effect.dose, "shape": effect.shape, "asked": list(asked), "unknowns": count,
-        "statistic": found.statistic, "strength": seen(effect.kind, rig, found),
-        "best_power": measure.best_power(found.statistic, count), "free_run": found.leftover,
-        "repeatability": found.repeatability, "size": found.size, "bias": found.bias,
+        "key": effect.kind.key,
+        "text": effect.kind.text,
+        "place": effect.kind.place,
+        "names": list(effect.kind.names),
+        "near": list(effect.kind.near),
+        "dose": effect.dose,
+        "shape": effect.shape,
+        "asked": list(asked),
+        "unknowns": count,
+        "statistic": found.statistic,
+        "strength": seen(effect.kind, rig, found),
+        "best_power": measure.best_power(found.statistic, count),
+        "free_run": found.leftover,
+        "repeatability": found.repeatability,
+        "size": found.size,
+        "bias": found.bias,
         "groups": _group_measures(rig, views, effect),
-    }  # fmt: skip
+    }
 
 
 def sharpness(rng: np.random.Generator, rig: Rig, views: list[measure.View]) -> float:
-    """Smallest strength, over PROBES, of an effect of size 1: above 1.5 an effect as large as B is seen with 90 % power."""
+    """Smallest strength, over PROBES, of an effect of size 1: above 1.5 an effect as large as B is seen with 90 %
+    power.
+    """
     values = []
     for key in PROBES:
         probe = kind(key)

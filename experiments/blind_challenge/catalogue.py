@@ -9,13 +9,12 @@ import numpy as np
 
 from experiments.blind_challenge.effects import EffectKind, Shape, add, nothing
 from experiments.blind_challenge.rigs import Needs, Rig
-from experiments.blind_challenge.scene import Change, Fault, Scene
+from experiments.blind_challenge.scene import Change, Scene
 from experiments.blind_challenge.truths import codes
 from experiments.blind_challenge.truths.motion import Law
 
 DRY = Needs(dry="many", knows_mass=True)
 RAILS = Needs(friction=True)
-SECOND = Needs(channels=("acceleration",), coordinate="translation")
 
 
 def _sign(rng: np.random.Generator, rig: Rig) -> Shape:
@@ -117,110 +116,231 @@ def _support(shape: Shape, dose: float, scene: Scene) -> Change:
     return Change(scene.body, (law,), seen_by_cell=(0,))
 
 
-def _late(shape: Shape, dose: float, scene: Scene) -> float:
-    return dose * 0.01 * 2.0 * math.pi / scene.rig.reference.frequency
-
-
-def _late_cell(shape: Shape, dose: float, scene: Scene) -> Change:
-    return Change(scene.body, faults=(Fault("time_shift", "spring_force", _late(shape, dose, scene)),))
-
-
-def _fault(kind: str, channel: str, number: object) -> object:
-    def change(shape: Shape, dose: float, scene: Scene) -> Change:
-        return Change(scene.body, faults=(Fault(kind, channel, number(shape, dose, scene)),))
-
-    return change
-
-
-def _drift(shape: Shape, dose: float, scene: Scene) -> Change:
-    span = shape["span"] * scene.rig.periods * 2.0 * math.pi / scene.rig.reference.frequency
-    return Change(
-        scene.body, faults=(Fault("sensor_drift", "displacement", shape["sign"] * dose * 0.02 * scene.rig.largest, span),)
-    )
-
-
-def _level(shape: Shape, dose: float, scene: Scene) -> float:
-    return scene.rig.largest * (1.0 - min(0.03 * dose, 0.4))
-
-
 def _fill() -> None:
-    add(EffectKind("linear_damping", "radiation-like linear damping in the water", "water", ("linear_damping",), nothing,
-        lambda s, d, e: _one(codes.LINEAR, (_linear(s, d, e),), e), ("cubic_damping",), needs=DRY,
-        numbers=lambda s, d, e: {"c_Ns_per_m": _linear(s, d, e)}))  # fmt: skip
-    add(EffectKind("cubic_damping", "damping by the cube of the velocity", "water", ("cubic_damping",), nothing,
-        lambda s, d, e: _one(codes.CUBIC, (_cubic_damping(s, d, e),), e), ("drag_exponent",),
-        numbers=lambda s, d, e: {"Ns3_per_m3": _cubic_damping(s, d, e)}))  # fmt: skip
-    add(EffectKind("drag_exponent", "drag by another power of the velocity", "water", ("drag_exponent",), _sign,
-        lambda s, d, e: Change(e.body.changed(drag=0.0), (Law(codes.POWER, _power(s, d, e)),)),
-        ("cubic_damping", "linear_damping"), numbers=lambda s, d, e: {"exponent": _power(s, d, e)[1]}, largest=8.5))  # fmt: skip
-    for name, power, unit in (("cubic_stiffness", 3, "N_per_m3"), ("quintic_stiffness", 5, "N_per_m5"),
-                              ("asymmetric_stiffness", 2, "N_per_m2")):  # fmt: skip
+    add(
+        EffectKind(
+            "linear_damping",
+            "radiation-like linear damping in the water",
+            "water",
+            ("linear_damping",),
+            nothing,
+            lambda s, d, e: _one(codes.LINEAR, (_linear(s, d, e),), e),
+            ("cubic_damping",),
+            needs=DRY,
+            numbers=lambda s, d, e: {"c_Ns_per_m": _linear(s, d, e)},
+        )
+    )
+    add(
+        EffectKind(
+            "cubic_damping",
+            "damping by the cube of the velocity",
+            "water",
+            ("cubic_damping",),
+            nothing,
+            lambda s, d, e: _one(codes.CUBIC, (_cubic_damping(s, d, e),), e),
+            ("drag_exponent",),
+            numbers=lambda s, d, e: {"Ns3_per_m3": _cubic_damping(s, d, e)},
+        )
+    )
+    add(
+        EffectKind(
+            "drag_exponent",
+            "drag by another power of the velocity",
+            "water",
+            ("drag_exponent",),
+            _sign,
+            lambda s, d, e: Change(e.body.changed(drag=0.0), (Law(codes.POWER, _power(s, d, e)),)),
+            ("cubic_damping", "linear_damping"),
+            numbers=lambda s, d, e: {"exponent": _power(s, d, e)[1]},
+            largest=8.5,
+        )
+    )
+    for name, power, unit in (
+        ("cubic_stiffness", 3, "N_per_m3"),
+        ("quintic_stiffness", 5, "N_per_m5"),
+        ("asymmetric_stiffness", 2, "N_per_m2"),
+    ):
         number = _stiff(power)
-        add(EffectKind(name, f"springs with a force by x^{power}", "structure", (name,), _sign, _stiff_change(power),
-            {3: ("quintic_stiffness", "quadratic_stiffness"), 5: ("cubic_stiffness",), 2: ()}[power],
-            numbers=lambda s, d, e, n=number, u=unit: {u: n(s, d, e)}, largest=12.0))  # fmt: skip
-    add(EffectKind("sine_restoring", "a pendulum's restoring moment", "structure", ("sine_restoring",), nothing, _sine,
-        ("cubic_stiffness",), needs=Needs(coordinate="rotation"), largest=5.0,
-        numbers=lambda s, d, e: {"N": e.body.stiffness * min(d * 0.2, 1.0)}))  # fmt: skip
+        add(
+            EffectKind(
+                name,
+                f"springs with a force by x^{power}",
+                "structure",
+                (name,),
+                _sign,
+                _stiff_change(power),
+                {3: ("quintic_stiffness", "quadratic_stiffness"), 5: ("cubic_stiffness",), 2: ()}[power],
+                numbers=lambda s, d, e, n=number, u=unit: {u: n(s, d, e)},
+                largest=12.0,
+            )
+        )
+    add(
+        EffectKind(
+            "sine_restoring",
+            "a pendulum's restoring moment",
+            "structure",
+            ("sine_restoring",),
+            nothing,
+            _sine,
+            ("cubic_stiffness",),
+            needs=Needs(coordinate="rotation"),
+            largest=5.0,
+            numbers=lambda s, d, e: {"N": e.body.stiffness * min(d * 0.2, 1.0)},
+        )
+    )
     _fill_friction()
     _fill_set_up()
-    _fill_instruments()
 
 
 def _fill_friction() -> None:
-    add(EffectKind("stribeck_friction", "friction that falls with the speed", "structure", ("stribeck_friction",),
-        lambda r, g: {"speed": float(r.uniform(0.03, 0.2))},
-        lambda s, d, e: _one(codes.STRIBECK, _stribeck(s, d, e), e), unknowns=2, needs=RAILS, largest=6.0,
-        numbers=lambda s, d, e: dict(zip(("static_force_N", "velocity_m_per_s"), _stribeck(s, d, e), strict=True))))  # fmt: skip
-    add(EffectKind("asymmetric_friction", "friction that differs with the direction", "structure", ("asymmetric_friction",),
-        _sign, lambda s, d, e: _one(codes.ONEWAY, (s["sign"] * d * 0.1 * e.body.coulomb,), e), needs=RAILS, largest=8.0,
-        numbers=lambda s, d, e: {"force_N": s["sign"] * d * 0.1 * e.body.coulomb}))  # fmt: skip
-    add(EffectKind("variable_normal_force", "friction that grows with the displacement", "structure",
-        ("variable_normal_force",), nothing, lambda s, d, e: _one(codes.NORMAL, (d * 0.3 * e.body.coulomb / e.rig.largest,), e),
-        needs=RAILS, numbers=lambda s, d, e: {"N_per_m": d * 0.3 * e.body.coulomb / e.rig.largest}))  # fmt: skip
-    add(EffectKind("presliding", "bristles before the rail slides", "structure", ("presliding",), nothing, _presliding,
-        ("hysteresis",), needs=RAILS, largest=15.0, linear=False,
-        numbers=lambda s, d, e: {"slip_m": d * 0.01 * e.rig.largest}))  # fmt: skip
-    add(EffectKind("hysteresis", "a joint that yields", "structure", ("hysteresis",),
-        lambda r, g: {"yield": float(r.uniform(0.1, 0.5))}, _hysteresis_change, ("presliding", "relaxation"), unknowns=2,
-        numbers=lambda s, d, e: dict(zip(("stiffness_N_per_m", "yield_displacement_m"), _hysteresis(s, d, e), strict=True))))  # fmt: skip
-    add(EffectKind("coulomb_friction", "friction that the equation leaves out", "structure", ("coulomb_friction",), nothing,
-        lambda s, d, e: Change(e.body.changed(coulomb=d * 0.005 * e.rig.reference.stiffness * e.rig.largest)),
-        left_out=("coulomb_friction",),
-        numbers=lambda s, d, e: {"force_N": d * 0.005 * e.rig.reference.stiffness * e.rig.largest}))  # fmt: skip
+    add(
+        EffectKind(
+            "stribeck_friction",
+            "friction that falls with the speed",
+            "structure",
+            ("stribeck_friction",),
+            lambda r, g: {"speed": float(r.uniform(0.03, 0.2))},
+            lambda s, d, e: _one(codes.STRIBECK, _stribeck(s, d, e), e),
+            unknowns=2,
+            needs=RAILS,
+            largest=6.0,
+            numbers=lambda s, d, e: dict(zip(("static_force_N", "velocity_m_per_s"), _stribeck(s, d, e), strict=True)),
+        )
+    )
+    add(
+        EffectKind(
+            "asymmetric_friction",
+            "friction that differs with the direction",
+            "structure",
+            ("asymmetric_friction",),
+            _sign,
+            lambda s, d, e: _one(codes.ONEWAY, (s["sign"] * d * 0.1 * e.body.coulomb,), e),
+            needs=RAILS,
+            largest=8.0,
+            numbers=lambda s, d, e: {"force_N": s["sign"] * d * 0.1 * e.body.coulomb},
+        )
+    )
+    add(
+        EffectKind(
+            "variable_normal_force",
+            "friction that grows with the displacement",
+            "structure",
+            ("variable_normal_force",),
+            nothing,
+            lambda s, d, e: _one(codes.NORMAL, (d * 0.3 * e.body.coulomb / e.rig.largest,), e),
+            needs=RAILS,
+            numbers=lambda s, d, e: {"N_per_m": d * 0.3 * e.body.coulomb / e.rig.largest},
+        )
+    )
+    add(
+        EffectKind(
+            "presliding",
+            "bristles before the rail slides",
+            "structure",
+            ("presliding",),
+            nothing,
+            _presliding,
+            ("hysteresis",),
+            needs=RAILS,
+            largest=15.0,
+            linear=False,
+            numbers=lambda s, d, e: {"slip_m": d * 0.01 * e.rig.largest},
+        )
+    )
+    add(
+        EffectKind(
+            "hysteresis",
+            "a joint that yields",
+            "structure",
+            ("hysteresis",),
+            lambda r, g: {"yield": float(r.uniform(0.1, 0.5))},
+            _hysteresis_change,
+            ("presliding", "relaxation"),
+            unknowns=2,
+            numbers=lambda s, d, e: dict(
+                zip(("stiffness_N_per_m", "yield_displacement_m"), _hysteresis(s, d, e), strict=True)
+            ),
+        )
+    )
+    add(
+        EffectKind(
+            "coulomb_friction",
+            "friction that the equation leaves out",
+            "structure",
+            ("coulomb_friction",),
+            nothing,
+            lambda s, d, e: Change(e.body.changed(coulomb=d * 0.005 * e.rig.reference.stiffness * e.rig.largest)),
+            left_out=("coulomb_friction",),
+            numbers=lambda s, d, e: {"force_N": d * 0.005 * e.rig.reference.stiffness * e.rig.largest},
+        )
+    )
 
 
 def _fill_set_up() -> None:
-    add(EffectKind("imperfect_release", "a hook that lets go slowly", "set-up", ("imperfect_release",), nothing, _slow_hook,
-        largest=8.0, linear=False))  # fmt: skip
-    add(EffectKind("mass_change", "a part left on the body from one trial on", "set-up", ("mass_change",),
-        lambda r, g: {"from": float(r.uniform(0.4, 0.8)), **_sign(r, g)}, _heavier,
-        needs=Needs(trials=(6, 16), knows_mass=True), largest=20.0))  # fmt: skip
-    add(EffectKind("support_compliance", "springs that end on an elastic support", "set-up", ("support_compliance",),
-        lambda r, g: {"ratio": float(r.uniform(2.5, 6.0)), "damping": float(r.uniform(0.01, 0.2))}, _support,
-        ("hidden_resonator", "relaxation"), unknowns=3, largest=6.0, linear=False))  # fmt: skip
-    add(EffectKind("added_mass", "added mass that the equation leaves out", "water", ("added_mass",), nothing,
-        lambda s, d, e: Change(e.body.changed(mass=e.body.mass * (1.0 + d * 0.01 * e.share))),
-        needs=DRY, left_out=("added_mass",), numbers=lambda s, d, e: {"mass_kg": e.body.mass * d * 0.01 * e.share}))  # fmt: skip
-    add(EffectKind("quadratic_drag", "drag that the equation leaves out", "water", ("quadratic_drag",), nothing,
-        lambda s, d, e: Change(e.body.changed(drag=d * 0.02 * e.rig.reference.mass / e.rig.largest * e.share)),
-        left_out=("quadratic_drag",), near=("drag_exponent",),
-        numbers=lambda s, d, e: {"drag_Ns2_per_m2": d * 0.02 * e.rig.reference.mass / e.rig.largest * e.share}))  # fmt: skip
-
-
-def _fill_instruments() -> None:
-    add(EffectKind("time_shift", "an accelerometer that is late", "instrument", ("time_shift",), nothing,
-        _fault("time_shift", "acceleration", _late), needs=SECOND, numbers=lambda s, d, e: {"shift_s": _late(s, d, e)}))  # fmt: skip
-    add(EffectKind("late_cell", "load cells that are late", "instrument", ("time_shift",), nothing, _late_cell,
-        ("linear_damping",), needs=Needs(channels=("spring_force",), coordinate="translation"),
-        numbers=lambda s, d, e: {"shift_s": _late(s, d, e)}))  # fmt: skip
-    add(EffectKind("gain_error", "an accelerometer with a wrong gain", "instrument", ("gain_error",), _sign,
-        _fault("gain_error", "acceleration", lambda s, d, e: 1.0 + s["sign"] * min(0.02 * d, 0.7)), needs=SECOND,
-        numbers=lambda s, d, e: {"gain": 1.0 + s["sign"] * min(0.02 * d, 0.7)}))  # fmt: skip
-    add(EffectKind("sensor_drift", "a displacement sensor that drifts within a trial", "instrument", ("sensor_drift",),
-        lambda r, g: {"span": float(r.uniform(0.3, 1.0)), **_sign(r, g)}, _drift))  # fmt: skip
-    add(EffectKind("clipping", "a displacement sensor that saturates", "instrument", ("clipping",), nothing,
-        _fault("clipping", "displacement", _level), largest=13.0, linear=False))  # fmt: skip
+    add(
+        EffectKind(
+            "imperfect_release",
+            "a hook that lets go slowly",
+            "set-up",
+            ("imperfect_release",),
+            nothing,
+            _slow_hook,
+            largest=8.0,
+            linear=False,
+        )
+    )
+    add(
+        EffectKind(
+            "mass_change",
+            "a part left on the body from one trial on",
+            "set-up",
+            ("mass_change",),
+            lambda r, g: {"from": float(r.uniform(0.4, 0.8)), **_sign(r, g)},
+            _heavier,
+            needs=Needs(trials=(6, 16), knows_mass=True),
+            largest=20.0,
+        )
+    )
+    add(
+        EffectKind(
+            "support_compliance",
+            "springs that end on an elastic support",
+            "set-up",
+            ("support_compliance",),
+            lambda r, g: {"ratio": float(r.uniform(2.5, 6.0)), "damping": float(r.uniform(0.01, 0.2))},
+            _support,
+            ("hidden_resonator", "relaxation"),
+            unknowns=3,
+            largest=6.0,
+            linear=False,
+        )
+    )
+    add(
+        EffectKind(
+            "added_mass",
+            "added mass that the equation leaves out",
+            "water",
+            ("added_mass",),
+            nothing,
+            lambda s, d, e: Change(e.body.changed(mass=e.body.mass * (1.0 + d * 0.01 * e.share))),
+            needs=DRY,
+            left_out=("added_mass",),
+            numbers=lambda s, d, e: {"mass_kg": e.body.mass * d * 0.01 * e.share},
+        )
+    )
+    add(
+        EffectKind(
+            "quadratic_drag",
+            "drag that the equation leaves out",
+            "water",
+            ("quadratic_drag",),
+            nothing,
+            lambda s, d, e: Change(e.body.changed(drag=d * 0.02 * e.rig.reference.mass / e.rig.largest * e.share)),
+            left_out=("quadratic_drag",),
+            near=("drag_exponent",),
+            numbers=lambda s, d, e: {"drag_Ns2_per_m2": d * 0.02 * e.rig.reference.mass / e.rig.largest * e.share},
+        )
+    )
 
 
 _fill()

@@ -18,8 +18,9 @@ Shape = dict[str, float | list[float]]
 class EffectKind:
     """One kind of truth.
 
-    `names` are right; `near` describe it fairly without being it. `unknowns` counts the numbers of the law, `unknowns_a_trial`
-    those that each trial has. `change` makes a trial with the effect at a dose; `numbers` gives the contract's parameters.
+    `names` are right; `near` describe it fairly without being it. `unknowns` counts the numbers of the law,
+    `unknowns_a_trial` those that each trial has. `change` makes a trial with the effect at a dose; `numbers` gives the
+    contract's parameters.
     """
 
     key: str
@@ -60,7 +61,7 @@ def add(kind: EffectKind) -> None:
 
 def kind(key: str) -> EffectKind:
     """The kind of that key, or a sentence with the keys there are."""
-    from experiments.blind_challenge import catalogue, forcing, outside, water_effects  # noqa: F401 (they fill the table)
+    from experiments.blind_challenge import catalogue, forcing, instruments, outside, water_effects  # noqa: F401 (they fill the table)
 
     if key not in TABLE:
         raise KeyError(f"effect {key}: not in the table; choose one of {', '.join(sorted(TABLE))}")

@@ -27,9 +27,12 @@ def _band(low: float, high: float) -> object:
         sizes = np.exp(-0.5 * ((lines - ratio) / width) ** 2) * rng.rayleigh(1.0, LINES)
         sizes /= math.sqrt(np.sum(sizes**2))
         return {
-            "ratio": ratio, "width": width, "lines": lines.tolist(), "sizes": sizes.tolist(),
+            "ratio": ratio,
+            "width": width,
+            "lines": lines.tolist(),
+            "sizes": sizes.tolist(),
             "phases": rng.uniform(0.0, 2.0 * math.pi, LINES).tolist(),
-        }  # fmt: skip
+        }
 
     return draw
 
@@ -86,7 +89,10 @@ def _reflection(shape: Shape, dose: float, scene: Scene) -> Change:
     gain = dose * 0.03 * body.mass * body.frequency * scene.share
     period = 2.0 * math.pi / body.frequency
     law = Law(
-        codes.KERNEL, (0.0, gain, 0.0), kernel=dispersive(shape, scene), kernel_length=(shape["delay"] + 4.0 * shape["width"]) * period
+        codes.KERNEL,
+        (0.0, gain, 0.0),
+        kernel=dispersive(shape, scene),
+        kernel_length=(shape["delay"] + 4.0 * shape["width"]) * period,
     )
     return Change(scene.body, (law,))
 
@@ -97,7 +103,11 @@ def _echo_shape(rng: np.random.Generator, rig: Rig) -> Shape:
 
 def _reflection_shape(rng: np.random.Generator, rig: Rig) -> Shape:
     width = float(rng.uniform(0.5, 1.5))
-    return {"delay": float(rng.uniform(3.0 * width + 1.0, 3.0 * width + 5.0)), "width": width, "sweep": float(rng.uniform(0.2, 0.8))}
+    return {
+        "delay": float(rng.uniform(3.0 * width + 1.0, 3.0 * width + 5.0)),
+        "width": width,
+        "sweep": float(rng.uniform(0.2, 0.8)),
+    }
 
 
 def _fill() -> None:
@@ -105,20 +115,68 @@ def _fill() -> None:
         _, waves = _waves(s, d, e)
         return {"amplitude_N": waves[0], "frequency_rad_per_s": waves[1]}
 
-    add(EffectKind("external_tone", "a force of one frequency with its own clock", "outside", ("external_forcing",), _tone,
-        _push, unknowns=2, unknowns_a_trial=1, numbers=tone_numbers))  # fmt: skip
+    add(
+        EffectKind(
+            "external_tone",
+            "a force of one frequency with its own clock",
+            "outside",
+            ("external_forcing",),
+            _tone,
+            _push,
+            unknowns=2,
+            unknowns_a_trial=1,
+            numbers=tone_numbers,
+        )
+    )
     for key, low, high, text in (
         ("external_narrow_band", 0.4, 2.5, "a seiche: a narrow-band random force"),
         ("external_close", 0.94, 1.06, "a seiche close to the body's frequency"),
     ):
-        add(EffectKind(key, text, "outside", ("external_forcing",), _band(low, high), _push, unknowns=2, unknowns_a_trial=2))
-    add(EffectKind("delayed_echo", "a wave that comes back from the flume's end", "water", ("delayed_echo",), _echo_shape,
-        lambda s, d, e: Change(e.body, (Law(codes.ECHO, (0.0, *_echo(s, d, e))),)), unknowns=2, largest=6.0,
-        numbers=lambda s, d, e: dict(zip(("gain", "delay_s"), _echo(s, d, e), strict=True))))  # fmt: skip
-    add(EffectKind("dispersive_reflections", "waves that come back spread out by dispersion", "water", (), _reflection_shape,
-        _reflection, ("delayed_echo", "hidden_resonator"), unknowns=4, largest=10.0, needs=Needs(trials=(1, 10), levels=(1, 1, 2))))  # fmt: skip
-    add(EffectKind("seiche_with_velocity", "a seiche that carries water past the body", "outside", (), _band(0.4, 2.0),
-        _current, ("external_forcing",), unknowns=2, unknowns_a_trial=2))  # fmt: skip
+        add(
+            EffectKind(
+                key, text, "outside", ("external_forcing",), _band(low, high), _push, unknowns=2, unknowns_a_trial=2
+            )
+        )
+    add(
+        EffectKind(
+            "delayed_echo",
+            "a wave that comes back from the flume's end",
+            "water",
+            ("delayed_echo",),
+            _echo_shape,
+            lambda s, d, e: Change(e.body, (Law(codes.ECHO, (0.0, *_echo(s, d, e))),)),
+            unknowns=2,
+            largest=6.0,
+            numbers=lambda s, d, e: dict(zip(("gain", "delay_s"), _echo(s, d, e), strict=True)),
+        )
+    )
+    add(
+        EffectKind(
+            "dispersive_reflections",
+            "waves that come back spread out by dispersion",
+            "water",
+            (),
+            _reflection_shape,
+            _reflection,
+            ("delayed_echo", "hidden_resonator"),
+            unknowns=4,
+            largest=10.0,
+            needs=Needs(trials=(1, 10), levels=(1, 1, 2)),
+        )
+    )
+    add(
+        EffectKind(
+            "seiche_with_velocity",
+            "a seiche that carries water past the body",
+            "outside",
+            (),
+            _band(0.4, 2.0),
+            _current,
+            ("external_forcing",),
+            unknowns=2,
+            unknowns_a_trial=2,
+        )
+    )
 
 
 _fill()

@@ -15,7 +15,7 @@ ATTEMPTS = 8
 
 
 def make(out: Path, seed: int, index: int, plan: Plan) -> str:
-    """One case, drawn and written; its name. A truth that runs away is made weaker, and the truth says the dose it has."""
+    """One case, drawn and written; its name. One that runs away is made weaker, and its truth says the dose it has."""
     case = cases.draw_case(seed, index, plan)
     for _ in range(ATTEMPTS):
         try:
@@ -51,8 +51,11 @@ def generate(out: Path, seed: int, total: int, jobs: int = 1, shares: dict[str, 
     else:
         names = [_job(job) for job in work]
     note = {
-        "seed": seed, "cases": total, "shares": dict(shares or SHARES), "digest": digest(out),
-    }  # fmt: skip
+        "seed": seed,
+        "cases": total,
+        "shares": dict(shares or SHARES),
+        "digest": digest(out),
+    }
     (out / "laboratory" / "challenge.json").write_text(json.dumps(note, indent=1) + "\n", encoding="utf-8")
     return names
 
@@ -60,7 +63,12 @@ def generate(out: Path, seed: int, total: int, jobs: int = 1, shares: dict[str, 
 def digest(out: Path) -> str:
     """One number for all bytes of all laboratories and truths: equal seeds must give equal digests."""
     total = hashlib.sha256()
-    for path in sorted(p for name in ("laboratory", "sealed") for p in (out / name).rglob("*.*") if p.is_file() and p.name != "challenge.json"):
+    for path in sorted(
+        p
+        for name in ("laboratory", "sealed")
+        for p in (out / name).rglob("*.*")
+        if p.is_file() and p.name != "challenge.json"
+    ):
         total.update(str(path.relative_to(out)).encode())
         total.update(path.read_bytes())
     return total.hexdigest()

@@ -1,7 +1,7 @@
 """One verdict against one truth: what was said of a group, and what of a campaign.
 
-Outcomes of a group without an effect: right, silent, false. With one: named, first among rivals, among rivals, partly, described,
-unknown, small unnamed, wrong, missed, silent. `absent` where the program said nothing of the group.
+Outcomes of a group without an effect: right, silent, false. With one: named, first among rivals, among rivals, partly,
+described, unknown, small unnamed, wrong, missed, silent. `absent` where the program said nothing of the group.
 """
 
 from dataclasses import dataclass
@@ -143,17 +143,22 @@ def judge_case(row: dict[str, object], truth: dict[str, object]) -> CaseResult:
         acting = [(e, e["groups"][i]) for e in truth["measures"]["effects"] if e["groups"][i]["present"]]
         out.append(
             GroupResult(
-                judge(acting, entry), max((float(m["strength"]) for _, m in acting), default=0.0),
-                max((float(m["size"]) for _, m in acting), default=0.0), entry or {}, group, tuple(e for e, _ in acting),
+                judge(acting, entry),
+                max((float(m["strength"]) for _, m in acting), default=0.0),
+                max((float(m["size"]) for _, m in acting), default=0.0),
+                entry or {},
+                group,
+                tuple(e for e, _ in acting),
             )
-        )  # fmt: skip
+        )
     return CaseResult(row, truth, tuple(out))
 
 
 def cannot_right(case: CaseResult) -> bool:
     """Whether a case that the data cannot decide was answered rightly.
 
-    Right are: cannot_tell, not_identifiable with the truth among the rivals or (without an effect) at all, the true name, a refusal
+    Right are: cannot_tell, not_identifiable with the truth among the rivals or (without an effect) at all, the true name,
+    a refusal
     with a message where channels contradict, and nothing_missing where nothing is or what is there is smaller than B.
     """
     reason = case.truth["reason"]
@@ -162,7 +167,7 @@ def cannot_right(case: CaseResult) -> bool:
         return contradiction and case.row["exit"] in (1, 2, 3) and bool(case.row.get("messages"))
     for group in case.groups:
         status = str(group.said.get("status", ""))
-        if group.outcome == "absent" or status in ("cannot_tell", "not_identifiable") and not group.effects:
+        if group.outcome == "absent" or (status in ("cannot_tell", "not_identifiable") and not group.effects):
             continue
         if contradiction:
             names = set(group.said.get("verdict") or [])

@@ -47,7 +47,9 @@ def recording(case: Case, trial: Trial) -> str:
     change = case.change(scene)
     motion = move(scene, change, sample_count(rig, trial))
     if not np.all(np.isfinite(motion.x)) or np.max(np.abs(motion.x)) > RUNAWAY * rig.largest:
-        raise UnstableTruth(f"case {case.name}, trial {trial.file}: the motion leaves {RUNAWAY} releases; draw it weaker")
+        raise UnstableTruth(
+            f"case {case.name}, trial {trial.file}: the motion leaves {RUNAWAY} releases; draw it weaker"
+        )
     keep = alive(motion, trial.release, scene.body.frequency)
     held = round(trial.hold / rig.step)
     readings = read(scene, change, motion, held)
@@ -120,8 +122,9 @@ def _channels(case: Case) -> list[str]:
     elif case.plan.reason == "swapped channels":
         i, j = by["acceleration"], by["spring_force"]
         sensors[i], sensors[j] = (
-            replace(sensors[i], column=sensors[j].column), replace(sensors[j], column=sensors[i].column),
-        )  # fmt: skip
+            replace(sensors[i], column=sensors[j].column),
+            replace(sensors[j], column=sensors[i].column),
+        )
     lines = ["    time: {column: t, unit: s}"]
     for sensor in sensors:
         sign = ", sign: -1" if signs[sensor.channel] < 0 else ""
@@ -170,17 +173,35 @@ def truth(case: Case) -> dict[str, object]:
             name["water_depth_m"] = float(_number(water.depth))
         trials = [t for t in rig.trials if (t.spring, t.level) == (spring, level)]
         body = rig.body(spring, level)
-        groups.append({
-            "group": name, "wet": water.wet, "trials": [t.file for t in trials], "body": vars(body), "period_s": 2 * math.pi / body.frequency,
-        })  # fmt: skip
+        groups.append(
+            {
+                "group": name,
+                "wet": water.wet,
+                "trials": [t.file for t in trials],
+                "body": vars(body),
+                "period_s": 2 * math.pi / body.frequency,
+            }
+        )
     return {
-        "case": case.name, "seed": case.seed[0], "kind": case.plan.kind, "reason": case.plan.reason, "lost": case.plan.lost,
-        "measures": case.measures, "groups": groups,
+        "case": case.name,
+        "seed": case.seed[0],
+        "kind": case.plan.kind,
+        "reason": case.plan.reason,
+        "lost": case.plan.lost,
+        "measures": case.measures,
+        "groups": groups,
         "strata": strata(case),
-        "scatter": dict(zip(("k", "c", "mu"), rig.scatter, strict=True)), "scatter_shape": rig.scatter_shape,
-        "trials": {t.file: {"release_m": t.release, "factors": t.factors, "clock_s": t.clock, "rest_m": t.rest} for t in rig.trials},
-        "mass_kg": rig.mass, "terms": list(rig.terms), "coordinate": rig.coordinate, "knows": sorted(rig.knows),
-    }  # fmt: skip
+        "scatter": dict(zip(("k", "c", "mu"), rig.scatter, strict=True)),
+        "scatter_shape": rig.scatter_shape,
+        "trials": {
+            t.file: {"release_m": t.release, "factors": t.factors, "clock_s": t.clock, "rest_m": t.rest}
+            for t in rig.trials
+        },
+        "mass_kg": rig.mass,
+        "terms": list(rig.terms),
+        "coordinate": rig.coordinate,
+        "knows": sorted(rig.knows),
+    }
 
 
 def strata(case: Case) -> dict[str, object]:
@@ -193,12 +214,16 @@ def strata(case: Case) -> dict[str, object]:
         "dry": "none" if dry == 0 else "few" if dry <= 3 else "many",
         "noise": "below 3e-4" if noise < 3e-4 else "3e-4 to 3e-3" if noise < 3e-3 else "above 3e-3",
         "trials": "1" if most == 1 else "2 to 4" if most <= 4 else "5 to 20",
-        "springs": len(rig.springs), "levels": sum(level.wet for level in rig.levels),
-        "channels": len(rig.sensors), "scatter": "normal" if rig.scatter_shape == "normal" else "not normal",
+        "springs": len(rig.springs),
+        "levels": sum(level.wet for level in rig.levels),
+        "channels": len(rig.sensors),
+        "scatter": "normal" if rig.scatter_shape == "normal" else "not normal",
         "frequency": "below 1 Hz" if rig.reference.frequency < 2.0 * math.pi else "above 1 Hz",
-        "coordinate": rig.coordinate, "lost samples": "yes" if case.plan.lost else "no", "noise_value": noise,
+        "coordinate": rig.coordinate,
+        "lost samples": "yes" if case.plan.lost else "no",
+        "noise_value": noise,
         "correlated noise": "yes" if rig.sensors[0].correlation else "no",
-    }  # fmt: skip
+    }
 
 
 def write(case: Case, out: Path) -> None:

@@ -1,6 +1,7 @@
 """Effects whose form is in no catalogue: frictions with states, contacts, a magnet, a leak, a rail that bends, heat.
 
-Names are empty where no name is right; `near` are names that describe the effect fairly, if the verdict says that it describes.
+Names are empty where no name is right; `near` are names that describe the effect fairly, if the verdict says that it
+describes.
 """
 
 import math
@@ -25,7 +26,9 @@ def _uniform(**ranges: tuple[float, float]) -> object:
 
 
 def _lugre(shape: Shape, dose: float, scene: Scene) -> Change:
-    """LuGre in place of Coulomb: bristles that yield at 1 % of the release times the dose, a static peak, micro-damping."""
+    """LuGre in place of Coulomb: bristles that yield at 1 % of the release times the dose, a static peak, micro-
+    damping.
+    """
     force = scene.body.coulomb
     slip = dose * 0.01 * scene.rig.largest
     static = force * (1.0 + shape["peak"])
@@ -48,9 +51,10 @@ def _rate_state(shape: Shape, dose: float, scene: Scene) -> Change:
 
 def _rail(rng: np.random.Generator, rig: Rig) -> Shape:
     return {
-        "sizes": rng.rayleigh(1.0, 3).tolist(), "waves": rng.uniform(1.0, 9.0, 3).tolist(),
+        "sizes": rng.rayleigh(1.0, 3).tolist(),
+        "waves": rng.uniform(1.0, 9.0, 3).tolist(),
         "phases": rng.uniform(0.0, 2.0 * math.pi, 3).tolist(),
-    }  # fmt: skip
+    }
 
 
 def _uneven(shape: Shape, dose: float, scene: Scene) -> Change:
@@ -74,8 +78,21 @@ def _bouc_wen(shape: Shape, dose: float, scene: Scene) -> Change:
     """Bouc-Wen with degradation (delta) and pinching, Baber and Noori 1985."""
     k = dose * 0.04 * scene.rig.springs[scene.trial.spring]
     slip = shape["yield"] * scene.rig.largest
-    numbers = (k, slip, shape["n"], 0.5 + 0.4 * shape["beta"], 0.5 - 0.4 * shape["beta"], shape["delta"], shape["delta"],
-               shape["pinch"], 0.1, 0.5, 0.3, 0.05, 0.2)  # fmt: skip
+    numbers = (
+        k,
+        slip,
+        shape["n"],
+        0.5 + 0.4 * shape["beta"],
+        0.5 - 0.4 * shape["beta"],
+        shape["delta"],
+        shape["delta"],
+        shape["pinch"],
+        0.1,
+        0.5,
+        0.3,
+        0.05,
+        0.2,
+    )
     return Change(scene.body, (Law(codes.BOUCWEN, numbers, (0.0, 0.0), (1.0, 1.0)),))
 
 
@@ -147,35 +164,84 @@ def _warming(shape: Shape, dose: float, scene: Scene) -> Change:
 
 def _fill() -> None:
     for key, text, draw, change, near, most, linear in (
-        ("lugre", "LuGre friction", _uniform(peak=(0.0, 0.6), speed=(0.02, 0.1), damping=(0.05, 0.5)), _lugre,
-         ("presliding", "stribeck_friction", "hysteresis"), 10.0, False),
-        ("rate_state", "rate-and-state friction", _uniform(speed=(0.03, 0.1), slip=(0.02, 0.2), weakening=(0.8, 2.0)),
-         _rate_state, ("stribeck_friction", "linear_damping"), 4.0, False),
+        (
+            "lugre",
+            "LuGre friction",
+            _uniform(peak=(0.0, 0.6), speed=(0.02, 0.1), damping=(0.05, 0.5)),
+            _lugre,
+            ("presliding", "stribeck_friction", "hysteresis"),
+            10.0,
+            False,
+        ),
+        (
+            "rate_state",
+            "rate-and-state friction",
+            _uniform(speed=(0.03, 0.1), slip=(0.02, 0.2), weakening=(0.8, 2.0)),
+            _rate_state,
+            ("stribeck_friction", "linear_damping"),
+            4.0,
+            False,
+        ),
         ("uneven_rail", "friction uneven along the rail", _rail, _uneven, ("variable_normal_force",), 4.5, True),
-        ("bending_rail", "a rail that bends", _uniform(span=(2.3, 4.0), grip=(0.0, 0.05)), _bending,
-         ("cubic_stiffness", "variable_normal_force"), 8.0, True),
-    ):  # fmt: skip
-        add(EffectKind(key, text, "structure", (), draw, change, near, unknowns=3, needs=RAILS, largest=most, linear=linear))
+        (
+            "bending_rail",
+            "a rail that bends",
+            _uniform(span=(2.3, 4.0), grip=(0.0, 0.05)),
+            _bending,
+            ("cubic_stiffness", "variable_normal_force"),
+            8.0,
+            True,
+        ),
+    ):
+        add(
+            EffectKind(
+                key, text, "structure", (), draw, change, near, unknowns=3, needs=RAILS, largest=most, linear=linear
+            )
+        )
     for key, text, draw, change, near in (
         ("iwan", "an Iwan joint", _uniform(spread=(0.7, 2.0), reach=(0.3, 1.0)), _iwan, ("hysteresis", "presliding")),
-        ("bouc_wen_pinching", "Bouc-Wen hysteresis with degradation and pinching",
-         _uniform(n=(1.0, 2.5), beta=(-0.5, 1.0), delta=(0.005, 0.03), pinch=(0.3, 0.9), **{"yield": (0.1, 0.5)}), _bouc_wen,
-         ("hysteresis", "presliding")),
-        ("stop", "a stop on one side", _uniform(gap=(0.3, 0.85), loss=(0.0, 0.4)), _stop,
-         ("asymmetric_stiffness", "cubic_stiffness")),
+        (
+            "bouc_wen_pinching",
+            "Bouc-Wen hysteresis with degradation and pinching",
+            _uniform(n=(1.0, 2.5), beta=(-0.5, 1.0), delta=(0.005, 0.03), pinch=(0.3, 0.9), **{"yield": (0.1, 0.5)}),
+            _bouc_wen,
+            ("hysteresis", "presliding"),
+        ),
+        (
+            "stop",
+            "a stop on one side",
+            _uniform(gap=(0.3, 0.85), loss=(0.0, 0.4)),
+            _stop,
+            ("asymmetric_stiffness", "cubic_stiffness"),
+        ),
         ("magnet", "a magnet at one end", _uniform(distance=(1.4, 2.5)), _magnet, ("asymmetric_stiffness",)),
         ("rattle", "a rattling part", _uniform(gap=(0.03, 0.3), loss=(0.2, 0.8)), _rattle, ("hysteresis",)),
-        ("warming", "stiffness that drifts with temperature", _uniform(day=(0.0, 2.0), time=(5.0, 30.0)), _warming,
-         ("mass_change",)),
-    ):  # fmt: skip
+        (
+            "warming",
+            "stiffness that drifts with temperature",
+            _uniform(day=(0.0, 2.0), time=(5.0, 30.0)),
+            _warming,
+            ("mass_change",),
+        ),
+    ):
         add(EffectKind(key, text, "structure", (), draw, change, near, unknowns=3, largest=10.0))
     for key, text, draw, change, near in (
-        ("keulegan_drag", "drag that depends on KC", _uniform(power=(0.3, 1.2)), _keulegan,
-         ("drag_exponent", "cubic_damping", "linear_damping")),
-        ("wake", "a wake oscillator", _uniform(ratio=(0.5, 2.0), epsilon=(0.05, 0.4), coupling=(0.0, 1.0)), _wake,
-         ("external_forcing", "hidden_resonator")),
+        (
+            "keulegan_drag",
+            "drag that depends on KC",
+            _uniform(power=(0.3, 1.2)),
+            _keulegan,
+            ("drag_exponent", "cubic_damping", "linear_damping"),
+        ),
+        (
+            "wake",
+            "a wake oscillator",
+            _uniform(ratio=(0.5, 2.0), epsilon=(0.05, 0.4), coupling=(0.0, 1.0)),
+            _wake,
+            ("external_forcing", "hidden_resonator"),
+        ),
         ("leak", "a leak that changes the mass during a run", _uniform(time=(3.0, 20.0)), _leak, ("mass_change",)),
-    ):  # fmt: skip
+    ):
         add(EffectKind(key, text, "water", (), draw, change, near, unknowns=3))
 
 

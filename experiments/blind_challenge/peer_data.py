@@ -8,8 +8,17 @@ import pandas as pd
 from ruamel.yaml import YAML
 
 UNITS = {
-    "m": 1.0, "mm": 1e-3, "cm": 1e-2, "rad": 1.0, "deg": np.pi / 180.0, "m/s^2": 1.0, "g": 9.81, "rad/s^2": 1.0, "N": 1.0, "kN": 1e3,
-}  # fmt: skip
+    "m": 1.0,
+    "mm": 1e-3,
+    "cm": 1e-2,
+    "rad": 1.0,
+    "deg": np.pi / 180.0,
+    "m/s^2": 1.0,
+    "g": 9.81,
+    "rad/s^2": 1.0,
+    "N": 1.0,
+    "kN": 1e3,
+}
 
 
 @dataclass(frozen=True)
@@ -67,7 +76,9 @@ def laboratory(folder: Path) -> tuple[dict[str, object], list[Group]]:
     config = YAML(typ="safe").load((folder / "config.yaml").read_text(encoding="utf-8"))
     channels, trials = config["recordings"]["channels"], config["trials"]
     index = pd.read_csv(folder / config["recordings"]["index"])
-    records = [_record(folder, row, channels["displacement"], channels["time"]["column"]) for row in index.to_dict("records")]
+    records = [
+        _record(folder, row, channels["displacement"], channels["time"]["column"]) for row in index.to_dict("records")
+    ]
     groups: dict[tuple[object, ...], list[Record]] = {}
     for record in records:
         groups.setdefault(tuple(record.conditions[c] for c in trials["group_by"]), []).append(record)
@@ -77,6 +88,11 @@ def laboratory(folder: Path) -> tuple[dict[str, object], list[Group]]:
         away = held_out([abs(r.hold) for r in members])
         dry = bool(trials.get("dry")) and all(members[0].conditions[k] == v for k, v in trials["dry"].items())
         out.append(
-            Group(name, [r for i, r in enumerate(members) if i not in away], [r for i, r in enumerate(members) if i in away], dry)
+            Group(
+                name,
+                [r for i, r in enumerate(members) if i not in away],
+                [r for i, r in enumerate(members) if i in away],
+                dry,
+            )
         )
     return config, out

@@ -1,10 +1,10 @@
 """Peers on the same cases, as their users would run them, scored on the free run of trials that they never saw.
 
-Method 1 fits m_a and Cd of Eq. 15 to trajectories with k, c and mu from the dry trials; pysindy has a polynomial and sign library on
-[x, v], or delay coordinates; static discrepancy regression and a Gaussian process learn the force that Eq. 15 leaves as a
-function of (x, v); SysIdentPy fits a polynomial NAR model where it is installed. All work on x over the largest
-release and t times the frequency, with derivatives by a Savitzky-Golay filter. For all alike the release, the time and
-the rest position of a held-out trial may move by one linear step before the error is taken.
+Method 1 fits m_a and Cd of Eq. 15 to trajectories with k, c and mu from the dry trials; pysindy has a polynomial and
+sign library on [x, v], or delay coordinates; static discrepancy regression and a Gaussian process learn the force that
+Eq. 15 leaves as a function of (x, v); SysIdentPy fits a polynomial NAR model where it is installed. All work on x over
+the largest release and t times the frequency, with derivatives by a Savitzky-Golay filter. For all alike the release,
+the time and the rest position of a held-out trial may move by one linear step before the error is taken.
 """
 
 import importlib.util
@@ -99,19 +99,23 @@ def _eq15_fit(start: np.ndarray, free: list[int], data: list[tuple[np.ndarray, n
             out.append(error - columns @ np.linalg.lstsq(columns, error, rcond=None)[0])
         return np.concatenate(out)
 
-    fit = least_squares(residual, start[free], x_scale=np.maximum(np.abs(start[free]), 0.01), diff_step=1e-4, max_nfev=25)
+    fit = least_squares(
+        residual, start[free], x_scale=np.maximum(np.abs(start[free]), 0.01), diff_step=1e-4, max_nfev=25
+    )
     p = start.copy()
     p[free] = fit.x
     return p
 
 
 def method1(group: Group, dry: Group | None, scale: Scale) -> np.ndarray:
-    """Eq. 15 by Method 1: dry means of k, c, mu, then M and q of the wet trials; without dry trials all four numbers."""
+    """Eq. 15 by Method 1: dry means of k, c, mu, then M and q of the wet trials; without dry trials all four."""
     data = [scale.record(r) for r in group.training]
     start = np.array([1.0, 0.01, 0.005, 0.05])
     if dry is None or group.dry:
         return _eq15_fit(start, [0, 1, 2, 3] if not group.dry else [0, 1, 2], data)
-    singles = [_eq15_fit(np.array([1.5, 0.01, 0.005, 0.0]), [0, 1, 2], [scale.record(r)]) for r in dry.training + dry.held_out]
+    singles = [
+        _eq15_fit(np.array([1.5, 0.01, 0.005, 0.0]), [0, 1, 2], [scale.record(r)]) for r in dry.training + dry.held_out
+    ]
     mean = np.mean(singles, axis=0)
 
     def wet(mass: float, drag: float) -> np.ndarray:
@@ -238,7 +242,9 @@ def delay_errors(group: Group, scale: Scale) -> list[float]:
 
 
 def sysidentpy_errors(group: Group, scale: Scale) -> list[float] | None:
-    """SysIdentPy's FROLS with a polynomial NAR model on the longest training trial, run free; None where it is not installed."""
+    """SysIdentPy's FROLS with a polynomial NAR model on the longest training trial, run free; None where it is not
+    installed.
+    """
     if importlib.util.find_spec("sysidentpy") is None:
         return None
     from sysidentpy.basis_function import Polynomial
@@ -248,7 +254,9 @@ def sysidentpy_errors(group: Group, scale: Scale) -> list[float] | None:
     y = _coarse(*scale.record(longest)[:2])[:, None]
     with warnings.catch_warnings():
         warnings.simplefilter("ignore")
-        model = FROLS(order_selection=True, n_info_values=12, ylag=DELAYS, model_type="NAR", basis_function=Polynomial(degree=2))
+        model = FROLS(
+            order_selection=True, n_info_values=12, ylag=DELAYS, model_type="NAR", basis_function=Polynomial(degree=2)
+        )
         model.fit(y=y)
         errors = []
         for r in group.held_out:
@@ -267,21 +275,32 @@ def _errors(group: Group, dry: Group | None, scale: Scale, name: str) -> list[fl
     if name == "eq15_method1":
         p = method1(group, dry, scale)
         return [aligned_error(x, _eq15_run(p, t, x0)) for t, x, x0 in data]
-    force = {"pysindy_xv": pysindy_xv, "static_discrepancy": static_discrepancy, "gaussian_process": gaussian_process}[name]
+    force = {"pysindy_xv": pysindy_xv, "static_discrepancy": static_discrepancy, "gaussian_process": gaussian_process}[
+        name
+    ]
     law = force(group, dry, scale)
     return [aligned_error(x, free_run(t, x0, law)) for t, x, x0 in data]
 
 
 def peer_rows(folder: Path) -> list[dict[str, object]]:
-    """One row a wet group with held-out trials: RMS of the held-out errors of every peer; what a peer cannot do is said."""
+    """One row a wet group with held-out trials: RMS of the held-out errors of every peer; what a peer cannot do is
+    said.
+    """
     _, groups = laboratory(folder)
     out = []
     for group in groups:
         if group.dry or not group.held_out:
             continue
-        dry = next((g for g in groups if g.dry and all(g.name[k] == v for k, v in group.name.items() if k != "water_depth_m")), None)
+        dry = next(
+            (g for g in groups if g.dry and all(g.name[k] == v for k, v in group.name.items() if k != "water_depth_m")),
+            None,
+        )
         scale = Scale(group)
-        row: dict[str, object] = {"case": folder.name, "group": group.name, "held_out": [r.file for r in group.held_out]}
+        row: dict[str, object] = {
+            "case": folder.name,
+            "group": group.name,
+            "held_out": [r.file for r in group.held_out],
+        }
         for name in PEERS:
             try:
                 errors = _errors(group, dry, scale, name)
@@ -295,7 +314,9 @@ def peer_rows(folder: Path) -> list[dict[str, object]]:
 
 def run_peers(laboratories: Path, rows: Path, only: list[str] | None = None) -> int:
     """Rows of all laboratories that have none yet; how many were made."""
-    done = {json.loads(line)["case"] for line in rows.read_text(encoding="utf-8").splitlines()} if rows.exists() else set()
+    done = (
+        {json.loads(line)["case"] for line in rows.read_text(encoding="utf-8").splitlines()} if rows.exists() else set()
+    )
     count = 0
     with rows.open("a", encoding="utf-8") as stream:
         for folder in sorted(p for p in laboratories.iterdir() if p.is_dir()):

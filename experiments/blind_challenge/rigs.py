@@ -20,7 +20,7 @@ MOST_SAMPLES = 3000  # after the release, in a trial
 
 @dataclass(frozen=True)
 class Level:
-    """A water depth (m): added mass (kg), drag q (N s^2/m^2), area (m^2), submerged volume (m^3), share of full effect."""
+    """A water depth (m): added mass (kg), drag q (N s^2/m^2), area (m^2), volume below water (m^3), share of effects."""
 
     depth: float
     added_mass: float = 0.0
@@ -37,7 +37,7 @@ class Level:
 
 @dataclass(frozen=True)
 class Trial:
-    """One release: file, spring, level, release (m), factors on k, c and mu, hold (s), clock (s), where it rests (m)."""
+    """A release: file, spring, level, release (m), factors on k, c and mu, hold (s), clock (s), where it rests (m)."""
 
     file: str
     spring: int
@@ -52,7 +52,9 @@ class Trial:
 
 @dataclass(frozen=True)
 class Sensor:
-    """A channel: noise (SI, 1 sigma), correlation from sample to sample, zero offset (SI), unit with its size in SI, step."""
+    """A channel: noise (SI, 1 sigma), correlation from sample to sample, zero offset (SI), unit with its size in SI,
+    step.
+    """
 
     channel: str
     noise: float
@@ -140,17 +142,21 @@ def _levels(rng: np.random.Generator, mass: float, largest: float, needs: Needs,
     count = int(rng.choice(needs.levels))
     full_mass, full_drag = rng.uniform(0.1, 0.8) * mass, 10.0 ** rng.uniform(-1.7, -0.5) * mass / largest
     volume = rng.uniform(0.1, 0.5) * mass / WATER
-    shares = np.sort(rng.uniform(0.35, 0.9, count - 1)).tolist() + [1.0]
+    shares = [*np.sort(rng.uniform(0.35, 0.9, count - 1)).tolist(), 1.0]
     size = (mass / WATER) ** (1.0 / 3.0)
     depth = size * rng.uniform(1.0, 3.0)
     area = 2.0 * full_drag / WATER / rng.uniform(0.6, 2.5)
     wet = [
         Level(
-            round(depth + size * share, 3), full_mass * share, full_drag * share, float(f"{area * share:.4g}"),
-            float(f"{volume * share:.4g}"), share,
+            round(depth + size * share, 3),
+            full_mass * share,
+            full_drag * share,
+            float(f"{area * share:.4g}"),
+            float(f"{volume * share:.4g}"),
+            share,
         )
         for share in shares
-    ]  # fmt: skip
+    ]
     return (Level(round(0.8 * depth, 3)), *wet) if dry else tuple(wet)
 
 
@@ -167,7 +173,9 @@ def factors(rng: np.random.Generator, scatter: tuple[float, float, float], shape
     return float(values[0]), float(max(values[1], 0.05)), float(max(values[2], 0.05))
 
 
-def _counts(rng: np.random.Generator, needs: Needs, springs: int, levels: tuple[Level, ...], dry: str) -> list[list[int]]:
+def _counts(
+    rng: np.random.Generator, needs: Needs, springs: int, levels: tuple[Level, ...], dry: str
+) -> list[list[int]]:
     """Trials a spring and level."""
     low, high = needs.trials
     first = round(math.exp(rng.uniform(math.log(low), math.log(high + 0.49))))
@@ -199,7 +207,11 @@ def _sensors(rng: np.random.Generator, needs: Needs, largest: float, body: Body,
     rate = [("rad/s^2", 1.0)] if rotation else [("m/s^2", 1.0), ("g", GRAVITY)]
     out = []
     columns = [f"ch{i}" for i in rng.permutation(6)]
-    tops = {"displacement": largest, "acceleration": body.frequency**2 * largest, "spring_force": body.stiffness * largest}
+    tops = {
+        "displacement": largest,
+        "acceleration": body.frequency**2 * largest,
+        "spring_force": body.stiffness * largest,
+    }
     for channel, units in (("displacement", length), ("acceleration", rate), ("spring_force", force)):
         chance = 1.0 if channel == "displacement" or channel in needs.channels else 0.3
         if rng.random() >= chance or (rotation and channel == "spring_force"):
@@ -214,7 +226,9 @@ def _sensors(rng: np.random.Generator, needs: Needs, largest: float, body: Body,
 
 def draw_rig(rng: np.random.Generator, needs: Needs, dry: str) -> Rig:
     """A laboratory that meets `needs`; `dry` is none, few or many."""
-    rotation = needs.coordinate == "rotation" or (needs.coordinate is None and not needs.channels and rng.random() < 0.06)
+    rotation = needs.coordinate == "rotation" or (
+        needs.coordinate is None and not needs.channels and rng.random() < 0.06
+    )
     mass, frequency, largest = _size(rng, needs)
     if rotation:
         largest = rng.uniform(0.15, 0.7)
@@ -232,8 +246,21 @@ def draw_rig(rng: np.random.Generator, needs: Needs, dry: str) -> Rig:
     mu = level * stiffness * largest / (GRAVITY * mass)
     scatter = (10.0 ** rng.uniform(-3.0, -2.0), rng.uniform(0.03, 0.2), rng.uniform(0.03, 0.12))
     shape = "normal" if rng.random() < 0.85 else str(rng.choice(["student", "two groups", "skewed"]))
-    rig = Rig(mass, springs, dampings, mu, levels, scatter, shape, largest, 1.0, rng.uniform(10.0, 25.0), (), (),
-              "rotation" if rotation else "translation")  # fmt: skip
+    rig = Rig(
+        mass,
+        springs,
+        dampings,
+        mu,
+        levels,
+        scatter,
+        shape,
+        largest,
+        1.0,
+        rng.uniform(10.0, 25.0),
+        (),
+        (),
+        "rotation" if rotation else "translation",
+    )
     fastest = max(rig.body(s, i).frequency for s in range(count) for i in range(len(levels)))
     rig = replace(rig, step=_clean(2.0 * math.pi / fastest / rng.uniform(60.0, 120.0)))
     rig = replace(rig, sensors=_sensors(rng, needs, largest, rig.reference, rotation))
@@ -261,11 +288,17 @@ def _trials(rng: np.random.Generator, needs: Needs, rig: Rig, dry: str) -> tuple
         release = rig.largest * (1.0 if same == 0 else rng.uniform(smallest, 1.0))
         out.append(
             Trial(
-                f"r{name:04x}.csv", spring, level, float(release), factors(rng, rig.scatter, rig.scatter_shape),
-                float(rng.uniform(0.5, 1.2) * period), float(rig.step * rng.integers(1, 5) / 4.0), clock,
+                f"r{name:04x}.csv",
+                spring,
+                level,
+                float(release),
+                factors(rng, rig.scatter, rig.scatter_shape),
+                float(rng.uniform(0.5, 1.2) * period),
+                float(rig.step * rng.integers(1, 5) / 4.0),
+                clock,
                 float(rng.normal(0.0, 0.002) * rig.largest),
             )
-        )  # fmt: skip
+        )
         clock += float(rng.uniform(60.0, 200.0) * period)
     return tuple(out)
 

@@ -1,7 +1,9 @@
-"""The runner: it is given the laboratories alone, runs the command line on each, and keeps what came out, one row a case.
+"""The runner: it is given the laboratories alone, runs the command line on each, and keeps what came out, one row a
+case.
 
-A worker process runs `undertow run config.yaml --jobs 1` as a user's shell would, but keeps the interpreter; a campaign that takes
-longer than the limit is stopped and its row says so. The program is whatever `python -m undertow` is on the path.
+A worker process runs `undertow run config.yaml --jobs 1` as a user's shell would, but keeps the interpreter; a campaign
+that takes longer than the limit is stopped and its row says so. The program is whatever `python -m undertow` is on the
+path.
 """
 
 import contextlib
@@ -37,8 +39,12 @@ class Worker:
 
 def revision(root: Path) -> str:
     """The commit that is checked out, with `+changes` where files of src differ from it."""
-    head = subprocess.run(["git", "rev-parse", "HEAD"], cwd=root, capture_output=True, text=True, check=True).stdout.strip()
-    changed = subprocess.run(["git", "status", "--porcelain", "--", "src"], cwd=root, capture_output=True, text=True, check=True)
+    head = subprocess.run(
+        ["git", "rev-parse", "HEAD"], cwd=root, capture_output=True, text=True, check=True
+    ).stdout.strip()
+    changed = subprocess.run(
+        ["git", "status", "--porcelain", "--", "src"], cwd=root, capture_output=True, text=True, check=True
+    )
     return head + ("+changes" if changed.stdout.strip() else "")
 
 
@@ -52,7 +58,11 @@ def _exit_code(stop: SystemExit) -> int:
 def _campaign(config: str, out: str, log: str, module: str) -> int:
     """Run the program's command in this process; its exit code. Messages go to `log`."""
     sys.argv = [module, "run", config, "--out", out, "--jobs", "1"]
-    with open(log, "w", encoding="utf-8") as stream, contextlib.redirect_stdout(stream), contextlib.redirect_stderr(stream):
+    with (
+        open(log, "w", encoding="utf-8") as stream,
+        contextlib.redirect_stdout(stream),
+        contextlib.redirect_stderr(stream),
+    ):
         try:
             runpy.run_module(module, run_name="__main__", alter_sys=True)
         except SystemExit as stop:
@@ -92,9 +102,15 @@ def _row(worker: Worker, runs: Path, code: int | None, seconds: float, mark: dic
     """One row: case, exit code (None: stopped), seconds, verdict, the last messages."""
     text = worker.log.read_text(encoding="utf-8") if worker.log.exists() else ""
     return {
-        **mark, "case": worker.case, "exit": code, "stopped": code is None, "seconds": round(seconds, 3),
-        "first_of_worker": worker.limit == WARM, "verdict": _verdict(runs / worker.case), "messages": text[-TAIL:],
-    }  # fmt: skip
+        **mark,
+        "case": worker.case,
+        "exit": code,
+        "stopped": code is None,
+        "seconds": round(seconds, 3),
+        "first_of_worker": worker.limit == WARM,
+        "verdict": _verdict(runs / worker.case),
+        "messages": text[-TAIL:],
+    }
 
 
 def _finished(workers: list[Worker]) -> Iterator[tuple[Worker, int | None, float]]:
@@ -120,11 +136,19 @@ def _rid(worker: Worker) -> None:
     worker.pipe.close()
 
 
-def run(laboratories: Path, rows: Path, root: Path, jobs: int = 1, only: list[str] | None = None, module: str = "undertow") -> int:
-    """Run every laboratory that has no row of this revision yet; rows are appended as they come. Returns how many were run."""
+def run(
+    laboratories: Path, rows: Path, root: Path, jobs: int = 1, only: list[str] | None = None, module: str = "undertow"
+) -> int:
+    """Run every laboratory that has no row of this revision yet; rows are appended as they come. Returns how many were
+    run.
+    """
     mark: dict[str, object] = {"revision": revision(root), **_origin(laboratories)}
     done = {row["case"] for row in read_rows(rows) if all(row.get(k) == v for k, v in mark.items())}
-    todo = [p.name for p in sorted(laboratories.iterdir()) if p.is_dir() and p.name not in done and (only is None or p.name in only)]
+    todo = [
+        p.name
+        for p in sorted(laboratories.iterdir())
+        if p.is_dir() and p.name not in done and (only is None or p.name in only)
+    ]
     runs = rows.parent / (rows.stem + "_runs")
     runs.mkdir(parents=True, exist_ok=True)
     workers: list[Worker] = []

@@ -1,7 +1,7 @@
 """One trial made: Eq. 15 with its scatter, the effects on top, and what perfect sensors would read.
 
-An effect answers with a `Change`: another body, more laws, another release, faults of instruments. Changes of two effects
-are merged.
+An effect answers with a `Change`: another body, more laws, another release, faults of instruments. Changes of two
+effects are merged.
 """
 
 import math
@@ -106,7 +106,7 @@ def _cell_force(change: Change, x: np.ndarray, hidden: np.ndarray) -> np.ndarray
 
 
 def read(scene: Scene, change: Change, motion: Motion, held: int) -> dict[str, np.ndarray]:
-    """Perfect sensors with their faults: channel -> values (SI) at `held` samples of the hold and at every sample after it.
+    """Perfect sensors with their faults: channel -> values (SI) at `held` samples of the hold and at all after it.
 
     Without a hold (`held` = 0) the release itself is left out.
     """

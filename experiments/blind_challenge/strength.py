@@ -1,10 +1,11 @@
 """How strong an effect is, measured without the program under test.
 
-The prescribed equation is linearised about its mean numbers. Per trial the release, the start velocity, the time and the rest
-position are free, k, c and mu scatter as the laboratory's trials do; per spring the means of k, c and mu and per level m_a and
-Cd are free. What an effect leaves after all that, weighed by noise and scatter, is the expected likelihood-ratio statistic
-`lambda` of a test that knows the law and the scatter: no test can expect more. `size` is the same question without noise:
-how far the free run moves after the refit, over half of repeatability, or a reported number over two standard errors.
+The prescribed equation is linearised about its mean numbers. Per trial the release, the start velocity, the time and
+the rest position are free, k, c and mu scatter as the laboratory's trials do; per spring the means of k, c and mu and
+per level m_a and Cd are free. What an effect leaves after all that, weighed by noise and scatter, is the expected
+likelihood-ratio statistic `lambda` of a test that knows the law and the scatter: no test can expect more. `size` is the
+same question without noise: how far the free run moves after the refit, over half of repeatability, or a reported
+number over two standard errors.
 """
 
 import math
@@ -30,7 +31,9 @@ STUCK = 3.0  # swings below so many times F_c / k are left out
 
 @dataclass(frozen=True)
 class View:
-    """A trial as the sensors see it: whitened base reading, columns by parameter, the plain displacement and its columns."""
+    """A trial as the sensors see it: whitened base reading, columns by parameter, the plain displacement and its
+    columns.
+    """
 
     scene: Scene
     samples: int
@@ -42,7 +45,9 @@ class View:
 
 @dataclass(frozen=True)
 class Strength:
-    """lambda, and the refit's leftover over the motion (1), repeatability (1), size (1) and bias over two standard errors."""
+    """lambda, and the refit's leftover over the motion (1), repeatability (1), size (1) and bias over two standard
+    errors.
+    """
 
     statistic: float
     leftover: float
@@ -172,7 +177,9 @@ class Linear:
         name, _, j = key
         if name in spread and j >= 0:
             return 1.0 / spread[name] ** 2
-        unit = (0.01 * self.rig.largest) ** 2 if self.plain else 1.0  # keeps the ridge small beside the data in either scale
+        unit = (
+            (0.01 * self.rig.largest) ** 2 if self.plain else 1.0
+        )  # keeps the ridge small beside the data in either scale
         if name == "k" and {"stiffness", "mass"} <= self.rig.knows and not self.plain:
             return 1.0 / 0.01**2
         return unit * 1e-6 if self.plain else 1.0 / WIDE**2 * (1e-6 if name == "offset" else 1.0)
@@ -199,7 +206,9 @@ class Linear:
         return np.sqrt(np.clip(np.diag(np.linalg.pinv(self.matrix, rcond=1e-14, hermitian=True)), 0.0, None))
 
 
-def responses(rig: Rig, views: list[View], change_of: Callable[[Scene], Change]) -> tuple[list[np.ndarray], list[np.ndarray]]:
+def responses(
+    rig: Rig, views: list[View], change_of: Callable[[Scene], Change]
+) -> tuple[list[np.ndarray], list[np.ndarray]]:
     """Readings with the effect less those without, whitened and as plain displacement."""
     white, plain = [], []
     for v in views:
@@ -240,12 +249,12 @@ def best_power(statistic: float, unknowns: int) -> float:
 
 
 def raw_change(views: list[View], plain: list[np.ndarray], white: list[np.ndarray]) -> float:
-    """How far the readings move before any refit, over the motion (1): of the displacement or, where more, of all channels."""
+    """How far the readings move before any refit, over the motion (1): of the displacement or, where more, of all
+    channels.
+    """
     motion = sum(float(v.plain @ v.plain) for v in views)
     seen = sum(float(v.base @ v.base) for v in views)
-    return max(
-        math.sqrt(sum(float(r @ r) for r in plain) / motion), math.sqrt(sum(float(r @ r) for r in white) / seen)
-    )
+    return max(math.sqrt(sum(float(r @ r) for r in plain) / motion), math.sqrt(sum(float(r @ r) for r in white) / seen))
 
 
 def judged(rig: Rig, views: list[View], white: list[np.ndarray], plain: list[np.ndarray]) -> Strength:
@@ -266,12 +275,20 @@ def scaled(strength: Strength, factor: float) -> Strength:
     """The strength of `factor` times the effect, where readings follow the dose linearly."""
     moved = max(strength.leftover * factor / (0.5 * strength.repeatability), strength.bias * factor)
     return Strength(
-        strength.statistic * factor**2, strength.leftover * factor, strength.repeatability, moved, strength.bias * factor
+        strength.statistic * factor**2,
+        strength.leftover * factor,
+        strength.repeatability,
+        moved,
+        strength.bias * factor,
     )
 
 
-def strength_of(rig: Rig, views: list[View], change_of: Callable[[Scene, float], Change], dose: float, linear: bool) -> Strength:
-    """Strength of an effect at a dose. `linear`: measured where it moves the readings by SMALL, then scaled to the dose."""
+def strength_of(
+    rig: Rig, views: list[View], change_of: Callable[[Scene, float], Change], dose: float, linear: bool
+) -> Strength:
+    """Strength of an effect at a dose. `linear`: measured where it moves the readings by SMALL, then scaled to the
+    dose.
+    """
     if not linear:
         return judged(rig, views, *responses(rig, views, lambda scene: change_of(scene, dose)))
     probe = dose

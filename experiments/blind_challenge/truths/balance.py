@@ -1,4 +1,5 @@
-"""Forces and rates at one instant: Eq. 15 and every law beside it, compiled once and handed to the integrator as a pointer.
+"""Forces and rates at one instant: Eq. 15 and every law beside it, compiled once and handed to the integrator as a
+pointer.
 
 A pointer keeps the compiler from putting all laws into every function of the integrator anew.
 """
@@ -37,7 +38,7 @@ def _build(stamp, water):
 
     @kept_kernel(RULE)
     def balance(t, y, direction, body, law, numbers, scratch, swing, rate, base):
-        """Rates of all states; returns (force without friction, friction level, acceleration). Direction 0 is sticking."""
+        """Rates of all states; returns (force without friction, friction, acceleration). Direction 0 is sticking."""
         mass, c, k, coulomb, q, rest = body[0], body[1], body[2], body[3], body[4], body[5]
         x, v = y[0], y[1]
         force = (-c if stamp != 0 else c) * v - k * (x - rest) - q * v * abs(v)

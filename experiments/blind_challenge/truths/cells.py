@@ -1,13 +1,14 @@
 """Fully nonlinear water in closed rectangular cells: the Miles-Lukovsky modal equations of one surging tank.
 
-Surface zeta = sum beta_i cos(i pi x / l), potential in the tank's frame phi = sum R_n cos(k_n x) cosh(k_n (z + h)) / cosh(k_n h)
-with k_n = n pi / l. With D_ni = dA_n / dbeta_i, A_n = rho int phi_n dQ and A_nk = rho int grad phi_n grad phi_k dQ
-(Faltinsen and Timokha, Sloshing, 2009, ch. 7):
+Surface zeta = sum beta_i cos(i pi x / l), potential in the tank's frame phi = sum R_n cos(k_n x) cosh(k_n (z + h)) /
+cosh(k_n h) with k_n = n pi / l. With D_ni = dA_n / dbeta_i, A_n = rho int phi_n dQ and A_nk = rho int grad phi_n grad
+phi_k dQ (Faltinsen and Timokha, Sloshing, 2009, ch. 7):
 
     D beta' = A R,    D^T (R' + nu R) + 1/2 R (dA / dbeta) R + rho b g (l / 2) beta + lambda a = 0
 
-without any expansion in the surface's height. The force on the body is -m_l a - sum lambda_i beta_i''. Integrals over x are
-Gauss-Legendre sums, those over z are closed forms. Holds while the surface is single-valued and the bottom stays wet.
+without any expansion in the surface's height. The force on the body is -m_l a - sum lambda_i beta_i''. Integrals over x
+are Gauss-Legendre sums, those over z are closed forms. Holds while the surface is single-valued and the bottom stays
+wet.
 """
 
 import math
@@ -19,7 +20,9 @@ from experiments.blind_challenge.truths.compiled import kernel
 HEADER = 6  # modes, nodes, length l, depth h, rho times the breadth of all cells, gravity
 
 
-def cell_numbers(length: float, depth: float, breadth_density: float, gravity: float, damping: float, modes: int = 4) -> np.ndarray:
+def cell_numbers(
+    length: float, depth: float, breadth_density: float, gravity: float, damping: float, modes: int = 4
+) -> np.ndarray:
     """The numbers of a CELL law: geometry (m), rho b in kg/m^2, g, and the damping ratio of every mode (1)."""
     nodes, weights = np.polynomial.legendre.leggauss(8 * modes)
     x = 0.5 * length * (nodes + 1.0)
@@ -108,8 +111,12 @@ def _integrals(h, s, p, o, shallow, slope):
                     apart = (zeta + depth) / math.cosh(ki * depth) ** 2
                 else:
                     apart = (slope[j, i] * shallow[j, m] - shallow[j, i] * slope[j, m]) / (ki - km)
-                a[i, m] += 0.5 * w * ki * km * (
-                    p[o + sn + i] * p[o + sn + m] * (both + apart) + p[o + cs + i] * p[o + cs + m] * (both - apart)
+                a[i, m] += (
+                    0.5
+                    * w
+                    * ki
+                    * km
+                    * (p[o + sn + i] * p[o + sn + m] * (both + apart) + p[o + cs + i] * p[o + cs + m] * (both - apart))
                 )
     return d, a, quad, speed
 

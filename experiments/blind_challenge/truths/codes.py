@@ -1,7 +1,7 @@
 """Numbers by which compiled code knows a law, with the parameters and states that each law has.
 
-A law answers with a force on the body (N, positive with x), a mass that moves with the body (kg) and a grip (N), which is
-added to the Coulomb force. Numbers are in SI; in a rotation read N m, kg m^2 and rad.
+A law answers with a force on the body (N, positive with x), a mass that moves with the body (kg) and a grip (N), which
+is added to the Coulomb force. Numbers are in SI; in a rotation read N m, kg m^2 and rad.
 """
 
 # Algebraic laws of t, x, v: no states.
@@ -31,7 +31,9 @@ WAKE = 24  # force, w, epsilon, coupling: states q, q'
 SUPPORT = 25  # spring, mass, damping, stiffness: states u, u'
 # Friction and hysteresis with states.
 DAHL = 30  # stiffness, yield displacement: state r
-BOUCWEN = 31  # stiffness, yield displacement, n, beta, gamma, d_nu, d_eta, zeta_s, q, p, psi, d_psi, lambda: states z, e
+BOUCWEN = (
+    31  # stiffness, yield displacement, n, beta, gamma, d_nu, d_eta, zeta_s, q, p, psi, d_psi, lambda: states z, e
+)
 IWAN = 32  # n, then stiffness and force n times: states r_i
 LUGRE = 33  # sigma0, sigma1, coulomb, static, velocity: state z
 RATE_STATE = 34  # mu0, a, b (all times N), V0, Dc: state theta

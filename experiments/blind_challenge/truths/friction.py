@@ -1,7 +1,7 @@
 """Friction and hysteresis with states: Dahl, Bouc-Wen with degradation and pinching, Iwan, LuGre, rate and state.
 
-Sources: Dahl 1968; Baber and Noori 1985 (pinching); Iwan 1966; Canudas de Wit et al. 1995; Dieterich 1979 and Ruina 1983
-(ageing law, regularised as by Rice, Lapusta and Ranjith 2001).
+Sources: Dahl 1968; Baber and Noori 1985 (pinching); Iwan 1966; Canudas de Wit et al. 1995; Dieterich 1979 and Ruina
+1983 (ageing law, regularised as by Rice, Lapusta and Ranjith 2001).
 """
 
 import math

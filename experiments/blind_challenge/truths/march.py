@@ -1,11 +1,13 @@
 """Compiled integration: Dormand-Prince 5(4), stopped at every reversal of the velocity, with exact stick and slip.
 
-M x'' + c x' + k (x - x_e) + q x'|x'| + (F_c + grip) sign(x') = sum of forces. Where the velocity reaches zero the forces without friction
-decide: within the friction the body sticks (x fixed, hidden states go on) until they exceed it. No sign is smoothed.
+M x'' + c x' + k (x - x_e) + q x'|x'| + (F_c + grip) sign(x') = sum of forces. Where the velocity reaches zero the
+forces without friction decide: within the friction the body sticks (x fixed, hidden states go on) until they exceed it.
+No sign is smoothed.
 """
 
 import numpy as np
 from numba import float64, int64, types
+
 from experiments.blind_challenge.truths import codes
 from experiments.blind_challenge.truths.balance import NUMBERS, RULE
 from experiments.blind_challenge.truths.compiled import kept_kernel, kernel, source_stamp
@@ -22,9 +24,20 @@ STAGE = np.array(
     ]
 )
 MARCH = types.void(
-    types.FunctionType(RULE), float64, float64, NUMBERS, float64, NUMBERS, int64[:, ::1], NUMBERS, NUMBERS,
-    float64[:, ::1], NUMBERS, float64, float64[:, ::1],
-)  # fmt: skip
+    types.FunctionType(RULE),
+    float64,
+    float64,
+    NUMBERS,
+    float64,
+    NUMBERS,
+    int64[:, ::1],
+    NUMBERS,
+    NUMBERS,
+    float64[:, ::1],
+    NUMBERS,
+    float64,
+    float64[:, ::1],
+)
 NODE = np.array([0.0, 1 / 5, 3 / 10, 4 / 5, 8 / 9, 1.0, 1.0])
 ERROR = np.array([71 / 57600, 0.0, -71 / 16695, 71 / 1920, -17253 / 339200, 22 / 525, -1 / 40])
 LEAST_STEP = 1e-9  # of the outer step: below it an event counts as here and now
@@ -105,7 +118,9 @@ def advance(rule, t, span, y, direction, body, law, numbers, scratch, turns, sca
     short = 0
     while done < span * (1.0 - 1e-14):
         h = min(h, span - done)
-        error = _step(rule, t + done, h, y, direction, body, law, numbers, scratch, turns[0], scales, tolerance, slopes, new)
+        error = _step(
+            rule, t + done, h, y, direction, body, law, numbers, scratch, turns[0], scales, tolerance, slopes, new
+        )
         if error > 1.0 and h > LEAST_STEP * span:
             h *= max(0.2, 0.9 * error**-0.2)
             continue
@@ -150,7 +165,9 @@ def _recall(n, step, law, numbers, kernels, past):
         for node in range(3):
             shift = 0.5 * node * step
             if code == codes.ECHO:
-                p[o + codes.MEMORY_NODES + node] = p[o + codes.MEMORY_GAIN] * _delayed(n * step + shift - p[o + codes.MEMORY_DELAY], step, past)
+                p[o + codes.MEMORY_NODES + node] = p[o + codes.MEMORY_GAIN] * _delayed(
+                    n * step + shift - p[o + codes.MEMORY_DELAY], step, past
+                )
             else:
                 row = kernels[int(p[o + codes.MEMORY_ROW])]
                 p[o + codes.MEMORY_NODES + node] = p[o + codes.MEMORY_GAIN] * _convolved(n, node, step, row, past)
@@ -180,7 +197,7 @@ def _convolved(n, node, step, kernel, past):
     total = 0.0
     first = max(0, n - (last - node) // 2)
     for j in range(first, n + 1):
-        weight = 0.5 if j == n or j == first else 1.0
+        weight = 0.5 if j in (n, first) else 1.0
         total += weight * kernel[2 * (n - j) + node] * past[j, 1]
     end = _slope(kernel, node, step, past, n, n)
     start = _slope(kernel, node, step, past, n, first)
@@ -191,11 +208,8 @@ def _convolved(n, node, step, kernel, past):
 def _slope(kernel, node, step, past, n, j):
     """Derivative by s of K(t - s) v(s) at node j."""
     i = 2 * (n - j) + node
-    if i == 0:
-        bend = (-3.0 * kernel[0] + 4.0 * kernel[1] - kernel[2]) / step
-    else:
-        bend = (kernel[i + 1] - kernel[i - 1]) / step
-    return -bend * past[j, 1] + kernel[i] * past[j, 2]
+    bend = -3.0 * kernel[0] + 4.0 * kernel[1] - kernel[2] if i == 0 else kernel[i + 1] - kernel[i - 1]
+    return -bend / step * past[j, 1] + kernel[i] * past[j, 2]
 
 
 def _build(stamp):

@@ -18,7 +18,9 @@ MEMORY_STEPS = 240  # outer steps a period where the past matters
 
 @dataclass(frozen=True)
 class Body:
-    """Numbers of Eq. 15: M = m + m_a (kg), c (N s/m), k (N/m), Coulomb force (N), drag q (N s^2/m^2), rest position (m)."""
+    """Numbers of Eq. 15: M = m + m_a (kg), c (N s/m), k (N/m), Coulomb force (N), drag q (N s^2/m^2), rest position
+    (m).
+    """
 
     mass: float
     damping: float
@@ -39,7 +41,7 @@ class Body:
 
 @dataclass(frozen=True)
 class Law:
-    """One law beside Eq. 15: its code, its numbers, its states at the release with their scales, and a kernel (KERNEL)."""
+    """One law beside Eq. 15: its code, its numbers, its states at the release, their scales, and a kernel (KERNEL)."""
 
     code: int
     numbers: tuple[float, ...]
@@ -51,7 +53,7 @@ class Law:
 
 @dataclass(frozen=True)
 class Motion:
-    """Displacement, velocity, acceleration (samples) and hidden states (samples x states) at `time` (s, 0 = release)."""
+    """Displacement, velocity, acceleration and hidden states (samples x states) at `time` (s, 0 = release)."""
 
     time: np.ndarray
     x: np.ndarray
@@ -60,8 +62,12 @@ class Motion:
     hidden: np.ndarray = field(repr=False)
 
 
-def resonator(mass: float, frequency: float, ratio: float, drag: float = 0.0, cubic: float = 0.0, scale: float = 1.0) -> Law:
-    """A hidden resonator at rest: mass (kg), frequency with the body held (rad/s), damping ratio; b and g of the contract."""
+def resonator(
+    mass: float, frequency: float, ratio: float, drag: float = 0.0, cubic: float = 0.0, scale: float = 1.0
+) -> Law:
+    """A hidden resonator at rest: mass (kg), frequency with the body held (rad/s), damping ratio; b and g of the
+    contract.
+    """
     return Law(
         codes.RESONATOR, (mass, frequency, ratio, drag, cubic), start=(0.0, 0.0), scales=(scale, scale * frequency)
     )
@@ -74,13 +80,21 @@ def _layout(laws: tuple[Law, ...]) -> tuple[np.ndarray, np.ndarray, np.ndarray, 
         held = list(law.numbers) + [0.0] * (codes.MEMORY_SIZE - len(law.numbers) if law.code >= codes.ECHO else 0)
         states = (0.0,) if law.code == codes.KERNEL else law.start
         sizes = (1.0,) if law.code == codes.KERNEL else law.scales
-        rows.append((law.code, len(numbers), len(numbers) + len(held), 2 + len(start), 2 + len(start) + len(states), scratch))
+        rows.append(
+            (law.code, len(numbers), len(numbers) + len(held), 2 + len(start), 2 + len(start) + len(states), scratch)
+        )
         numbers += held
         start += states
         scales += sizes
         scratch += 3 * len(states) // 2 if law.code == codes.CELL else 0
     table = np.array(rows, dtype=np.int64).reshape(len(rows), 6)
-    return table, np.array(numbers, dtype=float), np.array(start, dtype=float), np.array(scales, dtype=float), max(scratch, 1)
+    return (
+        table,
+        np.array(numbers, dtype=float),
+        np.array(start, dtype=float),
+        np.array(scales, dtype=float),
+        max(scratch, 1),
+    )
 
 
 def _kernels(laws: tuple[Law, ...], step: float) -> np.ndarray:
@@ -135,9 +149,20 @@ def simulate(
     out = np.empty((count, 1 + y.size))
     values = np.array([body.mass, body.damping, body.stiffness, body.coulomb, body.drag, body.rest])
     march(
-        rule(any(law.code == codes.CELL for law in laws)), first if parts == 1 else fine, fine, y, float(np.sign(v0)), values, table, numbers, np.zeros(scratch),
-        _kernels(laws, fine), scales, tolerance, out,
-    )  # fmt: skip
+        rule(any(law.code == codes.CELL for law in laws)),
+        first if parts == 1 else fine,
+        fine,
+        y,
+        float(np.sign(v0)),
+        values,
+        table,
+        numbers,
+        np.zeros(scratch),
+        _kernels(laws, fine),
+        scales,
+        tolerance,
+        out,
+    )
     if parts > 1:
         out = out[np.concatenate([[0], np.arange(lead, count, parts)])]
     time = np.concatenate([[0.0], first + step * np.arange(samples - 1)])

@@ -20,8 +20,8 @@ from pathlib import Path
 from experiments.blind_challenge import composition
 
 ROOT = Path(__file__).resolve().parents[2]
-SMALL = 8  # cases of the small slice
-SMALL_RUNS = 2  # of them run through the program
+SMALL = 6  # cases of the small slice
+SMALL_RUNS = 1  # of them run through the program
 SMALL_SEED = 7
 ROWS = "rows.jsonl"
 PEER_ROWS = "peers.jsonl"
@@ -63,8 +63,8 @@ def make(args: argparse.Namespace) -> None:
     """Draw and write the cases."""
     from experiments.blind_challenge.generate import generate
 
-    shares = json.loads(args.shares) if args.shares else None
-    names = generate(args.out, seed_of(args), args.cases, args.jobs, shares)
+    shares = json.loads(args.shares) if args.shares else composition.SMALL_SHARES if args.small else None
+    names = generate(args.out, seed_of(args), args.cases, args.jobs, shares, args.small)
     print(f"{len(names)} cases of seed {seed_of(args)} in {args.out}/laboratory; truths in {args.out}/sealed")
 
 
@@ -95,7 +95,7 @@ def judge(args: argparse.Namespace) -> None:
     rows = read_rows(args.out / ROWS)
     if not rows:
         raise SystemExit(
-            f"score: {args.out / ROWS} has no rows, at least one is needed; run the command `run --out {args.out}` first"
+            f"score: {args.out / ROWS} has no row, at least one is needed; run `run --out {args.out}` first"
         )
     cases = score.load(rows, args.out / "sealed")
     tables = score.tables(cases, read_rows(args.out / PEER_ROWS))

@@ -82,6 +82,8 @@ def _laboratory(rng: np.random.Generator, plan: Plan, kinds: list[EffectKind]) -
     needs = needs_of(plan, [k.needs for k in kinds])
     dry = plan.dry or needs.dry or str(rng.choice(list(DRY_SHARES), p=list(DRY_SHARES.values())))
     rig = draw_rig(rng, needs, dry)
+    if plan.small:
+        rig = replace(rig, periods=min(rig.periods, 10.0))
     if plan.reason in ("one trial", "no dry trials and no repeats"):
         rig = replace(rig, knows=rig.knows - {"scatter"})
     if plan.reason == "narrow amplitudes":
@@ -190,6 +192,20 @@ def effect_measures(rig: Rig, views: list[measure.View], effect: Dosed, asked: t
     }
 
 
+def add_beside(rig: Rig, views: list[measure.View], pair: list[Dosed], found: list[dict[str, object]]) -> None:
+    """Add to the measures of two effects how strong each is where the other's size is free."""
+    moved = [
+        measure.effect_response(
+            rig, views, lambda scene, d, e=e: e.kind.applied(e.shape, d, scene), e.dose, e.kind.linear
+        )[0]
+        for e in pair
+    ]
+    for i, entry in enumerate(found):
+        statistic = measure.beside(rig, views, moved[i], moved[1 - i])
+        half = measure.half_power(unknowns(pair[i].kind, rig))
+        entry["strength_beside"] = math.sqrt(statistic / half)
+
+
 def sharpness(rng: np.random.Generator, rig: Rig, views: list[measure.View]) -> float:
     """Smallest strength, over PROBES, of an effect of size 1: above 1.5 an effect as large as B is seen with 90 %
     power.
@@ -225,7 +241,10 @@ def draw_case(seed: int, index: int, plan: Plan) -> Case:
         if short < 0.5 or plan.reason:
             break
     _, rig, views, dosed = best
-    measures: dict[str, object] = {"effects": [effect_measures(rig, views, d, asked) for d, asked in dosed]}
+    found = [effect_measures(rig, views, effect, asked) for effect, asked in dosed]
+    if len(dosed) == 2:
+        add_beside(rig, views, [effect for effect, _ in dosed], found)
+    measures: dict[str, object] = {"effects": found}
     if not kinds:
         measures["sharpness"] = sharpness(rng, rig, views)
         measures["repeatability"] = measure.repeatability(rig, views)

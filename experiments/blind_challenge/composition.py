@@ -1,6 +1,6 @@
 """How many cases of which kind: the table of a challenge, and the plan of every case before anything is drawn."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -12,6 +12,7 @@ FULL = 1300
 SHARES = {"nothing": 700, "one": 200, "two": 150, "outside": 150, "cannot": 100}  # of FULL
 DRY_SHARES = {"few": 1.0 / 3.0, "none": 1.0 / 5.0, "many": 7.0 / 15.0}
 STRENGTHS = (1.0 / 3.0, 10.0)  # what can be seen is 1
+SMALL_SHARES = {"nothing": 2, "one": 1, "two": 1, "outside": 1, "cannot": 1}
 LOST = 0.08  # of the cases with nothing missing have lost samples
 
 ONE = (
@@ -108,6 +109,7 @@ class Plan:
     dry: str | None = None
     reason: str = ""
     lost: bool = False
+    small: bool = False  # a few short trials, for continuous integration
 
 
 def counts(total: int, shares: dict[str, float]) -> dict[str, int]:
@@ -128,7 +130,7 @@ def _cycle(rng: np.random.Generator, items: list[str], n: int) -> list[str]:
     return out[:n]
 
 
-def plans(seed: int, total: int, shares: dict[str, float] | None = None) -> list[Plan]:
+def plans(seed: int, total: int, shares: dict[str, float] | None = None, small: bool = False) -> list[Plan]:
     """The plans of a challenge in random order; the same seed, number and shares give the same plans."""
     if total < 1:
         raise ValueError(f"cases: {total} were asked for; ask for 1 or more")
@@ -148,7 +150,7 @@ def plans(seed: int, total: int, shares: dict[str, float] | None = None) -> list
     weighted = [key for key, weight in OUTSIDE.items() for _ in range(weight)]
     out += [Plan("outside", (key,)) for key in _cycle(rng, weighted, n["outside"])]
     out += [_cannot(rng, reason) for reason in _cycle(rng, list(CANNOT), n["cannot"])]
-    return [out[i] for i in rng.permutation(len(out))]
+    return [replace(out[i], small=small) for i in rng.permutation(len(out))]
 
 
 def _cannot(rng: np.random.Generator, reason: str) -> Plan:
@@ -192,4 +194,5 @@ def needs_of(plan: Plan, kinds: list[Needs]) -> Needs:
         "swapped channels": {"channels": ("acceleration", "spring_force"), "coordinate": "translation"},
         "wrong sign": {"channels": ("acceleration",), "coordinate": "translation"},
     }
-    return Needs(**{**values, **special.get(plan.reason, {})})  # type: ignore[arg-type]
+    short = {"trials": (1, 4), "springs": (1,), "levels": (1,)} if plan.small else {}
+    return Needs(**{**values, **short, **special.get(plan.reason, {})})  # type: ignore[arg-type]

@@ -32,6 +32,8 @@ def weaker(case: cases.Case) -> cases.Case:
     views = [cases.measure.view(case.rig, trial) for trial in case.rig.trials]
     asked = [tuple(entry["asked"]) for entry in case.measures["effects"]]  # type: ignore[index, union-attr]
     found = [cases.effect_measures(case.rig, views, e, a) for e, a in zip(effects, asked, strict=True)]
+    if len(effects) == 2:
+        cases.add_beside(case.rig, views, list(effects), found)
     return replace(case, effects=effects, measures={**case.measures, "effects": found})
 
 
@@ -39,12 +41,14 @@ def _job(job: tuple[Path, int, int, Plan]) -> str:
     return make(*job)
 
 
-def generate(out: Path, seed: int, total: int, jobs: int = 1, shares: dict[str, float] | None = None) -> list[str]:
+def generate(
+    out: Path, seed: int, total: int, jobs: int = 1, shares: dict[str, float] | None = None, small: bool = False
+) -> list[str]:
     """Write `total` cases into `out`/laboratory and `out`/sealed (emptied first); returns their names in order."""
     for name in ("laboratory", "sealed"):
         if (out / name).exists():
             shutil.rmtree(out / name)
-    work = [(out, seed, i, plan) for i, plan in enumerate(plans(seed, total, shares))]
+    work = [(out, seed, i, plan) for i, plan in enumerate(plans(seed, total, shares, small))]
     if jobs > 1:
         with ProcessPoolExecutor(jobs) as pool:
             names = list(pool.map(_job, work, chunksize=4))

@@ -39,9 +39,9 @@ class CaseResult:
 
     @property
     def strength(self) -> float:
-        """Strength of the weakest effect of the case, all groups together; 0 where nothing is missing."""
+        """Strength of the weakest effect, all groups together and beside the other one; 0 where nothing is missing."""
         effects = self.truth["measures"]["effects"]
-        return min((float(e["strength"]) for e in effects), default=0.0)
+        return min((float(e.get("strength_beside", e["strength"])) for e in effects), default=0.0)
 
     @property
     def best_power(self) -> float:
@@ -157,7 +157,7 @@ def judge_case(row: dict[str, object], truth: dict[str, object]) -> CaseResult:
 def cannot_right(case: CaseResult) -> bool:
     """Whether a case that the data cannot decide was answered rightly.
 
-    Right are: cannot_tell, not_identifiable with the truth among the rivals or (without an effect) at all, the true name,
+    Right are: cannot_tell, not_identifiable with the truth among the rivals or (without an effect) at all, the name,
     a refusal
     with a message where channels contradict, and nothing_missing where nothing is or what is there is smaller than B.
     """

@@ -146,7 +146,7 @@ def _rattle(shape: Shape, dose: float, scene: Scene) -> Change:
 
 
 def _bending(shape: Shape, dose: float, scene: Scene) -> Change:
-    """A rail that bends under the body: a valley whose slope is no straight line, and friction that follows the slope."""
+    """A rail that bends under the body: a valley whose slope is no straight line, and friction that follows."""
     span = shape["span"] * scene.rig.largest
     k = dose * 0.08 * scene.rig.reference.stiffness * (shape["span"] / 2.5) ** 2
     grip = dose * shape["grip"] * scene.body.coulomb / scene.rig.largest

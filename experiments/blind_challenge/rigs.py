@@ -20,7 +20,7 @@ MOST_SAMPLES = 3000  # after the release, in a trial
 
 @dataclass(frozen=True)
 class Level:
-    """A water depth (m): added mass (kg), drag q (N s^2/m^2), area (m^2), volume below water (m^3), share of effects."""
+    """A water depth (m): added mass (kg), drag q (N s^2/m^2), area (m^2), wet volume (m^3), share of effects."""
 
     depth: float
     added_mass: float = 0.0

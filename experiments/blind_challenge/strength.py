@@ -197,6 +197,16 @@ class Linear:
         step = np.linalg.lstsq(self.matrix, right, rcond=1e-14)[0]
         return step, max(total - float(right @ step), 0.0)
 
+    def inner(self, first: list[np.ndarray], second: list[np.ndarray]) -> float:
+        """Product of two sets of residuals after the refit: the statistic where both are one."""
+        rights = np.zeros((2, self.prior.size))
+        total = 0.0
+        for (block, at), a, b in zip(self.blocks, first, second, strict=True):
+            rights[0, at] += block.T @ a
+            rights[1, at] += block.T @ b
+            total += float(a @ b)
+        return total - float(rights[0] @ np.linalg.lstsq(self.matrix, rights[1], rcond=1e-14)[0])
+
     def left(self, residuals: list[np.ndarray], step: np.ndarray) -> list[np.ndarray]:
         """Residuals after the linear step."""
         return [r - block @ step[at] for (block, at), r in zip(self.blocks, residuals, strict=True)]
@@ -271,31 +281,33 @@ def judged(rig: Rig, views: list[View], white: list[np.ndarray], plain: list[np.
     return Strength(statistic, rest, repeat, max(rest / (0.5 * repeat), bias), bias)
 
 
-def scaled(strength: Strength, factor: float) -> Strength:
-    """The strength of `factor` times the effect, where readings follow the dose linearly."""
-    moved = max(strength.leftover * factor / (0.5 * strength.repeatability), strength.bias * factor)
-    return Strength(
-        strength.statistic * factor**2,
-        strength.leftover * factor,
-        strength.repeatability,
-        moved,
-        strength.bias * factor,
-    )
-
-
-def strength_of(
+def effect_response(
     rig: Rig, views: list[View], change_of: Callable[[Scene, float], Change], dose: float, linear: bool
-) -> Strength:
-    """Strength of an effect at a dose. `linear`: measured where it moves the readings by SMALL, then scaled to the
-    dose.
-    """
+) -> tuple[list[np.ndarray], list[np.ndarray]]:
+    """Change of the readings at a dose. `linear`: taken where it moves them by SMALL, then scaled to the dose."""
     if not linear:
-        return judged(rig, views, *responses(rig, views, lambda scene: change_of(scene, dose)))
+        return responses(rig, views, lambda scene: change_of(scene, dose))
     probe = dose
-    for _ in range(6):
+    for _ in range(8):
         white, plain = responses(rig, views, lambda scene, d=probe: change_of(scene, d))
         moved = raw_change(views, plain, white)
         if moved <= 2.0 * SMALL:
             break
         probe *= 0.7 * SMALL / moved
-    return scaled(judged(rig, views, white, plain), dose / probe)
+    factor = dose / probe
+    return [factor * r for r in white], [factor * r for r in plain]
+
+
+def strength_of(
+    rig: Rig, views: list[View], change_of: Callable[[Scene, float], Change], dose: float, linear: bool
+) -> Strength:
+    """Strength of an effect at a dose."""
+    return judged(rig, views, *effect_response(rig, views, change_of, dose, linear))
+
+
+def beside(rig: Rig, views: list[View], first: list[np.ndarray], second: list[np.ndarray]) -> float:
+    """The statistic of the first effect where the size of the second is free too."""
+    linear = Linear(rig, views, random=True, plain=False)
+    other = linear.inner(second, second)
+    both = linear.inner(first, second)
+    return max(linear.inner(first, first) - (both**2 / other if other > 0.0 else 0.0), 0.0)

@@ -95,7 +95,10 @@ def _locate(rule, t, h, y, direction, body, law, numbers, scratch, swing, scales
             low, low_value = middle, value
             high_value = 0.5 * high_value if side == -1 else high_value
             side = -1
-        if abs(high - low) < 1e-13 * h or (direction != 0.0 and abs(value) < 1e-14 * scales[1]):
+        if direction != 0.0 and abs(value) < 1e-13 * scales[1]:
+            high = middle
+            break
+        if abs(high - low) < 1e-13 * h:
             break
     _step(rule, t, high, y, direction, body, law, numbers, scratch, swing, scales, tolerance, slopes, new)
     return high

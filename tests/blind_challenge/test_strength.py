@@ -1,0 +1,121 @@
+"""The measure of strength: calibrated on campaigns with nothing missing, right in size where something is."""
+
+import math
+
+import numpy as np
+import pytest
+from scipy.stats import chi2, ncx2
+
+from experiments.blind_challenge import strength as measure
+from experiments.blind_challenge.effects import kind
+from experiments.blind_challenge.laboratory import noisy
+from experiments.blind_challenge.rigs import Needs, draw_rig
+from experiments.blind_challenge.scene import Change, Scene, mean_scene, move, read, with_own_factors
+
+REPLICAS = 40
+KEY = "hidden_resonator"
+
+
+@pytest.fixture(scope="module")
+def campaign() -> dict:
+    """A laboratory with few short trials, its linearisation and an effect of strength 3."""
+    from dataclasses import replace
+
+    rng = np.random.default_rng(11)
+    needs = Needs(trials=(4, 4), springs=(1,), levels=(1,), coordinate="translation", quiet=True)
+    rig = replace(draw_rig(rng, needs, "many"), scatter=(0.002, 0.05, 0.04), scatter_shape="normal", periods=9.0)
+    views = [measure.view(rig, trial) for trial in rig.trials]
+    shape = kind(KEY).draw(rng, rig)
+    white, _ = measure.effect_response(rig, views, lambda s, d: kind(KEY).applied(shape, d, s), 1.0, True)
+    linear = measure.Linear(rig, views, random=True, plain=False)
+    factor = 3.0 / math.sqrt(linear.inner(white, white))
+    return {"rig": rig, "views": views, "linear": linear, "effect": [factor * r for r in white], "shape": shape,
+            "dose": factor}  # fmt: skip
+
+
+def scores(campaign: dict, dose: float, rng: np.random.Generator) -> list[float]:
+    """The best test's statistic on simulated trials with scatter, noise and offsets: normal with the effect's size as mean."""
+    from experiments.blind_challenge.rigs import factors
+
+    rig, out = campaign["rig"], []
+    for _ in range(REPLICAS):
+        residuals = []
+        for v in campaign["views"]:
+            from dataclasses import replace
+
+            trial = replace(v.scene.trial, factors=factors(rng, rig.scatter, "normal"))
+            scene = with_own_factors(mean_scene(rig, trial))
+            change = kind(KEY).applied(campaign["shape"], dose, scene)
+            perfect = read(scene, change, move(scene, change, v.samples), 0)
+            real = {s.channel: noisy(rng, s, perfect[s.channel]) for s in rig.sensors}
+            residuals.append(measure.whiten(rig, real) - v.base)
+        linear, effect = campaign["linear"], campaign["effect"]
+        out.append(linear.inner(effect, residuals) / math.sqrt(linear.inner(effect, effect)))
+    return out
+
+
+def test_without_an_effect_the_statistic_of_the_best_test_is_standard_normal(campaign: dict) -> None:
+    found = scores(campaign, 0.0, np.random.default_rng(1))
+    assert abs(np.mean(found)) < 3.3 / math.sqrt(REPLICAS)  # 3.3 standard errors
+    # 99.9 % limits of the variance of that many, widened by a fifth for what the scatter moves beyond first order
+    low, high = chi2.ppf([0.001, 0.999], REPLICAS - 1) / (REPLICAS - 1)
+    assert 0.8 * low < np.var(found, ddof=1) < 1.2 * high
+
+
+def test_an_effect_of_strength_three_moves_the_statistic_by_three(campaign: dict) -> None:
+    found = scores(campaign, campaign["dose"], np.random.default_rng(2))
+    assert np.mean(found) == pytest.approx(3.0, abs=3.3 / math.sqrt(REPLICAS))
+
+
+def test_what_the_equation_can_take_up_itself_has_no_strength(campaign: dict) -> None:
+    def stiffer(scene: Scene, dose: float) -> Change:
+        return Change(scene.body.changed(stiffness=scene.body.stiffness * (1.0 + 1e-3 * dose)))
+
+    rig = campaign["rig"]
+    found = measure.strength_of(rig, campaign["views"], stiffer, 1.0, True)
+    raw = sum(float(r @ r) for r in measure.responses(rig, campaign["views"], lambda s: stiffer(s, 1.0))[0])
+    prior = 1e-3**2 / 0.01**2 if {"stiffness", "mass"} <= rig.knows else 0.0
+    assert found.statistic < 1e-4 * raw + 2.0 * prior
+    assert found.leftover < 1e-5
+
+
+def test_statistic_goes_with_the_square_of_the_dose_and_size_with_the_dose(campaign: dict) -> None:
+    def change(scene: Scene, dose: float) -> Change:
+        return kind(KEY).applied(campaign["shape"], dose, scene)
+
+    one, ten = (measure.strength_of(campaign["rig"], campaign["views"], change, d, True) for d in (0.1, 1.0))
+    assert ten.statistic == pytest.approx(100.0 * one.statistic, rel=0.02)
+    assert ten.size == pytest.approx(10.0 * one.size, rel=0.02)
+    assert ten.repeatability == one.repeatability
+
+
+def test_an_effect_is_weaker_beside_its_own_twin_than_alone(campaign: dict) -> None:
+    effect = campaign["effect"]
+    other = [np.roll(r, 7) for r in effect]
+    rig, views = campaign["rig"], campaign["views"]
+    assert measure.beside(rig, views, effect, effect) == pytest.approx(0.0, abs=1e-6)
+    assert 0.0 < measure.beside(rig, views, effect, other) < 9.0 + 1e-6
+
+
+@pytest.mark.parametrize("unknowns", [1, 3, 12])
+def test_half_power_is_where_every_second_test_is_passed(unknowns: int) -> None:
+    at = measure.half_power(unknowns)
+    assert measure.best_power(at, unknowns) == pytest.approx(0.5, abs=1e-9)
+    assert measure.best_power(0.0, unknowns) == pytest.approx(0.01, abs=1e-6)
+    draws = ncx2.rvs(unknowns, at, size=4000, random_state=3)
+    assert np.mean(draws > chi2.isf(0.01, unknowns)) == pytest.approx(0.5, abs=0.03)
+
+
+def test_correlated_noise_is_whitened_to_its_variance() -> None:
+    from experiments.blind_challenge.rigs import Sensor
+
+    sensor = Sensor("displacement", 2.0, 0.7, 0.0, "m", 1.0, "ch0")
+    line = noisy(np.random.default_rng(0), sensor, np.zeros(20000))
+    assert np.std(line) == pytest.approx(2.0, rel=0.03)
+
+    class Lab:
+        sensors = (sensor,)
+
+    white = measure.whiten(Lab, {"displacement": line})  # type: ignore[arg-type]
+    assert np.std(white) == pytest.approx(1.0, rel=0.02)
+    assert abs(np.corrcoef(white[1:], white[:-1])[0, 1]) < 0.03

@@ -155,6 +155,9 @@ def _fill() -> None:
             largest=8.5,
         )
     )
+
+
+def _fill_stiffness() -> None:
     for name, power, unit in (
         ("cubic_stiffness", 3, "N_per_m3"),
         ("quintic_stiffness", 5, "N_per_m5"),
@@ -247,6 +250,9 @@ def _fill_friction() -> None:
             numbers=lambda s, d, e: {"slip_m": d * 0.01 * e.rig.largest},
         )
     )
+
+
+def _fill_joints() -> None:
     add(
         EffectKind(
             "hysteresis",
@@ -315,6 +321,9 @@ def _fill_set_up() -> None:
             linear=False,
         )
     )
+
+
+def _fill_left_out() -> None:
     add(
         EffectKind(
             "added_mass",
@@ -344,3 +353,6 @@ def _fill_set_up() -> None:
 
 
 _fill()
+_fill_stiffness()
+_fill_joints()
+_fill_left_out()

@@ -137,6 +137,9 @@ def _fill() -> None:
                 key, text, "outside", ("external_forcing",), _band(low, high), _push, unknowns=2, unknowns_a_trial=2
             )
         )
+
+
+def _fill_echoes() -> None:
     add(
         EffectKind(
             "delayed_echo",
@@ -180,3 +183,4 @@ def _fill() -> None:
 
 
 _fill()
+_fill_echoes()

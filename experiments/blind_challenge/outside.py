@@ -198,6 +198,9 @@ def _fill() -> None:
                 key, text, "structure", (), draw, change, near, unknowns=3, needs=RAILS, largest=most, linear=linear
             )
         )
+
+
+def _fill_joints() -> None:
     for key, text, draw, change, near in (
         ("iwan", "an Iwan joint", _uniform(spread=(0.7, 2.0), reach=(0.3, 1.0)), _iwan, ("hysteresis", "presliding")),
         (
@@ -246,3 +249,4 @@ def _fill() -> None:
 
 
 _fill()
+_fill_joints()

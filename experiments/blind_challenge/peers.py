@@ -99,9 +99,8 @@ def _eq15_fit(start: np.ndarray, free: list[int], data: list[tuple[np.ndarray, n
             out.append(error - columns @ np.linalg.lstsq(columns, error, rcond=None)[0])
         return np.concatenate(out)
 
-    fit = least_squares(
-        residual, start[free], x_scale=np.maximum(np.abs(start[free]), 0.01), diff_step=1e-4, max_nfev=25
-    )
+    least = np.array([1e-3, 0.0, 0.0, -np.inf])[free]
+    fit = least_squares(residual, start[free], x_scale="jac", diff_step=1e-4, max_nfev=40, bounds=(least, np.inf))
     p = start.copy()
     p[free] = fit.x
     return p

@@ -250,6 +250,9 @@ def _fill() -> None:
             numbers=_resonator_numbers,
         )
     )
+
+
+def _fill_extremes() -> None:
     add(
         EffectKind(
             "overdamped_resonator",
@@ -292,6 +295,9 @@ def _fill() -> None:
             needs=HEAVY,
         )
     )
+
+
+def _fill_waves() -> None:
     add(
         EffectKind(
             "radiation",
@@ -336,3 +342,5 @@ def _fill() -> None:
 
 
 _fill()
+_fill_extremes()
+_fill_waves()

@@ -58,7 +58,11 @@ def test_the_same_seed_gives_the_same_bytes_and_another_does_not(challenge: Path
 
 
 def test_a_laboratory_holds_recordings_index_and_config_and_no_word_of_the_truth(challenge: Path) -> None:
-    words = {"truth", "sealed", "strength", "dose", *effects.TABLE} - {"added_mass", "quadratic_drag", "coulomb_friction"}
+    words = {"truth", "sealed", "strength", "dose", *effects.TABLE} - {
+        "added_mass",
+        "quadratic_drag",
+        "coulomb_friction",
+    }
     for folder in (p for p in (challenge / "laboratory").iterdir() if p.is_dir()):
         names = {p.relative_to(folder).as_posix() for p in folder.rglob("*") if p.is_file()}
         assert {n for n in names if not n.startswith("recordings/r")} == {"config.yaml", "campaign.csv"}
@@ -128,7 +132,35 @@ def test_every_effect_moves_its_trials_and_has_the_parameters_of_the_contract() 
 def contract_names() -> set[str]:
     """The names of what can be missing, as the contract lists them."""
     return set(
-        ["linear_damping", "quadratic_drag", "cubic_damping", "drag_exponent", "cubic_stiffness", "quintic_stiffness", "asymmetric_stiffness", "sine_restoring", "coulomb_friction", "stribeck_friction", "asymmetric_friction", "presliding", "added_mass", "variable_normal_force", "hidden_resonator", "relaxation", "hysteresis", "external_forcing", "delayed_echo", "rest_offset", "imperfect_release", "support_compliance", "mass_change", "time_shift", "gain_error", "sensor_drift", "clipping"]
+        [
+            "linear_damping",
+            "quadratic_drag",
+            "cubic_damping",
+            "drag_exponent",
+            "cubic_stiffness",
+            "quintic_stiffness",
+            "asymmetric_stiffness",
+            "sine_restoring",
+            "coulomb_friction",
+            "stribeck_friction",
+            "asymmetric_friction",
+            "presliding",
+            "added_mass",
+            "variable_normal_force",
+            "hidden_resonator",
+            "relaxation",
+            "hysteresis",
+            "external_forcing",
+            "delayed_echo",
+            "rest_offset",
+            "imperfect_release",
+            "support_compliance",
+            "mass_change",
+            "time_shift",
+            "gain_error",
+            "sensor_drift",
+            "clipping",
+        ]
     )
 
 

@@ -148,7 +148,9 @@ def test_dahl_bristles_follow_the_exponential_of_the_first_swing_and_bouc_wen_co
 def test_pinching_and_degradation_change_bouc_wen() -> None:
     plain = (0.2, 0.3, 1.0, 0.5, 0.5, 0.0, 0.0, 0.0, 0.1, 0.5, 0.3, 0.05, 0.2)
     pinched = (0.2, 0.3, 1.0, 0.5, 0.5, 0.02, 0.02, 0.8, 0.1, 0.5, 0.3, 0.05, 0.2)
-    a, b = (simulate(PLAIN, (Law(codes.BOUCWEN, p, (0.0, 0.0), (1.0, 1.0)),), 1.0, 400, STEP).x for p in (plain, pinched))
+    a, b = (
+        simulate(PLAIN, (Law(codes.BOUCWEN, p, (0.0, 0.0), (1.0, 1.0)),), 1.0, 400, STEP).x for p in (plain, pinched)
+    )
     assert np.max(np.abs(a - b)) > 0.01
 
 

@@ -1,4 +1,6 @@
-"""The peers on small data: Method 1 finds Eq. 15 again, errors are alike for all, held-out trials are those of the rule."""
+"""The peers on small data: Method 1 finds Eq. 15 again, errors are alike for all, held-out trials are those of the
+rule.
+"""
 
 import importlib.util
 import math

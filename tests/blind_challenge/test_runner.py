@@ -8,7 +8,7 @@ import pytest
 from experiments.blind_challenge import run_cases
 
 ROOT = Path(__file__).resolve().parents[2]
-PROGRAM = '''
+PROGRAM = """
 import json, pathlib, sys, time
 config, out = pathlib.Path(sys.argv[2]), pathlib.Path(sys.argv[4])
 assert sys.argv[1] == "run" and sys.argv[5:] == ["--jobs", "1"]
@@ -25,7 +25,7 @@ if what == "text":
     sys.exit("a sentence")
 out.mkdir(parents=True)
 (out / "verdict.json").write_text(json.dumps({"contract": 2, "groups": [{"group": {}, "status": "nothing_missing"}]}))
-'''
+"""
 
 
 @pytest.fixture
@@ -45,7 +45,9 @@ def laboratories(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     return folder
 
 
-def test_every_laboratory_has_one_row_with_exit_code_seconds_revision_and_verdict(laboratories: Path, tmp_path: Path) -> None:
+def test_every_laboratory_has_one_row_with_exit_code_seconds_revision_and_verdict(
+    laboratories: Path, tmp_path: Path
+) -> None:
     rows = tmp_path / "rows.jsonl"
     assert run_cases.run(laboratories, rows, ROOT, module="fake_program") == 5
     found = {row["case"]: row for row in run_cases.read_rows(rows)}

@@ -11,7 +11,9 @@ from experiments.blind_challenge import __main__ as entry
 from experiments.blind_challenge import estimates, figures, judge, page, score
 
 
-def effect(names: list[str], near: list[str] | None = None, strength: float = 5.0, present: bool = True, **more: object) -> dict:
+def effect(
+    names: list[str], near: list[str] | None = None, strength: float = 5.0, present: bool = True, **more: object
+) -> dict:
     """An effect of a truth with one group."""
     group = {"strength": strength, "size": 2.0, "present": present, "parameters": more.pop("parameters", {})}
     return {"key": (names or ["ghost"])[0], "names": names, "near": near or [], "strength": strength, "best_power": 0.9,
@@ -35,7 +37,9 @@ def said(status: str, verdict: list[str] | None = None, **more: object) -> dict:
 def case(truth_: dict, group: dict | None, **row: object) -> judge.CaseResult:
     """A judged case."""
     verdict = None if group is None else {"contract": 2, "groups": [group]}
-    return judge.judge_case({"case": "c0", "seed": 1, "exit": 0, "stopped": False, "seconds": 5.0, "verdict": verdict, **row}, truth_)
+    return judge.judge_case(
+        {"case": "c0", "seed": 1, "exit": 0, "stopped": False, "seconds": 5.0, "verdict": verdict, **row}, truth_
+    )
 
 
 SLOSH = effect(["hidden_resonator"], ["relaxation"])
@@ -160,7 +164,9 @@ def test_a_confident_wrong_name_is_one_that_is_neither_right_nor_near() -> None:
         ("wrong sign", [], said("explained", ["cubic_damping"]), False),
     ],
 )
-def test_where_the_data_cannot_tell_the_right_answers_are_counted(reason: str, effects: list, group: dict, right: bool) -> None:
+def test_where_the_data_cannot_tell_the_right_answers_are_counted(
+    reason: str, effects: list, group: dict, right: bool
+) -> None:
     assert judge.cannot_right(case(truth("cannot", effects, reason), group)) is right
 
 
@@ -171,7 +177,13 @@ def test_a_refusal_with_a_message_answers_contradicting_channels() -> None:
 
 def test_a_description_outside_the_catalogue_counts_where_it_says_so_and_predicts() -> None:
     iwan = effect([], ["hysteresis"])
-    good = said("explained", ["hysteresis"], sentence="A description: ...", augmented={"held_out_nrmse": 0.03}, repeatability_nrmse=0.03)
+    good = said(
+        "explained",
+        ["hysteresis"],
+        sentence="A description: ...",
+        augmented={"held_out_nrmse": 0.03},
+        repeatability_nrmse=0.03,
+    )
     assert score._outside_right(case(truth("outside", [iwan]), good))
     assert not score._outside_right(case(truth("outside", [iwan]), {**good, "sentence": "It is hysteresis."}))
     assert not score._outside_right(case(truth("outside", [iwan]), {**good, "augmented": {"held_out_nrmse": 0.05}}))

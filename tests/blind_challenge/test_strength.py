@@ -34,7 +34,9 @@ def campaign() -> dict:
 
 
 def scores(campaign: dict, dose: float, rng: np.random.Generator) -> list[float]:
-    """The best test's statistic on simulated trials with scatter, noise and offsets: normal with the effect's size as mean."""
+    """The best test's statistic on simulated trials with scatter, noise and offsets: normal with the effect's size as
+    mean.
+    """
     from experiments.blind_challenge.rigs import factors
 
     rig, out = campaign["rig"], []

@@ -45,6 +45,10 @@ def arguments(line: list[str]) -> argparse.Namespace:
     )
     parser.add_argument("--jobs", type=int, default=1, help="processes")
     parser.add_argument("--only", nargs="*", help="run these cases alone, such as c0003 c0017")
+    parser.add_argument(
+        "--frequency",
+        help='how often each kind occurs in laboratories, for the calibration, such as {"nothing": 0.5, ...}',
+    )
     parser.add_argument("--page", type=Path, help="where the page goes; default OUT/blind_challenge.md")
     parser.add_argument(
         "--small", action="store_true", help="a slice for continuous integration, in a folder of its own"
@@ -98,7 +102,8 @@ def judge(args: argparse.Namespace) -> None:
             f"score: {args.out / ROWS} has no row, at least one is needed; run `run --out {args.out}` first"
         )
     cases = score.load(rows, args.out / "sealed")
-    tables = score.tables(cases, read_rows(args.out / PEER_ROWS))
+    frequency = json.loads(args.frequency) if args.frequency else None
+    tables = score.tables(cases, read_rows(args.out / PEER_ROWS), frequency)
     marks = {
         "seed": rows[0]["seed"], "cases": rows[0]["cases"], "rows": len(rows),
         "revisions": sorted({str(r["revision"]) for r in rows}),

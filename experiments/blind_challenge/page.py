@@ -58,7 +58,7 @@ def _targets(t: dict[str, Any]) -> list[tuple[str, str, str, str]]:
         ("strength at half power, name", "at most 2", number(name), _met(None if name is None else name <= 2.0)),
         ("one effect above twice that strength: named", "at least 92 %", percent(s["one"]), at_least(s["one"], 0.92)),
         ("two effects above it: both named", "at least 80 %", percent(s["two"]), at_least(s["two"], 0.8)),
-        ("in no catalogue: unknown, or a description that predicts", "at least 80 %", percent(s["outside"]),
+        ("in no catalogue, above it: unknown, or a description that predicts", "at least 80 %", percent(s["outside"]),
          at_least(s["outside"], 0.8)),
         ("the data cannot tell: answered rightly", "(no target)", percent(s["cannot"]), ""),
         ("confident wrong name", "at most 2 % of all", percent(s["wrong"]), at_most(s["wrong"], 0.02)),
@@ -192,7 +192,7 @@ def _outcome_table(s: dict[str, Any]) -> str:
         for label, key in (
             ("one effect", "one_outcomes"),
             ("two effects", "two_outcomes"),
-            ("in no catalogue", "outside_outcomes"),
+            ("in no catalogue, above the limit", "outside_outcomes"),
         )
     ]
     return table(["truth", "outcomes of the group with the strongest effect"], rows)

@@ -25,6 +25,10 @@ from experiments.blind_challenge.judge import (
 
 SLOW = 60.0  # seconds
 QUANTILE = 1.645  # of a 90 % interval
+WITHOUT_MASS = {  # numbers that a campaign without a known mass has too
+    "natural_frequency_rad_per_s", "damping_ratio", "exponent", "time_s", "delay_s", "shift_s", "velocity_m_per_s",
+    "yield_displacement_m", "frequency_rad_per_s",
+}  # fmt: skip
 SHARP = 1.5  # sharpness above which U could be below B
 Table = dict[str, object]
 
@@ -163,7 +167,7 @@ def names(cases: list[CaseResult], limit: float) -> Table:
     answered = [c for c in cases if c.answered]
     one = [c for c in answered if c.kind == "one" and c.strength >= limit]
     two = [c for c in answered if c.kind == "two" and c.strength >= limit]
-    outside = [c for c in answered if c.kind == "outside"]
+    outside = [c for c in answered if c.kind == "outside" and c.strength >= limit]
     cannot = [c for c in cases if c.kind == "cannot"]
     strong = [c for c in answered if c.kind in ("one", "two", "outside") and c.strength >= limit]
     by_effect: dict[str, dict[str, int]] = {}
@@ -222,7 +226,10 @@ def _held_out_ratio(group: GroupResult) -> float | None:
 
 
 def coverage(cases: list[CaseResult]) -> Table:
-    """Whether 90 % intervals of parameters hold the truth, where the right name was said and the truth has one."""
+    """Whether 90 % intervals of parameters hold the truth, where the right name was said and the truth has one.
+
+    Without a known mass the program's numbers are per mass: those that have a mass in their unit are left out.
+    """
     inside: dict[str, list[bool]] = {}
     bare = 0
     for case in (c for c in cases if c.kind in ("one", "two")):
@@ -234,6 +241,8 @@ def coverage(cases: list[CaseResult]) -> Table:
                     said = (group.said.get("parameters") or {}).get(name)  # type: ignore[union-attr]
                     said = said[0] if isinstance(said, list) and said else said
                     for number, true in effect["groups"][i].get("parameters", {}).items():
+                        if number not in WITHOUT_MASS and "mass" not in case.truth["knows"]:
+                            continue
                         entry = said.get(number) if isinstance(said, dict) else None
                         if not isinstance(entry, dict) or not entry.get("stderr"):
                             bare += 1

@@ -16,17 +16,46 @@ def effect(
 ) -> dict:
     """An effect of a truth with one group."""
     group = {"strength": strength, "size": 2.0, "present": present, "parameters": more.pop("parameters", {})}
-    return {"key": (names or ["ghost"])[0], "names": names, "near": near or [], "strength": strength, "best_power": 0.9,
-            "size": 2.0, "groups": [group], **more}  # fmt: skip
+    return {
+        "key": (names or ["ghost"])[0],
+        "names": names,
+        "near": near or [],
+        "strength": strength,
+        "best_power": 0.9,
+        "size": 2.0,
+        "groups": [group],
+        **more,
+    }
 
 
 def truth(kind: str, effects: list[dict], reason: str = "", **measures: object) -> dict:
     """A truth of one group."""
     strata = dict.fromkeys(
-        ("dry", "noise", "trials", "springs", "levels", "channels", "scatter", "frequency", "coordinate", "lost samples",
-         "correlated noise"), "any")  # fmt: skip
-    return {"case": "c0", "seed": 1, "kind": kind, "reason": reason, "strata": strata, "groups": [{"group": {"h": 1.0}}],
-            "measures": {"effects": effects, **measures}}  # fmt: skip
+        (
+            "dry",
+            "noise",
+            "trials",
+            "springs",
+            "levels",
+            "channels",
+            "scatter",
+            "frequency",
+            "coordinate",
+            "lost samples",
+            "correlated noise",
+        ),
+        "any",
+    )
+    return {
+        "case": "c0",
+        "seed": 1,
+        "kind": kind,
+        "reason": reason,
+        "strata": strata,
+        "groups": [{"group": {"h": 1.0}}],
+        "knows": ["mass"],
+        "measures": {"effects": effects, **measures},
+    }
 
 
 def said(status: str, verdict: list[str] | None = None, **more: object) -> dict:
@@ -100,8 +129,9 @@ def test_a_false_positive_is_counted_with_the_limit_of_clopper_and_pearson() -> 
 def test_missing_p_values_are_said_and_not_invented() -> None:
     found = score.nulls([case(truth("nothing", []), said("nothing_missing"))])
     assert found["p"] == {"n": 0.0, "missing": 1}
-    assert "`p_value` is missing in 1 campaigns" in "\n".join(page._missing({
-        "nothing": found, "sure": {"without_number": 0}, "coverage": {"without_number": 0}}))  # fmt: skip
+    assert "`p_value` is missing in 1 campaigns" in "\n".join(
+        page._missing({"nothing": found, "sure": {"without_number": 0}, "coverage": {"without_number": 0}})
+    )
 
 
 def test_half_power_is_recovered_from_drawn_detections() -> None:
@@ -139,6 +169,17 @@ def test_intervals_cover_where_the_truth_lies_within_their_ninety_percent() -> N
     cases = [case(truth("one", [known]), said("explained", ["hidden_resonator"], parameters=p)) for p in (numbers, far)]
     found = score.coverage(cases)
     assert (found["all"]["hits"], found["all"]["n"], found["without_number"]) == (1, 2, 2)
+    blind = {**truth("one", [known]), "knows": []}
+    found = score.coverage([case(blind, said("explained", ["hidden_resonator"], parameters=numbers))])
+    assert (found["all"]["n"], found["without_number"]) == (0, 1)  # a mass per mass is no mass
+
+
+def test_the_frequency_of_kinds_weighs_the_calibration() -> None:
+    right = [case(truth("nothing", []), said("nothing_missing", confidence=0.9)) for _ in range(20)]
+    wrong = [case(truth("one", [SLOSH]), said("explained", ["clipping"], confidence=0.9)) for _ in range(20)]
+    drawn = score.sureness(right + wrong)["fit"]["log_score"]
+    common = score.sureness(right + wrong, {"nothing": 0.99, "one": 0.01})["fit"]["log_score"]
+    assert common > drawn + 0.5
 
 
 def test_a_confident_wrong_name_is_one_that_is_neither_right_nor_near() -> None:
@@ -191,8 +232,13 @@ def test_a_description_outside_the_catalogue_counts_where_it_says_so_and_predict
 
 
 def test_the_error_after_repair_is_compared_with_peers_by_group() -> None:
-    group = said("explained", ["hidden_resonator"], baseline={"held_out_nrmse": 0.3}, augmented={"held_out_nrmse": 0.05},
-                 repeatability_nrmse=0.04)  # fmt: skip
+    group = said(
+        "explained",
+        ["hidden_resonator"],
+        baseline={"held_out_nrmse": 0.3},
+        augmented={"held_out_nrmse": 0.05},
+        repeatability_nrmse=0.04,
+    )
     peers = [{"case": "c0", "group": {"h": 1}, "held_out": [], "pysindy_xv": 0.2, "sysidentpy": "not installed"}]
     found = score.repair([case(truth("one", [SLOSH]), group)], peers)
     assert found["within"]["hits"] == 1

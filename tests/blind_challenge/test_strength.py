@@ -29,8 +29,14 @@ def campaign() -> dict:
     white, _ = measure.effect_response(rig, views, lambda s, d: kind(KEY).applied(shape, d, s), 1.0, True)
     linear = measure.Linear(rig, views, random=True, plain=False)
     factor = 3.0 / math.sqrt(linear.inner(white, white))
-    return {"rig": rig, "views": views, "linear": linear, "effect": [factor * r for r in white], "shape": shape,
-            "dose": factor}  # fmt: skip
+    return {
+        "rig": rig,
+        "views": views,
+        "linear": linear,
+        "effect": [factor * r for r in white],
+        "shape": shape,
+        "dose": factor,
+    }
 
 
 def scores(campaign: dict, dose: float, rng: np.random.Generator) -> list[float]:

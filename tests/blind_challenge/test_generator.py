@@ -164,6 +164,30 @@ def contract_names() -> set[str]:
     )
 
 
+def test_what_a_config_says_by_condition_is_in_its_index(tmp_path: Path) -> None:
+    import pandas as pd
+    from ruamel.yaml import YAML
+
+    for i in range(12):
+        plan = composition.Plan("nothing", (), ("few", "none", "many")[i % 3])
+        rig = cases._laboratory(np.random.default_rng(i), plan, [])
+        case = cases.Case("c0000", plan, rig, (), {"effects": []}, (0, i))
+        said = YAML(typ="safe").load(laboratory.config(case))
+        (tmp_path / "campaign.csv").write_text(laboratory.index_table(rig))
+        index = pd.read_csv(tmp_path / "campaign.csv")
+        dry = said["trials"].get("dry", {})
+        assert bool(dry) == (plan.dry != "none")
+        assert all(int((index[key] == value).sum()) == rig.dry_trials for key, value in dry.items())
+        assert all(key in index for key in said["trials"]["group_by"])
+        wet = set(index["water_depth_m"]) - set(dry.values())
+        for name, values in said["specimen"].items():
+            if isinstance(values, dict) and values.get("by") == "water_depth_m":
+                assert {float(k) for k in values if k != "by"} == wet, name
+            elif isinstance(values, dict) and values.get("by") == "spring":
+                assert {k for k in values if k != "by"} == set(index["spring"])
+        assert said["equation"]["terms"] == list(rig.terms)
+
+
 @pytest.mark.parametrize("shape", ["normal", "student", "two groups", "skewed"])
 def test_every_shape_of_scatter_has_the_stated_deviation(shape: str) -> None:
     rng = np.random.default_rng(0)

@@ -72,8 +72,7 @@ def make(args: argparse.Namespace) -> None:
 
 
 def lightest(laboratories: Path) -> str:
-    """The laboratory with the fewest recordings of those with two or more, then with the smallest ones: quick to run.
-    """
+    """The laboratory with the fewest recordings of those with two or more, then with the smallest: quick to run."""
     weights = []
     for folder in (p for p in laboratories.iterdir() if p.is_dir()):
         sizes = [path.stat().st_size for path in (folder / "recordings").iterdir()]

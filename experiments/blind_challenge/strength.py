@@ -18,7 +18,16 @@ from scipy.optimize import brentq
 from scipy.stats import chi2, ncx2
 
 from experiments.blind_challenge.rigs import Rig, Trial
-from experiments.blind_challenge.scene import QUIET, Change, Scene, mean_scene, move, read, sample_count
+from experiments.blind_challenge.scene import (
+    QUIET,
+    Change,
+    Scene,
+    mean_scene,
+    move,
+    read,
+    sample_count,
+    with_own_factors,
+)
 from experiments.blind_challenge.truths.motion import Motion
 
 LEVEL = 0.01  # of a detection
@@ -112,9 +121,9 @@ def _swinging(scene: Scene, motion: Motion) -> int:
     return int(min(motion.v.size, max(moving[-1] + 1 if moving.size else 0, least)))
 
 
-def view(rig: Rig, trial: Trial) -> View:
-    """Base reading and columns of one trial."""
-    scene = mean_scene(rig, trial)
+def view(rig: Rig, trial: Trial, own: bool = False) -> View:
+    """Base reading and columns of one trial, about the mean numbers or (`own`) about the trial's own k, c and mu."""
+    scene = with_own_factors(mean_scene(rig, trial)) if own else mean_scene(rig, trial)
     change = Change(scene.body)
     motion = move(scene, change, sample_count(rig, trial))
     samples = _swinging(scene, motion)
@@ -206,6 +215,17 @@ class Linear:
             rights[1, at] += block.T @ b
             total += float(a @ b)
         return total - float(rights[0] @ np.linalg.lstsq(self.matrix, rights[1], rcond=1e-14)[0])
+
+    def score(self, effect: list[np.ndarray], residuals: list[np.ndarray], apart: np.ndarray) -> float:
+        """The likelihood-ratio score of an effect: normal with deviation 1 and the effect's size as mean.
+
+        `apart` is how far the numbers, about which the problem is linear, lie from their priors' centres.
+        """
+        right = np.zeros(self.prior.size)
+        for (block, at), e in zip(self.blocks, effect, strict=True):
+            right[at] += block.T @ e
+        held = float(np.linalg.lstsq(self.matrix, right, rcond=1e-14)[0] @ (self.prior * apart))
+        return (self.inner(effect, residuals) + held) / math.sqrt(self.inner(effect, effect))
 
     def left(self, residuals: list[np.ndarray], step: np.ndarray) -> list[np.ndarray]:
         """Residuals after the linear step."""

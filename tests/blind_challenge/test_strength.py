@@ -14,27 +14,28 @@ from experiments.blind_challenge.rigs import Needs, Sensor, draw_rig, factors
 from experiments.blind_challenge.scene import Change, Scene, move, read
 
 REPLICAS = 30
-KEY = "hidden_resonator"
+KEYS = ("hidden_resonator", "linear_damping")  # one that noise hides, one that scatter hides
 
 
-@pytest.fixture(scope="module")
-def campaign() -> dict:
+@pytest.fixture(scope="module", params=KEYS)
+def campaign(request: pytest.FixtureRequest) -> dict:
     """A laboratory with few short trials, its linearisation and an effect of strength 3."""
+    law = kind(request.param)
     rng = np.random.default_rng(11)
     needs = Needs(trials=(4, 4), springs=(1,), levels=(1,), coordinate="translation", quiet=True)
     rig = replace(draw_rig(rng, needs, "many"), scatter=(0.006, 0.1, 0.06), scatter_shape="normal", periods=9.0)
     views = [measure.view(rig, trial) for trial in rig.trials]
-    shape = kind(KEY).draw(rng, rig)
-    white, _ = measure.effect_response(rig, views, lambda s, d: kind(KEY).applied(shape, d, s), 1.0, True)
+    shape = law.draw(rng, rig)
+    white, _ = measure.effect_response(rig, views, lambda s, d: law.applied(shape, d, s), 1.0, True)
     linear = measure.Linear(rig, views, random=True, plain=False)
     factor = 3.0 / math.sqrt(linear.inner(white, white))
     return {
         "rig": rig,
         "views": views,
         "effect": [factor * r for r in white],
-        "shape": shape,
+        "numbers": law.numbers(shape, 1.0, views[-1].scene),
         "dose": factor,
-        "change": lambda scene, dose: kind(KEY).applied(shape, dose, scene),
+        "change": lambda scene, dose: law.applied(shape, dose, scene),
     }
 
 
@@ -89,7 +90,7 @@ def test_what_the_equation_can_take_up_itself_has_no_strength(campaign: dict) ->
 
 def test_statistic_goes_with_the_square_of_the_dose_and_size_with_the_dose(campaign: dict) -> None:
     def change(scene: Scene, dose: float) -> Change:
-        return kind(KEY).applied(campaign["shape"], dose, scene)
+        return campaign["change"](scene, dose)
 
     one, ten = (measure.strength_of(campaign["rig"], campaign["views"], change, d, True) for d in (0.1, 1.0))
     assert ten.statistic == pytest.approx(100.0 * one.statistic, rel=0.02)
@@ -125,3 +126,13 @@ def test_correlated_noise_is_whitened_to_its_variance() -> None:
     white = measure.whiten(Lab, {"displacement": line})  # type: ignore[arg-type]
     assert np.std(white) == pytest.approx(1.0, rel=0.02)
     assert abs(np.corrcoef(white[1:], white[:-1])[0, 1]) < 0.03
+
+
+def test_scatter_of_the_damping_hides_more_damping_and_not_a_resonator(campaign: dict) -> None:
+    found = []
+    for scatter in (0.01, 0.3):
+        rig = replace(campaign["rig"], scatter=(0.006, scatter, 0.06))
+        linear = measure.Linear(rig, campaign["views"], random=True, plain=False)
+        found.append(linear.inner(campaign["effect"], campaign["effect"]))
+    ratio = found[0] / found[1]
+    assert ratio > 3.0 if "c_Ns_per_m" in campaign["numbers"] else ratio < 1.5

@@ -112,7 +112,7 @@ def test_every_effect_moves_its_trials_and_has_the_parameters_of_the_contract() 
         needs = replace(k.needs, friction=True, trials=(6, 6), levels=(1,), springs=(1,))
         rig = draw_rig(rng, needs, "few")
         rig = k.fit_rig(rng, rig) if k.fit_rig else rig
-        trial = next(t for t in reversed(rig.trials) if rig.levels[t.level].wet)
+        trial = max((t for t in rig.trials if rig.levels[t.level].wet), key=lambda t: t.release)
         scene = mean_scene(rig, trial)
         shape = k.draw(rng, rig)
         samples = min(1500, sample_count(rig, trial))

@@ -10,6 +10,7 @@ from numba import njit
 F = TypeVar("F")
 
 kernel = njit(error_model="numpy")
+summed = njit(error_model="numpy", fastmath={"reassoc", "contract"})  # sums in any order: several at a time
 
 
 def kept_kernel(signature: object) -> Callable[[F], F]:

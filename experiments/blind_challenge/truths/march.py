@@ -10,7 +10,7 @@ from numba import float64, int64, types
 
 from experiments.blind_challenge.truths import codes
 from experiments.blind_challenge.truths.balance import NUMBERS, RULE
-from experiments.blind_challenge.truths.compiled import kept_kernel, kernel, source_stamp
+from experiments.blind_challenge.truths.compiled import kept_kernel, kernel, source_stamp, summed
 
 STAGE = np.array(
     [
@@ -155,7 +155,7 @@ def advance(rule, t, span, y, direction, body, law, numbers, scratch, turns, sca
 
 
 @kernel
-def _recall(n, step, law, numbers, kernels, past):
+def _recall(n, step, law, numbers, kernels, past, speeds):
     """Write what every memory law needs for the outer step that begins at node n."""
     for e in range(law.shape[0]):
         code = law[e, 0]
@@ -165,19 +165,18 @@ def _recall(n, step, law, numbers, kernels, past):
         p[o + codes.MEMORY_START] = n * step
         p[o + codes.MEMORY_STEP] = step
         p[o + codes.MEMORY_X] = past[n, 0]
+        row = 2 * int(p[o + codes.MEMORY_ROW])
         for node in range(3):
-            shift = 0.5 * node * step
             if code == codes.ECHO:
-                p[o + codes.MEMORY_NODES + node] = p[o + codes.MEMORY_GAIN] * _delayed(
-                    n * step + shift - p[o + codes.MEMORY_DELAY], step, past
-                )
+                then = (n + 0.5 * node) * step - p[o + codes.MEMORY_DELAY]
+                value = _delayed(then, step, past)
             else:
-                row = kernels[int(p[o + codes.MEMORY_ROW])]
-                p[o + codes.MEMORY_NODES + node] = p[o + codes.MEMORY_GAIN] * _convolved(n, node, step, row, past)
+                value = _convolved(n, node, step, kernels[row], kernels[row + 1], past, speeds)
+            p[o + codes.MEMORY_NODES + node] = p[o + codes.MEMORY_GAIN] * value
         if code == codes.KERNEL:
-            row = kernels[int(p[o + codes.MEMORY_ROW])]
-            p[o + codes.MEMORY_K0] = p[o + codes.MEMORY_GAIN] * row[0]
-            p[o + codes.MEMORY_K1] = p[o + codes.MEMORY_GAIN] * (-3.0 * row[0] + 4.0 * row[1] - row[2]) / step
+            even, odd = kernels[row], kernels[row + 1]
+            p[o + codes.MEMORY_K0] = p[o + codes.MEMORY_GAIN] * even[0]
+            p[o + codes.MEMORY_K1] = p[o + codes.MEMORY_GAIN] * (-3.0 * even[0] + 4.0 * odd[0] - even[1]) / step
 
 
 @kernel
@@ -191,28 +190,47 @@ def _delayed(t, step, past):
     return v0 + s * (a0 + s * (3.0 * (v1 - v0) - 2.0 * a0 - a1 + s * (2.0 * (v0 - v1) + a0 + a1)))
 
 
+@summed
+def _product(first, second):
+    """Sum of products of two lines of equal length, in any order of summation."""
+    total = 0.0
+    for i in range(first.size):
+        total += first[i] * second[i]
+    return total
+
+
 @kernel
-def _convolved(n, node, step, kernel, past):
-    """Integral of K(t - s) v(s) over the stored past, to node n, t half a step times `node` later; ends corrected."""
+def _convolved(n, node, step, even, odd, past, speeds):
+    """Integral of K(t - s) v(s) over the stored past, to node n, t half a step times `node` later; ends corrected.
+
+    `even` holds K at whole steps, `odd` half a step later; `speeds` holds the velocities, the latest node first.
+    """
     if n == 0:
         return 0.0
-    last = kernel.size - 2
-    total = 0.0
-    first = max(0, n - (last - node) // 2)
-    for j in range(first, n + 1):
-        weight = 0.5 if j in (n, first) else 1.0
-        total += weight * kernel[2 * (n - j) + node] * past[j, 1]
-    end = _slope(kernel, node, step, past, n, n)
-    start = _slope(kernel, node, step, past, n, first)
+    line = odd if node == 1 else even
+    skip = 1 if node == 2 else 0
+    count = min(n + 1, even.size - skip - 1)
+    last = n - count + 1
+    newest = speeds.size - 1 - n
+    total = _product(line[skip : skip + count], speeds[newest : newest + count])
+    total -= 0.5 * (line[skip] * past[n, 1] + line[skip + count - 1] * past[last, 1])
+    end = _slope(0, node, step, even, odd, past[n, 1], past[n, 2])
+    start = _slope(count - 1, node, step, even, odd, past[last, 1], past[last, 2])
     return step * total + step * step / 12.0 * (start - end)
 
 
 @kernel
-def _slope(kernel, node, step, past, n, j):
-    """Derivative by s of K(t - s) v(s) at node j."""
-    i = 2 * (n - j) + node
-    bend = -3.0 * kernel[0] + 4.0 * kernel[1] - kernel[2] if i == 0 else kernel[i + 1] - kernel[i - 1]
-    return -bend / step * past[j, 1] + kernel[i] * past[j, 2]
+def _slope(m, node, step, even, odd, v, a):
+    """Derivative by s of K(t - s) v(s) at a node m steps back."""
+    if node == 1:
+        value, bend = odd[m], even[m + 1] - even[m]
+    elif node == 2:
+        value, bend = even[m + 1], odd[m + 1] - odd[m]
+    elif m == 0:
+        value, bend = even[0], -3.0 * even[0] + 4.0 * odd[0] - even[1]
+    else:
+        value, bend = even[m], odd[m] - odd[m - 1]
+    return -bend / step * v + value * a
 
 
 def _build(stamp):
@@ -231,7 +249,8 @@ def _build(stamp):
         t = 0.0
         out[0, :] = 0.0
         out[0, 0] = y[0]
-        _recall(0, step, law, numbers, kernels, out)
+        speeds = np.zeros(out.shape[0])
+        _recall(0, step, law, numbers, kernels, out, speeds)
         if direction == 0.0:
             direction = _after_stop(rule, t, y, body, law, numbers, scratch, turns[0], slopes)
         for i in range(out.shape[0]):
@@ -240,7 +259,8 @@ def _build(stamp):
             out[i, 3:] = y[2:]
             if i == out.shape[0] - 1:
                 break
-            _recall(i, step, law, numbers, kernels, out)
+            speeds[out.shape[0] - 1 - i] = y[1]
+            _recall(i, step, law, numbers, kernels, out, speeds)
             for e in range(law.shape[0]):
                 if law[e, 0] == codes.KERNEL:
                     y[law[e, 3]] = 0.0

@@ -98,15 +98,14 @@ def _layout(laws: tuple[Law, ...]) -> tuple[np.ndarray, np.ndarray, np.ndarray, 
 
 
 def _kernels(laws: tuple[Law, ...], step: float) -> np.ndarray:
-    """One row a kernel, tabulated at half the outer step; the first number of a KERNEL law is its row."""
+    """Two rows a kernel, at whole outer steps and half a step later; a KERNEL law's first number counts them."""
     held = [law for law in laws if law.code == codes.KERNEL]
-    if not held:
-        return np.zeros((1, 4))
-    size = max(4, *(int(2 * law.kernel_length / step) + 4 for law in held))
-    out = np.zeros((len(held), size))
-    for row, law in zip(out, held, strict=True):
+    size = max([4, *(int(law.kernel_length / step) + 3 for law in held)])
+    out = np.zeros((max(2 * len(held), 2), size))
+    for i, law in enumerate(held):
         assert law.kernel is not None
-        row[:] = law.kernel(0.5 * step * np.arange(size))
+        line = law.kernel(0.5 * step * np.arange(2 * size))
+        out[2 * i], out[2 * i + 1] = line[0::2], line[1::2]
     return out
 
 

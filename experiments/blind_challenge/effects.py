@@ -59,11 +59,16 @@ def add(kind: EffectKind) -> None:
     TABLE[kind.key] = kind
 
 
+def table() -> dict[str, EffectKind]:
+    """All kinds by key."""
+    from experiments.blind_challenge import catalogue, forcing, instruments, outside, water_effects  # noqa: F401 (they fill it)
+
+    return TABLE
+
+
 def kind(key: str) -> EffectKind:
     """The kind of that key, or a sentence with the keys there are."""
-    from experiments.blind_challenge import catalogue, forcing, instruments, outside, water_effects  # noqa: F401 (they fill the table)
-
-    if key not in TABLE:
+    if key not in table():
         raise KeyError(f"effect {key}: not in the table; choose one of {', '.join(sorted(TABLE))}")
     return TABLE[key]
 

@@ -36,6 +36,10 @@ class Scale:
         self.length = max(abs(r.hold) for r in group.training)
         longest = max(group.training, key=lambda r: r.x.size)
         crossings = np.flatnonzero(np.diff(np.sign(savgol_filter(longest.x, 11, 3))))
+        if crossings.size < 3:
+            raise ValueError(
+                f"group {group.name}: {crossings.size} zero crossings in its longest trial, a frequency needs 3; leave it out"
+            )
         crossings = crossings[: max(3, min(9, crossings.size))]
         self.frequency = math.pi / float(np.median(np.diff(longest.time[crossings])))
 
@@ -294,7 +298,6 @@ def peer_rows(folder: Path) -> list[dict[str, object]]:
             (g for g in groups if g.dry and all(g.name[k] == v for k, v in group.name.items() if k != "water_depth_m")),
             None,
         )
-        scale = Scale(group)
         row: dict[str, object] = {
             "case": folder.name,
             "group": group.name,
@@ -302,7 +305,7 @@ def peer_rows(folder: Path) -> list[dict[str, object]]:
         }
         for name in PEERS:
             try:
-                errors = _errors(group, dry, scale, name)
+                errors = _errors(group, dry, Scale(group), name)
             except (ValueError, np.linalg.LinAlgError, IndexError, ZeroDivisionError) as problem:
                 row[name] = f"{type(problem).__name__}: {problem}"[:200]
                 continue

@@ -70,3 +70,9 @@ def test_sysidentpy_is_said_to_be_missing_where_it_is_not_installed() -> None:
 def test_a_free_run_that_runs_away_ends_as_no_number() -> None:
     run = peers.free_run(np.arange(0.0, 40.0, 0.05), 1.0, lambda x, v: 5.0 * x)
     assert np.isnan(run[-1])
+
+
+def test_a_trial_that_does_not_swing_has_no_scale() -> None:
+    still = peer_data.Record("r", np.arange(200) * 0.1, np.exp(-0.1 * np.arange(200)), 1.0, {})
+    with pytest.raises(ValueError, match="0 zero crossings in its longest trial, a frequency needs 3"):
+        peers.Scale(peer_data.Group({}, [still], [], False))

@@ -38,7 +38,8 @@ class Scale:
         crossings = np.flatnonzero(np.diff(np.sign(savgol_filter(longest.x, 11, 3))))
         if crossings.size < 3:
             raise ValueError(
-                f"group {group.name}: {crossings.size} zero crossings in its longest trial, a frequency needs 3; leave it out"
+                f"group {group.name}: {crossings.size} zero crossings in its longest trial, "
+                "a frequency needs 3; leave it out"
             )
         crossings = crossings[: max(3, min(9, crossings.size))]
         self.frequency = math.pi / float(np.median(np.diff(longest.time[crossings])))

@@ -288,7 +288,9 @@ def raw_change(views: list[View], plain: list[np.ndarray], white: list[np.ndarra
 
 
 def judged(rig: Rig, views: list[View], white: list[np.ndarray], plain: list[np.ndarray]) -> Strength:
-    """Strength of a change of the readings, by one linear refit."""
+    """Strength of a change of the readings, by one linear refit; without limit where they are no numbers."""
+    if not all(np.all(np.isfinite(r)) for r in (*white, *plain)):
+        return Strength(math.inf, math.inf, repeatability(rig, views), math.inf, math.inf)
     scattered, same = Linear(rig, views, random=True, plain=False), Linear(rig, views, random=False, plain=True)
     step, statistic = scattered.solve(white)
     move_plain, _ = same.solve(plain)
@@ -313,7 +315,7 @@ def effect_response(
         moved = raw_change(views, plain, white)
         if moved <= 2.0 * SMALL:
             break
-        probe *= 0.7 * SMALL / moved
+        probe *= 0.7 * SMALL / moved if math.isfinite(moved) else 0.01  # a motion that runs away is far too strong
     factor = dose / probe
     return [factor * r for r in white], [factor * r for r in plain]
 

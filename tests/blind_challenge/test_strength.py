@@ -136,3 +136,14 @@ def test_scatter_of_the_damping_hides_more_damping_and_not_a_resonator(campaign:
         found.append(linear.inner(campaign["effect"], campaign["effect"]))
     ratio = found[0] / found[1]
     assert ratio > 3.0 if "c_Ns_per_m" in campaign["numbers"] else ratio < 1.5
+
+
+def test_an_effect_that_makes_motions_run_away_is_without_limit_and_its_small_doses_are_not(campaign: dict) -> None:
+    def mad(scene: Scene, dose: float) -> Change:  # negative damping
+        body = scene.body.changed(damping=-1e4 * dose * scene.body.damping, drag=-scene.body.drag * dose)
+        return Change(body if dose > 0.5 else scene.body.changed(damping=scene.body.damping * (1.0 - dose)))
+
+    rig, views = campaign["rig"], campaign["views"]
+    with np.errstate(all="ignore"):
+        assert measure.strength_of(rig, views, mad, 1.0, False).statistic == math.inf
+        assert math.isfinite(measure.strength_of(rig, views, mad, 1.0, True).statistic)

@@ -127,7 +127,9 @@ def _dose(effect: EffectKind, shape: Shape, rig: Rig, views: list[measure.View],
 
     if effect.linear:
         return min(effect.typical * target / value(effect.typical), effect.largest)
-    low, high = 1e-5 * effect.largest, effect.largest
+    low, high = max(1e-5 * effect.largest, effect.smallest), effect.largest
+    if value(low) >= target:
+        return low
     if value(high) <= target:
         return high
     for _ in range(SEARCH):

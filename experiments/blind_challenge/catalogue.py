@@ -247,6 +247,7 @@ def _fill_friction() -> None:
             needs=RAILS,
             largest=15.0,
             linear=False,
+            smallest=0.02,
             numbers=lambda s, d, e: {"slip_m": d * 0.01 * e.rig.largest},
         )
     )

@@ -38,6 +38,7 @@ class EffectKind:
     typical: float = 1.0
     linear: bool = True  # whether small doses move the readings in proportion
     largest: float = 30.0
+    smallest: float = 0.0  # where a smaller dose is too stiff to integrate
     fit_rig: Callable[[np.random.Generator, Rig], Rig] | None = None
 
     def acts(self, scene: Scene) -> bool:

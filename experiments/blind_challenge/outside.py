@@ -163,15 +163,14 @@ def _warming(shape: Shape, dose: float, scene: Scene) -> Change:
 
 
 def _fill() -> None:
-    for key, text, draw, change, near, most, linear in (
+    for key, text, draw, change, near, ends in (
         (
             "lugre",
             "LuGre friction",
             _uniform(peak=(0.0, 0.6), speed=(0.02, 0.1), damping=(0.05, 0.5)),
             _lugre,
             ("presliding", "stribeck_friction", "hysteresis"),
-            10.0,
-            False,
+            (0.05, 10.0),
         ),
         (
             "rate_state",
@@ -179,23 +178,32 @@ def _fill() -> None:
             _uniform(speed=(0.03, 0.1), slip=(0.02, 0.2), weakening=(0.8, 2.0)),
             _rate_state,
             ("stribeck_friction", "linear_damping"),
-            4.0,
-            False,
+            (1.5, 4.0),
         ),
-        ("uneven_rail", "friction uneven along the rail", _rail, _uneven, ("variable_normal_force",), 4.5, True),
+        ("uneven_rail", "friction uneven along the rail", _rail, _uneven, ("variable_normal_force",), (0.0, 4.5)),
         (
             "bending_rail",
             "a rail that bends",
             _uniform(span=(2.3, 4.0), grip=(0.0, 0.05)),
             _bending,
             ("cubic_stiffness", "variable_normal_force"),
-            8.0,
-            True,
+            (0.0, 8.0),
         ),
     ):
         add(
             EffectKind(
-                key, text, "structure", (), draw, change, near, unknowns=3, needs=RAILS, largest=most, linear=linear
+                key,
+                text,
+                "structure",
+                (),
+                draw,
+                change,
+                near,
+                unknowns=3,
+                needs=RAILS,
+                smallest=ends[0],
+                largest=ends[1],
+                linear=ends[0] == 0.0,
             )
         )
 

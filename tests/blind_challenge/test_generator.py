@@ -2,6 +2,7 @@
 
 import ast
 import json
+import time
 import zlib
 from collections import Counter
 from dataclasses import replace
@@ -243,3 +244,16 @@ def test_nothing_here_imports_the_package_under_test() -> None:
             names = [a.name for a in node.names] if isinstance(node, ast.Import) else []
             names += [node.module or ""] if isinstance(node, ast.ImportFrom) else []
             assert not [n for n in names if n.split(".")[0] == "undertow"], path
+
+
+@pytest.mark.parametrize("key", sorted(key for key, k in effects.table().items() if not k.linear))
+def test_the_smallest_dose_of_a_search_is_integrated_in_a_moment(key: str) -> None:
+    k = effects.kind(key)
+    for seed in range(4):
+        rng = np.random.default_rng(seed)
+        rig = draw_rig(rng, replace(k.needs, friction=True), "few")
+        scene = mean_scene(rig, rig.trials[-1])
+        shape = k.draw(rng, rig)
+        began = time.process_time()
+        move(scene, k.applied(shape, max(k.smallest, 1e-5 * k.largest), scene), sample_count(rig, rig.trials[-1]))
+        assert time.process_time() - began < 2.0  # a hundred times what most laws take

@@ -24,6 +24,7 @@ from undertow.campaign.rig import (
 )
 from undertow.campaign.workers import Progress, on_processes
 from undertow.discrepancy.case import Case
+from undertow.discrepancy.earned import NEXT
 from undertow.discrepancy.findings import GroupFindings
 from undertow.discrepancy.judge import Judged, judge_level, undecided
 from undertow.discrepancy.level import Addend, Member
@@ -63,6 +64,9 @@ def judged(
     seen = _dry_trials(config, tasks)
     cases, told, failed = [], [], {}
     for task, group in zip(tasks, groups, strict=True):
+        if task.contradiction:  # nothing can be said of it, and it must not speak for other springs of its water
+            failed[tuple(group.key.items())] = _contradicted(group, task.contradiction)
+            continue
         try:
             cases.append(_case(config, task, group, seen))
             told.append(task)
@@ -173,6 +177,15 @@ def _without_case(group: GroupFindings, reason: str) -> Verdict:
     """The verdict of a group whose equation cannot be set up for a search."""
     because = f"its search could not start: {reason.rstrip('.')}"
     return replace(group.verdict, because=because, sentence=f"{group.label}: cannot tell, because {because}.")
+
+
+def _contradicted(group: GroupFindings, because: str) -> Verdict:
+    """The verdict of a group whose channels contradict each other: nothing is looked for in it."""
+    text = f"{group.label}: cannot tell, because {because}."
+    return replace(
+        group.verdict, status="cannot_tell", verdict=(), because=because, sentence=text, contradicted=True,
+        next_test=NEXT["contradiction"],
+    )  # fmt: skip
 
 
 def _dry_trials(config: RunConfig, tasks: Sequence[GroupTask]) -> dict[str, int]:

@@ -13,22 +13,20 @@ from pathlib import Path
 
 from undertow.campaign import stages
 from undertow.campaign.analysis import GroupTask, analyse
+from undertow.campaign.checking import Checker, sorted_out
 from undertow.campaign.config import RunConfig
 from undertow.campaign.cut_off import with_clipped
 from undertow.campaign.gathered import Gathered, Part
 from undertow.campaign.judgement import judged
+from undertow.campaign.plausible import with_doubts
 from undertow.campaign.portions import TRIALS_AT_ONCE, Portion, portions
 from undertow.campaign.tasks import Structures, group_task, grouped, held_out, structures_of
 from undertow.campaign.workers import Progress, on_processes, silent, steps
-from undertow.conditioning.condition import condition
 from undertow.conditioning.motion import Motion
 from undertow.discrepancy.findings import FailedTrial, Findings, GroupFindings
-from undertow.errors import FAILURES, ClippedError, UndertowError, failure
+from undertow.errors import FAILURES, UndertowError, failure
 from undertow.identification.baseline import terms_by_name
-from undertow.identification.problem import dominant_period
-from undertow.recording.catalogue import Catalogue, Entry, read_trial
 from undertow.recording.gather import gather
-from undertow.recording.quality import check
 
 READ, IDENTIFY = "read and condition", "identification"
 """Stages, as progress and the manifest call them."""
@@ -111,15 +109,22 @@ class Course:
 
     def _part(self, portion: Portion) -> Part:
         with self._stage(READ):
-            read = _conditioned(self._catalogue, portion.entries, self._jobs, self._progress)
+            checker = Checker(self._config, self._catalogue)
+            checked = on_processes(checker, portion.entries, self._jobs, READ, self._progress)
+            read = sorted_out(self._config, checked, stops=self._structures is None)
         self._read += len(read.motions)
         with self._stage("dry trials"):
             groups = grouped(self._config, read.motions)
             if self._structures is None:
-                self._structures = structures_of(self._config, groups, self._terms)
+                sound = {key: motions for key, motions in groups.items() if key not in read.contradicted}
+                self._structures = structures_of(self._config, sound, self._terms)
         with self._stage(IDENTIFY):
             tasks = [
-                group_task(self._config, key, motions, self._terms, self._structures) for key, motions in groups.items()
+                replace(
+                    group_task(self._config, key, motions, self._terms, self._structures),
+                    contradiction=read.contradicted.get(key, ""),
+                )
+                for key, motions in groups.items()
             ]
             analyst = _Analyst(self._folder, self._resume)
             results = on_processes(analyst, tasks, self._jobs, IDENTIFY, self._progress)
@@ -129,8 +134,9 @@ class Course:
         with self._stage("what is missing"):
             found = self._judged([t for t, _ in pairs], [g for _, g in pairs]) if pairs else []
             found = [with_clipped(self._config, group, failed) for group in found]
-        notes = (*_notes(read), *_divided(portion, found))
-        return Part(tuple(found), failed, notes)
+        found, implausible = with_doubts(found)
+        notes = (*_notes(read.motions), *_divided(portion, found))
+        return Part(tuple(found), failed, notes, (*read.doubts, *implausible))
 
     def _judged(self, tasks: list[GroupTask], found: list[GroupFindings]) -> list[GroupFindings]:
         """The groups with their verdicts; where dry trials need something, they are looked at beside every portion."""
@@ -194,7 +200,7 @@ class _Analyst:
         try:
             return self._found(task)
         except FAILURES as reason:
-            said = failure(reason)
+            said = task.contradiction or failure(reason)
             return tuple(FailedTrial(m.name, said, dict(m.recording.conditions)) for m in task.motions)
 
     def _found(self, task: GroupTask) -> GroupFindings:
@@ -212,40 +218,14 @@ class _Analyst:
 def read_and_condition(config: RunConfig, jobs: int = 1, progress: Progress = silent) -> Read:
     """Every trial of the config read and conditioned; failures with their reasons instead of an exception."""
     catalogue = config.catalogue()
-    return _conditioned(catalogue, gather(catalogue), jobs, progress)
+    checked = on_processes(Checker(config, catalogue), gather(catalogue), jobs, READ, progress)
+    motions = tuple(one.motion for one in checked if one.motion is not None)
+    return Read(motions, tuple(one.failed for one in checked if one.failed is not None))
 
 
-def _conditioned(catalogue: Catalogue, entries: Sequence[Entry], jobs: int, progress: Progress) -> Read:
-    results = on_processes(_Conditioner(catalogue), entries, jobs, READ, progress)
-    motions = [r for r in results if isinstance(r, Motion)]
-    failed = [r for r in results if isinstance(r, FailedTrial)]
-    return Read(tuple(motions), tuple(failed))
-
-
-@dataclass(frozen=True)
-class _Conditioner:
-    """Reads and conditions one entry; picklable for worker processes."""
-
-    catalogue: Catalogue
-
-    def __call__(self, entry: Entry) -> Motion | FailedTrial:
-        try:
-            recording = read_trial(entry, self.catalogue)
-            doubts = check(recording)
-            recording = replace(recording, notes=recording.notes + doubts)
-            motion = condition(recording, start_s=entry.window.start_s, end_s=entry.window.end_s)
-            dominant_period(motion)  # a motion that does not swing is this trial's failure, not its group's
-            return motion
-        except FAILURES as reason:
-            said = failure(reason)
-            return FailedTrial(entry.name, said, dict(entry.conditions), isinstance(reason, ClippedError))
-
-
-def _notes(read: Read) -> tuple[str, ...]:
-    """What reading and conditioning changed, a trial a line; nothing silent."""
-    return tuple(
-        f"{m.name}: {note}" for m in read.motions for note in (*m.recording.notes, *m.notes)
-    )
+def _notes(motions: Sequence[Motion]) -> tuple[str, ...]:
+    """What reading, conditioning and checking found, a trial a line; nothing silent."""
+    return tuple(f"{m.name}: {note}" for m in motions for note in (*m.recording.notes, *m.notes))
 
 
 __all__ = ["Course", "Progress", "Read", "held_out", "read_and_condition", "run"]

@@ -87,8 +87,8 @@ class Checker:
         stated = stated_for(self.config, self.catalogue, recording.conditions)
         found = disagreements(recording, window, stated, levels)
         held = hold_not_cut(recording, window, levels)
-        if held:
-            found = (*found, Disagreement("hold", ("displacement",), 0.0, False, held))
+        if held is not None:
+            found = (*found, Disagreement("hold", ("displacement",), held.end_s, False, held.sentence))
         known = tuple(f"accepted ({d.kind}): {d.sentence}" for d in found if d.kind in accepted)
         return tuple(d for d in found if d.kind not in accepted), known
 

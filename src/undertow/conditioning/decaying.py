@@ -11,12 +11,13 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
 
 import numpy as np
 
 from undertow.conditioning.motion import Window
 from undertow.conditioning.release import followed
-from undertow.conditioning.swings import Swings, find_swings
+from undertow.conditioning.swings import NOISE_RANGE, Swings, find_swings
 from undertow.errors import RecordingError
 from undertow.recording.quality import noise
 from undertow.recording.recording import Array, Recording
@@ -68,6 +69,9 @@ STILL = 0.1
 HELD_PERIODS = 0.5
 """A body that stays beyond half its deflection for more periods than this is held: a swing does for a third, a pendulum
 from 170 degrees for four tenths."""
+
+NEARLY_ZERO = 0.1
+"""A velocity under this share of its largest is nearly zero."""
 
 GUESSED = 3
 """Samples whose median is where a record begins."""
@@ -129,31 +133,45 @@ def why_no_decay(recording: Recording, start_s: float | None = None, end_s: floa
     return f"trial {recording.name}: {reason}" if reason else ""
 
 
-def hold_not_cut(recording: Recording, window: Window, levels: Mapping[str, float] | None = None) -> str:
-    """That a window begins with a body that was still held, in words; empty where a release was seen, or no hold is.
+@dataclass(frozen=True)
+class HoldSeen:
+    """A hold that a window begins with: where it seems to end, s in the recording's time, and that in words."""
 
-    A swing lies beyond half its deflection for a third of its period.
+    end_s: float
+    sentence: str
+
+
+def hold_not_cut(recording: Recording, window: Window, levels: Mapping[str, float] | None = None) -> HoldSeen | None:
+    """That a window begins with a body that was still held; None where its release was seen, or no hold is.
+
+    A swing lies beyond half its deflection for a third of its period; a velocity is nearly zero for a thirtieth.
     """
     name = followed(recording)
     rows = (recording.time >= window.start_s) & (recording.time <= window.end_s)
     time, values = recording.time[rows], recording.channels[name][rows]
     if window.held or name == "acceleration" or time.size < FEWEST_SAMPLES_PER_PERIOD:
-        return ""
-    seen = find_swings(time, values, (levels or {}).get(name) or noise(recording.channels[name]))
+        return None
+    level = (levels or {}).get(name) or noise(recording.channels[name])
+    seen = find_swings(time, values, level)
     if seen.count < 2:
-        return ""
+        return None
     away = values - float(np.median(seen.centre))
-    first = float(np.median(away[:GUESSED]))
-    beyond = np.flatnonzero(np.sign(first) * away < 0.5 * float(np.max(np.abs(away))))
-    stayed = float(time[beyond[0]] - time[0]) if beyond.size else 0.0
-    if stayed <= HELD_PERIODS * 2.0 * seen.half_period_s:
-        return ""
-    period = 2.0 * seen.half_period_s
-    return (
-        f"it stays on one side for {stayed:.3g} s at the window's start, and a swing of {period:.3g} s does so for "
-        f"{period / 3.0:.3g} s: a hold before the release seems not to be cut off; set "
-        f"trials.window.start_s near {time[0] + stayed - period / 6.0:.3g} s, or list hold in "
-        "recordings.accept"
+    size, period = float(np.max(np.abs(away))), 2.0 * seen.half_period_s
+    if name == "displacement":
+        first = float(np.median(away[:GUESSED]))
+        left, usual = np.flatnonzero(np.sign(first) * away < 0.5 * size), period / 3.0
+    else:
+        left, usual = np.flatnonzero(np.abs(away) > max(NEARLY_ZERO * size, NOISE_RANGE * level)), period / 30.0
+    stayed = float(time[left[0]] - time[0]) if left.size else 0.0
+    if stayed <= HELD_PERIODS * period:
+        return None
+    end = float(time[0]) + stayed - 0.5 * usual
+    where = "on one side" if name == "displacement" else "at rest"
+    return HoldSeen(
+        end,
+        f"it stays {where} for {stayed:.3g} s at the window's start, and a swing of {period:.3g} s does so for "
+        f"{usual:.2g} s: a hold before the release seems not to be cut off; set "
+        f"trials.window.start_s near {end:.3g} s, or list hold in recordings.accept",
     )
 
 

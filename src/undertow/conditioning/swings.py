@@ -30,9 +30,9 @@ class Swings:
     """Turns of a record: ``time`` (n,) s and ``position`` (n,) in the channel's unit, the record's two ends among them.
 
     >>> t = np.arange(0.0, 3.0, 0.01)
-    >>> s = find_swings(t, np.cos(2.0 * np.pi * t) + 5.0 * t, 1e-6)
+    >>> s = find_swings(t, np.cos(2.0 * np.pi * t) + 0.2 * t, 1e-6)
     >>> s.count, round(s.half_period_s, 2)
-    (5, 0.48)
+    (4, 0.5)
     """
 
     time: Array

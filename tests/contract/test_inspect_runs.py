@@ -1,4 +1,4 @@
-"""What `undertow inspect` prints as a config runs as printed, saved beside the file; or nothing is proposed, with why."""
+"""What `undertow inspect` prints as a config runs as printed, saved beside the file; or nothing is proposed."""
 
 from __future__ import annotations
 

@@ -39,8 +39,9 @@ def group(stated_k: float = math.nan, **numbers: tuple[float, float]) -> GroupFi
     ],
 )  # fmt: skip
 def test_a_number_that_no_body_has_is_doubted(numbers, sentence):
-    (said,) = implausible(group(**numbers))
+    ((kind, said),) = implausible(group(**numbers))
     assert said.startswith(sentence), said
+    assert kind == ("damping" if "damping ratio" in sentence else "conditions")
 
 
 @pytest.mark.parametrize(
@@ -60,7 +61,7 @@ def test_a_number_that_some_body_has_is_not_doubted(numbers):
 
 
 def test_another_stiffness_than_the_stated_one_is_doubted_beyond_its_error():
-    (said,) = implausible(group(90000.0, k_N_per_m=(K_N_PER_M, 200.0)))
+    ((_, said),) = implausible(group(90000.0, k_N_per_m=(K_N_PER_M, 200.0)))
     assert said.startswith("stiffness 109590 N/m is 22 % above the stated 90000 N/m, and more than 10 % is doubted")
     assert implausible(group(90000.0, k_N_per_m=(K_N_PER_M, 4000.0))) == ()
     assert implausible(group(105000.0, k_N_per_m=(K_N_PER_M, 200.0))) == ()
@@ -72,3 +73,13 @@ def test_doubts_stand_in_the_groups_notes_and_are_said_with_its_label():
     assert groups[0] == fine
     assert groups[1].notes[-1].startswith("friction coefficient 5.0")
     assert said == (f"{odd.label}: {groups[1].notes[-1]}",)
+
+
+def test_a_kind_that_every_trial_of_a_group_accepts_is_a_note_and_no_doubt():
+    odd = group(mu=(5.0, 0.1))
+    names = [trial.motion.name for trial in odd.trials]
+    groups, said = with_doubts([odd], {name: ("conditions",) for name in names})
+    assert said == ()
+    assert groups[0].notes[-1].startswith("accepted (conditions): friction coefficient")
+    assert with_doubts([odd], {names[0]: ("conditions",)})[1] != ()
+    assert with_doubts([odd], {name: ("damping",) for name in names})[1] != ()

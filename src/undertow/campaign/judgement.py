@@ -37,6 +37,8 @@ from undertow.identification.baseline import group_model
 from undertow.identification.fit import Specimen, Structure
 from undertow.identification.repeated import FEWEST, scatter_of_repetitions
 
+Key = tuple[tuple[str, object], ...]
+
 SELF_REPEATABILITY = 0.01
 """Free-run error that one trial fitted to itself may keep: no repetition can differ from it."""
 
@@ -61,18 +63,7 @@ def judged(
     Verdicts of wet groups are kept in ``folder`` as they come (None: not kept) and, with ``resume``, taken from there.
     """
     suspects = chosen(config.discrepancy.suspects, config.equation.coordinate == "rotation")
-    seen = _dry_trials(config, tasks)
-    cases, told, failed = [], [], {}
-    for task, group in zip(tasks, groups, strict=True):
-        if task.contradiction:  # nothing can be said of it, and it must not speak for other springs of its water
-            failed[tuple(group.key.items())] = _contradicted(group, task.contradiction)
-            continue
-        try:
-            cases.append(_case(config, task, group, seen))
-            told.append(task)
-        except FAILURES as reason:
-            failed[tuple(group.key.items())] = _without_case(group, failure(reason))
-    tasks = told
+    cases, tasks, failed = _cases(config, tasks, groups)
     dry = [_Together((case,), (task,)) for case, task in zip(cases, tasks, strict=True) if case.dry]
     first = on_processes(_Judge(suspects), dry, jobs, "dry: what is missing", progress)
     standing = standing_addends(first)
@@ -96,6 +87,24 @@ def judged(
         )
         for group in groups
     ]  # fmt: skip
+
+
+def _cases(
+    config: RunConfig, tasks: Sequence[GroupTask], groups: Sequence[GroupFindings]
+) -> tuple[list[Case], list[GroupTask], dict[Key, Verdict]]:
+    """Groups as the judge sees them with their tasks; and the verdicts of those that cannot be judged."""
+    seen = _dry_trials(config, tasks)
+    cases, told, failed = list[Case](), list[GroupTask](), dict[Key, Verdict]()
+    for task, group in zip(tasks, groups, strict=True):
+        if task.contradiction:  # nothing can be said of it, and it must not speak for other springs of its water
+            failed[tuple(group.key.items())] = _contradicted(group, task.contradiction)
+            continue
+        try:
+            cases.append(_case(config, task, group, seen))
+            told.append(task)
+        except FAILURES as reason:
+            failed[tuple(group.key.items())] = _without_case(group, failure(reason))
+    return cases, told, failed
 
 
 @dataclass(frozen=True)
@@ -189,8 +198,9 @@ def _contradicted(group: GroupFindings, because: str) -> Verdict:
 
 
 def _dry_trials(config: RunConfig, tasks: Sequence[GroupTask]) -> dict[str, int]:
-    """How many dry trials each spring has."""
-    return {spring_label(config, task): len(task.motions) for task in tasks if task.dry}
+    """How many dry trials each spring has whose channels do not contradict each other."""
+    sound = (task for task in tasks if task.dry and not task.contradiction)
+    return {spring_label(config, task): len(task.motions) for task in sound}
 
 
 def _no_dry(config: RunConfig, task: GroupTask) -> str:

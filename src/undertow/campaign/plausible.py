@@ -11,6 +11,7 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
+from types import MappingProxyType
 
 from undertow.discrepancy.findings import GroupFindings
 from undertow.discrepancy.words import percent
@@ -47,25 +48,34 @@ ADDED_MASS = Range(-0.5, 20.0, "added mass over stated mass", "mass, stiffness, 
 """Sloshing water below the body's frequency takes some off; a light plate carries many times its mass."""
 
 
-def with_doubts(groups: Sequence[GroupFindings]) -> tuple[list[GroupFindings], tuple[str, ...]]:
-    """The groups with their doubts among their notes, and all doubts with the groups' labels."""
+def with_doubts(
+    groups: Sequence[GroupFindings], accepted: Mapping[str, Sequence[str]] = MappingProxyType({})
+) -> tuple[list[GroupFindings], tuple[str, ...]]:
+    """The groups with their doubts among their notes, and all doubts with the groups' labels.
+
+    ``accepted`` is trial -> kinds of doubt that are known; a kind that all of a group's trials have is a note alone.
+    """
     out, said = [], []
     for group in groups:
+        known = [set(accepted.get(t.motion.name, ())) for t in group.trials]
+        kinds = set.intersection(*known) if known else set()
         doubts = implausible(group)
-        out.append(replace(group, notes=(*group.notes, *doubts)) if doubts else group)
-        said += [f"{group.label}: {doubt}" for doubt in doubts]
+        notes = [f"accepted ({kind}): {text}" if kind in kinds else text for kind, text in doubts]
+        out.append(replace(group, notes=(*group.notes, *notes)) if notes else group)
+        said += [f"{group.label}: {text}" for kind, text in doubts if kind not in kinds]
     return out, tuple(said)
 
 
-def implausible(group: GroupFindings) -> tuple[str, ...]:
-    """Numbers of a group that no body has, each in a sentence; empty where all can be."""
+def implausible(group: GroupFindings) -> tuple[tuple[str, str], ...]:
+    """Numbers of a group that no body has: the kind of doubt ("conditions" or "damping") and a sentence for each."""
     numbers = group_numbers(group)
     found = [_outside(one, numbers[name]) for name, one in RANGES.items() if name in numbers]
     mass = group.specimen.mass_kg
     if "added_mass_kg" in numbers and math.isfinite(mass) and mass > 0.0:
         found.append(_outside(ADDED_MASS, numbers["added_mass_kg"].scaled(1.0 / mass, "1")))
-    found += [_damped(numbers), _stiffness(group, numbers)]
-    return tuple(sentence for sentence in found if sentence)
+    doubts = [("conditions", text) for text in (*found, _stiffness(group, numbers)) if text]
+    damped = _damped(numbers)
+    return (*doubts, ("damping", damped)) if damped else tuple(doubts)
 
 
 def _outside(allowed: Range, found: Estimate) -> str:

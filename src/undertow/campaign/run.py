@@ -13,7 +13,7 @@ from pathlib import Path
 
 from undertow.campaign import stages
 from undertow.campaign.analysis import GroupTask, analyse
-from undertow.campaign.checking import Checker, sorted_out
+from undertow.campaign.checking import Checker, accepted_of, sorted_out
 from undertow.campaign.config import RunConfig
 from undertow.campaign.cut_off import with_clipped
 from undertow.campaign.gathered import Gathered, Part
@@ -134,7 +134,7 @@ class Course:
         with self._stage("what is missing"):
             found = self._judged([t for t, _ in pairs], [g for _, g in pairs]) if pairs else []
             found = [with_clipped(self._config, group, failed) for group in found]
-        found, implausible = with_doubts(found)
+        found, implausible = with_doubts(found, {e.name: accepted_of(e) for e in portion.entries})
         notes = (*_notes(read.motions), *_divided(portion, found))
         return Part(tuple(found), failed, notes, (*read.doubts, *implausible))
 

@@ -86,6 +86,7 @@ def test_one_group_that_contradicts_cannot_tell_and_the_other_is_finished(capsys
     stiff = verdicts[f"stiff{MARKUP}"]
     assert stiff["status"] == "cannot_tell"
     assert stiff["because"].startswith("the channels contradict each other in 3 of 3 trials (r03: acceleration is 0.10")
+    assert "The equation misses" not in stiff["sentence"]  # nothing was looked for in it
     assert "contradict" not in verdicts["long"]["because"]
     assert verdicts["long"]["trials"] == ["r00", "r02"]
     assert "failed: trial r01: acceleration is -1 times the second derivative of the displacement" in said.err

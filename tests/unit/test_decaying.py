@@ -3,14 +3,16 @@
 from __future__ import annotations
 
 import re
+from dataclasses import replace
 
 import numpy as np
 import pytest
 from numpy.typing import NDArray
 
+from tests.decays import Decay, exact
 from undertow.conditioning.condition import condition
 from undertow.conditioning.decaying import hold_not_cut, refuse_no_decay, why_no_decay
-from undertow.conditioning.release import find_window
+from undertow.conditioning.release import find_window, half_period
 from undertow.conditioning.swings import find_swings
 from undertow.errors import RecordingError
 from undertow.identification.problem import dominant_period
@@ -121,6 +123,29 @@ def test_a_doubt_that_is_accepted_does_not_refuse(kind, name):
     with pytest.raises(RecordingError, match=rf"trial r1: .*list {kind} in recordings\.accept"):
         refuse_no_decay(recording, window)
     refuse_no_decay(recording, window, accepted=(kind,))
+
+
+@pytest.mark.parametrize("frequency", FREQUENCIES_HZ)
+def test_a_beat_that_goes_on_to_the_end_has_the_bodys_period(frequency):
+    """Only the maxima of the beat stand out of what the record's end still does; their distance is no period."""
+    decay = Decay(frequency, 38.2, damping=0.00436, second=0.39, held=0.0)
+    for periods in np.arange(20.0, 27.0, 0.25):
+        time, channels = exact(replace(decay, periods=periods))
+        half = half_period(time, channels["displacement"], 1e-5)
+        assert half * frequency == pytest.approx(0.5, rel=0.1)  # a second mode moves single crossings
+
+
+@pytest.mark.parametrize("samples", [200, 210])
+def test_a_record_that_ends_at_a_turn_is_cut_at_its_release(samples):
+    """Where it ends is as far from the middle as where it was held."""
+    window = find_window(record(free(T)[:samples]))
+    assert window.held
+    assert window.release_s == pytest.approx(HELD, abs=0.01)
+
+
+def test_a_decline_that_says_nothing_of_damping_is_none_however_well_it_is_known():
+    said = said_of(record(np.exp(-3e-4 * T) * np.sin(TURNS), noise=1e-6))
+    assert re.search(r"its amplitude declines by 0\.3\d* % in 11\.5 periods and no hold is seen before", said), said
 
 
 def test_what_follows_an_end_that_was_asked_for_does_not_count():

@@ -126,6 +126,19 @@ def test_what_is_accepted_is_noted_and_neither_doubted_nor_a_contradiction(
     assert any(note.startswith(f"accepted ({kind}): acceleration is ") for note in right.motion.notes)
 
 
+def test_a_cut_peak_that_is_known_is_used_and_noted(campaign: Campaign) -> None:
+    config = load(campaign.config)
+    table = recorded(0.03, 0)
+    table[:, 1] = np.clip(table[:, 1], -0.015, 0.015)
+    write_table(campaign.folder / "r00.csv", table)
+    cut = checked(config)[0]
+    assert cut.failed is not None
+    assert cut.failed.clipped
+    known = checked(config, {"r00": ("clipping", "gain", "hold", "damping", "clock")})[0]
+    assert known.motion is not None
+    assert known.motion.recording.notes[0].startswith("accepted (clipping): displacement is clipped between -0.015 and")
+
+
 def test_a_failure_says_what_contradicts_before_anything_else(campaign: Campaign) -> None:
     config = load(campaign.config)
     table, rng = recorded(0.03, 0), np.random.default_rng(1)

@@ -66,7 +66,7 @@ class Checker:
         recording: Recording | None = None
         try:
             recording = read_trial(entry, self.catalogue)
-            recording = replace(recording, notes=recording.notes + check(recording))
+            recording = replace(recording, notes=recording.notes + check(recording, accepted))
             levels = {name: noise(values) for name, values in recording.channels.items()}
             window = find_window(recording, entry.window.start_s, entry.window.end_s, levels)
             found, known = self._compared(recording, window, levels, accepted)

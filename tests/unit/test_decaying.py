@@ -77,7 +77,7 @@ NO_DECAY = {
     "driven and drifting": (np.cos(TURNS) + 4.0 * T / PERIODS, r"what it swings about moves by .* a sensor that"),
     "jumping": (free(T, held=0.0) + 1.0 * (T > 7.26), r"what it swings about moves by"),
     "caught": (np.where(T < 9.0, free(T, held=0.0), 2.5), r"and ends at 4\.5 m, further away than it ever swung"),
-    "never let go": (1.0 + 1e-3 * T, r"it goes from .* to .* m and never turns: the record ends within its first swing, it was not let go"),
+    "never let go": (1.0 + 1e-3 * T, r"it goes from .* to .* m and never turns: the record ends"),
 }  # fmt: skip
 DECAYS = {
     "released": free(T),

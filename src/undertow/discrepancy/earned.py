@@ -60,7 +60,8 @@ def earned(verdict: Verdict, case: Case, diagnosis: Diagnosis, holds_doubled: bo
         before, after = case.baseline.held_out_nrmse, verdict.augmented.held_out_nrmse
         if after > WORSE * before:
             names = " and ".join(name.replace("_", " ") for name in diagnosis.best.names)
-            said = f"{names} would be named, but the trials it never saw went from {percent(before)} to {percent(after)}"
+            rose = f"the trials it never saw went from {percent(before)} to {percent(after)}"
+            said = f"{names} would be named, but {rose}"
             return without_answer(verdict, case, said, "unseen")
     if case.assumed and len(case.trials) > 1:
         within = verdict.verdict == ("unknown",) and case.baseline.nrmse <= DOUBLED * case.allowed

@@ -19,13 +19,15 @@ import numpy as np
 from undertow.errors import RecordingError
 from undertow.recording.channels import ChannelSpec, TimeSpec, Window
 from undertow.recording.clocks import placed
-from undertow.recording.dropouts import without_dropouts
 from undertow.recording.gaps import complete, must_hold_samples
 from undertow.recording.layout import FileFormat
 from undertow.recording.parts import How, Part, Where, primary, read_parts
 from undertow.recording.patterns import patterns_of
 from undertow.recording.readers import trial_name
 from undertow.recording.recording import Array, Condition, Coordinate, Recording
+
+EVERYTHING = Window()
+"""No limit at either end."""
 
 
 class Layouts(Protocol):
@@ -36,10 +38,7 @@ class Layouts(Protocol):
         """The patterns in their order."""
 
     def applied(self, base: Catalogue, fitting: tuple[str, ...]) -> Catalogue:
-        """The catalogue of a file that these patterns fit: their keys in place of the base's, the last one winning.
-
-        Raises ConfigError where they do not go together.
-        """
+        """The catalogue of a file that these patterns fit: their keys in place of the base's, the last one winning."""
 
 
 @dataclass(frozen=True)
@@ -51,8 +50,7 @@ class Catalogue:
     groups are conditions. ``conditions`` and ``windows`` go by file name patterns (``*_01.txt``), the last that fits
     wins; ``exclude`` leaves trials out; ``accept`` is pattern -> kinds of doubt (`doubt_kinds`) that are known.
     ``despike`` is channel -> width of the running median in samples. ``index_separator`` and ``index_decimal`` are the
-    index's own. ``layouts`` says what differs by file name pattern (`for_file`); ``follow_links`` whether files may be
-    links that lead out of their folder.
+    index's own. ``layouts`` says what differs by file name pattern (`for_file`).
     """
 
     folder: Path
@@ -73,21 +71,13 @@ class Catalogue:
     index_decimal: str = "auto"
     accept: Mapping[str, tuple[str, ...]] = field(default_factory=dict)
     layouts: Layouts | None = None
-    follow_links: bool = False
 
     def __post_init__(self) -> None:
         for name in ("channels", "despike", "conditions", "windows", "accept"):
             object.__setattr__(self, name, MappingProxyType(dict(getattr(self, name))))
 
-    def __reduce__(self) -> tuple[Any, ...]:
-        plain = {one.name: getattr(self, one.name) for one in fields(self)}
-        return _made_again, ({k: dict(v) if isinstance(v, MappingProxyType) else v for k, v in plain.items()},)
-
     def for_file(self, name: str, file: str) -> Catalogue:
-        """The catalogue as it holds for the trial of this name in this file: layouts by pattern applied.
-
-        Raises ConfigError where the patterns that fit do not go together.
-        """
+        """The catalogue as it holds for the trial of this name in this file: layouts by pattern applied."""
         if self.layouts is None:
             return self
         fitting = patterns_of(self.layouts.patterns).fitting(name, file)
@@ -99,12 +89,8 @@ class Catalogue:
 
     @property
     def beside(self) -> tuple[str, ...]:
-        """Names of further files that channels lie in, as the config writes them, those of layouts among them."""
-        own = [spec.file for spec in self.channels.values() if spec.file is not None]
-        others = [] if self.layouts is None else [
-            name for pattern in self.layouts.patterns for name in self.layouts.applied(self, (pattern,))._own_beside
-        ]  # fmt: skip
-        return tuple(dict.fromkeys([*own, *others]))
+        """Names of further files that channels lie in, as the config writes them."""
+        return tuple(dict.fromkeys(spec.file for spec in self.channels.values() if spec.file is not None))
 
 
 @dataclass(frozen=True, slots=True)
@@ -120,7 +106,7 @@ class Entry:
     name: str
     file: str | PathLike[str]
     conditions: Mapping[str, Condition] = field(default_factory=dict)
-    window: Window = Window()
+    window: Window = EVERYTHING
     trial: int | None = None
     problem: str = ""
     accepted: tuple[str, ...] = ()
@@ -153,9 +139,6 @@ def read_trial(entry: Entry, catalogue: Catalogue) -> Recording:
         primary(here.channels)
         parts, notes = read_parts(here.channels, _where(entry, catalogue, here))
         time, channels, said = _on_one_clock(parts)
-        if "dropouts" in entry.accepted:
-            channels, more = without_dropouts(time, channels)
-            said += more
         time, channels, more = complete(time, channels, entry.window, primary(channels))
         with entry.path.open("rb") as stream:
             digest = hashlib.file_digest(stream, "sha256").hexdigest()
@@ -189,6 +172,16 @@ def _on_one_clock(parts: list[Part]) -> tuple[Array, dict[str, Array], tuple[str
             if found.values is not None:
                 channels[name] = found.values
     return first.time, channels, tuple(notes)
+
+
+def _must_increase(time: Array) -> None:
+    """RecordingError where a time stamp is not later than the one before."""
+    late = np.flatnonzero(~(np.diff(time) > 0.0))
+    if late.size:
+        raise RecordingError(
+            f"time goes from {time[late[0]]:g} s to {time[late[0] + 1]:g} s at sample {late[0] + 1}; time must "
+            "increase: remove duplicated or swapped rows"
+        )
 
 
 def cut(recording: Recording, window: Window) -> Recording:

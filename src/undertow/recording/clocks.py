@@ -90,7 +90,8 @@ def placed(name: str, time: Array, values: Array, at: Array, of: str) -> Placed:
         f"linearly, to {linear:.2g} (SI)" if linear
         else f"as band-limited, to {BAND_LIMITED_ERROR:g} of its motion below {BAND_SHARE:g} of its rate"
     )  # fmt: skip
-    return Placed(out, f"{name}: {1.0 / step:.5g} Hz, interpolated at the instants of {of} ({1.0 / usual:.5g} Hz) {how}")
+    rates = f"{1.0 / step:.5g} Hz, interpolated at the instants of {of} ({1.0 / usual:.5g} Hz)"
+    return Placed(out, f"{name}: {rates} {how}")
 
 
 def band_limited(values: Array, places: Array) -> Array:

@@ -41,7 +41,7 @@ def read_excel(path: Path, layout: FileFormat, columns: Sequence[Column] | None)
 
     Raises RecordingError where the file is damaged or too large, the sheet or a column is missing, or a cell is a text.
     """
-    with parsing(path, "Excel workbook", _ADVICE), _sheet(path, layout) as sheet:
+    with parsing(path, "Excel workbook", _ADVICE, cycles=True), _sheet(path, layout) as sheet:
         above, width, first = _head(path, sheet, layout)
         named = _texts(above[0], width) if layout.header else []
         names: list[Column] = list(named) if layout.header else list(range(width))
@@ -60,13 +60,13 @@ def read_excel(path: Path, layout: FileFormat, columns: Sequence[Column] | None)
 
 def excel_tables(path: Path, limits: Limits) -> tuple[str, ...]:
     """Names of the sheets that hold cells."""
-    with parsing(path, "Excel workbook", _ADVICE), _workbook(path, limits) as book:
+    with parsing(path, "Excel workbook", _ADVICE, cycles=True), _workbook(path, limits) as book:
         return tuple(sheet.title for sheet in book.worksheets)
 
 
 def first_rows(path: Path, layout: FileFormat) -> list[Row]:
     """The first rows of a sheet with their values, empty ones among them, for a guess at its layout."""
-    with parsing(path, "Excel workbook", _ADVICE), _sheet(path, layout) as sheet:
+    with parsing(path, "Excel workbook", _ADVICE, cycles=True), _sheet(path, layout) as sheet:
         rows = sheet.iter_rows(values_only=True, max_row=ROWS_LOOKED_AT, max_col=layout.limits.columns)
         return [tuple(row) for row in rows]
 
@@ -86,11 +86,12 @@ def _workbook(path: Path, limits: Limits) -> Iterator[Any]:
                             f"{path}: its part {part.filename!r} declares a document type, which no spreadsheet does; "
                             "it is not read"
                         )
-    book = openpyxl.load_workbook(path, read_only=True, data_only=True, keep_links=False)
-    try:
-        yield book
-    finally:
-        book.close()
+    with path.open("rb") as stream:
+        book = openpyxl.load_workbook(stream, read_only=True, data_only=True, keep_links=False)
+        try:
+            yield book
+        finally:
+            book.close()
 
 
 @contextmanager

@@ -5,8 +5,11 @@ Belongs here: that boundary, once. Does not belong here: what is read through it
 
 from __future__ import annotations
 
+import gc
 import importlib
 import logging
+import sys
+import traceback
 import warnings
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -35,13 +38,16 @@ def library(module: str, package: str, extra: str, path: Path) -> Any:
 
 
 @contextmanager
-def parsing(path: Path, kind: str, advice: str) -> Iterator[None]:
+def parsing(path: Path, kind: str, advice: str, cycles: bool = False) -> Iterator[None]:
     """A block in which a library reads ``path``: any error becomes a RecordingError, its warnings are not shown.
+
+    ``cycles`` says that its half-made readers refer to themselves and end only when memory is searched for such.
 
     Damaged bytes make parsers raise anything, some of them bare Exceptions, so that nothing narrower can be caught.
     """
-    loud = logging.root.manager.disable
+    loud, unraisable = logging.root.manager.disable, sys.unraisablehook
     logging.disable(logging.CRITICAL)
+    sys.unraisablehook = lambda lost: None  # half-made readers complain when they are thrown away
     try:
         with warnings.catch_warnings():
             warnings.simplefilter("ignore")
@@ -53,9 +59,22 @@ def parsing(path: Path, kind: str, advice: str) -> Iterator[None]:
             f"{path} asks for more memory than there is; is it damaged? {advice}, or lower recordings.limits.megabytes"
         ) from error
     except Exception as error:
-        raise RecordingError(f"{path} is no readable {kind} ({reason(error)}); {advice}") from error
+        said = reason(error)
+        _throw_away(error, cycles)
+        raise RecordingError(f"{path} is no readable {kind} ({said}); {advice}") from error
     finally:
         logging.disable(loud)
+        sys.unraisablehook = unraisable
+
+
+def _throw_away(error: BaseException, cycles: bool) -> None:
+    """Let go of what a failed parser held, while its complaints are not shown."""
+    at: BaseException | None = error
+    while at is not None:
+        traceback.clear_frames(at.__traceback__)
+        at = at.__context__
+    if cycles:
+        gc.collect()
 
 
 def reason(error: BaseException) -> str:

@@ -112,7 +112,9 @@ def _gap(time: Array, missing: Mask, name: str) -> str:
     starts, ends = edges[::2], edges[1::2]
     longest = int(np.argmax(ends - starts))
     usual = float(np.median(np.diff(time)))
+    length, at = (ends[longest] - starts[longest]) * usual, time[starts[longest]]
+    many = "a gap" if starts.size == 1 else f"{starts.size} gaps"
     return (
-        f"{name} lacks {np.count_nonzero(missing)} values in {starts.size} gap{'s' * (starts.size > 1)}, the longest of "
-        f"{(ends[longest] - starts[longest]) * usual:.3g} s at {time[starts[longest]]:.4g} s: these samples are left out"
+        f"{name} lacks {np.count_nonzero(missing)} values in {many}, the longest of {length:.3g} s at {at:.4g} s: "
+        "these samples are left out"
     )

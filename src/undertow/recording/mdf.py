@@ -63,7 +63,7 @@ def mdf_tables(path: Path, limits: Limits = LIMITS) -> tuple[str, ...]:
 @contextmanager
 def _opened(path: Path) -> Iterator[Any]:
     asammdf = library("asammdf", "asammdf", "labs", path)
-    with parsing(path, "MDF file", _ADVICE):
+    with parsing(path, "MDF file", _ADVICE, cycles=True):
         file = asammdf.MDF(path)
         try:
             yield file

@@ -63,6 +63,14 @@ class Where:
     trial: int | None
     coordinate: Coordinate
 
+    def path(self, file: str | None) -> Path:
+        """The path of one of its files; None is its own. RecordingError where nothing says where that is."""
+        if file is not None and file not in self.beside:
+            raise RecordingError(
+                f"channels lie in the file {file!r}, and nothing says where that is beside {self.file}"
+            )
+        return self.file if file is None else Path(self.beside[file])
+
 
 def read_parts(channels: Mapping[str, ChannelSpec], where: Where) -> tuple[list[Part], tuple[str, ...]]:
     """The tables of a trial, the displacement's first, and notes on channels that were left out or changed.
@@ -113,7 +121,7 @@ def _part(
 ) -> tuple[Part, tuple[str, ...]]:
     """One table: the channels it has, in SI."""
     file, variable, own = source
-    path = where.file if file is None else Path(where.beside[file])
+    path = where.path(file)
     how = where.how(path)
     layout = how.layout if variable is None else replace(how.layout, variable=variable)
     time = own or how.time

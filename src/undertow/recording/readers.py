@@ -25,6 +25,9 @@ from undertow.recording.mdf import mdf_tables, read_mdf
 from undertow.recording.text import read_text
 from undertow.recording.universal_file import read_universal
 
+EXCEL = (".xlsx", ".xlsm")
+"""Suffixes of workbooks."""
+
 Reader = Callable[[Path, FileFormat, Sequence[Column] | None], pd.DataFrame]
 
 READERS: Mapping[str, Reader] = MappingProxyType(
@@ -42,8 +45,7 @@ READERS: Mapping[str, Reader] = MappingProxyType(
         ".h5": read_hdf5,
         ".hdf5": read_hdf5,
         ".hdf": read_hdf5,
-        ".xlsx": read_excel,
-        ".xlsm": read_excel,
+        **dict.fromkeys(EXCEL, read_excel),
         ".lvm": read_lvm,
         ".tdms": read_tdms,
         ".uff": read_universal,
@@ -62,8 +64,7 @@ TABLES: Mapping[str, Callable[[Path, Limits], tuple[str, ...]]] = MappingProxyTy
         ".h5": hdf5_tables,
         ".hdf5": hdf5_tables,
         ".hdf": hdf5_tables,
-        ".xlsx": excel_tables,
-        ".xlsm": excel_tables,
+        **dict.fromkeys(EXCEL, excel_tables),
         ".tdms": tdms_tables,
         ".mf4": mdf_tables,
         ".mdf": mdf_tables,

@@ -15,6 +15,10 @@ from undertow.recording.layout import Column
 from undertow.recording.recording import Array
 from undertow.recording.spikes import Mask
 
+LARGEST = 1e60
+"""Values, rates and times in SI beyond this, or below one over it, are no measurements: the fifth power of it is the
+largest number that doubles hold, and equations go to the fifth power."""
+
 
 @dataclass(frozen=True)
 class TimeSpec:
@@ -31,6 +35,10 @@ class TimeSpec:
         if (self.column is None) == (self.rate_hz is None):
             raise RecordingError(
                 f"time has column {self.column!r} and rate {self.rate_hz!r} Hz; give one of them, not both or none"
+            )
+        if self.rate_hz is not None and not 1.0 / LARGEST < self.rate_hz < LARGEST:
+            raise RecordingError(
+                f"rate_hz is {self.rate_hz:g} Hz, which no logger has; give the samples that it records in a second"
             )
 
 

@@ -17,16 +17,12 @@ import numpy as np
 import pandas as pd
 
 from undertow.errors import MisnamedError, RecordingError
-from undertow.recording.channels import ChannelSpec, TimeSpec
+from undertow.recording.channels import LARGEST, ChannelSpec, TimeSpec
 from undertow.recording.layout import Column, FileFormat
 from undertow.recording.readers import read_table
 from undertow.recording.recording import Array, Coordinate
 from undertow.recording.spikes import despike
 from undertow.recording.units import ARBITRARY_LENGTHS, to_si
-
-LARGEST = 1e60
-"""Values, rates and times in SI beyond this, or below one over it, are no measurements: the fifth power of it is the
-largest number that doubles hold, and equations go to the fifth power."""
 
 FOLLOWED = ("displacement", "velocity")
 """Channels of which one must be there, in this order: they say where the body is."""

@@ -9,6 +9,7 @@ import csv
 import gzip
 import io
 import re
+import warnings
 import zlib
 from collections import Counter
 from collections.abc import Iterator, Sequence
@@ -27,6 +28,7 @@ _SNIFFED_LINES = 20
 _DECIMAL_COMMA = re.compile(r"^\s*[+-]?\d+,\d+([eE][+-]?\d+)?\s*$")
 _LINE_END = re.compile(rb"\r\n|\n|\r")
 _MARKS = {b"\xff\xfe": "utf-16", b"\xfe\xff": "utf-16", b"\xef\xbb\xbf": "utf-8-sig"}
+_NO_TABLE = (pd.errors.ParserError, pd.errors.ParserWarning, pd.errors.EmptyDataError)
 _SHOWN = 40  # characters of a cell or line in a message
 
 
@@ -216,11 +218,13 @@ def _parse(path: Path, content: bytes, head: _Head, separator: str, layout: File
     stream = io.BytesIO(content)
     stream.seek(head.offset)
     try:
-        return pd.read_csv(
-            stream, sep=separator, decimal=layout.decimal, header=None, names=range(width), encoding="utf-8",
-            encoding_errors="replace", index_col=False, engine="c", low_memory=False, skipinitialspace=True,
-        )  # fmt: skip
-    except (pd.errors.ParserError, pd.errors.EmptyDataError, ValueError, OverflowError) as error:
+        with warnings.catch_warnings():
+            warnings.simplefilter("error", pd.errors.ParserWarning)  # a row with more cells than there are columns
+            return pd.read_csv(
+                stream, sep=separator, decimal=layout.decimal, header=None, names=range(width), encoding="utf-8",
+                encoding_errors="replace", index_col=False, engine="c", low_memory=False, skipinitialspace=True,
+            )  # fmt: skip
+    except (*_NO_TABLE, ValueError, OverflowError) as error:
         raise RecordingError(
             f"{path} is no table with separator {separator!r}: {str(error).strip()}; give recordings.separator"
         ) from error
@@ -230,7 +234,10 @@ def _numbers(path: Path, name: Column, column: pd.Series, content: bytes, head: 
     """A column as float64; the first text in it is the error."""
     if column.dtype.kind in "fiu":
         return column.astype("float64")
-    converted = pd.to_numeric(column, errors="coerce")
+    try:
+        converted = pd.to_numeric(column, errors="coerce")
+    except OverflowError:
+        converted = column.map(_float)
     wrong = converted.isna() & column.notna()
     if column.dtype.kind == "b":
         wrong = column.notna()
@@ -242,6 +249,14 @@ def _numbers(path: Path, name: Column, column: pd.Series, content: bytes, head: 
     text = text if len(text) <= _SHOWN else text[: _SHOWN - 3] + "..."
     line = _line_of(path, content, head, at)
     raise RecordingError(f"{path}: column {name!r}, line {line}: {text!r} is not a number; {advice}")
+
+
+def _float(value: object) -> float:
+    """A cell as a number, infinite where it is too large; nan for a text."""
+    try:
+        return float(str(value))
+    except ValueError:
+        return float("nan")
 
 
 def _line_of(path: Path, content: bytes, head: _Head, row: int) -> int:

@@ -16,9 +16,10 @@ from undertow.campaign.config.specimen_rules import unphysical
 from undertow.comparison.suspects import chosen
 from undertow.equation import registry as shelf
 from undertow.errors import ConfigError, RecordingError
+from undertow.recording.channels import LARGEST
 from undertow.recording.doubt_kinds import DOUBT_KINDS
 from undertow.recording.index import SEPARATORS
-from undertow.recording.parts import ALONE, LARGEST
+from undertow.recording.parts import ALONE
 from undertow.recording.recording import CHANNELS, Coordinate
 from undertow.recording.units import factor_to_si
 
@@ -135,7 +136,7 @@ def _clock(
         text = f"time has column {time.column!r} and rate_hz {time.rate_hz!r}; give exactly one of them"
         wrong.append((place, text))
     if time.rate_hz is not None and not 1.0 / LARGEST < time.rate_hz < LARGEST:
-        text = f"rate_hz is {time.rate_hz:g} Hz; no logger has it: give what it records in a second"
+        text = f"rate_hz is {time.rate_hz:g} Hz, which no logger has; give the samples that it records in a second"
         wrong.append(((*place, "rate_hz"), text))
     return wrong
 

@@ -21,11 +21,11 @@ from undertow.likelihood.problem import dominant_period
     ("hidden", "strength", "seed"),
     [
         # alone, an echo explains more than either; the force, then the resonator take its place
-        (("hidden_resonator", "external_forcing"), 1.5, 30),
+        pytest.param(("hidden_resonator", "external_forcing"), 1.5, 30, marks=pytest.mark.slow),
         # neither is enough alone: with one of them 40 % of the residual is left
         (("hidden_resonator", "linear_damping"), 4.0, 34),
         # a force with a phase of its own in every trial takes up much of what the resonator does
-        (("hidden_resonator", "linear_damping"), 1.5, 33),
+        pytest.param(("hidden_resonator", "linear_damping"), 1.5, 33, marks=pytest.mark.slow),
     ],
     ids=["behind an echo", "both or none", "not a force"],
 )
@@ -36,6 +36,7 @@ def test_two_effects_are_named_together(hidden, strength, seed):
     assert said["dry"] == ""
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("hidden", ["external_forcing", "hidden_resonator"])
 def test_one_effect_is_not_named_twice_as_a_force_and_a_resonator(hidden):
     # waves that die out leave what passes for a resonator; the resonator is found beside a force that it makes needless

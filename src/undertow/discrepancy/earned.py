@@ -26,6 +26,7 @@ DOUBLED = 2.0
 
 NEXT: Mapping[str, str] = {
     "contradiction": "correct unit, sign or column of the channels in the config, or state recordings.accept",
+    "conditions": "correct that number or unit in the config, or list conditions in recordings.accept",
     "no_dry": "three releases of this spring in air",
     "assumed": "three releases in air, or three of the same size in this water, or state specimen.scatter",
     "search": "look at the trials that could not be fitted; a start or a window in the config may help",

@@ -13,12 +13,13 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 
 from undertow.campaign.config import GroupKey, RunConfig
+from undertow.campaign.run.neighbours import misplaced
 from undertow.conditioning.agreement import Disagreement, disagreements
 from undertow.conditioning.condition import condition
 from undertow.conditioning.decaying import hold_not_cut, refuse_no_decay, why_no_decay
 from undertow.conditioning.motion import Motion, Window
 from undertow.conditioning.pairs import Stated
-from undertow.conditioning.release import find_window
+from undertow.conditioning.release import find_window, followed
 from undertow.conditioning.remedies import units_of
 from undertow.discrepancy.findings import FailedTrial
 from undertow.discrepancy.words import count, group_title
@@ -37,13 +38,14 @@ GROUPS_NAMED = 5
 
 @dataclass(frozen=True)
 class Checked:
-    """One trial: its motion or why it failed, and what does not belong together in it (known doubts left out)."""
+    """One trial: its motion or why it failed, and what does not belong together in it, without doubts ``accepted``."""
 
     name: str
     conditions: Mapping[str, Condition]
     motion: Motion | None = None
     failed: FailedTrial | None = None
     found: tuple[Disagreement, ...] = ()
+    accepted: tuple[str, ...] = ()
 
     @property
     def contradiction(self) -> str:
@@ -69,10 +71,13 @@ class Checker:
             window = find_window(recording, entry.window.start_s, entry.window.end_s, levels)
             found, known = self._compared(recording, self.catalogue.for_entry(entry), window, levels, accepted)
             refuse_no_decay(recording, window, levels, accepted, entry.window.end_s)
+            if any(one.certain for one in found):  # shown by one channel, which cannot contradict itself
+                alone = followed(recording)
+                recording = replace(recording, channels={alone: recording.channels[alone]})
             motion = condition(recording, window=window, levels=levels)
             dominant_period(motion)  # a motion that does not swing is this trial's failure, not its group's
             motion = replace(motion, notes=(*motion.notes, *(d.sentence for d in found), *known))
-            return Checked(entry.name, conditions, motion, None, found)
+            return Checked(entry.name, conditions, motion, None, found, tuple(accepted))
         except FAILURES as reason:
             said = _why(recording, entry, found, reason)
             misnamed = isinstance(reason, MisnamedError) or bool(entry.problem)
@@ -147,12 +152,17 @@ def sorted_out(config: RunConfig, checked: Sequence[Checked], stops: bool = True
     }
     if stops and groups and len(contradicted) == len(groups):
         raise ConfigError(_stops({key: members[0] for key, members in wrong.items()}))
+    sound = {key: [c for c in members if c.motion and not c.contradiction] for key, members in groups.items()}
+    elsewhere = misplaced({key: [c.motion for c in members if c.motion] for key, members in sound.items()})
+    known = {c.name for c in checked if "conditions" in c.accepted}
     motions, failed = [], [c.failed for c in checked if c.failed is not None]
     for one in checked:
         if one.motion is None:
             continue
-        if one.contradiction and config.group_key(one.conditions) not in contradicted:
-            failed.append(FailedTrial(one.name, f"trial {one.name}: {one.contradiction}", one.conditions))
+        why = "" if config.group_key(one.conditions) in contradicted else one.contradiction
+        why = why or ("" if one.name in known else elsewhere.get(one.name, ""))
+        if why:
+            failed.append(FailedTrial(one.name, f"trial {one.name}: {why}", one.conditions))
         else:
             motions.append(one.motion)
     return Sorted(tuple(motions), tuple(failed), contradicted, _doubts(groups))

@@ -16,14 +16,17 @@ import pandas as pd
 from undertow.campaign.proposing import layout_lines, propose_config
 from undertow.conditioning.condition import condition
 from undertow.conditioning.motion import Motion
-from undertow.errors import RecordingError
+from undertow.errors import ConfigError, RecordingError
 from undertow.recording.catalogue import Catalogue, Entry, read_trial
 from undertow.recording.layout import FileFormat
 from undertow.recording.matlab import list_variables
 from undertow.recording.propose import Proposal
 from undertow.recording.propose_file import propose_file
 from undertow.recording.quality import RecordingSummary, summary
-from undertow.recording.readers import suffix_of
+from undertow.recording.readers import suffix_of, trial_name
+
+PROPOSED = "proposed config:"
+"""The line that a proposed config follows."""
 
 COLUMNS_SHOWN = 12
 """Columns named in a message at most."""
@@ -110,7 +113,24 @@ def inspect_file(path: Path) -> str:
     lines += [f"  {remark}" for remark in seen.proposal.remarks]
     if not proposed.lines:
         return "\n".join([*lines, f"no config is proposed: {proposed.reason or seen.reason}"])
-    return "\n".join([*lines, "proposed config:", *proposed.lines])
+    return "\n".join([*lines, PROPOSED, *proposed.lines])
+
+
+def save_config(path: Path, told: str) -> Path:
+    """Write the config that `inspect_file` proposed beside the file, under its name; the config's path.
+
+    Raises RecordingError where none was proposed, ConfigError where one is there already.
+    """
+    config = told.partition(f"{PROPOSED}\n")[2]
+    if not config:
+        raise RecordingError(f"{path}: no config is proposed, so that none is saved; see what stands above")
+    target = path.with_name(f"{trial_name(path)}.yaml")
+    try:
+        with target.open("x", encoding="utf-8") as stream:
+            stream.write(f"# Proposed by `undertow inspect` for {path.name}; it runs as it is.\n{config}\n")
+    except FileExistsError as error:
+        raise ConfigError(f"{target} is there already and is not overwritten; move it away") from error
+    return target
 
 
 def _motion_line(seen: Inspection) -> str:

@@ -9,7 +9,7 @@ Belongs here: that config's text and its trial run. Does not belong here: guesse
 from __future__ import annotations
 
 import glob
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -49,14 +49,13 @@ def propose_config(path: Path, layout: FileFormat, proposal: Proposal, moves: bo
         return Proposed()
     lines = config_lines(path, layout, proposal, Window())
     checked = _tried(lines, path.parent)
-    hold = next((d for d in checked.found if d.kind == "hold"), None)
     said = tuple(d.sentence for d in checked.found)
-    if hold is not None and checked.motion is not None:
-        time = checked.motion.recording.time
-        start = float(time[min(int(np.searchsorted(time, hold.factor)), time.size - 1)])
-        lines = config_lines(path, layout, proposal, Window(start))
+    cut = hold_cut(checked)
+    if cut is not None:
+        lines = config_lines(path, layout, proposal, cut)
+        held = tuple(d.sentence for d in checked.found if d.kind == "hold")
         checked = _tried(lines, path.parent)
-        said = (hold.sentence, *(d.sentence for d in checked.found))
+        said = (*held, *(d.sentence for d in checked.found))
     if checked.failed is not None:
         return Proposed((), said, checked.failed.reason)
     if checked.contradiction:
@@ -85,10 +84,25 @@ def config_lines(path: Path, layout: FileFormat, proposal: Proposal, window: Win
     return tuple(lines)
 
 
+def hold_cut(checked: Checked) -> Window | None:
+    """The part of a trial after a hand let go; None where none held it."""
+    hold = next((d for d in checked.found if d.kind == "hold"), None)
+    if hold is None or checked.motion is None:
+        return None
+    time = checked.motion.recording.time
+    return Window(float(time[min(int(np.searchsorted(time, hold.factor)), time.size - 1)]))
+
+
+def parsed(text: str, folder: Path) -> RunConfig:
+    """A proposed config, with paths relative to a folder."""
+    config = RunConfig.model_validate(YAML(typ="safe", pure=True).load(text))
+    config._folder = folder.absolute()
+    return config
+
+
 def _tried(lines: Sequence[str], folder: Path) -> Checked:
     """The trial of a proposed config as a run would have it before it is fitted."""
-    config = RunConfig.model_validate(YAML(typ="safe", pure=True).load("\n".join(lines)))
-    config._folder = folder.absolute()
+    config = parsed("\n".join(lines), folder)
     catalogue = config.catalogue()
     (entry,) = gather(catalogue)
     return Checker(config, catalogue)(entry)
@@ -96,14 +110,19 @@ def _tried(lines: Sequence[str], folder: Path) -> Checked:
 
 def layout_lines(layout: FileFormat) -> Sequence[str]:
     """Keys of a layout that differ from what a config has by default."""
-    said = {
-        "skip_rows": str(layout.skip_rows) if layout.skip_rows else "",
-        "header": "" if layout.header else "none",
-        "unit_row": "true" if layout.unit_row else "",
-        "variable": "" if layout.variable is None else plain(layout.variable),
-        "decimal": "" if layout.decimal == "." else f'"{layout.decimal}"',
+    default = layout_keys(FileFormat())
+    return [f"{key}: {value}" for key, value in layout_keys(layout).items() if value != default[key]]
+
+
+def layout_keys(layout: FileFormat) -> Mapping[str, str]:
+    """What a config says of a layout, key by key."""
+    return {
+        "skip_rows": str(layout.skip_rows),
+        "header": "first" if layout.header else "none",
+        "unit_row": "true" if layout.unit_row else "false",
+        "variable": "null" if layout.variable is None else plain(layout.variable),
+        "decimal": f'"{layout.decimal}"',
     }
-    return [f"{key}: {value}" for key, value in said.items() if value]
 
 
 def spec_text(spec: ChannelSpec) -> str:

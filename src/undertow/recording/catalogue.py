@@ -46,7 +46,7 @@ class Catalogue:
     """Where recordings are and how they are read; paths are relative to ``folder`` (the config's).
 
     Either ``index``, a table with a row a trial whose ``index_column`` names the file (or ``file``, a name with its
-    columns in braces: ``test_{id}.csv``), or ``files``, a glob, with ``pattern``, a regular expression whose named
+    columns in braces: ``test_{id}.csv``), or ``files``, globs, with ``pattern``, a regular expression whose named
     groups are conditions. ``conditions`` and ``windows`` go by file name patterns (``*_01.txt``), the last that fits
     wins; ``exclude`` leaves trials out; ``accept`` is pattern -> kinds of doubt (`doubt_kinds`) that are known.
     ``despike`` is channel -> width of the running median in samples. ``index_separator`` and ``index_decimal`` are the
@@ -59,7 +59,7 @@ class Catalogue:
     index: str | None = None
     index_column: str = "file"
     file: str | None = None
-    files: str | None = None
+    files: str | tuple[str, ...] | None = None
     pattern: str | None = None
     exclude: tuple[str, ...] = ()
     layout: FileFormat = field(default_factory=FileFormat)

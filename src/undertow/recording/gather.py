@@ -129,10 +129,15 @@ def _escapes(name: str) -> bool:
 
 
 def _from_names(catalogue: Catalogue) -> list[Entry]:
-    pattern = str(catalogue.folder / str(catalogue.files))
-    paths = [Path(path) for path in sorted(glob.glob(pattern, recursive=True)) if Path(path).is_file()]
-    if not paths:
-        raise ConfigError(f"recordings.files {catalogue.files!r} fits no file ({pattern}); correct the glob")
+    given = (catalogue.files,) if isinstance(catalogue.files, str) else tuple(catalogue.files or ())
+    found: set[str] = set()
+    for one in given:
+        pattern = str(catalogue.folder / one)
+        fitting = [path for path in glob.glob(pattern, recursive=True) if Path(path).is_file()]
+        if not fitting:
+            raise ConfigError(f"recordings.files {one!r} fits no file ({pattern}); correct the glob")
+        found.update(fitting)
+    paths = [Path(path) for path in sorted(found)]
     try:
         expression = re.compile(catalogue.pattern) if catalogue.pattern else None
     except re.error as error:

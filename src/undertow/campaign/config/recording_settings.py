@@ -140,7 +140,9 @@ class RecordingsSettings(FileSettings):
     index_decimal: Literal["auto", ".", ","] = Field(
         default="auto", description="Decimal mark of the index's numbers; auto: found column by column."
     )
-    files: str | None = Field(default=None, description="Glob of the files, where there is no index.")
+    files: str | tuple[str, ...] | None = Field(
+        default=None, description="Glob of the files, or several, where there is no index."
+    )
     pattern: str | None = Field(
         default=None, description="Regular expression on file names; named groups are conditions."
     )

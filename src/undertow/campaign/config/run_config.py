@@ -131,9 +131,14 @@ class RunConfig(Section):
     def resolved(self) -> dict[str, Any]:
         """The whole config with defaults, as plain values; paths are absolute, so that it can be run from anywhere."""
         plain: dict[str, Any] = self.model_dump(mode="json", exclude_none=True)
-        for key in ("index", "files"):
-            if key in plain["recordings"]:
-                plain["recordings"][key] = str((self.folder / plain["recordings"][key]).absolute())
+        recordings = plain["recordings"]
+        if "index" in recordings:
+            recordings["index"] = str((self.folder / recordings["index"]).absolute())
+        if "files" in recordings:
+            given = self.recordings.files
+            globs = [given] if isinstance(given, str) else list(given or ())
+            absolute = [str((self.folder / one).absolute()) for one in globs]
+            recordings["files"] = absolute[0] if isinstance(given, str) else absolute
         return plain
 
 

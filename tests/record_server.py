@@ -5,6 +5,7 @@ from __future__ import annotations
 import hashlib
 import json
 import threading
+import time
 from collections.abc import Iterator
 from contextlib import contextmanager
 from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
@@ -29,6 +30,8 @@ class Server(ThreadingHTTPServer):
         self.answers: list[int] = []
         self.redirects: dict[str, str] = {}
         self.ranges: list[str | None] = []
+        self.says_length = True
+        self.endless: tuple[bytes, float] | None = None
 
     @property
     def base(self) -> str:
@@ -75,13 +78,27 @@ class Handler(BaseHTTPRequestHandler):
             self.send_header("ETag", self.server.etag)
         if start:
             self.send_header("Content-Range", f"bytes {start}-{len(body) - 1}/{len(body)}")
-        self.send_header("Content-Length", str(len(body) - start))
+        if self.server.says_length:
+            self.send_header("Content-Length", str(len(body) - start))
         self.send_header("Connection", "close")
         self.end_headers()
+        if self.server.endless is not None:
+            return self._without_end(*self.server.endless)
         end = start + self.server.cut_after.pop(0) if self.server.cut_after else len(body)
         self.wfile.write(body[start:end])
         self.close_connection = True
         return None
+
+    def _without_end(self, piece: bytes, pause_s: float) -> None:
+        """The same bytes again and again until nobody listens."""
+        self.close_connection = True
+        try:
+            for _ in range(10_000):
+                self.wfile.write(piece)
+                self.wfile.flush()
+                time.sleep(pause_s)
+        except OSError:
+            return
 
     def _plain(self, status: int, location: str = "") -> None:
         self.send_response(status)

@@ -140,15 +140,34 @@ def run(
 
 
 @app.command()
+def init(
+    folder: Annotated[Path, typer.Argument(metavar="FOLDER", help="Where the recordings are.")],
+    out: Annotated[
+        Path | None, typer.Option("--out", metavar="FILE", help="Config; default FOLDER/undertow.yaml.")
+    ] = None,
+) -> None:
+    """A config for all recordings of a folder that runs as it is: layouts, channels, conditions from names."""
+    with _terminable():
+        from undertow.campaign.starting import start
+        with _bar() as progress:
+            started = start(folder, out, progress)
+    typer.echo(started.summary)
+
+
+@app.command()
 def inspect(
     files: Annotated[list[Path], typer.Argument(metavar="FILE...", help="Recordings.")],
+    save: Annotated[bool, typer.Option("--save", help="Write the proposed config beside each file.")] = False,
 ) -> None:
     """What is in a recording: channels, rate, gaps, noise, release, a proposed channel mapping."""
-    from undertow.campaign.inspection import inspect_file
+    from undertow.campaign.inspection import inspect_file, save_config
     bad = 0
     for file in files:
         try:
-            typer.echo(inspect_file(file))
+            told = inspect_file(file)
+            typer.echo(told)
+            if save:
+                _say(f"written: {save_config(file, told)}")
         except UndertowError as reason:
             bad += 1
             _say(str(reason) if str(file) in str(reason) else f"{file}: {reason}")

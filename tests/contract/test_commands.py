@@ -24,7 +24,7 @@ from undertow.recording.catalogue import read_trial
 from undertow.recording.gather import gather
 
 Capture = pytest.CaptureFixture[str]
-COMMANDS = ("run", "inspect", "compare", "fetch", "terms")
+COMMANDS = ("run", "init", "inspect", "compare", "fetch", "terms")
 HEAVY = ("numpy", "pandas", "scipy", "matplotlib", "pysindy", "numba", "sympy", "pint", "joblib", "jinja2", "pooch")
 
 

@@ -154,8 +154,9 @@ def spoiled(tmp_path: Path, how: str) -> Path:
     elif how == "another column":
         lines[0] = lines[0].replace("disp_mm", "weg")
     elif how == "nan":
-        time, _, a = lines[300].split(",")
-        lines[300] = f"{time},nan,{a}"
+        for at in range(100, 300):
+            time, _, a = lines[at].split(",")
+            lines[at] = f"{time},nan,{a}"
     elif how == "nothing":
         lines = []
     path = tmp_path / "spoiled.csv"
@@ -168,7 +169,7 @@ def spoiled(tmp_path: Path, how: str) -> Path:
     [
         ("two samples", "simulation .*: 2 samples; a release and its decay need 20"),
         ("another column", "simulation .* has no column 'disp_mm'; it has time_s, weg, accel_mps2"),
-        ("nan", "simulation .* column 'disp_mm' has 1 values that are not finite, the first at 2.9"),
+        ("nan", "simulation .* displacement lacks 200 of .* values, the first at 0.9"),
         ("nothing", "is empty"),
     ],
 )

@@ -210,3 +210,61 @@ def test_a_record_that_is_not_there_is_said(server: Server, tmp_path: Path) -> N
 def test_a_source_that_is_not_understood_is_said(source: str, checksum: str, sentence: str, tmp_path: Path) -> None:
     with pytest.raises(ConfigError, match=sentence):
         got(source, tmp_path, checksum)
+
+
+def test_a_line_that_hardly_gives_anything_is_given_up(
+    server: Server, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(download, "PATIENCE_S", 0.1)
+    server.endless = b"x", 0.02
+    with pytest.raises(UndertowError, match=r"sent \d+ bytes in 0 s, less than 500 a second; run the same comm"):
+        got(f"{server.base}/data/run.csv", tmp_path)
+    server.record()
+    with pytest.raises(UndertowError, match=r"/records/12 sent \d+ bytes in 0 s, less than 500 a second"):
+        got("10.5281/zenodo.12", tmp_path, api=server.base)
+
+
+def test_an_answer_without_an_end_stops_at_what_a_file_may_have(
+    server: Server, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(download, "UNSTATED_BYTES", 1 << 20)
+    server.says_length, server.endless = False, (bytes(1 << 18), 0.0)
+    with pytest.raises(UndertowError, match=r"run\.csv sends more than 1048576 bytes; fetch it by hand if it is"):
+        got(f"{server.base}/data/run.csv", tmp_path)
+    server.says_length, server.endless = True, None
+    monkeypatch.setattr(download, "LARGEST_BYTES", 1000)
+    with pytest.raises(UndertowError, match=r"run\.csv has 300000 bytes, more than 1000; fetch it by hand"):
+        got(f"{server.base}/data/run.csv", tmp_path)
+
+
+@pytest.mark.parametrize(
+    ("address", "sentence"),
+    [
+        ("https://[::1", r"address 'https://\[::1' cannot be read \(Invalid IPv6 URL\); correct it"),
+        ("https://example.org:port/a", r"cannot be read \(Port could not be cast"),
+        ("https://example.org:0/a", r"cannot be read \(its port is 0\)"),
+        ("https://example..org/a", r"cannot be read \(.*label"),
+        ("https://example.org/a b", r"cannot be read \(it has blanks or characters that an address writes with %\)"),
+        ("https://example.org/\x7f", r"cannot be read \(it has blanks"),
+        ("https://example.org/ö", r"cannot be read \(it has blanks"),
+        ("https://" + "a" * 5000, r"cannot be read \(.*label"),
+        ("https://", r"has scheme 'https'; only https is fetched|cannot be read"),
+    ],
+)
+def test_an_address_that_is_none_is_said(tmp_path: Path, address: str, sentence: str) -> None:
+    with pytest.raises(UndertowError, match=sentence):
+        got(address, tmp_path)
+
+
+@pytest.mark.parametrize(
+    "body",
+    [
+        b"[" * 100_000, b'"files"', b"[1, 2]", b'{"files": 3}', b'{"files": {"a": 1}}', b'{"files": [[]]}', b"\xff\xfe",
+        b'{"files": [{"key": "a", "links": {"self": 1}, "checksum": 2, "size": 1e999}]}', b"NaN", b"null", b"1" * 9000,
+        b'{"files": [{"key": "\\ud800", "links": {"self": "x"}, "checksum": "md5:00", "size": 1}]}',
+    ],
+)  # fmt: skip
+def test_a_records_description_that_is_none_is_said(server: Server, tmp_path: Path, body: bytes) -> None:
+    server.files["/records/12"] = body
+    with pytest.raises(UndertowError, match=r"record 12.*(gives no JSON|not known|gives the checksum|names a file)"):
+        got("10.5281/zenodo.12", tmp_path, api=server.base)

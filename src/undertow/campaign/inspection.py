@@ -1,13 +1,13 @@
 """What is in a file, before any config: layout, channels, rate, gaps, noise, release, a proposed config.
 
 Belongs here: the look at one file and its text. Does not belong here: judgement (recording/quality.py), guesses
-(recording/propose.py, recording/propose_layout.py), the config (proposing.py).
+(recording/propose_file.py), the config (proposing.py).
 """
 
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
@@ -16,15 +16,17 @@ import pandas as pd
 from undertow.campaign.proposing import layout_lines, propose_config
 from undertow.conditioning.condition import condition
 from undertow.conditioning.motion import Motion
-from undertow.errors import RecordingError
-from undertow.recording.catalogue import Catalogue, Entry, Window, read_trial
-from undertow.recording.layout import Column, FileFormat
+from undertow.errors import ConfigError, RecordingError
+from undertow.recording.catalogue import Catalogue, Entry, read_trial
+from undertow.recording.layout import FileFormat
 from undertow.recording.matlab import list_variables
-from undertow.recording.propose import Proposal, propose_mapping
-from undertow.recording.propose_layout import propose_layout
+from undertow.recording.propose import Proposal
+from undertow.recording.propose_file import propose_file
 from undertow.recording.quality import RecordingSummary, summary
-from undertow.recording.readers import READERS, read_table, suffix_of
-from undertow.recording.text import read_text
+from undertow.recording.readers import suffix_of, trial_name
+
+PROPOSED = "proposed config:"
+"""The line that a proposed config follows."""
 
 COLUMNS_SHOWN = 12
 """Columns named in a message at most."""
@@ -34,7 +36,7 @@ COLUMNS_SHOWN = 12
 class Inspection:
     """One file: its layout, proposed mapping, channels at a glance, and its motion (None with the ``reason``).
 
-    ``window`` is the part without missing values, where values are missing; ``remarks`` say what stands in the way.
+    ``remarks`` say what reading it left out or changed.
     """
 
     path: Path
@@ -43,7 +45,6 @@ class Inspection:
     summary: RecordingSummary
     motion: Motion | None
     reason: str = ""
-    window: Window = field(default_factory=Window)
     remarks: tuple[str, ...] = ()
 
 
@@ -53,22 +54,20 @@ def inspect(path: Path) -> Inspection:
     Raises RecordingError where it cannot be read, or no column looks like a channel or like time; it then says what is
     there and which config key helps.
     """
-    layout = propose_layout(path) if path.is_file() and READERS.get(suffix_of(path)) is read_text else FileFormat()
-    table = read_table(path, layout)
-    proposal = propose_mapping(table, table.attrs.get("units"))
+    found = propose_file(path)
+    layout, proposal = found.layout, found.proposal
     if not proposal.channels or proposal.time is None:
-        raise RecordingError(f"{path}: {_what_lacks(path, table, layout, proposal)}")
-    window, remarks = _without_missing(table, proposal)
+        raise RecordingError(f"{path}: {_what_lacks(path, found.table, layout, proposal)}")
     source = Catalogue(
         path.parent, proposal.channels, proposal.time, files=path.name, layout=layout, coordinate=proposal.coordinate
     )
-    recording = read_trial(Entry(path.name, path, window=window), source)
+    recording = read_trial(Entry(path.name, path), source)
     glance = summary(recording)
     try:
-        motion = condition(recording, start_s=window.start_s, end_s=window.end_s)
+        motion = condition(recording)
     except RecordingError as reason:
-        return Inspection(path, layout, proposal, glance, None, str(reason), window, remarks)
-    return Inspection(path, layout, proposal, glance, motion, "", window, remarks)
+        return Inspection(path, layout, proposal, glance, None, str(reason), recording.notes)
+    return Inspection(path, layout, proposal, glance, motion, "", recording.notes)
 
 
 def _what_lacks(path: Path, table: pd.DataFrame, layout: FileFormat, proposal: Proposal) -> str:
@@ -94,30 +93,6 @@ def _what_lacks(path: Path, table: pd.DataFrame, layout: FileFormat, proposal: P
     )
 
 
-def _without_missing(table: pd.DataFrame, proposal: Proposal) -> tuple[Window, tuple[str, ...]]:
-    """The longest part of a table whose mapped columns are complete, and a remark for each that is not."""
-    columns: list[Column] = [column for spec in proposal.channels.values() for column in spec.columns]
-    time = table[proposal.time.column].to_numpy(dtype=np.float64) if proposal.time else np.zeros(0)
-    finite = np.isfinite(table[columns].to_numpy(dtype=np.float64))
-    if finite.all() or not np.isfinite(time).all():
-        return Window(), ()
-    remarks = []
-    for at, column in enumerate(columns):
-        bad = np.flatnonzero(~finite[:, at])
-        if bad.size:
-            remarks.append(
-                f"column {column!r} lacks {bad.size} of {time.size} values, the first at {time[bad[0]]:g} s: leave it "
-                "unmapped, or set trials.window"
-            )
-    edges = np.flatnonzero(np.diff(np.concatenate([[False], finite.all(axis=1), [False]]).astype(np.int8)))
-    if not edges.size:
-        return Window(), tuple(remarks)
-    start, end = max(zip(edges[::2], edges[1::2], strict=True), key=lambda run: int(run[1] - run[0]))
-    first = float(time[start]) if start > 0 else None
-    last = float(time[end - 1]) if end < time.size else None
-    return Window(first, last), tuple(remarks)
-
-
 def inspect_file(path: Path) -> str:
     """The same as text, with a config that runs as printed when saved beside the file, or why there is none."""
     seen = inspect(path)
@@ -131,13 +106,31 @@ def inspect_file(path: Path) -> str:
         steps = f", steps of {c.quantum:.3g}" if c.quantum else ""
         spikes = f", {c.spikes} spikes" if c.spikes else ""
         lines.append(f"  {name}: {c.minimum:.5g} to {c.maximum:.5g} {c.unit}, noise {c.noise:.2g}{steps}{spikes}")
-    proposed = propose_config(seen.path, seen.layout, seen.proposal, seen.window, seen.motion is not None)
-    lines += [f"  doubt: {doubt}" for doubt in (*seen.remarks, *s.doubts, *proposed.doubts)]
+    proposed = propose_config(seen.path, seen.layout, seen.proposal, seen.motion is not None)
+    lines += [f"  doubt: {doubt}" for doubt in (*s.doubts, *proposed.doubts)]
+    lines += [f"  note: {remark}" for remark in seen.remarks]
     lines.append(_motion_line(seen))
     lines += [f"  {remark}" for remark in seen.proposal.remarks]
     if not proposed.lines:
         return "\n".join([*lines, f"no config is proposed: {proposed.reason or seen.reason}"])
-    return "\n".join([*lines, "proposed config:", *proposed.lines])
+    return "\n".join([*lines, PROPOSED, *proposed.lines])
+
+
+def save_config(path: Path, told: str) -> Path:
+    """Write the config that `inspect_file` proposed beside the file, under its name; the config's path.
+
+    Raises RecordingError where none was proposed, ConfigError where one is there already.
+    """
+    config = told.partition(f"{PROPOSED}\n")[2]
+    if not config:
+        raise RecordingError(f"{path}: no config is proposed, so that none is saved; see what stands above")
+    target = path.with_name(f"{trial_name(path)}.yaml")
+    try:
+        with target.open("x", encoding="utf-8") as stream:
+            stream.write(f"# Proposed by `undertow inspect` for {path.name}; it runs as it is.\n{config}\n")
+    except FileExistsError as error:
+        raise ConfigError(f"{target} is there already and is not overwritten; move it away") from error
+    return target
 
 
 def _motion_line(seen: Inspection) -> str:

@@ -3,13 +3,13 @@
 What is proposed was loaded and its trial read, checked and conditioned, as a run would do.
 
 Belongs here: that config's text and its trial run. Does not belong here: guesses of columns and layout
-(recording/propose.py, recording/propose_layout.py).
+(recording/propose_file.py).
 """
 
 from __future__ import annotations
 
 import glob
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -18,7 +18,7 @@ from ruamel.yaml import YAML
 
 from undertow.campaign.config import RunConfig
 from undertow.campaign.run.checking import Checked, Checker
-from undertow.recording.catalogue import ChannelSpec, Window
+from undertow.recording.catalogue import ChannelSpec, TimeSpec, Window
 from undertow.recording.gather import gather
 from undertow.recording.layout import FileFormat
 from undertow.recording.propose import Proposal
@@ -40,23 +40,22 @@ class Proposed:
     reason: str = ""
 
 
-def propose_config(path: Path, layout: FileFormat, proposal: Proposal, window: Window, moves: bool) -> Proposed:
+def propose_config(path: Path, layout: FileFormat, proposal: Proposal, moves: bool) -> Proposed:
     """A config of one trial: the file's layout and channels, its window where a part must be cut off.
 
-    ``window`` is the part without missing values; ``moves`` whether a motion was seen in it.
+    ``moves`` says whether a motion was seen in it.
     """
     if not moves:
         return Proposed()
-    lines = config_lines(path, layout, proposal, window)
+    lines = config_lines(path, layout, proposal, Window())
     checked = _tried(lines, path.parent)
-    hold = next((d for d in checked.found if d.kind == "hold"), None)
     said = tuple(d.sentence for d in checked.found)
-    if hold is not None and checked.motion is not None:
-        time = checked.motion.recording.time
-        start = float(time[min(int(np.searchsorted(time, hold.factor)), time.size - 1)])
-        lines = config_lines(path, layout, proposal, Window(start, window.end_s))
+    cut = hold_cut(checked)
+    if cut is not None:
+        lines = config_lines(path, layout, proposal, cut)
+        held = tuple(d.sentence for d in checked.found if d.kind == "hold")
         checked = _tried(lines, path.parent)
-        said = (hold.sentence, *(d.sentence for d in checked.found))
+        said = (*held, *(d.sentence for d in checked.found))
     if checked.failed is not None:
         return Proposed((), said, checked.failed.reason)
     if checked.contradiction:
@@ -67,15 +66,15 @@ def propose_config(path: Path, layout: FileFormat, proposal: Proposal, window: W
 def config_lines(path: Path, layout: FileFormat, proposal: Proposal, window: Window) -> tuple[str, ...]:
     """What a config says of one file, as YAML."""
     time = proposal.time
-    pattern = _plain(glob.escape(path.name))
+    pattern = plain(glob.escape(path.name))
     stem = trial_name(path)
-    lines = [f"name: {_plain(stem)}", "recordings:", f"  files: {pattern}"]
+    lines = [f"name: {plain(stem)}", "recordings:", f"  files: {pattern}"]
     lines += [f"  {line}" for line in layout_lines(layout)]
     lines.append("  channels:")
     if time is not None:
-        lines.append(f"    time: {{column: {_plain(time.column)}, unit: {_plain(time.unit)}}}")
-    lines += [f"    {name}: {_spec(spec)}" for name, spec in proposal.channels.items()]
-    lines += ["trials:", "  group_by: [trial]", f"  conditions: {{{pattern}: {{trial: {_plain(stem)}}}}}"]
+        lines.append(f"    time: {time_text(time)}")
+    lines += [f"    {name}: {spec_text(spec)}" for name, spec in proposal.channels.items()]
+    lines += ["trials:", "  group_by: [trial]", f"  conditions: {{{pattern}: {{trial: {plain(stem)}}}}}"]
     lines += ["  dry: none", "  hold_out: []"]
     limits = {"start_s": window.start_s, "end_s": window.end_s}
     said = ", ".join(f"{name}: {value:.12g}" for name, value in limits.items() if value is not None)
@@ -85,10 +84,25 @@ def config_lines(path: Path, layout: FileFormat, proposal: Proposal, window: Win
     return tuple(lines)
 
 
+def hold_cut(checked: Checked) -> Window | None:
+    """The part of a trial after a hand let go; None where none held it."""
+    hold = next((d for d in checked.found if d.kind == "hold"), None)
+    if hold is None or checked.motion is None:
+        return None
+    time = checked.motion.recording.time
+    return Window(float(time[min(int(np.searchsorted(time, hold.factor)), time.size - 1)]))
+
+
+def parsed(text: str, folder: Path) -> RunConfig:
+    """A proposed config, with paths relative to a folder."""
+    config = RunConfig.model_validate(YAML(typ="safe", pure=True).load(text))
+    config._folder = folder.absolute()
+    return config
+
+
 def _tried(lines: Sequence[str], folder: Path) -> Checked:
     """The trial of a proposed config as a run would have it before it is fitted."""
-    config = RunConfig.model_validate(YAML(typ="safe", pure=True).load("\n".join(lines)))
-    config._folder = folder.absolute()
+    config = parsed("\n".join(lines), folder)
     catalogue = config.catalogue()
     (entry,) = gather(catalogue)
     return Checker(config, catalogue)(entry)
@@ -96,22 +110,38 @@ def _tried(lines: Sequence[str], folder: Path) -> Checked:
 
 def layout_lines(layout: FileFormat) -> Sequence[str]:
     """Keys of a layout that differ from what a config has by default."""
-    said = {
-        "skip_rows": str(layout.skip_rows) if layout.skip_rows else "",
-        "header": "" if layout.header else "none",
-        "unit_row": "true" if layout.unit_row else "",
-        "decimal": "" if layout.decimal == "." else f'"{layout.decimal}"',
+    default = layout_keys(FileFormat())
+    return [f"{key}: {value}" for key, value in layout_keys(layout).items() if value != default[key]]
+
+
+def layout_keys(layout: FileFormat) -> Mapping[str, str]:
+    """What a config says of a layout, key by key."""
+    return {
+        "skip_rows": str(layout.skip_rows),
+        "header": "first" if layout.header else "none",
+        "unit_row": "true" if layout.unit_row else "false",
+        "variable": "null" if layout.variable is None else plain(layout.variable),
+        "decimal": f'"{layout.decimal}"',
     }
-    return [f"{key}: {value}" for key, value in said.items() if value]
 
 
-def _spec(spec: ChannelSpec) -> str:
-    columns = ", ".join(_plain(c) for c in spec.columns)
-    where = f"columns: [{columns}]" if len(spec.columns) > 1 else f"column: {columns}"
-    return f"{{{where}, unit: {_plain(spec.unit)}}}"
+def spec_text(spec: ChannelSpec) -> str:
+    """A channel as a config writes it."""
+    columns = ", ".join(plain(c) for c in spec.columns)
+    said = [f"columns: [{columns}]" if len(spec.columns) > 1 else f"column: {columns}", f"unit: {plain(spec.unit)}"]
+    if spec.variable is not None:
+        said.append(f"variable: {plain(spec.variable)}")
+    if spec.time is not None:
+        said.append(f"time: {time_text(spec.time)}")
+    return f"{{{', '.join(said)}}}"
 
 
-def _plain(value: object) -> str:
+def time_text(time: TimeSpec) -> str:
+    """Time as a config writes it."""
+    return f"{{column: {plain(time.column)}, unit: {plain(time.unit)}}}"
+
+
+def plain(value: object) -> str:
     """A value as YAML: bare where that is safe, in double quotes else."""
     text = str(value)
     safe = isinstance(value, int) or (text[:1].isalpha() and all(ch.isalnum() or ch in "_/^" for ch in text))

@@ -12,58 +12,33 @@ from dataclasses import dataclass, field, replace
 from os import PathLike, fspath
 from pathlib import Path
 from types import MappingProxyType
+from typing import Protocol
 
 import numpy as np
-import pandas as pd
 
 from undertow.errors import RecordingError
-from undertow.recording.layout import Column, FileFormat
-from undertow.recording.readers import read_table
+from undertow.recording.channels import ChannelSpec, TimeSpec, Window
+from undertow.recording.clocks import placed
+from undertow.recording.gaps import complete, must_hold_samples
+from undertow.recording.layout import FileFormat
+from undertow.recording.parts import How, Part, Where, primary, read_parts
+from undertow.recording.patterns import patterns_of
+from undertow.recording.readers import trial_name
 from undertow.recording.recording import Array, Condition, Coordinate, Recording
-from undertow.recording.spikes import Mask, despike
-from undertow.recording.units import ARBITRARY_LENGTHS, to_si
+
+EVERYTHING = Window()
+"""No limit at either end."""
 
 
-@dataclass(frozen=True)
-class ChannelSpec:
-    """What a channel is made of: SI value = sign (sum of columns - offset) unit.
+class Layouts(Protocol):
+    """What file name patterns say of how files are read (the config's ``recordings.layouts``)."""
 
-    ``offset`` is the reading at zero, in ``unit``. Several columns are summed (the load cells of one support).
-    """
+    @property
+    def patterns(self) -> tuple[str, ...]:
+        """The patterns in their order."""
 
-    columns: tuple[Column, ...]
-    unit: str
-    sign: float = 1.0
-    offset: float = 0.0
-
-
-@dataclass(frozen=True)
-class TimeSpec:
-    """Time from a column in ``unit``, or from a constant rate; exactly one of the two."""
-
-    column: Column | None = None
-    unit: str = "s"
-    rate_hz: float | None = None
-
-    def __post_init__(self) -> None:
-        if (self.column is None) == (self.rate_hz is None):
-            raise RecordingError(
-                f"time has column {self.column!r} and rate {self.rate_hz!r} Hz; give one of them, not both or none"
-            )
-
-
-@dataclass(frozen=True)
-class Window:
-    """The part of a recording to be used, in its own time, s; None: as far as it goes."""
-
-    start_s: float | None = None
-    end_s: float | None = None
-
-    def contains(self, time: Array) -> Mask:
-        """Mask (n,) of the times (s) inside."""
-        start = -np.inf if self.start_s is None else self.start_s
-        end = np.inf if self.end_s is None else self.end_s
-        return (time >= start) & (time <= end)
+    def applied(self, base: Catalogue, fitting: tuple[str, ...]) -> Catalogue:
+        """The catalogue of a file that these patterns fit: their keys in place of the base's, the last one winning."""
 
 
 @dataclass(frozen=True)
@@ -71,11 +46,11 @@ class Catalogue:
     """Where recordings are and how they are read; paths are relative to ``folder`` (the config's).
 
     Either ``index``, a table with a row a trial whose ``index_column`` names the file (or ``file``, a name with its
-    columns in braces: ``test_{id}.csv``), or ``files``, a glob, with ``pattern``, a regular expression whose named
+    columns in braces: ``test_{id}.csv``), or ``files``, globs, with ``pattern``, a regular expression whose named
     groups are conditions. ``conditions`` and ``windows`` go by file name patterns (``*_01.txt``), the last that fits
     wins; ``exclude`` leaves trials out; ``accept`` is pattern -> kinds of doubt (`doubt_kinds`) that are known.
     ``despike`` is channel -> width of the running median in samples. ``index_separator`` and ``index_decimal`` are the
-    index's own.
+    index's own. ``layouts`` says what differs by file name pattern (`for_file`).
     """
 
     folder: Path
@@ -84,7 +59,7 @@ class Catalogue:
     index: str | None = None
     index_column: str = "file"
     file: str | None = None
-    files: str | None = None
+    files: str | tuple[str, ...] | None = None
     pattern: str | None = None
     exclude: tuple[str, ...] = ()
     layout: FileFormat = field(default_factory=FileFormat)
@@ -95,10 +70,27 @@ class Catalogue:
     index_separator: str = "auto"
     index_decimal: str = "auto"
     accept: Mapping[str, tuple[str, ...]] = field(default_factory=dict)
+    layouts: Layouts | None = None
 
     def __post_init__(self) -> None:
         for name in ("channels", "despike", "conditions", "windows", "accept"):
             object.__setattr__(self, name, MappingProxyType(dict(getattr(self, name))))
+
+    def for_file(self, name: str, file: str) -> Catalogue:
+        """The catalogue as it holds for the trial of this name in this file: layouts by pattern applied."""
+        if self.layouts is None:
+            return self
+        fitting = patterns_of(self.layouts.patterns).fitting(name, file)
+        return self.layouts.applied(self, fitting)
+
+    def for_entry(self, entry: Entry) -> Catalogue:
+        """The same for a trial."""
+        return self.for_file(entry.name, str(entry.file))
+
+    @property
+    def beside(self) -> tuple[str, ...]:
+        """Names of further files that channels lie in, as the config writes them."""
+        return tuple(dict.fromkeys(spec.file for spec in self.channels.values() if spec.file is not None))
 
 
 @dataclass(frozen=True, slots=True)
@@ -106,17 +98,19 @@ class Entry:
     """One trial that is to be read. ``trial`` counts within the file (None: the file is the trial).
 
     ``accepted`` are the kinds of doubt that the config says are known. ``problem`` is a sentence where it is already
-    clear that it cannot be read, else empty. A campaign of 100,000 trials holds as many entries: ``file`` is text, a
+    clear that it cannot be read, else empty. ``beside`` are the paths of further files its channels lie in, by the name
+    that the config gives them. A campaign of 100,000 trials holds as many entries: ``file`` is text, a
     third of a Path, and read-only ``conditions`` are shared, not copied.
     """
 
     name: str
     file: str | PathLike[str]
     conditions: Mapping[str, Condition] = field(default_factory=dict)
-    window: Window = Window()
+    window: Window = EVERYTHING
     trial: int | None = None
     problem: str = ""
     accepted: tuple[str, ...] = ()
+    beside: Mapping[str, str] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "file", fspath(self.file))
@@ -130,95 +124,72 @@ class Entry:
 
 
 def read_trial(entry: Entry, catalogue: Catalogue) -> Recording:
-    """One trial in SI units: columns summed, signs and offsets applied, spikes replaced and counted.
+    """One trial in SI units on the clock of its displacement: columns summed, signs and offsets applied, spikes
+    replaced and counted, channels with other clocks interpolated (clocks.py), missing samples left out (gaps.py).
 
-    The record is not cut to ``entry.window``; only samples outside it that are not numbers are left out, and counted.
+    The record is not cut to ``entry.window``. ``notes`` say what was changed and which channels were left out.
 
-    Raises RecordingError where the entry has a problem, the file cannot be read, a unit does not fit its channel, or a
-    mapped column has NaN inside the window.
+    Raises RecordingError where the entry has a problem, the file cannot be read, a unit does not fit its channel,
+    nothing says where the body is, or that lacks too many values inside the window.
     """
     if entry.problem:
         raise RecordingError(f"trial {entry.name}: {entry.problem}")
+    here = catalogue.for_entry(entry)
     try:
-        table = read_table(entry.path, catalogue.layout, _mapped(catalogue), entry.trial)
-        digest = hashlib.sha256(entry.path.read_bytes()).hexdigest()
-        time = _time(table, catalogue)
-        table, time, notes = _without_nan(table, time, entry.window)
-        channels: dict[str, Array] = {}
-        for name, spec in catalogue.channels.items():
-            channels[name], said = _channel(name, spec, table, catalogue)
-            notes += said
+        primary(here.channels)
+        parts, notes = read_parts(here.channels, _where(entry, catalogue, here))
+        time, channels, said = _on_one_clock(parts)
+        time, channels, more = complete(time, channels, entry.window, primary(channels))
+        with entry.path.open("rb") as stream:
+            digest = hashlib.file_digest(stream, "sha256").hexdigest()
     except RecordingError as error:
         raise type(error)(f"trial {entry.name}: {error}") from error
-    return Recording(
-        entry.name, time, channels, entry.conditions, catalogue.coordinate, str(entry.path), digest, notes
-    )  # fmt: skip
+    notes = (*notes, *said, *more)
+    return Recording(entry.name, time, channels, entry.conditions, here.coordinate, str(entry.path), digest, notes)
+
+
+def _where(entry: Entry, catalogue: Catalogue, here: Catalogue) -> Where:
+    """Where a trial's channels lie, and how each of its files is read: its own as the trial, others by their names."""
+
+    def how(path: Path) -> How:
+        said = here if path == entry.path else catalogue.for_file(trial_name(path), str(path))
+        return How(said.layout, said.time, said.despike)
+
+    return Where(entry.path, entry.beside, how, entry.trial, here.coordinate)
+
+
+def _on_one_clock(parts: list[Part]) -> tuple[Array, dict[str, Array], tuple[str, ...]]:
+    """All channels at the instants of the first part, which has the primary one; NaN where they have no value."""
+    first, *others = parts
+    _must_increase(first.time)
+    channels, notes = dict(first.channels), []
+    leader = primary(channels)
+    for part in others:
+        for name, values in part.channels.items():
+            found = placed(name, part.time, values, first.time, leader)
+            if found.note:
+                notes.append(found.note)
+            if found.values is not None:
+                channels[name] = found.values
+    return first.time, channels, tuple(notes)
+
+
+def _must_increase(time: Array) -> None:
+    """RecordingError where a time stamp is not later than the one before."""
+    late = np.flatnonzero(~(np.diff(time) > 0.0))
+    if late.size:
+        raise RecordingError(
+            f"time goes from {time[late[0]]:g} s to {time[late[0] + 1]:g} s at sample {late[0] + 1}; time must "
+            "increase: remove duplicated or swapped rows"
+        )
 
 
 def cut(recording: Recording, window: Window) -> Recording:
     """The part of a recording inside a window; RecordingError where the window holds no sample."""
     inside = window.contains(recording.time)
-    _must_hold_samples(inside, recording.time, window)
+    must_hold_samples(inside, recording.time, window)
     channels = {name: values[inside] for name, values in recording.channels.items()}
     return replace(recording, time=recording.time[inside], channels=channels)
 
 
-def _must_hold_samples(inside: Mask, time: Array, window: Window) -> None:
-    if not inside.any():
-        raise RecordingError(
-            f"the window {window.start_s} to {window.end_s} s holds none of the samples, which are at {time[0]:g} to "
-            f"{time[-1]:g} s; correct trials.window"
-        )
-
-
-def _mapped(catalogue: Catalogue) -> tuple[Column, ...]:
-    """Every column that a channel or the time needs, once."""
-    time = () if catalogue.time.column is None else (catalogue.time.column,)
-    columns = (*time, *(column for spec in catalogue.channels.values() for column in spec.columns))
-    return tuple(dict.fromkeys(columns))
-
-
-def _time(table: pd.DataFrame, catalogue: Catalogue) -> Array:
-    """Time stamps (n,) in s; a stamp that is not a number is an error wherever it is."""
-    spec = catalogue.time
-    if spec.column is None:
-        return np.arange(len(table), dtype=np.float64) / float(spec.rate_hz or np.nan)
-    values, _ = to_si(table[spec.column].to_numpy(), spec.unit, "time", catalogue.coordinate)
-    bad = np.flatnonzero(~np.isfinite(values))
-    if bad.size:
-        raise RecordingError(
-            f"time column {spec.column!r} has {bad.size} values that are not finite, the first in row {bad[0] + 1} of "
-            f"{values.size}; repair the file or give rate_hz"
-        )
-    return values
-
-
-def _without_nan(table: pd.DataFrame, time: Array, window: Window) -> tuple[pd.DataFrame, Array, tuple[str, ...]]:
-    """The table without incomplete rows outside the window; an incomplete row inside it is an error."""
-    finite = np.isfinite(table.to_numpy(dtype=np.float64))
-    complete, inside = finite.all(axis=1), window.contains(time)
-    _must_hold_samples(inside, time, window)
-    for at, column in enumerate(table.columns):
-        bad = np.flatnonzero(~finite[:, at] & inside)
-        if bad.size:
-            raise RecordingError(
-                f"column {column!r} has {bad.size} values that are not finite, the first at {time[bad[0]]:g} s; "
-                "end trials.window before it or repair the file"
-            )
-    dropped = int(np.count_nonzero(~complete))
-    notes = (f"{dropped} incomplete samples outside the window left out",) if dropped else ()
-    return table[complete], time[complete], notes
-
-
-def _channel(name: str, spec: ChannelSpec, table: pd.DataFrame, catalogue: Catalogue) -> tuple[Array, tuple[str, ...]]:
-    """A channel (n,) in SI, and what was done to it."""
-    summed = np.sum([table[column].to_numpy(dtype=np.float64) for column in spec.columns], axis=0)
-    values, unit = to_si(spec.sign * (summed - spec.offset), spec.unit, name, catalogue.coordinate)
-    notes: tuple[str, ...] = ()
-    if unit.partition("/")[0].strip() in ARBITRARY_LENGTHS:
-        notes += (f"{name} is in {unit}, an uncalibrated scale: where a result says m, read {unit.partition('/')[0]}",)
-    if name in catalogue.despike:
-        values, count = despike(values, catalogue.despike[name])
-        share = f"{count} of {values.size} samples"
-        notes += (f"{name}: {share} replaced as spikes (running median of {catalogue.despike[name]})",)
-    return values, notes
+__all__ = ["Catalogue", "ChannelSpec", "Entry", "Layouts", "TimeSpec", "Window", "cut", "read_trial"]

@@ -129,10 +129,15 @@ def _escapes(name: str) -> bool:
 
 
 def _from_names(catalogue: Catalogue) -> list[Entry]:
-    pattern = str(catalogue.folder / str(catalogue.files))
-    paths = [Path(path) for path in sorted(glob.glob(pattern, recursive=True)) if Path(path).is_file()]
-    if not paths:
-        raise ConfigError(f"recordings.files {catalogue.files!r} fits no file ({pattern}); correct the glob")
+    given = (catalogue.files,) if isinstance(catalogue.files, str) else tuple(catalogue.files or ())
+    found: set[str] = set()
+    for one in given:
+        pattern = str(catalogue.folder / one)
+        fitting = [path for path in glob.glob(pattern, recursive=True) if Path(path).is_file()]
+        if not fitting:
+            raise ConfigError(f"recordings.files {one!r} fits no file ({pattern}); correct the glob")
+        found.update(fitting)
+    paths = [Path(path) for path in sorted(found)]
     try:
         expression = re.compile(catalogue.pattern) if catalogue.pattern else None
     except re.error as error:
@@ -173,10 +178,11 @@ def _unique(entries: Sequence[Entry], folder: Path) -> list[Entry]:
 
 def _trials(entry: Entry, catalogue: Catalogue) -> list[Entry]:
     """The trials of one file: itself, or one a row of its cell array, ``file_1``, ..., with the condition ``trial``."""
-    if catalogue.layout.cells is None or entry.problem:
+    layout = catalogue.for_entry(entry).layout
+    if layout.cells is None or entry.problem:
         return [entry]
     try:
-        count = count_trials(entry.path, catalogue.layout)
+        count = count_trials(entry.path, layout)
     except RecordingError as error:
         return [replace(entry, problem=str(error))]
     return [
@@ -186,7 +192,8 @@ def _trials(entry: Entry, catalogue: Catalogue) -> list[Entry]:
 
 
 class _Said:
-    """What a catalogue's patterns say of a trial: further conditions, its window, the doubts accepted of it."""
+    """What a catalogue's patterns say of a trial: further conditions, its window, the doubts accepted of it, and the
+    files beside its own."""
 
     def __init__(self, catalogue: Catalogue) -> None:
         self._catalogue = catalogue
@@ -197,11 +204,42 @@ class _Said:
     def of(self, entry: Entry) -> Entry:
         """The entry with everything that fits it; of windows and of each condition the last that fits wins."""
         if not (self._conditions or self._windows or self._accept):
-            return entry
+            return _with_files_beside(entry, self._catalogue)
         said, trial = self._catalogue, (entry.name, str(entry.file))
         conditions = dict(entry.conditions)
         for pattern in self._conditions.fitting(*trial):
             conditions.update(said.conditions[pattern])
         window = next((said.windows[pattern] for pattern in reversed(self._windows.fitting(*trial))), Window())
         accepted = dict.fromkeys(kind for pattern in self._accept.fitting(*trial) for kind in said.accept[pattern])
-        return replace(entry, conditions=conditions, window=window, accepted=tuple(accepted))
+        entry = replace(entry, conditions=conditions, window=window, accepted=tuple(accepted))
+        return _with_files_beside(entry, said)
+
+
+def _with_files_beside(entry: Entry, catalogue: Catalogue) -> Entry:
+    """The entry with the paths of the files beside its own that its channels lie in.
+
+    A name that needs a condition the trial does not have, or leads out of its folder, is the entry's problem.
+    """
+    names = catalogue.for_entry(entry).beside
+    if entry.problem or not names:
+        return entry
+    known: dict[str, Condition] = {"stem": trial_name(entry.path), **entry.conditions}
+    paths = {}
+    for name in names:
+        lacking = next((key for key in _FIELD.findall(name) if key not in known), None)
+        if lacking is not None:
+            have = ", ".join(known)
+            return replace(
+                entry, problem=f"its channels' file {name!r} needs {lacking!r}, which it lacks; it has {have}"
+            )
+        filled = _filled(name, {key: _text(value) for key, value in known.items()})
+        if _escapes(filled):
+            problem = f"its channels' file {filled!r} must lie in the trial's folder; correct recordings.channels"
+            return replace(entry, problem=problem)
+        paths[name] = str(entry.path.parent / filled)
+    return replace(entry, beside=paths)
+
+
+def _text(value: Condition) -> str:
+    """A condition as it stands in a file's name: whole numbers without a point."""
+    return value if isinstance(value, str) else f"{value:.10g}"

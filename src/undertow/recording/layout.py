@@ -13,6 +13,7 @@ from types import MappingProxyType
 from typing import Literal
 
 from undertow.errors import MisnamedError, RecordingError
+from undertow.recording.limits import LIMITS, Limits
 
 Column = str | int
 """A column's name, or its number from 0 where there is no header."""
@@ -37,7 +38,9 @@ class CellLayout:
 class FileFormat:
     """Layout of a recording's file. ``separator`` None is found from the data; ``header`` False means that columns are
     numbers; ``skip_rows`` lines stand above the header; ``unit_row`` says that units stand below it. ``variable`` is
-    the array or structure of a MATLAB file (dots lead into structures), ``cells`` several trials in one.
+    the table in a file that may hold several: an array or structure of a MATLAB file (dots lead into structures), an
+    HDF5 group or dataset, a sheet, a TDMS group, an MDF channel group. ``cells`` are several trials in one file.
+    ``encoding`` None is found from the bytes; ``limits`` say how much a recording may take.
     """
 
     separator: str | None = None
@@ -47,6 +50,8 @@ class FileFormat:
     unit_row: bool = False
     variable: str | None = None
     cells: CellLayout | None = None
+    encoding: str | None = None
+    limits: Limits = LIMITS
 
 
 def pick(path: Path, names: Sequence[Column], wanted: Sequence[Column] | None) -> list[int]:
@@ -68,7 +73,7 @@ def _place(path: Path, names: Sequence[Column], column: Column) -> int:
         raise RecordingError(f"{path} has {len(found)} columns named {column!r}; set header: none and give its number")
     if found:
         return found[0]
-    have = ", ".join(str(name) for name in names[:30])
+    have = ", ".join(str(name)[:40] for name in names[:30])
     near = difflib.get_close_matches(str(column), [str(name) for name in names], n=1)
     hint = f"; did you mean {near[0]!r}?" if near else "; correct recordings.channels"
     raise MisnamedError(f"{path} has no column {column!r}; it has {have}{hint}")

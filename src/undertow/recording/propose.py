@@ -21,7 +21,7 @@ from undertow.recording.units import factor_to_si, si_unit
 
 _NAMES: Mapping[str, str] = MappingProxyType(
     {
-        "time": r"^(time|zeit|elapsed)|^t$",
+        "time": r"^(time|zeit|elapsed|x_value)|^t$",
         "normal_force": r"vertical|normal",
         "spring_force": r"load|force|cell|moment|torque|^f\d*$",
         "acceleration": r"acc|^a\d*$",
@@ -75,6 +75,9 @@ def propose_mapping(table: pd.DataFrame, units: Mapping[Column, str] | None = No
     for column in table.columns:
         stem, unit = name_and_unit(column)
         unit = said.get(column, unit)
+        if not np.isfinite(table[column].to_numpy(dtype=np.float64)).any():
+            remarks.append(f"column {column!r} has no values")
+            continue
         quantity = _quantity(stem, unit, column, table)
         if quantity is None:
             remarks.append(f"column {column!r} is not mapped")
@@ -104,7 +107,9 @@ def _quantity(stem: str, unit: str, column: Column, table: pd.DataFrame) -> str 
     if by_unit:
         return by_unit[0]
     first = table.columns[0] == column
-    rising = len(table) > 2 and bool(np.all(np.diff(table[column].to_numpy(dtype=np.float64)) > 0.0))
+    values = table[column].to_numpy(dtype=np.float64)
+    values = values[np.isfinite(values)]
+    rising = values.size > 2 and bool(np.all(np.diff(values) > 0.0))
     return "time" if first and rising else None
 
 
@@ -142,6 +147,12 @@ def _coordinate(found: Mapping[str, Sequence[tuple[Column, str]]]) -> Coordinate
     return "translation"
 
 
+def _extent(column: pd.Series) -> float:
+    """How far a column moves."""
+    values = column.to_numpy(dtype=np.float64)
+    return float(np.nanmax(values) - np.nanmin(values))
+
+
 def _spec(
     channel: str, columns: Sequence[tuple[Column, str]], table: pd.DataFrame, coordinate: Coordinate
 ) -> tuple[ChannelSpec, list[str]]:
@@ -152,7 +163,7 @@ def _spec(
         unit = columns[0][1]
     else:
         turning = [one for one in columns if _ROTATION.search(str(one[0]))] if coordinate == "rotation" else []
-        widest = max(turning or columns, key=lambda one: float(np.ptp(table[one[0]].to_numpy(dtype=np.float64))))
+        widest = max(turning or columns, key=lambda one: _extent(table[one[0]]))
         chosen, unit = (widest[0],), widest[1]
         remarks += [f"{channel} may also be column {column!r}" for column, _ in columns if column != widest[0]]
     if not unit:

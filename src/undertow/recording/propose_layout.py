@@ -1,4 +1,4 @@
-"""A guess at how a text file is laid out, from the file alone, for a person to confirm.
+"""A guess at how a text file or a sheet is laid out, from the file alone, for a person to confirm.
 
 Belongs here: lines above the data, header, unit row, decimal mark. Does not belong here: what columns mean
 (propose.py), anything that a run relies on.
@@ -7,13 +7,16 @@ Belongs here: lines above the data, header, unit row, decimal mark. Does not bel
 from __future__ import annotations
 
 import csv
-from collections.abc import Sequence
-from dataclasses import dataclass
+import datetime
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 from undertow.errors import RecordingError
+from undertow.recording.excel import MISSING, first_rows
 from undertow.recording.layout import FileFormat
 from undertow.recording.propose import is_unit
+from undertow.recording.readers import EXCEL, suffix_of
 from undertow.recording.text import sniff, text_of
 
 LINES_LOOKED_AT = 200
@@ -24,56 +27,93 @@ FEWEST_ROWS = 3
 
 
 @dataclass(frozen=True)
-class _Line:
-    """A line that is not empty: its number from 1 and its text."""
+class _Row:
+    """A row that is not empty: its number from 1 and its cells as texts, those of numbers among them."""
 
     number: int
-    text: str
+    cells: Sequence[str]
 
 
-def propose_layout(path: Path) -> FileFormat:
-    """Where the table of a text file begins: skip_rows, header, unit_row, decimal.
+def propose_layout(path: Path, variable: str | None = None) -> FileFormat:
+    """Where the table of a text file or of a sheet (``variable``) begins: skip_rows, header, unit_row, decimal.
 
     The table is the last run of rows of numbers with one width among the first `LINES_LOOKED_AT` lines; a row of as
     many texts above it is its header, with a row of units between them where there is one.
 
     Raises RecordingError where the file cannot be read or no such table begins there.
     """
-    lines = text_of(path).splitlines()
-    head = [_Line(n, text) for n, text in enumerate(lines[:LINES_LOOKED_AT], 1) if text.strip()]
+    excel = suffix_of(path) in EXCEL
+    rows = _sheet_rows(path, variable) if excel else _text_rows(path)
+    looked_at = 0
     for decimal in (".", ","):
-        separator = sniff([line.text for line in head[-20:]], decimal)
-        found = _table(head, separator, decimal)
-        if found is not None:
-            return _layout(head, found, separator, decimal)
+        head = rows(decimal)
+        looked_at = head[-1].number if head else 0
+        start = _table(head, decimal, excel)
+        if start is not None:
+            return replace(_layout(head, start, decimal), variable=variable)
     raise RecordingError(
-        f"{path}: no table of numbers begins in its first {min(len(lines), LINES_LOOKED_AT)} lines; is it a recording? "
-        "set recordings.skip_rows where its data begin later"
+        f"{path}: no table of numbers begins in its first {looked_at} lines; is it a recording? set "
+        "recordings.skip_rows where its data begin later"
     )
 
 
-def _table(head: Sequence[_Line], separator: str, decimal: str) -> int | None:
+def _text_rows(path: Path) -> Callable[[str], list[_Row]]:
+    """The first lines of a text file, split as a decimal mark suggests."""
+    lines = text_of(path).splitlines()[:LINES_LOOKED_AT]
+    written = [(number, text) for number, text in enumerate(lines, 1) if text.strip()]
+
+    def split(decimal: str) -> list[_Row]:
+        separator = sniff([text for _, text in written[-20:]], decimal)
+        return [_Row(number, _split(text, separator)) for number, text in written]
+
+    return split
+
+
+def _sheet_rows(path: Path, variable: str | None) -> Callable[[str], list[_Row]]:
+    """The first rows of a sheet without the empty cells at their ends."""
+    found = []
+    for number, row in enumerate(first_rows(path, FileFormat(variable=variable)), 1):
+        cells = [_shown(cell) for cell in row]
+        while cells and not cells[-1]:
+            cells.pop()
+        if cells:
+            found.append(_Row(number, cells))
+    return lambda decimal: found
+
+
+def _shown(cell: object) -> str:
+    """A cell as a text; dates and times are numbers, which they become when they are read."""
+    if isinstance(cell, datetime.datetime | datetime.time | datetime.timedelta):
+        return "0"
+    text = "" if cell is None else str(cell).strip()
+    return "" if text in MISSING else text
+
+
+def _table(rows: Sequence[_Row], decimal: str, ragged: bool) -> int | None:
     """Index of the first row of numbers of the table that goes on to the end of what is looked at.
 
-    The very last line may be cut and does not count where there are others.
+    The very last line may be cut and does not count where there are others; ``ragged`` rows may end early.
     """
-    rows = [_split(line.text, separator) for line in head]
     last = len(rows) - 1 if len(rows) > FEWEST_ROWS else len(rows)
     start = last
-    while start > 0 and _are_numbers(rows[start - 1], decimal) and len(rows[start - 1]) == len(rows[last - 1]):
+    while start > 0 and _are_numbers(rows[start - 1].cells, decimal):
+        if not ragged and len(rows[start - 1].cells) != len(rows[last - 1].cells):
+            break
         start -= 1
     return start if last - start >= FEWEST_ROWS else None
 
 
-def _layout(head: Sequence[_Line], start: int, separator: str, decimal: str) -> FileFormat:
-    width = len(_split(head[start].text, separator))
-    above = [_split(line.text, separator) for line in head[:start]]
+def _layout(rows: Sequence[_Row], start: int, decimal: str) -> FileFormat:
+    width = max(len(row.cells) for row in rows[start:])
     texts = 0  # rows of names and units above the data
-    while texts < 2 and texts < start and len(above[-1 - texts]) == width and _are_names(above[-1 - texts], decimal):
+    while texts < min(2, start):
+        above = rows[start - 1 - texts].cells
+        if len(above) != width or not _are_names(above, decimal):
+            break
         texts += 1
-    if texts == 2 and not all(is_unit(text) for text in above[-1] if text):
+    if texts == 2 and not all(is_unit(text) for text in rows[start - 1].cells if text):
         texts = 1
-    first = head[start - texts].number
+    first = rows[start - texts].number
     return FileFormat(decimal=decimal, header=texts > 0, skip_rows=first - 1, unit_row=texts == 2)
 
 

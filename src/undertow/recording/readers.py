@@ -1,7 +1,8 @@
 """The door for files: a suffix leads to the function that reads it.
 
-A new format (HDF5, TDMS, Parquet) is one function and one line in `READERS`. Belongs here: the choice of the reader.
-Does not belong here: what a format looks like inside (text.py, matlab.py), what a column means (catalogue.py).
+A new format is one function and one line in `READERS`, and one in `TABLES` where a file may hold several tables.
+Belongs here: the choice of the reader. Does not belong here: what a format looks like inside (text.py, matlab.py,
+excel.py, ...), what a column means (catalogue.py).
 """
 
 from __future__ import annotations
@@ -13,9 +14,19 @@ from types import MappingProxyType
 import pandas as pd
 
 from undertow.errors import RecordingError
+from undertow.recording.arrow import read_feather, read_parquet
+from undertow.recording.excel import excel_tables, read_excel
+from undertow.recording.hdf5 import hdf5_tables, read_hdf5
+from undertow.recording.labview import read_lvm, read_tdms, tdms_tables
 from undertow.recording.layout import Column, FileFormat
-from undertow.recording.matlab import read_cells, read_matlab
+from undertow.recording.limits import LIMITS, Limits
+from undertow.recording.matlab import matlab_tables, read_cells, read_matlab
+from undertow.recording.mdf import mdf_tables, read_mdf
 from undertow.recording.text import read_text
+from undertow.recording.universal_file import read_universal
+
+EXCEL = (".xlsx", ".xlsm")
+"""Suffixes of workbooks."""
 
 Reader = Callable[[Path, FileFormat, Sequence[Column] | None], pd.DataFrame]
 
@@ -31,14 +42,47 @@ READERS: Mapping[str, Reader] = MappingProxyType(
         ".dat.gz": read_text,
         ".tsv.gz": read_text,
         ".mat": read_matlab,
+        ".h5": read_hdf5,
+        ".hdf5": read_hdf5,
+        ".hdf": read_hdf5,
+        **dict.fromkeys(EXCEL, read_excel),
+        ".lvm": read_lvm,
+        ".tdms": read_tdms,
+        ".uff": read_universal,
+        ".unv": read_universal,
+        ".mf4": read_mdf,
+        ".mdf": read_mdf,
+        ".parquet": read_parquet,
+        ".feather": read_feather,
     }
 )
 """Suffix -> reader. Nothing that can carry code (pickles, object arrays) has a place here."""
+
+TABLES: Mapping[str, Callable[[Path, Limits], tuple[str, ...]]] = MappingProxyType(
+    {
+        ".mat": matlab_tables,
+        ".h5": hdf5_tables,
+        ".hdf5": hdf5_tables,
+        ".hdf": hdf5_tables,
+        **dict.fromkeys(EXCEL, excel_tables),
+        ".tdms": tdms_tables,
+        ".mf4": mdf_tables,
+        ".mdf": mdf_tables,
+    }
+)
+"""Suffix -> names of the tables in a file, as `FileFormat.variable` takes them, where there may be several."""
 
 PLAIN = FileFormat()
 """Separator found, a header line, decimal points."""
 
 _PICKLED = (".pkl", ".pickle", ".npy", ".npz", ".joblib")
+_ADVICE = {
+    ".xls": "save it as .xlsx",
+    ".ods": "save it as .xlsx or CSV",
+    ".gz": "only text is read packed: unpack it",
+    ".zip": "unpack it",
+    ".wav": "export it as CSV or MAT with its unit",
+}
 
 
 def suffix_of(path: Path) -> str:
@@ -72,7 +116,7 @@ def read_table(
     reader = _reader(path)
     if layout.cells is None:
         return reader(path, layout, columns)
-    tables = read_cells(path, layout.cells)
+    tables = read_cells(path, layout.cells, layout.limits)
     at = 0 if trial is None else trial
     if not 0 <= at < len(tables):
         raise RecordingError(f"{path} has {len(tables)} trials; there is none with number {at}: count from 0")
@@ -85,12 +129,22 @@ def read_table(
     return table if columns is None else table[list(columns)]
 
 
+def tables_in(path: Path, limits: Limits = LIMITS) -> tuple[str, ...]:
+    """Names of the tables that a file holds; one without a name where its kind holds a single one.
+
+    Raises RecordingError where the file is missing, unreadable or of an unknown kind.
+    """
+    _reader(path)
+    names = TABLES.get(suffix_of(path))
+    return ("",) if names is None else names(path, limits)
+
+
 def count_trials(path: Path, layout: FileFormat) -> int:
     """How many trials a file holds: 1 unless the layout speaks of cells."""
     if layout.cells is None:
         return 1
     _reader(path)
-    return len(read_cells(path, layout.cells))
+    return len(read_cells(path, layout.cells, layout.limits))
 
 
 def _reader(path: Path) -> Reader:
@@ -101,7 +155,8 @@ def _reader(path: Path) -> Reader:
     if suffix in _PICKLED:
         raise RecordingError(f"{path}: {suffix} can carry code and is never read; save it as CSV, MAT or HDF5")
     if suffix not in READERS:
+        advice = f"; {_ADVICE[path.suffix.lower()]}" if path.suffix.lower() in _ADVICE else ""
         raise RecordingError(
-            f"{path}: no reader for {suffix or 'a name without suffix'!r}; known: {', '.join(READERS)}"
+            f"{path}: no reader for {suffix or 'a name without suffix'!r}; known: {', '.join(READERS)}{advice}"
         )
     return READERS[suffix]

@@ -9,46 +9,81 @@ import csv
 import gzip
 import io
 import re
+import warnings
 import zlib
 from collections import Counter
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
 from pathlib import Path
 
 import pandas as pd
 
 from undertow.errors import RecordingError
 from undertow.recording.layout import Column, FileFormat, pick
+from undertow.recording.limits import LIMITS, LONGEST_LINE, Limits
 
 _SEPARATORS = (";", "\t", "|", ",")
 _WHITESPACE = r"\s+"
 _SNIFFED_LINES = 20
 _DECIMAL_COMMA = re.compile(r"^\s*[+-]?\d+,\d+([eE][+-]?\d+)?\s*$")
+_LINE_END = re.compile(rb"\r\n|\n|\r")
+_MARKS = {b"\xff\xfe": "utf-16", b"\xfe\xff": "utf-16", b"\xef\xbb\xbf": "utf-8-sig"}
+_NO_TABLE = (pd.errors.ParserError, pd.errors.ParserWarning, pd.errors.EmptyDataError)
+_SHOWN = 40  # characters of a cell or line in a message
 
 
-def text_of(path: Path) -> str:
-    """A file's text, unzipped where it ends in .gz; UTF-8, UTF-16 with its mark, or else Latin-1.
+def text_of(path: Path, limits: Limits = LIMITS, encoding: str | None = None) -> str:
+    """A file's text, unzipped where it ends in .gz; in ``encoding``, or UTF-8, UTF-16 with its mark, or else Latin-1.
 
-    Raises RecordingError where the file cannot be read, is empty, cut short or not text.
+    Raises RecordingError where the file cannot be read, is too large, empty, cut short or not text.
     """
-    try:
-        raw = path.read_bytes()
-        if path.suffix.lower() == ".gz":
-            raw = gzip.decompress(raw)
-    except (EOFError, zlib.error, gzip.BadGzipFile) as error:
-        raise RecordingError(f"{path} is not a whole gzip file ({error}); copy it again") from error
-    except OSError as error:
-        raise RecordingError(f"{path} cannot be read: {error.strerror or error}; check its rights") from error
-    if not raw.strip():
+    return _utf8(path, limits, encoding).decode("utf-8", errors="replace")
+
+
+def _utf8(path: Path, limits: Limits, encoding: str | None) -> bytes:
+    """A text file's content in UTF-8, without a mark."""
+    raw = _unpacked(path, limits)
+    if not raw or raw.isspace():
         raise RecordingError(f"{path} is empty ({len(raw)} bytes); copy it again or take it out of the campaign")
-    if raw[:2] in (b"\xff\xfe", b"\xfe\xff"):
-        return raw.decode("utf-16", errors="replace")
+    found = encoding or next((name for mark, name in _MARKS.items() if raw.startswith(mark)), None)
+    if found is not None:
+        try:
+            return raw.decode(found, errors="strict" if encoding else "replace").encode("utf-8", errors="replace")
+        except (UnicodeError, LookupError) as error:
+            raise RecordingError(
+                f"{path} is not in encoding {found!r} ({error}); correct recordings.encoding"
+            ) from error
     control = sum(raw[:4096].count(byte) for byte in range(32) if byte not in (9, 10, 12, 13))
     if control:
         raise RecordingError(f"{path} is not text: {control} control bytes at its beginning; is its suffix right?")
     try:
-        return raw.decode("utf-8-sig")
+        raw.decode("utf-8")
     except UnicodeDecodeError:
-        return raw.decode("latin-1")
+        return raw.decode("latin-1").encode("utf-8")
+    return raw
+
+
+def _unpacked(path: Path, limits: Limits) -> bytes:
+    """A file's bytes, unzipped where it ends in .gz; never more than the limit and one byte are read."""
+    most = limits.bytes
+    try:
+        if path.suffix.lower() == ".gz":
+            with gzip.open(path) as stream:
+                raw = stream.read(most + 1)
+        else:
+            limits.allow_bytes(path, path.stat().st_size, "its text")
+            with path.open("rb") as stream:
+                raw = stream.read(most + 1)
+    except (EOFError, zlib.error, gzip.BadGzipFile) as error:
+        raise RecordingError(f"{path} is not a whole gzip file ({error}); copy it again") from error
+    except OSError as error:
+        raise RecordingError(f"{path} cannot be read: {error.strerror or error}; check its rights") from error
+    if len(raw) > most:
+        raise RecordingError(
+            f"{path} unfolds to more than the {limits.megabytes:g} MB that recordings.limits.megabytes allows; is it "
+            "the right file? raise the limit if it is"
+        )
+    return raw
 
 
 def sniff(lines: Sequence[str], decimal: str) -> str:
@@ -67,6 +102,16 @@ def sniff(lines: Sequence[str], decimal: str) -> str:
     return _WHITESPACE if fewest > 1 else (";" if decimal == "," else ",")
 
 
+@dataclass(frozen=True)
+class _Head:
+    """Beginning of a table: its rows above the data (names, units), a few rows of data, where these begin."""
+
+    above: Sequence[str]
+    data: Sequence[str]
+    offset: int
+    line: int
+
+
 def read_text(path: Path, layout: FileFormat, columns: Sequence[Column] | None) -> pd.DataFrame:
     """The asked columns (all where None) of a text table as float64; names are 0, 1, ... without a header.
 
@@ -74,27 +119,65 @@ def read_text(path: Path, layout: FileFormat, columns: Sequence[Column] | None) 
 
     Raises RecordingError naming file, column, line number and text where a number cannot be read.
     """
-    lines = text_of(path).splitlines()[layout.skip_rows :]
-    numbered = [(n, line) for n, line in enumerate(lines, layout.skip_rows + 1) if line.strip()]
-    above = (1 if layout.header else 0) + (1 if layout.unit_row else 0)
-    data = numbered[above:]
-    if not data:
-        raise RecordingError(
-            f"{path} has {len(numbered)} lines after {layout.skip_rows} skipped ones, and no data among them; "
-            "check skip_rows and header"
-        )
-    separator = layout.separator or sniff([line for _, line in data[:_SNIFFED_LINES]], layout.decimal)
-    width = len(_fields(data[0][1], separator))
-    head = _fields(numbered[0][1], separator) if layout.header else []
-    names: list[Column] = list(head) if layout.header else list(range(width))
-    _check_header(path, head, layout)
+    return table_of(path, _utf8(path, layout.limits, layout.encoding), layout, columns)
+
+
+def table_of(path: Path, content: bytes, layout: FileFormat, columns: Sequence[Column] | None) -> pd.DataFrame:
+    """The table that a text (UTF-8) holds; as `read_text`, which it is the second half of."""
+    head = _head(path, content, layout)
+    separator = layout.separator or sniff(head.data, layout.decimal)
+    width = len(_fields(path, head.data[0], separator))
+    named = _fields(path, head.above[0], separator) if layout.header else []
+    names: list[Column] = list(named) if layout.header else list(range(width))
+    layout.limits.allow_columns(path, max(len(names), width))
+    _check_header(path, named, layout)
     chosen = pick(path, names, columns)
-    frame = _parse(path, [line for _, line in data], separator, layout, max(len(names), width))
-    table = pd.DataFrame({names[at]: _numbers(path, names[at], frame[at], [n for n, _ in data]) for at in chosen})
+    frame = _parse(path, content, head, separator, layout, max(len(names), width))
+    table = pd.DataFrame({names[at]: _numbers(path, names[at], frame[at], content, head) for at in chosen})
     if layout.unit_row:
-        units = _fields(numbered[1 if layout.header else 0][1], separator)
+        units = _fields(path, head.above[-1], separator)
         table.attrs["units"] = {names[at]: units[at] for at in chosen if at < len(units)}
     return table
+
+
+def _head(path: Path, content: bytes, layout: FileFormat) -> _Head:
+    """The lines above the data and the first of it; blank lines below the skipped ones do not count."""
+    rows_above = (1 if layout.header else 0) + (1 if layout.unit_row else 0)
+    above: list[str] = []
+    data: list[str] = []
+    offset, first = len(content), 0
+    for number, start, line in _lines(path, content, layout.skip_rows):
+        if len(above) < rows_above:
+            above.append(line)
+            continue
+        if not data:
+            offset, first = start, number
+        data.append(line)
+        if len(data) == _SNIFFED_LINES:
+            break
+    if not data:
+        raise RecordingError(
+            f"{path} has {len(above)} lines after {layout.skip_rows} skipped ones, and no data among them; "
+            "check skip_rows and header"
+        )
+    return _Head(above, data, offset, first)
+
+
+def _lines(path: Path, content: bytes, skipped: int = 0, offset: int = 0) -> Iterator[tuple[int, int, str]]:
+    """Number from 1, offset and text of the lines that are not blank, from an offset on and after skipped ones."""
+    number = 0
+    while offset < len(content):
+        number += 1
+        end = _LINE_END.search(content, offset, offset + LONGEST_LINE)
+        if end is None and len(content) - offset > LONGEST_LINE:
+            raise RecordingError(
+                f"{path}: line {number} has more than {LONGEST_LINE} characters; is it a recording with rows?"
+            )
+        stop, after = (end.start(), end.end()) if end else (len(content), len(content))
+        line = content[offset:stop]
+        if number > skipped and line.strip():
+            yield number, offset, line.decode("utf-8", errors="replace")
+        offset = after
 
 
 def _extremes(counts: Sequence[int]) -> tuple[int, int]:
@@ -103,13 +186,15 @@ def _extremes(counts: Sequence[int]) -> tuple[int, int]:
     return (min(common), max(common)) if common else (0, 1)
 
 
-def _fields(line: str, separator: str) -> list[str]:
+def _fields(path: Path, line: str, separator: str) -> list[str]:
     if separator == _WHITESPACE:
         return line.lstrip("#").split()
     try:
         row = next(csv.reader([line], delimiter=separator, skipinitialspace=True), [])
     except csv.Error as error:
-        raise RecordingError(f"line {line[:40]!r}... is no row of a table ({error}); is it a recording?") from error
+        raise RecordingError(
+            f"{path}: line {line[:_SHOWN]!r}... is no row of a table ({error}); is it a recording?"
+        ) from error
     return [field.strip().lstrip("#").strip() for field in row]
 
 
@@ -129,23 +214,30 @@ def _is_number(text: str, decimal: str) -> bool:
     return True
 
 
-def _parse(path: Path, lines: Sequence[str], separator: str, layout: FileFormat, width: int) -> pd.DataFrame:
+def _parse(path: Path, content: bytes, head: _Head, separator: str, layout: FileFormat, width: int) -> pd.DataFrame:
+    stream = io.BytesIO(content)
+    stream.seek(head.offset)
     try:
-        return pd.read_csv(
-            io.StringIO("\n".join(lines)), sep=separator, decimal=layout.decimal, header=None, names=range(width),
-            index_col=False, engine="c", low_memory=False, skipinitialspace=True,
-        )  # fmt: skip
-    except (pd.errors.ParserError, pd.errors.EmptyDataError, ValueError) as error:
+        with warnings.catch_warnings():
+            warnings.simplefilter("error", pd.errors.ParserWarning)  # a row with more cells than there are columns
+            return pd.read_csv(
+                stream, sep=separator, decimal=layout.decimal, header=None, names=range(width), encoding="utf-8",
+                encoding_errors="replace", index_col=False, engine="c", low_memory=False, skipinitialspace=True,
+            )  # fmt: skip
+    except (*_NO_TABLE, ValueError, OverflowError) as error:
         raise RecordingError(
             f"{path} is no table with separator {separator!r}: {str(error).strip()}; give recordings.separator"
         ) from error
 
 
-def _numbers(path: Path, name: Column, column: pd.Series, numbers: Sequence[int]) -> pd.Series:
+def _numbers(path: Path, name: Column, column: pd.Series, content: bytes, head: _Head) -> pd.Series:
     """A column as float64; the first text in it is the error."""
     if column.dtype.kind in "fiu":
         return column.astype("float64")
-    converted = pd.to_numeric(column, errors="coerce")
+    try:
+        converted = pd.to_numeric(column, errors="coerce")
+    except OverflowError:
+        converted = column.map(_float)
     wrong = converted.isna() & column.notna()
     if column.dtype.kind == "b":
         wrong = column.notna()
@@ -154,4 +246,22 @@ def _numbers(path: Path, name: Column, column: pd.Series, numbers: Sequence[int]
     at = int(wrong.to_numpy().argmax())
     text = str(column.iloc[at])
     advice = "set decimal: ','" if _DECIMAL_COMMA.match(text) else "repair the file, or skip the lines above its data"
-    raise RecordingError(f"{path}: column {name!r}, line {numbers[at]}: {text!r} is not a number; {advice}")
+    text = text if len(text) <= _SHOWN else text[: _SHOWN - 3] + "..."
+    line = _line_of(path, content, head, at)
+    raise RecordingError(f"{path}: column {name!r}, line {line}: {text!r} is not a number; {advice}")
+
+
+def _float(value: object) -> float:
+    """A cell as a number, infinite where it is too large; nan for a text."""
+    try:
+        return float(str(value))
+    except ValueError:
+        return float("nan")
+
+
+def _line_of(path: Path, content: bytes, head: _Head, row: int) -> int:
+    """Line from 1 in which a row of data stands."""
+    for at, (number, _, _) in enumerate(_lines(path, content, offset=head.offset)):
+        if at == row:
+            return head.line + number - 1
+    return head.line + row

@@ -76,6 +76,7 @@ KNOWN: Mapping[str, tuple[str, ...]] = MappingProxyType(
 """Spellings offered when one is not understood."""
 
 _TOWER = re.compile(r"\*\*\s*-?(\d{2}|\(|\d+\s*\*\*)")  # exponents that take an evaluator for ever
+_SIGNS = re.compile(r"[\w %*/^().+\-]*")  # an evaluator drops what it does not know: m:=1 would be m
 _LONGEST_UNIT = 40  # characters: no laboratory writes a longer one, and a parser should not be fed a page
 
 
@@ -156,12 +157,14 @@ def _base(unit: str, channel: str) -> Any:
     """One ``unit`` as a pint quantity in SI base units; RecordingError where pint cannot read it."""
     import pint
 
+    unreadable = (pint.PintError, AssertionError, AttributeError, LookupError, ValueError, TypeError, ArithmeticError,
+                  SyntaxError, tokenize.TokenError)  # fmt: skip
     try:
-        text = spelled(unit, channel)
-        if not text or len(unit) > _LONGEST_UNIT or _TOWER.search(text):
+        text = spelled(unit[: _LONGEST_UNIT + 1], channel)
+        if not text or len(unit) > _LONGEST_UNIT or not _SIGNS.fullmatch(text) or _TOWER.search(text):
             raise ValueError(unit)
         return _registry().Quantity(1.0, _registry().parse_units(text)).to_base_units()
-    except (pint.PintError, AttributeError, ValueError, TypeError, ArithmeticError, tokenize.TokenError) as error:
+    except unreadable as error:
         raise RecordingError(
             f"{channel}: unit {unit[:_LONGEST_UNIT]!r} is not known; {_remedy(unit, channel, None)}"
         ) from error

@@ -90,6 +90,7 @@ def _patterns(config: RunConfig, entries: Entries, excluded: Entries) -> Iterato
     exclude, held = said.exclude, trials.hold_out if isinstance(trials.hold_out, tuple) else ()
     by_key: dict[tuple[str, str], Iterable[str]] = {
         ("recordings", "accept"): said.accept,
+        ("recordings", "layouts"): said.layouts,
         ("trials", "window"): trials.window if isinstance(trials.window, Mapping) else (),
         ("trials", "conditions"): trials.conditions,
     }

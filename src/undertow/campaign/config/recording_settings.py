@@ -5,12 +5,13 @@ Belongs here: keys, their types, their defaults. Does not belong here: the other
 
 from __future__ import annotations
 
-from typing import Annotated, Literal
+from typing import Annotated, Any, Literal
 
-from pydantic import Field
+from pydantic import BeforeValidator, Field
 
 from undertow.campaign.config.settings import ColumnName, Positive, Real, Section, Whole
 from undertow.recording.doubt_kinds import DoubtKind
+from undertow.recording.limits import COLUMNS, MEGABYTES
 
 
 class TimeSettings(Section):
@@ -21,6 +22,7 @@ class TimeSettings(Section):
     )
     unit: str = Field(default="s", description="Unit of the column.")
     rate_hz: Positive | None = Field(default=None, description="Sampling rate where no column holds the time, Hz.")
+    start_s: Real = Field(default=0.0, description="What this clock reads zero at, on the displacement's clock, s.")
 
 
 class ChannelSettings(Section):
@@ -33,6 +35,12 @@ class ChannelSettings(Section):
     unit: str = Field(description="Unit as the laboratory writes it: mm, m/s^2, g, kN, deg, ...")
     sign: Literal[1, -1] = Field(default=1, description="-1 where the sensor counts the other way.")
     offset: Real = Field(default=0.0, description="Reading at zero, in `unit`; subtracted before the sign.")
+    file: str | None = Field(
+        default=None,
+        description="File it lies in where that is not the trial's own, beside it; conditions and {stem} in braces.",
+    )
+    variable: str | None = Field(default=None, description="Table in that file (see recordings.variable).")
+    time: TimeSettings | None = Field(default=None, description="Its own clock, where it has one.")
 
 
 class ChannelsSettings(Section):
@@ -44,6 +52,32 @@ class ChannelsSettings(Section):
     acceleration: ChannelSettings | None = Field(default=None, description="Acceleration of the body.")
     spring_force: ChannelSettings | None = Field(default=None, description="Force in the springs, + with displacement.")
     normal_force: ChannelSettings | None = Field(default=None, description="Vertical force on the rails.")
+
+
+def _none_is_null(value: Any) -> Any:
+    return None if value == "none" else value
+
+
+Unmapped = Annotated[ChannelSettings | None, BeforeValidator(_none_is_null)]
+"""A channel, or the word none: these files do not have it."""
+
+
+class LayoutChannelsSettings(Section):
+    """Channels of the files of one layout, in place of those of `recordings.channels`; none: they do not have it."""
+
+    time: TimeSettings = Field(default_factory=TimeSettings, description="Time stamps.")
+    displacement: Unmapped = Field(default=None, description="Displacement (m) or angle (rad).")
+    velocity: Unmapped = Field(default=None, description="Velocity; a rate gyro alone is enough.")
+    acceleration: Unmapped = Field(default=None, description="Acceleration of the body.")
+    spring_force: Unmapped = Field(default=None, description="Force in the springs, + with displacement.")
+    normal_force: Unmapped = Field(default=None, description="Vertical force on the rails.")
+
+
+class LimitsSettings(Section):
+    """How much one recording may take; what asks for more is refused before it is read."""
+
+    megabytes: Positive = Field(default=MEGABYTES, description="What is asked of a file may unfold to, 10^6 bytes.")
+    columns: Annotated[int, Field(strict=True, ge=1)] = Field(default=COLUMNS, description="Columns of one table.")
 
 
 class DespikeSettings(Section):
@@ -65,7 +99,34 @@ class CellsSettings(Section):
     normal_force: Whole | None = Field(default=None, description="Cell of the normal force.")
 
 
-class RecordingsSettings(Section):
+class FileSettings(Section):
+    """How a file is laid out."""
+
+    skip_rows: Whole = Field(default=0, description="Lines above the header.")
+    header: Literal["first", "none"] = Field(default="first", description="none: columns are numbers from 0.")
+    unit_row: bool = Field(default=False, description="Whether a line of units stands below the header.")
+    separator: Annotated[str, Field(min_length=1)] = Field(default="auto", description="Between columns; auto: found.")
+    decimal: Literal[".", ","] = Field(default=".", description="Decimal mark.")
+    encoding: str | None = Field(
+        default=None,
+        description="Encoding of texts: cp1252, shift_jis, ...; else UTF-8, marked UTF-16 or Latin-1.",
+    )
+    variable: str | None = Field(
+        default=None,
+        description="Table in a file that may hold several: array or structure of a MATLAB file (dots lead into it), "
+        "HDF5 group or dataset, sheet, TDMS group, MDF channel group.",
+    )
+    cells: CellsSettings | None = Field(default=None, description="Several trials in one file.")
+    despike: dict[str, DespikeSettings] = Field(default={}, description="Channel -> how its spikes are replaced.")
+
+
+class LayoutSettings(FileSettings):
+    """What differs in the files that a pattern fits; what is not given is as in `recordings`."""
+
+    channels: LayoutChannelsSettings | None = Field(default=None, description="Channels that differ.")
+
+
+class RecordingsSettings(FileSettings):
     """Where the recordings are and how they are read; paths are relative to the config."""
 
     index: str | None = Field(
@@ -79,7 +140,9 @@ class RecordingsSettings(Section):
     index_decimal: Literal["auto", ".", ","] = Field(
         default="auto", description="Decimal mark of the index's numbers; auto: found column by column."
     )
-    files: str | None = Field(default=None, description="Glob of the files, where there is no index.")
+    files: str | tuple[str, ...] | None = Field(
+        default=None, description="Glob of the files, or several, where there is no index."
+    )
     pattern: str | None = Field(
         default=None, description="Regular expression on file names; named groups are conditions."
     )
@@ -87,14 +150,8 @@ class RecordingsSettings(Section):
     accept: dict[str, tuple[DoubtKind, ...]] = Field(
         default={}, description="File name pattern -> kinds of doubt about these trials that are known and accepted."
     )
-    skip_rows: Whole = Field(default=0, description="Lines above the header.")
-    header: Literal["first", "none"] = Field(default="first", description="none: columns are numbers from 0.")
-    unit_row: bool = Field(default=False, description="Whether a line of units stands below the header.")
-    separator: Annotated[str, Field(min_length=1)] = Field(default="auto", description="Between columns; auto: found.")
-    decimal: Literal[".", ","] = Field(default=".", description="Decimal mark.")
-    variable: str | None = Field(
-        default=None, description="Array or structure in a MATLAB file (dots lead into structures)."
-    )
-    cells: CellsSettings | None = Field(default=None, description="Several trials in one file.")
     channels: ChannelsSettings = Field(description="Physical quantity -> column(s), unit, sign, offset.")
-    despike: dict[str, DespikeSettings] = Field(default={}, description="Channel -> how its spikes are replaced.")
+    layouts: dict[str, LayoutSettings] = Field(
+        default={}, description="File name pattern -> what differs in these files; the last that fits wins."
+    )
+    limits: LimitsSettings = Field(default=LimitsSettings(), description="How much one recording may take.")

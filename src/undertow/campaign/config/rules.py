@@ -5,17 +5,22 @@ Belongs here: rules across keys. Does not belong here: types and ranges of one k
 
 from __future__ import annotations
 
+import codecs
 import re
 from typing import TYPE_CHECKING
 
+from undertow.campaign.config.described import for_pattern
+from undertow.campaign.config.recording_settings import RecordingsSettings, TimeSettings
 from undertow.campaign.config.source import Location
 from undertow.campaign.config.specimen_rules import unphysical
 from undertow.comparison.suspects import chosen
 from undertow.equation import registry as shelf
 from undertow.errors import ConfigError, RecordingError
+from undertow.recording.channels import LARGEST
 from undertow.recording.doubt_kinds import DOUBT_KINDS
 from undertow.recording.index import SEPARATORS
-from undertow.recording.recording import CHANNELS
+from undertow.recording.parts import ALONE
+from undertow.recording.recording import CHANNELS, Coordinate
 from undertow.recording.units import factor_to_si
 
 if TYPE_CHECKING:
@@ -34,7 +39,10 @@ def contradictions(config: RunConfig) -> list[tuple[Location, str]]:
         text = f"recordings has index {said.index!r} and files {said.files!r}; give exactly one of them"
         wrong.append((("recordings",), text))
     wrong += _without_effect(config)
-    wrong += _unusable_channels(config)
+    coordinate = config.equation.coordinate
+    wrong += _unusable_channels(said, ("recordings",), coordinate)
+    for pattern in said.layouts:
+        wrong += _unusable_channels(for_pattern(said, pattern), ("recordings", "layouts", pattern), coordinate)
     wrong += unphysical(config)
     for at, name in enumerate(config.equation.terms):
         try:
@@ -100,28 +108,53 @@ def _without_effect(config: RunConfig) -> list[tuple[Location, str]]:
     return wrong
 
 
-def _unusable_channels(config: RunConfig) -> list[tuple[Location, str]]:
-    """Channels without a column, with an unknown unit, or too few of them."""
-    channels, cells = config.recordings.channels, config.recordings.cells
-    place: Location = ("recordings", "channels")
+def _unusable_channels(said: RecordingsSettings, above: Location, coordinate: Coordinate) -> list[tuple[Location, str]]:
+    """Channels without a column, with an unknown unit, or too few of them; a clock or an encoding that is none."""
+    channels, cells = said.channels, said.cells
+    place: Location = (*above, "channels")
     wrong: list[tuple[Location, str]] = []
     if channels.displacement is None and channels.velocity is None:
-        wrong.append((place, "channels has neither displacement nor velocity; map one of them"))
-    time = channels.time
-    in_cells = cells is not None and cells.time is not None
-    if (time.column is not None) + (time.rate_hz is not None) + in_cells != 1:
-        text = f"time has column {time.column!r} and rate_hz {time.rate_hz!r}; give exactly one of them"
-        wrong.append(((*place, "time"), text))
-    for name in ("time", *CHANNELS):
+        alone = f" ({ALONE})" if channels.acceleration is not None else ""
+        wrong.append((place, f"channels has neither displacement nor velocity; map one of them{alone}"))
+    wrong += _clock(channels.time, (*place, "time"), coordinate, cells is not None and cells.time is not None)
+    for name in CHANNELS:
         one = getattr(channels, name)
         if one is None:
             continue
-        try:
-            factor_to_si(one.unit, name, config.equation.coordinate)
-        except RecordingError as error:
-            wrong.append(((*place, name, "unit"), str(error)))
-        given = 0 if name == "time" else (one.column is not None) + bool(one.columns)
-        if name != "time" and given + (cells is not None and getattr(cells, name) is not None) != 1:
+        wrong += _unit(one.unit, name, (*place, name, "unit"), coordinate)
+        given = (one.column is not None) + bool(one.columns)
+        if given + (cells is not None and getattr(cells, name) is not None) != 1:
             text = f"{name} has column {one.column!r} and columns {one.columns!r}; give exactly one of them"
             wrong.append(((*place, name), text))
+        if one.time is not None:
+            wrong += _clock(one.time, (*place, name, "time"), coordinate)
+    if said.encoding is not None:
+        try:
+            codecs.lookup(said.encoding)
+        except (LookupError, ValueError):
+            text = f"encoding {said.encoding!r} is not known; write utf-8, utf-16, cp1252, shift_jis, ..."
+            wrong.append(((*above, "encoding"), text))
     return wrong
+
+
+def _clock(
+    time: TimeSettings, place: Location, coordinate: Coordinate, in_cells: bool = False
+) -> list[tuple[Location, str]]:
+    """A clock that has no rate and no column, or both, or a unit that is none of time."""
+    wrong = _unit(time.unit, "time", (*place, "unit"), coordinate)
+    if (time.column is not None) + (time.rate_hz is not None) + in_cells != 1:
+        text = f"time has column {time.column!r} and rate_hz {time.rate_hz!r}; give exactly one of them"
+        wrong.append((place, text))
+    if time.rate_hz is not None and not 1.0 / LARGEST < time.rate_hz < LARGEST:
+        text = f"rate_hz is {time.rate_hz:g} Hz, which no logger has; give the samples that it records in a second"
+        wrong.append(((*place, "rate_hz"), text))
+    return wrong
+
+
+def _unit(unit: str, name: str, place: Location, coordinate: Coordinate) -> list[tuple[Location, str]]:
+    """A unit that is not known or that the quantity cannot have."""
+    try:
+        factor_to_si(unit, name, coordinate)
+    except RecordingError as error:
+        return [(place, str(error))]
+    return []

@@ -14,6 +14,7 @@ from typing import Any, Literal
 
 from pydantic import Field, PrivateAttr, ValidationError
 
+from undertow.campaign.config.described import ByPattern, described
 from undertow.campaign.config.recording_settings import RecordingsSettings
 from undertow.campaign.config.rules import contradictions
 from undertow.campaign.config.settings import (
@@ -28,10 +29,9 @@ from undertow.campaign.config.settings import (
 from undertow.campaign.config.source import Location, Source, read_source, sentences
 from undertow.errors import ConfigError
 from undertow.likelihood.fit import Specimen
-from undertow.recording.catalogue import Catalogue, ChannelSpec, TimeSpec, Window
+from undertow.recording.catalogue import Catalogue, Window
 from undertow.recording.conditions import condition, same_condition
-from undertow.recording.layout import CellLayout, FileFormat
-from undertow.recording.recording import CHANNELS, Condition
+from undertow.recording.recording import Condition
 
 Method = Literal["decay", "sindy", "method1", "method2", "output_error"]
 GroupKey = tuple[tuple[str, Condition], ...]
@@ -71,28 +71,17 @@ class RunConfig(Section):
     def catalogue(self) -> Catalogue:
         """The recordings as the recording room describes them."""
         said, trials = self.recordings, self.trials
-        channels = said.channels
-        positions = said.cells.model_dump(exclude={"variable", "trial"}, exclude_none=True) if said.cells else {}
-        time = channels.time.column
-        if time is None and channels.time.rate_hz is None:
-            time = positions.get("time")
-        specs = {}
-        for name in CHANNELS:
-            one = getattr(channels, name)
-            if one is not None:
-                columns = one.columns or ((one.column if one.column is not None else positions[name]),)
-                specs[name] = ChannelSpec(columns, one.unit, float(one.sign), one.offset)
+        files = described(said)
         windows = {} if trials.window == "auto" else trials.window
         conditions = {
             pattern: {name: condition(value) if isinstance(value, str) else value for name, value in more.items()}
             for pattern, more in trials.conditions.items()
         }
         return Catalogue(
-            self.folder, specs, TimeSpec(time, channels.time.unit, channels.time.rate_hz),
-            said.index, said.index_column, said.file, said.files, said.pattern, said.exclude, _layout(said, positions),
-            {name: one.median for name, one in said.despike.items()}, conditions,
+            self.folder, files.channels, files.time, said.index, said.index_column, said.file, said.files, said.pattern,
+            said.exclude, files.layout, files.despike, conditions,
             {pattern: Window(one.start_s, one.end_s) for pattern, one in windows.items()}, self.equation.coordinate,
-            said.index_separator, said.index_decimal, said.accept,
+            said.index_separator, said.index_decimal, said.accept, ByPattern(said) if said.layouts else None,
         )  # fmt: skip
 
     def is_dry(self, conditions: Mapping[str, Condition]) -> bool:
@@ -142,9 +131,14 @@ class RunConfig(Section):
     def resolved(self) -> dict[str, Any]:
         """The whole config with defaults, as plain values; paths are absolute, so that it can be run from anywhere."""
         plain: dict[str, Any] = self.model_dump(mode="json", exclude_none=True)
-        for key in ("index", "files"):
-            if key in plain["recordings"]:
-                plain["recordings"][key] = str((self.folder / plain["recordings"][key]).absolute())
+        recordings = plain["recordings"]
+        if "index" in recordings:
+            recordings["index"] = str((self.folder / recordings["index"]).absolute())
+        if "files" in recordings:
+            given = self.recordings.files
+            globs = [given] if isinstance(given, str) else list(given or ())
+            absolute = [str((self.folder / one).absolute()) for one in globs]
+            recordings["files"] = absolute[0] if isinstance(given, str) else absolute
         return plain
 
 
@@ -199,14 +193,6 @@ def schema_text() -> str:
     """The JSON schema as it is committed (configs/run.schema.json)."""
     schema = {"$schema": "https://json-schema.org/draft/2020-12/schema", **RunConfig.model_json_schema()}
     return json.dumps(schema, indent=1, ensure_ascii=False, sort_keys=True) + "\n"
-
-
-def _layout(said: RecordingsSettings, positions: Mapping[str, int]) -> FileFormat:
-    separator = None if said.separator == "auto" else {"tab": "\t", "space": r"\s+"}.get(said.separator, said.separator)
-    cells = CellLayout(said.cells.variable, said.cells.trial, positions) if said.cells else None
-    return FileFormat(
-        separator, said.decimal, said.header == "first", said.skip_rows, said.unit_row, said.variable, cells
-    )
 
 
 __all__ = ["GroupKey", "Quantity", "RunConfig", "Source", "load", "look_up", "schema_text", "write_schema"]

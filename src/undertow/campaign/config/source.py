@@ -15,12 +15,35 @@ from pydantic_core import ErrorDetails
 from ruamel.yaml import YAML
 from ruamel.yaml.error import MarkedYAMLError, YAMLError
 from ruamel.yaml.nodes import MappingNode, Node, ScalarNode, SequenceNode
-from ruamel.yaml.tokens import AliasToken, TagToken
+from ruamel.yaml.tokens import (
+    AliasToken,
+    BlockEndToken,
+    BlockMappingStartToken,
+    BlockSequenceStartToken,
+    FlowMappingEndToken,
+    FlowMappingStartToken,
+    FlowSequenceEndToken,
+    FlowSequenceStartToken,
+    TagToken,
+)
 
 from undertow.errors import ConfigError
 from undertow.recording.conditions import number
 
 Location = tuple[int | str, ...]
+
+BYTES_AT_MOST = 1_000_000
+"""Of a config: ten thousand trials named one by one take a third of it."""
+
+TOKENS_AT_MOST = 100_000
+"""Keys, values and marks of a config: ten thousand windows by file name have 90,000, read in some seconds."""
+
+DEEPEST = 32
+"""Levels of a config; the deepest key of all lies 6 levels deep."""
+
+_SHOWN = 60  # characters of a value in a message
+_STARTS = (BlockMappingStartToken, BlockSequenceStartToken, FlowMappingStartToken, FlowSequenceStartToken)
+_ENDS = (BlockEndToken, FlowMappingEndToken, FlowSequenceEndToken)
 
 
 @dataclass(frozen=True)
@@ -43,21 +66,22 @@ class Source:
 def read_source(path: Path, overrides: Sequence[str] = ()) -> Source:
     """A config file and ``a.b=value`` overrides, whose values are read as YAML.
 
-    Raises ConfigError where the file is missing, is no YAML mapping, repeats a key, or uses tags or aliases (they are
-    refused: a config says everything once, in plain values).
+    Raises ConfigError where the file is missing, too large or deep, is no YAML mapping, repeats a key, or uses tags or
+    aliases (they are refused: a config says everything once, in plain values).
     """
     try:
+        size = path.stat().st_size
+        if size > BYTES_AT_MOST:
+            raise ConfigError(
+                f"config {path} has {size} bytes, more than {BYTES_AT_MOST}; is it a config? lists of trials belong in "
+                "recordings.index"
+            )
         text = path.read_text(encoding="utf-8-sig")
     except (OSError, UnicodeDecodeError) as error:
         reason = error.strerror if isinstance(error, OSError) else "it is not UTF-8 text"
         raise ConfigError(f"config {path} cannot be read: {reason}; check the path") from error
     try:
-        for token in YAML(typ="safe", pure=True).scan(text):
-            if isinstance(token, TagToken | AliasToken):
-                kind = "a tag (!...)" if isinstance(token, TagToken) else "an alias (*...)"
-                raise ConfigError(
-                    f"{path.name} line {token.start_mark.line + 1}: {kind} is not read; write the value itself"
-                )
+        _allow(text, path.name)
         root = YAML(typ="safe", pure=True).compose(text)
         data = YAML(typ="safe", pure=True).load(text)
     except (YAMLError, ValueError, RecursionError) as error:
@@ -71,6 +95,27 @@ def read_source(path: Path, overrides: Sequence[str] = ()) -> Source:
         data, location = _with_override(data, override)
         given[location] = override
     return Source(path, data, root, given)
+
+
+def _allow(text: str, name: str) -> None:
+    """ConfigError where YAML has tags or aliases, or more or deeper parts than a config: a parser takes minutes there.
+
+    Raises YAMLError as the scanner does.
+    """
+    depth = 0
+    for count, token in enumerate(YAML(typ="safe", pure=True).scan(text)):
+        where = f"{name} line {token.start_mark.line + 1}"
+        if isinstance(token, TagToken | AliasToken):
+            kind = "a tag (!...)" if isinstance(token, TagToken) else "an alias (*...)"
+            raise ConfigError(f"{where}: {kind} is not read; write the value itself")
+        depth += isinstance(token, _STARTS) - isinstance(token, _ENDS)
+        if depth > DEEPEST:
+            raise ConfigError(f"{where}: lists and keys lie more than {DEEPEST} levels deep; no key of a config does")
+        if count > TOKENS_AT_MOST:
+            raise ConfigError(
+                f"{where}: there are more than {TOKENS_AT_MOST} keys, values and marks up to here; lists of trials "
+                "belong in recordings.index"
+            )
 
 
 def sentences(source: Source, errors: Sequence[ErrorDetails], schema: Mapping[str, Any]) -> list[str]:
@@ -111,7 +156,7 @@ def _parted_number(data: Any, location: Location) -> str | None:
 
 def _shown(value: Any) -> str:
     text = repr(value)
-    return text if len(text) <= 60 else text[:57] + "..."
+    return text if len(text) <= _SHOWN else text[: _SHOWN - 3] + "..."
 
 
 def _unknown_key(location: Location, schema: Mapping[str, Any]) -> str:
@@ -199,12 +244,18 @@ def _with_override(data: Mapping[str, Any], override: str) -> tuple[dict[str, An
     """The data with one ``a.b=value`` in it, and where that is. The data itself stays as it is."""
     path, sign, text = override.partition("=")
     keys = tuple(part for part in path.strip().split("."))
+    shown = override if len(override) <= _SHOWN else override[: _SHOWN - 3] + "..."
+    if len(keys) > DEEPEST:
+        raise ConfigError(f"--set {shown}: the key has {len(keys)} parts; no key of a config has more than {DEEPEST}")
     if not sign or not all(keys):
-        raise ConfigError(f"--set {override}: it must read key.key=value, e.g. seed=1 or specimen.area_m2=0.97")
+        raise ConfigError(f"--set {shown}: it must read key.key=value, e.g. seed=1 or specimen.area_m2=0.97")
     try:
+        _allow(text, f"--set {keys[0]}=...")
         value = YAML(typ="safe", pure=True).load(text) if text.strip() else None
-    except YAMLError as error:
-        raise ConfigError(f"--set {override}: {text!r} is no YAML value; quote it") from error
+    except (YAMLError, ValueError, RecursionError) as error:
+        if isinstance(error, ConfigError):
+            raise
+        raise ConfigError(f"--set {shown}: {_shown(text)} is no YAML value; quote it") from error
     return _placed(data, keys, value, override), keys
 
 

@@ -11,7 +11,7 @@ import os
 import time
 import urllib.error
 import urllib.request
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from pathlib import Path
 from typing import IO, Any
@@ -29,11 +29,19 @@ TRIES = 5
 TIMEOUT_S = 30.0
 """Silence after which a connection counts as cut."""
 
+PATIENCE_S, SLOWEST_BYTES_PER_S = 30.0, 500.0
+"""A line that gives less on average over that time is given up: the modems of 1990 were ten times as fast."""
+
+LARGEST_BYTES, UNSTATED_BYTES = 50_000_000_000, 2_000_000_000
+"""Of one file at most, and of one whose size no server states: a record of Zenodo may have 50 GB."""
+
 LOCAL = ("localhost", "127.0.0.1", "::1")
 """Hosts that may be asked without encryption: this machine."""
 
 TEMPORARY = (429, 500, 502, 503, 504)
 """HTTP answers after which the same question may be answered a moment later."""
+
+_SHOWN = 200  # characters of an address in a message
 
 Received = Callable[[int, int], None]
 """Called with the bytes that are there and the bytes in all (0: not known)."""
@@ -41,7 +49,16 @@ Received = Callable[[int, int], None]
 
 def check_address(url: str, before: str = "") -> None:
     """Refuse an address that is not https (http on this machine apart), or that ``before`` may not lead to."""
-    parts = urlsplit(url)
+    try:
+        parts = urlsplit(url)
+        (parts.hostname or "").encode("idna")
+        wrong = "" if parts.port != 0 else "its port is 0"
+    except ValueError as error:
+        wrong = str(error)
+    if not wrong and not (url.isascii() and url.isprintable() and " " not in url):
+        wrong = "it has blanks or characters that an address writes with %"
+    if wrong:
+        raise UndertowError(f"address {url[:_SHOWN]!r} cannot be read ({wrong}); correct it")
     local = parts.hostname in LOCAL
     if not parts.hostname or not (parts.scheme == "https" or (parts.scheme == "http" and local)):
         led = f" (where {before} leads)" if before else ""
@@ -77,12 +94,34 @@ def said_by(error: Exception) -> str:
     return str(getattr(error, "reason", "") or error or type(error).__name__)
 
 
+def pieces(answer: Any, url: str, most: int) -> Iterator[bytes]:
+    """An answer's bytes as they arrive.
+
+    Raises UndertowError where there are more than ``most``, or they come too slowly to ever end.
+    """
+    since, lately, total = time.monotonic(), 0, 0
+    while chunk := answer.read1(CHUNK_BYTES):
+        lately, total = lately + len(chunk), total + len(chunk)
+        if total > most:
+            raise UndertowError(f"{url} sends more than {most} bytes; fetch it by hand if it is the right file")
+        yield chunk
+        waited = time.monotonic() - since
+        if waited > PATIENCE_S:
+            if lately < SLOWEST_BYTES_PER_S * waited:
+                raise UndertowError(
+                    f"{url} sent {lately} bytes in {waited:.0f} s, less than {SLOWEST_BYTES_PER_S:g} a second; run the "
+                    "same command again later: it goes on from there"
+                )
+            since, lately = time.monotonic(), 0
+
+
 @dataclass(frozen=True)
 class Download:
     """A file's address on its way into ``part``; what was received stays there until it is whole.
 
     Beside it, ``part`` + ".from" holds where it came from and the server's mark of that version (ETag), so that two
-    versions are never joined. Without a mark only a file that is ``checked`` afterwards goes on.
+    versions are never joined. Without a mark only a file that is ``checked`` afterwards goes on. ``size`` is what its
+    record says, bytes (-1: nothing does).
     """
 
     url: str
@@ -90,6 +129,7 @@ class Download:
     checked: bool = False
     wait: Callable[[float], None] = time.sleep
     received: Received = lambda done, of: None
+    size: int = -1
 
     @property
     def origin(self) -> Path:
@@ -144,10 +184,15 @@ class Download:
                 return False
             have = have if goes_on else 0
             length = answer.headers.get("Content-Length")
-            total = have + int(length) if length and length.isdigit() else 0
+            total = have + int(length) if length and length.isdecimal() and len(length) < 20 else 0
+            most = LARGEST_BYTES if total else self.size if self.size >= 0 else UNSTATED_BYTES
+            if total > most:
+                raise UndertowError(
+                    f"{self.url} has {total} bytes, more than {most}; fetch it by hand if it is the right file"
+                )
             self._note(answer.headers.get("ETag") or answer.headers.get("Last-Modified") or "")
             with self.part.open("ab" if goes_on else "wb") as stream:
-                while chunk := answer.read(CHUNK_BYTES):
+                for chunk in pieces(answer, self.url, most - have):
                     stream.write(chunk)
                     have += len(chunk)
                     self.received(have, total)

@@ -21,7 +21,7 @@ from urllib.parse import unquote, urlsplit
 
 import pooch
 
-from undertow.campaign.fetch.download import Download, check_address, open_address, said_by
+from undertow.campaign.fetch.download import Download, check_address, open_address, pieces, said_by
 from undertow.errors import ConfigError, UndertowError
 
 Progress = Callable[[str, int, int], None]
@@ -135,11 +135,12 @@ def _zenodo_files(record: str, api: str) -> tuple[Source, ...]:
             )
             for file in content["files"]
         )  # fmt: skip
-    except (KeyError, TypeError, ValueError) as error:
+    except (KeyError, TypeError, ValueError, OverflowError) as error:
         if isinstance(error, UndertowError):
             raise
         raise UndertowError(
-            f"record {record}: {url} describes its files in a way that is not known ({error!r}); fetch them by hand"
+            f"record {record}: {url} describes its files in a way that is not known ({repr(error)[:100]}); fetch them "
+            "by hand"
         ) from error
     names = [file.name.lower() for file in files]
     if not files or len(set(names)) < len(names):
@@ -162,11 +163,11 @@ def _known_checksum(text: str, record: str) -> str:
 def _json(url: str, record: str) -> Mapping[str, Any]:
     try:
         with open_address(url, {"Accept": "application/json"}) as answer:
-            text = answer.read(LARGEST_ANSWER)
+            text = b"".join(pieces(answer, url, LARGEST_ANSWER))
         content = json.loads(text)
     except (OSError, http.client.HTTPException) as error:
         raise UndertowError(f"record {record}: {url} answers {said_by(error)}; check number and line") from error
-    except ValueError as error:
+    except (ValueError, RecursionError) as error:
         if isinstance(error, UndertowError):
             raise
         raise UndertowError(f"record {record}: {url} gives no JSON ({error}); try again later") from error
@@ -183,7 +184,7 @@ def _fetch_one(file: Source, into: Path, progress: Progress, wait: Callable[[flo
 
     def downloader(url: str, output_file: Any, _: Any) -> None:
         part = into / f".{file.name}.part"
-        os.replace(Download(url, part, bool(file.checksum), wait, steps).run(), output_file)
+        os.replace(Download(url, part, bool(file.checksum), wait, steps, file.size).run(), output_file)
 
     try:
         pooch.retrieve(file.url, file.checksum or None, fname=file.name, path=into, downloader=downloader)

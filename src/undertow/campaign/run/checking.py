@@ -69,7 +69,7 @@ class Checker:
             recording = replace(recording, notes=recording.notes + check(recording, accepted))
             levels = {name: noise(values) for name, values in recording.channels.items()}
             window = find_window(recording, entry.window.start_s, entry.window.end_s, levels)
-            found, known = self._compared(recording, window, levels, accepted)
+            found, known = self._compared(recording, self.catalogue.for_entry(entry), window, levels, accepted)
             refuse_no_decay(recording, window, levels, accepted, entry.window.end_s)
             if any(one.certain for one in found):  # shown by one channel, which cannot contradict itself
                 alone = followed(recording)
@@ -85,10 +85,15 @@ class Checker:
             return Checked(entry.name, conditions, None, failed, found)
 
     def _compared(
-        self, recording: Recording, window: Window, levels: Mapping[str, float], accepted: Sequence[str]
+        self,
+        recording: Recording,
+        here: Catalogue,
+        window: Window,
+        levels: Mapping[str, float],
+        accepted: Sequence[str],
     ) -> tuple[tuple[Disagreement, ...], tuple[str, ...]]:
         """Disagreements that nobody accepted, and a note on those that somebody did."""
-        stated = stated_for(self.config, self.catalogue, recording.conditions)
+        stated = stated_for(self.config, here, recording.conditions)
         found = disagreements(recording, window, stated, levels)
         held = hold_not_cut(recording, window, levels)
         if held is not None:

@@ -1,0 +1,147 @@
+"""The text of a campaign's first config: what was found as keys, what was guessed as comments beside them.
+
+Belongs here: YAML. Does not belong here: looking at files (survey.py, names.py), trying the config (start.py).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass, field
+from glob import escape
+from pathlib import Path
+
+from undertow.campaign.proposing import TERMS, layout_keys, layout_lines, plain, spec_text, time_text
+from undertow.campaign.starting.names import Named
+from undertow.campaign.starting.survey import Alike, Reading, Survey
+from undertow.recording.readers import suffix_of
+from undertow.recording.recording import CHANNELS
+
+WIDTH = 118
+"""Characters of a comment's line."""
+
+SPECIMEN = """\
+# What the laboratory knows of the specimen; every entry is optional, and a table may go by a condition:
+# specimen:
+#   mass_kg: 100.0                 # all that moves when dry
+#   stiffness_N_per_m: {by: spring, short: 4.0e+5, long: 1.1e+5}
+#   area_m2: 1.0                   # drag area; then add quadratic_drag to the terms
+#   submerged_volume_m3: 0.1"""
+"""Keys to be filled in."""
+
+
+@dataclass(frozen=True)
+class Draft:
+    """What a config will say. ``left_out`` are files and why; ``starts`` files and the first instant used, s; ``notes``
+    are sentences that stand above it."""
+
+    name: str
+    survey: Survey
+    named: Named
+    left_out: Mapping[str, str] = field(default_factory=dict)
+    starts: Mapping[str, float] = field(default_factory=dict)
+    notes: Sequence[str] = ()
+
+    def text(self) -> str:
+        """The config as YAML with comments."""
+        base = self.survey.groups[0].reading
+        terms = ", ".join(TERMS)
+        lines = [
+            *_comment("Proposed by `undertow init` from the files. It runs as it is; guesses stand beside their keys."),
+            *(line for note in self.notes for line in _comment(note)),
+            f"name: {plain(self.name)}",
+            "recordings:",
+            *_indented(self._recordings(base), 2),
+            "trials:",
+            *_indented(self._trials(), 2),
+            *SPECIMEN.splitlines(),
+            "equation:",
+            "  # with water and a dry trial of each spring: add added_mass and quadratic_drag (undertow terms)",
+            f"  terms: [{terms}]",
+            f"  coordinate: {base.coordinate}",
+        ]  # fmt: skip
+        return "\n".join(lines) + "\n"
+
+    def _recordings(self, base: Reading) -> list[str]:
+        lines = ["files:", *(f"  - {plain(one)}" for one in _globs(self.survey.files))]
+        if self.named.pattern:
+            said = ", ".join(f"{name} ({meaning})" for name, meaning in self.named.meanings.items())
+            lines += _comment(f"parts of the file names are conditions: {said}")
+            lines.append(f"pattern: {plain(self.named.pattern)}")
+        left_out = {**self._unread(), **self.left_out}
+        if left_out:
+            lines.append("exclude:")
+            for name, why in sorted(left_out.items()):
+                lines += [*_indented(_comment(why), 2), f"  - {plain(escape(name))}"]
+        lines += layout_lines(base.layout)
+        for remark in self.survey.remarks:
+            lines += _comment(f"guessed: {remark}")
+        lines += ["channels:", f"  time: {time_text(base.time)}"]
+        lines += [f"  {name}: {spec_text(spec)}" for name, spec in base.channels]
+        others = [group for group in self.survey.groups[1:] if set(group.files) - set(self.left_out)]
+        if others:
+            lines.append("layouts:")
+        for group in others:
+            for pattern in group.patterns:
+                lines += [f"  {plain(pattern)}:", *_indented(_differences(base, group), 4)]
+        return lines
+
+    def _unread(self) -> dict[str, str]:
+        """Files that cannot be read and that the globs fit all the same."""
+        ends = {_end(name) for name in self.survey.files}
+        return {name: why for name, why in self.survey.unread if _end(name) in ends}
+
+    def _trials(self) -> list[str]:
+        lines = [
+            "# trials with the same of these conditions are fitted together",
+            f"group_by: [{', '.join(self.named.group_by)}]",
+        ]
+        if self.named.dry is not None:
+            name, value = self.named.dry
+            lines.append(f"dry: {{{name}: {plain(value)}}}")
+        else:
+            lines += ["# conditions of the trials without water: {water_depth_m: 0}", "dry: none"]
+        if self.starts:
+            lines += ["# a hand holds the body before these instants", "window:"]
+            for name, start in sorted(self.starts.items()):
+                lines.append(f"  {plain(escape(name))}: {{start_s: {start:.12g}}}")
+        return lines
+
+
+def _differences(base: Reading, group: Alike) -> list[str]:
+    """Keys of a layout in which a group differs from the base."""
+    there = group.reading
+    own, others = layout_keys(there.layout), layout_keys(base.layout)
+    lines = [f"{key}: {value}" for key, value in own.items() if value != others[key]]
+    channels, known = dict(there.channels), dict(base.channels)
+    said = [f"time: {time_text(there.time)}"] if there.time != base.time else []
+    for name in CHANNELS:
+        if channels.get(name) != known.get(name):
+            said.append(f"{name}: {spec_text(channels[name]) if name in channels else 'none'}")
+    return [*lines, *(["channels:", *_indented(said, 2)] if said else [])] or ["header: first"]
+
+
+def _globs(files: Iterable[str]) -> list[str]:
+    """One glob for every folder and suffix."""
+    return sorted({f"{escape(folder)}/*{end}" if folder else f"*{end}" for folder, end in map(_end, files)})
+
+
+def _end(name: str) -> tuple[str, str]:
+    """Folder and suffix of a file, as they are written."""
+    folder, _, base = name.rpartition("/")
+    suffix = suffix_of(Path(base))
+    return folder, base[-len(suffix):] if suffix else ""
+
+
+def _comment(text: str) -> list[str]:
+    """A sentence as lines of comment."""
+    lines, line = [], "#"
+    for word in text.split():
+        if len(line) + len(word) >= WIDTH and line != "#":
+            lines.append(line)
+            line = "#"
+        line += f" {word}"
+    return [*lines, line]
+
+
+def _indented(lines: Iterable[str], by: int) -> list[str]:
+    return [" " * by + line for line in lines]

@@ -1,0 +1,116 @@
+"""From a folder of recordings to a config that runs: looked at, drafted, every trial tried as a run would, written.
+
+Belongs here: that order. Does not belong here: the look (survey.py), names (names.py), text (draft.py).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+from pathlib import Path
+
+from undertow.campaign.config import RunConfig
+from undertow.campaign.config.matching import planned
+from undertow.campaign.proposing import hold_cut, parsed
+from undertow.campaign.run.checking import Checker
+from undertow.campaign.starting.draft import Draft
+from undertow.campaign.starting.names import Named, read_names
+from undertow.campaign.starting.survey import survey
+from undertow.discrepancy.words import count
+from undertow.errors import ConfigError, UndertowError
+
+FILE_NAME = "undertow.yaml"
+"""The config's name, in the folder that it is about."""
+
+Progress = Callable[[str, int, int], None]
+
+
+@dataclass(frozen=True)
+class Started:
+    """The written config, how many trials it uses, files it leaves out and why, and how many layouts it has."""
+
+    path: Path
+    trials: int
+    left_out: tuple[tuple[str, str], ...]
+    layouts: int
+
+    @property
+    def summary(self) -> str:
+        """The same in lines."""
+        kinds = "one layout" if self.layouts == 1 else f"{self.layouts} layouts"
+        without = f"; {count(len(self.left_out), 'file')} left out:" if self.left_out else ""
+        lines = [f"written: {self.path}: {count(self.trials, 'trial')} in {kinds}{without}"]
+        lines += [f"  {name}: {why}" for name, why in self.left_out]
+        return "\n".join([*lines, f"next: fill in specimen and dry, then undertow run {self.path}"])
+
+
+def start(folder: Path, out: Path | None = None, progress: Progress = lambda stage, done, of: None) -> Started:
+    """Look at a folder's recordings and write a config (``undertow.yaml`` there) that runs as it is.
+
+    Files that cannot be read or used are left out with the reason as a comment; a start held by hand is cut.
+
+    Raises ConfigError where the folder holds no recording that can be read or the config is there already,
+    UndertowError where no trial can be used.
+    """
+    path = out or folder / FILE_NAME
+    if path.exists():
+        raise ConfigError(f"{path} is there already and is not overwritten; move it away or give another with --out")
+    if path.parent.resolve() != folder.resolve():
+        raise ConfigError(f"{path} must lie in {folder}: its paths are relative to it; give a name there with --out")
+    found = survey(folder, lambda done, of: progress("look", done, of))
+    draft = _planned(Draft(folder.resolve().name or "campaign", found, read_names(found.files)), folder)
+    draft = _tried(draft, folder, progress)
+    _config(draft, folder)
+    with path.open("x", encoding="utf-8") as stream:
+        stream.write(draft.text())
+    left_out = (*found.unread, *draft.left_out.items())
+    used = len(found.files) - len(draft.left_out)
+    return Started(path, used, tuple(sorted(left_out)), len(found.groups))
+
+
+def _config(draft: Draft, folder: Path) -> RunConfig:
+    """The draft as a config that matches its files; ConfigError where it does not."""
+    config = parsed(draft.text(), folder)
+    planned(config)
+    return config
+
+
+def _planned(draft: Draft, folder: Path) -> Draft:
+    """The draft, without what was read from names where that does not fit together."""
+    try:
+        _config(draft, folder)
+    except ConfigError as error:
+        said = str(error).splitlines()[0].removeprefix("config: ")
+        plain = replace(draft, named=Named(), notes=(f"File names give no conditions that fit together ({said}).",))
+        _config(plain, folder)
+        return plain
+    return draft
+
+
+def _tried(draft: Draft, folder: Path, progress: Progress) -> Draft:
+    """The draft with those trials left out that a run could not use, and held starts cut.
+
+    Raises UndertowError where none is left.
+    """
+    config = _config(draft, folder)
+    checker, entries = Checker(config, config.catalogue()), planned(config).entries
+    left_out: dict[str, str] = {}
+    starts: dict[str, float] = {}
+    for done, entry in enumerate(entries):
+        progress("try", done, len(entries))
+        name = entry.path.relative_to(folder.absolute()).as_posix()
+        checked = checker(entry)
+        cut = hold_cut(checked)
+        if cut is not None and cut.start_s is not None:
+            again = checker(replace(entry, window=cut))
+            if again.failed is None:
+                checked, starts[name] = again, cut.start_s
+        if checked.failed is not None:
+            left_out[name] = checked.failed.reason.removeprefix(f"trial {entry.name}: ")
+        elif checked.contradiction:
+            left_out[name] = f"contradicts itself; correct it, then take it out of exclude: {checked.contradiction}"
+    progress("try", len(entries), len(entries))
+    if len(left_out) == len(entries):
+        first = next(iter(left_out.items()))
+        raise UndertowError(f"none of {len(entries)} trials in {folder} can be used; {first[0]}: {first[1]}")
+    return replace(draft, left_out=left_out, starts={n: s for n, s in starts.items() if n not in left_out})

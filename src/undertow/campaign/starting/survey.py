@@ -1,0 +1,150 @@
+"""Every recording of a folder looked at, and those that are read alike put together.
+
+Belongs here: which files there are and how each is read. Does not belong here: conditions (names.py), the config's text
+(draft.py).
+"""
+
+from __future__ import annotations
+
+import os
+from collections import Counter
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from glob import escape
+from pathlib import Path
+
+from undertow.errors import ConfigError, RecordingError
+from undertow.recording.channels import ChannelSpec, TimeSpec
+from undertow.recording.layout import FileFormat
+from undertow.recording.patterns import Patterns
+from undertow.recording.propose_file import propose_file
+from undertow.recording.readers import READERS, suffix_of, trial_name
+from undertow.recording.recording import Coordinate
+
+Looked = Callable[[int, int], None]
+"""Called with the files looked at and their number."""
+
+
+@dataclass(frozen=True)
+class Reading:
+    """How files are read: layout, time, channels by name, coordinate."""
+
+    layout: FileFormat
+    time: TimeSpec
+    channels: tuple[tuple[str, ChannelSpec], ...]
+    coordinate: Coordinate
+
+
+@dataclass(frozen=True)
+class Alike:
+    """Files that are read alike, as paths from the folder, and the pattern (or the names) that fits them alone."""
+
+    reading: Reading
+    files: tuple[str, ...]
+    patterns: tuple[str, ...] = ()
+
+
+@dataclass(frozen=True)
+class Survey:
+    """What a folder holds: groups of files that are read alike, the largest first; files that cannot be read or do not
+    belong to the others, with the reason; and what was guessed."""
+
+    groups: tuple[Alike, ...]
+    unread: tuple[tuple[str, str], ...]
+    remarks: tuple[str, ...]
+
+    @property
+    def files(self) -> tuple[str, ...]:
+        """All that can be read, in order."""
+        return tuple(sorted(name for group in self.groups for name in group.files))
+
+
+def survey(folder: Path, looked: Looked = lambda done, of: None) -> Survey:
+    """Look at every file of a folder and of those below it that has the suffix of a recording.
+
+    Raises ConfigError where there is no such folder or none of its files can be read as a recording.
+    """
+    files = _files(folder)
+    found: dict[Reading, list[str]] = {}
+    unread: list[tuple[str, str]] = []
+    remarks: Counter[str] = Counter()
+    for done, name in enumerate(files):
+        looked(done, len(files))
+        try:
+            seen = propose_file(folder / name)
+        except RecordingError as error:
+            unread.append((name, str(error).removeprefix(f"{folder / name}").lstrip(": ")))
+            continue
+        if not seen.complete or seen.proposal.time is None:
+            unread.append((name, "no column is named like a displacement or velocity and one like time"))
+            continue
+        one = Reading(
+            seen.layout, seen.proposal.time, tuple(seen.proposal.channels.items()), seen.proposal.coordinate
+        )  # fmt: skip
+        found.setdefault(one, []).append(name)
+        remarks.update(seen.proposal.remarks)
+    looked(len(files), len(files))
+    if not found:
+        first = f"; {unread[0][0]}: {unread[0][1]}" if unread else ""
+        raise ConfigError(
+            f"{folder} holds {len(files)} files with the suffix of a recording and none that can be read as one by its "
+            f"names{first}"
+        )
+    return _sorted_out(found, unread, tuple(remarks))
+
+
+def _files(folder: Path) -> list[str]:
+    """Files with the suffix of a recording, as paths from the folder; hidden ones and run folders left out."""
+    if not folder.is_dir():
+        raise ConfigError(f"{folder} is no folder; give the one that holds the recordings")
+    names = []
+    for above, folders, files in os.walk(folder):
+        folders[:] = sorted(name for name in folders if not name.startswith(".") and name != "runs")
+        names += [
+            (Path(above) / name).relative_to(folder).as_posix()
+            for name in sorted(files)
+            if not name.startswith((".", "~$")) and suffix_of(Path(name)) in READERS
+        ]
+    return names
+
+
+def _sorted_out(found: dict[Reading, list[str]], unread: Sequence[tuple[str, str]], remarks: tuple[str, ...]) -> Survey:
+    """Groups with their patterns; those of another coordinate than most files are left out."""
+    counts = Counter[Coordinate]()
+    for reading, names in found.items():
+        counts[reading.coordinate] += len(names)
+    coordinate = counts.most_common(1)[0][0]
+    others = [
+        (name, f"it is a {reading.coordinate} and most files are a {coordinate}: it needs a config of its own")
+        for reading, names in found.items()
+        for name in names
+        if reading.coordinate != coordinate
+    ]
+    kept = {reading: names for reading, names in found.items() if reading.coordinate == coordinate}
+    everything = [name for names in kept.values() for name in names]
+    groups = [Alike(reading, tuple(names), _patterns(names, everything)) for reading, names in kept.items()]
+    groups.sort(key=lambda group: (-len(group.files), group.files))
+    return Survey(tuple(groups), tuple(sorted([*unread, *others])), remarks)
+
+
+def _patterns(names: Sequence[str], everything: Sequence[str]) -> tuple[str, ...]:
+    """One pattern that fits these files alone, else each of them by its name."""
+    bases = [name.rpartition("/")[2] for name in names]
+    prefix = _shared_beginning(bases)
+    suffixes, folders = {suffix_of(Path(base)) for base in bases}, {name.rpartition("/")[0] for name in names}
+    candidates = [f"*{suffix}" for suffix in suffixes] if len(suffixes) == 1 else []
+    candidates += [f"{escape(folder)}/*" for folder in folders] if len(folders) == 1 and "" not in folders else []
+    if prefix and len(names) > 1:
+        candidates += [f"{escape(prefix)}*", *(f"{escape(prefix)}*{suffix}" for suffix in sorted(suffixes)[:1])]
+    for pattern in candidates:
+        one = Patterns([pattern])
+        if sorted(name for name in everything if one.fit(trial_name(Path(name)), name)) == sorted(names):
+            return (pattern,)
+    return tuple(escape(name) for name in names)
+
+
+def _shared_beginning(texts: Sequence[str]) -> str:
+    """The characters that all texts begin with."""
+    first, last = min(texts), max(texts)
+    count = next((at for at, (one, other) in enumerate(zip(first, last, strict=False)) if one != other), len(first))
+    return first[:count]

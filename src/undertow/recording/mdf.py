@@ -1,0 +1,106 @@
+"""Measurement data files of the ASAM (MDF4, MDF3) as tables, through asammdf.
+
+Belongs here: channel groups and their clocks. Does not belong here: which channel means what (catalogue.py).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pandas as pd
+
+from undertow.errors import MisnamedError, RecordingError
+from undertow.recording.foreign import library, parsing
+from undertow.recording.layout import Column, FileFormat, pick
+from undertow.recording.limits import LIMITS, Limits
+from undertow.recording.vectors import chosen_table, table
+
+TIME = "time"
+"""Name of the column that a group's master channel becomes, in s since the file's start."""
+
+_ADVICE = "export it again as MDF 4, or as CSV"
+
+
+def read_mdf(path: Path, layout: FileFormat, columns: Sequence[Column] | None) -> pd.DataFrame:
+    """The asked channels (all of a group where None) of one channel group as float64, with the column ``time``.
+
+    ``layout.variable`` is the group: its acquisition name, or its number from 0; None: the only group that has all
+    asked channels.
+
+    Raises RecordingError where asammdf is not installed, the file is damaged or too large, or group or channel are
+    missing.
+    """
+    with _opened(path) as file:
+        groups = _groups(file)
+        name = _group(path, groups, layout.variable, columns)
+        number, channels = groups[name]
+        names: list[Column] = [TIME, *(one for one in channels if one != TIME)]
+        layout.limits.allow_columns(path, len(names) if columns is None else len(columns))
+        asked = [names[at] for at in pick(path, names, columns)]
+        samples = int(file.groups[number].channel_group.cycles_nr)
+        layout.limits.allow_bytes(path, 8.0 * samples * len(asked), f"channel group {name!r}")
+        vectors: dict[Column, Any] = {TIME: np.asarray(file.get_master(number))}
+        units = {}
+        for column in (one for one in asked if one != TIME):
+            signal = file.get(str(column), group=number, index=channels[str(column)])
+            values = np.asarray(signal.samples)
+            if columns is not None or (values.dtype.kind in "fiu" and values.ndim == 1):
+                vectors[column], units[column] = values, str(signal.unit or "")
+        frame = table(path, vectors, units)
+    return frame if columns is None else frame[list(columns)]
+
+
+def mdf_tables(path: Path, limits: Limits = LIMITS) -> tuple[str, ...]:
+    """Names of the channel groups that hold more than a clock."""
+    with _opened(path) as file:
+        return tuple(name for name, (_, channels) in _groups(file).items() if channels)
+
+
+@contextmanager
+def _opened(path: Path) -> Iterator[Any]:
+    asammdf = library("asammdf", "asammdf", "labs", path)
+    with parsing(path, "MDF file", _ADVICE, cycles=True):
+        file = asammdf.MDF(path)
+        try:
+            yield file
+        finally:
+            file.close()
+
+
+def _groups(file: Any) -> dict[str, tuple[int, dict[str, int]]]:
+    """Groups by acquisition name (number where that is empty or not the only one): number, channels without a clock."""
+    said = [str(getattr(group.channel_group, "acq_name", "") or "") for group in file.groups]
+    found = {}
+    for number, group in enumerate(file.groups):
+        name = said[number] if said[number] and said.count(said[number]) == 1 else str(number)
+        master = file.masters_db.get(number)
+        found[name] = (number, {one.name: at for at, one in enumerate(group.channels) if at != master})
+    return found
+
+
+def _group(
+    path: Path, groups: dict[str, tuple[int, dict[str, int]]], wanted: str | None, columns: Sequence[Column] | None
+) -> str:
+    """The group that is named, or the only one that has all asked channels."""
+    if wanted is not None:
+        return chosen_table(path, list(groups), wanted, "channel group")
+    have = [name for name, (_, channels) in groups.items() if channels]
+    asked = [str(one) for one in columns or () if one != TIME]
+    fitting = [name for name in have if all(one in groups[name][1] for one in asked)]
+    if len(fitting) == 1:
+        return fitting[0]
+    everywhere = {one for name in have for one in groups[name][1]}
+    lacking = next((one for one in asked if one not in everywhere), None)
+    if lacking is not None:
+        listed = ", ".join(sorted(everywhere)[:30])
+        raise MisnamedError(f"{path} has no column {lacking!r}; it has {listed}; correct recordings.channels")
+    if not fitting and asked:
+        raise RecordingError(
+            f"{path}: {', '.join(asked)} lie in different channel groups, each with its own clock; give those that are "
+            "not in the displacement's group their own time: time: {column: time} in recordings.channels"
+        )
+    return chosen_table(path, fitting, None, "channel group")

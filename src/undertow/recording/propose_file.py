@@ -1,0 +1,82 @@
+"""A guess at a whole file: its table, layout and mapping; channels in its other tables are added with their own clocks.
+
+Belongs here: which of a file's tables is the trial. Does not belong here: what columns mean (propose.py), where a table
+begins (propose_layout.py), anything that a run relies on.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from pathlib import Path
+
+import pandas as pd
+
+from undertow.errors import RecordingError
+from undertow.recording.layout import FileFormat
+from undertow.recording.parts import FOLLOWED
+from undertow.recording.propose import Proposal, propose_mapping
+from undertow.recording.propose_layout import propose_layout
+from undertow.recording.readers import EXCEL, READERS, read_table, suffix_of, tables_in
+from undertow.recording.text import read_text
+
+TABLES_LOOKED_AT = 12
+"""Tables of one file that are read: a file with more holds many trials, and its first ones show the layout."""
+
+
+@dataclass(frozen=True)
+class FileProposal:
+    """A proposed reading of a file: its ``layout`` and mapping, and the ``table`` that these are of."""
+
+    layout: FileFormat
+    proposal: Proposal
+    table: pd.DataFrame
+
+    @property
+    def complete(self) -> bool:
+        """Whether it says where the body is and when."""
+        return self.proposal.time is not None and any(name in self.proposal.channels for name in FOLLOWED)
+
+
+def propose_file(path: Path) -> FileProposal:
+    """The reading that a file's own lines, names and units suggest.
+
+    Raises RecordingError where nothing of it can be read.
+    """
+    seen: list[FileProposal] = []
+    failed: RecordingError | None = None
+    for layout in _layouts(path):
+        try:
+            found = propose_layout(path, layout.variable) if suffix_of(path) in EXCEL else layout
+            table = read_table(path, found)
+        except RecordingError as error:
+            failed = failed or error
+            continue
+        seen.append(FileProposal(found, propose_mapping(table, table.attrs.get("units")), table))
+    if not seen:
+        raise failed or RecordingError(f"{path} holds no table; is it a recording?")
+    first = next((one for one in seen if one.complete), None)
+    first = first or next((one for one in seen if one.proposal.channels), seen[0])
+    return _with_others(first, [one for one in seen if one is not first])
+
+
+def _layouts(path: Path) -> Sequence[FileFormat]:
+    """One layout a table of the file."""
+    if path.is_file() and READERS.get(suffix_of(path)) is read_text:
+        return [propose_layout(path)]
+    names = tables_in(path)[:TABLES_LOOKED_AT]
+    if len(names) == 1 and suffix_of(path) != ".mat":
+        return [FileFormat()]
+    return [FileFormat(variable=name or None) for name in names] or [FileFormat()]
+
+
+def _with_others(first: FileProposal, others: Sequence[FileProposal]) -> FileProposal:
+    """The same with channels that only other tables of the file have."""
+    channels, remarks = dict(first.proposal.channels), list(first.proposal.remarks)
+    for one in others:
+        for name, spec in one.proposal.channels.items():
+            if name not in channels and one.proposal.time is not None and one.layout.variable is not None:
+                channels[name] = replace(spec, variable=one.layout.variable, time=one.proposal.time)
+                remarks.append(f"{name} lies in the table {one.layout.variable!r} with its own clock")
+    proposal = replace(first.proposal, channels=channels, remarks=tuple(remarks))
+    return replace(first, proposal=proposal)

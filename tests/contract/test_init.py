@@ -1,0 +1,205 @@
+"""`undertow init` and `inspect --save`: from a folder of files to a config that runs as it is."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from tests.command_line import undertow
+from tests.lab_files import write_csv, write_excel, write_mat, write_parquet, write_tdms
+from tests.small_campaign import recorded, write_table
+from undertow.campaign.config import load
+from undertow.campaign.config.matching import planned
+from undertow.campaign.run.checking import Checker
+from undertow.campaign.starting import start
+from undertow.campaign.starting.names import read_names
+from undertow.conditioning.agreement import Disagreement
+from undertow.errors import ConfigError, UndertowError
+from undertow.recording.catalogue import read_trial
+from undertow.recording.recording import Recording
+
+Capture = pytest.CaptureFixture[str]
+
+KINDS = (
+    ("csv", write_csv), ("xlsx", write_excel), ("tdms", write_tdms), ("mat", write_mat), ("parquet", write_parquet)
+)  # fmt: skip
+
+
+@pytest.fixture(scope="module")
+def thirteen(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """Thirteen trials in five formats, three layouts of columns and two units; a text that is none."""
+    folder = tmp_path_factory.mktemp("campaign") / "tank"
+    folder.mkdir()
+    for at in range(13):
+        suffix, write = KINDS[at % 5]
+        t, x, a = recorded(0.03 + 0.01 * (at % 4), at).T
+        columns = {"disp": (x, "m")} if suffix == "tdms" else {"disp": (1e3 * x, "mm"), "acc": (a, "m/s^2")}
+        write(folder / f"T{at + 1:02d}_{'lang' if at < 7 else 'kurz'}_{'ab'[at % 2]}.{suffix}", t, columns)
+    (folder / "T14_lang_a.csv").write_text("broken off\n")
+    (folder / "photo.jpg").write_bytes(b"x")
+    return folder
+
+
+def test_thirteen_files_in_five_formats_go_from_init_to_a_verdict(
+    capsys: Capture, thirteen: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("undertow.report.html.svg_text", lambda *said, **how: "<svg></svg>")  # half of the time
+    begun = undertow(capsys, "init", thirteen)
+    assert begun.code == 0
+    assert "13 trials in 5 layouts; 1 file left out:" in begun.out
+    assert "  T14_lang_a.csv: no table of numbers begins in its first 1 lines" in begun.out
+    looked = undertow(capsys, "inspect", thirteen / "T02_lang_b.xlsx")
+    assert "proposed config:" in looked.out
+    config = thirteen / "undertow.yaml"
+    quick = ["--set", "identify=[sindy]", "--set", "discrepancy.suspects=[]", "--jobs", 1]
+    ran = undertow(capsys, "run", config, "--out", tmp_path / "run", *quick)
+    assert ran.code == 0, ran.err
+    verdict = json.loads((tmp_path / "run" / "verdict.json").read_text())
+    sizes = {group["group"]["spring"]: len(group["trials"]) for group in verdict["groups"]}
+    assert sizes == {"kurz": 6, "lang": 7}
+
+
+def test_what_init_writes_reads_every_trial_as_it_was_recorded(thirteen: Path) -> None:
+    path = thirteen / "undertow.yaml"
+    if not path.exists():
+        start(thirteen)
+    config = load(path)
+    said = config.catalogue()
+    for entry in planned(config).entries:
+        at = int(entry.conditions["trial"]) - 1
+        true, read = recorded(0.03 + 0.01 * (at % 4), at), read_trial(entry, said)
+        np.testing.assert_allclose(read.channels["displacement"], true[:, 1], atol=1e-11)
+        assert ("acceleration" in read.channels) == (at % 5 != 2)
+    text = path.read_text()
+    assert "# parts of the file names are conditions: trial (number of the trial), spring (name of the spring)" in text
+    assert "# specimen:\n#   mass_kg:" in text
+    assert "group_by: [spring]" in text
+
+
+@pytest.mark.parametrize(
+    ("files", "group_by", "dry", "conditions"),
+    [
+        (["T1_kurz_229_a.csv", "T2_kurz_163_b.csv", "T3_lang_229_a.csv", "T4_lang_163_b.csv"],
+         ("spring", "level"), None, ["trial", "spring", "level", "repetition"]),
+        (["d2.36_1.csv", "d2.36_2.xlsx", "d1.63_1.csv", "d1.63_2.csv"], ("d",), None, ["d", "repetition"]),
+        (["dry-1.csv", "dry-2.csv", "wet-1.csv.gz", "wet-2.csv"],
+         ("water",), ("water", "dry"), ["water", "repetition"]),
+        (["r01.csv", "r02.csv", "r03.csv"], (), None, ["trial"]),
+        (["m 1,5 x.csv", "m 1,5 y.csv", "m 2,5 x.csv", "m 2,5 y.csv"], ("level",), None, ["level", "repetition"]),
+        (["oak_take1.csv", "oak_take2.csv", "elm_take1.csv", "elm_take2.csv"], ("kind",), None, ["kind", "repetition"]),
+        (["10.csv", "17.csv"], (), None, ["trial"]),
+        (["apple_1.csv", "pear_2.csv"], (), None, ["label", "repetition"]),
+        (["a.csv", "b_1.csv"], (), None, []),
+        (["one.csv"], (), None, []),
+    ],
+)  # fmt: skip
+def test_conditions_are_guessed_from_names(
+    files: list[str], group_by: tuple[str, ...], dry: tuple[str, str] | None, conditions: list[str]
+) -> None:
+    found = read_names(files)
+    assert found.group_by == group_by
+    assert found.dry == dry
+    assert list(found.meanings) == conditions
+    assert bool(found.pattern) == bool(conditions)
+
+
+def test_a_hold_that_would_count_as_motion_is_cut(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    write_table(tmp_path / "r1.csv", recorded(0.04, 0), "time_s,disp_m,acc_mps2")
+    write_table(tmp_path / "r2.csv", recorded(0.05, 1), "time_s,disp_m,acc_mps2")
+    compared = Checker._compared
+
+    def held(self: Checker, recording: Recording, *rest: object) -> object:
+        """As the check, with a hand that it sees in r1 as long as that is not cut."""
+        found, known = compared(self, recording, *rest)  # type: ignore[arg-type]
+        window = rest[1]
+        if recording.name == "r1" and window.release_s < 0.6:  # type: ignore[attr-defined]
+            found = (*found, Disagreement("hold", ("displacement",), 0.753, False, "a hand"))
+        return found, known
+
+    monkeypatch.setattr(Checker, "_compared", held)
+    done = start(tmp_path)
+    said = load(done.path).trials.window
+    assert said != "auto"
+    assert {name: window.start_s for name, window in said.items()} == {"r1.csv": 0.76}
+    assert "# a hand holds the body before these instants" in done.path.read_text()
+
+
+def test_a_trial_that_a_run_could_not_use_is_left_out_with_the_reason(tmp_path: Path) -> None:
+    for at in range(3):
+        write_table(tmp_path / f"r{at}.csv", recorded(0.04, at), "time_s,disp_m,acc_mps2")
+    short = recorded(0.04, 3)[:40]
+    write_table(tmp_path / "r3.csv", short, "time_s,disp_m,acc_mps2")
+    wrong = recorded(0.04, 4)
+    wrong[:, 2] *= -1.0
+    write_table(tmp_path / "r4.csv", wrong, "time_s,disp_m,acc_mps2")
+    write_table(tmp_path / "turn.csv", recorded(0.04, 5)[:, :2], "time_s,angle_deg")
+    done = start(tmp_path)
+    reasons = dict(done.left_out)
+    assert set(reasons) == {"r3.csv", "r4.csv", "turn.csv"}
+    assert reasons["r3.csv"].startswith("trial r3 has 40 samples")
+    assert reasons["r4.csv"].startswith("contradicts itself; correct it, then take it out of exclude: ")
+    assert reasons["turn.csv"] == (
+        "it is a rotation and most files are a translation: it needs a config of its own"
+    )
+    assert done.trials == 3
+    assert len(planned(load(done.path)).entries) == 3
+    assert "    # contradicts itself; correct it" in done.path.read_text()
+
+
+def test_names_that_do_not_fit_together_give_no_conditions(tmp_path: Path) -> None:
+    for at, name in enumerate(("Kurz_a", "kurz_b", "Kurz_c", "kurz_d")):
+        write_table(tmp_path / f"{name}.csv", recorded(0.04, at), "time_s,disp_m,acc_mps2")
+    done = start(tmp_path)
+    assert load(done.path).trials.group_by == ()
+    assert "# File names give no conditions that fit together (the condition spring is" in done.path.read_text()
+
+
+@pytest.mark.parametrize("name", ["sub folder", "[x]"])
+def test_files_in_folders_and_of_awkward_names_are_found(tmp_path: Path, name: str) -> None:
+    (tmp_path / name).mkdir()
+    write_table(tmp_path / name / "a [1] 'b'.csv", recorded(0.04, 0), "time_s,disp_m,acc_mps2")
+    write_table(tmp_path / "plain.CSV", recorded(0.05, 1), "time_s,disp_m,acc_mps2")
+    (tmp_path / "runs").mkdir()
+    write_table(tmp_path / "runs" / "trials.csv", recorded(0.04, 0), "time_s,disp_m,acc_mps2")
+    assert len(planned(load(start(tmp_path).path)).entries) == 2
+
+
+def test_a_folder_that_cannot_be_begun_with_is_said(capsys: Capture, tmp_path: Path) -> None:
+    with pytest.raises(ConfigError, match=r"nowhere is no folder; give the one that holds the recordings"):
+        start(tmp_path / "nowhere")
+    with pytest.raises(ConfigError, match=r"holds 0 files with the suffix of a recording and none that can be read"):
+        start(tmp_path)
+    (tmp_path / "a.csv").write_text("blue,green\n1,2\n2,4\n3,7\n4,3\n")
+    with pytest.raises(ConfigError, match=r"holds 1 files .*a\.csv: no column is named like a displacement or veloci"):
+        start(tmp_path)
+    write_table(tmp_path / "b.csv", recorded(0.04, 1)[:20], "time_s,disp_m,acc_mps2")
+    with pytest.raises(UndertowError, match=r"none of 1 trials in .* can be used; b\.csv: trial b has 20 samples"):
+        start(tmp_path)
+    with pytest.raises(ConfigError, match=r"must lie in .*: its paths are relative to it; give a name there"):
+        start(tmp_path, tmp_path / "elsewhere" / "c.yaml")
+    (tmp_path / "undertow.yaml").write_text("name: mine\n")
+    said = undertow(capsys, "init", tmp_path)
+    assert said.code == 2
+    assert "undertow.yaml is there already and is not overwritten; move it away or give another with --out" in said.err
+
+
+def test_inspect_saves_the_config_that_it_proposes(capsys: Capture, tmp_path: Path) -> None:
+    write_table(tmp_path / "r1.csv", recorded(0.04, 0), "time_s,disp_m,acc_mps2")
+    said = undertow(capsys, "inspect", tmp_path / "r1.csv", "--save")
+    assert said.code == 0
+    assert f"written: {tmp_path / 'r1.yaml'}" in said.err
+    config = load(tmp_path / "r1.yaml")
+    assert [entry.name for entry in planned(config).entries] == ["r1"]
+    again = undertow(capsys, "inspect", tmp_path / "r1.csv", "--save")
+    assert again.code == 1
+    assert "r1.yaml is there already and is not overwritten; move it away" in again.err
+    still = recorded(0.04, 0)
+    still[:, 1:] = 1e-3 * np.random.default_rng(1).standard_normal((len(still), 2))
+    write_table(tmp_path / "still.csv", still, "time_s,disp_m,acc_mps2")
+    none = undertow(capsys, "inspect", tmp_path / "still.csv", "--save")
+    assert none.code == 1
+    assert "still.csv: no config is proposed, so that none is saved; see what stands above" in none.err
+    assert not (tmp_path / "still.yaml").exists()

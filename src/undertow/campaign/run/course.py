@@ -25,11 +25,13 @@ from undertow.campaign.run.workers import Progress, on_processes, silent, steps
 from undertow.conditioning.condition import condition
 from undertow.conditioning.motion import Motion
 from undertow.discrepancy.findings import FailedTrial, Findings, GroupFindings
+from undertow.equation.term import Term
 from undertow.errors import FAILURES, ClippedError, ConfigError, MisnamedError, UndertowError, failure
 from undertow.likelihood.problem import dominant_period
 from undertow.methods.baseline import terms_by_name
-from undertow.recording.catalogue import Catalogue, Entry, read_trial
+from undertow.recording.catalogue import Catalogue, Entry, Window, read_trial
 from undertow.recording.quality import check
+from undertow.recording.recording import Recording
 
 REASONS_AT_MOST = 3
 """Different reasons that are said where no trial at all can be used."""
@@ -52,15 +54,19 @@ def run(
     progress: Progress = silent,
     stages_folder: Path | None = None,
     resume: bool = False,
+    given: Read | None = None,
+    terms: Sequence[Term] | None = None,
 ) -> Findings:
     """All findings of a campaign, with every trial's series (`Course` and `Gathered` hold fewer of a large one).
 
     ``jobs`` is the number of processes (0: one a core). Trials that cannot be used are listed in ``failed``. Finished
-    groups are kept in ``stages_folder`` (None: not kept) and, with ``resume``, taken from there.
+    groups are kept in ``stages_folder`` (None: not kept) and, with ``resume``, taken from there. ``given`` are trials
+    that were read already: the config's recordings are then not looked at. ``terms`` replace the equation's, where one
+    of them is a user's own law.
 
     Raises UndertowError where the config is wrong or no trial at all can be used.
     """
-    course = Course(config, jobs, progress, stages_folder, resume)
+    course = Course(config, jobs, progress, stages_folder, resume, given=given, terms=terms)
     gathered = Gathered(config, everything=True)
     for part in course.parts():
         gathered.add(part)
@@ -82,14 +88,20 @@ class Course:
         stages_folder: Path | None = None,
         resume: bool = False,
         at_once: int = 0,
+        given: Read | None = None,
+        terms: Sequence[Term] | None = None,
     ) -> None:
         self.seconds: dict[str, float] = {}
         self._config, self._jobs, self._folder, self._resume = config, jobs, stages_folder, resume
-        self._terms = terms_by_name(config.equation.terms)
-        self._catalogue = config.catalogue()
-        plan = planned(config)
-        self._notes = plan.notes
-        self._plan = portions(config, plan.entries, at_once or TRIALS_AT_ONCE)
+        self._terms = terms_by_name(config.equation.terms) if terms is None else tuple(terms)
+        self._catalogue, self._given = config.catalogue(), given
+        self._notes: tuple[str, ...] = ()
+        if given is None:
+            plan = planned(config)
+            self._notes = plan.notes
+            self._plan = portions(config, plan.entries, at_once or TRIALS_AT_ONCE)
+        else:
+            self._plan = (Portion((), len(grouped(config, given.motions)), 0),)
         totals = {READ: sum(p.size for p in self._plan), IDENTIFY: sum(p.groups for p in self._plan)}
         self._progress = steps(progress, totals)
         self._structures: Structures | None = None
@@ -120,7 +132,7 @@ class Course:
 
     def _part(self, portion: Portion) -> Part:
         with self._stage(READ):
-            read = _conditioned(self._catalogue, portion.entries, self._jobs, self._progress)
+            read = self._given or conditioned(self._catalogue, portion.entries, self._jobs, self._progress)
         read = _each_once(read)
         self._read += len(read.motions)
         with self._stage("dry trials"):
@@ -262,10 +274,13 @@ def read_and_condition(config: RunConfig, jobs: int = 1, progress: Progress = si
 
     Raises ConfigError where the config names something that the list of trials does not have.
     """
-    return _conditioned(config.catalogue(), planned(config).entries, jobs, progress)
+    return conditioned(config.catalogue(), planned(config).entries, jobs, progress)
 
 
-def _conditioned(catalogue: Catalogue, entries: Sequence[Entry], jobs: int, progress: Progress) -> Read:
+def conditioned(
+    catalogue: Catalogue, entries: Sequence[Entry], jobs: int = 1, progress: Progress = silent
+) -> Read:
+    """These trials of a catalogue read and conditioned; failures with their reasons instead of an exception."""
     results = on_processes(_Conditioner(catalogue), entries, jobs, READ, progress)
     motions = [r for r in results if isinstance(r, Motion)]
     failed = [r for r in results if isinstance(r, FailedTrial)]
@@ -280,17 +295,23 @@ class _Conditioner:
 
     def __call__(self, entry: Entry) -> Motion | FailedTrial:
         try:
-            recording = read_trial(entry, self.catalogue)
-            doubts = check(recording)
-            recording = replace(recording, notes=recording.notes + doubts)
-            motion = condition(recording, start_s=entry.window.start_s, end_s=entry.window.end_s)
-            dominant_period(motion)  # a motion that does not swing is this trial's failure, not its group's
-            return motion
+            return motion_of(read_trial(entry, self.catalogue), entry.window)
         except FAILURES as reason:
             return FailedTrial(
                 entry.name, failure(reason), dict(entry.conditions), isinstance(reason, ClippedError),
                 isinstance(reason, MisnamedError) or bool(entry.problem),
             )  # fmt: skip
+
+
+def motion_of(recording: Recording, window: Window = Window()) -> Motion:  # noqa: B008 (frozen)
+    """A recording checked and conditioned, as every trial of a campaign is; what is doubtful stands in its notes.
+
+    Raises RecordingError where the recording cannot be used, IdentificationError where its motion does not swing.
+    """
+    recording = replace(recording, notes=recording.notes + check(recording))
+    motion = condition(recording, start_s=window.start_s, end_s=window.end_s)
+    dominant_period(motion)  # a motion that does not swing is this trial's failure, not its group's
+    return motion
 
 
 def _notes(read: Read) -> tuple[str, ...]:
@@ -300,4 +321,4 @@ def _notes(read: Read) -> tuple[str, ...]:
     )
 
 
-__all__ = ["Course", "Progress", "Read", "held_out", "read_and_condition", "run"]
+__all__ = ["Course", "Progress", "Read", "conditioned", "held_out", "motion_of", "read_and_condition", "run"]

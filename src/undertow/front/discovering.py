@@ -16,6 +16,7 @@ from numpy.typing import ArrayLike, NDArray
 from undertow.comparison.discover import Discover as Estimator
 from undertow.conditioning.motion import Motion
 from undertow.equation.equation import Equation
+from undertow.errors import IdentificationError
 from undertow.front.columns import Columns, Units
 from undertow.front.curves import curve_of, noise_of_curve
 from undertow.front.handover import HandOver
@@ -109,10 +110,12 @@ class Discover(HandOver, Estimator):
 
     def free_runs(self, trials: Any) -> tuple[FreeRun, ...]:
         """Each trial's free run with x0, clock and rest position fitted to it."""
+        self._fitted()
         return super().free_runs(read(trials))
 
     def predict(self, trials: Any) -> list[Array]:
         """Displacement from rest (m) of each trial's free run at every sample of its motion window, (n_i,) each."""
+        self._fitted()
         return super().predict(read(trials))
 
     def prediction(self, trials: Any = None, **settings: Any) -> Prediction:
@@ -121,6 +124,7 @@ class Discover(HandOver, Estimator):
 
     def score(self, trials: Any, y: object = None) -> float:
         """1 less the mean free-run error of ``trials``, best trials that ``fit`` has not seen."""
+        self._fitted()
         return super().score(read(trials))
 
     def fit_report(self, trials: Any = ()) -> str:
@@ -159,7 +163,16 @@ class Discover(HandOver, Estimator):
 
     def _one(self, trial: int | str) -> Motion:
         self._fitted()
+        if not hasattr(self, "trials_"):
+            raise IdentificationError(
+                f"this {type(self).__name__} was read from a file, without its {self.n_trials_in_} trials; draw "
+                "prediction(trials).plot()"
+            )
         return self.trials_[trial]
+
+    def __getstate__(self) -> Any:
+        """What a pickle holds: settings and what was found, not the recordings."""
+        return {name: value for name, value in super().__getstate__().items() if name != "trials_"}
 
     def __str__(self) -> str:
         return self.fit_report() if self.__sklearn_is_fitted__() else repr(self)

@@ -24,8 +24,8 @@ from experiments.names.verdicts import judge, outcome
 from undertow.campaign.config import load
 from undertow.campaign.run import read_and_condition
 from undertow.equation import registry as shelf
-from undertow.equation import simulate as undertow_simulate
 from undertow.equation.equation import Equation
+from undertow.equation.simulate import simulate as undertow_simulate
 
 BODY = {"M": 3200.0, "c": 820.0, "k": 403000.0, "fc": 150.0, "q": 2000.0}
 EQ15 = ("viscous_damping", "stiffness", "coulomb_friction", "quadratic_drag")

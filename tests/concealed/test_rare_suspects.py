@@ -132,14 +132,14 @@ def test_what_belongs_to_one_spring_transfers_to_none():
     assert np.isfinite(fit.criterion)
 
 
-def test_a_level_that_cannot_be_searched_says_so_beside_what_its_free_runs_say(plain):
+@pytest.mark.parametrize("missing", [0, 3])
+def test_a_level_that_cannot_be_searched_is_neither_green_nor_red(plain, missing):
     member, before = plain.members[0], Described(0.3, float("nan"))
-    case = Case({"spring": "short"}, "spring short", member, (), before, 0.01, 0.05, 3, False, True)
+    case = Case({"spring": "short"}, "spring short", member, (), before, 0.01, 0.05, missing, False, True)
     (verdict,) = undecided([case], "no motion within bounds").verdicts
-    assert verdict.status == "unknown"
-    assert "No suspect could be tried: no motion within bounds." in verdict.sentence
-    (fine,) = undecided([replace(case, missing=0)], "no motion within bounds").verdicts
-    assert fine.status == "nothing_missing"
+    assert (verdict.status, verdict.verdict) == ("cannot_tell", ())
+    assert verdict.because == "no suspect could be tried: no motion within bounds"
+    assert verdict.because in verdict.sentence
 
 
 def test_masses_that_differ_as_stiffness_does_on_any_rig_are_not_accused():

@@ -152,6 +152,7 @@ def test_terms_shows_one_and_names_the_nearest(capsys: Capture) -> None:
 def test_inspect_proposes_a_config_that_reads_the_file(capsys: Capture, tmp_path: Path) -> None:
     table = recorded(0.04, 0)
     table[:, 1] *= 1e3
+    table[:, 2] /= 9.80665
     write_table(tmp_path / "my run (1).csv", table, "Laboratory 7\nTime;pot;acc\n[s];[mm];[g]".replace(";", ","))
     said = undertow(capsys, "inspect", tmp_path / "my run (1).csv")
     assert said.code == 0
@@ -159,7 +160,7 @@ def test_inspect_proposes_a_config_that_reads_the_file(capsys: Capture, tmp_path
     assert re.search(r"displacement: -0\.03\d* to 0\.040\d* m, noise 0\.0001", said.out)
     assert re.search(r"released at 0\.49\d+ \+- 0\.00\d+ s, motion until \d", said.out)
     config = tmp_path / "config.yaml"
-    config.write_text("name: pasted\n" + said.out.partition("proposed config:\n")[2])
+    config.write_text(said.out.partition("proposed config:\n")[2])
     catalogue = load(config).catalogue()
     (entry,) = gather(catalogue)
     recording = read_trial(entry, catalogue)

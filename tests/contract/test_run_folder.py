@@ -109,16 +109,17 @@ def test_the_verdict_has_every_key_and_no_nan(folder: Path) -> None:
         raise AssertionError(f"verdict.json holds {word}")
 
     said = json.loads((folder / "verdict.json").read_text(), parse_constant=refuse)
-    assert said["contract"] == 1
+    assert said["contract"] == 2
     assert set(said["across_groups"]) == {"verdict", "sentence"}
     keys = {
         "group", "trials", "held_out", "status", "verdict", "alternatives", "confidence", "origin", "parameters",
         "baseline", "augmented", "sensor_floor_nrmse", "repeatability_nrmse", "rejected", "physical_check", "next_test",
-        "transfer", "sentence",
+        "transfer", "sentence", "because",
     }  # fmt: skip
     for group in said["groups"]:
         assert set(group) == keys
-        assert group["status"] == "nothing_missing"
+        assert group["status"] == "cannot_tell"  # nothing was looked for
+        assert "discrepancy.suspects" in group["because"]
 
 
 def test_the_report_is_one_page_that_loads_and_runs_nothing(folder: Path) -> None:

@@ -6,6 +6,7 @@ import importlib.util
 import json
 import shutil
 import subprocess
+from typing import ClassVar
 
 import numpy as np
 import pytest
@@ -144,7 +145,8 @@ def test_json_says_units_and_errors(tmp_path):
     data = json.loads(run.to_json(tmp_path / "law.json"))
     assert data["terms"][0]["parameters"]["k_N_per_m"] == {"value": 400.0, "unit": "N/m"}
     assert data["text"] == str(run.equation)
-    assert json.loads(json_text(run.equation, {"stiffness": 2.0}))["terms"][0]["parameters"]["k_N_per_m"]["stderr"] == 2.0
+    erring = json.loads(json_text(run.equation, {"stiffness": 2.0}))
+    assert erring["terms"][0]["parameters"]["k_N_per_m"]["stderr"] == 2.0
 
 
 def test_sympy_has_the_equation_and_its_hidden_states():
@@ -172,7 +174,7 @@ def test_what_cannot_be_handed_over_is_refused():
         """A law of a user's own."""
 
         name = "own_spring"
-        slots = {}
+        slots: ClassVar = {}
 
     own = Equation((Own(),), (400.0,), mass_kg=4.0)
     run = undertow.simulate(own, x0=0.1, duration_s=1.0, rate_hz=50.0)

@@ -24,10 +24,10 @@ from undertow.comparison.hidden_fit import discover_hidden, fit_hidden, hidden_p
 from undertow.comparison.hidden_rows import hidden_rows
 from undertow.comparison.hidden_search import EQUATION_15, RIVALS, find_hidden
 from undertow.conditioning.condition import condition
-from undertow.equation import simulate as simulate_ours
 from undertow.equation.equation import Equation
 from undertow.equation.hidden import HiddenResonator
 from undertow.equation.registry import find
+from undertow.equation.simulate import simulate as simulate_ours
 from undertow.equation.structure import Stiffness
 from undertow.errors import IdentificationError
 from undertow.methods.library import build_design

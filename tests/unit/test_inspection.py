@@ -114,7 +114,7 @@ def test_what_is_proposed_is_a_config_whatever_the_files_name(tmp_path: Path, na
     table[120, 1] = np.nan
     write_table(tmp_path / name, table, header)
     proposed = inspect_file(tmp_path / name).partition("proposed config:\n")[2]
-    (tmp_path / "c.yaml").write_text("name: pasted\n" + proposed)
+    (tmp_path / "c.yaml").write_text(proposed)
     config = load(tmp_path / "c.yaml")
     catalogue = config.catalogue()
     (entry,) = gather(catalogue)

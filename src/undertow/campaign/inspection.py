@@ -1,24 +1,23 @@
 """What is in a file, before any config: layout, channels, rate, gaps, noise, release, a proposed config.
 
 Belongs here: the look at one file and its text. Does not belong here: judgement (recording/quality.py), guesses
-(recording/propose.py, recording/propose_layout.py).
+(recording/propose.py, recording/propose_layout.py), the config (proposing.py).
 """
 
 from __future__ import annotations
 
-import glob
 import math
-from collections.abc import Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 
 import numpy as np
 import pandas as pd
 
+from undertow.campaign.proposing import layout_lines, propose_config
 from undertow.conditioning.condition import condition
 from undertow.conditioning.motion import Motion
 from undertow.errors import RecordingError
-from undertow.recording.catalogue import Catalogue, ChannelSpec, Entry, Window, read_trial
+from undertow.recording.catalogue import Catalogue, Entry, Window, read_trial
 from undertow.recording.layout import Column, FileFormat
 from undertow.recording.matlab import list_variables
 from undertow.recording.propose import Proposal, propose_mapping
@@ -85,7 +84,7 @@ def _what_lacks(path: Path, table: pd.DataFrame, layout: FileFormat, proposal: P
         if np.isfinite(values).any()
     ]
     named = "" if layout.header else " without names"
-    keys = ", ".join(_layout_lines(layout))
+    keys = ", ".join(layout_lines(layout))
     how = f"set recordings {{{keys}}} and " if keys else ""
     rate = "" if proposal.time else "; no column looks like time: give channels.time: {rate_hz: ...}"
     what = "by number from 0" if not layout.header else "by hand"
@@ -120,7 +119,7 @@ def _without_missing(table: pd.DataFrame, proposal: Proposal) -> tuple[Window, t
 
 
 def inspect_file(path: Path) -> str:
-    """The same as text, with what a config would say as YAML to paste."""
+    """The same as text, with a config that runs as printed when saved beside the file, or why there is none."""
     seen = inspect(path)
     s = seen.summary
     lines = [f"{path}", f"  {s.samples} samples, {s.duration_s:.4g} s at {s.rate_hz:.5g} Hz"]
@@ -132,10 +131,13 @@ def inspect_file(path: Path) -> str:
         steps = f", steps of {c.quantum:.3g}" if c.quantum else ""
         spikes = f", {c.spikes} spikes" if c.spikes else ""
         lines.append(f"  {name}: {c.minimum:.5g} to {c.maximum:.5g} {c.unit}, noise {c.noise:.2g}{steps}{spikes}")
-    lines += [f"  doubt: {doubt}" for doubt in (*seen.remarks, *s.doubts)]
+    proposed = propose_config(seen.path, seen.layout, seen.proposal, seen.window, seen.motion is not None)
+    lines += [f"  doubt: {doubt}" for doubt in (*seen.remarks, *s.doubts, *proposed.doubts)]
     lines.append(_motion_line(seen))
     lines += [f"  {remark}" for remark in seen.proposal.remarks]
-    return "\n".join([*lines, *_config_lines(seen)])
+    if not proposed.lines:
+        return "\n".join([*lines, f"no config is proposed: {proposed.reason or seen.reason}"])
+    return "\n".join([*lines, "proposed config:", *proposed.lines])
 
 
 def _motion_line(seen: Inspection) -> str:
@@ -145,46 +147,3 @@ def _motion_line(seen: Inspection) -> str:
     start = f"released at {w.release_s:.4f} +- {w.release_stderr_s:.4f} s" if w.held else "starts in mid-motion"
     unit = seen.motion.recording.unit("displacement")
     return f"  {start}, motion until {w.end_s:.4g} s, amplitude {seen.motion.amplitude:.4g} {unit}"
-
-
-def _config_lines(seen: Inspection) -> list[str]:
-    """What a config would say of this file, as YAML."""
-    time = seen.proposal.time
-    pattern = _plain(glob.escape(seen.path.name))
-    lines = ["proposed config:", "recordings:", f"  files: {pattern}"]
-    lines += [f"  {line}" for line in _layout_lines(seen.layout)]
-    lines.append("  channels:")
-    if time is not None:
-        lines.append(f"    time: {{column: {_plain(time.column)}, unit: {_plain(time.unit)}}}")
-    lines += [f"    {name}: {_spec(spec)}" for name, spec in seen.proposal.channels.items()]
-    limits = {"start_s": seen.window.start_s, "end_s": seen.window.end_s}
-    window = ", ".join(f"{name}: {value:g}" for name, value in limits.items() if value is not None)
-    if window:
-        lines += ["trials:", f"  window: {{{pattern}: {{{window}}}}}"]
-    if seen.proposal.coordinate == "rotation":
-        lines += ["equation:", "  coordinate: rotation"]
-    return lines
-
-
-def _layout_lines(layout: FileFormat) -> Sequence[str]:
-    """Keys of a layout that differ from what a config has by default."""
-    said = {
-        "skip_rows": str(layout.skip_rows) if layout.skip_rows else "",
-        "header": "" if layout.header else "none",
-        "unit_row": "true" if layout.unit_row else "",
-        "decimal": "" if layout.decimal == "." else f'"{layout.decimal}"',
-    }
-    return [f"{key}: {value}" for key, value in said.items() if value]
-
-
-def _spec(spec: ChannelSpec) -> str:
-    columns = ", ".join(_plain(c) for c in spec.columns)
-    where = f"columns: [{columns}]" if len(spec.columns) > 1 else f"column: {columns}"
-    return f"{{{where}, unit: {_plain(spec.unit)}}}"
-
-
-def _plain(value: object) -> str:
-    """A value as YAML: bare where that is safe, in double quotes else."""
-    text = str(value)
-    safe = isinstance(value, int) or (text[:1].isalpha() and all(ch.isalnum() or ch in "_/^" for ch in text))
-    return text if safe else '"' + text.replace("\\", "\\\\").replace('"', '\\"') + '"'

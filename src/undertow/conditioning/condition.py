@@ -6,6 +6,7 @@ Belongs here: the order of work. Does not belong here: the work (release.py, fus
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping
 
 import numpy as np
 
@@ -29,16 +30,20 @@ def condition(
     start_s: float | None = None,
     end_s: float | None = None,
     friction_halfwidth: float = 0.0,
+    window: Window | None = None,
+    levels: Mapping[str, float] | None = None,
 ) -> Motion:
     """Window, smoothed x, v, a with errors, noise and equilibrium of one recording.
 
     ``start_s``, ``end_s`` (s, the recording's time) override the window found; ``friction_halfwidth`` (m) is mu N / k
-    where it is known.
+    where it is known; ``window`` and ``levels`` (the noise of every channel) are taken where they are known already.
 
     Raises RecordingError where nothing moves, nothing that moves was recorded, or the window is too short.
     """
-    levels = {name: noise(values) for name, values in recording.channels.items()}
-    window = find_window(recording, start_s, end_s, levels)
+    if levels is None:
+        levels = {name: noise(values) for name, values in recording.channels.items()}
+    if window is None:
+        window = find_window(recording, start_s, end_s, levels)
     after = recording.time >= window.release_s
     t = recording.time[after] - window.release_s
     channels = {n: recording.channels[n][after] for n in MOTION_CHANNELS if n in recording.channels}
@@ -53,7 +58,7 @@ def condition(
     )  # fmt: skip
 
 
-def _hold_bias(recording: Recording, window: Window, levels: dict[str, float]) -> tuple[float, float]:
+def _hold_bias(recording: Recording, window: Window, levels: Mapping[str, float]) -> tuple[float, float]:
     """Mean of the acceleration while held, and its standard error with room for drift; (0, 0) without a hold."""
     if not window.held or "acceleration" not in recording.channels:
         return 0.0, 0.0

@@ -12,6 +12,14 @@ import numpy as np
 
 from undertow.conditioning.first_swing import fit_first_swing
 from undertow.conditioning.motion import Window
+from undertow.conditioning.motion_end import (
+    MOTION_IN_NOISE,
+    SHORT_MEAN_SHARE,
+    TAIL_SHARE,
+    motion_end,
+    rest_position,
+)
+from undertow.conditioning.swings import find_swings
 from undertow.errors import RecordingError
 from undertow.recording.quality import noise
 from undertow.recording.recording import Array, Recording
@@ -37,8 +45,17 @@ SWUNG = 1.5
 SWUNG_BEFORE = 0.8
 """A body that was as far on the other side before, relative to the hold, was not held: nobody pulls it there first."""
 
+QUIET_END = 0.5
+"""What a record's end still does is noise where four of its standard deviations are under this share of the motion."""
+
 GUESSED = 3
 """Samples whose median is where a record begins."""
+
+FEWEST_AFTER = 20
+"""Samples after a release that show the motion's own period."""
+
+OTHER_PERIOD = 1.3
+"""A period that differs by this factor from the whole record's is another one."""
 
 FEWEST_QUIET = 5
 """A hold is seen in at least this many samples."""
@@ -65,33 +82,14 @@ TRANSIENT_SHARE = 0.05
 """Half period's share after the release that still holds the hold's forces in part (filters, a slow release); at
 least a sample."""
 
-SHORT_MEAN_SHARE = 1.0 / 8.0
-"""Means over this share of half a period are free of most noise and keep the motion."""
-
 HALF_WAY_RADIANS = math.pi / 3.0
 """A body let go is half way to its centre after this angle: 1 - cos."""
 
 UNREFINED_RADIANS = 0.3
 """Error of a release that is told from that alone: friction and damping shift the way by so much."""
 
-MOTION_IN_NOISE = 4.0
-"""Motion ends where what is left stays under this many standard deviations of noise."""
-
 CROSSING_SHARE = 0.1
 """A crossing goes from this share of the largest deflection on one side to as much on the other."""
-
-TAIL_SHARE = 0.05
-"""The record's end, in which a body that came to rest shows where, and how much its sensor moves by itself."""
-
-MEANS_STEP_SHARE = 1.0 / 128.0
-"""How finely the motion's end is looked for, in half periods."""
-
-MARGINS = tuple(np.geomspace(1.0, 1.6, 9).tolist())
-"""Motion's end is the mean of where it falls under so many times the margin: at one margin alone, whether a last swing
-counts is a matter of luck, and a quarter of a period."""
-
-MOTION_SHARE = 0.004
-"""Motion also ends where what is left stays under this share of the largest deflection: below it, drift decides."""
 
 
 def find_window(
@@ -110,14 +108,10 @@ def find_window(
     Raises RecordingError where nothing moves, where the body is never let go, or where a window holds under 20 samples.
     """
     time, channel = recording.time, followed(recording)
-    values = recording.channels[channel]
     levels = {name: noise(own) for name, own in recording.channels.items()} if levels is None else levels
-    quiet_noise = levels[channel]
-    _check_motion(recording, channel, quiet_noise)
-    half = half_period(time, values, quiet_noise)
-    last = _motion_end(recording, levels, half)
+    _check_motion(recording, channel, levels[channel])
+    half, last, found = _seen(recording, levels, start_s)
     stop = last if end_s is None else min(float(end_s), float(time[-1]))
-    found = _release(recording, quiet_noise, half, last) if start_s is None else None
     if found is None:
         start = float(time[0]) if start_s is None else float(start_s)
         window = Window(start, start, stop, 0.0, False, _reason(start_s, end_s, "no hold seen"))
@@ -133,6 +127,32 @@ def find_window(
             f"{window.end_s:.4g} s; identification needs 20: set trials.window, or look at the recording"
         )
     return window
+
+
+def _seen(
+    recording: Recording, levels: Mapping[str, float], start_s: float | None
+) -> tuple[float, float, tuple[float, float] | None]:
+    """Half a period, the motion's end, and the release with its error (None: not seen, or a start is given), s.
+
+    What a hand did before the release has another period: that of the motion after it is compared, and where it is
+    another one everything is looked for once more.
+    """
+    channel = followed(recording)
+    time, values, level = recording.time, recording.channels[channel], levels[channel]
+    half = half_period(time, values, level)
+    last, found = motion_end(recording, levels, half), None
+    for _ in range(2):
+        found = _release(recording, level, half, last) if start_s is None else None
+        begin = found[0] if found is not None else start_s
+        after = time >= (time[0] if begin is None else begin)
+        if begin is None or np.count_nonzero(after) < FEWEST_AFTER:
+            break
+        own = half_period(time[after], values[after], level)
+        if half / OTHER_PERIOD < own < half * OTHER_PERIOD:
+            break
+        half = own
+        last = motion_end(recording, levels, half)
+    return half, last, found
 
 
 def followed(recording: Recording) -> str:
@@ -173,7 +193,7 @@ def _hold(time: Array, values: Array, level: float, half: float, motion_end: flo
     if smooth.size <= width:
         return None
     windows = np.lib.stride_tricks.sliding_window_view(smooth, width)
-    tail = _tail(time, values)
+    tail = rest_position(time, values, half)
     deflection = np.abs(np.mean(windows, axis=1) - tail)
     quiet = np.ptp(windows, axis=1) < np.maximum(QUIET_SHARE * deflection, QUIET_IN_NOISE * level)
     held = np.flatnonzero(quiet & (deflection > HELD_AWAY_SHARE * float(np.max(np.abs(smooth - tail)))))
@@ -214,7 +234,7 @@ def _from_the_beginning(recording: Recording, level: float, half: float) -> tupl
     if "displacement" not in recording.channels:
         return None
     time, values = recording.time, recording.channels["displacement"]
-    away = values - _tail(time, values)
+    away = values - rest_position(time, values, half)
     first = float(np.median(away[:GUESSED]))
     if abs(first) < HELD_FIRST * float(np.max(np.abs(away))):
         return None
@@ -233,7 +253,7 @@ def _from_the_beginning(recording: Recording, level: float, half: float) -> tupl
 def _lasts(recording: Recording, level: float, half: float, hold: tuple[int, int]) -> bool:
     """Whether a quiet stretch lasts longer than any turning point could pass for one."""
     time, values = recording.time, recording.channels[followed(recording)]
-    size = abs(float(np.median(values[hold[0] : hold[1] + 1])) - _tail(time, values))
+    size = abs(float(np.median(values[hold[0] : hold[1] + 1])) - rest_position(time, values, half))
     short = max(1, round(SHORT_MEAN_SHARE * half / float(np.median(np.diff(time)))))
     smooth = np.convolve(values, np.ones(short) / short, mode="valid")
     quiet = max(QUIET_SHARE, QUIET_IN_NOISE * _slow_noise(smooth, short, level) / size) if size > 0.0 else 1.0
@@ -244,7 +264,7 @@ def _lasts(recording: Recording, level: float, half: float, hold: tuple[int, int
 def _swung_before(recording: Recording, half: float, hold: tuple[int, int]) -> bool:
     """Whether the body swung to the other side, as far as it stands in the hold, before that: it is in mid-decay."""
     time, values = recording.time, recording.channels[followed(recording)]
-    away = values - _tail(time, values)
+    away = values - rest_position(time, values, half)
     size = float(np.median(away[hold[0] : hold[1] + 1]))
     short = max(1, round(SHORT_MEAN_SHARE * half / float(np.median(np.diff(time)))))
     before = away[: hold[0]]
@@ -287,11 +307,6 @@ def _slow_noise(smooth: Array, short: int, level: float) -> float:
     return max(white, noise(smooth[::short])) if smooth.size > FEWEST_MEANS * short else white
 
 
-def _tail(time: Array, values: Array) -> float:
-    """Where the body ends up: the median of the record's end."""
-    return float(np.median(values[time >= time[-1] - TAIL_SHARE * (time[-1] - time[0])]))
-
-
 def _refined_release(recording: Recording, level: float, half: float, hold: tuple[int, int]) -> tuple[float, float]:
     """Release instant between samples and its standard error, s: from the first swing, or from where it is half done.
 
@@ -304,7 +319,7 @@ def _refined_release(recording: Recording, level: float, half: float, hold: tupl
     values = recording.channels["displacement"]
     w = math.pi / half
     x0 = float(np.median(values[max(hold[0], last - round(half / dt)) : last + 1]))
-    size = x0 - _tail(time, values)
+    size = x0 - rest_position(time, values, half)
     short = max(1, round(SHORT_MEAN_SHARE * half / dt))
     smooth = np.convolve(values, np.ones(short) / short, mode="same")
     drop = (x0 - smooth) / size
@@ -321,35 +336,23 @@ def _refined_release(recording: Recording, level: float, half: float, hold: tupl
     return swing.t0, max(swing.stderr, 0.05 * dt)
 
 
-def _motion_end(recording: Recording, levels: Mapping[str, float], half: float) -> float:
-    """Last instant at which the body still oscillates, s in the recording's time.
-
-    Over half a period a sensor's drift is nothing, so what counts is the range of each recorded channel (short means
-    against noise) over the half period that follows. Motion ends where that stays under `MOTION_IN_NOISE` times its
-    noise and under `MOTION_SHARE` of its largest in every channel. The record's end where it still oscillates.
-    """
-    time = recording.time
-    dt = float(np.median(np.diff(time)))
-    last = float(time[0])
-    for name in ("displacement", "velocity", "acceleration"):
-        if name in recording.channels:
-            last = max(last, _last_oscillation(time, recording.channels[name], levels[name], half, dt))
-    return last
-
-
 def half_period(time: Array, values: Array, level: float) -> float:
     """Half a period of the record's largest oscillation, s: median time between crossings of its own running middle.
 
     Where swings that stand out of what the record's end still does are more than twice as far apart, the others are
-    slow noise about the rest, and do not count. A quarter of the record where nothing crosses.
+    slow noise about the rest, and do not count. Where nothing crosses (it drifts, or ends elsewhere) the median time
+    between turns; a quarter of the record where there are none.
     """
     rest = float(np.median(values[time >= time[-1] - 0.25 * (time[-1] - time[0])]))
     margin = max(MOTION_IN_NOISE * level, CROSSING_SHARE * float(np.max(np.abs(values - rest))))
     every = _between_crossings(time, values - rest, margin)
     if math.isnan(every):
-        return 0.25 * float(time[-1] - time[0])
-    end = values[time >= time[-1] - TAIL_SHARE * (time[-1] - time[0])]
-    largest = _between_crossings(time, values - rest, max(margin, MOTION_IN_NOISE * float(np.std(end))))
+        every = find_swings(time, values, level).half_period_s
+        return every if math.isfinite(every) else 0.25 * float(time[-1] - time[0])
+    end = MOTION_IN_NOISE * float(np.std(values[time >= time[-1] - TAIL_SHARE * (time[-1] - time[0])]))
+    if end > QUIET_END * float(np.max(np.abs(values - rest))):
+        return every  # it still swings there: only the maxima of a beat would stand out
+    largest = _between_crossings(time, values - rest, max(margin, end))
     return largest if every < 0.5 * largest else every
 
 
@@ -359,40 +362,3 @@ def _between_crossings(time: Array, away: Array, margin: float) -> float:
     instants, marked = time[side != 0], side[side != 0]
     crossings = instants[np.flatnonzero(np.diff(marked) != 0)]
     return float(np.median(np.diff(crossings))) if crossings.size > 1 else math.nan
-
-
-def _last_oscillation(time: Array, values: Array, level: float, half: float, dt: float) -> float:
-    """End of the last half period in which short means range over more than noise; the record's end if that is it."""
-    span = max(SHORT_MEAN_SHARE * half, dt)
-    at, smooth = _short_means(time, values, span, MEANS_STEP_SHARE * half)
-    width = round(1.0 / MEANS_STEP_SHARE)
-    if smooth.size <= width:
-        return float(time[-1])
-    ranges = np.ptp(np.lib.stride_tricks.sliding_window_view(smooth, width), axis=1)
-    noise_of_means = level / math.sqrt(span / dt)
-    margin = max(2.0 * MOTION_IN_NOISE * noise_of_means, MOTION_SHARE * float(np.max(ranges)))
-    return float(np.mean([_last_above(at, smooth, ranges, margin * share) for share in MARGINS]))
-
-
-def _last_above(at: Array, smooth: Array, ranges: Array, margin: float) -> float:
-    """Instant from which on ``smooth`` moves by no more than ``margin`` in half a period."""
-    moving = np.flatnonzero(ranges > margin)
-    if not moving.size:
-        return float(at[0])
-    if moving[-1] == ranges.size - 1:
-        return float(at[-1])
-    # the last window that moves: its motion ends where its remaining range is first under the margin
-    last = smooth[moving[-1] : moving[-1] + smooth.size - ranges.size + 1][::-1]
-    rest = (np.maximum.accumulate(last) - np.minimum.accumulate(last))[::-1]
-    return float(at[moving[-1] + int(np.argmax(rest <= margin))])
-
-
-def _short_means(time: Array, values: Array, span: float, step: float) -> tuple[Array, Array]:
-    """Instants (n,) at multiples of ``step`` and means of ``values`` over ``span`` about them, the same at any rate."""
-    between = 0.5 * (time[1:] + time[:-1])
-    edges = np.concatenate([[2.0 * time[0] - between[0]], between, [2.0 * time[-1] - between[-1]]])
-    area = np.concatenate([[0.0], np.cumsum(values * np.diff(edges))])
-    first, last = edges[0] + 0.5 * span, edges[-1] - 0.5 * span
-    at = step * np.arange(math.ceil(first / step), math.floor(last / step) + 1)
-    means: Array = (np.interp(at + 0.5 * span, edges, area) - np.interp(at - 0.5 * span, edges, area)) / span
-    return at, means

@@ -85,7 +85,10 @@ class GroupFindings:
 
 @dataclass(frozen=True)
 class Findings:
-    """One campaign: groups in order (dry first), failed trials, methods run, wall time a stage in s, notes."""
+    """One campaign: groups in order (dry first), failed trials, methods run, wall time a stage in s, notes, doubts.
+
+    A doubt is about the recordings or what the config says of them, with its group and trial.
+    """
 
     name: str
     groups: tuple[GroupFindings, ...]
@@ -95,3 +98,4 @@ class Findings:
     seconds: Mapping[str, float]
     across_groups: str = ""
     notes: tuple[str, ...] = ()
+    doubts: tuple[str, ...] = ()

@@ -160,7 +160,7 @@ def _seeded(config: RunConfig, seed: int) -> RunConfig:
 
 
 def _of_group(given: Trials, names: Sequence[str], config: RunConfig) -> Trials:
-    return Trials(tuple(m for m in given if m.name in names), config)
+    return Trials(tuple(m for m in given if m.name in names), config, (), given.accepted)
 
 
 def summary_words(diagnosis: Diagnosis) -> str:

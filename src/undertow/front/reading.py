@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import glob
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from os import PathLike, fspath
 from pathlib import Path
 from typing import Any, TypeAlias, cast
@@ -20,15 +20,16 @@ from numpy.typing import ArrayLike
 from undertow.campaign.config import RunConfig
 from undertow.campaign.config import load as load_config
 from undertow.campaign.run import Read, read_and_condition
-from undertow.campaign.run.course import conditioned, motion_of
+from undertow.campaign.run.checking import Checked, Checker
 from undertow.conditioning.motion import Motion
 from undertow.discrepancy.findings import FailedTrial
 from undertow.discrepancy.words import count
-from undertow.errors import FAILURES, RecordingError, failure
+from undertow.errors import RecordingError
 from undertow.front.columns import Columns, Mapped, Units, mapped, values_of
 from undertow.front.known import checked
 from undertow.front.trials import Trials
-from undertow.recording.catalogue import Catalogue, Entry, Window
+from undertow.recording.catalogue import Entry, Window
+from undertow.recording.doubt_kinds import DOUBT_KINDS, DoubtKind
 from undertow.recording.layout import FileFormat
 from undertow.recording.propose_layout import propose_layout
 from undertow.recording.readers import READERS, read_table, suffix_of, trial_name
@@ -55,6 +56,7 @@ class _Asked:
     units: Units | None
     rate_hz: float | None
     coordinate: Coordinate | None
+    accept: tuple[DoubtKind, ...]
 
 
 def read(
@@ -68,6 +70,7 @@ def read(
     coordinate: Coordinate | None = None,
     window: tuple[float | None, float | None] | Mapping[str, tuple[float | None, float | None]] | None = None,
     names: Sequence[str] | None = None,
+    accept: Sequence[DoubtKind] = (),
 ) -> Trials:
     """Recordings of free decays as `Trials`: read, brought to SI units, cut to their motion.
 
@@ -85,9 +88,11 @@ def read(
     coordinate : translation or rotation; found from the units.
     window : (first, last) instant used, s, None for as recorded; or trial name -> that.
     names : of the trials, where they do not come from files.
+    accept : kinds of doubt that are known and no reason to stop, as ``recordings.accept`` of a config
+        (docs/channel_checks.md).
 
     Raises RecordingError where a file or column is missing, a unit is not said, or no trial can be used; trials that
-    cannot be used beside others that can are listed in ``failed``.
+    cannot be used, or whose channels contradict each other, beside others that can are listed in ``failed``.
 
     >>> import numpy as np, undertow
     >>> times = np.arange(0.0, 6.0, 0.01)
@@ -100,11 +105,15 @@ def read(
         return source
     if t is not None:
         source = (cast(ArrayLike, source), cast(ArrayLike, t))
-    asked = _Asked(columns, units, rate_hz, coordinate)
+    wrong = [one for one in accept if one not in DOUBT_KINDS] if not isinstance(accept, str) else [accept]
+    if wrong:
+        raise RecordingError(f"accept names {wrong[0]!r}; give a list of {', '.join(DOUBT_KINDS)}")
+    asked = _Asked(columns, units, rate_hz, coordinate, tuple(accept))
     motions, failed, config = _read_all(_sources(source), asked, _Said(conditions, window, names))
     if not motions:
         raise RecordingError("; ".join(dict.fromkeys(one.reason for one in failed)) or "source holds 0 trials")
-    return Trials(tuple(motions), config, tuple(failed))
+    known = {m.name: asked.accept for m in motions} if asked.accept else {}
+    return Trials(tuple(motions), config, tuple(failed), known)
 
 
 def load(config: str | Path | RunConfig, overrides: Sequence[str] = (), jobs: int = 1) -> Trials:
@@ -125,12 +134,12 @@ def load(config: str | Path | RunConfig, overrides: Sequence[str] = (), jobs: in
     if not found.motions:
         reasons = dict.fromkeys(one.reason for one in found.failed)
         raise RecordingError(f"none of {count(len(found.failed), 'trial')} can be used: {'; '.join(reasons)}")
-    return Trials(found.motions, known, found.failed)
+    return Trials(found.motions, known, found.failed, found.accepted)
 
 
 def as_read(trials: Trials) -> Read:
     """Trials as a campaign's run takes them."""
-    return Read(trials.motions, trials.failed)
+    return Read(trials.motions, trials.failed, trials.accepted)
 
 
 class _Said:
@@ -197,34 +206,56 @@ def _sources(source: Any) -> list[Any]:
     return [one for part in source for one in _sources(part)]
 
 
-def _read_all(
-    sources: Sequence[Any], asked: _Asked, said: _Said
-) -> tuple[list[Motion], list[FailedTrial], RunConfig]:
+def _read_all(sources: Sequence[Any], asked: _Asked, said: _Said) -> tuple[list[Motion], list[FailedTrial], RunConfig]:
     motions: list[Motion] = []
     failed: list[FailedTrial] = []
-    means: Mapped | None = None
-    files = [str(one) for one in sources if isinstance(one, Path)]
+    config: RunConfig | None = None
     for at, one in enumerate(sources):
-        if isinstance(one, Path):
-            name = said.name(at, trial_name(one))
-            means = _mapped_file(one, asked)
-            entry = Entry(name, one, said.conditions(at, name), said.window(name))
-            found = conditioned(_catalogue(one, means), [entry])
-            motions += found.motions
-            failed += found.failed
-            continue
         if isinstance(one, Motion):
             motions.append(one)
             continue
-        recording, means = _recording(one, at, asked, said, means)
-        try:
-            motions.append(motion_of(recording, said.window(recording.name)))
-        except FAILURES as reason:
-            failed.append(FailedTrial(recording.name, failure(reason), dict(recording.conditions)))
+        if isinstance(one, Path):
+            found, config = _from_file(one, at, asked, said)
+        else:
+            found, config = _from_memory(one, at, asked, said, config)
+        if found.failed is not None or found.contradiction:
+            reason = found.failed or FailedTrial(found.name, f"trial {found.name}: {found.contradiction}")
+            failed.append(reason)
+        elif found.motion is not None:
+            motions.append(found.motion)
     turned = {m.recording.coordinate for m in motions}
     if len(turned) > 1:
         raise RecordingError(f"{count(len(motions), 'trial')} are in translation and in rotation; read them apart")
-    return motions, failed, _config(files, means, turned.pop() if turned else "translation")
+    return motions, failed, config or _config("", None, turned.pop() if turned else "translation")
+
+
+def _from_file(path: Path, at: int, asked: _Asked, said: _Said) -> tuple[Checked, RunConfig]:
+    name = said.name(at, trial_name(path))
+    means = _mapped_file(path, asked)
+    config = _config(path.name, means, means.coordinate)
+    catalogue = replace(config.catalogue(), folder=path.parent, layout=_layout(path))
+    entry = Entry(name, path, said.conditions(at, name), said.window(name), accepted=asked.accept)
+    return Checker(config, catalogue)(entry), config
+
+
+def _from_memory(
+    one: Any, at: int, asked: _Asked, said: _Said, before: RunConfig | None
+) -> tuple[Checked, RunConfig]:
+    """A table, an array or a recording, checked as a file's trial is."""
+    if isinstance(one, Recording):
+        recording = one
+        config = before or _config("", None, one.coordinate)
+    else:
+        table, rate_hz = (one, asked.rate_hz) if isinstance(one, pd.DataFrame) else _table(*one)
+        means = mapped(table, asked.columns, asked.units, rate_hz, asked.coordinate)
+        time, channels = values_of(table, means)
+        name = said.name(at)
+        recording = Recording(name, time, channels, said.conditions(at, name), means.coordinate)
+        config = _config("", means, means.coordinate)
+    entry = Entry(
+        recording.name, recording.name, recording.conditions, said.window(recording.name), accepted=asked.accept
+    )
+    return Checker(config, config.catalogue()).recorded(recording, entry), config
 
 
 def _mapped_file(path: Path, asked: _Asked) -> Mapped:
@@ -239,25 +270,6 @@ def _layout(path: Path) -> FileFormat:
     """The layout that a text file's own lines show."""
     text = path.is_file() and READERS.get(suffix_of(path)) is read_text
     return propose_layout(path) if text else FileFormat()
-
-
-def _catalogue(path: Path, means: Mapped) -> Catalogue:
-    return Catalogue(
-        path.parent, means.channels, means.time, files=path.name, layout=_layout(path), coordinate=means.coordinate
-    )
-
-
-def _recording(
-    one: Any, at: int, asked: _Asked, said: _Said, means: Mapped | None
-) -> tuple[Recording, Mapped | None]:
-    """A recording from a table or an array; recordings pass."""
-    if isinstance(one, Recording):
-        return one, means
-    table, rate_hz = (one, asked.rate_hz) if isinstance(one, pd.DataFrame) else _table(*one)
-    means = mapped(table, asked.columns, asked.units, rate_hz, asked.coordinate)
-    time, channels = values_of(table, means)
-    name = said.name(at)
-    return Recording(name, time, channels, said.conditions(at, name), means.coordinate), means
 
 
 def _table(X: ArrayLike, t: ArrayLike) -> tuple[pd.DataFrame, float | None]:
@@ -279,7 +291,7 @@ def _table(X: ArrayLike, t: ArrayLike) -> tuple[pd.DataFrame, float | None]:
     return table, None
 
 
-def _config(files: Sequence[str], means: Mapped | None, coordinate: str) -> RunConfig:
+def _config(file: str, means: Mapped | None, coordinate: str) -> RunConfig:
     """What is known so far, as a campaign's config says it."""
     channels: dict[str, Any] = {"time": {"column": "t"}, "displacement": {"column": "x", "unit": "m"}}
     if coordinate == "rotation":
@@ -292,7 +304,7 @@ def _config(files: Sequence[str], means: Mapped | None, coordinate: str) -> RunC
     return checked(
         {
             "name": "trials",
-            "recordings": {"files": files[0] if files else "in_memory", "channels": channels},
+            "recordings": {"files": file or "in_memory", "channels": channels},
             "equation": {"coordinate": coordinate},
         }
     )

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import html
 import math
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from typing import Any, overload
 
@@ -33,7 +33,8 @@ class Trials(Sequence[Motion]):
     """Trials of one campaign, each a conditioned `Motion`, in the order they were read.
 
     ``failed`` are recordings that could not be used, each with the reason; ``config`` is what is known of the rig and
-    of the groups, as a campaign's config says it. A sequence: ``trials[0]``, ``trials["r1"]`` and ``trials[:3]``.
+    of the groups, as a campaign's config says it; ``accepted`` is trial -> kinds of doubt that are known. A
+    sequence: ``trials[0]``, ``trials["r1"]`` and ``trials[:3]``.
 
     >>> import undertow
     >>> run = undertow.simulate({"stiffness": 400.0, "viscous_damping": 2.0}, x0=0.1, mass_kg=4.0, duration_s=6.0,
@@ -49,6 +50,7 @@ class Trials(Sequence[Motion]):
     motions: tuple[Motion, ...]
     config: RunConfig = field(repr=False)
     failed: tuple[FailedTrial, ...] = ()
+    accepted: Mapping[str, tuple[str, ...]] = field(default_factory=dict, repr=False)
 
     def __len__(self) -> int:
         return len(self.motions)
@@ -75,7 +77,10 @@ class Trials(Sequence[Motion]):
 
     def __add__(self, other: Trials) -> Trials:
         """The trials of both, with what is known of the first."""
-        return replace(self, motions=(*self.motions, *other.motions), failed=(*self.failed, *other.failed))
+        return replace(
+            self, motions=(*self.motions, *other.motions), failed=(*self.failed, *other.failed),
+            accepted={**self.accepted, **other.accepted},
+        )  # fmt: skip
 
     @property
     def names(self) -> tuple[str, ...]:

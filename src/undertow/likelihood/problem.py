@@ -14,6 +14,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from undertow.conditioning.motion import Motion
+from undertow.conditioning.swings import find_swings
 from undertow.equation.general import PlacedTerm
 from undertow.equation.kernel import SLOT
 from undertow.errors import IdentificationError
@@ -288,13 +289,15 @@ def _rest_width(motion: Motion, options: TrialOptions) -> float:
 def dominant_period(motion: Motion) -> float:
     """Mean period of the motion from crossings of the equilibrium inside the window, s.
 
-    Pauses are left out: a sensor that drifts crosses once more long after the motion has died. IdentificationError
-    where fewer than two crossings are found.
+    Pauses are left out: a sensor that drifts crosses once more long after the motion has died. Where fewer than two
+    crossings are found, because what it swings about drifts, the period is that of the turns. IdentificationError where
+    there is no swing between two turns either.
     """
     x = motion.windowed("x") - motion.equilibrium.value
     t = motion.windowed("t")
+    error = float(np.median(motion.windowed("x_std")))
     if "displacement" not in motion.recording.channels:
-        x = motion.windowed("v")
+        x, error = motion.windowed("v"), float(np.median(motion.windowed("v_std")))
     threshold = 0.05 * float(np.max(np.abs(x)))
     beyond = np.flatnonzero(np.abs(x) > threshold)
     last = np.flatnonzero(np.diff(np.sign(x[beyond])) != 0)
@@ -302,9 +305,12 @@ def dominant_period(motion: Motion) -> float:
     # on the straight line between, not at a sample: cells are as wide at any rate
     crossings = t[before] + (t[after] - t[before]) * x[before] / (x[before] - x[after])
     if crossings.size < 2:
+        swings = find_swings(t, x, error)
+        if swings.count:
+            return 2.0 * swings.half_period_s
         raise IdentificationError(
-            f"trial {motion.name}: {crossings.size} crossings of the equilibrium in the motion window of "
-            f"{t[-1] - t[0]:.3g} s; a fit needs two: widen trials.window"
+            f"trial {motion.name}: it does not swing in the motion window of {t[-1] - t[0]:.3g} s "
+            f"({crossings.size} crossings of its equilibrium, no two turns); a fit needs two: widen trials.window"
         )
     half = np.diff(crossings)
     usual = np.sort(half)[(half.size - 1) // 2]

@@ -79,6 +79,7 @@ def page(
     return environment.get_template("report.html.j2").render(
         name=findings.name,
         across=findings.across_groups,
+        doubts=[doubt.rstrip(".") for doubt in findings.doubts],
         plainest=blocks.plainest(findings),
         groups=[blocks.group_block(findings, group, name, _inline(drawn, name), whole) for group, name in pairs],
         overview=blocks.overview(findings, names, whole),

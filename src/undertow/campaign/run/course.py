@@ -9,29 +9,27 @@ import hashlib
 import time
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 
-from undertow.campaign.config import RunConfig
+from undertow.campaign.config import GroupKey, RunConfig
 from undertow.campaign.config.matching import planned
 from undertow.campaign.run import checkpoints
 from undertow.campaign.run.analysis import GroupTask, analyse
+from undertow.campaign.run.checking import Checked, Checker, sorted_out
 from undertow.campaign.run.cut_off import with_clipped
 from undertow.campaign.run.gathered import Gathered, Part
 from undertow.campaign.run.judgement import judged
+from undertow.campaign.run.plausible import with_doubts
 from undertow.campaign.run.portions import TRIALS_AT_ONCE, Portion, portions
-from undertow.campaign.run.tasks import Key, Structures, group_task, grouped, held_out, structures_of
+from undertow.campaign.run.tasks import Structures, group_task, grouped, held_out, structures_of
 from undertow.campaign.run.workers import Progress, on_processes, silent, steps
-from undertow.conditioning.condition import condition
 from undertow.conditioning.motion import Motion
 from undertow.discrepancy.findings import FailedTrial, Findings, GroupFindings
 from undertow.equation.term import Term
-from undertow.errors import FAILURES, ClippedError, ConfigError, MisnamedError, UndertowError, failure
-from undertow.likelihood.problem import dominant_period
+from undertow.errors import FAILURES, ConfigError, UndertowError, failure
 from undertow.methods.baseline import terms_by_name
-from undertow.recording.catalogue import Catalogue, Entry, Window, read_trial
-from undertow.recording.quality import check
-from undertow.recording.recording import Recording
+from undertow.recording.catalogue import Catalogue, Entry
 
 REASONS_AT_MOST = 3
 """Different reasons that are said where no trial at all can be used."""
@@ -42,10 +40,11 @@ READ, IDENTIFY = "read and condition", "identification"
 
 @dataclass(frozen=True)
 class Read:
-    """Conditioned motions and the trials that could not be used."""
+    """Conditioned motions, the trials that could not be used, and trial -> kinds of doubt that are known."""
 
     motions: tuple[Motion, ...]
     failed: tuple[FailedTrial, ...]
+    accepted: Mapping[str, tuple[str, ...]] = field(default_factory=dict)
 
 
 def run(
@@ -132,15 +131,16 @@ class Course:
 
     def _part(self, portion: Portion) -> Part:
         with self._stage(READ):
-            read = self._given or conditioned(self._catalogue, portion.entries, self._jobs, self._progress)
-        read = _each_once(read)
+            checked = self._looked_at(portion)
+            read = sorted_out(self._config, checked, stops=self._structures is None)
         self._read += len(read.motions)
         with self._stage("dry trials"):
             groups = grouped(self._config, read.motions)
             if self._structures is None:
-                self._structures = structures_of(self._config, groups, self._terms)
+                sound = {key: motions for key, motions in groups.items() if key not in read.contradicted}
+                self._structures = structures_of(self._config, sound, self._terms)
         with self._stage(IDENTIFY):
-            tasks, refused = self._tasks(groups, self._structures)
+            tasks, refused = self._tasks(groups, self._structures, read.contradicted)
             analyst = _Analyst(self._folder, self._resume)
             results = on_processes(analyst, tasks, self._jobs, IDENTIFY, self._progress)
         self._tried += len(groups)
@@ -149,21 +149,32 @@ class Course:
         with self._stage("what is missing"):
             found = self._judged([t for t, _ in pairs], [g for _, g in pairs]) if pairs else []
             found = [with_clipped(self._config, group, failed) for group in found]
-        notes = (*self._notes, *_notes(read), *_divided(portion, found))
+        known = {e.name: e.accepted for e in portion.entries} if self._given is None else self._given.accepted
+        found, implausible = with_doubts(found, known)
+        notes = (*self._notes, *_notes(read.motions), *_divided(portion, found))
         self._notes = ()
-        return Part(tuple(found), failed, notes)
+        return Part(tuple(found), failed, notes, (*read.doubts, *implausible))
+
+    def _looked_at(self, portion: Portion) -> list[Checked]:
+        """The portion's trials read and checked; trials that were given are compared with the config alone."""
+        if self._given is None:
+            return _checked(self._config, self._catalogue, portion.entries, self._jobs, self._progress)
+        checker, given = Checker(self._config, self._catalogue), self._given
+        again = [checker.again(motion, given.accepted.get(motion.name, ())) for motion in given.motions]
+        return _each_once([*again, *(Checked(one.name, one.conditions, None, one) for one in given.failed)])
 
     def _tasks(
-        self, groups: Mapping[Key, Sequence[Motion]], structures: Structures
+        self, groups: Mapping[GroupKey, Sequence[Motion]], structures: Structures, contradicted: Mapping[GroupKey, str]
     ) -> tuple[list[GroupTask], list[FailedTrial]]:
         """The groups' tasks, and the trials of those that cannot be identified as the config says."""
         tasks: list[GroupTask] = []
         refused: list[FailedTrial] = []
         for key, motions in groups.items():
             try:
-                tasks.append(group_task(self._config, key, motions, self._terms, structures))
+                task = group_task(self._config, key, motions, self._terms, structures)
+                tasks.append(replace(task, contradiction=contradicted.get(key, "")))
             except UndertowError as reason:
-                refused += _failed(motions, reason)
+                refused += _failed(motions, failure(reason))
         return tasks, refused
 
     def _judged(self, tasks: list[GroupTask], found: list[GroupFindings]) -> list[GroupFindings]:
@@ -201,20 +212,23 @@ def _unnamed(failed: FailedTrial) -> str:
     return failed.reason.removeprefix(f"trial {failed.name}: ").replace(failed.name, "...")
 
 
-def _each_once(read: Read) -> Read:
+def _each_once(checked: Sequence[Checked]) -> list[Checked]:
     """Of recordings that are the same sample by sample only the first: a copy under another name is no repetition."""
-    kept: dict[bytes, Motion] = {}
-    copies = []
-    for motion in read.motions:
-        recording = motion.recording
-        mark = hashlib.sha256(recording.time.tobytes())
-        for values in recording.channels.values():
-            mark.update(values.tobytes())
-        first = kept.setdefault(mark.digest(), motion)
-        if first is not motion:
-            said = f"is the same recording as {first.name}, sample by sample; take one of them out of the campaign"
-            copies.append(FailedTrial(motion.name, f"trial {motion.name} {said}", dict(recording.conditions)))
-    return Read(tuple(kept.values()), (*read.failed, *copies))
+    first: dict[bytes, str] = {}
+    out = []
+    for one in checked:
+        if one.motion is not None:
+            recording = one.motion.recording
+            mark = hashlib.sha256(recording.time.tobytes())
+            for values in recording.channels.values():
+                mark.update(values.tobytes())
+            original = first.setdefault(mark.digest(), one.name)
+            if original != one.name:
+                said = f"is the same recording as {original}, sample by sample; take one of them out of the campaign"
+                failed = FailedTrial(one.name, f"trial {one.name} {said}", one.conditions)
+                one = replace(one, motion=None, failed=failed, found=())
+        out.append(one)
+    return out
 
 
 def _joint(task: GroupTask, group: GroupFindings) -> tuple[GroupTask, GroupFindings]:
@@ -249,7 +263,7 @@ class _Analyst:
         try:
             return self._found(task)
         except FAILURES as reason:
-            return _failed(task.motions, reason)
+            return _failed(task.motions, task.contradiction or failure(reason))
 
     def _found(self, task: GroupTask) -> GroupFindings:
         if self.folder is None:
@@ -263,10 +277,9 @@ class _Analyst:
         return findings
 
 
-def _failed(motions: Sequence[Motion], reason: Exception) -> tuple[FailedTrial, ...]:
+def _failed(motions: Sequence[Motion], reason: str) -> tuple[FailedTrial, ...]:
     """The trials of a group that cannot be identified, each with the group's reason."""
-    said = failure(reason)
-    return tuple(FailedTrial(m.name, said, dict(m.recording.conditions)) for m in motions)
+    return tuple(FailedTrial(m.name, reason, dict(m.recording.conditions)) for m in motions)
 
 
 def read_and_condition(config: RunConfig, jobs: int = 1, progress: Progress = silent) -> Read:
@@ -274,51 +287,22 @@ def read_and_condition(config: RunConfig, jobs: int = 1, progress: Progress = si
 
     Raises ConfigError where the config names something that the list of trials does not have.
     """
-    return conditioned(config.catalogue(), planned(config).entries, jobs, progress)
+    checked = _checked(config, config.catalogue(), entries := planned(config).entries, jobs, progress)
+    motions = tuple(one.motion for one in checked if one.motion is not None)
+    failed = tuple(one.failed for one in checked if one.failed is not None)
+    return Read(motions, failed, {one.name: one.accepted for one in entries if one.accepted})
 
 
-def conditioned(
-    catalogue: Catalogue, entries: Sequence[Entry], jobs: int = 1, progress: Progress = silent
-) -> Read:
-    """These trials of a catalogue read and conditioned; failures with their reasons instead of an exception."""
-    results = on_processes(_Conditioner(catalogue), entries, jobs, READ, progress)
-    motions = [r for r in results if isinstance(r, Motion)]
-    failed = [r for r in results if isinstance(r, FailedTrial)]
-    return Read(tuple(motions), tuple(failed))
+def _checked(
+    config: RunConfig, catalogue: Catalogue, entries: Sequence[Entry], jobs: int, progress: Progress
+) -> list[Checked]:
+    """Every trial read, checked and conditioned, each recording once."""
+    return _each_once(on_processes(Checker(config, catalogue), entries, jobs, READ, progress))
 
 
-@dataclass(frozen=True)
-class _Conditioner:
-    """Reads and conditions one entry; picklable for worker processes."""
-
-    catalogue: Catalogue
-
-    def __call__(self, entry: Entry) -> Motion | FailedTrial:
-        try:
-            return motion_of(read_trial(entry, self.catalogue), entry.window)
-        except FAILURES as reason:
-            return FailedTrial(
-                entry.name, failure(reason), dict(entry.conditions), isinstance(reason, ClippedError),
-                isinstance(reason, MisnamedError) or bool(entry.problem),
-            )  # fmt: skip
+def _notes(motions: Sequence[Motion]) -> tuple[str, ...]:
+    """What reading, conditioning and checking found, a trial a line; nothing silent."""
+    return tuple(f"{m.name}: {note}" for m in motions for note in (*m.recording.notes, *m.notes))
 
 
-def motion_of(recording: Recording, window: Window = Window()) -> Motion:  # noqa: B008 (frozen)
-    """A recording checked and conditioned, as every trial of a campaign is; what is doubtful stands in its notes.
-
-    Raises RecordingError where the recording cannot be used, IdentificationError where its motion does not swing.
-    """
-    recording = replace(recording, notes=recording.notes + check(recording))
-    motion = condition(recording, start_s=window.start_s, end_s=window.end_s)
-    dominant_period(motion)  # a motion that does not swing is this trial's failure, not its group's
-    return motion
-
-
-def _notes(read: Read) -> tuple[str, ...]:
-    """What reading and conditioning changed, a trial a line; nothing silent."""
-    return tuple(
-        f"{m.name}: {note}" for m in read.motions for note in (*m.recording.notes, *m.notes)
-    )
-
-
-__all__ = ["Course", "Progress", "Read", "conditioned", "held_out", "motion_of", "read_and_condition", "run"]
+__all__ = ["Course", "Progress", "Read", "held_out", "read_and_condition", "run"]

@@ -34,6 +34,9 @@ RESULTS = ("report.html", "verdict.json", "trials.csv", "levels.csv", "mismatch.
 
 EARLIER = "earlier_run"
 
+DOUBTS_PRINTED = 10
+"""Doubts about the recordings that the terminal shows."""
+
 LONGEST_NAME = 80
 """Characters of a run folder's name at most: file systems take 255 bytes, and a letter may have four."""
 
@@ -54,11 +57,14 @@ class Finished:
 
     @property
     def summary(self) -> str:
-        """Every group's sentence (of many groups: of those shown), the campaign's, and where the report is."""
+        """Every group's sentence (of many groups: of those shown), the campaign's, doubts, and where the report is."""
         lines = [group.verdict.sentence for group in self.findings.groups]
         if more := self.extent.groups - len(lines):
             lines.append(f"{count(more, 'more group')}: {self.folder / 'verdict.json'}")
-        return "\n".join([*lines, self.findings.across_groups, f"report: {self.folder / 'report.html'}"])
+        doubts = [f"doubt: {one}" for one in self.findings.doubts[:DOUBTS_PRINTED]]
+        if more := len(self.findings.doubts) - len(doubts):
+            doubts.append(f"{count(more, 'more doubt')}: {self.folder / 'report.html'}")
+        return "\n".join([*lines, self.findings.across_groups, *doubts, f"report: {self.folder / 'report.html'}"])
 
 
 def run_to_folder(

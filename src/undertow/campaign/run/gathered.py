@@ -26,17 +26,21 @@ GROUPS_SHOWN = 32
 TRIALS_SHOWN = 60
 """Trials of a group that a page lists: the ends, and those that repetitions explain least."""
 
+DOUBTS_AT_MOST = 100
+"""Doubts about the recordings that a page lists; trials' own stand in the notes."""
+
 COMPARED_AT_MOST = 200
 """Groups whose numbers are compared pair by pair: of 200 there are 19,900 pairs."""
 
 
 @dataclass(frozen=True)
 class Part:
-    """What one portion of a campaign gave: groups in order, trials that could not be used, notes."""
+    """What one portion of a campaign gave: groups in order, trials that could not be used, notes, doubts."""
 
     groups: tuple[GroupFindings, ...]
     failed: tuple[FailedTrial, ...]
     notes: tuple[str, ...]
+    doubts: tuple[str, ...] = ()
 
 
 class Gathered:
@@ -54,6 +58,8 @@ class Gathered:
         self._failed: list[FailedTrial] = []
         self._notes: list[str] = []
         self._notes_more = 0
+        self._doubts: list[str] = []
+        self._doubts_more = 0
         self._named: Counter[str] = Counter()
         self._statuses: Counter[str] = Counter()
         self.contradicted: list[str] = []
@@ -66,6 +72,9 @@ class Gathered:
         room = len(part.notes) if self._everything else max(NOTES_AT_MOST - len(self._notes), 0)
         self._notes += part.notes[:room]
         self._notes_more += max(len(part.notes) - room, 0)
+        room = max(DOUBTS_AT_MOST - len(self._doubts), 0)
+        self._doubts += part.doubts[:room]
+        self._doubts_more += max(len(part.doubts) - room, 0)
         self.extent = self.extent.with_groups(part.groups)
         for group in part.groups:
             self._named.update(_names(group))
@@ -84,6 +93,7 @@ class Gathered:
         return Findings(
             config.name, tuple(groups), tuple(self._failed), tuple(config.identify), config.equation.coordinate,
             dict(seconds), across(self._named, self._statuses), (*self._notes, *self._further_notes()),
+            (*self._doubts, *([f"{count(self._doubts_more, 'more doubt')}"] if self._doubts_more else ())),
         )  # fmt: skip
 
     def _further_notes(self) -> tuple[str, ...]:

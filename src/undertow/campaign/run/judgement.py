@@ -10,7 +10,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 
-from undertow.campaign.config import RunConfig
+from undertow.campaign.config import GroupKey, RunConfig
 from undertow.campaign.run import checkpoints
 from undertow.campaign.run.analysis import GroupTask
 from undertow.campaign.run.rig import (
@@ -26,6 +26,7 @@ from undertow.campaign.run.workers import Progress, on_processes
 from undertow.comparison.level import Addend, Member
 from undertow.comparison.suspects import Suspect, chosen
 from undertow.discrepancy.case import Case
+from undertow.discrepancy.earned import NEXT
 from undertow.discrepancy.findings import GroupFindings
 from undertow.discrepancy.judge import Judged, judge_level, undecided
 from undertow.discrepancy.mismatch import place_words
@@ -60,14 +61,7 @@ def judged(
     Verdicts of wet groups are kept in ``folder`` as they come (None: not kept) and, with ``resume``, taken from there.
     """
     suspects = chosen(config.discrepancy.suspects, config.equation.coordinate == "rotation")
-    cases, told, failed = [], [], {}
-    for task, group in zip(tasks, groups, strict=True):
-        try:
-            cases.append(_case(config, task, group))
-            told.append(task)
-        except FAILURES as reason:
-            failed[tuple(group.key.items())] = _without_case(group, failure(reason))
-    tasks = told
+    cases, tasks, failed = _cases(config, tasks, groups)
     dry = [_Together((case,), (task,)) for case, task in zip(cases, tasks, strict=True) if case.dry]
     budget = config.discrepancy.budget
     first = on_processes(_Judge(suspects, budget=budget), dry, jobs, "dry: what is missing", progress)
@@ -92,6 +86,23 @@ def judged(
         )
         for group in groups
     ]  # fmt: skip
+
+
+def _cases(
+    config: RunConfig, tasks: Sequence[GroupTask], groups: Sequence[GroupFindings]
+) -> tuple[list[Case], list[GroupTask], dict[GroupKey, Verdict]]:
+    """Groups as the judge sees them with their tasks; and the verdicts of those that cannot be judged."""
+    cases, told, failed = list[Case](), list[GroupTask](), dict[GroupKey, Verdict]()
+    for task, group in zip(tasks, groups, strict=True):
+        if task.contradiction:  # nothing can be said of it, and it must not speak for other springs of its water
+            failed[tuple(group.key.items())] = _contradicted(group, task.contradiction)
+            continue
+        try:
+            cases.append(_case(config, task, group))
+            told.append(task)
+        except FAILURES as reason:
+            failed[tuple(group.key.items())] = _without_case(group, failure(reason))
+    return cases, told, failed
 
 
 @dataclass(frozen=True)
@@ -175,6 +186,15 @@ def _without_case(group: GroupFindings, reason: str) -> Verdict:
     """The verdict of a group whose equation cannot be set up for a search."""
     because = f"its search could not start: {reason.rstrip('.')}"
     return replace(group.verdict, because=because, sentence=f"{group.label}: cannot tell, because {because}.")
+
+
+def _contradicted(group: GroupFindings, because: str) -> Verdict:
+    """The verdict of a group whose channels contradict each other: nothing is looked for in it."""
+    text = f"{group.label}: cannot tell, because {because}."
+    return replace(
+        group.verdict, status="cannot_tell", verdict=(), because=because, sentence=text, contradicted=True,
+        next_test=NEXT["contradiction"],
+    )  # fmt: skip
 
 
 def _no_dry(config: RunConfig, task: GroupTask) -> str:

@@ -14,7 +14,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from undertow.campaign.config import RunConfig
+from undertow.campaign.config import GroupKey, RunConfig
 from undertow.campaign.run.analysis import GroupTask, rest_width, spread_of_repetitions
 from undertow.comparison.level import Addend
 from undertow.comparison.suspects import Addition
@@ -40,7 +40,6 @@ MOST_SCATTER = 1.5
 RUBS = frozenset({"fc", "fs", "fa", "fn"})
 """Slots of the integrator that hold friction: it goes with the normal force."""
 
-Key = tuple[tuple[str, object], ...]
 Slots = Mapping[str, float]
 
 
@@ -137,7 +136,7 @@ def moved_slots(standing: Sequence[Addend], label: str) -> dict[str, str]:
     }  # fmt: skip
 
 
-def with_known(config: RunConfig, tasks: Sequence[GroupTask], standing: Sequence[Addend]) -> dict[Key, Rig | None]:
+def with_known(config: RunConfig, tasks: Sequence[GroupTask], standing: Sequence[Addend]) -> dict[GroupKey, Rig | None]:
     """Each group's rig with what stands for its spring; None for dry groups, springs that need nothing, and springs of
     which no dry trial can be fitted beside it: their rig stays as it was."""
     fits = {
@@ -154,7 +153,7 @@ def with_known(config: RunConfig, tasks: Sequence[GroupTask], standing: Sequence
         scatter = Scatter({"k": stated.k, "c": stated.c, "mu": stated.mu}, float("inf"))
     structures = {label: structure_from(found, scatter) for label, found in fits.items() if found}
     weighed = dry_specimens(config, tasks)
-    rigs: dict[Key, Rig | None] = {}
+    rigs: dict[GroupKey, Rig | None] = {}
     for task in tasks:
         label = spring_label(config, task)
         slots = known_slots(in_water(standing, {label: task.specimen}, weighed), label)

@@ -12,7 +12,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from undertow.campaign.config import RunConfig
+from undertow.campaign.config import GroupKey, RunConfig
 from undertow.campaign.config.settings import EverySettings, LargestSettings
 from undertow.campaign.config.specimen_rules import check_level
 from undertow.campaign.run.analysis import GroupTask
@@ -28,7 +28,6 @@ from undertow.methods.decay import load_cell_stiffness
 from undertow.methods.dry import Scatter, dry_fits, pooled_scatter, structural_terms, structure_from
 from undertow.quantities import Estimate
 from undertow.recording.patterns import patterns_of
-from undertow.recording.recording import Condition
 from undertow.uncertainty.intervals import mean_of_trials
 
 JOINT_AT_MOST = 60
@@ -39,22 +38,19 @@ LISTED_SHARE = 1 / 3
 """Part of `JOINT_AT_MOST` that may be held out by a list: as many as hold_out: auto holds out."""
 
 
-Key = tuple[tuple[str, Condition], ...]
-
-
-def grouped(config: RunConfig, motions: Sequence[Motion]) -> dict[tuple[tuple[str, Condition], ...], list[Motion]]:
+def grouped(config: RunConfig, motions: Sequence[Motion]) -> dict[GroupKey, list[Motion]]:
     """Motions by group, dry groups first, then in order of their conditions; each in order of amplitude."""
-    groups: dict[tuple[tuple[str, Condition], ...], list[Motion]] = {}
+    groups: dict[GroupKey, list[Motion]] = {}
     for motion in motions:
         groups.setdefault(config.group_key(motion.recording.conditions), []).append(motion)
 
-    def order(key: tuple[tuple[str, Condition], ...]) -> tuple[object, ...]:
+    def order(key: GroupKey) -> tuple[object, ...]:
         return group_order(key, config.is_dry(groups[key][0].recording.conditions))
 
     return {key: sorted(groups[key], key=lambda m: (m.amplitude, m.name)) for key in sorted(groups, key=order)}
 
 
-def _spring(config: RunConfig, key: Key) -> Key:
+def _spring(config: RunConfig, key: GroupKey) -> GroupKey:
     """The part of a group's key that its dry trials share: everything the config's ``dry`` does not fix."""
     fixed = config.trials.dry or {}
     return tuple((name, value) for name, value in key if name not in fixed)
@@ -69,14 +65,14 @@ class Dry:
     trials: int = 0
 
 
-Structures = Mapping[Key, Dry]
+Structures = Mapping[GroupKey, Dry]
 """What the dry trials say of each spring that has some."""
 
 
-def structures_of(config: RunConfig, groups: Mapping[Key, Sequence[Motion]], terms: Sequence[Term]) -> Structures:
+def structures_of(config: RunConfig, groups: Mapping[GroupKey, Sequence[Motion]], terms: Sequence[Term]) -> Structures:
     """The structure of every spring that has dry trials and a known mass."""
-    fitted: dict[Key, dict[str, GroupFit]] = {}
-    slopes: dict[Key, list[float]] = {}
+    fitted: dict[GroupKey, dict[str, GroupFit]] = {}
+    slopes: dict[GroupKey, list[float]] = {}
     for key, motions in groups.items():
         if not config.is_dry(motions[0].recording.conditions):
             continue
@@ -120,7 +116,7 @@ def _slope(motion: Motion) -> Estimate | None:
 
 def group_task(
     config: RunConfig,
-    key: Key,
+    key: GroupKey,
     motions: Sequence[Motion],
     terms: Sequence[Term],
     structures: Structures,

@@ -1,0 +1,78 @@
+"""Draw and write a whole challenge, one case after the other or in a few processes."""
+
+import hashlib
+import json
+import shutil
+from concurrent.futures import ProcessPoolExecutor
+from dataclasses import replace
+from pathlib import Path
+
+from experiments.blind_challenge import cases, laboratory
+from experiments.blind_challenge.composition import SHARES, Plan, plans
+
+WEAKER = 0.5  # times the dose where a truth runs away
+ATTEMPTS = 8
+
+
+def make(out: Path, seed: int, index: int, plan: Plan) -> str:
+    """One case, drawn and written; its name. One that runs away is made weaker, and its truth says the dose it has."""
+    case = cases.draw_case(seed, index, plan)
+    for _ in range(ATTEMPTS):
+        try:
+            laboratory.write(case, out)
+            return case.name
+        except laboratory.UnstableTruth:
+            case = weaker(case)
+    raise laboratory.UnstableTruth(f"case {case.name}: {plan.effects} runs away at every dose tried; look at its law")
+
+
+def weaker(case: cases.Case) -> cases.Case:
+    """The case with all doses halved and measured again."""
+    effects = tuple(replace(effect, dose=effect.dose * WEAKER) for effect in case.effects)
+    views = [cases.measure.view(case.rig, trial) for trial in case.rig.trials]
+    asked = [tuple(entry["asked"]) for entry in case.measures["effects"]]  # type: ignore[index, union-attr]
+    found = [cases.effect_measures(case.rig, views, e, a) for e, a in zip(effects, asked, strict=True)]
+    if len(effects) == 2:
+        cases.add_beside(case.rig, views, list(effects), found)
+    return replace(case, effects=effects, measures={**case.measures, "effects": found})
+
+
+def _job(job: tuple[Path, int, int, Plan]) -> str:
+    return make(*job)
+
+
+def generate(
+    out: Path, seed: int, total: int, jobs: int = 1, shares: dict[str, float] | None = None, small: bool = False
+) -> list[str]:
+    """Write `total` cases into `out`/laboratory and `out`/sealed (emptied first); returns their names in order."""
+    for name in ("laboratory", "sealed"):
+        if (out / name).exists():
+            shutil.rmtree(out / name)
+    work = [(out, seed, i, plan) for i, plan in enumerate(plans(seed, total, shares, small))]
+    if jobs > 1:
+        with ProcessPoolExecutor(jobs) as pool:
+            names = list(pool.map(_job, work, chunksize=4))
+    else:
+        names = [_job(job) for job in work]
+    note = {
+        "seed": seed,
+        "cases": total,
+        "shares": dict(shares or SHARES),
+        "digest": digest(out),
+    }
+    (out / "laboratory" / "challenge.json").write_text(json.dumps(note, indent=1) + "\n", encoding="utf-8")
+    return names
+
+
+def digest(out: Path) -> str:
+    """One number for all bytes of all laboratories and truths: equal seeds must give equal digests."""
+    total = hashlib.sha256()
+    for path in sorted(
+        p
+        for name in ("laboratory", "sealed")
+        for p in (out / name).rglob("*.*")
+        if p.is_file() and p.name != "challenge.json"
+    ):
+        total.update(str(path.relative_to(out)).encode())
+        total.update(path.read_bytes())
+    return total.hexdigest()

@@ -1,0 +1,210 @@
+"""Each trial read, conditioned and checked before anything is fitted: its channels against each other and the config.
+
+A doubt goes to the trial's notes. A trial whose channels contradict each other fails; where half of a group's trials
+do, the group cannot tell anything; where every group does, the config is wrong and the run stops.
+
+Belongs here: that order and those consequences. Does not belong here: the checks (conditioning/agreement.py,
+conditioning/decaying.py), identified numbers (plausible.py).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field, replace
+
+from undertow.campaign.config import GroupKey, RunConfig
+from undertow.conditioning.agreement import Disagreement, disagreements
+from undertow.conditioning.condition import condition
+from undertow.conditioning.decaying import hold_not_cut, refuse_no_decay, why_no_decay
+from undertow.conditioning.motion import Motion, Window
+from undertow.conditioning.pairs import Stated
+from undertow.conditioning.release import find_window
+from undertow.conditioning.remedies import units_of
+from undertow.discrepancy.findings import FailedTrial
+from undertow.discrepancy.words import count, group_title
+from undertow.errors import FAILURES, ClippedError, ConfigError, MisnamedError, failure
+from undertow.likelihood.problem import dominant_period
+from undertow.recording.catalogue import Catalogue, Entry, read_trial
+from undertow.recording.quality import check, noise
+from undertow.recording.recording import Condition, Recording
+
+CONTRADICTED_SHARE = 0.5
+"""Share of a group's trials whose contradictions are the group's: more than single trials, the same mistake in most."""
+
+GROUPS_NAMED = 5
+"""Groups of which a message that stops the run gives one trial's sentence."""
+
+
+@dataclass(frozen=True)
+class Checked:
+    """One trial: its motion or why it failed, and what does not belong together in it (known doubts left out)."""
+
+    name: str
+    conditions: Mapping[str, Condition]
+    motion: Motion | None = None
+    failed: FailedTrial | None = None
+    found: tuple[Disagreement, ...] = ()
+
+    @property
+    def contradiction(self) -> str:
+        """What certainly does not belong together, in a sentence; empty where nothing does so certainly."""
+        return "; ".join(one.sentence for one in self.found if one.certain)
+
+
+@dataclass(frozen=True)
+class Checker:
+    """Reads, checks and conditions one entry; picklable for worker processes."""
+
+    config: RunConfig
+    catalogue: Catalogue
+
+    def __call__(self, entry: Entry) -> Checked:
+        try:
+            recording = read_trial(entry, self.catalogue)
+        except FAILURES as reason:
+            return _failed(entry, (), failure(reason), reason)
+        return self.recorded(recording, entry)
+
+    def recorded(self, recording: Recording, entry: Entry) -> Checked:
+        """A recording that was read already, checked and conditioned; ``entry`` has its window and known doubts."""
+        found: tuple[Disagreement, ...] = ()
+        try:
+            recording = replace(recording, notes=recording.notes + check(recording, entry.accepted))
+            levels = {name: noise(values) for name, values in recording.channels.items()}
+            window = find_window(recording, entry.window.start_s, entry.window.end_s, levels)
+            found, known = self._compared(recording, window, levels, entry.accepted)
+            refuse_no_decay(recording, window, levels, entry.accepted, entry.window.end_s)
+            motion = condition(recording, window=window, levels=levels)
+            dominant_period(motion)  # a motion that does not swing is this trial's failure, not its group's
+            motion = replace(motion, notes=(*motion.notes, *(d.sentence for d in found), *known))
+            return Checked(entry.name, dict(entry.conditions), motion, None, found)
+        except FAILURES as reason:
+            return _failed(entry, found, _why(recording, entry, found, reason), reason)
+
+    def again(self, motion: Motion, accepted: Sequence[str] = ()) -> Checked:
+        """A motion that was checked when it was read, against what this config says of its rig."""
+        recording = motion.recording
+        found, _ = self._compared(recording, motion.window, motion.noise, accepted)
+        fresh = tuple(d.sentence for d in found if d.sentence not in motion.notes)
+        return Checked(
+            recording.name, recording.conditions, replace(motion, notes=(*motion.notes, *fresh)), None, found
+        )
+
+    def _compared(
+        self, recording: Recording, window: Window, levels: Mapping[str, float], accepted: Sequence[str]
+    ) -> tuple[tuple[Disagreement, ...], tuple[str, ...]]:
+        """Disagreements that nobody accepted, and a note on those that somebody did."""
+        stated = stated_for(self.config, self.catalogue, recording.conditions)
+        found = disagreements(recording, window, stated, levels)
+        held = hold_not_cut(recording, window, levels)
+        if held is not None:
+            found = (*found, Disagreement("hold", ("displacement",), held.end_s, False, held.sentence))
+        known = tuple(f"accepted ({d.kind}): {d.sentence}" for d in found if d.kind in accepted)
+        return tuple(d for d in found if d.kind not in accepted), known
+
+
+def stated_for(config: RunConfig, catalogue: Catalogue, conditions: Mapping[str, Condition]) -> Stated:
+    """What the config says of a trial's units and specimen; no specimen where its tables do not know the trial."""
+    units = {name: spec.unit for name, spec in catalogue.channels.items()} | {"time": catalogue.time.unit}
+    units = units_of(units, catalogue.time.rate_hz)
+    try:
+        specimen = config.specimen_for(conditions)
+    except ConfigError:
+        return Stated(units)
+    return Stated(units, specimen.mass_kg, specimen.stiffness_N_per_m, not config.is_dry(conditions))
+
+
+def _failed(entry: Entry, found: tuple[Disagreement, ...], said: str, reason: Exception) -> Checked:
+    """A trial that cannot be used, and why."""
+    misnamed = isinstance(reason, MisnamedError) or bool(entry.problem)
+    failed = FailedTrial(entry.name, said, dict(entry.conditions), isinstance(reason, ClippedError), misnamed)
+    return Checked(entry.name, dict(entry.conditions), None, failed, found)
+
+
+def _why(recording: Recording, entry: Entry, found: Sequence[Disagreement], reason: Exception) -> str:
+    """Why a trial failed: what contradicts, what it shows instead of a decay, or the error itself."""
+    if isinstance(reason, ClippedError):
+        return failure(reason)
+    certain = [d.sentence for d in found if d.certain]
+    if certain:
+        return f"trial {entry.name}: {certain[0]}"
+    return why_no_decay(recording, entry.window.start_s, entry.window.end_s) or failure(reason)
+
+
+@dataclass(frozen=True)
+class Sorted:
+    """A portion's trials after the check: motions to be fitted, failures, doubts in words, and the groups whose
+    channels contradict each other, in words."""
+
+    motions: tuple[Motion, ...]
+    failed: tuple[FailedTrial, ...]
+    contradicted: Mapping[GroupKey, str] = field(default_factory=dict)
+    doubts: tuple[str, ...] = ()
+
+
+def sorted_out(config: RunConfig, checked: Sequence[Checked], stops: bool = True) -> Sorted:
+    """What becomes of each trial and group.
+
+    Raises ConfigError where the channels of every group contradict each other and ``stops`` is set: nothing has been
+    fitted yet.
+    """
+    groups: dict[GroupKey, list[Checked]] = {}
+    for one in checked:
+        if one.motion is not None or one.contradiction:
+            groups.setdefault(config.group_key(one.conditions), []).append(one)
+    wrong = {key: [c for c in members if c.contradiction] for key, members in groups.items()}
+    contradicted = {
+        key: _said_of_group(wrong[key], len(members))
+        for key, members in groups.items()
+        if len(wrong[key]) >= CONTRADICTED_SHARE * len(members)
+    }
+    if stops and groups and len(contradicted) == len(groups):
+        raise ConfigError(_stops({key: members[0] for key, members in wrong.items()}))
+    motions, failed = [], [c.failed for c in checked if c.failed is not None]
+    for one in checked:
+        if one.motion is None:
+            continue
+        if one.contradiction and config.group_key(one.conditions) not in contradicted:
+            failed.append(FailedTrial(one.name, f"trial {one.name}: {one.contradiction}", one.conditions))
+        else:
+            motions.append(one.motion)
+    return Sorted(tuple(motions), tuple(failed), contradicted, _doubts(groups))
+
+
+def _said_of_group(wrong: Sequence[Checked], trials: int) -> str:
+    """What contradicts in a group, in words that go on after "because"."""
+    return (
+        f"the channels contradict each other in {len(wrong)} of {count(trials, 'trial')} ({wrong[0].name}: "
+        f"{wrong[0].contradiction})"
+    )
+
+
+def _stops(examples: Mapping[GroupKey, Checked]) -> str:
+    """Why a run stops: one trial's sentence a group."""
+    lines = [
+        f"  {group_title(dict(key))}, trial {one.name}: {one.contradiction}"
+        for key, one in list(examples.items())[:GROUPS_NAMED]
+    ]
+    more = len(examples) - len(lines)
+    whose = "every group" if len(examples) > 1 else "the recordings"
+    head = (
+        f"the channels of {whose} contradict each other; correct the config, or state what is known in "
+        "recordings.accept:"
+    )
+    return "\n".join([head, *lines, *([f"  and {count(more, 'more group')}"] if more else [])])
+
+
+def _doubts(groups: Mapping[GroupKey, Sequence[Checked]]) -> tuple[str, ...]:
+    """Doubts that do not stop anything, once a group and kind, with how many trials share them."""
+    said = []
+    for key, members in groups.items():
+        by_kind: dict[tuple[str, tuple[str, ...]], list[tuple[str, str]]] = {}
+        for one in members:
+            for doubt in one.found:
+                if not doubt.certain:
+                    by_kind.setdefault((doubt.kind, doubt.channels), []).append((one.name, doubt.sentence))
+        for shared in by_kind.values():
+            name, sentence = shared[0]
+            others = f" and {count(len(shared) - 1, 'more trial')}" if len(shared) > 1 else ""
+            said.append(f"{group_title(dict(key))}, {name}{others}: {sentence}")
+    return tuple(said)

@@ -1,0 +1,128 @@
+"""Whether the numbers that were identified can be a body's: friction, drag, damping, added mass, stiffness.
+
+A mistake in a unit that no second channel shows (a displacement alone, in metres and labelled mm) leaves the motion's
+shape as it is and makes a friction of a millionth or a drag coefficient of hundreds of it.
+
+Belongs here: ranges and doubts. Does not belong here: what the channels say (checking.py).
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+from types import MappingProxyType
+
+from undertow.discrepancy.findings import GroupFindings
+from undertow.discrepancy.words import percent
+from undertow.quantities import Estimate, format_number
+from undertow.report.arrange import group_numbers
+
+ERRORS = 3.0
+"""A number is doubted where it lies so many standard errors outside its range."""
+
+STIFFNESS_OFF = 0.1
+"""Relative difference between an identified and a stated stiffness that is doubted."""
+
+MOST_DAMPING_RATIO = 0.5
+"""A body with more damping does not swing twice."""
+
+
+@dataclass(frozen=True)
+class Range:
+    """Where a number can lie, and what to look at where it does not."""
+
+    lower: float
+    upper: float
+    words: str
+    look_at: str
+
+
+RANGES: Mapping[str, Range] = {
+    "mu": Range(1e-4, 2.0, "friction coefficient", "the unit of the displacement, mass, gravity and buoyancy"),
+    "drag_coefficient": Range(0.01, 100.0, "drag coefficient", "the unit of the displacement, area and density"),
+}
+"""Numbers without a unit: a roller bearing has 1e-4, rubber 2; a streamlined body 0.01, a plate in small motion 100."""
+
+ADDED_MASS = Range(-0.5, 20.0, "added mass over stated mass", "mass, stiffness, the dry trials and the unit of time")
+"""Sloshing water below the body's frequency takes some off; a light plate carries many times its mass."""
+
+
+def with_doubts(
+    groups: Sequence[GroupFindings], accepted: Mapping[str, Sequence[str]] = MappingProxyType({})
+) -> tuple[list[GroupFindings], tuple[str, ...]]:
+    """The groups with their doubts among their notes, and all doubts with the groups' labels.
+
+    ``accepted`` is trial -> kinds of doubt that are known; a kind that all of a group's trials have is a note alone.
+    """
+    out, said = [], []
+    for group in groups:
+        known = [set(accepted.get(t.motion.name, ())) for t in group.trials]
+        kinds = set.intersection(*known) if known else set()
+        doubts = implausible(group)
+        notes = [f"accepted ({kind}): {text}" if kind in kinds else text for kind, text in doubts]
+        out.append(replace(group, notes=(*group.notes, *notes)) if notes else group)
+        said += [f"{group.label}: {text}" for kind, text in doubts if kind not in kinds]
+    return out, tuple(said)
+
+
+def implausible(group: GroupFindings) -> tuple[tuple[str, str], ...]:
+    """Numbers of a group that no body has: the kind of doubt ("conditions" or "damping") and a sentence for each."""
+    numbers = group_numbers(group)
+    found = [_outside(one, numbers[name]) for name, one in RANGES.items() if name in numbers]
+    mass = group.specimen.mass_kg
+    if "added_mass_kg" in numbers and math.isfinite(mass) and mass > 0.0:
+        found.append(_outside(ADDED_MASS, numbers["added_mass_kg"].scaled(1.0 / mass, "1")))
+    doubts = [("conditions", text) for text in (*found, _stiffness(group, numbers)) if text]
+    damped = _damped(numbers)
+    return (*doubts, ("damping", damped)) if damped else tuple(doubts)
+
+
+def _outside(allowed: Range, found: Estimate) -> str:
+    """That a number lies surely outside its range; a number that may be zero is none that is too small."""
+    error = found.total_stderr
+    if not math.isfinite(found.value) or not math.isfinite(error):
+        return ""
+    low, high = found.value - ERRORS * error, found.value + ERRORS * error
+    if not (high < allowed.lower or low > allowed.upper) or (allowed.lower > 0.0 and low <= 0.0 <= high):
+        return ""
+    return (
+        f"{allowed.words} {format_number(found.value, error)} +- {format_number(error, error)} lies outside "
+        f"{allowed.lower:g} to {allowed.upper:g}: look at {allowed.look_at}"
+    )
+
+
+def _damped(numbers: Mapping[str, Estimate]) -> str:
+    """That the damping is too strong for a decay."""
+    ratio = math.nan
+    if "c_Ns_per_m" in numbers and "k_N_per_m" in numbers and "total_mass_kg" in numbers:
+        ratio = _ratio(numbers["c_Ns_per_m"].value, numbers["k_N_per_m"].value, numbers["total_mass_kg"].value)
+    elif "viscous_damping_per_mass" in numbers and "stiffness_per_mass" in numbers:
+        ratio = _ratio(numbers["viscous_damping_per_mass"].value, numbers["stiffness_per_mass"].value, 1.0)
+    if not ratio > MOST_DAMPING_RATIO:
+        return ""
+    return (
+        f"damping ratio {ratio:.2g} is over {MOST_DAMPING_RATIO:g}, and such a body does not swing twice: look at the "
+        "window (trials.window), at the unit of time, and at trials that stop at once"
+    )
+
+
+def _ratio(c: float, k: float, m: float) -> float:
+    return c / (2.0 * math.sqrt(k * m)) if k > 0.0 and m > 0.0 else math.nan
+
+
+def _stiffness(group: GroupFindings, numbers: Mapping[str, Estimate]) -> str:
+    """That the identified stiffness is another one than the stated one."""
+    stated = group.specimen.stiffness_N_per_m
+    found = group.structure.k if group.structure is not None else numbers.get("k_N_per_m")
+    if found is None or not math.isfinite(stated) or not math.isfinite(found.value) or stated <= 0.0:
+        return ""
+    off, error = found.value / stated - 1.0, found.total_stderr / stated
+    room = ERRORS * error if math.isfinite(error) else 0.0
+    if abs(off) - room <= STIFFNESS_OFF:
+        return ""
+    return (
+        f"stiffness {format_number(found.value, found.total_stderr)} N/m is {percent(abs(off))} "
+        f"{'above' if off > 0.0 else 'below'} the stated {format_number(stated)} N/m, and more than "
+        f"{100.0 * STIFFNESS_OFF:.0f} % is doubted: look at specimen.stiffness_N_per_m, mass and the unit of time"
+    )

@@ -1,0 +1,286 @@
+"""Whether a record shows a free decay at all: one that is driven, growing, stuck, chopped, wandering or too slowly
+sampled is told from one that can be identified, and said so.
+
+Everything is relative to the record's own swings, period, noise and rate.
+
+Belongs here: those judgements and their sentences. Does not belong here: the swings (swings.py), window and release
+(release.py).
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from undertow.conditioning.motion import Window
+from undertow.conditioning.release import followed
+from undertow.conditioning.swings import NOISE_RANGE, Swings, find_swings
+from undertow.errors import RecordingError
+from undertow.recording.quality import noise
+from undertow.recording.recording import Array, Recording
+
+FEWEST_SAMPLES_PER_PERIOD = 8.0
+"""Of fewer samples a period nobody can tell whether a faster motion hides behind them."""
+
+NARROW = 0.5
+"""A spectrum with more than this share of its power in one line is an oscillation's."""
+
+LINE_BINS = 2
+"""Bins either side of a line that belong to it (a Hann window's)."""
+
+GROWS = 1.2
+"""Later swings that are so many times the first one after a release (else those of the first half): a body that nothing
+drives does not do that."""
+
+FEWEST_TO_GROW = 4
+"""Swings from which on growth is judged."""
+
+FEWEST_TO_STAY = 6
+"""Swings from which on a steady amplitude is judged."""
+
+STEADY_ERRORS = 3.0
+"""A decline of fewer standard errors is none."""
+
+STEADY_SHARE = 0.01
+"""A decline of the amplitude by less than this over a whole record says nothing of damping."""
+
+REGULAR = 0.02
+"""Swings that scatter by less than this about one exponential show their decline by their slope; where they beat, the
+largest of the last third over the largest of the first does."""
+
+WANDERS = 1.0
+"""What a body swings about may move by this share of its largest deflection; recordings of bodies let go keep 0.35."""
+
+ENDS_AWAY = 1.5
+"""The record's end lies within so many of its largest deflections of what it swings about: within 1 where it swings."""
+
+END_SHARE = 0.05
+"""The record's end, of which the median is taken."""
+
+QUIET_SHARE = 0.2
+"""Part of the record at its end in which a body that stuck does not move."""
+
+STILL = 0.1
+"""It does not move there if it moves by less than this share of its largest move."""
+
+HELD_PERIODS = 0.5
+"""A body that stays beyond half its deflection for more periods than this is held: a swing does for a third, a pendulum
+from 170 degrees for four tenths."""
+
+NEARLY_ZERO = 0.1
+"""A velocity under this share of its largest is nearly zero."""
+
+GUESSED = 3
+"""Samples whose median is where a record begins."""
+
+_OUT = "take the trial out (recordings.exclude)"
+
+
+def refuse_no_decay(
+    recording: Recording,
+    window: Window,
+    levels: Mapping[str, float] | None = None,
+    accepted: Sequence[str] = (),
+    end_s: float | None = None,
+) -> None:
+    """RecordingError for a motion window that shows no free decay, with what it shows and the next step.
+
+    ``levels`` is the noise of every channel, where it is known. A steady amplitude is refused only where no hold was
+    seen: a body that was let go may swing on for long. ``accepted`` are doubts that are known: "period" for a low rate,
+    "hold" for one that wanders, "damping" for one that grows or does not decline. What follows an ``end_s`` that was
+    asked for does not count.
+    """
+    name = followed(recording)
+    level = (levels or {}).get(name) or noise(recording.channels[name])
+    rows = (recording.time >= window.release_s) & (recording.time <= window.end_s)
+    time, values = recording.time[rows], recording.channels[name][rows]
+    seen, unit = find_swings(time, values, level), recording.unit(name)
+    last = values if end_s is not None else recording.channels[name]
+    reasons = {
+        "period": _slowly_sampled(time, values),
+        "hold": _wanders(seen, _end_of(last), unit),
+        "damping": _grows(seen, window.held, unit) or ("" if window.held else _steady(seen)),
+    }
+    for kind, reason in reasons.items():
+        if reason and kind not in accepted:
+            raise RecordingError(f"trial {recording.name}: {reason}")
+
+
+def why_no_decay(recording: Recording, start_s: float | None = None, end_s: float | None = None) -> str:
+    """What a record shows instead of a decay, in one sentence; empty where that is not plain.
+
+    For a record that could not be conditioned; ``start_s`` and ``end_s`` are the window that was asked for.
+    """
+    try:
+        name = followed(recording)
+    except RecordingError:
+        return ""
+    rows = np.ones(recording.time.size, dtype=bool)
+    rows &= recording.time >= (-np.inf if start_s is None else start_s)
+    rows &= recording.time <= (np.inf if end_s is None else end_s)
+    time, values = recording.time[rows], recording.channels[name][rows]
+    if time.size < FEWEST_SAMPLES_PER_PERIOD:
+        return ""
+    reason = _slowly_sampled(time, values)
+    level = noise(values)
+    if not reason and float(np.ptp(values)) > 10.0 * level:
+        seen = find_swings(time, values, level)
+        unit = recording.unit(name)
+        reason = _moves_once(seen, time, values, unit) if seen.count < 2 else _wanders(seen, _end_of(values), unit)
+    return f"trial {recording.name}: {reason}" if reason else ""
+
+
+@dataclass(frozen=True)
+class HoldSeen:
+    """A hold that a window begins with: where it seems to end, s in the recording's time, and that in words."""
+
+    end_s: float
+    sentence: str
+
+
+def hold_not_cut(recording: Recording, window: Window, levels: Mapping[str, float] | None = None) -> HoldSeen | None:
+    """That a window begins with a body that was still held; None where its release was seen, or no hold is.
+
+    A swing lies beyond half its deflection for a third of its period; a velocity is nearly zero for a thirtieth.
+    """
+    name = followed(recording)
+    rows = (recording.time >= window.start_s) & (recording.time <= window.end_s)
+    time, values = recording.time[rows], recording.channels[name][rows]
+    if window.held or name == "acceleration" or time.size < FEWEST_SAMPLES_PER_PERIOD:
+        return None
+    level = (levels or {}).get(name) or noise(recording.channels[name])
+    seen = find_swings(time, values, level)
+    if seen.count < 2:
+        return None
+    away = values - float(np.median(seen.centre))
+    size, period = float(np.max(np.abs(away))), 2.0 * seen.half_period_s
+    if name == "displacement":
+        first = float(np.median(away[:GUESSED]))
+        left, usual = np.flatnonzero(np.sign(first) * away < 0.5 * size), period / 3.0
+    else:
+        left, usual = np.flatnonzero(np.abs(away) > max(NEARLY_ZERO * size, NOISE_RANGE * level)), period / 30.0
+    stayed = float(time[left[0]] - time[0]) if left.size else 0.0
+    if stayed <= HELD_PERIODS * period:
+        return None
+    end = float(time[0]) + stayed - 0.5 * usual
+    where = "on one side" if name == "displacement" else "at rest"
+    return HoldSeen(
+        end,
+        f"it stays {where} for {stayed:.3g} s at the window's start, and a swing of {period:.3g} s does so for "
+        f"{usual:.2g} s: a hold before the release seems not to be cut off; set "
+        f"trials.window.start_s near {end:.3g} s, or list hold in recordings.accept",
+    )
+
+
+def _slowly_sampled(time: Array, values: Array) -> str:
+    """That the rate is too low for the motion, by the one line of its spectrum."""
+    steps = np.arange(values.size)
+    rest = values - np.polyval(np.polyfit(steps, values, 1), steps)
+    power = np.abs(np.fft.rfft(rest * np.hanning(values.size))) ** 2
+    power[: LINE_BINS - 1] = 0.0
+    total = float(np.sum(power))
+    if total <= 0.0:
+        return ""
+    peak = int(np.argmax(power))
+    line = float(np.sum(power[max(peak - LINE_BINS, 0) : peak + LINE_BINS + 1]))
+    a_period = values.size / peak if peak else math.inf
+    if a_period >= FEWEST_SAMPLES_PER_PERIOD or line < NARROW * total:
+        return ""
+    rate = (values.size - 1) / float(time[-1] - time[0])
+    return (
+        f"its motion of {rate / a_period:.3g} Hz has {a_period:.1f} samples a period at {rate:.3g} Hz; a decay needs "
+        f"{FEWEST_SAMPLES_PER_PERIOD:.0f}, and a faster motion may hide behind so few: record at "
+        f"{2.0 * FEWEST_SAMPLES_PER_PERIOD * rate / a_period:.2g} Hz or more, or list period in recordings.accept"
+    )
+
+
+def _moves_once(seen: Swings, time: Array, values: Array, unit: str) -> str:
+    """That a body did not swing after it moved, or that the record ends before it did."""
+    largest = float(np.ptp(values))
+    last = values[time >= time[-1] - QUIET_SHARE * (time[-1] - time[0])]
+    away = np.flatnonzero(np.abs(values - values[0]) > STILL * largest)
+    begun = float(time[away[0]]) if away.size else float(time[0])
+    if float(np.ptp(last)) < STILL * largest:
+        end = float(np.median(last))
+        return (
+            f"it moves from {values[0]:.3g} to {end:.3g} {unit} at {begun:.3g} s and stays there without swinging: "
+            f"friction or damping stops it within a swing, or it was not let go; release it from further, or {_OUT}"
+        )
+    swung = max(seen.time.size - 2, 0)
+    if not swung:
+        return (
+            f"it goes from {values[0]:.3g} to {values[-1]:.3g} {unit} and never turns: it was not let go, or its "
+            f"sensor drifts; correct trials.window, or {_OUT}"
+        )
+    return (
+        f"it turns {'once' if swung == 1 else f'{swung} times'} between {begun:.3g} s, where it begins to move, and "
+        f"{time[-1]:.3g} s, where it ends; a decay needs 3 turns: record longer, or correct trials.window"
+    )
+
+
+def _end_of(values: Array) -> float:
+    """Where a record ends."""
+    return float(np.median(values[-max(round(END_SHARE * values.size), 1) :]))
+
+
+def _wanders(seen: Swings, end: float, unit: str) -> str:
+    """That what it swings about moves by more than it swings: drift, a jump, a hand; ``end`` is where it ends."""
+    if seen.count < 2:
+        return ""
+    centre, whole = seen.centre, seen.size[seen.whole]
+    middle, deflection = float(np.median(centre)), 0.5 * float(np.max(whole))
+    moved = float(np.ptp(centre))
+    if moved > WANDERS * deflection:
+        low, high = sorted((int(np.argmin(centre)), int(np.argmax(centre))))
+        return (
+            f"what it swings about moves by {moved:.3g} {unit} between {seen.time[low + 2]:.3g} and "
+            f"{seen.time[high + 2]:.3g} s, and it swings by {deflection:.3g} {unit}: a sensor that drifts or jumps, or "
+            f"a hand; end trials.window before it, or {_OUT}, or list hold in recordings.accept"
+        )
+    if abs(end - middle) > ENDS_AWAY * deflection:
+        return (
+            f"it swings about {middle:.3g} {unit} and ends at {end:.3g} {unit}, further away than it ever swung "
+            f"({deflection:.3g} {unit}): it was caught or moved; end trials.window at {seen.time[-2]:.3g} s, or list "
+            "hold in recordings.accept"
+        )
+    return ""
+
+
+def _grows(seen: Swings, held: bool, unit: str) -> str:
+    """That later swings are larger than earlier ones."""
+    sizes = 0.5 * seen.size[seen.whole]
+    if sizes.size < FEWEST_TO_GROW:
+        return ""
+    half = 1 if held else sizes.size // 2
+    first, later = float(np.max(sizes[:half])), float(np.max(sizes[half:]))
+    if later <= GROWS * first:
+        return ""
+    at = float(seen.time[1:][seen.whole][half + int(np.argmax(sizes[half:]))])
+    return (
+        f"its swings grow from {first:.3g} to {later:.3g} {unit} at {at:.3g} s: something drives it, or it is let go "
+        f"only then; set trials.window.start_s where it is let go, or {_OUT}, or list damping in recordings.accept"
+    )
+
+
+def _steady(seen: Swings) -> str:
+    """That the amplitude does not decline beyond what its own scatter leaves open."""
+    sizes = seen.size[seen.whole]
+    if sizes.size < FEWEST_TO_STAY:
+        return ""
+    at, third = np.arange(sizes.size), sizes.size // 3
+    slope, start = np.polyfit(at, np.log(sizes), 1)
+    spread = float(np.std(np.log(sizes) - start - slope * at, ddof=2))
+    if spread < REGULAR:
+        decline, error = -float(slope) * sizes.size, spread * math.sqrt(12.0 / sizes.size)
+    else:
+        decline, error = 1.0 - float(np.max(sizes[-third:]) / np.max(sizes[:third])), 0.0
+    if decline > max(STEADY_ERRORS * error, STEADY_SHARE):
+        return ""
+    return (
+        f"its amplitude declines by {100.0 * decline:.2g} % in {0.5 * sizes.size:.3g} periods and no hold is seen "
+        "before: it is driven, or the record is too short for its damping; record a release until the amplitude has "
+        f"halved, or {_OUT}, or list damping in recordings.accept"
+    )

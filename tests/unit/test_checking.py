@@ -1,0 +1,173 @@
+"""What becomes of trials and groups whose channels contradict each other; and of doubts that a config accepts."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from tests.small_campaign import Campaign, make_campaign, recorded, write_table
+from undertow.campaign.config import RunConfig, load
+from undertow.campaign.run.checking import Checked, Checker, _stops, sorted_out
+from undertow.errors import ConfigError
+from undertow.recording.catalogue import Entry
+from undertow.recording.gather import gather
+
+IN_G = 1.0 / 9.80665
+
+
+@pytest.fixture
+def campaign(tmp_path: Path) -> Campaign:
+    """Two springs of three trials each: r00 to r02, r03 to r05."""
+    return make_campaign(tmp_path / "c", [0.03, 0.04, 0.05], springs=("long", "stiff"))
+
+
+def spoil(campaign: Campaign, factor: float, *names: str) -> None:
+    """Accelerations of trials multiplied."""
+    for name in names:
+        table = recorded(0.03 + 0.01 * (int(name[1:]) % 3), int(name[1:]))
+        table[:, 2] *= factor
+        write_table(campaign.folder / f"{name}.csv", table)
+
+
+def entries_of(config: RunConfig) -> tuple[Entry, ...]:
+    return gather(config.catalogue())
+
+
+def checked(config: RunConfig, accepted: dict[str, tuple[str, ...]] | None = None) -> list[Checked]:
+    """Every trial as a run checks it; ``accepted`` as `recordings.accept` says it of a trial."""
+    check = Checker(config, config.catalogue())
+    out = []
+    for entry in entries_of(config):
+        known = (accepted or {}).get(entry.name, ())
+        out.append(check(_Accepting(entry, known) if known else entry))
+    return out
+
+
+class _Accepting:
+    """An entry whose doubts are known."""
+
+    def __init__(self, entry: Entry, accepted: tuple[str, ...]) -> None:
+        self._entry, self.accepted = entry, accepted
+
+    def __getattr__(self, name: str) -> object:
+        return getattr(self._entry, name)
+
+
+def test_a_trial_that_contradicts_alone_fails_alone(campaign: Campaign) -> None:
+    spoil(campaign, IN_G, "r01")
+    config = load(campaign.config)
+    seen = sorted_out(config, checked(config))
+    assert [f.name for f in seen.failed] == ["r01"]
+    assert seen.failed[0].reason.startswith("trial r01: acceleration is 0.102 times the second derivative")
+    assert sorted(m.name for m in seen.motions) == ["r00", "r02", "r03", "r04", "r05"]
+    assert seen.contradicted == {}
+
+
+def test_half_of_a_group_that_contradicts_is_the_groups(campaign: Campaign) -> None:
+    spoil(campaign, IN_G, "r00", "r02")
+    config = load(campaign.config)
+    seen = sorted_out(config, checked(config))
+    assert seen.failed == ()
+    assert len(seen.motions) == 6
+    (key,) = seen.contradicted
+    assert dict(key) == {"spring": "long"}
+    said = seen.contradicted[key]
+    assert said.startswith("the channels contradict each other in 2 of 3 trials (r00: acceleration is 0.10")
+    assert "acceleration seems to be in g, not m/s^2" in said
+
+
+def test_where_every_group_contradicts_the_run_stops_with_one_sentence_a_group(campaign: Campaign) -> None:
+    spoil(campaign, IN_G, "r00", "r01", "r04", "r05")
+    config = load(campaign.config)
+    trials = checked(config)
+    with pytest.raises(ConfigError, match=r"the channels of every group contradict each other; correct the") as e:
+        sorted_out(config, trials)
+    lines = str(e.value).splitlines()
+    assert [line.partition(":")[0] for line in lines[1:]] == ["  spring long, trial r00", "  spring stiff, trial r04"]
+    assert set(sorted_out(config, trials, stops=False).contradicted) == {(("spring", "long"),), (("spring", "stiff"),)}
+
+
+def test_of_many_groups_five_are_named() -> None:
+    one = Checked("r", {}, None, None, ())
+    text = _stops({(("spring", f"s{i}"),): replace(one, name=f"r{i}") for i in range(8)})
+    assert text.splitlines()[-1] == "  and 3 more groups"
+    assert len(text.splitlines()) == 7
+
+
+def test_a_doubt_is_noted_and_said_once_a_group(campaign: Campaign) -> None:
+    spoil(campaign, 1.08, "r00", "r01", "r02")
+    config = load(campaign.config)
+    trials = checked(config)
+    seen = sorted_out(config, trials)
+    assert len(seen.motions) == 6
+    assert seen.contradicted == {}
+    (doubt,) = seen.doubts
+    assert doubt.startswith("spring long, r00 and 2 more trials: acceleration is 1.08 times the second derivative")
+    noted = next(one.motion for one in trials if one.name == "r01")
+    assert noted is not None
+    assert any(note.startswith("acceleration is 1.08 times") for note in noted.notes)
+
+
+@pytest.mark.parametrize(("factor", "kind"), [(IN_G, "unit"), (-1.0, "sign"), (1.08, "gain")])
+def test_what_is_accepted_is_noted_and_neither_doubted_nor_a_contradiction(
+    campaign: Campaign, factor: float, kind: str
+) -> None:
+    spoil(campaign, factor, "r00")
+    config = load(campaign.config)
+    wrong = checked(config, {"r00": ("clock", "hold")})[0]
+    assert [f.kind for f in wrong.found] == [kind]
+    right = checked(config, {"r00": (kind,)})[0]
+    assert right.found == ()
+    assert right.contradiction == ""
+    assert right.motion is not None
+    assert any(note.startswith(f"accepted ({kind}): acceleration is ") for note in right.motion.notes)
+
+
+def test_a_cut_peak_that_is_known_is_used_and_noted(campaign: Campaign) -> None:
+    config = load(campaign.config)
+    table = recorded(0.03, 0)
+    table[:, 1] = np.clip(table[:, 1], -0.015, 0.015)
+    write_table(campaign.folder / "r00.csv", table)
+    cut = checked(config)[0]
+    assert cut.failed is not None
+    assert cut.failed.clipped
+    known = checked(config, {"r00": ("clipping", "gain", "hold", "damping", "clock")})[0]
+    assert known.motion is not None
+    assert known.motion.recording.notes[0].startswith("accepted (clipping): displacement is clipped between -0.015 and")
+
+
+def test_a_failure_says_what_contradicts_before_anything_else(campaign: Campaign) -> None:
+    config = load(campaign.config)
+    table, rng = recorded(0.03, 0), np.random.default_rng(1)
+    table[:, 1] = 0.03 * np.cos(6.0 * table[:, 0]) + 1e-5 * rng.standard_normal(len(table))
+    table[:, 2] = -36.0 * table[:, 1]
+    write_table(campaign.folder / "r00.csv", table)
+    driven = checked(config)[0]
+    assert driven.failed is not None
+    assert driven.failed.reason.startswith("trial r00: its amplitude declines by ")
+    table[:, 2] *= IN_G
+    write_table(campaign.folder / "r00.csv", table)
+    also_in_g = checked(config)[0]
+    assert also_in_g.failed is not None
+    assert also_in_g.failed.reason.startswith("trial r00: acceleration is 0.102 times the second derivative")
+    assert also_in_g.contradiction
+
+
+def test_a_trial_that_sticks_says_so_and_not_that_it_has_few_turns(campaign: Campaign) -> None:
+    config = load(campaign.config)
+    table = recorded(0.03, 0)
+    table[:, 1] = np.where(table[:, 0] < 3.0, 0.03, 0.0) + 1e-5 * np.random.default_rng(1).standard_normal(len(table))
+    write_table(campaign.folder / "r00.csv", table)
+    stuck = checked(config)[0]
+    assert stuck.failed is not None
+    assert "r00: it moves from 0.03 to" in stuck.failed.reason
+    assert "m at 3 s and stays there without swinging" in stuck.failed.reason
+
+
+def test_a_specimen_whose_table_does_not_know_a_trial_is_no_failure_of_the_check(campaign: Campaign) -> None:
+    campaign.edit("mass_kg: 2637.4", "mass_kg: {by: colour, red: 1.0}")
+    config = load(campaign.config)
+    assert all(one.failed is None for one in checked(config))

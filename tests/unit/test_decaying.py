@@ -1,0 +1,185 @@
+"""Records that show no free decay are told from those that do, at any speed; what they show is said."""
+
+from __future__ import annotations
+
+import re
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+
+from tests.decays import Decay, exact
+from undertow.conditioning.condition import condition
+from undertow.conditioning.decaying import hold_not_cut, refuse_no_decay, why_no_decay
+from undertow.conditioning.release import find_window, half_period
+from undertow.conditioning.swings import find_swings
+from undertow.errors import RecordingError
+from undertow.likelihood.problem import dominant_period
+from undertow.recording.recording import Recording
+
+Array = NDArray[np.float64]
+
+FREQUENCIES_HZ = (0.05, 1.0, 300.0)
+SIZE_M = 1.8
+PERIODS, SAMPLES = 12.0, 50.0
+HELD = 2.0
+"""Periods held before a release."""
+
+
+def axis(samples: float = SAMPLES, periods: float = PERIODS) -> Array:
+    """Instants of a record in periods, (n,)."""
+    return np.arange(round(periods * samples)) / samples
+
+
+def free(t: Array, damping: float = 0.02, held: float = HELD) -> Array:
+    """A release after a hold, over its size, at instants in periods."""
+    since = np.maximum(t - held, 0.0)
+    return np.exp(-damping * 2.0 * np.pi * since) * np.cos(2.0 * np.pi * since)
+
+
+def record(shape: Array, frequency: float = 1.0, samples: float = SAMPLES, noise: float = 2e-3) -> Recording:
+    """A record of that shape, with noise."""
+    time = np.arange(shape.size) / (samples * frequency)
+    x = SIZE_M * (shape + noise * np.random.default_rng(1).standard_normal(shape.size))
+    return Recording("r1", time, {"displacement": x})
+
+
+def said_of(recording: Recording) -> str:
+    """Why a record is not used, as a campaign says it; empty where it is."""
+    try:
+        window = find_window(recording)
+        refuse_no_decay(recording, window)
+        dominant_period(condition(recording, window=window))
+    except ValueError as reason:
+        return why_no_decay(recording) or str(reason)
+    return ""
+
+
+T = axis()
+TURNS = 2.0 * np.pi * T
+NO_DECAY = {
+    "driven": (np.sin(TURNS) + 0.3, r"its amplitude declines by .* % in 11\.5 periods and no hold is seen before"),
+    "three driven periods": (np.sin(TURNS)[:175], r"its amplitude declines by .* % in 3 periods and no hold is seen"),
+    "driven from rest": ((1.0 - np.exp(-0.3 * np.maximum(T - 2.0, 0.0))) * np.sin(TURNS),
+                         r"declines by -.* % in|its swings grow from"),
+    "growing": (0.02 * np.exp(0.05 * TURNS) * np.cos(TURNS), r"its swings grow from .* to .* m at .* s: something"),
+    "growing after a hold": (
+        np.where(T < HELD, 0.1, 0.1 * np.exp(0.25 * (T - HELD)) * np.cos(TURNS)), r"its swings grow from .* to"),
+    "stuck": (np.where(T < HELD, 1.0, np.where(T < 2.3, 0.6 + 0.4 * np.cos((T - 2.0) * 10.5), 0.2)),
+              r"it moves from 1\.8 to 0\.36 m at .* s and stays there without swinging: friction or damping stops it"),
+    "over-damped": (np.where(T < HELD, 1.0, np.exp(-3.1 * (T - HELD)) * (1.0 + 3.1 * (T - HELD))),
+                    r"it moves from 1\.8 to -?0\.0.* m at .* s and stays there without swinging"),
+    "chopped after 0.7 periods": (free(T)[:135], r"it turns once between .* s, where it begins to move, and"),
+    "chopped after 1.2 periods": (free(T)[:160], r"it turns 2 times between .*; a decay needs 3 turns: record longer"),
+    "chopped without a hold": (free(T, held=0.0)[:35], r"it turns once between .*; a decay needs 3 turns"),
+    "drifting": (free(T, held=0.0) + 4.0 * T / PERIODS, r"what it swings about moves by .* m between .* and it"),
+    "driven and drifting": (np.cos(TURNS) + 4.0 * T / PERIODS, r"what it swings about moves by .* a sensor that"),
+    "jumping": (free(T, held=0.0) + 1.0 * (T > 7.26), r"what it swings about moves by"),
+    "caught": (np.where(T < 9.0, free(T, held=0.0), 2.5), r"and ends at 4\.5 m, further away than it ever swung"),
+    "never let go": (1.0 + 1e-3 * T, r"it goes from .* to .* m and never turns: it was not let go"),
+}  # fmt: skip
+DECAYS = {
+    "released": free(T),
+    "released with hardly any damping": free(T, 5e-4),
+    "in mid-motion": free(T, 3e-3, held=0.0),
+    "in mid-motion with hardly any damping": free(T, 8e-4, held=0.0),
+    "strongly damped": free(T, 0.2),
+    "beating": 0.5 * np.exp(-0.12 * np.maximum(T - HELD, 0.0))
+    * (np.cos(0.95 * TURNS - 0.95 * 2.0 * np.pi * HELD) + np.cos(1.08 * TURNS - 1.08 * 2.0 * np.pi * HELD)),
+    "two periods and the record ends at a turn": free(T)[:210],
+}  # fmt: skip
+DECAYS["beating"] = np.where(T < HELD, 1.0, DECAYS["beating"])
+
+
+@pytest.mark.parametrize("frequency", FREQUENCIES_HZ)
+@pytest.mark.parametrize("name", NO_DECAY)
+def test_what_is_no_decay_is_recognised(name, frequency):
+    shape, sentence = NO_DECAY[name]
+    assert re.search(sentence, said_of(record(shape, frequency))), said_of(record(shape, frequency))
+
+
+@pytest.mark.parametrize("frequency", FREQUENCIES_HZ)
+@pytest.mark.parametrize("name", DECAYS)
+def test_a_decay_is_used(name, frequency):
+    noise = 2e-4 if "hardly" in name else 2e-3
+    assert said_of(record(DECAYS[name], frequency, noise=noise)) == ""
+
+
+@pytest.mark.parametrize("frequency", FREQUENCIES_HZ)
+@pytest.mark.parametrize("samples", [3.0, 5.0, 6.5])
+def test_a_rate_too_low_for_the_motion_is_said_with_the_rate_that_is_needed(samples, frequency):
+    shape = free(axis(samples, 22.0))
+    said = said_of(record(shape, frequency, samples))
+    assert f"has {samples:.1f} samples a period" in said
+    assert f"record at {16.0 * frequency:.2g} Hz or more" in said
+    assert said_of(record(free(axis(12.0, 22.0)), frequency, 12.0)) == ""
+
+
+@pytest.mark.parametrize(("kind", "name"), [("damping", "driven"), ("hold", "drifting")])
+def test_a_doubt_that_is_accepted_does_not_refuse(kind, name):
+    recording = record(NO_DECAY[name][0])
+    window = find_window(recording)
+    with pytest.raises(RecordingError, match=rf"trial r1: .*list {kind} in recordings\.accept"):
+        refuse_no_decay(recording, window)
+    refuse_no_decay(recording, window, accepted=(kind,))
+
+
+@pytest.mark.parametrize("frequency", FREQUENCIES_HZ)
+def test_a_beat_that_goes_on_to_the_end_has_the_bodys_period(frequency):
+    """Only the maxima of the beat stand out of what the record's end still does; their distance is no period."""
+    decay = Decay(frequency, 38.2, damping=0.00436, second=0.39, held=0.0)
+    for periods in np.arange(20.0, 27.0, 0.25):
+        time, channels = exact(replace(decay, periods=periods))
+        half = half_period(time, channels["displacement"], 1e-5)
+        assert half * frequency == pytest.approx(0.5, rel=0.1)  # a second mode moves single crossings
+
+
+@pytest.mark.parametrize("samples", [200, 210])
+def test_a_record_that_ends_at_a_turn_is_cut_at_its_release(samples):
+    """Where it ends is as far from the middle as where it was held."""
+    window = find_window(record(free(T)[:samples]))
+    assert window.held
+    assert window.release_s == pytest.approx(HELD, abs=0.01)
+
+
+def test_a_decline_that_says_nothing_of_damping_is_none_however_well_it_is_known():
+    said = said_of(record(np.exp(-3e-4 * T) * np.sin(TURNS), noise=1e-6))
+    assert re.search(r"its amplitude declines by 0\.3\d* % in 11\.5 periods and no hold is seen before", said), said
+
+
+def test_what_follows_an_end_that_was_asked_for_does_not_count():
+    recording = record(NO_DECAY["caught"][0])
+    window = find_window(recording, end_s=8.9)
+    with pytest.raises(RecordingError, match=r"it was caught or moved; end trials\.window at 8\."):
+        refuse_no_decay(recording, find_window(recording))
+    refuse_no_decay(recording, window, end_s=8.9)
+
+
+def test_swings_about_a_place_that_drifts_are_never_called_no_crossings():
+    shape = np.where(T < 9.5, np.cos(TURNS), np.cos(TURNS)) + 8.0 * T / PERIODS
+    assert "crossings" not in said_of(record(shape))
+    seen = find_swings(T, shape, 1e-4)
+    assert abs(seen.half_period_s - 0.5) < 0.04  # a slope of two thirds of the motion moves turns by 0.03
+
+
+def test_the_period_of_a_motion_that_drifts_is_that_of_its_turns():
+    recording = record(free(T, held=0.0) + 0.5 * T**2 / PERIODS)
+    window = find_window(recording)
+    motion = condition(recording, window=window)
+    assert dominant_period(motion) == pytest.approx(1.0, rel=0.05)
+
+
+def test_a_hold_in_the_window_is_doubted_with_the_start_that_cuts_it_off():
+    recording = record(free(T, held=1.5))
+    window = find_window(recording, start_s=0.0)
+    seen = hold_not_cut(recording, window)
+    assert seen is not None
+    assert "a hold before the release seems not to be cut off; set trials.window.start_s near 1.5" in seen.sentence
+    assert seen.end_s == pytest.approx(1.5, abs=0.05)  # friction and damping move half a swing by so much
+    gyro = Recording("r1", recording.time, {"velocity": np.gradient(free(T, held=1.5), recording.time)})
+    stood = hold_not_cut(gyro, find_window(gyro))
+    assert stood is not None
+    assert stood.end_s == pytest.approx(1.5, abs=0.05)
+    assert hold_not_cut(recording, find_window(recording)) is None
+    assert hold_not_cut(record(free(T, held=0.0)), find_window(recording, start_s=0.0)) is None

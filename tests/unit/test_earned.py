@@ -1,0 +1,78 @@
+"""Green is earned: what is lacking for an answer turns a verdict into `cannot_tell`, and nothing else does."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from types import SimpleNamespace
+
+import pytest
+
+from undertow.discrepancy.case import Case
+from undertow.discrepancy.earned import earned
+from undertow.discrepancy.verdict import Described, Verdict
+
+GREEN = Verdict({"spring": "short"}, ("a", "b", "c"), status="nothing_missing", sentence="nothing is missing.")
+NAMED = replace(GREEN, status="explained", verdict=("linear_damping",), parameters={"linear_damping": {}})
+UNKNOWN = replace(GREEN, status="unknown", verdict=("unknown",))
+
+
+def case(**facts: object) -> Case:
+    """A group of three trials whose error of 4 % is allowed to be 5 %."""
+    member = SimpleNamespace(motions=tuple(SimpleNamespace(name=name) for name in "abc"))
+    return replace(
+        Case({"spring": "short"}, "spring short", member, (), Described(0.04), 0.01, 0.05, 0, False, True), **facts
+    )
+
+
+def diagnosis(accused: bool = False, **facts: object) -> SimpleNamespace:
+    """A search that ended and found nothing, unless told otherwise."""
+    plain = {"accused": accused, "looked": 20, "unfinished": (), "small": None, "null": SimpleNamespace(score=0.0)}
+    return SimpleNamespace(**(plain | facts))
+
+
+def test_a_search_that_ended_on_known_scatter_stays_green():
+    assert earned(GREEN, case(), diagnosis(), True) == GREEN
+
+
+@pytest.mark.parametrize(
+    ("facts", "search", "because"),
+    [
+        ({"contradiction": "x and a disagree"}, {}, "x and a disagree"),
+        ({"no_dry": "no dry trial of long could be used"}, {}, "no dry trial of long could be used"),
+        ({"assumed": "there is 1 trial"}, {}, "there is 1 trial"),
+        ({}, {"looked": 0}, "discrepancy.suspects names none"),
+        ({}, {"unfinished": ("relaxation",)}, "not tried to the end within discrepancy.budget: relaxation"),
+    ],
+)
+def test_green_without_its_reasons_is_cannot_tell(facts, search, because):
+    said = earned(GREEN, case(**facts), diagnosis(**search), True)
+    assert (said.status, said.verdict, said.parameters) == ("cannot_tell", (), {})
+    assert because in said.because
+    assert said.because in said.sentence
+    assert said.next_test
+
+
+def test_channels_that_contradict_leave_no_name_either():
+    said = earned(NAMED, case(contradiction="x and a disagree"), diagnosis(True), True)
+    assert (said.status, said.verdict, said.contradicted) == ("cannot_tell", (), True)
+
+
+def test_a_name_stands_where_twice_the_assumed_scatter_leaves_it():
+    assert earned(NAMED, case(assumed="there are 2 dry trials"), diagnosis(True), True) == NAMED
+    said = earned(NAMED, case(assumed="there are 2 dry trials"), diagnosis(True), False)
+    assert (said.status, said.verdict) == ("cannot_tell", ())
+    assert "with twice that nothing would be said" in said.because
+
+
+def test_an_unknown_that_twice_the_assumed_scatter_allows_is_cannot_tell():
+    near = case(assumed="there are 2 dry trials", baseline=Described(0.08))
+    assert earned(UNKNOWN, near, diagnosis(), True).status == "cannot_tell"
+    far = case(assumed="there are 2 dry trials", baseline=Described(0.3))
+    assert earned(UNKNOWN, far, diagnosis(), True) == UNKNOWN
+
+
+def test_overwhelming_evidence_for_a_small_effect_is_not_green():
+    small = SimpleNamespace(names=("cubic_stiffness",), score=60.0)
+    said = earned(GREEN, case(), diagnosis(small=small), True)
+    assert (said.status, said.verdict) == ("present_but_small", ("cubic_stiffness",))
+    assert "10^26 to 1" in said.sentence

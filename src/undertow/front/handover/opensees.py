@@ -19,14 +19,17 @@ from undertow.equation.term import Term
 from undertow.errors import UndertowError
 from undertow.front.handover.programs import largest_step
 
-STICKING = 1000.0
-"""Stiffness of the spring that stands for sticking, over the body's own: it creeps by a thousandth of F / k."""
+STICKING = 2.0
+"""Stiffness of the spring that stands for sticking, over mass by the square of the step: Newton's method still finds
+whether it yields."""
 
 TABLE_HALF = 400
 """Points of a table of elastic forces on each side: straight lines between them are good to 1e-5 of the force."""
 
-COARSER = 2.0
-"""How much longer than a Runge-Kutta program's the steps of the implicit method may be."""
+FINER, FINER_YIELDING = 4.0, 32.0
+"""How much shorter than a Runge-Kutta program's the steps of Newmark's method are: its clock is late by 5e-6 of a
+period each period. What yields needs shorter ones: a stiffer spring for sticking, and Bouc-Wen's law is followed by
+Euler's method."""
 
 _ELASTIC = ("stiffness", "cubic_stiffness", "quintic_stiffness", "asymmetric_stiffness", "quadratic_stiffness",
             "sine_restoring")  # fmt: skip
@@ -46,13 +49,20 @@ def opensees_text(equation: Equation, reach_m: float) -> str:
             f"{other[0]} has no material in OpenSees; it follows {', '.join(_FOLLOWED)}: hand it over with to_python() "
             "or to_octave()"
         )
-    step = COARSER * largest_step(equation, reach_m)
+    yields = any(term.name in ("coulomb_friction", "hysteresis") for term, _ in pairs)
+    step = largest_step(equation, reach_m) / (FINER_YIELDING if yields else FINER)
     lines = ["ops.node(1, 0.0)", "ops.fix(1, 1)", "ops.node(2, 0.0)", f"ops.mass(2, {equation.total_mass_kg!r})"]
+    lines += ["ops.timeSeries('Constant', 1)", "ops.pattern('Plain', 1, 1)"]
     between: list[str] = []
     elastic = [pair for pair in pairs if pair[0].name in _ELASTIC]
     if elastic:
-        between.append(_elastic(elastic, reach_m, equation.rest_m))
-    stiffness = _tangent(elastic, reach_m) or equation.total_mass_kg / step**2
+        material, held = _elastic(elastic, reach_m)
+        between.append(material)
+        lines += [f"held = {held}", "ops.load(2, -held)"]
+    driven = [pair for pair in pairs if pair[0].name == "external_forcing"]
+    pulls = [f"{value * math.cos(term.inner['phase_rad'])!r}" for term, value in driven]
+    lines.append(f"pull = {' + '.join(['held' if elastic else '0.0', *pulls])}  # on the body at the release")
+    stiff = STICKING * equation.total_mass_kg / step**2
     resonators: list[Pair] = []
     for term, value in pairs:
         if term.name in _VISCOUS:
@@ -60,8 +70,9 @@ def opensees_text(equation: Equation, reach_m: float) -> str:
         elif term.name == "drag_exponent":
             between.append(f"'Viscous', TAG, {value!r}, {term.inner['exponent']!r}")
         elif term.name == "coulomb_friction":
-            stiff = STICKING * stiffness
-            between.append(f"'ElasticPP', TAG, {stiff!r}, {value / stiff!r}")
+            gives = value / stiff
+            slack = f"float(np.clip(pull, -{value!r}, {value!r})) / {stiff!r}"
+            between.append(f"'ElasticPP', TAG, {stiff!r}, {gives!r}, -{gives!r}, {slack}")
         elif term.name == "relaxation":
             between.append(f"'Maxwell', TAG, {value!r}, {value * term.inner['time_s']!r}, 1.0, 1.0")
         elif term.name == "hysteresis":
@@ -77,31 +88,31 @@ def opensees_text(equation: Equation, reach_m: float) -> str:
         inner = _resonator(term, mass, reach_m)
         lines += _linked(inner, 2, node, tag)
         tag += len(inner)
-    lines += _loads([pair for pair in pairs if pair[0].name == "external_forcing"], step)
+    lines += _loads(driven)
     return _PROGRAM.format(
         equation=equation, model="\n    ".join(lines), step=repr(step), rest=repr(equation.rest_m),
-        nodes=2 + len(resonators),
+        table=_table(elastic, reach_m),
     )  # fmt: skip
 
 
-def _elastic(pairs: Sequence[Pair], reach_m: float, rest_m: float) -> str:
-    """Forces of displacement alone as one material: a spring, or a table."""
+def _elastic(pairs: Sequence[Pair], reach_m: float) -> tuple[str, str]:
+    """Forces of displacement alone as one material, a spring or a table, and the force that holds the body."""
     if all(term.name == "stiffness" for term, _ in pairs):
-        return f"'Elastic', TAG, {sum(value for _, value in pairs)!r}"
+        k = sum(value for _, value in pairs)
+        return f"'Elastic', TAG, {k!r}", f"{k!r} * start"
+    table = "'-strain', *(STRAINS_M - start), '-stress', *(FORCES_N - held)"
+    return f"'ElasticMultiLinear', TAG, 0.0, {table}", "float(np.interp(start, STRAINS_M, FORCES_N))"
+
+
+def _table(pairs: Sequence[Pair], reach_m: float) -> str:
+    """The table of elastic forces, where one is needed."""
+    if all(term.name == "stiffness" for term, _ in pairs):
+        return ""
     at = np.linspace(-1.5 * reach_m, 1.5 * reach_m, 2 * TABLE_HALF + 1)
     still = np.zeros(at.size)
     force = sum((value * term.force(at, still, still, still) for term, value in pairs), np.zeros(at.size))
-    strains = ", ".join(repr(float(one)) for one in at)
-    stresses = ", ".join(repr(float(one)) for one in force)
-    return f"'ElasticMultiLinear', TAG, 0.0, '-strain', {strains}, '-stress', {stresses}"
-
-
-def _tangent(pairs: Sequence[Pair], reach_m: float) -> float:
-    """Stiffness of the elastic forces at rest, N/m."""
-    small = np.array([-1e-6, 1e-6]) * reach_m
-    still = np.zeros(2)
-    force = sum((value * term.force(small, still, still, still) for term, value in pairs), np.zeros(2))
-    return abs(float(force[1] - force[0]) / float(small[1] - small[0]))
+    ends = f"{float(at[0])!r}, {float(at[-1])!r}, {at.size}"
+    return f"STRAINS_M = np.linspace({ends})\nFORCES_N = np.array({[float(one) for one in force]})\n"
 
 
 def _resonator(term: Term, mass: float, reach_m: float) -> list[str]:
@@ -133,10 +144,10 @@ def _linked(materials: Sequence[str], first: int, second: int, tag: int) -> list
     return lines
 
 
-def _loads(pairs: Sequence[Pair], step: float) -> list[str]:
+def _loads(pairs: Sequence[Pair]) -> list[str]:
     """Harmonic forces on the body: what stands on the left of the equation pulls with the other sign."""
     lines = []
-    for at, (term, value) in enumerate(pairs, 1):
+    for at, (term, value) in enumerate(pairs, 2):
         period = 2.0 * math.pi / term.inner["frequency_rad_per_s"]
         shift = term.inner["phase_rad"] + 0.5 * math.pi
         lines += [
@@ -158,24 +169,23 @@ import openseespy.opensees as ops
 
 LARGEST_STEP_S = {step}
 REST_M = {rest}  # displacement in which the springs are at rest
+{table}
 
+def build(start):
+    """One moving node between springs, dashpots and what yields; hidden masses hang on it.
 
-def build():
-    """One moving node between springs, dashpots and what yields; hidden masses hang on it."""
+    Displacements count from the release, ``start`` (m from rest): a constant load stands for the springs' tension
+    there, and all else starts without force.
+    """
     ops.wipe()
     ops.model("basic", "-ndm", 1, "-ndf", 1)
     {model}
 
 
 def simulate(x0, times):
-    """Displacement (m) and velocity (m/s) at ``times`` (s, rising from 0), released from x0 at rest.
-
-    The body is pulled to x0 and held with every spring at rest but the elastic ones: hidden masses go along, friction
-    and what relaxes start from zero force.
-    """
-    build()
+    """Displacement (m) and velocity (m/s) at ``times`` (s, rising from 0), released from x0 at rest."""
     start = x0 - REST_M
-    moved = [ops.setNodeDisp(node, 1, start, "-commit") for node in range(2, {nodes} + 1)]
+    build(start)
     ops.constraints("Plain")
     ops.numberer("Plain")
     ops.system("BandGeneral")
@@ -183,13 +193,16 @@ def simulate(x0, times):
     ops.algorithm("Newton")
     ops.integrator("Newmark", 0.5, 0.25)
     ops.analysis("Transient")
+    first = 1e-6 * LARGEST_STEP_S  # OpenSees starts without acceleration; a step so short finds it
     out, now = [], 0.0
     for time in times:
         steps = int(np.ceil((time - now) / LARGEST_STEP_S - 1e-9))
-        for _ in range(steps):
+        for step in range(steps):
+            if now == 0.0 and step == 0 and ops.analyze(1, first) != 0:
+                raise RuntimeError("OpenSees found no acceleration at the release")
             if ops.analyze(1, (time - now) / steps) != 0:
                 raise RuntimeError(f"OpenSees found no equilibrium near {{ops.getTime():g}} s")
         now = time
-        out.append((ops.nodeDisp(2, 1) + REST_M, ops.nodeVel(2, 1)))
+        out.append((ops.nodeDisp(2, 1) + x0, ops.nodeVel(2, 1)))
     return np.array(out).T
 '''

@@ -94,6 +94,7 @@ _PYTHON = '''\
 Free motion of this equation, written by undertow. SI units. Needs numpy alone.
 """
 
+import bisect
 import math
 
 import numpy as np
@@ -142,7 +143,11 @@ class Past:
 
     def at(self, t):
         when = t - {delay}
-        return float(np.interp(when, self.t, self.v)) if {delay} and when >= 0.0 else 0.0
+        if not {delay} or when < 0.0:
+            return 0.0
+        i = min(max(bisect.bisect_left(self.t, when), 1), len(self.t) - 1)
+        share = (when - self.t[i - 1]) / (self.t[i] - self.t[i - 1])
+        return self.v[i - 1] + min(share, 1.0) * (self.v[i] - self.v[i - 1])
 
 
 def step(t, y, d, h, past):

@@ -113,11 +113,11 @@ def _guessed(
     table: pd.DataFrame, said: Mapping[Column, str], rate_hz: float | None
 ) -> tuple[dict[str, tuple[Column, ...]], Column | None]:
     """Channels and time by the columns' names, as `undertow inspect` proposes them."""
-    proposal = propose_mapping(table, said)
+    proposal = propose_mapping(table.select_dtypes("number"), said)
     chosen = {quantity: spec.columns for quantity, spec in proposal.channels.items()}
     if not chosen:
         raise RecordingError(
-            f"none of the columns {_shown(table)} is named like a channel; say which, as in "
+            f"none of the columns {_shown(table)} is named like a channel and holds numbers; say which, as in "
             f'columns={{"time": {table.columns[0]!r}, "displacement": {table.columns[-1]!r}}}'
         )
     time = proposal.time.column if proposal.time is not None else None

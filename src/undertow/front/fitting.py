@@ -17,7 +17,7 @@ from undertow.equation.term import Term
 from undertow.errors import IdentificationError
 from undertow.front.fitted import Fitted
 from undertow.front.known import EQUATION_15, Rig, group_specimen, terms_of, with_settings
-from undertow.front.reading import Source, read
+from undertow.front.reading import Source, agreeing, read
 from undertow.front.trials import Trials
 from undertow.likelihood.fit import Specimen, Structure
 from undertow.likelihood.problem import TrialOptions
@@ -51,7 +51,8 @@ def fit(
     stated stiffness; load cells; a mass where the equation has no added mass. Else every number is per total mass, and
     the result says so.
 
-    Raises IdentificationError where the equation's motion leaves every bound, ConfigError for a term that is not known.
+    Raises IdentificationError where the equation's motion leaves every bound or what is known of the rig contradicts
+    the channels of every trial, ConfigError for a term that is not known.
 
     >>> import undertow
     >>> law = {"stiffness": 400.0, "viscous_damping": 2.0}
@@ -65,9 +66,9 @@ def fit(
     """
     given = read(trials)
     terms = terms_of(equation)
-    config = with_settings(given.config, {"specimen": dict(rig)})
-    specimen = group_specimen(config, [m.recording.conditions for m in given])
-    motions = sorted(given, key=lambda m: (m.amplitude, m.name))
+    used = agreeing(given, config := with_settings(given.config, {"specimen": dict(rig)}))
+    specimen = group_specimen(config, [m.recording.conditions for m in used])
+    motions = sorted(used, key=lambda m: (m.amplitude, m.name))
     structure = None if dry is None else _structure(read(dry), terms, specimen)
     anchor, notes = _anchor(specimen, structure, motions, terms)
     if anchor.kind == "load cells":
@@ -82,7 +83,8 @@ def fit(
     if structure is not None and structure.mu.value > 0.0:
         options = TrialOptions(rest_offset_std=structure.mu.value * specimen.normal_force_N / structure.k.value)
     found = fit_group(model, motions, options, "none" if structure is None else "trials and means")
-    ordered = replace(given, motions=tuple(motions), config=config)
+    ordered = replace(used, motions=tuple(motions))
+    notes += tuple(f"not used: {one.reason}" for one in used.failed)
     return Fitted(ordered, _with_anchor_error(found, anchor), anchor, structure, notes)
 
 

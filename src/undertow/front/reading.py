@@ -24,7 +24,7 @@ from undertow.campaign.run.checking import Checked, Checker
 from undertow.conditioning.motion import Motion
 from undertow.discrepancy.findings import FailedTrial
 from undertow.discrepancy.words import count
-from undertow.errors import RecordingError
+from undertow.errors import IdentificationError, RecordingError
 from undertow.front.columns import Columns, Mapped, Units, mapped, values_of
 from undertow.front.known import checked
 from undertow.front.trials import Trials
@@ -135,6 +135,25 @@ def load(config: str | Path | RunConfig, overrides: Sequence[str] = (), jobs: in
         reasons = dict.fromkeys(one.reason for one in found.failed)
         raise RecordingError(f"none of {count(len(found.failed), 'trial')} can be used: {'; '.join(reasons)}")
     return Trials(found.motions, known, found.failed, found.accepted)
+
+
+def agreeing(trials: Trials, config: RunConfig) -> Trials:
+    """The trials whose channels agree with what ``config`` says of the rig; the others stand in ``failed``.
+
+    Raises IdentificationError where none does.
+    """
+    checker = Checker(config, config.catalogue())
+    checked = [checker.again(motion, trials.accepted.get(motion.name, ())) for motion in trials]
+    wrong = tuple(
+        FailedTrial(one.name, f"trial {one.name}: {one.contradiction}", one.conditions)
+        for one in checked if one.contradiction
+    )  # fmt: skip
+    kept = tuple(one.motion for one in checked if one.motion is not None and not one.contradiction)
+    if not kept:
+        raise IdentificationError(
+            f"none of {count(len(trials), 'trial')} agrees with what is known of the rig: {wrong[0].reason}"
+        )
+    return replace(trials, motions=kept, failed=(*trials.failed, *wrong), config=config)
 
 
 def as_read(trials: Trials) -> Read:

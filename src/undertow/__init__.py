@@ -1,7 +1,7 @@
 """undertow: the equation of motion behind free-decay recordings, and the physics that a model leaves out.
 
 `read`, `load`: recordings as `Trials`. `fit`: an equation's numbers. `Discover`: which terms it has. `diagnose`: what
-it leaves out. `simulate`, `predict`: where it takes the body. `open`: a finished run. docs/python.md is a tour of them.
+it leaves out. `simulate`, `predict`: where it takes the body. `open`: a finished run. docs/python_front.md shows them.
 """
 
 from __future__ import annotations

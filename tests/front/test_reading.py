@@ -242,3 +242,10 @@ def test_trials_show_what_they_are(several):
     assert "w0 (depth 2.36): released 0.05 m, period 0.62" in str(several)
     assert "<table" in several._repr_html_()
     assert len(several.plot().lines) == 3
+
+
+def test_what_a_prompt_shows_of_a_result_is_its_text_and_no_archive(several):
+    run = undertow.simulate(LAW, x0=0.1, mass_kg=4.0)
+    assert repr(several) == str(several)
+    assert repr(run) == str(run)
+    assert repr(undertow.predict(run.equation, x0=0.1, times=run.t)).startswith("free run of 4 x''")

@@ -37,7 +37,7 @@ OUTSIDE_MOTION = frozenset({"mass_kg", "total_mass_kg"})
 """Numbers that are no coefficient of a term."""
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class DiagnosedGroup(HandOver):
     """One group's verdict with its numbers. ``findings`` holds everything, trial by trial."""
 
@@ -173,6 +173,9 @@ class DiagnosedGroup(HandOver):
             return found[names.index(trial)]
         unseen = [one for one in found if one.held_out] or list(found)
         return max(unseen, key=lambda one: one.mismatch.nrmse)
+
+    def __repr__(self) -> str:
+        return str(self)
 
     def __str__(self) -> str:
         return "\n".join([self.sentence, *parameter_lines(self.estimates)])

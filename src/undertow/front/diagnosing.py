@@ -30,7 +30,7 @@ from undertow.report.front_figures import draw_errors
 from undertow.report.trial_curves import Axes, new_axes
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class Diagnosis:
     """What is said of every group of trials: a sequence of `DiagnosedGroup`, dry groups first.
 
@@ -83,6 +83,9 @@ class Diagnosis:
             (g.label, g.verdict.baseline.nrmse, g.error_after, g.verdict.repeatability_nrmse) for g in self.groups
         ]
         return draw_errors(rows, new_axes() if axes is None else axes)
+
+    def __repr__(self) -> str:
+        return str(self)
 
     def __str__(self) -> str:
         lines = [group.sentence for group in self.groups]

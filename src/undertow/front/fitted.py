@@ -39,7 +39,7 @@ ADEQUATE = 2.0
 """Mean squared residual over the sensors' noise from which something is left in the residual."""
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class Fitted(HandOver):
     """An equation fitted to trials by output error: all trials together, every one simulated from its release.
 
@@ -192,6 +192,9 @@ class Fitted(HandOver):
             f"output error on {count(len(self.trials), 'trial')} together: the free run misses {percent(error)} of the "
             f"motion; {self.anchor.sentence}"
         )
+
+    def __repr__(self) -> str:
+        return str(self)
 
     def __str__(self) -> str:
         lines = [self.summary, f"  {self.equation.text(self._errors())}"]

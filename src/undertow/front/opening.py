@@ -33,7 +33,7 @@ TABLES = ("trials", "levels", "mismatch")
 """Tables of a run folder, as name.csv."""
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class OpenedGroup:
     """One group's entry of verdict.json; ``data`` is the whole of it."""
 
@@ -81,6 +81,9 @@ class OpenedGroup:
             "allowed": _number(data["repeatability_nrmse"]), "trials": len(data["trials"]), "sentence": self.sentence,
         }  # fmt: skip
 
+    def __repr__(self) -> str:
+        return str(self)
+
     def __str__(self) -> str:
         return self.sentence
 
@@ -89,7 +92,7 @@ class OpenedGroup:
         return f"<div><p>{escape(self.sentence)}</p>{table}</div>"
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class OpenedRun:
     """A finished run: its ``folder``, and every group's verdict in the run's order."""
 
@@ -160,6 +163,9 @@ class OpenedRun:
         if not path.is_file():
             raise UndertowError(f"run folder {self.folder} has no {name}; let `undertow run` finish, or copy it whole")
         return path
+
+    def __repr__(self) -> str:
+        return str(self)
 
     def __str__(self) -> str:
         lines = [group.sentence for group in self.groups]

@@ -76,7 +76,7 @@ class PredictedRun:
         return float(np.mean((self.measured >= self.lower) & (self.measured <= self.upper)))
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class Prediction:
     """Free runs of one equation: ``runs``, the ``level`` of their band, and ``notes`` on what it holds."""
 
@@ -110,6 +110,9 @@ class Prediction:
     def score(self) -> float:
         """1 less the mean error (RMS over RMS motion) of the runs with a recording; nan without one."""
         return 1.0 - float(np.mean([run.nrmse for run in self.runs]))
+
+    def __repr__(self) -> str:
+        return str(self)
 
     def __str__(self) -> str:
         lines = [f"free run of {self.equation}"]

@@ -31,7 +31,7 @@ PERIODS = 20
 """Periods simulated where no duration is asked for."""
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class Simulation(HandOver):
     """A motion from ``x0`` (m, rad): ``t`` (n,) s after the release, ``x``, ``v``, ``a`` (n,) in SI, ``hidden``
     (n, 2 n_hidden) displacement and velocity of each hidden oscillator relative to the body."""
@@ -91,6 +91,9 @@ class Simulation(HandOver):
         none = np.zeros(0)
         curve = Curve(f"simulated from {self.x0:.3g} m", self.t, self.x, none, none, none)
         return draw_run(curve, new_axes() if axes is None else axes)
+
+    def __repr__(self) -> str:
+        return str(self)
 
     def __str__(self) -> str:
         return f"{self.equation}\nfrom x0 = {self.x0:.4g} m, {self.t[-1]:.4g} s in {self.t.size} samples"

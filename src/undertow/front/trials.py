@@ -28,7 +28,7 @@ NAMES_SHOWN = 8
 """Names in a message at most."""
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class Trials(Sequence[Motion]):
     """Trials of one campaign, each a conditioned `Motion`, in the order they were read.
 
@@ -147,6 +147,9 @@ class Trials(Sequence[Motion]):
         for motion in self.motions:
             draw_recording(motion, axes)
         return axes
+
+    def __repr__(self) -> str:
+        return str(self)
 
     def __str__(self) -> str:
         lines = [count(len(self), "trial")]

@@ -33,6 +33,9 @@ CANDIDATES = 2
 FEWEST_EFFECTIVE = 100.0
 """Effective number of draws below which intervals from them are a rough guess."""
 
+FLATTEST = 1e-12
+"""Smallest curvature of a proposal over its largest: less is rounding."""
+
 NOTHING = np.zeros(0, dtype=np.int64)
 
 
@@ -121,16 +124,18 @@ def _proposals(
         values, vectors = np.linalg.eigh(best.covariance)
         root = vectors * np.sqrt(np.maximum(values, 0.0))
         return best.values + noise @ root.T, -0.5 * np.sum(noise**2, axis=1), scale
-    normal = np.linalg.pinv(best.covariance, hermitian=True)
-    pull = normal @ best.values
+    unit = np.sqrt(np.diag(best.covariance))
+    unit[~(unit > 0.0)] = 1.0  # stiffness and friction coefficient are seven decades apart: in standard errors instead
+    normal = np.linalg.pinv(best.covariance / np.outer(unit, unit), hermitian=True)
+    pull, start, precision = normal @ (best.values / unit), start / unit, precision * unit**2
     out, density = np.empty((count, size)), np.empty(count)
     for i in range(count):
         wider = precision * (1.0 / scale[i] ** 2 - 1.0)
-        here = normal + np.diag(wider)
-        factor = np.linalg.cholesky(here)
-        centre = np.linalg.solve(here, pull + wider * start)
-        out[i] = centre + np.linalg.solve(factor.T, noise[i])
-        density[i] = -0.5 * noise[i] @ noise[i] + np.sum(np.log(np.diag(factor)))
+        values, vectors = np.linalg.eigh(normal + np.diag(wider))
+        values = np.maximum(values, FLATTEST * values[-1])
+        centre = vectors @ ((vectors.T @ (pull + wider * start)) / values)
+        out[i] = unit * (centre + vectors @ (noise[i] / np.sqrt(values)))
+        density[i] = -0.5 * noise[i] @ noise[i] + 0.5 * np.sum(np.log(values))
     return out, density, scale
 
 

@@ -1,9 +1,9 @@
 """Simulation-based calibration of `Fitted.posterior`: where truths are drawn at random and each campaign is fitted, the
 truth's rank among the draws is uniform (Talts et al. 2018, arXiv:1804.06788), and 90 % intervals hold it in 90 of 100.
 
-    python -m experiments.posterior [CAMPAIGNS]
+    python -m experiments.posterior [CAMPAIGNS [FIRST_SEED [KIND ...]]]
 
-writes docs/posterior.json. Two kinds of campaign, with the motions of experiments/eq15_campaign/motion.py: a dry rig of
+adds its seeds to docs/posterior.json. Two kinds of campaign, with the motions of experiments/eq15_campaign/motion.py: a dry rig of
 known mass (k, c, mu unknown), and a body in water beside its dry trials, whose k, c and mu scatter from trial to trial
 (added mass and drag unknown). Belongs here: truths, ranks, the file. Does not belong here: fits and draws (undertow).
 """
@@ -12,7 +12,7 @@ from __future__ import annotations
 
 import json
 import sys
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from pathlib import Path
 
 import numpy as np
@@ -96,11 +96,14 @@ def wet_campaign(seed: int) -> Ranks:
     }
 
 
-def ranked(campaigns: int, first: int = 0) -> Iterator[tuple[str, str, float]]:
+KINDS = {"dry": dry_campaign, "wet": wet_campaign}
+
+
+def ranked(campaigns: int, first: int, kinds: Sequence[str]) -> Iterator[tuple[str, str, float]]:
     """Kind, parameter and rank of every campaign."""
     for seed in range(first, first + campaigns):
-        for kind, one in (("dry", dry_campaign), ("wet", wet_campaign)):
-            for name, found in one(seed).items():
+        for kind in kinds:
+            for name, found in KINDS[kind](seed).items():
                 yield kind, name, found
 
 
@@ -116,16 +119,19 @@ def summary(ranks: np.ndarray) -> dict[str, object]:
     }  # fmt: skip
 
 
-def main(campaigns: int) -> None:
+def main(campaigns: int = CAMPAIGNS, first: int = 0, kinds: Sequence[str] = tuple(KINDS)) -> None:
     """Run the campaigns and write what was found."""
     found: dict[str, list[float]] = {}
-    for kind, name, one in ranked(campaigns):
+    for kind, name, one in ranked(campaigns, first, kinds):
         found.setdefault(f"{kind} {name}", []).append(one)
     data = {name: summary(np.array(values)) for name, values in found.items()}
-    OUT.write_text(json.dumps({"draws": DRAWS, "noise_m": NOISE_M, "ranks": data}, indent=1) + "\n")
+    before = json.loads(OUT.read_text()) if OUT.exists() else {}
+    whole = before | {f"seeds {first} to {first + campaigns - 1}": data}
+    OUT.write_text(json.dumps(whole, indent=1) + "\n")
     for name, row in data.items():
         print(f"{name:22} p {row['p_flat']:<7} coverage {row['coverage_percent']} %  {row['counts']}")
 
 
 if __name__ == "__main__":
-    main(int(sys.argv[1]) if len(sys.argv) > 1 else CAMPAIGNS)
+    words = sys.argv[1:]
+    main(*map(int, words[:2]), *([words[2:]] if len(words) > 2 else []))

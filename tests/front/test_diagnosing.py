@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import pickle
+from typing import ClassVar
 
 import numpy as np
 import pandas as pd
@@ -12,7 +13,10 @@ import pytest
 import undertow
 from tests.small_campaign import make_campaign
 from undertow.campaign.run.folder import run_to_folder
+from undertow.equation.equation import Equation
+from undertow.equation.structure import Stiffness
 from undertow.errors import ConfigError, IdentificationError, RecordingError, UndertowError
+from undertow.front.diagnosed import DiagnosedGroup
 from undertow.report.verdict_file import CONTRACT
 
 HARD = {"stiffness": 400.0, "viscous_damping": 1.0, "cubic_stiffness": 4000.0}
@@ -64,6 +68,27 @@ def test_a_repaired_equation_moves_as_the_body_did(found, trials):
     ahead = undertow.predict(group, undertow.read(recorded(0.07, 9)))
     assert ahead.runs[0].nrmse < 0.03
     assert ahead.runs[0].inside > 0.85
+    unseen = undertow.read(recorded(0.07, 9))
+    assert group.score(unseen) > group.score() - 0.02 > 0.95
+    assert group.predict(unseen, adjust=True).score() > ahead.score() - 1e-9
+    assert group.get_feature_names_out().tolist() == list(HARD)
+    ends = group.confidence_interval(0.999).loc["cubic_stiffness.N_per_m3"]
+    assert ends["low"] < 4000.0 < ends["high"]
+
+
+def test_a_repaired_equation_with_an_own_law_is_not_adjusted_to_a_trial(found, trials):
+    class Spring(Stiffness):
+        """A spring of a user's own."""
+
+        slots: ClassVar = {}
+
+    class OwnLaw(DiagnosedGroup):
+        """A group whose equation the compiled integrator does not know."""
+
+        repaired = Equation((Spring(),), (400.0,), mass_kg=4.0)
+
+    with pytest.raises(IdentificationError, match="has a law of your own and cannot be adjusted to 4 trials"):
+        OwnLaw(found[0].findings, trials).score(trials)
 
 
 def test_a_diagnosis_prints_and_draws_itself(found, trials):

@@ -14,24 +14,29 @@ from typing import Any
 
 import numpy as np
 import pandas as pd
+from numpy.typing import NDArray
 
 from undertow.discrepancy.findings import GroupFindings, TrialFindings
 from undertow.discrepancy.verdict import Status, Verdict
 from undertow.equation.equation import Equation
+from undertow.equation.kernel import SLOT
 from undertow.equation.registry import find
 from undertow.equation.registry import names as registered
 from undertow.errors import IdentificationError
 from undertow.front.handover import HandOver
 from undertow.front.prediction import Prediction, predict, scatter_of
+from undertow.front.reading import read
 from undertow.front.tables import parameter_lines, parameter_table
 from undertow.front.trials import Trials
 from undertow.likelihood.fit import Specimen
+from undertow.likelihood.free_run import FreeRun, free_run
 from undertow.likelihood.scale import contract_name
 from undertow.quantities import Estimate
 from undertow.recording.recording import Array
 from undertow.report.front_figures import draw_runs_before_and_after
 from undertow.report.trial_curves import Axes, new_axes
 from undertow.report.trial_figures import draw_residual
+from undertow.uncertainty.confidence import INTERVAL_LEVEL
 
 OUTSIDE_MOTION = frozenset({"mass_kg", "total_mass_kg"})
 """Numbers that are no coefficient of a term."""
@@ -133,6 +138,37 @@ class DiagnosedGroup(HandOver):
     def equation(self) -> Equation:
         """The repaired equation, which is handed over."""
         return self.repaired
+
+    def get_feature_names_out(self, input_features: object = None) -> NDArray[np.object_]:
+        """Names of the repaired equation's terms."""
+        return np.array([term.name for term in self.repaired.terms], dtype=object)
+
+    def confidence_interval(self, level: float = INTERVAL_LEVEL) -> pd.DataFrame:
+        """Columns low and high, one row a parameter of the repaired equation."""
+        return parameter_table(self.estimates, level)[["low", "high"]]
+
+    def free_runs(self, trials: Trials) -> tuple[FreeRun, ...]:
+        """The repaired equation run free on each trial: only x0, clock and rest position are adjusted to it.
+
+        Raises IdentificationError where the equation has a law of your own.
+        """
+        if not self.repaired.compiled:
+            raise IdentificationError(
+                f"{self.repaired} has a law of your own and cannot be adjusted to {len(trials)} trials; take predict()"
+            )
+        theta = self.repaired.theta()
+        k, held = float(theta[SLOT["k1"]]), max(float(theta[SLOT["fc"]]), 0.0)
+        width = held / k if k > 0.0 else 0.0
+        return tuple(free_run(m, theta, math.hypot(width, m.equilibrium.total_stderr)) for m in trials)
+
+    def score(self, trials: Any = None) -> float:
+        """1 less the repaired equation's mean free-run error on ``trials``; on those that were held out where none is
+        given, on all where none was."""
+        if trials is not None:
+            return 1.0 - float(np.mean([run.nrmse for run in self.free_runs(read(trials))]))
+        table = self.trial_table
+        rows = table[table["held_out"]] if table["held_out"].any() else table
+        return 1.0 - float(rows["error_repaired"].fillna(rows["error"]).mean())
 
     def predict(self, trials: Any = None, **settings: Any) -> Prediction:
         """The repaired equation run free; see `undertow.predict`."""

@@ -65,8 +65,8 @@ WITHIN = 1e-3
 """Of the RMS of our own motion: what the issue of a hand-over is, far above both integrators' errors."""
 
 
-LONG_S, SHORT_S = 8.0, 1.3
-"""Long enough for friction to hold the body; two periods, and an echo of the first, for the slow Octave."""
+LONG_S, SHORT_S = 8.0, 1.0
+"""Long enough for friction to hold the body; a period and a half, with an echo of it, for the slow Octave."""
 
 
 def run_of(name: str, duration_s: float = LONG_S) -> undertow.front.simulation.Simulation:
@@ -76,7 +76,7 @@ def run_of(name: str, duration_s: float = LONG_S) -> undertow.front.simulation.S
 
 def run_in_octave(name: str) -> undertow.front.simulation.Simulation:
     """The motion that Octave repeats: to its end for friction alone."""
-    return run_of(name, LONG_S if name == "coulomb_friction" else SHORT_S)
+    return run_of(name, 0.5 * LONG_S if name == "coulomb_friction" else SHORT_S)
 
 
 def assert_alike(x: np.ndarray, run: undertow.front.simulation.Simulation) -> None:

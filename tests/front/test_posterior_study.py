@@ -29,7 +29,7 @@ def test_even_ranks_are_flat_and_cover_and_draws_too_narrow_are_not():
 
 @pytest.mark.parametrize("kind", KINDS)
 def test_truths_of_a_few_campaigns_lie_among_their_draws(kind):
-    ranks = [one for seed in range(3) for one in KINDS[kind](seed).values()]
+    ranks = [one for seed in range(2) for one in KINDS[kind](seed).values()]
     assert all(0.0 < one < 1.0 for one in ranks)
     assert sum(0.01 < one < 0.99 for one in ranks) >= len(ranks) - 1
     assert len(set(ranks)) > len(ranks) // 2

@@ -108,7 +108,7 @@ MISTAKES = (
         "one of the two load cells is not in the config",
         bridge,
         _one_load_cell_forgotten,
-        contradiction("spring_force|load cell"),
+        (*contradiction("spring_force|load cell"), Groups(("spring_force|load cell",), codes=frozenset({3}))),
     ),
     Case(
         "load_cells_of_opposite_sides",

@@ -4,8 +4,8 @@ truth's rank among the draws is uniform (Talts et al. 2018, arXiv:1804.06788), a
     python -m experiments.posterior [CAMPAIGNS [FIRST_SEED [KIND ...]]]
 
 adds its seeds to docs/posterior.json. Two kinds of campaign, with the motions of experiments/eq15_campaign/motion.py: a
-dry rig of known mass (k, c, mu unknown), and a body in water beside its dry trials, whose k, c, mu scatter from trial to
-trial (added mass and drag unknown).
+dry rig of known mass (k, c, mu unknown), and a body in water beside its dry trials, whose k, c, mu scatter from trial
+to trial (added mass and drag unknown).
 
 Belongs here: truths, ranks, the file. Does not belong here: fits and draws (undertow).
 """

@@ -2,14 +2,11 @@
 
 from pathlib import Path
 
-import pytest
-
 from experiments.blind_challenge import __main__ as entry
 from experiments.blind_challenge.peers import peer_rows
 from experiments.blind_challenge.run_cases import read_rows
 
 
-@pytest.mark.slow
 def test_a_small_challenge_is_drawn_run_beside_peers_and_scored(tmp_path: Path) -> None:
     out = ["--small", "--out", str(tmp_path)]
     entry.main(["generate", *out])

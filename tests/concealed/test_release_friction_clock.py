@@ -47,6 +47,7 @@ def test_friction_that_the_equation_lacks_goes_with_the_normal_force(tmp_path):
     assert force[False] / force[True] == pytest.approx(carried, abs=0.02)  # a scatter of 5 % a trial
 
 
+@pytest.mark.slow
 def test_a_force_with_its_own_clock_is_proved_with_the_unseen_trials_own_phase(tmp_path):
     dry, wet = found("external_forcing", 0.02, tmp_path)
     assert dry.verdict.verdict == ()
@@ -77,6 +78,7 @@ def test_a_motion_that_swings_twice_starts_early_enough_to_swing_on():
     assert not later.window.held
 
 
+@pytest.mark.slow
 def test_bristles_that_hardly_slide_are_named_though_the_dry_means_are_bent(tmp_path):
     for group in found("presliding", 8.0, tmp_path):
         assert group.verdict.verdict == ("presliding",)

@@ -23,6 +23,7 @@ from undertow.campaign.run import course as campaign_run
 from undertow.campaign.run import folder as run_folder
 from undertow.campaign.run import tasks as group_tasks
 from undertow.campaign.run.analysis import GroupTask
+from undertow.campaign.run.checking import Checked
 from undertow.campaign.run.folder import run_to_folder
 from undertow.campaign.run.gathered import Gathered
 from undertow.conditioning.condition import condition
@@ -31,7 +32,7 @@ from undertow.discrepancy.findings import GroupFindings, TrialFindings
 from undertow.discrepancy.mismatch import Mismatch
 from undertow.discrepancy.verdict import Verdict
 from undertow.errors import UndertowError
-from undertow.recording.catalogue import Catalogue, Entry
+from undertow.recording.catalogue import Entry
 from undertow.recording.recording import Recording
 from undertow.report.tables import csv_text, levels_table, mismatch_table, trials_table
 from undertow.report.verdict_file import verdict_json
@@ -175,7 +176,7 @@ def taken(_: object, tasks: Tasks, groups: Groups, *__: object) -> list[GroupFin
     return list(groups)
 
 
-def renamed(entry: Entry, _: Catalogue) -> Recording:
+def renamed(entry: Entry) -> Recording:
     return replace(one_motion().recording, name=entry.name, conditions=entry.conditions)
 
 
@@ -184,18 +185,16 @@ class StandIn:
 
     def __init__(self, monkeypatch: pytest.MonkeyPatch, judge: Judge = taken) -> None:
         self._made = list[weakref.ref[Motion]]()
-        monkeypatch.setattr(campaign_run, "read_trial", renamed)
-        monkeypatch.setattr(campaign_run, "check", lambda _: ())
-        monkeypatch.setattr(campaign_run, "condition", self._moved)
+        monkeypatch.setattr(campaign_run, "Checker", lambda *_: self._checked)
         monkeypatch.setattr(campaign_run, "analyse", quickly)
         monkeypatch.setattr(campaign_run.checkpoints, "save", lambda *_: None)
         monkeypatch.setattr(campaign_run, "judged", judge)
-        monkeypatch.setattr(campaign_run, "_each_once", lambda read: read)  # copies stand for trials here
+        monkeypatch.setattr(campaign_run, "_each_once", list)  # copies stand for trials here
 
-    def _moved(self, recording: Recording, **_: object) -> Motion:
-        motion = replace(one_motion(), recording=recording)
+    def _checked(self, entry: Entry) -> Checked:
+        motion = replace(one_motion(), recording=renamed(entry))
         self._made.append(weakref.ref(motion))
-        return motion
+        return Checked(entry.name, entry.conditions, motion)
 
     def alive(self) -> int:
         """Motions of this campaign that this process still holds."""

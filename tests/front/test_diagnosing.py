@@ -11,7 +11,8 @@ import pandas as pd
 import pytest
 
 import undertow
-from tests.small_campaign import make_campaign
+from tests.small_campaign import make_campaign, write_table
+from tests.small_campaign import recorded as recorded_table
 from undertow.campaign.run.folder import run_to_folder
 from undertow.equation.equation import Equation
 from undertow.equation.structure import Stiffness
@@ -157,7 +158,10 @@ def test_a_stated_rig_that_the_channels_contradict_stops_a_diagnosis():
 @pytest.fixture(scope="module")
 def campaign(tmp_path_factory):
     """A small campaign's config, its findings by the terminal's course, and its run folder."""
-    made = make_campaign(tmp_path_factory.mktemp("campaign"), (0.03, 0.05))
+    made = make_campaign(tmp_path_factory.mktemp("campaign"), (0.03, 0.04, 0.05))
+    wrong = recorded_table(0.05, 2)
+    wrong[:, 1] *= 1000.0  # millimetres in a column of metres: the accelerometer knows better
+    write_table(made.folder / made.files[2], wrong)
     done = run_to_folder(made.config, out=tmp_path_factory.mktemp("runs") / "small", jobs=1)
     return made.config, done.findings, done.folder
 
@@ -166,6 +170,9 @@ def test_a_loaded_campaign_is_diagnosed_as_by_the_terminal(campaign):
     config, findings, _ = campaign
     trials = undertow.load(config)
     found = undertow.diagnose(trials)
+    assert [one.reason for one in found.failed] == [one.reason for one in findings.failed]
+    assert len(found.failed) == 1
+    assert "contradict" in found.failed[0].reason or "recordings.accept" in found.failed[0].reason
     assert [g.verdict.sentence for g in found] == [g.verdict.sentence for g in findings.groups]
     assert found.parameters["value"].to_list() == [
         e.value for g in findings.groups for e in (g.verdict.augmented or g.verdict.baseline).parameters.values()

@@ -13,6 +13,7 @@ import undertow
 from undertow.equation.equation import Equation
 from undertow.equation.structure import Stiffness
 from undertow.errors import ConfigError, IdentificationError, UndertowError
+from undertow.front.curves import run_of_own_law
 from undertow.uncertainty.posterior import posterior_draws
 
 MASS_KG = 4.0
@@ -223,7 +224,17 @@ class Own(Stiffness):
     slots = {}  # noqa: RUF012
 
 
-def test_a_law_of_your_own_is_simulated_fitted_and_run_free():
+def test_an_own_laws_free_run_is_adjusted_to_a_trial_as_the_compiled_one_is(found):
+    """x0, clock and rest position by Gauss-Newton steps, here of an equation that the compiled score knows as well."""
+    unseen = undertow.read([recorded(0.08, 7)])
+    known = found.free_runs(unseen)[0]
+    own = run_of_own_law(found.equation, unseen[0], found.group.solution)
+    assert own.nrmse == pytest.approx(known.nrmse, rel=0.01)
+    seen = run_of_own_law(found.equation, found.trials[0], found.group.solution)
+    assert seen.nrmse == pytest.approx(found.runs[0].nrmse, rel=0.02)
+
+
+def test_a_law_of_your_own_is_simulated_and_run_free():
     law = Equation((Own(),), (400.0,), mass_kg=MASS_KG)
     with pytest.raises(UndertowError, match="an equation with a law of your own needs both, or times"):
         undertow.simulate(law, x0=0.1)

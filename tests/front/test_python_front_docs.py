@@ -57,6 +57,7 @@ def test_the_notebook_on_water_names_the_resonator():
     assert abs(found.value - 260.0) < 4.0 * found.total_stderr
 
 
+@pytest.mark.slow
 def test_the_notebook_on_an_own_law_predicts_what_it_has_not_seen():
     left = run_notebook("a_law_of_your_own")
     assert left["own"].score(left["unseen"]) > 0.985 > 0.97 > left["plain"].score(left["unseen"])

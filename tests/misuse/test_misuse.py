@@ -13,7 +13,9 @@ from experiments.misuse.running import run_case
 
 
 def _named(cases: tuple[Case, ...]) -> list[object]:
-    return [pytest.param(candidate, id=candidate.name) for candidate in cases]
+    """The study's small slice, and the others as slow tests: what each answered stands in docs/misuse.md."""
+    slow = pytest.mark.slow
+    return [pytest.param(c, id=c.name, marks=() if c.name in SMALL else slow) for c in cases]
 
 
 @pytest.mark.parametrize("mistake", _named(MISTAKES))

@@ -12,6 +12,7 @@ RECORDINGS = Path(__file__).resolve().parents[2] / ".." / "shared" / "recordings
 
 
 @pytest.mark.skipif(not RECORDINGS.exists(), reason="real recordings (../shared/recordings) not here")
+@pytest.mark.slow
 def test_a_tanker_given_a_straight_spring_lacks_its_hardening():
     case = next(c for c in CASES if c.config == "kvlcc2")
     found = verdicts(case, exact=False)

@@ -9,7 +9,7 @@ from pathlib import Path
 import pytest
 
 from experiments.recordings.compare import apply, compare
-from experiments.recordings.make import COMMAND, JSON, PAGE, changed_since, sources
+from experiments.recordings.make import COMMAND, JSON, PAGE, changed_since
 from experiments.recordings.page import page
 from experiments.recordings.published import KVLCC2, REFERENCES, Reference
 from experiments.recordings.studies import NO_SEARCH, STUDIES, plain, run_study
@@ -116,9 +116,9 @@ def test_small_decay_of_the_disc_is_read_from_its_beginning():
 
 @with_recordings
 @pytest.mark.parametrize("name", ["bicycle_wheel_axial", "bicycle_wheel_radial"])
-def test_nothing_is_missing_from_the_linear_bicycle_wheel(name):
+def test_linear_equation_holds_the_bicycle_wheel_and_richer_ones_gain_little(name):
     group = found(name).groups[0]
-    assert group.verdict.status == "nothing_missing"
+    assert group.verdict.status == "cannot_tell"  # nothing is looked for here
     assert group.trials[0].mismatch.nrmse < 0.02
     for richer, term in ((f"{name}_drag", "drag_Ns2_per_m2_per_mass"), (f"{name}_coulomb", "friction_N_per_mass")):
         gain = 1.0 - rms(richer, 0) / rms(name, 0)
@@ -146,20 +146,19 @@ def test_tank_softens_in_every_decay_and_in_all_together():
     for trial in found("sloshing_tank").groups[0].trials:
         own = trial.fits["output_error"].parameters["cubic_stiffness_N_per_m3_per_mass"]
         assert own.value < -10.0 * own.total_stderr, trial.motion.name
-    assert found("sloshing_linear").groups[0].verdict.status == "unknown"
-
-
-def test_stored_numbers_are_not_older_than_the_code_that_makes_them():
-    changed = changed_since(stored()["sources"], sources())
-    assert not changed, f"docs/recordings.json is older than {', '.join(changed)}; remake it: {COMMAND}"
+    straight, softening = (found(n).groups[0].verdict.baseline.nrmse for n in ("sloshing_linear", "sloshing_tank"))
+    assert straight > 1.4 * softening
 
 
 @with_recordings
 @pytest.mark.parametrize("name", ["kvlcc2", "rotary_pendulum", "spring_disc_air", "tmd_two_sensors", "sloshing_tank"])
-def test_stored_scores_are_those_of_a_live_run_and_what_is_far_off_is_not_called_explained_by_nothing(name):
+def test_stored_numbers_are_those_of_a_live_run_and_what_is_far_off_is_not_called_explained_by_nothing(name):
     for kept, live in zip(stored_groups(name), found(name).groups, strict=True):
-        if live.verdict.status == "unknown":  # without the search: most trials lie outside repeatability
+        if live.verdict.baseline.nrmse > live.verdict.repeatability_nrmse:
             assert kept["status"] != "nothing_missing"
+        for name_of, before in kept["methods"]["output_error"]["parameters"].items():
+            estimate = live.fits["output_error"].parameters[name_of]
+            assert before["value"] == pytest.approx(estimate.value, rel=1e-3, abs=0.1 * estimate.total_stderr), COMMAND
         for before, now in zip(kept["trials"], live.trials, strict=True):
             assert before["nrmse"] == pytest.approx(now.mismatch.nrmse, rel=1e-3)  # printed to six digits
             assert before["repeatability_nrmse"] == pytest.approx(now.mismatch.repeatability_nrmse, rel=1e-3)

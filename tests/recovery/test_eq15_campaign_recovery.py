@@ -12,7 +12,6 @@ from experiments.eq15_campaign import tables
 from experiments.recovery.eq15_campaign import Recovered, entry, page, recover
 from undertow.quantities import Estimate
 
-pytestmark = pytest.mark.slow  # one whole run of 48 trials, about 20 s
 WATER = ("added_mass_kg", "drag_coefficient")
 
 

@@ -39,6 +39,7 @@ def test_output_error_gives_back_equation_15_within_the_stated_errors(level, noi
     assert np.all(np.abs(found.z) < 4.0)
 
 
+@pytest.mark.slow
 def test_the_committed_recovery_stays_within_the_stated_limits():
     with (FOLDER / "output_error_recovery.csv").open() as file:
         rows = [row for row in csv.DictReader(file) if row["drift"] == WITH_DRIFT]

@@ -164,6 +164,11 @@ def test_without_dry_trials_no_trial_is_dry(tmp_path: Path, dry: str) -> None:
             r"line 2: .*'stifness' is not on the shelf; .*'stiffness'",
         ),
         (
+            "name: small",
+            "name: small\nequation: {terms: [viscous_damping, asymmetric_stiffness]}",
+            r"line 2: equation\.terms has viscous_damping, asymmetric_stiffness and nothing that pulls the body back",
+        ),
+        (
             "  group_by",
             "  hold_out: {evry: 3}\n  group_by",
             r"line 9: unknown key 'evry' in trials\.hold_out; did you mean 'every'",

@@ -76,3 +76,14 @@ def test_overwhelming_evidence_for_a_small_effect_is_not_green():
     said = earned(GREEN, case(), diagnosis(small=small), True)
     assert (said.status, said.verdict) == ("present_but_small", ("cubic_stiffness",))
     assert "10^26 to 1" in said.sentence
+
+
+@pytest.mark.parametrize(("after", "status"), [(0.02, "explained"), (0.034, "explained"), (0.042, "cannot_tell")])
+def test_a_name_that_makes_unseen_trials_worse_is_not_proved(after, status):
+    facts = case(baseline=Described(0.04, 0.03))
+    named = replace(NAMED, augmented=Described(0.01, after))
+    best = SimpleNamespace(names=("linear_damping",))
+    said = earned(named, facts, diagnosis(True, best=best), True)
+    assert said.status == status
+    if status == "cannot_tell":
+        assert "linear damping would be named, but the trials it never saw went from 3.0 % to 4.2 %" in said.because

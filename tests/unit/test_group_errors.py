@@ -13,12 +13,13 @@ from experiments.coverage.campaigns import make_campaign
 from experiments.coverage.study import TERMS
 from experiments.eq15_campaign import tables
 from undertow.conditioning.condition import condition
+from undertow.equation.kernel import SLOT
 from undertow.errors import IdentificationError
 from undertow.likelihood.fit import Specimen
 from undertow.likelihood.problem import TrialOptions
 from undertow.likelihood.scale import LOAD_CELL_GAIN_STD, choose_anchor
 from undertow.methods.baseline import fit_group, group_model, terms_by_name
-from undertow.methods.dry import DEFAULT_SCATTER, dry_fits, pooled_scatter, structural_terms, structure_from
+from undertow.methods.dry import DEFAULT_SCATTER, dry_fits, pooled_scatter, structural_terms, structure_from, uneven
 from undertow.quantities import Estimate
 
 OPTIONS = TrialOptions(rest_offset_std=1e-3)
@@ -51,6 +52,26 @@ def certain(structure):
         structure, scatter={"k": 0.0, "c": 0.0, "mu": 0.0}, scatter_freedom=math.inf,
         **{s: Estimate(getattr(structure, s).value, 0.0) for s in ("k", "c", "mu")},
     )  # fmt: skip
+
+
+def damped(fit, factor):
+    """A dry trial's fit with so many times its damping and friction."""
+    model = replace(fit.model, base=fit.model.base.copy())
+    for slot in ("c1", "fc"):
+        model.base[SLOT[slot]] *= factor
+    more = {name: e.scaled(factor, e.unit) if name in ("c_Ns_per_m", "mu") else e for name, e in fit.estimates.items()}
+    return replace(fit, model=model, estimates=more)
+
+
+def test_a_dry_trial_with_a_hand_on_the_line_is_named_and_scatter_is_not():
+    _, fits, _ = trials()
+    first, *others = fits
+    assert uneven(fits) == ""
+    assert uneven({**fits, first: damped(fits[first], 2.0)}) == ""
+    said = uneven({**fits, first: damped(fits[first], 8.0)})
+    assert said.startswith(f"the dry trials are uneven: {first} is damped ")
+    assert said.endswith("times as much as the other 2, and their scatter says nothing of the rig")
+    assert uneven({first: damped(fits[first], 8.0), others[0]: fits[others[0]]}) == ""  # of two nobody knows which
 
 
 @pytest.mark.parametrize("scattering", ["none", "trials", "trials and means"])

@@ -81,7 +81,7 @@ def test_a_displacement_across_the_release_is_off_by_less_than_a_hundredth_of_it
 
 
 def test_no_signal_jumps_when_a_reversal_passes_from_one_cell_into_the_next():
-    step = 1e-5
+    step = 4e-5
     for averaged, width in ((True, CELL_S), (False, 0.5 * CELL_S)):
         cells = trial(0.05, width, averaged=averaged)
         for quantity, fastest in (("velocity", 3.2), ("acceleration", 25.0)):

@@ -75,6 +75,16 @@ def test_doubts_stand_in_the_groups_notes_and_are_said_with_its_label():
     assert said == (f"{odd.label}: {groups[1].notes[-1]}",)
 
 
+def test_a_number_that_no_body_has_is_never_green():
+    odd = group(mu=(5.0, 0.1))
+    green = replace(odd, verdict=replace(odd.verdict, status="nothing_missing", verdict=()))
+    (said,), _ = with_doubts([green])
+    assert said.verdict.status == "cannot_tell"
+    assert said.verdict.because.startswith("friction coefficient 5.0")
+    (known,), _ = with_doubts([green], {trial.motion.name: ("conditions",) for trial in green.trials})
+    assert known.verdict.status == "nothing_missing"
+
+
 def test_a_kind_that_every_trial_of_a_group_accepts_is_a_note_and_no_doubt():
     odd = group(mu=(5.0, 0.1))
     names = [trial.motion.name for trial in odd.trials]

@@ -28,6 +28,8 @@ def folder(tmp_path: Path) -> Path:
         ([(MASS, "mass_kg: 0")], r"line 16: specimen\.mass_kg is 0 kg but must be larger than 0; correct it, or leave"),
         ([(MASS, "mass_kg: -5")], r"line 16: specimen\.mass_kg is -5 kg but must be larger than 0"),
         ([(MASS, "mass_kg: {by: spring, long: 3000, short: 0}")], r"specimen\.mass_kg is 0 kg for spring short but mu"),
+        ([(VOLUME, VOLUME.replace("2.43: 0.3", "1.63: 0.3"))], r"line 19: specimen\.submerged_volume_m3 is 0\.3 m\^3 "
+         r"for depth_m 1\.63, which trials\.dry calls dry, and a dry body displaces no water; correct one of the two"),
         ([("long: 109592", "long: -1")], r"line 17: specimen\.stiffness_N_per_m is -1 N/m for spring long but must be"),
         ([(AREA, "-0.97")], r"line 18: specimen\.area_m2 is -0\.97 m\^2 but must be larger than 0"),
         ([(AREA, "0")], r"line 18: specimen\.area_m2 is 0 m\^2 but must be larger than 0; .*: dry trials have 0 by th"),

@@ -30,6 +30,9 @@ from undertow.likelihood.problem import Link, Problem, ProblemBuilder
 from undertow.methods.dry import DEFAULT_SCATTER
 from undertow.recording.recording import Array
 
+LAST_SWINGS = 3.0
+"""Swings count down to this many times mu N / k."""
+
 REFITS = 4
 """Fits of one model at its own noise: the noise is found after two or three."""
 
@@ -111,8 +114,22 @@ def build(level: Level, addends: Sequence[Addend]) -> Problem:
                 if member.free_start:
                     links += _free_hidden(builder, addend, level.scales, motion.name)
             base, links = _moved(addends, member.label, member.model.trial_base(motion.name), links)
-            builder.trial(seen_by(addends, motion), base, tuple(links), options)
+            ends = replace(options, end_s=swinging_until(motion, member))
+            builder.trial(seen_by(addends, motion), base, tuple(links), ends)
     return _freed(builder.build(), addends)
+
+
+def swinging_until(motion: Motion, member: Member) -> float:
+    """Until when a trial's swings count, s after the release: those under `LAST_SWINGS` times the width in which
+    friction lets the body rest are left out, for where it stops is chance, and the misfit has kinks there. inf without
+    friction."""
+    structure = member.model.fixed
+    if structure is None or not structure.mu.value > 0.0:
+        return math.inf
+    width = structure.mu.value * _normal_force(member) / structure.k.value
+    away = np.abs(motion.x - motion.equilibrium.value) * motion.inside
+    large = np.flatnonzero(away > LAST_SWINGS * width)
+    return float(motion.t[large[-1]]) if large.size and width > 0.0 else math.inf
 
 
 def _moved(

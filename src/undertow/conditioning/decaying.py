@@ -212,8 +212,8 @@ def _moves_once(seen: Swings, time: Array, values: Array, unit: str) -> str:
     swung = max(seen.time.size - 2, 0)
     if not swung:
         return (
-            f"it goes from {values[0]:.3g} to {values[-1]:.3g} {unit} and never turns: it was not let go, or its "
-            f"sensor drifts; correct trials.window, or {_OUT}"
+            f"it goes from {values[0]:.3g} to {values[-1]:.3g} {unit} and never turns: the record ends within its "
+            f"first swing, it was not let go, or its sensor drifts; correct trials.window, or {_OUT}"
         )
     return (
         f"it turns {'once' if swung == 1 else f'{swung} times'} between {begun:.3g} s, where it begins to move, and "

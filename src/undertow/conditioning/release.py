@@ -219,6 +219,8 @@ def _release(recording: Recording, level: float, half: float, motion_end: float)
     Candidates are the last quiet stretch and the record's own beginning. Each is compared with a swing that never
     stopped, through the same samples: a turning point is quiet too, seen coarsely.
     """
+    if followed(recording) == "velocity":
+        return _set_off(recording, level, half)
     hold = _hold(recording.time, recording.channels[followed(recording)], level, half, motion_end)
     if hold is not None:
         found = _refined_release(recording, level, half, hold)
@@ -227,6 +229,26 @@ def _release(recording: Recording, level: float, half: float, motion_end: float)
         ):
             return found
     return _from_the_beginning(recording, level, half)
+
+
+def _set_off(recording: Recording, level: float, half: float) -> tuple[float, float] | None:
+    """Release instant of a velocity that is zero from the record's beginning, and its error, s; None where it is not so
+    for longer than a turning point is."""
+    time, values = recording.time, recording.channels["velocity"]
+    short = max(1, round(SHORT_MEAN_SHARE * half / float(np.median(np.diff(time)))))
+    smooth = np.convolve(values - rest_position(time, values, half), np.ones(short) / short, mode="same")
+    away = np.abs(smooth)
+    quiet = max(QUIET_SHARE * float(np.max(away)), QUIET_IN_NOISE * _slow_noise(smooth, short, level))
+    beyond = np.flatnonzero(away > quiet)
+    if not beyond.size or beyond[0] < FEWEST_QUIET:
+        return None
+    starts = float(time[beyond[0]])
+    first = float(np.max(away[(time >= starts) & (time <= starts + half)]))
+    before = math.asin(min(quiet / first, 1.0)) * half / math.pi
+    if starts - time[0] <= max(2.0 * LINGERS * before, SHORTEST_HOLD * half):
+        return None
+    # means over a short stretch begin to rise by half of it before the velocity does
+    return starts - before + 0.25 * SHORT_MEAN_SHARE * half, UNREFINED_RADIANS * half / math.pi
 
 
 def _from_the_beginning(recording: Recording, level: float, half: float) -> tuple[float, float] | None:

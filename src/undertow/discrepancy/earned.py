@@ -24,10 +24,15 @@ from undertow.errors import IdentificationError
 DOUBLED = 2.0
 """An assumed scatter may be wrong by this factor."""
 
+WORSE = 1.2
+"""What is named is not proved where the error of trials that it never saw rises by this factor."""
+
 NEXT: Mapping[str, str] = {
     "contradiction": "correct unit, sign or column of the channels in the config, or state recordings.accept",
+    "conditions": "correct that number or unit in the config, or list conditions in recordings.accept",
     "no_dry": "three releases of this spring in air",
     "assumed": "three releases in air, or three of the same size in this water, or state specimen.scatter",
+    "unseen": "more releases: what these trials show does not carry over to the ones held out",
     "search": "look at the trials that could not be fitted; a start or a window in the config may help",
 }
 """What would lead to an answer, by what is lacking."""
@@ -51,6 +56,13 @@ def earned(verdict: Verdict, case: Case, diagnosis: Diagnosis, holds_doubled: bo
         if case.assumed:
             return without_answer(verdict, case, case.assumed, "assumed")
         return verdict if diagnosis.small is None else _small(verdict, case, diagnosis.small, diagnosis.null)
+    if verdict.status == "explained" and diagnosis.accused and verdict.augmented is not None:
+        before, after = case.baseline.held_out_nrmse, verdict.augmented.held_out_nrmse
+        if after > WORSE * before:
+            names = " and ".join(name.replace("_", " ") for name in diagnosis.best.names)
+            rose = f"the trials it never saw went from {percent(before)} to {percent(after)}"
+            said = f"{names} would be named, but {rose}"
+            return without_answer(verdict, case, said, "unseen")
     if case.assumed and len(case.trials) > 1:
         within = verdict.verdict == ("unknown",) and case.baseline.nrmse <= DOUBLED * case.allowed
         named = set(verdict.verdict) - {"unknown"}

@@ -163,7 +163,7 @@ def _seeded(config: RunConfig, seed: int) -> RunConfig:
 
 
 def _of_group(given: Trials, names: Sequence[str], config: RunConfig) -> Trials:
-    return Trials(tuple(m for m in given if m.name in names), config, (), given.accepted)
+    return Trials(tuple(m for m in given if m.name in names), config, (), given.accepted, given.found)
 
 
 def summary_words(diagnosis: Diagnosis) -> str:

@@ -109,11 +109,21 @@ def read(
     if wrong:
         raise RecordingError(f"accept names {wrong[0]!r}; give a list of {', '.join(DOUBT_KINDS)}")
     asked = _Asked(columns, units, rate_hz, coordinate, tuple(accept))
-    motions, failed, config = _read_all(_sources(source), asked, _Said(conditions, window, names))
+    checked, config = _read_all(_sources(source), asked, _Said(conditions, window, names))
+    motions = tuple(one.motion for one in checked if one.motion is not None and not one.contradiction)
+    failed = tuple(_why_not(one) for one in checked if one.motion is None or one.contradiction)
     if not motions:
         raise RecordingError("; ".join(dict.fromkeys(one.reason for one in failed)) or "source holds 0 trials")
+    turned = {m.recording.coordinate for m in motions}
+    if len(turned) > 1:
+        raise RecordingError(f"{count(len(motions), 'trial')} are in translation and in rotation; read them apart")
     known = {m.name: asked.accept for m in motions} if asked.accept else {}
-    return Trials(tuple(motions), config, tuple(failed), known)
+    return Trials(motions, config, failed, known, {one.name: one.found for one in checked if one.found})
+
+
+def _why_not(one: Checked) -> FailedTrial:
+    """Why a trial is not used."""
+    return one.failed or FailedTrial(one.name, f"trial {one.name}: {one.contradiction}", one.conditions)
 
 
 def load(config: str | Path | RunConfig, overrides: Sequence[str] = (), jobs: int = 1) -> Trials:
@@ -134,7 +144,7 @@ def load(config: str | Path | RunConfig, overrides: Sequence[str] = (), jobs: in
     if not found.motions:
         reasons = dict.fromkeys(one.reason for one in found.failed)
         raise RecordingError(f"none of {count(len(found.failed), 'trial')} can be used: {'; '.join(reasons)}")
-    return Trials(found.motions, known, found.failed, found.accepted)
+    return Trials(found.motions, known, found.failed, found.accepted, found.found)
 
 
 def agreeing(trials: Trials, config: RunConfig) -> Trials:
@@ -143,11 +153,11 @@ def agreeing(trials: Trials, config: RunConfig) -> Trials:
     Raises IdentificationError where none does.
     """
     checker = Checker(config, config.catalogue())
-    checked = [checker.again(motion, trials.accepted.get(motion.name, ())) for motion in trials]
-    wrong = tuple(
-        FailedTrial(one.name, f"trial {one.name}: {one.contradiction}", one.conditions)
-        for one in checked if one.contradiction
-    )  # fmt: skip
+    checked = [
+        checker.again(motion, trials.accepted.get(motion.name, ()), trials.found.get(motion.name, ()))
+        for motion in trials
+    ]
+    wrong = tuple(_why_not(one) for one in checked if one.contradiction)
     kept = tuple(one.motion for one in checked if one.motion is not None and not one.contradiction)
     if not kept:
         raise IdentificationError(
@@ -158,7 +168,7 @@ def agreeing(trials: Trials, config: RunConfig) -> Trials:
 
 def as_read(trials: Trials) -> Read:
     """Trials as a campaign's run takes them."""
-    return Read(trials.motions, trials.failed, trials.accepted)
+    return Read(trials.motions, trials.failed, trials.accepted, trials.found)
 
 
 class _Said:
@@ -225,27 +235,21 @@ def _sources(source: Any) -> list[Any]:
     return [one for part in source for one in _sources(part)]
 
 
-def _read_all(sources: Sequence[Any], asked: _Asked, said: _Said) -> tuple[list[Motion], list[FailedTrial], RunConfig]:
-    motions: list[Motion] = []
-    failed: list[FailedTrial] = []
+def _read_all(sources: Sequence[Any], asked: _Asked, said: _Said) -> tuple[list[Checked], RunConfig]:
+    """Every trial read and checked, and what is known so far as a config says it."""
+    checked: list[Checked] = []
     config: RunConfig | None = None
     for at, one in enumerate(sources):
         if isinstance(one, Motion):
-            motions.append(one)
+            checked.append(Checked(one.name, one.recording.conditions, one))
             continue
         if isinstance(one, Path):
             found, config = _from_file(one, at, asked, said)
         else:
             found, config = _from_memory(one, at, asked, said, config)
-        if found.failed is not None or found.contradiction:
-            reason = found.failed or FailedTrial(found.name, f"trial {found.name}: {found.contradiction}")
-            failed.append(reason)
-        elif found.motion is not None:
-            motions.append(found.motion)
-    turned = {m.recording.coordinate for m in motions}
-    if len(turned) > 1:
-        raise RecordingError(f"{count(len(motions), 'trial')} are in translation and in rotation; read them apart")
-    return motions, failed, config or _config("", None, turned.pop() if turned else "translation")
+        checked.append(found)
+    turned = [one.motion.recording.coordinate for one in checked if one.motion is not None]
+    return checked, config or _config("", None, turned[0] if turned else "translation")
 
 
 def _from_file(path: Path, at: int, asked: _Asked, said: _Said) -> tuple[Checked, RunConfig]:

@@ -15,6 +15,7 @@ from typing import Any, overload
 import pandas as pd
 
 from undertow.campaign.config import RunConfig
+from undertow.conditioning.agreement import Disagreement
 from undertow.conditioning.motion import Motion
 from undertow.discrepancy.findings import FailedTrial
 from undertow.discrepancy.words import condition_words, count, group_title
@@ -33,8 +34,9 @@ class Trials(Sequence[Motion]):
     """Trials of one campaign, each a conditioned `Motion`, in the order they were read.
 
     ``failed`` are recordings that could not be used, each with the reason; ``config`` is what is known of the rig and
-    of the groups, as a campaign's config says it; ``accepted`` is trial -> kinds of doubt that are known. A
-    sequence: ``trials[0]``, ``trials["r1"]`` and ``trials[:3]``.
+    of the groups, as a campaign's config says it; ``accepted`` is trial -> kinds of doubt that are known,
+    ``found`` trial -> what does not belong together in it (docs/channel_checks.md).
+    A sequence: ``trials[0]``, ``trials["r1"]`` and ``trials[:3]``.
 
     >>> import undertow
     >>> run = undertow.simulate({"stiffness": 400.0, "viscous_damping": 2.0}, x0=0.1, mass_kg=4.0, duration_s=6.0,
@@ -51,6 +53,7 @@ class Trials(Sequence[Motion]):
     config: RunConfig = field(repr=False)
     failed: tuple[FailedTrial, ...] = ()
     accepted: Mapping[str, tuple[str, ...]] = field(default_factory=dict, repr=False)
+    found: Mapping[str, tuple[Disagreement, ...]] = field(default_factory=dict, repr=False)
 
     def __len__(self) -> int:
         return len(self.motions)
@@ -79,7 +82,7 @@ class Trials(Sequence[Motion]):
         """The trials of both, with what is known of the first."""
         return replace(
             self, motions=(*self.motions, *other.motions), failed=(*self.failed, *other.failed),
-            accepted={**self.accepted, **other.accepted},
+            accepted={**self.accepted, **other.accepted}, found={**self.found, **other.found},
         )  # fmt: skip
 
     @property

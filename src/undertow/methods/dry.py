@@ -35,6 +35,10 @@ rig gave (report Tables 1 and 2: k 0.4 and 0.4 %, c 25 and 20 %, mu 6 and 11 %).
 TREND_CHANCE = 0.02
 """A trend of k, c or mu with amplitude that chance would show less often than this is no scatter."""
 
+UNEVEN = 3.0
+"""A dry trial that is damped so many times more or less than the others is not one of them: trials of one rig differ by
+a quarter."""
+
 _NAMES = {"k": "k_N_per_m", "c": "c_Ns_per_m", "mu": "mu"}
 _UNITS = {"k": "N/m", "c": "N s/m", "mu": "1"}
 
@@ -153,6 +157,36 @@ def _relative(fits: Mapping[str, GroupFit], symbol: str) -> tuple[Array, Array]:
     numbers, noise = np.array([e.value for e in found]), noise_of(found)
     size = abs(float(np.mean(numbers)))
     return numbers / size, noise / size
+
+
+def uneven(fits: Mapping[str, GroupFit]) -> str:
+    """Which of three or more dry trials is damped by `UNEVEN` times more or less than the others, in words; else empty.
+
+    Damping is that of all laws together at one amplitude, half the mean release (friction by its equivalent dashpot),
+    since a fit may take one for the other.
+    """
+    if len(fits) < 3:
+        return ""
+    half = 0.5 * math.exp(float(np.mean(_amplitudes(fits))))
+    damping = {name: _equivalent(fit, half) for name, fit in fits.items()}
+    for name, own in damping.items():
+        others = float(np.median([value for other, value in damping.items() if other != name]))
+        ratio = own / others if others > 0.0 and own > 0.0 else 1.0
+        if not 1.0 / UNEVEN < ratio < UNEVEN:
+            return (
+                f"the dry trials are uneven: {name} is damped {ratio:.2g} times as much as the other {len(fits) - 1}, "
+                "and their scatter says nothing of the rig"
+            )
+    return ""
+
+
+def _equivalent(fit: GroupFit, amplitude_m: float) -> float:
+    """Dashpot that takes as much energy a cycle as damping and friction together, over the mass, 1/s."""
+    theta = fit.model.theta(fit.values)
+    k, c, force, mass = (float(theta[SLOT[slot]]) for slot in ("k1", "c1", "fc", "mass"))
+    if not (k > 0.0 and mass > 0.0):
+        return math.nan
+    return (c + 4.0 * force / (math.pi * math.sqrt(k / mass) * amplitude_m)) / mass
 
 
 def structure_from(fits: Mapping[str, GroupFit], scatter: Scatter) -> Structure:

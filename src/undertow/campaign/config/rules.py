@@ -22,6 +22,10 @@ if TYPE_CHECKING:
     from undertow.campaign.config.run_config import RunConfig
 
 
+RESTORING = frozenset({"stiffness", "cubic_stiffness", "quintic_stiffness", "quadratic_stiffness", "sine_restoring"})
+"""Terms that pull a body back from either side."""
+
+
 def contradictions(config: RunConfig) -> list[tuple[Location, str]]:
     """Where and what is wrong across keys, one pair a problem; empty where the config can be run."""
     said = config.recordings
@@ -37,6 +41,12 @@ def contradictions(config: RunConfig) -> list[tuple[Location, str]]:
             shelf.find(name)
         except ConfigError as error:
             wrong.append((("equation", "terms", at), str(error)))
+    if not RESTORING & set(config.equation.terms):
+        text = (
+            f"equation.terms has {', '.join(config.equation.terms)} and nothing that pulls the body back, so that it "
+            "cannot swing; add stiffness (or sine_restoring, for a pendulum)"
+        )
+        wrong.append((("equation", "terms"), text))
     suspects = config.discrepancy.suspects
     for at, name in enumerate(() if suspects == "all" else suspects):
         try:

@@ -114,6 +114,9 @@ def _of_conditions(config: RunConfig, one: Situation) -> Iterator[tuple[Location
             if name == "area_m2" and not dry and key is not None and table.values[key] == 0.0:
                 said = f"specimen.{name} is 0 m^2 for {one.at([table.by])}, which trials.dry does not call dry; "
                 yield location(name, key), said + "give its area, or say that it is dry"
+            if name == "submerged_volume_m3" and dry and key is not None and table.values[key] > 0.0:
+                said = f"specimen.{name} is {table.values[key]:.6g} m^3 for {one.at([table.by])}, which trials.dry "
+                yield location(name, key), said + "calls dry, and a dry body displaces no water; correct one of the two"
         elif (value := number(here)) is None:
             yield location(name), (
                 f"specimen.{name} is the condition {table.by!r} itself, which is {here!r} in trial {one.trials[0]}, no "

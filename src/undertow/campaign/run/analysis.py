@@ -50,7 +50,8 @@ class GroupTask:
 
     ``apart`` names trials that are too many to be fitted together: each is fitted alone and held against the group's
     equation, which never saw it. ``contradiction`` says which of its channels contradict each other, in words.
-    ``dry_trials`` is how many dry trials the spring has of which most are there.
+    ``dry_trials`` is how many dry trials the spring has of which most are there; ``uneven`` says that its own differ
+    by more than trials do.
     """
 
     key: Mapping[str, Condition]
@@ -71,6 +72,7 @@ class GroupTask:
     apart: tuple[str, ...] = ()
     contradiction: str = ""
     dry_trials: int = 0
+    uneven: str = ""
 
     @property
     def joint(self) -> tuple[Motion, ...]:

@@ -13,12 +13,13 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 
 from undertow.campaign.config import GroupKey, RunConfig
+from undertow.campaign.run.neighbours import misplaced
 from undertow.conditioning.agreement import Disagreement, disagreements
 from undertow.conditioning.condition import condition
 from undertow.conditioning.decaying import hold_not_cut, refuse_no_decay, why_no_decay
 from undertow.conditioning.motion import Motion, Window
 from undertow.conditioning.pairs import Stated
-from undertow.conditioning.release import find_window
+from undertow.conditioning.release import find_window, followed
 from undertow.conditioning.remedies import units_of
 from undertow.discrepancy.findings import FailedTrial
 from undertow.discrepancy.words import count, group_title
@@ -37,13 +38,14 @@ GROUPS_NAMED = 5
 
 @dataclass(frozen=True)
 class Checked:
-    """One trial: its motion or why it failed, and what does not belong together in it (known doubts left out)."""
+    """One trial: its motion or why it failed, and what does not belong together in it, without doubts ``accepted``."""
 
     name: str
     conditions: Mapping[str, Condition]
     motion: Motion | None = None
     failed: FailedTrial | None = None
     found: tuple[Disagreement, ...] = ()
+    accepted: tuple[str, ...] = ()
 
     @property
     def contradiction(self) -> str:
@@ -74,21 +76,27 @@ class Checker:
             window = find_window(recording, entry.window.start_s, entry.window.end_s, levels)
             found, known = self._compared(recording, window, levels, entry.accepted)
             refuse_no_decay(recording, window, levels, entry.accepted, entry.window.end_s)
-            motion = condition(recording, window=window, levels=levels)
+            motion = _conditioned(recording, found, window, levels)
             dominant_period(motion)  # a motion that does not swing is this trial's failure, not its group's
             motion = replace(motion, notes=(*motion.notes, *(d.sentence for d in found), *known))
-            return Checked(entry.name, dict(entry.conditions), motion, None, found)
+            return Checked(entry.name, dict(entry.conditions), motion, None, found, entry.accepted)
         except FAILURES as reason:
             return _failed(entry, found, _why(recording, entry, found, reason), reason)
 
-    def again(self, motion: Motion, accepted: Sequence[str] = ()) -> Checked:
-        """A motion that was checked when it was read, against what this config says of its rig."""
+    def again(
+        self, motion: Motion, accepted: Sequence[str] = (), before: tuple[Disagreement, ...] = ()
+    ) -> Checked:
+        """A motion that was checked when it was read (and what was found then), against what this config says of it."""
         recording = motion.recording
-        found, _ = self._compared(recording, motion.window, motion.noise, accepted)
-        fresh = tuple(d.sentence for d in found if d.sentence not in motion.notes)
-        return Checked(
-            recording.name, recording.conditions, replace(motion, notes=(*motion.notes, *fresh)), None, found
-        )
+        known = {one.sentence for one in before}
+        now, _ = self._compared(recording, motion.window, motion.noise, accepted)
+        fresh = tuple(one for one in now if one.sentence not in known)
+        if any(one.certain for one in fresh):
+            notes = motion.notes
+            motion = _conditioned(recording, fresh, motion.window, motion.noise)
+            motion = replace(motion, notes=notes)
+        motion = replace(motion, notes=(*motion.notes, *(d.sentence for d in fresh if d.sentence not in motion.notes)))
+        return Checked(recording.name, recording.conditions, motion, None, (*before, *fresh), tuple(accepted))
 
     def _compared(
         self, recording: Recording, window: Window, levels: Mapping[str, float], accepted: Sequence[str]
@@ -101,6 +109,16 @@ class Checker:
             found = (*found, Disagreement("hold", ("displacement",), held.end_s, False, held.sentence))
         known = tuple(f"accepted ({d.kind}): {d.sentence}" for d in found if d.kind in accepted)
         return tuple(d for d in found if d.kind not in accepted), known
+
+
+def _conditioned(
+    recording: Recording, found: Sequence[Disagreement], window: Window, levels: Mapping[str, float]
+) -> Motion:
+    """The motion; of channels that contradict each other that of one alone, which cannot contradict itself."""
+    if any(one.certain for one in found):
+        alone = followed(recording)
+        recording = replace(recording, channels={alone: recording.channels[alone]})
+    return condition(recording, window=window, levels=levels)
 
 
 def stated_for(config: RunConfig, catalogue: Catalogue, conditions: Mapping[str, Condition]) -> Stated:
@@ -160,12 +178,17 @@ def sorted_out(config: RunConfig, checked: Sequence[Checked], stops: bool = True
     }
     if stops and groups and len(contradicted) == len(groups):
         raise ConfigError(_stops({key: members[0] for key, members in wrong.items()}))
+    sound = {key: [c for c in members if c.motion and not c.contradiction] for key, members in groups.items()}
+    elsewhere = misplaced({key: [c.motion for c in members if c.motion] for key, members in sound.items()})
+    known = {c.name for c in checked if "conditions" in c.accepted}
     motions, failed = [], [c.failed for c in checked if c.failed is not None]
     for one in checked:
         if one.motion is None:
             continue
-        if one.contradiction and config.group_key(one.conditions) not in contradicted:
-            failed.append(FailedTrial(one.name, f"trial {one.name}: {one.contradiction}", one.conditions))
+        why = "" if config.group_key(one.conditions) in contradicted else one.contradiction
+        why = why or ("" if one.name in known else elsewhere.get(one.name, ""))
+        if why:
+            failed.append(FailedTrial(one.name, f"trial {one.name}: {why}", one.conditions))
         else:
             motions.append(one.motion)
     return Sorted(tuple(motions), tuple(failed), contradicted, _doubts(groups))

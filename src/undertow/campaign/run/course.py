@@ -24,6 +24,7 @@ from undertow.campaign.run.plausible import with_doubts
 from undertow.campaign.run.portions import TRIALS_AT_ONCE, Portion, portions
 from undertow.campaign.run.tasks import Structures, group_task, grouped, held_out, structures_of
 from undertow.campaign.run.workers import Progress, on_processes, silent, steps
+from undertow.conditioning.agreement import Disagreement
 from undertow.conditioning.motion import Motion
 from undertow.discrepancy.findings import FailedTrial, Findings, GroupFindings
 from undertow.equation.term import Term
@@ -40,11 +41,13 @@ READ, IDENTIFY = "read and condition", "identification"
 
 @dataclass(frozen=True)
 class Read:
-    """Conditioned motions, the trials that could not be used, and trial -> kinds of doubt that are known."""
+    """Conditioned motions, the trials that could not be used, trial -> kinds of doubt that are known, and trial -> what
+    does not belong together in it."""
 
     motions: tuple[Motion, ...]
     failed: tuple[FailedTrial, ...]
     accepted: Mapping[str, tuple[str, ...]] = field(default_factory=dict)
+    found: Mapping[str, tuple[Disagreement, ...]] = field(default_factory=dict)
 
 
 def run(
@@ -160,7 +163,10 @@ class Course:
         if self._given is None:
             return _checked(self._config, self._catalogue, portion.entries, self._jobs, self._progress)
         checker, given = Checker(self._config, self._catalogue), self._given
-        again = [checker.again(motion, given.accepted.get(motion.name, ())) for motion in given.motions]
+        again = [
+            checker.again(motion, given.accepted.get(motion.name, ()), given.found.get(motion.name, ()))
+            for motion in given.motions
+        ]
         return _each_once([*again, *(Checked(one.name, one.conditions, None, one) for one in given.failed)])
 
     def _tasks(
@@ -290,7 +296,8 @@ def read_and_condition(config: RunConfig, jobs: int = 1, progress: Progress = si
     checked = _checked(config, config.catalogue(), entries := planned(config).entries, jobs, progress)
     motions = tuple(one.motion for one in checked if one.motion is not None)
     failed = tuple(one.failed for one in checked if one.failed is not None)
-    return Read(motions, failed, {one.name: one.accepted for one in entries if one.accepted})
+    accepted = {one.name: one.accepted for one in entries if one.accepted}
+    return Read(motions, failed, accepted, {one.name: one.found for one in checked if one.found})
 
 
 def _checked(

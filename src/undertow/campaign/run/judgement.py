@@ -198,7 +198,9 @@ def _contradicted(group: GroupFindings, because: str) -> Verdict:
 
 
 def _no_dry(config: RunConfig, task: GroupTask) -> str:
-    """That a wet group's spring has no dry trials though the config names some, in words."""
+    """That a wet group's spring has no dry trials though the config names some, or uneven ones, in words."""
+    if task.uneven:
+        return task.uneven
     if task.dry or not config.trials.dry or task.dry_structure is not None:
         return ""
     return f"no dry trial of {spring_label(config, task)} could be used, and water cannot be separated from structure"

@@ -13,6 +13,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from types import MappingProxyType
 
+from undertow.discrepancy.earned import NEXT
 from undertow.discrepancy.findings import GroupFindings
 from undertow.discrepancy.words import percent
 from undertow.quantities import Estimate, format_number
@@ -61,9 +62,22 @@ def with_doubts(
         kinds = set.intersection(*known) if known else set()
         doubts = implausible(group)
         notes = [f"accepted ({kind}): {text}" if kind in kinds else text for kind, text in doubts]
-        out.append(replace(group, notes=(*group.notes, *notes)) if notes else group)
+        if notes:
+            group = replace(group, notes=(*group.notes, *notes))
+        unknown = [text for kind, text in doubts if kind not in kinds]
+        out.append(_not_green(group, unknown[0]) if unknown else group)
         said += [f"{group.label}: {text}" for kind, text in doubts if kind not in kinds]
     return out, tuple(said)
+
+
+def _not_green(group: GroupFindings, text: str) -> GroupFindings:
+    """A group of which nothing is missing but a number that no body has: nobody can tell."""
+    verdict = group.verdict
+    if verdict.status != "nothing_missing":
+        return group
+    said = f"{group.label}: cannot tell, because {text}."
+    changed = replace(verdict, status="cannot_tell", sentence=said, because=text, next_test=NEXT["conditions"])
+    return replace(group, verdict=changed)
 
 
 def implausible(group: GroupFindings) -> tuple[tuple[str, str], ...]:

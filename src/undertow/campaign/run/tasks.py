@@ -25,7 +25,7 @@ from undertow.likelihood.problem import TrialOptions
 from undertow.likelihood.scale import choose_anchor, trial_stiffness
 from undertow.methods.baseline import GroupFit
 from undertow.methods.decay import load_cell_stiffness
-from undertow.methods.dry import Scatter, dry_fits, pooled_scatter, structural_terms, structure_from
+from undertow.methods.dry import Scatter, dry_fits, pooled_scatter, structural_terms, structure_from, uneven
 from undertow.quantities import Estimate
 from undertow.recording.patterns import patterns_of
 from undertow.uncertainty.intervals import mean_of_trials
@@ -58,11 +58,13 @@ def _spring(config: RunConfig, key: GroupKey) -> GroupKey:
 
 @dataclass(frozen=True)
 class Dry:
-    """A structure from so many dry trials, with the load cells' ratio to it (mean; stderr is the spread)."""
+    """A structure from so many dry trials, with the load cells' ratio to it (mean; stderr is the spread);
+    ``uneven`` says that they differ by more than trials do."""
 
     structure: Structure
     ratio: Estimate
     trials: int = 0
+    uneven: str = ""
 
 
 Structures = Mapping[GroupKey, Dry]
@@ -87,7 +89,8 @@ def structures_of(config: RunConfig, groups: Mapping[GroupKey, Sequence[Motion]]
         measured = [(m, _slope(m)) for m in motions]
         slopes[spring] = [
             slope.value / fitted[spring][m.name].estimates["k_N_per_m"].value
-            for m, slope in measured if slope and m.name in fitted[spring]
+            for m, slope in measured
+            if slope and m.name in found and "k_N_per_m" in found[m.name].estimates
         ]  # fmt: skip
     stated = config.specimen.scatter
     scatter = pooled_scatter(list(fitted.values()))
@@ -101,6 +104,7 @@ def structures_of(config: RunConfig, groups: Mapping[GroupKey, Sequence[Motion]]
             structure_from(fits, scatter),
             Estimate(float(np.mean(slopes[spring])) if slopes[spring] else math.nan, spread, unit="1"),
             len(fits),
+            uneven(fits),
         )
         for spring, fits in fitted.items()
     }
@@ -154,6 +158,7 @@ def group_task(
         held, tuple(config.identify), _options(structure, specimen), config.seed,
         tuple(m.name for m in motions if m.name not in names),
         dry_trials=max((dry.trials for dry in structures.values()), default=0),
+        uneven=found.uneven if found else "",
     )  # fmt: skip
 
 

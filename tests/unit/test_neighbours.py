@@ -1,0 +1,38 @@
+"""Trials that swing like those of another group are found, others are not."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+
+from tests.decays import Decay, recorded
+from undertow.campaign.run.neighbours import misplaced
+from undertow.conditioning.condition import condition
+from undertow.conditioning.motion import Motion
+
+AIR, WATER = (("water_depth_m", 1.63),), (("water_depth_m", 2.36),)
+
+
+def trials(frequencies_hz: Sequence[float], first: int) -> list[Motion]:
+    """A decay a frequency, named t1, t2 ..., from three sizes on."""
+    decays = [Decay(hz, size_m=0.02 * (1 + i), friction=0.01, seed=first + i) for i, hz in enumerate(frequencies_hz)]
+    return [condition(replace(recorded(one), name=f"t{first + i}")) for i, one in enumerate(decays)]
+
+
+def test_exchanged_trials_are_both_named_with_the_group_they_swing_like() -> None:
+    found = misplaced({AIR: trials([1.0, 0.9, 1.0], 1), WATER: trials([0.9, 1.0, 0.9], 4)})
+    assert sorted(found) == ["t2", "t5"]
+    assert "as the trials of water depth 2.36 m do" in found["t2"]
+    assert "recordings.accept" in found["t5"]
+
+
+def test_a_group_of_its_own_period_and_one_of_scattered_periods_are_left_alone() -> None:
+    assert misplaced({AIR: trials([1.0, 1.0, 1.0], 1), WATER: trials([0.9, 0.9, 0.9], 4)}) == {}
+    # periods that scatter by 5 %: a trial 10 % off belongs to them
+    assert misplaced({AIR: trials([1.0, 1.05, 0.95, 0.9], 1), WATER: trials([0.9, 0.9, 0.9], 5)}) == {}
+    # off its group, but like no other
+    assert misplaced({AIR: trials([1.0, 0.8, 1.0], 1), WATER: trials([0.9, 0.9, 0.9], 4)}) == {}
+
+
+def test_two_trials_are_too_few_to_say_which_is_the_groups() -> None:
+    assert misplaced({AIR: trials([1.0, 0.9], 1), WATER: trials([0.9, 0.9, 0.9], 4)}) == {}

@@ -62,6 +62,9 @@ def test_a_repaired_equation_moves_as_the_body_did(found, trials):
     body = undertow.simulate(HARD, x0=0.07, mass_kg=4.0, rate_hz=60.0, duration_s=6.0)
     repaired = undertow.simulate(group.repaired, x0=0.07, times=body.t)
     bare = undertow.simulate(group.prescribed, x0=0.07, times=body.t)
+    numbers = dict(zip(group.get_feature_names_out(), group.repaired.coefficients, strict=True))
+    assert numbers["viscous_damping"] == pytest.approx(group.estimates["c_Ns_per_m"].value, rel=1e-9)
+    assert numbers["viscous_damping"] != pytest.approx(group.prescribed.coefficients[1], rel=1e-6)
     rms = np.sqrt(np.mean(body.x**2))
     assert np.sqrt(np.mean((repaired.x - body.x) ** 2)) < 0.02 * rms
     assert np.sqrt(np.mean((bare.x - body.x) ** 2)) > 0.05 * rms

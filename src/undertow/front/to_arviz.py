@@ -18,9 +18,9 @@ def to_arviz(found: Any, draws: int, seed: int, chains: int) -> Any:
     sampled = found.posterior(chains * draws, seed)
     groups = {"posterior": {name: values.reshape(chains, draws) for name, values in sampled.values.items()}}
     try:
-        made = arviz.from_dict(groups)
-    except TypeError:  # before version 1 the groups were keyword arguments
         made = arviz.from_dict(**groups)
+    except TypeError:  # from version 1 on the groups are one mapping
+        made = arviz.from_dict(groups)
     made["posterior"].attrs.update(
         {"inference_library": "undertow", "effective_draws": sampled.effective, "outcome": sampled.outcome}
     )

@@ -191,6 +191,17 @@ def compare(
 
 
 @app.command()
+def explain(
+    run: Annotated[Path, typer.Argument(metavar="RUN", help="A run folder.")],
+    group: Annotated[str, typer.Option("--group", metavar="G", help="Groups whose title holds these words.")] = "",
+) -> None:
+    """Every condition behind each verdict: statistic, value, limit, passed."""
+    from undertow.report.explain import explain_text
+
+    typer.echo(explain_text(run, group))
+
+
+@app.command()
 def differ(
     simulation: Annotated[Path, typer.Option("--simulation", metavar="FILE", help="One simulated release, any code.")],
     recording: Annotated[Path, typer.Option("--recording", metavar="FILE", help="One recorded release.")],

@@ -85,13 +85,13 @@ def test_a_sensor_that_drifts_across_zero_after_the_motion_does_not_lengthen_the
     assert dominant_period(drifted) == pytest.approx(dominant_period(died), rel=1e-12)
 
 
-def test_a_relaxation_that_would_feed_the_motion_is_no_answer():
+def test_a_damping_that_would_feed_the_motion_is_no_answer():
     level = make_level([member("short", SHORT, 5000)])
-    relaxation = next(s for s in SUSPECTS if s.name == "relaxation")
-    addend = Addend("relaxation", relaxation.additions(level.scales, relaxation.starts(level.scales)[0]))
+    damping = next(s for s in SUSPECTS if s.name == "cubic_damping")
+    addend = Addend("cubic_damping", damping.additions(level.scales, damping.starts(level.scales)[0]))
     fit = fit_joint(level, (addend,), 1.0, {}, 10.0, growing=False, quick=True)
     values = fit.solution.values.copy()
-    place = fit.solution.problem.names.index("relaxation.stiffness_N_per_m")
-    values[place] = -20.0 * fit.solution.stderr("relaxation.stiffness_N_per_m")
+    place = fit.solution.problem.names.index("cubic_damping.Ns3_per_m3")
+    values[place] = -20.0 * fit.solution.stderr("cubic_damping.Ns3_per_m3")
     fed = replace(fit, solution=replace(fit.solution, values=values))
     assert "would feed energy into the motion" in doubt(level, fed)

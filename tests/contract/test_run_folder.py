@@ -114,12 +114,14 @@ def test_the_verdict_has_every_key_and_no_nan(folder: Path) -> None:
     keys = {
         "group", "trials", "held_out", "status", "verdict", "alternatives", "confidence", "origin", "parameters",
         "baseline", "augmented", "sensor_floor_nrmse", "repeatability_nrmse", "rejected", "physical_check", "next_test",
-        "transfer", "sentence", "because",
+        "transfer", "sentence", "because", "posterior", "decision",
     }  # fmt: skip
     for group in said["groups"]:
         assert set(group) == keys
         assert group["status"] == "cannot_tell"  # nothing was looked for
         assert "discrepancy.suspects" in group["because"]
+        assert "suspects_tried" in [gate["gate"] for gate in group["decision"] if not gate["passed"]]
+        assert all(set(g) == {"gate", "statistic", "value", "limit", "passed", "because"} for g in group["decision"])
 
 
 def test_the_report_is_one_page_that_loads_and_runs_nothing(folder: Path) -> None:

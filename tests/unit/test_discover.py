@@ -12,13 +12,14 @@ from sklearn.utils.validation import check_is_fitted
 import undertow
 from experiments.structure.truths import OtherBody
 from tests.short_trials import LONG, group, per_mass, released
+from undertow.comparison.discover import motions_of
 from undertow.comparison.stepwise_selection import Rules
 from undertow.comparison.structure import Effort, find_structure
 from undertow.comparison.structure_report import as_html, as_text, doubts, findings, odds
 from undertow.conditioning.condition import condition
 from undertow.equation.hydrodynamics import QuadraticDrag
 from undertow.equation.structure import CoulombFriction, CubicStiffness, Stiffness, ViscousDamping
-from undertow.errors import IdentificationError, NotFittedError
+from undertow.errors import IdentificationError, NotFittedError, RecordingError
 
 EQ15 = {"stiffness", "viscous_damping", "coulomb_friction", "quadratic_drag"}
 SIX = ("stiffness", "viscous_damping", "coulomb_friction", "quadratic_drag", "cubic_stiffness", "cubic_damping")
@@ -199,10 +200,13 @@ def test_settings_without_an_answer_are_refused_with_the_value(settings, message
 
 
 def test_trials_that_are_none_are_refused(fitted, trials):
+    for wrong, message in (([], r"source holds 0 trials"), ([1.0], r"source is of type float; give paths")):
+        with pytest.raises(RecordingError, match=message):
+            fitted.predict(wrong)
     for wrong, message in (([], r"trials is 0 trials"), (trials[0], r"trials is Recording; give a list"),
                            ([1.0], r"a trial is of type float; give Recording or Motion")):  # fmt: skip
         with pytest.raises(IdentificationError, match=message):
-            fitted.predict(wrong)
+            motions_of(wrong)
 
 
 def test_what_is_doubtful_is_said_first(fitted):

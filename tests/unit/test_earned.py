@@ -31,7 +31,10 @@ def diagnosis(accused: bool = False, **facts: object) -> SimpleNamespace:
 
 
 def test_a_search_that_ended_on_known_scatter_stays_green():
-    assert earned(GREEN, case(), diagnosis(), True) == GREEN
+    said = earned(GREEN, case(), diagnosis(), True)
+    assert all(gate.passed for gate in said.decision)
+    assert replace(said, decision=()).sentence == GREEN.sentence
+    assert said.status == "nothing_missing"
 
 
 @pytest.mark.parametrize(
@@ -48,6 +51,7 @@ def test_green_without_its_reasons_is_cannot_tell(facts, search, because):
     said = earned(GREEN, case(**facts), diagnosis(**search), True)
     assert (said.status, said.verdict, said.parameters) == ("cannot_tell", (), {})
     assert because in said.because
+    assert [gate.because for gate in said.decision if not gate.passed] == [said.because]
     assert said.because in said.sentence
     assert said.next_test
 
@@ -58,7 +62,7 @@ def test_channels_that_contradict_leave_no_name_either():
 
 
 def test_a_name_stands_where_twice_the_assumed_scatter_leaves_it():
-    assert earned(NAMED, case(assumed="there are 2 dry trials"), diagnosis(True), True) == NAMED
+    assert earned(NAMED, case(assumed="there are 2 dry trials"), diagnosis(True), True).verdict == NAMED.verdict
     said = earned(NAMED, case(assumed="there are 2 dry trials"), diagnosis(True), False)
     assert (said.status, said.verdict) == ("cannot_tell", ())
     assert "with twice that nothing would be said" in said.because
@@ -68,7 +72,7 @@ def test_an_unknown_that_twice_the_assumed_scatter_allows_is_cannot_tell():
     near = case(assumed="there are 2 dry trials", baseline=Described(0.08))
     assert earned(UNKNOWN, near, diagnosis(), True).status == "cannot_tell"
     far = case(assumed="there are 2 dry trials", baseline=Described(0.3))
-    assert earned(UNKNOWN, far, diagnosis(), True) == UNKNOWN
+    assert earned(UNKNOWN, far, diagnosis(), True).status == "unknown"
 
 
 def test_overwhelming_evidence_for_a_small_effect_is_not_green():
@@ -76,3 +80,14 @@ def test_overwhelming_evidence_for_a_small_effect_is_not_green():
     said = earned(GREEN, case(), diagnosis(small=small), True)
     assert (said.status, said.verdict) == ("present_but_small", ("cubic_stiffness",))
     assert "10^26 to 1" in said.sentence
+
+
+@pytest.mark.parametrize(("after", "status"), [(0.02, "explained"), (0.034, "explained"), (0.042, "cannot_tell")])
+def test_a_name_that_makes_unseen_trials_worse_is_not_proved(after, status):
+    facts = case(baseline=Described(0.04, 0.03))
+    named = replace(NAMED, augmented=Described(0.01, after))
+    best = SimpleNamespace(names=("linear_damping",))
+    said = earned(named, facts, diagnosis(True, best=best), True)
+    assert said.status == status
+    if status == "cannot_tell":
+        assert "linear damping would be named, but the trials it never saw went from 3.0 % to 4.2 %" in said.because

@@ -25,8 +25,8 @@ RIVAL_ODDS = 20.0
 SIGNIFICANT = 3.0
 """A suspect's coefficient must be this many standard errors from zero."""
 
-DISSIPATES = frozenset({"linear_damping", "coulomb_friction", "quadratic_drag", "cubic_damping", "relaxation"})
-"""Additions that cannot be negative: water takes energy, and so does a spring behind a dashpot."""
+DISSIPATES = frozenset({"linear_damping", "coulomb_friction", "quadratic_drag", "cubic_damping"})
+"""Additions that cannot be negative: water takes energy. Others that take some have bounds."""
 
 OVERDAMPED = 0.25
 """From this damping ratio on a resonator has no beat of its own: it cannot be told from memory that relaxes."""

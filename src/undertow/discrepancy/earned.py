@@ -3,7 +3,8 @@
 Green (``nothing_missing``) is said after a search that ended, on channels that agree, where somebody measured or stated
 how much trials differ. An effect is named only if it would also be named with twice a scatter that was assumed.
 
-Belongs here: those conditions. Does not belong here: the search (search.py), words of effects (sentence.py).
+Belongs here: what becomes of a verdict that is barred. Does not belong here: the conditions (decision.py), the search
+(search.py), words of effects (sentence.py).
 """
 
 from __future__ import annotations
@@ -17,47 +18,34 @@ from undertow.comparison.joint import fit_joint, free_run_error
 from undertow.comparison.level import Level, Member
 from undertow.comparison.search import ACCUSE_PROBABILITY, WORTH, beyond_doubt
 from undertow.discrepancy.case import Case
+from undertow.discrepancy.decision import DOUBLED, gates
 from undertow.discrepancy.verdict import Verdict
 from undertow.discrepancy.words import percent
 from undertow.errors import IdentificationError
-
-DOUBLED = 2.0
-"""An assumed scatter may be wrong by this factor."""
 
 NEXT: Mapping[str, str] = {
     "contradiction": "correct unit, sign or column of the channels in the config, or state recordings.accept",
     "conditions": "correct that number or unit in the config, or list conditions in recordings.accept",
     "no_dry": "three releases of this spring in air",
     "assumed": "three releases in air, or three of the same size in this water, or state specimen.scatter",
+    "unseen": "more releases: what these trials show does not carry over to the ones held out",
     "search": "look at the trials that could not be fitted; a start or a window in the config may help",
 }
 """What would lead to an answer, by what is lacking."""
 
 
 def earned(verdict: Verdict, case: Case, diagnosis: Diagnosis, holds_doubled: bool) -> Verdict:
-    """The verdict itself, or ``cannot_tell`` with what is lacking, or ``present_but_small``.
-
-    ``holds_doubled`` says whether what is named would be named with twice the scatter, where that was assumed.
-    """
-    if case.contradiction:
-        return replace(without_answer(verdict, case, case.contradiction, "contradiction"), contradicted=True)
-    if verdict.status == "nothing_missing":
-        if diagnosis.looked == 0:
-            return without_answer(verdict, case, "discrepancy.suspects names none: nothing was looked for", "search")
-        if diagnosis.unfinished:
-            left = ", ".join(label.replace("_", " ") for label in diagnosis.unfinished)
-            return without_answer(verdict, case, f"not tried to the end within discrepancy.budget: {left}", "search")
-        if case.no_dry:
-            return without_answer(verdict, case, case.no_dry, "no_dry")
-        if case.assumed:
-            return without_answer(verdict, case, case.assumed, "assumed")
-        return verdict if diagnosis.small is None else _small(verdict, case, diagnosis.small, diagnosis.null)
-    if case.assumed and len(case.trials) > 1:
-        within = verdict.verdict == ("unknown",) and case.baseline.nrmse <= DOUBLED * case.allowed
-        named = set(verdict.verdict) - {"unknown"}
-        if within or (named and diagnosis.accused and not holds_doubled):
-            said = f"{case.assumed}, and with twice that nothing would be said"
-            return without_answer(verdict, case, said, "assumed")
+    """The verdict itself, ``cannot_tell`` with what is lacking, or ``present_but_small``: the first of its `gates` that
+    is not passed and bars its status decides."""
+    decision = gates(verdict, case, diagnosis, holds_doubled)
+    verdict = replace(verdict, decision=decision)
+    for gate in decision:
+        if gate.passed or verdict.status not in gate.bars:
+            continue
+        if gate.lacking == "small" and diagnosis.small is not None:
+            return _small(verdict, case, diagnosis.small, diagnosis.null)
+        said = without_answer(verdict, case, gate.because, gate.lacking)
+        return replace(said, contradicted=bool(case.contradiction))
     return verdict
 
 

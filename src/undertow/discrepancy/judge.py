@@ -18,6 +18,7 @@ from undertow.comparison.level import Addend, Level, Member, make_level, member_
 from undertow.comparison.search import FAR_ABOVE_NOISE, diagnose
 from undertow.comparison.suspects import SUSPECTS, Origin, Suspect
 from undertow.discrepancy.case import Case
+from undertow.discrepancy.decision import evidence, posterior
 from undertow.discrepancy.earned import earned, holds_with_twice_the_scatter, without_answer
 from undertow.discrepancy.findings import AugmentedRun
 from undertow.discrepancy.sentence import NEXT_TEST, late_words, sentence_of, transfer_words
@@ -67,7 +68,10 @@ def judge_level(
     asked = diagnosis.accused and any(case.assumed for case in cases)
     doubled = holds_with_twice_the_scatter(level, diagnosis) if asked else True
     said = (_verdict(level, case, diagnosis, to, runs) for case, to in zip(cases, moved, strict=True))
-    verdicts = tuple(earned(verdict, case, diagnosis, doubled) for verdict, case in zip(said, cases, strict=True))
+    verdicts = tuple(
+        _with_evidence(level, earned(verdict, case, diagnosis, doubled), case, diagnosis)
+        for verdict, case in zip(said, cases, strict=True)
+    )
     labels = tuple(c.member.label for c in cases)
     if not diagnosis.accused:
         return Judged(verdicts, labels, runs=runs)
@@ -75,6 +79,12 @@ def judge_level(
     errors = {n: fit.solution.stderr(n) for n in fit.solution.problem.names}
     numbers = {n: (v, errors[n]) for n, v in fit.values.items() if "." in n}
     return Judged(verdicts, labels, fit.addends, numbers, runs)
+
+
+def _with_evidence(level: Level, verdict: Verdict, case: Case, diagnosis: Diagnosis) -> Verdict:
+    """A verdict with the numbers behind it: its posterior probability, and the evidence before its other gates."""
+    decision = (*evidence(level, case, diagnosis), *verdict.decision)
+    return replace(verdict, decision=decision, posterior=posterior(diagnosis))
 
 
 def undecided(cases: Sequence[Case], reason: str) -> Judged:

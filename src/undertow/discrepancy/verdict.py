@@ -44,11 +44,31 @@ class PhysicalCheck:
 
 
 @dataclass(frozen=True)
+class Gate:
+    """One condition behind a verdict: a statistic in words, its value, the limit, whether it is passed.
+
+    ``because`` says in words what follows where it is not; ``lacking`` what would mend it (a key of `earned.NEXT`);
+    ``bars`` holds the statuses that are not said then.
+    """
+
+    gate: str
+    statistic: str
+    value: float
+    limit: float
+    passed: bool
+    because: str = ""
+    lacking: str = ""
+    bars: tuple[str, ...] = ()
+
+
+@dataclass(frozen=True)
 class Verdict:
     """One group's entry of verdict.json (contract 2); see docs for every key.
 
     ``because``: what is lacking for an answer where the status is ``cannot_tell``, else empty. ``contradicted``: that
     the channels of its recordings contradict each other.
+    ``posterior``: probability of what is said among everything that was fitted, excluded candidates included;
+    ``decision``: every condition behind the status.
     ``transfer``: nrmse of this group's trials as what another spring alone says of the water predicts them, by that
     spring's label.
     """
@@ -73,3 +93,5 @@ class Verdict:
     transfer: Mapping[str, float] = field(default_factory=dict)
     because: str = ""
     contradicted: bool = False
+    posterior: float = math.nan
+    decision: tuple[Gate, ...] = ()

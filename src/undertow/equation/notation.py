@@ -34,7 +34,7 @@ def term_text(term: Term, coefficient: float, error: float = math.nan, number: s
     """
     values = {plain_symbol(p): format_number(float(getattr(term, p.name))) for p in term.parameters[1:]}
     symbol = plain_symbol(term.coefficient)
-    force, _, memory = term.law.partition(", ")
+    force, memory = _parted(term.law, ", ")
     sign = "+"
     if _holds(force, symbol):
         sign = "-" if coefficient < 0.0 else "+"
@@ -52,7 +52,7 @@ def term_latex(
     >>> term_latex(Stiffness(), 109600.0, 300.0)[0]
     '+ (109600 \\\\pm 300)\\\\,\\\\mathrm{N/m}\\\\,x'
     """
-    force, _, memory = term.latex.partition(r",\ ")
+    force, memory = _parted(term.latex, r",\ ")
     sign = "+"
     if coefficient is not None:
         values = {p.symbol: quantity_latex(float(getattr(term, p.name)), p.unit) for p in term.parameters[1:]}
@@ -64,6 +64,20 @@ def term_latex(
         memory = re.sub(r"(?<=[\d}])\\,(?=\d)", r"\\cdot ", memory)
         force = re.sub(r"(\\,\s*)+", r"\\,", _replaced(force, values))
     return f"{sign} {_numbered(force, number)}", _numbered(memory, number)
+
+
+def _parted(law: str, comma: str) -> tuple[str, str]:
+    """A law's force and the equation of its hidden state: at the first comma outside brackets.
+
+    >>> _parted("k max(|x| - g, 0), s' = v", ", ")
+    ('k max(|x| - g, 0)', "s' = v")
+    """
+    at = law.find(comma)
+    while at >= 0:
+        if law.count("(", 0, at) == law.count(")", 0, at):
+            return law[:at], law[at + len(comma) :]
+        at = law.find(comma, at + 1)
+    return law, ""
 
 
 def quantity_latex(value: float, unit: str, error: float = math.nan) -> str:

@@ -6,6 +6,7 @@ Belongs here: which problems the compiled search can do, and their arrays. Does 
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from itertools import pairwise
 from typing import Any, NamedTuple
 
@@ -76,6 +77,19 @@ def search(
         tuple([jac[: own.size, cut].T for cut, own in zip(cuts, used, strict=True)]),
         used,
     )  # fmt: skip
+
+
+def misfit(problem: Problem) -> Callable[[Array], float]:
+    """A function of a plain problem's values (p,): their sum of squared weighted residuals without priors; nan where
+    the compiled integrator finds no motion."""
+    sheet, columns, _ = _sheet(problem)
+    whole = np.array([np.inf])
+
+    def chi2(values: Array) -> float:
+        found = arc_search.search(sheet, columns, np.ascontiguousarray(values), whole, 0, 1.0, 1e-6)
+        return float(found[2]) if found[4] >= 0 else float("nan")
+
+    return chi2
 
 
 def _sheet(problem: Problem) -> tuple[tuple[Any, ...], np.ndarray, tuple[np.ndarray, ...]]:

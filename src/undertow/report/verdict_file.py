@@ -71,7 +71,13 @@ def group_json(verdict: Verdict) -> dict[str, Any]:
         "verdict": list(verdict.verdict),
         "alternatives": [list(names) for names in verdict.alternatives],
         "confidence": plain(verdict.confidence),
+        "posterior": plain(verdict.posterior),
         "because": verdict.because,
+        "decision": [
+            {"gate": g.gate, "statistic": g.statistic, "value": plain(g.value), "limit": plain(g.limit),
+             "passed": g.passed, "because": "" if g.passed else g.because}
+            for g in verdict.decision
+        ],
         "origin": verdict.origin,
         "parameters": plain(verdict.parameters),
         "baseline": _described(verdict.baseline),

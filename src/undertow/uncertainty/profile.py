@@ -82,7 +82,7 @@ class _Walk:
 
     def __init__(self, solution: Solution, name: str) -> None:
         self.index = solution.problem.names.index(name)
-        self.problem = _as_noisy(solution)
+        self.problem = as_noisy(solution)
         found = output_error.fit(self.problem, solution.values, growing=False)
         self.cost, self.best = found.cost, float(found.values[self.index])
         self.step = max(found.stderr(name), 1e-9 * abs(self.best), 1e-12 * solution.problem.unknowns[self.index].scale)
@@ -121,7 +121,7 @@ class _Walk:
         return side * math.inf
 
 
-def _as_noisy(solution: Solution) -> Problem:
+def as_noisy(solution: Solution) -> Problem:
     """The problem with each channel's noise as large as the residual shows it where the motion is."""
     trials = tuple(
         replace(

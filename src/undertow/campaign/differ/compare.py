@@ -14,12 +14,13 @@ import math
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 
-from undertow.campaign.differ.lacking import UNKNOWN, allowed_error, fitted, judged, let_go, more, needs
+from undertow.campaign.differ.lacking import UNEXPLAINED, UNKNOWN, allowed_error, fitted, judged, let_go, more, needs
 from undertow.campaign.differ.words import sentence_of
 from undertow.conditioning.motion import Motion
 from undertow.discrepancy.cycle_by_cycle import CycleComparison, compare_cycles, sidebands
 from undertow.discrepancy.difference import Difference, Side, TermRow
 from undertow.discrepancy.place import locate
+from undertow.discrepancy.verdict import Verdict
 from undertow.equation import registry as shelf
 from undertow.equation.kernel import SLOT
 from undertow.equation.term import Term
@@ -78,12 +79,21 @@ def compare_motions(
     wanted, by_equation = needs(recording, form, second, sides[1].verdict)
     larger = () if wanted else more(recording, first, fitted(recording, form, specimen), limit)
     lacks = (*(n for n in wanted if n not in has), *larger)
-    extra = tuple(n for n in has if n not in (*wanted, "unknown"))
+    visible = _effect(sides[0].verdict) > UNEXPLAINED * allowed_error(recording, sides[1].run)
+    rivals = {n for names in sides[1].verdict.alternatives for n in names}
+    extra = tuple(n for n in has if visible and n not in (*wanted, *rivals, "unknown"))
     found = Difference(
         *sides, _rows(first, second), run, mismatch, _cycles(recording, run), sidebands(recording, run), lacks, extra,
         larger, by_equation, "", _notes(simulation, recording, [n for n in wanted if n in has]), spread,
     )  # fmt: skip
     return replace(found, sentence=sentence_of(found))
+
+
+def _effect(verdict: Verdict) -> float:
+    """By how much what a verdict names moves the free run (nrmse)."""
+    if verdict.augmented is None:
+        return 0.0
+    return math.sqrt(max(verdict.baseline.nrmse**2 - verdict.augmented.nrmse**2, 0.0))
 
 
 def _library(terms: Sequence[str]) -> tuple[Term, ...]:

@@ -15,8 +15,13 @@ from undertow.discrepancy.words import percent
 LET_GO = "let go like the recording, its equation"
 """How the second half of the sentence begins."""
 
-OWN_WORDS: Mapping[str, str] = {"coulomb_friction": "dry friction", "linear_damping": "linear damping"}
-"""Where a campaign speaks of its dry trials, a pair of files has none."""
+OWN_WORDS: Mapping[str, str] = {
+    "coulomb_friction": "dry friction",
+    "linear_damping": "linear damping",
+    "hidden_resonator": "something that was not recorded and oscillates by itself",
+    "added_mass": "mass that moves with the body",
+}
+"""Where a campaign speaks of its dry trials and of water, a pair of files has neither."""
 
 FAR = 3.0
 """Standard errors from which two numbers are said to differ."""

@@ -61,28 +61,43 @@ class Checker:
     catalogue: Catalogue
 
     def __call__(self, entry: Entry) -> Checked:
-        conditions, accepted = dict(entry.conditions), entry.accepted
-        found: tuple[Disagreement, ...] = ()
-        recording: Recording | None = None
         try:
             recording = read_trial(entry, self.catalogue)
-            recording = replace(recording, notes=recording.notes + check(recording, accepted))
+        except FAILURES as reason:
+            return _failed(entry, (), failure(reason), reason)
+        return self.recorded(recording, entry)
+
+    def recorded(self, recording: Recording, entry: Entry) -> Checked:
+        """A recording that was read already, checked and conditioned; ``entry`` has its window and known doubts."""
+        found: tuple[Disagreement, ...] = ()
+        try:
+            recording = replace(recording, notes=recording.notes + check(recording, entry.accepted))
             levels = {name: noise(values) for name, values in recording.channels.items()}
             window = find_window(recording, entry.window.start_s, entry.window.end_s, levels)
-            found, known = self._compared(recording, self.catalogue.for_entry(entry), window, levels, accepted)
-            refuse_no_decay(recording, window, levels, accepted, entry.window.end_s)
-            if any(one.certain for one in found):  # shown by one channel, which cannot contradict itself
-                alone = followed(recording)
-                recording = replace(recording, channels={alone: recording.channels[alone]})
-            motion = condition(recording, window=window, levels=levels)
+            here = self.catalogue.for_entry(entry)
+            found, known = self._compared(recording, here, window, levels, entry.accepted)
+            refuse_no_decay(recording, window, levels, entry.accepted, entry.window.end_s)
+            motion = _conditioned(recording, found, window, levels)
             dominant_period(motion)  # a motion that does not swing is this trial's failure, not its group's
             motion = replace(motion, notes=(*motion.notes, *(d.sentence for d in found), *known))
-            return Checked(entry.name, conditions, motion, None, found, tuple(accepted))
+            return Checked(entry.name, dict(entry.conditions), motion, None, found, entry.accepted)
         except FAILURES as reason:
-            said = _why(recording, entry, found, reason)
-            misnamed = isinstance(reason, MisnamedError) or bool(entry.problem)
-            failed = FailedTrial(entry.name, said, conditions, isinstance(reason, ClippedError), misnamed)
-            return Checked(entry.name, conditions, None, failed, found)
+            return _failed(entry, found, _why(recording, entry, found, reason), reason)
+
+    def again(
+        self, motion: Motion, accepted: Sequence[str] = (), before: tuple[Disagreement, ...] = ()
+    ) -> Checked:
+        """A motion that was checked when it was read (and what was found then), against what this config says of it."""
+        recording = motion.recording
+        known = {one.sentence for one in before}
+        now, _ = self._compared(recording, self.catalogue, motion.window, motion.noise, accepted)
+        fresh = tuple(one for one in now if one.sentence not in known)
+        if any(one.certain for one in fresh):
+            notes = motion.notes
+            motion = _conditioned(recording, fresh, motion.window, motion.noise)
+            motion = replace(motion, notes=notes)
+        motion = replace(motion, notes=(*motion.notes, *(d.sentence for d in fresh if d.sentence not in motion.notes)))
+        return Checked(recording.name, recording.conditions, motion, None, (*before, *fresh), tuple(accepted))
 
     def _compared(
         self,
@@ -102,6 +117,16 @@ class Checker:
         return tuple(d for d in found if d.kind not in accepted), known
 
 
+def _conditioned(
+    recording: Recording, found: Sequence[Disagreement], window: Window, levels: Mapping[str, float]
+) -> Motion:
+    """The motion; of channels that contradict each other that of one alone, which cannot contradict itself."""
+    if any(one.certain for one in found):
+        alone = followed(recording)
+        recording = replace(recording, channels={alone: recording.channels[alone]})
+    return condition(recording, window=window, levels=levels)
+
+
 def stated_for(config: RunConfig, catalogue: Catalogue, conditions: Mapping[str, Condition]) -> Stated:
     """What the config says of a trial's units and specimen; no specimen where its tables do not know the trial."""
     units = {name: spec.unit for name, spec in catalogue.channels.items()} | {"time": catalogue.time.unit}
@@ -113,9 +138,16 @@ def stated_for(config: RunConfig, catalogue: Catalogue, conditions: Mapping[str,
     return Stated(units, specimen.mass_kg, specimen.stiffness_N_per_m, not config.is_dry(conditions))
 
 
-def _why(recording: Recording | None, entry: Entry, found: Sequence[Disagreement], reason: Exception) -> str:
+def _failed(entry: Entry, found: tuple[Disagreement, ...], said: str, reason: Exception) -> Checked:
+    """A trial that cannot be used, and why."""
+    misnamed = isinstance(reason, MisnamedError) or bool(entry.problem)
+    failed = FailedTrial(entry.name, said, dict(entry.conditions), isinstance(reason, ClippedError), misnamed)
+    return Checked(entry.name, dict(entry.conditions), None, failed, found)
+
+
+def _why(recording: Recording, entry: Entry, found: Sequence[Disagreement], reason: Exception) -> str:
     """Why a trial failed: what contradicts, what it shows instead of a decay, or the error itself."""
-    if isinstance(reason, ClippedError) or recording is None:
+    if isinstance(reason, ClippedError):
         return failure(reason)
     certain = [d.sentence for d in found if d.certain]
     if certain:

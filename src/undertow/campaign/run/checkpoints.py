@@ -24,7 +24,7 @@ from undertow.campaign.run.manifest import source_digest
 from undertow.conditioning.motion import Motion
 from undertow.discrepancy.findings import AugmentedRun, GroupFindings, TrialFindings
 from undertow.discrepancy.mismatch import Mismatch
-from undertow.discrepancy.verdict import Described, PhysicalCheck, Rejected, Verdict
+from undertow.discrepancy.verdict import Described, Gate, PhysicalCheck, Rejected, Verdict
 from undertow.equation import registry as shelf
 from undertow.equation.equation import Equation
 from undertow.likelihood.fit import Fit
@@ -198,5 +198,6 @@ def _verdict(data: Mapping[str, Any], task: GroupTask) -> Verdict:
         "rejected": tuple(Rejected(**r) for r in data["rejected"]),
         "physical_check": PhysicalCheck(**data["physical_check"]),
         "transfer": dict(data["transfer"]),
+        "decision": tuple(Gate(**(g | {"bars": tuple(g["bars"])})) for g in data["decision"]),
     }
     return Verdict(**kept)

@@ -9,7 +9,7 @@ import hashlib
 import time
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 
 from undertow.campaign.config import GroupKey, RunConfig
@@ -24,8 +24,10 @@ from undertow.campaign.run.plausible import with_doubts
 from undertow.campaign.run.portions import TRIALS_AT_ONCE, Portion, portions
 from undertow.campaign.run.tasks import Structures, group_task, grouped, held_out, structures_of
 from undertow.campaign.run.workers import Progress, on_processes, silent, steps
+from undertow.conditioning.agreement import Disagreement
 from undertow.conditioning.motion import Motion
 from undertow.discrepancy.findings import FailedTrial, Findings, GroupFindings
+from undertow.equation.term import Term
 from undertow.errors import FAILURES, ConfigError, UndertowError, failure
 from undertow.methods.baseline import terms_by_name
 from undertow.recording.catalogue import Catalogue, Entry
@@ -39,10 +41,13 @@ READ, IDENTIFY = "read and condition", "identification"
 
 @dataclass(frozen=True)
 class Read:
-    """Conditioned motions and the trials that could not be used."""
+    """Conditioned motions, the trials that could not be used, trial -> kinds of doubt that are known, and trial -> what
+    does not belong together in it."""
 
     motions: tuple[Motion, ...]
     failed: tuple[FailedTrial, ...]
+    accepted: Mapping[str, tuple[str, ...]] = field(default_factory=dict)
+    found: Mapping[str, tuple[Disagreement, ...]] = field(default_factory=dict)
 
 
 def run(
@@ -51,15 +56,19 @@ def run(
     progress: Progress = silent,
     stages_folder: Path | None = None,
     resume: bool = False,
+    given: Read | None = None,
+    terms: Sequence[Term] | None = None,
 ) -> Findings:
     """All findings of a campaign, with every trial's series (`Course` and `Gathered` hold fewer of a large one).
 
     ``jobs`` is the number of processes (0: one a core). Trials that cannot be used are listed in ``failed``. Finished
-    groups are kept in ``stages_folder`` (None: not kept) and, with ``resume``, taken from there.
+    groups are kept in ``stages_folder`` (None: not kept) and, with ``resume``, taken from there. ``given`` are trials
+    that were read already: the config's recordings are then not looked at. ``terms`` replace the equation's, where one
+    of them is a user's own law.
 
     Raises UndertowError where the config is wrong or no trial at all can be used.
     """
-    course = Course(config, jobs, progress, stages_folder, resume)
+    course = Course(config, jobs, progress, stages_folder, resume, given=given, terms=terms)
     gathered = Gathered(config, everything=True)
     for part in course.parts():
         gathered.add(part)
@@ -81,14 +90,20 @@ class Course:
         stages_folder: Path | None = None,
         resume: bool = False,
         at_once: int = 0,
+        given: Read | None = None,
+        terms: Sequence[Term] | None = None,
     ) -> None:
         self.seconds: dict[str, float] = {}
         self._config, self._jobs, self._folder, self._resume = config, jobs, stages_folder, resume
-        self._terms = terms_by_name(config.equation.terms)
-        self._catalogue = config.catalogue()
-        plan = planned(config)
-        self._notes = plan.notes
-        self._plan = portions(config, plan.entries, at_once or TRIALS_AT_ONCE)
+        self._terms = terms_by_name(config.equation.terms) if terms is None else tuple(terms)
+        self._catalogue, self._given = config.catalogue(), given
+        self._notes: tuple[str, ...] = ()
+        if given is None:
+            plan = planned(config)
+            self._notes = plan.notes
+            self._plan = portions(config, plan.entries, at_once or TRIALS_AT_ONCE)
+        else:
+            self._plan = (Portion((), len(grouped(config, given.motions)), 0),)
         totals = {READ: sum(p.size for p in self._plan), IDENTIFY: sum(p.groups for p in self._plan)}
         self._progress = steps(progress, totals)
         self._structures: Structures | None = None
@@ -119,7 +134,7 @@ class Course:
 
     def _part(self, portion: Portion) -> Part:
         with self._stage(READ):
-            checked = _checked(self._config, self._catalogue, portion.entries, self._jobs, self._progress)
+            checked = self._looked_at(portion)
             read = sorted_out(self._config, checked, stops=self._structures is None)
         self._read += len(read.motions)
         with self._stage("dry trials"):
@@ -137,10 +152,22 @@ class Course:
         with self._stage("what is missing"):
             found = self._judged([t for t, _ in pairs], [g for _, g in pairs]) if pairs else []
             found = [with_clipped(self._config, group, failed) for group in found]
-        found, implausible = with_doubts(found, {e.name: e.accepted for e in portion.entries})
+        known = {e.name: e.accepted for e in portion.entries} if self._given is None else self._given.accepted
+        found, implausible = with_doubts(found, known)
         notes = (*self._notes, *_notes(read.motions), *_divided(portion, found))
         self._notes = ()
         return Part(tuple(found), failed, notes, (*read.doubts, *implausible))
+
+    def _looked_at(self, portion: Portion) -> list[Checked]:
+        """The portion's trials read and checked; trials that were given are compared with the config alone."""
+        if self._given is None:
+            return _checked(self._config, self._catalogue, portion.entries, self._jobs, self._progress)
+        checker, given = Checker(self._config, self._catalogue), self._given
+        again = [
+            checker.again(motion, given.accepted.get(motion.name, ()), given.found.get(motion.name, ()))
+            for motion in given.motions
+        ]
+        return _each_once([*again, *(Checked(one.name, one.conditions, None, one) for one in given.failed)])
 
     def _tasks(
         self, groups: Mapping[GroupKey, Sequence[Motion]], structures: Structures, contradicted: Mapping[GroupKey, str]
@@ -266,9 +293,11 @@ def read_and_condition(config: RunConfig, jobs: int = 1, progress: Progress = si
 
     Raises ConfigError where the config names something that the list of trials does not have.
     """
-    checked = _checked(config, config.catalogue(), planned(config).entries, jobs, progress)
+    checked = _checked(config, config.catalogue(), entries := planned(config).entries, jobs, progress)
     motions = tuple(one.motion for one in checked if one.motion is not None)
-    return Read(motions, tuple(one.failed for one in checked if one.failed is not None))
+    failed = tuple(one.failed for one in checked if one.failed is not None)
+    accepted = {one.name: one.accepted for one in entries if one.accepted}
+    return Read(motions, failed, accepted, {one.name: one.found for one in checked if one.found})
 
 
 def _checked(

@@ -1,0 +1,123 @@
+"""Every condition behind a verdict, as a number against a limit: what decides, in one list.
+
+Belongs here: the gates and which statuses each bars. Does not belong here: the search (comparison/search.py), what
+becomes of a verdict that is barred (earned.py), words of effects (sentence.py).
+"""
+
+from __future__ import annotations
+
+import math
+
+from undertow.comparison.candidate import RIVAL_ODDS, Candidate, Diagnosis
+from undertow.comparison.joint import free_run_error
+from undertow.comparison.level import Level
+from undertow.comparison.search import ACCUSE_PROBABILITY, OVERWHELMING, WORTH
+from undertow.discrepancy.case import Case
+from undertow.discrepancy.verdict import Gate, Verdict
+from undertow.discrepancy.words import percent
+
+DOUBLED = 2.0
+"""An assumed scatter may be wrong by this factor."""
+
+WORSE = 1.2
+"""What is named is not proved where the error of trials that it never saw rises by this factor."""
+
+GREEN = ("nothing_missing",)
+EVERY = ("nothing_missing", "explained", "not_identifiable", "unknown")
+
+
+def gates(verdict: Verdict, case: Case, diagnosis: Diagnosis, holds_doubled: bool) -> tuple[Gate, ...]:
+    """What a verdict must pass to be said, in order: the first that is not passed and bars its status decides.
+
+    ``holds_doubled`` says whether what is named would be named with twice the scatter, where that was assumed.
+    """
+    left = ", ".join(label.replace("_", " ") for label in diagnosis.unfinished)
+    small = 0.0 if diagnosis.small is None else diagnosis.small.score - diagnosis.null.score
+    found = (
+        _flag("channels_agree", "groups of channels that contradict each other", case.contradiction, EVERY,
+              "contradiction"),
+        Gate("suspects_tried", "suspects", float(diagnosis.looked), 1.0, diagnosis.looked > 0,
+             "discrepancy.suspects names none: nothing was looked for", "search", GREEN),
+        Gate("search_ended", "suspects not tried to the end", float(len(diagnosis.unfinished)), 0.0,
+             not diagnosis.unfinished, f"not tried to the end within discrepancy.budget: {left}", "search", GREEN),
+        _flag("structure_known", "reasons why the dry trials do not tell the structure", case.no_dry, GREEN, "no_dry"),
+        _flag("scatter_known", "reasons why nobody knows how much trials differ", case.assumed, GREEN, "assumed"),
+        Gate("nothing_overwhelming", "log10 of the odds for the strongest effect that a free run hardly shows",
+             small / math.log(10.0), OVERWHELMING / math.log(10.0), diagnosis.small is None, "", "small", GREEN),
+    )  # fmt: skip
+    return (*found, *_unseen(verdict, case, diagnosis), *_with_twice_the_scatter(verdict, case, holds_doubled))
+
+
+def evidence(level: Level, case: Case, diagnosis: Diagnosis) -> tuple[Gate, ...]:
+    """How the answer, or where nothing is named the strongest suspect, stands against the prescribed equation."""
+    error = free_run_error(level, diagnosis.null.fit)
+    size = case.baseline.nrmse / case.allowed
+    said = Gate("free_run", "free-run error over repeatability", size, 1.0, size <= 1.0)
+    best = diagnosis.best if diagnosis.accused else strongest(diagnosis)
+    if best is None:
+        return (said,)
+    names = "+".join(best.names)
+    odds = math.log(ACCUSE_PROBABILITY / (1.0 - ACCUSE_PROBABILITY))
+    gain = best.score - diagnosis.null.score
+    after = free_run_error(level, best.fit)
+    closer = math.sqrt(max(error**2 - after**2, 0.0))
+    rivals = len(diagnosis.rivals) if diagnosis.accused else 0
+    return (
+        said,
+        Gate("evidence", f"log odds of {names} over nothing", gain, odds, gain > odds),
+        Gate("numbers", f"reasons why the numbers of {names} mean nothing", float(bool(best.out)), 0.0, not best.out,
+             best.out),
+        Gate("free_run_closer", f"free run closer with {names}, in repeatabilities", closer, WORTH, closer > WORTH),
+        Gate("rivals", f"other sets of names within odds of {RIVAL_ODDS:g}", float(rivals), 0.0, not rivals),
+        Gate("posterior", f"posterior probability of {names}, excluded candidates included", posterior(diagnosis, best),
+             ACCUSE_PROBABILITY, posterior(diagnosis, best) >= ACCUSE_PROBABILITY),
+    )  # fmt: skip
+
+
+def strongest(diagnosis: Diagnosis) -> Candidate | None:
+    """The most probable set of suspects that was fitted, excluded or not; None where none was."""
+    return max((c for c in diagnosis.candidates if c.suspects), key=lambda c: c.score, default=None)
+
+
+def posterior(diagnosis: Diagnosis, one: Candidate | None = None) -> float:
+    """Posterior probability of a set of names (None: of what is said) among everything fitted, excluded or not."""
+    mine = tuple(sorted((one or diagnosis.best).names))
+    scored = [(tuple(sorted(c.names)), c.score) for c in (diagnosis.null, *diagnosis.candidates)]
+    best: dict[tuple[str, ...], float] = {}
+    for names, score in (*scored, *(((s.suspect.name,), s.score) for s in diagnosis.screened)):
+        best[names] = max(score, best.get(names, -math.inf))
+    top = max(best.values())
+    return math.exp(best.get(mine, -math.inf) - top) / sum(math.exp(score - top) for score in best.values())
+
+
+def _flag(gate: str, statistic: str, reason: str, bars: tuple[str, ...], lacking: str) -> Gate:
+    return Gate(gate, statistic, float(bool(reason)), 0.0, not reason, reason, lacking, bars)
+
+
+def _unseen(verdict: Verdict, case: Case, diagnosis: Diagnosis) -> tuple[Gate, ...]:
+    """Whether what is named carries over to the trials that it never saw."""
+    if not diagnosis.accused or verdict.augmented is None:
+        return ()
+    before, after = case.baseline.held_out_nrmse, verdict.augmented.held_out_nrmse
+    if not (math.isfinite(before) and math.isfinite(after) and before > 0.0):
+        return ()
+    names = " and ".join(name.replace("_", " ") for name in diagnosis.best.names)
+    rose = f"the trials it never saw went from {percent(before)} to {percent(after)}"
+    said = f"{names} would be named, but {rose}"
+    statistic, bars = "error of unseen trials after over before", ("explained",)
+    return (Gate("unseen_trials", statistic, after / before, WORSE, after <= WORSE * before, said, "unseen", bars),)
+
+
+def _with_twice_the_scatter(verdict: Verdict, case: Case, holds_doubled: bool) -> tuple[Gate, ...]:
+    """Whether a name, or that something is unknown, would also be said with twice a scatter that was assumed."""
+    if not case.assumed or len(case.trials) < 2 or verdict.status == "nothing_missing":
+        return ()
+    size = case.baseline.nrmse / case.allowed
+    within = verdict.verdict == ("unknown",) and size <= DOUBLED
+    named = bool(set(verdict.verdict) - {"unknown"})
+    said = f"{case.assumed}, and with twice that nothing would be said"
+    passed = not within and (not named or holds_doubled)
+    return (
+        Gate("twice_the_scatter", "free-run error over repeatability, which was assumed", size, DOUBLED, passed, said,
+             "assumed", EVERY),
+    )  # fmt: skip

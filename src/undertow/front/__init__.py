@@ -1,0 +1,1 @@
+"""The Python front: read, fit, diagnose, simulate, predict, hand over."""

@@ -1,0 +1,180 @@
+"""Which column of a table holds which quantity, and in which unit: as said, or as the table's own names say.
+
+Belongs here: columns and units of one table. Does not belong here: files (reading.py), guesses from names
+(recording/propose.py).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+import pandas as pd
+
+from undertow.errors import RecordingError
+from undertow.recording.catalogue import ChannelSpec, TimeSpec
+from undertow.recording.layout import Column
+from undertow.recording.propose import name_and_unit, propose_mapping
+from undertow.recording.recording import CHANNELS, Array, Coordinate
+from undertow.recording.units import factor_to_si, to_si
+
+Columns = Mapping[str, Column | Sequence[Column]]
+"""Quantity (displacement, acceleration, spring_force, ..., time) -> its column, or several that are summed."""
+
+Units = Mapping[str, str]
+"""Column or quantity -> its unit as the laboratory writes it."""
+
+COLUMNS_SHOWN = 12
+"""Columns named in a message at most."""
+
+
+@dataclass(frozen=True)
+class Mapped:
+    """What a table's columns mean: ``time``, ``channels`` and the coordinate that their units speak of."""
+
+    time: TimeSpec
+    channels: Mapping[str, ChannelSpec]
+    coordinate: Coordinate
+
+
+def mapped(
+    table: pd.DataFrame,
+    columns: Columns | None,
+    units: Units | None,
+    rate_hz: float | None = None,
+    coordinate: Coordinate | None = None,
+) -> Mapped:
+    """Columns and units of a table, as said in ``columns`` and ``units`` or as its own names and unit row say.
+
+    Time is in seconds where nobody says otherwise; every other unit must be said, in ``units`` or in the table.
+
+    Raises RecordingError where a named column is missing, no column looks like a channel, or a unit is not said.
+
+    >>> table = pd.DataFrame({"t": [0.0, 0.1], "x": [1.0, 0.9]})
+    >>> mapped(table, None, {"x": "mm"}).channels["displacement"].unit
+    'mm'
+    """
+    said = _said(table, units or {})
+    if columns is None:
+        chosen, time = _guessed(table, said, rate_hz)
+    else:
+        chosen, time = _named(table, columns, rate_hz)
+    wanted = {quantity: _unit(quantity, names, said, units or {}) for quantity, names in chosen.items()}
+    turned = coordinate or _coordinate(wanted)
+    for quantity, unit in wanted.items():
+        factor_to_si(unit, quantity, turned)
+    channels = {quantity: ChannelSpec(names, wanted[quantity]) for quantity, names in chosen.items()}
+    if rate_hz is not None:
+        return Mapped(TimeSpec(rate_hz=rate_hz), channels, turned)
+    unit = (units or {}).get("time", said.get(time, "") if time is not None else "") or "s"
+    return Mapped(TimeSpec(time, unit), channels, turned)
+
+
+def values_of(table: pd.DataFrame, means: Mapped) -> tuple[Array, dict[str, Array]]:
+    """Time (n,) in s and every channel (n,) in SI units."""
+    if means.time.column is None:
+        time = np.arange(len(table), dtype=np.float64) / float(means.time.rate_hz or np.nan)
+    else:
+        time, _ = to_si(_numbers(table, means.time.column), means.time.unit, "time", means.coordinate)
+    channels = {}
+    for name, spec in means.channels.items():
+        summed = np.sum([_numbers(table, column) for column in spec.columns], axis=0)
+        channels[name], _ = to_si(spec.sign * (summed - spec.offset), spec.unit, name, means.coordinate)
+    return time, channels
+
+
+def _numbers(table: pd.DataFrame, column: Column) -> Array:
+    try:
+        values: Array = table[column].to_numpy(dtype=np.float64)
+    except (TypeError, ValueError) as error:
+        raise RecordingError(f"column {column!r} holds what is no number ({error}); repair the table") from error
+    return values
+
+
+def _said(table: pd.DataFrame, units: Units) -> dict[Column, str]:
+    """Unit of each column: as given, else from the unit row, else from its name."""
+    row = table.attrs.get("units", {})
+    found: dict[Column, str] = {}
+    for column in table.columns:
+        unit = units.get(str(column), "") or row.get(column, "") or name_and_unit(column)[1]
+        if unit:
+            found[column] = unit
+    unknown = [name for name in units if name not in {*map(str, table.columns), *CHANNELS, "time"}]
+    if unknown:
+        raise RecordingError(
+            f"units names {unknown[0]!r}, which is neither a column ({_shown(table)}) nor a quantity "
+            f"({', '.join(CHANNELS)}); correct the name"
+        )
+    return found
+
+
+def _guessed(
+    table: pd.DataFrame, said: Mapping[Column, str], rate_hz: float | None
+) -> tuple[dict[str, tuple[Column, ...]], Column | None]:
+    """Channels and time by the columns' names, as `undertow inspect` proposes them."""
+    proposal = propose_mapping(table.select_dtypes("number"), said)
+    chosen = {quantity: spec.columns for quantity, spec in proposal.channels.items()}
+    if not chosen:
+        raise RecordingError(
+            f"none of the columns {_shown(table)} is named like a channel and holds numbers; say which, as in "
+            f'columns={{"time": {table.columns[0]!r}, "displacement": {table.columns[-1]!r}}}'
+        )
+    time = proposal.time.column if proposal.time is not None else None
+    if time is None and rate_hz is None:
+        raise RecordingError(
+            f'none of the columns {_shown(table)} looks like time; say columns={{"time": ...}} or rate_hz=...'
+        )
+    return chosen, time
+
+
+def _named(
+    table: pd.DataFrame, columns: Columns, rate_hz: float | None
+) -> tuple[dict[str, tuple[Column, ...]], Column | None]:
+    """Channels and time as said."""
+    chosen: dict[str, tuple[Column, ...]] = {}
+    for quantity, where in columns.items():
+        if quantity not in {*CHANNELS, "time"}:
+            raise RecordingError(
+                f"columns names the quantity {quantity!r}; it may be time, {', '.join(CHANNELS)}: correct it"
+            )
+        names = (where,) if isinstance(where, (str, int)) else tuple(where)
+        for name in names:
+            if name not in table.columns:
+                raise RecordingError(f"columns says that {quantity} is in {name!r}; the table has {_shown(table)}")
+        chosen[quantity] = names
+    time = chosen.pop("time", None)
+    if not chosen:
+        raise RecordingError(f"columns names no channel beside time; add one of {', '.join(CHANNELS)}")
+    if time is None and rate_hz is None:
+        raise RecordingError(f"columns names {', '.join(chosen)} but no time; add its column or give rate_hz=...")
+    return chosen, time[0] if time else None
+
+
+def _unit(quantity: str, names: Sequence[Column], said: Mapping[Column, str], units: Units) -> str:
+    """The unit of a channel; units are always said."""
+    found = {said.get(name, "") for name in names} if quantity not in units else {units[quantity]}
+    if len(found) > 1 or "" in found:
+        one = next((name for name in names if not said.get(name)), names[0])
+        raise RecordingError(
+            f"{quantity} (column {', '.join(map(repr, names))}) has no unit; say it, as in "
+            f'units={{{str(one)!r}: "mm"}}'
+        )
+    return found.pop()
+
+
+def _coordinate(units: Mapping[str, str]) -> Coordinate:
+    """Rotation where a displacement or velocity has an angle's unit."""
+    for quantity in ("displacement", "velocity"):
+        if quantity in units:
+            try:
+                factor_to_si(units[quantity], quantity, "translation")
+            except RecordingError:
+                return "rotation"
+    return "translation"
+
+
+def _shown(table: pd.DataFrame) -> str:
+    names = [repr(name) for name in table.columns]
+    more = f" and {len(names) - COLUMNS_SHOWN} more" if len(names) > COLUMNS_SHOWN else ""
+    return ", ".join(names[:COLUMNS_SHOWN]) + more

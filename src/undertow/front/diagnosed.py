@@ -1,0 +1,292 @@
+"""What `diagnose` says of one group: verdict, repaired equation, tables and figures.
+
+Belongs here: the frozen result, and the repaired equation from a verdict's numbers. Does not belong here: the search.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+from functools import cached_property
+from html import escape
+from typing import Any
+
+import numpy as np
+import pandas as pd
+from numpy.typing import NDArray
+
+from undertow.discrepancy.findings import GroupFindings, TrialFindings
+from undertow.discrepancy.verdict import Status, Verdict
+from undertow.equation.equation import Equation
+from undertow.equation.kernel import SLOT
+from undertow.equation.registry import find
+from undertow.equation.registry import names as registered
+from undertow.errors import IdentificationError
+from undertow.front.handover import HandOver
+from undertow.front.prediction import Prediction, predict, scatter_of
+from undertow.front.reading import read
+from undertow.front.tables import parameter_lines, parameter_table
+from undertow.front.trials import Trials
+from undertow.likelihood.fit import Specimen
+from undertow.likelihood.free_run import FreeRun, free_run
+from undertow.likelihood.scale import contract_name
+from undertow.quantities import Estimate
+from undertow.recording.recording import Array
+from undertow.report.front_figures import draw_runs_before_and_after
+from undertow.report.trial_curves import Axes, new_axes
+from undertow.report.trial_figures import draw_residual
+from undertow.uncertainty.confidence import INTERVAL_LEVEL
+
+OUTSIDE_MOTION = frozenset({"mass_kg", "total_mass_kg"})
+"""Numbers that are no coefficient of a term."""
+
+
+@dataclass(frozen=True, repr=False)
+class DiagnosedGroup(HandOver):
+    """One group's verdict with its numbers. ``findings`` holds everything, trial by trial."""
+
+    findings: GroupFindings
+    trials: Trials
+
+    @property
+    def verdict(self) -> Verdict:
+        """Everything that verdict.json says of the group."""
+        return self.findings.verdict
+
+    @property
+    def label(self) -> str:
+        """The group's conditions in words."""
+        return self.findings.label
+
+    @property
+    def status(self) -> Status:
+        """explained, nothing_missing, present_but_small, unknown, not_identifiable or cannot_tell."""
+        return self.verdict.status
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """What is missing, the strongest first."""
+        return self.verdict.verdict
+
+    @property
+    def sentence(self) -> str:
+        """What was found, in plain words."""
+        return self.verdict.sentence
+
+    @property
+    def error_after(self) -> float:
+        """Free-run error with what was found; nan where nothing is named."""
+        return self.verdict.augmented.nrmse if self.verdict.augmented is not None else math.nan
+
+    @property
+    def row(self) -> dict[str, Any]:
+        """The group's row of a table of verdicts."""
+        verdict = self.verdict
+        return {
+            "status": verdict.status, "missing": ", ".join(verdict.verdict), "confidence": verdict.confidence,
+            "error": verdict.baseline.nrmse, "error_repaired": self.error_after,
+            "held_out_error": verdict.baseline.held_out_nrmse,
+            "held_out_repaired": verdict.augmented.held_out_nrmse if verdict.augmented else math.nan,
+            "allowed": verdict.repeatability_nrmse, "trials": len(verdict.trials), "sentence": verdict.sentence,
+        }  # fmt: skip
+
+    @property
+    def estimates(self) -> dict[str, Estimate]:
+        """Numbers of the repaired equation; of the prescribed one where nothing is named."""
+        described = self.verdict.augmented or self.verdict.baseline
+        found = dict(described.parameters)
+        structure = self.findings.structure
+        if structure is not None:
+            held = {"k_N_per_m": structure.k, "c_Ns_per_m": structure.c, "mu": structure.mu}
+            found |= {name: one for name, one in held.items() if name not in found}
+        return found
+
+    @property
+    def parameters(self) -> pd.DataFrame:
+        """One row a parameter of the repaired equation: value, stderr, low, high, unit, note."""
+        return parameter_table(self.estimates)
+
+    @property
+    def trial_table(self) -> pd.DataFrame:
+        """One row a trial: free-run error, what sensors and repetitions allow, error after, held out or not."""
+        rows = [
+            {
+                "error": one.mismatch.nrmse, "error_repaired": one.augmented.nrmse if one.augmented else math.nan,
+                "sensors": one.mismatch.sensor_floor_nrmse, "allowed": one.mismatch.repeatability_nrmse,
+                "missing": one.mismatch.missing, "held_out": one.held_out, "amplitude": one.motion.amplitude,
+            }
+            for one in self.findings.trials
+        ]  # fmt: skip
+        return pd.DataFrame(rows, index=pd.Index([t.motion.name for t in self.findings.trials], name="trial"))
+
+    @property
+    def prescribed(self) -> Equation:
+        """The prescribed equation with its numbers."""
+        return self.findings.equation
+
+    @cached_property
+    def repaired(self) -> Equation:
+        """The prescribed equation with what was found and all numbers refitted; the prescribed where nothing is named.
+
+        Raises IdentificationError where what was found is no law of motion (a clock, a gain, a release), or has numbers
+        of its own in each trial.
+        """
+        return repaired_equation(self.prescribed, self.verdict, self.findings.specimen)
+
+    @property
+    def equation(self) -> Equation:
+        """The repaired equation, which is handed over."""
+        return self.repaired
+
+    def get_feature_names_out(self, input_features: object = None) -> NDArray[np.object_]:
+        """Names of the repaired equation's terms."""
+        return np.array([term.name for term in self.repaired.terms], dtype=object)
+
+    def confidence_interval(self, level: float = INTERVAL_LEVEL) -> pd.DataFrame:
+        """Columns low and high, one row a parameter of the repaired equation."""
+        return parameter_table(self.estimates, level)[["low", "high"]]
+
+    def free_runs(self, trials: Trials) -> tuple[FreeRun, ...]:
+        """The repaired equation run free on each trial: only x0, clock and rest position are adjusted to it.
+
+        Raises IdentificationError where the equation has a law of your own.
+        """
+        if not self.repaired.compiled:
+            raise IdentificationError(
+                f"{self.repaired} has a law of your own and cannot be adjusted to {len(trials)} trials; take predict()"
+            )
+        theta = self.repaired.theta()
+        k, held = float(theta[SLOT["k1"]]), max(float(theta[SLOT["fc"]]), 0.0)
+        width = held / k if k > 0.0 else 0.0
+        return tuple(free_run(m, theta, math.hypot(width, m.equilibrium.total_stderr)) for m in trials)
+
+    def score(self, trials: Any = None) -> float:
+        """1 less the repaired equation's mean free-run error on ``trials``; on those that were held out where none is
+        given, on all where none was."""
+        if trials is not None:
+            return 1.0 - float(np.mean([run.nrmse for run in self.free_runs(read(trials))]))
+        table = self.trial_table
+        rows = table[table["held_out"]] if table["held_out"].any() else table
+        return 1.0 - float(rows["error_repaired"].fillna(rows["error"]).mean())
+
+    def predict(self, trials: Any = None, **settings: Any) -> Prediction:
+        """The repaired equation run free; see `undertow.predict`."""
+        return predict(self, trials, **settings)
+
+    def theta_draws(self, draws: int, rng: np.random.Generator) -> tuple[Array, Mapping[str, float], str]:
+        """Parameter vectors (draws, slots) as the numbers' errors spread them, each number for itself."""
+        thetas = []
+        for _ in range(draws):
+            drawn = {
+                name: replace(e, value=e.value + np.nan_to_num(e.total_stderr) * rng.standard_normal())
+                for name, e in self.estimates.items()
+            }
+            described = replace(self.verdict.augmented or self.verdict.baseline, parameters=drawn)
+            verdict = replace(self.verdict, augmented=described)
+            thetas.append(repaired_equation(self.prescribed, verdict, self.findings.specimen).theta())
+        return np.array(thetas), *scatter_of(self.findings.structure)
+
+    def plot(self, axes: Axes | None = None, trial: int | str | None = None) -> Axes:
+        """Measured motion, the prescribed equation's free run and the repaired one's, with the allowance as a band.
+
+        The trial that shows it best where none is named: of the held-out ones that with the largest error.
+        """
+        return draw_runs_before_and_after(self._one(trial), new_axes() if axes is None else axes)
+
+    def plot_residual(self, axes: Axes | None = None, trial: int | str | None = None) -> Axes:
+        """Measured less free run, before and after, with what repetitions allow in grey; returns the Axes."""
+        return draw_residual(self._one(trial), new_axes() if axes is None else axes)
+
+    def _one(self, trial: int | str | None) -> TrialFindings:
+        found = self.findings.trials
+        if isinstance(trial, int):
+            return found[trial]
+        if isinstance(trial, str):
+            names = [one.motion.name for one in found]
+            if trial not in names:
+                raise IdentificationError(f"no trial is called {trial!r} in {self.label}; there are {', '.join(names)}")
+            return found[names.index(trial)]
+        unseen = [one for one in found if one.held_out] or list(found)
+        return max(unseen, key=lambda one: one.mismatch.nrmse)
+
+    def __repr__(self) -> str:
+        return str(self)
+
+    def __str__(self) -> str:
+        return "\n".join([self.sentence, *parameter_lines(self.estimates)])
+
+    def _repr_html_(self) -> str:
+        table = self.parameters.to_html(border=0, float_format=lambda value: f"{value:.5g}", na_rep="-")
+        rejected = "".join(
+            f"<li>not {escape(one.name)}: {escape(one.because)}</li>" for one in self.verdict.rejected
+        )
+        return f"<div><p>{escape(self.sentence)}</p>{table}<ul>{rejected}</ul></div>"
+
+
+def repaired_equation(prescribed: Equation, verdict: Verdict, specimen: Specimen) -> Equation:
+    """The prescribed equation with a verdict's numbers and the laws that it names.
+
+    Raises IdentificationError where one of them is no law of motion.
+    """
+    if verdict.augmented is None:
+        return prescribed
+    numbers = verdict.augmented.parameters
+    terms, values = [], []
+    mass = prescribed.mass_kg
+    if "total_mass_kg" in numbers and not any(t.name == "added_mass" for t in prescribed.terms):
+        mass = numbers["total_mass_kg"].value
+    for term, value in zip(prescribed.terms, prescribed.coefficients, strict=True):
+        number, inner = _refitted(term.name, value, numbers, specimen)
+        terms.append(replace(term, **(inner or {})))
+        values.append(number)
+    laws = [name for name in verdict.verdict if name != "unknown"]
+    for name in laws:
+        if name not in registered() or name == "external_forcing":
+            raise IdentificationError(
+                f"{name} is no law of the body's motion with the same numbers in all trials; the repaired equation is "
+                "the prescribed one with that corrected: take .prescribed and .parameters"
+            )
+        for at in range(_how_many(name, numbers)):
+            prefix = f"{name}#{at + 1}." if at else f"{name}."
+            given = {key.removeprefix(prefix): e.value for key, e in numbers.items() if key.startswith(prefix)}
+            term, value = _added(name, given, specimen)
+            terms.append(term)
+            values.append(value)
+    return Equation(tuple(terms), tuple(values), mass, prescribed.rest_m)
+
+
+def _refitted(
+    name: str, value: float, numbers: Mapping[str, Estimate], specimen: Specimen
+) -> tuple[float, dict[str, float]]:
+    """A prescribed term's coefficient and inner parameters as refitted; as they were where they were held."""
+    for known in (specimen, Specimen()):
+        key, _, factor = contract_name(name, known)
+        for one in (key, f"{key}_per_mass"):
+            if one in numbers:
+                return numbers[one].value / factor, {}
+    if name == "added_mass" and "added_mass_kg" in numbers:
+        return numbers["added_mass_kg"].value, {}
+    return value, {}
+
+
+def _how_many(name: str, numbers: Mapping[str, Estimate]) -> int:
+    count = 1
+    while any(key.startswith(f"{name}#{count + 1}.") for key in numbers):
+        count += 1
+    return count
+
+
+def _added(name: str, given: Mapping[str, float], specimen: Specimen) -> tuple[Any, float]:
+    """A named law as a term with its coefficient."""
+    term = find(name)
+    leading = term.coefficient.name
+    values = dict(given)
+    if name == "quadratic_drag" and leading not in values and "drag_coefficient" in values:
+        values[leading] = values.pop("drag_coefficient") * specimen.drag_N_per_unit_coefficient
+    if leading not in values:
+        raise IdentificationError(
+            f"{name} has no {leading} among its numbers ({', '.join(given) or 'none'}); take .parameters instead"
+        )
+    inner = {p.name: values[p.name] for p in term.parameters[1:] if p.name in values}
+    return find(name, **{**term.inner, **inner}), values[leading]

@@ -1,0 +1,173 @@
+"""`diagnose`: what an equation leaves out, group by group, by the same course as `undertow run`.
+
+Belongs here: from keyword arguments to that course, and its findings as a user handles them. Does not belong here: the
+search (discrepancy/, comparison/), one group's result (diagnosed.py).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from html import escape
+from typing import Any, Unpack
+
+import pandas as pd
+
+from undertow.campaign.config import RunConfig
+from undertow.campaign.run import run
+from undertow.discrepancy.findings import FailedTrial, Findings
+from undertow.discrepancy.words import count
+from undertow.equation.equation import Equation
+from undertow.equation.registry import names as registered
+from undertow.equation.term import Term
+from undertow.errors import IdentificationError
+from undertow.front.diagnosed import DiagnosedGroup
+from undertow.front.known import Rig, terms_of, with_settings
+from undertow.front.reading import Source, as_read, read
+from undertow.front.trials import Trials
+from undertow.recording.recording import Condition
+from undertow.report.front_figures import draw_errors
+from undertow.report.trial_curves import Axes, new_axes
+
+
+@dataclass(frozen=True, repr=False)
+class Diagnosis:
+    """What is said of every group of trials: a sequence of `DiagnosedGroup`, dry groups first.
+
+    ``findings`` is what `undertow run` writes its report from; ``across_groups`` the sentence over all groups;
+    ``failed`` the trials that could not be used.
+    """
+
+    findings: Findings
+    groups: tuple[DiagnosedGroup, ...]
+
+    def __len__(self) -> int:
+        return len(self.groups)
+
+    def __iter__(self) -> Iterator[DiagnosedGroup]:
+        return iter(self.groups)
+
+    def __getitem__(self, which: int | str) -> DiagnosedGroup:
+        """A group by place, or by its label."""
+        if isinstance(which, int):
+            return self.groups[which]
+        for group in self.groups:
+            if group.label == which:
+                return group
+        raise IdentificationError(f"no group is called {which!r}; there are {', '.join(g.label for g in self.groups)}")
+
+    @property
+    def failed(self) -> tuple[FailedTrial, ...]:
+        """Trials that could not be used, each with the reason."""
+        return self.findings.failed
+
+    @property
+    def across_groups(self) -> str:
+        """The sentence over all groups; empty where there is one."""
+        return self.findings.across_groups
+
+    @property
+    def verdicts(self) -> pd.DataFrame:
+        """One row a group: status, what is named, confidence, free-run error before and after, what is allowed."""
+        rows = [group.row for group in self.groups]
+        return pd.DataFrame(rows, index=pd.Index([g.label for g in self.groups], name="group"))
+
+    @property
+    def parameters(self) -> pd.DataFrame:
+        """Parameters of every group's repaired equation (of the prescribed one where nothing is named)."""
+        return pd.concat({group.label: group.parameters for group in self.groups}, names=["group"])
+
+    def plot(self, axes: Axes | None = None) -> Axes:
+        """Free-run error of every group before and after the repair, beside what is allowed; returns the Axes."""
+        rows = [
+            (g.label, g.verdict.baseline.nrmse, g.error_after, g.verdict.repeatability_nrmse) for g in self.groups
+        ]
+        return draw_errors(rows, new_axes() if axes is None else axes)
+
+    def __repr__(self) -> str:
+        return str(self)
+
+    def __str__(self) -> str:
+        lines = [group.sentence for group in self.groups]
+        lines += [self.across_groups] if self.across_groups else []
+        return "\n".join([*lines, *(f"not used: {one.reason}" for one in self.failed)])
+
+    def _repr_html_(self) -> str:
+        said = "".join(f"<p>{escape(line)}</p>" for line in str(self).splitlines())
+        table = self.verdicts.to_html(border=0, float_format=lambda value: f"{value:.3g}", na_rep="-")
+        return f"<div>{said}{table}</div>"
+
+
+def diagnose(
+    trials: Source,
+    equation: Sequence[str | Term] | Equation | None = None,
+    *,
+    group_by: Sequence[str] | None = None,
+    dry: Mapping[str, Condition] | None = None,
+    hold_out: Any = None,
+    suspects: Sequence[str] | None = None,
+    scatter: Mapping[str, float] | None = None,
+    budget: float | None = None,
+    seed: int | None = None,
+    jobs: int = 1,
+    **rig: Unpack[Rig],
+) -> Diagnosis:
+    """What an equation leaves out of these trials, and how sure: the search that `undertow run` does.
+
+    Parameters
+    ----------
+    trials : `Trials`, or recordings. `undertow.load` brings a config's settings along, which the arguments replace.
+    equation : names of the prescribed equation's terms, terms of your own among them; the trials' config's, which is
+        Eq. 15, where nothing is said.
+    group_by : conditions that a group shares; none: all trials are one group.
+    dry : conditions of the trials without water, as ``{"water_depth_m": 1.63}``.
+    hold_out : trials that are never fitted: "auto", a list of names, {"every": n} or {"largest": n}.
+    suspects : names of what may be missing; all of them where nothing is said.
+    scatter : relative standard deviation of k, c, mu from trial to trial, where it is known.
+    budget : how much a search may do, in multiples of the default.
+    jobs : processes (0: one a core).
+    rig : what is known of it (`Rig`), as ``mass_kg=2637.4``; a number, or a table by a condition.
+
+    Raises ConfigError where the settings are wrong, UndertowError where no group can be identified.
+
+    >>> import undertow
+    >>> law = {"stiffness": 400.0, "viscous_damping": 1.0, "cubic_stiffness": 4000.0}
+    >>> runs = [undertow.simulate(law, x0=x0, mass_kg=4.0, rate_hz=60.0, duration_s=6.0) for x0 in (0.04, 0.08, 0.1)]
+    >>> trials = [run.recorded(noise_m=1e-4, seed=i, name=f"r{i}") for i, run in enumerate(runs)]
+    >>> found = diagnose(trials, ["stiffness", "viscous_damping"], mass_kg=4.0, stiffness_N_per_m=400.0,
+    ...                  suspects=["cubic_stiffness"], scatter={"k": 0.001, "c": 0.05})
+    >>> found[0].status, found[0].names
+    ('explained', ('cubic_stiffness',))
+    """
+    given = read(trials)
+    terms = terms_of(equation) if equation is not None else terms_of(given.config.equation.terms)
+    known = [term.name for term in terms if term.name in registered()]
+    config = with_settings(
+        given.config,
+        {
+            "specimen": {**rig, "scatter": scatter},
+            "trials": {"group_by": group_by, "dry": dry, "hold_out": hold_out},
+            "equation": {"terms": known or None},
+            "discrepancy": {"suspects": suspects, "budget": budget},
+        },
+    )
+    config = config if seed is None else _seeded(config, seed)
+    own = terms if any(term.name not in registered() for term in terms) else None
+    findings = run(config, jobs, given=as_read(given), terms=own)
+    groups = tuple(DiagnosedGroup(group, _of_group(given, group.verdict.trials, config)) for group in findings.groups)
+    return Diagnosis(findings, groups)
+
+
+def _seeded(config: RunConfig, seed: int) -> RunConfig:
+    return with_settings(config, {}).model_copy(update={"seed": seed})
+
+
+def _of_group(given: Trials, names: Sequence[str], config: RunConfig) -> Trials:
+    return Trials(tuple(m for m in given if m.name in names), config, (), given.accepted, given.found)
+
+
+def summary_words(diagnosis: Diagnosis) -> str:
+    """How many groups have which status, in words."""
+    statuses = [group.status for group in diagnosis]
+    kinds = ", ".join(f"{statuses.count(one)} {one.replace('_', ' ')}" for one in dict.fromkeys(statuses))
+    return f"{count(len(diagnosis), 'group')}: {kinds}"

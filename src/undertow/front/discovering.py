@@ -1,0 +1,178 @@
+"""`Discover` as a user calls it: with Trials, tables, paths, recordings, or X with t as pysindy's users write them.
+
+Belongs here: what `fit` may be given, tables, figures and hand-over of what it found. Does not belong here: the finding
+(comparison/discover.py).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+import numpy as np
+import pandas as pd
+from numpy.typing import ArrayLike, NDArray
+
+from undertow.comparison.discover import Discover as Estimator
+from undertow.conditioning.motion import Motion
+from undertow.equation.equation import Equation
+from undertow.errors import IdentificationError
+from undertow.front.columns import Columns, Units
+from undertow.front.curves import curve_of, noise_of_curve
+from undertow.front.handover import HandOver
+from undertow.front.prediction import Prediction, predict, scatter_of
+from undertow.front.reading import read
+from undertow.front.tables import parameter_table
+from undertow.front.trials import Trials
+from undertow.likelihood.free_run import FreeRun
+from undertow.recording.recording import Array
+from undertow.report.trial_curves import Axes, draw_intervals, draw_run, draw_run_residual, new_axes
+from undertow.uncertainty.confidence import INTERVAL_LEVEL, half_width
+
+
+class Discover(HandOver, Estimator):
+    """Which terms of a library move a body, and their coefficients over its mass, from several free decays.
+
+        x'' + sum_i theta_i force_i(x, v) = 0,    theta_i = coefficient_i / mass
+
+    All subsets of the library are searched exactly; what is compared is the misfit of simulated trajectories to the
+    recorded samples (docs/structure.md). Nobody chooses a threshold.
+
+    Parameters
+    ----------
+    terms : names from the registry or Term objects; None takes ten algebraic ones: x, v, sgn v, v|v|, x^2, x^3, x|x|,
+        v^3, xv, x^2 v.
+    known : names of terms that are certainly there.
+    together : groups of names that enter all or none.
+    exclusive : groups of names of which at most one enters.
+    signs : whether a coefficient that cannot be negative (drag, friction, damping, stiffness) is kept from it.
+    beliefs : what is known of coefficients beforehand (`undertow.comparison.beliefs.Belief`).
+    scatter : term name -> relative standard deviation from trial to trial; None takes the trials as equal.
+    rival_difference : subsets within this difference of the criterion are rivals; 6 is odds of 20 to 1.
+    resamples : block resamples for the inclusion probabilities; 0 leaves them out.
+    outside : whether laws outside the library are compared with its best subset.
+    second_route : whether the coefficients are found a second time in weak form.
+    random_state : seed of the resampling.
+
+    Attributes
+    ----------
+    equation_, terms_, coefficients_, estimates_, inclusion_, rivals_, structure_, n_trials_in_ as the estimator's;
+    ``trials_`` the `Trials` it was fitted to.
+
+    >>> import undertow
+    >>> law = {"stiffness": 100.0, "viscous_damping": 0.5, "quadratic_drag": 2.0}
+    >>> runs = [undertow.simulate(law, x0=x0, rate_hz=100.0, duration_s=8.0) for x0 in (0.05, 0.2)]
+    >>> found = undertow.Discover(terms=["stiffness", "viscous_damping", "quadratic_drag", "cubic_stiffness"],
+    ...                           resamples=0, outside=False, second_route=False)
+    >>> X, t = [run.x * 1000.0 for run in runs], [run.t for run in runs]
+    >>> found.fit(X, t=t, units={"x": "mm"}).get_feature_names_out().tolist()
+    ['stiffness', 'viscous_damping', 'quadratic_drag']
+    """
+
+    def fit(
+        self,
+        trials: Any,
+        y: object = None,
+        *,
+        t: ArrayLike | Sequence[ArrayLike] | None = None,
+        columns: Columns | None = None,
+        units: Units | None = None,
+    ) -> Discover:
+        """Find the equation of ``trials``: anything that `undertow.read` takes, or X with ``t`` and ``units``.
+
+        ``y`` is there for scikit-learn alone. Raises as `undertow.read`, and IdentificationError where no subset of the
+        library moves as the body.
+        """
+        self.trials_: Trials = read(trials, columns, units, t=t)
+        super().fit(self.trials_)
+        return self
+
+    @property
+    def equation(self) -> Equation:
+        """The equation found, per unit mass."""
+        return self.equation_
+
+    def _errors(self) -> Mapping[str, float]:
+        return {term.name: self.estimates_[term.name].total_stderr for term in self.terms_}
+
+    @property
+    def parameters(self) -> pd.DataFrame:
+        """One row a number: value over the mass, stderr, low and high of its 90 % interval, unit, note."""
+        return parameter_table(self.estimates_)
+
+    def get_feature_names_out(self, input_features: object = None) -> NDArray[np.object_]:
+        """Names of the terms that were kept."""
+        return np.array([term.name for term in self.terms_], dtype=object)
+
+    def confidence_interval(self, level: float = INTERVAL_LEVEL) -> pd.DataFrame:
+        """Columns low and high, one row a number."""
+        return parameter_table(self.estimates_, level)[["low", "high"]]
+
+    def free_runs(self, trials: Any) -> tuple[FreeRun, ...]:
+        """Each trial's free run with x0, clock and rest position fitted to it."""
+        self._fitted()
+        return super().free_runs(read(trials))
+
+    def predict(self, trials: Any) -> list[Array]:
+        """Displacement from rest (m) of each trial's free run at every sample of its motion window, (n_i,) each."""
+        self._fitted()
+        return super().predict(read(trials))
+
+    def prediction(self, trials: Any = None, **settings: Any) -> Prediction:
+        """The equation run free with a 90 % band; see `undertow.predict`."""
+        return predict(self, trials, **settings)
+
+    def score(self, trials: Any, y: object = None) -> float:
+        """1 less the mean free-run error of ``trials``, best trials that ``fit`` has not seen."""
+        self._fitted()
+        return super().score(read(trials))
+
+    def fit_report(self, trials: Any = ()) -> str:
+        """Everything found as text: doubts first; free-run errors of ``trials`` where some are given."""
+        return super().fit_report(read(trials) if len(trials) else ())
+
+    def theta_draws(self, draws: int, rng: np.random.Generator) -> tuple[Array, Mapping[str, float], str]:
+        """Parameter vectors (draws, slots) as the numbers' errors spread them, each number for itself."""
+        base = self.equation_.theta()
+        out = np.tile(base, (draws, 1))
+        for term, value in zip(self.terms_, self.coefficients_, strict=True):
+            error = self.estimates_[term.name].total_stderr
+            place = np.flatnonzero(base == value)
+            out[:, place] += np.nan_to_num(error) * rng.standard_normal((draws, 1))
+        return out, *scatter_of(None)
+
+    def plot(self, axes: Axes | None = None, trial: int | str = 0) -> Axes:
+        """Measured motion and free run of one trial it was fitted to; returns the Axes."""
+        motion = self._one(trial)
+        return draw_run(curve_of(motion, self.free_runs(motion)[0]), new_axes() if axes is None else axes)
+
+    def plot_residual(self, axes: Axes | None = None, trial: int | str = 0) -> Axes:
+        """Measured less free run of one trial it was fitted to; returns the Axes."""
+        motion = self._one(trial)
+        curve = curve_of(motion, self.free_runs(motion)[0])
+        return draw_run_residual(curve, new_axes() if axes is None else axes, noise_of_curve(motion))
+
+    def plot_intervals(self, axes: Axes | None = None) -> Axes:
+        """Every number's 90 % interval over its value; returns the Axes."""
+        half = half_width(1.0)
+        rows = [
+            (name, e.value - half * e.total_stderr, e.value, e.value + half * e.total_stderr)
+            for name, e in self.estimates_.items()
+        ]
+        return draw_intervals(rows, new_axes() if axes is None else axes)
+
+    def _one(self, trial: int | str) -> Motion:
+        self._fitted()
+        if not hasattr(self, "trials_"):
+            raise IdentificationError(
+                f"this {type(self).__name__} was read from a file, without its {self.n_trials_in_} trials; draw "
+                "prediction(trials).plot()"
+            )
+        return self.trials_[trial]
+
+    def __getstate__(self) -> Any:
+        """What a pickle holds: settings and what was found, not the recordings."""
+        return {name: value for name, value in super().__getstate__().items() if name != "trials_"}
+
+    def __str__(self) -> str:
+        return self.fit_report() if self.__sklearn_is_fitted__() else repr(self)

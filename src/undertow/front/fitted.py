@@ -1,0 +1,211 @@
+"""What `fit` found: an equation with its numbers, how sure they are, and what they predict.
+
+Belongs here: the frozen result. Does not belong here: the fit (fitting.py), draws (uncertainty/posterior.py).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Any, Literal
+
+import numpy as np
+import pandas as pd
+from numpy.typing import NDArray
+
+from undertow.discrepancy.words import count, percent
+from undertow.equation.equation import Equation
+from undertow.equation.kernel import SLOT
+from undertow.errors import IdentificationError
+from undertow.front.curves import curve_of, noise_of_curve, run_of_own_law
+from undertow.front.handover import HandOver
+from undertow.front.prediction import Prediction, normal_thetas, predict, scatter_of
+from undertow.front.tables import html_page, parameter_lines, parameter_table
+from undertow.front.to_arviz import to_arviz
+from undertow.front.trials import Trials
+from undertow.likelihood.fit import Structure
+from undertow.likelihood.free_run import FreeRun, free_run
+from undertow.likelihood.scale import Anchor
+from undertow.methods.baseline import GroupFit
+from undertow.quantities import OK, Estimate
+from undertow.report.trial_curves import Axes, draw_pairs, draw_run, draw_run_residual, new_axes
+from undertow.uncertainty.confidence import INTERVAL_LEVEL
+from undertow.uncertainty.hierarchy import Effect
+from undertow.uncertainty.posterior import Draws, posterior_draws
+from undertow.uncertainty.profile import profile
+
+ADEQUATE = 2.0
+"""Mean squared residual over the sensors' noise from which something is left in the residual."""
+
+
+@dataclass(frozen=True, repr=False)
+class Fitted(HandOver):
+    """An equation fitted to trials by output error: all trials together, every one simulated from its release.
+
+    ``group`` is the search's own result; ``anchor`` says what gives kilograms; ``structure`` what dry trials gave;
+    ``notes`` what a reader should know before using the numbers.
+    """
+
+    trials: Trials
+    group: GroupFit
+    anchor: Anchor
+    structure: Structure | None = None
+    notes: tuple[str, ...] = ()
+
+    @cached_property
+    def equation(self) -> Equation:
+        """The equation with its numbers: in kilograms and newtons, or over the mass where nothing anchors it."""
+        return self.group.equation()
+
+    def _errors(self) -> Mapping[str, float]:
+        return self.group.equation_errors()
+
+    @property
+    def estimates(self) -> dict[str, Estimate]:
+        """Every number with its errors, by the contract's name; those of the dry trials beside them."""
+        found = dict(self.group.estimates)
+        if self.structure is not None:
+            found |= {"k_N_per_m": self.structure.k, "c_Ns_per_m": self.structure.c, "mu": self.structure.mu}
+        return found
+
+    @property
+    def parameters(self) -> pd.DataFrame:
+        """One row a parameter: value, stderr, low and high of its 90 % interval, unit, note."""
+        return parameter_table(self.estimates)
+
+    def get_feature_names_out(self, input_features: object = None) -> NDArray[np.object_]:
+        """Names of the equation's terms, as scikit-learn asks for them."""
+        return np.array([term.name for term in self.equation.terms], dtype=object)
+
+    @cached_property
+    def runs(self) -> tuple[FreeRun, ...]:
+        """The free run of every trial it was fitted to."""
+        return self.free_runs(self.trials)
+
+    def free_runs(self, trials: Trials) -> tuple[FreeRun, ...]:
+        """The equation run free on each trial: only x0, clock and rest position are adjusted to it."""
+        known = self.group.model.stiffness
+        return tuple(
+            free_run(m, self.group.model.theta(self.group.values, m.name if m.name in known else ""), self._rest(m))
+            if not self.group.model.laws else _own_run(self, m)
+            for m in trials
+        )  # fmt: skip
+
+    def _rest(self, motion: Any) -> float:
+        """Half width within which friction lets the body rest, m, or the rest position's own error."""
+        theta = self.group.model.theta(self.group.values)
+        k, held = float(theta[SLOT["k1"]]), max(float(theta[SLOT["fc"]]), 0.0)
+        return float(np.hypot(held / k if k > 0.0 else 0.0, motion.equilibrium.total_stderr))
+
+    def score(self, trials: Trials | None = None) -> float:
+        """1 less the mean free-run error (RMS over RMS displacement) of the trials: 1 is a perfect prediction."""
+        runs = self.runs if trials is None else self.free_runs(trials)
+        return 1.0 - float(np.mean([run.nrmse for run in runs]))
+
+    def predict(self, trials: Any = None, **settings: Any) -> Prediction:
+        """The equation run free on trials or from ``x0``, with a 90 % band; see `undertow.predict`."""
+        return predict(self, trials, **settings)
+
+    def theta_draws(
+        self, draws: int, rng: np.random.Generator
+    ) -> tuple[NDArray[np.float64], Mapping[str, float], str]:
+        """Parameter vectors (draws, slots) as the numbers' errors spread them, the scatter from trial to trial, and
+        where that comes from in words: what a band of `predict` is made of."""
+        model, size = self.group.model, len(self.group.model.coefficients)
+        inner = self.group.solution.covariance[:size, :size]
+        root = np.sqrt(np.maximum(np.diag(inner), np.finfo(float).tiny))
+        errors = np.array([np.nan_to_num(self.group.estimates[c.name].total_stderr) for c in model.coefficients])
+        covariance = inner / np.outer(root, root) * np.outer(errors, errors)
+        places, factors = [model.place(c.slot) for c in model.coefficients], [c.factor for c in model.coefficients]
+        thetas = normal_thetas(model.theta(self.group.values), places, factors, covariance, draws, rng)
+        return thetas, *scatter_of(self.structure)
+
+    def confidence_interval(
+        self, level: float = INTERVAL_LEVEL, method: Literal["normal", "profile"] = "normal"
+    ) -> pd.DataFrame:
+        """Columns low and high, one row a parameter.
+
+        "normal": value plus and minus its standard error's multiple, with what was held fixed; "profile": as far as
+        the likelihood allows with all others fitted anew (noise alone), right where the misfit is no parabola.
+        """
+        if method == "profile":
+            ends = {c.name: profile(self.group.solution, c.name, level) for c in self.group.model.coefficients}
+            rows: Mapping[str, Sequence[float]] = {name: (p.lower, p.upper) for name, p in ends.items()}
+            return pd.DataFrame.from_dict(rows, orient="index", columns=["low", "high"]).rename_axis("parameter")
+        if method != "normal":
+            raise IdentificationError(f"method is {method!r}; an interval is 'normal' or 'profile'")
+        return parameter_table(self.estimates, level)[["low", "high"]]
+
+    def posterior(self, draws: int = 1000, seed: int = 0) -> Draws:
+        """Draws of the parameters given the trials: of the Laplace approximation, weighed by the true likelihood."""
+        effects = []
+        if self.structure is not None:
+            effects = [Effect(symbol, self.structure.scatter_freedom) for symbol in ("k", "c", "mu")]
+        names = [c.name for c in self.group.model.coefficients]
+        return posterior_draws(self.group.solution, draws, seed, effects, names)
+
+    def to_arviz(self, draws: int = 250, seed: int = 0, chains: int = 4) -> Any:
+        """The posterior draws as ArviZ's InferenceData (the extra ``arviz``), ``chains`` times ``draws`` of them.
+
+        Draws are independent; the chains are there for ArviZ's own checks.
+        """
+        return to_arviz(self, draws, seed, chains)
+
+    def plot(self, axes: Axes | None = None, trial: int | str = 0) -> Axes:
+        """Measured motion and free run of one trial; returns the Axes."""
+        motion, run = self._one(trial)
+        return draw_run(curve_of(motion, run), new_axes() if axes is None else axes)
+
+    def plot_residual(self, axes: Axes | None = None, trial: int | str = 0) -> Axes:
+        """Measured less free run of one trial, with the sensor's noise in grey; returns the Axes."""
+        motion, run = self._one(trial)
+        return draw_run_residual(curve_of(motion, run), new_axes() if axes is None else axes, noise_of_curve(motion))
+
+    def plot_corner(self, draws: int = 1000, seed: int = 0) -> Any:
+        """Pair plot of the parameters' posterior draws: their widths and what moves together; returns the Axes."""
+        found = self.posterior(draws, seed)
+        return draw_pairs(found.values, {name: e.unit for name, e in self.estimates.items()})
+
+    def _one(self, trial: int | str) -> tuple[Any, FreeRun]:
+        at = self.trials.names.index(self.trials[trial].name)
+        return self.trials[at], self.runs[at]
+
+    @property
+    def doubts(self) -> tuple[str, ...]:
+        """What a reader must know first: a search that failed, a bound, a residual that is more than noise."""
+        said = [] if self.group.outcome == OK else [self.group.outcome]
+        solution = self.group.solution
+        left = solution.chi2 / max(solution.n_data, 1)
+        if left > ADEQUATE:
+            said.append(
+                f"what is left is {np.sqrt(left):.2g} times the sensors' noise: the equation lacks something, or "
+                "trials differ; undertow.diagnose says which"
+            )
+        return (*said, *self.anchor.doubts)
+
+    @property
+    def summary(self) -> str:
+        """What was found, in one sentence."""
+        error = 1.0 - self.score()
+        return (
+            f"output error on {count(len(self.trials), 'trial')} together: the free run misses {percent(error)} of the "
+            f"motion; {self.anchor.sentence}"
+        )
+
+    def __repr__(self) -> str:
+        return str(self)
+
+    def __str__(self) -> str:
+        lines = [self.summary, f"  {self.equation.text(self._errors())}"]
+        lines += [f"! {one}" for one in self.doubts]
+        lines += parameter_lines(self.estimates)
+        return "\n".join([*lines, *(f"- {one}" for one in self.notes)])
+
+    def _repr_html_(self) -> str:
+        return html_page(self.summary, self.equation.text(self._errors()), self.doubts, self.parameters, self.notes)
+
+
+def _own_run(fitted: Fitted, motion: Any) -> FreeRun:
+    """The free run of an equation with a user's own law, which the compiled score does not know: as it was fitted."""
+    return run_of_own_law(fitted.equation, motion, fitted.group.solution)

@@ -1,0 +1,141 @@
+"""`fit`: an equation's numbers from trials, by output error.
+
+Belongs here: from keyword arguments to the fit. Does not belong here: the fit itself (methods/baseline.py), what its
+result can do (fitted.py).
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import replace
+from typing import Unpack
+
+from undertow.conditioning.motion import Motion
+from undertow.equation.equation import Equation
+from undertow.equation.term import Term
+from undertow.errors import IdentificationError
+from undertow.front.fitted import Fitted
+from undertow.front.known import EQUATION_15, Rig, group_specimen, terms_of, with_settings
+from undertow.front.reading import Source, agreeing, read
+from undertow.front.trials import Trials
+from undertow.likelihood.fit import Specimen, Structure
+from undertow.likelihood.problem import TrialOptions
+from undertow.likelihood.scale import Anchor, choose_anchor
+from undertow.methods.baseline import GroupFit, fit_group, group_model
+from undertow.methods.decay import load_cell_stiffness
+from undertow.methods.dry import dry_fits, pooled_scatter, structural_terms, structure_from
+from undertow.quantities import Estimate
+from undertow.uncertainty.intervals import mean_of_trials
+
+SCALING = ("kg", "N")
+"""How the units of what scales with an anchor's stiffness begin: masses and forces."""
+
+
+def fit(
+    trials: Source, equation: Sequence[str | Term] | Equation = EQUATION_15, *, dry: Source | None = None,
+    **rig: Unpack[Rig],
+) -> Fitted:  # fmt: skip
+    """The numbers of an equation from all trials together, by output error: each is simulated from its release.
+
+    Parameters
+    ----------
+    trials : `Trials`, or recordings of one specimen in one water.
+    equation : names of its terms beside the inertia (`undertow terms`), terms of your own, or an `Equation`, of which
+        the terms count. Eq. 15 of the report where nothing is said.
+    dry : trials of the structure alone, on the same spring: their k, c and mu are then held, with their errors and
+        their scatter from trial to trial; ``mass_kg`` must be known.
+    rig : what is known of it (`Rig`), as ``mass_kg=2637.4, area_m2=0.97``.
+
+    A free decay gives ratios to the total mass only. Kilograms come from, in this order: dry trials with a mass; a
+    stated stiffness; load cells; a mass where the equation has no added mass. Else every number is per total mass, and
+    the result says so.
+
+    Raises IdentificationError where the equation's motion leaves every bound or what is known of the rig contradicts
+    the channels of every trial, ConfigError for a term that is not known.
+
+    >>> import undertow
+    >>> law = {"stiffness": 400.0, "viscous_damping": 2.0}
+    >>> runs = [undertow.simulate(law, x0=x0, mass_kg=4.0, rate_hz=100.0, duration_s=6.0) for x0 in (0.05, 0.1)]
+    >>> trials = [run.recorded(noise_m=1e-4, seed=i, name=f"r{i}") for i, run in enumerate(runs)]
+    >>> found = undertow.fit(trials, ["stiffness", "viscous_damping"], mass_kg=4.0)
+    >>> found.parameters["value"].round(1).to_dict()
+    {'k_N_per_m': 400.0, 'c_Ns_per_m': 2.0}
+    >>> print(round(found.score(), 2))
+    1.0
+    """
+    given = read(trials)
+    terms = terms_of(equation)
+    used = agreeing(given, config := with_settings(given.config, {"specimen": dict(rig)}))
+    specimen = group_specimen(config, [m.recording.conditions for m in used])
+    motions = sorted(used, key=lambda m: (m.amplitude, m.name))
+    structure = None if dry is None else _structure(read(dry), terms, specimen)
+    anchor, notes = _anchor(specimen, structure, motions, terms)
+    if anchor.kind == "load cells":
+        specimen = replace(specimen, stiffness_N_per_m=anchor.stiffness.value)
+    model = group_model(terms, motions, specimen, structure, dry=False, anchored=anchor.known)
+    if not model.coefficients:
+        raise IdentificationError(
+            f"{', '.join(t.name for t in terms)} has no unknown left: all of it comes from dry trials; add a law of "
+            "the water, as added_mass"
+        )
+    options = TrialOptions()
+    if structure is not None and structure.mu.value > 0.0:
+        options = TrialOptions(rest_offset_std=structure.mu.value * specimen.normal_force_N / structure.k.value)
+    found = fit_group(model, motions, options, "none" if structure is None else "trials and means")
+    ordered = replace(used, motions=tuple(motions))
+    notes += tuple(f"not used: {one.reason}" for one in used.failed)
+    return Fitted(ordered, _with_anchor_error(found, anchor), anchor, structure, notes)
+
+
+def _structure(dry: Trials, terms: Sequence[Term], specimen: Specimen) -> Structure:
+    """k, c, mu of the dry trials, each fitted alone; IdentificationError without a mass or a trial that can be."""
+    if not math.isfinite(specimen.mass_kg):
+        raise IdentificationError(
+            f"dry holds {len(dry)} trials but mass_kg is {specimen.mass_kg}; a dry trial gives kilograms from the "
+            "known mass: give mass_kg=..."
+        )
+    alone = replace(specimen, submerged_volume_m3=0.0, area_m2=0.0)
+    fits = dry_fits(dry.motions, structural_terms(terms), alone, TrialOptions())
+    return structure_from(fits, pooled_scatter([fits]))
+
+
+def _anchor(
+    specimen: Specimen, structure: Structure | None, motions: Sequence[Motion], terms: Sequence[Term]
+) -> tuple[Anchor, tuple[str, ...]]:
+    """What gives kilograms, and what to know of it."""
+    cells = None
+    if all({"spring_force", "displacement"} <= set(m.recording.channels) for m in motions):
+        slopes = [load_cell_stiffness(m) for m in motions]
+        cells = mean_of_trials(slopes, "N/m", "load cells")
+    names = {t.name for t in terms}
+    if (
+        structure is None and math.isfinite(specimen.mass_kg) and "added_mass" not in names
+        and not math.isfinite(specimen.stiffness_N_per_m)
+    ):  # fmt: skip
+        sentence = f"mass {specimen.mass_kg:g} kg, as given"
+        return Anchor("mass", Estimate(math.nan, unit="N/m"), sentence), ()
+    anchor = choose_anchor(specimen, structure, cells)
+    notes = []
+    if not anchor.known and math.isfinite(specimen.mass_kg):
+        notes.append(
+            f"mass_kg = {specimen.mass_kg:g} alone cannot part the body's mass from added mass: give "
+            "stiffness_N_per_m or dry trials, or leave added_mass out"
+        )
+    if structure is not None:
+        notes.append(f"k, c and mu are held as {structure.source} gave them, with their scatter")
+    return anchor, tuple(notes)
+
+
+def _with_anchor_error(found: GroupFit, anchor: Anchor) -> GroupFit:
+    """The fit with a load cell stiffness' error in every mass and force."""
+    value = anchor.stiffness.value
+    relative = anchor.stiffness.total_stderr / value if anchor.kind == "load cells" and value > 0.0 else 0.0
+    if not relative > 0.0:
+        return found
+    estimates: dict[str, Estimate] = {}
+    for name, e in found.estimates.items():
+        scales = e.unit.startswith(SCALING) or name in ("mu", "drag_coefficient")
+        size = abs(e.value) + (found.model.specimen.mass_kg if name == "added_mass_kg" else 0.0)
+        estimates[name] = replace(e, systematic=math.hypot(e.systematic, relative * size)) if scales else e
+    return replace(found, estimates=estimates)

@@ -1,0 +1,108 @@
+"""What is known of a rig, as keyword arguments, turned into the config that a campaign runs with.
+
+Belongs here: that translation and its errors. Does not belong here: what the keys mean (campaign/config).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import Any, TypedDict
+
+from pydantic import ValidationError
+
+from undertow.campaign.config import RunConfig
+from undertow.campaign.config.rules import contradictions
+from undertow.equation.equation import Equation
+from undertow.equation.registry import find
+from undertow.equation.term import Term
+from undertow.errors import ConfigError, UndertowError
+
+Known = float | Mapping[str, str | float]
+"""A number, or a table by a condition as configs have them: {"by": "water_depth_m", "2.36": 0.97}."""
+
+EQUATION_15 = ("stiffness", "viscous_damping", "coulomb_friction", "added_mass", "quadratic_drag")
+"""Names of the terms of the report's Eq. 15, taken where no equation is given."""
+
+
+class Rig(TypedDict, total=False):
+    """What the laboratory knows of its rig; every entry is optional, in the unit that its name ends in.
+
+    ``mass_kg`` all that moves when dry; ``stiffness_N_per_m`` the stated spring; ``area_m2`` the drag area, for C_d;
+    ``submerged_volume_m3`` for the normal force that friction goes with; ``water_density_kg_per_m3`` (1000) and
+    ``gravity_m_per_s2`` (9.81). In rotation a mass is an inertia (kg m^2) and a stiffness a moment a radian.
+    """
+
+    mass_kg: Known
+    stiffness_N_per_m: Known
+    area_m2: Known
+    submerged_volume_m3: Known
+    water_density_kg_per_m3: float
+    gravity_m_per_s2: float
+
+
+def terms_of(equation: Sequence[str | Term] | Equation) -> tuple[Term, ...]:
+    """The terms of an equation given by names, terms or an `Equation`; ConfigError for an unknown name or none.
+
+    >>> [term.name for term in terms_of(["stiffness", "viscous_damping"])]
+    ['stiffness', 'viscous_damping']
+    """
+    if isinstance(equation, Equation):
+        return equation.terms
+    if isinstance(equation, (str, Term)):
+        raise ConfigError(f"equation is the single {equation!r}; give a list of names, as in ['stiffness', ...]")
+    terms = tuple(find(one) if isinstance(one, str) else one for one in equation)
+    if not terms:
+        raise ConfigError(f"equation has {len(terms)} terms; name some, as in ['stiffness', 'viscous_damping']")
+    return terms
+
+
+def with_settings(config: RunConfig, changes: Mapping[str, Mapping[str, Any]]) -> RunConfig:
+    """The config with keys of its sections replaced (None: left as they are), checked as a whole.
+
+    Raises ConfigError with one sentence a problem.
+    """
+    data = config.model_dump(mode="json", exclude_none=True)
+    for section, keys in changes.items():
+        said = {key: _plain(value) for key, value in keys.items() if value is not None}
+        data[section] = {**data.get(section, {}), **said}
+    return checked(data, config)
+
+
+def checked(data: Mapping[str, Any], origin: RunConfig | None = None) -> RunConfig:
+    """A config from plain values; its folder and file are those of ``origin``."""
+    try:
+        config = RunConfig.model_validate(data)
+    except ValidationError as error:
+        raise ConfigError("\n".join(_sentence(one) for one in error.errors(include_url=False))) from error
+    if origin is not None:
+        config._folder = origin.folder
+    wrong = [text for _, text in contradictions(config)]
+    if wrong:
+        raise ConfigError("\n".join(wrong))
+    return config
+
+
+def _plain(value: Any) -> Any:
+    if isinstance(value, Mapping):
+        return {str(key): _plain(one) for key, one in value.items()}
+    if isinstance(value, (list, tuple, set)):
+        return [_plain(one) for one in value]
+    return value
+
+
+def _sentence(error: Any) -> str:
+    names = [str(part) for part in error["loc"] if part not in ("number", "table", "auto", "list", "all")]
+    rule = error["msg"].removeprefix("Value error, ").removeprefix("Input ")
+    return f"{'.'.join(names[1:]) or 'the settings'} is {error['input']!r} but {rule}; see configs/run.schema.json"
+
+
+def group_specimen(config: RunConfig, conditions: Sequence[Mapping[str, Any]]) -> Any:
+    """The one specimen of trials with these conditions; UndertowError where they differ in what is known of them."""
+    found = [config.specimen_for(one) for one in conditions]
+    different = [one for one in found if repr(one) != repr(found[0])]
+    if different:
+        raise UndertowError(
+            f"what is known of the rig differs between the {len(found)} trials ({found[0]} and {different[0]}); fit "
+            "trials of one water and spring at a time: trials.where(...)"
+        )
+    return found[0]

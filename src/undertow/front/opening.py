@@ -1,0 +1,214 @@
+"""`open`: a finished run's folder, read again.
+
+Belongs here: verdict.json, the tables and the config of a run as a user handles them. Does not belong here: writing
+them (report/, campaign/run/folder.py).
+"""
+
+from __future__ import annotations
+
+import json
+import math
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass, field
+from functools import cached_property
+from html import escape
+from pathlib import Path
+from typing import Any
+
+import pandas as pd
+
+from undertow.campaign.config import RunConfig
+from undertow.campaign.config import load as load_config
+from undertow.discrepancy.words import group_title
+from undertow.errors import UndertowError
+from undertow.front.reading import load
+from undertow.front.tables import parameter_table
+from undertow.front.trials import Trials
+from undertow.quantities import Estimate
+from undertow.report.front_figures import draw_errors
+from undertow.report.trial_curves import Axes, new_axes
+from undertow.report.verdict_file import CONTRACT
+
+TABLES = ("trials", "levels", "mismatch")
+"""Tables of a run folder, as name.csv."""
+
+
+@dataclass(frozen=True, repr=False)
+class OpenedGroup:
+    """One group's entry of verdict.json; ``data`` is the whole of it."""
+
+    data: Mapping[str, Any] = field(repr=False)
+
+    @property
+    def label(self) -> str:
+        """The group's conditions in words."""
+        return group_title(self.data["group"])
+
+    @property
+    def status(self) -> str:
+        """explained, nothing_missing, present_but_small, unknown, not_identifiable or cannot_tell."""
+        return str(self.data["status"])
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """What is missing, the strongest first."""
+        return tuple(self.data["verdict"])
+
+    @property
+    def sentence(self) -> str:
+        """What was found, in plain words."""
+        return str(self.data["sentence"])
+
+    @property
+    def prescribed(self) -> pd.DataFrame:
+        """Parameters of the prescribed equation: value, stderr, low and high of the 90 % interval, unit, note."""
+        return parameter_table(_estimates(self.data["baseline"]["parameters"]))
+
+    @property
+    def repaired(self) -> pd.DataFrame:
+        """Parameters of the repaired equation, of the prescribed one where nothing is named."""
+        return parameter_table(_estimates((self.data.get("augmented") or self.data["baseline"])["parameters"]))
+
+    @property
+    def row(self) -> dict[str, Any]:
+        """The group's row of a table of verdicts."""
+        data, after = self.data, self.data.get("augmented") or {}
+        return {
+            "status": self.status, "missing": ", ".join(self.names), "confidence": _number(data["confidence"]),
+            "error": _number(data["baseline"]["nrmse"]), "error_repaired": _number(after.get("nrmse")),
+            "held_out_error": _number(data["baseline"]["held_out_nrmse"]),
+            "held_out_repaired": _number(after.get("held_out_nrmse")),
+            "allowed": _number(data["repeatability_nrmse"]), "trials": len(data["trials"]), "sentence": self.sentence,
+        }  # fmt: skip
+
+    def __repr__(self) -> str:
+        return str(self)
+
+    def __str__(self) -> str:
+        return self.sentence
+
+    def _repr_html_(self) -> str:
+        table = self.repaired.to_html(border=0, float_format=lambda value: f"{value:.5g}", na_rep="-")
+        return f"<div><p>{escape(self.sentence)}</p>{table}</div>"
+
+
+@dataclass(frozen=True, repr=False)
+class OpenedRun:
+    """A finished run: its ``folder``, and every group's verdict in the run's order."""
+
+    folder: Path
+    groups: tuple[OpenedGroup, ...]
+    across_groups: str = ""
+
+    def __len__(self) -> int:
+        return len(self.groups)
+
+    def __iter__(self) -> Iterator[OpenedGroup]:
+        return iter(self.groups)
+
+    def __getitem__(self, which: int | str) -> OpenedGroup:
+        """A group by place, or by its label."""
+        if isinstance(which, int):
+            return self.groups[which]
+        for group in self.groups:
+            if group.label == which:
+                return group
+        raise UndertowError(f"no group is called {which!r}; there are {', '.join(g.label for g in self.groups)}")
+
+    @property
+    def verdicts(self) -> pd.DataFrame:
+        """One row a group: status, what is named, confidence, free-run error before and after, what is allowed."""
+        index = pd.Index([g.label for g in self.groups], name="group")
+        return pd.DataFrame([group.row for group in self.groups], index=index)
+
+    @cached_property
+    def trials(self) -> pd.DataFrame:
+        """trials.csv: one row a trial and method."""
+        return self._table("trials")
+
+    @cached_property
+    def levels(self) -> pd.DataFrame:
+        """levels.csv: one row a group and method, with the equation."""
+        return self._table("levels")
+
+    @cached_property
+    def mismatch(self) -> pd.DataFrame:
+        """mismatch.csv: one row a trial, where it differs from its group's equation."""
+        return self._table("mismatch")
+
+    @cached_property
+    def config(self) -> RunConfig:
+        """The run's config as it was resolved."""
+        return load_config(self._file("config.yaml"))
+
+    def recordings(self, jobs: int = 1) -> Trials:
+        """The run's recordings, read and conditioned again from where its config names them."""
+        return load(self.config, jobs=jobs)
+
+    @property
+    def report(self) -> Path:
+        """The page, report.html."""
+        return self._file("report.html")
+
+    def plot(self, axes: Axes | None = None) -> Axes:
+        """Free-run error of every group before and after the repair, beside what is allowed; returns the Axes."""
+        rows = [(g.label, *(g.row[key] for key in ("error", "error_repaired", "allowed"))) for g in self.groups]
+        return draw_errors(rows, new_axes() if axes is None else axes)
+
+    def _table(self, name: str) -> pd.DataFrame:
+        return pd.read_csv(self._file(f"{name}.csv"))
+
+    def _file(self, name: str) -> Path:
+        path = self.folder / name
+        if not path.is_file():
+            raise UndertowError(f"run folder {self.folder} has no {name}; let `undertow run` finish, or copy it whole")
+        return path
+
+    def __repr__(self) -> str:
+        return str(self)
+
+    def __str__(self) -> str:
+        lines = [group.sentence for group in self.groups]
+        return "\n".join([f"run {self.folder}", *lines, *([self.across_groups] if self.across_groups else [])])
+
+    def _repr_html_(self) -> str:
+        said = "".join(f"<p>{escape(line)}</p>" for line in str(self).splitlines())
+        table = self.verdicts.to_html(border=0, float_format=lambda value: f"{value:.3g}", na_rep="-")
+        return f"<div>{said}{table}</div>"
+
+
+def open_run(folder: str | Path) -> OpenedRun:
+    """A finished run's folder: verdicts, repaired parameters, tables, config, recordings.
+
+    Raises UndertowError where it is no run folder, or was written under another contract.
+
+    >>> open_run("no_such_run")
+    Traceback (most recent call last):
+    undertow.errors.UndertowError: no_such_run is no run folder: it has no verdict.json; give what `undertow run` wrote
+    """
+    place = Path(folder)
+    path = place / "verdict.json"
+    if not path.is_file():
+        raise UndertowError(f"{place} is no run folder: it has no verdict.json; give what `undertow run` wrote")
+    try:
+        data = json.loads(path.read_text(encoding="utf-8"))
+    except ValueError as error:
+        raise UndertowError(f"{path} is no JSON ({error}); let the run finish, or copy it again") from error
+    found = data.get("contract") if isinstance(data, dict) else None
+    if found != CONTRACT:
+        raise UndertowError(
+            f"{path} follows contract {found!r}, this undertow reads {CONTRACT}; run the campaign again with it"
+        )
+    groups = tuple(OpenedGroup(group) for group in data["groups"])
+    return OpenedRun(place, groups, data["across_groups"]["sentence"])
+
+
+def _estimates(parameters: Mapping[str, Mapping[str, Any]]) -> dict[str, Estimate]:
+    return {
+        name: Estimate(_number(one["value"]), _number(one["stderr"]), unit=one["unit"])
+        for name, one in parameters.items()
+    }
+
+
+def _number(value: float | None) -> float:
+    return math.nan if value is None else float(value)

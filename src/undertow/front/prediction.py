@@ -1,0 +1,293 @@
+"""`predict`: an equation run free on a trial, or from a start, with the band that its numbers' errors leave.
+
+Belongs here: start states, draws of the equation's numbers, the frozen prediction. Does not belong here: the score with
+x0, clock and rest adjusted to a trial (likelihood/free_run.py).
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+import pandas as pd
+from numpy.typing import ArrayLike
+
+from undertow.conditioning.motion import Motion
+from undertow.discrepancy.words import percent
+from undertow.equation.equation import Equation
+from undertow.equation.kernel import SLOT
+from undertow.equation.simulate import simulate as integrate
+from undertow.errors import IdentificationError, UndertowError
+from undertow.front.reading import read
+from undertow.front.simulation import equation_of
+from undertow.likelihood.free_run import scored_channel
+from undertow.likelihood.output_error import trajectory
+from undertow.methods.dry import DEFAULT_SCATTER
+from undertow.recording.recording import Array
+from undertow.report.trial_curves import Axes, Curve, draw_run, new_axes
+from undertow.uncertainty.confidence import INTERVAL_LEVEL, half_width
+
+DRAWS = 200
+"""Motions that a band is made of: its ends are then right within a tenth of its width."""
+
+BAND_POINTS = 1000
+"""Instants at which a band is computed; between them it is interpolated."""
+
+RUBBING = {"k": "k1", "c": "c1", "mu": "fc"}
+"""Slots of what differs from trial to trial."""
+
+NOTHING = np.zeros(0, dtype=np.int64)
+
+
+@dataclass(frozen=True)
+class PredictedRun:
+    """One free run in the recording's own scale: ``t`` (n,) s after the release, ``predicted``, ``lower``, ``upper``
+    (n,) in SI (nan where there is no band), ``measured`` (n,) or empty, ``x0`` and ``rest`` it started with."""
+
+    name: str
+    t: Array
+    predicted: Array
+    lower: Array
+    upper: Array
+    measured: Array
+    x0: float
+    rest: float
+    coordinate: str = "translation"
+    quantity: str = "displacement"
+
+    @property
+    def rms(self) -> float:
+        """RMS of measured less predicted, SI; nan without a recording."""
+        return float(np.sqrt(np.mean((self.measured - self.predicted) ** 2))) if self.measured.size else math.nan
+
+    @property
+    def nrmse(self) -> float:
+        """The same over the RMS of the measured motion about its rest position."""
+        return self.rms / float(np.sqrt(np.mean((self.measured - self.rest) ** 2))) if self.measured.size else math.nan
+
+    @property
+    def inside(self) -> float:
+        """Share of the samples that lie inside the band; nan without a recording or a band."""
+        if not self.measured.size or not np.isfinite(self.lower).all():
+            return math.nan
+        return float(np.mean((self.measured >= self.lower) & (self.measured <= self.upper)))
+
+
+@dataclass(frozen=True, repr=False)
+class Prediction:
+    """Free runs of one equation: ``runs``, the ``level`` of their band, and ``notes`` on what it holds."""
+
+    equation: Equation
+    runs: tuple[PredictedRun, ...]
+    level: float
+    notes: tuple[str, ...] = ()
+
+    @property
+    def table(self) -> pd.DataFrame:
+        """Columns trial, time_s, measured, predicted, lower, upper: one row a sample, SI."""
+        frames = []
+        for run in self.runs:
+            measured = run.measured if run.measured.size else np.full(run.t.size, math.nan)
+            columns = {"time_s": run.t, "measured": measured, "predicted": run.predicted}
+            frames.append(pd.DataFrame({"trial": run.name, **columns, "lower": run.lower, "upper": run.upper}))
+        return pd.concat(frames, ignore_index=True)
+
+    def plot(self, axes: Axes | None = None, trial: int = 0) -> Axes:
+        """One free run with its band, and the recording where there is one; returns the Axes."""
+        run = self.runs[trial]
+        band = np.isfinite(run.lower).all()
+        none = np.zeros(0)
+        error = f": error {percent(run.nrmse)}" if run.measured.size else ""
+        curve = Curve(
+            f"{run.name}{error}", run.t, run.predicted, run.measured, run.lower if band else none,
+            run.upper if band else none, run.coordinate, run.quantity,
+        )  # fmt: skip
+        return draw_run(curve, new_axes() if axes is None else axes)
+
+    def score(self) -> float:
+        """1 less the mean error (RMS over RMS motion) of the runs with a recording; nan without one."""
+        return 1.0 - float(np.mean([run.nrmse for run in self.runs]))
+
+    def __repr__(self) -> str:
+        return str(self)
+
+    def __str__(self) -> str:
+        lines = [f"free run of {self.equation}"]
+        for run in self.runs:
+            start = f"from {run.x0:.4g} (SI), {run.t[-1]:.4g} s"
+            seen = f": error {percent(run.nrmse)} of the motion (rms {run.rms:.3g})" if run.measured.size else ""
+            held = f", {percent(run.inside)} of it inside the {self.level:.0%} band" if run.inside >= 0.0 else ""
+            lines.append(f"  {run.name} {start}{seen}{held}")
+        return "\n".join([*lines, *(f"- {note}" for note in self.notes)])
+
+    def _repr_html_(self) -> str:
+        from html import escape
+
+        return f"<pre>{escape(str(self))}</pre>"
+
+
+def predict(
+    found: Any,
+    trials: Any = None,
+    *,
+    x0: float | None = None,
+    v0: float = 0.0,
+    times: ArrayLike | None = None,
+    rest_m: float = 0.0,
+    adjust: bool = False,
+    level: float = INTERVAL_LEVEL,
+    draws: int = DRAWS,
+    seed: int = 0,
+) -> Prediction:
+    """The equation of a fit, a diagnosis or an opened run, run free on trials or from ``x0``.
+
+    On a trial it starts from the mean of its hold (where none was seen, from the motion's first instant) about the
+    sensor's zero plus ``rest_m``; nothing that came after is used. With ``adjust`` x0, clock and rest position are
+    fitted to the trial, as scores are. The band holds ``level`` of what the numbers' errors, the scatter of k, c and mu
+    from trial to trial and the sensor's noise leave; free decays only.
+
+    Raises UndertowError where neither trials nor x0 and times are given, IdentificationError where the motion has no
+    bounds.
+
+    >>> import undertow
+    >>> run = undertow.simulate({"stiffness": 400.0, "viscous_damping": 2.0}, x0=0.1, mass_kg=4.0, duration_s=6.0)
+    >>> found = undertow.fit(run.recorded(noise_m=1e-4), ["stiffness", "viscous_damping"], mass_kg=4.0)
+    >>> ahead = predict(found, x0=0.05, times=run.t)
+    >>> bool(abs(ahead.runs[0].predicted - run.x / 2).max() < 1e-4)
+    True
+    """
+    if not 0.0 < level < 1.0:
+        raise UndertowError(f"level is {level:g}; the band's share must lie between 0 and 1, as 0.9")
+    equation = equation_of(found)
+    rng = np.random.default_rng(seed)
+    drawn, notes = _drawn(found, equation, draws, rng)
+    if trials is None:
+        if x0 is None or times is None:
+            raise UndertowError(f"x0 is {x0} and times {'given' if times is not None else None}; give trials or both")
+        run = _run(equation, drawn, "from x0", np.asarray(times, dtype=np.float64), (x0, v0), rest_m, level)
+        return Prediction(equation, (run,), level, notes)
+    if x0 is not None:
+        raise UndertowError(f"x0 is {x0:g} beside trials, which have their own; give one of the two")
+    runs = tuple(_on_trial(found, equation, drawn, motion, rest_m, adjust, level) for motion in read(trials))
+    return Prediction(equation, runs, level, notes)
+
+
+def _drawn(found: Any, equation: Equation, draws: int, rng: np.random.Generator) -> tuple[Array, tuple[str, ...]]:
+    """Parameter vectors (draws, slots) as their errors and the scatter from trial to trial spread them, and a note."""
+    if not equation.compiled:
+        return np.zeros((0, 0)), ("no band: the equation has a law of your own",)
+    spread = getattr(found, "theta_draws", None)
+    if spread is None:
+        return np.zeros((0, 0)), ("no band: an equation alone has no errors",)
+    thetas, scatter, note = spread(draws, rng)
+    for symbol, slot in RUBBING.items():
+        factors = 1.0 + scatter.get(symbol, 0.0) * rng.standard_normal(draws)
+        thetas[:, SLOT[slot]] *= np.maximum(factors, 0.0)
+    return thetas, (note,)
+
+
+def scatter_of(structure: Any) -> tuple[Mapping[str, float], str]:
+    """Relative scatter of k, c, mu from trial to trial, and where it comes from, in words."""
+    if structure is not None:
+        return structure.scatter, f"band: the numbers' errors and the scatter of {structure.source}"
+    parts = ", ".join(f"{100 * v:g} % in {k}" for k, v in DEFAULT_SCATTER.items())
+    return DEFAULT_SCATTER, f"band: the numbers' errors and an assumed scatter from trial to trial of {parts}"
+
+
+def _on_trial(
+    found: Any, equation: Equation, drawn: Array, motion: Motion, rest_m: float, adjust: bool, level: float
+) -> PredictedRun:
+    quantity = scored_channel(motion)
+    measured = motion.recorded(quantity)[motion.inside]
+    t = motion.windowed("t")
+    noise = float(motion.noise.get(quantity, 0.0))
+    late = 0.0
+    start, rest = _start(motion, rest_m)
+    if adjust:
+        free = found.free_runs(read(motion))[0] if hasattr(found, "free_runs") else None
+        if free is None or not free.theta.size:
+            raise UndertowError(
+                f"adjust is {adjust} but a {type(found).__name__} cannot be fitted to trial {motion.name}; leave it out"
+            )
+        start = (float(free.theta[SLOT["x0"]]), float(free.theta[SLOT["v0"]]))
+        rest = float(np.mean(measured - free.measured)) if quantity == "displacement" else 0.0
+        late = _clock(free.simulated, equation, start, t, quantity)
+    named = (motion.name, motion.recording.coordinate, quantity)
+    return _run(equation, drawn, named, t, start, rest, level, measured, noise, late)
+
+
+def _clock(simulated: Array, equation: Equation, start: tuple[float, float], t: Array, quantity: str) -> float:
+    """By how much the adjusted free run's clock is ahead of the recording's, s: one Gauss-Newton step is enough."""
+    x, v, a = trajectory(equation.theta(*start), NOTHING, t)
+    level, rate = {"displacement": (x, v), "velocity": (v, a), "acceleration": (a, a)}[quantity]
+    slope = rate[:, 0]
+    return float(slope @ (simulated - level[:, 0]) / (slope @ slope))
+
+
+def _start(motion: Motion, rest_m: float) -> tuple[tuple[float, float], float]:
+    """x0 about the rest position and v0 at the release, and the rest position in the sensor's scale."""
+    recording, window = motion.recording, motion.window
+    hold = recording.time < window.release_s - (window.start_s - window.release_s)
+    if window.held and "displacement" in recording.channels and np.count_nonzero(hold) > 1:
+        return (float(np.mean(recording.channels["displacement"][hold])) - rest_m, 0.0), rest_m
+    return (float(motion.x[0]) - rest_m, 0.0 if window.held else float(motion.v[0])), rest_m
+
+
+def _run(
+    equation: Equation, drawn: Array, named: str | tuple[str, str, str], times: Array, start: tuple[float, float],
+    rest: float, level: float, measured: Array | None = None, noise: float = 0.0, late: float = 0.0,
+) -> PredictedRun:  # fmt: skip
+    """One free run with its band; ``named`` is its name, or name, coordinate and quantity."""
+    name, coordinate, quantity = (named, "translation", "displacement") if isinstance(named, str) else named
+    place = {"displacement": 0, "velocity": 1, "acceleration": 2}[quantity]
+    at = np.maximum(times + late, 0.0)
+    grid = np.unique(np.concatenate([[0.0], at]))
+    moved = integrate(equation, start[0], grid, start[1])
+    level_at = (moved.x, moved.v, moved.a)[place][np.searchsorted(grid, at)]
+    shown = rest if quantity == "displacement" else 0.0
+    lower = upper = np.full(times.size, math.nan)
+    if drawn.size:
+        coarse = grid[:: max(1, grid.size // BAND_POINTS)]
+        around = _spread(drawn, start, coarse, place)
+        base = np.interp(coarse, grid, (moved.x, moved.v, moved.a)[place])
+        tail = 0.5 - 0.5 * level
+        wide = half_width(noise, level)
+        below = base - np.quantile(around, tail, axis=0)
+        above = np.quantile(around, 1.0 - tail, axis=0) - base
+        lower = level_at + shown - np.hypot(np.interp(at, coarse, np.maximum(below, 0.0)), wide)
+        upper = level_at + shown + np.hypot(np.interp(at, coarse, np.maximum(above, 0.0)), wide)
+    seen = np.zeros(0) if measured is None else measured
+    return PredictedRun(name, times, level_at + shown, lower, upper, seen, start[0], rest, coordinate, quantity)
+
+
+def _spread(drawn: Array, start: tuple[float, float], times: Array, place: int) -> Array:
+    """Motions (draws, n) of the drawn equations from one start; those without bounds are left out."""
+    out = []
+    for theta in drawn:
+        theta = theta.copy()
+        theta[SLOT["x0"]], theta[SLOT["v0"]] = start
+        try:
+            out.append(trajectory(theta, NOTHING, times)[place][:, 0])
+        except IdentificationError:
+            continue
+    if not out:
+        raise IdentificationError(
+            f"none of {len(drawn)} equations within their errors has a motion with bounds; a coefficient feeds it"
+        )
+    return np.array(out)
+
+
+def normal_thetas(
+    base: Array, places: Sequence[int], factors: Sequence[float], covariance: Array, draws: int,
+    rng: np.random.Generator,
+) -> Array:  # fmt: skip
+    """Parameter vectors (draws, slots): ``base`` plus normal deviations of unknowns with their covariance (q, q)."""
+    values, vectors = np.linalg.eigh(covariance)
+    away = rng.standard_normal((draws, len(places))) @ (vectors * np.sqrt(np.maximum(values, 0.0))).T
+    out = np.tile(base, (draws, 1))
+    for column, (place, factor) in enumerate(zip(places, factors, strict=True)):
+        out[:, place] += factor * away[:, column]
+    return out

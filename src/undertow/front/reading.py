@@ -1,0 +1,333 @@
+"""`read` and `load`: files, tables, arrays or a campaign's config as `Trials`.
+
+Belongs here: what can be read, and what each trial is called. Does not belong here: which column means what
+(columns.py), conditioning (conditioning/), formats (recording/).
+"""
+
+from __future__ import annotations
+
+import glob
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+from os import PathLike, fspath
+from pathlib import Path
+from typing import Any, TypeAlias, cast
+
+import numpy as np
+import pandas as pd
+from numpy.typing import ArrayLike
+
+from undertow.campaign.config import RunConfig
+from undertow.campaign.config import load as load_config
+from undertow.campaign.run import Read, read_and_condition
+from undertow.campaign.run.checking import Checked, Checker
+from undertow.conditioning.motion import Motion
+from undertow.discrepancy.findings import FailedTrial
+from undertow.discrepancy.words import count
+from undertow.errors import IdentificationError, RecordingError
+from undertow.front.columns import Columns, Mapped, Units, mapped, values_of
+from undertow.front.known import checked
+from undertow.front.trials import Trials
+from undertow.recording.catalogue import Entry, Window
+from undertow.recording.doubt_kinds import DOUBT_KINDS, DoubtKind
+from undertow.recording.layout import FileFormat
+from undertow.recording.propose_layout import propose_layout
+from undertow.recording.readers import READERS, read_table, suffix_of, trial_name
+from undertow.recording.recording import Condition, Coordinate, Recording
+from undertow.recording.text import read_text
+
+Conditions = Mapping[str, Condition]
+Path_ = str | PathLike[str]
+Source: TypeAlias = (
+    Path_ | pd.DataFrame | Recording | Motion | Trials | tuple[ArrayLike, ArrayLike]
+    | Sequence[Path_] | Sequence[pd.DataFrame] | Sequence[Recording] | Sequence[Motion]
+)  # fmt: skip
+"""What `read` takes: a path, glob or several; a DataFrame or several; (X, t); recordings or motions."""
+
+STATES = ("x", "v")
+"""Names of the columns of an array X of one or two columns: displacement, and velocity where it was measured."""
+
+
+@dataclass(frozen=True)
+class _Asked:
+    """How the sources are to be read."""
+
+    columns: Columns | None
+    units: Units | None
+    rate_hz: float | None
+    coordinate: Coordinate | None
+    accept: tuple[DoubtKind, ...]
+
+
+def read(
+    source: Source,
+    columns: Columns | None = None,
+    units: Units | None = None,
+    conditions: Conditions | Sequence[Conditions] | Mapping[str, Conditions] | None = None,
+    *,
+    t: ArrayLike | Sequence[ArrayLike] | None = None,
+    rate_hz: float | None = None,
+    coordinate: Coordinate | None = None,
+    window: tuple[float | None, float | None] | Mapping[str, tuple[float | None, float | None]] | None = None,
+    names: Sequence[str] | None = None,
+    accept: Sequence[DoubtKind] = (),
+) -> Trials:
+    """Recordings of free decays as `Trials`: read, brought to SI units, cut to their motion.
+
+    Parameters
+    ----------
+    source : a path or glob, several paths, a DataFrame or several, ``(X, t)`` with X (n,) or (n, k) and t (n,) or a
+        time step, or recordings. A text file's separator, decimal comma, header and unit row are found.
+    columns : quantity -> column, as ``{"time": "t", "displacement": "pot", "spring_force": ["lc1", "lc2"]}``; several
+        columns are summed. Without it columns are recognised by their names. An array's are x and v.
+    units : column or quantity -> unit, as ``{"x": "mm"}``; may be left out where the table says its units itself
+        (``x [mm]``, ``x_mm``, a row of units). Time is in seconds unless said.
+    conditions : of all trials, one mapping a trial, or trial name -> conditions, as ``{"spring": "long"}``.
+    t : time of an array ``source``, (n,) in s, or its step.
+    rate_hz : sampling rate where no column holds the time.
+    coordinate : translation or rotation; found from the units.
+    window : (first, last) instant used, s, None for as recorded; or trial name -> that.
+    names : of the trials, where they do not come from files.
+    accept : kinds of doubt that are known and no reason to stop, as ``recordings.accept`` of a config
+        (docs/channel_checks.md).
+
+    Raises RecordingError where a file or column is missing, a unit is not said, or no trial can be used; trials that
+    cannot be used, or whose channels contradict each other, beside others that can are listed in ``failed``.
+
+    >>> import numpy as np, undertow
+    >>> times = np.arange(0.0, 6.0, 0.01)
+    >>> X = 100.0 * np.exp(-0.2 * times) * np.cos(10.0 * times)
+    >>> trials = undertow.read((X, times), units={"x": "mm"})
+    >>> round(trials[0].amplitude, 2)
+    0.1
+    """
+    if isinstance(source, Trials):
+        return source
+    if t is not None:
+        source = (cast(ArrayLike, source), cast(ArrayLike, t))
+    wrong = [one for one in accept if one not in DOUBT_KINDS] if not isinstance(accept, str) else [accept]
+    if wrong:
+        raise RecordingError(f"accept names {wrong[0]!r}; give a list of {', '.join(DOUBT_KINDS)}")
+    asked = _Asked(columns, units, rate_hz, coordinate, tuple(accept))
+    checked, config = _read_all(_sources(source), asked, _Said(conditions, window, names))
+    motions = tuple(one.motion for one in checked if one.motion is not None and not one.contradiction)
+    failed = tuple(_why_not(one) for one in checked if one.motion is None or one.contradiction)
+    if not motions:
+        raise RecordingError("; ".join(dict.fromkeys(one.reason for one in failed)) or "source holds 0 trials")
+    turned = {m.recording.coordinate for m in motions}
+    if len(turned) > 1:
+        raise RecordingError(f"{count(len(motions), 'trial')} are in translation and in rotation; read them apart")
+    known = {m.name: asked.accept for m in motions} if asked.accept else {}
+    return Trials(motions, config, failed, known, {one.name: one.found for one in checked if one.found})
+
+
+def _why_not(one: Checked) -> FailedTrial:
+    """Why a trial is not used."""
+    return one.failed or FailedTrial(one.name, f"trial {one.name}: {one.contradiction}", one.conditions)
+
+
+def load(config: str | Path | RunConfig, overrides: Sequence[str] = (), jobs: int = 1) -> Trials:
+    """The trials of a campaign's config, with everything it knows of the rig, its groups and its dry trials.
+
+    ``overrides`` are ``a.b=value`` as on the command line, ``jobs`` processes that read (0: one a core).
+    ``undertow.diagnose(undertow.load("configs/flume.yaml"))`` does what ``undertow run`` does.
+
+    Raises ConfigError where the config is wrong, RecordingError where no trial can be used.
+
+    >>> import undertow
+    >>> undertow.load("no_such_config.yaml")
+    Traceback (most recent call last):
+    undertow.errors.ConfigError: config no_such_config.yaml cannot be read: No such file or directory; check the path
+    """
+    known = config if isinstance(config, RunConfig) else load_config(config, overrides)
+    found = read_and_condition(known, jobs)
+    if not found.motions:
+        reasons = dict.fromkeys(one.reason for one in found.failed)
+        raise RecordingError(f"none of {count(len(found.failed), 'trial')} can be used: {'; '.join(reasons)}")
+    return Trials(found.motions, known, found.failed, found.accepted, found.found)
+
+
+def agreeing(trials: Trials, config: RunConfig) -> Trials:
+    """The trials whose channels agree with what ``config`` says of the rig; the others stand in ``failed``.
+
+    Raises IdentificationError where none does.
+    """
+    checker = Checker(config, config.catalogue())
+    checked = [
+        checker.again(motion, trials.accepted.get(motion.name, ()), trials.found.get(motion.name, ()))
+        for motion in trials
+    ]
+    wrong = tuple(_why_not(one) for one in checked if one.contradiction)
+    kept = tuple(one.motion for one in checked if one.motion is not None and not one.contradiction)
+    if not kept:
+        raise IdentificationError(
+            f"none of {count(len(trials), 'trial')} agrees with what is known of the rig: {wrong[0].reason}"
+        )
+    return replace(trials, motions=kept, failed=(*trials.failed, *wrong), config=config)
+
+
+def as_read(trials: Trials) -> Read:
+    """Trials as a campaign's run takes them."""
+    return Read(trials.motions, trials.failed, trials.accepted, trials.found)
+
+
+class _Said:
+    """What is said of each trial: its name, its conditions, its window."""
+
+    def __init__(self, conditions: Any, window: Any, names: Sequence[str] | None) -> None:
+        self._conditions, self._window, self._names = conditions, window, names
+
+    def name(self, at: int, own: str = "") -> str:
+        """Name of the trial at this place."""
+        if self._names is None:
+            return own or f"trial_{at + 1}"
+        if isinstance(self._names, str) or at >= len(self._names):
+            raise RecordingError(f"names is {self._names!r}, which names no trial {at + 1}; give one name a trial")
+        return self._names[at]
+
+    def conditions(self, at: int, name: str) -> Conditions:
+        """Conditions of the trial."""
+        said = self._conditions
+        if said is None:
+            return {}
+        if not isinstance(said, Mapping):
+            if at >= len(said):
+                raise RecordingError(f"conditions has {len(said)} entries but there is a trial {at + 1}; give one each")
+            return dict(said[at])
+        if said and all(isinstance(value, Mapping) for value in said.values()):
+            if name not in said:
+                raise RecordingError(f"conditions names {', '.join(map(str, said))} but no trial {name!r}; add it")
+            return dict(said[name])
+        return dict(said)
+
+    def window(self, name: str) -> Window:
+        """The part of the trial that is used."""
+        said = self._window
+        if isinstance(said, Mapping):
+            said = said.get(name)
+        return Window() if said is None else Window(*said)
+
+
+def _sources(source: Any) -> list[Any]:
+    """One item a trial: a path, a table, (X, t), a recording or a motion."""
+    if isinstance(source, (str, PathLike)):
+        text = fspath(source)
+        if any(mark in text for mark in "*?["):
+            found = sorted(glob.glob(text, recursive=True))
+            if not found:
+                raise RecordingError(f"the glob {text!r} fits no file; correct it, it is relative to {Path.cwd()}")
+            return [Path(one) for one in found]
+        return [Path(text)]
+    if isinstance(source, (pd.DataFrame, Recording, Motion)):
+        return [source]
+    if isinstance(source, tuple) and len(source) == 2 and not isinstance(source[0], (str, PathLike)):
+        X, t = source
+        if isinstance(X, (list, tuple)) and X and np.ndim(X[0]) > 0:
+            steps = t if isinstance(t, (list, tuple)) else [t] * len(X)
+            if len(steps) != len(X):
+                raise RecordingError(f"X holds {len(X)} trials but t {len(steps)}; give one time axis a trial")
+            return list(zip(X, steps, strict=True))
+        if not isinstance(X, (pd.DataFrame, Recording, Motion)):
+            return [(X, t)]
+    if isinstance(source, np.ndarray) or not isinstance(source, Sequence):
+        kind = type(source).__name__
+        raise RecordingError(f"source is of type {kind}; give paths, DataFrames, recordings, or X together with t")
+    return [one for part in source for one in _sources(part)]
+
+
+def _read_all(sources: Sequence[Any], asked: _Asked, said: _Said) -> tuple[list[Checked], RunConfig]:
+    """Every trial read and checked, and what is known so far as a config says it."""
+    checked: list[Checked] = []
+    config: RunConfig | None = None
+    for at, one in enumerate(sources):
+        if isinstance(one, Motion):
+            checked.append(Checked(one.name, one.recording.conditions, one))
+            continue
+        if isinstance(one, Path):
+            found, config = _from_file(one, at, asked, said)
+        else:
+            found, config = _from_memory(one, at, asked, said, config)
+        checked.append(found)
+    turned = [one.motion.recording.coordinate for one in checked if one.motion is not None]
+    return checked, config or _config("", None, turned[0] if turned else "translation")
+
+
+def _from_file(path: Path, at: int, asked: _Asked, said: _Said) -> tuple[Checked, RunConfig]:
+    name = said.name(at, trial_name(path))
+    means = _mapped_file(path, asked)
+    config = _config(path.name, means, means.coordinate)
+    catalogue = replace(config.catalogue(), folder=path.parent, layout=_layout(path))
+    entry = Entry(name, path, said.conditions(at, name), said.window(name), accepted=asked.accept)
+    return Checker(config, catalogue)(entry), config
+
+
+def _from_memory(
+    one: Any, at: int, asked: _Asked, said: _Said, before: RunConfig | None
+) -> tuple[Checked, RunConfig]:
+    """A table, an array or a recording, checked as a file's trial is."""
+    if isinstance(one, Recording):
+        recording = one
+        config = before or _config("", None, one.coordinate)
+    else:
+        table, rate_hz = (one, asked.rate_hz) if isinstance(one, pd.DataFrame) else _table(*one)
+        means = mapped(table, asked.columns, asked.units, rate_hz, asked.coordinate)
+        time, channels = values_of(table, means)
+        name = said.name(at)
+        recording = Recording(name, time, channels, said.conditions(at, name), means.coordinate)
+        config = _config("", means, means.coordinate)
+    entry = Entry(
+        recording.name, recording.name, recording.conditions, said.window(recording.name), accepted=asked.accept
+    )
+    return Checker(config, config.catalogue()).recorded(recording, entry), config
+
+
+def _mapped_file(path: Path, asked: _Asked) -> Mapped:
+    table = read_table(path, _layout(path))
+    try:
+        return mapped(table, asked.columns, asked.units, asked.rate_hz, asked.coordinate)
+    except RecordingError as error:
+        raise type(error)(f"{path}: {error}") from error
+
+
+def _layout(path: Path) -> FileFormat:
+    """The layout that a text file's own lines show."""
+    text = path.is_file() and READERS.get(suffix_of(path)) is read_text
+    return propose_layout(path) if text else FileFormat()
+
+
+def _table(X: ArrayLike, t: ArrayLike) -> tuple[pd.DataFrame, float | None]:
+    """An array as a table with the columns x, v (numbers from 0 where there are more) and t, or its rate."""
+    values = np.asarray(X, dtype=np.float64)
+    values = values[:, None] if values.ndim == 1 else values
+    if values.ndim != 2 or values.size == 0:
+        raise RecordingError(f"X has the shape {np.shape(X)}; give (n,) or (n, k), one row an instant")
+    few = values.shape[1] <= len(STATES)
+    table = pd.DataFrame(values, columns=STATES[: values.shape[1]] if few else range(values.shape[1]))
+    times = np.asarray(t, dtype=np.float64)
+    if times.ndim == 0:
+        if not times > 0.0:
+            raise RecordingError(f"t is {float(times):g} s; a time step must be positive, or give (n,) instants")
+        return table, 1.0 / float(times)
+    if times.shape != (values.shape[0],):
+        raise RecordingError(f"X has {values.shape[0]} rows but t has the shape {times.shape}; give one instant a row")
+    table.insert(0, "t", times)
+    return table, None
+
+
+def _config(file: str, means: Mapped | None, coordinate: str) -> RunConfig:
+    """What is known so far, as a campaign's config says it."""
+    channels: dict[str, Any] = {"time": {"column": "t"}, "displacement": {"column": "x", "unit": "m"}}
+    if coordinate == "rotation":
+        channels["displacement"]["unit"] = "rad"
+    if means is not None:
+        time = means.time
+        channels = {name: {"columns": list(s.columns), "unit": s.unit} for name, s in means.channels.items()}
+        stamped = {"column": time.column, "unit": time.unit}
+        channels["time"] = {"rate_hz": time.rate_hz} if time.column is None else stamped
+    return checked(
+        {
+            "name": "trials",
+            "recordings": {"files": file or "in_memory", "channels": channels},
+            "equation": {"coordinate": coordinate},
+        }
+    )

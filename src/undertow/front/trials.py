@@ -1,0 +1,184 @@
+"""`Trials`: recordings read and conditioned, with everything that is known of them.
+
+Belongs here: the frozen collection, choosing among its trials, its text, table and figure. Does not belong here:
+reading (reading.py), fits (fitting.py).
+"""
+
+from __future__ import annotations
+
+import html
+import math
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, field, replace
+from typing import Any, overload
+
+import pandas as pd
+
+from undertow.campaign.config import RunConfig
+from undertow.conditioning.agreement import Disagreement
+from undertow.conditioning.motion import Motion
+from undertow.discrepancy.findings import FailedTrial
+from undertow.discrepancy.words import condition_words, count, group_title
+from undertow.errors import RecordingError
+from undertow.likelihood.problem import dominant_period
+from undertow.recording.conditions import same_condition
+from undertow.recording.recording import Condition, Recording
+from undertow.report.trial_curves import Axes, draw_recording, new_axes
+
+NAMES_SHOWN = 8
+"""Names in a message at most."""
+
+
+@dataclass(frozen=True, repr=False)
+class Trials(Sequence[Motion]):
+    """Trials of one campaign, each a conditioned `Motion`, in the order they were read.
+
+    ``failed`` are recordings that could not be used, each with the reason; ``config`` is what is known of the rig and
+    of the groups, as a campaign's config says it; ``accepted`` is trial -> kinds of doubt that are known,
+    ``found`` trial -> what does not belong together in it (docs/channel_checks.md).
+    A sequence: ``trials[0]``, ``trials["r1"]`` and ``trials[:3]``.
+
+    >>> import undertow
+    >>> run = undertow.simulate({"stiffness": 400.0, "viscous_damping": 2.0}, x0=0.1, mass_kg=4.0, duration_s=6.0,
+    ...                         rate_hz=100.0)
+    >>> trials = undertow.read([run.recorded(noise_m=1e-4, name="r1", conditions={"spring": "long"})])
+    >>> len(trials), trials.names, trials["r1"].recording.conditions["spring"]
+    (1, ('r1',), 'long')
+    >>> print(trials)
+    1 trial
+      r1 (spring long): released 0.1 m, period 0.629 s, 5.97 s at 100 Hz, displacement
+    """
+
+    motions: tuple[Motion, ...]
+    config: RunConfig = field(repr=False)
+    failed: tuple[FailedTrial, ...] = ()
+    accepted: Mapping[str, tuple[str, ...]] = field(default_factory=dict, repr=False)
+    found: Mapping[str, tuple[Disagreement, ...]] = field(default_factory=dict, repr=False)
+
+    def __len__(self) -> int:
+        return len(self.motions)
+
+    def __iter__(self) -> Iterator[Motion]:
+        return iter(self.motions)
+
+    @overload
+    def __getitem__(self, which: int | str) -> Motion: ...
+
+    @overload
+    def __getitem__(self, which: slice) -> Trials: ...
+
+    def __getitem__(self, which: int | str | slice) -> Motion | Trials:
+        """A trial by place or name, or several as `Trials`."""
+        if isinstance(which, slice):
+            return replace(self, motions=self.motions[which])
+        if isinstance(which, int):
+            return self.motions[which]
+        for motion in self.motions:
+            if motion.name == which:
+                return motion
+        raise RecordingError(f"no trial is called {which!r}; there are {_listed(self.names)}")
+
+    def __add__(self, other: Trials) -> Trials:
+        """The trials of both, with what is known of the first."""
+        return replace(
+            self, motions=(*self.motions, *other.motions), failed=(*self.failed, *other.failed),
+            accepted={**self.accepted, **other.accepted}, found={**self.found, **other.found},
+        )  # fmt: skip
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """Names of the trials, in order."""
+        return tuple(motion.name for motion in self.motions)
+
+    @property
+    def recordings(self) -> tuple[Recording, ...]:
+        """What the sensors said, in SI units."""
+        return tuple(motion.recording for motion in self.motions)
+
+    @property
+    def coordinate(self) -> str:
+        """translation (m) or rotation (rad)."""
+        return self.config.equation.coordinate
+
+    def where(self, **conditions: Condition) -> Trials:
+        """The trials with these conditions, as ``trials.where(spring="long", water_depth_m=2.36)``.
+
+        Raises RecordingError where none has them.
+        """
+        kept = tuple(
+            m for m in self.motions
+            if all(same_condition(m.recording.conditions.get(key), value) for key, value in conditions.items())
+        )  # fmt: skip
+        if not kept:
+            there = {key: sorted({str(m.recording.conditions.get(key)) for m in self.motions}) for key in conditions}
+            said = "; ".join(f"{key}: {', '.join(values)}" for key, values in there.items())
+            raise RecordingError(f"none of {count(len(self), 'trial')} has {group_title(conditions)}; there is {said}")
+        return replace(self, motions=kept)
+
+    def groups(self, *by: str) -> dict[str, Trials]:
+        """Trials by condition (by the config's ``group_by`` where none is named): label -> trials."""
+        names = by or self.config.trials.group_by
+        found: dict[str, list[Motion]] = {}
+        for motion in self.motions:
+            missing = [name for name in names if name not in motion.recording.conditions]
+            if missing:
+                have = ", ".join(motion.recording.conditions) or "none"
+                raise RecordingError(f"trial {motion.name} has no condition {missing[0]!r}; it has {have}")
+            label = group_title({name: motion.recording.conditions[name] for name in names})
+            found.setdefault(label, []).append(motion)
+        return {label: replace(self, motions=tuple(motions)) for label, motions in found.items()}
+
+    @property
+    def table(self) -> pd.DataFrame:
+        """One row a trial: release amplitude, period, end of the motion, rate, noise, conditions (SI units)."""
+        rows = []
+        for motion in self.motions:
+            channel = next(iter(motion.recording.channels))
+            rows.append(
+                {
+                    "amplitude": motion.amplitude, "period_s": dominant_period(motion),
+                    "duration_s": motion.window.end_s - motion.window.release_s, "rate_hz": motion.recording.rate_hz,
+                    "held": motion.window.held, "channels": ", ".join(motion.recording.channels),
+                    "noise": motion.noise.get(channel, math.nan), **motion.recording.conditions,
+                }
+            )  # fmt: skip
+        return pd.DataFrame(rows, index=pd.Index(self.names, name="trial"))
+
+    def plot(self, axes: Axes | None = None) -> Axes:
+        """Every trial against the time after its release; returns the Axes."""
+        axes = new_axes() if axes is None else axes
+        for motion in self.motions:
+            draw_recording(motion, axes)
+        return axes
+
+    def __repr__(self) -> str:
+        return str(self)
+
+    def __str__(self) -> str:
+        lines = [count(len(self), "trial")]
+        lines += [f"  {_line(motion)}" for motion in self.motions]
+        lines += [f"  not used: {one.reason}" for one in self.failed]
+        return "\n".join(lines)
+
+    def _repr_html_(self) -> str:
+        said = "".join(f"<p>not used: {html.escape(one.reason)}</p>" for one in self.failed)
+        table: Any = self.table.to_html(border=0, float_format=lambda value: f"{value:.4g}") if self.motions else ""
+        return f"<div><p>{count(len(self), 'trial')}</p>{table}{said}</div>"
+
+
+def _line(motion: Motion) -> str:
+    recording = motion.recording
+    conditions = ", ".join(condition_words(key, value) for key, value in recording.conditions.items())
+    unit = recording.unit("displacement")
+    start = "released" if motion.window.held else "in motion from"
+    length = motion.window.end_s - motion.window.release_s
+    return (
+        f"{recording.name}{f' ({conditions})' if conditions else ''}: {start} {motion.amplitude:.3g} {unit}, period "
+        f"{dominant_period(motion):.3g} s, {length:.3g} s at {recording.rate_hz:.4g} Hz, "
+        f"{', '.join(recording.channels)}"
+    )
+
+
+def _listed(names: Sequence[str]) -> str:
+    more = f" and {len(names) - NAMES_SHOWN} more" if len(names) > NAMES_SHOWN else ""
+    return ", ".join(names[:NAMES_SHOWN]) + more

@@ -1,0 +1,70 @@
+"""What stands behind each verdict of a run: every gate with its number and limit, and why each suspect is out.
+
+Belongs here: that text, from verdict.json. Does not belong here: deciding anything (discrepancy/decision.py).
+"""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+from undertow.discrepancy.words import group_title
+from undertow.errors import UndertowError
+
+PASSED, FAILED = "passed", "NOT passed"
+
+
+def explain_text(folder: Path, group: str = "") -> str:
+    """Every group's gates (statistic, value, limit, passed) and rejected suspects; ``group`` takes the groups whose
+    title holds these words.
+
+    Raises UndertowError where the folder holds no finished run, or no group of that title.
+    """
+    groups = _groups(folder)
+    titles = [group_title(one["group"]) for one in groups]
+    wanted = group.casefold()
+    chosen = [(t, one) for t, one in zip(titles, groups, strict=True) if wanted in t.casefold()]
+    if not chosen:
+        raise UndertowError(f"{folder} has no group {group!r}; it has {'; '.join(titles)}")
+    return "\n\n".join(_explained(title, one) for title, one in chosen)
+
+
+def _groups(folder: Path) -> list[Mapping[str, Any]]:
+    path = folder / "verdict.json"
+    try:
+        groups = json.loads(path.read_text(encoding="utf-8"))["groups"]
+        for one in groups:
+            _explained(group_title(one["group"]), one)
+        return list(groups)
+    except (OSError, ValueError, LookupError, TypeError, AttributeError) as reason:
+        raise UndertowError(
+            f"{folder} holds no finished run with its decisions ({path.name}: {reason}); give a folder that undertow "
+            "run has written"
+        ) from reason
+
+
+def _explained(title: str, one: Mapping[str, Any]) -> str:
+    said = f"{one['status']}{': ' + ' and '.join(one['verdict']) if one['verdict'] else ''}"
+    lines = [f"{title}: {said}"]
+    rows = [
+        (g["gate"], g["statistic"], _number(g["value"]), _number(g["limit"]), PASSED if g["passed"] else FAILED)
+        for g in one["decision"]
+    ]
+    head = ("gate", "statistic", "value", "limit", "")
+    widths = [max(len(row[at]) for row in (head, *rows)) for at in range(len(head))]
+    for row in (head, *rows):
+        lines.append("  " + "  ".join(cell.ljust(width) for cell, width in zip(row, widths, strict=True)).rstrip())
+    lines += [f"  {g['gate']}: {g['because']}" for g in one["decision"] if g["because"]]
+    if one["rejected"]:
+        lines.append("  not the answer:")
+        lines += [f"    {r['name']}: {r['because']}" for r in one["rejected"]]
+    return "\n".join(lines)
+
+
+def _number(value: float | None) -> str:
+    return "-" if value is None else f"{value:.3g}"
+
+
+__all__ = ["explain_text"]

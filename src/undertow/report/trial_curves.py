@@ -1,0 +1,150 @@
+"""Curves of one trial or one free run, for a notebook: recorded motion, free run with its band, residual, pair plot.
+
+Each function takes plain results and an Axes and returns the Axes; none fits, filters or saves. Does not belong here:
+the report's own figures (trial_figures.py, figures.py).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+from matplotlib import pyplot
+from matplotlib.axes import Axes
+
+from undertow.conditioning.motion import Motion
+from undertow.recording.recording import Array
+from undertow.report.style import BLUE, DRAWN, GREEN, GREY, INK, PALE, page_style
+from undertow.report.trial_figures import thinned
+
+WIDTH_IN, HEIGHT_IN = 8.0, 3.2
+"""Size of a figure of one trial, inches."""
+
+PANEL_IN = 1.9
+"""Side of one panel of a pair plot, inches."""
+
+BINS = 24
+"""Bars of a histogram."""
+
+
+@dataclass(frozen=True)
+class Curve:
+    """One trial's free run as drawn, (n,) each, in SI: ``measured`` may be empty, ``lower`` and ``upper`` too."""
+
+    label: str
+    t: Array
+    simulated: Array
+    measured: Array
+    lower: Array
+    upper: Array
+    coordinate: str = "translation"
+    quantity: str = "displacement"
+
+
+__all__ = [
+    "Axes", "Curve", "draw_intervals", "draw_pairs", "draw_recording", "draw_run", "draw_run_residual", "new_axes",
+]  # fmt: skip
+
+
+def new_axes() -> Axes:
+    """An empty Axes in the page's style, of a figure that a notebook shows."""
+    with page_style():
+        return pyplot.subplots(figsize=(WIDTH_IN, HEIGHT_IN))[1]
+
+
+def draw_recording(motion: Motion, axes: Axes) -> Axes:
+    """A trial's recorded displacement about its rest position, against the time after its release."""
+    factor, unit = DRAWN[motion.recording.coordinate]
+    inside = motion.inside
+    axes.plot(*thinned(motion.t[inside], (motion.x[inside] - motion.equilibrium.value) * factor), label=motion.name)
+    _labels(axes, "displacement" if unit == "mm" else "angle", unit)
+    axes.legend(loc="upper right")
+    return axes
+
+
+def draw_run(curve: Curve, axes: Axes) -> Axes:
+    """Measured motion and free run against time, with the free run's 90 % band where there is one."""
+    factor, unit = DRAWN[curve.coordinate]
+    if curve.lower.size:
+        axes.fill_between(
+            curve.t, curve.lower * factor, curve.upper * factor, color=PALE, lw=0, label="90 % band of the free run"
+        )
+    if curve.measured.size:
+        axes.plot(*thinned(curve.t, curve.measured * factor), color=INK, lw=1.1, label="measured")
+    axes.plot(*thinned(curve.t, curve.simulated * factor), color=BLUE, lw=0.9, label="free run")
+    _labels(axes, _words(curve), _unit(curve, unit))
+    axes.set_title(curve.label)
+    axes.legend(loc="upper right", ncols=3)
+    return axes
+
+
+def draw_run_residual(curve: Curve, axes: Axes, noise: float = 0.0) -> Axes:
+    """Measured less free run against time; grey: plus and minus two standard deviations of the sensor's noise."""
+    factor, unit = DRAWN[curve.coordinate]
+    if noise > 0.0:
+        axes.axhspan(-2.0 * noise * factor, 2.0 * noise * factor, color=PALE, lw=0, label="sensor noise (2 sigma)")
+        axes.legend(loc="upper right")
+    axes.plot(*thinned(curve.t, (curve.measured - curve.simulated) * factor), color=GREEN, lw=0.8)
+    _labels(axes, f"residual {_words(curve)}", _unit(curve, unit))
+    axes.set_title(curve.label)
+    return axes
+
+
+def draw_pairs(draws: Mapping[str, Array], units: Mapping[str, str], truth: Mapping[str, float] | None = None) -> Any:
+    """Pair plot of draws (name -> (m,)): histograms on the diagonal, points below it; returns the Axes (k, k)."""
+    names = list(draws)
+    size = PANEL_IN * max(len(names), 2)
+    with page_style():
+        _, panels = pyplot.subplots(len(names), len(names), figsize=(size, size), squeeze=False, sharex="col")
+    for row, own in enumerate(names):
+        for column, other in enumerate(names):
+            panel = panels[row, column]
+            if column > row:
+                panel.set_axis_off()
+            elif column == row:
+                panel.hist(draws[own], bins=BINS, color=BLUE)
+                panel.set_yticks([])
+            else:
+                panel.plot(draws[other], draws[own], ".", ms=1.5, color=GREY)
+            if truth and column <= row and other in truth:
+                panel.axvline(truth[other], color=GREEN, lw=1.0)
+            if column == 0 and row:
+                panel.set_ylabel(_named(own, units))
+            if row == len(names) - 1:
+                panel.set_xlabel(_named(other, units))
+                panel.tick_params(axis="x", rotation=30)
+    return panels
+
+
+def draw_intervals(rows: Sequence[tuple[str, float, float, float]], axes: Axes) -> Axes:
+    """Values with their intervals (label, low, value, high), one below the other, each over its own value."""
+    for at, (_, low, value, high) in enumerate(rows):
+        scale = abs(value) or 1.0
+        axes.plot([low / scale, high / scale], [at, at], color=BLUE, lw=3.0)
+        axes.plot([value / scale], [at], "o", color=INK, ms=4.0)
+    axes.set_yticks(range(len(rows)), [label for label, *_ in rows])
+    axes.set_xlabel("over the value found")
+    axes.invert_yaxis()
+    return axes
+
+
+def _named(name: str, units: Mapping[str, str]) -> str:
+    unit = units.get(name, "")
+    return f"{name}\n({unit})" if unit not in ("", "1") else name
+
+
+def _words(curve: Curve) -> str:
+    if curve.coordinate == "rotation":
+        return "angle" if curve.quantity == "displacement" else "angular velocity"
+    return curve.quantity
+
+
+def _unit(curve: Curve, unit: str) -> str:
+    return unit if curve.quantity == "displacement" else f"{unit}/s"
+
+
+def _labels(axes: Axes, words: str, unit: str) -> None:
+    axes.set_xlabel("time after release (s)")
+    axes.set_ylabel(f"{words} ({unit})")
+    axes.margins(x=0.0)

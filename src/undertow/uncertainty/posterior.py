@@ -1,0 +1,204 @@
+"""Draws of a fit's parameters given its trials: of the Laplace approximation, weighed by the true likelihood.
+
+About its best point a posterior is close to a normal distribution whose covariance the fit knows already (Laplace).
+Candidates are drawn from that and weighed by true over approximate density (importance sampling; Tierney and Kadane
+1986, doi:10.1080/01621459.1986.10478240), weights above the mean times the root of their number cut off (Ionides 2008,
+doi:10.1198/106186008X320456), and resampled to equal weights. Noise is as the residual shows it near the motion's
+frequency (`noise_factors`); priors of nuisances and of random effects count as in the fit, and the scatter of these is
+drawn too where few trials showed it.
+
+Belongs here: draws and how far they can be trusted. Does not belong here: intervals (intervals.py), the search.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from undertow.errors import IdentificationError
+from undertow.likelihood import eq15, output_error
+from undertow.likelihood.observation_model import instants, signal
+from undertow.likelihood.output_error import Solution, parameter_vector, trajectory
+from undertow.likelihood.problem import Problem, TrialProblem
+from undertow.recording.recording import Array
+from undertow.uncertainty.hierarchy import ASSUMED_FREEDOM, Effect
+from undertow.uncertainty.profile import as_noisy
+
+CANDIDATES = 2
+"""Candidates a draw: resampled to equal weights, few of them are then drawn twice."""
+
+FEWEST_EFFECTIVE = 100.0
+"""Effective number of draws below which intervals from them are a rough guess."""
+
+FLATTEST = 1e-12
+"""Smallest curvature of a proposal over its largest: less is rounding."""
+
+NOTHING = np.zeros(0, dtype=np.int64)
+
+
+@dataclass(frozen=True)
+class Draws:
+    """Equally weighted draws: ``values`` name -> (n,); ``effective`` is how many independent draws the weights are
+    worth (of ``candidates``), ``outcome`` "ok" or a sentence."""
+
+    values: Mapping[str, Array]
+    effective: float
+    candidates: int
+    outcome: str
+
+    def quantiles(self, name: str, level: float = 0.9) -> tuple[float, float]:
+        """Ends of the interval that holds ``level`` of one parameter's draws."""
+        low, high = np.quantile(self.values[name], [0.5 - 0.5 * level, 0.5 + 0.5 * level])
+        return float(low), float(high)
+
+
+def posterior_draws(
+    solution: Solution, draws: int, seed: int, effects: Sequence[Effect] = (), names: Sequence[str] = ()
+) -> Draws:
+    """Draws of a fit's unknowns (``names``: of these; none: of all).
+
+    ``effects`` are what differs from trial to trial: their scatter is drawn with its degrees of freedom.
+
+    Raises IdentificationError for fewer than two draws or an unknown name.
+    """
+    if draws < 2:
+        raise IdentificationError(f"draws is {draws}; a posterior needs at least 2, and 1000 for its intervals")
+    kept = names or solution.problem.names
+    unknown = [name for name in kept if name not in solution.problem.names]
+    if unknown:
+        raise IdentificationError(f"draws of {unknown[0]!r}: the fit has {', '.join(solution.problem.names)}")
+    rng = np.random.default_rng(seed)
+    problem = as_noisy(solution)
+    best = output_error.fit(problem, solution.values, growing=False)
+    candidates, proposed, scale = _proposals(best, CANDIDATES * draws, effects, rng)
+    target = _target(problem, scale)
+    log_weight = np.array([target(i, one) for i, one in enumerate(candidates)]) - proposed
+    weights = _weights(log_weight)
+    effective = float(1.0 / np.sum(weights**2))
+    chosen = rng.permutation(_resampled(weights, draws, rng))
+    at = {name: solution.problem.names.index(name) for name in kept}
+    outcome = "ok"
+    if effective < FEWEST_EFFECTIVE:
+        outcome = (
+            f"{len(candidates)} candidates are worth {effective:.0f} draws: the posterior is far from normal; take "
+            "confidence_interval(method='profile')"
+        )
+    return Draws({name: candidates[chosen, i] for name, i in at.items()}, effective, len(candidates), outcome)
+
+
+def _weights(log_weight: Array) -> Array:
+    """Weights that sum to one, the largest cut off at the mean times the root of their number."""
+    weights = np.exp(log_weight - np.max(log_weight))
+    weights = np.minimum(weights, np.mean(weights) * math.sqrt(weights.size))
+    total: Array = weights / np.sum(weights)
+    return total
+
+
+def _resampled(weights: Array, draws: int, rng: np.random.Generator) -> np.ndarray:
+    """Systematic resampling: places (draws,) of candidates, each about its weight times the draws."""
+    steps = (np.arange(draws) + rng.uniform()) / draws
+    return np.minimum(np.searchsorted(np.cumsum(weights), steps), weights.size - 1)
+
+
+def _proposals(
+    best: Solution, count: int, effects: Sequence[Effect], rng: np.random.Generator
+) -> tuple[Array, Array, Array]:
+    """Candidates (n, p), the logarithm of their proposal density (n,) up to a constant, and for each by how much every
+    prior of what scatters is wider than stated (n, p)."""
+    problem = best.problem
+    size = best.values.size
+    unknowns = problem.unknowns
+    start = np.array([u.start for u in unknowns])
+    precision = np.array([1.0 / u.prior_std**2 for u in unknowns])
+    scale = np.ones((count, size))
+    for effect in effects:
+        columns = [i for i, name in enumerate(problem.names) if _is_of(name, effect.symbol)]
+        if columns and math.isfinite(effect.freedom):
+            freedom = effect.freedom if effect.freedom > 0.0 else ASSUMED_FREEDOM
+            scale[:, columns] = np.sqrt(freedom / rng.chisquare(freedom, count))[:, None]
+    noise = rng.standard_normal((count, size))
+    if np.all(scale == 1.0):
+        values, vectors = np.linalg.eigh(best.covariance)
+        root = vectors * np.sqrt(np.maximum(values, 0.0))
+        return best.values + noise @ root.T, -0.5 * np.sum(noise**2, axis=1), scale
+    unit = np.sqrt(np.diag(best.covariance))
+    unit[~(unit > 0.0)] = 1.0  # stiffness and friction coefficient are seven decades apart: in standard errors instead
+    normal = np.linalg.pinv(best.covariance / np.outer(unit, unit), hermitian=True)
+    pull, start, precision = normal @ (best.values / unit), start / unit, precision * unit**2
+    out, density = np.empty((count, size)), np.empty(count)
+    for i in range(count):
+        wider = precision * (1.0 / scale[i] ** 2 - 1.0)
+        values, vectors = np.linalg.eigh(normal + np.diag(wider))
+        values = np.maximum(values, FLATTEST * values[-1])
+        centre = vectors @ ((vectors.T @ (pull + wider * start)) / values)
+        out[i] = unit * (centre + vectors @ (noise[i] / np.sqrt(values)))
+        density[i] = -0.5 * noise[i] @ noise[i] + 0.5 * np.sum(np.log(values))
+    return out, density, scale
+
+
+def _is_of(name: str, symbol: str) -> bool:
+    return name == f"{symbol}_mean" or name.startswith(f"{symbol}[")
+
+
+def _target(problem: Problem, scale: Array) -> Callable[[int, Array], float]:
+    """Logarithm of likelihood times prior of candidate i at its values, up to a constant; -inf out of bounds."""
+    lower = np.array([u.lower for u in problem.unknowns])
+    upper = np.array([u.upper for u in problem.unknowns])
+    start = np.array([u.start for u in problem.unknowns])
+    precision = np.array([1.0 / u.prior_std**2 for u in problem.unknowns])
+    scatters = np.any(scale != 1.0, axis=0)
+    chi2 = _compiled(problem) if eq15.is_plain(problem) else _general(problem)
+
+    def log_density(i: int, values: Array) -> float:
+        if np.any(values < lower) or np.any(values > upper):
+            return -math.inf
+        prior = -0.5 * float(np.sum(precision * ((values - start) / scale[i]) ** 2))
+        return prior - float(np.sum(np.log(scale[i, scatters]))) - 0.5 * chi2(values)
+
+    return log_density
+
+
+def _compiled(problem: Problem) -> Callable[[Array], float]:
+    """Sum of squared weighted residuals by the compiled twin of Eq. 15."""
+    fast, general = eq15.misfit(problem), _general(problem)
+
+    def chi2(values: Array) -> float:
+        found = fast(values)
+        return general(values) if math.isnan(found) else found
+
+    return chi2
+
+
+def _general(problem: Problem) -> Callable[[Array], float]:
+    """The same for any equation, without sensitivities."""
+
+    def chi2(values: Array) -> float:
+        try:
+            return sum(_trial(trial, values) for trial in problem.trials)
+        except IdentificationError:  # a motion without bounds: as improbable as can be
+            return math.inf
+
+    return chi2
+
+
+def _trial(trial: TrialProblem, values: Array) -> float:
+    if trial.laws:
+        found = output_error.residuals(trial, values)
+        return math.inf if found is None else float(found[0] @ found[0])
+    theta = parameter_vector(trial, values)
+    late = values[trial.shift] if trial.shift >= 0 else 0.0
+    total = 0.0
+    for channel in trial.channels:
+        times = instants(trial)[0] + late + (values[channel.shift] if channel.shift >= 0 else 0.0)
+        motion = trajectory(theta, NOTHING, np.maximum(times, 0.0))
+        seen = signal(trial, channel.quantity, motion, times, theta, NOTHING)[0][:, 0]
+        seen = seen * (1.0 + (values[channel.gain] if channel.gain >= 0 else 0.0))
+        if channel.offset >= 0:
+            seen = seen + values[channel.offset]
+        if channel.drift >= 0:
+            seen = seen + values[channel.drift] * ((trial.t - trial.t[0]) / (trial.t[-1] - trial.t[0]) - 0.5)
+        total += float(np.sum(((seen - channel.values) / channel.sigma) ** 2))
+    return total

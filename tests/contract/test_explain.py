@@ -1,0 +1,61 @@
+"""`undertow explain` prints every gate behind a verdict: statistic, value, limit, passed."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from pathlib import Path
+
+import pytest
+
+from tests.command_line import undertow
+from tests.findings_fixture import small_findings
+from undertow.discrepancy.verdict import Gate, Rejected
+from undertow.report.verdict_file import write_verdict
+
+DECISION = (
+    Gate("free_run", "free-run error over repeatability", 1.8, 1.0, False),
+    Gate("unseen_trials", "error of unseen trials after over before", 1.42, 1.2, False, "it went up", "unseen"),
+    Gate("search_ended", "suspects not tried to the end", 0.0, 0.0, True, "not tried: none", "search"),
+    Gate("posterior", "posterior probability", float("nan"), 0.99, False),
+)
+
+
+@pytest.fixture
+def run(tmp_path: Path) -> Path:
+    """A folder with the verdicts of two groups, of which the second one has gates."""
+    findings = small_findings()
+    first, second = findings.groups
+    said = replace(second.verdict, decision=DECISION, rejected=(Rejected("relaxation", "on its bound"),))
+    write_verdict(replace(findings, groups=(first, replace(second, verdict=said))), tmp_path / "verdict.json")
+    return tmp_path
+
+
+def test_every_gate_is_a_line_with_value_limit_and_whether_it_is_passed(run, capsys):
+    said = undertow(capsys, "explain", run)
+    assert said.code == 0
+    lines = [" ".join(line.split()) for line in said.out.splitlines()]
+    assert "free_run free-run error over repeatability 1.8 1 NOT passed" in lines
+    assert "unseen_trials error of unseen trials after over before 1.42 1.2 NOT passed" in lines
+    assert "search_ended suspects not tried to the end 0 0 passed" in lines
+    assert "posterior posterior probability - 0.99 NOT passed" in lines
+    assert "unseen_trials: it went up" in lines
+    assert "search_ended: not tried: none" not in lines  # a reason is that of a gate that is not passed
+    assert "relaxation: on its bound" in lines
+
+
+def test_one_group_is_taken_by_words_of_its_title_and_others_are_refused(run, capsys):
+    dry = undertow(capsys, "explain", run, "--group", "1.63")
+    assert "water depth 1.63 m" in dry.out
+    assert "unseen_trials" not in dry.out
+    nowhere = undertow(capsys, "explain", run, "--group", "9.99")
+    assert nowhere.code == 1
+    assert "has no group '9.99'; it has spring short, water depth 1.63 m; spring short" in nowhere.err
+
+
+@pytest.mark.parametrize("text", [None, "{", "[]", '{"groups": [{}]}', '{"groups": [{"group": {}, "status": "x"}]}'])
+def test_a_folder_without_decisions_is_said(tmp_path, capsys, text):
+    if text is not None:
+        (tmp_path / "verdict.json").write_text(text)
+    said = undertow(capsys, "explain", tmp_path)
+    assert said.code == 1
+    assert "holds no finished run with its decisions" in said.err

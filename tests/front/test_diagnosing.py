@@ -1,0 +1,261 @@
+"""`undertow.diagnose`, `load`, `open` and `Discover`: the terminal's answers, as a user of Python reads them."""
+
+from __future__ import annotations
+
+import json
+import pickle
+from typing import ClassVar
+
+import numpy as np
+import pandas as pd
+import pytest
+
+import undertow
+from tests.small_campaign import make_campaign, write_table
+from tests.small_campaign import recorded as recorded_table
+from undertow.campaign.run.folder import run_to_folder
+from undertow.equation.equation import Equation
+from undertow.equation.structure import Stiffness
+from undertow.errors import ConfigError, IdentificationError, RecordingError, UndertowError
+from undertow.front.diagnosed import DiagnosedGroup
+from undertow.report.verdict_file import CONTRACT
+
+HARD = {"stiffness": 400.0, "viscous_damping": 1.0, "cubic_stiffness": 4000.0}
+PRESCRIBED = ["stiffness", "viscous_damping"]
+RIG = {"mass_kg": 4.0, "stiffness_N_per_m": 400.0}
+
+
+def recorded(x0: float, seed: int, law=None, **settings):
+    simulated = undertow.simulate(law or HARD, x0=x0, mass_kg=4.0, rate_hz=60.0, duration_s=6.0)
+    return simulated.recorded(noise_m=1e-4, seed=seed, name=f"r{seed}", **settings)
+
+
+@pytest.fixture(scope="module")
+def trials():
+    return undertow.read([recorded(x0, seed) for seed, x0 in enumerate((0.04, 0.06, 0.08, 0.1))])
+
+
+@pytest.fixture(scope="module")
+def found(trials):
+    return undertow.diagnose(
+        trials, PRESCRIBED, suspects=["cubic_stiffness"], scatter={"k": 0.001, "c": 0.05}, seed=3, **RIG
+    )
+
+
+# ---------------------------------------------------------------- diagnose
+def test_a_hidden_hardening_is_named_with_its_number(found):
+    assert len(found) == 1
+    group = found[0]
+    assert group is found[group.label] is next(iter(found))
+    assert (group.status, group.names) == ("explained", ("cubic_stiffness",))
+    row = group.parameters.loc["cubic_stiffness.N_per_m3"]
+    assert abs(row["value"] - 4000.0) < 4.0 * row["stderr"]
+    verdicts = found.verdicts.loc[group.label]
+    assert verdicts["missing"] == "cubic_stiffness"
+    assert verdicts["error_repaired"] < 0.5 * verdicts["error"]
+    assert found.parameters.loc[(group.label, "cubic_stiffness.N_per_m3"), "value"] == row["value"]
+    assert found.failed == ()
+
+
+def test_a_repaired_equation_moves_as_the_body_did(found, trials):
+    group = found[0]
+    body = undertow.simulate(HARD, x0=0.07, mass_kg=4.0, rate_hz=60.0, duration_s=6.0)
+    repaired = undertow.simulate(group.repaired, x0=0.07, times=body.t)
+    bare = undertow.simulate(group.prescribed, x0=0.07, times=body.t)
+    rms = np.sqrt(np.mean(body.x**2))
+    assert np.sqrt(np.mean((repaired.x - body.x) ** 2)) < 0.02 * rms
+    assert np.sqrt(np.mean((bare.x - body.x) ** 2)) > 0.05 * rms
+    assert group.to_latex(numbers=False) == r"M\ddot{x} + k x + c \dot{x} + k_3 x^3 = 0"
+    ahead = undertow.predict(group, undertow.read(recorded(0.07, 9)))
+    assert ahead.runs[0].nrmse < 0.03
+    assert ahead.runs[0].inside > 0.85
+    unseen = undertow.read(recorded(0.07, 9))
+    assert group.score(unseen) > group.score() - 0.02 > 0.95
+    assert group.predict(unseen, adjust=True).score() > ahead.score() - 1e-9
+    assert group.get_feature_names_out().tolist() == list(HARD)
+    ends = group.confidence_interval(0.999).loc["cubic_stiffness.N_per_m3"]
+    assert ends["low"] < 4000.0 < ends["high"]
+
+
+def test_a_repaired_equation_with_an_own_law_is_not_adjusted_to_a_trial(found, trials):
+    class Spring(Stiffness):
+        """A spring of a user's own."""
+
+        slots: ClassVar = {}
+
+    class OwnLaw(DiagnosedGroup):
+        """A group whose equation the compiled integrator does not know."""
+
+        repaired = Equation((Spring(),), (400.0,), mass_kg=4.0)
+
+    with pytest.raises(IdentificationError, match="has a law of your own and cannot be adjusted to 4 trials"):
+        OwnLaw(found[0].findings, trials).score(trials)
+
+
+def test_a_diagnosis_prints_and_draws_itself(found, trials):
+    group = found[0]
+    assert group.sentence in str(found)
+    assert "cubic_stiffness.N_per_m3" in str(group)
+    assert "<table" in found._repr_html_()
+    assert "<table" in group._repr_html_()
+    labels = [line.get_label() for line in group.plot().lines]
+    assert labels[0] == "measured"
+    assert labels[1].startswith("as prescribed: error")
+    assert labels[2].startswith("repaired: error")
+    held_out = [t.motion.name for t in group.findings.trials if t.held_out]
+    assert group.plot().get_title().split()[0] in held_out
+    assert group.plot_residual(trial="r2").lines
+    assert group.plot(trial=0).get_title().startswith(group.findings.trials[0].motion.name)
+    assert found.plot().get_xlabel() == "free-run error (% of motion)"
+    assert set(group.trial_table.index) == set(trials.names)
+    with pytest.raises(IdentificationError, match=r"no trial is called 'r7' in .*; there are"):
+        group.plot(trial="r7")
+    with pytest.raises(IdentificationError, match="no group is called 'wet'; there are"):
+        found["wet"]
+
+
+def test_an_equation_that_lacks_nothing_stays_as_it_is(trials):
+    found = undertow.diagnose(
+        trials, list(HARD), suspects=["quadratic_drag"], scatter={"k": 0.001, "c": 0.05}, seed=3, **RIG
+    )[0]
+    assert (found.status, found.names) == ("nothing_missing", ())
+    assert found.repaired == found.prescribed
+    assert np.isnan(found.error_after)
+
+
+def test_settings_that_cannot_be_are_refused_in_one_sentence(trials):
+    with pytest.raises(ConfigError, match=r"discrepancy.suspects: 'ghost' is none of"):
+        undertow.diagnose(trials, PRESCRIBED, suspects=["ghost"])
+    with pytest.raises(ConfigError, match="mass_kg is 'heavy'"):
+        undertow.diagnose(trials, PRESCRIBED, mass_kg="heavy")
+    with pytest.raises(ConfigError, match="group_by: a trial has no condition 'spring'"):
+        undertow.diagnose(trials, PRESCRIBED, group_by=["spring"])
+
+
+def test_a_stated_rig_that_the_channels_contradict_stops_a_diagnosis():
+    """A mass that is ten times what load cell and accelerometer say is found before anything is fitted."""
+    simulated = undertow.simulate(HARD, x0=0.1, mass_kg=4.0, rate_hz=100.0, duration_s=6.0)
+    one = simulated.recorded(noise_m=1e-4, acceleration_noise=0.01)
+    force = 400.0 * one.channels["displacement"] + 4000.0 * one.channels["displacement"] ** 3
+    table = pd.DataFrame({"t": one.time, "x": one.channels["displacement"], "f": force})
+    table["a"] = one.channels["acceleration"]
+    columns = {"time": "t", "displacement": "x", "acceleration": "a", "spring_force": "f"}
+    units = {"x": "m", "a": "m/s^2", "f": "N"}
+    trials = undertow.read(table, columns, units)
+    with pytest.raises(ConfigError, match="the channels of the recordings contradict each other"):
+        undertow.diagnose(trials, PRESCRIBED, suspects=[], stiffness_N_per_m=4000.0)
+    with pytest.raises(IdentificationError, match=r"none of 1 trial agrees with what is known of the rig: .*stiffness"):
+        undertow.fit(trials, PRESCRIBED, stiffness_N_per_m=4000.0)
+    beside = undertow.read(recorded(0.05, 1)) + trials
+    left = undertow.fit(beside, list(HARD), stiffness_N_per_m=4000.0)
+    assert left.trials.names == ("r1",)
+    assert left.notes[-1].startswith("not used: trial trial_1: ")
+    known = undertow.read(table, columns, units, accept=["unit", "gain"])
+    assert undertow.fit(known, list(HARD), stiffness_N_per_m=4000.0).trials.names == ("trial_1",)
+
+
+# ---------------------------------------------------------------- load, open: as the terminal
+@pytest.fixture(scope="module")
+def campaign(tmp_path_factory):
+    """A small campaign's config, its findings by the terminal's course, and its run folder."""
+    made = make_campaign(tmp_path_factory.mktemp("campaign"), (0.03, 0.04, 0.05))
+    wrong = recorded_table(0.05, 2)
+    wrong[:, 1] *= 1000.0  # millimetres in a column of metres: the accelerometer knows better
+    write_table(made.folder / made.files[2], wrong)
+    done = run_to_folder(made.config, out=tmp_path_factory.mktemp("runs") / "small", jobs=1)
+    return made.config, done.findings, done.folder
+
+
+def test_a_loaded_campaign_is_diagnosed_as_by_the_terminal(campaign):
+    config, findings, _ = campaign
+    trials = undertow.load(config)
+    found = undertow.diagnose(trials)
+    assert [one.reason for one in found.failed] == [one.reason for one in findings.failed]
+    assert len(found.failed) == 1
+    assert "contradict" in found.failed[0].reason or "recordings.accept" in found.failed[0].reason
+    assert [g.verdict.sentence for g in found] == [g.verdict.sentence for g in findings.groups]
+    assert found.parameters["value"].to_list() == [
+        e.value for g in findings.groups for e in (g.verdict.augmented or g.verdict.baseline).parameters.values()
+    ]
+
+
+def test_an_opened_run_says_what_the_run_said(campaign):
+    _, findings, folder = campaign
+    opened = undertow.open(folder)
+    assert [g.sentence for g in opened] == [g.verdict.sentence for g in findings.groups]
+    group = opened[0]
+    assert group is opened[group.label]
+    found = findings.groups[0].verdict.baseline.parameters["k_N_per_m_per_mass"]
+    assert group.prescribed.loc["k_N_per_m_per_mass", "value"] == pytest.approx(found.value, rel=1e-6)
+    assert opened.verdicts.loc[group.label, "error"] == pytest.approx(findings.groups[0].verdict.baseline.nrmse)
+    assert len(opened.trials)
+    assert len(opened.levels)
+    assert len(opened.mismatch)
+    assert opened.recordings().names == undertow.load(opened.config).names
+    assert opened.report.name == "report.html"
+    assert group.sentence in str(opened)
+    assert "<table" in opened._repr_html_()
+    assert opened.plot().get_yticklabels()[0].get_text() == group.label
+
+
+def test_a_folder_that_is_no_run_is_refused(campaign, tmp_path):
+    _, _, folder = campaign
+    (tmp_path / "verdict.json").write_text("{")
+    with pytest.raises(UndertowError, match=r"verdict.json is no JSON"):
+        undertow.open(tmp_path)
+    (tmp_path / "verdict.json").write_text(json.dumps({"contract": "old"}))
+    with pytest.raises(UndertowError, match=f"follows contract 'old', this undertow reads {CONTRACT}"):
+        undertow.open(tmp_path)
+    (tmp_path / "verdict.json").write_text((folder / "verdict.json").read_text())
+    with pytest.raises(UndertowError, match=r"has no trials.csv; let `undertow run` finish"):
+        undertow.open(tmp_path).trials  # noqa: B018
+    with pytest.raises(UndertowError, match="no group is called 'wet'; there are"):
+        undertow.open(folder)["wet"]
+
+
+# ---------------------------------------------------------------- Discover
+LIBRARY = {"terms": ["stiffness", "viscous_damping", "cubic_stiffness", "quadratic_drag"], "resamples": 0,
+           "outside": False, "second_route": False}  # fmt: skip
+
+
+def test_discover_takes_paths_tables_arrays_and_trials_alike(trials, tmp_path):
+    tables = [
+        pd.DataFrame({"t": m.recording.time, "x": 1e3 * m.recording.channels["displacement"]}) for m in trials
+    ]
+    for name, table in zip(trials.names, tables, strict=True):
+        table.to_csv(tmp_path / f"{name}.csv", sep=";", decimal=",", index=False)
+    mm = {"x": "mm"}
+    by_trials = undertow.Discover(**LIBRARY).fit(trials)
+    assert by_trials.get_feature_names_out().tolist() == ["stiffness", "viscous_damping", "cubic_stiffness"]
+    others = (
+        undertow.Discover(**LIBRARY).fit(str(tmp_path / "*.csv"), units=mm),
+        undertow.Discover(**LIBRARY).fit(tables, units=mm),
+        undertow.Discover(**LIBRARY).fit([one["x"] for one in tables], t=[one["t"] for one in tables], units=mm),
+    )
+    for other in others:
+        assert other.parameters["value"].to_numpy() == pytest.approx(by_trials.parameters["value"].to_numpy(), rel=1e-4)
+    with pytest.raises(RecordingError, match="has no unit; say it"):
+        undertow.Discover(**LIBRARY).fit(tables)
+
+
+def test_what_discover_found_is_shown_scored_and_handed_over(trials, tmp_path):
+    found = undertow.Discover(**LIBRARY).fit(trials)
+    unseen = undertow.read(recorded(0.07, 9))
+    assert found.score(unseen) > 0.98
+    assert found.predict(unseen)[0].shape == found.free_runs(unseen)[0].simulated.shape
+    assert found.prediction(unseen).runs[0].nrmse < 0.03
+    table = found.confidence_interval()
+    assert table.loc["cubic_stiffness", "low"] < 1000.0 < table.loc["cubic_stiffness", "high"]
+    assert "cubic_stiffness" in str(found)
+    assert "<" in found._repr_html_()
+    assert found.plot(trial="r2").get_title().startswith("r2")
+    assert found.plot_residual(trial=1).get_title().startswith("r1")
+    assert len(found.plot_intervals().get_yticklabels()) == len(found.parameters)
+    scope: dict = {}
+    exec(found.to_python(), scope)
+    own = undertow.simulate(found, x0=0.1, duration_s=3.0, rate_hz=50.0)
+    assert scope["simulate"](0.1, own.t)[0] == pytest.approx(own.x, abs=1e-6)
+    again = pickle.loads(pickle.dumps(found))  # noqa: S301
+    assert again.score(unseen) == pytest.approx(found.score(unseen))
+    with pytest.raises(IdentificationError, match="was read from a file, without its 4 trials; draw"):
+        again.plot()

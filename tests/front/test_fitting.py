@@ -1,0 +1,245 @@
+"""`undertow.fit`, `simulate` and `predict`: numbers come back within their errors, with their unit and their doubts."""
+
+from __future__ import annotations
+
+import dataclasses
+import importlib.util
+import warnings
+
+import numpy as np
+import pytest
+
+import undertow
+from undertow.equation.equation import Equation
+from undertow.equation.structure import Stiffness
+from undertow.errors import ConfigError, IdentificationError, UndertowError
+from undertow.front.curves import run_of_own_law
+from undertow.uncertainty.posterior import posterior_draws
+
+MASS_KG = 4.0
+LAW = {"stiffness": 400.0, "viscous_damping": 1.0, "quadratic_drag": 6.0}
+TRUTH = {"k_N_per_m": 400.0, "c_Ns_per_m": 1.0, "drag_Ns2_per_m2": 6.0}
+TERMS = list(LAW)
+NOISE_M = 2e-4
+
+
+def recorded(x0: float, seed: int, law=None, mass_kg: float = MASS_KG, **settings):
+    run = undertow.simulate(law or LAW, x0=x0, mass_kg=mass_kg, rate_hz=60.0, duration_s=7.0)
+    return run.recorded(noise_m=NOISE_M, seed=seed, name=f"r{seed}", **settings)
+
+
+@pytest.fixture(scope="module")
+def trials():
+    return undertow.read([recorded(x0, seed) for seed, x0 in enumerate((0.05, 0.1))])
+
+
+@pytest.fixture(scope="module")
+def found(trials):
+    return undertow.fit(trials, TERMS, mass_kg=MASS_KG)
+
+
+# ---------------------------------------------------------------- fit
+def test_a_fit_gives_the_planted_numbers_within_their_errors(found):
+    table = found.parameters
+    assert list(table.columns) == ["value", "stderr", "low", "high", "unit", "note"]
+    for name, true in TRUTH.items():
+        row = table.loc[name]
+        assert abs(row["value"] - true) < 4.0 * row["stderr"]
+        assert row["high"] - row["low"] == pytest.approx(2.0 * 1.645 * row["stderr"], rel=0.01)
+    assert found.get_feature_names_out().tolist() == TERMS
+
+
+@pytest.mark.parametrize("method", ["normal", "profile"])
+def test_intervals_by_both_methods_hold_about_the_same(found, method):
+    table = found.confidence_interval(0.99, method)
+    assert list(table.columns) == ["low", "high"]
+    for name, true in TRUTH.items():
+        assert table.loc[name, "low"] < true < table.loc[name, "high"]
+    narrow = found.confidence_interval(0.5, method)
+    assert (narrow["high"] - narrow["low"] < table["high"] - table["low"]).all()
+
+
+def test_an_interval_of_another_kind_is_refused(found):
+    with pytest.raises(IdentificationError, match="method is 'bootstrap'; an interval is 'normal' or 'profile'"):
+        found.confidence_interval(method="bootstrap")
+
+
+def test_a_fit_scores_unseen_trials_and_a_wrong_equation_scores_less(found, trials):
+    unseen = undertow.read([recorded(0.08, 7)])
+    assert found.score(unseen) > 0.985
+    bare = undertow.fit(trials, ["stiffness", "viscous_damping"], mass_kg=MASS_KG)
+    assert bare.score(unseen) < 0.97
+    assert any("times the sensors' noise: the equation lacks something" in one for one in bare.doubts)
+    assert not found.doubts
+    assert f"! {bare.doubts[0]}" in str(bare)
+
+
+def test_print_and_html_say_equation_numbers_and_anchor(found):
+    text, html = str(found), found._repr_html_()
+    for said in (text, html):
+        assert "output error on 2 trials together" in said
+        assert "mass 4 kg, as given" in said
+        assert "drag_Ns2_per_m2" in said
+    assert "4 kg" not in str(dataclasses.replace(found, anchor=dataclasses.replace(found.anchor, sentence="<b>")))
+    assert "&lt;b&gt;" in dataclasses.replace(
+        found, anchor=dataclasses.replace(found.anchor, sentence="<b>")
+    )._repr_html_()
+
+
+def test_without_a_mass_numbers_are_over_it_and_the_result_says_so(trials):
+    bare = undertow.fit(trials, TERMS)
+    assert bare.parameters.loc["k_N_per_m_per_mass", "value"] == pytest.approx(100.0, rel=0.01)
+    assert "per" in bare.anchor.sentence
+
+
+def test_dry_trials_give_kilograms_and_are_held():
+    wet = {"stiffness": 400.0, "viscous_damping": 1.0, "quadratic_drag": 6.0, "added_mass": 1.5}
+    dry = {"stiffness": 400.0, "viscous_damping": 1.0}
+    trials = [recorded(x0, i, wet) for i, x0 in enumerate((0.06, 0.1))]
+    known = [recorded(x0, 10 + i, dry) for i, x0 in enumerate((0.05, 0.08, 0.1))]
+    terms = ["stiffness", "viscous_damping", "added_mass", "quadratic_drag"]
+    found = undertow.fit(trials, terms, dry=known, mass_kg=MASS_KG)
+    assert found.parameters.loc["added_mass_kg", "value"] == pytest.approx(1.5, abs=0.1)
+    assert "k, c and mu are held" in found.notes[0]
+    with pytest.raises(IdentificationError, match="dry holds 3 trials but mass_kg is nan"):
+        undertow.fit(trials, terms, dry=known)
+    with pytest.raises(IdentificationError, match="stiffness, viscous_damping has no unknown left"):
+        undertow.fit(trials, ["stiffness", "viscous_damping"], dry=known, mass_kg=MASS_KG)
+
+
+def test_a_mass_beside_added_mass_is_not_enough_and_the_result_says_so(trials):
+    found = undertow.fit(trials, [*TERMS, "added_mass"], mass_kg=MASS_KG)
+    assert "alone cannot part the body's mass from added mass" in found.notes[0]
+
+
+def test_an_equation_that_is_none_is_refused(trials):
+    with pytest.raises(ConfigError, match="equation is the single 'stiffness'; give a list of names"):
+        undertow.fit(trials, "stiffness")
+    with pytest.raises(ConfigError, match="equation has 0 terms; name some"):
+        undertow.fit(trials, [])
+    with pytest.raises(ConfigError, match=r"specimen.mass_kg.*is -1"):
+        undertow.fit(trials, TERMS, mass_kg=-1.0)
+
+
+def test_trials_of_two_waters_with_two_areas_are_refused():
+    two = [recorded(0.05, 0, conditions={"depth": 1.0}), recorded(0.1, 1, conditions={"depth": 2.0})]
+    with pytest.raises(UndertowError, match="what is known of the rig differs between the 2 trials"):
+        undertow.fit(two, TERMS, mass_kg=MASS_KG, area_m2={"by": "depth", "1.0": 0.1, "2.0": 0.2})
+
+
+def test_figures_show_the_trial_that_was_asked_for(found):
+    axes = found.plot(trial="r1")
+    assert axes.get_title().startswith("r1: free-run error")
+    assert [line.get_label() for line in axes.lines] == ["measured", "free run"]
+    left = found.plot_residual(trial=0).lines[0].get_ydata()
+    assert np.std(left) == pytest.approx(1e3 * NOISE_M, rel=0.15)  # mm, the sensor's noise
+    assert found.plot_corner(draws=100).shape == (3, 3)
+
+
+# ---------------------------------------------------------------- posterior
+def test_draws_spread_as_the_likelihood_does_and_not_wider_than_the_errors(found):
+    drawn = found.posterior(4000, seed=1)
+    assert drawn.outcome == "ok"
+    assert drawn.effective > 0.9 * drawn.candidates  # with little noise the likelihood is close to a parabola
+    profile = found.confidence_interval(0.9, "profile")
+    for name in TRUTH:
+        row, ends = found.parameters.loc[name], profile.loc[name]
+        width = ends["high"] - ends["low"]
+        assert drawn.quantiles(name) == pytest.approx(ends.to_list(), abs=0.06 * width)  # 4000 draws: 2 %, twice over
+        assert np.std(drawn.values[name]) < 1.1 * row["stderr"]
+
+
+def test_too_few_draws_and_unknown_names_are_refused(found):
+    with pytest.raises(IdentificationError, match="draws is 1; a posterior needs at least 2"):
+        found.posterior(1)
+    with pytest.raises(IdentificationError, match="draws of 'mu': the fit has"):
+        posterior_draws(found.group.solution, 10, 0, names=["mu"])
+
+
+def test_arviz_gets_chains_of_draws_or_is_asked_for(found):
+    with pytest.raises(UndertowError, match="chains is 0; give at least 1"):
+        found.to_arviz(chains=0)
+    if importlib.util.find_spec("arviz") is None:
+        with pytest.raises(UndertowError, match=r"to_arviz needs ArviZ.*pip install 'undertow\[arviz\]'"):
+            found.to_arviz()
+        return
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")  # ArviZ announces its next version while it is imported
+        made = found.to_arviz(draws=50, chains=2)
+    assert made["posterior"]["k_N_per_m"].shape == (2, 50)
+    assert made["posterior"].attrs["inference_library"] == "undertow"
+
+
+# ---------------------------------------------------------------- predict
+def test_a_prediction_of_an_unseen_trial_holds_it_in_its_band(found):
+    unseen = undertow.read([recorded(0.08, 7)])
+    ahead = found.predict(unseen)
+    run = ahead.runs[0]
+    assert run.nrmse < 0.03
+    assert run.inside > 0.8
+    assert (run.lower <= run.predicted).all()
+    assert (run.predicted <= run.upper).all()
+    assert found.predict(unseen, adjust=True).score() > ahead.score() - 1e-9
+    assert list(ahead.table.columns) == ["trial", "time_s", "measured", "predicted", "lower", "upper"]
+    assert "inside the 90% band" in str(ahead)
+    assert "r7" in ahead._repr_html_()
+    assert ahead.plot().get_title().startswith("r7: error")
+
+
+def test_an_equation_from_a_start_is_run_as_it_is_simulated(found):
+    times = np.arange(0.0, 3.0, 0.01)
+    ahead = undertow.predict(found.equation, x0=0.05, times=times, rest_m=0.01)
+    run = undertow.simulate(found.equation, x0=0.05, times=times)
+    assert ahead.runs[0].predicted == pytest.approx(run.x + 0.01, abs=1e-9)
+    assert ahead.notes == ("no band: an equation alone has no errors",)
+
+
+def test_a_prediction_without_what_it_needs_is_refused(found, trials):
+    with pytest.raises(UndertowError, match=r"x0 is 0.1 and times None; give trials or both"):
+        undertow.predict(found, x0=0.1)
+    with pytest.raises(UndertowError, match=r"x0 is 0.1 beside trials, which have their own"):
+        undertow.predict(found, trials, x0=0.1)
+    with pytest.raises(UndertowError, match="level is 90; the band's share must lie between 0 and 1"):
+        undertow.predict(found, trials, level=90.0)
+    with pytest.raises(UndertowError, match="adjust is True but a Equation cannot be fitted to trial r0"):
+        undertow.predict(found.equation, trials, adjust=True)
+
+
+# ---------------------------------------------------------------- simulate
+def test_what_cannot_be_simulated_is_refused():
+    with pytest.raises(UndertowError, match=r"times has 2 instants and duration_s is 1.0"):
+        undertow.simulate(LAW, x0=0.1, times=[0.0, 1.0], duration_s=1.0)
+    with pytest.raises(UndertowError, match="duration_s is -1 s at 60 Hz; both must be positive"):
+        undertow.simulate(LAW, x0=0.1, duration_s=-1.0, rate_hz=60.0)
+    with pytest.raises(UndertowError, match=r"samples are 0.1 to 0.2 s apart; a recording needs even ones"):
+        undertow.simulate(LAW, x0=0.1, times=[0.0, 0.1, 0.3, 0.4]).recorded()
+    with pytest.raises(UndertowError, match="v0 is 1 m/s; a body that moves was not held: give hold_s=0"):
+        undertow.simulate(LAW, x0=0.1, v0=1.0, duration_s=1.0).recorded()
+
+
+class Own(Stiffness):
+    """A spring of a user's own: its force is found by calling it."""
+
+    name = "own_spring"
+    slots = {}  # noqa: RUF012
+
+
+def test_an_own_laws_free_run_is_adjusted_to_a_trial_as_the_compiled_one_is(found):
+    """x0, clock and rest position by Gauss-Newton steps, here of an equation that the compiled score knows as well."""
+    unseen = undertow.read([recorded(0.08, 7)])
+    known = found.free_runs(unseen)[0]
+    own = run_of_own_law(found.equation, unseen[0], found.group.solution)
+    assert own.nrmse == pytest.approx(known.nrmse, rel=0.01)
+    seen = run_of_own_law(found.equation, found.trials[0], found.group.solution)
+    assert seen.nrmse == pytest.approx(found.runs[0].nrmse, rel=0.02)
+
+
+def test_a_law_of_your_own_is_simulated_and_run_free():
+    law = Equation((Own(),), (400.0,), mass_kg=MASS_KG)
+    with pytest.raises(UndertowError, match="an equation with a law of your own needs both, or times"):
+        undertow.simulate(law, x0=0.1)
+    run = undertow.simulate(law, x0=0.1, duration_s=3.0, rate_hz=60.0)
+    assert run.x == pytest.approx(0.1 * np.cos(10.0 * run.t), abs=1e-5)
+    assert undertow.predict(law, x0=0.1, times=run.t).notes == ("no band: the equation has a law of your own",)
+    assert list(run.table.columns) == ["t", "x", "v", "a"]
+    assert len(run.plot().lines) == 1

@@ -1,0 +1,251 @@
+"""`undertow.read`: one decay as file, table, array or recording is the same trial; what is not said is refused."""
+
+from __future__ import annotations
+
+import numpy as np
+import pandas as pd
+import pytest
+
+import undertow
+from undertow.errors import ConfigError, RecordingError
+
+LAW = {"stiffness": 400.0, "viscous_damping": 2.0}
+MM = 1000.0
+
+
+def recording(x0: float = 0.1, seed: int = 0, **settings):
+    """A hold and a decay of 6 s at 100 Hz with 0.1 mm of noise."""
+    run = undertow.simulate(LAW, x0=x0, mass_kg=4.0, rate_hz=100.0, duration_s=6.0)
+    return run.recorded(noise_m=1e-4, seed=seed, **settings)
+
+
+@pytest.fixture(scope="module")
+def decay():
+    return recording(name="r1")
+
+
+def table_of(one, factor: float = MM) -> pd.DataFrame:
+    return pd.DataFrame({"t": one.time, "x": factor * one.channels["displacement"]})
+
+
+def written(folder, one, name: str = "r1.csv"):
+    """The two columns as a German spreadsheet exports them: semicolons, decimal commas, millimetres."""
+    path = folder / name
+    table_of(one).to_csv(path, sep=";", decimal=",", index=False)
+    return path
+
+
+# ---------------------------------------------------------------- one decay in five shapes
+def test_a_file_a_table_an_array_and_a_recording_are_the_same_trial(decay, tmp_path):
+    mm = {"x": "mm"}
+    x, t = MM * decay.channels["displacement"], decay.time
+    read = {
+        "path": undertow.read(written(tmp_path, decay), units=mm),
+        "text": undertow.read(str(tmp_path / "r1.csv"), units=mm),
+        "glob": undertow.read(str(tmp_path / "*.csv"), units=mm),
+        "table": undertow.read(table_of(decay), units=mm, names=["r1"]),
+        "array": undertow.read((x, t), units=mm, names=["r1"]),
+        "X, t": undertow.read(x[:, None], t=t, units=mm, names=["r1"]),
+        "step": undertow.read([x], units={"displacement": "mm"}, t=[0.01], names=["r1"]),
+        "recording": undertow.read(decay),
+    }
+    for how, trials in read.items():
+        assert trials.names == ("r1",), how
+        assert trials[0].x == pytest.approx(read["recording"][0].x, abs=1e-6), how
+        assert trials[0].amplitude == pytest.approx(0.1, rel=0.01), how
+
+
+def test_trials_motions_and_recordings_of_trials_pass_as_they_are(decay):
+    trials = undertow.read(decay)
+    assert undertow.read(trials) is trials
+    assert undertow.read(trials[0])[0] is trials[0]
+    assert undertow.read(list(trials.recordings)).names == trials.names
+
+
+def test_columns_of_an_array_are_displacement_and_velocity():
+    run = undertow.simulate(LAW, x0=0.1, mass_kg=4.0, rate_hz=100.0, duration_s=6.0)
+    trials = undertow.read(np.column_stack([run.x, run.v]), t=run.t, units={"x": "m", "v": "m/s"})
+    assert set(trials[0].recording.channels) == {"displacement", "velocity"}
+
+
+def test_units_come_from_names_and_unit_rows_where_a_table_has_them(decay, tmp_path):
+    named = table_of(decay).rename(columns={"x": "x [mm]", "t": "t [s]"})
+    assert undertow.read(named)[0].amplitude == pytest.approx(0.1, rel=0.01)
+    path = tmp_path / "row.csv"
+    body = table_of(decay).to_csv(index=False).split("\n", 1)
+    path.write_text(f"{body[0]}\ns,mm\n{body[1]}")
+    assert undertow.read(path)[0].amplitude == pytest.approx(0.1, rel=0.01)
+
+
+def test_columns_and_units_of_time_as_said_and_several_columns_are_summed(decay):
+    x = decay.channels["displacement"]
+    table = pd.DataFrame({"a": 1e3 * decay.time, "b": x, "lc1": 10.0 * x, "lc2": 30.0 * x})
+    columns = {"time": "a", "displacement": "b", "spring_force": ["lc1", "lc2"]}
+    units = {"a": "ms", "displacement": "m", "lc1": "kN", "lc2": "kN"}
+    one = undertow.read(table, columns, units)[0].recording
+    assert one.rate_hz == pytest.approx(100.0)
+    assert one.channels["spring_force"] == pytest.approx(4e4 * x)
+
+
+def test_a_rate_stands_for_a_column_of_time(decay):
+    one = undertow.read(table_of(decay)[["x"]], {"displacement": "x"}, {"x": "mm"}, rate_hz=100.0)[0]
+    assert one.recording.time == pytest.approx(decay.time)
+
+
+def test_an_angle_is_a_rotation(decay):
+    trials = undertow.read(table_of(decay, np.degrees(1.0)), units={"x": "deg"})
+    assert trials.coordinate == "rotation"
+    assert trials[0].amplitude == pytest.approx(0.1, rel=0.01)
+    with pytest.raises(RecordingError, match="2 trials are in translation and in rotation; read them apart"):
+        undertow.read([trials[0], undertow.read(decay)[0]])
+
+
+# ---------------------------------------------------------------- names, conditions, windows
+def test_conditions_are_of_all_trials_one_a_trial_or_by_name(decay):
+    two = [decay, recording(0.05, 1, name="r2")]
+    tables = [table_of(one) for one in two]
+    said = {"units": {"x": "mm"}, "names": ["r1", "r2"]}
+    for conditions, expected in (
+        ({"spring": "long"}, ["long", "long"]),
+        ([{"spring": "long"}, {"spring": "short"}], ["long", "short"]),
+        ({"r1": {"spring": "long"}, "r2": {"spring": "short"}}, ["long", "short"]),
+    ):
+        trials = undertow.read(tables, conditions=conditions, **said)
+        assert [m.recording.conditions["spring"] for m in trials] == expected
+    with pytest.raises(RecordingError, match="conditions has 1 entries but there is a trial 2"):
+        undertow.read(tables, conditions=[{"spring": "long"}], **said)
+    with pytest.raises(RecordingError, match="conditions names r1 but no trial 'r2'; add it"):
+        undertow.read(tables, conditions={"r1": {"spring": "long"}}, **said)
+    with pytest.raises(RecordingError, match=r"names is \['r1'\], which names no trial 2"):
+        undertow.read(tables, units={"x": "mm"}, names=["r1"])
+
+
+def test_a_window_is_of_all_trials_or_of_one(decay):
+    for window in ((None, 4.0), {"r1": (None, 4.0)}):
+        cut = undertow.read(table_of(decay), units={"x": "mm"}, names=["r1"], window=window)[0]
+        assert cut.window.end_s <= 4.0 < undertow.read(decay)[0].window.end_s
+
+
+# ---------------------------------------------------------------- what cannot be used
+def test_a_unit_that_nobody_says_is_refused(decay, tmp_path):
+    with pytest.raises(RecordingError, match=r"displacement \(column 'x'\) has no unit; say it, as in units="):
+        undertow.read(table_of(decay))
+    path = written(tmp_path, decay)
+    with pytest.raises(RecordingError, match=r"r1.csv: displacement \(column 'x'\) has no unit"):
+        undertow.read(path)
+
+
+@pytest.mark.parametrize(
+    ("settings", "message"),
+    [
+        ({"units": {"y": "mm"}}, r"units names 'y', which is neither a column \('t', 'x'\) nor a quantity"),
+        ({"columns": {"depth": "x"}}, "columns names the quantity 'depth'; it may be time, displacement"),
+        ({"columns": {"time": "t", "displacement": "y"}}, "columns says that displacement is in 'y'; the table has"),
+        ({"columns": {"time": "t"}}, "columns names no channel beside time"),
+        ({"columns": {"displacement": "x"}}, "columns names displacement but no time"),
+        ({"units": {"x": "mm"}, "accept": ["noise"]}, "accept names 'noise'; give a list of"),
+        ({"units": {"x": "mm"}, "accept": "gain"}, "accept names 'gain'; give a list of"),
+    ],
+)
+def test_what_is_said_of_a_table_and_is_not_there_is_refused(decay, settings, message):
+    with pytest.raises(RecordingError, match=message):
+        undertow.read(table_of(decay), **settings)
+
+
+def test_a_table_without_a_channel_time_or_numbers_is_refused(decay):
+    table = table_of(decay)
+    with pytest.raises(RecordingError, match="none of the columns 'foo', 'bar' is named like a channel"):
+        undertow.read(table.set_axis(["foo", "bar"], axis=1))
+    with pytest.raises(RecordingError, match="none of the columns 'x' looks like time"):
+        undertow.read(table[["x"]], units={"x": "mm"})
+    with pytest.raises(RecordingError, match="is named like a channel and holds numbers"):
+        undertow.read(table.assign(x="wet"), units={"x": "mm"})
+    with pytest.raises(RecordingError, match="column 'x' holds what is no number"):
+        undertow.read(table.assign(x="wet"), {"time": "t", "displacement": "x"}, {"x": "mm"})
+    assert len(undertow.read(table.assign(remark="wet"), units={"x": "mm"})) == 1
+
+
+@pytest.mark.parametrize(
+    ("source", "t", "message"),
+    [
+        (np.zeros((2, 2, 2)), 0.1, r"X has the shape \(2, 2, 2\); give \(n,\) or \(n, k\)"),
+        (np.zeros(5), 0.0, "t is 0 s; a time step must be positive"),
+        (np.zeros(5), np.zeros(4), r"X has 5 rows but t has the shape \(4,\); give one instant a row"),
+        ([np.zeros(5), np.zeros(5)], [0.1], "X holds 2 trials but t 1; give one time axis a trial"),
+        (np.zeros(5), None, "source is of type ndarray; give paths, DataFrames, recordings, or X together with t"),
+        ("no_such_*.csv", None, "the glob 'no_such_.*csv' fits no file; correct it"),
+        ([], None, "source holds 0 trials"),
+    ],
+)
+def test_a_source_that_holds_no_decay_is_refused(source, t, message):
+    with pytest.raises(RecordingError, match=message):
+        undertow.read(source, units={"x": "m"}, t=t)
+
+
+def test_a_trial_that_cannot_be_used_is_listed_beside_those_that_can(decay):
+    still = pd.DataFrame({"t": np.arange(500) / 100.0, "x": np.zeros(500)})
+    trials = undertow.read([table_of(decay), still], units={"x": "mm"})
+    assert trials.names == ("trial_1",)
+    assert "trial_2" in trials.failed[0].reason
+    assert f"not used: {trials.failed[0].reason}" in str(trials)
+    with pytest.raises(RecordingError, match="trial_1"):
+        undertow.read([still], units={"x": "mm"})
+
+
+def test_channels_that_contradict_each_other_fail_their_trial_unless_accepted(decay):
+    """A displacement in millimetres that is called metres: the accelerometer knows better."""
+    both = recording(name="wrong", acceleration_noise=0.01)
+    table = table_of(both).assign(a=both.channels["acceleration"])
+    units = {"x": "m", "a": "m/s^2"}
+    trials = undertow.read([decay, *undertow.read([table], units=units, accept=["gain", "unit"]).recordings])
+    assert trials.names == ("r1",)
+    assert "recordings.accept" in trials.failed[0].reason
+    with pytest.raises(RecordingError, match="accelerat"):
+        undertow.read([table], units=units)
+
+
+def test_a_config_without_a_trial_that_can_be_used_is_refused(tmp_path):
+    (tmp_path / "still.csv").write_text("t,x\n" + "\n".join(f"{i / 100},0.0" for i in range(500)))
+    config = tmp_path / "run.yaml"
+    config.write_text(
+        "name: none\nrecordings:\n  files: '*.csv'\n  channels:\n    time: {column: t, unit: s}\n"
+        "    displacement: {column: x, unit: m}\n"
+    )
+    with pytest.raises((RecordingError, ConfigError), match="none of 1 trial can be used"):
+        undertow.load(config)
+
+
+# ---------------------------------------------------------------- the collection
+@pytest.fixture(scope="module")
+def several(decay):
+    wet = [recording(x0, i, name=f"w{i}", conditions={"depth": 2.36}) for i, x0 in enumerate((0.05, 0.1))]
+    return undertow.read([*wet, recording(0.08, 5, name="d", conditions={"depth": "dry"})])
+
+
+def test_trials_are_chosen_by_place_name_slice_and_condition(several):
+    assert several["w1"] is several[1]
+    assert several[:2].names == several.where(depth=2.36).names == ("w0", "w1")
+    assert (several[:1] + several[2:]).names == ("w0", "d")
+    groups = several.groups("depth")
+    assert [trials.names for trials in groups.values()] == [("w0", "w1"), ("d",)]
+    with pytest.raises(RecordingError, match="no trial is called 'w7'; there are w0, w1, d"):
+        several["w7"]
+    with pytest.raises(RecordingError, match=r"none of 3 trials has depth 7.*there is depth: 2.36, dry"):
+        several.where(depth=7.0)
+    with pytest.raises(RecordingError, match="trial w0 has no condition 'spring'; it has depth"):
+        several.groups("spring")
+
+
+def test_trials_show_what_they_are(several):
+    assert list(several.table.index) == ["w0", "w1", "d"]
+    assert several.table["period_s"].to_numpy() == pytest.approx(2.0 * np.pi / 10.0, rel=0.01)
+    assert "w0 (depth 2.36): released 0.05 m, period 0.62" in str(several)
+    assert "<table" in several._repr_html_()
+    assert len(several.plot().lines) == 3
+
+
+def test_what_a_prompt_shows_of_a_result_is_its_text_and_no_archive(several):
+    run = undertow.simulate(LAW, x0=0.1, mass_kg=4.0)
+    assert repr(several) == str(several)
+    assert repr(run) == str(run)
+    assert repr(undertow.predict(run.equation, x0=0.1, times=run.t)).startswith("free run of 4 x''")

@@ -68,7 +68,9 @@ def test_what_init_writes_reads_every_trial_as_it_was_recorded(thirteen: Path) -
         start(thirteen)
     config = load(path)
     said = config.catalogue()
-    for entry in planned(config).entries:
+    entries = planned(config).entries
+    assert len(entries) == 13
+    for entry in entries:
         at = int(entry.conditions["trial"]) - 1
         true, read = recorded(0.03 + 0.01 * (at % 4), at), read_trial(entry, said)
         np.testing.assert_allclose(read.channels["displacement"], true[:, 1], atol=1e-11)

@@ -51,6 +51,21 @@ def test_a_gzip_that_unfolds_to_more_than_allowed_is_refused(tmp_path: Path) -> 
         read_table(path)
 
 
+def test_no_more_of_a_gzip_is_unfolded_than_allowed(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    (tmp_path / "r.csv.gz").write_bytes(gzip.compress(b"t,x\n0,0\n"))
+    asked: list[int] = []
+
+    class Stream(io.BytesIO):
+        def read(self, size: int | None = -1) -> bytes:
+            asked.append(-1 if size is None else size)
+            return super().read(size)
+
+    monkeypatch.setattr(gzip, "open", lambda path: Stream(b"t,x\n" + b"0,0\n" * 500_000))
+    with pytest.raises(RecordingError, match=r"unfolds to more than the 1 MB"):
+        read_table(tmp_path / "r.csv.gz", SMALL)
+    assert asked == [1_000_001]
+
+
 def mat_bomb(path: Path, megabytes: int) -> None:
     """A MAT v5 file with a packed variable of doubles 0, written in pieces."""
     folded = zlib.compressobj(1)

@@ -56,6 +56,23 @@ def test_a_channel_in_a_file_beside_with_its_own_rate_and_clock_is_interpolated(
                for note in recording.notes)  # fmt: skip
 
 
+def test_a_clock_that_starts_later_is_added_to_the_stamps_of_its_column(tmp_path: Path) -> None:
+    time = np.arange(0.0, 10.0, 0.01)
+    write(tmp_path / "r1.csv", t=time, x=swing(time))
+    write(tmp_path / "r1_a.csv", tick=1e3 * time, a=swing(time + 2.0, 5.0))
+    late = TimeSpec("tick", "ms", start_s=2.0)
+    beside = ChannelSpec(("a",), "m/s^2", file="{stem}_a.csv", time=late)
+    said = catalogue(tmp_path, displacement=DISPLACEMENT, acceleration=beside)
+    read = read_trial(gather(replace(said, files="r1.csv"))[0], said)
+    assert "acceleration" not in read.channels  # it begins when the body already moves
+    early = replace(beside, time=replace(late, start_s=-2.0))
+    longer = np.arange(0.0, 12.0, 0.01)
+    write(tmp_path / "r1_a.csv", tick=1e3 * longer, a=swing(longer - 2.0, 5.0))
+    said = replace(said, channels={**said.channels, "acceleration": early}, files="r1.csv")
+    read = read_trial(gather(said)[0], said)
+    np.testing.assert_allclose(read.channels["acceleration"], swing(read.time, 5.0), atol=1e-6)
+
+
 def test_a_channel_slower_than_the_displacement_is_left_out_and_said() -> None:
     slow, fast = np.arange(0.0, 10.0, 0.1), np.arange(0.0, 10.0, 0.01)
     found = placed("spring_force", slow, swing(slow), fast, "displacement")

@@ -10,7 +10,7 @@ from matplotlib.figure import Figure
 from tests.findings_fixture import small_findings
 from undertow.discrepancy.findings import AugmentedRun, TrialFindings
 from undertow.discrepancy.verdict import Described
-from undertow.report.blocks import overview, plainest, unseen_words
+from undertow.report.blocks import likelihood_words, overview, unseen_words
 from undertow.report.html import page, page_figures
 from undertow.report.style import GREEN
 from undertow.report.trial_figures import draw_free_run, draw_residual, trial_heading
@@ -54,20 +54,22 @@ def test_without_a_verdict_nothing_is_added():
     assert "what was found" not in trial_heading(trial)
 
 
-def test_the_page_opens_with_the_plainest_case_and_its_proof_on_unseen_trials():
+def test_a_group_says_its_proof_on_unseen_trials_and_how_probable_it_is():
     found = small_findings()
     group = found.groups[-1]
     verdict = replace(
         group.verdict, status="explained", verdict=("hidden_resonator",), sentence="short: water swings.",
-        confidence=0.999,
+        confidence=0.999, posterior=0.72,
         baseline=replace(group.verdict.baseline, held_out_nrmse=0.5), augmented=Described(0.05, 0.06),
     )  # fmt: skip
-    named = replace(found, groups=(replace(group, verdict=verdict),))
-    assert plainest(named) == "short: water swings. Confidence over 99 %."
+    said = replace(found, groups=(replace(group, verdict=verdict),))
     assert unseen_words(verdict) == "50 % → 6.0 %"
     assert unseen_words(replace(verdict, augmented=Described(0.05))) == ""
-    assert "50 % → 6.0 %" in page(named, page_figures(named), {})
-    assert plainest(replace(found, groups=(replace(group, verdict=replace(verdict, status="unknown")),))) == ""
+    text = page(said, page_figures(said), {})
+    assert "50 % → 6.0 %" in text
+    assert "excluded answers included: 72 %" in text
+    assert likelihood_words(replace(verdict, posterior=float("nan"))) == "over 99 %"
+    assert likelihood_words(replace(verdict, status="not_identifiable")) == ""
 
 
 def test_names_that_the_data_cannot_tell_apart_stand_together():

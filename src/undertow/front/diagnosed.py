@@ -17,29 +17,23 @@ import pandas as pd
 from numpy.typing import NDArray
 
 from undertow.discrepancy.findings import GroupFindings, TrialFindings
+from undertow.discrepancy.repaired import repaired_equation
 from undertow.discrepancy.verdict import Status, Verdict
 from undertow.equation.equation import Equation
 from undertow.equation.kernel import SLOT
-from undertow.equation.registry import find
-from undertow.equation.registry import names as registered
 from undertow.errors import IdentificationError
 from undertow.front.handover import HandOver
 from undertow.front.prediction import Prediction, predict, scatter_of
 from undertow.front.reading import read
 from undertow.front.tables import parameter_lines, parameter_table
 from undertow.front.trials import Trials
-from undertow.likelihood.fit import Specimen
 from undertow.likelihood.free_run import FreeRun, free_run
-from undertow.likelihood.scale import contract_name
 from undertow.quantities import Estimate
 from undertow.recording.recording import Array
 from undertow.report.front_figures import draw_runs_before_and_after
 from undertow.report.trial_curves import Axes, new_axes
 from undertow.report.trial_figures import draw_residual
 from undertow.uncertainty.confidence import INTERVAL_LEVEL
-
-OUTSIDE_MOTION = frozenset({"mass_kg", "total_mass_kg"})
-"""Numbers that are no coefficient of a term."""
 
 
 @dataclass(frozen=True, repr=False)
@@ -222,71 +216,3 @@ class DiagnosedGroup(HandOver):
             f"<li>not {escape(one.name)}: {escape(one.because)}</li>" for one in self.verdict.rejected
         )
         return f"<div><p>{escape(self.sentence)}</p>{table}<ul>{rejected}</ul></div>"
-
-
-def repaired_equation(prescribed: Equation, verdict: Verdict, specimen: Specimen) -> Equation:
-    """The prescribed equation with a verdict's numbers and the laws that it names.
-
-    Raises IdentificationError where one of them is no law of motion.
-    """
-    if verdict.augmented is None:
-        return prescribed
-    numbers = verdict.augmented.parameters
-    terms, values = [], []
-    mass = prescribed.mass_kg
-    if "total_mass_kg" in numbers and not any(t.name == "added_mass" for t in prescribed.terms):
-        mass = numbers["total_mass_kg"].value
-    for term, value in zip(prescribed.terms, prescribed.coefficients, strict=True):
-        number, inner = _refitted(term.name, value, numbers, specimen)
-        terms.append(replace(term, **(inner or {})))
-        values.append(number)
-    laws = [name for name in verdict.verdict if name != "unknown"]
-    for name in laws:
-        if name not in registered() or name == "external_forcing":
-            raise IdentificationError(
-                f"{name} is no law of the body's motion with the same numbers in all trials; the repaired equation is "
-                "the prescribed one with that corrected: take .prescribed and .parameters"
-            )
-        for at in range(_how_many(name, numbers)):
-            prefix = f"{name}#{at + 1}." if at else f"{name}."
-            given = {key.removeprefix(prefix): e.value for key, e in numbers.items() if key.startswith(prefix)}
-            term, value = _added(name, given, specimen)
-            terms.append(term)
-            values.append(value)
-    return Equation(tuple(terms), tuple(values), mass, prescribed.rest_m)
-
-
-def _refitted(
-    name: str, value: float, numbers: Mapping[str, Estimate], specimen: Specimen
-) -> tuple[float, dict[str, float]]:
-    """A prescribed term's coefficient and inner parameters as refitted; as they were where they were held."""
-    for known in (specimen, Specimen()):
-        key, _, factor = contract_name(name, known)
-        for one in (key, f"{key}_per_mass"):
-            if one in numbers:
-                return numbers[one].value / factor, {}
-    if name == "added_mass" and "added_mass_kg" in numbers:
-        return numbers["added_mass_kg"].value, {}
-    return value, {}
-
-
-def _how_many(name: str, numbers: Mapping[str, Estimate]) -> int:
-    count = 1
-    while any(key.startswith(f"{name}#{count + 1}.") for key in numbers):
-        count += 1
-    return count
-
-
-def _added(name: str, given: Mapping[str, float], specimen: Specimen) -> tuple[Any, float]:
-    """A named law as a term with its coefficient."""
-    term = find(name)
-    leading = term.coefficient.name
-    values = dict(given)
-    if name == "quadratic_drag" and leading not in values and "drag_coefficient" in values:
-        values[leading] = values.pop("drag_coefficient") * specimen.drag_N_per_unit_coefficient
-    if leading not in values:
-        raise IdentificationError(
-            f"{name} has no {leading} among its numbers ({', '.join(given) or 'none'}); take .parameters instead"
-        )
-    inner = {p.name: values[p.name] for p in term.parameters[1:] if p.name in values}
-    return find(name, **{**term.inner, **inner}), values[leading]

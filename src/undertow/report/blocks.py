@@ -16,11 +16,13 @@ from undertow.discrepancy.verdict import Verdict
 from undertow.discrepancy.words import count, percent
 from undertow.quantities import OK, Estimate, format_number
 from undertow.report.arrange import agreement, group_numbers
+from undertow.report.behind import adjusted_words, gate_rows, repaired_block
 from undertow.report.expressions import is_per_mass, numeric_latex
 from undertow.report.extent import Extent, extent_of
 from undertow.report.figures import amplitude_scale
 from undertow.report.wording import (
     METHOD_NOTES,
+    confidence_words,
     error_parts,
     estimate_text,
     is_as_printed,
@@ -136,7 +138,7 @@ def overview(findings: Findings, anchors: Sequence[str], extent: Extent | None =
     parameters = parameters[:COLUMNS_AT_MOST]
     units = {p: unit_of([found[p] for found in numbers if p in found]) for p in parameters}
     rows = [
-        _identity(group, anchor)
+        identity(group, anchor)
         | {
             "cells": [estimate_text(found[p], not units[p]) if p in found else "" for p in parameters],
             "nrmse": percent(group.verdict.baseline.nrmse),
@@ -157,17 +159,7 @@ def unseen_words(verdict: Verdict) -> str:
     return f"{percent(before)} → {percent(after)}" if math.isfinite(before) and math.isfinite(after) else ""
 
 
-def plainest(findings: Findings) -> str:
-    """The sentence of the named group whose error is furthest above repeatability, with how sure it is; empty without
-    one: what a reader in a hurry takes along."""
-    named = [g.verdict for g in findings.groups if g.verdict.augmented is not None and g.verdict.status == "explained"]
-    if not named:
-        return ""
-    verdict = max(named, key=lambda v: v.baseline.nrmse / max(v.repeatability_nrmse, 1e-12))
-    return f"{verdict.sentence} Confidence {confidence_words(verdict.confidence)}."
-
-
-def _identity(group: GroupFindings, anchor: str) -> dict[str, Any]:
+def identity(group: GroupFindings, anchor: str) -> dict[str, Any]:
     """What names a group and its verdict wherever it stands."""
     verdict = group.verdict
     return {
@@ -190,11 +182,14 @@ def group_block(
         p: unit_of([fit.parameters[p] for fit in group.fits.values() if p in fit.parameters]) for p in parameters
     }
     factor, unit = amplitude_scale(findings)
-    return _identity(group, anchor) | {
+    return identity(group, anchor) | {
         "verdict": verdict_block(group.verdict),
         "columns": [column_heading(p, units[p]) for p in parameters],
         "methods": [_method_row(group, method, units) for method in group.fits],
         "agreement": agreement_texts(group, [p for p in parameters if p != "total_mass_kg"]),
+        "gates": gate_rows(group.verdict),
+        "repaired": repaired_block(group),
+        "adjusted": adjusted_words(group),
         "latex": [group.equation.to_latex(), numeric_latex(group.equation, group.equation_errors)],
         "text": group.equation.text(group.equation_errors),
         "per_mass": is_per_mass(group.equation, group.equation_errors),
@@ -210,17 +205,12 @@ def group_block(
 
 
 def verdict_block(verdict: Verdict) -> Block:
-    """The sentence, and what stands behind it: the addition's numbers, its check, what was ruled out, the next test."""
+    """The sentence, and what stands behind it: how probable it is, its check, what was ruled out, the next test."""
     check = verdict.physical_check
-    named = named_effects(verdict)
     return {
         "sentence": verdict.sentence,
-        "numbers": [
-            {"name": parameter_words(name), "text": estimate_text(estimate)}
-            for name, estimate in (verdict.augmented.parameters if verdict.augmented else {}).items()
-            if "." in name
-        ],
-        "confidence": confidence_words(verdict.confidence) if named else "",
+        "confidence": likelihood_words(verdict) if named_effects(verdict) else "",
+        "rivals": " or ".join(rival_words(verdict)),
         "origin": "" if verdict.origin == "undetermined" else verdict.origin,
         "check": check.because if math.isfinite(check.expected) or check.agrees is not None else "",
         "agrees": check.agrees,
@@ -229,25 +219,16 @@ def verdict_block(verdict: Verdict) -> Block:
     }
 
 
-def confidence_words(confidence: float) -> str:
-    """A probability in whole per cent, never as certain; empty where there is none.
+def likelihood_words(verdict: Verdict) -> str:
+    """How probable a verdict is among everything that was fitted; empty where the data cannot tell names apart (one of
+    them alone has no probability worth printing), or nothing was found out.
 
-    >>> confidence_words(0.98), confidence_words(0.9999)
-    ('98 %', 'over 99 %')
+    >>> likelihood_words(Verdict({}, (), status="explained", posterior=0.72, confidence=0.99))
+    '72 %'
     """
-    if not math.isfinite(confidence):
+    if verdict.status not in ("explained", "nothing_missing", "unknown"):
         return ""
-    return "over 99 %" if confidence > 0.99 else f"{100.0 * confidence:.0f} %"
-
-
-def parameter_words(name: str) -> str:
-    """An addition's parameter in words, without its unit.
-
-    >>> parameter_words("hidden_resonator#2.natural_frequency_rad_per_s")
-    'hidden resonator 2: natural frequency'
-    """
-    effect, _, parameter = name.partition(".")
-    return f"{effect.replace('_', ' ').replace('#', ' ')}: {parameter_name(parameter).words}"
+    return confidence_words(verdict.posterior if math.isfinite(verdict.posterior) else verdict.confidence)
 
 
 def agreement_texts(group: GroupFindings, parameters: Sequence[str]) -> list[str]:

@@ -6,6 +6,7 @@ Belongs here: which figures there are, and the page's making. Does not belong he
 
 from __future__ import annotations
 
+import re
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
@@ -17,8 +18,9 @@ from matplotlib.figure import Figure
 
 from undertow.discrepancy.findings import Findings, GroupFindings
 from undertow.equation.equation import Equation
-from undertow.report import blocks, figures, trial_figures
+from undertow.report import blocks, figures, first_screen, trial_figures
 from undertow.report.arrange import excess, spanning_conditions, unexplained
+from undertow.report.behind import repaired_of
 from undertow.report.expressions import numeric_lines
 from undertow.report.extent import Extent, extent_of
 from undertow.report.style import new_figure, page_style, svg_text
@@ -30,6 +32,9 @@ LEVEL_PARAMETERS = ("added_mass_kg", "drag_coefficient")
 
 WIDTH_IN = 11.0
 """Width of a figure over the whole page, inch."""
+
+FIRST_IN = (5.6, 3.9)
+"""Width and height of the picture on the first screen, inch: its letters stay legible on a phone."""
 
 ROW_IN = 2.7
 """Height of one row of small multiples, inch."""
@@ -75,15 +80,15 @@ def page(
         lstrip_blocks=True,
     )  # fmt: skip
     names = anchors([group.label for group in findings.groups])
-    pairs = zip(findings.groups, names, strict=True)
+    pairs, inline = zip(findings.groups, names, strict=True), Inliner(drawn)
     return environment.get_template("report.html.j2").render(
         name=findings.name,
         across=findings.across_groups,
         doubts=[doubt.rstrip(".") for doubt in findings.doubts],
-        plainest=blocks.plainest(findings),
-        groups=[blocks.group_block(findings, group, name, _inline(drawn, name), whole) for group, name in pairs],
+        first=first_screen.first_screen(findings, names),
+        groups=[blocks.group_block(findings, group, name, inline.part(name), whole) for group, name in pairs],
         overview=blocks.overview(findings, names, whole),
-        figures=_inline(drawn, CAMPAIGN),
+        figures=inline.part(CAMPAIGN),
         failed=failed,
         more_failed=more_failed,
         notes=notes,
@@ -99,6 +104,9 @@ def page(
 def page_figures(findings: Findings) -> dict[str, str]:
     """Every figure of the page as SVG text, by name: CAMPAIGN or a group's anchor, SEPARATOR, what it shows."""
     drawn = {}
+    if shown := first_screen.shown_trial(findings):
+        figure = trial_figures.draw_first(shown.trial, new_figure(*FIRST_IN), shown.repaired)
+        drawn[f"{CAMPAIGN}{SEPARATOR}first"] = svg_text(figure)
     parameters = [p for p in LEVEL_PARAMETERS if figures.compared_methods(findings.groups, p)]
     if spanning_conditions(findings).level is not None and parameters and len(findings.groups) > 1:
         figure = new_figure(WIDTH_IN, 3.6)
@@ -127,6 +135,8 @@ def _group_figures(findings: Findings, group: GroupFindings, parameters: Sequenc
         "runs": svg_text(trial_figures.draw_free_runs(group, runs)),
         "summary": _summary(findings, group, found if len(group.trials) > 1 else []),
     }
+    if written := repaired_of(group):
+        drawn["repaired"] = equation_svg(*written)
     if found:
         agreement = new_figure(WIDTH_IN, 2.0)
         for parameter, place in zip(found, _row(agreement, len(found)), strict=True):
@@ -160,8 +170,26 @@ def equation_svg(equation: Equation, errors: Mapping[str, float]) -> str:
     return svg_text(figure, outlines=True)
 
 
-def _inline(drawn: Mapping[str, str], part: str) -> Mapping[str, Markup]:
-    """The figures of one part of the page by what they show, as SVG elements for use inside HTML."""
-    start = f"{part}{SEPARATOR}"
-    own = {name.removeprefix(start): svg for name, svg in drawn.items() if name.startswith(start)}
-    return {kind: Markup(svg[svg.index("<svg") :]) for kind, svg in own.items()}
+_GLYPH = re.compile(r'<path id="[^"]*" d="[^"]*" transform="[^"]*"/>\n?')
+"""The outline of a letter, as a typeset equation defines it."""
+
+
+class Inliner:
+    """Figures as SVG elements for use inside one page, where a letter's outline is defined once for all of them."""
+
+    def __init__(self, drawn: Mapping[str, str]) -> None:
+        self._drawn = drawn
+        self._defined: set[str] = set()
+
+    def part(self, part: str) -> Mapping[str, Markup]:
+        """The figures of one part of the page, by what they show."""
+        start = f"{part}{SEPARATOR}"
+        own = {name.removeprefix(start): svg for name, svg in self._drawn.items() if name.startswith(start)}
+        return {kind: Markup(_GLYPH.sub(self._once, svg[svg.index("<svg") :])) for kind, svg in own.items()}
+
+    def _once(self, found: re.Match[str]) -> str:
+        outline = found.group()
+        if outline in self._defined:
+            return ""
+        self._defined.add(outline)
+        return outline

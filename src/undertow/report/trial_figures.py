@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from matplotlib.axes import Axes
@@ -28,6 +28,12 @@ CURVES_AT_MOST = 8
 
 POINTS_AT_MOST = 900
 """Points of a curve in a panel; of more, the lowest and the highest of each stretch are drawn."""
+
+SWINGS_SHOWN = 12
+"""Swings of the trial on the page's first screen: more run into each other at its width."""
+
+FIRST_POINTS = 400
+"""Points of a curve on the page's first screen."""
 
 _RESPONSES = {
     ("displacement", "translation"): "displacement",
@@ -148,6 +154,46 @@ def draw_free_runs(group: GroupFindings, figure: Figure, at_most: int = PANELS_A
                 spine.set_color(NOT_EXPLAINED)
     figure.align_ylabels()
     return figure
+
+
+def draw_first(trial: TrialFindings, figure: Figure, repaired: bool) -> Figure:
+    """One trial for the page's first screen, its first SWINGS_SHOWN swings: measured, the equation as prescribed and
+    (``repaired``) the equation repaired; below, what either leaves, grey what repeatability allows."""
+    shown = response(trial)
+    upper, lower = figure.subplots(2, 1, sharex=True, height_ratios=(2.6, 1.0))
+    bare = trial if repaired else replace(trial, augmented=None)
+    draw_free_run(bare, upper)
+    draw_residual(bare, lower)
+    for line, label in zip(upper.lines, ("measured", "equation as prescribed", "equation repaired"), strict=False):
+        line.set(label=label, linewidth=1.4)
+    upper.set_title("")
+    upper.set_xlabel("")
+    upper.set_ylim(-1.1 * _largest(trial) * shown.factor, 1.1 * _largest(trial) * shown.factor)
+    _cut(upper, _swings_end(trial))
+    _cut(lower, _swings_end(trial))
+    lower.locator_params(axis="y", nbins=3)
+    figure.legend(handles=list(upper.lines), loc="outside upper left", ncols=3)
+    figure.align_ylabels()
+    return figure
+
+
+def _cut(axes: Axes, end: float) -> None:
+    """Curves end there, with no more than FIRST_POINTS points each."""
+    for line in axes.lines:
+        t, values = np.asarray(line.get_xdata(orig=True)), np.asarray(line.get_ydata(orig=True))
+        line.set_data(*thinned(t[t <= end], values[t <= end], FIRST_POINTS))
+    axes.set_xlim(float(np.min(axes.lines[0].get_xdata())), end)
+
+
+def _largest(trial: TrialFindings) -> float:
+    """The largest excursion that is drawn of a trial."""
+    return max(float(np.max(np.abs(trial.measured))), float(np.max(np.abs(trial.simulated)))) or 1.0
+
+
+def _swings_end(trial: TrialFindings) -> float:
+    """When a trial's first SWINGS_SHOWN swings are over, or its motion ends."""
+    peaks, _ = half_cycle_peaks(trial.t, trial.measured, 0.02 * float(np.max(np.abs(trial.measured))))
+    return float(peaks[2 * SWINGS_SHOWN] if peaks.size > 2 * SWINGS_SHOWN else trial.t[-1])
 
 
 def panel_grid(panels: int) -> tuple[int, int]:

@@ -36,7 +36,7 @@ METHOD_NOTES: Mapping[str, str] = {
 }
 """What each method does, in one line."""
 
-RESERVED_ANCHORS = frozenset({"campaign", "overview", "failed", "made"})
+RESERVED_ANCHORS = frozenset({"campaign", "first", "overview", "failed", "made"})
 """Anchors of the page's own parts."""
 
 REFERENCE_ORDER = ("output_error", "method1", "sindy", "method2", "decay")
@@ -65,7 +65,7 @@ _NAMES: Mapping[str, Name] = {
 _ORDER = tuple(_NAMES)
 
 _PER = r"_per_(?:rad|m|s|kg)\d?(?:_s\d)?"
-_UNIT_AT_END = re.compile(rf"(?<=[a-z\d])_(?:rad|Hz|kg|N|Ns|Ns2|Ns3|m|s)\d?(?:{_PER})?$|{_PER}$")
+_UNIT_AT_END = re.compile(rf"(?<=[a-z\d])_(?:rad|Hz|kg|N|Ns|Ns2|Ns3|m|s)\d?(?:{_PER})?$|{_PER}$|_N_sp_per_mp$")
 """A unit at the end of a parameter's name: it stands beside the number instead."""
 
 
@@ -94,6 +94,18 @@ def ordered_parameters(names: Iterable[str]) -> list[str]:
     """
     unique = list(dict.fromkeys(names))
     return sorted(unique, key=lambda name: _ORDER.index(name) if name in _ORDER else len(_ORDER))
+
+
+def parameter_words(name: str) -> str:
+    """A repaired equation's parameter in words, without its unit.
+
+    >>> parameter_words("hidden_resonator#2.natural_frequency_rad_per_s"), parameter_words("added_mass_kg")
+    ('hidden resonator 2: natural frequency', 'added mass')
+    """
+    effect, dot, parameter = name.partition(".")
+    if not dot:
+        return parameter_name(name).words
+    return f"{effect.replace('_', ' ').replace('#', ' ')}: {parameter_name(parameter).words}"
 
 
 def method_label(method: str) -> str:
@@ -140,6 +152,17 @@ def estimate_text(estimate: Estimate, with_unit: bool = True) -> str:
     if total == 0.0:
         return format_estimate(replace(estimate, stderr=math.nan, systematic=0.0, unit=unit))
     return format_estimate(replace(estimate, stderr=total, systematic=0.0, unit=unit))
+
+
+def confidence_words(confidence: float) -> str:
+    """A probability in whole per cent, never as certain; empty where there is none.
+
+    >>> confidence_words(0.98), confidence_words(0.9999)
+    ('98 %', 'over 99 %')
+    """
+    if not math.isfinite(confidence):
+        return ""
+    return "over 99 %" if confidence > 0.99 else f"{100.0 * confidence:.0f} %"
 
 
 def error_parts(estimate: Estimate) -> str:

@@ -1,0 +1,106 @@
+"""What stands behind a group's verdict: its conditions with their numbers, and the repaired equation's numbers.
+
+Belongs here: those rows in words. Does not belong here: deciding (discrepancy/decision.py), the repaired equation
+itself (discrepancy/repaired.py), the rest of a group's section (blocks.py).
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from typing import Any
+
+from undertow.discrepancy.findings import GroupFindings
+from undertow.discrepancy.repaired import named_laws, repaired_equation, repaired_errors
+from undertow.discrepancy.verdict import Gate, Verdict
+from undertow.equation.equation import Equation
+from undertow.errors import IdentificationError
+from undertow.quantities import Estimate
+from undertow.report.expressions import numeric_latex
+from undertow.report.wording import (
+    confidence_words,
+    estimate_text,
+    ordered_parameters,
+    parameter_words,
+    problem_of,
+)
+
+PROBABILITY_GATE = "posterior"
+"""The condition whose numbers are probabilities: they are printed as the others on the page."""
+
+
+def gate_rows(verdict: Verdict) -> list[Mapping[str, Any]]:
+    """Every condition behind a verdict: ``gate``, ``statistic``, ``value``, ``limit``, ``passed``, ``because``."""
+    return [
+        {
+            "gate": gate.gate.replace("_", " "),
+            "statistic": gate.statistic.replace("_", " "),
+            "value": _number(gate, gate.value),
+            "limit": _number(gate, gate.limit),
+            "passed": gate.passed,
+            "because": "" if gate.passed else gate.because,
+        }
+        for gate in verdict.decision
+    ]
+
+
+def _number(gate: Gate, value: float) -> str:
+    if not math.isfinite(value):
+        return "-"
+    if gate.gate == PROBABILITY_GATE:
+        return f"{100.0 * value:.0f} %" if value <= 0.99 else confidence_words(value)
+    return f"{value:.3g}"
+
+
+def repaired_of(group: GroupFindings) -> tuple[Equation, Mapping[str, float]] | None:
+    """The repaired equation and its errors by term name; None where nothing is named, or what is named is no law of the
+    body's motion (a clock, a gain, a release)."""
+    if not is_repaired(group.verdict):
+        return None
+    try:
+        equation = repaired_equation(group.equation, group.verdict, group.specimen)
+    except IdentificationError:
+        return None
+    return equation, repaired_errors(group.equation, group.equation_errors, group.verdict, group.specimen)
+
+
+def is_repaired(verdict: Verdict) -> bool:
+    """Whether a verdict names something and has the numbers that go with it."""
+    return verdict.augmented is not None and bool(named_laws(verdict))
+
+
+def repaired_block(group: GroupFindings) -> Mapping[str, Any]:
+    """The repaired equation beside the prescribed one: ``rows`` of ``name``, ``before``, ``after``, ``problem``;
+    ``latex`` and ``text`` (empty where it cannot be written); whether both give a number (``both``), and whether a
+    damping in it is what waves carry away (``of_waves``). Empty where nothing is named."""
+    verdict = group.verdict
+    if verdict.augmented is None or not is_repaired(verdict):
+        return {}
+    before, after = verdict.baseline.parameters, verdict.augmented.parameters
+    written = repaired_of(group)
+    return {
+        "rows": [_row(name, before.get(name), after.get(name)) for name in ordered_parameters((*before, *after))],
+        "both": any(name in after for name in before),
+        "latex": "" if written is None else numeric_latex(*written),
+        "text": "" if written is None else written[0].text(written[1]),
+        "of_waves": any("kernel_mass_kg" in name for name in after),
+    }
+
+
+def _row(name: str, before: Estimate | None, after: Estimate | None) -> Mapping[str, str]:
+    problem = "" if after is None else problem_of(after)
+    return {
+        "name": parameter_words(name),
+        "before": "" if before is None else estimate_text(before),
+        "after": "not in it" if after is None else estimate_text(after),
+        "problem": "" if problem == "no error bar" else problem,
+    }
+
+
+def adjusted_words(group: GroupFindings) -> str:
+    """What every free run of a group's trials was adjusted to, in words; the equation's numbers never are."""
+    speed = "" if all(trial.motion.window.held for trial in group.trials) else ", the release speed"
+    text = f"the release position x0{speed}, the clock and the rest position"
+    if "external_forcing" in group.verdict.verdict:
+        text += ", and with what was found the outside force's own size and phase"
+    return text

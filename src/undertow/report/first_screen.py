@@ -1,0 +1,217 @@
+"""The page's first screen: a sentence a water level, the trial that shows most, and a grid of springs by levels.
+
+Belongs here: what stands there, as plain rows and texts. Does not belong here: the picture (trial_figures.py), the page
+(html.py), everything of one group (blocks.py).
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any
+
+from undertow.discrepancy.findings import Findings, GroupFindings, TrialFindings
+from undertow.discrepancy.repaired import named_laws
+from undertow.discrepancy.sentence import WORDS
+from undertow.discrepancy.verdict import Verdict
+from undertow.discrepancy.words import condition_words, percent
+from undertow.report.arrange import Span, spanning_conditions
+from undertow.report.behind import adjusted_words
+from undertow.report.blocks import NO_BREAK, Block, identity, likelihood_words, unseen_words
+
+SENTENCES_AT_MOST = 8
+"""Levels that have a sentence on the first screen: more would push the picture away."""
+
+
+@dataclass(frozen=True)
+class Shown:
+    """The trial on the first screen, its group, and the group's place among the findings'."""
+
+    trial: TrialFindings
+    group: GroupFindings
+    place: int
+
+    @property
+    def repaired(self) -> bool:
+        """Whether a free run of the repaired equation is drawn."""
+        return self.trial.augmented is not None and bool(named_laws(self.group.verdict))
+
+    @property
+    def error(self) -> float:
+        """Free-run error of the equation as prescribed."""
+        return self.trial.mismatch.nrmse
+
+    @property
+    def gain(self) -> float:
+        """By how much the repaired equation's free-run error is smaller."""
+        after = math.nan if self.trial.augmented is None else self.trial.augmented.nrmse
+        return self.error - after if math.isfinite(after) else -math.inf
+
+
+def shown_trial(findings: Findings) -> Shown | None:
+    """The held-out trial where what was found brings the free run closest; where nothing is named, the one with the
+    largest error. Only a campaign that holds none out shows a trial that was fitted."""
+    every = [Shown(t, g, i) for i, g in enumerate(findings.groups) for t in g.trials]
+    every = [shown for shown in every if math.isfinite(shown.error)]
+    unseen = [shown for shown in every if shown.trial.held_out]
+    for some in ([s for s in unseen if s.repaired], [s for s in every if s.repaired]):
+        if some:
+            return max(some, key=lambda shown: shown.gain)
+    return max(unseen or every, key=lambda shown: shown.error, default=None)
+
+
+def first_screen(findings: Findings, anchors: Sequence[str]) -> Block:
+    """``sentences`` (with ``more`` of them), the trial that is ``shown`` with its numbers, and the ``grid``."""
+    said = level_sentences(findings)
+    more = len(said) - SENTENCES_AT_MOST
+    shown = shown_trial(findings)
+    return {
+        "sentences": said[:SENTENCES_AT_MOST],
+        "more": f"{more} more in the table below" if more > 0 else "",
+        "shown": {} if shown is None else trial_block(shown, anchors),
+        "grid": grid(findings, anchors),
+    }
+
+
+# ---------------------------------------------------------------- sentences
+def level_sentences(findings: Findings) -> list[Block]:
+    """One sentence a level (a group where levels do not tell groups apart): ``title``, ``text`` and ``tone``."""
+    span = spanning_conditions(findings)
+    if not _is_grid(findings, span):
+        return [_sentence(group.label, [group], None) for group in findings.groups]
+    levels: dict[float, list[GroupFindings]] = {}
+    for group in findings.groups:
+        levels.setdefault(span.level_of(group), []).append(group)
+    titles = {level: condition_words(span.level or "", level) for level in levels}
+    return [_sentence(titles[level], groups, span.series) for level, groups in sorted(levels.items())]
+
+
+def _sentence(title: str, groups: Sequence[GroupFindings], series: str | None) -> Block:
+    """What is said of a level's groups: those of which the same is said stand together."""
+    alike: dict[str, list[GroupFindings]] = {}
+    for group in groups:
+        alike.setdefault(_what(group.verdict), []).append(group)
+    parts = [f"{what} ({'; '.join(_size(g, series) for g in same)})" for what, same in alike.items()]
+    tones = {identity(group, "")["tone"] for group in groups}
+    loudest = next(tone for tone in ("open", "found", "unsure", "good") if tone in tones)
+    return {"title": title[0].upper() + title[1:], "text": f"{'; '.join(parts)}.", "tone": loudest}
+
+
+def _what(verdict: Verdict) -> str:
+    """A verdict in one clause, without numbers."""
+    names = " and ".join(_words(name, verdict) for name in named_laws(verdict))
+    if verdict.status == "nothing_missing":
+        return "nothing is missing"
+    if verdict.status == "cannot_tell":
+        return f"these data cannot tell whether anything is missing: {verdict.because.rstrip('.')}"
+    if verdict.status == "present_but_small":
+        return f"smaller than repetitions differ, the equation leaves out {names}"
+    if not names:
+        return "something is missing and nothing that was tried explains it"
+    if verdict.status == "unknown":
+        return f"the equation leaves out {names}, and something else that has no name"
+    if verdict.status == "not_identifiable":
+        others = (" and ".join(_words(name, verdict) for name in rival) for rival in verdict.alternatives)
+        return f"the equation leaves out {' or '.join((names, *others))}; the data cannot tell which"
+    return f"the equation leaves out {names}"
+
+
+def _words(name: str, verdict: Verdict) -> str:
+    """An effect in words; that it is water that oscillates is known only against dry trials."""
+    if name == "hidden_resonator" and verdict.origin != "water":
+        return "something that was not recorded and oscillates by itself"
+    return WORDS.get(name, name.replace("_", " "))
+
+
+def _size(group: GroupFindings, series: str | None) -> str:
+    """How much is missing in a group, with what repeating the test would give."""
+    verdict = group.verdict
+    named = series is not None and series in group.key
+    label = f"{condition_words(series or '', group.key[series or ''])}: " if named else ""
+    allowed = percent(verdict.repeatability_nrmse)
+    limit = "" if allowed == "-" else f", repeats within {allowed}"
+    return f"{label}{error_words(verdict)}{limit}".replace(" %", f"{NO_BREAK}%")
+
+
+def error_words(verdict: Verdict) -> str:
+    """Free-run error of a group, before and after what is named, and on which trials.
+
+    >>> from undertow.discrepancy.verdict import Described
+    >>> error_words(Verdict({}, (), baseline=Described(0.4, 0.5), augmented=Described(0.02, 0.06)))
+    'error 50 % → 6.0 % on unseen trials'
+    """
+    if verdict.augmented is None:
+        return f"error {percent(verdict.baseline.nrmse)}"
+    if unseen := unseen_words(verdict):
+        return f"error {unseen} on unseen trials"
+    after = percent(verdict.augmented.nrmse)
+    return f"error {percent(verdict.baseline.nrmse)} → {after} on the trials it was fitted to"
+
+
+# ---------------------------------------------------------------- the trial that is shown
+def trial_block(shown: Shown, anchors: Sequence[str]) -> Block:
+    """The trial beside its picture: its name, group and ``numbers`` (value, and what it is)."""
+    trial, verdict, found = shown.trial, shown.group.verdict, shown.trial.augmented if shown.repaired else None
+    before = "error of the equation as prescribed" if found else "error of the equation"
+    loud = "alarm" if trial.mismatch.missing else ""
+    numbers = [{"value": percent(trial.mismatch.nrmse), "words": before, "tone": loud}]
+    if found is not None:
+        numbers.append({"value": percent(found.nrmse), "words": "error of the repaired equation", "tone": "good"})
+    allowed = percent(trial.mismatch.repeatability_nrmse)
+    if allowed != "-":
+        numbers.append({"value": allowed, "words": "what repeating the test would give, at most", "tone": ""})
+    if sure := likelihood_words(verdict):
+        numbers.append({"value": sure, "words": likelihood_of(verdict), "tone": ""})
+    return {
+        "name": trial.motion.name,
+        "title": shown.group.label,
+        "anchor": anchors[shown.place],
+        "held_out": trial.held_out,
+        "repaired": shown.repaired,
+        "adjusted": adjusted_words(shown.group),
+        "numbers": numbers,
+    }
+
+
+def likelihood_of(verdict: Verdict) -> str:
+    """Of what the probability that stands with a verdict is."""
+    return f"probability {'that nothing is missing' if verdict.status == 'nothing_missing' else 'of this answer'}"
+
+
+# ---------------------------------------------------------------- the grid
+def grid(findings: Findings, anchors: Sequence[str]) -> Block:
+    """Springs as rows, levels as columns, a cell a group: ``columns``, ``rows`` of ``head`` and ``cells`` (None where
+    there is no group). One row of all groups, without columns, where springs and levels do not tell them apart."""
+    span = spanning_conditions(findings)
+    cells = [_cell(group, anchor) for group, anchor in zip(findings.groups, anchors, strict=True)]
+    if not _is_grid(findings, span):
+        return {"columns": [], "rows": [{"head": "", "cells": cells}]}
+    places = {_place(group, span): cell for group, cell in zip(findings.groups, cells, strict=True)}
+    levels = sorted({span.level_of(group) for group in findings.groups})
+    series = dict.fromkeys(span.series_of(group) for group in findings.groups)
+    head = span.series
+    return {
+        "columns": [condition_words(span.level or "", level) for level in levels],
+        "rows": [
+            {"head": "" if head is None else condition_words(head, one),
+             "cells": [places.get((one, level)) for level in levels]}
+            for one in series
+        ],
+    }  # fmt: skip
+
+
+def _place(group: GroupFindings, span: Span) -> tuple[Any, float]:
+    return span.series_of(group), span.level_of(group)
+
+
+def _is_grid(findings: Findings, span: Span) -> bool:
+    """Whether a spring and a level tell all groups apart, so that they can stand in rows and columns."""
+    places = [_place(group, span) for group in findings.groups]
+    return span.level is not None and len(set(places)) == len(places)
+
+
+def _cell(group: GroupFindings, anchor: str) -> Block:
+    """A group's cell: its name, tone and what is named (`identity`), and its error as in its sentence."""
+    error = error_words(group.verdict).removeprefix("error ").removesuffix(" on unseen trials")
+    return {**identity(group, anchor), "error": error.replace(" on the trials it was fitted to", " (fitted)")}

@@ -1,0 +1,101 @@
+"""The repaired equation: the prescribed one with a verdict's numbers, the laws that it names, and their errors."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+
+import pytest
+
+from undertow.discrepancy.repaired import repaired_equation, repaired_errors
+from undertow.discrepancy.verdict import Described, Verdict
+from undertow.equation import registry as shelf
+from undertow.equation.equation import Equation, equation_15
+from undertow.errors import IdentificationError
+from undertow.likelihood.fit import Specimen
+from undertow.quantities import Estimate
+
+SPECIMEN = Specimen(2637.4, 1.1e5, 0.97)
+PRESCRIBED = equation_15(2637.4, -80.0, 590.0, 109600.0, 170.0, 485.0 * 30.0)
+ERRORS = {"added_mass": 40.0, "quadratic_drag": 900.0, "stiffness": 300.0}
+WATER = {
+    "mass_kg": Estimate(300.0, 6.0, unit="kg"),
+    "natural_frequency_rad_per_s": Estimate(9.6, 0.05, unit="rad/s"),
+    "damping_ratio": Estimate(0.02, 0.001, unit="1"),
+}
+
+
+def verdict(*names: str, **numbers: Estimate) -> Verdict:
+    return Verdict({}, (), status="explained", verdict=names, augmented=Described(0.03, 0.04, numbers))
+
+
+def values(equation: Equation) -> dict[str, float]:
+    return {term.name: value for term, value in zip(equation.terms, equation.coefficients, strict=True)}
+
+
+def test_refitted_numbers_take_the_prescribed_ones_places_and_held_ones_stay():
+    said = verdict(
+        "hidden_resonator", added_mass_kg=Estimate(350.0, 7.0, unit="kg"), drag_coefficient=Estimate(2.0, 0.5),
+        **{f"hidden_resonator.{name}": e for name, e in WATER.items()},
+    )  # fmt: skip
+    found = values(repaired_equation(PRESCRIBED, said, SPECIMEN))
+    assert found["added_mass"] == 350.0
+    assert found["quadratic_drag"] == pytest.approx(2.0 * 485.0)
+    assert found["hidden_resonator"] == 300.0
+    assert found["stiffness"] == 109600.0
+    errors = repaired_errors(PRESCRIBED, ERRORS, said, SPECIMEN)
+    assert errors["added_mass"] == 7.0
+    assert errors["quadratic_drag"] == pytest.approx(0.5 * 485.0)
+    assert errors["hidden_resonator"] == 6.0
+    assert errors["stiffness"] == 300.0
+
+
+def test_a_law_that_is_named_twice_stands_twice_and_its_errors_are_left_out():
+    numbers = {f"hidden_resonator{n}.{name}": e for n in ("", "#2") for name, e in WATER.items()}
+    said = verdict("hidden_resonator", "hidden_resonator", **numbers)
+    names = [term.name for term in repaired_equation(PRESCRIBED, said, SPECIMEN).terms]
+    assert names.count("hidden_resonator") == 2
+    assert "hidden_resonator" not in repaired_errors(PRESCRIBED, ERRORS, said, SPECIMEN)
+
+
+def test_a_law_that_stands_in_place_of_a_prescribed_one_takes_it_out():
+    said = verdict(
+        "drag_exponent",
+        **{
+            "drag_exponent.coefficient_N_sp_per_mp": Estimate(590.0, 40.0),
+            "drag_exponent.exponent": Estimate(1.1, 0.02),
+        },
+    )
+    found = values(repaired_equation(PRESCRIBED, said, SPECIMEN))
+    assert "quadratic_drag" not in found
+    assert found["drag_exponent"] == 590.0
+
+
+def test_a_sine_takes_from_the_line_what_it_gives_back():
+    said = verdict("sine_restoring", **{"sine_restoring.N_per_m": Estimate(9600.0, 100.0)})
+    found = values(repaired_equation(PRESCRIBED, said, SPECIMEN))
+    assert found["stiffness"] == pytest.approx(100000.0)
+    assert found["sine_restoring"] == 9600.0
+
+
+def test_without_an_anchor_the_total_mass_stays_one_and_numbers_are_per_mass():
+    prescribed = Equation((shelf.find("stiffness"),), (41.0,))
+    numbers = {"k_N_per_m_per_mass": Estimate(42.0, 0.2), "linear_damping.c_Ns_per_m": Estimate(0.3)}
+    said = verdict("linear_damping", **numbers)
+    found = repaired_equation(prescribed, said, Specimen())
+    assert (found.mass_kg, values(found)) == (1.0, {"stiffness": 42.0, "linear_damping": 0.3})
+    assert repaired_errors(prescribed, {}, said, Specimen())["stiffness"] == 0.2
+
+
+def test_where_nothing_is_named_the_prescribed_equation_stays():
+    nothing = replace(verdict(), augmented=None)
+    assert repaired_equation(PRESCRIBED, nothing, SPECIMEN) is PRESCRIBED
+    assert repaired_errors(PRESCRIBED, ERRORS, nothing, SPECIMEN) == ERRORS
+
+
+def test_what_is_no_law_of_motion_or_has_no_numbers_is_refused():
+    with pytest.raises(IdentificationError, match="time_shift is no law of the body's motion with the same numbers"):
+        repaired_equation(PRESCRIBED, verdict("time_shift"), SPECIMEN)
+    with pytest.raises(IdentificationError, match=r"cubic_stiffness has no N_per_m3 among its numbers \(none\)"):
+        repaired_equation(PRESCRIBED, verdict("cubic_stiffness"), SPECIMEN)
+    assert math.isnan(repaired_errors(PRESCRIBED, ERRORS, verdict("time_shift"), SPECIMEN).get("time_shift", math.nan))

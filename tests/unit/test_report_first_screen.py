@@ -1,0 +1,313 @@
+"""The page's first screen: sentences by level, the trial that shows most, the grid; what stands behind a verdict."""
+
+from __future__ import annotations
+
+import math
+import re
+from dataclasses import replace
+from functools import cache
+
+import numpy as np
+import pytest
+from matplotlib.figure import Figure
+
+from tests.findings_fixture import MARKUP, bare_findings, make_findings, named, small_findings
+from undertow.discrepancy.findings import AugmentedRun, Findings, GroupFindings, TrialFindings
+from undertow.discrepancy.verdict import Described, Gate, Verdict
+from undertow.quantities import Estimate
+from undertow.report.behind import adjusted_words, gate_rows, repaired_block
+from undertow.report.first_screen import SENTENCES_AT_MOST, first_screen, grid, level_sentences, shown_trial
+from undertow.report.html import page, page_figures
+from undertow.report.style import GREEN, NOT_EXPLAINED, page_style
+from undertow.report.trial_figures import FIRST_POINTS, SWINGS_SHOWN, draw_first, half_cycle_peaks
+
+GATES = (
+    Gate("evidence", "log odds of hidden_resonator over nothing", 812.0, 4.6, True),
+    Gate("posterior", "posterior probability", 0.9998, 0.99, True),
+    Gate("rivals", "other sets", 1.0, 0.0, False, "because <i>this</i>"),
+)
+
+
+def repaired(group: GroupFindings, left: float = 0.1) -> GroupFindings:
+    """The group with a named resonator and free runs that miss ``left`` of what the equation's miss."""
+    group = named(group)
+    verdict = replace(
+        group.verdict, posterior=0.72, decision=GATES, alternatives=(),
+        baseline=replace(group.verdict.baseline, held_out_nrmse=0.5),
+        augmented=replace(group.verdict.augmented or Described(), held_out_nrmse=0.06),
+    )  # fmt: skip
+
+    def run(trial: TrialFindings) -> TrialFindings:
+        return replace(
+            trial, augmented=AugmentedRun(left * trial.mismatch.nrmse, left * (trial.measured - trial.simulated))
+        )
+
+    return replace(group, verdict=verdict, trials=tuple(run(trial) for trial in group.trials))
+
+
+@cache
+def named_findings() -> Findings:
+    """The small campaign in which the second group's water is named and repaired."""
+    first, second = small_findings().groups
+    return replace(small_findings(), groups=(first, repaired(second)))
+
+
+@cache
+def rendered() -> str:
+    with page_style():
+        return page(named_findings(), page_figures(named_findings()), {})
+
+
+def above_the_overview() -> str:
+    return rendered().split('id="overview"')[0]
+
+
+# ---------------------------------------------------------------- on the page
+def test_the_first_screen_has_sentences_picture_numbers_and_grid_before_any_table_of_groups():
+    first = above_the_overview().split("<h1>")[1]
+    assert "<b>Water depth 2.36 m</b>: the equation leaves out water that oscillates by itself" in first
+    assert '<figure class="first"><svg' in first
+    for words in ("error of the equation as prescribed", "error of the repaired equation", "repeating the test",
+                  "probability of this answer"):  # fmt: skip
+        assert words in first
+    assert "<b>72 %</b>" in first
+    cells = re.findall(r'<a class="cell (\w+)" href="#([\w-]+)"', first)
+    assert cells == [("good", "spring-short-water-depth-1-63-m"), ("found", "spring-short-water-depth-2-36-m")]
+
+
+def test_the_picture_is_one_of_the_campaigns_figures_and_says_what_was_adjusted():
+    with page_style():
+        drawn = page_figures(named_findings())
+    assert "equation repaired" in drawn["campaign--first"]
+    first = above_the_overview()
+    assert "Adjusted to this trial, alike for every equation: the release position x0, the clock and the rest" in first
+    assert rendered().count("Adjusted to each trial, alike for every equation: the release position x0") == 2
+
+
+def test_texts_from_files_on_the_first_screen_are_escaped():
+    group = repaired(small_findings().groups[1])
+    group = replace(group, key={"spring": f"s{MARKUP}", "water_depth_m": 2.36})
+    trials = tuple(replace(t, held_out=t.motion.name == f"r{MARKUP}") for t in group.trials)
+    unsure = small_findings().groups[0]
+    because = replace(unsure.verdict, status="cannot_tell", because=f"b{MARKUP}", decision=())
+    groups = (replace(unsure, verdict=because), replace(group, trials=trials))
+    findings = replace(small_findings(), groups=groups, doubts=(f"d{MARKUP}",))
+    with page_style():
+        text = page(findings, page_figures(findings), {})
+    first = text.split('id="overview"')[0]
+    assert "<script" not in text
+    for mark in "dsrb":
+        assert f"{mark}&lt;script&gt;" in first, mark
+
+
+def test_a_letters_outline_is_defined_once_on_a_page():
+    outlines = re.findall(r'<path id="([^"]+)" d="[^"]*" transform="[^"]*"/>', rendered())
+    assert len(outlines) > 10
+    assert len(outlines) == len(set(outlines))
+    used = set(re.findall(r'<use xlink:href="#(DejaVu[^"]+)"', rendered()))
+    assert used <= set(outlines)
+
+
+# ---------------------------------------------------------------- the trial
+def test_the_held_out_trial_where_the_repair_helps_most_is_shown():
+    shown = shown_trial(named_findings())
+    assert shown is not None
+    assert shown.trial.held_out
+    assert shown.place == 1
+    assert shown.repaired
+
+
+def test_a_trial_that_was_fitted_is_shown_only_where_none_was_held_out():
+    group = repaired(small_findings().groups[1], left=0.95)
+    trials = [replace(trial, held_out=False) for trial in group.trials]
+    least = min(range(len(trials)), key=lambda i: trials[i].mismatch.nrmse)
+    trials[least] = replace(trials[least], augmented=AugmentedRun(0.0, 0.0 * trials[least].measured))
+    findings = replace(small_findings(), groups=(replace(group, trials=tuple(trials)),))
+    shown = shown_trial(findings)
+    assert shown is not None
+    assert shown.trial.motion.name == trials[least].motion.name
+    assert shown.gain == pytest.approx(trials[least].mismatch.nrmse)
+    assert not first_screen(findings, ["a"])["shown"]["held_out"]
+
+
+def test_without_a_name_the_held_out_trial_with_the_largest_error_is_shown():
+    findings = make_findings()
+    shown = shown_trial(findings)
+    assert shown is not None
+    assert not shown.repaired
+    held = [t.mismatch.nrmse for g in findings.groups for t in g.trials if t.held_out]
+    assert shown.error == max(held)
+    words = [n["words"] for n in first_screen(findings, [str(i) for i in range(6)])["shown"]["numbers"]]
+    assert words[0] == "error of the equation"
+    assert "error of the repaired equation" not in words
+
+
+def test_findings_without_trials_show_none():
+    bare = bare_findings()
+    assert shown_trial(replace(bare, groups=(replace(bare.groups[0], trials=()),))) is None
+
+
+def test_the_numbers_are_the_shown_trials_own():
+    findings = named_findings()
+    block = first_screen(findings, ["a", "b"])["shown"]
+    trial = next(t for t in findings.groups[1].trials if t.held_out)
+    before, after = trial.mismatch.nrmse, 0.1 * trial.mismatch.nrmse
+    assert block["numbers"][0]["value"] == f"{100 * before:.0f} %"
+    assert block["numbers"][1]["value"] == f"{100 * after:.1f} %"
+    assert block["anchor"] == "b"
+
+
+def test_the_picture_draws_three_curves_of_the_first_swings():
+    trial = next(t for t in named_findings().groups[1].trials if t.held_out)
+    figure = draw_first(trial, Figure(), repaired=True)
+    upper, lower = figure.axes
+    assert [line.get_label() for line in upper.lines] == ["measured", "equation as prescribed", "equation repaired"]
+    assert [line.get_color() for line in lower.lines] == [NOT_EXPLAINED, GREEN]
+    peaks, _ = half_cycle_peaks(trial.t, trial.measured, 0.02 * float(np.max(np.abs(trial.measured))))
+    end = peaks[2 * SWINGS_SHOWN] if peaks.size > 2 * SWINGS_SHOWN else trial.t[-1]
+    assert upper.get_xlim()[1] == pytest.approx(end)
+    assert all(np.size(line.get_xdata()) <= FIRST_POINTS for line in upper.lines)
+    plain = draw_first(trial, Figure(), repaired=False)
+    assert len(plain.axes[0].lines) == 2
+
+
+# ---------------------------------------------------------------- sentences and grid
+@pytest.mark.parametrize(
+    ("status", "names", "words"),
+    [
+        ("nothing_missing", (), "nothing is missing"),
+        ("unknown", ("unknown",), "nothing that was tried explains it"),
+        ("unknown", ("relaxation", "unknown"), "leaves out memory that relaxes, and something else that has no name"),
+        ("present_but_small", ("relaxation",), "smaller than repetitions differ, the equation leaves out memory"),
+        ("cannot_tell", (), "cannot tell whether anything is missing: no dry trials"),
+        ("not_identifiable", ("relaxation",), "memory that relaxes or linear damping beyond the structure's own; the"),
+        ("explained", ("hidden_resonator",), "something that was not recorded and oscillates by itself"),
+    ],
+)
+def test_every_status_has_a_sentence(status, names, words):
+    group = small_findings().groups[1]
+    verdict = replace(
+        group.verdict, status=status, verdict=names, alternatives=(("linear_damping",),), because="no dry trials."
+    )
+    (said,) = level_sentences(replace(small_findings(), groups=(replace(group, verdict=verdict),)))
+    assert words in said["text"]
+    assert said["text"].endswith(").")
+
+
+def test_springs_of_a_level_of_which_the_same_is_said_share_a_sentence():
+    findings = make_findings()
+    said = level_sentences(findings)
+    assert [s["title"] for s in said] == ["Water depth 1.63 m", "Water depth 2.36 m", "Water depth 2.57 m"]
+    assert said[0]["text"].count("nothing is missing") == 1
+    assert "spring long: error" in said[0]["text"]
+    assert "spring short: error" in said[0]["text"]
+    assert said[1]["tone"] == "open"
+    assert "nothing is missing" in said[1]["text"]
+
+
+def test_the_grid_has_springs_as_rows_and_levels_as_columns():
+    findings = make_findings()
+    names = [str(i) for i in range(6)]
+    table = grid(findings, names)
+    assert table["columns"] == ["water depth 1.63 m", "water depth 2.36 m", "water depth 2.57 m"]
+    assert [row["head"] for row in table["rows"]] == ["spring long", "spring short"]
+    placed = {group.label: name for group, name in zip(findings.groups, names, strict=True)}
+    for row in table["rows"]:
+        for column, cell in zip(table["columns"], row["cells"], strict=True):
+            assert cell["anchor"] == placed[f"{row['head']}, {column}"]
+    assert table["rows"][1]["cells"][1]["tone"] == "open"
+
+
+def test_a_level_without_a_springs_trials_leaves_its_cell_empty():
+    findings = make_findings()
+    table = grid(replace(findings, groups=findings.groups[:-1]), [str(i) for i in range(5)])
+    assert table["rows"][1]["cells"][2] is None
+
+
+def test_groups_that_no_spring_and_level_tell_apart_stand_in_one_row():
+    group = small_findings().groups[0]
+    keys = [{"operator": "a", "water_depth_m": depth, "day": day} for depth in (1.0, 2.0) for day in ("x", "y")]
+    findings = replace(small_findings(), groups=tuple(replace(group, key=key) for key in keys))
+    table = grid(findings, list("1234"))
+    assert table["columns"] == []
+    assert [cell["anchor"] for cell in table["rows"][0]["cells"]] == list("1234")
+    assert level_sentences(findings)[0]["title"] == "Operator a, water depth 1 m, day x"
+    with page_style():
+        assert page(findings, page_figures(findings), {}).count('<a class="cell good"') == 4
+
+
+def test_many_levels_have_no_more_sentences_than_fit():
+    group = small_findings().groups[0]
+    groups = tuple(replace(group, key={"water_depth_m": float(i)}) for i in range(SENTENCES_AT_MOST + 3))
+    block = first_screen(replace(small_findings(), groups=groups), [str(i) for i in range(len(groups))])
+    assert len(block["sentences"]) == SENTENCES_AT_MOST
+    assert block["more"] == "3 more in the table below"
+
+
+# ---------------------------------------------------------------- behind a verdict
+def test_the_conditions_behind_a_verdict_stand_in_its_section_folded():
+    section = rendered().split('<section id="spring-short-water-depth-2-36-m">')[1]
+    details = section.split('<details class="gates">')[1].split("</details>")[0]
+    assert "3 conditions with their limits" in details
+    assert "log odds of hidden resonator over nothing" in details
+    assert "<td class=\"n\">812</td><td class=\"n\">4.6</td><td>yes</td>" in details
+    assert "because &lt;i&gt;this&lt;/i&gt;" in details
+    assert details.count("<b>no</b>") == 1
+
+
+def test_a_probability_among_the_conditions_is_never_printed_as_certain():
+    verdict = Verdict({}, (), decision=GATES)
+    row = gate_rows(verdict)[1]
+    assert (row["value"], row["limit"]) == ("over 99 %", "99 %")
+    unknown = gate_rows(replace(verdict, decision=(replace(GATES[1], value=math.nan),)))
+    assert unknown[0]["value"] == "-"
+
+
+def test_the_repaired_equation_stands_beside_the_prescribed_one_and_is_believed():
+    section = rendered().split('<section id="spring-short-water-depth-2-36-m">')[1]
+    with page_style():
+        drawn = page_figures(named_findings())
+    assert "spring-short-water-depth-2-36-m--repaired" in drawn
+    assert "spring-short-water-depth-1-63-m--repaired" not in drawn
+    assert "<b>Repaired</b>" in section
+    assert "Where both give a number, believe the repaired one" in section
+    assert "<b>Repaired</b>" not in rendered().split('<section id="spring-short-water-depth-2-36-m">')[0]
+
+
+def test_both_numbers_of_a_parameter_are_shown():
+    group = repaired(small_findings().groups[1])
+    mass = Estimate(300.0, 6.0, 0.0, "kg")
+    after = {"added_mass_kg": Estimate(350.0, 7.0, 0.0, "kg"), "hidden_resonator.mass_kg": mass}
+    before = {"added_mass_kg": Estimate(-80.0, 12.0, 0.0, "kg"), "drag_coefficient": Estimate(30.0, 2.0, 0.0, "1")}
+    verdict = replace(group.verdict, baseline=Described(0.4, 0.5, before), augmented=Described(0.03, 0.04, after))
+    block = repaired_block(replace(group, verdict=verdict))
+    rows = {row["name"]: (row["before"], row["after"]) for row in block["rows"]}
+    assert block["both"]
+    assert rows == {
+        "added mass": ("-80 ± 12 kg", "350 ± 7 kg"),
+        "drag coefficient": ("30.0 ± 2.0", "not in it"),
+        "hidden resonator: mass": ("", "300 ± 6 kg"),
+    }
+
+
+def test_where_no_law_of_motion_is_named_the_numbers_stand_without_an_equation():
+    group = repaired(small_findings().groups[1])
+    after = {"time_shift.shift_s": Estimate(0.02, 0.001, 0.0, "s")}
+    verdict = replace(group.verdict, verdict=("time_shift",), augmented=Described(0.03, 0.04, after))
+    findings = replace(small_findings(), groups=(replace(group, verdict=verdict),))
+    assert repaired_block(findings.groups[0])["latex"] == ""
+    with page_style():
+        drawn = page_figures(findings)
+        text = page(findings, drawn, {})
+    assert not [name for name in drawn if name.endswith("--repaired")]
+    assert "no law of the body's motion with the same numbers in all trials" in text
+
+
+def test_a_release_that_was_not_held_says_that_its_speed_was_adjusted():
+    group = small_findings().groups[1]
+    assert adjusted_words(group) == "the release position x0, the clock and the rest position"
+    trial = group.trials[0]
+    pushed = replace(trial, motion=replace(trial.motion, window=replace(trial.motion.window, held=False)))
+    assert "x0, the release speed, the clock" in adjusted_words(replace(group, trials=(pushed,)))
+    driven = replace(group, verdict=replace(group.verdict, verdict=("external_forcing",)))
+    assert "outside force's own size and phase" in adjusted_words(driven)

@@ -45,6 +45,7 @@ def test_nothing_is_missing_where_equation_15_made_the_data():
         assert abs(drag.value - q / (0.5 * 1000.0 * area)) < 3.0 * drag.total_stderr
 
 
+@pytest.mark.slow
 @needs_practice
 def test_slosh_in_closed_cells_is_named_and_proved():
     found = findings("one", "[linear_damping, hidden_resonator, cubic_stiffness]")

@@ -27,6 +27,7 @@ def found(name: str, size: float, folder):
     return next(g for g in findings.groups if g.dry), next(g for g in findings.groups if not g.dry)
 
 
+@pytest.mark.slow
 def test_a_slow_release_is_named_dry_and_wet_and_is_no_memory(tmp_path):
     for group in found("imperfect_release", 0.4, tmp_path):
         verdict = group.verdict

@@ -80,6 +80,9 @@ SUSPECT_BUDGET = 3000.0
 LEVEL_BUDGET = 8000.0
 """The same for all suspects of a level together."""
 
+TRIALS_A_BUDGET = 4.0
+"""So many trials more double what may be spent: each brings unknowns of its own, and fits take more steps."""
+
 OVERWHELMING = math.log(1e6)
 """Log odds from which an effect is there though the free run hardly shows it: nothing is then no answer."""
 
@@ -108,7 +111,7 @@ class _Search:
 
     def run(self) -> Diagnosis:
         """Add effects one after the other until none is worth it, or the level's budget is spent."""
-        with metered(self.budget * LEVEL_BUDGET * self._one_look()):
+        with metered(LEVEL_BUDGET * self._one_look()):
             try:
                 self._grow()
             except BudgetError:
@@ -120,16 +123,18 @@ class _Search:
         )  # fmt: skip
 
     def _one_look(self) -> float:
-        """Steps of one look at the level with the prescribed equation's unknowns: the unit of budgets."""
-        solution = self.null.fit.solution
-        return float(sum(trial.t.size * (1 + trial.slots.size) for trial in solution.problem.trials))
+        """Steps of one look at the level with the prescribed equation's unknowns, times what the config and the number
+        of trials give: the unit of budgets."""
+        trials = self.null.fit.solution.problem.trials
+        more = 1.0 + (len(trials) - 1.0) / TRIALS_A_BUDGET
+        return self.budget * more * float(sum(trial.t.size * (1 + trial.slots.size) for trial in trials))
 
     def _grow(self) -> None:
         for depth in range(MOST_EFFECTS):
             near = self.error <= 1.0 and not self._forced_beyond()
             if depth and (near or len(self.best.suspects) == MOST_EFFECTS):
                 break
-            tried = self._at_own_memory(list(self._tried(depth)), depth)
+            tried = self._at_own_memory(self._as_far_as_possible(depth), depth)
             self.found += tried
             odds = math.log(ACCUSE_PROBABILITY / (1.0 - ACCUSE_PROBABILITY))
             possible = sorted((c for c in tried if not c.out), key=lambda c: -c.score)
@@ -221,6 +226,16 @@ class _Search:
         self.screened = {k: replace(s, score=shift + s.relative) for k, s in self.screened.items()}
         return [replace(c, fit=at_memory(c.fit, memory)) for c in tried]
 
+    def _as_far_as_possible(self, depth: int) -> list[Candidate]:
+        """Candidates of this depth; those tried so far where the level's budget ends."""
+        tried: list[Candidate] = []
+        try:
+            for candidate in self._tried(depth):
+                tried.append(candidate)
+        except BudgetError:
+            self.unfinished.append("further effects")
+        return tried
+
     def _tried(self, depth: int) -> Iterator[Candidate]:
         near = self.best.fit.misfit <= NEAR or missed_share(self.level, self.best.fit) <= LINEAR
         small = self.error <= FINE and near
@@ -234,7 +249,7 @@ class _Search:
     def _within_budget(self, suspect: Suspect, small: bool, depth: int) -> Candidate | None:
         """A suspect tried, unless that takes more than one suspect may."""
         prior = self._prior((*self.best.suspects, suspect))
-        with metered(self.budget * SUSPECT_BUDGET * self._one_look()) as meter:
+        with metered(SUSPECT_BUDGET * self._one_look()) as meter:
             try:
                 candidate = self._small(suspect, prior, depth) if small else self._large(suspect, prior)
                 if candidate is None or not (depth and _fading(candidate)):

@@ -51,13 +51,14 @@ def instants(trial: TrialProblem) -> tuple[Array, int]:
     return np.column_stack([trial.t - half, trial.t + half]).ravel(), 2
 
 
+@np.errstate(invalid="ignore", over="ignore")
 def signal(
     trial: TrialProblem, quantity: str, motion: Motion3, times: Array, theta: Array, slots: np.ndarray
 ) -> tuple[Array, Array]:
     """What a channel sees, (n, 1 + p) with sensitivities by ``slots`` (p,), and its rate of change (n,), SI.
 
     ``motion`` is x, v, a, each (k, 1 + p), at ``times`` (k,), which are the trial's `instants` by the channel's own
-    clock; before the release, at 0, the body is held.
+    clock; before the release, at 0, the body is held. Of a motion that leaves every bound the values are not finite.
     """
     if trial.width_s <= 0.0:
         return _at_samples(trial, quantity, motion, theta, slots)

@@ -20,28 +20,30 @@ from undertow.likelihood.problem import dominant_period
 FEWEST = 3
 """Trials of a group of which a median still says what most of them do when one is another group's."""
 
-LEAST_SCATTER = 0.003
-"""Scatter of periods, relative, that every group is granted: friction ends a last swing early."""
+LEAST_RANGE = 0.01
+"""Range of periods, relative, that every group is granted: they go with amplitude, and friction ends a last swing
+early."""
 
-OFF = 6.0
-"""A trial is off its group beyond so many times the scatter."""
+OFF = 5.0
+"""A trial is off its group beyond so many times the range of the others' periods: water that swings by itself moves
+them by some per cent from trial to trial."""
 
-LIKE = 2.0
-"""It is like another group's within so many times the scatter."""
+LIKE = 1.0
+"""It is like another group's within so many times the range."""
 
 
 @dataclass(frozen=True)
 class _Group:
-    """A group's median period, s, and its trials' scatter about that, relative."""
+    """A group's median period, s, and the range of its trials' periods but the one farthest off, relative."""
 
     period_s: float
-    scatter: float
+    width: float
 
 
 def misplaced(groups: Mapping[GroupKey, Sequence[Motion]]) -> dict[str, str]:
     """Trial -> sentence, for trials whose period is another group's and surely not that of their own.
 
-    Scatter is the median deviation from the group's median; groups of fewer than three trials say nothing.
+    Groups of fewer than three trials say nothing.
     """
     periods = {key: {m.name: dominant_period(m) for m in motions} for key, motions in groups.items()}
     known = {key: _group(list(own.values())) for key, own in periods.items() if len(own) >= FEWEST}
@@ -61,8 +63,9 @@ def misplaced(groups: Mapping[GroupKey, Sequence[Motion]]) -> dict[str, str]:
 
 def _group(periods: Sequence[float]) -> _Group:
     middle = float(np.median(periods))
-    scatter = float(np.median(np.abs(np.log(np.asarray(periods) / middle))))
-    return _Group(middle, max(scatter, LEAST_SCATTER))
+    away = np.log(np.asarray(periods) / middle)
+    most = np.delete(away, np.argmax(np.abs(away)))
+    return _Group(middle, max(float(np.ptp(most)), LEAST_RANGE))
 
 
 def _off(period: float, group: _Group) -> float:
@@ -71,8 +74,8 @@ def _off(period: float, group: _Group) -> float:
 
 def _belongs(period: float, own: _Group, other: _Group) -> bool:
     """Whether a trial of one group is the other's."""
-    scatter = max(own.scatter, other.scatter)
-    return _off(period, own) > OFF * scatter and _off(period, other) < LIKE * scatter
+    width = max(own.width, other.width)
+    return _off(period, own) > OFF * width and _off(period, other) < LIKE * width
 
 
 __all__ = ["misplaced"]

@@ -64,8 +64,8 @@ def verdicts(case: Given, exact: bool) -> tuple[Verdict, ...]:
 
 
 def said(verdict: Verdict) -> str:
-    """A verdict's names with its rivals, or that nothing is missing."""
-    names = " + ".join(n.replace("_", " ") for n in verdict.verdict) or "nothing"
+    """A verdict's names with its rivals, or its status where it has none."""
+    names = " + ".join(n.replace("_", " ") for n in verdict.verdict) or verdict.status.replace("_", " ")
     rivals = "; ".join(" + ".join(n.replace("_", " ") for n in names) for names in verdict.alternatives)
     return f"{names} (or {rivals})" if rivals else names
 

@@ -7,6 +7,7 @@ import math
 import numpy as np
 import pytest
 
+from undertow.comparison import search
 from undertow.comparison.level import Member, make_level
 from undertow.comparison.search import diagnose
 from undertow.comparison.suspects import SUSPECTS, chosen
@@ -149,3 +150,16 @@ def test_a_level_without_trials_is_refused():
     empty = Member(group.label, group.model, (), group.options)
     with pytest.raises(IdentificationError, match=r"level of 1 groups has no trial"):
         make_level([empty])
+
+
+def test_a_search_whose_budget_ends_decides_by_what_it_has_tried(monkeypatch):
+    level = make_level([member("short", SHORT, 500, ((shelf.find("linear_damping"), 2500.0),))])
+    damping = [s for s in FEW if s.name == "linear_damping"]
+    rest = [s for s in FEW if s.name != "linear_damping"]
+    whole = diagnose(level, [*damping, *rest])
+    assert whole.best.names == ("linear_damping",)
+    assert whole.unfinished == ()
+    monkeypatch.setattr(search, "LEVEL_BUDGET", 300.0)
+    cut = diagnose(level, [*damping, *rest])
+    assert cut.best.names == ("linear_damping",)
+    assert "further effects" in cut.unfinished

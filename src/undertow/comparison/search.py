@@ -108,14 +108,11 @@ class _Search:
         self.screened: dict[str, Screened] = {}
         self.small: list[Candidate] = []
         self.error = free_run_error(self.level, self.null.fit)
+        self.left = LEVEL_BUDGET * self._one_look()
 
     def run(self) -> Diagnosis:
         """Add effects one after the other until none is worth it, or the level's budget is spent."""
-        with metered(LEVEL_BUDGET * self._one_look()):
-            try:
-                self._grow()
-            except BudgetError:
-                self.unfinished.append("further effects")
+        self._grow()
         small = None if self.best.suspects else self._overwhelming()
         screened = list(self.screened.values())
         return conclude(
@@ -202,7 +199,7 @@ class _Search:
         pairs: list[Candidate] = []
         for first in firsts:
             self.best = first
-            pairs += self._tried(1)
+            pairs += self._as_far_as_possible(1)
         self.best = self.null
         self.found += pairs
         probable = sorted((c for c in pairs if not c.out and c.score > self.null.score + least), key=lambda c: -c.score)
@@ -227,13 +224,15 @@ class _Search:
         return [replace(c, fit=at_memory(c.fit, memory)) for c in tried]
 
     def _as_far_as_possible(self, depth: int) -> list[Candidate]:
-        """Candidates of this depth; those tried so far where the level's budget ends."""
+        """Candidates of this depth; those tried so far where what is left of the level's budget ends."""
         tried: list[Candidate] = []
-        try:
-            for candidate in self._tried(depth):
-                tried.append(candidate)
-        except BudgetError:
-            self.unfinished.append("further effects")
+        with metered(self.left) as meter:
+            try:
+                for candidate in self._tried(depth):
+                    tried.append(candidate)
+            except BudgetError:
+                self.unfinished.append("further effects")
+        self.left = max(self.left - meter.spent, 0.0)
         return tried
 
     def _tried(self, depth: int) -> Iterator[Candidate]:

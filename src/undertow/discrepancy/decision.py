@@ -19,8 +19,8 @@ from undertow.discrepancy.words import percent
 DOUBLED = 2.0
 """An assumed scatter may be wrong by this factor."""
 
-WORSE = 1.2
-"""What is named is not proved where the error of trials that it never saw rises by this factor."""
+WORSE = 1.0
+"""What is named is not proved where it takes unseen trials further away by more than repeating a test does."""
 
 GREEN = ("nothing_missing",)
 EVERY = ("nothing_missing", "explained", "not_identifiable", "unknown")
@@ -104,8 +104,9 @@ def _unseen(verdict: Verdict, case: Case, diagnosis: Diagnosis) -> tuple[Gate, .
     names = " and ".join(name.replace("_", " ") for name in diagnosis.best.names)
     rose = f"the trials it never saw went from {percent(before)} to {percent(after)}"
     said = f"{names} would be named, but {rose}"
-    statistic, bars = "error of unseen trials after over before", ("explained",)
-    return (Gate("unseen_trials", statistic, after / before, WORSE, after <= WORSE * before, said, "unseen", bars),)
+    away = math.sqrt(max(after**2 - before**2, 0.0)) / case.allowed
+    statistic, bars = "free run of unseen trials further away, in repeatabilities", ("explained",)
+    return (Gate("unseen_trials", statistic, away, WORSE, away <= WORSE, said, "unseen", bars),)
 
 
 def _with_twice_the_scatter(verdict: Verdict, case: Case, holds_doubled: bool) -> tuple[Gate, ...]:

@@ -75,6 +75,15 @@ def test_an_unknown_that_twice_the_assumed_scatter_allows_is_cannot_tell():
     assert earned(UNKNOWN, far, diagnosis(), True).status == "unknown"
 
 
+def test_unknown_is_not_said_by_a_search_that_did_not_end():
+    cut = diagnosis(unfinished=("further effects",))
+    said = earned(UNKNOWN, case(), cut, True)
+    assert (said.status, said.verdict) == ("cannot_tell", ())
+    assert "not tried to the end within discrepancy.budget: further effects" in said.because
+    named = replace(UNKNOWN, verdict=("hidden_resonator", "unknown"))
+    assert earned(named, case(), cut, True).verdict == ("hidden_resonator", "unknown")  # what was found stays
+
+
 def test_overwhelming_evidence_for_a_small_effect_is_not_green():
     small = SimpleNamespace(names=("cubic_stiffness",), score=60.0)
     said = earned(GREEN, case(), diagnosis(small=small), True)

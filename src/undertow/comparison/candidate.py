@@ -115,19 +115,22 @@ def conclude(
     unfinished: Sequence[str] = (),
 ) -> Diagnosis:
     """The diagnosis with its confidence and rivals."""
-    probability = _probability(best, found, screened)
+    likely = probability(best, found, screened)
     rivals = _rivals(best, found)
     left = tuple(dict.fromkeys(unfinished))
-    return Diagnosis(null, best, tuple(found), probability, rivals, tuple(screened), small, looked, left)
+    return Diagnosis(null, best, tuple(found), likely, rivals, tuple(screened), small, looked, left)
 
 
-def _probability(best: Candidate, found: Sequence[Candidate], screened: Sequence[Screened]) -> float:
-    """Posterior probability of the best set of names among all considered (variants of a name count together)."""
-    considered = [c for c in found if not c.out or c is best]
+def probability(
+    one: Candidate, found: Sequence[Candidate], screened: Sequence[Screened], excluded: bool = False
+) -> float:
+    """Posterior probability of a set of names among all considered (variants of a name count together); with
+    ``excluded`` among those too whose numbers mean nothing."""
+    considered = [c for c in found if excluded or not c.out or c is one]
     scores = np.array([*(c.score for c in considered), *(s.score for s in screened)])
     names = [*(tuple(sorted(c.names)) for c in considered), *((s.suspect.name,) for s in screened)]
     weights = np.exp(scores - scores.max())
-    mine = sum(w for w, n in zip(weights, names, strict=True) if n == tuple(sorted(best.names)))
+    mine = sum(w for w, n in zip(weights, names, strict=True) if n == tuple(sorted(one.names)))
     return float(mine / weights.sum())
 
 

@@ -6,8 +6,8 @@ half shared equally among the suspects, and a hundredth of that for each further
 nothing (on a bound, not told from zero) is out. Rivals within odds of 20 to 1 are named beside the answer.
 
 Belongs here: the search. Does not belong here: what is believed beforehand (joining.py) and of its results
-(candidate.py), a first look at small effects (score_test.py), the proof on held-out trials (validation.py), words
-(judge.py).
+(candidate.py), what it explains (explained.py), a first look at small effects (score_test.py), the proof on held-out
+trials (validation.py), words (judge.py).
 """
 
 from __future__ import annotations
@@ -16,17 +16,26 @@ import math
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 
-import numpy as np
-
 from undertow.comparison.attempt import COMMON, REFINED, as_radiation, from_places, from_starts, renumbered, without
-from undertow.comparison.candidate import Candidate, Diagnosis, Screened, at_a_resonance, conclude, damping_ratio
+from undertow.comparison.candidate import Candidate, Diagnosis, Screened, conclude
 from undertow.comparison.evidence import residual_memory
+from undertow.comparison.explained import (
+    ALL,
+    FAR_ABOVE_NOISE,
+    NEARLY_ALL,
+    asked,
+    beyond_doubt,
+    explains,
+    fading,
+    single_fading,
+    slides,
+    swings,
+)
 from undertow.comparison.joining import MOST_EFFECTS, PRIOR_NOTHING, has_room, log_prior, may_join
 from undertow.comparison.joint import WIDER, JointFit, at_memory, fit_joint, free_run_error, missed_share
-from undertow.comparison.level import Addend, Level
+from undertow.comparison.level import Level
 from undertow.comparison.score_test import prospects
-from undertow.comparison.suspects import RINGS, Suspect
-from undertow.equation.kernel import SLOT
+from undertow.comparison.suspects import Suspect
 from undertow.errors import IdentificationError
 from undertow.likelihood.budget import BudgetError, metered
 
@@ -47,18 +56,8 @@ REMAINING = 0.8
 WORTH = 0.5
 """Share of repeatability by which the free run must come closer (in quadrature) for an effect to be named."""
 
-FAR_ABOVE_NOISE = 2.5
-"""Mean squared residual, in units of the sensors' noise, from which a law is missing whatever a free run allows."""
-
 BESIDE = 2
 """Where no single effect is enough, so many of the most probable ones are tried with another."""
-
-NEARLY_ALL = 0.75
-"""Share of the residual above noise that such a law must explain."""
-
-ALL = 0.95
-"""Share of the residual above noise that a bad release must explain (in later cycles it leaves none), and two effects
-that neither is enough alone."""
 
 SLIDING = 0.1
 """Sliding friction over a hysteresis' yield force below which the hysteresis is what friction has become."""
@@ -167,9 +166,9 @@ class _Search:
         score that the smaller set must exceed, ``error`` (or repeatability) what its free run must not.
         """
         near: list[tuple[Candidate, float]] = []
-        swings = [_swings(addend) for addend in candidate.fit.addends[len(self.level.standing) :]]
+        carried = [swings(addend) for addend in candidate.fit.addends[len(self.level.standing) :]]
         for place in range(len(candidate.suspects) - 1):
-            if swings[place] and sum(swings) > 1:
+            if carried[place] and sum(carried) > 1:
                 continue  # what swings is numbered in the order in which it was found
             others = (*candidate.suspects[:place], *candidate.suspects[place + 1 :])
             shorter = without(self.level, candidate, place, self._prior(others))
@@ -205,7 +204,7 @@ class _Search:
         probable = sorted((c for c in pairs if not c.out and c.score > self.null.score + least), key=lambda c: -c.score)
         lean = self._without_earlier(pairs, least)
         if self.error <= 1.0:
-            probable = [c for c in probable if _explains(self.null, c, ALL)]
+            probable = [c for c in probable if explains(self.null, c, ALL)]
         return self._worthwhile(probable, REMAINING) or (self._worthwhile([lean[0]], 1.0) if lean else None)
 
     def _at_own_memory(self, tried: list[Candidate], depth: int) -> list[Candidate]:
@@ -251,7 +250,7 @@ class _Search:
         with metered(SUSPECT_BUDGET * self._one_look()) as meter:
             try:
                 candidate = self._small(suspect, prior, depth) if small else self._large(suspect, prior)
-                if candidate is None or not (depth and _fading(candidate)):
+                if candidate is None or not (depth and fading(candidate)):
                     return candidate
                 return as_radiation(self.level, candidate)
             except BudgetError as out:
@@ -315,7 +314,7 @@ class _Search:
             closer = free_run_error(self.level, candidate.fit)
             counts = closer < remaining * self.error and math.sqrt(self.error**2 - closer**2) > WORTH
             last = candidate.suspects[-1]
-            if not _explains(self.best, candidate, _asked(candidate)):
+            if not explains(self.best, candidate, asked(candidate)):
                 before, left = (math.sqrt(c.fit.misfit) for c in (self.best, candidate))
                 self._set_aside([candidate], f"it leaves {left:.2g} of {before:.2g} times the sensors' noise")
                 continue
@@ -353,23 +352,23 @@ class _Search:
         that spring's frequency. The memory is then called damping that depends on frequency, with the reason.
         """
         candidate, error = ahead
-        if candidate.names[-1] == "hysteresis" and _slides(candidate) < SLIDING:
+        if candidate.names[-1] == "hysteresis" and slides(candidate) < SLIDING:
             bristles = [c for c in probable if c.names == (*candidate.names[:-1], "presliding")]
             return (bristles[0], free_run_error(self.level, bristles[0].fit)) if bristles else ahead
-        if not _single_fading(candidate):
+        if not single_fading(candidate):
             return ahead
         for other in (c for c in probable if c.names == ("linear_damping",)):
             stands = free_run_error(self.level, other.fit)
-            doubtless = other.fit.misfit > FAR_ABOVE_NOISE and _explains(other, candidate, NEARLY_ALL)
-            if doubtless and not _fading(candidate):
+            doubtless = other.fit.misfit > FAR_ABOVE_NOISE and explains(other, candidate, NEARLY_ALL)
+            if doubtless and not fading(candidate):
                 continue
             if stands < self.error and (stands <= 1.0 or stands**2 - error**2 < WORTH**2):
                 reason = (
                     "a memory that fades within a cycle or two brings the free run no closer than linear damping does "
                     f"({error:.2g} against {stands:.2g} times repeatability)"
                 )
-                self._set_aside([c for c in self.found if _single_fading(c)], reason)
-                if not _fading(candidate) or stands <= error:
+                self._set_aside([c for c in self.found if single_fading(c)], reason)
+                if not fading(candidate) or stands <= error:
                     return other, stands
                 radiation = as_radiation(self.level, candidate)
                 self.found.append(radiation)
@@ -379,59 +378,6 @@ class _Search:
     def _set_aside(self, candidates: Sequence[Candidate], reason: str) -> None:
         """Mark candidates as no answer, with the reason."""
         self.found = [replace(c, out=c.out or reason) if any(c is d for d in candidates) else c for c in self.found]
-
-
-def _asked(candidate: Candidate) -> float:
-    """Share of the residual above noise that a candidate's last effect must explain to be named. A bad release and a
-    force with its own clock leave none; what a resonator leaves that is not quite one (waves that break) swings at the
-    resonator's frequency, and much of it passes for a force of that frequency; and what a force leaves whose waves die
-    out passes for a resonator.
-    """
-    last = candidate.suspects[-1]
-    if last.of_the_release:
-        return ALL
-    if len(candidate.suspects) == 1 or not any(s.has_its_own_clock for s in candidate.suspects):
-        return -math.inf
-    if at_a_resonance(candidate.fit):
-        return ALL
-    return NEARLY_ALL if last.has_its_own_clock else -math.inf
-
-
-def beyond_doubt(before: Candidate, after: Candidate) -> bool:
-    """Whether the most probable candidate explains nearly all of a residual far above the sensors' noise, which no
-    k, c, mu of each trial's own takes away: physics, though repetitions differ by more."""
-    return before.fit.misfit > FAR_ABOVE_NOISE and _explains(before, after, NEARLY_ALL)
-
-
-def _explains(before: Candidate, after: Candidate, share: float) -> bool:
-    """Whether one candidate explains more than a share of the residual above noise that another leaves."""
-    return before.fit.misfit - after.fit.misfit > share * (before.fit.misfit - 1.0)
-
-
-def _swings(addend: Addend) -> bool:
-    """Whether an addend is a hidden oscillator, or a kernel that takes the place of one."""
-    return any(a.slot.startswith("hm") for a in addend.additions)
-
-
-def _slides(candidate: Candidate) -> float:
-    """Sliding friction left beside a candidate's hysteresis, over the force at which that yields (mean of trials)."""
-    vectors = [candidate.fit.theta(trial) for trial in range(len(candidate.fit.solution.problem.trials))]
-    return float(np.mean([abs(v[SLOT["fc"]]) / max(v[SLOT["fb"]], 1e-300) for v in vectors]))
-
-
-def _fading(candidate: Candidate) -> bool:
-    """Whether a candidate's last effect is a resonator that hardly rings: gone within a few cycles."""
-    if not candidate.names or candidate.names[-1] != "hidden_resonator" or candidate.suspects[-1].variant:
-        return False
-    last = candidate.fit.addends[-1]
-    return candidate.fit.value(f"{last.prefix}.damping_ratio") > RINGS
-
-
-def _single_fading(candidate: Candidate) -> bool:
-    """Whether a candidate is one memory that rings in nothing: a relaxation, an echo, a resonator that hardly rings."""
-    if candidate.names == ("hidden_resonator",):
-        return damping_ratio(candidate.fit) > RINGS
-    return candidate.names in {("relaxation",), ("delayed_echo",)}
 
 
 def diagnose(

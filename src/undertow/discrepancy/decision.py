@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import math
 
-from undertow.comparison.candidate import RIVAL_ODDS, Candidate, Diagnosis
+from undertow.comparison.candidate import RIVAL_ODDS, Candidate, Diagnosis, probability
 from undertow.comparison.joint import free_run_error
 from undertow.comparison.level import Level
 from undertow.comparison.search import ACCUSE_PROBABILITY, OVERWHELMING, WORTH
@@ -32,6 +32,7 @@ def gates(verdict: Verdict, case: Case, diagnosis: Diagnosis, holds_doubled: boo
     ``holds_doubled`` says whether what is named would be named with twice the scatter, where that was assumed.
     """
     left = ", ".join(label.replace("_", " ") for label in diagnosis.unfinished)
+    unsearched = GREEN if set(verdict.verdict) - {"unknown"} else (*GREEN, "unknown")
     small = 0.0 if diagnosis.small is None else diagnosis.small.score - diagnosis.null.score
     found = (
         _flag("channels_agree", "groups of channels that contradict each other", case.contradiction, EVERY,
@@ -39,7 +40,7 @@ def gates(verdict: Verdict, case: Case, diagnosis: Diagnosis, holds_doubled: boo
         Gate("suspects_tried", "suspects", float(diagnosis.looked), 1.0, diagnosis.looked > 0,
              "discrepancy.suspects names none: nothing was looked for", "search", GREEN),
         Gate("search_ended", "suspects not tried to the end", float(len(diagnosis.unfinished)), 0.0,
-             not diagnosis.unfinished, f"not tried to the end within discrepancy.budget: {left}", "search", GREEN),
+             not diagnosis.unfinished, f"not tried to the end within discrepancy.budget: {left}", "search", unsearched),
         _flag("structure_known", "reasons why the dry trials do not tell the structure", case.no_dry, GREEN, "no_dry"),
         _flag("scatter_known", "reasons why nobody knows how much trials differ", case.assumed, GREEN, "assumed"),
         Gate("nothing_overwhelming", "log10 of the odds for the strongest effect that a free run hardly shows",
@@ -81,13 +82,7 @@ def strongest(diagnosis: Diagnosis) -> Candidate | None:
 
 def posterior(diagnosis: Diagnosis, one: Candidate | None = None) -> float:
     """Posterior probability of a set of names (None: of what is said) among everything fitted, excluded or not."""
-    mine = tuple(sorted((one or diagnosis.best).names))
-    scored = [(tuple(sorted(c.names)), c.score) for c in (diagnosis.null, *diagnosis.candidates)]
-    best: dict[tuple[str, ...], float] = {}
-    for names, score in (*scored, *(((s.suspect.name,), s.score) for s in diagnosis.screened)):
-        best[names] = max(score, best.get(names, -math.inf))
-    top = max(best.values())
-    return math.exp(best.get(mine, -math.inf) - top) / sum(math.exp(score - top) for score in best.values())
+    return probability(one or diagnosis.best, diagnosis.candidates, diagnosis.screened, excluded=True)
 
 
 def _flag(gate: str, statistic: str, reason: str, bars: tuple[str, ...], lacking: str) -> Gate:

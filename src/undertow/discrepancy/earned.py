@@ -14,9 +14,10 @@ from collections.abc import Mapping
 from dataclasses import replace
 
 from undertow.comparison.candidate import Candidate, Diagnosis
+from undertow.comparison.explained import beyond_doubt
 from undertow.comparison.joint import fit_joint, free_run_error
 from undertow.comparison.level import Level, Member
-from undertow.comparison.search import ACCUSE_PROBABILITY, WORTH, beyond_doubt
+from undertow.comparison.search import ACCUSE_PROBABILITY, WORTH
 from undertow.discrepancy.case import Case
 from undertow.discrepancy.decision import DOUBLED, gates
 from undertow.discrepancy.verdict import Verdict

@@ -13,9 +13,10 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 from undertow.comparison.candidate import Candidate, Diagnosis
+from undertow.comparison.explained import FAR_ABOVE_NOISE
 from undertow.comparison.joint import free_run_error
 from undertow.comparison.level import Addend, Level, Member, make_level, member_rate
-from undertow.comparison.search import FAR_ABOVE_NOISE, diagnose
+from undertow.comparison.search import diagnose
 from undertow.comparison.suspects import SUSPECTS, Origin, Suspect
 from undertow.discrepancy.case import Case
 from undertow.discrepancy.decision import evidence, posterior

@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import replace
 from types import SimpleNamespace
 
 import pytest
 
+from undertow.comparison.candidate import probability
 from undertow.discrepancy.case import Case
+from undertow.discrepancy.decision import posterior
 from undertow.discrepancy.earned import earned
 from undertow.discrepancy.verdict import Described, Verdict
 
@@ -82,6 +85,15 @@ def test_unknown_is_not_said_by_a_search_that_did_not_end():
     assert "not tried to the end within discrepancy.budget: further effects" in said.because
     named = replace(UNKNOWN, verdict=("hidden_resonator", "unknown"))
     assert earned(named, case(), cut, True).verdict == ("hidden_resonator", "unknown")  # what was found stays
+
+
+def test_the_posterior_counts_what_is_excluded_and_the_confidence_does_not():
+    said = SimpleNamespace(names=("linear_damping",), score=0.0, out="")
+    excluded = SimpleNamespace(names=("relaxation",), score=math.log(3.0), out="on its bound")
+    assert probability(said, [said, excluded], []) == pytest.approx(1.0)
+    cut = SimpleNamespace(best=said, candidates=(said, excluded), screened=())
+    assert posterior(cut) == pytest.approx(0.25)
+    assert posterior(cut, excluded) == pytest.approx(0.75)
 
 
 def test_overwhelming_evidence_for_a_small_effect_is_not_green():

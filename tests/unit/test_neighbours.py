@@ -30,6 +30,8 @@ def test_a_group_of_its_own_period_and_one_of_scattered_periods_are_left_alone()
     assert misplaced({AIR: trials([1.0, 1.0, 1.0], 1), WATER: trials([0.9, 0.9, 0.9], 4)}) == {}
     # periods that scatter by 5 %: a trial 10 % off belongs to them
     assert misplaced({AIR: trials([1.0, 1.05, 0.95, 0.9], 1), WATER: trials([0.9, 0.9, 0.9], 5)}) == {}
+    # two levels 3 % apart: periods go with amplitude by as much
+    assert misplaced({AIR: trials([1.0, 0.97, 1.0, 1.0], 1), WATER: trials([0.97, 0.97, 0.97], 5)}) == {}
     # off its group, but like no other
     assert misplaced({AIR: trials([1.0, 0.8, 1.0], 1), WATER: trials([0.9, 0.9, 0.9], 4)}) == {}
 

@@ -20,7 +20,9 @@ def test_a_body_set_off_from_a_hold_is_found_within_a_third_of_a_radian(frequenc
 
 
 @pytest.mark.parametrize("frequency_hz", [0.05, 1.0, 40.0])
-def test_a_record_that_begins_at_a_turning_point_was_not_held(frequency_hz):
-    window = find_window(recorded(Decay(frequency_hz, friction=0.01, held=0.0, seed=4), ("velocity",)))
+@pytest.mark.parametrize("samples", [50.0, 2000.0])
+def test_a_record_that_begins_at_a_turning_point_was_not_held(frequency_hz, samples):
+    decay = Decay(frequency_hz, samples, friction=0.01, held=0.0, periods=8.0, seed=4)
+    window = find_window(recorded(decay, ("velocity",)))
     assert not window.held
     assert window.release_s == pytest.approx(0.0, abs=0.1 / frequency_hz)

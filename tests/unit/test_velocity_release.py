@@ -26,3 +26,8 @@ def test_a_record_that_begins_at_a_turning_point_was_not_held(frequency_hz, samp
     window = find_window(recorded(decay, ("velocity",)))
     assert not window.held
     assert window.release_s == pytest.approx(0.0, abs=0.1 / frequency_hz)
+
+
+def test_a_rest_shorter_than_a_tenth_of_a_period_is_no_hold():
+    window = find_window(recorded(Decay(1.0, 400.0, friction=0.01, held=0.06, periods=8.0, seed=4), ("velocity",)))
+    assert not window.held

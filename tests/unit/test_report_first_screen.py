@@ -68,7 +68,7 @@ def test_the_first_screen_has_sentences_picture_numbers_and_grid_before_any_tabl
     assert "<b>Water depth 2.36 m</b>: the equation leaves out water that oscillates by itself" in first
     assert '<figure class="first"><svg' in first
     for words in ("error of the equation as prescribed", "error of the repaired equation", "repeating the test",
-                  "probability of this answer"):  # fmt: skip
+                  "probability of this answer among all that was tried (evidence alone, not calibrated)"):  # fmt: skip
         assert words in first
     assert "<b>72 %</b>" in first
     cells = re.findall(r'<a class="cell (\w+)" href="#([\w-]+)"', first)

@@ -176,7 +176,8 @@ def trial_block(shown: Shown, anchors: Sequence[str]) -> Block:
 
 def likelihood_of(verdict: Verdict) -> str:
     """Of what the probability that stands with a verdict is."""
-    return f"probability {'that nothing is missing' if verdict.status == 'nothing_missing' else 'of this answer'}"
+    what = "that nothing is missing" if verdict.status == "nothing_missing" else "of this answer"
+    return f"probability {what} among all that was tried (evidence alone, not calibrated)"
 
 
 # ---------------------------------------------------------------- the grid

@@ -20,11 +20,9 @@ from numpy.typing import NDArray
 from experiments.recovery.releases import NOISE
 from experiments.structure.study import STATED_LEVELS, STRUCTURAL, dry_beliefs, motions_of, ten_terms
 from experiments.structure.truths import OtherTruth, plant_other
-from undertow.comparison.adequacy import outsiders
 from undertow.comparison.beliefs import Belief
 from undertow.comparison.laws import Laws, laws
 from undertow.comparison.polish import Linear, linearise, polish
-from undertow.comparison.stepwise_selection import penalty_of
 from undertow.comparison.trajectories import in_cells
 from undertow.equation import registry as shelf
 from undertow.methods.exact_subsets import search_subsets
@@ -32,17 +30,16 @@ from undertow.methods.exact_subsets import search_subsets
 Array = NDArray[np.float64]
 FOLDER = Path(__file__).resolve().parent
 EXPONENT = 1.5
-COLUMNS = ("spring", "water_depth_m", "noise", "dry_trials", "exponent_std", "misfit", "expected_gain")
+COLUMNS = ("spring", "water_depth_m", "noise", "dry_trials", "exponent_std", "misfit")
 
 
 @dataclass(frozen=True)
 class Bound:
     """``exponent_std`` of any unbiased estimate; ``misfit`` (chi-squared) that the best subset of the ten leaves of the
-    true motion, and the ``expected_gain`` of the true law over it (`Outsider.gain`), noise left out of both."""
+    true motion, noise left out."""
 
     exponent_std: float
     misfit: float
-    expected_gain: float
 
 
 def numbers_of(truth: OtherTruth, book: Laws) -> Array:
@@ -77,11 +74,7 @@ def bound(truth: OtherTruth, noise: str, dry: bool) -> Bound:
     )
     best = ten[:, list(search.best.columns)]
     left = motion - best @ np.linalg.lstsq(best, motion, rcond=None)[0]
-    misfit = float(left @ left)
-    numbers = len(search.best.columns) * penalty_of(motion.size, ten.shape[1])
-    numbers -= len(places) * penalty_of(motion.size, len(book.terms))
-    prior = 2.0 * np.log(len(outsiders(ten_terms())))
-    return Bound(std, misfit, misfit + numbers - float(prior))
+    return Bound(std, float(left @ left))
 
 
 def main() -> int:
@@ -93,7 +86,7 @@ def main() -> int:
             for noise in NOISE:
                 for dry in (False, True):
                     found = bound(plant_other(spring, depth, "drag_1.5"), noise, dry)
-                    row = (found.exponent_std, found.misfit, found.expected_gain)
+                    row = (found.exponent_std, found.misfit)
                     writer.writerow((spring, depth, noise, int(dry), *(f"{value:.3g}" for value in row)))
                     print(spring, noise, dry, found, file=sys.stderr, flush=True)
     return 0

@@ -125,32 +125,6 @@ def spreads(rows: list[Row]) -> list[str]:
     return shown
 
 
-def adequacy_part() -> str:
-    """How often a law outside the library is called more probable."""
-    lines, gains = [], []
-    for study, beside in (("adequacy", ""), ("adequacy_dry", ", beside four dry trials")):
-        rows = list(read_rows(FOLDER / f"{study}.csv").values())
-        lines += [
-            (
-                f"exponent 1.5 without its column{beside}: 'no subset is adequate'",
-                cells([r for r in rows if r.kind == "drag_1.5"], lambda row: row.gain > 0.0, 0.9),
-            ),
-            (
-                f"Eq. 15{beside}: falsely so",
-                cells([r for r in rows if r.kind == "eq15"], lambda row: row.gain > 0.0, 0.0),
-            ),
-            (f"gain of the true law to be expected{beside}", bounds("expected_gain", dry=study.endswith("_dry"))),
-        ]
-        gains += [row.gain for row in rows if row.kind == "eq15" and row.gain > 0.0]
-    most = f" The largest of the false gains is {max(gains):.1f}." if gains else ""
-    return (
-        f"## A law that the library lacks\n\n{table(lines, 'truth')}\nThe ten terms alone, nothing known; beside dry "
-        f"trials k, c and friction are\nknown to be there and c / k as a value.{most} The last line of each is what "
-        "the recordings hold:\nthe criterion of the best subset of the ten less that of the true law, noise left out. "
-        "Where it is below 0, the\nsimpler subset is the more probable one, and to be told otherwise would be luck.\n"
-    )
-
-
 def routes_part() -> str:
     """Whether the two routes agree, and say so when one is wrong."""
     path = FOLDER / "routes.csv"
@@ -198,5 +172,5 @@ def examples_part() -> str:
 
 def write_page(path: Path = PAGE) -> None:
     """The page, from whatever rows there are."""
-    parts = [support_part(), exponent_part(), adequacy_part(), routes_part(), examples_part()]
+    parts = [support_part(), exponent_part(), routes_part(), examples_part()]
     path.write_text(HEAD + "\n".join(parts))

@@ -50,7 +50,7 @@ def recordings(truth: OtherTruth, noise: str, seed: int, setting: str) -> list[R
 def judge(truth: OtherTruth, noise: str, seed: int, setting: str) -> tuple[object, ...]:
     """One row: whether the support is exact, whether the routes agree, the largest errors over standard errors."""
     motions = [condition(recording) for recording in recordings(truth, noise, seed, setting)]
-    found = find_structure(motions, ten_terms(), effort=Effort(resamples=0, outside=False))
+    found = find_structure(motions, ten_terms(), effort=Effort(resamples=0))
     route = found.route
     if route is None:
         return (setting, truth.spring, noise, seed, int(set(found.names) == KINDS[truth.kind]), "", "", "", "")

@@ -5,9 +5,7 @@
     python -m experiments.structure.study support --kinds no_friction cubic_2 cubic_10 v3 --seeds 20
     python -m experiments.structure.study exponent --kinds drag_1.5 --seeds 10 # a column with a parameter inside
     python -m experiments.structure.study exponent --kinds stribeck --seeds 10
-    python -m experiments.structure.study adequacy --kinds eq15 drag_1.5 --seeds 10
     python -m experiments.structure.study exponent_dry --kinds drag_1.5 --seeds 5   # beside four dry trials
-    python -m experiments.structure.study adequacy_dry --kinds eq15 drag_1.5 --seeds 5
     python -m experiments.structure.bound                                      # what these recordings hold at best
     python -m experiments.structure.study table                                # docs/structure_measured.md
 
@@ -42,9 +40,8 @@ from undertow.equation.term import Term
 FOLDER = Path(__file__).resolve().parent
 STATED_LEVELS = (("long", 2.57), ("short", 2.36))
 ALL_LEVELS = tuple((spring, depth) for spring in ("long", "short") for depth in tables.WET_DEPTHS_M)
-ALONE = Effort(resamples=0, outside=False, second_route=False)
-WITH_OUTSIDERS = Effort(resamples=0, outside=True, second_route=False)
-STUDIES = ("support", "exponent", "adequacy", "exponent_dry", "adequacy_dry")
+ALONE = Effort(resamples=0, second_route=False)
+STUDIES = ("support", "exponent", "exponent_dry")
 DRY_SEED = 50_000
 """First seed of the dry trials."""
 
@@ -55,7 +52,7 @@ STRUCTURAL = (0, 1, 2)
 @dataclass(frozen=True)
 class Row:
     """One campaign: what was planted and found. ``inner`` is a refined parameter (nan: none), ``inner_stderr`` its
-    standard error, ``outside`` the most probable law outside the library with its gain (0: none)."""
+    standard error."""
 
     study: str
     kind: str
@@ -69,8 +66,6 @@ class Row:
     left: float
     inner: float = float("nan")
     inner_stderr: float = float("nan")
-    outside: str = ""
-    gain: float = 0.0
     seconds: float = 0.0
 
     @property
@@ -107,23 +102,21 @@ def judge(study: str, truth: OtherTruth, noise: str, seed: int) -> Row:
     """One campaign through one study."""
     motions, started = motions_of(truth, noise, seed), time.perf_counter()
     beliefs = dry_beliefs(replace(truth, kind="dry"), noise, seed) if study.endswith("_dry") else ()
-    known = () if study in ("support", "adequacy") else STRUCTURAL
+    known = () if study == "support" else STRUCTURAL
     terms = with_inner(truth.kind) if study.startswith("exponent") else ten_terms()
-    effort = WITH_OUTSIDERS if study.startswith("adequacy") else ALONE
-    found = find_structure(motions, terms, Rules(known=known, beliefs=beliefs), effort=effort)
+    found = find_structure(motions, terms, Rules(known=known, beliefs=beliefs), effort=ALONE)
     return row_of(study, truth, noise, seed, found, time.perf_counter() - started)
 
 
 def row_of(study: str, truth: OtherTruth, noise: str, seed: int, found: Structure, seconds: float) -> Row:
     """What the tables are made of."""
     inner = next((estimate for name, estimate in found.numbers.items() if "." in name), None)
-    first = found.outsiders[0] if found.outsiders else None
     return Row(
         study, truth.kind, truth.spring, truth.water_depth_m, noise, seed,
         int(set(found.names) == KINDS[truth.kind]), " ".join(sorted(found.names)), len(found.rivals),
         round(found.left, 4),
         round(inner.value, 4) if inner else float("nan"), round(inner.stderr, 4) if inner else float("nan"),
-        str(first) if first else "", round(first.gain, 2) if first else 0.0, round(seconds, 2),
+        round(seconds, 2),
     )  # fmt: skip
 
 
@@ -162,8 +155,7 @@ def run(study: str, kinds: Sequence[str], levels: Sequence[tuple[str, float]], s
                     group.append(rows[key])
                 write_rows(rows.values(), path)
                 exact, inner = sum(row.exact for row in group), [row.inner for row in group][:4]
-                gains = sum(row.gain > 0.0 for row in group)
-                print(kind, spring, depth, noise, f"{exact} of {seeds}", inner, f"outside {gains}", file=sys.stderr)
+                print(kind, spring, depth, noise, f"{exact} of {seeds}", inner, file=sys.stderr)
                 sys.stderr.flush()
 
 

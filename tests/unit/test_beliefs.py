@@ -18,7 +18,7 @@ from undertow.errors import IdentificationError
 
 STRUCTURAL = (Stiffness(), ViscousDamping(), CoulombFriction())
 POWER = (*STRUCTURAL, DragExponent())
-ALONE = Effort(resamples=0, outside=False, second_route=False)
+ALONE = Effort(resamples=0, second_route=False)
 DRY = OtherBody(2637.4, 590.0, 109592.0, 200.0, 0.0)
 WET = OtherBody(3908.8, 590.0, 109592.0, 170.0, 0.0, power_N=2000.0, exponent=1.5)
 """The same body in water: more mass, friction less by buoyancy, drag between linear and quadratic."""

@@ -146,10 +146,22 @@ def test_trials_whose_stiffness_differs_do_not_make_a_cubic_spring():
 def test_a_law_that_the_library_lacks_is_said_first():
     body = OtherBody(LONG.inertia_kg, LONG.c_Ns_per_m, LONG.k_N_per_m, LONG.friction_N, 3924.0, static_N=170.0)
     one = undertow.Discover(terms=SIX, resamples=0, second_route=False).fit(group(body))
-    assert not one.structure_.adequate
+    assert one.adequate_ is False
+    assert one.outside_.names == ("stribeck_friction",)
     second_line = one.fit_report().splitlines()[1]
-    assert second_line.startswith("! no subset of the library is adequate: stribeck_friction")
-    assert "<strong>no subset of the library is adequate" in one._repr_html_()
+    assert second_line.startswith("! all trials: no trial alone stands out")
+    assert "Friction that is larger at low speed explains it" in second_line
+    assert f"<strong>{one.outside_.sentence}" in one._repr_html_()
+
+
+def test_an_equation_that_leaves_nothing_out_is_adequate_only_where_scatter_is_known(trials):
+    quick = {"terms": SIX, "resamples": 0, "second_route": False}
+    assumed = undertow.Discover(**quick).fit(trials)
+    assert (assumed.adequate_, assumed.outside_.status) == (None, "cannot_tell")
+    said = undertow.Discover(**quick, scatter={"stiffness": 0.002}).fit(trials)
+    assert (said.adequate_, said.outside_.status) == (True, "nothing_missing")
+    assert f"- {said.outside_.sentence}" in said.fit_report()
+    assert undertow.Discover(**quick, outside=False).fit(trials).adequate_ is None
 
 
 def test_an_inner_parameter_has_a_name_a_unit_and_an_error():

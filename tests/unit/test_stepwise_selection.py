@@ -5,10 +5,10 @@ import pytest
 
 from experiments.structure.truths import OtherBody
 from tests.short_trials import LONG, group, per_mass
-from undertow.comparison.adequacy import compare_outsiders, left_over, outsiders
 from undertow.comparison.inclusion import block_sums, drawn, inclusion
 from undertow.comparison.laws import laws
 from undertow.comparison.stepwise_selection import Rules, inner_values, penalty_of, walk
+from undertow.comparison.structure import left_over
 from undertow.comparison.trajectories import in_cells
 from undertow.conditioning.condition import condition
 from undertow.equation.hydrodynamics import CubicDamping, DragExponent, QuadraticDrag
@@ -81,24 +81,6 @@ def test_an_exponent_is_refined_with_its_law():
     one = walk(trials, laws(terms), (0, 1, 2), start, Rules(known=(0, 1, 2)))
     assert one.chosen == (0, 1, 2, 3)
     assert one.polished.values[5] == pytest.approx(1.5, abs=0.15)
-
-
-def test_without_the_law_an_outsider_is_named_and_with_eq15_none_is(found):
-    body = OtherBody(LONG.inertia_kg, LONG.c_Ns_per_m, LONG.k_N_per_m, LONG.friction_N, 3924.0, static_N=170.0)
-    rules = Rules(known=(0,))
-    short = walk(cells(body), laws(TERMS), EQ15, np.array([*per_mass(LONG), 0.0, 0.0]), rules)
-    best = compare_outsiders(short, rules)[0]
-    assert best.law == "stribeck_friction"
-    assert best.gain > 20.0
-    assert "velocity_m_per_s = 0.0" in str(best)
-    assert all(law.gain < 6.0 for law in compare_outsiders(found, Rules()))
-
-
-def test_outsiders_are_simulated_laws_that_the_library_does_not_hold():
-    names = [law.name for law in outsiders(TERMS)]
-    assert "drag_exponent" in names
-    assert "stribeck_friction" in names
-    assert not {"added_mass", "hidden_resonator", "linear_damping", *(term.name for term in TERMS)} & set(names)
 
 
 def test_inner_values_span_bounds_or_the_motions_own_size(trials):

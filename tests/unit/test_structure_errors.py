@@ -12,7 +12,7 @@ from undertow.equation.hydrodynamics import QuadraticDrag
 from undertow.equation.structure import CoulombFriction, Stiffness, ViscousDamping
 
 EQ15 = (Stiffness(), ViscousDamping(), CoulombFriction(), QuadraticDrag())
-ALONE = Effort(resamples=0, outside=False, second_route=False)
+ALONE = Effort(resamples=0, second_route=False)
 
 
 def found(recordings):

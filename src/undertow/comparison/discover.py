@@ -17,7 +17,7 @@ from sklearn.exceptions import NotFittedError as UnfittedEstimator
 from undertow.comparison.beliefs import Belief
 from undertow.comparison.stepwise_selection import Rules
 from undertow.comparison.structure import Effort, Structure, find_structure
-from undertow.comparison.structure_report import as_html, as_text, equation_text
+from undertow.comparison.structure_report import Outside, as_html, as_text, equation_text
 from undertow.conditioning.condition import condition
 from undertow.conditioning.motion import Motion
 from undertow.equation import registry as shelf
@@ -65,7 +65,7 @@ class Discover(BaseEstimator):  # type: ignore[misc]
     scatter : term name -> relative standard deviation from trial to trial; None takes the trials as equal.
     rival_difference : subsets within this difference of the criterion are rivals; 6 is odds of 20 to 1.
     resamples : block resamples for the inclusion probabilities; 0 leaves them out.
-    outside : whether laws outside the library are compared with its best subset.
+    outside : whether what the equation found leaves out is searched for, as `undertow run` does.
     second_route : whether the coefficients are found a second time in weak form.
     random_state : seed of the resampling.
 
@@ -77,6 +77,7 @@ class Discover(BaseEstimator):  # type: ignore[misc]
     estimates_ : name -> Estimate with standard error, inner parameters as ``term.inner``.
     inclusion_ : name -> share of resamples that keep it.
     rivals_ : subsets that the data hardly tell from the best.
+    outside_ : what that search says, an `Outside`; None where it was not asked for.
     n_trials_in_ : number of trials.
 
     Raises
@@ -130,10 +131,21 @@ class Discover(BaseEstimator):  # type: ignore[misc]
             rival_difference=self.rival_difference,
             beliefs=tuple(self.beliefs),
         )
-        effort = Effort(self.resamples, self.outside, self.second_route, self.random_state)
+        effort = Effort(self.resamples, self.second_route, self.random_state)
         self.structure_: Structure = find_structure(motions_of(trials), library, rules, self.scatter, effort)
         self.n_trials_in_ = len(trials)
+        self.outside_: Outside | None = self._searched_outside() if self.outside else None
         return self
+
+    def _searched_outside(self) -> Outside | None:
+        """What the equation found leaves out; None here, where no campaign's course stands behind the estimator."""
+        return None
+
+    @property
+    def adequate_(self) -> bool | None:
+        """Whether nothing that matters is missing in the equation found; None where that is not known."""
+        self._fitted()
+        return None if self.outside_ is None else self.outside_.adequate
 
     def _library(self) -> tuple[Term, ...]:
         given = TEN_TERMS if self.terms is None else self.terms
@@ -220,11 +232,11 @@ class Discover(BaseEstimator):  # type: ignore[misc]
         motions = motions_of(trials) if trials else []
         runs = self.free_runs(motions) if motions else ()
         errors = [(motion.name, run.nrmse) for motion, run in zip(motions, runs, strict=True)]
-        return as_text(structure, errors)
+        return as_text(structure, errors, self.outside_)
 
     def _html_repr(self) -> str:
         if self.__sklearn_is_fitted__():
-            return as_html(self.structure_)
+            return as_html(self.structure_, self.outside_)
         unfitted: str = super()._html_repr()
         return unfitted
 

@@ -15,7 +15,6 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from undertow.comparison.adequacy import Outsider, compare_outsiders, left_over
 from undertow.comparison.inclusion import inclusion
 from undertow.comparison.laws import laws
 from undertow.comparison.stepwise_selection import MEMORY_CELLS, Found, Rules, walk
@@ -52,9 +51,8 @@ class Structure:
     ``term.inner``, their inner parameters, each an Estimate; ``covariance`` (p, p) in the order of ``numbers``.
     ``considered`` names the whole library, ``evidence`` and ``inclusion`` speak of it: by how much the criterion rises
     without a term (negative: falls), and how often resampled blocks keep it (empty where not asked for). ``trace`` is
-    the best subset of every size, ``rivals`` those within the uncertainty. ``outsiders`` are laws outside the library
-    that were taken in, ``route`` the second route, each None where not asked for. ``left`` is the RMS of what remains
-    over noise.
+    the best subset of every size, ``rivals`` those within the uncertainty. ``route`` is the second route, None where
+    not asked for. ``left`` is the RMS of what remains over noise.
     """
 
     trials: tuple[str, ...]
@@ -67,7 +65,6 @@ class Structure:
     rivals: tuple[Rival, ...]
     trace: tuple[Step, ...]
     collinear: Collinearity
-    outsiders: tuple[Outsider, ...] | None
     route: Route | None
     route_outcome: str
     left: float
@@ -88,18 +85,12 @@ class Structure:
         """The equation per unit mass."""
         return Equation(self.terms, tuple(self.coefficients), mass_kg=1.0)
 
-    @property
-    def adequate(self) -> bool:
-        """Whether no law outside the library is more probable than its best subset (True where none was compared)."""
-        return not any(law.gain > 0.0 for law in self.outsiders or ())
-
 
 @dataclass(frozen=True)
 class Effort:
-    """What is done besides finding the equation: so many resamples (0: none), laws outside, the second route."""
+    """What is done besides finding the equation: so many resamples (0: none), the second route."""
 
     resamples: int = 100
-    outside: bool = True
     second_route: bool = True
     seed: int = 0
 
@@ -160,7 +151,7 @@ def _slots(scatter: Mapping[str, float], terms: Sequence[Term]) -> dict[str, flo
 
 
 def _told(motions: Sequence[Motion], found: Found, rules: Rules, effort: Effort) -> Structure:
-    """Errors, rivals, resampling, outsiders and the second route around a subset."""
+    """Errors, rivals, resampling and the second route around a subset."""
     terms = _refined(found)
     covariance, widening = number_covariance(found)
     total = covariance * np.outer(widening, widening)
@@ -180,7 +171,6 @@ def _told(motions: Sequence[Motion], found: Found, rules: Rules, effort: Effort)
         rivals=_rivals(found, rules, names),
         trace=found.search.trace,
         collinear=collinearity([term.name for term in terms], total[:count, :count], _sizes(motions, terms)),
-        outsiders=compare_outsiders(found, rules) if effort.outside else None,
         route=route,
         route_outcome=outcome,
         left=left_over(found),
@@ -291,3 +281,16 @@ def _route(
     except IdentificationError as reason:
         return None, f"no second route: {reason}"
     return route, route.sentence
+
+
+def left_over(found: Found) -> float:
+    """RMS of what the best subset leaves over what the sensors' noise alone would; about 1 for a complete equation."""
+    residual = found.linear.response - found.linear.columns @ found.polished.values
+    total, rows, first, part = 0.0, 0, 0, 0
+    for trial in found.trials:
+        for seen in trial.channels:
+            count = found.linear.lengths[part]
+            total += seen.factor**2 * float(np.sum(residual[first : first + count] ** 2))
+            rows, first, part = rows + count, first + count, part + 1
+        first, part = first + found.linear.lengths[part], part + 1  # the priors' rows
+    return float(np.sqrt(total / rows))

@@ -9,12 +9,26 @@ from __future__ import annotations
 import html
 import math
 from collections.abc import Sequence
+from dataclasses import dataclass
 
 from undertow.comparison.structure import Structure
 from undertow.quantities import OK
 
 ODDS_MOST = 1e6
 """Odds are written out up to this number."""
+
+
+@dataclass(frozen=True)
+class Outside:
+    """What an equation leaves out, as the search of `undertow run` says it.
+
+    ``status`` and ``names`` are those of a verdict; ``adequate`` is None where the recordings cannot tell.
+    """
+
+    status: str
+    names: tuple[str, ...]
+    adequate: bool | None
+    sentence: str
 
 
 def equation_text(structure: Structure) -> str:
@@ -24,31 +38,27 @@ def equation_text(structure: Structure) -> str:
     return written.removeprefix("1 ")
 
 
-def as_text(structure: Structure, errors: Sequence[tuple[str, float]] = ()) -> str:
+def as_text(
+    structure: Structure, errors: Sequence[tuple[str, float]] = (), outside: Outside | None = None
+) -> str:
     """The report of a fit: what is doubtful first, then equation, numbers, terms left out, rivals, routes.
 
-    ``errors`` are free-run errors by trial.
+    ``errors`` are free-run errors by trial, ``outside`` what the equation leaves out.
     """
     lines = [f"structure of {len(structure.trials)} trials: {', '.join(structure.trials)}"]
-    lines += [f"! {sentence}" for sentence in doubts(structure)]
+    lines += [f"! {sentence}" for sentence in doubts(structure, outside)]
     lines += ["", f"  {equation_text(structure)}", "", *_table(number_rows(structure)), ""]
     lines += [f"- {sentence}" for sentence in left_out(structure)]
-    lines += [f"- {sentence}" for sentence in findings(structure)]
+    lines += [f"- {sentence}" for sentence in findings(structure, outside)]
     if errors:
         shown = ", ".join(f"{name} {value:.3g}" for name, value in errors)
         lines.append(f"- free-run error (RMS over RMS displacement): {shown}")
     return "\n".join(lines)
 
 
-def doubts(structure: Structure) -> tuple[str, ...]:
+def doubts(structure: Structure, outside: Outside | None = None) -> tuple[str, ...]:
     """What a reader must know before using a number."""
-    said = []
-    for law in structure.outsiders or ():
-        if law.gain > 0.0:
-            said.append(
-                f"no subset of the library is adequate: {law}, which it does not hold, is the more probable law "
-                f"(odds {odds(law.gain)}) in {', '.join(law.chosen)}"
-            )
+    said = [outside.sentence] if outside is not None and not outside.adequate else []
     if structure.route is not None and not structure.route.agrees:
         said.append(structure.route.sentence)
     said += [f"{name}: {e.outcome}" for name, e in structure.numbers.items() if e.outcome != OK]
@@ -102,7 +112,7 @@ def left_out(structure: Structure) -> tuple[str, ...]:
     return tuple(said)
 
 
-def findings(structure: Structure) -> tuple[str, ...]:
+def findings(structure: Structure, outside: Outside | None = None) -> tuple[str, ...]:
     """Rivals, what cannot be told apart, the second route and what is left."""
     said = []
     for rival in structure.rivals:
@@ -117,8 +127,8 @@ def findings(structure: Structure) -> tuple[str, ...]:
         about = {name for one in structure.found.book.beliefs if one.source == source for name in one.weights}
         said.append(f"known beforehand ({source}): {', '.join(sorted(about))}")
     said += list(structure.collinear.sentences)
-    if structure.outsiders is not None and structure.adequate:
-        said.append("no law outside the library is more probable")
+    if outside is not None and outside.adequate:
+        said.append(outside.sentence)
     if structure.route_outcome and (structure.route is None or structure.route.agrees):
         said.append(structure.route_outcome)
     said.append(f"what is left is {structure.left:.3g} times the sensors' noise")
@@ -131,13 +141,13 @@ def _table(rows: Sequence[Sequence[str]]) -> list[str]:
     return [f"  {'  '.join(cells)}".rstrip() for cells in padded]
 
 
-def as_html(structure: Structure) -> str:
+def as_html(structure: Structure, outside: Outside | None = None) -> str:
     """The same as a fragment of HTML, every text escaped."""
     head, *body = number_rows(structure)
     cells = "".join(f"<th>{html.escape(cell)}</th>" for cell in head)
     rows = "".join("<tr>" + "".join(f"<td>{html.escape(cell)}</td>" for cell in row) + "</tr>" for row in body)
-    warned = "".join(f"<p><strong>{html.escape(sentence)}</strong></p>" for sentence in doubts(structure))
-    said = "".join(f"<li>{html.escape(s)}</li>" for s in (*left_out(structure), *findings(structure)))
+    warned = "".join(f"<p><strong>{html.escape(sentence)}</strong></p>" for sentence in doubts(structure, outside))
+    said = "".join(f"<li>{html.escape(s)}</li>" for s in (*left_out(structure), *findings(structure, outside)))
     equation = html.escape(equation_text(structure))
     return (
         f"<div><p><code>{equation}</code></p>{warned}<table><thead><tr>{cells}</tr></thead><tbody>{rows}</tbody>"

@@ -14,11 +14,13 @@ import pandas as pd
 from numpy.typing import ArrayLike, NDArray
 
 from undertow.comparison.discover import Discover as Estimator
+from undertow.comparison.structure_report import Outside
 from undertow.conditioning.motion import Motion
 from undertow.equation.equation import Equation
-from undertow.errors import IdentificationError
+from undertow.errors import IdentificationError, UndertowError
 from undertow.front.columns import Columns, Units
 from undertow.front.curves import curve_of, noise_of_curve
+from undertow.front.diagnosing import diagnose
 from undertow.front.handover import HandOver
 from undertow.front.prediction import Prediction, predict, scatter_of
 from undertow.front.reading import read
@@ -28,6 +30,12 @@ from undertow.likelihood.free_run import FreeRun
 from undertow.recording.recording import Array
 from undertow.report.trial_curves import Axes, draw_intervals, draw_run, draw_run_residual, new_axes
 from undertow.uncertainty.confidence import INTERVAL_LEVEL, half_width
+
+SCATTERED = {"stiffness": "k", "viscous_damping": "c", "coulomb_friction": "mu"}
+"""What a campaign calls the coefficients that differ from trial to trial."""
+
+ADEQUATE = {"nothing_missing": True, "present_but_small": True, "cannot_tell": None}
+"""What a verdict says of an equation; any other says that it is not adequate."""
 
 
 class Discover(HandOver, Estimator):
@@ -50,14 +58,16 @@ class Discover(HandOver, Estimator):
     scatter : term name -> relative standard deviation from trial to trial; None takes the trials as equal.
     rival_difference : subsets within this difference of the criterion are rivals; 6 is odds of 20 to 1.
     resamples : block resamples for the inclusion probabilities; 0 leaves them out.
-    outside : whether laws outside the library are compared with its best subset.
+    outside : whether what the equation found leaves out is searched for, as `undertow.diagnose` does on all the trials
+        as one group; ``adequate_`` and ``outside_`` say what came of it. It takes longer than the rest.
     second_route : whether the coefficients are found a second time in weak form.
     random_state : seed of the resampling.
 
     Attributes
     ----------
     equation_, terms_, coefficients_, estimates_, inclusion_, rivals_, structure_, n_trials_in_ as the estimator's;
-    ``trials_`` the `Trials` it was fitted to.
+    ``trials_`` the `Trials` it was fitted to; ``adequate_`` whether nothing that matters is missing (None where these
+    trials cannot tell), ``outside_`` with the sentence.
 
     >>> import undertow
     >>> law = {"stiffness": 100.0, "viscous_damping": 0.5, "quadratic_drag": 2.0}
@@ -86,6 +96,18 @@ class Discover(HandOver, Estimator):
         self.trials_: Trials = read(trials, columns, units, t=t)
         super().fit(self.trials_)
         return self
+
+    def _searched_outside(self) -> Outside:
+        """The verdict of `diagnose` on the equation found: one comparison stands behind both."""
+        scatter = {SCATTERED[name]: share for name, share in (self.scatter or {}).items() if name in SCATTERED}
+        try:
+            found = diagnose(
+                self.trials_, self.terms_, group_by=(), scatter=scatter or None, seed=self.random_state
+            )[0]
+        except UndertowError as error:
+            sentence = f"what it leaves out could not be searched for: {error}"
+            return Outside("cannot_tell", (), None, sentence)
+        return Outside(found.status, found.names, ADEQUATE.get(found.status, False), found.sentence)
 
     @property
     def equation(self) -> Equation:

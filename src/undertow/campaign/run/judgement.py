@@ -220,8 +220,8 @@ def _assumed(config: RunConfig, task: GroupTask, group: GroupFindings) -> str:
         "differ"
     )
     if task.dry_structure is not None:
-        return f"{rest}, and there are {task.dry_trials} dry trials"
-    return f"{rest}, and there is {count(len(task.motions), 'trial')}"
+        return f"{rest}, and its spring has {count(task.dry_trials, 'dry trial')}"
+    return f"{rest}, and this group has {count(len(task.motions), 'trial')}"
 
 
 def _case(config: RunConfig, task: GroupTask, group: GroupFindings) -> Case:

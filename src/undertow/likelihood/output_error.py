@@ -211,8 +211,14 @@ class _Point:
     used: tuple[np.ndarray, ...]
 
 
-def _evaluate(problem: Problem, values: Array) -> _Point | None:
+def _evaluate(problem: Problem, values: Array, above: float = math.inf) -> _Point | None:
+    """Everything at ``values``; None where a motion leaves every bound, or as soon as the cost is known to be
+    ``above`` what stands."""
     size = len(problem.unknowns)
+    precision = np.array([1.0 / u.prior_std**2 for u in problem.unknowns])
+    away = values - np.array([u.start for u in problem.unknowns])
+    with np.errstate(over="ignore", invalid="ignore"):
+        asked = float(precision @ away**2)
     normal, gradient = np.zeros((size, size)), np.zeros(size)
     chi2 = 0.0
     all_r, all_j, all_used = [], [], []
@@ -228,15 +234,14 @@ def _evaluate(problem: Problem, values: Array) -> _Point | None:
         normal[np.ix_(used, used)] += square
         gradient[used] += slope
         chi2 += size_of_r
+        if chi2 + asked > above:
+            return None
         all_r.append(r)
         all_j.append(jac)
         all_used.append(used)
-    precision = np.array([1.0 / u.prior_std**2 for u in problem.unknowns])
-    away = values - np.array([u.start for u in problem.unknowns])
     normal[np.diag_indices(size)] += precision
     gradient += precision * away
-    with np.errstate(over="ignore", invalid="ignore"):
-        cost = chi2 + float(precision @ away**2)
+    cost = chi2 + asked
     if not math.isfinite(cost):
         return None
     return _Point(normal, gradient, cost, chi2, tuple(all_r), tuple(all_j), tuple(all_used))
@@ -293,8 +298,8 @@ def _search(problem: Problem, values: Array, effort: Effort = FULL) -> tuple[Arr
         step = _step(point, damping, ~pinned, scale)
         trial_values = np.clip(values + step, lower, upper)
         moved = np.abs(trial_values - values) / scale
-        candidate = _evaluate(problem, trial_values)
-        if candidate is not None and candidate.cost <= point.cost * (1.0 + 1e-14):
+        candidate = _evaluate(problem, trial_values, point.cost * (1.0 + 1e-14))
+        if candidate is not None:
             gained = point.cost - candidate.cost
             values, point = trial_values, candidate
             damping = max(damping * 0.1, 1e-15)

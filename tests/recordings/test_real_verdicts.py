@@ -15,7 +15,7 @@ RECORDINGS = Path(__file__).resolve().parents[2] / ".." / "shared" / "recordings
 @pytest.mark.slow
 def test_a_tanker_given_a_straight_spring_lacks_its_hardening():
     case = next(c for c in CASES if c.config == "kvlcc2")
-    found = verdicts(case, exact=False)
+    found, _ = verdicts(case, exact=False)
     assert [v.verdict[0] for v in found] == ["quintic_stiffness", "quintic_stiffness"]  # k5 of the published equation
     for verdict in found:
         assert verdict.augmented is not None

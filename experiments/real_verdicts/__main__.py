@@ -122,8 +122,8 @@ def main() -> int:
             found, seconds = verdicts(case, exact)
             for verdict in found:
                 rows.append((case, exact, verdict, seconds))
-                print(case.title, "exact" if exact else "assumed", dict(verdict.group), said(verdict), f"{seconds:.0f} s",
-                      flush=True)  # fmt: skip
+                scatter = "exact" if exact else "assumed"
+                print(case.title, scatter, dict(verdict.group), said(verdict), f"{seconds:.0f} s", flush=True)
     PAGE.write_text(page(rows), encoding="utf-8")
     return 0
 

@@ -137,6 +137,21 @@ def seiche(seeds: range) -> Iterator[Case]:
             yield replace(case, label=case.label | {"decay_per_s": dies})
 
 
+def near_seiche(seeds: range) -> Iterator[Case]:
+    """Forces with a clock of their own close to the body's own rate: 0.85 to 1.2 of it."""
+    for seed in seeds:
+        rng = np.random.default_rng([seed, 12])
+        plan = plan_of(seed, "external_forcing", HIDDEN_IN)
+        wet = next(t for t in plan.trials() if t.wet and t.spring == plan.springs[0])
+        rate = math.sqrt(plan.means(wet)["k"] / plan.means(wet)["M"])
+        share, size = float(rng.uniform(0.85, 1.2)), float(np.exp(rng.uniform(math.log(0.008), math.log(0.04))))
+        label = {
+            "study": "near_seiche", "hidden": "external_forcing", "strength": 0.0, "seed": seed,
+            "size": f"{size:.4g}", "view": f"{share:.2f} of the body's rate",
+        }  # fmt: skip
+        yield Case(label, Campaign(plan, {"external_forcing": size}, {"om": share * rate}), View(stated=seed % 2 == 1))
+
+
 VIEWS: dict[str, tuple[View, float]] = {
     "as recorded at 250 Hz": (View(), 250.0),
     "100 Hz": (View(), 100.0),
@@ -166,5 +181,6 @@ def invariance(seeds: range) -> Iterator[Case]:
 
 STUDIES = {
     "nulls": nulls, "confusion": confusion, "pairs": pairs, "inseparable": inseparable, "seiche": seiche,
+    "near_seiche": near_seiche,
     "invariance": invariance,
 }  # fmt: skip

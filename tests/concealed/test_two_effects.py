@@ -44,8 +44,8 @@ def test_one_effect_is_not_named_twice_as_a_force_and_a_resonator(hidden):
     assert judge(case.campaign, case.view)["wet"] == hidden
 
 
-def forced(level, sizes, phases):
-    """A fit of cubic damping and an outside force, with these forces (N) and phases in the level's trials."""
+def forced(level, sizes, phases, rate=17.0):
+    """A fit of cubic damping and an outside force, with these forces (N), phases, rate (rad/s) in the level's trials."""
     damping = next(s for s in SUSPECTS if s.name == "cubic_damping")
     force = next(s for s in SUSPECTS if s.name == "external_forcing")
     addends = (
@@ -58,7 +58,7 @@ def forced(level, sizes, phases):
     for motion, size, phase in zip(level.members[0].motions, sizes, phases, strict=True):
         values[names.index(f"external_forcing.cosine_N[{motion.name}]")] = size * np.cos(phase)
         values[names.index(f"external_forcing.sine_N[{motion.name}]")] = size * np.sin(phase)
-    values[names.index("external_forcing.frequency_rad_per_s")] = 17.0
+    values[names.index("external_forcing.frequency_rad_per_s")] = rate
     values[names.index("cubic_damping.Ns3_per_m3")] = 1e6
     return replace(fit, solution=replace(fit.solution, values=values))
 
@@ -95,3 +95,14 @@ def test_a_damping_that_would_feed_the_motion_is_no_answer():
     values[place] = -20.0 * fit.solution.stderr("cubic_damping.Ns3_per_m3")
     fed = replace(fit, solution=replace(fit.solution, values=values))
     assert "would feed energy into the motion" in doubt(level, fed)
+
+
+def test_a_force_at_the_bodys_own_rate_is_its_own_motion_only_where_phases_are_locked_to_the_release():
+    level = make_level([member("short", SHORT, 5000)])
+    motions = level.members[0].motions
+    own = 2.0 * np.pi / dominant_period(motions[0])
+    sizes = np.full(len(motions), 60.0)
+    opposite = doubt(level, forced(level, sizes, np.array([0.4, 0.4 + np.pi, 0.5]), own))
+    assert "is the body's own motion of" in opposite
+    assert "its phases in the trials are locked to the release by" in opposite
+    assert "body's own motion" not in doubt(level, forced(level, sizes, np.array([0.0, 1.05, 2.1]), own))

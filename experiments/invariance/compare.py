@@ -38,7 +38,7 @@ def powers(unit: str) -> tuple[float, float, float] | None:
     """
     try:
         found = UNITS.parse_units(unit.replace(" per ", "/").replace(" ", "*")).dimensionality
-    except (pint.UndefinedUnitError, pint.DefinitionSyntaxError, ValueError, AttributeError):
+    except (pint.UndefinedUnitError, pint.DefinitionSyntaxError, ValueError, AttributeError, TypeError):
         return None
     return tuple(float(found.get(f"[{name}]", 0.0)) for name in ("time", "length", "mass"))  # type: ignore[return-value]
 

@@ -45,7 +45,7 @@ def test_one_effect_is_not_named_twice_as_a_force_and_a_resonator(hidden):
 
 
 def forced(level, sizes, phases, rate=17.0):
-    """A fit of cubic damping and an outside force, with these forces (N), phases, rate (rad/s) in the level's trials."""
+    """A fit of cubic damping and an outside force of this rate (rad/s), with these forces (N) and phases in trials."""
     damping = next(s for s in SUSPECTS if s.name == "cubic_damping")
     force = next(s for s in SUSPECTS if s.name == "external_forcing")
     addends = (

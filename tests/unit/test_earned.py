@@ -27,9 +27,15 @@ def case(**facts: object) -> Case:
     )
 
 
+def candidate(name: str, score: float, out: str = "") -> SimpleNamespace:
+    """A set of one suspect with its log evidence."""
+    return SimpleNamespace(names=(name,), suspects=(name,), score=score, out=out)
+
+
 def diagnosis(accused: bool = False, **facts: object) -> SimpleNamespace:
     """A search that ended and found nothing, unless told otherwise."""
     plain = {"accused": accused, "looked": 20, "unfinished": (), "small": None, "null": SimpleNamespace(score=0.0)}
+    plain |= {"best": candidate("linear_damping", 20.0), "candidates": (), "rivals": ()}
     return SimpleNamespace(**(plain | facts))
 
 
@@ -107,8 +113,27 @@ def test_overwhelming_evidence_for_a_small_effect_is_not_green():
 def test_a_name_that_makes_unseen_trials_worse_is_not_proved(after, status):
     facts = case(baseline=Described(0.04, 0.03))
     named = replace(NAMED, augmented=Described(0.01, after))
-    best = SimpleNamespace(names=("linear_damping",))
-    said = earned(named, facts, diagnosis(True, best=best), True)
+    said = earned(named, facts, diagnosis(True), True)
     assert said.status == status
     if status == "cannot_tell":
         assert "linear damping would be named, but the trials it never saw went from 3.0 % to 6.0 %" in said.because
+
+
+def test_a_name_that_something_excluded_outweighs_is_no_answer():
+    more = candidate("external_forcing", 60.0, "its phases are locked to the release")
+    said = earned(NAMED, case(), diagnosis(True, candidates=(candidate("linear_damping", 20.0), more)), True)
+    assert (said.status, said.verdict) == ("unknown", ("linear_damping", "unknown"))
+    assert "far more probable (odds of 10^17 to 1) is external forcing, excluded because its phases" in said.sentence
+    assert said.next_test.startswith("more releases of different size")
+    near = diagnosis(True, candidates=(candidate("linear_damping", 20.0), replace_score(more, 30.0)))
+    assert earned(NAMED, case(), near, True).status == "explained"
+
+
+def test_a_rival_that_was_excluded_outweighs_nothing():
+    rival = candidate("hidden_resonator", 300.0, "its damping sits on a bound")
+    both = diagnosis(True, candidates=(candidate("linear_damping", 20.0), rival), rivals=(("hidden_resonator",),))
+    assert earned(NAMED, case(), both, True).status == "explained"
+
+
+def replace_score(one: SimpleNamespace, score: float) -> SimpleNamespace:
+    return SimpleNamespace(**(vars(one) | {"score": score}))

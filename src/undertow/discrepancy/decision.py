@@ -22,6 +22,9 @@ DOUBLED = 2.0
 WORSE = 1.0
 """What is named is not proved where it takes unseen trials further away by more than repeating a test does."""
 
+OUTWEIGHED = math.log(1e6)
+"""Log odds for a set that was excluded over what is named, from which nobody knows what is missing."""
+
 GREEN = ("nothing_missing",)
 EVERY = ("nothing_missing", "explained", "not_identifiable", "unknown")
 
@@ -46,7 +49,8 @@ def gates(verdict: Verdict, case: Case, diagnosis: Diagnosis, holds_doubled: boo
         Gate("nothing_overwhelming", "log10 of the odds for the strongest effect that a free run hardly shows",
              small / math.log(10.0), OVERWHELMING / math.log(10.0), diagnosis.small is None, "", "small", GREEN),
     )  # fmt: skip
-    return (*found, *_unseen(verdict, case, diagnosis), *_with_twice_the_scatter(verdict, case, holds_doubled))
+    named = (*_unseen(verdict, case, diagnosis), *_outweighed(diagnosis))
+    return (*found, *named, *_with_twice_the_scatter(verdict, case, holds_doubled))
 
 
 def evidence(level: Level, case: Case, diagnosis: Diagnosis) -> tuple[Gate, ...]:
@@ -102,6 +106,20 @@ def _unseen(verdict: Verdict, case: Case, diagnosis: Diagnosis) -> tuple[Gate, .
     away = math.sqrt(max(after**2 - before**2, 0.0)) / case.allowed
     statistic, bars = "free run of unseen trials further away, in repeatabilities", ("explained",)
     return (Gate("unseen_trials", statistic, away, WORSE, away <= WORSE, said, "unseen", bars),)
+
+
+def _outweighed(diagnosis: Diagnosis) -> tuple[Gate, ...]:
+    """Whether something that was excluded, and is no rival of what is named, is far more probable."""
+    if not diagnosis.accused:
+        return ()
+    said = {tuple(sorted(names)) for names in (diagnosis.best.names, *diagnosis.rivals)}
+    others = [c for c in diagnosis.candidates if c.out and c.suspects and tuple(sorted(c.names)) not in said]
+    best = max((c.score for c in diagnosis.candidates if tuple(sorted(c.names)) in said), default=diagnosis.best.score)
+    other = max(others, key=lambda c: c.score, default=None)
+    odds = -math.inf if other is None else other.score - max(best, diagnosis.best.score)
+    because = "" if other is None else f"{' and '.join(other.names).replace('_', ' ')}, excluded because {other.out}"
+    statistic, bars = "log odds of an excluded set over what is named", ("explained", "not_identifiable")
+    return (Gate("outweighed", statistic, odds, OUTWEIGHED, odds <= OUTWEIGHED, because, "outweighed", bars),)
 
 
 def _with_twice_the_scatter(verdict: Verdict, case: Case, holds_doubled: bool) -> tuple[Gate, ...]:

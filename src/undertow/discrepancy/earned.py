@@ -20,7 +20,7 @@ from undertow.comparison.level import Level, Member
 from undertow.comparison.search import ACCUSE_PROBABILITY, WORTH
 from undertow.discrepancy.case import Case
 from undertow.discrepancy.decision import DOUBLED, gates
-from undertow.discrepancy.verdict import Verdict
+from undertow.discrepancy.verdict import Gate, Verdict
 from undertow.discrepancy.words import percent
 from undertow.errors import IdentificationError
 
@@ -30,6 +30,7 @@ NEXT: Mapping[str, str] = {
     "no_dry": "three releases of this spring in air",
     "assumed": "three releases in air, or three of the same size in this water, or state specimen.scatter",
     "unseen": "more releases: what these trials show does not carry over to the ones held out",
+    "outweighed": "more releases of different size in this water, recorded from before the release until after rest",
     "search": "look at the trials that could not be fitted; a start or a window in the config may help",
 }
 """What would lead to an answer, by what is lacking."""
@@ -45,9 +46,25 @@ def earned(verdict: Verdict, case: Case, diagnosis: Diagnosis, holds_doubled: bo
             continue
         if gate.lacking == "small" and diagnosis.small is not None:
             return _small(verdict, case, diagnosis.small, diagnosis.null)
+        if gate.lacking == "outweighed":
+            return _outweighed(verdict, gate)
         said = without_answer(verdict, case, gate.because, gate.lacking)
         return replace(said, contradicted=bool(case.contradiction))
     return verdict
+
+
+def _outweighed(verdict: Verdict, gate: Gate) -> Verdict:
+    """``unknown`` after the names: what was excluded explains far more, so that the names are not the answer."""
+    odds = gate.value / math.log(10.0)
+    text = (
+        f"{verdict.sentence} But this is not the answer: far more probable (odds of 10^{odds:.0f} to 1) is "
+        f"{gate.because}. What is missing is unknown."
+    )
+    names = verdict.verdict if "unknown" in verdict.verdict else (*verdict.verdict, "unknown")
+    return replace(
+        verdict, status="unknown", verdict=names, alternatives=(), confidence=math.nan, origin="undetermined",
+        next_test=NEXT["outweighed"], sentence=text,
+    )  # fmt: skip
 
 
 def without_answer(verdict: Verdict, case: Case, because: str, lacking: str) -> Verdict:

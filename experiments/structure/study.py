@@ -28,13 +28,13 @@ from experiments.eq15_campaign import tables
 from experiments.recovery.releases import NOISE, record_group
 from experiments.structure.truths import KINDS, OtherTruth, plant_other
 from undertow.comparison.beliefs import Belief
-from undertow.comparison.discover import TEN_TERMS
 from undertow.comparison.dry_beliefs import from_dry
 from undertow.comparison.stepwise_selection import Rules
 from undertow.comparison.structure import Effort, Structure, find_structure
 from undertow.conditioning.condition import condition
 from undertow.conditioning.motion import Motion
 from undertow.equation import registry as shelf
+from undertow.equation.registry import TEN_TERMS
 from undertow.equation.term import Term
 
 FOLDER = Path(__file__).resolve().parent

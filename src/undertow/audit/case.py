@@ -13,6 +13,7 @@ from typing import Literal
 
 import numpy as np
 
+from undertow.audit.effects import DAMPING, FRICTION_FORCE, RESONATOR_DAMPING_RATIO, RESONATOR_FREQUENCY, RESONATOR_MASS
 from undertow.audit.recipes import (
     ITERATIONS,
     Array,
@@ -151,10 +152,10 @@ def physics_of(case: Case, row: Row, values: Mapping[str, float], known: Known) 
     theta = np.zeros(N_SLOTS)
     k = known.k_N_per_m * (1.0 + get(f"k.{spring}", 0.0) + get(f"gain_error.stiffness_{spring}", 0.0))
     normal = (known.mass_kg - known.volume_m3 * known.density_kg_per_m3) * known.gravity_m_per_s2
-    friction = (known.mu + get(f"mu.{spring}", 0.0)) * normal + get("coulomb_friction.force_N", 0.0)
+    friction = (known.mu + get(f"mu.{spring}", 0.0)) * normal + get(FRICTION_FORCE, 0.0)
     theta[SLOT["mass"]] = known.mass_kg + get(f"added_mass_kg.{spring}", get("added_mass_kg", 0.0))
     theta[SLOT["k1"]] = k / (1.0 + k * get("support_compliance.compliance_m_per_N", 0.0))
-    theta[SLOT["c1"]] = known.c_Ns_per_m + get(f"c.{spring}", 0.0) + get("linear_damping.c_Ns_per_m", 0.0)
+    theta[SLOT["c1"]] = known.c_Ns_per_m + get(f"c.{spring}", 0.0) + get(DAMPING, 0.0)
     theta[SLOT["fc"]] = max(friction, 0.0)
     drag = known.drag_unit * get("drag_coefficient", 0.0)
     exponent = get("drag_exponent.exponent", 2.0)
@@ -162,9 +163,9 @@ def physics_of(case: Case, row: Row, values: Mapping[str, float], known: Known) 
         theta[SLOT["q"]] = drag
     else:
         theta[SLOT["cp"]], theta[SLOT["p"]] = drag * case.speed_m_per_s ** (2.0 - exponent), exponent
-    theta[SLOT["hm1"]] = get("hidden_resonator.mass_kg", 0.0)
-    theta[SLOT["hw1"]] = get("hidden_resonator.natural_frequency_rad_per_s", 0.0)
-    theta[SLOT["hz1"]] = get("hidden_resonator.damping_ratio", 0.0)
+    theta[SLOT["hm1"]] = get(RESONATOR_MASS, 0.0)
+    theta[SLOT["hw1"]] = get(RESONATOR_FREQUENCY, 0.0)
+    theta[SLOT["hz1"]] = get(RESONATOR_DAMPING_RATIO, 0.0)
     theta[SLOT["x0"]] = row.release_m - get("rest_offset.offset_m", 0.0)
     return theta
 

@@ -14,7 +14,7 @@ import numpy as np
 from undertow.audit.case import Structure
 from undertow.audit.identities import NOTICEABLE, Oddity
 from undertow.audit.recipes import Array, Known, method2_returns, trajectory
-from undertow.audit.tables import Constants, PublishedTable
+from undertow.audit.tables import ADDED_MASS, Constants, PublishedTable
 from undertow.equation.kernel import N_SLOTS, SLOT
 from undertow.errors import UndertowError
 
@@ -83,7 +83,7 @@ def check_forces(
         structure = structures.get(str(table.conditions.get(constants.spring_key)))
         if structure is None:
             continue
-        if {"acceleration", "added_mass", "release"} <= set(table.columns):
+        if {"acceleration", ADDED_MASS, "release"} <= set(table.columns):
             found += _maxima(table, structure, constants)
         if table.recipe.startswith("method2") and "drag_coefficient" in table.columns:
             found += _recipe(table, structure, constants)
@@ -99,7 +99,7 @@ def _known(structure: Structure, constants: Constants, volume: float) -> Known:
 
 def _maxima(table: PublishedTable, structure: Structure, constants: Constants) -> list[Oddity]:
     columns = table.columns
-    total = constants.mass_kg + columns["added_mass"].values
+    total = constants.mass_kg + columns[ADDED_MASS].values
     acceleration, release = columns["acceleration"].values, columns["release"].values
     known = [_known(structure, constants, volume) for volume in constants.volume_range_m3]
     friction = max(one.friction_N for one in known)
@@ -126,7 +126,7 @@ def _largest_velocity(table: PublishedTable, known: Known) -> list[Oddity]:
     columns, ratios, reached = table.columns, [], []
     for row in range(table.rows):
         theta = np.zeros(N_SLOTS)
-        theta[SLOT["mass"]] = known.mass_kg + columns["added_mass"].values[row]
+        theta[SLOT["mass"]] = known.mass_kg + columns[ADDED_MASS].values[row]
         theta[SLOT["k1"]], theta[SLOT["c1"]], theta[SLOT["fc"]] = known.k_N_per_m, known.c_Ns_per_m, known.friction_N
         theta[SLOT["q"]] = known.drag_unit * columns["drag_coefficient"].values[row]
         theta[SLOT["x0"]] = columns["release"].values[row]
@@ -157,7 +157,7 @@ def _recipe(table: PublishedTable, structure: Structure, constants: Constants) -
     releases = table.columns["release"].values
     row = int(np.argmax(releases))
     release = float(releases[row])
-    added = float(table.columns["added_mass"].values[row]) if "added_mass" in table.columns else 0.0
+    added = float(table.columns[ADDED_MASS].values[row]) if ADDED_MASS in table.columns else 0.0
     printed = float(table.columns["drag_coefficient"].values[row])
     theta = np.zeros(N_SLOTS)
     theta[SLOT["mass"]] = constants.mass_kg + added
@@ -179,7 +179,7 @@ def _recipe(table: PublishedTable, structure: Structure, constants: Constants) -
             f"{printed:.3g} is printed.",
         ),
         Oddity(
-            "formula", (table.name,), "added_mass", added, added - known.friction_N / acceleration, "kg",
+            "formula", (table.name,), ADDED_MASS, added, added - known.friction_N / acceleration, "kg",
             f"{table.title}: Eqs. 18-19 leave friction out, which at a turning point is up to mu N / x'' = "
             f"{known.friction_N / acceleration:.3g} kg of added mass at the largest release and "
             f"{known.friction_N / smallest:.3g} kg at the smallest.",

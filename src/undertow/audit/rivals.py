@@ -16,6 +16,15 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from undertow.audit.case import Case
+from undertow.audit.effects import (
+    DAMPING,
+    FRICTION,
+    FRICTION_FORCE,
+    LINEAR,
+    RESONATOR,
+    RESONATOR_DAMPING_RATIO,
+    RESONATOR_FREQUENCY,
+)
 from undertow.audit.recipes import Array
 
 ADDED_MASS_SHARE = 1.0
@@ -45,10 +54,7 @@ RESONATOR_FREQUENCY_SHARES = (0.6, 1.8)
 RESONATOR_DAMPING = (0.005, 0.25)
 """Damping ratio, even in its logarithm."""
 
-FREQUENCY = "hidden_resonator.natural_frequency_rad_per_s"
-"""What a recipe's answers bend most with; its range is searched in pieces."""
-
-EXPLORED = (FREQUENCY, "hidden_resonator.damping_ratio")
+EXPLORED = (RESONATOR_FREQUENCY, RESONATOR_DAMPING_RATIO)
 """In these answers bend so much that no quadratic holds: they are explored point by point (exploring.py)."""
 
 EXPONENTS = (1.2, 1.8)
@@ -180,15 +186,15 @@ def rivals(case: Case, nodes: int = 24) -> tuple[Rival, ...]:
     found = [
         Rival((), (*water, *base)),
         Rival((), base, water=False),
-        Rival(("linear_damping",), (*water, linear, *base)),
-        Rival(("coulomb_friction",), (*water, friction, *base)),
-        Rival(("linear_damping", "coulomb_friction"), (*water, linear, friction, *base)),
+        Rival((LINEAR,), (*water, linear, *base)),
+        Rival((FRICTION,), (*water, friction, *base)),
+        Rival((LINEAR, FRICTION), (*water, linear, friction, *base)),
         Rival(("drag_exponent",), (*water, exponent, *base)),
-        Rival(("hidden_resonator",), (*water, *_resonator(case), *base), FREQUENCY, nodes),
+        Rival((RESONATOR,), (*water, *_resonator(case), *base), RESONATOR_FREQUENCY, nodes),
     ]  # fmt: skip
     if case.two_instants:
         found.append(Rival(("rest_offset",), (*water, offset, *base)))
-        found.append(Rival(("linear_damping", "rest_offset"), (*water, linear, offset, *base)))
+        found.append(Rival((LINEAR, "rest_offset"), (*water, linear, offset, *base)))
     if len(case.springs) > 1:
         found.append(Rival(("support_compliance",), (*water, _compliance(case), *base)))
         found.append(Rival(("gain_error",), (*water, _stiffness(case), *base)))
@@ -198,12 +204,12 @@ def rivals(case: Case, nodes: int = 24) -> tuple[Rival, ...]:
 def _linear(case: Case) -> Unknown:
     softest = min(case.structures[name].k for name in case.springs)
     critical = 2.0 * math.sqrt(softest * case.mass_kg)
-    return Unknown("linear_damping.c_Ns_per_m", 0.0, DAMPING_RATIO_AT_MOST * critical, unit="N s/m")
+    return Unknown(DAMPING, 0.0, DAMPING_RATIO_AT_MOST * critical, unit="N s/m")
 
 
 def _friction(case: Case) -> Unknown:
     force = max(case.structures[name].mu for name in case.springs) * case.mass_kg * case.gravity_m_per_s2
-    return Unknown("coulomb_friction.force_N", -force, 3.0 * force, FRICTION_ERROR_SHARE * force, "N")
+    return Unknown(FRICTION_FORCE, -force, 3.0 * force, FRICTION_ERROR_SHARE * force, "N")
 
 
 def _offset(case: Case) -> Unknown:
@@ -233,7 +239,7 @@ def _stiffness(case: Case) -> Unknown:
 
 def _resonator(case: Case) -> tuple[Unknown, ...]:
     def even(name: str, low: float, high: float, unit: str) -> Unknown:
-        return Unknown(f"hidden_resonator.{name}", math.log(low), math.log(high), unit=unit, logarithmic=True)
+        return Unknown(f"{RESONATOR}.{name}", math.log(low), math.log(high), unit=unit, logarithmic=True)
 
     light, heavy = (case.mass_kg * share for share in RESONATOR_MASS_SHARES)
     slow = RESONATOR_FREQUENCY_SHARES[0] * min(case.frequencies)

@@ -17,6 +17,7 @@ import numpy as np
 from scipy.optimize import lsq_linear
 
 from undertow.audit.case import Case, case_returns, row_returns
+from undertow.audit.effects import RESONATOR_MASS
 from undertow.audit.recipes import SLOPE_STEPS, Array, Returned
 from undertow.audit.rivals import Rival, Unknown
 from undertow.errors import UndertowError
@@ -216,7 +217,7 @@ def _first_sheet(
     printed = printed_values(case)
     centre = np.array([unknown.centre for unknown in rival.unknowns])
     names = [unknown.name for unknown in rival.unknowns]
-    resonating = 0.5 * rival.values(centre).get("hidden_resonator.mass_kg", 0.0)
+    resonating = 0.5 * rival.values(centre).get(RESONATOR_MASS, 0.0)
     mass, drag = (
         float(np.median(column[np.isfinite(column)])) if np.isfinite(column).any() else 1.0 for column in printed.T
     )

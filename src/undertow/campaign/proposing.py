@@ -18,13 +18,14 @@ from ruamel.yaml import YAML
 
 from undertow.campaign.config import RunConfig
 from undertow.campaign.run.checking import Checked, Checker
+from undertow.equation.registry import catalogue
 from undertow.recording.catalogue import ChannelSpec, TimeSpec, Window
 from undertow.recording.gather import gather
 from undertow.recording.layout import FileFormat
 from undertow.recording.propose import Proposal
 from undertow.recording.readers import trial_name
 
-TERMS = ("stiffness", "viscous_damping", "coulomb_friction")
+TERMS = tuple(law.name for law in catalogue() if law.structural)
 """What every body that swings may have: the equation that a proposal begins with."""
 
 NO_TEXT = frozenset({"null", "true", "false"})

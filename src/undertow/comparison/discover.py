@@ -33,12 +33,6 @@ from undertow.recording.recording import Recording
 Array = NDArray[np.float64]
 Trial = Recording | Motion
 
-TEN_TERMS = (
-    "stiffness", "viscous_damping", "coulomb_friction", "quadratic_drag", "asymmetric_stiffness", "cubic_stiffness",
-    "quadratic_stiffness", "cubic_damping", "position_damping", "van_der_pol_damping",
-)  # fmt: skip
-"""The library where none is given: x, v, sgn v, v|v|, x^2, x^3, x|x|, v^3, xv, x^2 v."""
-
 
 class NotDiscoveredError(NotFittedError, UnfittedEstimator):  # type: ignore[misc]
     """A result was asked of a `Discover` that has not been fitted; scikit-learn's own error too."""
@@ -54,8 +48,8 @@ class Discover(BaseEstimator):  # type: ignore[misc]
 
     Parameters
     ----------
-    terms : names from the shelf or Term objects; None takes the ten algebraic ones of `TEN_TERMS`. A term with one
-        inner parameter (drag_exponent, stribeck_friction) has it refined.
+    terms : names from the shelf or Term objects; None takes the ten algebraic ones of `registry.TEN_TERMS`. A term with
+        one inner parameter (drag_exponent, stribeck_friction) has it refined.
     known : names of terms that are certainly there.
     together : groups of names that enter all or none.
     exclusive : groups of names of which at most one enters.
@@ -148,9 +142,9 @@ class Discover(BaseEstimator):  # type: ignore[misc]
         return None if self.outside_ is None else self.outside_.adequate
 
     def _library(self) -> tuple[Term, ...]:
-        given = TEN_TERMS if self.terms is None else self.terms
+        given = shelf.TEN_TERMS if self.terms is None else self.terms
         library = tuple(shelf.find(term) if isinstance(term, str) else term for term in given)
-        return tuple(term for term in library if term.name != "added_mass")
+        return tuple(term for term in library if not term.is_inertia)
 
     @staticmethod
     def _places(setting: str, wanted: Sequence[str], names: Sequence[str]) -> tuple[int, ...]:

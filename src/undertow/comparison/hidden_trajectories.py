@@ -84,7 +84,7 @@ def discover_hidden_on_trajectories(
     """
     if not motions:
         raise IdentificationError("0 motions; give at least one trial")
-    own = tuple(term for term in terms if term.name != "added_mass")
+    own = tuple(term for term in terms if not term.is_inertia)
     beside = tuple(term for term in rivals if label(term) not in {label(one) for one in own})
     modes = largest_modes(motions)
     plain = fit_equation(motions, own)

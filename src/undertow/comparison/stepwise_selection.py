@@ -36,8 +36,6 @@ INNER_VALUES = 9
 INNER_SHARES = (0.02, 0.5)
 """Where an inner parameter has no upper bound: from and to these shares of the largest speed or displacement."""
 
-PULLS_BACK, LOSES = ("stiffness", "sine_restoring"), "viscous_damping"
-"""Terms of the linear oscillator that a walk starts from where its own first subset has no motion."""
 
 LIGHT = 0.01
 """Damping ratio of that oscillator."""
@@ -132,19 +130,20 @@ def _as_a_line(trials: Sequence[Cells], book: Laws, rules: Rules) -> tuple[tuple
 
     IdentificationError where the library holds nothing that pulls a body back.
     """
-    names = [term.name for term in book.terms]
-    pulls = [names.index(name) for name in PULLS_BACK if name in names]
+    pulls = sorted((term.instead_of != (), at) for at, term in enumerate(book.terms) if term.is_spring)
+    loses = [at for at, term in enumerate(book.terms) if term.structural == "c"]
     if not pulls:
+        names = ", ".join(term.name for term in book.terms)
         raise IdentificationError(
-            f"none of {', '.join(names)} pulls the body back as this motion asks; add stiffness to the library"
+            f"none of {names} pulls the body back as this motion asks; add stiffness to the library"
         )
     rate = 2.0 * math.pi / float(np.median([trial.period_s for trial in trials]))
     values = book.start.copy()
-    values[pulls[0]] = rate**2
-    chosen = {pulls[0], *rules.known}
-    if LOSES in names:
-        values[names.index(LOSES)] = 2.0 * LIGHT * rate
-        chosen.add(names.index(LOSES))
+    spring = pulls[0][1]
+    values[spring] = rate**2
+    for at in loses:
+        values[at] = 2.0 * LIGHT * rate
+    chosen = {spring, *loses, *rules.known}
     return tuple(sorted(chosen)), values
 
 

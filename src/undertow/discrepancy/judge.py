@@ -17,12 +17,14 @@ from undertow.comparison.explained import FAR_ABOVE_NOISE
 from undertow.comparison.joint import free_run_error
 from undertow.comparison.level import Addend, Level, Member, make_level, member_rate
 from undertow.comparison.search import diagnose
-from undertow.comparison.suspects import SUSPECTS, Origin, Suspect
+from undertow.comparison.suspect import Origin, Suspect
+from undertow.comparison.suspects import SUSPECTS
 from undertow.discrepancy.case import Case
 from undertow.discrepancy.decision import evidence, posterior
 from undertow.discrepancy.earned import earned, holds_with_twice_the_scatter, without_answer
 from undertow.discrepancy.findings import AugmentedRun
-from undertow.discrepancy.sentence import NEXT_TEST, late_words, sentence_of, transfer_words
+from undertow.discrepancy.naming import next_test
+from undertow.discrepancy.sentence import late_words, sentence_of, transfer_words
 from undertow.discrepancy.transfer import from_other_springs
 from undertow.discrepancy.validation import addition_parameters, check_cell, rms, shared_run
 from undertow.discrepancy.verdict import Described, PhysicalCheck, Rejected, Status, Verdict
@@ -161,7 +163,7 @@ def _verdict(
         parameters={name: many[0] if len(many) == 1 else many for name, many in found.items()},
         augmented=Described(training, math.nan if own else held, _all_parameters(level, case, diagnosis, found)),
         physical_check=_physics(case, found),
-        next_test=NEXT_TEST.get(names[0], ""),
+        next_test=next_test(names[0]),
         transfer=moved,
         sentence=sentence_of(case, names, diagnosis.rivals, found, training, held, rest, known, own)
         + transfer_words(moved)
@@ -232,7 +234,8 @@ def _origin(case: Case, suspects: Sequence[Suspect], known: Sequence[str]) -> Or
 
 
 def _physics(case: Case, found: Mapping[str, Sequence[Mapping[str, Estimate]]]) -> PhysicalCheck:
-    resonators = found.get("hidden_resonator")
+    swinging = {s.name for s in SUSPECTS if s.swings}
+    resonators = next((many for name, many in found.items() if name in swinging), ())
     if not resonators:
         return PhysicalCheck(because="no bound applies to this effect")
     return check_cell(resonators[0]["natural_frequency_rad_per_s"], case.cell)

@@ -107,7 +107,7 @@ def bootstrap_sindy(
 
     A block is ``periods`` of the motion. With one trial its blocks are drawn, with more whole trials too.
     """
-    library = [term for term in terms if term.name != "added_mass"]
+    library = [term for term in terms if not term.is_inertia]
     design = build_design(motions, library)
     block = max(2, round(periods * design.period_s / design.step_s))
     columns = project_out(design.nuisance, design.columns)

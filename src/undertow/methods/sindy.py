@@ -118,7 +118,7 @@ def discover(
     Raises IdentificationError without trials or terms, for a known term that is not in ``terms``, and where the search
     leaves nothing.
     """
-    library = tuple(term for term in terms if term.name != "added_mass")
+    library = tuple(term for term in terms if not term.is_inertia)
     names = tuple(label(term) for term in library)
     if not library:
         raise IdentificationError(f"{len(terms)} terms besides the mass; give at least one, e.g. Stiffness()")

@@ -168,7 +168,7 @@ def _source(motion: Motion, term: Term, smoothed: Array) -> tuple[Array, int]:
     channels = motion.recording.channels
     if term.name == "stiffness" and "displacement" in channels:
         return motion.recorded("displacement") - motion.equilibrium.value, 0
-    if term.name in ("viscous_damping", "linear_damping"):
+    if term.speed_power == 1.0:
         if "velocity" in channels:
             return motion.recorded("velocity"), 0
         if "displacement" in channels:

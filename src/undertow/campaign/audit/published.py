@@ -20,7 +20,7 @@ from undertow.audit.forces import check_forces, water_share
 from undertow.audit.headings import correct_units
 from undertow.audit.identities import check_identities, with_releases
 from undertow.audit.patterns import check_patterns, power_law
-from undertow.audit.tables import Constants, PublishedTable, dry_value, same_conditions
+from undertow.audit.tables import ADDED_MASS, Constants, PublishedTable, dry_value, same_conditions
 from undertow.audit.verdicts import judge
 from undertow.campaign.audit.settings import AuditConfig, AuditSettings, TableSettings, load_audit
 from undertow.campaign.audit.tables import read_table
@@ -185,7 +185,7 @@ def _row(table: PublishedTable, row: int, release: float, spring: str, said: Tab
         column = table.columns.get(quantity)
         return (math.nan, 0.0) if column is None else (float(column.values[row]), float(column.half_digits[row]))
 
-    (mass, mass_half), (drag, drag_half) = cell("added_mass"), cell("drag_coefficient")
+    (mass, mass_half), (drag, drag_half) = cell(ADDED_MASS), cell("drag_coefficient")
     recipe: Recipe = said.recipe  # type: ignore[assignment]
     return Row(table.title, spring, release, recipe, mass, drag, mass_half, drag_half, said.window_s)
 
@@ -217,7 +217,7 @@ def trends(tables: Sequence[PublishedTable], constants: Constants) -> tuple[Tren
         if "release" not in table.columns:
             continue
         size = table.columns["release"].values
-        for quantity in ("drag_coefficient", "added_mass"):
+        for quantity in ("drag_coefficient", ADDED_MASS):
             column = table.columns.get(quantity)
             if column is None or table.rows < 4 or np.any(column.values <= 0.0) or size.max() < 1.5 * size.min():
                 continue

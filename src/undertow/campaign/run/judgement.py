@@ -24,7 +24,8 @@ from undertow.campaign.run.rig import (
 )
 from undertow.campaign.run.workers import Progress, on_processes
 from undertow.comparison.level import Addend, Member
-from undertow.comparison.suspects import Suspect, chosen
+from undertow.comparison.suspect import Suspect
+from undertow.comparison.suspects import chosen
 from undertow.discrepancy.case import Case
 from undertow.discrepancy.earned import NEXT
 from undertow.discrepancy.findings import GroupFindings

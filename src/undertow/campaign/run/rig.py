@@ -17,7 +17,7 @@ import numpy as np
 from undertow.campaign.config import GroupKey, RunConfig
 from undertow.campaign.run.analysis import GroupTask, rest_width, spread_of_repetitions
 from undertow.comparison.level import Addend
-from undertow.comparison.suspects import Addition
+from undertow.comparison.suspect import Addition
 from undertow.discrepancy.judge import Judged
 from undertow.equation.kernel import SLOT
 from undertow.errors import FAILURES

@@ -1,7 +1,7 @@
 """One case of an audit: rows of published tables that share one body of water, and what is known of the structure.
 
-Belongs here: `Row`, `Structure`, `Case`, and what a recipe would print for a row under given physics. Does not belong
-here: which physics are tried (rivals.py), how well they do (surface.py, posterior.py).
+Belongs here: `Row`, `DryStructure`, `PrintedCase`, and what a recipe would print for a row under given physics. Does
+not belong here: which physics are tried (rivals.py), how well they do (surface.py, posterior.py).
 """
 
 from __future__ import annotations
@@ -33,7 +33,7 @@ TYPICAL_SPEED = 0.75
 
 
 @dataclass(frozen=True)
-class Structure:
+class DryStructure:
     """A spring's dry values as the recipe uses them, their standard errors and their scatter from trial to trial.
 
     ``k`` N/m, ``c`` N s/m, ``mu``; ``k_error`` and ``k_scatter`` relative, the others in their unit.
@@ -77,13 +77,13 @@ class Row:
 
 
 @dataclass(frozen=True)
-class Case:
+class PrintedCase:
     """Rows that share the water, the structure by spring, mass (kg), area (m^2) and the possible submerged volumes
     (m^3)."""
 
     name: str
     rows: tuple[Row, ...]
-    structures: Mapping[str, Structure]
+    structures: Mapping[str, DryStructure]
     mass_kg: float
     area_m2: float
     volume_range_m3: tuple[float, float] = (0.0, 0.0)
@@ -125,7 +125,7 @@ class Case:
         rates = [math.sqrt(self.structures[row.spring].k / self.mass_kg) * row.release_m for row in self.rows]
         return TYPICAL_SPEED * float(np.median(rates))
 
-    def with_printed(self, printed: Array, name: str = "") -> Case:
+    def with_printed(self, printed: Array, name: str = "") -> PrintedCase:
         """The same case with other printed numbers (rows, 2): simulated tables."""
         rows = tuple(
             replace(row, added_mass_kg=float(mass), drag_coefficient=float(drag))
@@ -134,7 +134,7 @@ class Case:
         return replace(self, rows=rows, name=name or self.name)
 
 
-def known_of(case: Case, row: Row, volume_m3: float) -> Known:
+def known_of(case: PrintedCase, row: Row, volume_m3: float) -> Known:
     """What the recipe of a row held fixed, at one submerged volume."""
     dry = case.structures[row.spring]
     return Known(
@@ -142,7 +142,7 @@ def known_of(case: Case, row: Row, volume_m3: float) -> Known:
     )
 
 
-def physics_of(case: Case, row: Row, values: Mapping[str, float], known: Known) -> Array:
+def physics_of(case: PrintedCase, row: Row, values: Mapping[str, float], known: Known) -> Array:
     """Parameter vector of the compiled integrator for one row under physics ``values`` (names as in rivals.py).
 
     ``added_mass_kg`` may be ``added_mass_kg.<spring>``; ``k.<spring>`` and ``gain_error.stiffness_<spring>`` are
@@ -171,7 +171,7 @@ def physics_of(case: Case, row: Row, values: Mapping[str, float], known: Known) 
 
 
 def row_returns(
-    case: Case, row: Row, values: Mapping[str, float], start: Returned | None = None, steps: int = ITERATIONS
+    case: PrintedCase, row: Row, values: Mapping[str, float], start: Returned | None = None, steps: int = ITERATIONS
 ) -> Returned:
     """What the row's own recipe returns under physics ``values``; ``start`` an answer near by, at most ``steps`` away
     (Method 1)."""
@@ -185,7 +185,7 @@ def row_returns(
 
 
 def case_returns(
-    case: Case, values: Mapping[str, float], starts: tuple[Returned, ...] | None = None
+    case: PrintedCase, values: Mapping[str, float], starts: tuple[Returned, ...] | None = None
 ) -> tuple[Returned, ...]:
     """What the recipes print for every row under one set of physics."""
     near = starts if starts is not None else (None,) * len(case.rows)

@@ -11,7 +11,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from undertow.audit.case import Structure
+from undertow.audit.case import DryStructure
 from undertow.audit.identities import NOTICEABLE, Oddity
 from undertow.audit.recipes import Array, Known, method2_returns, trajectory
 from undertow.audit.tables import ADDED_MASS, Constants, PublishedTable
@@ -44,7 +44,9 @@ class WaterShare:
     sentence: str
 
 
-def water_share(table: PublishedTable, structure: Structure, constants: Constants, seed: int = 0) -> WaterShare | None:
+def water_share(
+    table: PublishedTable, structure: DryStructure, constants: Constants, seed: int = 0
+) -> WaterShare | None:
     """The share of a table's C_d that its dry structure does not already give; None without a column of velocities.
 
     c and mu are drawn from trial to trial as the dry tables scatter, V evenly over its range.
@@ -75,7 +77,7 @@ def water_share(table: PublishedTable, structure: Structure, constants: Constant
 
 
 def check_forces(
-    tables: Sequence[PublishedTable], structures: Mapping[str, Structure], constants: Constants
+    tables: Sequence[PublishedTable], structures: Mapping[str, DryStructure], constants: Constants
 ) -> list[Oddity]:
     """Printed maxima against the equation, formulas that cannot give what is printed, inputs that are not printed."""
     found = []
@@ -90,14 +92,14 @@ def check_forces(
     return found + _not_printed(tables, structures, constants)
 
 
-def _known(structure: Structure, constants: Constants, volume: float) -> Known:
+def _known(structure: DryStructure, constants: Constants, volume: float) -> Known:
     return Known(
         constants.mass_kg, structure.k, structure.c, structure.mu, constants.area_m2, volume,
         constants.density_kg_per_m3, constants.gravity_m_per_s2,
     )  # fmt: skip
 
 
-def _maxima(table: PublishedTable, structure: Structure, constants: Constants) -> list[Oddity]:
+def _maxima(table: PublishedTable, structure: DryStructure, constants: Constants) -> list[Oddity]:
     columns = table.columns
     total = constants.mass_kg + columns[ADDED_MASS].values
     acceleration, release = columns["acceleration"].values, columns["release"].values
@@ -148,7 +150,7 @@ def _largest_velocity(table: PublishedTable, known: Known) -> list[Oddity]:
     )]  # fmt: skip
 
 
-def _recipe(table: PublishedTable, structure: Structure, constants: Constants) -> list[Oddity]:
+def _recipe(table: PublishedTable, structure: DryStructure, constants: Constants) -> list[Oddity]:
     """Eq. 21 as printed leaves out the inertia: its C_d is negative whatever the water does. Eq. 19 leaves out
     friction."""
     if "release" not in table.columns:
@@ -188,7 +190,7 @@ def _recipe(table: PublishedTable, structure: Structure, constants: Constants) -
 
 
 def _not_printed(
-    tables: Sequence[PublishedTable], structures: Mapping[str, Structure], constants: Constants
+    tables: Sequence[PublishedTable], structures: Mapping[str, DryStructure], constants: Constants
 ) -> list[Oddity]:
     low, high = constants.volume_range_m3
     fitted = [table for table in tables if "drag_coefficient" in table.columns]

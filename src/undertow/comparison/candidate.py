@@ -84,7 +84,7 @@ class Screened:
 
 
 @dataclass(frozen=True)
-class Diagnosis:
+class LevelDiagnosis:
     """The search on one level: the prescribed equation alone, the best candidate, all others, posterior probability of
     the best among all, rivals (sets of names) that the data cannot separate from it, suspects screened out; ``small``
     is the most probable effect that evidence is overwhelming for though it moves the free run by less than what counts,
@@ -114,12 +114,12 @@ def conclude(
     small: Candidate | None = None,
     looked: int = 0,
     unfinished: Sequence[str] = (),
-) -> Diagnosis:
+) -> LevelDiagnosis:
     """The diagnosis with its confidence and rivals."""
     likely = probability(best, found, screened)
     rivals = _rivals(best, found)
     left = tuple(dict.fromkeys(unfinished))
-    return Diagnosis(null, best, tuple(found), likely, rivals, tuple(screened), small, looked, left)
+    return LevelDiagnosis(null, best, tuple(found), likely, rivals, tuple(screened), small, looked, left)
 
 
 def probability(
@@ -159,7 +159,7 @@ def damping_ratio(fit: JointFit) -> float:
     return max(found, default=0.0)
 
 
-def strengths(diagnosis: Diagnosis) -> Mapping[str, float]:
+def strengths(diagnosis: LevelDiagnosis) -> Mapping[str, float]:
     """By how much the log posterior of each single suspect exceeds that of the prescribed equation alone."""
     return {c.suspects[0].label: c.score - diagnosis.null.score for c in diagnosis.candidates if len(c.suspects) == 1}
 

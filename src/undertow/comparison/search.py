@@ -17,7 +17,7 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 
 from undertow.comparison.attempt import COMMON, REFINED, as_radiation, from_places, from_starts, renumbered, without
-from undertow.comparison.candidate import Candidate, Diagnosis, Screened, conclude
+from undertow.comparison.candidate import Candidate, LevelDiagnosis, Screened, conclude
 from undertow.comparison.evidence import residual_memory
 from undertow.comparison.explained import (
     ALL,
@@ -104,7 +104,7 @@ class _Search:
         self.error = free_run_error(self.level, self.null.fit)
         self.left = LEVEL_BUDGET * self._one_look()
 
-    def run(self) -> Diagnosis:
+    def run(self) -> LevelDiagnosis:
         """Add effects one after the other until none is worth it, or the level's budget is spent."""
         self._grow()
         small = None if self.best.suspects else self._overwhelming()
@@ -379,7 +379,7 @@ class _Search:
 
 def diagnose(
     level: Level, suspects: Sequence[Suspect], clean_when_dry: bool = False, budget: float = 1.0
-) -> Diagnosis:
+) -> LevelDiagnosis:
     """Search one level for what its equation lacks.
 
     ``clean_when_dry`` says that the dry trials of the same rig need nothing: what belongs to the structure would have

@@ -12,7 +12,7 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
-from undertow.comparison.candidate import Candidate, Diagnosis
+from undertow.comparison.candidate import Candidate, LevelDiagnosis
 from undertow.comparison.explained import FAR_ABOVE_NOISE
 from undertow.comparison.joint import free_run_error
 from undertow.comparison.level import Addend, Level, Member, make_level, member_rate
@@ -84,7 +84,7 @@ def judge_level(
     return Judged(verdicts, labels, fit.addends, numbers, runs)
 
 
-def _with_evidence(level: Level, verdict: Verdict, case: Case, diagnosis: Diagnosis) -> Verdict:
+def _with_evidence(level: Level, verdict: Verdict, case: Case, diagnosis: LevelDiagnosis) -> Verdict:
     """A verdict with the numbers behind it: its posterior probability, and the evidence before its other gates."""
     decision = (*evidence(level, case, diagnosis), *verdict.decision)
     return replace(verdict, decision=decision, posterior=posterior(diagnosis))
@@ -107,7 +107,7 @@ def _member(case: Case) -> Member:
     return case.member if case.member.allowed < 1.0 else replace(case.member, allowed=case.allowed)
 
 
-def _runs(level: Level, case: Case, diagnosis: Diagnosis) -> dict[str, AugmentedRun]:
+def _runs(level: Level, case: Case, diagnosis: LevelDiagnosis) -> dict[str, AugmentedRun]:
     """A case's free runs with what is named; none where nothing is, or where no motion comes of it."""
     if not diagnosis.accused and not _known(level, case):
         return {}
@@ -125,7 +125,7 @@ def _augmented(run: FreeRun, samples: int) -> AugmentedRun:
 
 
 def _verdict(
-    level: Level, case: Case, diagnosis: Diagnosis, moved: Mapping[str, float], runs: Mapping[str, AugmentedRun]
+    level: Level, case: Case, diagnosis: LevelDiagnosis, moved: Mapping[str, float], runs: Mapping[str, AugmentedRun]
 ) -> Verdict:
     plain = Verdict(
         case.key, case.trials, tuple(m.name for m in case.held), baseline=case.baseline,
@@ -242,7 +242,7 @@ def _physics(case: Case, found: Mapping[str, Sequence[Mapping[str, Estimate]]]) 
 
 
 def _all_parameters(
-    level: Level, case: Case, diagnosis: Diagnosis, found: Mapping[str, Sequence[Mapping[str, Estimate]]]
+    level: Level, case: Case, diagnosis: LevelDiagnosis, found: Mapping[str, Sequence[Mapping[str, Estimate]]]
 ) -> dict[str, Estimate]:
     """The refitted equation's numbers and the additions', by name."""
     fit = diagnosis.best.fit
@@ -259,7 +259,7 @@ def _all_parameters(
     return numbers
 
 
-def _rejected(diagnosis: Diagnosis) -> tuple[Rejected, ...]:
+def _rejected(diagnosis: LevelDiagnosis) -> tuple[Rejected, ...]:
     """Every single suspect that is not the answer, and why."""
     out: dict[str, Rejected] = {}
     best = diagnosis.best
@@ -280,7 +280,7 @@ def _rejected(diagnosis: Diagnosis) -> tuple[Rejected, ...]:
     return tuple(out.values())
 
 
-def _odds(candidate: Candidate, diagnosis: Diagnosis) -> str:
+def _odds(candidate: Candidate, diagnosis: LevelDiagnosis) -> str:
     against = diagnosis.best if diagnosis.best.suspects else diagnosis.null
     behind = against.score - candidate.score
     other = " + ".join(against.names) or "the equation as it is"

@@ -13,7 +13,7 @@ import numpy as np
 import pandas as pd
 from numpy.typing import ArrayLike, NDArray
 
-from undertow.comparison.discover import Discover as Estimator
+from undertow.comparison.discover import Discovery as Estimator
 from undertow.comparison.structure_report import Outside
 from undertow.conditioning.motion import Motion
 from undertow.equation.equation import Equation

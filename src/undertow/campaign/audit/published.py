@@ -13,7 +13,7 @@ from pathlib import Path
 import numpy as np
 
 from undertow.audit.answer import answer
-from undertow.audit.case import Case, Recipe, Row, Structure
+from undertow.audit.case import DryStructure, PrintedCase, Recipe, Row
 from undertow.audit.comparisons import check_comparisons
 from undertow.audit.findings import AuditFindings, CellFinding, SeriesFindings, Trend, WhatIf
 from undertow.audit.forces import check_forces, water_share
@@ -102,7 +102,7 @@ def mended_tables(tables: Sequence[PublishedTable], constants: Constants) -> lis
     return with_releases(correct_units(tables, constants)[0], constants)
 
 
-def dry_structures(tables: Sequence[PublishedTable], constants: Constants) -> dict[str, Structure]:
+def dry_structures(tables: Sequence[PublishedTable], constants: Constants) -> dict[str, DryStructure]:
     """Each spring's k, c, mu from its dry table: mean, standard error, scatter from trial to trial."""
     springs = {
         str(table.conditions[constants.spring_key]) for table in tables if constants.spring_key in table.conditions
@@ -117,7 +117,7 @@ def dry_structures(tables: Sequence[PublishedTable], constants: Constants) -> di
         k, c, mu = values
         spread = [max(float(one.std(ddof=1)), LEAST_SCATTER * float(abs(one.mean()))) for one in values]
         root = math.sqrt(k.size)
-        found[spring] = Structure(
+        found[spring] = DryStructure(
             float(k.mean()), float(c.mean()), float(mu.mean()), spread[0] / float(k.mean()) / root, spread[1] / root,
             spread[2] / root, spread[0] / float(k.mean()), spread[1], spread[2],
             _by_period(tables, constants, spring),
@@ -139,9 +139,9 @@ def _by_period(tables: Sequence[PublishedTable], constants: Constants, spring: s
 
 
 def cases_of(
-    config: AuditConfig, said: AuditSettings, tables: Sequence[PublishedTable], structures: Mapping[str, Structure],
+    config: AuditConfig, said: AuditSettings, tables: Sequence[PublishedTable], structures: Mapping[str, DryStructure],
     constants: Constants,
-) -> list[tuple[dict[str, Condition], Case]]:  # fmt: skip
+) -> list[tuple[dict[str, Condition], PrintedCase]]:  # fmt: skip
     """The cases of one audit: rows that agree in ``group_by``, with the conditions they share.
 
     Raises ConfigError where a table has no recipe or no releases.
@@ -166,7 +166,7 @@ def cases_of(
     return [
         (
             dict(zip(said.group_by, key, strict=True)),
-            Case(
+            PrintedCase(
                 _case_name(said.name, key), tuple(rows), structures,
                 constants.mass_kg, constants.area_m2, constants.volume_range_m3, constants.density_kg_per_m3,
                 constants.gravity_m_per_s2, said.own_added_mass,
@@ -191,7 +191,7 @@ def _row(table: PublishedTable, row: int, release: float, spring: str, said: Tab
 
 
 def _series(
-    config: AuditConfig, said: AuditSettings, tables: Sequence[PublishedTable], structures: Mapping[str, Structure],
+    config: AuditConfig, said: AuditSettings, tables: Sequence[PublishedTable], structures: Mapping[str, DryStructure],
     constants: Constants,
 ) -> SeriesFindings:  # fmt: skip
     pairs = cases_of(config, said, tables, structures, constants)

@@ -14,7 +14,7 @@ from undertow.campaign.config import GroupKey, RunConfig
 from undertow.campaign.run import checkpoints
 from undertow.campaign.run.analysis import GroupTask
 from undertow.campaign.run.rig import (
-    Rig,
+    WetRig,
     believable_repeatability,
     dry_specimens,
     in_water,
@@ -167,7 +167,7 @@ def _loosened(structure: Structure | None, task: GroupTask) -> Structure | None:
     return replace(structure, k=k, c=replace(c, stderr=max(c.stderr, abs(c.value))), mu=mu)
 
 
-def _with_rig(case: Case, rig: Rig | None) -> Case:
+def _with_rig(case: Case, rig: WetRig | None) -> Case:
     """A wet group held against its rig as the dry trials with what they need give it."""
     if rig is None:
         return case

@@ -42,6 +42,14 @@ class Published:
     per: str = ""
 
 
+SAID_ANEW = (
+    "is_inertia", "own_clock", "dissipates", "pulls_back", "is_spring", "instead_of", "linear", "of_water", "of_area",
+    "structural", "published", "speed_power", "held_by_kernel", "missing_as", "words", "words_unplaced", "words_alone",
+    "next_test", "suspect_of", "element", "slot_values", "share", "materials", "start",
+)  # fmt: skip
+"""What a law does not take over from the law that it is derived from."""
+
+
 @dataclass(frozen=True)
 class Term(ABC):
     """One law. Class attributes say what it is; the fields of a subclass are its inner parameters.
@@ -98,6 +106,14 @@ class Term(ABC):
     next_test: ClassVar[str] = ""
     suspect_of: ClassVar[Literal["", "water", "structure", "outside"]] = ""
     element: ClassVar[Element] = ""
+
+    def __init_subclass__(cls) -> None:
+        """A law derived from another under a name of its own is another law: it says anew what others ask of it."""
+        super().__init_subclass__()
+        if "name" in cls.__dict__:
+            for one in SAID_ANEW:
+                if one not in cls.__dict__:
+                    setattr(cls, one, Term.__dict__[one])
 
     @abstractmethod
     def force(self, x: Array, v: Array, a: Array, t: Array) -> Array:

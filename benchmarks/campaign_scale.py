@@ -42,7 +42,7 @@ from undertow.campaign.config import load
 from undertow.campaign.run import folder as run_folder
 from undertow.campaign.run import run
 from undertow.campaign.run.folder import run_to_folder
-from undertow.campaign.run.gathered import Gathered, Part
+from undertow.campaign.run.gathered import Gathered, PortionFindings
 from undertow.campaign.run.portions import TRIALS_AT_ONCE, Portion, group_order, portions
 from undertow.discrepancy.findings import GroupFindings
 from undertow.equation.equation import equation_15
@@ -217,7 +217,7 @@ def measure_parent(trials: int, out: Path, at_once: int = TRIALS_AT_ONCE // 4) -
     with RunTables(out) as tables:
         done = 0
         while done < trials:
-            part = Part(tuple(_renamed(group, done + i) for i, group in enumerate(found)), (), ())
+            part = PortionFindings(tuple(_renamed(group, done + i) for i, group in enumerate(found)), (), ())
             gathered.add(part)
             for group in part.groups:
                 tables.add(group, group_order(group.key.items(), group.dry))

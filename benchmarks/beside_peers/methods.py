@@ -22,7 +22,7 @@ from numpy.typing import NDArray
 
 from benchmarks.beside_peers.data import LARGEST_SCORE, Data, Trial, score, simulate
 from experiments.recovery.sindy_recovery import TEN_TERMS
-from undertow.comparison.discover import Discover
+from undertow.comparison.discover import Discovery
 from undertow.comparison.hidden_fit import discover_hidden
 from undertow.equation.kernel import SLOT
 from undertow.likelihood.output_error import trajectory
@@ -225,7 +225,7 @@ def undertow_sindy(data: Data) -> Found:
 
 def undertow_discover(data: Data) -> Found:
     """Our choice among the ten terms on simulated trajectories, with nothing known."""
-    one = Discover(resamples=0, outside=False, second_route=False).fit([trial.motion for trial in data.training])
+    one = Discovery(resamples=0, outside=False, second_route=False).fit([trial.motion for trial in data.training])
     found = {OURS[term.name]: value for term, value in zip(one.terms_, one.coefficients_, strict=True)}
     return _scored(data, np.array([found.get(name, 0.0) for name in COLUMNS]))
 

@@ -17,7 +17,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from experiments.audit.simulated import CONFIG, structures
-from undertow.audit.case import Case, Row, row_returns
+from undertow.audit.case import PrintedCase, Row, row_returns
 from undertow.campaign.audit.settings import load_audit
 from undertow.equation.cells import closed_cell
 
@@ -66,7 +66,7 @@ def _predicted(level: float, kind: str, mode: tuple[float, float], rest: dict[st
     returned = []
     for spring, (release, window) in RELEASES.items():
         row = Row(kind, spring, release, "method1", 1.0, 1.0, window_s=window)
-        case = Case(f"{kind} {level}", (row,), dry, said.mass_kg, said.area_m2)
+        case = PrintedCase(f"{kind} {level}", (row,), dry, said.mass_kg, said.area_m2)
         values = {
             "added_mass_kg": rest[spring], "drag_coefficient": DRAG, "hidden_resonator.mass_kg": mode[1],
             "hidden_resonator.natural_frequency_rad_per_s": mode[0], "hidden_resonator.damping_ratio": DAMPING,

@@ -27,10 +27,10 @@ from typing import Any
 import numpy as np
 
 from undertow.audit.answer import Answer, answer
-from undertow.audit.case import Case, Row, Structure, row_returns
+from undertow.audit.case import DryStructure, PrintedCase, Row, row_returns
 from undertow.audit.exploring import fitted_surface
 from undertow.audit.headings import correct_units
-from undertow.audit.posterior import Posterior, posterior, weigh
+from undertow.audit.posterior import RivalPosterior, posterior, weigh
 from undertow.audit.recipes import Array, Returned
 from undertow.audit.rivals import rivals
 from undertow.audit.scatter import DRAG_SHARES, MASS_SHARES, log_sum
@@ -79,13 +79,13 @@ NODES = 8
 class Simulated:
     """One simulated table: the case as printed, and the physics behind it."""
 
-    case: Case
+    case: PrintedCase
     design: str
     truth: str
     values: dict[str, float]
 
 
-def structures() -> dict[str, Structure]:
+def structures() -> dict[str, DryStructure]:
     """The dry springs of Tables 1 and 2."""
     config = load_audit(CONFIG)
     constants = constants_of(config)
@@ -93,7 +93,7 @@ def structures() -> dict[str, Structure]:
     return dry_structures(tables, constants)
 
 
-def design(name: str, dry: dict[str, Structure]) -> Case:
+def design(name: str, dry: dict[str, DryStructure]) -> PrintedCase:
     """An empty table of one design (printed numbers are 0)."""
     nine = (0.018, 0.026, 0.030, 0.032, 0.036, 0.044, 0.055, 0.064, 0.109)
     four = {"long": (0.018, 0.032, 0.055, 0.107), "short": (0.010, 0.016, 0.024, 0.033)}
@@ -107,10 +107,10 @@ def design(name: str, dry: dict[str, Structure]) -> Case:
             for s in four for x0 in four[s]
         ]  # fmt: skip
     alone = {spring: replace(one, k_other=math.nan) for spring, one in dry.items()}  # no second dry number is printed
-    return Case(f"simulated {name}", tuple(rows), alone, 2637.4, 0.97, (0.0, 1.1))
+    return PrintedCase(f"simulated {name}", tuple(rows), alone, 2637.4, 0.97, (0.0, 1.1))
 
 
-def physics(truth: str, case: Case, rng: np.random.Generator) -> dict[str, float]:
+def physics(truth: str, case: PrintedCase, rng: np.random.Generator) -> dict[str, float]:
     """Parameters of one truth, and what nobody knew."""
     values = {"added_mass_kg": rng.uniform(200.0, 1400.0), "drag_coefficient": rng.uniform(2.0, 12.0)}
     values["volume_m3"] = rng.uniform(*case.volume_range_m3)
@@ -142,7 +142,7 @@ def physics(truth: str, case: Case, rng: np.random.Generator) -> dict[str, float
     return values
 
 
-def simulate_table(number: int, dry: dict[str, Structure]) -> Simulated:
+def simulate_table(number: int, dry: dict[str, DryStructure]) -> Simulated:
     """The numbered table; draws again where a body sticks before its recipe can be run."""
     turns = TURNS if number < TABLES else COVERED
     kind, truth = turns[number % len(turns)]
@@ -166,7 +166,7 @@ def simulate_table(number: int, dry: dict[str, Structure]) -> Simulated:
     raise UndertowError(f"simulated table {number}: 20 draws of {truth or 'Eq. 15'} stick at once; narrow its ranges")
 
 
-def _returned(case: Case, row: Row, values: dict[str, float], rng: np.random.Generator) -> Returned:
+def _returned(case: PrintedCase, row: Row, values: dict[str, float], rng: np.random.Generator) -> Returned:
     """What its recipe returns for one row, with this trial's own k, c, mu."""
     dry = case.structures[row.spring]
     own = dict(values)
@@ -182,7 +182,7 @@ def printed_row(row: Row, returned: Returned, to_mass_kg: float, drag_factor: fl
     return mass, drag * drag_factor
 
 
-def audit_table(number: int, dry: dict[str, Structure]) -> dict[str, Any]:
+def audit_table(number: int, dry: dict[str, DryStructure]) -> dict[str, Any]:
     """What the audit says of one simulated table, beside the truth."""
     table = simulate_table(number, dry)
     started = time.process_time()
@@ -218,7 +218,7 @@ def revision() -> str:
     return commit + ("+edited" if edited else "")
 
 
-def _rank(found: Posterior, name: str, table: Simulated) -> float:
+def _rank(found: RivalPosterior, name: str, table: Simulated) -> float:
     """Share of the draws below what was planted: even between 0 and 1 where posteriors are right."""
     return float(np.mean(found.draws[name] < table.values[name]))
 
@@ -238,7 +238,7 @@ def _log_share(nodes: tuple[float, ...], limits: tuple[float, float]) -> Array:
     return found
 
 
-def cover_table(number: int, dry: dict[str, Structure]) -> dict[str, Any]:
+def cover_table(number: int, dry: dict[str, DryStructure]) -> dict[str, Any]:
     """The interval of one planted parameter, from the true rival alone."""
     table = simulate_table(number, dry)
     started = time.process_time()

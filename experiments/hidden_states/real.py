@@ -27,7 +27,7 @@ from undertow.comparison.hidden_modes import coupled_modes
 from undertow.comparison.hidden_search import EQUATION_15
 from undertow.comparison.hidden_trajectories import (
     LINEAR,
-    Candidate,
+    Hypothesis,
     TrajectoryChoice,
     discover_hidden_on_trajectories,
     effective_values,
@@ -133,7 +133,7 @@ def _feeds(solution: Solution) -> bool:
     )
 
 
-def rms(candidate: Candidate) -> float:
+def rms(candidate: Hypothesis) -> float:
     """RMS of the displacement's residual, in its SI unit."""
     trial = candidate.solution.problem.trials[0]
     return float(np.sqrt(np.mean(candidate.solution.residuals[0][: trial.t.size] ** 2))) * trial.channels[0].sigma

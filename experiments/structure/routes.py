@@ -20,7 +20,7 @@ import numpy as np
 from experiments.recovery.releases import record_group
 from experiments.structure.study import STATED_LEVELS, ten_terms
 from experiments.structure.truths import KINDS, OtherTruth, plant_other
-from undertow.comparison.structure import Effort, Structure, find_structure
+from undertow.comparison.structure import Effort, FoundStructure, find_structure
 from undertow.conditioning.condition import condition
 from undertow.methods.weak_form import second_route
 from undertow.recording.recording import Recording
@@ -66,7 +66,7 @@ def judge(truth: OtherTruth, noise: str, seed: int, setting: str) -> tuple[objec
     )  # fmt: skip
 
 
-def errors(truth: OtherTruth, found: Structure, values: np.ndarray, stderr: np.ndarray) -> tuple[float, float]:
+def errors(truth: OtherTruth, found: FoundStructure, values: np.ndarray, stderr: np.ndarray) -> tuple[float, float]:
     """Largest error over standard error of both routes' coefficients, Eq. 15's terms."""
     body = truth.body
     exact = dict(

@@ -28,13 +28,13 @@ from experiments.eq15_campaign import tables
 from experiments.recovery.releases import NOISE, record_group
 from experiments.structure.truths import KINDS, OtherTruth, plant_other
 from undertow.comparison.beliefs import Belief
-from undertow.comparison.discover import TEN_TERMS
 from undertow.comparison.dry_beliefs import from_dry
 from undertow.comparison.stepwise_selection import Rules
-from undertow.comparison.structure import Effort, Structure, find_structure
+from undertow.comparison.structure import Effort, FoundStructure, find_structure
 from undertow.conditioning.condition import condition
 from undertow.conditioning.motion import Motion
 from undertow.equation import registry as shelf
+from undertow.equation.registry import TEN_TERMS
 from undertow.equation.term import Term
 
 FOLDER = Path(__file__).resolve().parent
@@ -108,7 +108,7 @@ def judge(study: str, truth: OtherTruth, noise: str, seed: int) -> Row:
     return row_of(study, truth, noise, seed, found, time.perf_counter() - started)
 
 
-def row_of(study: str, truth: OtherTruth, noise: str, seed: int, found: Structure, seconds: float) -> Row:
+def row_of(study: str, truth: OtherTruth, noise: str, seed: int, found: FoundStructure, seconds: float) -> Row:
     """What the tables are made of."""
     inner = next((estimate for name, estimate in found.numbers.items() if "." in name), None)
     return Row(

@@ -13,7 +13,7 @@ import pytest
 from experiments.audit.simulated import CONFIG, design, structures
 from undertow.audit import exploring
 from undertow.audit.bending import bent_surface
-from undertow.audit.case import Case, case_returns
+from undertow.audit.case import PrintedCase, case_returns
 from undertow.audit.exploring import Cloud, explored_surface
 from undertow.audit.posterior import posterior, weigh
 from undertow.audit.rivals import EXPLORED, Rival, rivals
@@ -27,7 +27,7 @@ MASS = "hidden_resonator.mass_kg"
 
 
 @functools.cache
-def level() -> Case:
+def level() -> PrintedCase:
     """Tables 4 and 6 at 2.22 m: one row a spring, one of them on the bound."""
     config = load_audit(CONFIG)
     constants = constants_of(config)
@@ -36,7 +36,7 @@ def level() -> Case:
     return cases_of(config, said, tables, structures(), constants)[0][1]
 
 
-def resonator(case: Case) -> Rival:
+def resonator(case: PrintedCase) -> Rival:
     return next(one for one in rivals(case, 8) if one.split)
 
 

@@ -13,10 +13,10 @@ from scipy.stats import multivariate_normal, norm
 
 from experiments.audit.simulated import CONFIG, design, structures
 from undertow.audit.answer import Answer, answer
-from undertow.audit.case import Case, Row, case_returns
+from undertow.audit.case import PrintedCase, Row, case_returns
 from undertow.audit.exploring import fitted_surface
 from undertow.audit.posterior import posterior, surface_error, weigh
-from undertow.audit.rivals import Rival, Unknown, rivals
+from undertow.audit.rivals import Rival, RivalUnknown, rivals
 from undertow.audit.sampling import log_likelihood, log_prior
 from undertow.audit.scatter import MASS_SHARES, log_belief, log_sum, scatters
 from undertow.audit.surface import Sheet, build_surface, printed_values
@@ -29,7 +29,7 @@ from undertow.errors import UndertowError
 NODES = 8
 
 
-def simulated(truth: dict[str, float], scatter: float = 0.01) -> Case:
+def simulated(truth: dict[str, float], scatter: float = 0.01) -> PrintedCase:
     """Method 2 on two springs, four releases each, printed with a scatter of 1 % of the moving mass and of C_d."""
     empty = design("method2", structures())
     values = {"added_mass_kg": 900.0, "drag_coefficient": 6.0, "volume_m3": 0.3, **truth}
@@ -164,7 +164,7 @@ def test_the_density_of_a_print_is_the_normal_one_and_a_bound_is_its_tail():
 
 
 def test_a_prior_that_is_cut_off_still_adds_up_to_one():
-    unknowns = (Unknown("compliance", 0.0, 5.0, 2.0),)
+    unknowns = (RivalUnknown("compliance", 0.0, 5.0, 2.0),)
     points = np.linspace(-1.0, 5.0, 6001)
     density = np.exp(log_prior(unknowns, points[None, :, None])[0])
     assert np.trapezoid(density, points) == pytest.approx(1.0, abs=1e-3)  # the step of the grid at the cut
@@ -180,7 +180,7 @@ def test_a_bent_sheet_predicts_its_quadratic():
     assert sheet.predict((1.0 + away)[None])[0] == pytest.approx(expected)
 
 
-def stiffness_prior(structures_changed: dict[str, float]) -> Unknown:
+def stiffness_prior(structures_changed: dict[str, float]) -> RivalUnknown:
     case = simulated({})
     dry = {name: replace(one, k_other=structures_changed.get(name, math.nan)) for name, one in structures().items()}
     rival = next(one for one in rivals(replace(case, structures=dry), NODES) if one.effects == ("gain_error",))
@@ -249,11 +249,11 @@ def row(**changes) -> Row:
 )
 def test_a_case_that_cannot_be_is_refused(rows, message):
     with pytest.raises(UndertowError, match=message):
-        Case("c", rows, structures(), 2637.4, 0.97)
+        PrintedCase("c", rows, structures(), 2637.4, 0.97)
 
 
 def test_releases_too_small_for_the_recipe_are_said_once_for_all_rivals():
-    case = Case("c", (row(release_m=0.0005),), structures(), 2637.4, 0.97)
+    case = PrintedCase("c", (row(release_m=0.0005),), structures(), 2637.4, 0.97)
     with pytest.raises(UndertowError, match=r"audit of c: 0 of \d+ rivals can be tried; .*releases are too small"):
         answer([case], NODES)
     with pytest.raises(UndertowError, match=r"cannot be run under equation 15 in any of 1 ranges"):

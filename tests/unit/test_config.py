@@ -13,7 +13,7 @@ from undertow.campaign.config import RunConfig, load, look_up, schema_text, writ
 from undertow.campaign.config.settings import Table
 from undertow.equation import registry as shelf
 from undertow.errors import ConfigError
-from undertow.recording.catalogue import Window, read_trial
+from undertow.recording.catalogue import TimeWindow, read_trial
 from undertow.recording.conditions import same_condition
 from undertow.recording.gather import gather
 
@@ -300,7 +300,7 @@ trials: {window: {"*": {start_s: 1}}}
     catalogue = load(written(tmp_path, text)).catalogue()
     assert catalogue.time.column == 0
     assert catalogue.channels["displacement"].columns == (1,)
-    assert catalogue.windows["*"] == Window(1.0, None)
+    assert catalogue.windows["*"] == TimeWindow(1.0, None)
 
 
 @pytest.mark.parametrize("path", CONFIGS, ids=[path.stem for path in CONFIGS])

@@ -11,7 +11,7 @@ import pytest
 from tests.findings_fixture import small_findings
 from undertow.campaign.config import RunConfig, load
 from undertow.campaign.run import gathered as keeping
-from undertow.campaign.run.gathered import GROUPS_SHOWN, TRIALS_SHOWN, Gathered, Part
+from undertow.campaign.run.gathered import GROUPS_SHOWN, TRIALS_SHOWN, Gathered, PortionFindings
 from undertow.discrepancy.findings import FailedTrial, GroupFindings
 from undertow.report.arrange import excess
 from undertow.report.tables import NOTES_AT_MOST
@@ -53,14 +53,14 @@ def loud(number: int, factor: float) -> GroupFindings:
     return replace(group, key=key, trials=trials, verdict=replace(group.verdict, group=key), fits={})
 
 
-def part(*groups: GroupFindings, notes: tuple[str, ...] = ()) -> Part:
-    return Part(groups, (), notes)
+def part(*groups: GroupFindings, notes: tuple[str, ...] = ()) -> PortionFindings:
+    return PortionFindings(groups, (), notes)
 
 
 def test_of_a_small_campaign_everything_is_kept(config: RunConfig) -> None:
     kept = Gathered(config)
     dry, group = dry_and_open()
-    kept.add(Part((dry, group), (FailedTrial("f", "no release"),), ("a note",)))
+    kept.add(PortionFindings((dry, group), (FailedTrial("f", "no release"),), ("a note",)))
     found = kept.findings({"read": 1.0})
     assert found.groups == (dry, group)
     assert (found.failed[0].name, found.notes[0], found.seconds) == ("f", "a note", {"read": 1.0})

@@ -12,7 +12,7 @@ from tests.small_campaign import HOLD_S, NOISE_M, recorded, write_table
 from undertow.campaign.config import load
 from undertow.campaign.inspection import inspect, inspect_file
 from undertow.errors import RecordingError
-from undertow.recording.catalogue import Window, read_trial
+from undertow.recording.catalogue import TimeWindow, read_trial
 from undertow.recording.gather import gather
 
 X0_M = 0.04
@@ -121,4 +121,4 @@ def test_what_is_proposed_is_a_config_whatever_the_files_name(tmp_path: Path, na
     assert read_trial(entry, catalogue).time.size == 549
     assert config.recordings.channels.displacement is not None
     assert config.recordings.channels.displacement.column == 'Weg: Pot "A" [mm]'
-    assert entry.window == Window()
+    assert entry.window == TimeWindow()

@@ -11,7 +11,7 @@ import pytest
 
 from undertow.errors import ConfigError, RecordingError
 from undertow.recording import gather as gather_module
-from undertow.recording.catalogue import Catalogue, ChannelSpec, Entry, TimeSpec, Window, cut, read_trial
+from undertow.recording.catalogue import Catalogue, ChannelSpec, Entry, TimeSpec, TimeWindow, cut, read_trial
 from undertow.recording.conditions import condition
 from undertow.recording.gather import gather, listing
 from undertow.recording.layout import CellLayout, FileFormat
@@ -128,12 +128,12 @@ def test_conditions_windows_and_exclusions_go_by_file_name(folder: Path) -> None
         catalogue(folder),
         exclude=("c*",),
         conditions={"a.*": {"run": 1.0}},
-        windows={"*": Window(0.1), "b": Window(0.2, 0.3)},
+        windows={"*": TimeWindow(0.1), "b": TimeWindow(0.2, 0.3)},
     )
     entries = gather(said)
     assert [entry.name for entry in entries] == ["a", "b"]
     assert entries[0].conditions["run"] == 1.0
-    assert (entries[0].window, entries[1].window) == (Window(0.1), Window(0.2, 0.3))
+    assert (entries[0].window, entries[1].window) == (TimeWindow(0.1), TimeWindow(0.2, 0.3))
 
 
 def test_one_trial_of_a_file_with_several_is_left_out(folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -194,7 +194,7 @@ def test_values_that_are_missing_are_left_out_counted_and_timed(folder: Path) ->
 
 def test_nan_outside_the_window_is_left_out_and_counted(folder: Path) -> None:
     entry, said = one(folder, rows(r58="0.58,,1,2", r59="0.59,1,,2"))
-    recording = read_trial(replace(entry, window=Window(None, 0.5)), said)
+    recording = read_trial(replace(entry, window=TimeWindow(None, 0.5)), said)
     assert recording.time.size == 58
     assert "2 incomplete samples outside the window left out" in recording.notes
 
@@ -202,7 +202,7 @@ def test_nan_outside_the_window_is_left_out_and_counted(folder: Path) -> None:
 def test_a_window_beside_the_record_is_refused(folder: Path) -> None:
     entry, said = one(folder, rows())
     with pytest.raises(RecordingError, match=r"window 8.5 to None s holds none of the samples"):
-        read_trial(replace(entry, window=Window(8.5)), said)
+        read_trial(replace(entry, window=TimeWindow(8.5)), said)
 
 
 @pytest.mark.parametrize(("line", "said"), [("0.18,1,1,2", "0.19 s to 0.18 s"), ("0.19,1,1,2", "0.19 s to 0.19 s")])
@@ -264,11 +264,11 @@ def test_numbers_among_conditions_are_numbers() -> None:
 def test_a_recording_is_cut_to_a_window_without_changing_itself(folder: Path) -> None:
     entry, said = one(folder, rows())
     whole = read_trial(entry, said)
-    part = cut(whole, Window(0.1, 0.2))
+    part = cut(whole, TimeWindow(0.1, 0.2))
     assert (part.time[0], part.time[-1], whole.time.size) == (0.1, 0.2, 60)
     assert part.channels["displacement"].tolist() == whole.channels["displacement"][10:21].tolist()
     with pytest.raises(RecordingError, match=r"holds none of the samples"):
-        cut(whole, Window(9.0))
+        cut(whole, TimeWindow(9.0))
 
 
 def test_an_index_that_is_no_table_is_refused(folder: Path) -> None:

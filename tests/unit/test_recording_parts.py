@@ -14,7 +14,7 @@ from undertow.campaign.config import load
 from undertow.campaign.config.matching import planned
 from undertow.conditioning.condition import condition
 from undertow.errors import ConfigError, RecordingError
-from undertow.recording.catalogue import Catalogue, ChannelSpec, Entry, TimeSpec, Window, read_trial
+from undertow.recording.catalogue import Catalogue, ChannelSpec, Entry, TimeSpec, TimeWindow, read_trial
 from undertow.recording.clocks import BAND_LIMITED_ERROR, placed
 from undertow.recording.gaps import complete
 from undertow.recording.gather import gather
@@ -194,7 +194,7 @@ def test_a_gap_is_left_out_and_the_motion_is_the_same(first: int) -> None:
     whole = condition(_recording(table))
     table[first : first + 15, 1] = np.nan
     time, channels, notes = complete(table[:, 0], {"displacement": table[:, 1], "acceleration": table[:, 2]},
-                                     Window(), "displacement")  # fmt: skip
+                                     TimeWindow(), "displacement")  # fmt: skip
     assert notes == (f"displacement lacks 15 values in a gap, the longest of 0.15 s at {first / 100:g} s: these "
                      "samples are left out",)  # fmt: skip
     gapped = condition(_recording(np.column_stack([time, channels["displacement"], channels["acceleration"]])))
@@ -214,22 +214,22 @@ def test_a_channel_that_lacks_much_is_left_out_and_the_displacement_refused() ->
     time = np.arange(0.0, 10.0, 0.01)
     channels = {"displacement": swing(time), "acceleration": swing(time, 5.0)}
     channels["acceleration"][200:300] = np.nan
-    _, kept, notes = complete(time, channels, Window(), "displacement")
+    _, kept, notes = complete(time, channels, TimeWindow(), "displacement")
     assert list(kept) == ["displacement"]
     assert notes == ("acceleration lacks 100 of 1000 values: left out in this trial",)
     channels["displacement"][200:450] = np.nan
     with pytest.raises(RecordingError, match=r"displacement lacks 250 of 1000 values, the first at 2 s, and more"):
-        complete(time, channels, Window(), "displacement")
+        complete(time, channels, TimeWindow(), "displacement")
     channels["displacement"][:] = np.nan
     with pytest.raises(RecordingError, match=r"displacement has no values in 1000 samples; map another column"):
-        complete(time, channels, Window(), "displacement")
+        complete(time, channels, TimeWindow(), "displacement")
 
 
 def test_a_channel_that_begins_in_the_middle_of_the_motion_is_left_out() -> None:
     time = np.arange(0.0, 10.0, 0.01)
     channels = {"displacement": swing(time), "acceleration": swing(time, 5.0)}
     channels["acceleration"][:30] = np.nan
-    _, kept, notes = complete(time, channels, Window(), "displacement")
+    _, kept, notes = complete(time, channels, TimeWindow(), "displacement")
     assert list(kept) == ["displacement"]
     assert notes == (
         "acceleration begins 30 samples after displacement, which moves before: left out in this trial",

@@ -7,6 +7,7 @@ import pytest
 from undertow.equation import registry as shelf
 from undertow.equation.kernel import SLOT
 from undertow.equation.notation import plain_symbol
+from undertow.equation.structure import Stiffness
 from undertow.errors import ConfigError
 
 
@@ -62,3 +63,13 @@ def test_inner_parameters_lie_inside_their_bounds_by_default(name):
 
 def test_the_catalogue_has_the_order_of_the_names():
     assert tuple(term.name for term in shelf.catalogue()) == shelf.names()
+
+
+def test_a_law_derived_from_another_is_not_taken_for_it():
+    class Own(Stiffness):
+        """A law of a user's own."""
+
+        name = "own_spring"
+
+    assert (Own.structural, Own.element, Own().start(4.0, 10.0, 1.0) > 0.0) == ("", "", False)
+    assert (Stiffness.structural, Stiffness.element, Stiffness().start(4.0, 10.0, 1.0)) == ("k", "elastic", 400.0)

@@ -18,9 +18,9 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from undertow.audit.bending import bent_surface
-from undertow.audit.case import Case
+from undertow.audit.case import PrintedCase
 from undertow.audit.exploring import explored_surface
-from undertow.audit.posterior import Posterior, Weighed, posterior, weigh
+from undertow.audit.posterior import RivalPosterior, Weighed, posterior, weigh
 from undertow.audit.recipes import Array
 from undertow.audit.rivals import Rival, rivals
 from undertow.audit.scatter import log_belief, log_sum
@@ -56,7 +56,7 @@ class Weight:
     rival: Rival
     at_scatter: Array
     probability: float
-    posteriors: tuple[Posterior, ...]
+    posteriors: tuple[RivalPosterior, ...]
 
     @property
     def log_evidence(self) -> float:
@@ -68,7 +68,7 @@ class Weight:
 class Answer:
     """All rivals on one series of cases, the most probable first; ``failed`` says why a rival could not be tried."""
 
-    cases: tuple[Case, ...]
+    cases: tuple[PrintedCase, ...]
     weights: tuple[Weight, ...]
     failed: Mapping[str, str]
 
@@ -83,7 +83,10 @@ class Answer:
 
 
 def answer(
-    cases: Sequence[Case], nodes: int = 24, seed: int = 0, priors: Mapping[str, tuple[float, float]] | None = None
+    cases: Sequence[PrintedCase],
+    nodes: int = 24,
+    seed: int = 0,
+    priors: Mapping[str, tuple[float, float]] | None = None,
 ) -> Answer:
     """Every rival on a series of cases; ``nodes`` pieces of a resonator's range, ``priors`` as in `Rival.given`.
 
@@ -123,7 +126,7 @@ def probabilities_under(found: Answer, cap: float) -> Array:
     return _probabilities([one.rival for one in found.weights], logs)
 
 
-def _shares(found: Sequence[Rival], tried: Sequence[tuple[Array, tuple[Posterior, ...]]]) -> Array:
+def _shares(found: Sequence[Rival], tried: Sequence[tuple[Array, tuple[RivalPosterior, ...]]]) -> Array:
     return _probabilities(found, [log_sum(log_belief() + at_scatter) for at_scatter, _ in tried])
 
 
@@ -140,8 +143,8 @@ def _probabilities(found: Sequence[Rival], evidences: Sequence[float]) -> Array:
 
 
 def _on_series(
-    cases: Sequence[Case], same: Sequence[Rival], surfaces: Sequence[Surface], seed: int
-) -> tuple[Array, tuple[Posterior, ...]]:
+    cases: Sequence[PrintedCase], same: Sequence[Rival], surfaces: Sequence[Surface], seed: int
+) -> tuple[Array, tuple[RivalPosterior, ...]]:
     """Log evidence at each scatter, (S,), and the posterior of every case."""
     settings, heights = _settings(same[0], len(cases))
     runs = [

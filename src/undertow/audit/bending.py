@@ -14,7 +14,7 @@ from itertools import pairwise
 
 import numpy as np
 
-from undertow.audit.case import Case, case_returns
+from undertow.audit.case import PrintedCase, case_returns
 from undertow.audit.posterior import posterior, weigh
 from undertow.audit.recipes import Array, Returned
 from undertow.audit.rivals import Rival
@@ -58,7 +58,7 @@ def coefficients(rival: Rival) -> int:
     return 1 + len(rival.unknowns) + len(_pairs(rival))
 
 
-def bend(case: Case, rival: Rival, sheet: Sheet, points: Array) -> Sheet:
+def bend(case: PrintedCase, rival: Rival, sheet: Sheet, points: Array) -> Sheet:
     """The sheet as a quadratic about the middle of ``points`` (n, L) through the recipes' own answers there, with its
     errors.
 
@@ -96,7 +96,7 @@ def bend(case: Case, rival: Rival, sheet: Sheet, points: Array) -> Sheet:
     )  # fmt: skip
 
 
-def bent_surface(case: Case, surface: Surface, seed: int = 0) -> Surface:
+def bent_surface(case: PrintedCase, surface: Surface, seed: int = 0) -> Surface:
     """A surface whose preferred sheets are bent through the recipes at draws of its own first posterior."""
     rival = surface.rival
     if rival.split:
@@ -123,7 +123,7 @@ def _around(rival: Rival, draws: Array, seed: int) -> Array:
     return np.asarray(np.clip(points, low, high), dtype=np.float64)
 
 
-def _finer(case: Case, surface: Surface, seed: int) -> Surface:
+def _finer(case: PrintedCase, surface: Surface, seed: int) -> Surface:
     """Where the table prefers few pieces they are cut in three; every sheet then knows its share of the prior."""
     rival = surface.rival
     first = weigh(case, surface, seed)

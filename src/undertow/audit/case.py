@@ -1,7 +1,7 @@
 """One case of an audit: rows of published tables that share one body of water, and what is known of the structure.
 
-Belongs here: `Row`, `Structure`, `Case`, and what a recipe would print for a row under given physics. Does not belong
-here: which physics are tried (rivals.py), how well they do (surface.py, posterior.py).
+Belongs here: `Row`, `DryStructure`, `PrintedCase`, and what a recipe would print for a row under given physics. Does
+not belong here: which physics are tried (rivals.py), how well they do (surface.py, posterior.py).
 """
 
 from __future__ import annotations
@@ -13,6 +13,7 @@ from typing import Literal
 
 import numpy as np
 
+from undertow.audit.effects import DAMPING, FRICTION_FORCE, RESONATOR_DAMPING_RATIO, RESONATOR_FREQUENCY, RESONATOR_MASS
 from undertow.audit.recipes import (
     ITERATIONS,
     Array,
@@ -32,7 +33,7 @@ TYPICAL_SPEED = 0.75
 
 
 @dataclass(frozen=True)
-class Structure:
+class DryStructure:
     """A spring's dry values as the recipe uses them, their standard errors and their scatter from trial to trial.
 
     ``k`` N/m, ``c`` N s/m, ``mu``; ``k_error`` and ``k_scatter`` relative, the others in their unit.
@@ -76,13 +77,13 @@ class Row:
 
 
 @dataclass(frozen=True)
-class Case:
+class PrintedCase:
     """Rows that share the water, the structure by spring, mass (kg), area (m^2) and the possible submerged volumes
     (m^3)."""
 
     name: str
     rows: tuple[Row, ...]
-    structures: Mapping[str, Structure]
+    structures: Mapping[str, DryStructure]
     mass_kg: float
     area_m2: float
     volume_range_m3: tuple[float, float] = (0.0, 0.0)
@@ -124,7 +125,7 @@ class Case:
         rates = [math.sqrt(self.structures[row.spring].k / self.mass_kg) * row.release_m for row in self.rows]
         return TYPICAL_SPEED * float(np.median(rates))
 
-    def with_printed(self, printed: Array, name: str = "") -> Case:
+    def with_printed(self, printed: Array, name: str = "") -> PrintedCase:
         """The same case with other printed numbers (rows, 2): simulated tables."""
         rows = tuple(
             replace(row, added_mass_kg=float(mass), drag_coefficient=float(drag))
@@ -133,7 +134,7 @@ class Case:
         return replace(self, rows=rows, name=name or self.name)
 
 
-def known_of(case: Case, row: Row, volume_m3: float) -> Known:
+def known_of(case: PrintedCase, row: Row, volume_m3: float) -> Known:
     """What the recipe of a row held fixed, at one submerged volume."""
     dry = case.structures[row.spring]
     return Known(
@@ -141,7 +142,7 @@ def known_of(case: Case, row: Row, volume_m3: float) -> Known:
     )
 
 
-def physics_of(case: Case, row: Row, values: Mapping[str, float], known: Known) -> Array:
+def physics_of(case: PrintedCase, row: Row, values: Mapping[str, float], known: Known) -> Array:
     """Parameter vector of the compiled integrator for one row under physics ``values`` (names as in rivals.py).
 
     ``added_mass_kg`` may be ``added_mass_kg.<spring>``; ``k.<spring>`` and ``gain_error.stiffness_<spring>`` are
@@ -151,10 +152,10 @@ def physics_of(case: Case, row: Row, values: Mapping[str, float], known: Known) 
     theta = np.zeros(N_SLOTS)
     k = known.k_N_per_m * (1.0 + get(f"k.{spring}", 0.0) + get(f"gain_error.stiffness_{spring}", 0.0))
     normal = (known.mass_kg - known.volume_m3 * known.density_kg_per_m3) * known.gravity_m_per_s2
-    friction = (known.mu + get(f"mu.{spring}", 0.0)) * normal + get("coulomb_friction.force_N", 0.0)
+    friction = (known.mu + get(f"mu.{spring}", 0.0)) * normal + get(FRICTION_FORCE, 0.0)
     theta[SLOT["mass"]] = known.mass_kg + get(f"added_mass_kg.{spring}", get("added_mass_kg", 0.0))
     theta[SLOT["k1"]] = k / (1.0 + k * get("support_compliance.compliance_m_per_N", 0.0))
-    theta[SLOT["c1"]] = known.c_Ns_per_m + get(f"c.{spring}", 0.0) + get("linear_damping.c_Ns_per_m", 0.0)
+    theta[SLOT["c1"]] = known.c_Ns_per_m + get(f"c.{spring}", 0.0) + get(DAMPING, 0.0)
     theta[SLOT["fc"]] = max(friction, 0.0)
     drag = known.drag_unit * get("drag_coefficient", 0.0)
     exponent = get("drag_exponent.exponent", 2.0)
@@ -162,15 +163,15 @@ def physics_of(case: Case, row: Row, values: Mapping[str, float], known: Known) 
         theta[SLOT["q"]] = drag
     else:
         theta[SLOT["cp"]], theta[SLOT["p"]] = drag * case.speed_m_per_s ** (2.0 - exponent), exponent
-    theta[SLOT["hm1"]] = get("hidden_resonator.mass_kg", 0.0)
-    theta[SLOT["hw1"]] = get("hidden_resonator.natural_frequency_rad_per_s", 0.0)
-    theta[SLOT["hz1"]] = get("hidden_resonator.damping_ratio", 0.0)
+    theta[SLOT["hm1"]] = get(RESONATOR_MASS, 0.0)
+    theta[SLOT["hw1"]] = get(RESONATOR_FREQUENCY, 0.0)
+    theta[SLOT["hz1"]] = get(RESONATOR_DAMPING_RATIO, 0.0)
     theta[SLOT["x0"]] = row.release_m - get("rest_offset.offset_m", 0.0)
     return theta
 
 
 def row_returns(
-    case: Case, row: Row, values: Mapping[str, float], start: Returned | None = None, steps: int = ITERATIONS
+    case: PrintedCase, row: Row, values: Mapping[str, float], start: Returned | None = None, steps: int = ITERATIONS
 ) -> Returned:
     """What the row's own recipe returns under physics ``values``; ``start`` an answer near by, at most ``steps`` away
     (Method 1)."""
@@ -184,7 +185,7 @@ def row_returns(
 
 
 def case_returns(
-    case: Case, values: Mapping[str, float], starts: tuple[Returned, ...] | None = None
+    case: PrintedCase, values: Mapping[str, float], starts: tuple[Returned, ...] | None = None
 ) -> tuple[Returned, ...]:
     """What the recipes print for every row under one set of physics."""
     near = starts if starts is not None else (None,) * len(case.rows)

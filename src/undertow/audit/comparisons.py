@@ -13,6 +13,7 @@ import numpy as np
 
 from undertow.audit.identities import NOTICEABLE, Oddity
 from undertow.audit.tables import (
+    ADDED_MASS,
     QUANTITIES,
     WORDS,
     Constants,
@@ -21,7 +22,7 @@ from undertow.audit.tables import (
     same_conditions,
 )
 
-COEFFICIENTS = ("added_mass", "drag_coefficient")
+COEFFICIENTS = (ADDED_MASS, "drag_coefficient")
 REPEATED = 0.15
 """Coefficients of the same trial by two recipes differ by less than this where nothing is wrong: Method 2 on Eq. 15 is
 5 to 16 % off in added mass (docs/methods.md)."""
@@ -37,7 +38,7 @@ def check_comparisons(tables: Sequence[PublishedTable], constants: Constants) ->
         for name in COEFFICIENTS:
             if name in one.columns and name in other.columns:
                 found += _same_quantity(one, other, name, constants)
-        if "added_mass" in one.columns and "added_mass" in other.columns:
+        if ADDED_MASS in one.columns and ADDED_MASS in other.columns:
             found += _other_spring(one, other, constants)
         found += _releases(one, other, constants)
     return found
@@ -74,15 +75,15 @@ def _other_spring(one: PublishedTable, other: PublishedTable, constants: Constan
         return []
     differing = []
     for i, j in paired_rows_of_water(one, other, constants):
-        a, b = float(one.columns["added_mass"].values[i]), float(other.columns["added_mass"].values[j])
+        a, b = float(one.columns[ADDED_MASS].values[i]), float(other.columns[ADDED_MASS].values[j])
         if abs(a - b) > REPEATED * max(a, b):
             differing.append(f"{a:.4g} and {b:.4g} kg at {constants.water_key} = {one.at(i)[constants.water_key]}")
     if not differing:
         return []
     i, j = paired_rows_of_water(one, other, constants)[0]
     return [Oddity(
-        "same water", (one.name, other.name), "added_mass", float(other.columns["added_mass"].values[j]),
-        float(one.columns["added_mass"].values[i]), "kg",
+        "same water", (one.name, other.name), ADDED_MASS, float(other.columns[ADDED_MASS].values[j]),
+        float(one.columns[ADDED_MASS].values[i]), "kg",
         f"{one.title} and {other.title}: the same water has added masses of {'; '.join(differing)} on the two springs: "
         "no one rigid added mass.",
     )]  # fmt: skip

@@ -19,7 +19,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from undertow.audit.bending import bent_surface
-from undertow.audit.case import Case
+from undertow.audit.case import PrintedCase
 from undertow.audit.posterior import weigh
 from undertow.audit.recipes import Array
 from undertow.audit.rivals import EXPLORED, Rival
@@ -57,7 +57,7 @@ LEAST_WIDTH = 0.01
 Pinned = NDArray[np.intp]
 
 
-def explored_surface(case: Case, surface: Surface, seed: int = 0) -> Surface:
+def explored_surface(case: PrintedCase, surface: Surface, seed: int = 0) -> Surface:
     """A surface of pinned sheets, one a point of the cloud, from a surface of pieces; the same one where nothing of its
     rival is to be explored, where no row is of Method 1 (the others have one answer), or where no recipe can be run."""
     rival = surface.rival
@@ -91,7 +91,8 @@ def explored_surface(case: Case, surface: Surface, seed: int = 0) -> Surface:
 
 
 def _generation(
-    case: Case, rival: Rival, cloud: Cloud, parents: Array, sheets: list[Sheet], at: Pinned, rng: np.random.Generator
+    case: PrintedCase, rival: Rival, cloud: Cloud, parents: Array, sheets: list[Sheet], at: Pinned,
+    rng: np.random.Generator,
 ) -> list[Sheet]:
     """Sheets of one generation; slopes anew at some of its points, those of the nearest such point at the others."""
     found: list[Sheet] = []
@@ -119,7 +120,7 @@ def _nearest(cloud: Cloud, points: Array, point: Array) -> int:
     return int(np.argmin(np.sum(cloud.whitened(points - point) ** 2, axis=1)))
 
 
-def fitted_surface(case: Case, rival: Rival, seed: int = 0) -> Surface:
+def fitted_surface(case: PrintedCase, rival: Rival, seed: int = 0) -> Surface:
     """The surface of one rival: bent where it matters, explored where that is not enough."""
     return explored_surface(case, bent_surface(case, build_surface(case, rival), seed), seed)
 
@@ -155,7 +156,7 @@ class Cloud:
             return np.asarray(top + np.logaddexp.reduce(logs + np.log(self.share), axis=1))
 
 
-def _drawn(case: Case, surface: Surface, seed: int, rng: np.random.Generator) -> Array:
+def _drawn(case: PrintedCase, surface: Surface, seed: int, rng: np.random.Generator) -> Array:
     """Draws (n, L) of the surface of pieces, their weights levelled until enough of them differ."""
     first = weigh(case, surface, seed)
     share = _levelled((first.logs + log_belief()[:, None, None]).ravel())
@@ -163,7 +164,7 @@ def _drawn(case: Case, surface: Surface, seed: int, rng: np.random.Generator) ->
     return np.asarray(first.points.reshape(-1, first.points.shape[-1])[chosen])
 
 
-def _weights(case: Case, surface: Surface, seed: int) -> Array:
+def _weights(case: PrintedCase, surface: Surface, seed: int) -> Array:
     """Logarithm of the posterior weight of every sheet."""
     first = weigh(case, surface, seed)
     return np.asarray(np.logaddexp.reduce(first.logs + log_belief()[:, None, None], axis=(0, 2)))

@@ -11,10 +11,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from undertow.audit.case import Structure
+from undertow.audit.case import DryStructure
 from undertow.audit.identities import NOTICEABLE, Oddity
 from undertow.audit.recipes import Array, Known, method2_returns, trajectory
-from undertow.audit.tables import Constants, PublishedTable
+from undertow.audit.tables import ADDED_MASS, Constants, PublishedTable
 from undertow.equation.kernel import N_SLOTS, SLOT
 from undertow.errors import UndertowError
 
@@ -44,7 +44,9 @@ class WaterShare:
     sentence: str
 
 
-def water_share(table: PublishedTable, structure: Structure, constants: Constants, seed: int = 0) -> WaterShare | None:
+def water_share(
+    table: PublishedTable, structure: DryStructure, constants: Constants, seed: int = 0
+) -> WaterShare | None:
     """The share of a table's C_d that its dry structure does not already give; None without a column of velocities.
 
     c and mu are drawn from trial to trial as the dry tables scatter, V evenly over its range.
@@ -75,7 +77,7 @@ def water_share(table: PublishedTable, structure: Structure, constants: Constant
 
 
 def check_forces(
-    tables: Sequence[PublishedTable], structures: Mapping[str, Structure], constants: Constants
+    tables: Sequence[PublishedTable], structures: Mapping[str, DryStructure], constants: Constants
 ) -> list[Oddity]:
     """Printed maxima against the equation, formulas that cannot give what is printed, inputs that are not printed."""
     found = []
@@ -83,23 +85,23 @@ def check_forces(
         structure = structures.get(str(table.conditions.get(constants.spring_key)))
         if structure is None:
             continue
-        if {"acceleration", "added_mass", "release"} <= set(table.columns):
+        if {"acceleration", ADDED_MASS, "release"} <= set(table.columns):
             found += _maxima(table, structure, constants)
         if table.recipe.startswith("method2") and "drag_coefficient" in table.columns:
             found += _recipe(table, structure, constants)
     return found + _not_printed(tables, structures, constants)
 
 
-def _known(structure: Structure, constants: Constants, volume: float) -> Known:
+def _known(structure: DryStructure, constants: Constants, volume: float) -> Known:
     return Known(
         constants.mass_kg, structure.k, structure.c, structure.mu, constants.area_m2, volume,
         constants.density_kg_per_m3, constants.gravity_m_per_s2,
     )  # fmt: skip
 
 
-def _maxima(table: PublishedTable, structure: Structure, constants: Constants) -> list[Oddity]:
+def _maxima(table: PublishedTable, structure: DryStructure, constants: Constants) -> list[Oddity]:
     columns = table.columns
-    total = constants.mass_kg + columns["added_mass"].values
+    total = constants.mass_kg + columns[ADDED_MASS].values
     acceleration, release = columns["acceleration"].values, columns["release"].values
     known = [_known(structure, constants, volume) for volume in constants.volume_range_m3]
     friction = max(one.friction_N for one in known)
@@ -126,7 +128,7 @@ def _largest_velocity(table: PublishedTable, known: Known) -> list[Oddity]:
     columns, ratios, reached = table.columns, [], []
     for row in range(table.rows):
         theta = np.zeros(N_SLOTS)
-        theta[SLOT["mass"]] = known.mass_kg + columns["added_mass"].values[row]
+        theta[SLOT["mass"]] = known.mass_kg + columns[ADDED_MASS].values[row]
         theta[SLOT["k1"]], theta[SLOT["c1"]], theta[SLOT["fc"]] = known.k_N_per_m, known.c_Ns_per_m, known.friction_N
         theta[SLOT["q"]] = known.drag_unit * columns["drag_coefficient"].values[row]
         theta[SLOT["x0"]] = columns["release"].values[row]
@@ -148,7 +150,7 @@ def _largest_velocity(table: PublishedTable, known: Known) -> list[Oddity]:
     )]  # fmt: skip
 
 
-def _recipe(table: PublishedTable, structure: Structure, constants: Constants) -> list[Oddity]:
+def _recipe(table: PublishedTable, structure: DryStructure, constants: Constants) -> list[Oddity]:
     """Eq. 21 as printed leaves out the inertia: its C_d is negative whatever the water does. Eq. 19 leaves out
     friction."""
     if "release" not in table.columns:
@@ -157,7 +159,7 @@ def _recipe(table: PublishedTable, structure: Structure, constants: Constants) -
     releases = table.columns["release"].values
     row = int(np.argmax(releases))
     release = float(releases[row])
-    added = float(table.columns["added_mass"].values[row]) if "added_mass" in table.columns else 0.0
+    added = float(table.columns[ADDED_MASS].values[row]) if ADDED_MASS in table.columns else 0.0
     printed = float(table.columns["drag_coefficient"].values[row])
     theta = np.zeros(N_SLOTS)
     theta[SLOT["mass"]] = constants.mass_kg + added
@@ -179,7 +181,7 @@ def _recipe(table: PublishedTable, structure: Structure, constants: Constants) -
             f"{printed:.3g} is printed.",
         ),
         Oddity(
-            "formula", (table.name,), "added_mass", added, added - known.friction_N / acceleration, "kg",
+            "formula", (table.name,), ADDED_MASS, added, added - known.friction_N / acceleration, "kg",
             f"{table.title}: Eqs. 18-19 leave friction out, which at a turning point is up to mu N / x'' = "
             f"{known.friction_N / acceleration:.3g} kg of added mass at the largest release and "
             f"{known.friction_N / smallest:.3g} kg at the smallest.",
@@ -188,7 +190,7 @@ def _recipe(table: PublishedTable, structure: Structure, constants: Constants) -
 
 
 def _not_printed(
-    tables: Sequence[PublishedTable], structures: Mapping[str, Structure], constants: Constants
+    tables: Sequence[PublishedTable], structures: Mapping[str, DryStructure], constants: Constants
 ) -> list[Oddity]:
     low, high = constants.volume_range_m3
     fitted = [table for table in tables if "drag_coefficient" in table.columns]

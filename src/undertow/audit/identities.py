@@ -18,6 +18,7 @@ import numpy as np
 
 from undertow.audit.recipes import Array
 from undertow.audit.tables import (
+    ADDED_MASS,
     WORDS,
     Column,
     Constants,
@@ -67,8 +68,8 @@ IDENTITIES: tuple[Identity, ...] = (
         lambda c: c["mass"] * (2.0 * math.pi / c["period"]) ** 2, "m (2 pi / T)^2",
     ),
     Identity(
-        "inertia_force", {"mass": 1.0, "added_mass": 1.0, "acceleration": 1.0},
-        lambda c: (c["mass"] + c["added_mass"]) * c["acceleration"], "(m + m_a) a",
+        "inertia_force", {"mass": 1.0, ADDED_MASS: 1.0, "acceleration": 1.0},
+        lambda c: (c["mass"] + c[ADDED_MASS]) * c["acceleration"], "(m + m_a) a",
     ),
     Identity(
         "drag_force", {"density": 1.0, "area": 1.0, "drag_coefficient": 1.0, "velocity": 2.0},

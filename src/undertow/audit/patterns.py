@@ -19,7 +19,7 @@ from scipy.stats import t as student
 
 from undertow.audit.identities import Oddity
 from undertow.audit.recipes import Array
-from undertow.audit.tables import QUANTITIES, WORDS, Constants, PublishedTable
+from undertow.audit.tables import ADDED_MASS, QUANTITIES, WORDS, Constants, PublishedTable
 
 STRUCTURAL = ("stiffness", "damping", "friction_coefficient")
 """Columns that belong to the structure alone: one number, scattering."""
@@ -148,14 +148,14 @@ def _too_smooth(table: PublishedTable, release: Array) -> Oddity | None:
 
 
 def _on_bound(table: PublishedTable, constants: Constants) -> list[Oddity]:
-    if "added_mass" not in table.columns or table.recipe != "method1":
+    if ADDED_MASS not in table.columns or table.recipe != "method1":
         return []
     return [
         Oddity(
-            "on its bound", (table.name,), "added_mass", 0.0, math.nan, "kg",
+            "on its bound", (table.name,), ADDED_MASS, 0.0, math.nan, "kg",
             f"{table.title}: added mass is exactly 0 kg at {constants.water_key} = "
             f"{table.at(int(row)).get(constants.water_key)}: "
             "the search was stopped there, the print is an upper limit of what it wanted.",
         )
-        for row in np.flatnonzero(table.columns["added_mass"].values == 0.0)
+        for row in np.flatnonzero(table.columns[ADDED_MASS].values == 0.0)
     ]  # fmt: skip

@@ -17,7 +17,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from undertow.audit.case import Case, case_returns
+from undertow.audit.case import PrintedCase, case_returns
 from undertow.audit.recipes import Array
 from undertow.audit.rivals import Rival
 from undertow.audit.sampling import sample
@@ -45,7 +45,7 @@ class Weighed:
     ``logs`` (S, sheets, draws) are logarithms of the draws' weights, ``points`` (S, sheets, draws, L) the draws.
     """
 
-    case: Case
+    case: PrintedCase
     surface: Surface
     log_evidences: Array
     logs: Array
@@ -53,7 +53,7 @@ class Weighed:
 
 
 @dataclass(frozen=True)
-class Posterior:
+class RivalPosterior:
     """One rival after the table: equally weighted ``draws`` (name -> (n,)), ``predicted`` (n, rows, 2) what the surface
     prints at each, and the scatter of the rows beyond what the structure makes (medians: kg, share of C_d)."""
 
@@ -76,7 +76,7 @@ class Posterior:
         return float(middle), float(low), float(high)
 
 
-def weigh(case: Case, surface: Surface, seed: int = 0) -> Weighed:
+def weigh(case: PrintedCase, surface: Surface, seed: int = 0) -> Weighed:
     """Evidence of one rival at each scatter; UndertowError where no draw lies within its priors."""
     rival = surface.rival
     draws = POINT_DRAWS if surface.sheets[0].pinned else DRAWS
@@ -95,7 +95,7 @@ def weigh(case: Case, surface: Surface, seed: int = 0) -> Weighed:
     return Weighed(case, surface, evidences, logs, points)
 
 
-def posterior(weighed: Weighed, seed: int = 0, elsewhere: Array | None = None) -> Posterior:
+def posterior(weighed: Weighed, seed: int = 0, elsewhere: Array | None = None) -> RivalPosterior:
     """Draws of one rival; ``elsewhere`` (S,) is what other cases say about the scatter, log evidence at each."""
     case, surface = weighed.case, weighed.surface
     belief = log_belief() if elsewhere is None else log_belief() + elsewhere
@@ -112,7 +112,7 @@ def posterior(weighed: Weighed, seed: int = 0, elsewhere: Array | None = None) -
     grid = np.array(scatters(case))[chosen[0]]
     mass, drag = np.median(grid, axis=0)
     draws = named_draws(surface.rival, points)
-    return Posterior(surface.rival, draws, points, predicted, float(mass), float(drag), sheets)
+    return RivalPosterior(surface.rival, draws, points, predicted, float(mass), float(drag), sheets)
 
 
 def named_draws(rival: Rival, points: Array) -> dict[str, Array]:
@@ -123,7 +123,7 @@ def named_draws(rival: Rival, points: Array) -> dict[str, Array]:
     }
 
 
-def surface_error(case: Case, found: Posterior, draws: int = 8) -> Array:
+def surface_error(case: PrintedCase, found: RivalPosterior, draws: int = 8) -> Array:
     """Root-mean-square difference (2,) of surface and recipes over the first draws: m_a in kg, C_d as a share."""
     errors = []
     for i in range(draws):

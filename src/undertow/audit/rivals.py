@@ -15,7 +15,16 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from undertow.audit.case import Case
+from undertow.audit.case import PrintedCase
+from undertow.audit.effects import (
+    DAMPING,
+    FRICTION,
+    FRICTION_FORCE,
+    LINEAR,
+    RESONATOR,
+    RESONATOR_DAMPING_RATIO,
+    RESONATOR_FREQUENCY,
+)
 from undertow.audit.recipes import Array
 
 ADDED_MASS_SHARE = 1.0
@@ -45,10 +54,7 @@ RESONATOR_FREQUENCY_SHARES = (0.6, 1.8)
 RESONATOR_DAMPING = (0.005, 0.25)
 """Damping ratio, even in its logarithm."""
 
-FREQUENCY = "hidden_resonator.natural_frequency_rad_per_s"
-"""What a recipe's answers bend most with; its range is searched in pieces."""
-
-EXPLORED = (FREQUENCY, "hidden_resonator.damping_ratio")
+EXPLORED = (RESONATOR_FREQUENCY, RESONATOR_DAMPING_RATIO)
 """In these answers bend so much that no quadratic holds: they are explored point by point (exploring.py)."""
 
 EXPONENTS = (1.2, 1.8)
@@ -63,7 +69,7 @@ STIFFNESS_FLOOR = 0.005
 
 
 @dataclass(frozen=True)
-class Unknown:
+class RivalUnknown:
     """One unknown: its coordinate is even between ``low`` and ``high``, or normal about ``mean`` with ``deviation``
     where that is given; the coordinate is the value itself, or its natural logarithm where ``logarithmic``."""
 
@@ -107,7 +113,7 @@ class Rival:
     """
 
     effects: tuple[str, ...]
-    unknowns: tuple[Unknown, ...]
+    unknowns: tuple[RivalUnknown, ...]
     split: str = ""
     cells: int = 1
     water: bool = True
@@ -151,73 +157,73 @@ class Rival:
         ))  # fmt: skip
 
 
-def nuisances(case: Case) -> tuple[Unknown, ...]:
+def nuisances(case: PrintedCase) -> tuple[RivalUnknown, ...]:
     """What no recipe knew exactly: k, c, mu of every spring, the submerged volume, the instant of Method 2."""
     found = []
     for name in case.springs:
         dry = case.structures[name]
-        found.append(Unknown(f"k.{name}", -1.0, 1.0, dry.k_error, "1", True))
-        found.append(Unknown(f"c.{name}", -math.inf, math.inf, dry.c_error, "N s/m", True))
-        found.append(Unknown(f"mu.{name}", -math.inf, math.inf, dry.mu_error, "1", True))
+        found.append(RivalUnknown(f"k.{name}", -1.0, 1.0, dry.k_error, "1", True))
+        found.append(RivalUnknown(f"c.{name}", -math.inf, math.inf, dry.c_error, "N s/m", True))
+        found.append(RivalUnknown(f"mu.{name}", -math.inf, math.inf, dry.mu_error, "1", True))
     low, high = case.volume_range_m3
     if high > low:
-        found.append(Unknown("volume_m3", low, high, unit="m^3", nuisance=True))
+        found.append(RivalUnknown("volume_m3", low, high, unit="m^3", nuisance=True))
     if case.two_instants:
-        found.append(Unknown("turn_share", -1.0, 1.0, unit="1", nuisance=True))
+        found.append(RivalUnknown("turn_share", -1.0, 1.0, unit="1", nuisance=True))
     return tuple(found)
 
 
-def rivals(case: Case, nodes: int = 24) -> tuple[Rival, ...]:
+def rivals(case: PrintedCase, nodes: int = 24) -> tuple[Rival, ...]:
     """Every rival of a case; ``nodes`` pieces of a resonator's range of frequencies."""
     base = nuisances(case)
     masses = [f"added_mass_kg.{name}" for name in case.springs] if case.own_added_mass else ["added_mass_kg"]
     water = (
-        *(Unknown(name, 0.0, ADDED_MASS_SHARE * case.mass_kg, unit="kg") for name in masses),
-        Unknown("drag_coefficient", 0.0, DRAG_AT_MOST, unit="1"),
+        *(RivalUnknown(name, 0.0, ADDED_MASS_SHARE * case.mass_kg, unit="kg") for name in masses),
+        RivalUnknown("drag_coefficient", 0.0, DRAG_AT_MOST, unit="1"),
     )
     linear, friction, offset = (one(case) for one in (_linear, _friction, _offset))
-    exponent = Unknown("drag_exponent.exponent", *EXPONENTS)
+    exponent = RivalUnknown("drag_exponent.exponent", *EXPONENTS)
     found = [
         Rival((), (*water, *base)),
         Rival((), base, water=False),
-        Rival(("linear_damping",), (*water, linear, *base)),
-        Rival(("coulomb_friction",), (*water, friction, *base)),
-        Rival(("linear_damping", "coulomb_friction"), (*water, linear, friction, *base)),
+        Rival((LINEAR,), (*water, linear, *base)),
+        Rival((FRICTION,), (*water, friction, *base)),
+        Rival((LINEAR, FRICTION), (*water, linear, friction, *base)),
         Rival(("drag_exponent",), (*water, exponent, *base)),
-        Rival(("hidden_resonator",), (*water, *_resonator(case), *base), FREQUENCY, nodes),
+        Rival((RESONATOR,), (*water, *_resonator(case), *base), RESONATOR_FREQUENCY, nodes),
     ]  # fmt: skip
     if case.two_instants:
         found.append(Rival(("rest_offset",), (*water, offset, *base)))
-        found.append(Rival(("linear_damping", "rest_offset"), (*water, linear, offset, *base)))
+        found.append(Rival((LINEAR, "rest_offset"), (*water, linear, offset, *base)))
     if len(case.springs) > 1:
         found.append(Rival(("support_compliance",), (*water, _compliance(case), *base)))
         found.append(Rival(("gain_error",), (*water, _stiffness(case), *base)))
     return tuple(found)
 
 
-def _linear(case: Case) -> Unknown:
+def _linear(case: PrintedCase) -> RivalUnknown:
     softest = min(case.structures[name].k for name in case.springs)
     critical = 2.0 * math.sqrt(softest * case.mass_kg)
-    return Unknown("linear_damping.c_Ns_per_m", 0.0, DAMPING_RATIO_AT_MOST * critical, unit="N s/m")
+    return RivalUnknown(DAMPING, 0.0, DAMPING_RATIO_AT_MOST * critical, unit="N s/m")
 
 
-def _friction(case: Case) -> Unknown:
+def _friction(case: PrintedCase) -> RivalUnknown:
     force = max(case.structures[name].mu for name in case.springs) * case.mass_kg * case.gravity_m_per_s2
-    return Unknown("coulomb_friction.force_N", -force, 3.0 * force, FRICTION_ERROR_SHARE * force, "N")
+    return RivalUnknown(FRICTION_FORCE, -force, 3.0 * force, FRICTION_ERROR_SHARE * force, "N")
 
 
-def _offset(case: Case) -> Unknown:
+def _offset(case: PrintedCase) -> RivalUnknown:
     largest = max(row.release_m for row in case.rows)
-    return Unknown("rest_offset.offset_m", -largest, largest, OFFSET_SHARE * largest, "m")
+    return RivalUnknown("rest_offset.offset_m", -largest, largest, OFFSET_SHARE * largest, "m")
 
 
-def _compliance(case: Case) -> Unknown:
+def _compliance(case: PrintedCase) -> RivalUnknown:
     stiffest = max(case.structures[name].k for name in case.springs)
     deviation = COMPLIANCE_SHARE / stiffest
-    return Unknown("support_compliance.compliance_m_per_N", 0.0, 0.5 / stiffest, deviation, "m/N")
+    return RivalUnknown("support_compliance.compliance_m_per_N", 0.0, 0.5 / stiffest, deviation, "m/N")
 
 
-def _stiffness(case: Case) -> Unknown:
+def _stiffness(case: PrintedCase) -> RivalUnknown:
     """True over printed stiffness, less one, of the spring whose dry numbers agree least (the stiffest where there are
     none): between the printed number and the other one, either wrong by as much, or beyond."""
     gaps = {name: case.structures[name].k_other / case.structures[name].k - 1.0 for name in case.springs}
@@ -228,12 +234,12 @@ def _stiffness(case: Case) -> Unknown:
     else:
         spring = max(case.springs, key=lambda name: case.structures[name].k)
         middle, deviation = 0.0, STIFFNESS_SHARE
-    return Unknown(f"gain_error.stiffness_{spring}", -0.5, 0.5, deviation, mean=middle)
+    return RivalUnknown(f"gain_error.stiffness_{spring}", -0.5, 0.5, deviation, mean=middle)
 
 
-def _resonator(case: Case) -> tuple[Unknown, ...]:
-    def even(name: str, low: float, high: float, unit: str) -> Unknown:
-        return Unknown(f"hidden_resonator.{name}", math.log(low), math.log(high), unit=unit, logarithmic=True)
+def _resonator(case: PrintedCase) -> tuple[RivalUnknown, ...]:
+    def even(name: str, low: float, high: float, unit: str) -> RivalUnknown:
+        return RivalUnknown(f"{RESONATOR}.{name}", math.log(low), math.log(high), unit=unit, logarithmic=True)
 
     light, heavy = (case.mass_kg * share for share in RESONATOR_MASS_SHARES)
     slow = RESONATOR_FREQUENCY_SHARES[0] * min(case.frequencies)

@@ -15,9 +15,9 @@ from collections.abc import Sequence
 import numpy as np
 from scipy.special import log_ndtr, ndtr
 
-from undertow.audit.case import Case
+from undertow.audit.case import PrintedCase
 from undertow.audit.recipes import Array
-from undertow.audit.rivals import Rival, Unknown
+from undertow.audit.rivals import Rival, RivalUnknown
 from undertow.audit.scatter import scatters
 from undertow.audit.surface import SMALLEST_DRAG, Sheet, printed_values, structure_covariances
 
@@ -27,7 +27,7 @@ PROPOSAL_WIDTH = 1.3
 _LOG_2PI = math.log(2.0 * math.pi)
 
 
-def sample(case: Case, rival: Rival, sheet: Sheet, normal_draws: Array) -> tuple[Array, Array]:
+def sample(case: PrintedCase, rival: Rival, sheet: Sheet, normal_draws: Array) -> tuple[Array, Array]:
     """Draws (S, n, L) of one sheet from ``normal_draws`` (n, L), and the logarithms of their weights (S, n).
 
     What is pinned stays where it is: its prior is in the sheet's share.
@@ -48,7 +48,7 @@ def sample(case: Case, rival: Rival, sheet: Sheet, normal_draws: Array) -> tuple
     return points, np.where(np.isfinite(weights), weights + sheet.log_share, -np.inf)
 
 
-def covariances_of(case: Case, rival: Rival, sheet: Sheet) -> Array:
+def covariances_of(case: PrintedCase, rival: Rival, sheet: Sheet) -> Array:
     """Covariance (S, rows, 2, 2) of each printed pair at each scatter, given the shared unknowns."""
     base = structure_covariances(case, rival, sheet)
     drags = np.empty(len(case.rows))
@@ -64,7 +64,7 @@ def covariances_of(case: Case, rival: Rival, sheet: Sheet) -> Array:
     return found
 
 
-def log_likelihood(case: Case, predicted: Array, covariances: Array) -> Array:
+def log_likelihood(case: PrintedCase, predicted: Array, covariances: Array) -> Array:
     """Log density (S, n) of the print, for predictions (S, n, rows, 2) before the bound."""
     total = np.zeros(predicted.shape[:2])
     printed, use = _used(case)
@@ -79,7 +79,7 @@ def log_likelihood(case: Case, predicted: Array, covariances: Array) -> Array:
     return total
 
 
-def log_prior(unknowns: Sequence[Unknown], points: Array) -> Array:
+def log_prior(unknowns: Sequence[RivalUnknown], points: Array) -> Array:
     """Log density (S, n) of the prior at ``points`` (S, n, L); -inf outside the ranges."""
     total = np.zeros(points.shape[:-1])
     for i, unknown in enumerate(unknowns):
@@ -94,7 +94,7 @@ def log_prior(unknowns: Sequence[Unknown], points: Array) -> Array:
     return total
 
 
-def _used(case: Case) -> tuple[Array, Array]:
+def _used(case: PrintedCase) -> tuple[Array, Array]:
     """Printed pairs (rows, 2) and which of them are compared as numbers: printed, and not on the bound."""
     printed = printed_values(case)
     use = np.isfinite(printed)
@@ -114,7 +114,7 @@ def _inverse(block: Array, use: Array) -> tuple[Array, Array]:
 
 
 def _approximation(
-    case: Case, unknowns: Sequence[Unknown], sheet: Sheet, free: list[int], covariances: Array
+    case: PrintedCase, unknowns: Sequence[RivalUnknown], sheet: Sheet, free: list[int], covariances: Array
 ) -> tuple[Array, Array]:
     """Centre (S, F) and covariance (S, F, F) of the normal that draws of the ``free`` unknowns come from: Gauss-Newton,
     moved inside the ranges."""
@@ -141,7 +141,7 @@ def _approximation(
     return centre, spread
 
 
-def _inside(unknowns: Sequence[Unknown], precision: Array, right: Array) -> Array:
+def _inside(unknowns: Sequence[RivalUnknown], precision: Array, right: Array) -> Array:
     """Minimum of the quadratic within the ranges: what leaves its range is set on its end and the rest solved again."""
     free = np.ones(len(unknowns), dtype=bool)
     point = np.zeros(len(unknowns))

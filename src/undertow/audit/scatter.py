@@ -14,7 +14,7 @@ from itertools import product
 
 import numpy as np
 
-from undertow.audit.case import Case
+from undertow.audit.case import PrintedCase
 from undertow.audit.recipes import Array
 
 MASS_SHARES = tuple(np.geomspace(0.001, 0.2, 8))
@@ -31,7 +31,7 @@ CAPS = (BELIEVED, 0.1, 0.2)
 """Caps under which a verdict is looked at again."""
 
 
-def scatters(case: Case) -> tuple[tuple[float, float], ...]:
+def scatters(case: PrintedCase) -> tuple[tuple[float, float], ...]:
     """The grid of scatters summed over, (S,): kg of m_a, share of C_d."""
     return tuple((share * case.mass_kg, drag) for share, drag in product(MASS_SHARES, DRAG_SHARES))
 

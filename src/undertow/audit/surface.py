@@ -16,9 +16,10 @@ from itertools import pairwise
 import numpy as np
 from scipy.optimize import lsq_linear
 
-from undertow.audit.case import Case, case_returns, row_returns
+from undertow.audit.case import PrintedCase, case_returns, row_returns
+from undertow.audit.effects import RESONATOR_MASS
 from undertow.audit.recipes import SLOPE_STEPS, Array, Returned
-from undertow.audit.rivals import Rival, Unknown
+from undertow.audit.rivals import Rival, RivalUnknown
 from undertow.errors import UndertowError
 
 FIT_MASS_SHARE = 0.02
@@ -101,12 +102,12 @@ class Surface:
     sheets: tuple[Sheet, ...]
 
 
-def printed_values(case: Case) -> Array:
+def printed_values(case: PrintedCase) -> Array:
     """Printed (m_a, C_d) of every row, (rows, 2), nan where there is none."""
     return np.array([[row.added_mass_kg, row.drag_coefficient] for row in case.rows])
 
 
-def structure_covariances(case: Case, rival: Rival, sheet: Sheet) -> Array:
+def structure_covariances(case: PrintedCase, rival: Rival, sheet: Sheet) -> Array:
     """What the scatter of k, c, mu from trial to trial does to each printed pair, (rows, 2, 2), by the sheet's
     slopes."""
     names = [unknown.name for unknown in rival.unknowns]
@@ -119,7 +120,7 @@ def structure_covariances(case: Case, rival: Rival, sheet: Sheet) -> Array:
     return found
 
 
-def _whitening(case: Case, rival: Rival, sheet: Sheet) -> Array:
+def _whitening(case: PrintedCase, rival: Rival, sheet: Sheet) -> Array:
     """Matrices (rows, 2, 2) that bring a fit's misses to one standard deviation: the structure's scatter and a round
     share of m_a and C_d; what is not printed or on its bound is not mixed with the other column."""
     printed = printed_values(case)
@@ -132,7 +133,7 @@ def _whitening(case: Case, rival: Rival, sheet: Sheet) -> Array:
     return np.asarray(np.linalg.inv(np.linalg.cholesky(found)), dtype=np.float64)
 
 
-def build_surface(case: Case, rival: Rival) -> Surface:
+def build_surface(case: PrintedCase, rival: Rival) -> Surface:
     """The surface of one rival over all its pieces. UndertowError where the recipes cannot be run in any."""
     edges = rival.edges.tolist()
     cells = list(pairwise(edges)) if edges else [None]
@@ -140,7 +141,7 @@ def build_surface(case: Case, rival: Rival) -> Surface:
 
 
 def fitted_sheets(
-    case: Case, rival: Rival, cells: Sequence[tuple[float, float] | None], start: Array | None = None
+    case: PrintedCase, rival: Rival, cells: Sequence[tuple[float, float] | None], start: Array | None = None
 ) -> tuple[Sheet, ...]:
     """Sheets in some pieces of a rival's range; those far behind the best after the first round are left out.
 
@@ -162,7 +163,7 @@ def fitted_sheets(
     return tuple(_from_neighbours(case, rival, refined))
 
 
-def _from_neighbours(case: Case, rival: Rival, sheets: list[Sheet]) -> list[Sheet]:
+def _from_neighbours(case: PrintedCase, rival: Rival, sheets: list[Sheet]) -> list[Sheet]:
     """Sheets fitted again from a neighbour's point where the neighbour came much closer: fits end in local minima."""
     found = list(sheets)
     order = list(range(len(found)))
@@ -177,7 +178,9 @@ def _from_neighbours(case: Case, rival: Rival, sheets: list[Sheet]) -> list[Shee
     return found
 
 
-def pinned_sheet(case: Case, rival: Rival, start: Array, pinned: tuple[int, ...], slopes: Array | None) -> Sheet | None:
+def pinned_sheet(
+    case: PrintedCase, rival: Rival, start: Array, pinned: tuple[int, ...], slopes: Array | None
+) -> Sheet | None:
     """The surface with some unknowns pinned where ``start`` (L,) has them, the others brought to the print from there;
     None where a recipe cannot be run. ``slopes`` (rows, 2, L) are those of a point near by; None takes them anew."""
     at = start.tolist()
@@ -203,12 +206,12 @@ def pinned_sheet(case: Case, rival: Rival, start: Array, pinned: tuple[int, ...]
     return sheet
 
 
-def _at_print(case: Case, rival: Rival, point: Array) -> Array:
+def _at_print(case: PrintedCase, rival: Rival, point: Array) -> Array:
     return printed_columns(case, case_returns(case, rival.values(point), at_print(case)))
 
 
 def _first_sheet(
-    case: Case, rival: Rival, cell: tuple[float, float] | None, start: Array | None
+    case: PrintedCase, rival: Rival, cell: tuple[float, float] | None, start: Array | None
 ) -> tuple[Sheet, tuple[Returned, ...]] | None:
     if start is not None:
         low, high = (np.array([getattr(one, end) for one in rival.unknowns]) for end in ("low", "high"))
@@ -216,7 +219,7 @@ def _first_sheet(
     printed = printed_values(case)
     centre = np.array([unknown.centre for unknown in rival.unknowns])
     names = [unknown.name for unknown in rival.unknowns]
-    resonating = 0.5 * rival.values(centre).get("hidden_resonator.mass_kg", 0.0)
+    resonating = 0.5 * rival.values(centre).get(RESONATOR_MASS, 0.0)
     mass, drag = (
         float(np.median(column[np.isfinite(column)])) if np.isfinite(column).any() else 1.0 for column in printed.T
     )
@@ -229,7 +232,11 @@ def _first_sheet(
 
 
 def _sheet(
-    case: Case, rival: Rival, cell: tuple[float, float] | None, centre: Array, starts: tuple[Returned, ...] | None
+    case: PrintedCase,
+    rival: Rival,
+    cell: tuple[float, float] | None,
+    centre: Array,
+    starts: tuple[Returned, ...] | None,
 ) -> tuple[Sheet, tuple[Returned, ...]] | None:
     """The surface linearised at ``centre``; None where the motion there sticks or leaves every bound."""
     names = [unknown.name for unknown in rival.unknowns]
@@ -255,7 +262,9 @@ def _sheet(
     return sheet, here
 
 
-def _moved(case: Case, values: Mapping[str, float], here: tuple[Returned, ...], name: str) -> tuple[Returned, ...]:
+def _moved(
+    case: PrintedCase, values: Mapping[str, float], here: tuple[Returned, ...], name: str
+) -> tuple[Returned, ...]:
     """What the recipes return with one unknown moved; rows of springs that it does not belong to stay as they are."""
     owner = name.partition(".")[2] if name.partition(".")[2] in case.springs else ""
     return tuple(
@@ -264,13 +273,13 @@ def _moved(case: Case, values: Mapping[str, float], here: tuple[Returned, ...], 
     )
 
 
-def at_print(case: Case) -> tuple[Returned, ...]:
+def at_print(case: PrintedCase) -> tuple[Returned, ...]:
     """The printed answers as a start of the recipes: where there are two minima, the printed one is found from here."""
     printed = np.nan_to_num(printed_values(case), nan=1.0).tolist()
     return tuple(Returned(max(mass, 0.0), drag, drag) for mass, drag in printed)
 
 
-def printed_columns(case: Case, returned: tuple[Returned, ...]) -> Array:
+def printed_columns(case: PrintedCase, returned: tuple[Returned, ...]) -> Array:
     """What would be printed, (rows, 2): m_a without its bound, C_d at m_a = 0 where the printed one is on the bound."""
     drags = [
         one.bounded_drag if row.on_bound else one.drag_coefficient for row, one in zip(case.rows, returned, strict=True)
@@ -278,7 +287,7 @@ def printed_columns(case: Case, returned: tuple[Returned, ...]) -> Array:
     return np.column_stack([[one.added_mass_kg for one in returned], drags])
 
 
-def best_point(case: Case, rival: Rival, sheet: Sheet) -> tuple[Array, float]:
+def best_point(case: PrintedCase, rival: Rival, sheet: Sheet) -> tuple[Array, float]:
     """The unknowns (L,) that bring the linear surface closest to the print within their bounds and priors;
     chi-square."""
     target = printed_values(case) - sheet.values
@@ -305,14 +314,14 @@ def best_point(case: Case, rival: Rival, sheet: Sheet) -> tuple[Array, float]:
     return np.clip(sheet.centre + found.x * scale, low, high), 2.0 * float(found.cost)
 
 
-def _limits(unknown: Unknown) -> tuple[float, float]:
+def _limits(unknown: RivalUnknown) -> tuple[float, float]:
     if not unknown.normal:
         return unknown.low, unknown.high
     reach = WIDE * max(unknown.deviation, 1e-30)
     return max(unknown.low, unknown.mean - reach), min(unknown.high, unknown.mean + reach)
 
 
-def _refine(case: Case, rival: Rival, sheet: Sheet, returned: tuple[Returned, ...]) -> Sheet:
+def _refine(case: PrintedCase, rival: Rival, sheet: Sheet, returned: tuple[Returned, ...]) -> Sheet:
     """Gauss-Newton from a sheet, slopes taken anew at the end of each pass until the last one hardly moves."""
     scale = np.array([max(unknown.scale, 1e-30) for unknown in rival.unknowns])
     for _ in range(PASSES):
@@ -330,7 +339,7 @@ def _refine(case: Case, rival: Rival, sheet: Sheet, returned: tuple[Returned, ..
 
 
 def _descend(
-    case: Case, rival: Rival, sheet: Sheet, returned: tuple[Returned, ...]
+    case: PrintedCase, rival: Rival, sheet: Sheet, returned: tuple[Returned, ...]
 ) -> tuple[Sheet, tuple[Returned, ...]]:
     """One pass: steps halved until the recipes' own answers come closer to the print, slopes by Broyden's update.
 
@@ -363,7 +372,7 @@ def _descend(
     return sheet, returned
 
 
-def _misfit(case: Case, rival: Rival, white: Array, centre: Array, values: Array) -> float:
+def _misfit(case: PrintedCase, rival: Rival, white: Array, centre: Array, values: Array) -> float:
     """Chi-square of the recipes' answers and of the normal priors, weighed as while fitting."""
     gap = printed_values(case) - values
     for i, row in enumerate(case.rows):

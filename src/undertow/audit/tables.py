@@ -15,9 +15,12 @@ from undertow.audit.recipes import Array
 from undertow.errors import UndertowError
 from undertow.recording.recording import Condition
 
+ADDED_MASS = "added_mass"
+"""Column of a published added mass."""
+
 QUANTITIES: Mapping[str, str] = {
     "release": "m", "load": "N", "energy": "J", "stiffness": "N/m", "damping": "N s/m", "damping_ratio": "1",
-    "friction_coefficient": "1", "added_mass": "kg", "drag_coefficient": "1", "mass": "kg", "acceleration": "m/s^2",
+    "friction_coefficient": "1", ADDED_MASS: "kg", "drag_coefficient": "1", "mass": "kg", "acceleration": "m/s^2",
     "inertia_force": "N", "velocity": "m/s", "area": "m^2", "density": "kg/m^3", "drag_force": "N", "period": "s",
     "water_in_cells": "kg",
 }  # fmt: skip
@@ -26,7 +29,7 @@ QUANTITIES: Mapping[str, str] = {
 WORDS: Mapping[str, str] = {
     "release": "release", "load": "initial load", "energy": "potential energy", "stiffness": "stiffness",
     "damping": "damping c", "damping_ratio": "damping ratio", "friction_coefficient": "friction coefficient",
-    "added_mass": "added mass", "drag_coefficient": "drag coefficient", "mass": "mass",
+    ADDED_MASS: "added mass", "drag_coefficient": "drag coefficient", "mass": "mass",
     "acceleration": "largest acceleration", "inertia_force": "inertia force", "velocity": "largest velocity",
     "area": "area", "density": "density", "drag_force": "drag force", "period": "period",
     "water_in_cells": "water in the cells",

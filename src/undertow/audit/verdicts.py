@@ -15,6 +15,7 @@ from dataclasses import dataclass
 from itertools import product
 
 from undertow.audit.answer import Answer, Weight, probabilities_under
+from undertow.audit.effects import FRICTION, LINEAR, RESONATOR
 from undertow.audit.recipes import Array
 from undertow.audit.rivals import EXPONENTS
 from undertow.audit.scatter import BELIEVED, CAPS
@@ -32,37 +33,37 @@ RULED_OUT = 0.02
 """Above this the sentence says what Eq. 15 keeps."""
 
 TESTS: Mapping[frozenset[str], str] = {
-    frozenset({"linear_damping", "coulomb_friction"}): (
+    frozenset({LINEAR, FRICTION}): (
         "a release at a third of the smallest amplitude followed until it stops: friction stops it in a time "
         "proportional "
         "to the amplitude, at a rest position within mu N / k; linear damping takes the same share of every cycle"
     ),
-    frozenset({"linear_damping", "drag_exponent"}): (
+    frozenset({LINEAR, "drag_exponent"}): (
         "releases over a tenfold range of amplitude on one spring: decrement against amplitude is flat for "
         "linear damping "
         "and a power below one for a falling drag"
     ),
-    frozenset({"coulomb_friction", "drag_exponent"}): (
+    frozenset({FRICTION, "drag_exponent"}): (
         "the vertical load cells during the motion, or the same release with weights added over the bearings: friction "
         "follows the normal force, drag does not"
     ),
-    frozenset({"linear_damping", "hidden_resonator"}): (
+    frozenset({LINEAR, RESONATOR}): (
         "the whole record instead of two coefficients, or a second spring: a resonator makes a beat and its "
         "damping depends "
         "on the spring, linear damping does neither"
     ),
-    frozenset({"coulomb_friction", "rest_offset"}): (
+    frozenset({FRICTION, "rest_offset"}): (
         "the first turning points on both sides: an offset changes sign from one to the next, friction does not"
     ),
-    frozenset({"linear_damping", "rest_offset"}): (
+    frozenset({LINEAR, "rest_offset"}): (
         "the rest position after the motion, and turning points on both sides: an offset shows there, damping does not"
     ),
-    frozenset({"hidden_resonator", "support_compliance"}): (
+    frozenset({RESONATOR, "support_compliance"}): (
         "a third spring, or the dry period again with the wet set-up: compliance shifts every level alike, a "
         "resonator does "
         "not shift the dry period"
     ),
-    frozenset({"hidden_resonator", "gain_error"}): (
+    frozenset({RESONATOR, "gain_error"}): (
         "the spring's stiffness again, by a weight and a ruler or by its dry period: a mis-stated one shifts every "
         "level alike, a resonator does not show there"
     ),
@@ -173,7 +174,7 @@ def _informs(found: Answer) -> bool:
 def next_test(preferred: tuple[str, ...], alternatives: tuple[tuple[str, ...], ...], informs: bool) -> str:
     """The test that would decide between the named effects; "" where nothing is open.
 
-    >>> next_test(("linear_damping",), (("coulomb_friction",),), True)[:9]
+    >>> next_test((LINEAR,), ((FRICTION,),), True)[:9]
     'a release'
     """
     if not informs:

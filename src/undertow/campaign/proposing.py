@@ -18,13 +18,14 @@ from ruamel.yaml import YAML
 
 from undertow.campaign.config import RunConfig
 from undertow.campaign.run.checking import Checked, Checker
-from undertow.recording.catalogue import ChannelSpec, TimeSpec, Window
+from undertow.equation.registry import catalogue
+from undertow.recording.catalogue import ChannelSpec, TimeSpec, TimeWindow
 from undertow.recording.gather import gather
 from undertow.recording.layout import FileFormat
 from undertow.recording.propose import Proposal
 from undertow.recording.readers import trial_name
 
-TERMS = ("stiffness", "viscous_damping", "coulomb_friction")
+TERMS = tuple(law.name for law in catalogue() if law.structural)
 """What every body that swings may have: the equation that a proposal begins with."""
 
 NO_TEXT = frozenset({"null", "true", "false"})
@@ -47,7 +48,7 @@ def propose_config(path: Path, layout: FileFormat, proposal: Proposal, moves: bo
     """
     if not moves:
         return Proposed()
-    lines = config_lines(path, layout, proposal, Window())
+    lines = config_lines(path, layout, proposal, TimeWindow())
     checked = _tried(lines, path.parent)
     said = tuple(d.sentence for d in checked.found)
     cut = hold_cut(checked)
@@ -63,7 +64,7 @@ def propose_config(path: Path, layout: FileFormat, proposal: Proposal, moves: bo
     return Proposed(lines, said)
 
 
-def config_lines(path: Path, layout: FileFormat, proposal: Proposal, window: Window) -> tuple[str, ...]:
+def config_lines(path: Path, layout: FileFormat, proposal: Proposal, window: TimeWindow) -> tuple[str, ...]:
     """What a config says of one file, as YAML."""
     time = proposal.time
     pattern = plain(glob.escape(path.name))
@@ -84,13 +85,13 @@ def config_lines(path: Path, layout: FileFormat, proposal: Proposal, window: Win
     return tuple(lines)
 
 
-def hold_cut(checked: Checked) -> Window | None:
+def hold_cut(checked: Checked) -> TimeWindow | None:
     """The part of a trial after a hand let go; None where none held it."""
     hold = next((d for d in checked.found if d.kind == "hold"), None)
     if hold is None or checked.motion is None:
         return None
     time = checked.motion.recording.time
-    return Window(float(time[min(int(np.searchsorted(time, hold.factor)), time.size - 1)]))
+    return TimeWindow(float(time[min(int(np.searchsorted(time, hold.factor)), time.size - 1)]))
 
 
 def parsed(text: str, folder: Path) -> RunConfig:

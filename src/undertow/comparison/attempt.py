@@ -15,7 +15,8 @@ from undertow.comparison.candidate import Candidate, doubt
 from undertow.comparison.joint import JointFit, fit_joint
 from undertow.comparison.level import Addend, Level
 from undertow.comparison.score_test import Prospect
-from undertow.comparison.suspects import EACH_SPRING, RADIATION, Addition, Suspect, kernel_additions
+from undertow.comparison.suspect import EACH_SPRING, Addition, Suspect
+from undertow.comparison.suspects import RADIATION, kernel_additions
 from undertow.errors import IdentificationError
 
 COMMON = frozenset({"acceleration_shift_s", "acceleration_gain"})

@@ -14,7 +14,7 @@ import numpy as np
 
 from undertow.comparison.joint import WIDER, JointFit, shared_theta
 from undertow.comparison.level import Addend, Level
-from undertow.comparison.suspects import RADIATION, Suspect
+from undertow.comparison.suspect import Suspect
 from undertow.conditioning.motion import Motion
 from undertow.equation.kernel import SLOT
 from undertow.methods.dry import DEFAULT_SCATTER
@@ -24,9 +24,6 @@ RIVAL_ODDS = 20.0
 
 SIGNIFICANT = 3.0
 """A suspect's coefficient must be this many standard errors from zero."""
-
-DISSIPATES = frozenset({"linear_damping", "coulomb_friction", "quadratic_drag", "cubic_damping"})
-"""Additions that cannot be negative: water takes energy. Others that take some have bounds."""
 
 OVERDAMPED = 0.25
 """From this damping ratio on a resonator has no beat of its own: it cannot be told from memory that relaxes."""
@@ -87,7 +84,7 @@ class Screened:
 
 
 @dataclass(frozen=True)
-class Diagnosis:
+class LevelDiagnosis:
     """The search on one level: the prescribed equation alone, the best candidate, all others, posterior probability of
     the best among all, rivals (sets of names) that the data cannot separate from it, suspects screened out; ``small``
     is the most probable effect that evidence is overwhelming for though it moves the free run by less than what counts,
@@ -117,12 +114,12 @@ def conclude(
     small: Candidate | None = None,
     looked: int = 0,
     unfinished: Sequence[str] = (),
-) -> Diagnosis:
+) -> LevelDiagnosis:
     """The diagnosis with its confidence and rivals."""
     likely = probability(best, found, screened)
     rivals = _rivals(best, found)
     left = tuple(dict.fromkeys(unfinished))
-    return Diagnosis(null, best, tuple(found), likely, rivals, tuple(screened), small, looked, left)
+    return LevelDiagnosis(null, best, tuple(found), likely, rivals, tuple(screened), small, looked, left)
 
 
 def probability(
@@ -146,15 +143,13 @@ def _rivals(best: Candidate, found: Sequence[Candidate]) -> tuple[tuple[str, ...
         and best.score - c.score < math.log(RIVAL_ODDS) and len(c.names) == len(best.names)
     ]  # fmt: skip
     if damping_ratio(best.fit) > OVERDAMPED:
-        near.append(tuple("relaxation" if n == "hidden_resonator" else n for n in best.names))
-    if best.names == ("linear_damping",) and best.suspects[0].variant == RADIATION.variant:
-        near += [("hidden_resonator",), ("relaxation",)]  # radiated waves, or water that hardly swings by itself
-    if best.names == ("added_mass",):
-        near.append(("hidden_resonator",))  # far above the body's frequency a resonator is an added mass
-    if best.names == ("linear_damping",):
-        behind = [c for c in found if c.suspects and c.score > best.score and c.names == ("hidden_resonator",)]
-        if any(damping_ratio(c.fit) > OVERDAMPED for c in behind):
-            near += [("relaxation",), ("hidden_resonator",)]
+        near.append(tuple(s.overdamped_as or s.name for s in best.suspects))
+    if len(best.suspects) == 1:
+        (alone,) = best.suspects
+        near += [(name,) for name in alone.like]  # e.g. far above the body's frequency a resonator is an added mass
+        swinging = [c for c in found if len(c.suspects) == 1 and c.suspects[0].swings and c.score > best.score]
+        for ahead in (c for c in swinging if alone.plain and damping_ratio(c.fit) > OVERDAMPED):
+            near += [(ahead.suspects[0].overdamped_as,), ahead.names]
     return tuple(dict.fromkeys(near))
 
 
@@ -164,7 +159,7 @@ def damping_ratio(fit: JointFit) -> float:
     return max(found, default=0.0)
 
 
-def strengths(diagnosis: Diagnosis) -> Mapping[str, float]:
+def strengths(diagnosis: LevelDiagnosis) -> Mapping[str, float]:
     """By how much the log posterior of each single suspect exceeds that of the prescribed equation alone."""
     return {c.suspects[0].label: c.score - diagnosis.null.score for c in diagnosis.candidates if len(c.suspects) == 1}
 
@@ -175,7 +170,7 @@ def doubt(level: Level, fit: JointFit) -> str:
         if addend in level.standing:
             continue
         beside = addend is fit.addends[-1] and len(fit.addends) > len(level.standing) + 1
-        if addend.prefix == "external_forcing" and (said := _no_clock(level, fit, beside)):
+        if addend.has_its_own_clock and (said := _no_clock(level, fit, addend, beside)):
             return said
         if addend.frees and (said := _usual(fit, addend)):
             return said
@@ -189,7 +184,7 @@ def doubt(level: Level, fit: JointFit) -> str:
                     return f"{name} = {value:.4g} {a.unit} sits on its bound"
                 if a.inner or a is not addend.additions[0]:
                     continue
-                if addend.prefix in DISSIPATES and value < -2.0 * error:
+                if a.takes and value < -2.0 * error:
                     return f"{name} = {value:.4g} {a.unit} would feed energy into the motion"
                 strongest = max(strongest, abs(value) / error if error > 0.0 else 0.0)
             if a.differs:
@@ -230,68 +225,76 @@ def _usual(fit: JointFit, addend: Addend) -> str:
 
 def at_a_resonance(fit: JointFit) -> bool:
     """Whether an outside force has the frequency of a resonator that the same fit holds."""
-    clock = fit.value("external_forcing.frequency_rad_per_s")
+    clock = _clock(fit, next(addend for addend in fit.addends if addend.has_its_own_clock))
     swings = [v for name, v in fit.values.items() if name.split("@")[0].endswith("natural_frequency_rad_per_s")]
     return any(abs(clock / swing - 1.0) < OWN_FREQUENCY for swing in swings)
 
 
-def _no_clock(level: Level, fit: JointFit, beside: bool) -> str:
+def _clock(fit: JointFit, force: Addend) -> float:
+    """Frequency of an outside force, rad/s."""
+    return fit.value(f"{force.prefix}.frequency_rad_per_s")
+
+
+def _parts(force: Addend, motion: Motion) -> list[str]:
+    """Names of an outside force's size and phase in one trial: its cosine and its sine."""
+    return [f"{force.prefix}.{a.name}[{motion.name}]" for a in force.additions if a.of_its_own]
+
+
+def _no_clock(level: Level, fit: JointFit, force: Addend, beside: bool) -> str:
     """Why an outside force has no clock of its own, in words; empty where it has. ``beside``: something was named
     before it, whose memory may be what is left."""
-    return _own_motion(level, fit) or _in_one_trial(level, fit) or (_tied(level, fit) if beside else "")
+    said = _own_motion(level, fit, force) or _in_one_trial(level, fit, force)
+    return said or (_tied(level, fit, force) if beside else "")
 
 
-def _own_motion(level: Level, fit: JointFit) -> str:
+def _own_motion(level: Level, fit: JointFit, force: Addend) -> str:
     """Whether an outside force at the body's own frequency is what the equation leaves of the motion itself, in words:
     that keeps its phase to the release."""
-    clock = fit.value("external_forcing.frequency_rad_per_s")
+    clock = _clock(fit, force)
     for member in level.members:
         theta = shared_theta(level, member, fit, member.motions[0].name)
         own = math.sqrt(max(theta[SLOT["k1"]] + theta[SLOT["ks"]], 0.0) / theta[SLOT["mass"]])
         if own > 0.0 and abs(clock / own - 1.0) < OWN_FREQUENCY:
-            agree = _locked(level, fit)
+            agree = _locked(level, fit, force)
             if agree >= LOCKED:
                 return (
-                    f"external_forcing at {clock:.3g} rad/s is the body's own motion of {own:.3g} rad/s: its phases in "
+                    f"{force.prefix} at {clock:.3g} rad/s is the body's own motion of {own:.3g} rad/s: its phases in "
                     f"the trials are locked to the release by {100 * agree:.0f} %"
                 )
     return ""
 
 
-def _locked(level: Level, fit: JointFit) -> float:
+def _locked(level: Level, fit: JointFit, force: Addend) -> float:
     """How far the phases of an outside force agree from trial to trial on each spring, their sign left out: 1 where
     every trial has the same or the opposite one, as what an equation leaves of the body's own motion has."""
     total, trials = 0.0, 0
     for member in level.members:
-        forces = [
-            complex(*(fit.value(f"external_forcing.{part}_N[{m.name}]") for part in ("cosine", "sine")))
-            for m in member.motions
-        ]
-        turned = [(force / abs(force)) ** 2 for force in forces if abs(force) > 0.0]
+        sizes = [complex(*(fit.value(name) for name in _parts(force, m))) for m in member.motions]
+        turned = [(one / abs(one)) ** 2 for one in sizes if abs(one) > 0.0]
         total, trials = total + abs(sum(turned)), trials + len(turned)
     return total / trials if trials > len(level.members) else 1.0
 
 
-def _in_one_trial(level: Level, fit: JointFit) -> str:
+def _in_one_trial(level: Level, fit: JointFit, force: Addend) -> str:
     """Whether an outside force is told from zero in fewer than two trials, in words: one trial knows no clock."""
     told = 0
     for motion in (m for member in level.members for m in member.motions):
-        parts = [f"external_forcing.{part}_N[{motion.name}]" for part in ("cosine", "sine")]
-        told += math.hypot(*(fit.value(n) / max(fit.solution.stderr(n), 1e-300) for n in parts)) > SIGNIFICANT
+        parts = [fit.value(n) / max(fit.solution.stderr(n), 1e-300) for n in _parts(force, motion)]
+        told += math.hypot(*parts) > SIGNIFICANT
     if told >= CLOCKED:
         return ""
-    return f"external_forcing is told from zero in {told} of {level.trials} trials; {CLOCKED} show a clock of its own"
+    return f"{force.prefix} is told from zero in {told} of {level.trials} trials; {CLOCKED} show a clock of its own"
 
 
-def _tied(level: Level, fit: JointFit) -> str:
+def _tied(level: Level, fit: JointFit, force: Addend) -> str:
     """Whether an outside force's phase is tied to the release on each spring, in words: sizes in units of the release
     and phases that agree are a memory's."""
 
-    def force(motion: Motion) -> complex:
-        cosine, sine = (fit.value(f"external_forcing.{part}_N[{motion.name}]") for part in ("cosine", "sine"))
+    def phased_size(motion: Motion) -> complex:
+        cosine, sine = (fit.value(name) for name in _parts(force, motion))
         return complex(cosine, sine) / motion.amplitude
 
-    forces = [np.array([force(motion) for motion in member.motions]) for member in level.members]
+    forces = [np.array([phased_size(motion) for motion in member.motions]) for member in level.members]
     total = sum(float(np.sum(np.abs(own) ** 2)) for own in forces)
     if total == 0.0:
         return ""
@@ -307,6 +310,6 @@ def _tied(level: Level, fit: JointFit) -> str:
     if chance >= TIED:
         return ""
     return (
-        f"external_forcing is tied to the release: phases and sizes agree in all trials by {100 * seen:.0f} %, as "
+        f"{force.prefix} is tied to the release: phases and sizes agree in all trials by {100 * seen:.0f} %, as "
         f"phases of its own would in {100 * chance:.0f} of 100 campaigns"
     )

@@ -1,4 +1,4 @@
-"""`Discover`: the structure of an equation of motion as a scikit-learn estimator.
+"""`Discovery`: the structure of an equation of motion as a scikit-learn estimator.
 
 Belongs here: settings, fitted attributes, prediction and score. Does not belong here: the finding (structure.py), the
 words (structure_report.py).
@@ -16,7 +16,7 @@ from sklearn.exceptions import NotFittedError as UnfittedEstimator
 
 from undertow.comparison.beliefs import Belief
 from undertow.comparison.stepwise_selection import Rules
-from undertow.comparison.structure import Effort, Structure, find_structure
+from undertow.comparison.structure import Effort, FoundStructure, find_structure
 from undertow.comparison.structure_report import Outside, as_html, as_text, equation_text
 from undertow.conditioning.condition import condition
 from undertow.conditioning.motion import Motion
@@ -33,18 +33,12 @@ from undertow.recording.recording import Recording
 Array = NDArray[np.float64]
 Trial = Recording | Motion
 
-TEN_TERMS = (
-    "stiffness", "viscous_damping", "coulomb_friction", "quadratic_drag", "asymmetric_stiffness", "cubic_stiffness",
-    "quadratic_stiffness", "cubic_damping", "position_damping", "van_der_pol_damping",
-)  # fmt: skip
-"""The library where none is given: x, v, sgn v, v|v|, x^2, x^3, x|x|, v^3, xv, x^2 v."""
-
 
 class NotDiscoveredError(NotFittedError, UnfittedEstimator):  # type: ignore[misc]
-    """A result was asked of a `Discover` that has not been fitted; scikit-learn's own error too."""
+    """A result was asked of a `Discovery` that has not been fitted; scikit-learn's own error too."""
 
 
-class Discover(BaseEstimator):  # type: ignore[misc]
+class Discovery(BaseEstimator):  # type: ignore[misc]
     """Which terms of a library move a body, and their coefficients over its mass, from several free decays.
 
         x'' + sum_i theta_i force_i(x, v) = 0,    theta_i = coefficient_i / mass
@@ -54,8 +48,8 @@ class Discover(BaseEstimator):  # type: ignore[misc]
 
     Parameters
     ----------
-    terms : names from the shelf or Term objects; None takes the ten algebraic ones of `TEN_TERMS`. A term with one
-        inner parameter (drag_exponent, stribeck_friction) has it refined.
+    terms : names from the shelf or Term objects; None takes the ten algebraic ones of `registry.TEN_TERMS`. A term with
+        one inner parameter (drag_exponent, stribeck_friction) has it refined.
     known : names of terms that are certainly there.
     together : groups of names that enter all or none.
     exclusive : groups of names of which at most one enters.
@@ -71,7 +65,7 @@ class Discover(BaseEstimator):  # type: ignore[misc]
 
     Attributes
     ----------
-    structure_ : the `Structure` with everything found.
+    structure_ : the `FoundStructure` with everything found.
     equation_ : `Equation` per unit mass.
     terms_, coefficients_ : terms kept and their coefficients over mass (SI over kg).
     estimates_ : name -> Estimate with standard error, inner parameters as ``term.inner``.
@@ -87,8 +81,8 @@ class Discover(BaseEstimator):  # type: ignore[misc]
     NotDiscoveredError
         Where a result is asked for before ``fit``.
 
-    >>> Discover(known=("stiffness",), resamples=0)
-    Discover(known=('stiffness',), resamples=0)
+    >>> Discovery(known=("stiffness",), resamples=0)
+    Discovery(known=('stiffness',), resamples=0)
     """
 
     def __init__(
@@ -119,7 +113,7 @@ class Discover(BaseEstimator):  # type: ignore[misc]
         self.second_route = second_route
         self.random_state = random_state
 
-    def fit(self, trials: Sequence[Trial], y: object = None) -> Discover:
+    def fit(self, trials: Sequence[Trial], y: object = None) -> Discovery:
         """Find the equation of ``trials``, recordings or conditioned motions; ``y`` is there for scikit-learn alone."""
         library = self._library()
         names = [label(term) if sum(o.name == term.name for o in library) > 1 else term.name for term in library]
@@ -132,7 +126,7 @@ class Discover(BaseEstimator):  # type: ignore[misc]
             beliefs=tuple(self.beliefs),
         )
         effort = Effort(self.resamples, self.second_route, self.random_state)
-        self.structure_: Structure = find_structure(motions_of(trials), library, rules, self.scatter, effort)
+        self.structure_: FoundStructure = find_structure(motions_of(trials), library, rules, self.scatter, effort)
         self.n_trials_in_ = len(trials)
         self.outside_: Outside | None = self._searched_outside() if self.outside else None
         return self
@@ -148,9 +142,9 @@ class Discover(BaseEstimator):  # type: ignore[misc]
         return None if self.outside_ is None else self.outside_.adequate
 
     def _library(self) -> tuple[Term, ...]:
-        given = TEN_TERMS if self.terms is None else self.terms
+        given = shelf.TEN_TERMS if self.terms is None else self.terms
         library = tuple(shelf.find(term) if isinstance(term, str) else term for term in given)
-        return tuple(term for term in library if term.name != "added_mass")
+        return tuple(term for term in library if not term.is_inertia)
 
     @staticmethod
     def _places(setting: str, wanted: Sequence[str], names: Sequence[str]) -> tuple[int, ...]:
@@ -164,7 +158,7 @@ class Discover(BaseEstimator):  # type: ignore[misc]
     def __sklearn_is_fitted__(self) -> bool:
         return hasattr(self, "structure_")
 
-    def _fitted(self) -> Structure:
+    def _fitted(self) -> FoundStructure:
         if not self.__sklearn_is_fitted__():
             raise NotDiscoveredError(f"this {type(self).__name__} has seen 0 trials; call fit(trials) first")
         return self.structure_

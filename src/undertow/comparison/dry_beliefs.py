@@ -14,12 +14,12 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 
 from undertow.comparison.beliefs import Belief
-from undertow.comparison.structure import Structure
+from undertow.comparison.structure import FoundStructure
 from undertow.errors import IdentificationError
 
 
 def from_dry(
-    dry: Structure, names: Sequence[str] = ("viscous_damping",), factors: Mapping[str, float] | None = None
+    dry: FoundStructure, names: Sequence[str] = ("viscous_damping",), factors: Mapping[str, float] | None = None
 ) -> tuple[Belief, ...]:
     """What a structure of dry trials says of wet ones on the same spring: coefficients ``names`` over the stiffness.
 

@@ -66,7 +66,7 @@ def slides(candidate: Candidate) -> float:
 
 def fading(candidate: Candidate) -> bool:
     """Whether a candidate's last effect is a resonator that hardly rings: gone within a few cycles."""
-    if not candidate.names or candidate.names[-1] != "hidden_resonator" or candidate.suspects[-1].variant:
+    if not candidate.suspects or not candidate.suspects[-1].swings or candidate.suspects[-1].variant:
         return False
     last = candidate.fit.addends[-1]
     return candidate.fit.value(f"{last.prefix}.damping_ratio") > RINGS
@@ -74,6 +74,7 @@ def fading(candidate: Candidate) -> bool:
 
 def single_fading(candidate: Candidate) -> bool:
     """Whether a candidate is one memory that rings in nothing: a relaxation, an echo, a resonator that hardly rings."""
-    if candidate.names == ("hidden_resonator",):
-        return damping_ratio(candidate.fit) > RINGS
-    return candidate.names in {("relaxation",), ("delayed_echo",)}
+    if len(candidate.suspects) != 1:
+        return False
+    (alone,) = candidate.suspects
+    return damping_ratio(candidate.fit) > RINGS if alone.swings else alone.fades

@@ -20,6 +20,7 @@ from numpy.typing import NDArray
 from undertow.comparison.hidden_modes import HankelModes, coupled_modes, hankel_modes, seeds_from_modes
 from undertow.comparison.hidden_search import CRITICAL_T, EQUATION_15, HiddenSearch, HiddenStep, find_hidden
 from undertow.conditioning.motion import Motion
+from undertow.equation.hidden import Relaxation
 from undertow.equation.kernel import MAX_HIDDEN, N_SLOTS, SLOT
 from undertow.equation.term import Term
 from undertow.errors import IdentificationError
@@ -173,7 +174,7 @@ def fit_hidden(motions: Sequence[Motion], terms: Sequence[Term], search: HiddenS
     Raises IdentificationError for terms without such places, for more oscillators than the integrator holds, and where
     the start has no bounds.
     """
-    own = tuple(term for term in terms if term.name != "added_mass")
+    own = tuple(term for term in terms if not term.is_inertia)
     regression = discover(motions, (*own, *(one.term for one in search.oscillators)), subset=False).coefficients
     ratios = [
         float(seen) if seen > 0.0 else one.ratio
@@ -213,7 +214,7 @@ def hidden_problem(
     if relaxation is not None:
         k, time = relaxation
         links += [
-            Link(SLOT["rk1"], builder.unknown("relaxation", k, scale=k, lower=0.0)),
+            Link(SLOT["rk1"], builder.unknown(Relaxation.name, k, scale=k, lower=0.0)),
             Link(SLOT["rt1"], builder.unknown(
                 "relaxation_time", time, scale=time, lower=times_s[0], upper=times_s[1], unit="s")),
         ]  # fmt: skip

@@ -21,6 +21,7 @@ from numpy.typing import NDArray
 from undertow.comparison.hidden_fit import HiddenFit, as_fit, discover_hidden, hidden_problem
 from undertow.comparison.hidden_search import EQUATION_15, RIVALS
 from undertow.conditioning.motion import Motion
+from undertow.equation.hidden import Relaxation
 from undertow.equation.kernel import SLOT
 from undertow.equation.structure import AsymmetricFriction
 from undertow.equation.term import Term
@@ -156,7 +157,7 @@ def _gain_beside_rivals(motions: Sequence[Motion], fit: HiddenFit, found: Soluti
     every = (*fit.terms, *(rival for rival in STATIC_RIVALS if label(rival) not in have))
     own, numbers = len(fit.terms), np.zeros(len(every))
     numbers[:own] = [found.value(label(term)) for term in fit.terms]
-    start = (max(found.value("relaxation"), np.finfo(float).tiny), found.value("relaxation_time"))
+    start = (max(found.value(Relaxation.name), np.finfo(float).tiny), found.value("relaxation_time"))
     beside = _solved(motions, fit, every, numbers, start)
     numbers[:own] = [fit.coefficients[label(term)].value for term in fit.terms]
     without = _solved(motions, fit, every, numbers, None)
@@ -167,7 +168,7 @@ def _judged(
     motions: Sequence[Motion], fit: HiddenFit, found: Solution, gain: float, critical_gain: float
 ) -> HiddenRelaxation:
     """The verdict on the best relaxation."""
-    strength, time = _estimate(found, "relaxation", "N/m / kg"), _estimate(found, "relaxation_time", "s")
+    strength, time = _estimate(found, Relaxation.name, "N/m / kg"), _estimate(found, "relaxation_time", "s")
     body = found.value("stiffness")
     share = strength.value / body if body > 0.0 else math.inf
     angle, objection = math.sqrt(fit.coefficients["stiffness"].value) * time.value, ""

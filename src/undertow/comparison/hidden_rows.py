@@ -56,7 +56,7 @@ def _march(turn: Array, before: Array, after: Array, share: Array, drive: Array,
 
 
 @dataclass(frozen=True)
-class _Trial:
+class _TrialDrive:
     """One trial's drive up to its last row, its step in s, and the matrix that averages samples into rows."""
 
     acceleration: Array
@@ -73,7 +73,7 @@ class HiddenRows:
 
     design: Design
     own: int
-    trials: tuple[_Trial, ...]
+    trials: tuple[_TrialDrive, ...]
 
     def hidden(self, inner: Array) -> Array:
         """Columns (n, m) of oscillators (m, 2): w in rad/s, damping ratio."""
@@ -110,7 +110,7 @@ def hidden_rows(
     return HiddenRows(design, len(terms), trials)
 
 
-def _trial(motion: Motion, design: Design, place: int) -> _Trial:
+def _trial(motion: Motion, design: Design, place: int) -> _TrialDrive:
     """The averaging matrix of one trial, from the middles of the design's test functions."""
     step = even_step(motion.t, f"trial {motion.name}: time")
     weights = np.hanning(max(3, round(design.length_s / step) + 2))[1:-1]
@@ -121,4 +121,4 @@ def _trial(motion: Motion, design: Design, place: int) -> _Trial:
     columns = (first[:, None] + np.arange(weights.size)).ravel()
     values = np.tile(weights / weights.sum(), first.size)
     average = csr_matrix((values, (rows, columns)), shape=(first.size, samples))
-    return _Trial(np.array(motion.a[:samples]), step, average)
+    return _TrialDrive(np.array(motion.a[:samples]), step, average)

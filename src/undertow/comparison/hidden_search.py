@@ -163,7 +163,7 @@ def find_hidden(
     """
     if most < 1:
         raise IdentificationError(f"most is {most}; a search for hidden oscillators must allow at least 1")
-    own = tuple(term for term in terms if term.name != "added_mass")
+    own = tuple(term for term in terms if not term.is_inertia)
     beside = tuple(term for term in rivals if label(term) not in {label(one) for one in own})
     rows = hidden_rows(motions, own, beside, TEST_PERIODS, DRIFT_ORDER)
     body = 2.0 * math.pi / rows.design.period_s

@@ -49,7 +49,7 @@ START_DAMPING = 0.02
 
 
 @dataclass(frozen=True)
-class Candidate:
+class Hypothesis:
     """One equation on the trajectories: its ``name``, its ``solution``, free ``parameters`` shared by the trials or in
     a hidden state's start, and the ``criterion`` n_eff ln(mean squared residual) + parameters ln(n_eff)."""
 
@@ -68,7 +68,7 @@ class Candidate:
 class TrajectoryChoice:
     """``candidates``, the best first, and the ``fit`` with the number of oscillators decided for (0 or 1)."""
 
-    candidates: tuple[Candidate, ...]
+    candidates: tuple[Hypothesis, ...]
     fit: HiddenFit
 
 
@@ -84,7 +84,7 @@ def discover_hidden_on_trajectories(
     """
     if not motions:
         raise IdentificationError("0 motions; give at least one trial")
-    own = tuple(term for term in terms if term.name != "added_mass")
+    own = tuple(term for term in terms if not term.is_inertia)
     beside = tuple(term for term in rivals if label(term) not in {label(one) for one in own})
     modes = largest_modes(motions)
     plain = fit_equation(motions, own)
@@ -199,18 +199,18 @@ def effective_values(solution: Solution) -> float:
     return samples
 
 
-def weigh(name: str, solution: Solution, n_effective: float) -> Candidate:
+def weigh(name: str, solution: Solution, n_effective: float) -> Hypothesis:
     """The criterion of one candidate; the trials' own nuisances are in all of them alike."""
     shared = [unknown for unknown in solution.problem.names if "[" not in unknown or unknown.startswith("hidden_")]
     criterion = n_effective * math.log(solution.chi2 / solution.n_data) + len(shared) * math.log(n_effective)
-    return Candidate(name, solution, len(shared), criterion)
+    return Hypothesis(name, solution, len(shared), criterion)
 
 
 def _decide(
     motions: Sequence[Motion],
     own: tuple[Term, ...],
     beside: tuple[Term, ...],
-    candidates: Sequence[Candidate],
+    candidates: Sequence[Hypothesis],
     n_effective: float,
 ) -> HiddenFit:
     """The fit that stands, and the sentence why."""

@@ -11,7 +11,7 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from undertow.comparison.stepwise_selection import Found
+from undertow.comparison.stepwise_selection import Selected
 from undertow.errors import IdentificationError
 from undertow.methods.exact_subsets import search_subsets
 
@@ -21,7 +21,7 @@ BLOCK_CELLS = 50
 """Rows of a block: one period of the motion."""
 
 
-def inclusion(found: Found, resamples: int = 100, seed: int = 0) -> tuple[float, ...]:
+def inclusion(found: Selected, resamples: int = 100, seed: int = 0) -> tuple[float, ...]:
     """Share of resampled campaigns whose best subset holds each term of the library, (n_terms,).
 
     Each channel of each trial is cut into blocks of a period, drawn with replacement; the coefficients of the full

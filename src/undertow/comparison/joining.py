@@ -11,7 +11,7 @@ from collections.abc import Sequence
 from undertow.comparison.candidate import Candidate
 from undertow.comparison.joint import JointFit
 from undertow.comparison.level import Level
-from undertow.comparison.suspects import EACH_SPRING, Suspect
+from undertow.comparison.suspect import EACH_SPRING, Suspect
 from undertow.equation.kernel import SLOT
 
 PRIOR_NOTHING = 0.5
@@ -56,7 +56,7 @@ def may_join(best: Candidate, suspect: Suspect) -> bool:
     memories = sum(a.slot.startswith("hm") for d in best.fit.addends for a in d.additions)
     if suspect.late and best.suspects:
         return False  # a start of its own in every trial takes up whatever a memory leaves
-    if suspect.name == "hidden_resonator":
+    if suspect.swings:
         return not best.suspects or (not suspect.variant and memories < MOST_EFFECTS)
     return suspect.name not in best.names
 

@@ -17,7 +17,7 @@ import numpy as np
 
 from undertow.comparison.evidence import criterion, tempered, trial_misfits
 from undertow.comparison.level import Addend, Level, Member, full_name, seen_by
-from undertow.comparison.suspects import Addition, Scales
+from undertow.comparison.suspect import Addition, Scales
 from undertow.conditioning.motion import Motion
 from undertow.equation.kernel import SLOT
 from undertow.errors import IdentificationError

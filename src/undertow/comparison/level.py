@@ -12,7 +12,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from undertow.comparison.suspects import Addition, Scales
+from undertow.comparison.suspect import Addition, Scales
 from undertow.conditioning.motion import Motion
 from undertow.equation.kernel import SLOT
 from undertow.errors import IdentificationError, RecordingError
@@ -53,6 +53,11 @@ class Addend:
     frees: str = ""
     centre: float = math.nan
     late: float = 0.0
+
+    @property
+    def has_its_own_clock(self) -> bool:
+        """Whether it acts whatever the body does, with a size and a phase of its own in every trial."""
+        return any(a.of_its_own for a in self.additions)
 
     @property
     def replaced(self) -> frozenset[str]:

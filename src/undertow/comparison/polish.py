@@ -55,7 +55,7 @@ class Polished:
 
 
 @dataclass(frozen=True)
-class _Point:
+class _NormalPoint:
     normal: Array
     gradient: Array
     cost: float
@@ -159,7 +159,7 @@ def _moved(own: Sequence[Array], step: Array) -> list[Array]:
     return [part + step[end - part.size : end] for part, end in zip(own, ends, strict=True)]
 
 
-def _step(point: _Point, damping: float, free: NDArray[np.bool_], scale: Array) -> Array:
+def _step(point: _NormalPoint, damping: float, free: NDArray[np.bool_], scale: Array) -> Array:
     index = np.flatnonzero(free)
     s = scale[index]
     matrix = point.normal[np.ix_(index, index)] * np.outer(s, s)
@@ -171,7 +171,7 @@ def _step(point: _Point, damping: float, free: NDArray[np.bool_], scale: Array) 
 
 def _evaluate(
     trials: Sequence[Cells], book: Laws, places: Sequence[int], values: Array, own: Sequence[Array]
-) -> _Point | None:
+) -> _NormalPoint | None:
     """Normal matrix, gradient and cost of laws and trials' unknowns; None where a motion leaves every bound."""
     count = len(places)
     size = count + sum(part.size for part in own)
@@ -199,7 +199,7 @@ def _evaluate(
     prior_cost += float(away @ away)
     if not (np.all(np.isfinite(normal)) and np.all(np.isfinite(gradient)) and np.isfinite(chi2)):
         return None
-    return _Point(normal, gradient, chi2 + prior_cost, chi2)
+    return _NormalPoint(normal, gradient, chi2 + prior_cost, chi2)
 
 
 def _centre(trial: Cells) -> Array:

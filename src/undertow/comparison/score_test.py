@@ -16,7 +16,7 @@ import numpy as np
 
 from undertow.comparison.joint import JointFit
 from undertow.comparison.level import Level, full_name
-from undertow.comparison.suspects import Addition, Suspect
+from undertow.comparison.suspect import Addition, Suspect
 from undertow.equation.kernel import SLOT
 from undertow.likelihood import output_error
 from undertow.likelihood.problem import Link, TrialProblem

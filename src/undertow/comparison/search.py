@@ -17,7 +17,7 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 
 from undertow.comparison.attempt import COMMON, REFINED, as_radiation, from_places, from_starts, renumbered, without
-from undertow.comparison.candidate import Candidate, Diagnosis, Screened, conclude
+from undertow.comparison.candidate import Candidate, LevelDiagnosis, Screened, conclude
 from undertow.comparison.evidence import residual_memory
 from undertow.comparison.explained import (
     ALL,
@@ -35,17 +35,12 @@ from undertow.comparison.joining import MOST_EFFECTS, PRIOR_NOTHING, has_room, l
 from undertow.comparison.joint import WIDER, JointFit, at_memory, fit_joint, free_run_error, missed_share
 from undertow.comparison.level import Level
 from undertow.comparison.score_test import prospects
-from undertow.comparison.suspects import Suspect
+from undertow.comparison.suspect import Suspect
 from undertow.errors import IdentificationError
 from undertow.likelihood.budget import BudgetError, metered
 
 ACCUSE_PROBABILITY = 0.99
 """Posterior probability from which a name is said."""
-
-ALWAYS_TRIED_BESIDE = frozenset(
-    {"linear_damping", "hidden_resonator", "coulomb_friction", "cubic_damping", "external_forcing"}
-)
-"""Effects that water often brings together; others join only with evidence of their own."""
 
 EVIDENCE_ALONE = 10.0
 """Gain in log posterior that a suspect must have shown alone to be tried beside another."""
@@ -109,7 +104,7 @@ class _Search:
         self.error = free_run_error(self.level, self.null.fit)
         self.left = LEVEL_BUDGET * self._one_look()
 
-    def run(self) -> Diagnosis:
+    def run(self) -> LevelDiagnosis:
         """Add effects one after the other until none is worth it, or the level's budget is spent."""
         self._grow()
         small = None if self.best.suspects else self._overwhelming()
@@ -157,7 +152,8 @@ class _Search:
     def _forced_beyond(self) -> bool:
         """Whether an outside force has brought the free run as close as repetitions are, by numbers that every trial
         has of its own, and leaves a residual far above noise: that is no reason to look no further."""
-        return self.best.names[-1:] == ("external_forcing",) and self.best.fit.misfit > FAR_ABOVE_NOISE
+        forced = any(last.has_its_own_clock for last in self.best.suspects[-1:])
+        return forced and self.best.fit.misfit > FAR_ABOVE_NOISE
 
     def _leaner(self, candidate: Candidate, error: float, least: float) -> tuple[Candidate, float] | None:
         """The same last effect without an earlier one that it makes needless, and its error; None where all are needed.
@@ -300,7 +296,7 @@ class _Search:
         """Whether a suspect is tried beside what is there: one with a single start, a second resonator, or one that
         alone had evidence for it."""
         alone = [c.score - self.null.score for c in self.found if c.names == (suspect.name,)]
-        return suspect.name in ALWAYS_TRIED_BESIDE or max(alone, default=0.0) > EVIDENCE_ALONE
+        return suspect.often_beside or max(alone, default=0.0) > EVIDENCE_ALONE
 
     def _worthwhile(self, probable: Sequence[Candidate], remaining: float) -> tuple[Candidate, float] | None:
         """The most probable candidate that brings the free run closer by what counts, with its error; where none does,
@@ -352,12 +348,13 @@ class _Search:
         that spring's frequency. The memory is then called damping that depends on frequency, with the reason.
         """
         candidate, error = ahead
-        if candidate.names[-1] == "hysteresis" and slides(candidate) < SLIDING:
-            bristles = [c for c in probable if c.names == (*candidate.names[:-1], "presliding")]
+        bent = candidate.suspects[-1].without_sliding
+        if bent and slides(candidate) < SLIDING:
+            bristles = [c for c in probable if c.names == (*candidate.names[:-1], bent)]
             return (bristles[0], free_run_error(self.level, bristles[0].fit)) if bristles else ahead
         if not single_fading(candidate):
             return ahead
-        for other in (c for c in probable if c.names == ("linear_damping",)):
+        for other in (c for c in probable if len(c.suspects) == 1 and c.suspects[0].plain):
             stands = free_run_error(self.level, other.fit)
             doubtless = other.fit.misfit > FAR_ABOVE_NOISE and explains(other, candidate, NEARLY_ALL)
             if doubtless and not fading(candidate):
@@ -382,7 +379,7 @@ class _Search:
 
 def diagnose(
     level: Level, suspects: Sequence[Suspect], clean_when_dry: bool = False, budget: float = 1.0
-) -> Diagnosis:
+) -> LevelDiagnosis:
     """Search one level for what its equation lacks.
 
     ``clean_when_dry`` says that the dry trials of the same rig need nothing: what belongs to the structure would have

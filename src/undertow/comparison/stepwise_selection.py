@@ -22,7 +22,7 @@ from undertow.comparison.laws import Laws
 from undertow.comparison.polish import FIRST_WINDOW_PERIODS, POOR_FIT, Linear, Polished, linearise, polish
 from undertow.comparison.trajectories import Cells
 from undertow.errors import IdentificationError
-from undertow.methods.exact_subsets import Candidate, SubsetSearch, search_subsets
+from undertow.methods.exact_subsets import Subset, SubsetSearch, search_subsets
 from undertow.methods.subset import BestSubset
 
 Array = NDArray[np.float64]
@@ -36,8 +36,6 @@ INNER_VALUES = 9
 INNER_SHARES = (0.02, 0.5)
 """Where an inner parameter has no upper bound: from and to these shares of the largest speed or displacement."""
 
-PULLS_BACK, LOSES = ("stiffness", "sine_restoring"), "viscous_damping"
-"""Terms of the linear oscillator that a walk starts from where its own first subset has no motion."""
 
 LIGHT = 0.01
 """Damping ratio of that oscillator."""
@@ -64,7 +62,7 @@ class Rules:
 
 
 @dataclass(frozen=True)
-class Found:
+class Selected:
     """The subset at which the walk ended.
 
     ``offered`` (q,) are the places among the laws' numbers that ``optimizer`` judged; ``search`` speaks of these
@@ -94,7 +92,7 @@ class Found:
         search: SubsetSearch = self.optimizer.searches_[0]
         return search
 
-    def terms_of(self, candidate: Candidate) -> tuple[int, ...]:
+    def terms_of(self, candidate: Subset) -> tuple[int, ...]:
         """Indices of the terms of a candidate of `search`."""
         return tuple(sorted({int(self.book.owner[self.offered[column]]) for column in candidate.columns}))
 
@@ -107,7 +105,7 @@ class _Visit:
     optimizer: BestSubset
 
 
-def walk(trials: Sequence[Cells], book: Laws, chosen: Sequence[int], values: Array, rules: Rules) -> Found:
+def walk(trials: Sequence[Cells], book: Laws, chosen: Sequence[int], values: Array, rules: Rules) -> Selected:
     """The subset of the library that the recorded motion asks for, starting from ``chosen`` at ``values`` (p,).
 
     Where the start leads nowhere near the motion, the walk begins on three periods and goes on to longer windows.
@@ -132,19 +130,20 @@ def _as_a_line(trials: Sequence[Cells], book: Laws, rules: Rules) -> tuple[tuple
 
     IdentificationError where the library holds nothing that pulls a body back.
     """
-    names = [term.name for term in book.terms]
-    pulls = [names.index(name) for name in PULLS_BACK if name in names]
+    pulls = sorted((term.instead_of != (), at) for at, term in enumerate(book.terms) if term.is_spring)
+    loses = [at for at, term in enumerate(book.terms) if term.structural == "c"]
     if not pulls:
+        names = ", ".join(term.name for term in book.terms)
         raise IdentificationError(
-            f"none of {', '.join(names)} pulls the body back as this motion asks; add stiffness to the library"
+            f"none of {names} pulls the body back as this motion asks; add stiffness to the library"
         )
     rate = 2.0 * math.pi / float(np.median([trial.period_s for trial in trials]))
     values = book.start.copy()
-    values[pulls[0]] = rate**2
-    chosen = {pulls[0], *rules.known}
-    if LOSES in names:
-        values[names.index(LOSES)] = 2.0 * LIGHT * rate
-        chosen.add(names.index(LOSES))
+    spring = pulls[0][1]
+    values[spring] = rate**2
+    for at in loses:
+        values[at] = 2.0 * LIGHT * rate
+    chosen = {spring, *loses, *rules.known}
     return tuple(sorted(chosen)), values
 
 
@@ -161,7 +160,7 @@ def _grown(trials: Sequence[Cells], book: Laws, chosen: Sequence[int], values: A
     return polish(trials, book, chosen, values, own)
 
 
-def walk_on(trials: Sequence[Cells], book: Laws, here: Polished, rules: Rules) -> Found:
+def walk_on(trials: Sequence[Cells], book: Laws, here: Polished, rules: Rules) -> Selected:
     """`walk` from a subset that is polished already, with the trials' weights as they are."""
     visits: list[_Visit] = []
     while True:
@@ -197,7 +196,7 @@ def _with_inner(book: Laws, visit: _Visit, values: Array) -> Array:
     return values
 
 
-def _best_of(trials: Sequence[Cells], book: Laws, visits: Sequence[_Visit], rules: Rules) -> Found:
+def _best_of(trials: Sequence[Cells], book: Laws, visits: Sequence[_Visit], rules: Rules) -> Selected:
     rows = sum(seen.values.size for trial in trials for seen in trial.channels)
     allowed = [visit for visit in visits if _obeys(visit.polished.chosen, rules)]
     if not allowed:
@@ -213,7 +212,7 @@ def _best_of(trials: Sequence[Cells], book: Laws, visits: Sequence[_Visit], rule
         visit.polished.cost / widening + penalty * len(book.columns(visit.polished.chosen)) for visit in visits
     ]
     best = min(allowed, key=lambda visit: criteria[visits.index(visit)])
-    return Found(
+    return Selected(
         book, tuple(trials), best.polished, best.linear, best.offered, best.optimizer,
         float(criteria[visits.index(best)]), widening, penalty,
         tuple((visit.polished.chosen, value) for visit, value in zip(visits, criteria, strict=True)),

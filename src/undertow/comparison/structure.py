@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 
 from undertow.comparison.inclusion import inclusion
 from undertow.comparison.laws import laws
-from undertow.comparison.stepwise_selection import MEMORY_CELLS, Found, Rules, walk
+from undertow.comparison.stepwise_selection import MEMORY_CELLS, Rules, Selected, walk
 from undertow.comparison.trajectories import in_cells
 from undertow.conditioning.motion import Motion
 from undertow.equation.equation import Equation
@@ -36,7 +36,7 @@ Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True)
-class Rival:
+class RivalSubset:
     """Another subset that the data hardly tell from the best: its terms and how much worse its criterion is."""
 
     terms: tuple[str, ...]
@@ -44,7 +44,7 @@ class Rival:
 
 
 @dataclass(frozen=True)
-class Structure:
+class FoundStructure:
     """An equation over the total mass, and what was considered besides.
 
     ``terms`` are those kept, inner parameters refined; ``numbers`` their coefficients (units over kg) and, as
@@ -62,13 +62,13 @@ class Structure:
     covariance: Array
     evidence: Mapping[str, float]
     inclusion: Mapping[str, float]
-    rivals: tuple[Rival, ...]
+    rivals: tuple[RivalSubset, ...]
     trace: tuple[Step, ...]
     collinear: Collinearity
     route: Route | None
     route_outcome: str
     left: float
-    found: Found
+    found: Selected
 
     @property
     def names(self) -> tuple[str, ...]:
@@ -101,7 +101,7 @@ def find_structure(
     rules: Rules | None = None,
     scatter: Mapping[str, float] | None = None,
     effort: Effort | None = None,
-) -> Structure:
+) -> FoundStructure:
     """The terms of a library that several trials ask for together, with their coefficients over mass.
 
     ``rules`` speak of the terms by their index; `AddedMass` must not be among them, it is part of the mass. ``scatter``
@@ -150,7 +150,7 @@ def _slots(scatter: Mapping[str, float], terms: Sequence[Term]) -> dict[str, flo
     return slots
 
 
-def _told(motions: Sequence[Motion], found: Found, rules: Rules, effort: Effort) -> Structure:
+def _told(motions: Sequence[Motion], found: Selected, rules: Rules, effort: Effort) -> FoundStructure:
     """Errors, rivals, resampling and the second route around a subset."""
     terms = _refined(found)
     covariance, widening = number_covariance(found)
@@ -160,7 +160,7 @@ def _told(motions: Sequence[Motion], found: Found, rules: Rules, effort: Effort)
     shares = inclusion(found, effort.resamples, effort.seed) if effort.resamples else ()
     count = len(terms)
     route, outcome = _route(motions, found, terms, total[:count, :count]) if effort.second_route else (None, "")
-    return Structure(
+    return FoundStructure(
         trials=tuple(motion.name for motion in motions),
         considered=names,
         terms=terms,
@@ -182,7 +182,7 @@ def _twice(term: Term, terms: Sequence[Term]) -> bool:
     return sum(other.name == term.name for other in terms) > 1
 
 
-def _refined(found: Found) -> tuple[Term, ...]:
+def _refined(found: Selected) -> tuple[Term, ...]:
     """The terms kept, with the inner parameters at which the walk ended."""
     refined = []
     for index in found.chosen:
@@ -196,7 +196,7 @@ def _refined(found: Found) -> tuple[Term, ...]:
     return tuple(refined)
 
 
-def number_covariance(found: Found) -> tuple[Array, Array]:
+def number_covariance(found: Selected) -> tuple[Array, Array]:
     """Covariance (p, p) of the numbers kept, coefficients first, and the factor (p,) by which trials scatter beyond.
 
     From the residual's autocovariance seen through the sensitivities; the factor is `scatter_factor`.
@@ -223,7 +223,7 @@ def number_covariance(found: Found) -> tuple[Array, Array]:
     return covariance / np.outer(scale, scale), widening
 
 
-def _estimates(found: Found, terms: Sequence[Term], covariance: Array) -> dict[str, Estimate]:
+def _estimates(found: Selected, terms: Sequence[Term], covariance: Array) -> dict[str, Estimate]:
     """Coefficients in their units over kg, then inner parameters in their own."""
     places = found.book.columns(found.chosen)
     errors = np.sqrt(np.maximum(np.diag(covariance), 0.0))
@@ -244,14 +244,14 @@ def _estimates(found: Found, terms: Sequence[Term], covariance: Array) -> dict[s
     return estimates
 
 
-def _rivals(found: Found, rules: Rules, names: Sequence[str]) -> tuple[Rival, ...]:
+def _rivals(found: Selected, rules: Rules, names: Sequence[str]) -> tuple[RivalSubset, ...]:
     """Subsets of terms within the rival difference of the one chosen, by full trajectories where simulated."""
     exact = {chosen: criterion - found.criterion for chosen, criterion in found.visited}
     candidates = {found.terms_of(one): one.criterion for one in reversed((found.search.best, *found.search.rivals))}
     own = candidates.pop(found.chosen, found.search.best.criterion)
     differences = {terms: exact.get(terms, max(criterion - own, 0.0)) for terms, criterion in candidates.items()}
     return tuple(
-        Rival(tuple(names[i] for i in terms), difference)
+        RivalSubset(tuple(names[i] for i in terms), difference)
         for terms, difference in sorted(differences.items(), key=lambda pair: pair[1])
         if difference <= rules.rival_difference
     )
@@ -267,7 +267,7 @@ def _sizes(motions: Sequence[Motion], terms: Sequence[Term]) -> Array:
 
 
 def _route(
-    motions: Sequence[Motion], found: Found, terms: Sequence[Term], covariance: Array
+    motions: Sequence[Motion], found: Selected, terms: Sequence[Term], covariance: Array
 ) -> tuple[Route | None, str]:
     """The second route, or why there is none."""
     clocks = {
@@ -283,7 +283,7 @@ def _route(
     return route, route.sentence
 
 
-def left_over(found: Found) -> float:
+def left_over(found: Selected) -> float:
     """RMS of what the best subset leaves over what the sensors' noise alone would; about 1 for a complete equation."""
     residual = found.linear.response - found.linear.columns @ found.polished.values
     total, rows, first, part = 0.0, 0, 0, 0

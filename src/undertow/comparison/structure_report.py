@@ -1,6 +1,6 @@
 """A structure in words: as text for a terminal, as HTML for a notebook.
 
-Belongs here: sentences and tables of a finished `Structure`. Does not belong here: any figure, file or page of a
+Belongs here: sentences and tables of a finished `FoundStructure`. Does not belong here: any figure, file or page of a
 campaign (the report room), any computation.
 """
 
@@ -11,7 +11,7 @@ import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-from undertow.comparison.structure import Structure
+from undertow.comparison.structure import FoundStructure
 from undertow.quantities import OK
 
 ODDS_MOST = 1e6
@@ -31,7 +31,7 @@ class Outside:
     sentence: str
 
 
-def equation_text(structure: Structure) -> str:
+def equation_text(structure: FoundStructure) -> str:
     """The equation per unit mass in one line, each number with the digits its error allows."""
     errors = {term.name: structure.numbers[term.name].stderr for term in structure.terms}
     written = structure.equation.text(errors)
@@ -39,7 +39,7 @@ def equation_text(structure: Structure) -> str:
 
 
 def as_text(
-    structure: Structure, errors: Sequence[tuple[str, float]] = (), outside: Outside | None = None
+    structure: FoundStructure, errors: Sequence[tuple[str, float]] = (), outside: Outside | None = None
 ) -> str:
     """The report of a fit: what is doubtful first, then equation, numbers, terms left out, rivals, routes.
 
@@ -56,7 +56,7 @@ def as_text(
     return "\n".join(lines)
 
 
-def doubts(structure: Structure, outside: Outside | None = None) -> tuple[str, ...]:
+def doubts(structure: FoundStructure, outside: Outside | None = None) -> tuple[str, ...]:
     """What a reader must know before using a number."""
     said = [outside.sentence] if outside is not None and not outside.adequate else []
     if structure.route is not None and not structure.route.agrees:
@@ -78,7 +78,7 @@ def odds(difference: float) -> str:
     return f"{over}{ratio:.0f} to 1" if ratio >= 10.0 else f"{ratio:.2g} to 1"
 
 
-def number_rows(structure: Structure) -> tuple[tuple[str, str, str, str], ...]:
+def number_rows(structure: FoundStructure) -> tuple[tuple[str, str, str, str], ...]:
     """Rows of term, value with error and unit, what leaving it out costs, and how often it is found again."""
     rows = [("term", "value", "criterion without it", "found again")]
     for name, estimate in structure.numbers.items():
@@ -98,7 +98,7 @@ def number_rows(structure: Structure) -> tuple[tuple[str, str, str, str], ...]:
     return tuple(rows)
 
 
-def left_out(structure: Structure) -> tuple[str, ...]:
+def left_out(structure: FoundStructure) -> tuple[str, ...]:
     """A sentence for each term of the library that is not in the equation."""
     kept = {label for label in structure.considered if label.split("(")[0] in structure.names}
     said = []
@@ -112,7 +112,7 @@ def left_out(structure: Structure) -> tuple[str, ...]:
     return tuple(said)
 
 
-def findings(structure: Structure, outside: Outside | None = None) -> tuple[str, ...]:
+def findings(structure: FoundStructure, outside: Outside | None = None) -> tuple[str, ...]:
     """Rivals, what cannot be told apart, the second route and what is left."""
     said = []
     for rival in structure.rivals:
@@ -141,7 +141,7 @@ def _table(rows: Sequence[Sequence[str]]) -> list[str]:
     return [f"  {'  '.join(cells)}".rstrip() for cells in padded]
 
 
-def as_html(structure: Structure, outside: Outside | None = None) -> str:
+def as_html(structure: FoundStructure, outside: Outside | None = None) -> str:
     """The same as a fragment of HTML, every text escaped."""
     head, *body = number_rows(structure)
     cells = "".join(f"<th>{html.escape(cell)}</th>" for cell in head)

@@ -1,24 +1,36 @@
 """Who can be missing: every suspect, its unknowns, and where it comes from.
 
 Belongs here: what a suspect adds to an equation, in slots of the integrator, with starts and bounds. Does not belong
-here: the search (search.py).
+here: what a suspect is (suspect.py), the search (search.py).
 """
 
 from __future__ import annotations
 
 import math
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
-from typing import Literal
+from dataclasses import replace
 
+import numpy as np
+
+from undertow.comparison.suspect import EACH_SPRING, Addition, Origin, Scales, Scope, Suspect
+from undertow.equation.forcing import DelayedEcho, ExternalForcing
+from undertow.equation.hidden import HiddenResonator, Hysteresis, Relaxation
+from undertow.equation.hydrodynamics import AddedMass, CubicDamping, DragExponent, LinearDamping, QuadraticDrag
+from undertow.equation.registry import catalogue
+from undertow.equation.structure import (
+    AsymmetricStiffness,
+    CoulombFriction,
+    CubicStiffness,
+    QuinticStiffness,
+    SineRestoring,
+    StribeckFriction,
+    VariableNormalForce,
+)
+from undertow.equation.term import Term
 from undertow.errors import ConfigError
 
-Scope = Literal["shared", "spring", "trial"]
-Origin = Literal["water", "structure", "outside", "instrument", "undetermined"]
-
-EACH_SPRING = "each spring's own"
-"""Variant of a suspect that a level with one spring cannot tell from the shared one."""
-
+BRISTLES = "presliding"
+"""Name of bristles that yield where dry friction would slide."""
 
 MASS_STD = 0.1
 """Prior of a mass taken on or lost, relative to the body's."""
@@ -27,135 +39,17 @@ RINGS = 0.05
 """A resonator damped more than this loses a quarter of its swing in a cycle: it may be a kernel of fading memory."""
 
 
-@dataclass(frozen=True)
-class Scales:
-    """Sizes of one level's motion: mass (kg), angular rate (rad/s), speed (m/s), displacement (m), slowest and
-    fastest body rate over the springs (rad/s)."""
-
-    mass: float
-    rate: float
-    speed: float
-    size: float
-    slowest: float
-    fastest: float
-
-    @property
-    def force(self) -> float:
-        """Inertia force at full motion, N."""
-        return self.mass * self.rate * self.speed
-
-
-@dataclass(frozen=True)
-class Addition:
-    """One unknown of a suspect: contract name, unit, slot, start, bounds, and whether all trials share it.
-
-    ``inner`` marks what has no effect where the coefficient beside it is zero (a frequency, a time). ``replaces`` is
-    the slot of a coefficient of the equation that is left out beside it; ``also`` a slot that it moves too, with the
-    factor (a sine instead of a line); ``by_spring`` (label, value, standard error) what each spring's dry trials say;
-    ``moves`` says that everything in the first slot, scatter included, stands in the second instead (dry friction
-    becomes the yield force of bristles).
-    """
-
-    name: str
-    unit: str
-    slot: str
-    start: float
-    scale: float
-    lower: float = -math.inf
-    upper: float = math.inf
-    scope: Scope = "shared"
-    prior_std: float = math.inf
-    inner: bool = False
-    replaces: str = ""
-    also: tuple[str, float] | None = None
-    by_spring: tuple[tuple[str, float, float], ...] = ()
-    moves: tuple[str, str] | None = None
-
-    @property
-    def differs(self) -> bool:
-        """Whether what it says is how trials differ: their own numbers about what all share, held by a prior."""
-        return self.scope == "trial" and math.isfinite(self.prior_std)
-
-    @property
-    def of_its_own(self) -> bool:
-        """Whether every trial has its own and nothing is known of it beforehand: size and phase of an outside force.
-        (A speed at the release is adjusted in every free run.)"""
-        return self.scope == "trial" and not math.isfinite(self.prior_std) and self.slot != "v0"
-
-
-@dataclass(frozen=True)
-class Suspect:
-    """A suspect: its name in the contract, where it comes from when found wet but not dry, and its unknowns.
-
-    ``additions`` gives the unknowns at one start; ``starts`` are alternative first values of the searched parameter
-    (frequency, time), ``fine`` the steps in which a small one is looked for; ``memory`` tells whether it remembers.
-    ``frees`` names a nuisance of every trial (a sensor's clock, gain, drift) whose prior is widened instead: what it
-    says is in the instrument, and no free run of the displacement shows it. ``on_a_line`` says that a fit finds it from
-    a start within its line only (a clock). ``late`` asks nothing of so many first periods: what is wrong
-    with the release shows there and nowhere else.
-    """
-
-    name: str
-    origin: Origin
-    additions: Callable[[Scales, float], tuple[Addition, ...]]
-    starts: Callable[[Scales], tuple[float, ...]] = lambda scales: (0.0,)
-    memory: bool = False
-    variant: str = ""
-    fine: Callable[[Scales], tuple[float, ...]] | None = None
-    frees: str = ""
-    on_a_line: bool = False
-    late: float = 0.0
-
-    @property
-    def has_no_zero(self) -> bool:
-        """Whether no small value of it is as if it were not there (bristles: infinitely stiff ones are)."""
-        return self.late > 0.0 or any(a.moves for a in self.additions(UNIT, 1.0))
-
-    @property
-    def of_the_release(self) -> bool:
-        """Whether it says what was wrong with the release, and nothing of what moves."""
-        return self.name == "imperfect_release"
-
-    @property
-    def has_its_own_clock(self) -> bool:
-        """Whether it acts on the body whatever that does, with a size and a phase of its own in every trial."""
-        return self.name == "external_forcing"
-
-    @property
-    def shown_by_free_run(self) -> bool:
-        """Whether what it adds can bring a free run of the displacement closer (x0, v0 are adjusted anyway)."""
-        return not (self.frees or self.of_the_release)
-
-    def grid(self, scales: Scales) -> tuple[tuple[Addition, ...], ...]:
-        """The additions at every place where a small effect is looked for."""
-        places = (self.fine or self.starts)(scales)
-        return tuple(self.additions(scales, start) for start in places)
-
-    @property
-    def label(self) -> str:
-        """Name with its variant, for tables of rivals."""
-        return f"{self.name} ({self.variant})" if self.variant else self.name
-
-
-UNIT = Scales(1.0, 1.0, 1.0, 1.0, 1.0, 1.0)
-"""Scales of one, to ask a suspect what it is made of."""
-
-
 def _plain(
-    name: str,
-    origin: Origin,
-    parameter: tuple[str, str, str],
-    size: Callable[[Scales], float],
-    scope: Scope = "shared",
-    variant: str = "",
+    law: type[Term], origin: Origin, size: Callable[[Scales], float], scope: Scope = "shared", variant: str = ""
 ) -> Suspect:
-    """A suspect with one coefficient: (contract name, unit, slot), starting from nothing."""
-    label, unit, slot = parameter
+    """A suspect that is one coefficient of a law, starting from nothing."""
+    one = law.parameters[0]
 
     def additions(scales: Scales, start: float) -> tuple[Addition, ...]:
-        return (Addition(label, unit, slot, 0.0, size(scales), scope=scope),)
+        slot, scale = law.slots[one.name], size(scales)
+        return (Addition(one.name, one.unit, slot, 0.0, scale, scope=scope, takes=law.dissipates),)
 
-    return Suspect(name, origin, additions, variant=variant)
+    return Suspect(law.name, origin, additions, variant=variant)
 
 
 def _damping(s: Scales) -> float:
@@ -331,43 +225,94 @@ def _nothing(s: Scales, start: float) -> tuple[Addition, ...]:
     return ()
 
 
+_RESONATOR = Suspect(
+    HiddenResonator.name, "water", _resonator(), _resonator_starts, memory=True, fine=_fine_frequencies, swings=True,
+    often_beside=True, overdamped_as=Relaxation.name,
+)  # fmt: skip
+_RELEASE = Suspect(
+    "imperfect_release", "outside", _release, words="a release that was not sudden",
+    next_test="the load at the release, recorded at the full rate",
+)  # fmt: skip
+
 SUSPECTS: tuple[Suspect, ...] = (
-    _plain("added_mass", "water", ("mass_kg", "kg", "mass"), lambda s: 0.05 * s.mass),
-    _plain("quadratic_drag", "water", ("drag_Ns2_per_m2", "N s^2/m^2", "q"), lambda s: 0.02 * s.force / s.speed**2),
-    Suspect("drag_exponent", "water", _drag_exponent, lambda s: (1.4, 2.8), fine=lambda s: (0.6, 1.4, 2.5, 3.0)),
-    _plain("linear_damping", "water", ("c_Ns_per_m", "N s/m", "c1"), _damping, variant="one for all springs"),
-    _plain("linear_damping", "water", ("c_Ns_per_m", "N s/m", "c1"), _damping, "spring", EACH_SPRING),
-    _plain("cubic_damping", "water", ("Ns3_per_m3", "N s^3/m^3", "c3"), lambda s: 0.02 * s.force / s.speed**3),
-    _plain("cubic_stiffness", "structure", ("N_per_m3", "N/m^3", "k3"), lambda s: _share(s, 3), "spring"),
-    _plain("quintic_stiffness", "structure", ("N_per_m5", "N/m^5", "k5"), lambda s: _share(s, 5), "spring"),
-    _plain("asymmetric_stiffness", "structure", ("N_per_m2", "N/m^2", "k2"), lambda s: _share(s, 2), "spring"),
-    _plain("coulomb_friction", "structure", ("force_N", "N", "fc"), lambda s: 2e-3 * s.force, "spring"),
-    _plain("variable_normal_force", "structure", ("N_per_m", "N/m", "fn"), lambda s: 0.01 * s.force / s.size),
-    Suspect("stribeck_friction", "structure", _stribeck, lambda s: (0.03 * s.speed,), fine=_fine_speeds),
-    Suspect("hidden_resonator", "water", _resonator(), _resonator_starts, memory=True, fine=_fine_frequencies),
+    replace(_plain(AddedMass, "water", lambda s: 0.05 * s.mass), like=(HiddenResonator.name,)),
+    _plain(QuadraticDrag, "water", lambda s: 0.02 * s.force / s.speed**2),
+    Suspect(DragExponent.name, "water", _drag_exponent, lambda s: (1.4, 2.8), fine=lambda s: (0.6, 1.4, 2.5, 3.0)),
+    replace(_plain(LinearDamping, "water", _damping, variant="one for all springs"), plain=True, often_beside=True),
+    replace(_plain(LinearDamping, "water", _damping, "spring", EACH_SPRING), plain=True, often_beside=True),
+    replace(_plain(CubicDamping, "water", lambda s: 0.02 * s.force / s.speed**3), often_beside=True),
+    _plain(CubicStiffness, "structure", lambda s: _share(s, 3), "spring"),
+    _plain(QuinticStiffness, "structure", lambda s: _share(s, 5), "spring"),
+    _plain(AsymmetricStiffness, "structure", lambda s: _share(s, 2), "spring"),
+    replace(_plain(CoulombFriction, "structure", lambda s: 2e-3 * s.force, "spring"), often_beside=True),
+    _plain(VariableNormalForce, "structure", lambda s: 0.01 * s.force / s.size),
+    Suspect(StribeckFriction.name, "structure", _stribeck, lambda s: (0.03 * s.speed,), fine=_fine_speeds),
+    _RESONATOR,
+    replace(_RESONATOR, additions=_resonator(True), variant="amplitude-dependent"),
     Suspect(
-        "hidden_resonator", "water", _resonator(True), _resonator_starts, True, "amplitude-dependent", _fine_frequencies
+        Relaxation.name, "water", _relaxation, lambda s: (1.2 / s.slowest, 4.0 / s.slowest), True, fine=_fine_times,
+        fades=True,
     ),
-    Suspect("relaxation", "water", _relaxation, lambda s: (1.2 / s.slowest, 4.0 / s.slowest), True, fine=_fine_times),
-    Suspect("hysteresis", "structure", _hysteresis, lambda s: (0.2 * s.size,), True, fine=_fine_yields),
-    Suspect("presliding", "structure", _presliding, lambda s: (0.1, 1.0)),
-    Suspect("mass_change", "undetermined", _mass_change),
-    Suspect("external_forcing", "outside", _forcing, _resonator_starts, fine=_fine_frequencies, on_a_line=True),
-    Suspect("delayed_echo", "outside", _echo, _echo_starts, True, fine=_fine_delays),
-    Suspect("sine_restoring", "structure", _sine),
-    Suspect("imperfect_release", "outside", _release),
-    Suspect("imperfect_release", "outside", _nothing, variant="a hold that fades", late=1.0),
-    Suspect("time_shift", "instrument", _nothing, frees="acceleration_shift_s"),
-    Suspect("gain_error", "instrument", _nothing, frees="acceleration_gain"),
-    Suspect("sensor_drift", "instrument", _nothing, frees="drift_m"),
-)
+    Suspect(
+        Hysteresis.name, "structure", _hysteresis, lambda s: (0.2 * s.size,), True, fine=_fine_yields,
+        without_sliding=BRISTLES,
+    ),
+    Suspect(
+        BRISTLES, "structure", _presliding, lambda s: (0.1, 1.0),
+        words="bristles that yield where dry friction would slide",
+        next_test="a slow push and pull of less than the friction, displacement and load recorded",
+    ),
+    Suspect(
+        "mass_change", "undetermined", _mass_change, words="a mass that differs from trial to trial",
+        next_test="the body weighed before and after every trial",
+    ),
+    Suspect(
+        ExternalForcing.name, "outside", _forcing, _resonator_starts, fine=_fine_frequencies, on_a_line=True,
+        often_beside=True,
+    ),
+    Suspect(DelayedEcho.name, "outside", _echo, _echo_starts, True, fine=_fine_delays, fades=True),
+    Suspect(SineRestoring.name, "structure", _sine, of_angles=True),
+    _RELEASE,
+    replace(_RELEASE, additions=_nothing, variant="a hold that fades", late=1.0),
+    Suspect(
+        "time_shift", "instrument", _nothing, frees="acceleration_shift_s",
+        words="an accelerometer whose clock differs from the displacement's",
+        next_test="a tap on the body at rest, recorded by all sensors",
+    ),
+    Suspect(
+        "gain_error", "instrument", _nothing, frees="acceleration_gain",
+        words="an accelerometer whose gain does not fit the displacement's",
+        next_test="a slow known displacement, and the accelerometer turned over in gravity",
+    ),
+    Suspect(
+        "sensor_drift", "instrument", _nothing, frees="drift_m", words="a displacement sensor that drifts",
+        next_test="a minute of record with the body at rest",
+    ),
+)  # fmt: skip
 """All suspects; within their stated priors the sensors' shift, gain and drift are nuisances of every fit."""
 
 
 RADIATION = Suspect(
-    "linear_damping", "water", lambda s, start: kernel_additions(1, 0.05 * s.mass, start, 0.3), variant="passive kernel"
-)
+    LinearDamping.name, "water", lambda s, start: kernel_additions(1, 0.05 * s.mass, start, 0.3),
+    variant="passive kernel", plain=True, like=(HiddenResonator.name, Relaxation.name),
+)  # fmt: skip
 """Damping by radiated waves, which depends on frequency: what a resonator that hardly rings is called."""
+
+
+def all_suspects() -> tuple[Suspect, ...]:
+    """`SUSPECTS`, and one for every further law of the registry that says where it belongs (`Term.suspect_of`): its
+    coefficient, with the size that makes a fiftieth of the inertia force at full motion."""
+    have = {s.name for s in SUSPECTS}
+    further = [law for law in catalogue() if law.suspect_of and law.slots and law.name not in have]
+    return (*SUSPECTS, *(_plain(law, law.suspect_of or "undetermined", _size_of(law)) for law in further))
+
+
+def _size_of(law: type[Term]) -> Callable[[Scales], float]:
+    def size(s: Scales) -> float:
+        x, v, still = np.array([s.size]), np.array([s.speed]), np.zeros(1)
+        return 0.02 * s.force / (abs(float(law().force(x, v, still, still)[0])) or 1.0)
+
+    return size
 
 
 def chosen(names: str | tuple[str, ...], rotation: bool = False) -> tuple[Suspect, ...]:
@@ -377,9 +322,9 @@ def chosen(names: str | tuple[str, ...], rotation: bool = False) -> tuple[Suspec
     ConfigError for a name that is no suspect.
     """
     if names == "all":
-        return tuple(s for s in SUSPECTS if rotation or s.name != "sine_restoring")
-    known: Mapping[str, None] = dict.fromkeys(s.name for s in SUSPECTS)
+        return tuple(s for s in all_suspects() if rotation or not s.of_angles)
+    known: Mapping[str, None] = dict.fromkeys(s.name for s in all_suspects())
     for name in names:
         if name not in known:
             raise ConfigError(f"discrepancy.suspects: {name!r} is none of {', '.join(known)}")
-    return tuple(s for s in SUSPECTS if s.name in names)
+    return tuple(s for s in all_suspects() if s.name in names)

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import math
 
-from undertow.comparison.candidate import RIVAL_ODDS, Candidate, Diagnosis, probability
+from undertow.comparison.candidate import RIVAL_ODDS, Candidate, LevelDiagnosis, probability
 from undertow.comparison.joint import free_run_error
 from undertow.comparison.level import Level
 from undertow.comparison.search import ACCUSE_PROBABILITY, OVERWHELMING, WORTH
@@ -29,7 +29,7 @@ GREEN = ("nothing_missing",)
 EVERY = ("nothing_missing", "explained", "not_identifiable", "unknown")
 
 
-def gates(verdict: Verdict, case: Case, diagnosis: Diagnosis, holds_doubled: bool) -> tuple[Gate, ...]:
+def gates(verdict: Verdict, case: Case, diagnosis: LevelDiagnosis, holds_doubled: bool) -> tuple[Gate, ...]:
     """What a verdict must pass to be said, in order: the first that is not passed and bars its status decides.
 
     ``holds_doubled`` says whether what is named would be named with twice the scatter, where that was assumed.
@@ -53,7 +53,7 @@ def gates(verdict: Verdict, case: Case, diagnosis: Diagnosis, holds_doubled: boo
     return (*found, *named, *_with_twice_the_scatter(verdict, case, holds_doubled))
 
 
-def evidence(level: Level, case: Case, diagnosis: Diagnosis) -> tuple[Gate, ...]:
+def evidence(level: Level, case: Case, diagnosis: LevelDiagnosis) -> tuple[Gate, ...]:
     """How the answer, or where nothing is named the strongest suspect, stands against the prescribed equation."""
     error = free_run_error(level, diagnosis.null.fit)
     size = case.baseline.nrmse / case.allowed
@@ -79,12 +79,12 @@ def evidence(level: Level, case: Case, diagnosis: Diagnosis) -> tuple[Gate, ...]
     )  # fmt: skip
 
 
-def strongest(diagnosis: Diagnosis) -> Candidate | None:
+def strongest(diagnosis: LevelDiagnosis) -> Candidate | None:
     """The most probable set of suspects that was fitted, excluded or not; None where none was."""
     return max((c for c in diagnosis.candidates if c.suspects), key=lambda c: c.score, default=None)
 
 
-def posterior(diagnosis: Diagnosis, one: Candidate | None = None) -> float:
+def posterior(diagnosis: LevelDiagnosis, one: Candidate | None = None) -> float:
     """Posterior probability of a set of names (None: of what is said) among everything fitted, excluded or not."""
     return probability(one or diagnosis.best, diagnosis.candidates, diagnosis.screened, excluded=True)
 
@@ -93,7 +93,7 @@ def _flag(gate: str, statistic: str, reason: str, bars: tuple[str, ...], lacking
     return Gate(gate, statistic, float(bool(reason)), 0.0, not reason, reason, lacking, bars)
 
 
-def _unseen(verdict: Verdict, case: Case, diagnosis: Diagnosis) -> tuple[Gate, ...]:
+def _unseen(verdict: Verdict, case: Case, diagnosis: LevelDiagnosis) -> tuple[Gate, ...]:
     """Whether what is named carries over to the trials that it never saw."""
     if not diagnosis.accused or verdict.augmented is None:
         return ()

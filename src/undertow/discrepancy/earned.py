@@ -13,7 +13,7 @@ import math
 from collections.abc import Mapping
 from dataclasses import replace
 
-from undertow.comparison.candidate import Candidate, Diagnosis
+from undertow.comparison.candidate import Candidate, LevelDiagnosis
 from undertow.comparison.explained import beyond_doubt
 from undertow.comparison.joint import fit_joint, free_run_error
 from undertow.comparison.level import Level, Member
@@ -36,7 +36,7 @@ NEXT: Mapping[str, str] = {
 """What would lead to an answer, by what is lacking."""
 
 
-def earned(verdict: Verdict, case: Case, diagnosis: Diagnosis, holds_doubled: bool) -> Verdict:
+def earned(verdict: Verdict, case: Case, diagnosis: LevelDiagnosis, holds_doubled: bool) -> Verdict:
     """The verdict itself, ``cannot_tell`` with what is lacking, or ``present_but_small``: the first of its `gates` that
     is not passed and bars its status decides."""
     decision = gates(verdict, case, diagnosis, holds_doubled)
@@ -90,7 +90,7 @@ def _small(verdict: Verdict, case: Case, small: Candidate, null: Candidate) -> V
     return replace(verdict, status="present_but_small", verdict=(name,), sentence=text, confidence=math.nan)
 
 
-def holds_with_twice_the_scatter(level: Level, diagnosis: Diagnosis) -> bool:
+def holds_with_twice_the_scatter(level: Level, diagnosis: LevelDiagnosis) -> bool:
     """Whether what is named would be named if trials differed by twice as much as was assumed.
 
     The prescribed equation and the answer are fitted again; no other suspect is.

@@ -12,17 +12,19 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
-from undertow.comparison.candidate import Candidate, Diagnosis
+from undertow.comparison.candidate import Candidate, LevelDiagnosis
 from undertow.comparison.explained import FAR_ABOVE_NOISE
 from undertow.comparison.joint import free_run_error
 from undertow.comparison.level import Addend, Level, Member, make_level, member_rate
 from undertow.comparison.search import diagnose
-from undertow.comparison.suspects import SUSPECTS, Origin, Suspect
+from undertow.comparison.suspect import Origin, Suspect
+from undertow.comparison.suspects import SUSPECTS
 from undertow.discrepancy.case import Case
 from undertow.discrepancy.decision import evidence, posterior
 from undertow.discrepancy.earned import earned, holds_with_twice_the_scatter, without_answer
 from undertow.discrepancy.findings import AugmentedRun
-from undertow.discrepancy.sentence import NEXT_TEST, late_words, sentence_of, transfer_words
+from undertow.discrepancy.naming import next_test
+from undertow.discrepancy.sentence import late_words, sentence_of, transfer_words
 from undertow.discrepancy.transfer import from_other_springs
 from undertow.discrepancy.validation import addition_parameters, check_cell, rms, shared_run
 from undertow.discrepancy.verdict import Described, PhysicalCheck, Rejected, Status, Verdict
@@ -82,7 +84,7 @@ def judge_level(
     return Judged(verdicts, labels, fit.addends, numbers, runs)
 
 
-def _with_evidence(level: Level, verdict: Verdict, case: Case, diagnosis: Diagnosis) -> Verdict:
+def _with_evidence(level: Level, verdict: Verdict, case: Case, diagnosis: LevelDiagnosis) -> Verdict:
     """A verdict with the numbers behind it: its posterior probability, and the evidence before its other gates."""
     decision = (*evidence(level, case, diagnosis), *verdict.decision)
     return replace(verdict, decision=decision, posterior=posterior(diagnosis))
@@ -105,7 +107,7 @@ def _member(case: Case) -> Member:
     return case.member if case.member.allowed < 1.0 else replace(case.member, allowed=case.allowed)
 
 
-def _runs(level: Level, case: Case, diagnosis: Diagnosis) -> dict[str, AugmentedRun]:
+def _runs(level: Level, case: Case, diagnosis: LevelDiagnosis) -> dict[str, AugmentedRun]:
     """A case's free runs with what is named; none where nothing is, or where no motion comes of it."""
     if not diagnosis.accused and not _known(level, case):
         return {}
@@ -123,7 +125,7 @@ def _augmented(run: FreeRun, samples: int) -> AugmentedRun:
 
 
 def _verdict(
-    level: Level, case: Case, diagnosis: Diagnosis, moved: Mapping[str, float], runs: Mapping[str, AugmentedRun]
+    level: Level, case: Case, diagnosis: LevelDiagnosis, moved: Mapping[str, float], runs: Mapping[str, AugmentedRun]
 ) -> Verdict:
     plain = Verdict(
         case.key, case.trials, tuple(m.name for m in case.held), baseline=case.baseline,
@@ -161,7 +163,7 @@ def _verdict(
         parameters={name: many[0] if len(many) == 1 else many for name, many in found.items()},
         augmented=Described(training, math.nan if own else held, _all_parameters(level, case, diagnosis, found)),
         physical_check=_physics(case, found),
-        next_test=NEXT_TEST.get(names[0], ""),
+        next_test=next_test(names[0]),
         transfer=moved,
         sentence=sentence_of(case, names, diagnosis.rivals, found, training, held, rest, known, own)
         + transfer_words(moved)
@@ -232,14 +234,15 @@ def _origin(case: Case, suspects: Sequence[Suspect], known: Sequence[str]) -> Or
 
 
 def _physics(case: Case, found: Mapping[str, Sequence[Mapping[str, Estimate]]]) -> PhysicalCheck:
-    resonators = found.get("hidden_resonator")
+    swinging = {s.name for s in SUSPECTS if s.swings}
+    resonators = next((many for name, many in found.items() if name in swinging), ())
     if not resonators:
         return PhysicalCheck(because="no bound applies to this effect")
     return check_cell(resonators[0]["natural_frequency_rad_per_s"], case.cell)
 
 
 def _all_parameters(
-    level: Level, case: Case, diagnosis: Diagnosis, found: Mapping[str, Sequence[Mapping[str, Estimate]]]
+    level: Level, case: Case, diagnosis: LevelDiagnosis, found: Mapping[str, Sequence[Mapping[str, Estimate]]]
 ) -> dict[str, Estimate]:
     """The refitted equation's numbers and the additions', by name."""
     fit = diagnosis.best.fit
@@ -256,7 +259,7 @@ def _all_parameters(
     return numbers
 
 
-def _rejected(diagnosis: Diagnosis) -> tuple[Rejected, ...]:
+def _rejected(diagnosis: LevelDiagnosis) -> tuple[Rejected, ...]:
     """Every single suspect that is not the answer, and why."""
     out: dict[str, Rejected] = {}
     best = diagnosis.best
@@ -277,7 +280,7 @@ def _rejected(diagnosis: Diagnosis) -> tuple[Rejected, ...]:
     return tuple(out.values())
 
 
-def _odds(candidate: Candidate, diagnosis: Diagnosis) -> str:
+def _odds(candidate: Candidate, diagnosis: LevelDiagnosis) -> str:
     against = diagnosis.best if diagnosis.best.suspects else diagnosis.null
     behind = against.score - candidate.score
     other = " + ".join(against.names) or "the equation as it is"

@@ -9,11 +9,11 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping
 from typing import Any
 
-from undertow.comparison.suspects import SUSPECTS, UNIT
+from undertow.comparison.suspect import UNIT
+from undertow.comparison.suspects import all_suspects
 from undertow.discrepancy.verdict import Verdict
 from undertow.equation.equation import Equation
-from undertow.equation.registry import find
-from undertow.equation.registry import names as registered
+from undertow.equation.registry import find, row
 from undertow.errors import IdentificationError
 from undertow.likelihood.fit import Specimen
 from undertow.likelihood.scale import contract_name
@@ -30,7 +30,7 @@ def repaired_equation(prescribed: Equation, verdict: Verdict, specimen: Specimen
     numbers = verdict.augmented.parameters
     terms, values = [], []
     mass = prescribed.mass_kg
-    if "total_mass_kg" in numbers and not any(t.name == "added_mass" for t in prescribed.terms):
+    if "total_mass_kg" in numbers and not any(t.is_inertia for t in prescribed.terms):
         mass = numbers["total_mass_kg"].value
     replaced, given_back = _taken(verdict)
     for term, value in zip(prescribed.terms, prescribed.coefficients, strict=True):
@@ -39,7 +39,8 @@ def repaired_equation(prescribed: Equation, verdict: Verdict, specimen: Specimen
             terms.append(term)
             values.append(_refitted(term.name, value, numbers, specimen) + given_back.get(slot, 0.0))
     for name in named_laws(verdict):
-        if name not in registered() or name == "external_forcing":
+        law = row(name)
+        if law is None or law.own_clock:
             raise IdentificationError(
                 f"{name} is no law of the body's motion with the same numbers in all trials; the repaired equation is "
                 "the prescribed one with that corrected: take .prescribed and .parameters"
@@ -72,10 +73,10 @@ def repaired_errors(
             if key in numbers:
                 out[term.name] = numbers[key].total_stderr / factor
                 break
-    if "total_mass_kg" in numbers and "added_mass" not in prescribed_names:
+    if "total_mass_kg" in numbers and not any(t.is_inertia for t in prescribed.terms):
         out["mass"] = numbers["total_mass_kg"].total_stderr
     for name in named_laws(verdict):
-        if name not in registered():
+        if row(name) is None:
             continue
         out.pop(name, None)
         found = [numbers[f"{name}.{key}"] for key in (find(name).coefficient.name, _own_name(name))
@@ -91,8 +92,6 @@ def _keys(term: str, specimen: Specimen) -> Iterator[tuple[str, float]]:
         key, _, factor = contract_name(term, known)
         yield key, factor
         yield f"{key}_per_mass", factor
-    if term == "added_mass":
-        yield "added_mass_kg", 1.0
 
 
 def _taken(verdict: Verdict) -> tuple[frozenset[str], Mapping[str, float]]:
@@ -100,7 +99,7 @@ def _taken(verdict: Verdict) -> tuple[frozenset[str], Mapping[str, float]]:
     instead of a line takes from the line)."""
     numbers = {} if verdict.augmented is None else verdict.augmented.parameters
     laws = named_laws(verdict)
-    additions = {s.name: s.additions(UNIT, 1.0) for s in reversed(SUSPECTS) if s.name in laws}
+    additions = {s.name: s.additions(UNIT, 1.0) for s in reversed(all_suspects()) if s.name in laws}
     also = {
         a.also[0]: a.also[1] * numbers[f"{name}.{a.name}"].value
         for name, many in additions.items() for a in many if a.also and f"{name}.{a.name}" in numbers
@@ -127,7 +126,7 @@ def _own_name(law: str) -> str:
     """What a suspect calls the coefficient of the law that it adds: the unknown that stands in its slot."""
     term = find(law)
     slot = term.slots.get(term.coefficient.name, "")
-    unknowns = (a for s in SUSPECTS if s.name == law for a in s.additions(UNIT, 1.0))
+    unknowns = (a for s in all_suspects() if s.name == law for a in s.additions(UNIT, 1.0))
     return next((a.name for a in unknowns if a.slot == slot), term.coefficient.name)
 
 
@@ -136,8 +135,9 @@ def _added(name: str, given: Mapping[str, float], specimen: Specimen) -> tuple[A
     term = find(name)
     leading = term.coefficient.name
     values = dict(given)
-    if name == "quadratic_drag" and leading not in values and "drag_coefficient" in values:
-        values[leading] = values.pop("drag_coefficient") * specimen.drag_N_per_unit_coefficient
+    said = term.published
+    if said is not None and leading not in values and said.ratio in values:
+        values[leading] = values.pop(said.ratio) * getattr(specimen, said.per)
     if (own := _own_name(name)) in values:
         values[leading] = values[own]
     if leading not in values:

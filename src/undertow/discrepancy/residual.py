@@ -119,7 +119,7 @@ def _force(equation: Equation, x: Array, v: Array, a: Array, t: Array, trial: st
     """M a + sum of the terms, added mass being part of M."""
     total = equation.total_mass_kg * a
     for term, coefficient in zip(equation.terms, equation.coefficients, strict=True):
-        if term.name == "added_mass":
+        if term.is_inertia:
             continue
         part = coefficient * term.force(x, v, a, t)
         bad = int(np.count_nonzero(~np.isfinite(part)))
@@ -141,5 +141,5 @@ def _slope(equation: Equation, even: EvenMotion, channel: str) -> Array:
     for side in (1.0, -1.0):
         x = even.x + side * even.x_std if channel == "x" else even.x
         v = even.v + side * even.v_std if channel == "v" else even.v
-        moved.append(sum((c * t.force(x, v, even.a, even.t) for t, c in terms if t.name != "added_mass"), 0.0 * even.x))
+        moved.append(sum((c * t.force(x, v, even.a, even.t) for t, c in terms if not t.is_inertia), 0.0 * even.x))
     return np.asarray(0.5 * (moved[0] - moved[1]), dtype=np.float64)

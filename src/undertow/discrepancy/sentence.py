@@ -1,6 +1,6 @@
 """A verdict in one paragraph: what is missed, what explains it, what it was proved on, what it cannot be told from.
 
-Belongs here: words of names, the next test, sentences. Does not belong here: what is said (judge.py).
+Belongs here: sentences. Does not belong here: words of names (naming.py), what is said (judge.py).
 """
 
 from __future__ import annotations
@@ -10,48 +10,9 @@ from collections.abc import Mapping, Sequence
 
 from undertow.comparison.level import Addend
 from undertow.discrepancy.case import Case
+from undertow.discrepancy.naming import in_words
 from undertow.discrepancy.words import percent
 from undertow.quantities import Estimate
-
-WORDS: Mapping[str, str] = {
-    "hidden_resonator": "water that oscillates by itself",
-    "linear_damping": "linear damping beyond the structure's own",
-    "cubic_damping": "damping with the cube of the speed",
-    "cubic_stiffness": "stiffness with the cube of the displacement",
-    "quintic_stiffness": "stiffness with the fifth power of the displacement",
-    "asymmetric_stiffness": "a spring stiffer to one side",
-    "coulomb_friction": "dry friction beyond what the equation has",
-    "variable_normal_force": "friction that grows with displacement",
-    "stribeck_friction": "friction that is larger at low speed",
-    "relaxation": "memory that relaxes",
-    "hysteresis": "hysteresis",
-    "presliding": "bristles that yield where dry friction would slide",
-    "mass_change": "a mass that differs from trial to trial",
-    "clipping": "a sensor cut off at the end of its range",
-    "external_forcing": "a force with a clock of its own",
-    "delayed_echo": "an echo of the motion that comes back late",
-    "added_mass": "water that moves with the body",
-    "quadratic_drag": "drag with the square of the speed",
-    "drag_exponent": "drag with another power of the speed",
-    "sine_restoring": "a restoring force like the sine of the angle",
-    "imperfect_release": "a release that was not sudden",
-    "time_shift": "an accelerometer whose clock differs from the displacement's",
-    "gain_error": "an accelerometer whose gain does not fit the displacement's",
-    "sensor_drift": "a displacement sensor that drifts",
-}
-
-NEXT_TEST: Mapping[str, str] = {
-    "hidden_resonator": "a release at the same level with a third stiffness, or a wave gauge between the girders",
-    "linear_damping": "a longer decay from a small release, where drag has faded and linear damping has not",
-    "external_forcing": "the same level recorded without a release",
-    "mass_change": "the body weighed before and after every trial",
-    "presliding": "a slow push and pull of less than the friction, displacement and load recorded",
-    "relaxation": "the same level on another spring: memory depends on frequency, damping does not",
-    "time_shift": "a tap on the body at rest, recorded by all sensors",
-    "gain_error": "a slow known displacement, and the accelerometer turned over in gravity",
-    "sensor_drift": "a minute of record with the body at rest",
-    "imperfect_release": "the load at the release, recorded at the full rate",
-}
 
 
 def sentence_of(
@@ -74,14 +35,14 @@ def sentence_of(
         parts = [f"{case.label}: the equation misses {size} of the motion in {share} ({allowed})."]
     else:
         parts = [f"{case.label}: no trial alone stands out (error {size}, {allowed}), but together they do."]
-    named = " and ".join(_said(n, case) for n in dict.fromkeys(names))
+    named = " and ".join(in_words(n, case.has_dry) for n in dict.fromkeys(names))
     numbers = _numbers(found)
     parts.append(f"{named[0].upper()}{named[1:]} explains it{': ' if numbers else ''}{numbers}.")
     if known:
         said = " and ".join(n.replace("_", " ") for n in known)
         parts.append(f"The dry trials need {said} already: it belongs to the rig, not to the water.")
     if rivals:
-        others = "; ".join(" and ".join(_said(n, case) for n in names) for names in rivals)
+        others = "; ".join(" and ".join(in_words(n, case.has_dry) for n in names) for names in rivals)
         parts.append(f"The data cannot tell it from {others}.")
     if math.isfinite(held) and math.isfinite(case.baseline.held_out_nrmse):
         number = len(case.held)
@@ -99,13 +60,6 @@ def sentence_of(
     if rest:
         parts.append("What is left is more than repetitions would differ: something else is missing too.")
     return " ".join(parts)
-
-
-def _said(name: str, case: Case) -> str:
-    """A name in words; where no water was taken away nobody knows that it is water that oscillates."""
-    if name == "hidden_resonator" and not case.has_dry:
-        return "something that was not recorded and oscillates by itself"
-    return WORDS.get(name, name.replace("_", " "))
 
 
 def late_words(addends: Sequence[Addend]) -> str:
@@ -126,11 +80,11 @@ def transfer_words(moved: Mapping[str, float]) -> str:
 def _numbers(found: Mapping[str, Sequence[Mapping[str, Estimate]]]) -> str:
     """The additions' numbers in words; a frequency in Hz."""
     texts = []
-    for name, many in found.items():
+    for many in found.values():
         for one in many:
             if not one:
                 continue
-            if name == "hidden_resonator":
+            if "natural_frequency_rad_per_s" in one:
                 hertz = one["natural_frequency_rad_per_s"].scaled(1.0 / (2.0 * math.pi), "Hz")
                 texts.append(f"{one['mass_kg']} at {hertz}, damping {100 * one['damping_ratio'].value:.2g} %")
                 if "quadratic_damping_per_m" in one:

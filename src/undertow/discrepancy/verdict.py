@@ -10,7 +10,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Literal
 
-from undertow.comparison.suspects import Origin
+from undertow.comparison.suspect import Origin
 from undertow.quantities import Estimate
 
 Status = Literal["explained", "nothing_missing", "present_but_small", "unknown", "not_identifiable", "cannot_tell"]

@@ -19,9 +19,6 @@ from undertow.equation.term import Array, Term
 from undertow.errors import UndertowError
 from undertow.quantities import format_number
 
-_NUMBERED = {"hidden_resonator": 3, "relaxation": 2}
-"""How many of a term the compiled integrator can hold, where more than one."""
-
 
 @dataclass(frozen=True)
 class Equation:
@@ -61,18 +58,14 @@ class Equation:
     @property
     def total_mass_kg(self) -> float:
         """M plus added mass, in kg (1 when per mass)."""
-        added = sum(c for t, c in zip(self.terms, self.coefficients, strict=True) if t.name == "added_mass")
+        added = sum(c for t, c in zip(self.terms, self.coefficients, strict=True) if t.is_inertia)
         return self.mass_kg + added
 
     @property
     def compiled(self) -> bool:
         """Whether the compiled integrator knows every term (a user's own law takes the general path)."""
-        counts: dict[str, int] = {}
-        for term in self.terms:
-            counts[term.name] = counts.get(term.name, 0) + 1
-        return all(t.slots for t in self.terms) and all(
-            count <= _NUMBERED.get(name, count) for name, count in counts.items()
-        )
+        names = [t.name for t in self.terms]
+        return all(t.slots and names.count(t.name) <= (t.held_by_kernel or len(names)) for t in self.terms)
 
     def theta(self, x0: float = 0.0, v0: float = 0.0) -> Array:
         """Parameter vector of the compiled integrator (kernel.SLOTS) with the initial state x0 (m), v0 (m/s)."""
@@ -84,8 +77,8 @@ class Equation:
         seen: dict[str, int] = {}
         for term, value in zip(self.terms, self.coefficients, strict=True):
             seen[term.name] = seen.get(term.name, 0) + 1
-            suffix = str(seen[term.name]) if term.name in _NUMBERED else ""
-            for slot, number in slot_values(term, value).items():
+            suffix = str(seen[term.name]) if term.held_by_kernel else ""
+            for slot, number in term.slot_values(value).items():
                 theta[SLOT[slot + suffix]] += number
         return theta
 
@@ -114,7 +107,7 @@ class Equation:
         4\,\mathrm{kg}\,\ddot{x} + 100\,\mathrm{N/m}\,x = 0
         """
         errors = errors or {}
-        inertia = r"m\ddot{x}" if any(t.name == "added_mass" for t in self.terms) else r"M\ddot{x}"
+        inertia = r"m\ddot{x}" if any(t.is_inertia for t in self.terms) else r"M\ddot{x}"
         if numbers:
             inertia = quantity_latex(self.mass_kg, "kg", errors.get("mass", math.nan)) + r"\,\ddot{x}"
         written = [
@@ -133,27 +126,6 @@ class Equation:
         ]
 
 
-def slot_values(term: Term, coefficient: float) -> dict[str, float]:
-    """What one term writes into the compiled integrator's slots.
-
-    Most laws write their coefficient and inner parameters as they stand; a harmonic force writes its cosine and sine
-    parts, a hysteresis its yield force.
-    """
-    if term.name == "external_forcing":
-        phase = term.inner["phase_rad"]
-        return {
-            "fcos": coefficient * float(np.cos(phase)),
-            "fsin": -coefficient * float(np.sin(phase)),
-            "omega": term.inner["frequency_rad_per_s"],
-        }
-    if term.name == "hysteresis":
-        return {"kb": coefficient, "fb": abs(coefficient) * term.inner["yield_displacement_m"]}
-    values = {term.slots[term.coefficient.name]: coefficient}
-    for name, number in term.inner.items():
-        values[term.slots[name]] = number
-    return values
-
-
 def equation_15(
     mass_kg: float, added_mass_kg: float, c: float, k: float, friction_N: float, drag_Ns2_per_m2: float
 ) -> Equation:
@@ -162,6 +134,5 @@ def equation_15(
     >>> equation_15(2637.4, 1271.0, 590.0, 109600.0, 170.0, 3924.0).total_mass_kg
     3908.4
     """
-    names = ("stiffness", "viscous_damping", "coulomb_friction", "added_mass", "quadratic_drag")
-    terms = tuple(shelf.find(name) for name in names)
+    terms = tuple(shelf.find(name) for name in shelf.EQUATION_15)
     return Equation(terms, (k, c, friction_N, added_mass_kg, drag_Ns2_per_m2), mass_kg=mass_kg)

@@ -11,6 +11,7 @@ from typing import ClassVar
 
 import numpy as np
 
+from undertow.equation.symbolic import Element, Expression, Place, Share
 from undertow.equation.term import Array, Term
 from undertow.quantities import Parameter
 
@@ -33,10 +34,28 @@ class ExternalForcing(Term):
     latex: ClassVar[str] = r"A\cos(\Omega t+\varphi)"
     source: ClassVar[str] = "wave, seiche or machine"
     left_out: ClassVar[str] = "a line at one frequency in all trials, with another phase in each; it does not decay"
+    own_clock: ClassVar[bool] = True
+    words: ClassVar[str] = "a force with a clock of its own"
+    next_test: ClassVar[str] = "the same level recorded without a release"
+    element: ClassVar[Element] = "drive"
 
     def force(self, x: Array, v: Array, a: Array, t: Array) -> Array:
         """cos(W t + phase), dimensionless; t in s after the release."""
         return np.cos(self.frequency_rad_per_s * t + self.phase_rad)
+
+    def slot_values(self, coefficient: float) -> dict[str, float]:
+        """Cosine and sine parts, and the frequency."""
+        return {
+            "fcos": coefficient * float(np.cos(self.phase_rad)),
+            "fsin": -coefficient * float(np.sin(self.phase_rad)),
+            "omega": self.frequency_rad_per_s,
+        }
+
+    def share(self, p: Mapping[str, Expression], q: Place, number: str) -> Share:
+        """A force of the time alone."""
+        import sympy as sp
+
+        return Share(smooth=p["amplitude_N"] * sp.cos(p["frequency_rad_per_s"] * q.t + p["phase_rad"]))
 
 
 @dataclass(frozen=True)
@@ -55,7 +74,12 @@ class DelayedEcho(Term):
     latex: ClassVar[str] = r"G\,\dot{x}(t-\tau_e)"
     source: ClassVar[str] = "reflection at the flume's ends"
     left_out: ClassVar[str] = "nothing until the delay has passed, then a disturbance that repeats the motion"
+    words: ClassVar[str] = "an echo of the motion that comes back late"
 
     def force(self, x: Array, v: Array, a: Array, t: Array) -> Array:
         """v(t - delay) in m/s, zero before the first sample."""
         return np.interp(t - self.delay_s, t, v, left=0.0)
+
+    def share(self, p: Mapping[str, Expression], q: Place, number: str) -> Share:
+        """The velocity of a while ago."""
+        return Share(smooth=p["gain"] * q.echo, delay=p["delay_s"].name)

@@ -13,6 +13,7 @@ from typing import ClassVar
 import numpy as np
 from scipy.signal import cont2discrete, lfilter
 
+from undertow.equation.symbolic import Element, Expression, Place, Share
 from undertow.equation.term import Array, Term
 from undertow.errors import UndertowError
 from undertow.quantities import Parameter
@@ -88,24 +89,37 @@ class HiddenResonator(Term):
         "quadratic_damping_per_m": "hb",
         "cubic_stiffness_per_m2_s2": "hg",
     }
-    law: ClassVar[str] = (
-        "m_s (x'' + s''), s'' + 2 zeta_s omega_s s' + omega_s^2 s + b_s s' |s'| + g_s s^3 = -x''"
-    )
+    law: ClassVar[str] = "m_s (x'' + s''), s'' + 2 zeta_s omega_s s' + omega_s^2 s + b_s s' |s'| + g_s s^3 = -x''"
     latex: ClassVar[str] = (
         r"m_s(\ddot{x}+\ddot{s}),\ \ddot{s}+2\,\zeta_s\,\omega_s\,\dot{s}+\omega_s^2\,s"
         r"+b_s\,\dot{s}|\dot{s}|+g_s\,s^3=-\ddot{x}"
     )
     source: ClassVar[str] = "Graham and Rodriguez 1952, doi:10.1115/1.4010494; Ibrahim 2005, Liquid Sloshing Dynamics"
     left_out: ClassVar[str] = "beats in every trial with the release's phase; an added mass that depends on the spring"
+    held_by_kernel: ClassVar[int] = 3
+    words: ClassVar[str] = "water that oscillates by itself"
+    words_unplaced: ClassVar[str] = "something that was not recorded and oscillates by itself"
+    next_test: ClassVar[str] = "a release at the same level with a third stiffness, or a wave gauge between the girders"
+    element: ClassVar[Element] = "oscillator"
 
     def force(self, x: Array, v: Array, a: Array, t: Array) -> Array:
         """x'' + s'' in m/s^2, the response to the measured acceleration from rest at t[0]; t evenly spaced."""
-        step = even_step(t, "hidden_resonator")
+        step = even_step(t, self.name)
         w, z = self.natural_frequency_rad_per_s, self.damping_ratio
         b, g = self.quadratic_damping_per_m, self.cubic_stiffness_per_m2_s2
         if b == 0.0 and g == 0.0:
             return linear_response([2.0 * z * w, w * w], [1.0, 2.0 * z * w, w * w], a, step)
         return _amplitude_dependent_response(a, step, w, z, b, g)
+
+    def share(self, p: Mapping[str, Expression], q: Place, number: str) -> Share:
+        """What pulls at the body, and the water's own motion."""
+        import sympy as sp
+
+        s, u = sp.Symbol(f"s{number}", real=True), sp.Symbol(f"u{number}", real=True)
+        w, z = p["natural_frequency_rad_per_s"], p["damping_ratio"]
+        pull = 2 * z * w * u + w**2 * s
+        pull += p["quadratic_damping_per_m"] * u * sp.Abs(u) + p["cubic_stiffness_per_m2_s2"] * s**3
+        return Share(smooth=-p["mass_kg"] * pull, states=((s.name, u), (u.name, -q.a - pull)))
 
 
 def _amplitude_dependent_response(a: Array, step: float, w: float, z: float, b: float, g: float) -> Array:
@@ -146,10 +160,25 @@ class Relaxation(Term):
     left_out: ClassVar[str] = (
         "stiffness and damping that depend on frequency: two springs disagree, one spring does not show it"
     )
+    held_by_kernel: ClassVar[int] = 2
+    words: ClassVar[str] = "memory that relaxes"
+    next_test: ClassVar[str] = "the same level on another spring: memory depends on frequency, damping does not"
+    element: ClassVar[Element] = "maxwell"
 
     def force(self, x: Array, v: Array, a: Array, t: Array) -> Array:
         """z / k_r in m, the response to the velocity from rest at t[0]; t evenly spaced."""
-        return linear_response([1.0], [1.0, 1.0 / self.time_s], v, even_step(t, "relaxation"))
+        return linear_response([1.0], [1.0, 1.0 / self.time_s], v, even_step(t, self.name))
+
+    def share(self, p: Mapping[str, Expression], q: Place, number: str) -> Share:
+        """A force with its own rate."""
+        import sympy as sp
+
+        z = sp.Symbol(f"z{number}", real=True)
+        return Share(smooth=z, states=((z.name, p["stiffness_N_per_m"] * q.v - z / p["time_s"]),))
+
+    def materials(self, coefficient: float, sticking: float) -> tuple[str, ...]:
+        """A Maxwell element."""
+        return (f"'Maxwell', TAG, {coefficient!r}, {coefficient * self.time_s!r}, 1.0, 1.0",)
 
 
 @dataclass(frozen=True)
@@ -171,6 +200,8 @@ class Hysteresis(Term):
     latex: ClassVar[str] = r"r,\ \dot{r}=k_h\,\dot{x}\,(1-\mathrm{sgn}(\dot{x})\,r/(k_h\,x_y))"
     source: ClassVar[str] = "Wen 1976, doi:10.1061/JMCEA3.0002106; Dahl 1968"
     left_out: ClassVar[str] = "loops in force against displacement that do not depend on speed"
+    words: ClassVar[str] = "hysteresis"
+    element: ClassVar[Element] = "bristles"
 
     def force(self, x: Array, v: Array, a: Array, t: Array) -> Array:
         """r / k_h in m, integrated along the displacement from r = 0 at t[0]."""
@@ -182,3 +213,20 @@ class Hysteresis(Term):
             here = limit + (here - limit) * share  # a body that does not move keeps its share of 1 and limit of 0
             out.append(here)
         return np.array(out)
+
+    def slot_values(self, coefficient: float) -> dict[str, float]:
+        """Stiffness, and the force at which it yields."""
+        return {"kb": coefficient, "fb": abs(coefficient) * self.yield_displacement_m}
+
+    def share(self, p: Mapping[str, Expression], q: Place, number: str) -> Share:
+        """A force with its own rate, which falls where it yields."""
+        import sympy as sp
+
+        r = sp.Symbol(f"r{number}", real=True)
+        k, width = p["stiffness_N_per_m"], p["yield_displacement_m"]
+        return Share(smooth=r, states=((r.name, k * q.v * (1 - q.d * r / (sp.Abs(k) * width))),))
+
+    def materials(self, coefficient: float, sticking: float) -> tuple[str, ...]:
+        """A Bouc-Wen element."""
+        width = self.yield_displacement_m
+        return (f"'BoucWen', TAG, 0.0, {coefficient!r}, 1.0, 0.0, {1.0 / width!r}, 1.0, 0.0, 0.0, 0.0",)

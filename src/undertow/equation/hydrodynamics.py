@@ -11,7 +11,8 @@ from typing import ClassVar
 
 import numpy as np
 
-from undertow.equation.term import Array, Term
+from undertow.equation.symbolic import Element, Expression, Place, Share
+from undertow.equation.term import Array, Published, Term
 from undertow.quantities import Parameter
 
 
@@ -26,10 +27,21 @@ class AddedMass(Term):
     latex: ClassVar[str] = r"m_a \ddot{x}"
     source: ClassVar[str] = "Morison et al. 1950, doi:10.2118/950149-G; report Eq. 15"
     left_out: ClassVar[str] = "wet trials slower than dry ones by the same ratio at every amplitude"
+    is_inertia: ClassVar[bool] = True
+    linear: ClassVar[bool] = True
+    of_water: ClassVar[bool] = True
+    published: ClassVar[Published] = Published("added_mass_kg", "kg")
+    words: ClassVar[str] = "water that moves with the body"
+    words_alone: ClassVar[str] = "mass that moves with the body"
+    element: ClassVar[Element] = "inertia"
 
     def force(self, x: Array, v: Array, a: Array, t: Array) -> Array:
         """a, in m/s^2."""
         return 1.0 * a
+
+    def start(self, mass: float, rate: float, speed: float) -> float:
+        """A tenth of the total mass."""
+        return 0.1 * mass
 
 
 @dataclass(frozen=True)
@@ -43,10 +55,27 @@ class QuadraticDrag(Term):
     latex: ClassVar[str] = r"q\,\dot{x}|\dot{x}|"
     source: ClassVar[str] = "Morison et al. 1950; report Eq. 15"
     left_out: ClassVar[str] = "decrement rises with amplitude in proportion"
+    dissipates: ClassVar[bool] = True
+    of_water: ClassVar[bool] = True
+    of_area: ClassVar[bool] = True
+    published: ClassVar[Published] = Published(
+        "drag_Ns2_per_m2", "N s^2/m^2", "drag_coefficient", "drag_N_per_unit_coefficient"
+    )
+    speed_power: ClassVar[float] = 2.0
+    words: ClassVar[str] = "drag with the square of the speed"
+    element: ClassVar[Element] = "dashpot"
 
     def force(self, x: Array, v: Array, a: Array, t: Array) -> Array:
         """v|v|, in m^2/s^2."""
         return v * np.abs(v)
+
+    def start(self, mass: float, rate: float, speed: float) -> float:
+        """Drag that makes a fiftieth of the inertia force at full speed."""
+        return 0.02 * mass * rate / speed
+
+    def share(self, p: Mapping[str, Expression], q: Place, number: str) -> Share:
+        """A smooth force."""
+        return Share(smooth=p["drag_Ns2_per_m2"] * (q.v**2 * q.d))
 
 
 @dataclass(frozen=True)
@@ -62,10 +91,21 @@ class LinearDamping(Term):
     left_out: ClassVar[str] = (
         "decrement too small by the same amount at every amplitude; a fitted C_d that falls with amplitude"
     )
+    dissipates: ClassVar[bool] = True
+    of_water: ClassVar[bool] = True
+    speed_power: ClassVar[float] = 1.0
+    words: ClassVar[str] = "linear damping beyond the structure's own"
+    words_alone: ClassVar[str] = "linear damping"
+    next_test: ClassVar[str] = "a longer decay from a small release, where drag has faded and linear damping has not"
+    element: ClassVar[Element] = "dashpot"
 
     def force(self, x: Array, v: Array, a: Array, t: Array) -> Array:
         """v, in m/s."""
         return 1.0 * v
+
+    def share(self, p: Mapping[str, Expression], q: Place, number: str) -> Share:
+        """A smooth force."""
+        return Share(smooth=p["c_Ns_per_m"] * q.v)
 
 
 @dataclass(frozen=True)
@@ -79,10 +119,19 @@ class CubicDamping(Term):
     latex: ClassVar[str] = r"c_3 \dot{x}^3"
     source: ClassVar[str] = "Himeno 1981"
     left_out: ClassVar[str] = "decrement rises with the square of the amplitude"
+    dissipates: ClassVar[bool] = True
+    of_water: ClassVar[bool] = True
+    speed_power: ClassVar[float] = 3.0
+    words: ClassVar[str] = "damping with the cube of the speed"
+    element: ClassVar[Element] = "dashpot"
 
     def force(self, x: Array, v: Array, a: Array, t: Array) -> Array:
         """v^3, in m^3/s^3."""
         return v**3
+
+    def share(self, p: Mapping[str, Expression], q: Place, number: str) -> Share:
+        """A smooth force."""
+        return Share(smooth=p["Ns3_per_m3"] * q.v**3)
 
 
 @dataclass(frozen=True)
@@ -104,7 +153,20 @@ class DragExponent(Term):
     latex: ClassVar[str] = r"d\,|\dot{x}|^{p}\,\mathrm{sgn}(\dot{x})"
     source: ClassVar[str] = "power-law damping, e.g. Elliott et al. 2015, doi:10.1016/j.jsv.2015.05.003"
     left_out: ClassVar[str] = "a drag coefficient that follows a power of the amplitude"
+    of_water: ClassVar[bool] = True
+    words: ClassVar[str] = "drag with another power of the speed"
+    element: ClassVar[Element] = "dashpot"
 
     def force(self, x: Array, v: Array, a: Array, t: Array) -> Array:
         """|v|^p sign(v), in (m/s)^p."""
         return np.sign(v) * np.abs(v) ** self.exponent
+
+    def share(self, p: Mapping[str, Expression], q: Place, number: str) -> Share:
+        """A smooth force."""
+        import sympy as sp
+
+        return Share(smooth=p["coefficient_N_sp_per_mp"] * sp.Abs(q.v) ** p["exponent"] * q.d)
+
+    def materials(self, coefficient: float, sticking: float) -> tuple[str, ...]:
+        """A dashpot with an exponent."""
+        return (f"'Viscous', TAG, {coefficient!r}, {self.exponent!r}",)

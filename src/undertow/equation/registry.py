@@ -54,6 +54,33 @@ _SHELF: tuple[type[Term], ...] = (
     DelayedEcho,
 )
 
+EQUATION_15: tuple[str, ...] = tuple(
+    cls.name for cls in (Stiffness, ViscousDamping, CoulombFriction, AddedMass, QuadraticDrag)
+)
+"""Names of the terms of the report's Eq. 15, taken where no equation is given."""
+
+ORDINARY: tuple[str, ...] = tuple(
+    cls.name for cls in (Stiffness, SineRestoring, ViscousDamping, CoulombFriction, QuadraticDrag)
+)
+"""Restoring force and losses that every rig has."""
+
+TEN_TERMS: tuple[str, ...] = tuple(
+    cls.name
+    for cls in (
+        Stiffness, ViscousDamping, CoulombFriction, QuadraticDrag, AsymmetricStiffness, CubicStiffness,
+        QuadraticStiffness, CubicDamping, PositionDamping, VanDerPolDamping,
+    )
+)  # fmt: skip
+"""A library to discover an equation from: x, v, sgn v, v|v|, x^2, x^3, x|x|, v^3, xv, x^2 v."""
+
+SEVEN_TERMS: tuple[str, ...] = tuple(
+    cls.name
+    for cls in (
+        Stiffness, ViscousDamping, CoulombFriction, QuadraticDrag, CubicStiffness, QuadraticStiffness, CubicDamping,
+    )
+)  # fmt: skip
+"""The library for a pair of motions: laws that one record can tell apart."""
+
 
 def names() -> tuple[str, ...]:
     """Names of all terms, in the shelf's order.
@@ -62,6 +89,22 @@ def names() -> tuple[str, ...]:
     ('stiffness', 'viscous_damping')
     """
     return tuple(cls.name for cls in _SHELF)
+
+
+def register(law: type[Term]) -> None:
+    """Put a law of one's own on the shelf, behind all others: configs, suspects and reports then know it by its name.
+
+    ConfigError where another law has that name.
+    """
+    global _SHELF
+    if law.name in names():
+        raise ConfigError(f"equation term {law.name!r} is on the shelf already; give the law a name of its own")
+    _SHELF = (*_SHELF, law)
+
+
+def row(name: str) -> type[Term] | None:
+    """The law of that name, for what describes it; None where there is none."""
+    return next((cls for cls in _SHELF if cls.name == name), None)
 
 
 def find(name: str, **inner: float) -> Term:

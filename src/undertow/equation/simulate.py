@@ -112,7 +112,7 @@ def _general(equation: Equation, x0: float, v0: float, times: Array) -> Trajecto
             "slots or take the hidden state out"
         )
     mass = equation.total_mass_kg
-    pairs = [(t, c) for t, c in zip(equation.terms, equation.coefficients, strict=True) if t.name != "added_mass"]
+    pairs = [(t, c) for t, c in zip(equation.terms, equation.coefficients, strict=True) if not t.is_inertia]
 
     def acceleration(t: float, x: float, v: float) -> float:
         one = np.ones(1)

@@ -11,7 +11,9 @@ from typing import ClassVar
 
 import numpy as np
 
-from undertow.equation.term import Array, Term, restoring
+from undertow.equation.hydrodynamics import LinearDamping
+from undertow.equation.symbolic import Element, Expression, Place, Share
+from undertow.equation.term import Array, Published, Term, restoring
 from undertow.quantities import Parameter
 
 
@@ -30,10 +32,24 @@ class Stiffness(Term):
     latex: ClassVar[str] = r"k x"
     source: ClassVar[str] = "Hooke; report Eq. 1"
     left_out: ClassVar[str] = "nothing oscillates without it"
+    pulls_back: ClassVar[bool] = True
+    is_spring: ClassVar[bool] = True
+    linear: ClassVar[bool] = True
+    structural: ClassVar[str] = "k"
+    published: ClassVar[Published] = Published("k_N_per_m", "N/m")
+    element: ClassVar[Element] = "elastic"
 
     def force(self, x: Array, v: Array, a: Array, t: Array) -> Array:
         """x, in m."""
         return 1.0 * x
+
+    def start(self, mass: float, rate: float, speed: float) -> float:
+        """What swings the whole mass at its rate."""
+        return mass * rate**2
+
+    def share(self, p: Mapping[str, Expression], q: Place, number: str) -> Share:
+        """A smooth force."""
+        return Share(smooth=p["k_N_per_m"] * q.x)
 
 
 @dataclass(frozen=True)
@@ -47,10 +63,25 @@ class ViscousDamping(Term):
     latex: ClassVar[str] = r"c \dot{x}"
     source: ClassVar[str] = "report Eq. 1"
     left_out: ClassVar[str] = "the logarithm of the amplitude falls too slowly by the same amount every cycle"
+    dissipates: ClassVar[bool] = True
+    linear: ClassVar[bool] = True
+    structural: ClassVar[str] = "c"
+    published: ClassVar[Published] = Published("c_Ns_per_m", "N s/m")
+    speed_power: ClassVar[float] = 1.0
+    missing_as: ClassVar[str] = LinearDamping.name
+    element: ClassVar[Element] = "dashpot"
 
     def force(self, x: Array, v: Array, a: Array, t: Array) -> Array:
         """v, in m/s."""
         return 1.0 * v
+
+    def start(self, mass: float, rate: float, speed: float) -> float:
+        """One per cent of critical damping."""
+        return 0.02 * mass * rate
+
+    def share(self, p: Mapping[str, Expression], q: Place, number: str) -> Share:
+        """A smooth force."""
+        return Share(smooth=p["c_Ns_per_m"] * q.v)
 
 
 @dataclass(frozen=True)
@@ -64,10 +95,32 @@ class CoulombFriction(Term):
     latex: ClassVar[str] = r"F_c\,\mathrm{sgn}(\dot{x})"
     source: ClassVar[str] = "Coulomb; report Eq. 15"
     left_out: ClassVar[str] = "peaks fall by a constant step a cycle; strongest in the small-amplitude tail"
+    dissipates: ClassVar[bool] = True
+    structural: ClassVar[str] = "mu"
+    published: ClassVar[Published] = Published("friction_N", "N", "mu", "normal_force_N")
+    words: ClassVar[str] = "dry friction beyond what the equation has"
+    words_alone: ClassVar[str] = "dry friction"
+    element: ClassVar[Element] = "slider"
 
     def force(self, x: Array, v: Array, a: Array, t: Array) -> Array:
         """sign(v), dimensionless."""
         return np.sign(v)
+
+    def start(self, mass: float, rate: float, speed: float) -> float:
+        """A five hundredth of the inertia force at full motion."""
+        return 2e-3 * (mass * rate * speed)
+
+    def share(self, p: Mapping[str, Expression], q: Place, number: str) -> Share:
+        """A size of friction."""
+        import sympy as sp
+
+        return Share(friction=p["force_N"] * sp.Integer(1))
+
+    def materials(self, coefficient: float, sticking: float) -> tuple[str, ...]:
+        """A stiff spring that yields, and starts where the body is held."""
+        gives = coefficient / sticking
+        slack = f"float(np.clip(pull, -{coefficient!r}, {coefficient!r})) / {sticking!r}"
+        return (f"'ElasticPP', TAG, {sticking!r}, {gives!r}, -{gives!r}, {slack}",)
 
 
 @dataclass(frozen=True)
@@ -81,10 +134,17 @@ class CubicStiffness(Term):
     latex: ClassVar[str] = r"k_3 x^3"
     source: ClassVar[str] = "Duffing 1918"
     left_out: ClassVar[str] = "frequency shifts with the square of the amplitude; third harmonic"
+    pulls_back: ClassVar[bool] = True
+    words: ClassVar[str] = "stiffness with the cube of the displacement"
+    element: ClassVar[Element] = "elastic"
 
     def force(self, x: Array, v: Array, a: Array, t: Array) -> Array:
         """x^3, in m^3."""
         return x**3
+
+    def share(self, p: Mapping[str, Expression], q: Place, number: str) -> Share:
+        """A smooth force."""
+        return Share(smooth=p["N_per_m3"] * q.x**3)
 
 
 @dataclass(frozen=True)
@@ -98,10 +158,17 @@ class QuinticStiffness(Term):
     latex: ClassVar[str] = r"k_5 x^5"
     source: ClassVar[str] = "roll restoring arm, e.g. Himeno 1981"
     left_out: ClassVar[str] = "frequency shifts with the fourth power of the amplitude, at the largest only"
+    pulls_back: ClassVar[bool] = True
+    words: ClassVar[str] = "stiffness with the fifth power of the displacement"
+    element: ClassVar[Element] = "elastic"
 
     def force(self, x: Array, v: Array, a: Array, t: Array) -> Array:
         """x^5, in m^5."""
         return x**5
+
+    def share(self, p: Mapping[str, Expression], q: Place, number: str) -> Share:
+        """A smooth force."""
+        return Share(smooth=p["N_per_m5"] * q.x**5)
 
 
 @dataclass(frozen=True)
@@ -115,10 +182,16 @@ class AsymmetricStiffness(Term):
     latex: ClassVar[str] = r"k_2 x^2"
     source: ClassVar[str] = "Helmholtz oscillator"
     left_out: ClassVar[str] = "mean position moves with the square of the amplitude; second harmonic"
+    words: ClassVar[str] = "a spring stiffer to one side"
+    element: ClassVar[Element] = "elastic"
 
     def force(self, x: Array, v: Array, a: Array, t: Array) -> Array:
         """x^2, in m^2."""
         return x**2
+
+    def share(self, p: Mapping[str, Expression], q: Place, number: str) -> Share:
+        """A smooth force."""
+        return Share(smooth=p["N_per_m2"] * q.x**2)
 
 
 @dataclass(frozen=True)
@@ -132,10 +205,19 @@ class QuadraticStiffness(Term):
     latex: ClassVar[str] = r"k_a x|x|"
     source: ClassVar[str] = "geometric slack of cables"
     left_out: ClassVar[str] = "frequency shifts in proportion to the amplitude"
+    pulls_back: ClassVar[bool] = True
+    missing_as: ClassVar[str] = AsymmetricStiffness.name
+    element: ClassVar[Element] = "elastic"
 
     def force(self, x: Array, v: Array, a: Array, t: Array) -> Array:
         """x|x|, in m^2."""
         return x * np.abs(x)
+
+    def share(self, p: Mapping[str, Expression], q: Place, number: str) -> Share:
+        """A smooth force."""
+        import sympy as sp
+
+        return Share(smooth=p["N_per_m2"] * (q.x * sp.Abs(q.x)))
 
 
 @dataclass(frozen=True)
@@ -149,10 +231,26 @@ class SineRestoring(Term):
     latex: ClassVar[str] = r"k_s \sin x"
     source: ClassVar[str] = "Huygens 1673"
     left_out: ClassVar[str] = "period grows with amplitude as a pendulum's: softening at every amplitude"
+    pulls_back: ClassVar[bool] = True
+    is_spring: ClassVar[bool] = True
+    linear: ClassVar[bool] = True
+    instead_of: ClassVar[tuple[str, ...]] = (Stiffness.name, CubicStiffness.name, QuinticStiffness.name)
+    words: ClassVar[str] = "a restoring force like the sine of the angle"
+    element: ClassVar[Element] = "elastic"
 
     def force(self, x: Array, v: Array, a: Array, t: Array) -> Array:
         """sin(x), dimensionless."""
         return np.sin(x)
+
+    def start(self, mass: float, rate: float, speed: float) -> float:
+        """What swings the whole mass at its rate."""
+        return mass * rate**2
+
+    def share(self, p: Mapping[str, Expression], q: Place, number: str) -> Share:
+        """A smooth force."""
+        import sympy as sp
+
+        return Share(smooth=p["N"] * sp.sin(q.x))
 
 
 @dataclass(frozen=True)
@@ -171,6 +269,10 @@ class PositionDamping(Term):
         """x v, in m^2/s."""
         return x * v
 
+    def share(self, p: Mapping[str, Expression], q: Place, number: str) -> Share:
+        """A smooth force."""
+        return Share(smooth=p["Ns_per_m2"] * (q.x * q.v))
+
 
 @dataclass(frozen=True)
 class VanDerPolDamping(Term):
@@ -187,6 +289,10 @@ class VanDerPolDamping(Term):
     def force(self, x: Array, v: Array, a: Array, t: Array) -> Array:
         """x^2 v, in m^3/s."""
         return x**2 * v
+
+    def share(self, p: Mapping[str, Expression], q: Place, number: str) -> Share:
+        """A smooth force."""
+        return Share(smooth=p["Ns_per_m3"] * (q.x**2 * q.v))
 
 
 @dataclass(frozen=True)
@@ -207,10 +313,17 @@ class StribeckFriction(Term):
     latex: ClassVar[str] = r"F_s e^{-(\dot{x}/v_s)^2}\mathrm{sgn}(\dot{x})"
     source: ClassVar[str] = "Armstrong-Helouvry et al. 1994, doi:10.1016/0005-1098(94)90209-7"
     left_out: ClassVar[str] = "residual only around the turning points; motion stops earlier than predicted"
+    words: ClassVar[str] = "friction that is larger at low speed"
 
     def force(self, x: Array, v: Array, a: Array, t: Array) -> Array:
         """exp(-(v/vs)^2) sign(v), dimensionless."""
         return np.sign(v) * np.exp(-((v / self.velocity_m_per_s) ** 2))
+
+    def share(self, p: Mapping[str, Expression], q: Place, number: str) -> Share:
+        """A size of friction that falls with speed."""
+        import sympy as sp
+
+        return Share(friction=p["static_force_N"] * sp.exp(-((q.v / p["velocity_m_per_s"]) ** 2)))
 
 
 @dataclass(frozen=True)
@@ -232,6 +345,10 @@ class AsymmetricFriction(Term):
         """1 while moving, 0 while stuck."""
         return np.abs(np.sign(v))
 
+    def share(self, p: Mapping[str, Expression], q: Place, number: str) -> Share:
+        """A size of friction."""
+        return Share(friction=p["force_N"] * q.d)
+
 
 @dataclass(frozen=True)
 class VariableNormalForce(Term):
@@ -246,7 +363,14 @@ class VariableNormalForce(Term):
     left_out: ClassVar[str] = (
         "decrement independent of amplitude, with force kinks at turning points growing with amplitude"
     )
+    words: ClassVar[str] = "friction that grows with displacement"
 
     def force(self, x: Array, v: Array, a: Array, t: Array) -> Array:
         """|x| sign(v), in m."""
         return np.abs(x) * np.sign(v)
+
+    def share(self, p: Mapping[str, Expression], q: Place, number: str) -> Share:
+        """A size of friction."""
+        import sympy as sp
+
+        return Share(friction=p["N_per_m"] * sp.Abs(q.x))

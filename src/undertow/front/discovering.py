@@ -13,10 +13,11 @@ import numpy as np
 import pandas as pd
 from numpy.typing import ArrayLike, NDArray
 
-from undertow.comparison.discover import Discover as Estimator
+from undertow.comparison.discover import Discovery as Estimator
 from undertow.comparison.structure_report import Outside
 from undertow.conditioning.motion import Motion
 from undertow.equation.equation import Equation
+from undertow.equation.registry import catalogue
 from undertow.errors import IdentificationError, UndertowError
 from undertow.front.columns import Columns, Units
 from undertow.front.curves import curve_of, noise_of_curve
@@ -31,7 +32,7 @@ from undertow.recording.recording import Array
 from undertow.report.trial_curves import Axes, draw_intervals, draw_run, draw_run_residual, new_axes
 from undertow.uncertainty.confidence import INTERVAL_LEVEL, half_width
 
-SCATTERED = {"stiffness": "k", "viscous_damping": "c", "coulomb_friction": "mu"}
+SCATTERED = {law.name: law.structural for law in catalogue() if law.structural}
 """What a campaign calls the coefficients that differ from trial to trial."""
 
 ADEQUATE = {"nothing_missing": True, "present_but_small": True, "cannot_tell": None}

@@ -13,10 +13,11 @@ from typing import Unpack
 
 from undertow.conditioning.motion import Motion
 from undertow.equation.equation import Equation
+from undertow.equation.registry import EQUATION_15
 from undertow.equation.term import Term
 from undertow.errors import IdentificationError
 from undertow.front.fitted import Fitted
-from undertow.front.known import EQUATION_15, Rig, group_specimen, terms_of, with_settings
+from undertow.front.known import Rig, group_specimen, terms_of, with_settings
 from undertow.front.reading import Source, agreeing, read
 from undertow.front.trials import Trials
 from undertow.likelihood.fit import Specimen, Structure
@@ -108,9 +109,9 @@ def _anchor(
     if all({"spring_force", "displacement"} <= set(m.recording.channels) for m in motions):
         slopes = [load_cell_stiffness(m) for m in motions]
         cells = mean_of_trials(slopes, "N/m", "load cells")
-    names = {t.name for t in terms}
+    added = any(t.is_inertia for t in terms)
     if (
-        structure is None and math.isfinite(specimen.mass_kg) and "added_mass" not in names
+        structure is None and math.isfinite(specimen.mass_kg) and not added
         and not math.isfinite(specimen.stiffness_N_per_m)
     ):  # fmt: skip
         sentence = f"mass {specimen.mass_kg:g} kg, as given"

@@ -20,9 +20,6 @@ from undertow.errors import ConfigError, UndertowError
 Known = float | Mapping[str, str | float]
 """A number, or a table by a condition as configs have them: {"by": "water_depth_m", "2.36": 0.97}."""
 
-EQUATION_15 = ("stiffness", "viscous_damping", "coulomb_friction", "added_mass", "quadratic_drag")
-"""Names of the terms of the report's Eq. 15, taken where no equation is given."""
-
 
 class Rig(TypedDict, total=False):
     """What the laboratory knows of its rig; every entry is optional, in the unit that its name ends in.

@@ -28,7 +28,7 @@ from undertow.errors import IdentificationError, RecordingError
 from undertow.front.columns import Columns, Mapped, Units, mapped, values_of
 from undertow.front.known import checked
 from undertow.front.trials import Trials
-from undertow.recording.catalogue import Entry, Window
+from undertow.recording.catalogue import Entry, TimeWindow
 from undertow.recording.doubt_kinds import DOUBT_KINDS, DoubtKind
 from undertow.recording.layout import FileFormat
 from undertow.recording.propose_layout import propose_layout
@@ -200,12 +200,12 @@ class _Said:
             return dict(said[name])
         return dict(said)
 
-    def window(self, name: str) -> Window:
+    def window(self, name: str) -> TimeWindow:
         """The part of the trial that is used."""
         said = self._window
         if isinstance(said, Mapping):
             said = said.get(name)
-        return Window() if said is None else Window(*said)
+        return TimeWindow() if said is None else TimeWindow(*said)
 
 
 def _sources(source: Any) -> list[Any]:

@@ -14,7 +14,6 @@ import numpy as np
 
 from undertow.conditioning.motion import Motion
 from undertow.equation import registry as shelf
-from undertow.equation.equation import slot_values
 from undertow.equation.general import PlacedTerm
 from undertow.equation.kernel import N_SLOTS, SLOT
 from undertow.equation.term import Term
@@ -22,13 +21,8 @@ from undertow.errors import IdentificationError
 from undertow.likelihood.fit import Specimen, Structure
 from undertow.likelihood.problem import dominant_period
 from undertow.likelihood.scale import contract_name
+from undertow.quantities import Estimate
 from undertow.recording.recording import Array
-
-STRUCTURAL = ("stiffness", "viscous_damping", "coulomb_friction")
-"""Terms whose parameters the dry trials give: k, c, mu."""
-
-WATER = ("added_mass", "quadratic_drag", "linear_damping", "cubic_damping", "drag_exponent")
-"""Terms that a dry trial does not have."""
 
 
 @dataclass(frozen=True)
@@ -103,25 +97,25 @@ def group_model(
     period = float(np.median([dominant_period(m) for m in motions]))
     rate = 2.0 * math.pi / period
     known_mass = math.isfinite(specimen.mass_kg)
-    kept = tuple(t for t in terms if not (dry and t.name in WATER) and (anchored or t.name != "added_mass"))
+    kept = tuple(t for t in terms if not (dry and t.of_water) and (anchored or not t.is_inertia))
     base = np.zeros(N_SLOTS)
     mass = specimen.mass_kg if known_mass and anchored else 1.0
     coefficients: list[Coefficient] = []
     fixes_k = anchored and not dry and (structure is not None or math.isfinite(specimen.stiffness_N_per_m))
-    names = {t.name for t in kept}
-    if anchored and (not known_mass or (fixes_k and structure is None and "added_mass" not in names)):
+    added = any(t.is_inertia for t in kept)
+    if anchored and (not known_mass or (fixes_k and structure is None and not added)):
         k = structure.k.value if structure else specimen.stiffness_N_per_m
         mass = k / rate**2
-        kept = tuple(t for t in kept if t.name != "added_mass")
+        kept = tuple(t for t in kept if not t.is_inertia)
         coefficients.append(Coefficient("total_mass_kg", "kg", "mass", 1.0, mass, 1e-9 * mass, scale=mass))
     else:
         base[SLOT["mass"]] = mass
     speed = max(float(np.max(np.abs(m.v))) for m in motions)
     size = max(m.amplitude for m in motions)
     for term in kept:
-        if structure is not None and term.name in STRUCTURAL:
-            _fix(base, term.name, structure, specimen)
-        elif term.name == "stiffness" and fixes_k:
+        if structure is not None and term.structural:
+            _fix(base, term, structure, specimen)
+        elif term.structural == "k" and fixes_k:
             base[SLOT["k1"]] = specimen.stiffness_N_per_m
         else:
             coefficients += _unknowns(term, specimen, mass, rate, speed, size, anchored)
@@ -142,7 +136,7 @@ def _laws(terms: Sequence[Term]) -> tuple[tuple[PlacedTerm, ...], dict[str, int]
         return (), {}
     placed: dict[int, PlacedTerm] = {}
     for term in terms:
-        if term.name != "added_mass":
+        if not term.is_inertia:
             at = tuple(_place(term, p.name, places) for p in term.parameters)
             placed.setdefault(at[0], PlacedTerm(term, at))  # two laws of one place are one force, as in the kernel
     return tuple(placed.values()), places
@@ -161,37 +155,26 @@ def _place(term: Term, parameter: str, places: Mapping[str, int]) -> int:
     return SLOT[slot]
 
 
-def _fix(base: Array, term: str, structure: Structure, specimen: Specimen) -> None:
-    if term == "stiffness":
-        base[SLOT["k1"]] = structure.k.value
-    elif term == "viscous_damping":
-        base[SLOT["c1"]] = structure.c.value
-    else:
-        base[SLOT["fc"]] = structure.mu.value * specimen.normal_force_N
+def _fix(base: Array, term: Term, structure: Structure, specimen: Specimen) -> None:
+    """Hold a law of the structure at what its dry trials gave."""
+    held: Estimate = getattr(structure, term.structural)
+    per = term.published.per if term.published is not None else ""
+    base[SLOT[term.slots[term.coefficient.name]]] = held.value * (getattr(specimen, per) if per else 1.0)
 
 
 def _unknowns(
     term: Term, specimen: Specimen, mass: float, rate: float, speed: float, size: float, anchored: bool
 ) -> list[Coefficient]:
     """Unknowns of one term: contract name, start from the motion's own scale (5 % of critical in total), bounds."""
-    force = mass * rate * speed
     suffix = "" if anchored else "_per_mass"
     label, unit, per_force = contract_name(term.name, specimen if anchored else Specimen())
-    if term.name == "added_mass":
-        return [_one("added_mass_kg", "kg", "mass", 0.1 * mass, 0.1 * mass, term, "", lower=-0.9 * mass)]
-    starts = {
-        "stiffness": mass * rate**2,
-        "sine_restoring": mass * rate**2,
-        "viscous_damping": 0.02 * mass * rate,
-        "coulomb_friction": 2e-3 * force,
-        "quadratic_drag": 0.02 * mass * rate / speed,
-    }
-    if term.name in starts:
-        start = starts[term.name] * per_force
-        lower = 0.0 if term.name == "stiffness" else -math.inf
+    first = term.start(mass, rate, speed)
+    if math.isfinite(first) and term.slots:
+        start = first * per_force
+        lower = -0.9 * mass if term.is_inertia else 0.0 if term.structural == "k" else -math.inf
         slot = term.slots[term.coefficient.name]
         return [_one(label, unit, slot, start, start, term, suffix, factor=1.0 / per_force, lower=lower)]
-    return _general(term, force / _typical(term, size, speed), suffix)
+    return _general(term, mass * rate * speed / _typical(term, size, speed), suffix)
 
 
 def _one(
@@ -215,11 +198,11 @@ def _general(term: Term, scale: float, suffix: str) -> list[Coefficient]:
     if not term.slots:
         return _own_law(term, scale, suffix)
     out = []
-    for slot, number in slot_values(term, 1e-3 * scale).items():
+    for slot, number in term.slot_values(1e-3 * scale).items():
         parameter = next((p for p in term.parameters if term.slots[p.name] == slot), term.coefficient)
         label = f"{term.name}_{parameter.name}"
         size = abs(number) if number else scale
-        numbered = slot + "1" if slot in {"hm", "hw", "hz", "hb", "hg", "rk", "rt"} else slot
+        numbered = slot + "1" if term.held_by_kernel else slot
         per_mass = bool(suffix) and parameter is term.coefficient
         out.append(
             Coefficient(

@@ -19,7 +19,7 @@ from undertow.equation.kernel import SLOT
 from undertow.errors import IdentificationError
 from undertow.likelihood import output_error
 from undertow.likelihood.lone_samples import as_recorded
-from undertow.likelihood.output_error import FULL, QUICK, Effort, Solution
+from undertow.likelihood.output_error import FULL, QUICK, SearchEffort, Solution
 from undertow.likelihood.problem import Problem
 from undertow.recording.recording import Array
 
@@ -115,7 +115,7 @@ def from_record(problem: Problem, begin: Array) -> Array:
     return np.clip(values, lower, upper)
 
 
-def _attempt(problem: Problem, values: Array, growing: bool, effort: Effort) -> Solution | None:
+def _attempt(problem: Problem, values: Array, growing: bool, effort: SearchEffort) -> Solution | None:
     try:
         return output_error.fit(problem, values, growing=growing, effort=effort)
     except IdentificationError:

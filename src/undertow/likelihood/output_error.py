@@ -268,19 +268,19 @@ def _step(point: _Point, damping: float, free: np.ndarray, scale: Array) -> Arra
 
 
 @dataclass(frozen=True)
-class Effort:
+class SearchEffort:
     """How far a search goes: at most so many iterations a window, and the step in standard errors at which it stops."""
 
     iterations: int = MAX_ITERATIONS
     stop_in_stderr: float = STOP_IN_STDERR
 
 
-FULL = Effort()
-QUICK = Effort(12, 0.05)
+FULL = SearchEffort()
+QUICK = SearchEffort(12, 0.05)
 """Enough to tell a good start from a bad one."""
 
 
-def _search(problem: Problem, values: Array, effort: Effort = FULL) -> tuple[Array, _Point, int, bool]:
+def _search(problem: Problem, values: Array, effort: SearchEffort = FULL) -> tuple[Array, _Point, int, bool]:
     """Levenberg-Marquardt from ``values``; IdentificationError where the start itself has no bounds."""
     lower, upper = _bounds(problem)
     values = np.clip(values, lower, upper)
@@ -319,7 +319,7 @@ def fit(
     start: Array | None = None,
     growing: bool = True,
     progress: Callable[[str], None] | None = None,
-    effort: Effort = FULL,
+    effort: SearchEffort = FULL,
 ) -> Solution:
     """The best values of all unknowns.
 
@@ -356,7 +356,7 @@ def fit(
     return _solution(problem, values, point, iterations, converged)
 
 
-def _compiled(problem: Problem, values: Array, windows: list[float], effort: Effort) -> Solution | None:
+def _compiled(problem: Problem, values: Array, windows: list[float], effort: SearchEffort) -> Solution | None:
     """The fit of a plain problem in one compiled call; None where the search in Python has to find the way."""
     limits = (effort.iterations, effort.stop_in_stderr, FIRST_DAMPING)
     found = sheet.search(problem, values, np.array([*windows, math.inf]), *limits)

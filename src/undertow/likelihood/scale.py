@@ -138,19 +138,15 @@ def contract_name(term: str, specimen: Specimen) -> tuple[str, str, float]:
     >>> contract_name("cubic_stiffness", Specimen())[0]
     'cubic_stiffness_N_per_m3'
     """
-    normal, drag = specimen.normal_force_N, specimen.drag_N_per_unit_coefficient
-    if term == "stiffness":
-        return "k_N_per_m", "N/m", 1.0
-    if term == "viscous_damping":
-        return "c_Ns_per_m", "N s/m", 1.0
-    if term == "coulomb_friction":
-        return ("mu", "1", 1.0 / normal) if math.isfinite(normal) and normal > 0.0 else ("friction_N", "N", 1.0)
-    if term == "quadratic_drag":
-        return ("drag_coefficient", "1", 1.0 / drag) if drag > 0.0 else ("drag_Ns2_per_m2", "N s^2/m^2", 1.0)
-    if term in shelf.names():
-        coefficient = shelf.find(term).coefficient
-        return f"{term}_{coefficient.name}", coefficient.unit, 1.0
-    return term, "", 1.0
+    if term not in shelf.names():
+        return term, "", 1.0
+    law = shelf.find(term)
+    if law.published is None:
+        return f"{term}_{law.coefficient.name}", law.coefficient.unit, 1.0
+    whole = getattr(specimen, law.published.per) if law.published.per else math.nan
+    if math.isfinite(whole) and whole > 0.0:
+        return law.published.ratio, "1", 1.0 / whole
+    return law.published.column, law.published.unit, 1.0
 
 
 def trial_stiffness(

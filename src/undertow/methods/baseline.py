@@ -14,13 +14,14 @@ from typing import Literal
 import numpy as np
 
 from undertow.conditioning.motion import Motion
+from undertow.equation import registry as shelf
 from undertow.equation.equation import Equation
 from undertow.equation.kernel import SLOT
 from undertow.equation.term import Term
 from undertow.likelihood import multistart as blind
 from undertow.likelihood import output_error
 from undertow.likelihood.fit import Fit, Structure
-from undertow.likelihood.group import STRUCTURAL, WATER, Coefficient, GroupModel, group_model, terms_by_name
+from undertow.likelihood.group import Coefficient, GroupModel, group_model, terms_by_name
 from undertow.likelihood.lone_samples import as_recorded
 from undertow.likelihood.output_error import Solution
 from undertow.likelihood.problem import Link, Problem, ProblemBuilder, TrialOptions
@@ -29,9 +30,6 @@ from undertow.recording.recording import Array
 from undertow.uncertainty.confidence import as_stderr, widening
 from undertow.uncertainty.hierarchy import Effect, Held, group_posterior, held_intervals
 from undertow.uncertainty.intervals import noise_covariance, residual_covariance
-
-LINEAR = ("stiffness", "sine_restoring", "viscous_damping", "added_mass")
-"""Terms of a linear oscillator (sine restoring is one at small angles): where a fit that went astray starts anew."""
 
 WITHIN_NOISE = 2.0
 """Mean squared residual in units of noise up to which a fit needs no second start: what is left is noise."""
@@ -60,14 +58,14 @@ class GroupFit:
         theta = self.model.theta(self.values)
         terms, numbers = [], []
         for term in self.model.terms:
-            if term.name == "added_mass":
+            if term.is_inertia:
                 terms.append(term)
                 numbers.append(float(theta[SLOT["mass"]]) - self.model.specimen.mass_kg)
                 continue
             inner = {p.name: float(theta[self._place(term, p.name)]) for p in term.parameters[1:]}
             terms.append(replace(term, **inner) if inner else term)
             numbers.append(float(theta[self._place(term, term.coefficient.name)]))
-        added = "added_mass" in {t.name for t in terms}
+        added = any(t.is_inertia for t in terms)
         mass = self.model.specimen.mass_kg if added else float(theta[SLOT["mass"]])
         return Equation(tuple(terms), tuple(numbers), mass_kg=mass)
 
@@ -87,12 +85,10 @@ class GroupFit:
             if key not in errors:
                 errors[key] = abs(c.factor) * estimate.total_stderr
         if self.model.fixed is not None:
-            normal = self.model.specimen.normal_force_N
-            errors |= {
-                "stiffness": self.model.fixed.k.total_stderr,
-                "viscous_damping": self.model.fixed.c.total_stderr,
-                "coulomb_friction": self.model.fixed.mu.total_stderr * normal,
-            }
+            for law in (law for law in shelf.catalogue() if law.structural):
+                held: Estimate = getattr(self.model.fixed, law.structural)
+                per = law.published.per if law.published is not None else ""
+                errors[law.name] = held.total_stderr * (getattr(self.model.specimen, per) if per else 1.0)
         return errors
 
 
@@ -144,7 +140,7 @@ def _fit_plain(model: GroupModel, problem: Problem) -> Solution:
     leading = {
         t.slots[t.coefficient.name] if t.slots else f"{t.name}.{t.coefficient.name}"
         for t in model.terms
-        if t.name not in LINEAR
+        if not t.linear  # where a fit that went astray starts anew
     }
     unknowns = list(problem.unknowns)
     for i, c in enumerate(model.coefficients):
@@ -289,6 +285,5 @@ def as_fit(group: GroupFit, method: str, trials: Sequence[str], anchor: str) -> 
 
 
 __all__ = [
-    "STRUCTURAL", "WATER", "Coefficient", "GroupFit", "GroupModel", "Scattering", "as_fit", "fit_group", "group_model",
-    "terms_by_name",
+    "Coefficient", "GroupFit", "GroupModel", "Scattering", "as_fit", "fit_group", "group_model", "terms_by_name",
 ]  # fmt: skip

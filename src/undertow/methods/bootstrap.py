@@ -34,7 +34,7 @@ FEWEST_BLOCKS = 4
 
 
 @dataclass(frozen=True)
-class Draws:
+class BootstrapDraws:
     """Coefficients of all data ``values`` (p,) and of every resampling ``draws`` (m, p), in the columns' units;
     ``trials`` is how many trials were drawn from (0: blocks within fixed trials)."""
 
@@ -66,7 +66,7 @@ class Draws:
 def block_bootstrap(
     columns: Array, response: Array, lengths: Sequence[int], block: int, draws: int = 1000, seed: int = 0,
     whole_trials: bool = True, names: Sequence[str] = (),
-) -> Draws:  # fmt: skip
+) -> BootstrapDraws:  # fmt: skip
     """Resampled least squares of ``response`` (n,) on ``columns`` (n, p), the rows of trials of ``lengths`` on end.
 
     ``whole_trials`` draws trials as they are, since trials differ by more than their noise; without it each trial keeps
@@ -97,17 +97,17 @@ def block_bootstrap(
     solved = np.linalg.solve(gram * np.outer(scale, scale), right[:, :, None])[:, :, 0] * scale
     whole = np.linalg.lstsq(columns, response, rcond=None)[0]
     labels = tuple(names) or tuple(f"column {i}" for i in range(columns.shape[1]))
-    return Draws(labels, np.asarray(whole), solved, len(counts) if whole_trials else 0)
+    return BootstrapDraws(labels, np.asarray(whole), solved, len(counts) if whole_trials else 0)
 
 
 def bootstrap_sindy(
     motions: Sequence[Motion], terms: Sequence[Term], draws: int = 1000, seed: int = 0, periods: float = 1.0
-) -> Draws:
+) -> BootstrapDraws:
     """Block bootstrap of the prescribed equation's coefficients over mass, several trials pooled as in SINDy.
 
     A block is ``periods`` of the motion. With one trial its blocks are drawn, with more whole trials too.
     """
-    library = [term for term in terms if term.name != "added_mass"]
+    library = [term for term in terms if not term.is_inertia]
     design = build_design(motions, library)
     block = max(2, round(periods * design.period_s / design.step_s))
     columns = project_out(design.nuisance, design.columns)
@@ -154,4 +154,4 @@ def _weights(counts: Sequence[int], draws: int, rng: np.random.Generator, whole_
     return np.hstack(parts).astype(np.float64)
 
 
-__all__ = ["Draws", "block_bootstrap", "bootstrap_sindy"]
+__all__ = ["BootstrapDraws", "block_bootstrap", "bootstrap_sindy"]

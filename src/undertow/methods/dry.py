@@ -21,7 +21,7 @@ from undertow.errors import FAILURES, IdentificationError
 from undertow.likelihood.fit import Specimen, Structure
 from undertow.likelihood.group import Coefficient
 from undertow.likelihood.problem import TrialOptions
-from undertow.methods.baseline import STRUCTURAL, GroupFit, fit_group, group_model
+from undertow.methods.baseline import GroupFit, fit_group, group_model
 from undertow.quantities import Estimate
 from undertow.recording.recording import Array
 from undertow.uncertainty.confidence import widening
@@ -223,4 +223,4 @@ def _mean(fits: Mapping[str, GroupFit], symbol: str, scatter: Scatter) -> Estima
 
 def structural_terms(terms: Sequence[Term]) -> tuple[Term, ...]:
     """Those of an equation's terms that a dry trial has: everything but water."""
-    return tuple(t for t in terms if t.name in STRUCTURAL or t.name.endswith(("stiffness", "friction")))
+    return tuple(t for t in terms if t.structural or t.name.endswith(("stiffness", "friction")))

@@ -30,7 +30,7 @@ SIGN_CHECK_MARGIN = 60.0
 
 
 @dataclass(frozen=True)
-class Candidate:
+class Subset:
     """A subset: its columns, its criterion and its misfit (chi-squared of the columns left out)."""
 
     columns: tuple[int, ...]
@@ -61,8 +61,8 @@ class SubsetSearch:
     exp(-criterion / 2) normalised: near 1 it is there, near 0 it is not. ``refused`` counts subsets that broke a sign.
     """
 
-    best: Candidate
-    rivals: tuple[Candidate, ...]
+    best: Subset
+    rivals: tuple[Subset, ...]
     trace: tuple[Step, ...]
     evidence: Mapping[int, float]
     inclusion: Mapping[int, float]
@@ -267,8 +267,8 @@ class _Table:
         chosen = [name for bit, name in enumerate(self.names) if mask >> bit & 1]
         return tuple(sorted([*self.forced, *chosen]))
 
-    def candidate(self, mask: int) -> Candidate:
-        return Candidate(self.columns(mask), float(self.criteria[mask]), float(self.sums[mask]))
+    def candidate(self, mask: int) -> Subset:
+        return Subset(self.columns(mask), float(self.criteria[mask]), float(self.sums[mask]))
 
     def trace(self) -> tuple[Step, ...]:
         """The best subset of every size, the largest first."""

@@ -118,7 +118,7 @@ def discover(
     Raises IdentificationError without trials or terms, for a known term that is not in ``terms``, and where the search
     leaves nothing.
     """
-    library = tuple(term for term in terms if term.name != "added_mass")
+    library = tuple(term for term in terms if not term.is_inertia)
     names = tuple(label(term) for term in library)
     if not library:
         raise IdentificationError(f"{len(terms)} terms besides the mass; give at least one, e.g. Stiffness()")
@@ -192,7 +192,7 @@ def _memory(design: Design) -> int:
 
 
 @dataclass(frozen=True)
-class Solution:
+class LeastSquares:
     """Least squares of one design.
 
     ``values`` (p + r,) coefficients of terms, then of drifts; ``within`` (p, p) covariance of the terms' from the
@@ -212,7 +212,7 @@ class Solution:
         return float(np.linalg.slogdet(self.within)[1])
 
 
-def solve_design(design: Design) -> Solution:
+def solve_design(design: Design) -> LeastSquares:
     """Least squares with drifts as nuisance.
 
     The variance of a coefficient is the larger of two estimates: moving sums of the scores (Newey and West 1987), and
@@ -240,11 +240,11 @@ def solve_design(design: Design) -> Solution:
     freedom = n_effective / max(n_effective - stacked.shape[1], 1.0)
     seen = np.diag(bread @ scores @ bread) * freedom
     stretch = np.sqrt(np.maximum(seen / np.diag(moving), 1.0))
-    return Solution(design, values, moving * np.outer(stretch, stretch), widening, residual, n_effective)
+    return LeastSquares(design, values, moving * np.outer(stretch, stretch), widening, residual, n_effective)
 
 
 def _report(
-    solution: Solution, terms: tuple[Term, ...], selection: SubsetSearch | None, considered: tuple[str, ...]
+    solution: LeastSquares, terms: tuple[Term, ...], selection: SubsetSearch | None, considered: tuple[str, ...]
 ) -> SindyResult:
     """The solution in words, units and standard errors."""
     design, count = solution.design, len(terms)

@@ -18,7 +18,7 @@ from pysindy.optimizers.base import BaseOptimizer
 from scipy.signal import fftconvolve
 
 from undertow.errors import IdentificationError
-from undertow.methods.exact_subsets import Candidate, Step, SubsetSearch, search_subsets
+from undertow.methods.exact_subsets import Step, Subset, SubsetSearch, search_subsets
 
 Array = NDArray[np.float64]
 
@@ -125,7 +125,7 @@ class BestSubset(BaseOptimizer):  # type: ignore[misc]
         self.searches_: tuple[SubsetSearch, ...] = tuple(searches)
         self.support_ = np.array([search.support(x.shape[1], self.nuisance) for search in searches])
         self.trace_: tuple[tuple[Step, ...], ...] = tuple(search.trace for search in searches)
-        self.rivals_: tuple[tuple[Candidate, ...], ...] = tuple(search.rivals for search in searches)
+        self.rivals_: tuple[tuple[Subset, ...], ...] = tuple(search.rivals for search in searches)
         self.n_effective_ = np.array([search.n_effective for search in searches])
 
     def _search(self, x: Array, y: Array, lengths: Sequence[int]) -> tuple[SubsetSearch, Array]:

@@ -24,7 +24,7 @@ from undertow.conditioning.motion import Motion
 from undertow.equation.term import Term
 from undertow.errors import IdentificationError
 from undertow.methods.library import DRIFT_ORDER, MIN_ROWS, Design, evaluate, label, motion_period
-from undertow.methods.sindy import Solution, solve_design
+from undertow.methods.sindy import LeastSquares, solve_design
 
 Array = NDArray[np.float64]
 
@@ -145,7 +145,7 @@ def _overlap(motion: Motion, length: float, step: float) -> Array:
     return np.where(apart < kernel.size, shared[np.minimum(apart, kernel.size - 1)], 0.0)
 
 
-def _covariances(motions: Sequence[Motion], solution: Solution) -> tuple[Array, Array]:
+def _covariances(motions: Sequence[Motion], solution: LeastSquares) -> tuple[Array, Array]:
     """Covariance (p, p) of the coefficients by two accounts of their errors.
 
     One estimates the residual's memory from the residual: that holds for any noise, and is poor in the few directions
@@ -168,7 +168,7 @@ def _source(motion: Motion, term: Term, smoothed: Array) -> tuple[Array, int]:
     channels = motion.recording.channels
     if term.name == "stiffness" and "displacement" in channels:
         return motion.recorded("displacement") - motion.equilibrium.value, 0
-    if term.name in ("viscous_damping", "linear_damping"):
+    if term.speed_power == 1.0:
         if "velocity" in channels:
             return motion.recorded("velocity"), 0
         if "displacement" in channels:

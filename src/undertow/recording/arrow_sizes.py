@@ -36,7 +36,7 @@ def feather_bytes(path: Path) -> int:
         (length,) = struct.unpack_from("<i", file, end)
         if not 0 < length <= end:
             raise ValueError(f"its footer states {length} bytes")
-        footer = _Table.root(file, end - length)
+        footer = _FlatTable.root(file, end - length)
         total = 0
         for slot in (2, 3):  # dictionaries, record batches
             for at in footer.items(slot, _BLOCK):
@@ -50,7 +50,7 @@ def _batch_bytes(file: mmap.mmap, offset: int, metadata: int) -> int:
     if offset < 0 or metadata < 0 or offset + metadata > len(file):
         raise ValueError(f"a batch is stated to lie at byte {offset}")
     (first,) = struct.unpack_from("<I", file, offset)
-    message = _Table.root(file, offset + (8 if first == _CONTINUED else 4))
+    message = _FlatTable.root(file, offset + (8 if first == _CONTINUED else 4))
     kind, header = message.byte(1), message.table(2)
     if kind == _DICTIONARY_BATCH and header is not None:
         header = header.table(1)
@@ -67,7 +67,7 @@ def _batch_bytes(file: mmap.mmap, offset: int, metadata: int) -> int:
     return total
 
 
-class _Table:
+class _FlatTable:
     """A FlatBuffers table: fields are found through its list of offsets."""
 
     def __init__(self, file: mmap.mmap, at: int) -> None:
@@ -79,7 +79,7 @@ class _Table:
         (self._size,) = struct.unpack_from("<H", file, self._offsets)
 
     @classmethod
-    def root(cls, file: mmap.mmap, at: int) -> _Table:
+    def root(cls, file: mmap.mmap, at: int) -> _FlatTable:
         """The table that a buffer beginning at ``at`` holds."""
         (offset,) = struct.unpack_from("<I", file, at)
         return cls(file, at + offset)
@@ -97,13 +97,13 @@ class _Table:
         at = self._field(slot)
         return self._file[at] if at else 0
 
-    def table(self, slot: int) -> _Table | None:
+    def table(self, slot: int) -> _FlatTable | None:
         """A field that is a table."""
         at = self._field(slot)
         if not at:
             return None
         (offset,) = struct.unpack_from("<I", self._file, at)
-        return _Table(self._file, at + offset)
+        return _FlatTable(self._file, at + offset)
 
     def items(self, slot: int, size: int) -> Iterator[int]:
         """Where the structures of a vector stand, each of ``size`` bytes."""

@@ -17,7 +17,7 @@ from typing import Protocol
 import numpy as np
 
 from undertow.errors import RecordingError
-from undertow.recording.channels import ChannelSpec, TimeSpec, Window
+from undertow.recording.channels import ChannelSpec, TimeSpec, TimeWindow
 from undertow.recording.clocks import placed
 from undertow.recording.gaps import complete, must_hold_samples
 from undertow.recording.layout import FileFormat
@@ -26,7 +26,7 @@ from undertow.recording.patterns import patterns_of
 from undertow.recording.readers import trial_name
 from undertow.recording.recording import Array, Condition, Coordinate, Recording
 
-EVERYTHING = Window()
+EVERYTHING = TimeWindow()
 """No limit at either end."""
 
 
@@ -65,7 +65,7 @@ class Catalogue:
     layout: FileFormat = field(default_factory=FileFormat)
     despike: Mapping[str, int] = field(default_factory=dict)
     conditions: Mapping[str, Mapping[str, Condition]] = field(default_factory=dict)
-    windows: Mapping[str, Window] = field(default_factory=dict)
+    windows: Mapping[str, TimeWindow] = field(default_factory=dict)
     coordinate: Coordinate = "translation"
     index_separator: str = "auto"
     index_decimal: str = "auto"
@@ -106,7 +106,7 @@ class Entry:
     name: str
     file: str | PathLike[str]
     conditions: Mapping[str, Condition] = field(default_factory=dict)
-    window: Window = EVERYTHING
+    window: TimeWindow = EVERYTHING
     trial: int | None = None
     problem: str = ""
     accepted: tuple[str, ...] = ()
@@ -184,7 +184,7 @@ def _must_increase(time: Array) -> None:
         )
 
 
-def cut(recording: Recording, window: Window) -> Recording:
+def cut(recording: Recording, window: TimeWindow) -> Recording:
     """The part of a recording inside a window; RecordingError where the window holds no sample."""
     inside = window.contains(recording.time)
     must_hold_samples(inside, recording.time, window)
@@ -192,4 +192,4 @@ def cut(recording: Recording, window: Window) -> Recording:
     return replace(recording, time=recording.time[inside], channels=channels)
 
 
-__all__ = ["Catalogue", "ChannelSpec", "Entry", "Layouts", "TimeSpec", "Window", "cut", "read_trial"]
+__all__ = ["Catalogue", "ChannelSpec", "Entry", "Layouts", "TimeSpec", "TimeWindow", "cut", "read_trial"]

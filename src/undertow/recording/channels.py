@@ -1,6 +1,6 @@
 """What a channel and its time are made of, in plain words: columns, units, where they stand.
 
-Belongs here: `ChannelSpec`, `TimeSpec`, `Window`. Does not belong here: reading them (parts.py), a campaign
+Belongs here: `ChannelSpec`, `TimeSpec`, `TimeWindow`. Does not belong here: reading them (parts.py), a campaign
 (catalogue.py).
 """
 
@@ -62,7 +62,7 @@ class ChannelSpec:
 
 
 @dataclass(frozen=True)
-class Window:
+class TimeWindow:
     """The part of a recording to be used, in its own time, s; None: as far as it goes."""
 
     start_s: float | None = None

@@ -12,7 +12,7 @@ from collections.abc import Mapping
 import numpy as np
 
 from undertow.errors import RecordingError
-from undertow.recording.channels import Window
+from undertow.recording.channels import TimeWindow
 from undertow.recording.recording import Array
 from undertow.recording.spikes import Mask
 
@@ -30,7 +30,7 @@ Channels = dict[str, Array]
 
 
 def complete(
-    time: Array, channels: Mapping[str, Array], window: Window, primary: str
+    time: Array, channels: Mapping[str, Array], window: TimeWindow, primary: str
 ) -> tuple[Array, Channels, tuple[str, ...]]:
     """The instants at which all that is kept has a value, the channels there, and notes on what went.
 
@@ -58,7 +58,7 @@ def complete(
     return time[stays], {name: values[stays] for name, values in kept.items()}, tuple(notes)
 
 
-def must_hold_samples(inside: Mask, time: Array, window: Window) -> None:
+def must_hold_samples(inside: Mask, time: Array, window: TimeWindow) -> None:
     """RecordingError where a window holds none of the samples."""
     if not inside.any():
         raise RecordingError(

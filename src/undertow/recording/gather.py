@@ -16,7 +16,7 @@ from pathlib import Path
 from types import MappingProxyType
 
 from undertow.errors import ConfigError, RecordingError
-from undertow.recording.catalogue import Catalogue, Entry, Window
+from undertow.recording.catalogue import Catalogue, Entry, TimeWindow
 from undertow.recording.conditions import condition
 from undertow.recording.index import Index, read_index
 from undertow.recording.patterns import Patterns
@@ -54,7 +54,7 @@ def listing(catalogue: Catalogue) -> tuple[tuple[Entry, ...], tuple[Entry, ...]]
     entries, trials = _parted(entries, left_out)  # one trial of a file with several
     if not entries:
         raise ConfigError(f"recordings.exclude {list(catalogue.exclude)} leaves no trial; take a pattern out of it")
-    said = _Said(catalogue)
+    said = _PatternsSaid(catalogue)
     return tuple(said.of(entry) for entry in entries), tuple(said.of(entry) for entry in (*files, *trials))
 
 
@@ -191,7 +191,7 @@ def _trials(entry: Entry, catalogue: Catalogue) -> list[Entry]:
     ]
 
 
-class _Said:
+class _PatternsSaid:
     """What a catalogue's patterns say of a trial: further conditions, its window, the doubts accepted of it, and the
     files beside its own."""
 
@@ -209,7 +209,7 @@ class _Said:
         conditions = dict(entry.conditions)
         for pattern in self._conditions.fitting(*trial):
             conditions.update(said.conditions[pattern])
-        window = next((said.windows[pattern] for pattern in reversed(self._windows.fitting(*trial))), Window())
+        window = next((said.windows[pattern] for pattern in reversed(self._windows.fitting(*trial))), TimeWindow())
         accepted = dict.fromkeys(kind for pattern in self._accept.fitting(*trial) for kind in said.accept[pattern])
         entry = replace(entry, conditions=conditions, window=window, accepted=tuple(accepted))
         return _with_files_beside(entry, said)

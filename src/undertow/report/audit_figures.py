@@ -12,6 +12,15 @@ from matplotlib.axes import Axes
 from numpy.typing import NDArray
 
 from undertow.audit.answer import Answer, Weight
+from undertow.audit.effects import (
+    DAMPING,
+    FRICTION,
+    FRICTION_FORCE,
+    LINEAR,
+    RESONATOR,
+    RESONATOR_FREQUENCY,
+    RESONATOR_MASS,
+)
 from undertow.audit.findings import CellFinding, SeriesFindings
 from undertow.audit.forces import WaterShare
 from undertow.audit.recipes import Array
@@ -95,13 +104,13 @@ def _percent(probability: float) -> str:
 
 def draw_mixture(found: Answer, axes: Axes) -> Axes:
     """Linear damping against friction error where both are free, coloured by C_d: what a table leaves open."""
-    weight = found.of("linear_damping", "coulomb_friction")
+    weight = found.of(LINEAR, FRICTION)
     if weight is None:
         return axes
     draws = weight.posteriors[0].draws
     few = slice(0, POINTS_DRAWN)
     points = axes.scatter(
-        draws["linear_damping.c_Ns_per_m"][few], draws["coulomb_friction.force_N"][few],
+        draws[DAMPING][few], draws[FRICTION_FORCE][few],
         c=draws["drag_coefficient"][few], s=6, cmap="viridis", rasterized=True,
     )  # fmt: skip
     axes.figure.colorbar(points, ax=axes, label="drag coefficient")
@@ -116,13 +125,13 @@ def draw_resonators(series: SeriesFindings, cells: Sequence[CellFinding], places
     again += [(one.name, one.answer, ORANGE) for one in series.what_if]
     for i, (group, axes) in enumerate(zip(series.groups, places, strict=True)):
         for label, found, colour in again:
-            weight = found.of("hidden_resonator")
+            weight = found.of(RESONATOR)
             if weight is None:
                 continue
             draws = weight.posteriors[i].draws
             few = slice(0, POINTS_DRAWN)
             axes.plot(
-                draws["hidden_resonator.natural_frequency_rad_per_s"][few], draws["hidden_resonator.mass_kg"][few], ".",
+                draws[RESONATOR_FREQUENCY][few], draws[RESONATOR_MASS][few], ".",
                 color=colour, markersize=3, alpha=0.5, label=label, rasterized=True,
             )  # fmt: skip
         for cell in cells:

@@ -31,16 +31,16 @@ def force_factors(specimen: Specimen) -> Mapping[str, tuple[str, float]]:
 
     Friction is mu times the normal force, drag C_d times rho A / 2; both nan where the laboratory did not say.
     """
-    return {
-        "k_N_per_m": ("stiffness", 1.0),
-        "c_Ns_per_m": ("viscous_damping", 1.0),
-        "mu": ("coulomb_friction", specimen.normal_force_N),
-        "friction_N": ("coulomb_friction", 1.0),
-        "force_N": ("coulomb_friction", 1.0),
-        "added_mass_kg": ("added_mass", 1.0),
-        "drag_coefficient": ("quadratic_drag", specimen.drag_N_per_unit_coefficient),
-        "drag_Ns2_per_m2": ("quadratic_drag", 1.0),
-    }
+    factors: dict[str, tuple[str, float]] = {}
+    for law in shelf.catalogue():
+        said = law.published
+        if said is None:
+            continue
+        factors[said.column] = (law.name, 1.0)
+        if said.ratio:
+            factors[said.ratio] = (law.name, getattr(specimen, said.per))
+            factors[law.parameters[0].name] = (law.name, 1.0)
+    return factors
 
 
 def method_equation(group: GroupFindings, method: str) -> tuple[Equation, Errors]:
@@ -71,7 +71,8 @@ def _from_per_mass(fit: Fit) -> tuple[Equation, Errors]:
     coefficients: list[float] = []
     errors: Errors = {"mass": mass.total_stderr}
     for name, estimate in fit.per_mass.items():
-        if "." in name or name == "added_mass" or name not in shelf.names():
+        law = shelf.row(name)
+        if "." in name or law is None or law.is_inertia:
             continue
         terms.append(shelf.find(name, **inner.get(name, {})))
         coefficients.append(estimate.value * mass.value)
@@ -90,7 +91,7 @@ def _from_parameters(group: GroupFindings, fit: Fit) -> tuple[Equation, Errors]:
             errors[term] = abs(factor) * estimate.total_stderr
     numbers = tuple(values[term.name] for term in group.equation.terms)
     mass = group.equation.mass_kg
-    if not mass + values.get("added_mass", 0.0) > 0.0:
+    if not mass + sum(values[term.name] for term in group.equation.terms if term.is_inertia) > 0.0:
         return group.equation, dict(group.equation_errors)
     return Equation(group.equation.terms, numbers, mass, group.equation.rest_m), errors
 

@@ -12,8 +12,8 @@ from dataclasses import dataclass
 from typing import Any
 
 from undertow.discrepancy.findings import Findings, GroupFindings, TrialFindings
+from undertow.discrepancy.naming import in_words
 from undertow.discrepancy.repaired import named_laws
-from undertow.discrepancy.sentence import WORDS
 from undertow.discrepancy.verdict import Verdict
 from undertow.discrepancy.words import condition_words, percent
 from undertow.report.arrange import Span, spanning_conditions
@@ -119,9 +119,7 @@ def _what(verdict: Verdict) -> str:
 
 def _words(name: str, verdict: Verdict) -> str:
     """An effect in words; that it is water that oscillates is known only against dry trials."""
-    if name == "hidden_resonator" and verdict.origin != "water":
-        return "something that was not recorded and oscillates by itself"
-    return WORDS.get(name, name.replace("_", " "))
+    return in_words(name, of_water=verdict.origin == "water")
 
 
 def _size(group: GroupFindings, series: str | None) -> str:

@@ -13,14 +13,14 @@ from pathlib import Path
 import numpy as np
 
 from undertow.audit.answer import answer
-from undertow.audit.case import Case, Recipe, Row, Structure
+from undertow.audit.case import DryStructure, PrintedCase, Recipe, Row
 from undertow.audit.comparisons import check_comparisons
 from undertow.audit.findings import AuditFindings, CellFinding, SeriesFindings, Trend, WhatIf
 from undertow.audit.forces import check_forces, water_share
 from undertow.audit.headings import correct_units
 from undertow.audit.identities import check_identities, with_releases
 from undertow.audit.patterns import check_patterns, power_law
-from undertow.audit.tables import Constants, PublishedTable, dry_value, same_conditions
+from undertow.audit.tables import ADDED_MASS, Constants, PublishedTable, dry_value, same_conditions
 from undertow.audit.verdicts import judge
 from undertow.campaign.audit.settings import AuditConfig, AuditSettings, TableSettings, load_audit
 from undertow.campaign.audit.tables import read_table
@@ -102,7 +102,7 @@ def mended_tables(tables: Sequence[PublishedTable], constants: Constants) -> lis
     return with_releases(correct_units(tables, constants)[0], constants)
 
 
-def dry_structures(tables: Sequence[PublishedTable], constants: Constants) -> dict[str, Structure]:
+def dry_structures(tables: Sequence[PublishedTable], constants: Constants) -> dict[str, DryStructure]:
     """Each spring's k, c, mu from its dry table: mean, standard error, scatter from trial to trial."""
     springs = {
         str(table.conditions[constants.spring_key]) for table in tables if constants.spring_key in table.conditions
@@ -117,7 +117,7 @@ def dry_structures(tables: Sequence[PublishedTable], constants: Constants) -> di
         k, c, mu = values
         spread = [max(float(one.std(ddof=1)), LEAST_SCATTER * float(abs(one.mean()))) for one in values]
         root = math.sqrt(k.size)
-        found[spring] = Structure(
+        found[spring] = DryStructure(
             float(k.mean()), float(c.mean()), float(mu.mean()), spread[0] / float(k.mean()) / root, spread[1] / root,
             spread[2] / root, spread[0] / float(k.mean()), spread[1], spread[2],
             _by_period(tables, constants, spring),
@@ -139,9 +139,9 @@ def _by_period(tables: Sequence[PublishedTable], constants: Constants, spring: s
 
 
 def cases_of(
-    config: AuditConfig, said: AuditSettings, tables: Sequence[PublishedTable], structures: Mapping[str, Structure],
+    config: AuditConfig, said: AuditSettings, tables: Sequence[PublishedTable], structures: Mapping[str, DryStructure],
     constants: Constants,
-) -> list[tuple[dict[str, Condition], Case]]:  # fmt: skip
+) -> list[tuple[dict[str, Condition], PrintedCase]]:  # fmt: skip
     """The cases of one audit: rows that agree in ``group_by``, with the conditions they share.
 
     Raises ConfigError where a table has no recipe or no releases.
@@ -166,7 +166,7 @@ def cases_of(
     return [
         (
             dict(zip(said.group_by, key, strict=True)),
-            Case(
+            PrintedCase(
                 _case_name(said.name, key), tuple(rows), structures,
                 constants.mass_kg, constants.area_m2, constants.volume_range_m3, constants.density_kg_per_m3,
                 constants.gravity_m_per_s2, said.own_added_mass,
@@ -185,13 +185,13 @@ def _row(table: PublishedTable, row: int, release: float, spring: str, said: Tab
         column = table.columns.get(quantity)
         return (math.nan, 0.0) if column is None else (float(column.values[row]), float(column.half_digits[row]))
 
-    (mass, mass_half), (drag, drag_half) = cell("added_mass"), cell("drag_coefficient")
+    (mass, mass_half), (drag, drag_half) = cell(ADDED_MASS), cell("drag_coefficient")
     recipe: Recipe = said.recipe  # type: ignore[assignment]
     return Row(table.title, spring, release, recipe, mass, drag, mass_half, drag_half, said.window_s)
 
 
 def _series(
-    config: AuditConfig, said: AuditSettings, tables: Sequence[PublishedTable], structures: Mapping[str, Structure],
+    config: AuditConfig, said: AuditSettings, tables: Sequence[PublishedTable], structures: Mapping[str, DryStructure],
     constants: Constants,
 ) -> SeriesFindings:  # fmt: skip
     pairs = cases_of(config, said, tables, structures, constants)
@@ -217,7 +217,7 @@ def trends(tables: Sequence[PublishedTable], constants: Constants) -> tuple[Tren
         if "release" not in table.columns:
             continue
         size = table.columns["release"].values
-        for quantity in ("drag_coefficient", "added_mass"):
+        for quantity in ("drag_coefficient", ADDED_MASS):
             column = table.columns.get(quantity)
             if column is None or table.rows < 4 or np.any(column.values <= 0.0) or size.max() < 1.5 * size.min():
                 continue

@@ -22,7 +22,7 @@ Nodes = Annotated[int, Field(strict=True, ge=8)]
 Positive = Annotated[float, Field(gt=0.0)]
 
 
-class CellSettings(Section):
+class WallSettings(Section):
     """Still water between walls, by water: for the prediction without any fit."""
 
     water_depth_m: tuple[float, ...] = Field(description="Values of the water's condition.")
@@ -31,7 +31,7 @@ class CellSettings(Section):
     length_m: Positive = Field(description="Length of all cells together, m.")
 
     @model_validator(mode="after")
-    def _same_length(self) -> CellSettings:
+    def _same_length(self) -> WallSettings:
         if not len(self.water_depth_m) == len(self.surface_width_m) == len(self.depth_m):
             raise ValueError(
                 f"water_depth_m, surface_width_m, depth_m must have one value a level, got {len(self.water_depth_m)}, "
@@ -53,7 +53,7 @@ class LaboratorySettings(Section):
     dry: Condition = Field(description="Its value in which there is no water.")
     density_kg_per_m3: Positive = Field(default=1000.0, description="Water's density.")
     gravity_m_per_s2: Positive = Field(default=9.81, description="Gravity.")
-    cell: CellSettings | None = Field(default=None, description="Cells of standing water.")
+    cell: WallSettings | None = Field(default=None, description="Cells of standing water.")
 
 
 class ColumnSettings(Section):

@@ -13,7 +13,7 @@ from typing import Any
 
 import numpy as np
 
-from undertow.audit.tables import QUANTITIES, Column, PublishedTable
+from undertow.audit.tables import ADDED_MASS, QUANTITIES, Column, PublishedTable
 from undertow.campaign.audit.settings import AuditConfig, ColumnSettings
 from undertow.errors import ConfigError
 from undertow.recording.recording import Condition
@@ -23,7 +23,7 @@ LARGEST = 1e12
 """Largest value of any quantity in its SI unit that is read: a stiffness of 1e12 N/m is a mountain's."""
 
 ANY_SIGN = (
-    "added_mass", "drag_coefficient", "damping", "damping_ratio", "friction_coefficient", "drag_force", "inertia_force",
+    ADDED_MASS, "drag_coefficient", "damping", "damping_ratio", "friction_coefficient", "drag_force", "inertia_force",
     "water_in_cells",
 )  # fmt: skip
 """Quantities that may be zero or negative in print; releases, stiffnesses, masses, energies and the like may not."""

@@ -17,7 +17,7 @@ from undertow.recording.recording import CHANNELS
 
 
 @dataclass(frozen=True)
-class Described:
+class FileDescription:
     """Channels, time and layout of a file, and the running medians that replace spikes (channel -> samples)."""
 
     channels: Mapping[str, ChannelSpec]
@@ -26,7 +26,7 @@ class Described:
     despike: Mapping[str, int]
 
 
-def described(said: RecordingsSettings) -> Described:
+def described(said: RecordingsSettings) -> FileDescription:
     """What the settings say of a file; RecordingError where time has both or neither of column and rate."""
     positions = said.cells.model_dump(exclude={"variable", "trial"}, exclude_none=True) if said.cells else {}
     time = said.channels.time
@@ -39,7 +39,8 @@ def described(said: RecordingsSettings) -> Described:
         if one is not None:
             specs[name] = _channel(one, positions.get(name))
     medians = {name: one.median for name, one in said.despike.items() if name in specs}
-    return Described(specs, TimeSpec(column, time.unit, time.rate_hz, time.start_s), _layout(said, positions), medians)
+    clock = TimeSpec(column, time.unit, time.rate_hz, time.start_s)
+    return FileDescription(specs, clock, _layout(said, positions), medians)
 
 
 def for_pattern(said: RecordingsSettings, *patterns: str) -> RecordingsSettings:

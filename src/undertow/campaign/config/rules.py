@@ -27,9 +27,6 @@ if TYPE_CHECKING:
     from undertow.campaign.config.run_config import RunConfig
 
 
-RESTORING = frozenset({"stiffness", "cubic_stiffness", "quintic_stiffness", "quadratic_stiffness", "sine_restoring"})
-"""Terms that pull a body back from either side."""
-
 
 def contradictions(config: RunConfig) -> list[tuple[Location, str]]:
     """Where and what is wrong across keys, one pair a problem; empty where the config can be run."""
@@ -49,7 +46,7 @@ def contradictions(config: RunConfig) -> list[tuple[Location, str]]:
             shelf.find(name)
         except ConfigError as error:
             wrong.append((("equation", "terms", at), str(error)))
-    if not RESTORING & set(config.equation.terms):
+    if not any(law.pulls_back for law in shelf.catalogue() if law.name in config.equation.terms):
         text = (
             f"equation.terms has {', '.join(config.equation.terms)} and nothing that pulls the body back, so that it "
             "cannot swing; add stiffness (or sine_restoring, for a pendulum)"

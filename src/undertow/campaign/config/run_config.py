@@ -29,7 +29,7 @@ from undertow.campaign.config.settings import (
 from undertow.campaign.config.source import Location, Source, read_source, sentences
 from undertow.errors import ConfigError
 from undertow.likelihood.fit import Specimen
-from undertow.recording.catalogue import Catalogue, Window
+from undertow.recording.catalogue import Catalogue, TimeWindow
 from undertow.recording.conditions import condition, same_condition
 from undertow.recording.recording import Condition
 
@@ -80,7 +80,7 @@ class RunConfig(Section):
         return Catalogue(
             self.folder, files.channels, files.time, said.index, said.index_column, said.file, said.files, said.pattern,
             said.exclude, files.layout, files.despike, conditions,
-            {pattern: Window(one.start_s, one.end_s) for pattern, one in windows.items()}, self.equation.coordinate,
+            {pattern: TimeWindow(one.start_s, one.end_s) for pattern, one in windows.items()}, self.equation.coordinate,
             said.index_separator, said.index_decimal, said.accept, ByPattern(said) if said.layouts else None,
         )  # fmt: skip
 

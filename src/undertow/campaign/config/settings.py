@@ -11,6 +11,7 @@ from typing import Annotated, Any, Literal
 
 from pydantic import BaseModel, BeforeValidator, ConfigDict, Discriminator, Field, Tag, model_validator
 
+from undertow.equation.registry import EQUATION_15
 from undertow.recording.conditions import same_condition
 from undertow.recording.recording import Condition
 
@@ -170,7 +171,7 @@ class EquationSettings(Section):
     """The prescribed equation."""
 
     terms: tuple[str, ...] = Field(
-        default=("stiffness", "viscous_damping", "coulomb_friction", "added_mass", "quadratic_drag"),
+        default=EQUATION_15,
         min_length=1,
         description="Terms beside the inertia, by their names on the shelf (`undertow terms`).",
     )

@@ -31,15 +31,6 @@ from undertow.methods.baseline import GroupFit
 from undertow.methods.dry import DEFAULT_SCATTER
 from undertow.methods.sindy import discover
 
-LIBRARY = (
-    "stiffness", "viscous_damping", "coulomb_friction", "quadratic_drag", "cubic_stiffness", "quadratic_stiffness",
-    "cubic_damping",
-)  # fmt: skip
-"""Laws from which both equations are found, beside those of the config."""
-
-ORDINARY = ("stiffness", "sine_restoring", "viscous_damping", "coulomb_friction", "quadratic_drag")
-"""Restoring force and losses that every rig has."""
-
 
 def compare_motions(
     simulation: Motion,
@@ -97,11 +88,10 @@ def _effect(verdict: Verdict) -> float:
 
 
 def _library(terms: Sequence[str]) -> tuple[Term, ...]:
-    """The laws both equations are found from: the config's and `LIBRARY`; a pendulum's sine stands for its spring."""
-    names = list(dict.fromkeys([*terms, *LIBRARY]))
-    if "sine_restoring" in names:
-        names = [n for n in names if n not in ("stiffness", "cubic_stiffness", "quintic_stiffness")]
-    return tuple(t for n in names if (t := shelf.find(n)).kind == "algebraic" and n != "added_mass")
+    """The laws both equations are found from: the config's and seven more; a pendulum's sine stands for its spring."""
+    laws = [shelf.find(name) for name in dict.fromkeys([*terms, *shelf.SEVEN_TERMS])]
+    taken = {name for law in laws for name in law.instead_of}
+    return tuple(law for law in laws if law.kind == "algebraic" and not law.is_inertia and law.name not in taken)
 
 
 def _form(
@@ -115,12 +105,12 @@ def _form(
     run = let_go(simulation, fit)
     if run.nrmse <= allowed_error(simulation, run):
         return kept
-    return tuple(t for t in library if t.name in ORDINARY)
+    return tuple(t for t in library if t.name in shelf.ORDINARY)
 
 
 def _kept(motion: Motion, library: tuple[Term, ...]) -> tuple[Term, ...]:
     """The laws that evidence keeps for one motion, its restoring force always."""
-    restoring = [t for t in library if t.name in ("stiffness", "sine_restoring")]
+    restoring = [t for t in library if t.is_spring]
     return discover([motion], library, known=restoring).terms
 
 

@@ -20,7 +20,7 @@ from undertow.conditioning.motion import Motion
 from undertow.discrepancy.difference import Difference
 from undertow.errors import ConfigError, RecordingError, UndertowError
 from undertow.likelihood.fit import Specimen
-from undertow.recording.catalogue import Catalogue, Entry, Window, read_trial
+from undertow.recording.catalogue import Catalogue, Entry, TimeWindow, read_trial
 from undertow.recording.gather import gather
 from undertow.recording.recording import Condition
 from undertow.report.difference import write_difference
@@ -33,7 +33,7 @@ FEWEST_SAMPLES = 20
 
 
 @dataclass(frozen=True)
-class Pair:
+class FilePair:
     """Both motions, and what a config says beside them: laws, specimen, the rig's scatter, seed."""
 
     simulation: Motion
@@ -83,7 +83,7 @@ def differ(simulation: Path, recording: Path, config_path: Path | None = None, o
     return Compared(folder, found)
 
 
-def _guessed(simulation: Path, recording: Path) -> Pair:
+def _guessed(simulation: Path, recording: Path) -> FilePair:
     """Both motions with the mapping that each file's own names suggest."""
     motions = []
     for what, path in (("simulation", simulation), ("recording", recording)):
@@ -97,17 +97,17 @@ def _guessed(simulation: Path, recording: Path) -> Pair:
             f"the simulation's coordinate looks like a {first.recording.coordinate}, the recording's like a "
             f"{second.recording.coordinate}; say with --config which columns are what"
         )
-    return Pair(first, second)
+    return FilePair(first, second)
 
 
-def _configured(simulation: Path, recording: Path, config_path: Path) -> Pair:
+def _configured(simulation: Path, recording: Path, config_path: Path) -> FilePair:
     """Both motions with a config's mapping; the recording's conditions and window where the config knows it."""
     config = load(config_path)
     catalogue = config.catalogue()
     entry = _entry(catalogue, recording)
     channels = {name: spec for name, spec in catalogue.channels.items() if name in MOTION_CHANNELS}
     motion_only = replace(catalogue, channels=channels)
-    made = replace(entry, name=simulation.name, file=simulation, window=Window())
+    made = replace(entry, name=simulation.name, file=simulation, window=TimeWindow())
     motions = []
     for what, one in (("simulation", made), ("recording", entry)):
         try:
@@ -120,7 +120,7 @@ def _configured(simulation: Path, recording: Path, config_path: Path) -> Pair:
         motions.append(_named(motion, what))
     specimen, scatter = _specimen(config, entry.conditions), config.specimen.scatter
     spread = {"k": scatter.k, "c": scatter.c, "mu": scatter.mu} if scatter else {}
-    return Pair(motions[0], motions[1], config.equation.terms, specimen, spread, config.seed)
+    return FilePair(motions[0], motions[1], config.equation.terms, specimen, spread, config.seed)
 
 
 def _entry(catalogue: Catalogue, recording: Path) -> Entry:

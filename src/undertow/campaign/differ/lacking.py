@@ -14,7 +14,8 @@ from collections.abc import Mapping, Sequence
 from dataclasses import replace
 
 from undertow.comparison.level import Member, make_level
-from undertow.comparison.suspects import SUSPECTS, Addition, Scales, Suspect
+from undertow.comparison.suspect import Scales, Suspect
+from undertow.comparison.suspects import all_suspects
 from undertow.conditioning.motion import Motion
 from undertow.discrepancy.case import Case
 from undertow.discrepancy.judge import judge
@@ -51,28 +52,6 @@ FORCES = ("N", "kg")
 SIGNIFICANT = 3.0
 """Two coefficients differ when they lie this many standard errors apart; one is there when it is so far from zero."""
 
-MORE_OF: Mapping[str, str] = {
-    "viscous_damping": "linear_damping",
-    "linear_damping": "linear_damping",
-    "coulomb_friction": "coulomb_friction",
-    "quadratic_drag": "quadratic_drag",
-    "cubic_damping": "cubic_damping",
-}
-"""What a recording has more of where a coefficient that takes energy is larger than the simulation's."""
-
-NAMES: Mapping[str, str] = {"viscous_damping": "linear_damping", "quadratic_stiffness": "asymmetric_stiffness"}
-"""Names of missing physics that differ from the term's."""
-
-
-def _drag(scales: Scales, start: float) -> tuple[Addition, ...]:
-    size = 0.02 * scales.force / scales.speed**2
-    return (Addition("drag_Ns2_per_m2", "N s^2/m^2", "q", 0.0, size),)
-
-
-_KNOWN = frozenset(s.name for s in SUSPECTS)
-ALL = SUSPECTS if "quadratic_drag" in _KNOWN else (*SUSPECTS, Suspect("quadratic_drag", "water", _drag))
-"""Suspects of a simulation: those of a campaign, and drag, which a campaign's equation has already."""
-
 
 def fitted(motion: Motion, terms: Sequence[Term], specimen: Specimen = UNKNOWN) -> GroupFit:
     """An equation of these terms fitted to one motion by output error; per total mass without an anchor."""
@@ -106,7 +85,7 @@ def judged(motion: Motion, terms: Sequence[Term], label: str, specimen: Specimen
     case = Case({}, label, member, (), described, floor, allowed, int(run.nrmse > allowed), False, False)
     taken = {c.slot for c in fit.model.coefficients}
     scales = make_level([member]).scales
-    suspects = [s for s in ALL if _slot(s, scales) not in taken]
+    suspects = [s for s in all_suspects() if _slot(s, scales) not in taken]
     return _in_kilograms(judge([case], suspects)[0], specimen)
 
 
@@ -174,7 +153,7 @@ def _further_laws(
         except IdentificationError:
             without = math.inf
         if math.sqrt(max(without**2 - error**2, 0.0)) > WORTH * allowed:
-            found.append((without, NAMES.get(term.name, term.name)))
+            found.append((without, term.missing_as or term.name))
     return tuple(name for _, name in sorted(found, reverse=True))
 
 
@@ -185,8 +164,9 @@ def more(recording: Motion, simulated: GroupFit, known: GroupFit, limit: float) 
     """
     own = let_go(recording, known).nrmse
     found = []
+    losses = {t.name: t.missing_as or t.name for t in known.model.terms if t.dissipates}
     for c in known.model.coefficients:
-        if c.term not in MORE_OF or c.name not in simulated.estimates:
+        if c.term not in losses or c.name not in simulated.estimates:
             continue
         mine, theirs = simulated.estimates[c.name], known.estimates[c.name]
         if not theirs.value - mine.value > SIGNIFICANT * math.hypot(_size(mine), _size(theirs)):
@@ -195,7 +175,7 @@ def more(recording: Motion, simulated: GroupFit, known: GroupFit, limit: float) 
         theta[SLOT[c.slot]] += c.factor * (mine.value - theirs.value)
         worse = free_run(recording, theta, recording.equilibrium.total_stderr).nrmse
         if math.sqrt(max(worse**2 - own**2, 0.0)) > limit:
-            found.append(MORE_OF[c.term])
+            found.append(losses[c.term])
     return tuple(found)
 
 

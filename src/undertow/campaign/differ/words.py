@@ -6,22 +6,14 @@ Belongs here: that sentence. Does not belong here: anything that it says (differ
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 
 from undertow.discrepancy.difference import Difference
-from undertow.discrepancy.sentence import WORDS
+from undertow.discrepancy.naming import in_words
 from undertow.discrepancy.words import percent
 
 LET_GO = "let go like the recording, its equation"
 """How the second half of the sentence begins."""
-
-OWN_WORDS: Mapping[str, str] = {
-    "coulomb_friction": "dry friction",
-    "linear_damping": "linear damping",
-    "hidden_resonator": "something that was not recorded and oscillates by itself",
-    "added_mass": "mass that moves with the body",
-}
-"""Where a campaign speaks of its dry trials and of water, a pair of files has neither."""
 
 FAR = 3.0
 """Standard errors from which two numbers are said to differ."""
@@ -51,7 +43,7 @@ def _how_far(d: Difference) -> str:
 
 def _listed(names: Sequence[str], more: Sequence[str] = ()) -> str:
     """Names in words; of those in ``more`` the simulation has some, but not enough."""
-    said = (f"{'enough ' if n in more else ''}{OWN_WORDS.get(n) or WORDS.get(n, n.replace('_', ' '))}" for n in names)
+    said = (f"{'enough ' if n in more else ''}{in_words(n, alone=True)}" for n in names)
     return " and ".join(said)
 
 

@@ -42,7 +42,7 @@ _CHECKSUM = re.compile(rf"^({'|'.join(ALGORITHMS)}):([0-9a-f]{{32,128}})$", re.I
 
 
 @dataclass(frozen=True)
-class Source:
+class RecordFile:
     """One file to be fetched: name, address, checksum as ALGORITHM:HEX and size in bytes ("" and -1: not known)."""
 
     name: str
@@ -91,7 +91,7 @@ def fetch(
         yield fetched
 
 
-def resolve(source: str, checksum: str = "", zenodo_api: str | None = None) -> tuple[Source, ...]:
+def resolve(source: str, checksum: str = "", zenodo_api: str | None = None) -> tuple[RecordFile, ...]:
     """The files that a DOI or an address stands for; raises as `fetch` does."""
     if checksum and not _CHECKSUM.match(checksum):
         raise ConfigError(f"checksum {checksum!r} is not ALGORITHM:HEX with one of {', '.join(ALGORITHMS)}; correct it")
@@ -105,7 +105,7 @@ def resolve(source: str, checksum: str = "", zenodo_api: str | None = None) -> t
     if "://" not in source:
         raise ConfigError(f"source {source!r} is neither a DOI nor an address; give 10.5281/zenodo.N or https://...")
     check_address(source)
-    return (Source(safe_file_name(unquote(urlsplit(source).path.rpartition("/")[2]), source), source, checksum),)
+    return (RecordFile(safe_file_name(unquote(urlsplit(source).path.rpartition("/")[2]), source), source, checksum),)
 
 
 def safe_file_name(name: str, where: str) -> str:
@@ -123,13 +123,13 @@ def safe_file_name(name: str, where: str) -> str:
     return name
 
 
-def _zenodo_files(record: str, api: str) -> tuple[Source, ...]:
+def _zenodo_files(record: str, api: str) -> tuple[RecordFile, ...]:
     """Files of a Zenodo record, from its JSON description."""
     url = f"{api}/records/{record}"
     content = _json(url, record)
     try:
         files = tuple(
-            Source(
+            RecordFile(
                 safe_file_name(str(file["key"]), f"record {record}"), str(file["links"]["self"]),
                 _known_checksum(str(file["checksum"]), record), int(file["size"]),
             )
@@ -174,7 +174,7 @@ def _json(url: str, record: str) -> Mapping[str, Any]:
     return content if isinstance(content, dict) else {}
 
 
-def _fetch_one(file: Source, into: Path, progress: Progress, wait: Callable[[float], None]) -> Fetched:
+def _fetch_one(file: RecordFile, into: Path, progress: Progress, wait: Callable[[float], None]) -> Fetched:
     """One file, checked; left alone where it is there already."""
     target = into / file.name
     if target.exists():
@@ -202,7 +202,7 @@ def _fetch_one(file: Source, into: Path, progress: Progress, wait: Callable[[flo
     return Fetched(target, size, digest, said)
 
 
-def _kept(file: Source, target: Path) -> Fetched:
+def _kept(file: RecordFile, target: Path) -> Fetched:
     """A file that is there already, if it is the one; UndertowError where it is not, or nothing says that it is."""
     digest = _sha256(target)
     beside = _beside(target)

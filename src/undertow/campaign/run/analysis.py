@@ -205,7 +205,7 @@ def _attempt(method: str, trials: tuple[str, ...], work: Callable[[], Fit]) -> F
 
 
 def _sindy(task: GroupTask, motions: Sequence[Motion]) -> Fit:
-    terms = [t for t in task.terms if t.name != "added_mass" and not (task.dry and t.name == "quadratic_drag")]
+    terms = [t for t in task.terms if not t.is_inertia and not (task.dry and t.of_area)]
     found: SindyResult = discover(motions, terms, subset=False)
     physical = to_physical(
         found.names, found.coefficients, found.covariance, task.anchor, task.specimen, task.dry

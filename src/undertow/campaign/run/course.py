@@ -18,7 +18,7 @@ from undertow.campaign.run import checkpoints
 from undertow.campaign.run.analysis import GroupTask, analyse
 from undertow.campaign.run.checking import Checked, Checker, sorted_out
 from undertow.campaign.run.cut_off import with_clipped
-from undertow.campaign.run.gathered import Gathered, Part
+from undertow.campaign.run.gathered import Gathered, PortionFindings
 from undertow.campaign.run.judgement import judged
 from undertow.campaign.run.plausible import with_doubts
 from undertow.campaign.run.portions import TRIALS_AT_ONCE, Portion, portions
@@ -110,7 +110,7 @@ class Course:
         self._dry: tuple[list[GroupTask], list[GroupFindings]] = ([], [])
         self._read = self._tried = 0
 
-    def parts(self) -> Iterator[Part]:
+    def parts(self) -> Iterator[PortionFindings]:
         """What was found, portion by portion, dry groups first; groups of a portion in their order.
 
         Raises UndertowError at the end where no trial at all could be used.
@@ -132,7 +132,7 @@ class Course:
         if not found:
             raise UndertowError(f"none of {self._tried} groups can be identified: {last}")
 
-    def _part(self, portion: Portion) -> Part:
+    def _part(self, portion: Portion) -> PortionFindings:
         with self._stage(READ):
             checked = self._looked_at(portion)
             read = sorted_out(self._config, checked, stops=self._structures is None)
@@ -156,7 +156,7 @@ class Course:
         found, implausible = with_doubts(found, known)
         notes = (*self._notes, *_notes(read.motions), *_divided(portion, found))
         self._notes = ()
-        return Part(tuple(found), failed, notes, (*read.doubts, *implausible))
+        return PortionFindings(tuple(found), failed, notes, (*read.doubts, *implausible))
 
     def _looked_at(self, portion: Portion) -> list[Checked]:
         """The portion's trials read and checked; trials that were given are compared with the config alone."""

@@ -17,7 +17,7 @@ from ruamel.yaml import YAML
 
 from undertow.campaign.config import load
 from undertow.campaign.run.course import Course
-from undertow.campaign.run.gathered import Gathered, Part
+from undertow.campaign.run.gathered import Gathered, PortionFindings
 from undertow.campaign.run.manifest import manifest_pieces, provenance
 from undertow.campaign.run.portions import group_order
 from undertow.campaign.run.workers import Progress, silent
@@ -111,7 +111,7 @@ def run_to_folder(
     return Finished(folder, findings, gathered.extent, tuple(gathered.contradicted))
 
 
-def _take(part: Part, gathered: Gathered, tables: RunTables) -> None:
+def _take(part: PortionFindings, gathered: Gathered, tables: RunTables) -> None:
     """One portion's groups into the tables, and what the page shows of them kept."""
     gathered.add(part)
     tables.note(part.notes)
@@ -132,7 +132,7 @@ def _prepare(folder: Path, config_path: Path, text: str) -> None:
         )
 
 
-def _or_set_aside(parts: Iterator[Part], folder: Path) -> Iterator[Part]:
+def _or_set_aside(parts: Iterator[PortionFindings], folder: Path) -> Iterator[PortionFindings]:
     """The parts of a run; an older run's results are set aside where none comes."""
     try:
         yield from parts

@@ -34,7 +34,7 @@ COMPARED_AT_MOST = 200
 
 
 @dataclass(frozen=True)
-class Part:
+class PortionFindings:
     """What one portion of a campaign gave: groups in order, trials that could not be used, notes, doubts."""
 
     groups: tuple[GroupFindings, ...]
@@ -65,7 +65,7 @@ class Gathered:
         self.contradicted: list[str] = []
         self.extent = Extent()
 
-    def add(self, part: Part) -> None:
+    def add(self, part: PortionFindings) -> None:
         """One more part; nothing else of it is held afterwards."""
         self._failed += part.failed
         self.contradicted += [g.verdict.sentence for g in part.groups if g.verdict.contradicted]

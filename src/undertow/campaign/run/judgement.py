@@ -14,7 +14,7 @@ from undertow.campaign.config import GroupKey, RunConfig
 from undertow.campaign.run import checkpoints
 from undertow.campaign.run.analysis import GroupTask
 from undertow.campaign.run.rig import (
-    Rig,
+    WetRig,
     believable_repeatability,
     dry_specimens,
     in_water,
@@ -24,7 +24,8 @@ from undertow.campaign.run.rig import (
 )
 from undertow.campaign.run.workers import Progress, on_processes
 from undertow.comparison.level import Addend, Member
-from undertow.comparison.suspects import Suspect, chosen
+from undertow.comparison.suspect import Suspect
+from undertow.comparison.suspects import chosen
 from undertow.discrepancy.case import Case
 from undertow.discrepancy.earned import NEXT
 from undertow.discrepancy.findings import GroupFindings
@@ -166,7 +167,7 @@ def _loosened(structure: Structure | None, task: GroupTask) -> Structure | None:
     return replace(structure, k=k, c=replace(c, stderr=max(c.stderr, abs(c.value))), mu=mu)
 
 
-def _with_rig(case: Case, rig: Rig | None) -> Case:
+def _with_rig(case: Case, rig: WetRig | None) -> Case:
     """A wet group held against its rig as the dry trials with what they need give it."""
     if rig is None:
         return case

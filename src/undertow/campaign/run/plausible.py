@@ -30,7 +30,7 @@ MOST_DAMPING_RATIO = 0.5
 
 
 @dataclass(frozen=True)
-class Range:
+class Plausible:
     """Where a number can lie, and what to look at where it does not."""
 
     lower: float
@@ -39,13 +39,15 @@ class Range:
     look_at: str
 
 
-RANGES: Mapping[str, Range] = {
-    "mu": Range(1e-4, 2.0, "friction coefficient", "the unit of the displacement, mass, gravity and buoyancy"),
-    "drag_coefficient": Range(0.01, 100.0, "drag coefficient", "the unit of the displacement, area and density"),
+RANGES: Mapping[str, Plausible] = {
+    "mu": Plausible(1e-4, 2.0, "friction coefficient", "the unit of the displacement, mass, gravity and buoyancy"),
+    "drag_coefficient": Plausible(0.01, 100.0, "drag coefficient", "the unit of the displacement, area and density"),
 }
 """Numbers without a unit: a roller bearing has 1e-4, rubber 2; a streamlined body 0.01, a plate in small motion 100."""
 
-ADDED_MASS = Range(-0.5, 20.0, "added mass over stated mass", "mass, stiffness, the dry trials and the unit of time")
+ADDED_MASS = Plausible(
+    -0.5, 20.0, "added mass over stated mass", "mass, stiffness, the dry trials and the unit of time"
+)
 """Sloshing water below the body's frequency takes some off; a light plate carries many times its mass."""
 
 
@@ -92,7 +94,7 @@ def implausible(group: GroupFindings) -> tuple[tuple[str, str], ...]:
     return (*doubts, ("damping", damped)) if damped else tuple(doubts)
 
 
-def _outside(allowed: Range, found: Estimate) -> str:
+def _outside(allowed: Plausible, found: Estimate) -> str:
     """That a number lies surely outside its range; a number that may be zero is none that is too small."""
     error = found.total_stderr
     if not math.isfinite(found.value) or not math.isfinite(error):

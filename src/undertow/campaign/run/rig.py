@@ -17,7 +17,7 @@ import numpy as np
 from undertow.campaign.config import GroupKey, RunConfig
 from undertow.campaign.run.analysis import GroupTask, rest_width, spread_of_repetitions
 from undertow.comparison.level import Addend
-from undertow.comparison.suspects import Addition
+from undertow.comparison.suspect import Addition
 from undertow.discrepancy.judge import Judged
 from undertow.equation.kernel import SLOT
 from undertow.errors import FAILURES
@@ -44,7 +44,7 @@ Slots = Mapping[str, float]
 
 
 @dataclass(frozen=True)
-class Rig:
+class WetRig:
     """A wet group's model with the rig found anew, its nuisances, and its repeatability."""
 
     model: GroupModel
@@ -136,7 +136,9 @@ def moved_slots(standing: Sequence[Addend], label: str) -> dict[str, str]:
     }  # fmt: skip
 
 
-def with_known(config: RunConfig, tasks: Sequence[GroupTask], standing: Sequence[Addend]) -> dict[GroupKey, Rig | None]:
+def with_known(
+    config: RunConfig, tasks: Sequence[GroupTask], standing: Sequence[Addend]
+) -> dict[GroupKey, WetRig | None]:
     """Each group's rig with what stands for its spring; None for dry groups, springs that need nothing, and springs of
     which no dry trial can be fitted beside it: their rig stays as it was."""
     fits = {
@@ -153,7 +155,7 @@ def with_known(config: RunConfig, tasks: Sequence[GroupTask], standing: Sequence
         scatter = Scatter({"k": stated.k, "c": stated.c, "mu": stated.mu}, float("inf"))
     structures = {label: structure_from(found, scatter) for label, found in fits.items() if found}
     weighed = dry_specimens(config, tasks)
-    rigs: dict[GroupKey, Rig | None] = {}
+    rigs: dict[GroupKey, WetRig | None] = {}
     for task in tasks:
         label = spring_label(config, task)
         slots = known_slots(in_water(standing, {label: task.specimen}, weighed), label)
@@ -177,7 +179,7 @@ def spring_label(config: RunConfig, task: GroupTask) -> str:
     return " ".join(str(v) for k, v in task.key.items() if k not in fixed) or "all"
 
 
-def _rig(task: GroupTask, structure: Structure, slots: Slots, moved: Mapping[str, str]) -> Rig:
+def _rig(task: GroupTask, structure: Structure, slots: Slots, moved: Mapping[str, str]) -> WetRig:
     """One wet group's model and repeatability with the rig found anew."""
     task = replace(task, structure=structure, dry_structure=structure, stiffness={})
     model = group_model(task.terms, task.motions, task.specimen, structure, dry=False, anchored=task.anchor.known)
@@ -186,7 +188,7 @@ def _rig(task: GroupTask, structure: Structure, slots: Slots, moved: Mapping[str
         base[SLOT[new]], base[SLOT[old]] = base[SLOT[new]] + base[SLOT[old]], 0.0
     for slot, value in slots.items():
         base[SLOT[slot]] += value
-    return Rig(model, task.options, _repetitions(task, replace(model, base=base), structure))
+    return WetRig(model, task.options, _repetitions(task, replace(model, base=base), structure))
 
 
 def _repetitions(task: GroupTask, model: GroupModel, structure: Structure) -> float:

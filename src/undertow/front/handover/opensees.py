@@ -15,6 +15,8 @@ from collections.abc import Sequence
 import numpy as np
 
 from undertow.equation.equation import Equation
+from undertow.equation.registry import catalogue
+from undertow.equation.symbolic import Element
 from undertow.equation.term import Term
 from undertow.errors import UndertowError
 from undertow.front.handover.programs import largest_step
@@ -31,11 +33,14 @@ FINER, FINER_YIELDING = 4.0, 32.0
 period each period. What yields needs shorter ones: a stiffer spring for sticking, and Bouc-Wen's law is followed by
 Euler's method."""
 
-_ELASTIC = ("stiffness", "cubic_stiffness", "quintic_stiffness", "asymmetric_stiffness", "quadratic_stiffness",
-            "sine_restoring")  # fmt: skip
-_VISCOUS = {"viscous_damping": 1.0, "linear_damping": 1.0, "quadratic_drag": 2.0, "cubic_damping": 3.0}
-_FOLLOWED = (*_ELASTIC, *_VISCOUS, "drag_exponent", "coulomb_friction", "hidden_resonator", "relaxation", "hysteresis",
-             "external_forcing", "added_mass")  # fmt: skip
+_ORDER: tuple[Element, ...] = ("elastic", "dashpot", "slider", "oscillator", "maxwell", "bristles", "drive", "inertia")
+
+
+def followed() -> tuple[str, ...]:
+    """Names of the laws that OpenSees has an element for."""
+    known = [(_ORDER.index(law.element), law.speed_power or math.inf, law.name) for law in catalogue() if law.element]
+    return tuple(name for *_, name in sorted(known, key=lambda one: one[:2]))
+
 
 Pair = tuple[Term, float]
 
@@ -43,43 +48,29 @@ Pair = tuple[Term, float]
 def opensees_text(equation: Equation, reach_m: float) -> str:
     """The module's text; see `HandOver.to_opensees`."""
     pairs = list(zip(equation.terms, equation.coefficients, strict=True))
-    other = [term.name for term, _ in pairs if term.name not in _FOLLOWED]
+    other = [term.name for term, _ in pairs if not term.element]
     if other:
         raise UndertowError(
-            f"{other[0]} has no material in OpenSees; it follows {', '.join(_FOLLOWED)}: hand it over with to_python() "
-            "or to_octave()"
+            f"{other[0]} has no material in OpenSees; it follows {', '.join(followed())}: hand it over with "
+            "to_python() or to_octave()"
         )
-    yields = any(term.name in ("coulomb_friction", "hysteresis") for term, _ in pairs)
+    yields = any(term.element in ("slider", "bristles") for term, _ in pairs)
     step = largest_step(equation, reach_m) / (FINER_YIELDING if yields else FINER)
     lines = ["ops.node(1, 0.0)", "ops.fix(1, 1)", "ops.node(2, 0.0)", f"ops.mass(2, {equation.total_mass_kg!r})"]
     lines += ["ops.timeSeries('Constant', 1)", "ops.pattern('Plain', 1, 1)"]
     between: list[str] = []
-    elastic = [pair for pair in pairs if pair[0].name in _ELASTIC]
+    elastic = [pair for pair in pairs if pair[0].element == "elastic"]
     if elastic:
         material, held = _elastic(elastic, reach_m)
         between.append(material)
         lines += [f"held = {held}", "ops.load(2, -held)"]
-    driven = [pair for pair in pairs if pair[0].name == "external_forcing"]
+    driven = [pair for pair in pairs if pair[0].element == "drive"]
     pulls = [f"{value * math.cos(term.inner['phase_rad'])!r}" for term, value in driven]
     lines.append(f"pull = {' + '.join(['held' if elastic else '0.0', *pulls])}  # on the body at the release")
     stiff = STICKING * equation.total_mass_kg / step**2
-    resonators: list[Pair] = []
+    resonators = [pair for pair in pairs if pair[0].element == "oscillator"]
     for term, value in pairs:
-        if term.name in _VISCOUS:
-            between.append(f"'Viscous', TAG, {value!r}, {_VISCOUS[term.name]!r}")
-        elif term.name == "drag_exponent":
-            between.append(f"'Viscous', TAG, {value!r}, {term.inner['exponent']!r}")
-        elif term.name == "coulomb_friction":
-            gives = value / stiff
-            slack = f"float(np.clip(pull, -{value!r}, {value!r})) / {stiff!r}"
-            between.append(f"'ElasticPP', TAG, {stiff!r}, {gives!r}, -{gives!r}, {slack}")
-        elif term.name == "relaxation":
-            between.append(f"'Maxwell', TAG, {value!r}, {value * term.inner['time_s']!r}, 1.0, 1.0")
-        elif term.name == "hysteresis":
-            width = term.inner["yield_displacement_m"]
-            between.append(f"'BoucWen', TAG, 0.0, {value!r}, 1.0, 0.0, {1.0 / width!r}, 1.0, 0.0, 0.0, 0.0")
-        elif term.name == "hidden_resonator":
-            resonators.append((term, value))
+        between += term.materials(value, stiff)
     lines += _linked(between, 1, 2, 1)
     tag = len(between) + 1
     for at, (term, mass) in enumerate(resonators):
@@ -97,7 +88,7 @@ def opensees_text(equation: Equation, reach_m: float) -> str:
 
 def _elastic(pairs: Sequence[Pair], reach_m: float) -> tuple[str, str]:
     """Forces of displacement alone as one material, a spring or a table, and the force that holds the body."""
-    if all(term.name == "stiffness" for term, _ in pairs):
+    if all(term.structural == "k" for term, _ in pairs):
         k = sum(value for _, value in pairs)
         return f"'Elastic', TAG, {k!r}", f"{k!r} * start"
     table = "'-strain', *(STRAINS_M - start), '-stress', *(FORCES_N - held)"
@@ -106,7 +97,7 @@ def _elastic(pairs: Sequence[Pair], reach_m: float) -> tuple[str, str]:
 
 def _table(pairs: Sequence[Pair], reach_m: float) -> str:
     """The table of elastic forces, where one is needed."""
-    if all(term.name == "stiffness" for term, _ in pairs):
+    if all(term.structural == "k" for term, _ in pairs):
         return ""
     at = np.linspace(-1.5 * reach_m, 1.5 * reach_m, 2 * TABLE_HALF + 1)
     still = np.zeros(at.size)

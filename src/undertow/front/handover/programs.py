@@ -14,8 +14,9 @@ from textwrap import indent
 
 from undertow.equation.equation import Equation
 from undertow.equation.simulate import fastest_frequency
+from undertow.equation.symbolic import Expression
 from undertow.errors import UndertowError
-from undertow.front.handover.symbols import Expression, System, system_of
+from undertow.front.handover.symbols import System, system_of
 
 STEPS_PER_PERIOD = 200
 """Steps of the fourth-order method a period of the fastest motion: errors under 1e-6 of x0."""

@@ -1,0 +1,39 @@
+"""Words of what can be missing, and the test that would show it plainly.
+
+A law says its own in its class, an effect that is no law in its record among the suspects. Belongs here: looking them
+up. Does not belong here: sentences (sentence.py).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+from undertow.comparison.suspects import SUSPECTS
+from undertow.equation.registry import row
+
+FOUND_ELSEWHERE: Mapping[str, str] = {"clipping": "a sensor cut off at the end of its range"}
+"""Words of what a verdict can name without a search for it."""
+
+
+def in_words(name: str, of_water: bool = True, alone: bool = False) -> str:
+    """An effect in words. Where no water was taken away nobody knows that the water does it (not ``of_water``); a pair
+    of files ``alone`` has neither dry trials nor water.
+
+    >>> in_words("hidden_resonator", of_water=False)
+    'something that was not recorded and oscillates by itself'
+    """
+    said = FOUND_ELSEWHERE.get(name, "") or next((s.words for s in SUSPECTS if s.name == name), "")
+    law = row(name)
+    if law is not None:
+        said = law.words
+        if not of_water or alone:
+            said = law.words_unplaced or said
+        if alone:
+            said = law.words_alone or said
+    return said or name.replace("_", " ")
+
+
+def next_test(name: str) -> str:
+    """The test that would show an effect plainly; empty where none is known."""
+    law = row(name)
+    return law.next_test if law is not None else next((s.next_test for s in SUSPECTS if s.name == name), "")

@@ -17,7 +17,6 @@ EACH_SPRING = "each spring's own"
 """Variant of a suspect that a level with one spring cannot tell from the shared one."""
 
 
-
 @dataclass(frozen=True)
 class Scales:
     """Sizes of one level's motion: mass (kg), angular rate (rad/s), speed (m/s), displacement (m), slowest and

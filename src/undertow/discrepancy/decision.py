@@ -108,7 +108,7 @@ def _unseen(verdict: Verdict, case: Case, diagnosis: LevelDiagnosis) -> tuple[Ga
     return (Gate("unseen_trials", statistic, away, WORSE, away <= WORSE, said, "unseen", bars),)
 
 
-def _outweighed(diagnosis: Diagnosis) -> tuple[Gate, ...]:
+def _outweighed(diagnosis: LevelDiagnosis) -> tuple[Gate, ...]:
     """Whether something that was excluded, and is no rival of what is named, is far more probable."""
     if not diagnosis.accused:
         return ()

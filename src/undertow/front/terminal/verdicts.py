@@ -135,7 +135,7 @@ def table_text(table: Table, width: int = 0, colour: bool = False) -> str:
         file=stream, width=width or NO_TERMINAL_WIDTH, force_terminal=colour, highlight=False, no_color=not colour
     )
     console.print(table)
-    return "\n".join(line.rstrip() for line in stream.getvalue().strip("\n").splitlines())
+    return "\n".join(line.rstrip() for line in stream.getvalue().splitlines() if line.strip())
 
 
 def _number(value: float | None) -> float:

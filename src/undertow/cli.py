@@ -6,6 +6,8 @@ Exit 0 done, 1 failed, 2 usage or config, 3 done but some trials failed, 130 int
 
 from __future__ import annotations
 
+import os
+import shutil
 import signal
 import sys
 import threading
@@ -55,7 +57,6 @@ _GOES_ON = {
 
 app = typer.Typer(
     cls=_Commands,
-    add_completion=False,
     no_args_is_help=True,
     rich_markup_mode=None,
     pretty_exceptions_enable=False,
@@ -63,7 +64,28 @@ app = typer.Typer(
 )
 
 ConfigPath = Annotated[Path, typer.Argument(metavar="CONFIG", help="The campaign's YAML file (see configs/).")]
+AsJson = Annotated[bool, typer.Option("--json", help="Print the result as JSON on stdout, nothing else.")]
+Quiet = Annotated[bool, typer.Option("--quiet", "-q", help="No progress, and of the result the last line alone.")]
+Verbose = Annotated[bool, typer.Option("--verbose", "-v", help="A line of progress an item; every group's sentence.")]
 Overrides = Annotated[list[str] | None, typer.Option("--set", metavar="a.b=v", help="Replace one key of the config.")]
+
+
+def _run_folders(incomplete: str) -> list[str]:
+    """Folders that begin so and hold a run, or others to go into: for completion."""
+    from undertow.front.terminal.completion import run_folders
+    return run_folders(incomplete)
+
+
+def _groups(ctx: typer.Context, incomplete: str) -> list[str]:
+    """Titles of the run's groups: for completion."""
+    from undertow.front.terminal.completion import group_titles
+    return group_titles(ctx.params.get("run"), incomplete)
+
+
+def _term_names(incomplete: str) -> list[str]:
+    """Terms of the registry: for completion."""
+    from undertow.front.terminal.completion import term_names
+    return term_names(incomplete)
 
 
 def _say(text: str) -> None:
@@ -89,32 +111,40 @@ def _terminable() -> Iterator[None]:
 
 
 @contextmanager
-def _bar() -> Iterator[Progress]:
-    """A progress bar on stderr; plain lines where stderr is no terminal."""
-    if not sys.stderr.isatty():
+def _progress(quiet: bool = False, verbose: bool = False) -> Iterator[Progress]:
+    """Progress on stderr: bars on a terminal, elsewhere a line every few seconds, one an item where ``verbose``."""
+    if quiet:
+        from undertow.campaign.run.workers import silent
+        yield silent
+    elif sys.stderr.isatty() and not verbose:
+        from rich.console import Console
 
-        def line(stage: str, done: int, of: int) -> None:
-            """A line at a stage's start and end."""
-            if done in (0, of):
-                _say(f"{stage}: {done} of {of}")
+        from undertow.front.terminal.progress import bars_shown
+        with bars_shown(Console(stderr=True)) as bars:
+            yield bars
+    else:
+        from undertow.front.terminal.progress import lines_shown
+        with lines_shown(_say, each=verbose) as lines:
+            yield lines
 
-        yield line
-        return
-    from rich.console import Console
-    from rich.progress import BarColumn, MofNCompleteColumn, TaskID, TextColumn, TimeElapsedColumn
-    from rich.progress import Progress as Bar
 
-    columns = (TextColumn("{task.description:22}"), BarColumn(), MofNCompleteColumn(), TimeElapsedColumn())
-    with Bar(*columns, console=Console(stderr=True)) as bar:
-        tasks: dict[str, TaskID] = {}
+def _print_json(value: object) -> None:
+    """A result as JSON on stdout."""
+    import json
+    typer.echo(json.dumps(value, indent=2, ensure_ascii=False, allow_nan=False))
 
-        def update(stage: str, done: int, of: int) -> None:
-            """A stage's bar, made when it is first heard of."""
-            if stage not in tasks:
-                tasks[stage] = bar.add_task(stage, total=of)
-            bar.update(tasks[stage], completed=done, total=of)
 
-        yield update
+def _width_and_colour() -> tuple[int, bool]:
+    """Of the terminal that stdout is; 0 and none where it is none. Colour is left out where NO_COLOR is set."""
+    if not sys.stdout.isatty():
+        return 0, False
+    return shutil.get_terminal_size().columns, not os.environ.get("NO_COLOR")
+
+
+def _one_voice(quiet: bool, verbose: bool) -> None:
+    """Refuse --quiet with --verbose."""
+    if quiet and verbose:
+        raise typer.BadParameter("--quiet and --verbose contradict each other; give one of them")
 
 
 @app.command()
@@ -124,13 +154,21 @@ def run(
     out: Annotated[Path | None, typer.Option("--out", metavar="DIR", help="Run folder; default runs/<name>.")] = None,
     jobs: Annotated[int, typer.Option("--jobs", metavar="N", min=0, help="Processes; 0: one a core.")] = 0,
     resume: Annotated[bool, typer.Option("--resume", help="Take finished groups from the run folder.")] = False,
+    as_json: AsJson = False,
+    quiet: Quiet = False,
+    verbose: Verbose = False,
 ) -> None:
-    """The whole way, from recordings to report."""
+    """The whole way, from recordings to report; prints a table of verdicts."""
+    _one_voice(quiet, verbose)
     with _terminable():
         from undertow.campaign.run.folder import run_to_folder
-        with _bar() as progress:
+        with _progress(quiet, verbose) as progress:
             finished = run_to_folder(config, overrides or (), out, jobs=jobs, resume=resume, progress=progress)
-    typer.echo(finished.summary)
+    from undertow.front.terminal.verdicts import last_line, run_json, run_text
+    if as_json:
+        _print_json(run_json(finished))
+    else:
+        typer.echo(last_line(finished) if quiet else run_text(finished, *_width_and_colour(), verbose=verbose))
     for trial in finished.failed:
         _say(f"failed: {trial.reason if trial.name in trial.reason else f'{trial.name}: {trial.reason}'}")
     for sentence in finished.contradicted:
@@ -145,11 +183,12 @@ def init(
     out: Annotated[
         Path | None, typer.Option("--out", metavar="FILE", help="Config; default FOLDER/undertow.yaml.")
     ] = None,
+    quiet: Quiet = False,
 ) -> None:
     """A config for all recordings of a folder that runs as it is: layouts, channels, conditions from names."""
     with _terminable():
         from undertow.campaign.starting import start
-        with _bar() as progress:
+        with _progress(quiet) as progress:
             started = start(folder, out, progress)
     typer.echo(started.summary)
 
@@ -177,28 +216,52 @@ def inspect(
 
 @app.command()
 def compare(
-    runs: Annotated[list[Path], typer.Argument(metavar="RUN...", help="Run folders.")],
+    runs: Annotated[list[Path], typer.Argument(metavar="RUN...", help="Run folders.", autocompletion=_run_folders)],
     out: Annotated[Path | None, typer.Option("--out", metavar="FILE", help="Also write the table as HTML.")] = None,
+    whole: Annotated[bool, typer.Option("--all", help="Also what is the same in all runs.")] = False,
+    as_json: AsJson = False,
 ) -> None:
-    """Runs side by side."""
-    from undertow.report.compare import comparison_html, comparison_text
-    from undertow.report.writing import write_text
+    """Runs side by side: what changed in verdicts, errors, prescribed and repaired parameters."""
+    from undertow.front.terminal.changes import comparison_json, comparison_text
 
-    typer.echo(comparison_text(runs))
+    if as_json:
+        _print_json(comparison_json(runs))
+    else:
+        typer.echo(comparison_text(runs, whole, *_width_and_colour()))
     if out is not None:
+        from undertow.report.compare import comparison_html
+        from undertow.report.writing import write_text
+
         write_text(out, comparison_html(runs))
         _say(f"written: {out}")
 
 
+@app.command("open")
+def open_page(
+    run: Annotated[Path, typer.Argument(metavar="RUN", help="A run folder.", autocompletion=_run_folders)],
+) -> None:
+    """The page of a run in the browser."""
+    from undertow.front.opening import page_of, show
+
+    typer.echo(str(page_of(run)))
+    show(run)
+
+
 @app.command()
 def explain(
-    run: Annotated[Path, typer.Argument(metavar="RUN", help="A run folder.")],
-    group: Annotated[str, typer.Option("--group", metavar="G", help="Groups whose title holds these words.")] = "",
+    run: Annotated[Path, typer.Argument(metavar="RUN", help="A run folder.", autocompletion=_run_folders)],
+    group: Annotated[
+        str, typer.Option("--group", metavar="G", help="Groups whose title holds these words.", autocompletion=_groups)
+    ] = "",
+    as_json: AsJson = False,
 ) -> None:
     """Every condition behind each verdict: statistic, value, limit, passed."""
-    from undertow.report.explain import explain_text
+    from undertow.report.explain import explain_text, explained
 
-    typer.echo(explain_text(run, group))
+    if as_json:
+        _print_json(explained(run, group))
+    else:
+        typer.echo(explain_text(run, group))
 
 
 @app.command()
@@ -222,20 +285,24 @@ def fetch(
     checksum: Annotated[
         str, typer.Option("--checksum", metavar="ALGORITHM:HEX", help="What a file's checksum must be, if known.")
     ] = "",
+    quiet: Quiet = False,
 ) -> None:
     """A public record, checksummed, resumed when cut."""
     from undertow.campaign.fetch.records import fetch as fetch_files
 
-    with _bar() as progress:
+    with _progress(quiet) as progress:
         for file in fetch_files(source, into, checksum=checksum, progress=progress):
             typer.echo(str(file))
 
 
 @app.command()
 def terms(
-    names: Annotated[list[str] | None, typer.Argument(metavar="[TERM]...", help="Only these; default: all.")] = None,
+    names: Annotated[
+        list[str] | None,
+        typer.Argument(metavar="[TERM]...", help="Only these; default: all.", autocompletion=_term_names),
+    ] = None,
 ) -> None:
-    """The shelf: every term, its law, unit, source, what it looks like when it is left out."""
+    """The registry: every term, its law, unit, source, what it looks like when it is left out."""
     from undertow.campaign.terms import describe_terms
 
     typer.echo(describe_terms(names or ()))
@@ -246,12 +313,17 @@ def audit(
     config: ConfigPath,
     overrides: Overrides = None,
     out: Annotated[Path | None, typer.Option("--out", metavar="DIR", help="Folder; default runs/<name>.")] = None,
+    as_json: AsJson = False,
+    quiet: Quiet = False,
 ) -> None:
     """Published tables: what physics their trends and disagreements betray; writes audit.json and audit.html."""
     with _terminable():
         from undertow.campaign.audit.published import audit_to_folder
-        with _bar() as progress:
+        with _progress(quiet) as progress:
             findings, folder = audit_to_folder(config, out, overrides or (), progress)
+    if as_json:
+        typer.echo((folder / "audit.json").read_text(encoding="utf-8").rstrip())
+        return
     for series in findings.series:
         typer.echo(f"{series.name}: {series.verdict.sentence}")
     typer.echo(f"{len(findings.checks)} things do not fit together; written: {folder / 'audit.html'}")

@@ -204,9 +204,9 @@ def test_an_opened_run_says_what_the_run_said(campaign):
 def test_a_folder_that_is_no_run_is_refused(campaign, tmp_path):
     _, _, folder = campaign
     (tmp_path / "verdict.json").write_text("{")
-    with pytest.raises(UndertowError, match=r"verdict.json is no JSON"):
+    with pytest.raises(UndertowError, match=r"cannot be read: it is not a run's verdict \(JSONDecodeError\)"):
         undertow.open(tmp_path)
-    (tmp_path / "verdict.json").write_text(json.dumps({"contract": "old"}))
+    (tmp_path / "verdict.json").write_text(json.dumps({"contract": "old", "groups": []}))
     with pytest.raises(UndertowError, match=f"follows contract 'old', this undertow reads {CONTRACT}"):
         undertow.open(tmp_path)
     (tmp_path / "verdict.json").write_text((folder / "verdict.json").read_text())

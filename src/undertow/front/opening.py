@@ -6,8 +6,8 @@ them (report/, campaign/run/folder.py).
 
 from __future__ import annotations
 
-import json
 import math
+import webbrowser
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
 from functools import cached_property
@@ -27,7 +27,8 @@ from undertow.front.trials import Trials
 from undertow.quantities import Estimate
 from undertow.report.front_figures import draw_errors
 from undertow.report.trial_curves import Axes, new_axes
-from undertow.report.verdict_file import CONTRACT
+from undertow.report.verdict_file import read_verdicts
+from undertow.report.writing import PAGES
 
 TABLES = ("trials", "levels", "mismatch")
 """Tables of a run folder, as name.csv."""
@@ -190,17 +191,43 @@ def open_run(folder: str | Path) -> OpenedRun:
     path = place / "verdict.json"
     if not path.is_file():
         raise UndertowError(f"{place} is no run folder: it has no verdict.json; give what `undertow run` wrote")
-    try:
-        data = json.loads(path.read_text(encoding="utf-8"))
-    except ValueError as error:
-        raise UndertowError(f"{path} is no JSON ({error}); let the run finish, or copy it again") from error
-    found = data.get("contract") if isinstance(data, dict) else None
-    if found != CONTRACT:
-        raise UndertowError(
-            f"{path} follows contract {found!r}, this undertow reads {CONTRACT}; run the campaign again with it"
-        )
+    data = read_verdicts(place)
     groups = tuple(OpenedGroup(group) for group in data["groups"])
     return OpenedRun(place, groups, data["across_groups"]["sentence"])
+
+
+def page_of(run: str | Path) -> Path:
+    """The page of a run folder (of `undertow run`, `audit` or `differ`), or the page itself where one is given.
+
+    Raises UndertowError where there is none.
+
+    >>> try:
+    ...     page_of("no_such_run")
+    ... except UndertowError as said:
+    ...     print(str(said).partition(";")[0])
+    no_such_run has no page: neither report.html nor audit.html nor differ.html
+    """
+    place = Path(run)
+    if place.is_file() and place.suffix == ".html":
+        return place
+    for name in PAGES:
+        if (place / name).is_file():
+            return place / name
+    raise UndertowError(
+        f"{place} has no page: neither {' nor '.join(PAGES)}; give the folder that `undertow run` printed in its last "
+        "line"
+    )
+
+
+def show(run: str | Path) -> Path:
+    """Open a run's page in the browser; returns the page.
+
+    Raises UndertowError where there is no page, or no browser that can be started.
+    """
+    page = page_of(run).resolve()
+    if not webbrowser.open(page.as_uri()):
+        raise UndertowError(f"no browser can be started here; open {page} yourself, or copy it: it needs no other file")
+    return page
 
 
 def _estimates(parameters: Mapping[str, Mapping[str, Any]]) -> dict[str, Estimate]:

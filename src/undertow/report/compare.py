@@ -1,73 +1,132 @@
-"""Runs side by side, from their run folders.
+"""Runs side by side, from their run folders: what changed in verdicts, errors, prescribed and repaired parameters.
 
-Belongs here: joining verdict.json of several runs. Does not belong here: running anything.
+Belongs here: joining verdict.json of several runs, what counts as a change, the comparison's page. Does not belong
+here: running anything, the terminal's table (front/terminal/).
 """
 
 from __future__ import annotations
 
-import json
 import math
 from collections import Counter
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
 import pandas as pd
 from jinja2 import Environment
 
-from undertow.discrepancy.words import group_title, percent
-from undertow.errors import UndertowError
+from undertow.discrepancy.words import count, group_title, percent
 from undertow.quantities import Estimate
+from undertow.report.blocks import STATUS_WORDS
+from undertow.report.verdict_file import read_verdicts
 from undertow.report.wording import estimate_text
 
-_PAGE = """<!doctype html><html lang="en"><head><meta charset="utf-8"><title>undertow: runs side by side</title>
-<style>body{font:14px sans-serif;margin:30px}table{border-collapse:collapse}
-th,td{padding:4px 10px;border-bottom:1px solid #ccc;text-align:left}</style></head><body><h1>Runs side by side</h1>
-<table><tr>{% for c in columns %}<th>{{ c }}</th>{% endfor %}</tr>
-{% for row in rows %}<tr>{% for cell in row %}<td>{{ cell }}</td>{% endfor %}</tr>{% endfor %}</table></body></html>"""
+NOTEWORTHY = 2.0
+"""Standard errors (of both runs, in quadrature) from which on a parameter counts as changed; contract 2 takes the same
+for an effect that moves a reported parameter. Runs of the same recordings share their noise and agree far better."""
 
-Entry = dict[str, str]
-"""What a run says of one group: quantity -> text."""
+CHANGED, ONLY = "changed", "only in"
+
+_PAGE = """<!doctype html><html lang="en"><head><meta charset="utf-8"><title>undertow: runs side by side</title>
+<meta name="viewport" content="width=device-width, initial-scale=1"><style>
+:root{color-scheme:light dark}body{font:14px/1.5 system-ui,sans-serif;margin:2em auto;padding:0 1em;max-width:70em}
+table{border-collapse:collapse;width:100%}th,td{padding:4px 10px;border-bottom:1px solid #8886;text-align:left;
+vertical-align:top}.wide{overflow-x:auto}tr.changed td:last-child{color:#D55E00;font-weight:600}
+tr.same{opacity:.65}h2{font-size:1.1em;margin:1.6em 0 .3em}</style></head><body><h1>Runs side by side</h1>
+<p>{{ summary }}</p><p>A parameter is marked where it moved by {{ limit }} standard errors or more.</p>
+{% for group, rows in groups %}<h2>{{ group }}</h2><div class="wide"><table>
+<tr>{% for c in columns %}<th>{{ c }}</th>{% endfor %}</tr>
+{% for cells, kind in rows %}
+<tr class="{{ kind }}">{% for cell in cells %}<td>{{ cell }}</td>{% endfor %}</tr>{% endfor %}
+</table></div>{% endfor %}</body></html>"""
+
+
+@dataclass(frozen=True)
+class Cell:
+    """What one run says of one quantity: its ``text``, the number behind a parameter, and whether another one counts as
+    a change (errors move with every parameter, they do not)."""
+
+    text: str
+    number: Estimate | None = None
+    counts: bool = True
 
 
 def compare_runs(folders: Sequence[Path]) -> pd.DataFrame:
-    """One row a group and quantity (verdict, errors, the baseline's parameters), one column a run, all as text.
+    """One row a group and quantity (verdict, errors, prescribed and repaired parameters), one column a run, as text.
 
-    Groups and quantities stand in the order of the runs; an empty cell is what a run does not have. Runs of one name
-    are told apart by their paths. Raises UndertowError where a folder holds no finished run.
+    ``change`` says how later runs differ from the first one ("" where they print the same), ``changed`` whether that is
+    more than `NOTEWORTHY` standard errors, another verdict, or something that one run alone has. Groups and quantities
+    stand in the order of the runs; an empty cell is what a run does not have. Runs of one name are told apart by their
+    paths.
+
+    Raises UndertowError where a folder holds no finished run, or one written under another contract.
     """
     names = _labels(folders)
-    runs = [_one_run(folder) for folder in folders]
-    groups = list(dict.fromkeys(group for run in runs for group in run))
+    runs = [dict(_one_run(folder)) for folder in folders]
     rows = []
-    for group in groups:
+    for group in dict.fromkeys(group for run in runs for group in run):
         entries = [run.get(group, {}) for run in runs]
         for quantity in dict.fromkeys(q for entry in entries for q in entry):
-            cells = {name: entry.get(quantity, "") for name, entry in zip(names, entries, strict=True)}
-            rows.append({"group": group, "quantity": quantity, **cells})
-    return pd.DataFrame(rows, columns=pd.Index(["group", "quantity", *names]))
+            cells = [entry.get(quantity, Cell("")) for entry in entries]
+            changes = [_change(cells[0], cell, names[0], name) for name, cell in zip(names[1:], cells[1:], strict=True)]
+            rows.append({
+                "group": group, "quantity": quantity, **dict(zip(names, (c.text for c in cells), strict=True)),
+                "change": _joined([words for words, _ in changes], names[1:]),
+                "changed": any(matters for _, matters in changes),
+            })  # fmt: skip
+    return pd.DataFrame(rows, columns=pd.Index(["group", "quantity", *names, "change", "changed"]))
 
 
-def comparison_text(folders: Sequence[Path]) -> str:
-    """The comparison for a terminal: a group's name once, its quantities below, columns aligned."""
-    table = compare_runs(folders)
-    widths = [max(len(str(cell)) for cell in [name, *table[name]]) for name in table.columns[1:]]
-
-    def line(cells: Sequence[str]) -> str:
-        return "  " + "  ".join(cell.ljust(width) for cell, width in zip(cells, widths, strict=True)).rstrip()
-
-    lines = [line(list(table.columns[1:]))]
-    for group, rows in table.groupby("group", sort=False):
-        lines.append(str(group))
-        lines += [line([str(cell) for cell in row]) for row in rows.iloc[:, 1:].itertuples(index=False)]
-    return "\n".join(lines)
+def changes_in_words(table: pd.DataFrame) -> str:
+    """How many groups there are, and in how many verdicts and parameters changed."""
+    verdicts = table[(table["quantity"] == "verdict") & (table["change"] != "")]["group"].nunique()
+    numbers = table[table["changed"] & ~table["quantity"].isin(_ENTRY_QUANTITIES)]["group"].nunique()
+    return (
+        f"{count(int(table['group'].nunique()), 'group')}: another verdict in {verdicts}, parameters changed by "
+        f"{NOTEWORTHY:g} standard errors or more in {numbers}"
+    )
 
 
 def comparison_html(folders: Sequence[Path]) -> str:
-    """The comparison as a page; all texts escaped."""
+    """The comparison as a page, what changed marked; all texts escaped."""
     table = compare_runs(folders)
-    rows = [list(row) for row in table.itertuples(index=False)]
-    return Environment(autoescape=True).from_string(_PAGE).render(columns=list(table.columns), rows=rows)
+    columns = list(table.columns[1:-1])
+    groups = [
+        (group, [(list(row[1:-1]), _kind(row[-2], row[-1])) for row in rows.itertuples(index=False)])
+        for group, rows in table.groupby("group", sort=False)
+    ]
+    return Environment(autoescape=True).from_string(_PAGE).render(
+        columns=columns, groups=groups, summary=changes_in_words(table), limit=f"{NOTEWORTHY:g}"
+    )  # fmt: skip
+
+
+def _kind(change: str, changed: bool) -> str:
+    """How a row is shown."""
+    return "changed" if changed else "" if change else "same"
+
+
+def _change(first: Cell, other: Cell, first_name: str, other_name: str) -> tuple[str, bool]:
+    """How one run's cell differs from the first run's in words, and whether that matters."""
+    if first.text == other.text:
+        return "", False
+    counts = first.counts and other.counts
+    if not first.text or not other.text:
+        return f"{ONLY} {first_name if first.text else other_name}", counts
+    if first.number is None or other.number is None:
+        return CHANGED, counts
+    error = math.hypot(first.number.total_stderr, other.number.total_stderr)
+    shift = other.number.value - first.number.value
+    if not (math.isfinite(error) and error > 0.0):
+        return CHANGED, shift != 0.0
+    return f"{shift / error:+.1f} standard errors", abs(shift) >= NOTEWORTHY * error
+
+
+def _joined(changes: Sequence[str], names: Sequence[str]) -> str:
+    """One run's change alone, or each with its run."""
+    if len(changes) == 1:
+        return changes[0]
+    return "; ".join(f"{name}: {words}" for words, name in zip(changes, names, strict=True) if words)
 
 
 def _labels(folders: Sequence[Path]) -> list[str]:
@@ -82,31 +141,37 @@ def _labels(folders: Sequence[Path]) -> list[str]:
     return out
 
 
-def _one_run(folder: Path) -> dict[str, Entry]:
-    path = folder / "verdict.json"
-    try:
-        content = json.loads(path.read_text(encoding="utf-8"))
-        return {group_title(entry["group"]): _entry(entry) for entry in content["groups"]}
-    except (OSError, ValueError, KeyError, TypeError, AttributeError) as reason:
-        why = getattr(reason, "strerror", None) or f"it is not a run's verdict ({type(reason).__name__})"
-        raise UndertowError(
-            f"run folder {folder}: {path.name} cannot be read: {why}; give a folder that `undertow run` finished"
-        ) from reason
+def _one_run(folder: Path) -> Iterator[tuple[str, dict[str, Cell]]]:
+    for entry in read_verdicts(folder)["groups"]:
+        yield group_title(entry["group"]), dict(_cells(entry))
 
 
-def _entry(entry: Mapping[str, Any]) -> Entry:
-    baseline = entry["baseline"]
-    found: Entry = {
-        "verdict": ", ".join(entry["verdict"]) or entry["status"],
-        "free-run error": percent(_number(baseline["nrmse"])),
-        "held-out error": percent(_number(baseline["held_out_nrmse"])),
-        "repeatability": percent(_number(entry["repeatability_nrmse"])),
-    }
-    for name, estimate in baseline["parameters"].items():
-        if isinstance(estimate, dict) and estimate.get("value") is not None:
-            value, error = float(estimate["value"]), _number(estimate.get("stderr"))
-            found[name] = estimate_text(Estimate(value, error, unit=str(estimate.get("unit", ""))))
-    return found
+_ENTRY_QUANTITIES = (
+    "verdict", "free-run error", "held-out error", "repaired: free-run error", "repaired: held-out error",
+    "repeatability",
+)  # fmt: skip
+"""What a group has beside its parameters."""
+
+
+def _cells(entry: Mapping[str, Any]) -> Iterator[tuple[str, Cell]]:
+    """What one group's entry of verdict.json says: quantity -> cell."""
+    baseline, after = entry["baseline"], entry.get("augmented")
+    yield "verdict", Cell(" + ".join([STATUS_WORDS[entry["status"]].removesuffix(" with"), *entry["verdict"]]))
+    yield "free-run error", _error(baseline["nrmse"])
+    yield "held-out error", _error(baseline["held_out_nrmse"])
+    if after:
+        yield "repaired: free-run error", _error(after["nrmse"])
+        yield "repaired: held-out error", _error(after["held_out_nrmse"])
+    yield "repeatability", _error(entry["repeatability_nrmse"])
+    for start, described in (("", baseline), ("repaired: ", after or {"parameters": {}})):
+        for name, one in described["parameters"].items():
+            if isinstance(one, dict) and one.get("value") is not None:
+                number = Estimate(float(one["value"]), _number(one.get("stderr")), unit=str(one.get("unit", "")))
+                yield f"{start}{name}", Cell(estimate_text(number), number)
+
+
+def _error(value: Any) -> Cell:
+    return Cell(percent(_number(value)), counts=False)
 
 
 def _number(value: Any) -> float:

@@ -22,13 +22,18 @@ def explain_text(folder: Path, group: str = "") -> str:
 
     Raises UndertowError where the folder holds no finished run, or no group of that title.
     """
+    return "\n\n".join(_explained(group_title(one["group"]), one) for one in explained(folder, group))
+
+
+def explained(folder: Path, group: str = "") -> list[Mapping[str, Any]]:
+    """The groups of verdict.json whose title holds these words; raises as `explain_text`."""
     groups = _groups(folder)
     titles = [group_title(one["group"]) for one in groups]
     wanted = group.casefold()
-    chosen = [(t, one) for t, one in zip(titles, groups, strict=True) if wanted in t.casefold()]
+    chosen = [one for title, one in zip(titles, groups, strict=True) if wanted in title.casefold()]
     if not chosen:
         raise UndertowError(f"{folder} has no group {group!r}; it has {'; '.join(titles)}")
-    return "\n\n".join(_explained(title, one) for title, one in chosen)
+    return chosen
 
 
 def _groups(folder: Path) -> list[Mapping[str, Any]]:
@@ -67,4 +72,4 @@ def _number(value: float | None) -> str:
     return "-" if value is None else f"{value:.3g}"
 
 
-__all__ = ["explain_text"]
+__all__ = ["explain_text", "explained"]

@@ -140,5 +140,35 @@ def verdict_pieces(groups: Iterable[Mapping[str, Any]], sentence: str) -> Iterat
     yield f'{end}],\n  "across_groups": {indent(_text(across), "  ").lstrip()}\n}}\n'
 
 
+def read_verdicts(folder: Path) -> dict[str, Any]:
+    """verdict.json of a run folder, checked as far as every reader needs it: this contract's, with groups.
+
+    Raises UndertowError where the folder holds no finished run, or one that was written under another contract.
+
+    >>> try:
+    ...     read_verdicts(Path("no_such_run"))
+    ... except UndertowError as said:
+    ...     print(str(said).partition(";")[0])
+    run folder no_such_run: verdict.json cannot be read: No such file or directory
+    """
+    path = folder / "verdict.json"
+    try:
+        content = json.loads(path.read_text(encoding="utf-8"))
+        for group in content["groups"]:
+            if not {"group", "status", "verdict", "baseline"} <= set(group):
+                raise KeyError("group, status, verdict, baseline")
+    except (OSError, ValueError, KeyError, TypeError, AttributeError) as reason:
+        why = getattr(reason, "strerror", None) or f"it is not a run's verdict ({type(reason).__name__})"
+        raise UndertowError(
+            f"run folder {folder}: {path.name} cannot be read: {why}; give a folder that `undertow run` finished"
+        ) from reason
+    if content.get("contract") != CONTRACT:
+        raise UndertowError(
+            f"run folder {folder}: {path.name} follows contract {content.get('contract')!r}, this undertow reads "
+            f"{CONTRACT}; run the campaign again with it"
+        )
+    return dict(content)
+
+
 def _text(value: Mapping[str, Any]) -> str:
     return json.dumps(value, indent=2, ensure_ascii=False, allow_nan=False)

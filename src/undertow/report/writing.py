@@ -10,6 +10,9 @@ import tempfile
 from collections.abc import Iterable
 from pathlib import Path
 
+PAGES = ("report.html", "audit.html", "differ.html")
+"""Pages of the commands that write one, as they are called in a run folder."""
+
 
 def write_text(path: Path, text: str) -> Path:
     """Write UTF-8 text through a temporary file in the same folder; an older file stays until the new one is whole."""

@@ -27,6 +27,7 @@ from undertow.campaign.run.workers import Progress, on_processes, silent, steps
 from undertow.conditioning.agreement import Disagreement
 from undertow.conditioning.motion import Motion
 from undertow.discrepancy.findings import FailedTrial, Findings, GroupFindings
+from undertow.discrepancy.words import count, group_title
 from undertow.equation.term import Term
 from undertow.errors import FAILURES, ConfigError, UndertowError, failure
 from undertow.methods.baseline import terms_by_name
@@ -145,7 +146,7 @@ class Course:
         with self._stage(IDENTIFY):
             tasks, refused = self._tasks(groups, self._structures, read.contradicted)
             analyst = _Analyst(self._folder, self._resume)
-            results = on_processes(analyst, tasks, self._jobs, IDENTIFY, self._progress)
+            results = on_processes(analyst, tasks, self._jobs, IDENTIFY, self._progress, _task_name)
         self._tried += len(groups)
         pairs = [(t, r) for t, r in zip(tasks, results, strict=True) if isinstance(r, GroupFindings)]
         failed = (*read.failed, *refused, *(f for r in results if not isinstance(r, GroupFindings) for f in r))
@@ -211,6 +212,14 @@ class Course:
             yield
         finally:
             self.seconds[name] = self.seconds.get(name, 0.0) + time.perf_counter() - start
+
+
+def _entry_name(entry: Entry) -> str:
+    return entry.name
+
+
+def _task_name(task: GroupTask) -> str:
+    return f"{group_title(task.key)} ({count(len(task.motions), 'trial')})"
 
 
 def _unnamed(failed: FailedTrial) -> str:
@@ -304,7 +313,7 @@ def _checked(
     config: RunConfig, catalogue: Catalogue, entries: Sequence[Entry], jobs: int, progress: Progress
 ) -> list[Checked]:
     """Every trial read, checked and conditioned, each recording once."""
-    return _each_once(on_processes(Checker(config, catalogue), entries, jobs, READ, progress))
+    return _each_once(on_processes(Checker(config, catalogue), entries, jobs, READ, progress, _entry_name))
 
 
 def _notes(motions: Sequence[Motion]) -> tuple[str, ...]:

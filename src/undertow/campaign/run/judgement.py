@@ -32,7 +32,7 @@ from undertow.discrepancy.findings import GroupFindings
 from undertow.discrepancy.judge import Judged, judge_level, undecided
 from undertow.discrepancy.mismatch import place_words
 from undertow.discrepancy.verdict import Verdict
-from undertow.discrepancy.words import count
+from undertow.discrepancy.words import count, group_title
 from undertow.errors import FAILURES, failure
 from undertow.likelihood.fit import Specimen, Structure
 from undertow.methods.baseline import group_model
@@ -65,7 +65,7 @@ def judged(
     cases, tasks, failed = _cases(config, tasks, groups)
     dry = [_Together((case,), (task,)) for case, task in zip(cases, tasks, strict=True) if case.dry]
     budget = config.discrepancy.budget
-    first = on_processes(_Judge(suspects, budget=budget), dry, jobs, "dry: what is missing", progress)
+    first = on_processes(_Judge(suspects, budget=budget), dry, jobs, "dry: what is missing", progress, _together_name)
     standing = standing_addends(first)
     if standing:
         again = with_known(config, tasks, standing)
@@ -77,7 +77,7 @@ def judged(
             together = levels.get(water, _Together((), ()))
             levels[water] = _Together((*together.cases, case), (*together.tasks, task))
     judge = _Judge(suspects, standing, folder, resume, dry_specimens(config, tasks), budget)
-    wet = on_processes(judge, list(levels.values()), jobs, "wet: what is missing", progress)
+    wet = on_processes(judge, list(levels.values()), jobs, "wet: what is missing", progress, _together_name)
     said = failed | {tuple(v.group.items()): v for judged in (*first, *wet) for v in judged.verdicts}
     runs = {name: run for judged in (*first, *wet) for name, run in judged.runs.items()}
     return [
@@ -112,6 +112,10 @@ class _Together:
 
     cases: tuple[Case, ...]
     tasks: tuple[GroupTask, ...]
+
+
+def _together_name(one: _Together) -> str:
+    return "; ".join(group_title(case.key) for case in one.cases)
 
 
 @dataclass(frozen=True)

@@ -11,15 +11,20 @@ import threading
 from collections import Counter
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
-from typing import TypeVar
+from typing import Protocol, TypeVar
 
 import joblib
 from joblib.externals.loky.process_executor import TerminatedWorkerError
 
 from undertow.errors import UndertowError
 
-Progress = Callable[[str, int, int], None]
-"""Called with the stage's name, how many items are done, and how many there are."""
+
+class Progress(Protocol):
+    """Called with the stage's name, how many items are done, how many there are, and which one is worked on."""
+
+    def __call__(self, stage: str, done: int, of: int, item: str = "", /) -> None:
+        """Take note."""
+
 
 FEWEST_FOR_PROCESSES = 3
 """Below this many items starting processes (0.5 to 1 s) costs more than it gives."""
@@ -28,7 +33,7 @@ Item = TypeVar("Item")
 Result = TypeVar("Result")
 
 
-def silent(stage: str, done: int, of: int) -> None:
+def silent(stage: str, done: int, of: int, item: str = "", /) -> None:
     """No progress."""
 
 
@@ -47,7 +52,7 @@ def steps(progress: Progress, totals: Mapping[str, int]) -> Progress:
     finished: Counter[str] = Counter()
     last: dict[str, tuple[int, int]] = {}
 
-    def say(stage: str, done: int, of: int) -> None:
+    def say(stage: str, done: int, of: int, item: str = "", /) -> None:
         before = finished[stage]
         if stage.startswith("dry") and before:
             return
@@ -55,16 +60,19 @@ def steps(progress: Progress, totals: Mapping[str, int]) -> Progress:
         if done == of:
             finished[stage] += of
         if last.get(stage) != said and (done or not before):
-            progress(stage, *said)
+            progress(stage, *said, *([item] if item else []))
         last[stage] = said
 
     return say
 
 
 def on_processes(
-    work: Callable[[Item], Result], items: Sequence[Item], jobs: int, stage: str, progress: Progress = silent
-) -> list[Result]:
+    work: Callable[[Item], Result], items: Sequence[Item], jobs: int, stage: str, progress: Progress = silent,
+    name: Callable[[Item], str] | None = None,
+) -> list[Result]:  # fmt: skip
     """``work(item)`` for all items, in order, on ``jobs`` processes (0: one a core).
+
+    ``name`` is what progress calls an item (None: progress says how many alone).
 
     ``work`` must be picklable. An exception of one item ends the others; so does an interruption, which only this
     process receives: workers do not see Ctrl-C, they are ended.
@@ -75,12 +83,15 @@ def on_processes(
     [1, 2]
     """
     count = jobs or os.cpu_count() or 1
-    progress(stage, 0, len(items))
+    def say(done: int) -> None:
+        progress(stage, done, len(items), *([name(items[done])] if name is not None and done < len(items) else []))
+
+    say(0)
     done: list[Result] = []
     try:
         for result in _results(work, items, count):
             done.append(result)
-            progress(stage, len(done), len(items))
+            say(len(done))
     except TerminatedWorkerError as reason:
         raise UndertowError(
             f"{stage}: the system ended a worker process after {len(done)} of {len(items)} items (memory, most often); "

@@ -1,0 +1,1 @@
+"""What the terminal shows: progress while a command works, tables when it is done."""

@@ -1,0 +1,146 @@
+"""A run's verdicts as a table with each status counted, as text of the terminal and as JSON.
+
+Belongs here: the rows, columns and counts of what `undertow run` prints. Does not belong here: how a verdict was
+reached (discrepancy/), pages (report/), progress.
+"""
+
+from __future__ import annotations
+
+import io
+import math
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+from rich import box
+from rich.console import Console
+from rich.table import Table
+from rich.text import Text
+
+from undertow.campaign.run.folder import DOUBTS_PRINTED, Finished
+from undertow.discrepancy.words import count, group_title, percent
+from undertow.report.blocks import STATUS_WORDS
+from undertow.report.verdict_file import group_json, read_verdicts
+
+COLOURS: Mapping[str, str] = {
+    "nothing_missing": "green", "explained": "cyan", "present_but_small": "cyan", "cannot_tell": "yellow",
+    "not_identifiable": "magenta", "unknown": "red",
+}  # fmt: skip
+"""Of each status; green is nothing_missing alone."""
+
+NO_TERMINAL_WIDTH = 2000
+"""Characters a line may have where stdout is no terminal: tables are then as wide as their content."""
+
+CERTAIN = 0.99
+"""From here on a probability is printed as "over 99 %": calibration says no more."""
+
+Entry = Mapping[str, Any]
+"""A group's entry of verdict.json."""
+
+
+def counted(statuses: Mapping[str, int]) -> str:
+    """How many groups have each status, the most frequent first.
+
+    >>> counted({"explained": 3, "nothing_missing": 5})
+    '8 groups: 5 nothing missing, 3 explained'
+    """
+    words = [
+        f"{number} {STATUS_WORDS[status].removesuffix(' with')}"
+        for status, number in sorted(statuses.items(), key=lambda pair: -pair[1])
+    ]
+    return f"{count(sum(statuses.values()), 'group')}: {', '.join(words)}"
+
+
+def verdict_table(entries: Sequence[Entry]) -> Table:
+    """One row a group: status, what is named, free-run error before and after, what repeating gives, how sure."""
+    table = Table(box=box.SIMPLE_HEAD, pad_edge=False)
+    for name in ("group", "verdict", "what is missing"):
+        table.add_column(name, overflow="fold")
+    for name in ("free-run error", "repaired", "repeating gives", "probability"):
+        table.add_column(name, justify="right")
+    for one in entries:
+        after = one["augmented"] or {}
+        table.add_row(
+            Text(group_title(one["group"])),
+            Text(STATUS_WORDS[one["status"]].removesuffix(" with"), style=COLOURS[one["status"]]),
+            Text(missing_words(one)), percent(_number(one["baseline"]["nrmse"])),
+            percent(_number(after.get("nrmse"))), percent(_number(one["repeatability_nrmse"])), probability_words(one),
+        )  # fmt: skip
+    return table
+
+
+def missing_words(entry: Entry) -> str:
+    """What is named, and the rivals that cannot be excluded.
+
+    >>> missing_words({"verdict": ["hidden_resonator"], "alternatives": [["relaxation"]]})
+    'hidden resonator, or relaxation'
+    """
+    named = " + ".join(entry["verdict"])
+    rivals = [" + ".join(names) for names in entry["alternatives"]]
+    return ", or ".join([*([named] if named else []), *rivals]).replace("_", " ") or "-"
+
+
+def probability_words(entry: Entry) -> str:
+    """How probable what is said is; "-" where it is not said (none is calibrated, or the status claims nothing).
+
+    >>> [probability_words({"status": "explained", "confidence": p}) for p in (0.973, 0.9999, None)]
+    ['97 %', 'over 99 %', '-']
+    """
+    sure = _number(entry["confidence"])
+    if not math.isfinite(sure) or entry["status"] in ("cannot_tell", "not_identifiable"):
+        return "-"
+    return "over 99 %" if sure > CERTAIN else percent(sure)
+
+
+def run_text(finished: Finished, width: int = 0, colour: bool = False, verbose: bool = False) -> str:
+    """What `undertow run` prints: table of verdicts, counts, the sentence over all groups, doubts, where the page is.
+
+    ``verbose`` adds every shown group's sentence and every doubt; ``width`` is the terminal's (0: none).
+    """
+    shown, extent, doubts = finished.findings.groups, finished.extent, finished.findings.doubts
+    lines = [table_text(verdict_table([group_json(g.verdict) for g in shown]), width, colour)]
+    if more := extent.groups - len(shown):
+        lines.append(f"{count(more, 'more group')}: {finished.folder / 'verdict.json'}")
+    lines.append(counted(extent.statuses))
+    if verbose:
+        lines += [group.verdict.sentence for group in shown]
+    lines.append(finished.findings.across_groups)
+    listed = doubts if verbose else doubts[:DOUBTS_PRINTED]
+    lines += [f"doubt: {one}" for one in listed]
+    if more := len(doubts) - len(listed):
+        lines.append(f"{count(more, 'more doubt')}: {finished.folder / 'report.html'}")
+    return "\n".join([*lines, last_line(finished)])
+
+
+def last_line(finished: Finished) -> str:
+    """Where the page is: the last line of `undertow run`, and the only one with ``--quiet``."""
+    return f"report: {finished.folder / 'report.html'}"
+
+
+def run_json(finished: Finished) -> dict[str, Any]:
+    """verdict.json of the run with its folder, page, failed trials, contradictions and doubts."""
+    return {
+        **read_verdicts(finished.folder),
+        "folder": str(finished.folder),
+        "report": str(finished.folder / "report.html"),
+        "failed": [{"trial": one.name, "because": one.reason} for one in finished.failed],
+        "contradicted": list(finished.contradicted),
+        "doubts": list(finished.findings.doubts),
+    }
+
+
+def table_text(table: Table, width: int = 0, colour: bool = False) -> str:
+    """A table as text; ``width`` 0 lets it be as wide as its content."""
+    stream = io.StringIO()
+    console = Console(
+        file=stream, width=width or NO_TERMINAL_WIDTH, force_terminal=colour, highlight=False, no_color=not colour
+    )
+    console.print(table)
+    return "\n".join(line.rstrip() for line in stream.getvalue().splitlines() if line.strip())
+
+
+def _number(value: float | None) -> float:
+    return math.nan if value is None else float(value)
+
+
+__all__ = ["counted", "last_line", "missing_words", "probability_words", "run_json", "run_text", "table_text",
+           "verdict_table"]  # fmt: skip

@@ -124,11 +124,15 @@ def run(
     out: Annotated[Path | None, typer.Option("--out", metavar="DIR", help="Run folder; default runs/<name>.")] = None,
     jobs: Annotated[int, typer.Option("--jobs", metavar="N", min=0, help="Processes; 0: one a core.")] = 0,
     resume: Annotated[bool, typer.Option("--resume", help="Take finished groups from the run folder.")] = False,
+    scheduler: Annotated[
+        str, typer.Option("--scheduler", metavar="ADDRESS", help="A Dask cluster's, such as tcp://host:8786.")
+    ] = "",
 ) -> None:
     """The whole way, from recordings to report."""
     with _terminable():
+        from undertow.campaign.run.cluster import on_cluster
         from undertow.campaign.run.folder import run_to_folder
-        with _bar() as progress:
+        with on_cluster(scheduler), _bar() as progress:
             finished = run_to_folder(config, overrides or (), out, jobs=jobs, resume=resume, progress=progress)
     typer.echo(finished.summary)
     for trial in finished.failed:

@@ -194,7 +194,7 @@ def open_run(folder: str | Path) -> OpenedRun:
         raise UndertowError(f"{place} is no run folder: it has no verdict.json; give what `undertow run` wrote")
     try:
         data = json.loads(path.read_text(encoding="utf-8"))
-    except ValueError as error:
+    except (ValueError, RecursionError) as error:
         raise UndertowError(f"{path} is no JSON ({error}); let the run finish, or copy it again") from error
     found = data.get("contract") if isinstance(data, dict) else None
     if found != CONTRACT:

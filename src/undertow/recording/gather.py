@@ -147,7 +147,7 @@ def _from_names(catalogue: Catalogue) -> list[Entry]:
     except re.error as error:
         raise ConfigError(f"recordings.pattern {catalogue.pattern!r} is no regular expression: {error}") from error
     entries = [_name_entry(path, expression, found[str(path)]) for path in paths]
-    if all(entry.problem for entry in entries):
+    if expression is not None and not any(expression.search(path.name) for path in paths):
         shown = ", ".join(path.name for path in paths[:NAMES_SHOWN])
         raise ConfigError(
             f"recordings.pattern {catalogue.pattern!r} fits none of {len(paths)} file names ({shown}); correct it"

@@ -87,7 +87,7 @@ def _one_run(folder: Path) -> dict[str, Entry]:
     try:
         content = json.loads(path.read_text(encoding="utf-8"))
         return {group_title(entry["group"]): _entry(entry) for entry in content["groups"]}
-    except (OSError, ValueError, KeyError, TypeError, AttributeError) as reason:
+    except (OSError, ValueError, KeyError, TypeError, AttributeError, RecursionError) as reason:
         why = getattr(reason, "strerror", None) or f"it is not a run's verdict ({type(reason).__name__})"
         raise UndertowError(
             f"run folder {folder}: {path.name} cannot be read: {why}; give a folder that `undertow run` finished"

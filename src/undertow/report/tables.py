@@ -31,7 +31,7 @@ from undertow.report.writing import write_pieces
 FLOAT_FORMAT = "%.9g"
 """Digits of a number in a CSV: more than any sensor gives, and the same on every machine."""
 
-FORMULAS = ("=", "+", "-", "@", "\t", "\r")
+FORMULAS = ("=", "+", "-", "@", "\t")
 """What a cell begins with that a spreadsheet would calculate (OWASP, CSV injection)."""
 
 ROWS_A_PIECE = 1000
@@ -256,6 +256,7 @@ def plain(text: str) -> str:
     >>> plain("=1+1"), plain("long"), as_written("'=1+1"), as_written("'s"), plain("'=1")
     ("'=1+1", 'long', '=1+1', "'s", "''=1")
     """
+    text = text.replace("\r", " ")  # alone it ends a row, but only for some readers
     return f"'{text}" if text.lstrip("'").startswith(FORMULAS) else text
 
 

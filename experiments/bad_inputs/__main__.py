@@ -103,7 +103,7 @@ def _be_the_command(said: list[str], heard: Path) -> None:
 def row(case: Case, got: Answer) -> str:
     """A line of the page's table."""
     lines = [line for line in got.said.splitlines() if not re.match(r"(read and condition|identification): ", line)]
-    said = re.sub(r"/\S*/(?=[^/\s]+)", "", lines[-1] if lines else "").replace("|", "\\|")
+    said = re.sub(r"/[^\s']*/c\d+(_outside)?/", "", lines[-1] if lines else "").replace("|", "\\|")
     shown = said if len(said) <= 220 else f"{said[:217]}..."
     wrong = got.wrong(case)
     mark = f" **{wrong}**" if wrong else ""

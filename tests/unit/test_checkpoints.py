@@ -14,7 +14,7 @@ from tests.small_campaign import recorded
 from undertow.campaign.run import checkpoints
 from undertow.campaign.run.analysis import GroupTask, analyse
 from undertow.comparison.level import Addend
-from undertow.comparison.suspects import Addition
+from undertow.comparison.suspect import Addition
 from undertow.conditioning.condition import condition
 from undertow.conditioning.motion import Motion
 from undertow.discrepancy.findings import AugmentedRun, Findings, GroupFindings

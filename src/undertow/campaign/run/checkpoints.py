@@ -22,7 +22,7 @@ from undertow.campaign.run.analysis import GroupTask
 from undertow.campaign.run.manifest import package_versions, source_digest
 from undertow.campaign.run.part_files import FORMAT, read_part, write_part
 from undertow.comparison.level import Addend
-from undertow.comparison.suspects import Addition
+from undertow.comparison.suspect import Addition
 from undertow.conditioning.motion import Motion
 from undertow.discrepancy.findings import AugmentedRun, GroupFindings, TrialFindings
 from undertow.discrepancy.judge import Judged

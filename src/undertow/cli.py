@@ -157,12 +157,16 @@ def run(
     as_json: AsJson = False,
     quiet: Quiet = False,
     verbose: Verbose = False,
+    scheduler: Annotated[
+        str, typer.Option("--scheduler", metavar="ADDRESS", help="A Dask cluster's, such as tcp://host:8786.")
+    ] = "",
 ) -> None:
     """The whole way, from recordings to report; prints a table of verdicts."""
     _one_voice(quiet, verbose)
     with _terminable():
+        from undertow.campaign.run.cluster import on_cluster
         from undertow.campaign.run.folder import run_to_folder
-        with _progress(quiet, verbose) as progress:
+        with on_cluster(scheduler), _progress(quiet, verbose) as progress:
             finished = run_to_folder(config, overrides or (), out, jobs=jobs, resume=resume, progress=progress)
     from undertow.front.terminal.verdicts import last_line, run_json, run_text
     if as_json:

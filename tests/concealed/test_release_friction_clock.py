@@ -15,7 +15,7 @@ from tests.concealed.test_diagnosis import SHORT, member
 from undertow.campaign.config import load
 from undertow.campaign.run import run
 from undertow.comparison.level import Addend, seen_by
-from undertow.likelihood.problem import dominant_period
+from undertow.conditioning.period import dominant_period
 
 PLAN = Plan(11, springs=("short",), wet_trials=3, dry_trials=3, rate_hz=100.0, seconds=8.0)
 LATE = (Addend("imperfect_release", (), late=1.0),)

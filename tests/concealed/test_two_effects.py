@@ -14,7 +14,7 @@ from undertow.comparison.candidate import doubt
 from undertow.comparison.joint import fit_joint
 from undertow.comparison.level import Addend, make_level
 from undertow.comparison.suspects import SUSPECTS
-from undertow.likelihood.problem import dominant_period
+from undertow.conditioning.period import dominant_period
 
 
 @pytest.mark.parametrize(

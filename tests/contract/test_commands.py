@@ -90,6 +90,21 @@ def test_compiling_is_announced_once_and_only_where_it_happens(tmp_path: Path) -
     assert said == ["compiling the integrator once, up to half a minute\n", ""]
 
 
+@pytest.mark.slow
+def test_a_first_start_gives_the_bytes_of_every_later_one(tmp_path: Path) -> None:
+    campaign = make_campaign(tmp_path / "c", [0.03, 0.05])
+    campaign.edit("identify: [sindy]", "identify: [output_error]")
+    environment = {**os.environ, "NUMBA_CACHE_DIR": str(tmp_path / "cache")}
+    for name in ("first", "later"):
+        words = ["run", str(campaign.config), "--out", str(tmp_path / name), "--jobs", "1"]
+        subprocess.run([sys.executable, "-m", "undertow", *words], env=environment, check=True, capture_output=True)
+    first, later = (
+        {str(path.relative_to(tmp_path / name)): path.read_bytes() for path in (tmp_path / name).rglob("*.[jc]s*")}
+        for name in ("first", "later")
+    )
+    assert {name for name, content in first.items() if content != later[name]} == {"manifest.json"}
+
+
 def test_a_result_that_cannot_be_kept_is_said() -> None:
     from undertow.compiling import compiled
 
@@ -120,7 +135,7 @@ def test_what_is_compiled_is_said_once_in_a_process(
 ) -> None:
     from undertow import compiling
 
-    monkeypatch.setattr(compiling._Announcement, "said", False)
+    monkeypatch.setattr(compiling, "_PROCESSES", compiling._Processes())
     (tmp_path / "halves.py").write_text("def half(x):\n    return 0.5 * x\ndef third(x):\n    return x / 3.0\n")
     monkeypatch.syspath_prepend(tmp_path)
     halves = importlib.import_module("halves")
@@ -129,6 +144,52 @@ def test_what_is_compiled_is_said_once_in_a_process(
     assert [(r.name, r.getMessage()) for r in caplog.records] == [
         ("undertow", "compiling the integrator once, up to half a minute")
     ]
+
+
+def test_a_first_start_takes_from_disk_what_another_process_compiled(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    from undertow import compiling
+
+    monkeypatch.setattr(compiling, "_PROCESSES", compiling._Processes())
+    (tmp_path / "thirds.py").write_text(
+        "from undertow.compiling import compiled\n"
+        "@compiled('f8(f8)')\ndef third(x):\n    return x / 3.0\n"
+    )
+    monkeypatch.syspath_prepend(tmp_path)
+    third = importlib.import_module("thirds").third
+    assert third(3.0) == 1.0
+    assert sum(third.stats.cache_hits.values()) == 1
+    assert not third.stats.cache_misses
+
+
+def test_a_module_that_no_other_process_can_import_compiles_here(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    from undertow import compiling
+
+    monkeypatch.setattr(compiling, "_PROCESSES", compiling._Processes())
+    (tmp_path / "quarters.py").write_text("def quarter(x):\n    return x / 4.0\n")
+    monkeypatch.syspath_prepend(tmp_path)
+    quarter = importlib.import_module("quarters").quarter
+    quarter.__module__ = "not.there"
+    found = compiling.compiled("f8(f8)")(quarter)
+    assert found(4.0) == 1.0
+    assert not found.stats.cache_hits
+
+
+def test_a_process_that_compiles_one_module_leaves_the_functions_of_others(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    from undertow import compiling
+
+    (tmp_path / "fifths.py").write_text("def fifth(x):\n    return x / 5.0\n")
+    monkeypatch.syspath_prepend(tmp_path)
+    fifth = importlib.import_module("fifths").fifth
+    monkeypatch.setenv(compiling.TASK, "another.module")
+    assert compiling.compiled("f8(f8)")(fifth).signatures == []
+    monkeypatch.setenv(compiling.TASK, "fifths")
+    assert len(compiling.compiled("f8(f8)")(fifth).signatures) == 1
 
 
 # ---------------------------------------------------------------- terms

@@ -19,6 +19,7 @@ from tests.command_line import Said, undertow
 from tests.small_campaign import BODY, Campaign, make_campaign, recorded, write_table
 from undertow.campaign.config import load
 from undertow.campaign.run import course as campaign_run
+from undertow.campaign.run.claim import claimed
 
 Capture = pytest.CaptureFixture[str]
 
@@ -57,6 +58,12 @@ def run(capsys: Capture, campaign: Campaign, folder: Path, *words: str) -> Said:
 
 def tables(folder: Path) -> dict[str, bytes]:
     return {name: (folder / name).read_bytes() for name in TABLES}
+
+
+def files_of(folder: Path) -> dict[str, bytes]:
+    """A run's files, figures among them, without its parts."""
+    found = (path for path in folder.rglob("*") if path.is_file() and path.parent.name != "stages")
+    return {str(path.relative_to(folder)): path.read_bytes() for path in found}
 
 
 def test_every_file_of_the_contract_is_there_and_nothing_half_written(folder: Path) -> None:
@@ -226,26 +233,64 @@ def test_a_stale_stage_is_not_taken(
     assert counted.count == again
 
 
-def test_a_damaged_stage_is_made_again(small: Campaign, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_damaged_stage_is_made_again(
+    small: Campaign, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, caplog: pytest.LogCaptureFixture
+) -> None:
     stages = tmp_path / "stages"
     campaign_run.run(load(small.config), jobs=1, stages_folder=stages)
     first, second, *verdicts = sorted(stages.iterdir(), key=lambda p: (p.name.startswith("verdict"), p.name))
     first.write_text(first.read_text()[:100])
-    for damaged in (second, *verdicts):
+    whole = second.read_text()
+    at = whole.rindex("0.0") + 2  # one digit of one number
+    second.write_text(f"{whole[:at]}1{whole[at + 1 :]}")
+    for damaged in verdicts:
         damaged.write_text("[]")
     counted = Counted(monkeypatch)
     campaign_run.run(load(small.config), jobs=1, stages_folder=stages, resume=True)
     assert counted.count == 2
+    assert caplog.text.count("it is made again") == 2 + len(verdicts)
 
 
 def test_an_older_run_stays_whole_until_the_new_one_is_finished(
     capsys: Capture, small: Campaign, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     assert run(capsys, small, tmp_path / "run").code == 0
-    before = {path.name: path.read_bytes() for path in (tmp_path / "run").iterdir() if path.is_file()}
+    before = files_of(tmp_path / "run")
     Counted(monkeypatch, interrupt_at=1)
     assert run(capsys, small, tmp_path / "run", "--set", "seed=9").code == INTERRUPTED
-    assert {path.name: path.read_bytes() for path in (tmp_path / "run").iterdir() if path.is_file()} == before
+    assert files_of(tmp_path / "run") == before
+
+
+def test_a_run_beside_another_in_one_folder_is_refused(capsys: Capture, small: Campaign, tmp_path: Path) -> None:
+    (tmp_path / "run").mkdir()
+    with claimed(tmp_path / "run"):
+        said = run(capsys, small, tmp_path / "run")
+    assert said.code == 1
+    assert re.search(r"^undertow: run folder .*run is in use by another run .*choose another with --out$", said.err)
+    assert list((tmp_path / "run").iterdir()) == []
+
+
+@pytest.mark.skipif(os.name != "posix", reason="limits the size of files")
+@pytest.mark.parametrize("largest", [100, 30_000])
+def test_a_disk_that_is_full_ends_in_one_sentence_and_leaves_an_older_run_whole(
+    small: Campaign, tmp_path: Path, capsys: Capture, largest: int
+) -> None:
+    assert run(capsys, small, tmp_path / "run").code == 0
+    before = files_of(tmp_path / "run")
+    limited = f"import resource; resource.setrlimit(resource.RLIMIT_FSIZE, ({largest}, {largest})); "
+    words = ["run", str(small.config), "--out", str(tmp_path / "run"), "--jobs", "1", "--set", "seed=9"]
+    done = subprocess.run(
+        [sys.executable, "-c", f"{limited}from undertow.cli import main; main({words!r})"],
+        capture_output=True, text=True,
+    )  # fmt: skip
+    assert done.returncode == 1
+    assert re.fullmatch(
+        r"undertow: run folder .*run cannot be written: File too large .*; choose another with --out",
+        done.stderr.splitlines()[-1],
+    )
+    assert "Traceback" not in done.stderr
+    assert files_of(tmp_path / "run") == before
+    assert not list((tmp_path / "run").rglob("*.part"))
 
 
 def test_a_config_is_never_replaced_by_its_resolved_form(capsys: Capture, small: Campaign) -> None:

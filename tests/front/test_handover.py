@@ -219,3 +219,9 @@ def test_coefficients_by_name_are_checked():
         equation_of({"relaxation": {"stiffness_N_per_m": 1.0, "tau": 2.0}})
     with pytest.raises(UndertowError, match="equation is of type list; give an Equation"):
         equation_of(["stiffness"])
+
+
+@pytest.mark.parametrize("text", ["", "{", "[" * 100_000])
+def test_an_equation_that_is_no_json_is_refused(text: str) -> None:
+    with pytest.raises(UndertowError, match=r"the text is no JSON \(.*\); write it with to_json"):
+        equation_from_json(text)

@@ -13,9 +13,12 @@ from tests.findings_fixture import MARKUP
 from tests.small_campaign import recorded
 from undertow.campaign.run import checkpoints
 from undertow.campaign.run.analysis import GroupTask, analyse
+from undertow.comparison.level import Addend
+from undertow.comparison.suspect import Addition
 from undertow.conditioning.condition import condition
 from undertow.conditioning.motion import Motion
 from undertow.discrepancy.findings import AugmentedRun, Findings, GroupFindings
+from undertow.discrepancy.judge import Judged
 from undertow.discrepancy.verdict import Described, PhysicalCheck, Rejected, Verdict
 from undertow.equation import registry as shelf
 from undertow.likelihood.fit import Specimen
@@ -125,6 +128,14 @@ def test_a_force_in_another_unit_is_another_group_though_it_moves_nothing(task: 
     assert names[0] != names[1]
 
 
+def test_another_version_of_a_package_that_calculates_changes_every_name(
+    task: GroupTask, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    before = checkpoints.digest(task)
+    monkeypatch.setattr(checkpoints, "package_versions", lambda: {"numpy": "1.0"})
+    assert checkpoints.digest(task) != before
+
+
 def test_changed_code_changes_every_name(task: GroupTask, monkeypatch: pytest.MonkeyPatch) -> None:
     before = checkpoints.digest(task)
     monkeypatch.setattr(checkpoints, "source_digest", lambda: "other")
@@ -156,14 +167,23 @@ def test_verdicts_of_groups_judged_together_come_back_in_their_order(task: Group
     )  # fmt: skip
     plain = Verdict(other.key, ("a", "b"), status="nothing_missing")
     run = AugmentedRun(0.02, np.array([1.0, 0.5]))
-    checkpoints.save_verdicts((explained, plain), {"a": run}, tmp_path / "v.json")
-    (first, second), runs = checkpoints.load_verdicts((task, other), tmp_path / "v.json") or ((), {})
-    assert runs["a"].nrmse == 0.02
-    assert runs["a"].residual.tolist() == [1.0, 0.5]
+    by_spring = (("long", 80.0, 2.0), ("short", 70.0, 3.0))
+    friction = Addition("force_N", "N", "fc", 0.0, 1.0, scope="spring", by_spring=by_spring, moves=("fc", "fs"))
+    sine = Addition("stiffness_N_per_m", "N/m", "k", 0.0, 1.0, also=("k3", -1.0 / 6.0))
+    addends = (Addend("0.friction", (friction, sine)), Addend("1.clock", (), frees="clock", centre=0.1))
+    judged = Judged((explained, plain), ("long", "short"), addends, {"0.friction.force_N": (80.0, 2.0)}, {"a": run})
+    checkpoints.save_verdicts(judged, tmp_path / "v.json")
+    loaded = checkpoints.load_verdicts((task, other), ("long", "short"), tmp_path / "v.json")
+    assert loaded is not None
+    first, second = loaded.verdicts
+    assert loaded.runs["a"].nrmse == 0.02
+    assert loaded.runs["a"].residual.tolist() == [1.0, 0.5]
+    assert repr((loaded.labels, loaded.addends, loaded.values)) == repr((judged.labels, judged.addends, judged.values))
     assert first.parameters == explained.parameters
     assert (first.verdict, second.status, second.group) == (("linear_damping",), "nothing_missing", other.key)
-    assert checkpoints.load_verdicts((task,), tmp_path / "v.json") is None  # another number of groups is another level
-    assert checkpoints.load_verdicts((task,), tmp_path / "none.json") is None
+    fewer = checkpoints.load_verdicts((task,), ("long",), tmp_path / "v.json")
+    assert fewer is None  # another number of groups is another level
+    assert checkpoints.load_verdicts((task,), ("long",), tmp_path / "none.json") is None
 
 
 def test_what_stands_from_dry_trials_changes_a_levels_name(task: GroupTask) -> None:

@@ -12,10 +12,10 @@ from numpy.typing import NDArray
 from tests.decays import Decay, exact
 from undertow.conditioning.condition import condition
 from undertow.conditioning.decaying import hold_not_cut, refuse_no_decay, why_no_decay
+from undertow.conditioning.period import dominant_period
 from undertow.conditioning.release import find_window, half_period
 from undertow.conditioning.swings import find_swings
 from undertow.errors import RecordingError
-from undertow.likelihood.problem import dominant_period
 from undertow.recording.recording import Recording
 
 Array = NDArray[np.float64]

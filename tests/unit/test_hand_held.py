@@ -11,8 +11,8 @@ from scipy.ndimage import gaussian_filter1d
 
 from undertow.conditioning.condition import condition
 from undertow.conditioning.decaying import refuse_no_decay
+from undertow.conditioning.period import dominant_period
 from undertow.conditioning.release import find_window
-from undertow.likelihood.problem import dominant_period
 from undertow.recording.recording import Recording
 
 Array = NDArray[np.float64]

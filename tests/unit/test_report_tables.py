@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import csv
 import io
 import json
 import math
@@ -21,6 +22,7 @@ from undertow.quantities import Estimate
 from undertow.report.tables import (
     NOTES_AT_MOST,
     RunTables,
+    as_written,
     csv_text,
     levels_table,
     mismatch_table,
@@ -305,3 +307,23 @@ def test_the_verdict_written_in_pieces_is_the_verdict_as_json(tmp_path: Path) ->
     none = replace(findings, groups=())
     whole = json.dumps(verdict_json(none), indent=2, ensure_ascii=False, allow_nan=False) + "\n"
     assert write_verdict(none, tmp_path / "v.json").read_text(encoding="utf-8") == whole
+
+
+@pytest.mark.parametrize("text", ["=1+1", "+A1", "-A1", "@SUM(A1)", "\t=1", "'=1", "''=1"])
+def test_a_text_that_begins_like_a_formula_is_a_text_in_a_spreadsheet_and_reads_back(text: str) -> None:
+    cell = next(csv.reader(io.StringIO(csv_text(pd.DataFrame({"a": [text]})).split("\n", 1)[1])))[0]
+    assert cell == f"'{text}"
+    assert as_written(cell) == text
+    head = csv_text(pd.DataFrame({text: [1.0]}))
+    assert head.startswith(("'", "\"'"))
+
+
+@pytest.mark.parametrize("text", ["long", "'s", "1-2", "a=b", ""])
+def test_other_texts_and_numbers_stay_as_they_are(text: str) -> None:
+    assert csv_text(pd.DataFrame({"a": [text], "b": [-1.5]})).split("\n")[1] == f"{text},-1.5"
+    assert as_written(text) == text
+
+
+def test_a_text_makes_no_row_of_its_own() -> None:
+    text = csv_text(pd.DataFrame({"a": ["one\r=1\n=2"], "b": [1.0]}))
+    assert [*csv.reader(io.StringIO(text, newline=""))] == [["a", "b"], ["one =1\n=2", "1"]]

@@ -14,9 +14,10 @@ import numpy as np
 
 from undertow.comparison.suspect import Addition, Scales
 from undertow.conditioning.motion import Motion
+from undertow.conditioning.period import dominant_period
 from undertow.equation.kernel import SLOT
 from undertow.errors import IdentificationError, RecordingError
-from undertow.likelihood.problem import TrialOptions, dominant_period
+from undertow.likelihood.problem import TrialOptions
 from undertow.methods.baseline import GroupModel
 
 EARLIER = (1.0, 0.75, 0.5)

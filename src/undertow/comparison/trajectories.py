@@ -20,11 +20,12 @@ from numpy.typing import NDArray
 
 from undertow.comparison.laws import Laws
 from undertow.conditioning.motion import Motion
+from undertow.conditioning.period import dominant_period
 from undertow.equation.kernel import N_SLOTS, SLOT
 from undertow.errors import IdentificationError
 from undertow.likelihood.output_error import trajectory
 from undertow.likelihood.priors import GAIN_STD, LATE_RELEASE_RADIANS, clock_std
-from undertow.likelihood.problem import cells, dominant_period
+from undertow.likelihood.problem import cells
 
 Array = NDArray[np.float64]
 

@@ -13,9 +13,9 @@ from scipy.signal import periodogram
 
 from undertow.conditioning.cycles import Cycles, find_cycles
 from undertow.conditioning.motion import Motion
+from undertow.conditioning.period import dominant_period
 from undertow.discrepancy.place import BODY_BAND, strongest_line
 from undertow.likelihood.free_run import FreeRun, scored_channel
-from undertow.likelihood.problem import dominant_period
 from undertow.recording.recording import Array
 
 CLEAR = 10.0

@@ -12,9 +12,9 @@ import numpy as np
 from scipy.signal import periodogram
 
 from undertow.conditioning.motion import Motion
+from undertow.conditioning.period import dominant_period
 from undertow.discrepancy.mismatch import Mismatch
 from undertow.likelihood.free_run import FreeRun, scored_channel
-from undertow.likelihood.problem import dominant_period
 from undertow.recording.recording import Array
 
 BODY_BAND = 0.15

@@ -27,6 +27,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from undertow.conditioning.motion import Motion
+from undertow.conditioning.period import dominant_period
 from undertow.discrepancy.bank import bank_frequencies, clock_pair, memory_columns, static_columns
 from undertow.discrepancy.findings import TrialFindings
 from undertow.discrepancy.residual import even_motion, residual_force, term_force
@@ -36,7 +37,6 @@ from undertow.equation.equation import Equation
 from undertow.equation.kernel import SLOT
 from undertow.equation.term import Array
 from undertow.errors import UndertowError
-from undertow.likelihood.problem import dominant_period
 from undertow.methods.baseline import GroupFit
 from undertow.recording.quality import noise
 

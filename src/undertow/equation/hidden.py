@@ -11,7 +11,6 @@ from dataclasses import dataclass
 from typing import ClassVar
 
 import numpy as np
-from scipy.signal import cont2discrete, lfilter
 
 from undertow.equation.symbolic import Element, Expression, Place, Share
 from undertow.equation.term import Array, Term
@@ -46,6 +45,8 @@ def linear_response(numerator: list[float], denominator: list[float], drive: Arr
     >>> linear_response([1.0], [1.0, 0.0], np.ones(3), 0.1)  # an integrator
     array([0. , 0.1, 0.2])
     """
+    from scipy.signal import cont2discrete, lfilter  # half a second that commands without a filter need not wait
+
     numerator = list(np.trim_zeros(numerator, "f"))
     b, a, _ = cont2discrete((numerator, denominator), step, method="foh")
     b, a = np.ravel(b), np.ravel(a)

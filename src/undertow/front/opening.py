@@ -26,6 +26,7 @@ from undertow.front.tables import parameter_table
 from undertow.front.trials import Trials
 from undertow.quantities import Estimate
 from undertow.report.front_figures import draw_errors
+from undertow.report.tables import as_written
 from undertow.report.trial_curves import Axes, new_axes
 from undertow.report.verdict_file import read_verdicts
 from undertow.report.writing import PAGES
@@ -157,7 +158,8 @@ class OpenedRun:
         return draw_errors(rows, new_axes() if axes is None else axes)
 
     def _table(self, name: str) -> pd.DataFrame:
-        return pd.read_csv(self._file(f"{name}.csv"))
+        table = pd.read_csv(self._file(f"{name}.csv")).rename(columns=as_written)
+        return table.map(lambda value: as_written(value) if isinstance(value, str) else value)
 
     def _file(self, name: str) -> Path:
         path = self.folder / name

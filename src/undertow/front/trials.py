@@ -17,10 +17,10 @@ import pandas as pd
 from undertow.campaign.config import RunConfig
 from undertow.conditioning.agreement import Disagreement
 from undertow.conditioning.motion import Motion
+from undertow.conditioning.period import dominant_period
 from undertow.discrepancy.findings import FailedTrial
 from undertow.discrepancy.words import condition_words, count, group_title
 from undertow.errors import RecordingError
-from undertow.likelihood.problem import dominant_period
 from undertow.recording.conditions import same_condition
 from undertow.recording.recording import Condition, Recording
 from undertow.report.trial_curves import Axes, draw_recording, new_axes

@@ -13,13 +13,13 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from undertow.conditioning.motion import Motion
+from undertow.conditioning.period import dominant_period
 from undertow.equation import registry as shelf
 from undertow.equation.general import PlacedTerm
 from undertow.equation.kernel import N_SLOTS, SLOT
 from undertow.equation.term import Term
 from undertow.errors import IdentificationError
 from undertow.likelihood.fit import Specimen, Structure
-from undertow.likelihood.problem import dominant_period
 from undertow.likelihood.scale import contract_name
 from undertow.quantities import Estimate
 from undertow.recording.recording import Array

@@ -18,11 +18,12 @@ from scipy.optimize import OptimizeResult, minimize
 
 from undertow.compiling import compiled
 from undertow.conditioning.motion import Motion
+from undertow.conditioning.period import dominant_period
 from undertow.equation.kernel import N_SLOTS, SLOT
 from undertow.errors import IdentificationError
 from undertow.likelihood.fit import Fit, Specimen, Structure
 from undertow.likelihood.output_error import Solution, residuals
-from undertow.likelihood.problem import Channel, Link, Problem, TrialProblem, Unknown, dominant_period
+from undertow.likelihood.problem import Channel, Link, Problem, TrialProblem, Unknown
 from undertow.quantities import OK, Estimate
 from undertow.recording.recording import Array
 from undertow.uncertainty.intervals import noise_covariance

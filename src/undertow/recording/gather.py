@@ -19,6 +19,7 @@ from undertow.errors import ConfigError, RecordingError
 from undertow.recording.catalogue import Catalogue, Entry, TimeWindow
 from undertow.recording.conditions import condition
 from undertow.recording.index import Index, read_index
+from undertow.recording.links import refused
 from undertow.recording.patterns import Patterns
 from undertow.recording.readers import count_trials, trial_name
 from undertow.recording.recording import Condition
@@ -110,6 +111,8 @@ def _row_entry(row: Mapping[str, str], catalogue: Catalogue, index: Index, known
         path = folder / (Path(name).name or "unnamed")
         problem = f"the index names the file {name!r}; it must lie in the index's folder {folder}"
         return replace(entry, file=path, name=trial_name(path), problem=problem)
+    if link := refused(entry.file, folder):
+        return replace(entry, problem=f"the index names {name!r}, {link}")
     if not entry.path.is_file():
         return replace(
             entry, problem=f"the index names {name!r}, but {entry.path} is not there; copy it or drop the row"
@@ -130,20 +133,21 @@ def _escapes(name: str) -> bool:
 
 def _from_names(catalogue: Catalogue) -> list[Entry]:
     given = (catalogue.files,) if isinstance(catalogue.files, str) else tuple(catalogue.files or ())
-    found: set[str] = set()
+    found: dict[str, str] = {}
     for one in given:
         pattern = str(catalogue.folder / one)
         fitting = [path for path in glob.glob(pattern, recursive=True) if Path(path).is_file()]
         if not fitting:
             raise ConfigError(f"recordings.files {one!r} fits no file ({pattern}); correct the glob")
-        found.update(fitting)
+        home = _folder_of(pattern)
+        found.update((path, refused(path, home)) for path in fitting)
     paths = [Path(path) for path in sorted(found)]
     try:
         expression = re.compile(catalogue.pattern) if catalogue.pattern else None
     except re.error as error:
         raise ConfigError(f"recordings.pattern {catalogue.pattern!r} is no regular expression: {error}") from error
-    entries = [_name_entry(path, expression) for path in paths]
-    if all(entry.problem for entry in entries):
+    entries = [_name_entry(path, expression, found[str(path)]) for path in paths]
+    if expression is not None and not any(expression.search(path.name) for path in paths):
         shown = ", ".join(path.name for path in paths[:NAMES_SHOWN])
         raise ConfigError(
             f"recordings.pattern {catalogue.pattern!r} fits none of {len(paths)} file names ({shown}); correct it"
@@ -151,8 +155,17 @@ def _from_names(catalogue: Catalogue) -> list[Entry]:
     return entries
 
 
-def _name_entry(path: Path, expression: re.Pattern[str] | None) -> Entry:
+def _folder_of(pattern: str) -> Path:
+    """The folder that a glob names before its first wildcard."""
+    parts = Path(pattern).parts[:-1]
+    fixed = next((at for at, part in enumerate(parts) if glob.has_magic(part)), len(parts))
+    return Path(*parts[:fixed])
+
+
+def _name_entry(path: Path, expression: re.Pattern[str] | None, link: str) -> Entry:
     entry = Entry(trial_name(path), path)
+    if link:
+        return replace(entry, problem=f"{path.name} is {link}")
     if expression is None:
         return entry
     match = expression.search(path.name)
@@ -237,6 +250,8 @@ def _with_files_beside(entry: Entry, catalogue: Catalogue) -> Entry:
             problem = f"its channels' file {filled!r} must lie in the trial's folder; correct recordings.channels"
             return replace(entry, problem=problem)
         paths[name] = str(entry.path.parent / filled)
+        if link := refused(paths[name], entry.path.parent):
+            return replace(entry, problem=f"its channels' file {filled!r} is {link}")
     return replace(entry, beside=paths)
 
 

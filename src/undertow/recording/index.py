@@ -18,6 +18,7 @@ from pathlib import Path
 
 from undertow.errors import ConfigError, RecordingError
 from undertow.recording.conditions import condition, number
+from undertow.recording.links import refused
 from undertow.recording.recording import Condition
 from undertow.recording.text import sniff, text_of
 
@@ -70,6 +71,8 @@ def read_index(path: Path, separator: str = "auto", decimal: str = "auto") -> In
         near = difflib.get_close_matches(path.name, beside, n=1)
         hint = f"; did you mean {near[0]!r}?" if near else ""
         raise ConfigError(f"recordings.index {path} is not there; paths are relative to the config's folder{hint}")
+    if link := refused(path, path.parent):
+        raise ConfigError(f"recordings.index {path} is {link}")
     try:
         lines = text_of(path).splitlines()
     except RecordingError as error:

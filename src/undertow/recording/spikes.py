@@ -7,7 +7,6 @@ from __future__ import annotations
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.interpolate import CubicSpline
 from scipy.ndimage import median_filter
 
 from undertow.errors import RecordingError
@@ -82,5 +81,7 @@ def _bridged(values: Array, mask: Mask) -> Array:
     index = np.arange(values.size, dtype=np.float64)
     bridged = np.array(values)
     if mask.any() and np.count_nonzero(~mask) >= 2:
+        from scipy.interpolate import CubicSpline
+
         bridged[mask] = CubicSpline(index[~mask], values[~mask])(index[mask])
     return bridged

@@ -43,7 +43,7 @@ def _groups(folder: Path) -> list[Mapping[str, Any]]:
         for one in groups:
             _explained(group_title(one["group"]), one)
         return list(groups)
-    except (OSError, ValueError, LookupError, TypeError, AttributeError) as reason:
+    except (OSError, ValueError, LookupError, TypeError, AttributeError, RecursionError) as reason:
         raise UndertowError(
             f"{folder} holds no finished run with its decisions ({path.name}: {reason}); give a folder that undertow "
             "run has written"

@@ -31,6 +31,9 @@ from undertow.report.writing import write_pieces
 FLOAT_FORMAT = "%.9g"
 """Digits of a number in a CSV: more than any sensor gives, and the same on every machine."""
 
+FORMULAS = ("=", "+", "-", "@", "\t")
+"""What a cell begins with that a spreadsheet would calculate (OWASP, CSV injection)."""
+
 ROWS_A_PIECE = 1000
 """Rows that are written at once."""
 
@@ -227,7 +230,7 @@ def csv_pieces(columns: Sequence[str], found: Iterable[Mapping[str, object]]) ->
     """
     stream = io.StringIO()
     writer = csv.writer(stream, lineterminator="\n")
-    writer.writerow(columns)
+    writer.writerow([plain(column) for column in columns])
     for i, row in enumerate(found, 1):
         writer.writerow([_cell(row.get(column)) for column in columns])
         if i % ROWS_A_PIECE == 0:
@@ -244,7 +247,22 @@ def _cell(value: object) -> str:
         return "true" if value else "false"
     if isinstance(value, float):
         return "" if math.isnan(value) else FLOAT_FORMAT % value
-    return "" if value is None else str(value)
+    return plain(value) if isinstance(value, str) else "" if value is None else str(value)
+
+
+def plain(text: str) -> str:
+    """A text that no spreadsheet takes for a formula: an apostrophe before what begins like one (`as_written`).
+
+    >>> plain("=1+1"), plain("long"), as_written("'=1+1"), as_written("'s"), plain("'=1")
+    ("'=1+1", 'long', '=1+1', "'s", "''=1")
+    """
+    text = text.replace("\r", " ")  # alone it ends a row, but only for some readers
+    return f"'{text}" if text.lstrip("'").startswith(FORMULAS) else text
+
+
+def as_written(text: str) -> str:
+    """A text of a CSV without the apostrophe that `plain` put before it."""
+    return text[1:] if text.startswith("'") and text.lstrip("'").startswith(FORMULAS) else text
 
 
 def _chained(*parts: Iterable[Row]) -> Iterator[Row]:
@@ -257,6 +275,6 @@ def _with_errors(parameters: Sequence[str]) -> list[str]:
 
 
 __all__ = [
-    "Columns", "RunTables", "columns_of", "csv_pieces", "csv_text", "levels_table", "mismatch_table", "outcome_of",
-    "trials_table", "write_tables",
+    "Columns", "RunTables", "as_written", "columns_of", "csv_pieces", "csv_text", "levels_table", "mismatch_table",
+    "outcome_of", "plain", "trials_table", "write_tables",
 ]  # fmt: skip

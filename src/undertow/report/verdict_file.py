@@ -157,7 +157,7 @@ def read_verdicts(folder: Path) -> dict[str, Any]:
         for group in content["groups"]:
             if not {"group", "status", "verdict", "baseline"} <= set(group):
                 raise KeyError("group, status, verdict, baseline")
-    except (OSError, ValueError, KeyError, TypeError, AttributeError) as reason:
+    except (OSError, ValueError, KeyError, TypeError, AttributeError, RecursionError) as reason:
         why = getattr(reason, "strerror", None) or f"it is not a run's verdict ({type(reason).__name__})"
         raise UndertowError(
             f"run folder {folder}: {path.name} cannot be read: {why}; give a folder that `undertow run` finished"

@@ -206,7 +206,7 @@ class Download:
             noted = json.loads(self.origin.read_text(encoding="utf-8"))
             mark = str(noted["mark"])
             same = noted["url"] == self.url
-        except (OSError, ValueError, KeyError, TypeError):
+        except (OSError, ValueError, KeyError, TypeError, RecursionError):
             return None
         return ("" if mark.startswith("W/") else mark) if same else None
 

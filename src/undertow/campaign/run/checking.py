@@ -19,12 +19,12 @@ from undertow.conditioning.condition import condition
 from undertow.conditioning.decaying import hold_not_cut, refuse_no_decay, why_no_decay
 from undertow.conditioning.motion import Motion, Window
 from undertow.conditioning.pairs import Stated
+from undertow.conditioning.period import dominant_period
 from undertow.conditioning.release import find_window, followed
 from undertow.conditioning.remedies import units_of
 from undertow.discrepancy.findings import FailedTrial
 from undertow.discrepancy.words import count, group_title
 from undertow.errors import FAILURES, ClippedError, ConfigError, MisnamedError, failure
-from undertow.likelihood.problem import dominant_period
 from undertow.recording.catalogue import Catalogue, Entry, read_trial
 from undertow.recording.quality import check, noise
 from undertow.recording.recording import Condition, Recording

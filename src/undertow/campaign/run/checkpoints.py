@@ -1,17 +1,16 @@
 """Finished groups on disk, so that an interrupted run goes on where it stopped.
 
 A group's findings are kept as JSON (numbers, texts) without its motions: recordings are read again, which is cheap.
-Its name is a digest of everything that decides it: the group's task, the recordings' bytes and samples, the code.
+Its name is a digest of everything that decides it: the group's task, the recordings' bytes and samples, the code, the
+packages that calculate.
 
-Belongs here: that JSON. Does not belong here: what a group's analysis is.
+Belongs here: what a part holds. Does not belong here: the file around it (part_files.py), what a group's analysis is.
 """
 
 from __future__ import annotations
 
 import dataclasses
 import hashlib
-import json
-import os
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
@@ -20,18 +19,19 @@ import numpy as np
 
 from undertow import __version__
 from undertow.campaign.run.analysis import GroupTask
-from undertow.campaign.run.manifest import source_digest
+from undertow.campaign.run.manifest import package_versions, source_digest
+from undertow.campaign.run.part_files import FORMAT, read_part, write_part
+from undertow.comparison.level import Addend
+from undertow.comparison.suspect import Addition
 from undertow.conditioning.motion import Motion
 from undertow.discrepancy.findings import AugmentedRun, GroupFindings, TrialFindings
+from undertow.discrepancy.judge import Judged
 from undertow.discrepancy.mismatch import Mismatch
 from undertow.discrepancy.verdict import Described, Gate, PhysicalCheck, Rejected, Verdict
 from undertow.equation import registry as shelf
 from undertow.equation.equation import Equation
 from undertow.likelihood.fit import Fit
 from undertow.quantities import Estimate
-
-FORMAT = 1
-"""Number of this file's layout; an older file is not taken."""
 
 
 def digest(task: GroupTask) -> str:
@@ -42,7 +42,8 @@ def digest(task: GroupTask) -> str:
     """
     said = {f.name: getattr(task, f.name) for f in dataclasses.fields(task)}
     motions, terms = said.pop("motions"), said.pop("terms")
-    sums = hashlib.sha256(f"{__version__} {FORMAT} {source_digest()}".encode())
+    made_by = f"{__version__} {FORMAT} {source_digest()} {sorted(package_versions().items())}"
+    sums = hashlib.sha256(made_by.encode())
     sums.update(repr([(name, _sorted(value)) for name, value in said.items()]).encode())
     sums.update(repr([(t.name, _sorted(t.inner)) for t in terms]).encode())
     for motion in motions:
@@ -72,38 +73,40 @@ def level_digest(tasks: Sequence[GroupTask], also: str) -> str:
     return sums.hexdigest()[:20]
 
 
-def save_verdicts(verdicts: Sequence[Verdict], runs: Mapping[str, AugmentedRun], path: Path) -> None:
-    """Write the verdicts of one level and its trials' free runs; the file appears whole or not at all."""
-    kept = {name: [run.nrmse, run.residual.tolist()] for name, run in runs.items()}
-    _write({"verdicts": [_plain(v) for v in verdicts], "runs": kept}, path)
+def save_verdicts(judged: Judged, path: Path) -> None:
+    """Write the verdicts of one level, its trials' free runs and what was added to its equation."""
+    kept = {name: [run.nrmse, run.residual.tolist()] for name, run in judged.runs.items()}
+    added = {"addends": _plain(judged.addends), "values": _plain(judged.values)}
+    write_part(path, {"verdicts": [_plain(v) for v in judged.verdicts], "runs": kept, **added})
 
 
-def load_verdicts(
-    tasks: Sequence[GroupTask], path: Path
-) -> tuple[tuple[Verdict, ...], dict[str, AugmentedRun]] | None:
-    """Verdicts of one level as saved, in the order of its groups, and its runs; None where there are none that fit."""
-    try:
-        data = json.loads(path.read_text(encoding="utf-8"))
-        verdicts = tuple(_verdict(one, task) for one, task in zip(data["verdicts"], tasks, strict=True))
-        runs = data["runs"].items()
-        return verdicts, {name: AugmentedRun(nrmse, np.array(residual)) for name, (nrmse, residual) in runs}
-    except (OSError, LookupError, TypeError, ValueError, AttributeError):
+def load_verdicts(tasks: Sequence[GroupTask], labels: Sequence[str], path: Path) -> Judged | None:
+    """One level as saved, in the order of its groups (called ``labels``); None where none is there that fits."""
+    data = read_part(path)
+    if data is None:
         return None
+    try:
+        verdicts = tuple(_verdict(one, task) for one, task in zip(data["verdicts"], tasks, strict=True))
+        runs = {name: AugmentedRun(nrmse, np.array(residual)) for name, (nrmse, residual) in data["runs"].items()}
+        values = {name: (float(value), float(error)) for name, (value, error) in data["values"].items()}
+        return Judged(verdicts, tuple(labels), tuple(_addend(one) for one in data["addends"]), values, runs)
+    except (LookupError, TypeError, ValueError, AttributeError):
+        return None
+
+
+def _addend(data: Mapping[str, Any]) -> Addend:
+    return Addend(**(dict(data) | {"additions": tuple(_addition(one) for one in data["additions"])}))
+
+
+def _addition(data: Mapping[str, Any]) -> Addition:
+    also, moves = (tuple(data[name]) if data[name] is not None else None for name in ("also", "moves"))
+    by_spring = tuple((str(label), value, error) for label, value, error in data["by_spring"])
+    return Addition(**(dict(data) | {"also": also, "moves": moves, "by_spring": by_spring}))
 
 
 def save(findings: GroupFindings, path: Path) -> None:
     """Write a group's findings; the file appears whole or not at all."""
-    _write(_plain(findings), path)
-
-
-def _write(data: Any, path: Path) -> None:
-    path.parent.mkdir(parents=True, exist_ok=True)
-    partial = path.with_suffix(f".{os.getpid()}.part")
-    try:
-        partial.write_text(json.dumps(data), encoding="utf-8")
-        os.replace(partial, path)
-    finally:
-        partial.unlink(missing_ok=True)
+    write_part(path, _plain(findings))
 
 
 def _plain(value: Any) -> Any:
@@ -131,8 +134,10 @@ def _plain(value: Any) -> Any:
 
 def load(task: GroupTask, path: Path) -> GroupFindings | None:
     """A group's findings as saved, joined with its motions; None where there are none that fit."""
+    data = read_part(path)
+    if data is None:
+        return None
     try:
-        data = json.loads(path.read_text(encoding="utf-8"))
         by_name = {t["name"]: t for t in data["trials"]}
         trials = tuple(_trial(by_name[m.name], m) for m in task.motions)
         terms, coefficients, mass, rest = data["equation"]
@@ -143,7 +148,7 @@ def load(task: GroupTask, path: Path) -> GroupFindings | None:
             task.key, task.dry, trials, task.specimen, task.structure, _fits(data["fits"]), equation,
             data["equation_errors"], _verdict(data["verdict"], task), tuple(data["notes"]),
         )  # fmt: skip
-    except (OSError, LookupError, TypeError, ValueError, AttributeError):
+    except (LookupError, TypeError, ValueError, AttributeError):
         return None
 
 

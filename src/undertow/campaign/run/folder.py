@@ -8,14 +8,17 @@ from __future__ import annotations
 import json
 import time
 from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
 from dataclasses import dataclass, field
 from io import StringIO
 from pathlib import Path
+from tempfile import TemporaryDirectory
 from typing import Any
 
 from ruamel.yaml import YAML
 
 from undertow.campaign.config import load
+from undertow.campaign.run.claim import NEW, STAGES, claimed
 from undertow.campaign.run.course import Course
 from undertow.campaign.run.gathered import Gathered, PortionFindings
 from undertow.campaign.run.manifest import manifest_pieces, provenance
@@ -83,32 +86,48 @@ def run_to_folder(
     folder. Tables and verdict.json hold everything; the findings that are returned, and the page, at most as many
     groups and trials as a page can show (`gathered`).
 
-    Raises ConfigError where the config is wrong, UndertowError where no trial can be used or the folder cannot be
-    written.
+    Raises ConfigError where the config is wrong, UndertowError where no trial can be used, the folder cannot be
+    written, or another run is at work in it.
     """
     config = load(config_path, overrides)
     folder = out or Path("runs") / safe_name(config.name)
     text = yaml_text(config.resolved())
     try:
-        course, gathered = Course(config, jobs, progress, folder / "stages", resume), Gathered(config)
-        _prepare(folder, config_path, text)  # a config that does not match its trials leaves no folder
-        with RunTables(folder) as tables:
-            for part in _or_set_aside(course.parts(), folder):
-                _take(part, gathered, tables)
-                del part  # else two portions would be held
-            start, seconds = time.perf_counter(), course.seconds
-            del course  # its list of trials is as long as the campaign, and the manifest makes another
-            findings = gathered.findings(seconds)
-            write_text(folder / "config.yaml", text)
-            tables.write(findings.failed, findings.across_groups)
-        made = provenance(findings, config, config_path, overrides)
-        write_report(findings, folder, made | {"config_text": text}, gathered.extent)
-        made["wall_time_s"]["report"] = round(time.perf_counter() - start, 3)
-        write_pieces(folder / "manifest.json", manifest_pieces(made, config))
+        stages = (folder / STAGES).absolute()  # workers of a cluster have other working directories
+        course, gathered = Course(config, jobs, progress, stages, resume), Gathered(config)
+        folder.mkdir(parents=True, exist_ok=True)  # a config that does not match its trials leaves no folder
+        with claimed(folder), _new_results(folder) as new:
+            _prepare(folder, config_path, text)
+            with RunTables(new) as tables:
+                for part in _or_set_aside(course.parts(), folder):
+                    _take(part, gathered, tables)
+                    del part  # else two portions would be held
+                start, seconds = time.perf_counter(), course.seconds
+                del course  # its list of trials is as long as the campaign, and the manifest makes another
+                findings = gathered.findings(seconds)
+                write_text(new / "config.yaml", text)
+                tables.write(findings.failed, findings.across_groups)
+            made = provenance(findings, config, config_path, overrides)
+            write_report(findings, new, made | {"config_text": text}, gathered.extent)
+            made["wall_time_s"]["report"] = round(time.perf_counter() - start, 3)
+            write_pieces(new / "manifest.json", manifest_pieces(made, config))
     except OSError as reason:
         what = f"{reason.strerror or reason} ({reason.filename or folder})"
         raise UndertowError(f"run folder {folder} cannot be written: {what}; choose another with --out") from reason
     return Finished(folder, findings, gathered.extent, tuple(gathered.contradicted))
+
+
+@contextmanager
+def _new_results(folder: Path) -> Iterator[Path]:
+    """A folder for a run's files, which take the places of an older run's when all of them are written."""
+    with TemporaryDirectory(dir=folder, prefix=NEW, ignore_cleanup_errors=True) as made:
+        new = Path(made)
+        yield new
+        for one in sorted(new.iterdir(), key=lambda path: (path.name == "manifest.json", path.name)):
+            there = folder / one.name
+            if there.is_dir():
+                there.replace(new / f"older {one.name}")
+            one.replace(there)
 
 
 def _take(part: PortionFindings, gathered: Gathered, tables: RunTables) -> None:
@@ -120,8 +139,7 @@ def _take(part: PortionFindings, gathered: Gathered, tables: RunTables) -> None:
 
 
 def _prepare(folder: Path, config_path: Path, text: str) -> None:
-    """Make the folder with the resolved config in it; refuse to write over a config that says something else."""
-    folder.mkdir(parents=True, exist_ok=True)
+    """The resolved config into the folder; refuse to write over a config that says something else."""
     kept = folder / "config.yaml"
     if not kept.exists():
         write_text(kept, text)

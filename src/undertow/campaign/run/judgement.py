@@ -59,13 +59,14 @@ def judged(
 ) -> list[GroupFindings]:
     """The groups with their verdicts: dry ones first, then each water's groups together.
 
-    Verdicts of wet groups are kept in ``folder`` as they come (None: not kept) and, with ``resume``, taken from there.
+    Each level's verdicts are kept in ``folder`` as they come (None: not kept) and, with ``resume``, taken from there.
     """
     suspects = chosen(config.discrepancy.suspects, config.equation.coordinate == "rotation")
     cases, tasks, failed = _cases(config, tasks, groups)
     dry = [_Together((case,), (task,)) for case, task in zip(cases, tasks, strict=True) if case.dry]
     budget = config.discrepancy.budget
-    first = on_processes(_Judge(suspects, budget=budget), dry, jobs, "dry: what is missing", progress, _together_name)
+    beside = _Judge(suspects, folder=folder, resume=resume, budget=budget)
+    first = on_processes(beside, dry, jobs, "dry: what is missing", progress, _together_name)
     standing = standing_addends(first)
     if standing:
         again = with_known(config, tasks, standing)
@@ -137,11 +138,12 @@ class _Judge:
         cells = [dict(c.cell) for c in level.cases]
         also = repr((sorted(s.label for s in self.suspects), standing, free, cells, self.budget))
         path = self.folder / f"verdict-{checkpoints.level_digest(level.tasks, also)}.json"
-        kept = checkpoints.load_verdicts(level.tasks, path) if self.resume else None
+        labels = tuple(c.member.label for c in level.cases)
+        kept = checkpoints.load_verdicts(level.tasks, labels, path) if self.resume else None
         if kept is not None:
-            return Judged(kept[0], tuple(c.member.label for c in level.cases), runs=kept[1])
+            return kept
         found = self._judged(level, standing)
-        checkpoints.save_verdicts(found.verdicts, found.runs, path)
+        checkpoints.save_verdicts(found, path)
         return found
 
     def _judged(self, level: _Together, here: tuple[Addend, ...]) -> Judged:

@@ -14,8 +14,8 @@ import numpy as np
 
 from undertow.campaign.config import GroupKey
 from undertow.conditioning.motion import Motion
+from undertow.conditioning.period import dominant_period
 from undertow.discrepancy.words import group_title
-from undertow.likelihood.problem import dominant_period
 
 FEWEST = 3
 """Trials of a group of which a median still says what most of them do when one is another group's."""

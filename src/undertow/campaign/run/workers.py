@@ -29,6 +29,9 @@ class Progress(Protocol):
 FEWEST_FOR_PROCESSES = 3
 """Below this many items starting processes (0.5 to 1 s) costs more than it gives."""
 
+_ELSEWHERE = -1
+"""As many processes as there are workers on a cluster, which joblib writes so."""
+
 Item = TypeVar("Item")
 Result = TypeVar("Result")
 
@@ -70,7 +73,8 @@ def on_processes(
     work: Callable[[Item], Result], items: Sequence[Item], jobs: int, stage: str, progress: Progress = silent,
     name: Callable[[Item], str] | None = None,
 ) -> list[Result]:  # fmt: skip
-    """``work(item)`` for all items, in order, on ``jobs`` processes (0: one a core).
+    """``work(item)`` for all items, in order, on ``jobs`` processes (0: one a core), or on the workers of the backend
+    that ``joblib.parallel_config`` has made the active one.
 
     ``name`` is what progress calls an item (None: progress says how many alone).
 
@@ -82,7 +86,7 @@ def on_processes(
     >>> on_processes(abs, [-1, 2], jobs=1, stage="sizes")
     [1, 2]
     """
-    count = jobs or os.cpu_count() or 1
+    count = _ELSEWHERE if _is_elsewhere() else jobs or os.cpu_count() or 1
     def say(done: int) -> None:
         progress(stage, done, len(items), *([name(items[done])] if name is not None and done < len(items) else []))
 
@@ -101,14 +105,27 @@ def on_processes(
 
 
 def _results(work: Callable[[Item], Result], items: Sequence[Item], count: int) -> Iterator[Result]:
-    if count == 1 or len(items) < FEWEST_FOR_PROCESSES:
+    if count == 1 or (count != _ELSEWHERE and len(items) < FEWEST_FOR_PROCESSES) or not items:
         yield from map(work, items)
         return
     with _children_without_interrupts():
         results = joblib.Parallel(n_jobs=min(count, len(items)), return_as="generator")(
-            joblib.delayed(work)(item) for item in items
+            joblib.delayed(_one)((work, item)) for item in items
         )
     yield from results
+
+
+def _one(pair: tuple[Callable[[Item], Result], Item]) -> Result:
+    """One piece of work, told in a tuple: Dask sends anything else that is large to a single worker beforehand, and
+    the work is lost with that worker."""
+    work, item = pair
+    return work(item)
+
+
+def _is_elsewhere() -> bool:
+    """Whether joblib's active backend is a cluster, whose workers are as many as they are."""
+    backend, _ = joblib.parallel.get_active_backend()
+    return type(backend).__name__ == "DaskDistributedBackend"
 
 
 @contextmanager

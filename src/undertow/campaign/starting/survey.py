@@ -16,6 +16,7 @@ from pathlib import Path
 from undertow.errors import ConfigError, RecordingError
 from undertow.recording.channels import ChannelSpec, TimeSpec
 from undertow.recording.layout import FileFormat
+from undertow.recording.links import refused
 from undertow.recording.patterns import Patterns
 from undertow.recording.propose_file import propose_file
 from undertow.recording.readers import READERS, suffix_of, trial_name
@@ -70,6 +71,9 @@ def survey(folder: Path, looked: Looked = lambda done, of: None) -> Survey:
     remarks: Counter[str] = Counter()
     for done, name in enumerate(files):
         looked(done, len(files))
+        if link := refused(folder / name, folder):
+            unread.append((name, f"is {link}"))
+            continue
         try:
             seen = propose_file(folder / name)
         except RecordingError as error:

@@ -45,7 +45,10 @@ def equation_from_json(text: str) -> Equation:
     >>> equation_from_json(json_text(law, {})) == law
     True
     """
-    data = json.loads(text)
+    try:
+        data = json.loads(text)
+    except (ValueError, RecursionError) as error:
+        raise UndertowError(f"the text is no JSON ({error}); write it with to_json()") from error
     if not isinstance(data, dict) or data.get("format") != FORMAT or data.get("version") != VERSION:
         kind = data.get("format") if isinstance(data, dict) else type(data).__name__
         raise UndertowError(f"the text is {kind!r}, not {FORMAT!r} of version {VERSION}; write it with to_json()")

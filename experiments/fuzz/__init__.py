@@ -1,0 +1,1 @@
+"""Readers given files with changed bytes."""

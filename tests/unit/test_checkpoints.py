@@ -70,6 +70,7 @@ def test_what_is_shown_of_a_loaded_group_is_what_was_found(
     for one, other in zip(loaded.trials, findings.trials, strict=True):
         np.testing.assert_array_equal(one.simulated, other.simulated)
         np.testing.assert_array_equal(one.measured, other.measured)
+        assert one.as_measured == other.as_measured
     assert loaded.fits == findings.fits or repr(loaded.fits) == repr(findings.fits)  # nan is not equal to itself
 
 
@@ -80,7 +81,8 @@ def test_a_verdict_with_everything_in_it_comes_back(
     full = replace(
         findings.verdict, status="explained", verdict=("hidden_resonator",), alternatives=(("relaxation",),),
         parameters={"hidden_resonator": [{"mass_kg": mass}], "added_mass": {"mass_kg": mass}},
-        augmented=Described(0.05, 0.06, {"mass_kg": mass}), rejected=(Rejected("cubic_stiffness", "0.38"),),
+        augmented=Described(0.05, 0.06, {"mass_kg": mass}, {"mass_kg": {"mass_kg": 1.0}}),
+        rejected=(Rejected("cubic_stiffness", "0.38", -3.0),),
         physical_check=PhysicalCheck(9.4, 10.4, True, "cells"),
     )  # fmt: skip
     loaded = kept(task, replace(findings, verdict=full), tmp_path).verdict
@@ -166,7 +168,7 @@ def test_verdicts_of_groups_judged_together_come_back_in_their_order(task: Group
         parameters={"linear_damping": {"c_Ns_per_m": Estimate(480.0, 20.0, unit="N s/m")}},
     )  # fmt: skip
     plain = Verdict(other.key, ("a", "b"), status="nothing_missing")
-    run = AugmentedRun(0.02, np.array([1.0, 0.5]))
+    run = AugmentedRun(0.02, np.array([1.0, 0.5]), 0.07)
     by_spring = (("long", 80.0, 2.0), ("short", 70.0, 3.0))
     friction = Addition("force_N", "N", "fc", 0.0, 1.0, scope="spring", by_spring=by_spring, moves=("fc", "fs"))
     sine = Addition("stiffness_N_per_m", "N/m", "k", 0.0, 1.0, also=("k3", -1.0 / 6.0))
@@ -176,7 +178,7 @@ def test_verdicts_of_groups_judged_together_come_back_in_their_order(task: Group
     loaded = checkpoints.load_verdicts((task, other), ("long", "short"), tmp_path / "v.json")
     assert loaded is not None
     first, second = loaded.verdicts
-    assert loaded.runs["a"].nrmse == 0.02
+    assert (loaded.runs["a"].nrmse, loaded.runs["a"].as_measured) == (0.02, 0.07)
     assert loaded.runs["a"].residual.tolist() == [1.0, 0.5]
     assert repr((loaded.labels, loaded.addends, loaded.values)) == repr((judged.labels, judged.addends, judged.values))
     assert first.parameters == explained.parameters

@@ -3,21 +3,23 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 
 import numpy as np
 import pytest
 
 from experiments.recovery.releases import plant, record
 from undertow.conditioning.condition import condition
-from undertow.conditioning.motion import Motion
+from undertow.conditioning.motion import Motion, Window
 from undertow.equation.kernel import N_SLOTS, SLOT
 from undertow.errors import IdentificationError
 from undertow.likelihood import free_run as freerun
 from undertow.likelihood import output_error
 from undertow.likelihood.fit import Specimen
-from undertow.likelihood.free_run import free_run, repeatability, sensor_floor
+from undertow.likelihood.free_run import error_as_measured, free_run, repeatability, sensor_floor
 from undertow.likelihood.problem import TrialOptions
 from undertow.methods.baseline import GroupFit, fit_group, group_model, terms_by_name
+from undertow.quantities import Estimate
 from undertow.recording.recording import Recording
 
 LINEAR = ("stiffness", "viscous_damping")
@@ -101,3 +103,40 @@ def test_fewer_samples_and_longer_steps_give_the_same_repeatability(monkeypatch)
     monkeypatch.setattr(freerun, "DRAWN_STEPS_PER_PERIOD", 200)
     # both are RMS over the same draws; 50 samples a period leave half a per cent of what a period holds
     assert coarse == pytest.approx(repeatability(run, spread, 0.0, "displacement", seed=2), rel=0.01)
+
+
+def released(late_s: float = 0.0, low_m: float = 0.0) -> Motion:
+    """A linear decay from 50 mm, recorded with a clock that is late and a zero that is low."""
+    t = np.arange(0.0, 6.0, 0.01)
+    rate, ratio = 2.0 * math.pi, 0.02
+    damped = rate * math.sqrt(1.0 - ratio**2)
+    at = np.maximum(t - late_s, 0.0)
+    z = (1.0 - 1j * ratio * rate / damped) * np.exp((-ratio * rate + 1j * damped) * at)
+    x = 0.05 * z.real
+    v, a = (0.05 * ((-ratio * rate + 1j * damped) ** n * z).real for n in (1, 2))
+    std = np.full(t.size, 1e-5)
+    return Motion(
+        Recording("r", t, {"displacement": x}), Window(0.0, 0.0, 6.0, held=True), t, x, v, a, std, std, std, t >= 0.0,
+        Estimate(low_m, 1e-5, 0.0, "m"), 0.05, {"displacement": 1e-5},
+    )  # fmt: skip
+
+
+def linear_theta() -> np.ndarray:
+    theta = np.zeros(N_SLOTS)
+    theta[SLOT["mass"]], theta[SLOT["k1"]], theta[SLOT["c1"]] = 1.0, 4.0 * math.pi**2, 0.08 * math.pi
+    return theta
+
+
+def test_with_nothing_adjusted_a_right_equation_has_no_error_and_a_late_clock_or_a_low_zero_counts():
+    assert error_as_measured(released(), linear_theta()) < 1e-4
+    late = released(late_s=0.02)  # 2 pi 0.02: the phase by which two equal swings differ
+    assert error_as_measured(late, linear_theta()) == pytest.approx(2.0 * math.pi * 0.02, rel=0.05)
+    assert error_as_measured(released(low_m=-0.005), linear_theta()) > 0.1
+    assert free_run(late, linear_theta(), 1e-3).nrmse < 0.02
+
+
+def test_with_nothing_adjusted_a_rate_alone_and_a_motion_without_bounds_have_no_error():
+    motion = released()
+    rate = replace(motion, recording=Recording("r", motion.t, {"velocity": motion.v}))
+    assert math.isnan(error_as_measured(rate, linear_theta()))
+    assert math.isnan(error_as_measured(motion, growing_theta(-300.0)))

@@ -5,6 +5,7 @@ Belongs here: frozen results. Does not belong here: how they were found (campaig
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 
@@ -32,10 +33,11 @@ class FailedTrial:
 @dataclass(frozen=True)
 class AugmentedRun:
     """One trial's free run with what was found missing: its nrmse, and measured minus simulated, (n,) m at the trial's
-    ``t`` (each run has a rest position of its own)."""
+    ``t`` (each run has a rest position of its own); ``as_measured`` is its nrmse with nothing adjusted to the trial."""
 
     nrmse: float
     residual: Array
+    as_measured: float = math.nan
 
 
 @dataclass(frozen=True)
@@ -45,6 +47,7 @@ class TrialFindings:
 
     ``t`` (n,) s after release, ``measured`` and ``simulated`` (n,) m about the rest position: the baseline's free run
     inside the motion window. ``augmented`` is the free run with what the verdict names (None: nothing, or no motion).
+    ``as_measured`` is the baseline's nrmse with nothing adjusted: x0, clock and rest position as measured.
     """
 
     motion: Motion
@@ -56,6 +59,7 @@ class TrialFindings:
     simulated: Array
     held_out: bool = False
     augmented: AugmentedRun | None = None
+    as_measured: float = math.nan
 
 
 @dataclass(frozen=True)

@@ -15,10 +15,11 @@ import numpy as np
 from undertow.comparison.candidate import Candidate, LevelDiagnosis
 from undertow.comparison.explained import FAR_ABOVE_NOISE
 from undertow.comparison.joint import free_run_error
-from undertow.comparison.level import Addend, Level, Member, make_level, member_rate
+from undertow.comparison.level import Addend, Level, Member, full_name, make_level, member_rate
 from undertow.comparison.search import diagnose
 from undertow.comparison.suspect import Origin, Suspect
 from undertow.comparison.suspects import SUSPECTS
+from undertow.conditioning.motion import Motion
 from undertow.discrepancy.case import Case
 from undertow.discrepancy.decision import evidence, posterior
 from undertow.discrepancy.earned import earned, holds_with_twice_the_scatter, without_answer
@@ -29,7 +30,7 @@ from undertow.discrepancy.transfer import from_other_springs
 from undertow.discrepancy.validation import addition_parameters, check_cell, rms, shared_run
 from undertow.discrepancy.verdict import Described, PhysicalCheck, Rejected, Status, Verdict
 from undertow.discrepancy.words import percent
-from undertow.likelihood.free_run import FreeRun
+from undertow.likelihood.free_run import FreeRun, error_as_measured
 from undertow.quantities import Estimate, unit_in_rotation
 
 STILL_MISSING = 2.0
@@ -115,13 +116,15 @@ def _runs(level: Level, case: Case, diagnosis: LevelDiagnosis) -> dict[str, Augm
     fit, member = diagnosis.best.fit, case.member
     runs = {m.name: shared_run(level, member, fit, m, width) for m in member.motions}
     runs |= {m.name: shared_run(level, member, fit, m, width, unseen=True) for m in case.held}
-    samples = {m.name: int(np.sum(m.inside)) for m in (*member.motions, *case.held)}
-    return {name: _augmented(run, samples[name]) for name, run in runs.items() if run is not None}
+    motions = {m.name: m for m in (*member.motions, *case.held)}
+    return {name: _augmented(run, motions[name]) for name, run in runs.items() if run is not None}
 
 
-def _augmented(run: FreeRun, samples: int) -> AugmentedRun:
-    """A free run as a figure shows it: nan where it starts later than the recorded motion of so many samples."""
-    return AugmentedRun(run.nrmse, np.concatenate([np.full(samples - run.t.size, np.nan), run.residual]))
+def _augmented(run: FreeRun, motion: Motion) -> AugmentedRun:
+    """A free run as a figure shows it: nan where it starts later than the recorded motion."""
+    samples = int(np.sum(motion.inside))
+    residual = np.concatenate([np.full(samples - run.t.size, np.nan), run.residual])
+    return AugmentedRun(run.nrmse, residual, error_as_measured(motion, run.theta))
 
 
 def _verdict(
@@ -161,7 +164,10 @@ def _verdict(
         alternatives=diagnosis.rivals,
         origin=_origin(case, diagnosis.best.suspects, known),
         parameters={name: many[0] if len(many) == 1 else many for name, many in found.items()},
-        augmented=Described(training, math.nan if own else held, _all_parameters(level, case, diagnosis, found)),
+        augmented=Described(
+            training, math.nan if own else held, _all_parameters(level, case, diagnosis, found),
+            _correlations(level, case, diagnosis),
+        ),
         physical_check=_physics(case, found),
         next_test=next_test(names[0]),
         transfer=moved,
@@ -259,6 +265,25 @@ def _all_parameters(
     return numbers
 
 
+def _correlations(level: Level, case: Case, diagnosis: LevelDiagnosis) -> dict[str, dict[str, float]]:
+    """Correlations of the numbers that `_all_parameters` gives, as far as they are unknowns of the fit."""
+    fit, label = diagnosis.best.fit, case.member.label
+    known = fit.solution.problem.names
+    unknowns = {c.name: next((n for n in (c.name, f"{c.name}@{label}") if n in known), "")
+                for c in case.member.model.coefficients}  # fmt: skip
+    for addend in fit.addends:
+        for a in (a for a in addend.additions if a.scope != "trial"):
+            unknowns[f"{addend.prefix}.{a.name}"] = full_name(addend.prefix, a, label, "")
+    index = {name: known.index(unknown) for name, unknown in unknowns.items() if unknown in known}
+    covariance = fit.solution.covariance
+    errors = {name: math.sqrt(max(float(covariance[i, i]), 0.0)) for name, i in index.items()}
+    return {
+        one: {other: float(covariance[index[one], index[other]]) / (errors[one] * errors[other])
+              for other in index if errors[other] > 0.0}
+        for one in index if errors[one] > 0.0
+    }  # fmt: skip
+
+
 def _rejected(diagnosis: LevelDiagnosis) -> tuple[Rejected, ...]:
     """Every single suspect that is not the answer, and why."""
     out: dict[str, Rejected] = {}
@@ -267,7 +292,8 @@ def _rejected(diagnosis: LevelDiagnosis) -> tuple[Rejected, ...]:
         if len(candidate.suspects) != 1 or candidate.names[0] in best.names or candidate.names in diagnosis.rivals:
             continue
         name = candidate.names[0]
-        out.setdefault(name, Rejected(name, candidate.out or _odds(candidate, diagnosis)))
+        odds = candidate.score - _said(diagnosis).score
+        out.setdefault(name, Rejected(name, candidate.out or _odds(candidate, diagnosis), odds))
     for label in diagnosis.unfinished:
         name = label.partition(" (")[0]
         if name not in best.names:
@@ -276,14 +302,19 @@ def _rejected(diagnosis: LevelDiagnosis) -> tuple[Rejected, ...]:
         name = screened.suspect.name
         if name not in best.names:
             because = f"one linear step shows at most odds of {_power(screened.gain)} to 1 for it, before its own cost"
-            out.setdefault(name, Rejected(name, because))
+            odds = screened.score - _said(diagnosis).score
+            out.setdefault(name, Rejected(name, because, odds))
     return tuple(out.values())
 
 
+def _said(diagnosis: LevelDiagnosis) -> Candidate:
+    """What is said: the best set of suspects, or the equation as it is."""
+    return diagnosis.best if diagnosis.best.suspects else diagnosis.null
+
+
 def _odds(candidate: Candidate, diagnosis: LevelDiagnosis) -> str:
-    against = diagnosis.best if diagnosis.best.suspects else diagnosis.null
-    behind = against.score - candidate.score
-    other = " + ".join(against.names) or "the equation as it is"
+    behind = _said(diagnosis).score - candidate.score
+    other = " + ".join(_said(diagnosis).names) or "the equation as it is"
     if behind > 0.0:
         return f"odds of {_power(behind)} to 1 against it beside {other}"
     return f"brings the free run no closer by what counts, at odds of {_power(-behind)} to 1 for it"

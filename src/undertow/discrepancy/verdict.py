@@ -18,19 +18,25 @@ Status = Literal["explained", "nothing_missing", "present_but_small", "unknown",
 
 @dataclass(frozen=True)
 class Described:
-    """Scores and parameters of one equation in one group: the baseline, or the augmented one."""
+    """Scores and parameters of one equation in one group: the baseline, or the augmented one.
+
+    ``correlations`` are those of the parameters fitted together: name -> name -> correlation (empty: not kept).
+    """
 
     nrmse: float = math.nan
     held_out_nrmse: float = math.nan
     parameters: Mapping[str, Estimate] = field(default_factory=dict)
+    correlations: Mapping[str, Mapping[str, float]] = field(default_factory=dict)
 
 
 @dataclass(frozen=True)
 class Rejected:
-    """A suspect and why it is not the answer."""
+    """A suspect and why it is not the answer; ``log_odds`` beside what is said, natural logarithm (at most that, where
+    the suspect was screened out; nan: not tried to the end)."""
 
     name: str
     because: str
+    log_odds: float = math.nan
 
 
 @dataclass(frozen=True)

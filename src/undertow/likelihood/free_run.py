@@ -129,6 +129,22 @@ def _at_samples(motion: Motion, problem: Problem, values: Array, quantity: str, 
     return FreeRun(t, measured, simulated, score, theta, np.hstack(columns), outcome)
 
 
+def error_as_measured(motion: Motion, theta: Array) -> float:
+    """nrmse of ``theta`` with nothing adjusted: released where and when the recording says, about the rest position it
+    says, at rest where a hold was seen. nan where that motion has no bounds, or no displacement was recorded."""
+    if scored_channel(motion) != "displacement":
+        return math.nan
+    started = np.array(theta)
+    started[SLOT["x0"]] = motion.x[0] - motion.equilibrium.value
+    started[SLOT["v0"]] = 0.0 if motion.window.held else motion.v[0]
+    measured = motion.recorded("displacement")[motion.inside] - motion.equilibrium.value
+    try:
+        x, _, _ = output_error.trajectory(started, np.zeros(0, dtype=np.int64), motion.windowed("t"))
+    except IdentificationError:
+        return math.nan
+    return float(np.sqrt(np.mean((measured - x[:, 0]) ** 2) / np.mean(measured**2)))
+
+
 def sensor_floor(motion: Motion, run: FreeRun) -> float:
     """nrmse from the sensor alone: its noise, and its slow drift as far as the fused motion's error shows it."""
     noise = motion.noise.get(scored_channel(motion), math.nan)

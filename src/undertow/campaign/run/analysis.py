@@ -22,7 +22,14 @@ from undertow.equation.kernel import SLOT
 from undertow.equation.term import Term
 from undertow.errors import FAILURES, failure
 from undertow.likelihood.fit import Fit, Specimen, Structure
-from undertow.likelihood.free_run import FreeRun, free_run, repeatability, scored_channel, sensor_floor
+from undertow.likelihood.free_run import (
+    FreeRun,
+    error_as_measured,
+    free_run,
+    repeatability,
+    scored_channel,
+    sensor_floor,
+)
 from undertow.likelihood.problem import TrialOptions
 from undertow.likelihood.scale import Anchor, to_physical
 from undertow.methods import decay, method1, method2
@@ -343,8 +350,9 @@ def _trial(
             scores[name] = _score(motion, theta_of(model, baseline, fit, motion.name), width)
     mismatch = locate(motion, run, floor, limit)
     return TrialFindings(
-        motion, fits, scores, mismatch, run.t, run.measured, run.simulated, motion.name in task.held_out
-    )
+        motion, fits, scores, mismatch, run.t, run.measured, run.simulated, motion.name in task.held_out,
+        as_measured=error_as_measured(motion, run.theta),
+    )  # fmt: skip
 
 
 def _score(motion: Motion, theta: np.ndarray, width: float) -> float:

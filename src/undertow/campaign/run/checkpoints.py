@@ -75,7 +75,7 @@ def level_digest(tasks: Sequence[GroupTask], also: str) -> str:
 
 def save_verdicts(judged: Judged, path: Path) -> None:
     """Write the verdicts of one level, its trials' free runs and what was added to its equation."""
-    kept = {name: [run.nrmse, run.residual.tolist()] for name, run in judged.runs.items()}
+    kept = {name: [run.nrmse, run.residual.tolist(), run.as_measured] for name, run in judged.runs.items()}
     added = {"addends": _plain(judged.addends), "values": _plain(judged.values)}
     write_part(path, {"verdicts": [_plain(v) for v in judged.verdicts], "runs": kept, **added})
 
@@ -87,7 +87,7 @@ def load_verdicts(tasks: Sequence[GroupTask], labels: Sequence[str], path: Path)
         return None
     try:
         verdicts = tuple(_verdict(one, task) for one, task in zip(data["verdicts"], tasks, strict=True))
-        runs = {name: AugmentedRun(nrmse, np.array(residual)) for name, (nrmse, residual) in data["runs"].items()}
+        runs = {name: AugmentedRun(run[0], np.array(run[1]), run[2]) for name, run in data["runs"].items()}
         values = {name: (float(value), float(error)) for name, (value, error) in data["values"].items()}
         return Judged(verdicts, tuple(labels), tuple(_addend(one) for one in data["addends"]), values, runs)
     except (LookupError, TypeError, ValueError, AttributeError):
@@ -122,6 +122,7 @@ def _plain(value: Any) -> Any:
             "name": value.motion.name, "fits": _plain(value.fits), "nrmse": dict(value.nrmse),
             "mismatch": _plain(value.mismatch), "held_out": value.held_out, "t": value.t.tolist(),
             "measured": value.measured.tolist(), "simulated": value.simulated.tolist(),
+            "as_measured": value.as_measured,
         }  # fmt: skip
     if dataclasses.is_dataclass(value) and not isinstance(value, type):
         return {f.name: _plain(getattr(value, f.name)) for f in dataclasses.fields(value)}
@@ -156,7 +157,7 @@ def _trial(data: Mapping[str, Any], motion: Any) -> TrialFindings:
     t, measured, simulated = (np.array(data[name], dtype=np.float64) for name in ("t", "measured", "simulated"))
     return TrialFindings(
         motion, _fits(data["fits"]), data["nrmse"], Mismatch(**data["mismatch"]), t, measured, simulated,
-        data["held_out"],
+        data["held_out"], as_measured=data["as_measured"],
     )  # fmt: skip
 
 
@@ -188,7 +189,9 @@ def _verdict(data: Mapping[str, Any], task: GroupTask) -> Verdict:
     def described(value: Mapping[str, Any] | None) -> Described | None:
         if value is None:
             return None
-        return Described(value["nrmse"], value["held_out_nrmse"], _estimates(value["parameters"]))
+        return Described(
+            value["nrmse"], value["held_out_nrmse"], _estimates(value["parameters"]), value["correlations"]
+        )
 
     kept = dict(data)
     kept |= {

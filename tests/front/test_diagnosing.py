@@ -221,6 +221,14 @@ LIBRARY = {"terms": ["stiffness", "viscous_damping", "cubic_stiffness", "quadrat
            "outside": False, "second_route": False}  # fmt: skip
 
 
+def test_discovers_draws_have_the_printed_errors_and_make_a_pair_plot(trials):
+    found = undertow.Discover(**LIBRARY).fit(trials)
+    drawn = found.posterior(4000).values  # noqa: PD011  (a mapping, no DataFrame)
+    for name, values in drawn.items():
+        assert np.std(values) == pytest.approx(found.parameters.loc[name, "stderr"], rel=0.1)
+    assert found.plot_corner(200).shape == (len(drawn), len(drawn))
+
+
 def test_discover_takes_paths_tables_arrays_and_trials_alike(trials, tmp_path):
     tables = [
         pd.DataFrame({"t": m.recording.time, "x": 1e3 * m.recording.channels["displacement"]}) for m in trials

@@ -26,11 +26,13 @@ from undertow.front.handover import HandOver
 from undertow.front.prediction import Prediction, predict, scatter_of
 from undertow.front.reading import read
 from undertow.front.tables import parameter_table
+from undertow.front.to_arviz import to_arviz
 from undertow.front.trials import Trials
 from undertow.likelihood.free_run import FreeRun
 from undertow.recording.recording import Array
-from undertow.report.trial_curves import Axes, draw_intervals, draw_run, draw_run_residual, new_axes
+from undertow.report.trial_curves import Axes, draw_intervals, draw_pairs, draw_run, draw_run_residual, new_axes
 from undertow.uncertainty.confidence import INTERVAL_LEVEL, half_width
+from undertow.uncertainty.posterior import Draws
 
 SCATTERED = {law.name: law.structural for law in catalogue() if law.structural}
 """What a campaign calls the coefficients that differ from trial to trial."""
@@ -174,6 +176,25 @@ class Discover(HandOver, Estimator):
         motion = self._one(trial)
         curve = curve_of(motion, self.free_runs(motion)[0])
         return draw_run_residual(curve, new_axes() if axes is None else axes, noise_of_curve(motion))
+
+    def posterior(self, draws: int = 1000, seed: int = 0) -> Draws:
+        """Draws of the numbers from the normal distribution of their errors and correlations (Laplace, no weights)."""
+        self._fitted()
+        numbers = self.structure_.numbers
+        centre = np.array([e.value for e in numbers.values()])
+        drawn = np.random.default_rng(seed).multivariate_normal(
+            centre, self.structure_.covariance, draws, method="eigh"
+        )  # fmt: skip
+        return Draws(dict(zip(numbers, drawn.T, strict=True)), float(draws), draws, "ok")
+
+    def plot_corner(self, draws: int = 1000, seed: int = 0) -> Any:
+        """Pair plot of the numbers' draws: their widths and what moves together; returns the Axes."""
+        found = self.posterior(draws, seed)
+        return draw_pairs(found.values, {name: e.unit for name, e in self.structure_.numbers.items()})
+
+    def to_arviz(self, draws: int = 250, seed: int = 0, chains: int = 4) -> Any:
+        """The draws as ArviZ's InferenceData (the extra ``arviz``), ``chains`` times ``draws`` of them."""
+        return to_arviz(self, draws, seed, chains)
 
     def plot_intervals(self, axes: Axes | None = None) -> Axes:
         """Every number's 90 % interval over its value; returns the Axes."""

@@ -79,24 +79,48 @@ def group_posterior(solution: Solution, shared: Sequence[int], effects: Sequence
     if not shared:
         have = ", ".join(solution.problem.names[:5])
         raise IdentificationError(f"a posterior of {len(shared)} shared unknowns; name some of {have}, ...")
-    present = [e for e in effects if any(n.startswith(f"{e.symbol}[") for n in solution.problem.names)]
+    found, centre, covariance, back = _mixture(solution, shared, effects)
+    weights, count = found.posterior, len(shared)
+    values = weights @ centre[:, :count]
+    spread = np.sqrt(np.maximum(np.einsum("sii->si", covariance)[:, :count], 0.0))
+    halves = np.array([mixture_half_width(values[i], centre[:, i], spread[:, i], weights) for i in range(count)])
+    typical = {e.symbol: float(np.sqrt(weights @ found.ratios[:, j] ** 2)) for j, e in enumerate(found.effects)}
+    return Posterior(values * back, halves * back, _share(covariance, weights, count), typical)
+
+
+@dataclass(frozen=True)
+class Scatters:
+    """Scatters of ``effects`` over the assumed ones, ``ratios`` (m, effects), and how probable each row is: ``prior``
+    (m,) as the dry trials leave it, ``posterior`` (m,) with the group's own trials; both sum to 1."""
+
+    effects: tuple[Effect, ...]
+    ratios: Array
+    prior: Array
+    posterior: Array
+
+
+def scatters_seen(solution: Solution, shared: Sequence[int], effects: Sequence[Effect]) -> Scatters:
+    """What a fit's own trials say of the scatters of ``effects``, as `group_posterior` sums over them."""
+    return _mixture(solution, shared, effects)[0]
+
+
+def _mixture(
+    solution: Solution, shared: Sequence[int], effects: Sequence[Effect]
+) -> tuple[Scatters, Array, Array, Array]:
+    """Scatters with their weights; mean (m, c) and covariance (m, c, c) of shared unknowns and means given each; and
+    the unit of every shared unknown (q,)."""
     names = solution.problem.names
+    present = tuple(e for e in effects if any(n.startswith(f"{e.symbol}[") for n in names))
     means = [names.index(f"{e.symbol}_mean") if f"{e.symbol}_mean" in names else -1 for e in present]
     common = np.array([*shared, *(m for m in means if m >= 0)], dtype=np.int64)
     scales = _scales(solution, common[: len(shared)])
     trials = _trials(solution, common, present, scales)
-    ratios, weights = _scatters(present)
+    ratios, prior = _scatters(present)
     of_mean = [i for i, m in enumerate(means) if m >= 0]
     centre, covariance, log_weight = _given_scatter(trials, ratios, len(shared), of_mean)
-    weights = np.exp(log_weight - np.max(log_weight)) * weights
-    weights /= np.sum(weights)
-    back = scales[common[: len(shared)]]
-    count = len(shared)
-    values = weights @ centre[:, :count]
-    spread = np.sqrt(np.maximum(np.einsum("sii->si", covariance)[:, :count], 0.0))
-    halves = np.array([mixture_half_width(values[i], centre[:, i], spread[:, i], weights) for i in range(count)])
-    typical = {e.symbol: float(np.sqrt(weights @ ratios[:, j] ** 2)) for j, e in enumerate(present)}
-    return Posterior(values * back, halves * back, _share(covariance, weights, count), typical)
+    weights = np.exp(log_weight - np.max(log_weight)) * prior
+    seen = Scatters(present, ratios, prior / np.sum(prior), weights / np.sum(weights))
+    return seen, centre, covariance, scales[common[: len(shared)]]
 
 
 @dataclass(frozen=True)

@@ -5,7 +5,9 @@ Candidates are drawn from that and weighed by true over approximate density (imp
 1986, doi:10.1080/01621459.1986.10478240), weights above the mean times the root of their number cut off (Ionides 2008,
 doi:10.1198/106186008X320456), and resampled to equal weights. Noise is as the residual shows it near the motion's
 frequency (`noise_factors`); priors of nuisances and of random effects count as in the fit, and the scatter of these is
-drawn too where few trials showed it.
+drawn too where few trials showed it: from what the dry trials and these trials say of it together. (Drawn from the dry
+trials alone, it is far too small where these happened to agree: few candidates then carry all weight, and their draws
+are too narrow.)
 
 Belongs here: draws and how far they can be trusted. Does not belong here: intervals (intervals.py), the search.
 """
@@ -24,7 +26,7 @@ from undertow.likelihood.observation_model import instants, signal
 from undertow.likelihood.output_error import Solution, parameter_vector, trajectory
 from undertow.likelihood.problem import Problem, TrialProblem
 from undertow.recording.recording import Array
-from undertow.uncertainty.hierarchy import ASSUMED_FREEDOM, Effect
+from undertow.uncertainty.hierarchy import Effect, scatters_seen
 from undertow.uncertainty.profile import as_noisy
 
 CANDIDATES = 2
@@ -32,6 +34,10 @@ CANDIDATES = 2
 
 FEWEST_EFFECTIVE = 100.0
 """Effective number of draws below which intervals from them are a rough guess."""
+
+WIDE_SHARE = 0.1
+"""Share of the candidates whose scatter is drawn as the dry trials alone leave it: should the linear view of these
+trials be wrong, no weight exceeds ten times the mean for it."""
 
 FLATTEST = 1e-12
 """Smallest curvature of a proposal over its largest: less is rounding."""
@@ -106,41 +112,51 @@ def _resampled(weights: Array, draws: int, rng: np.random.Generator) -> np.ndarr
 def _proposals(
     best: Solution, count: int, effects: Sequence[Effect], rng: np.random.Generator
 ) -> tuple[Array, Array, Array]:
-    """Candidates (n, p), the logarithm of their proposal density (n,) up to a constant, and for each by how much every
-    prior of what scatters is wider than stated (n, p)."""
+    """Candidates (n, p), the logarithm of their proposal density over the probability of their scatter (n,) up to a
+    constant, and for each by how much every prior of what scatters is wider than stated (n, p)."""
     problem = best.problem
-    size = best.values.size
-    unknowns = problem.unknowns
-    start = np.array([u.start for u in unknowns])
-    precision = np.array([1.0 / u.prior_std**2 for u in unknowns])
-    scale = np.ones((count, size))
-    for effect in effects:
-        columns = [i for i, name in enumerate(problem.names) if _is_of(name, effect.symbol)]
-        if columns and math.isfinite(effect.freedom):
-            freedom = effect.freedom if effect.freedom > 0.0 else ASSUMED_FREEDOM
-            scale[:, columns] = np.sqrt(freedom / rng.chisquare(freedom, count))[:, None]
-    noise = rng.standard_normal((count, size))
-    if np.all(scale == 1.0):
+    noise = rng.standard_normal((count, best.values.size))
+    spread = [e for e in effects if math.isfinite(e.freedom) and any(_is_own(n, e.symbol) for n in problem.names)]
+    if not spread:
         values, vectors = np.linalg.eigh(best.covariance)
         root = vectors * np.sqrt(np.maximum(values, 0.0))
-        return best.values + noise @ root.T, -0.5 * np.sum(noise**2, axis=1), scale
+        return best.values + noise @ root.T, -0.5 * np.sum(noise**2, axis=1), np.ones(noise.shape)
+    shared = [i for i, name in enumerate(problem.names) if not name.endswith(("]", "_mean"))]
+    seen = scatters_seen(best, shared, spread)
+    likely = (1.0 - WIDE_SHARE) * seen.posterior + WIDE_SHARE * seen.prior
+    cells = rng.choice(likely.size, count, p=likely / np.sum(likely))
+    scales = np.ones((likely.size, best.values.size))
+    for j, effect in enumerate(seen.effects):
+        columns = [i for i, n in enumerate(problem.names) if n == f"{effect.symbol}_mean" or _is_own(n, effect.symbol)]
+        scales[:, columns] = seen.ratios[:, [j]]
+    out, density = _given_scales(best, scales, cells, noise)
+    return out, density + np.log(likely[cells]) - np.log(seen.prior[cells]), scales[cells]
+
+
+def _given_scales(best: Solution, scales: Array, cells: np.ndarray, noise: Array) -> tuple[Array, Array]:
+    """Candidates (n, p) of the normal distribution about the best point with priors ``scales[cell]`` times as wide, and
+    the logarithm of their density (n,)."""
+    unknowns = best.problem.unknowns
     unit = np.sqrt(np.diag(best.covariance))
     unit[~(unit > 0.0)] = 1.0  # stiffness and friction coefficient are seven decades apart: in standard errors instead
     normal = np.linalg.pinv(best.covariance / np.outer(unit, unit), hermitian=True)
-    pull, start, precision = normal @ (best.values / unit), start / unit, precision * unit**2
-    out, density = np.empty((count, size)), np.empty(count)
-    for i in range(count):
-        wider = precision * (1.0 / scale[i] ** 2 - 1.0)
+    pull, start = normal @ (best.values / unit), np.array([u.start for u in unknowns]) / unit
+    precision = np.array([1.0 / u.prior_std**2 for u in unknowns]) * unit**2
+    out, density = np.empty(noise.shape), np.empty(noise.shape[0])
+    for cell in np.unique(cells):
+        wider = precision * (1.0 / scales[cell] ** 2 - 1.0)
         values, vectors = np.linalg.eigh(normal + np.diag(wider))
         values = np.maximum(values, FLATTEST * values[-1])
         centre = vectors @ ((vectors.T @ (pull + wider * start)) / values)
-        out[i] = unit * (centre + vectors @ (noise[i] / np.sqrt(values)))
-        density[i] = -0.5 * noise[i] @ noise[i] + 0.5 * np.sum(np.log(values))
-    return out, density, scale
+        of = np.flatnonzero(cells == cell)
+        out[of] = unit * (centre + (noise[of] / np.sqrt(values)) @ vectors.T)
+        density[of] = -0.5 * np.sum(noise[of] ** 2, axis=1) + 0.5 * np.sum(np.log(values))
+    return out, density
 
 
-def _is_of(name: str, symbol: str) -> bool:
-    return name == f"{symbol}_mean" or name.startswith(f"{symbol}[")
+def _is_own(name: str, symbol: str) -> bool:
+    """Whether an unknown is one trial's own deviation of what scatters."""
+    return name.startswith(f"{symbol}[")
 
 
 def _target(problem: Problem, scale: Array) -> Callable[[int, Array], float]:

@@ -9,10 +9,10 @@ import math
 from collections.abc import Mapping
 from typing import Any
 
+from undertow.conditioning.period import dominant_period
 from undertow.discrepancy.energy import budget_words
 from undertow.discrepancy.findings import Findings, GroupFindings, TrialFindings
 from undertow.errors import UndertowError
-from undertow.likelihood.problem import dominant_period
 from undertow.report.behind import is_repaired
 from undertow.report.expressions import is_per_mass
 from undertow.report.fit_figures import friction_panels, hold_of

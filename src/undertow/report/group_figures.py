@@ -13,13 +13,13 @@ from dataclasses import replace
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
+from undertow.conditioning.period import dominant_period
 from undertow.discrepancy.cycling import cycling
 from undertow.discrepancy.energy import EnergyBudget, energy_budget
 from undertow.discrepancy.findings import Findings, GroupFindings, TrialFindings
 from undertow.discrepancy.repaired import named_laws
 from undertow.equation.equation import Equation
 from undertow.errors import UndertowError
-from undertow.likelihood.problem import dominant_period
 from undertow.report import figures, fit_figures, mismatch_figures, small_multiples, trial_figures
 from undertow.report.behind import repaired_of
 from undertow.report.expressions import numeric_lines

@@ -88,7 +88,7 @@ def draw_energy(budget: EnergyBudget, found: Sequence[str], figure: Figure) -> F
 def _parts(budget: EnergyBudget, found: Sequence[str]) -> list[tuple[str, Array, str, str]]:
     """Name, energy a cycle (n,), words and colour of every law, then of what is not explained."""
     spare = iter((PURPLE, "#8C6D31", "#7B4FA3", "#56606B"))
-    parts = []
+    parts: list[tuple[str, Array, str, str]] = []
     for name, values in budget.taken.items():
         words, colour = _SOURCES.get(name, (name.replace("_", " "), ""))
         if name in found:

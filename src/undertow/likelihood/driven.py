@@ -84,11 +84,12 @@ def driven_problem(
     windows: int = 1,
     noise: Mapping[str, Mapping[str, float]] | None = None,
     drives: Mapping[str, Drive] | None = None,
+    extents: Mapping[str, Extent] | None = None,
 ) -> Problem:
     """All trials, each in so many windows of equal length with start states of their own, and the equation's unknowns.
 
     ``noise`` gives each trial's outputs their standard deviation (default: the trial's own white noise); ``drives``
-    the inputs between samples where they are known already.
+    the inputs between samples, ``extents`` how far the bodies move, where that is known already.
     """
     from undertow.equation.driven_kernel import DRIVEN_SLOT, N_DRIVEN
 
@@ -100,7 +101,7 @@ def driven_problem(
     for trial in trials:
         drive = (drives or {}).get(trial.name) or drive_for(trial)
         sigma = (noise or {}).get(trial.name) or trial.noise()
-        extent = extent_of(trial)
+        extent = (extents or {}).get(trial.name) or extent_of(trial)
         speed = trial.outputs.get("velocity")
         if speed is None and "displacement" in trial.outputs:
             speed = slopes(trial.t, trial.outputs["displacement"])

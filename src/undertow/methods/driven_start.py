@@ -2,9 +2,9 @@
 
     M <w'', x> + sum_i c_i <w, force_i(x, v)> = <w, u>
 
-for bumps w of many lengths, w = (1 - s^2)^4, whose derivatives stand in for those of x; a spring sees the recorded x, a damper -<w', x>,
-other laws x and a velocity smoothed over a part of the bump. Which length suits a body is not asked beforehand: every
-one from a handful of samples up to a part of the record is tried, and the free run over short windows decides.
+for bumps w of many lengths, w = (1 - s^2)^4, whose derivatives stand in for those of x; a spring sees the recorded x,
+a damper -<w', x>, other laws x and a velocity smoothed over a part of the bump. Which length suits a body is not asked
+beforehand: each from a handful of samples up to a part of the record is tried; the free run over windows decides.
 
 Belongs here: that regression. Does not belong here: fits of motions (likelihood/), laws.
 """

@@ -1,7 +1,8 @@
 """undertow: the equation of motion behind free-decay recordings, and the physics that a model leaves out.
 
 `read`, `load`: recordings as `Trials`. `fit`, `fit_driven`: an equation's numbers. `Discover`: which terms it has.
-`diagnose`: what it leaves out. `simulate`, `predict`: where it takes the body. `open`: a finished run. docs/python_front.md shows them.
+`diagnose`: what it leaves out. `simulate`, `predict`: where it takes the body. `open`: a finished run.
+docs/python_front.md shows them.
 """
 
 from __future__ import annotations

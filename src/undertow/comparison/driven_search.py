@@ -12,6 +12,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
+from itertools import pairwise
 
 import numpy as np
 
@@ -19,7 +20,7 @@ from undertow.conditioning.driven import DrivenTrial
 from undertow.equation.driven_laws import find_driven
 from undertow.errors import IdentificationError
 from undertow.likelihood.driven import MASS, DrivenLaws, drive_for, driven_problem, extent_of
-from undertow.likelihood.output_error import residuals
+from undertow.likelihood.output_error import Effort, residuals
 from undertow.likelihood.problem import Problem
 from undertow.methods.driven import DrivenFit, fit_driven, free_run, memory_samples
 from undertow.recording.recording import Array
@@ -31,8 +32,17 @@ CLOSER = 0.02
 HELD_BACK = 0.2
 """Share of the record, its end, that proof comes from."""
 START_SAMPLES = 50
+FEW_EFFECTIVE = 200.0
+"""Below so many effective samples (a body without a spring adds up what its equation lacks, and its residual wanders)
+evidence says little; the record is then fitted without each fifth of it in turn, and run free there."""
+FOLDS = 5
+FOLDS_CLOSER = 0.1
+"""Share by which the free runs over all fifths together must come closer; the worst one may not get worse."""
 RANKED_SAMPLES = 12000
 FITTED_AT_MOST = 3
+FITTED_WHERE_FEW = 6
+TRYING = Effort(12, 0.1)
+"""Enough to tell what a suspect is worth; what is kept is fitted to the end."""
 """Suspects that are fitted in a round, the best by the linear step."""
 ROUNDS = 4
 
@@ -146,26 +156,80 @@ def _round(
 ) -> tuple[list[Tried], DrivenFit | None, float]:
     """One law more, if one earns it: what was tried (the accepted one last), its fit, its rms on unseen samples."""
     part = training[0].part(0, min(training[0].t.size, RANKED_SAMPLES))
+    few = _effective(current) < FEW_EFFECTIVE
     free = [(n, grid) for n, grid in suspects_for(part, current) if suspects is None or n in suspects]
     ranked = sorted(((*_worth(part, current, name, grid), name) for name, grid in free), key=lambda r: -r[0])
     tried: list[Tried] = []
-    best: tuple[Tried, DrivenFit] | None = None
-    for _, starts, name in ranked[:FITTED_AT_MOST]:
+    fits: dict[str, DrivenFit] = {}
+    for _, starts, name in ranked[: FITTED_WHERE_FEW if few else FITTED_AT_MOST]:
         try:
-            laws = _with(current, name, starts)
-            fitted = fit_driven(training, laws, windows=0)
+            fits[name] = fit_driven(training, _with(current, name, starts), windows=0, effort=TRYING)
         except IdentificationError as reason:
             tried.append(Tried(name, -math.inf, lowest, math.inf, str(reason)))
             continue
-        one = _judged(name, current, fitted, unseen, lowest)
+        one = _judged(name, current, fits[name], unseen, lowest)
         progress(f"{name}: {one.before:.4g} to {one.after:.4g} on unseen samples {one.because or 'added'}")
-        if not one.because and (best is None or one.after < best[0].after):
-            best = (one, fitted)
         tried.append(one)
+    if few:
+        tried = _by_folds(training, current, tried, fits)
+    best = min((one for one in tried if not one.because), key=lambda one: one.after, default=None)
     if best is None:
         return tried, None, lowest
-    tried.remove(best[0])
-    return [*tried, best[0]], best[1], best[0].after
+    return [*(one for one in tried if one is not best), best], fits[best.name], best.after
+
+
+def _by_folds(
+    training: Sequence[DrivenTrial], current: DrivenFit, tried: Sequence[Tried], fits: Mapping[str, DrivenFit]
+) -> list[Tried]:
+    """Suspects whose evidence says nothing, the one closest to unseen samples first, up to the first that holds."""
+    before: list[float] = []
+    out: list[Tried] = []
+    held = False
+    for one in sorted(tried, key=lambda one: one.after):
+        weak = not one.because or one.because.startswith("evidence")
+        if weak and not held and one.after < (1.0 - CLOSER) * one.before:
+            before = before or fold_errors(training, current.started)
+            one = _judged_by_folds(one, before, fold_errors(training, fits[one.name].started))
+            held = not one.because
+        elif weak:
+            said = "another law comes closer" if held else f"unseen samples come no closer: {one.after:.4g}"
+            one = replace(one, because=said)
+        out.append(one)
+    return out
+
+
+def _effective(fitted: DrivenFit) -> float:
+    """Samples of a fit's residuals over their memory."""
+    return fitted.solution.n_data / max(memory_samples(r) for r in fitted.solution.residuals)
+
+
+def fold_errors(training: Sequence[DrivenTrial], laws: DrivenLaws) -> list[float]:
+    """RMS of the free run over each fifth of the longest trial, the equation fitted to everything else."""
+    longest = max(training, key=lambda trial: trial.t.size)
+    others = [trial for trial in training if trial is not longest]
+    ends = np.linspace(0, longest.t.size, FOLDS + 1).astype(int).tolist()
+    out = []
+    for begin, end in pairwise(ends):
+        parts = [longest.part(a, b) for a, b in ((0, begin), (end, longest.t.size)) if b > a]
+        named = [replace(part, name=f"{part.name}, part {i}") for i, part in enumerate(parts)]
+        try:
+            fitted = fit_driven([*others, *named], laws, windows=0, effort=TRYING)
+        except IdentificationError:
+            out.append(math.inf)
+            continue
+        out.append(validation_rms([longest.part(begin, end)], fitted))
+    return out
+
+
+def _judged_by_folds(one: Tried, before: Sequence[float], after: Sequence[float]) -> Tried:
+    """The same suspect by free runs over fifths that were left out in turn, beside the samples held back."""
+    sums = [math.sqrt(sum(e * e for e in errors)) for errors in (before, after)]
+    because = ""
+    if not sums[1] < (1.0 - FOLDS_CLOSER) * sums[0]:
+        because = f"fifths left out in turn come no closer: {sums[1]:.4g} after {sums[0]:.4g}"
+    elif max(after) > max(before):
+        because = f"the worst fifth that was left out gets worse: {max(after):.4g} after {max(before):.4g}"
+    return replace(one, because=because)
 
 
 def _with(current: DrivenFit, name: str, starts: Numbers) -> DrivenLaws:
@@ -184,7 +248,7 @@ def _judged(
     """Evidence and proof of a suspect's fit; ``because`` says why it is not taken."""
     after = validation_rms(unseen, fitted)
     chi2 = (current.solution.chi2, fitted.solution.chi2)
-    n = fitted.solution.n_data / max(memory_samples(r) for r in fitted.solution.residuals)
+    n = _effective(fitted)
     more = len(fitted.names) - len(current.names)
     evidence = 0.5 * (n * math.log(chi2[0] / chi2[1]) - more * math.log(max(n, 2.0)))
     because = ""

@@ -62,12 +62,17 @@ class DrivenFit:
 
 
 def fit_driven(
-    trials: Sequence[DrivenTrial], laws: DrivenLaws, drives: Mapping[str, Drive] | None = None, windows: int = WINDOWS
+    trials: Sequence[DrivenTrial],
+    laws: DrivenLaws,
+    drives: Mapping[str, Drive] | None = None,
+    windows: int = WINDOWS,
+    effort: Effort = WHOLE_EFFORT,
 ) -> DrivenFit:
     """The equation's numbers from driven trials by output error.
 
     ``laws.starts`` hold start values (none: from the first trial itself, for laws that are linear in their numbers);
-    ``windows`` 0 goes to the whole record at once. Raises IdentificationError where no start has a bounded motion.
+    ``windows`` 0 goes to the whole record at once, ``effort`` is how far the search on it goes. Raises
+    IdentificationError where no start has a bounded motion.
     """
     drives = {**(drives or {})}
     for trial in trials:
@@ -78,7 +83,7 @@ def fit_driven(
         shorter = [t.part(0, min(t.t.size, FIRST_SAMPLES)) for t in trials]
         laws = _on_windows(shorter, laws, windows, noise, drives)
     whole = driven_problem(trials, laws, 1, noise, drives)
-    solution = fit(whole, growing=False, effort=WHOLE_EFFORT)
+    solution = fit(whole, growing=False, effort=effort)
     return _fitted(trials, laws, solution, noise)
 
 

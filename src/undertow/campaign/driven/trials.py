@@ -73,7 +73,9 @@ def driven_trials(config: RunConfig) -> tuple[tuple[DrivenTrial, ...], dict[str,
     catalogue, out, failed = config.catalogue(), list[DrivenTrial](), dict[str, str]()
     for entry in planned(config).entries:
         try:
-            out.append(driven_trial(config, cut(read_trial(entry, catalogue), entry.window)))
+            trial = driven_trial(config, cut(read_trial(entry, catalogue), entry.window))
+            must_drive(trial.name, trial.quantity, trial.u)
+            out.append(trial)
         except RecordingError as reason:
             failed[entry.name] = str(reason)
     return tuple(out), failed
@@ -82,14 +84,13 @@ def driven_trials(config: RunConfig) -> tuple[tuple[DrivenTrial, ...], dict[str,
 def driven_trial(config: RunConfig, recording: Recording) -> DrivenTrial:
     """One recording as a driven trial: its input times the gain, what moved beside it.
 
-    Raises RecordingError where the input is missing, never moves, is saturated or follows the output.
+    Raises RecordingError where the input is missing or never moves.
     """
     name, said = input_settings(config)
     if name not in recording.channels:
         raise RecordingError(f"trial {recording.name}: the input {name} is not in its file; map its column")
     u = recording.channels[name] * (said.gain.value if said.gain is not None else 1.0)
     outputs = {output: recording.channels[output] for output in OUTPUTS if output in recording.channels}
-    must_drive(recording.name, name, u)
     return DrivenTrial(
         recording.name, recording.time, u, outputs, name, said.hold, recording.conditions  # type: ignore[arg-type]
     )

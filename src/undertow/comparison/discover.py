@@ -169,7 +169,8 @@ class Discovery(BaseEstimator):  # type: ignore[misc]
         """The search on one driven record; IdentificationError without times."""
         if t is None:
             raise IdentificationError(f"u has {np.size(u)} samples but t is None; give the times, or the step in s")
-        times = np.arange(x.size) * float(t) if np.ndim(t) == 0 else np.asarray(t, dtype=np.float64)
+        given = np.asarray(t, dtype=np.float64)
+        times: Array = np.array(np.arange(x.size) * float(given) if given.ndim == 0 else given, dtype=np.float64)
         trial = DrivenTrial("x", times, np.asarray(u, dtype=np.float64), {"displacement": x}, hold=hold)
         begin = tuple(self.known) or ("stiffness", "viscous_damping")
         library = [term.name for term in self._library() if term.name not in begin]

@@ -89,7 +89,8 @@ def suspects_for(trial: DrivenTrial, fitted: DrivenFit) -> list[tuple[str, list[
     grid.append(("relaxation", [{"time_s": s / rate} for s in (0.2, 1.0, 5.0)]))
     shapes = [(1.0 / (s * size), d / (s * size)) for s in (0.5, 1.5, 4.0) for d in (-0.7, 0.0, 0.7)]
     grid.append(("bouc_wen", [{"loop": loop, "skew": skew, "exponent": 1.0} for loop, skew in shapes]))
-    tones = [{"natural_frequency_rad_per_s": f * rate, "damping_ratio": 0.03} for f in (0.5, 0.8, 1.25, 2.0)]
+    known = {"damping_ratio": 0.03}
+    tones: list[Numbers] = [{"natural_frequency_rad_per_s": f * rate, **known} for f in (0.5, 0.8, 1.25, 2.0)]
     grid.append(("hidden_resonator", tones))
     own = {term.name for term in fitted.laws.terms}
     return [(name, inner) for name, inner in grid if name not in own]

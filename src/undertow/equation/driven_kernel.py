@@ -365,7 +365,7 @@ def _with_mark(mark: int) -> Callable[..., Any]:
         "(f8[::1], i8[::1], f8[::1], f8[:,::1], b1, f8[::1], f8, f8)",
         **_OPT,
     )
-    def drive(th, active, knots, pieces, broken, times, h_max, bound):  # type: ignore[no-untyped-def]
+    def drive(th, active, knots, pieces, broken, times, h_max, bound):
         if mark < 0:
             raise ValueError("a mark is not negative")
         th = th.copy()

@@ -88,7 +88,6 @@ def fit_driven(
 
 def _trial(x: ArrayLike, t: ArrayLike | float, u: ArrayLike, hold: Hold) -> DrivenTrial:
     moved = np.asarray(x, dtype=np.float64)
-    times: Array = np.asarray(t, dtype=np.float64)
-    if times.ndim == 0:
-        times = np.arange(moved.size) * float(times)
+    given = np.asarray(t, dtype=np.float64)
+    times: Array = np.array(np.arange(moved.size) * float(given) if given.ndim == 0 else given, dtype=np.float64)
     return DrivenTrial("x", times, np.asarray(u, dtype=np.float64), {"displacement": moved}, hold=hold)

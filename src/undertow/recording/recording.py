@@ -117,4 +117,4 @@ class Recording:
 
     def unit(self, channel: str) -> str:
         """SI unit of a channel: of translation or of rotation, as the recording's coordinate says."""
-        return (CHANNELS | INPUTS)[channel][1 if self.coordinate == "rotation" else 0]
+        return {**CHANNELS, **INPUTS}[channel][1 if self.coordinate == "rotation" else 0]

@@ -100,7 +100,7 @@ def si_unit(channel: str, coordinate: Coordinate) -> str:
     >>> si_unit("spring_force", "rotation")
     'N m'
     """
-    return "s" if channel == "time" else (CHANNELS | INPUTS)[channel][1 if coordinate == "rotation" else 0]
+    return "s" if channel == "time" else {**CHANNELS, **INPUTS}[channel][1 if coordinate == "rotation" else 0]
 
 
 def spelled(unit: str, channel: str) -> str:

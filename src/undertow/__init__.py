@@ -1,7 +1,8 @@
 """undertow: the equation of motion behind free-decay recordings, and the physics that a model leaves out.
 
-`read`, `load`: recordings as `Trials`. `fit`: an equation's numbers. `Discover`: which terms it has. `diagnose`: what
-it leaves out. `simulate`, `predict`: where it takes the body. `open`: a finished run. docs/python_front.md shows them.
+`read`, `load`: recordings as `Trials`. `fit`, `fit_driven`: an equation's numbers. `Discover`: which terms it has.
+`diagnose`: what it leaves out. `simulate`, `predict`: where it takes the body. `open`: a finished run.
+docs/python_front.md shows them.
 """
 
 from __future__ import annotations
@@ -12,6 +13,7 @@ from typing import TYPE_CHECKING
 if TYPE_CHECKING:
     from undertow.front.diagnosing import diagnose
     from undertow.front.discovering import Discover
+    from undertow.front.driving import fit_driven
     from undertow.front.fitting import fit
     from undertow.front.opening import open_run as open
     from undertow.front.prediction import predict
@@ -20,13 +22,16 @@ if TYPE_CHECKING:
     from undertow.front.trials import Trials
 
 __version__ = "0.1.0"
-__all__ = ["Discover", "Trials", "__version__", "diagnose", "fit", "load", "open", "predict", "read", "simulate"]
+__all__ = [
+    "Discover", "Trials", "__version__", "diagnose", "fit", "fit_driven", "load", "open", "predict", "read", "simulate",
+]  # fmt: skip
 
 _HOMES = {
     "Discover": ("discovering", "Discover"),
     "Trials": ("trials", "Trials"),
     "diagnose": ("diagnosing", "diagnose"),
     "fit": ("fitting", "fit"),
+    "fit_driven": ("driving", "fit_driven"),
     "load": ("reading", "load"),
     "open": ("opening", "open_run"),
     "predict": ("prediction", "predict"),

@@ -283,6 +283,26 @@ def differ(
 
 
 @app.command()
+def predict(
+    run: Annotated[Path, typer.Argument(metavar="RUN", help="A run folder.")],
+    recording: Annotated[Path, typer.Option("--recording", metavar="FILE", help="A recording that nobody fitted.")],
+    start: Annotated[int, typer.Option("--start", metavar="N", help="Samples that the start comes from.")] = 50,
+    config: Annotated[
+        Path | None, typer.Option("--config", metavar="C", help="Which columns are what; default: the run's config.")
+    ] = None,
+    out: Annotated[Path | None, typer.Option("--out", metavar="FILE.csv", help="The table with its 90 % band.")] = None,
+) -> None:
+    """The equation found in a run, run free on a recording that nobody fitted."""
+    with _terminable():
+        from undertow.campaign.driven.predict import predict_recording
+        made = predict_recording(run, recording, start, config, out)
+    if out is not None:
+        _say(f"written: {out}")
+    typer.echo(f"in the 90 % band: {100 * made.covered:.1f} % of the samples")
+    typer.echo(f"rms {made.rms:.6g} {made.unit}")
+
+
+@app.command()
 def fetch(
     source: Annotated[str, typer.Argument(metavar="DOI-or-URL", help="A Zenodo record, or a file's address.")],
     into: Annotated[Path, typer.Option("--into", metavar="DIR", help="Folder of the files; default: here.")] = Path(),

@@ -24,6 +24,7 @@ from undertow.recording.propose import Proposal
 from undertow.recording.propose_file import propose_file
 from undertow.recording.quality import RecordingSummary, summary
 from undertow.recording.readers import suffix_of, trial_name
+from undertow.recording.recording import INPUTS
 
 PROPOSED = "proposed config:"
 """The line that a proposed config follows."""
@@ -63,6 +64,10 @@ def inspect(path: Path) -> Inspection:
     )
     recording = read_trial(Entry(path.name, path), source)
     glance = summary(recording)
+    driver = next((name for name in INPUTS if name in proposal.channels), "")
+    if driver:
+        reason = f"the body is driven ({driver}), so that no release is looked for"
+        return Inspection(path, layout, proposal, glance, None, reason, recording.notes)
     try:
         motion = condition(recording)
     except RecordingError as reason:

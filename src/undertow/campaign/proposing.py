@@ -24,9 +24,13 @@ from undertow.recording.gather import gather
 from undertow.recording.layout import FileFormat
 from undertow.recording.propose import Proposal
 from undertow.recording.readers import trial_name
+from undertow.recording.recording import INPUTS
 
 TERMS = tuple(law.name for law in catalogue() if law.structural)
 """What every body that swings may have: the equation that a proposal begins with."""
+
+DRIVEN_TERMS = ("stiffness", "viscous_damping", "constant_force")
+"""The equation that a proposal for a driven body begins with."""
 
 NO_TEXT = frozenset({"null", "true", "false"})
 """Words that YAML does not read as texts."""
@@ -46,6 +50,9 @@ def propose_config(path: Path, layout: FileFormat, proposal: Proposal, moves: bo
 
     ``moves`` says whether a motion was seen in it.
     """
+    if any(name in INPUTS for name in proposal.channels):
+        lines = config_lines(path, layout, proposal, TimeWindow(), DRIVEN_TERMS)
+        return Proposed((*lines, "identify: [output_error]"))
     if not moves:
         return Proposed()
     lines = config_lines(path, layout, proposal, TimeWindow())
@@ -64,7 +71,9 @@ def propose_config(path: Path, layout: FileFormat, proposal: Proposal, moves: bo
     return Proposed(lines, said)
 
 
-def config_lines(path: Path, layout: FileFormat, proposal: Proposal, window: TimeWindow) -> tuple[str, ...]:
+def config_lines(
+    path: Path, layout: FileFormat, proposal: Proposal, window: TimeWindow, terms: Sequence[str] = TERMS
+) -> tuple[str, ...]:
     """What a config says of one file, as YAML."""
     time = proposal.time
     pattern = plain(glob.escape(path.name))
@@ -81,7 +90,7 @@ def config_lines(path: Path, layout: FileFormat, proposal: Proposal, window: Tim
     said = ", ".join(f"{name}: {value:.12g}" for name, value in limits.items() if value is not None)
     if said:
         lines.append(f"  window: {{{pattern}: {{{said}}}}}")
-    lines += ["equation:", f"  terms: [{', '.join(TERMS)}]", f"  coordinate: {proposal.coordinate}"]
+    lines += ["equation:", f"  terms: [{', '.join(terms)}]", f"  coordinate: {proposal.coordinate}"]
     return tuple(lines)
 
 

@@ -17,6 +17,7 @@ from undertow.comparison.discover import Discovery as Estimator
 from undertow.comparison.structure_report import Outside
 from undertow.conditioning.motion import Motion
 from undertow.equation.equation import Equation
+from undertow.equation.input import Hold
 from undertow.equation.registry import catalogue
 from undertow.errors import IdentificationError, UndertowError
 from undertow.front.columns import Columns, Units
@@ -88,6 +89,8 @@ class Discover(HandOver, Estimator):
         y: object = None,
         *,
         t: ArrayLike | Sequence[ArrayLike] | None = None,
+        u: ArrayLike | None = None,
+        hold: Hold = "first",
         columns: Columns | None = None,
         units: Units | None = None,
     ) -> Discover:
@@ -95,7 +98,17 @@ class Discover(HandOver, Estimator):
 
         ``y`` is there for scikit-learn alone. Raises as `undertow.read`, and IdentificationError where no subset of the
         library moves as the body.
+
+        With ``u`` (n,) the body is driven, as pysindy's users write it: ``trials`` is then its displacement (n,), with
+        its velocity beside it or not, ``t`` the times or the step (s), ``hold`` what u is between samples. The search
+        begins with ``known`` and gives ``driven_``: what was added, both equations, errors on unseen samples.
         """
+        if u is not None:
+            moved = np.asarray(trials, dtype=np.float64)
+            column = moved[:, 0] if moved.ndim == 2 else moved
+            times = None if t is None else np.asarray(t, dtype=np.float64)
+            super().fit(column, t=times, u=np.asarray(u, dtype=np.float64), hold=hold)
+            return self
         self.trials_: Trials = read(trials, columns, units, t=t)
         super().fit(self.trials_)
         return self

@@ -48,7 +48,7 @@ class Found(NamedTuple):
 def is_plain(problem: Problem) -> bool:
     """Whether every trial's equation has no more than Eq. 15's laws, and its channels no more than the motion."""
     for trial in problem.trials:
-        if trial.base[_OTHERS].any() or not all(link.slot in _PLACE for link in trial.links):
+        if trial.drive is not None or trial.base[_OTHERS].any() or not all(link.slot in _PLACE for link in trial.links):
             return False
         if trial.t.size < 3 or trial.laws or any(c.quantity not in _QUANTITIES for c in trial.channels):
             return False

@@ -17,6 +17,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from undertow.equation.general import general_trajectory
+from undertow.equation.input import Drive
 from undertow.equation.kernel import SLOT, integrate
 from undertow.equation.simulate import fastest_frequency
 from undertow.errors import IdentificationError
@@ -115,9 +116,22 @@ def _integrate(
     """The trajectory, or None where there is none: a search step that went too far, not an error."""
     try:
         theta = parameter_vector(trial, values)
+        if trial.drive is not None:
+            return _driven(trial, trial.drive, theta, slots, times)
         return general_trajectory(theta, trial.laws, slots, times) if trial.laws else trajectory(theta, slots, times)
     except IdentificationError:
         return None
+
+
+def _driven(
+    trial: TrialProblem, drive: Drive, theta: Array, slots: np.ndarray, times: Array
+) -> tuple[Array, Array, Array]:
+    """The motion under a measured input; its integrator is compiled where the first driven trial is."""
+    from undertow.equation.driven import driven_motion
+
+    motion = driven_motion(theta, slots, drive, times, trial.extent)
+    spend(motion.steps * (1.0 + slots.size))
+    return motion.x, motion.v, motion.a
 
 
 def residuals(trial: TrialProblem, values: Array) -> tuple[Array, Array, np.ndarray] | None:
@@ -128,7 +142,8 @@ def residuals(trial: TrialProblem, values: Array) -> tuple[Array, Array, np.ndar
     times = instants(trial)[0] + shift
     rows = [_grid(times, channel, values) for channel in trial.channels]
     merged, orders = _merge(rows)
-    motion = _integrate(trial, values, np.maximum(merged, 0.0), slots)
+    since = merged if trial.drive is not None else np.maximum(merged, 0.0)
+    motion = _integrate(trial, values, since, slots)
     if motion is None:
         return None
     used, column = _columns(trial)

@@ -9,13 +9,14 @@ by trials with different normal forces and areas, need no special case.
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 
 from undertow.conditioning.motion import Motion
 from undertow.conditioning.period import dominant_period
 from undertow.equation.general import PlacedTerm
+from undertow.equation.input import Drive, Extent
 from undertow.equation.kernel import SLOT
 from undertow.errors import IdentificationError
 from undertow.likelihood.priors import CLOCK_RADIANS, GAIN_STD, REST_SHARE
@@ -74,7 +75,8 @@ class TrialProblem:
     ``shift`` is the index of the unknown by which the trial's clock is late (s; -1: none); ``width_s`` the
     width of a cell, 0 for instants that stand alone, and ``averaged`` whether several samples make up a cell
     (observation_model.py).
-    ``laws`` holds all terms where the compiled integrator lacks one (equation/general.py), else nothing.
+    ``laws`` holds all terms where the compiled integrator lacks one (equation/general.py), else nothing. ``drive`` is
+    the measured input of a driven trial (None: a decay), ``extent`` how far and how fast its body moves.
     """
 
     name: str
@@ -87,6 +89,8 @@ class TrialProblem:
     period_s: float = 1.0
     laws: tuple[PlacedTerm, ...] = ()
     averaged: bool = True
+    drive: Drive | None = None
+    extent: Extent = field(default_factory=Extent)
 
     @property
     def slots(self) -> np.ndarray:
@@ -180,6 +184,10 @@ class ProblemBuilder:
         if name not in self._unknowns:
             self._unknowns[name] = Unknown(name, float(start), lower, upper, prior_std, scale, unit)
         return list(self._unknowns).index(name)
+
+    def unknowns(self) -> tuple[Unknown, ...]:
+        """What was collected so far, in order."""
+        return tuple(self._unknowns.values())
 
     def trial(
         self,

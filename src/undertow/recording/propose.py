@@ -16,19 +16,23 @@ import pandas as pd
 from undertow.errors import RecordingError
 from undertow.recording.catalogue import ChannelSpec, TimeSpec
 from undertow.recording.layout import Column
-from undertow.recording.recording import CHANNELS, Coordinate
+from undertow.recording.recording import CHANNELS, INPUTS, Coordinate
 from undertow.recording.units import factor_to_si, si_unit
 
 _NAMES: Mapping[str, str] = MappingProxyType(
     {
         "time": r"^(time|zeit|elapsed|x_value)|^t$",
         "normal_force": r"vertical|normal",
+        "force": r"^(input|drive|driving|excit|command|shaker|actuator)|^u\d*$",
         "spring_force": r"load|force|cell|moment|torque|^f\d*$",
         "acceleration": r"acc|^a\d*$",
         "velocity": r"veloc|gyro|rate|speed|omega|^v\d*$",
-        "displacement": r"disp|pos|angle|roll|phi|theta|weg|pot|laser|sensor|heave|surge|sway|pitch|^x\d*$|^y\d*$",
+        "displacement": r"disp|pos|output|angle|roll|phi|theta|weg|pot|laser|sensor|heave|surge|sway|pitch|^[xy]\d*$",
     }
 )
+SPRING_FOLLOWS = 0.7
+"""Correlation with the displacement from which on a force is a spring's; dampers and inertia leave it above that."""
+
 _UNIT_IN_NAME = re.compile(r"^(?P<stem>.*?)\s*(?:[\[(]\s*(?P<bracket>[^\])]*)\s*[\])]|_(?P<tail>[A-Za-z°%/^0-9]+))\s*$")
 _ROTATION = re.compile(r"angle|angular|roll|phi|theta|pitch|gyro|omega", re.IGNORECASE)
 
@@ -83,6 +87,7 @@ def propose_mapping(table: pd.DataFrame, units: Mapping[Column, str] | None = No
             remarks.append(f"column {column!r} is not mapped")
         else:
             found.setdefault(quantity, []).append((column, unit))
+    remarks += _told_from_springs(found, table)
     coordinate = _coordinate(found)
     time = None
     if "time" in found:
@@ -90,11 +95,27 @@ def propose_mapping(table: pd.DataFrame, units: Mapping[Column, str] | None = No
     else:
         remarks.append("no column looks like time; give channels.time: {rate_hz: ...}")
     channels = {}
-    for channel in CHANNELS:
+    for channel in (*CHANNELS, *INPUTS):
         if channel in found:
             channels[channel], more = _spec(channel, found[channel], table, coordinate)
             remarks += more
     return Proposal(time, channels, coordinate, tuple(remarks))
+
+
+def _told_from_springs(found: dict[str, list[tuple[Column, str]]], table: pd.DataFrame) -> list[str]:
+    """A column named force that does not follow the displacement drives the body: moved to the inputs, and said."""
+    forces, moved = found.get("spring_force", []), found.get("displacement", [])
+    if "force" in found or len(forces) != 1 or not moved or not re.search("force", str(forces[0][0]), re.IGNORECASE):
+        return []
+    pair = table[[forces[0][0], moved[0][0]]].to_numpy(dtype=np.float64)
+    pair = pair[np.isfinite(pair).all(axis=1)]
+    if pair.shape[0] < 3 or not np.all(np.ptp(pair, axis=0) > 0.0):
+        return []
+    follows = abs(float(np.corrcoef(pair.T)[0, 1]))
+    if follows >= SPRING_FOLLOWS:
+        return []
+    found["force"] = found.pop("spring_force")
+    return [f"column {forces[0][0]!r} does not follow {moved[0][0]!r} (correlation {follows:.2f}): taken as an input"]
 
 
 def _quantity(stem: str, unit: str, column: Column, table: pd.DataFrame) -> str | None:

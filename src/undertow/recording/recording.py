@@ -31,6 +31,16 @@ CHANNELS: Mapping[str, tuple[str, str]] = MappingProxyType(
 )
 """Physical quantities a channel can hold: SI unit in translation and in rotation."""
 
+INPUTS: Mapping[str, tuple[str, str]] = MappingProxyType(
+    {
+        "force": ("N", "N m"),
+        "base_displacement": ("m", "rad"),
+        "base_velocity": ("m/s", "rad/s"),
+        "base_acceleration": ("m/s^2", "rad/s^2"),
+    }
+)
+"""What may drive a body from outside, measured: SI unit in translation and in rotation."""
+
 
 def read_only(values: object) -> Array:
     """A float64 copy that cannot be written to."""
@@ -72,8 +82,9 @@ class Recording:
 
     def _check(self) -> None:
         for name, values in self.channels.items():
-            if name not in CHANNELS:
-                raise RecordingError(f"trial {self.name}: channel {name!r} is none of {', '.join(CHANNELS)}; rename it")
+            if name not in CHANNELS and name not in INPUTS:
+                known = ", ".join((*CHANNELS, *INPUTS))
+                raise RecordingError(f"trial {self.name}: channel {name!r} is none of {known}; rename it")
             if values.shape != self.time.shape:
                 raise RecordingError(
                     f"trial {self.name}: {name} has {values.size} samples but time has {self.time.size}; "
@@ -106,4 +117,4 @@ class Recording:
 
     def unit(self, channel: str) -> str:
         """SI unit of a channel: of translation or of rotation, as the recording's coordinate says."""
-        return CHANNELS[channel][1 if self.coordinate == "rotation" else 0]
+        return {**CHANNELS, **INPUTS}[channel][1 if self.coordinate == "rotation" else 0]

@@ -17,7 +17,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from undertow.errors import RecordingError
-from undertow.recording.recording import CHANNELS, Array, Coordinate
+from undertow.recording.recording import CHANNELS, INPUTS, Array, Coordinate
 
 SPELLINGS: Mapping[str, str] = MappingProxyType(
     {
@@ -60,7 +60,7 @@ ACCELERATION_SPELLINGS: Mapping[str, str] = MappingProxyType(
 )
 """For an acceleration only: pint would read ``g`` as gram, ``G`` as gauss and ``gal`` as gallon."""
 
-ARBITRARY_LENGTHS = ("%", "percent", "px", "pixel", "pixels", "counts", "1")
+ARBITRARY_LENGTHS = ("%", "percent", "px", "pixel", "pixels", "counts", "1", "V", "mV")
 """Scales of a displacement that nobody calibrated. Kept as they are: 'm' then stands for one of them."""
 
 KNOWN: Mapping[str, tuple[str, ...]] = MappingProxyType(
@@ -71,9 +71,16 @@ KNOWN: Mapping[str, tuple[str, ...]] = MappingProxyType(
         "acceleration": ("m/s^2", "mm/s^2", "g", "mg", "Gal", "ft/s^2", "rad/s^2", "deg/s^2"),
         "spring_force": ("N", "kN", "MN", "mN", "kgf", "tf", "lbf", "N m", "kN m", "kN-m", "N mm"),
         "normal_force": ("N", "kN", "MN", "mN", "kgf", "tf", "lbf"),
+        "force": ("N", "kN", "MN", "mN", "kgf", "tf", "lbf", "N m", "kN m", "V", "A"),
+        "base_displacement": ("m", "mm", "cm", "um", "in", "ft", "rad", "mrad", "deg", "°"),
+        "base_velocity": ("m/s", "mm/s", "cm/s", "in/s", "ft/s", "rad/s", "deg/s", "°/s"),
+        "base_acceleration": ("m/s^2", "mm/s^2", "g", "mg", "Gal", "ft/s^2", "rad/s^2", "deg/s^2"),
     }
 )
 """Spellings offered when one is not understood."""
+
+ELECTRICAL = ("V", "mV", "A", "mA")
+"""Units of a force that a drive's signal stands for: kept as they are, a gain makes newtons of them."""
 
 _TOWER = re.compile(r"\*\*\s*-?(\d{2}|\(|\d+\s*\*\*)")  # exponents that take an evaluator for ever
 _SIGNS = re.compile(r"[\w %*/^().+\-]*")  # an evaluator drops what it does not know: m:=1 would be m
@@ -93,7 +100,7 @@ def si_unit(channel: str, coordinate: Coordinate) -> str:
     >>> si_unit("spring_force", "rotation")
     'N m'
     """
-    return "s" if channel == "time" else CHANNELS[channel][1 if coordinate == "rotation" else 0]
+    return "s" if channel == "time" else {**CHANNELS, **INPUTS}[channel][1 if coordinate == "rotation" else 0]
 
 
 def spelled(unit: str, channel: str) -> str:
@@ -103,7 +110,7 @@ def spelled(unit: str, channel: str) -> str:
     ('mm/s**2', 'kN*m')
     """
     text = unit.strip().strip("[]() ")
-    if channel == "acceleration" and text in ACCELERATION_SPELLINGS:
+    if channel in ("acceleration", "base_acceleration") and text in ACCELERATION_SPELLINGS:
         return ACCELERATION_SPELLINGS[text]
     if text in SPELLINGS:
         return SPELLINGS[text]
@@ -133,6 +140,8 @@ def factor_to_si(unit: str, channel: str, coordinate: Coordinate = "translation"
         expected = {"displacement": "", "velocity": "s", "acceleration": "s2"}[channel]
         if scale.strip() in ARBITRARY_LENGTHS and per.strip().replace("^", "").replace("²", "2") == expected:
             return 1.0, text
+    if channel == "force" and text in ELECTRICAL:
+        return 1.0, text
     base = _base(unit, channel)
     wanted = _registry().Quantity(1.0, target.replace("^", "**").replace(" ", "*")).to_base_units()
     if base.units != wanted.units:
@@ -187,6 +196,8 @@ def _remedy(unit: str, channel: str, coordinate: Coordinate | None) -> str:
 
 def _fits(unit: str, channel: str, coordinate: Coordinate) -> bool:
     """Whether a known spelling has the dimension of the channel."""
+    if unit in ELECTRICAL:
+        return True
     if unit.partition("/")[0] in ARBITRARY_LENGTHS:
         return coordinate == "translation"
     return bool(_base(unit, channel).units == _base(si_unit(channel, coordinate), channel).units)

@@ -9,9 +9,10 @@ from typing import Annotated, Any, Literal
 
 from pydantic import BeforeValidator, Field
 
-from undertow.campaign.config.settings import ColumnName, Positive, Real, Section, Whole
+from undertow.campaign.config.settings import ColumnName, NotNegative, Positive, Real, Section, Whole
 from undertow.recording.doubt_kinds import DoubtKind
 from undertow.recording.limits import COLUMNS, MEGABYTES
+from undertow.recording.recording import INPUTS
 
 
 class TimeSettings(Section):
@@ -41,6 +42,29 @@ class ChannelSettings(Section):
     )
     variable: str | None = Field(default=None, description="Table in that file (see recordings.variable).")
     time: TimeSettings | None = Field(default=None, description="Its own clock, where it has one.")
+    frame: Literal["absolute", "relative"] | None = Field(
+        default=None,
+        description="Against the earth or against a moving base; absent: relative, accelerations absolute.",
+    )
+
+
+class GainSettings(Section):
+    """A number of an input that is known, with its standard error; 0: exactly known."""
+
+    value: Real = Field(description="Value.")
+    stderr: NotNegative = Field(default=0.0, description="Standard error of the value.")
+
+
+class InputSettings(ChannelSettings):
+    """A measured input: force or motion of the base, with gain, delay and what it is between samples."""
+
+    gain: GainSettings | None = Field(
+        default=None, description="N per unit of the column; absent: the unit itself stands for newtons."
+    )
+    delay_s: GainSettings | None = Field(default=None, description="By how much the body feels it later, s.")
+    hold: Literal["zero", "first", "band_limited"] = Field(
+        default="first", description="Between samples: steps, straight lines, or nothing above half the rate."
+    )
 
 
 class ChannelsSettings(Section):
@@ -52,6 +76,15 @@ class ChannelsSettings(Section):
     acceleration: ChannelSettings | None = Field(default=None, description="Acceleration of the body.")
     spring_force: ChannelSettings | None = Field(default=None, description="Force in the springs, + with displacement.")
     normal_force: ChannelSettings | None = Field(default=None, description="Vertical force on the rails.")
+    force: InputSettings | None = Field(default=None, description="Measured force that drives the body.")
+    base_displacement: InputSettings | None = Field(default=None, description="Measured motion of the base.")
+    base_velocity: InputSettings | None = Field(default=None, description="Measured velocity of the base.")
+    base_acceleration: InputSettings | None = Field(default=None, description="Measured acceleration of the base.")
+
+    @property
+    def driven_by(self) -> str:
+        """The first input that is mapped; empty for decays."""
+        return next((name for name in INPUTS if getattr(self, name) is not None), "")
 
 
 def _none_is_null(value: Any) -> Any:

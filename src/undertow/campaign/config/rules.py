@@ -15,12 +15,13 @@ from undertow.campaign.config.source import Location
 from undertow.campaign.config.specimen_rules import unphysical
 from undertow.comparison.suspects import chosen
 from undertow.equation import registry as shelf
+from undertow.equation.driven_laws import find_driven
 from undertow.errors import ConfigError, RecordingError
 from undertow.recording.channels import LARGEST
 from undertow.recording.doubt_kinds import DOUBT_KINDS
 from undertow.recording.index import SEPARATORS
 from undertow.recording.parts import ALONE
-from undertow.recording.recording import CHANNELS, Coordinate
+from undertow.recording.recording import CHANNELS, INPUTS, Coordinate
 from undertow.recording.units import factor_to_si
 
 if TYPE_CHECKING:
@@ -43,10 +44,11 @@ def contradictions(config: RunConfig) -> list[tuple[Location, str]]:
     wrong += unphysical(config)
     for at, name in enumerate(config.equation.terms):
         try:
-            shelf.find(name)
+            find_driven(name) if said.channels.driven_by else shelf.find(name)
         except ConfigError as error:
             wrong.append((("equation", "terms", at), str(error)))
-    if not any(law.pulls_back for law in shelf.catalogue() if law.name in config.equation.terms):
+    pulled = any(law.pulls_back for law in shelf.catalogue() if law.name in config.equation.terms)
+    if not said.channels.driven_by and not pulled:
         text = (
             f"equation.terms has {', '.join(config.equation.terms)} and nothing that pulls the body back, so that it "
             "cannot swing; add stiffness (or sine_restoring, for a pendulum)"
@@ -114,13 +116,13 @@ def _unusable_channels(said: RecordingsSettings, above: Location, coordinate: Co
         alone = f" ({ALONE})" if channels.acceleration is not None else ""
         wrong.append((place, f"channels has neither displacement nor velocity; map one of them{alone}"))
     wrong += _clock(channels.time, (*place, "time"), coordinate, cells is not None and cells.time is not None)
-    for name in CHANNELS:
-        one = getattr(channels, name)
+    for name in (*CHANNELS, *INPUTS):
+        one = getattr(channels, name, None)
         if one is None:
             continue
         wrong += _unit(one.unit, name, (*place, name, "unit"), coordinate)
         given = (one.column is not None) + bool(one.columns)
-        if given + (cells is not None and getattr(cells, name) is not None) != 1:
+        if given + (cells is not None and getattr(cells, name, None) is not None) != 1:
             text = f"{name} has column {one.column!r} and columns {one.columns!r}; give exactly one of them"
             wrong.append(((*place, name), text))
         if one.time is not None:

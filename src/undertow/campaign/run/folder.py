@@ -18,6 +18,8 @@ from typing import Any
 from ruamel.yaml import YAML
 
 from undertow.campaign.config import load
+from undertow.campaign.driven.run import DrivenFinished, run_driven
+from undertow.campaign.driven.trials import is_driven
 from undertow.campaign.run.claim import NEW, STAGES, claimed
 from undertow.campaign.run.course import Course
 from undertow.campaign.run.gathered import Gathered, PortionFindings
@@ -78,7 +80,7 @@ def run_to_folder(
     jobs: int = 0,
     resume: bool = False,
     progress: Progress = silent,
-) -> Finished:
+) -> Finished | DrivenFinished:
     """Run a campaign and write its folder (default ``runs/<name>``); finished groups are kept as they come.
 
     An older run's files stay until the new ones are ready, and are moved into `EARLIER` where the new run fails.
@@ -92,6 +94,8 @@ def run_to_folder(
     config = load(config_path, overrides)
     folder = out or Path("runs") / safe_name(config.name)
     text = yaml_text(config.resolved())
+    if is_driven(config):
+        return run_driven(config, config_path, folder, text, overrides, progress)
     try:
         stages = (folder / STAGES).absolute()  # workers of a cluster have other working directories
         course, gathered = Course(config, jobs, progress, stages, resume), Gathered(config)

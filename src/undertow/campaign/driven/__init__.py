@@ -1,0 +1,1 @@
+"""Campaigns of driven bodies: from a config with a measured input to an equation, its page, and its predictions."""

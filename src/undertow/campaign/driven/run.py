@@ -1,0 +1,235 @@
+"""A driven campaign from config to run folder: equation, what it lacks, proof on samples nobody fitted.
+
+Belongs here: the order of that, and the files' content. Does not belong here: fits and search (methods/, comparison/),
+the page's shape (report/driven_page.py).
+"""
+
+from __future__ import annotations
+
+import csv
+import json
+import math
+import time
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from io import StringIO
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from undertow.campaign.config import RunConfig
+from undertow.campaign.driven.trials import driven_laws, driven_trials, named_apart
+from undertow.campaign.run.manifest import manifest
+from undertow.campaign.run.workers import Progress, silent
+from undertow.comparison.driven_search import START_SAMPLES, DrivenFound, discover_driven
+from undertow.conditioning.driven import DrivenTrial
+from undertow.discrepancy.findings import FailedTrial, Findings
+from undertow.errors import UndertowError
+from undertow.methods.driven import DrivenFit, free_run
+from undertow.methods.driven_equations import equation_text, written
+from undertow.report.driven_page import FreeRun, page_html, write_page
+from undertow.report.verdict_file import CONTRACT, plain
+from undertow.report.writing import write_text
+
+ADEQUATE = 1.5
+"""Free-run error over white noise up to which nothing more is said to be missing."""
+
+
+@dataclass(frozen=True)
+class DrivenFinished:
+    """What ``undertow run`` says of a driven campaign when it is done."""
+
+    folder: Path
+    sentence: str
+    found: DrivenFound
+    failed: tuple[FailedTrial, ...] = ()
+    contradicted: tuple[str, ...] = ()
+
+    @property
+    def summary(self) -> str:
+        """The sentence, and where the report is."""
+        return f"{self.sentence}\nreport: {self.folder / 'report.html'}"
+
+
+def run_driven(
+    config: RunConfig,
+    config_path: Path,
+    folder: Path,
+    text: str,
+    overrides: Sequence[str] = (),
+    progress: Progress = silent,
+) -> DrivenFinished:
+    """Fit, search, prove, and write the run folder (``text`` is the resolved config).
+
+    Raises UndertowError where no trial can be used.
+    """
+    begun = time.perf_counter()
+    progress("read and condition", 0, 1)
+    trials, reasons = driven_trials(config)
+    failed = tuple(FailedTrial(name, reason) for name, reason in reasons.items())
+    if not trials:
+        raise UndertowError(f"none of {len(failed)} trials can be used: {'; '.join(list(reasons.values())[:3])}")
+    progress("read and condition", 1, 1)
+    said = config.trials.hold_out
+    held = tuple(Path(name).name.split(".")[0] for name in said) if isinstance(said, tuple) else ()
+    training, unseen = named_apart(trials, held)
+    suspects = None if config.discrepancy.suspects == "all" else config.discrepancy.suspects
+    progress("identification", 0, 1)
+    found = discover_driven(training, driven_laws(config), suspects, unseen)
+    progress("identification", 1, 1)
+    folder.mkdir(parents=True, exist_ok=True)
+    sentence = sentence_of(config.name, training, found)
+    _write(folder, config, text, training, unseen, found, sentence)
+    seconds = {"identification": time.perf_counter() - begun}
+    methods, coordinate = config.identify, config.equation.coordinate
+    findings = Findings(config.name, (), failed, methods, coordinate, seconds)
+    made = manifest(findings, config, config_path, overrides)
+    write_text(folder / "manifest.json", json.dumps(plain(made), indent=1))
+    return DrivenFinished(folder, sentence, found, failed)
+
+
+def sentence_of(name: str, training: Sequence[DrivenTrial], found: DrivenFound) -> str:
+    """What was found, in words."""
+    size, unit = _size(training), "of the motion"
+    before, after = (100.0 * rms / size for rms in found.validation)
+    if not found.added:
+        return f"{name}: the given equation misses {before:.3g} % {unit} it never saw, and no law that was tried helps."
+    names = ", ".join(found.added)
+    left = "" if _adequate(training, found.augmented or found.baseline) else "; more than noise is left"
+    return f"{name}: the given equation misses {before:.3g} % {unit} it never saw; with {names} {after:.3g} %{left}."
+
+
+def _size(trials: Sequence[DrivenTrial]) -> float:
+    return max(float(np.std(trial.outputs[trial.main])) for trial in trials)
+
+
+def _adequate(trials: Sequence[DrivenTrial], fitted: DrivenFit) -> bool:
+    return all(fitted.rms[t.name] <= ADEQUATE * t.noise()[t.main] for t in trials)
+
+
+def _write(
+    folder: Path,
+    config: RunConfig,
+    text: str,
+    training: Sequence[DrivenTrial],
+    unseen: Sequence[DrivenTrial],
+    found: DrivenFound,
+    sentence: str,
+) -> None:
+    """All files but the manifest."""
+    size = _size(training)
+    missed = max(found.validation[0], *found.baseline.rms.values())
+    versions = {"baseline": written(found.baseline, missed, size, training[0])}
+    if found.augmented is not None:
+        versions["augmented"] = written(
+            found.augmented, max(found.validation[1], *found.augmented.rms.values()), size, training[0]
+        )
+    best = versions.get("augmented", versions["baseline"])
+    equation = equation_text(best)
+    noise = {t.name: t.noise() for t in training}
+    entry = {"group": {}, "trials": [t.name for t in training], "driven": True, "versions": versions, "noise": noise}
+    equations = {
+        "contract": CONTRACT, "coordinate": config.equation.coordinate, "anchor": "measured input",
+        "seed": config.seed, "groups": [{**entry, "scatter": {}, "equation": equation}],
+    }  # fmt: skip
+    write_text(folder / "config.yaml", text)
+    write_text(folder / "equations.json", json.dumps(plain(equations), indent=1))
+    write_text(folder / "verdict.json", json.dumps(plain(_verdict(training, unseen, found, sentence)), indent=1))
+    _tables(folder, training, found)
+    fit = found.augmented or found.baseline
+    runs = [_shown(trial, fit) for trial in (*training, *unseen)]
+    tried = [("law", "ln evidence", "rms before", "rms after", "because")]
+    tried += [
+        (t.name, f"{t.evidence:.4g}", f"{t.before:.4g}", f"{t.after:.4g}", t.because or "added") for t in found.tried
+    ]
+    tables = {"What was tried, on samples nobody fitted": tried}
+    write_page(folder, page_html(config.name, sentence, equation, runs, tables))
+
+
+def _shown(trial: DrivenTrial, fitted: DrivenFit) -> FreeRun:
+    """The trial's free run for the page."""
+    unit = {"displacement": "m", "velocity": "m/s", "acceleration": "m/s^2"}[trial.main]
+    return FreeRun(trial.name, trial.t, trial.outputs[trial.main], free_run(trial, fitted, START_SAMPLES), unit)
+
+
+def _verdict(
+    training: Sequence[DrivenTrial], unseen: Sequence[DrivenTrial], found: DrivenFound, sentence: str
+) -> Mapping[str, Any]:
+    """verdict.json as the contract has it; what was not computed for a driven campaign is null."""
+    fit, size = found.augmented or found.baseline, _size(training)
+    good = _adequate(training, fit)
+    named = [*found.added, *(() if good else ("unknown",))]
+    status = ("explained" if found.added else "nothing_missing") if good else "unknown"
+    group = {
+        "group": {}, "trials": [t.name for t in training], "held_out": [t.name for t in unseen], "status": status,
+        "verdict": named, "alternatives": [], "confidence": None, "because": "" if good else "more than noise is left",
+        "detectable": [], "p_value": None, "upper_bound": None, "not_testable": [],
+        "decision": [
+            {"gate": t.name, "statistic": "rms on unseen samples", "value": t.after, "limit": t.before,
+             "passed": not t.because, "because": t.because}
+            for t in found.tried
+        ],
+        "origin": "undetermined", "parameters": {name: _numbers(fit, name) for name in found.added},
+        "baseline": _version(found.baseline, found.validation[0], size),
+        "augmented": None if found.augmented is None else _version(found.augmented, found.validation[1], size),
+        "sensor_floor_nrmse": max(t.noise()[t.main] for t in training) / size, "repeatability_nrmse": None,
+        "rejected": [{"name": t.name, "because": t.because} for t in found.tried if t.because],
+        "physical_check": {"expected": None, "found": None, "agrees": None, "because": ""},
+        "next_test": "", "sentence": sentence,
+    }  # fmt: skip
+    return {"contract": CONTRACT, "groups": [group], "across_groups": {"verdict": named, "sentence": sentence}}
+
+
+def _version(fit: DrivenFit, validation: float, size: float) -> Mapping[str, Any]:
+    return {
+        "nrmse": math.sqrt(sum(r * r for r in fit.rms.values()) / len(fit.rms)) / size,
+        "held_out_nrmse": validation / size,
+        "parameters": _numbers(fit, ""),
+    }
+
+
+def _numbers(fit: DrivenFit, law: str) -> Mapping[str, Any]:
+    """Value, standard error and unit of each number of a law (all laws where empty)."""
+    units = {place.name: place.parameter.unit for place in fit.laws.places} | {"mass_kg": "kg"}
+    errors = np.sqrt(np.maximum(np.diag(fit.covariance), 0.0))
+    out = {}
+    for name, value, error in zip(fit.names, fit.values, errors, strict=True):
+        if not law or name.startswith(f"{law}."):
+            key = name.removeprefix(f"{law}.") if law else name
+            out[key] = {"value": float(value), "stderr": float(error), "unit": units.get(name, "")}
+    return out
+
+
+def _tables(folder: Path, training: Sequence[DrivenTrial], found: DrivenFound) -> None:
+    """trials.csv, levels.csv and mismatch.csv, a row a trial and version."""
+    versions = {"baseline": found.baseline} | ({"augmented": found.augmented} if found.augmented else {})
+    rows: list[dict[str, Any]] = []
+    for version, fit in versions.items():
+        errors = np.sqrt(np.maximum(np.diag(fit.covariance), 0.0))
+        numbers: dict[str, Any] = {}
+        for name, value, error in zip(fit.names, fit.values, errors, strict=True):
+            numbers |= {name: float(value), f"{name}_stderr": float(error)}
+        rows += [
+            {"file": t.name, "method": f"output_error_{version}", **numbers,
+             "nrmse": fit.rms[t.name] / float(np.std(t.outputs[t.main])), "outcome": fit.outcome}
+            for t in training
+        ]  # fmt: skip
+    for name in ("trials.csv", "levels.csv"):
+        write_text(folder / name, _csv(rows))
+    last = [
+        {"file": t.name, "nrmse": (found.augmented or found.baseline).rms[t.name] / float(np.std(t.outputs[t.main])),
+         "sensor_floor_nrmse": t.noise()[t.main] / float(np.std(t.outputs[t.main]))}
+        for t in training
+    ]  # fmt: skip
+    write_text(folder / "mismatch.csv", _csv(last))
+
+
+def _csv(rows: Sequence[Mapping[str, Any]]) -> str:
+    """Rows as CSV, the columns of all of them."""
+    columns = list(dict.fromkeys(key for row in rows for key in row))
+    stream = StringIO()
+    writer = csv.DictWriter(stream, columns, lineterminator="\n")
+    writer.writeheader()
+    writer.writerows(rows)
+    return stream.getvalue()

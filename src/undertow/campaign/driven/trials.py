@@ -1,0 +1,127 @@
+"""Driven trials and laws as a config describes them.
+
+Belongs here: from files and settings to `DrivenTrial` and `DrivenLaws`. Does not belong here: fits, the run folder.
+"""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+
+from undertow.campaign.config import RunConfig
+from undertow.campaign.config.matching import planned
+from undertow.campaign.config.recording_settings import InputSettings
+from undertow.conditioning.driven import OUTPUTS, DrivenTrial
+from undertow.equation.driven_laws import find_driven
+from undertow.errors import ConfigError, RecordingError
+from undertow.likelihood.driven import DrivenLaws
+from undertow.recording.catalogue import Entry, cut, read_trial
+from undertow.recording.recording import INPUTS, Array, Recording
+
+SATURATED_SHARE = 0.05
+"""Share of samples at an input's very largest or smallest value from which on it is said to be saturated."""
+
+
+def is_driven(config: RunConfig) -> bool:
+    """Whether the config maps an input."""
+    return bool(config.recordings.channels.driven_by)
+
+
+def input_settings(config: RunConfig) -> tuple[str, InputSettings]:
+    """The input's quantity and settings; ConfigError where more than one is mapped, or one that is not integrated."""
+    channels = config.recordings.channels
+    mapped = [name for name in INPUTS if getattr(channels, name) is not None]
+    if len(mapped) != 1:
+        have = ", ".join(mapped) or "none"
+        raise ConfigError(f"channels has the inputs {have}; map exactly one of {', '.join(INPUTS)}")
+    name = mapped[0]
+    if name in ("base_displacement", "base_velocity"):
+        raise ConfigError(f"channels maps {name}, which is not integrated yet; map base_acceleration, its derivative")
+    for output in OUTPUTS:
+        said = getattr(channels, output)
+        if name == "force" or said is None:
+            continue
+        if said.frame == "absolute" or (output == "acceleration" and said.frame is None):
+            raise ConfigError(
+                f"{output} is against the earth while the base moves; only motion relative to the base is fitted: give "
+                "frame: relative, or take the channel out"
+            )
+    return name, getattr(channels, name)
+
+
+def driven_laws(config: RunConfig) -> DrivenLaws:
+    """The config's terms, with the input's gain and delay where they are not exactly known, and the mass if it is."""
+    _, said = input_settings(config)
+    priors: dict[str, tuple[float, float]] = {}
+    fixed: dict[str, float] = {}
+    if said.gain is not None and said.gain.stderr > 0.0:
+        priors["input_gain"] = (1.0, said.gain.stderr / abs(said.gain.value))
+    if said.delay_s is not None:
+        if said.delay_s.stderr > 0.0:
+            priors["input_delay_s"] = (said.delay_s.value, said.delay_s.stderr)
+        else:
+            fixed["input_delay_s"] = said.delay_s.value
+    mass = config.specimen.mass_kg
+    if isinstance(mass, float | int):
+        fixed["mass_kg"] = float(mass)
+    return DrivenLaws(tuple(find_driven(name) for name in config.equation.terms), fixed, {}, priors)
+
+
+def driven_trials(config: RunConfig) -> tuple[tuple[DrivenTrial, ...], dict[str, str]]:
+    """Every trial of the config that can be used, and trial -> reason of those that cannot."""
+    catalogue, out, failed = config.catalogue(), list[DrivenTrial](), dict[str, str]()
+    for entry in planned(config).entries:
+        try:
+            trial = driven_trial(config, cut(read_trial(entry, catalogue), entry.window))
+            must_drive(trial.name, trial.quantity, trial.u)
+            out.append(trial)
+        except RecordingError as reason:
+            failed[entry.name] = str(reason)
+    return tuple(out), failed
+
+
+def driven_trial(config: RunConfig, recording: Recording) -> DrivenTrial:
+    """One recording as a driven trial: its input times the gain, what moved beside it.
+
+    Raises RecordingError where the input is missing or never moves.
+    """
+    name, said = input_settings(config)
+    if name not in recording.channels:
+        raise RecordingError(f"trial {recording.name}: the input {name} is not in its file; map its column")
+    u = recording.channels[name] * (said.gain.value if said.gain is not None else 1.0)
+    outputs = {output: recording.channels[output] for output in OUTPUTS if output in recording.channels}
+    return DrivenTrial(
+        recording.name, recording.time, u, outputs, name, said.hold, recording.conditions  # type: ignore[arg-type]
+    )
+
+
+def must_drive(trial: str, name: str, u: Array) -> None:
+    """RecordingError where an input stays at one end of its range for long: saturated."""
+    if np.unique(u[: min(u.size, 2000)]).size < 20:
+        return  # a stepped input stays at its levels by design
+    for value, end in ((float(np.max(u)), "largest"), (float(np.min(u)), "smallest")):
+        share = float(np.mean(u == value))
+        if share > SATURATED_SHARE:
+            raise RecordingError(
+                f"trial {trial}: {name} stands at its {end} value {value:g} in {100 * share:.0f} % of the samples; a "
+                "saturated input does not show what drove the body: cut the window, or take the trial out"
+            )
+
+
+def recording_alone(config: RunConfig, file: Path) -> tuple[RunConfig, Entry]:
+    """The config with this file in place of its recordings, and the file's entry."""
+    one = config.recordings.model_copy(
+        update={"files": str(file.absolute()), "index": None, "file": None, "index_column": "file", "exclude": ()}
+    )
+    trials = config.trials.model_copy(update={"window": "auto", "hold_out": "auto", "conditions": {}})
+    here = config.model_copy(update={"recordings": one, "trials": trials})
+    entries = planned(here).entries
+    if len(entries) != 1:
+        raise ConfigError(f"{file} holds {len(entries)} trials; give one recording")
+    return here, entries[0]
+
+
+def named_apart(trials: tuple[DrivenTrial, ...], held: tuple[str, ...]) -> tuple[list[DrivenTrial], list[DrivenTrial]]:
+    """Trials that are fitted, and those that the config holds out."""
+    return [t for t in trials if t.name not in held], [t for t in trials if t.name in held]

@@ -1,0 +1,316 @@
+"""What a driven equation lacks: suspects ranked by one linear step, fitted, and proved on the last part of the record.
+
+A suspect is added where its evidence (likelihood of residuals that have a memory, against its numbers, Schwarz 1978)
+is beyond `EVIDENCE` and the free run over a part of the record that nobody fitted comes closer by `CLOSER`. The first
+number of a law enters linearly, so that one Gauss-Newton step over its inner numbers' grid says what it may be worth.
+
+Belongs here: the list of suspects, ranking, judging, the order. Does not belong here: fits (methods/driven.py), words.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, replace
+from itertools import pairwise
+
+import numpy as np
+
+from undertow.conditioning.driven import DrivenTrial
+from undertow.equation.driven_laws import find_driven
+from undertow.errors import IdentificationError
+from undertow.likelihood.driven import MASS, DrivenLaws, drive_for, driven_problem, extent_of
+from undertow.likelihood.output_error import Effort, residuals
+from undertow.likelihood.problem import Problem
+from undertow.methods.driven import DrivenFit, fit_driven, free_run, memory_samples
+from undertow.recording.recording import Array
+
+EVIDENCE = 3.0
+"""Natural logarithm of the Bayes factor that a law must bring: 20 to 1."""
+CLOSER = 0.02
+"""Share by which the free run over unseen samples must come closer: below that nobody would miss the law."""
+HELD_BACK = 0.2
+"""Share of the record, its end, that proof comes from."""
+START_SAMPLES = 50
+FEW_EFFECTIVE = 200.0
+"""Below so many effective samples (a body without a spring adds up what its equation lacks, and its residual wanders)
+evidence says little; the record is then fitted without each fifth of it in turn, and run free there."""
+FOLDS = 5
+FOLDS_CLOSER = 0.1
+"""Share by which the free runs over all fifths together must come closer; the worst one may not get worse."""
+RANKED_SAMPLES = 12000
+FITTED_AT_MOST = 3
+FITTED_WHERE_FEW = 6
+TRYING = Effort(12, 0.1)
+"""Enough to tell what a suspect is worth; what is kept is fitted to the end."""
+"""Suspects that are fitted in a round, the best by the linear step."""
+ROUNDS = 4
+
+Numbers = Mapping[str, float]
+
+
+@dataclass(frozen=True)
+class Tried:
+    """A suspect that was fitted: evidence (natural log of the Bayes factor), rms on unseen samples before and after."""
+
+    name: str
+    evidence: float
+    before: float
+    after: float
+    because: str = ""
+
+
+@dataclass(frozen=True)
+class DrivenFound:
+    """The equation as given and with what it lacked, both fitted to everything, and how that was decided.
+
+    ``validation`` is the rms of the free run over samples that were held back, of both; ``added`` the laws' names.
+    """
+
+    baseline: DrivenFit
+    augmented: DrivenFit | None
+    added: tuple[str, ...]
+    tried: tuple[Tried, ...]
+    validation: tuple[float, float]
+
+
+def suspects_for(trial: DrivenTrial, fitted: DrivenFit) -> list[tuple[str, list[Numbers]]]:
+    """Names of laws that may be missing, with the grids of their inner numbers, relative to the trial's own motion."""
+    extent = extent_of(trial)
+    size = float(np.std(trial.outputs[trial.main])) if trial.main == "displacement" else extent.size
+    rate = 2.0 * math.pi * _dominant_hz(trial)
+    static = [
+        "constant_force", "stiffness", "viscous_damping", "coulomb_friction", "asymmetric_stiffness", "cubic_stiffness",
+        "quintic_stiffness", "quadratic_stiffness", "quadratic_drag", "cubic_damping", "position_damping",
+        "van_der_pol_damping", "variable_normal_force",
+    ]  # fmt: skip
+    grid: list[tuple[str, list[Numbers]]] = [(name, [{}]) for name in static]
+    grid.append(("stribeck_friction", [{"velocity_m_per_s": s * extent.speed} for s in (0.02, 0.05, 0.15)]))
+    grid.append(("relaxation", [{"time_s": s / rate} for s in (0.2, 1.0, 5.0)]))
+    shapes = [(1.0 / (s * size), d / (s * size)) for s in (0.5, 1.5, 4.0) for d in (-0.7, 0.0, 0.7)]
+    grid.append(("bouc_wen", [{"loop": loop, "skew": skew, "exponent": 1.0} for loop, skew in shapes]))
+    known = {"damping_ratio": 0.03}
+    tones: list[Numbers] = [{"natural_frequency_rad_per_s": f * rate, **known} for f in (0.5, 0.8, 1.25, 2.0)]
+    grid.append(("hidden_resonator", tones))
+    own = {term.name for term in fitted.laws.terms}
+    return [(name, inner) for name, inner in grid if name not in own]
+
+
+def _dominant_hz(trial: DrivenTrial) -> float:
+    """Where the recorded velocity has its power's middle, Hz."""
+    x = trial.outputs[trial.main]
+    power = np.abs(np.fft.rfft((x - x.mean()) * np.hanning(x.size))) ** 2
+    f = np.fft.rfftfreq(x.size, 1.0 / trial.rate_hz)
+    total = np.cumsum(power * f**2)
+    return float(f[int(np.searchsorted(total, 0.5 * total[-1]))]) or trial.rate_hz / x.size
+
+
+def discover_driven(
+    trials: Sequence[DrivenTrial],
+    laws: DrivenLaws,
+    suspects: Sequence[str] | None = None,
+    held_out: Sequence[DrivenTrial] = (),
+    progress: Callable[[str], None] = lambda text: None,
+) -> DrivenFound:
+    """The equation's numbers, and which laws it lacks, proved on ``held_out`` trials or on the records' last fifth.
+
+    ``suspects`` names the laws that may be added (None: all that fit, empty: none).
+    """
+    ends = [t.t.size if held_out else int((1.0 - HELD_BACK) * t.t.size) for t in trials]
+    training = [t.part(0, end) for t, end in zip(trials, ends, strict=True)]
+    unseen = list(held_out) or [t.part(end, t.t.size) for t, end in zip(trials, ends, strict=True)]
+    base = fit_driven(training, laws)
+    progress(f"{', '.join(t.name for t in laws.terms)}: fitted")
+    current, lowest = base, validation_rms(unseen, base)
+    first, tried, added = lowest, list[Tried](), list[str]()
+    for _ in range(ROUNDS):
+        step = _round(training, unseen, current, lowest, suspects, progress)
+        tried += step[0]
+        if step[1] is None:
+            break
+        current, lowest = step[1], step[2]
+        added.append(step[0][-1].name)
+    baseline = fit_driven(trials, base.started, windows=0)
+    augmented = fit_driven(trials, current.started, windows=0) if added else None
+    return DrivenFound(baseline, augmented, tuple(added), tuple(tried), (first, lowest))
+
+
+def validation_rms(unseen: Sequence[DrivenTrial], fitted: DrivenFit) -> float:
+    """RMS of the free run over trials that nobody fitted, from their first samples; inf where it has no bounds."""
+    total, count = 0.0, 0
+    for trial in unseen:
+        try:
+            away = (free_run(trial, fitted, START_SAMPLES) - trial.outputs[trial.main])[START_SAMPLES:]
+        except IdentificationError:
+            return math.inf
+        total, count = total + float(away @ away), count + away.size
+    return math.sqrt(total / count)
+
+
+def _round(
+    training: Sequence[DrivenTrial],
+    unseen: Sequence[DrivenTrial],
+    current: DrivenFit,
+    lowest: float,
+    suspects: Sequence[str] | None,
+    progress: Callable[[str], None],
+) -> tuple[list[Tried], DrivenFit | None, float]:
+    """One law more, if one earns it: what was tried (the accepted one last), its fit, its rms on unseen samples."""
+    part = training[0].part(0, min(training[0].t.size, RANKED_SAMPLES))
+    few = _effective(current) < FEW_EFFECTIVE
+    free = [(n, grid) for n, grid in suspects_for(part, current) if suspects is None or n in suspects]
+    ranked = sorted(((*_worth(part, current, name, grid), name) for name, grid in free), key=lambda r: -r[0])
+    tried: list[Tried] = []
+    fits: dict[str, DrivenFit] = {}
+    for _, starts, name in ranked[: FITTED_WHERE_FEW if few else FITTED_AT_MOST]:
+        try:
+            fits[name] = fit_driven(training, _with(current, name, starts), windows=0, effort=TRYING)
+        except IdentificationError as reason:
+            tried.append(Tried(name, -math.inf, lowest, math.inf, str(reason)))
+            continue
+        one = _judged(name, current, fits[name], unseen, lowest)
+        progress(f"{name}: {one.before:.4g} to {one.after:.4g} on unseen samples {one.because or 'added'}")
+        tried.append(one)
+    if few:
+        tried = _by_folds(training, current, tried, fits)
+    best = min((one for one in tried if not one.because), key=lambda one: one.after, default=None)
+    if best is None:
+        return tried, None, lowest
+    return [*(one for one in tried if one is not best), best], fits[best.name], best.after
+
+
+def _by_folds(
+    training: Sequence[DrivenTrial], current: DrivenFit, tried: Sequence[Tried], fits: Mapping[str, DrivenFit]
+) -> list[Tried]:
+    """Suspects whose evidence says nothing, the one closest to unseen samples first, up to the first that holds."""
+    before: list[float] = []
+    out: list[Tried] = []
+    held = False
+    for one in sorted(tried, key=lambda one: one.after):
+        weak = not one.because or one.because.startswith("evidence")
+        if weak and not held and one.after < (1.0 - CLOSER) * one.before:
+            before = before or fold_errors(training, current.started)
+            one = _judged_by_folds(one, before, fold_errors(training, fits[one.name].started))
+            held = not one.because
+        elif weak:
+            said = "another law comes closer" if held else f"unseen samples come no closer: {one.after:.4g}"
+            one = replace(one, because=said)
+        out.append(one)
+    return out
+
+
+def _effective(fitted: DrivenFit) -> float:
+    """Samples of a fit's residuals over their memory."""
+    return fitted.solution.n_data / max(memory_samples(r) for r in fitted.solution.residuals)
+
+
+def fold_errors(training: Sequence[DrivenTrial], laws: DrivenLaws) -> list[float]:
+    """RMS of the free run over each fifth of the longest trial, the equation fitted to everything else."""
+    longest = max(training, key=lambda trial: trial.t.size)
+    others = [trial for trial in training if trial is not longest]
+    ends = np.linspace(0, longest.t.size, FOLDS + 1).astype(int).tolist()
+    out = []
+    for begin, end in pairwise(ends):
+        parts = [longest.part(a, b) for a, b in ((0, begin), (end, longest.t.size)) if b > a]
+        named = [replace(part, name=f"{part.name}, part {i}") for i, part in enumerate(parts)]
+        try:
+            fitted = fit_driven([*others, *named], laws, windows=0, effort=TRYING)
+        except IdentificationError:
+            out.append(math.inf)
+            continue
+        out.append(validation_rms([longest.part(begin, end)], fitted))
+    return out
+
+
+def _judged_by_folds(one: Tried, before: Sequence[float], after: Sequence[float]) -> Tried:
+    """The same suspect by free runs over fifths that were left out in turn, beside the samples held back."""
+    sums = [math.sqrt(sum(e * e for e in errors)) for errors in (before, after)]
+    because = ""
+    if not sums[1] < (1.0 - FOLDS_CLOSER) * sums[0]:
+        because = f"fifths left out in turn come no closer: {sums[1]:.4g} after {sums[0]:.4g}"
+    elif max(after) > max(before):
+        because = f"the worst fifth that was left out gets worse: {max(after):.4g} after {max(before):.4g}"
+    return replace(one, because=because)
+
+
+def _with(current: DrivenFit, name: str, starts: Numbers) -> DrivenLaws:
+    """The laws with one more; the exponent of a hysteresis stays at one."""
+    term = find_driven(name)
+    held = {"bouc_wen.exponent": 1.0} if name == "bouc_wen" else {}
+    laws = current.started
+    return replace(
+        laws, terms=(*laws.terms, term), starts={**laws.starts, **starts}, fixed={**laws.fixed, **held}
+    )
+
+
+def _judged(
+    name: str, current: DrivenFit, fitted: DrivenFit, unseen: Sequence[DrivenTrial], lowest: float
+) -> Tried:
+    """Evidence and proof of a suspect's fit; ``because`` says why it is not taken."""
+    after = validation_rms(unseen, fitted)
+    chi2 = (current.solution.chi2, fitted.solution.chi2)
+    n = _effective(fitted)
+    more = len(fitted.names) - len(current.names)
+    evidence = 0.5 * (n * math.log(chi2[0] / chi2[1]) - more * math.log(max(n, 2.0)))
+    because = ""
+    if fitted.outcome != "ok" and not fitted.outcome.startswith("did not converge"):
+        because = fitted.outcome
+    elif evidence < EVIDENCE:
+        because = f"evidence {evidence:.2g} is below {EVIDENCE:g}"
+    elif not after < (1.0 - CLOSER) * lowest:
+        because = f"unseen samples come no closer: {after:.4g} after {lowest:.4g}"
+    return Tried(name, evidence, lowest, after, because)
+
+
+def _worth(part: DrivenTrial, current: DrivenFit, name: str, grid: Sequence[Numbers]) -> tuple[float, Numbers]:
+    """Cost that a law may take away by one Gauss-Newton step, the best of its grid, and the start values it gives."""
+    best: tuple[float, Numbers] = (-math.inf, {})
+    drives = {part.name: drive_for(part)}
+    for inner in grid:
+        term = find_driven(name)
+        coefficient = f"{name}.{term.coefficient.name}"
+        given = {f"{name}.{key}": value for key, value in inner.items()}
+        laws = _with(current, name, {coefficient: 0.0, **given})
+        problem = driven_problem([part], replace(laws, fixed={**laws.fixed, **given}), 1, None, drives)
+        values = np.array([u.start for u in problem.unknowns])
+        got = residuals(problem.trials[0], values)
+        if got is None:
+            continue
+        r, jacobian, used = got
+        column = [problem.names[j] for j in used].index(coefficient)
+        scale = np.sqrt(np.sum(jacobian**2, axis=0))
+        if not scale[column] > 0.0 or not np.all(np.isfinite(jacobian)):
+            continue
+        others = [j for j in range(jacobian.shape[1]) if j != column and scale[j] > 0.0]
+        without = jacobian[:, others] / scale[others]
+        basis = np.linalg.qr(without)[0]
+        direction = jacobian[:, column] - basis @ (basis.T @ jacobian[:, column])
+        rest = r - basis @ (basis.T @ r)
+        size = float(direction @ direction)
+        if size <= 1e-10 * scale[column] ** 2:
+            continue
+        step = -float(direction @ rest) / size
+        if not term.coefficient.lower <= step <= term.coefficient.upper:
+            continue
+        if (gain := step * step * size) > best[0]:
+            best = (gain, {coefficient: step, **given, **_moved(problem, jacobian, r, used, step, column)})
+    return best
+
+
+def _moved(
+    problem: Problem, jacobian: Array, r: Array, used: np.ndarray, step: float, column: int
+) -> dict[str, float]:
+    """Where the same step takes the other numbers of the equation."""
+    others = [j for j in range(jacobian.shape[1]) if j != column]
+    scale = np.sqrt(np.sum(jacobian[:, others] ** 2, axis=0))
+    scale[scale == 0.0] = 1.0
+    target = -(r + jacobian[:, column] * step)
+    moves = np.linalg.lstsq(jacobian[:, others] / scale, target, rcond=1e-10)[0] / scale
+    out = {}
+    for j, move in zip(others, moves, strict=True):
+        unknown = problem.unknowns[used[j]]
+        value = unknown.start + float(move)
+        sound = unknown.lower <= value <= unknown.upper and (unknown.name != MASS or value > 0.0)
+        if "[" not in unknown.name and sound:
+            out[unknown.name] = value
+    return out

@@ -1,0 +1,115 @@
+"""One trial of a driven body: what moved, what drove it, how noisy.
+
+Belongs here: the frozen `DrivenTrial`, its parts, its noise. Does not belong here: what an input is between its samples
+(equation/input.py), fits.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from types import MappingProxyType
+from typing import Literal
+
+import numpy as np
+
+from undertow.errors import RecordingError
+from undertow.recording.recording import Array, Condition, read_only
+
+INPUTS = ("force", "base_displacement", "base_velocity", "base_acceleration")
+OUTPUTS = ("displacement", "velocity", "acceleration")
+FEWEST_SAMPLES = 200
+"""A driven trial of fewer samples is refused: a start state and a handful of numbers want more."""
+
+ROUNDING = 1e-9
+"""Least noise of a channel, relative to its range."""
+
+
+@dataclass(frozen=True)
+class DrivenTrial:
+    """Time ``t`` (n,) s, rising; ``u`` (n,) the input; ``outputs`` quantity -> (n,); all in SI or the file's own unit.
+
+    ``quantity`` says what the input is (`INPUTS`), ``hold`` what it is between samples: zero, first, band_limited.
+    Raises RecordingError where lengths differ, a value is not finite, time does not rise, nothing that moved is there
+    or the input never changes.
+    """
+
+    name: str
+    t: Array
+    u: Array
+    outputs: Mapping[str, Array]
+    quantity: Literal["force", "base_displacement", "base_velocity", "base_acceleration"] = "force"
+    hold: Literal["zero", "first", "band_limited"] = "first"
+    conditions: Mapping[str, Condition] = field(default_factory=dict)
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "t", read_only(self.t))
+        object.__setattr__(self, "u", read_only(self.u))
+        object.__setattr__(
+            self, "outputs", MappingProxyType({name: read_only(values) for name, values in self.outputs.items()})
+        )
+        self._check()
+
+    def _check(self) -> None:
+        n = self.t.size
+        if not self.outputs or any(name not in OUTPUTS for name in self.outputs):
+            have = ", ".join(self.outputs) or "nothing"
+            raise RecordingError(
+                f"trial {self.name}: {have} is recorded of the motion; a fit needs {OUTPUTS[0]}: map it"
+            )
+        for name, values in {self.quantity: self.u, **self.outputs}.items():
+            if values.size != n:
+                raise RecordingError(
+                    f"trial {self.name}: {name} has {values.size} samples but time has {n}; give every channel one "
+                    "value a time stamp"
+                )
+            if not np.all(np.isfinite(values)):
+                bad = int(np.count_nonzero(~np.isfinite(values)))
+                raise RecordingError(
+                    f"trial {self.name}: {name} has {bad} values that are not finite; repair the file or cut the window"
+                )
+        if n < FEWEST_SAMPLES:
+            raise RecordingError(
+                f"trial {self.name}: {n} samples; a driven trial needs {FEWEST_SAMPLES}: give a longer record"
+            )
+        if np.any(np.diff(self.t) <= 0.0):
+            index = int(np.flatnonzero(np.diff(self.t) <= 0.0)[0])
+            raise RecordingError(
+                f"trial {self.name}: time goes from {self.t[index]:g} s to {self.t[index + 1]:g} s at sample "
+                f"{index + 1}; time must rise"
+            )
+        if np.ptp(self.u) <= ROUNDING * float(np.max(np.abs(self.u))):
+            raise RecordingError(
+                f"trial {self.name}: the input {self.quantity} stays at {self.u[0]:g}; an input that never moves shows "
+                "nothing of the equation: map the column that does, or leave the input out"
+            )
+
+    @property
+    def rate_hz(self) -> float:
+        """Median sampling rate, Hz."""
+        return 1.0 / float(np.median(np.diff(self.t)))
+
+    @property
+    def main(self) -> str:
+        """The output that scores are of: displacement where there is one, else velocity, else acceleration."""
+        return next(name for name in OUTPUTS if name in self.outputs)
+
+    def part(self, begin: int, end: int) -> DrivenTrial:
+        """Samples ``begin`` to ``end`` (exclusive) as a trial of their own; its input is that of these samples."""
+        cut = slice(begin, end)
+        return DrivenTrial(
+            self.name, self.t[cut], self.u[cut], {name: values[cut] for name, values in self.outputs.items()},
+            self.quantity, self.hold, self.conditions,
+        )  # fmt: skip
+
+    def noise(self) -> dict[str, float]:
+        """White noise of each output, 1 sigma, from sixth differences, which a motion sampled well does not have."""
+        weights = [float(math.comb(6, i)) * (-1.0) ** i for i in range(7)]
+        size = math.sqrt(sum(w * w for w in weights))
+        out = {}
+        for name, values in self.outputs.items():
+            seen = np.convolve(values, weights, "valid") / size
+            rounding = ROUNDING * float(np.ptp(values)) or np.finfo(float).tiny
+            out[name] = max(float(np.median(np.abs(seen))) / 0.6745, rounding)
+        return out

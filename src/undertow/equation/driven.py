@@ -1,0 +1,94 @@
+"""Where an equation takes a driven body, with its sensitivities: one call from a parameter vector to a motion.
+
+Belongs here: the step that an equation and its motion need, the message of a motion without bounds. Does not belong
+here: the compiled integrator (driven_kernel.py), holds of the input (input.py), fits.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+
+from undertow.equation.driven_kernel import DRIVEN_SLOT, drive
+from undertow.equation.input import Drive, Extent
+from undertow.equation.kernel import MAX_HIDDEN
+from undertow.equation.simulate import MOST_STIFF, STABLE
+from undertow.equation.term import Array
+from undertow.errors import IdentificationError
+
+STEPS_PER_PERIOD = 12
+"""Largest step of a driven motion, a part of its fastest mode's period (error under 1e-5 of the motion, on Silverbox
+6e-6); steps also end at every sample and every knot of the input."""
+
+NO_MOTION = 1e3
+"""A displacement this many times the recorded range is no motion of the body any more."""
+
+
+@dataclass(frozen=True)
+class DrivenMotion:
+    """x, v, a, each (n, 1 + p): the motion and its derivatives by p slots; hidden states (n, q); steps taken."""
+
+    x: Array
+    v: Array
+    a: Array
+    hidden: Array
+    steps: int
+
+
+def fastest_rate(theta: Array, extent: Extent) -> float:
+    """Fastest rate of a driven equation, rad/s or 1/s, over a motion of that extent; 0 for a free body."""
+
+    def slot(name: str) -> float:
+        """Size of a slot's number."""
+        return abs(float(theta[DRIVEN_SLOT[name]]))
+
+    size, speed, mass = extent.size, extent.speed, float(theta[DRIVEN_SLOT["mass"]])
+    stiffness = slot("k1") + slot("ks") + slot("kb") + slot("rk1") + slot("rk2") + slot("bw_a")
+    stiffness += 2.0 * size * (slot("k2") + slot("ka")) + 3.0 * slot("k3") * size**2 + 5.0 * slot("k5") * size**4
+    damping = slot("c1") + 2.0 * slot("q") * speed + 3.0 * slot("c3") * speed**2
+    damping += slot("xv") * size + slot("xxv") * size**2
+    swing = math.sqrt(stiffness / mass)
+    rates = [swing, damping / mass / STABLE * 2.0 * math.pi, slot("omega")]
+    for i in range(1, MAX_HIDDEN + 1):
+        rates.append(slot(f"hw{i}") * math.sqrt(1.0 + slot(f"hm{i}") / mass))
+    rates += [1.0 / slot(f"rt{i}") for i in (1, 2) if slot(f"rt{i}") > 0.0]
+    if slot("fb") > 0.0:
+        rates.append(min(slot("kb") * speed / slot("fb") / STABLE, MOST_STIFF * swing))
+    return max(rates)
+
+
+def driven_motion(
+    theta: Array,
+    active: np.ndarray,
+    drive_in: Drive,
+    times: Array,
+    extent: Extent,
+    steps_per_period: int = STEPS_PER_PERIOD,
+) -> DrivenMotion:
+    """The motion of a parameter vector (driven_kernel.DRIVEN_SLOTS) from times[0], with its sensitivities.
+
+    ``active`` (p,) slots, ``times`` (n,) s, rising. Raises IdentificationError where the mass is not positive or the
+    motion leaves every bound.
+    """
+    mass = float(theta[DRIVEN_SLOT["mass"]])
+    if not mass > 0.0 or not np.all(np.isfinite(theta)):
+        raise IdentificationError(f"a driven motion needs a positive mass and finite parameters, got {mass:g} kg")
+    if theta[DRIVEN_SLOT["ge"]] != 0.0:
+        raise IdentificationError(
+            f"delayed_echo of gain {theta[DRIVEN_SLOT['ge']]:g} N s/m beside an input is not integrated; leave it out"
+        )
+    rate = fastest_rate(theta, extent)
+    longest = float(times[-1] - times[0]) or 1.0
+    step = 2.0 * math.pi / rate / steps_per_period if rate > 0.0 else longest
+    instants = np.ascontiguousarray(times, dtype=np.float64)
+    x, v, a, hidden, count = drive(
+        np.ascontiguousarray(theta), np.ascontiguousarray(active, dtype=np.int64), drive_in.knots, drive_in.pieces,
+        drive_in.broken, instants, min(step, longest), NO_MOTION * extent.size,
+    )  # fmt: skip
+    if count < 0:
+        raise IdentificationError(
+            f"the driven motion leaves every bound after {-count} steps; a coefficient has the wrong sign"
+        )
+    return DrivenMotion(x, v, a, hidden, int(count))

@@ -1,0 +1,93 @@
+"""`fit_driven`: the numbers of a driven body's equation from arrays, and its free run on a record nobody fitted.
+
+Belongs here: from arrays to the fit, what its result can do. Does not belong here: the fit (methods/driven.py).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from undertow.conditioning.driven import DrivenTrial
+from undertow.equation.driven_laws import find_driven
+from undertow.equation.input import Hold
+from undertow.equation.term import Term
+from undertow.errors import IdentificationError
+from undertow.likelihood.driven import DrivenLaws, extent_of
+from undertow.methods.driven import DrivenFit
+from undertow.methods.driven import fit_driven as fit_trials
+from undertow.methods.driven_equations import DrivenEquation, DrivenPrediction, predict_driven
+from undertow.quantities import Estimate
+from undertow.recording.recording import Array
+
+
+@dataclass(frozen=True)
+class Driven:
+    """A fitted driven equation: ``fit`` with everything, ``trial`` what it was fitted to."""
+
+    fit: DrivenFit
+    trial: DrivenTrial
+
+    @property
+    def numbers(self) -> Mapping[str, Estimate]:
+        """Every number with its standard error and unit, by ``mass_kg`` and law.parameter."""
+        units = {place.name: place.parameter.unit for place in self.fit.laws.places} | {"mass_kg": "kg"}
+        errors = np.sqrt(np.maximum(np.diag(self.fit.covariance), 0.0))
+        pairs = zip(self.fit.names, self.fit.values, errors, strict=True)
+        return {name: Estimate(float(v), float(e), unit=units.get(name, "")) for name, v, e in pairs}
+
+    @property
+    def rms(self) -> float:
+        """RMS of the free run over the record that was fitted, unit of x."""
+        return self.fit.rms[self.trial.name]
+
+    def predict(self, x: ArrayLike, *, t: ArrayLike | float, u: ArrayLike, start: int = 50) -> DrivenPrediction:
+        """The free run under another input, from the first ``start`` samples of x alone, with its 90 % band."""
+        other = _trial(x, t, u, self.trial.hold)
+        size = float(np.std(self.trial.outputs["displacement"]))
+        equation = DrivenEquation(
+            self.fit.started, self.fit.names, self.fit.values, self.fit.covariance, self.rms, size,
+            self.trial.noise()["displacement"], extent_of(self.trial),
+        )  # fmt: skip
+        return predict_driven(other, equation, start)
+
+
+def fit_driven(
+    x: ArrayLike,
+    *,
+    t: ArrayLike | float,
+    u: ArrayLike,
+    equation: Sequence[str | Term] = ("stiffness", "viscous_damping"),
+    hold: Hold = "first",
+    starts: Mapping[str, float] | None = None,
+) -> Driven:
+    """The numbers of M x'' + sum of laws = u(t) by output error: one free run over the whole record.
+
+    ``x`` (n,) displacement, ``t`` (n,) times or the step in s, ``u`` (n,) the measured force, ``hold`` what it is
+    between samples. ``starts`` gives start values by ``mass_kg`` and law.parameter; a hysteresis needs them.
+
+    Raises RecordingError where the arrays do not fit together, IdentificationError where no start has bounds.
+
+    >>> t = np.arange(1000) * 0.01
+    >>> u = np.sin(0.3 * t**2)
+    >>> from scipy.signal import lsim
+    >>> x = lsim(([1.0], [2.0, 1.0, 50.0]), u, t)[1]
+    >>> found = fit_driven(x, t=t, u=u)
+    >>> round(found.numbers["stiffness.k_N_per_m"].value, 2)
+    50.0
+    """
+    if not len(equation):
+        raise IdentificationError(f"equation names {len(equation)} terms; give at least one law beside the inertia")
+    terms = tuple(find_driven(term) if isinstance(term, str) else term for term in equation)
+    trial = _trial(x, t, u, hold)
+    return Driven(fit_trials([trial], DrivenLaws(terms, starts=dict(starts or {}))), trial)
+
+
+def _trial(x: ArrayLike, t: ArrayLike | float, u: ArrayLike, hold: Hold) -> DrivenTrial:
+    moved = np.asarray(x, dtype=np.float64)
+    given = np.asarray(t, dtype=np.float64)
+    times: Array = np.array(np.arange(moved.size) * float(given) if given.ndim == 0 else given, dtype=np.float64)
+    return DrivenTrial("x", times, np.asarray(u, dtype=np.float64), {"displacement": moved}, hold=hold)

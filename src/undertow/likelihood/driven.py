@@ -1,0 +1,167 @@
+"""Driven trials as problems of the one search: unknowns, windows with start states of their own, start values.
+
+A long record goes in windows, each with a start state of its own, so that a wrong equation or a body that sticks cannot
+lead a search astray; then the windows are joined, and the record is one motion with one start state.
+
+Belongs here: how a driven trial and a law set become a `Problem`. Does not belong here: the search (output_error.py),
+start values from the record itself (methods/driven_start.py).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from itertools import pairwise
+
+import numpy as np
+from scipy.signal import savgol_filter
+
+from undertow.conditioning.driven import DrivenTrial
+from undertow.equation.driven_laws import Place, places
+from undertow.equation.input import Drive, Extent, drive_of
+from undertow.equation.term import Term
+from undertow.likelihood.problem import Channel, Link, Problem, ProblemBuilder, TrialProblem
+from undertow.recording.recording import Array
+
+SLOPE_SAMPLES = 7
+"""Samples of the cubic that a window's start velocity is taken from."""
+
+MASS = "mass_kg"
+"""Name of the inertia among the unknowns."""
+
+
+@dataclass(frozen=True)
+class DrivenLaws:
+    """An equation to be fitted to driven trials: its laws, what is held at a value, start values of the rest.
+
+    ``fixed`` and ``starts`` go by the unknown's name: ``mass_kg``, law.parameter, ``input_gain`` (N per unit),
+    ``input_delay_s``. ``priors`` gives mean and standard deviation of what is known beforehand.
+    """
+
+    terms: tuple[Term, ...]
+    fixed: Mapping[str, float] = field(default_factory=dict)
+    starts: Mapping[str, float] = field(default_factory=dict)
+    priors: Mapping[str, tuple[float, float]] = field(default_factory=dict)
+
+    @property
+    def places(self) -> tuple[Place, ...]:
+        """Every parameter of the laws with its slot."""
+        return places(self.terms)
+
+    @property
+    def memory(self) -> bool:
+        """Whether a hysteresis carries a state from window to window."""
+        return any(place.slot == "bw_a" for place in self.places)
+
+
+def drive_for(trial: DrivenTrial) -> Drive:
+    """The trial's input between its samples."""
+    return drive_of(trial.t, trial.u, trial.hold)
+
+
+def slopes(t: Array, x: Array) -> Array:
+    """Velocity (n,) of a recorded displacement from short cubics, unit of x a second."""
+    step = float(np.median(np.diff(t)))
+    window = min(SLOPE_SAMPLES, x.size - (x.size + 1) % 2)
+    return np.asarray(savgol_filter(x, window, 3, deriv=1, delta=step), dtype=np.float64)
+
+
+def extent_of(trial: DrivenTrial) -> Extent:
+    """How far and how fast the trial's body moves; a recorded velocity or acceleration alone gives its own size."""
+    if "displacement" in trial.outputs:
+        x = trial.outputs["displacement"]
+        speed = trial.outputs.get("velocity", slopes(trial.t, x))
+        return Extent(float(np.max(np.abs(x))) or 1.0, float(np.max(np.abs(speed))) or 1.0)
+    span = float(trial.t[-1] - trial.t[0])
+    v = trial.outputs.get("velocity")
+    speed_size = float(np.max(np.abs(v))) if v is not None else float(np.max(np.abs(trial.outputs[trial.main]))) * span
+    return Extent(speed_size * span or 1.0, speed_size or 1.0)
+
+
+def driven_problem(
+    trials: Sequence[DrivenTrial],
+    laws: DrivenLaws,
+    windows: int = 1,
+    noise: Mapping[str, Mapping[str, float]] | None = None,
+    drives: Mapping[str, Drive] | None = None,
+    extents: Mapping[str, Extent] | None = None,
+) -> Problem:
+    """All trials, each in so many windows of equal length with start states of their own, and the equation's unknowns.
+
+    ``noise`` gives each trial's outputs their standard deviation (default: the trial's own white noise); ``drives``
+    the inputs between samples, ``extents`` how far the bodies move, where that is known already.
+    """
+    from undertow.equation.driven_kernel import DRIVEN_SLOT, N_DRIVEN
+
+    builder = ProblemBuilder()
+    base = np.zeros(N_DRIVEN)
+    base[DRIVEN_SLOT["bw_unit"]] = 1.0
+    shared = _equation_unknowns(builder, laws, base, DRIVEN_SLOT)
+    pieces: list[TrialProblem] = []
+    for trial in trials:
+        drive = (drives or {}).get(trial.name) or drive_for(trial)
+        sigma = (noise or {}).get(trial.name) or trial.noise()
+        extent = (extents or {}).get(trial.name) or extent_of(trial)
+        speed = trial.outputs.get("velocity")
+        if speed is None and "displacement" in trial.outputs:
+            speed = slopes(trial.t, trial.outputs["displacement"])
+        ends = np.linspace(0, trial.t.size, windows + 1).astype(int)
+        for i, (begin, end) in enumerate(pairwise(ends)):
+            label = trial.name if windows == 1 else f"{trial.name}:{i}"
+            x = trial.outputs.get("displacement")
+            begins = tuple(0.0 if values is None else float(values[begin]) for values in (x, speed))
+            own = _start_state(builder, begins, extent, label, laws, DRIVEN_SLOT)
+            cut = slice(int(begin), int(end))
+            channels = tuple(Channel(name, values[cut], sigma[name]) for name, values in trial.outputs.items())
+            pieces.append(
+                TrialProblem(
+                    label, np.array(trial.t[cut]), base, shared + own, channels, drive=drive, extent=extent
+                )
+            )
+    return Problem(builder.unknowns(), tuple(pieces))
+
+
+def _equation_unknowns(
+    builder: ProblemBuilder, laws: DrivenLaws, base: Array, slot: Mapping[str, int]
+) -> tuple[Link, ...]:
+    """Unknowns of the equation; what is held goes into the base vector."""
+    links = []
+    wanted: list[tuple[str, str, str, float, float, float]] = [(MASS, "kg", "mass", 0.0, np.inf, 1.0)]
+    for place in laws.places:
+        p = place.parameter
+        start = float(getattr(place.term, p.name, 0.0))
+        wanted.append((place.name, p.unit, place.slot, p.lower, p.upper, start))
+    for name, unit, slot_name, start in (("input_gain", "N", "gain", 1.0), ("input_delay_s", "s", "delay", 0.0)):
+        wanted.append((name, unit, slot_name, -np.inf, np.inf, start))
+    for name, unit, slot_name, lower, upper, usual in wanted:
+        mean, std = laws.priors.get(name, (laws.starts.get(name, usual), np.inf))
+        own = name.startswith("input_") and name not in laws.starts and name not in laws.priors
+        if name in laws.fixed or own:
+            base[slot[slot_name]] += laws.fixed.get(name, usual)
+            continue
+        index = builder.unknown(
+            name, mean, lower=lower, upper=upper, prior_std=std, scale=abs(mean) or 1.0, unit=unit
+        )
+        links.append(Link(slot[slot_name], index))
+    return tuple(links)
+
+
+def _start_state(
+    builder: ProblemBuilder,
+    begins: tuple[float, ...],
+    extent: Extent,
+    label: str,
+    laws: DrivenLaws,
+    slot: Mapping[str, int],
+) -> tuple[Link, ...]:
+    """Start displacement, velocity and hysteresis of a window: unknowns, from the samples where it begins."""
+    x0, v0 = begins
+    # twice the extent as prior: none to speak of, but a record too short for its start stays finite
+    links = [
+        Link(slot["x0"], builder.unknown(f"x0_m[{label}]", x0, prior_std=2.0 * extent.size, scale=extent.size)),
+        Link(slot["v0"], builder.unknown(f"v0_m_per_s[{label}]", v0, prior_std=4.0 * extent.speed, scale=extent.speed)),
+    ]
+    if laws.memory:
+        pull = abs(laws.starts.get("bouc_wen.alpha_N_per_m", 1.0)) * extent.size or 1.0
+        links.append(Link(slot["bw_z0"], builder.unknown(f"z0_N[{label}]", 0.0, prior_std=pull, scale=pull)))
+    return tuple(links)

@@ -1,0 +1,212 @@
+"""Output error for driven trials: start values, windows, then the whole record as one free run.
+
+The start values that follow the record best over short windows begin the search; it goes on windows with start states
+of their own on a part of the record, then on the whole as one motion. Errors of the numbers are those of residuals that
+hang together: the covariance is widened by how much longer their memory is than a sample.
+
+Belongs here: that order, errors, the free run that scores. Does not belong here: the search (likelihood/), which laws
+(comparison/).
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from undertow.conditioning.driven import DrivenTrial
+from undertow.equation.input import Drive
+from undertow.errors import IdentificationError
+from undertow.likelihood.driven import MASS, DrivenLaws, drive_for, driven_problem
+from undertow.likelihood.output_error import Effort, Solution, fit, residuals
+from undertow.likelihood.problem import Problem
+from undertow.methods.driven_start import half_lengths, start_values
+from undertow.recording.recording import Array
+
+FIRST_SAMPLES = 6000
+"""Samples that the windows are laid on at first; a tenth of a long record finds the way as well as all of it."""
+WINDOWS = 24
+WINDOWS_EFFORT = Effort(25, 0.05)
+WHOLE_EFFORT = Effort(40, 0.05)
+MEMORY_SHARE = 20
+"""The residual's memory is summed up to this part of the record."""
+
+
+@dataclass(frozen=True)
+class DrivenFit:
+    """A driven equation with its numbers.
+
+    ``values`` and ``covariance`` (p, p) of the equation's ``names``; ``rms`` of the free run over what was fitted, a
+    trial's main output; ``solution`` the search's end with the start states.
+    """
+
+    laws: DrivenLaws
+    names: tuple[str, ...]
+    values: Array
+    covariance: Array
+    rms: Mapping[str, float]
+    solution: Solution
+    outcome: str
+
+    @property
+    def numbers(self) -> dict[str, float]:
+        """Value of every number of the equation, held ones too."""
+        return {**self.laws.fixed, **dict(zip(self.names, self.values.tolist(), strict=True))}
+
+    @property
+    def started(self) -> DrivenLaws:
+        """The laws with these numbers as their starts."""
+        return replace(self.laws, starts={**self.laws.starts, **self.numbers})
+
+
+def fit_driven(
+    trials: Sequence[DrivenTrial],
+    laws: DrivenLaws,
+    drives: Mapping[str, Drive] | None = None,
+    windows: int = WINDOWS,
+    effort: Effort = WHOLE_EFFORT,
+) -> DrivenFit:
+    """The equation's numbers from driven trials by output error.
+
+    ``laws.starts`` hold start values (none: from the first trial itself, for laws that are linear in their numbers);
+    ``windows`` 0 goes to the whole record at once, ``effort`` is how far the search on it goes. Raises
+    IdentificationError where no start has a bounded motion.
+    """
+    drives = {**(drives or {})}
+    for trial in trials:
+        drives.setdefault(trial.name, drive_for(trial))
+    laws = laws if MASS in {*laws.starts, *laws.fixed} else _own_starts(trials[0], laws, drives)
+    noise = {trial.name: trial.noise() for trial in trials}
+    if windows:
+        shorter = [t.part(0, min(t.t.size, FIRST_SAMPLES)) for t in trials]
+        laws = _on_windows(shorter, laws, windows, noise, drives)
+    whole = driven_problem(trials, laws, 1, noise, drives)
+    solution = fit(whole, growing=False, effort=effort)
+    return _fitted(trials, laws, solution, noise)
+
+
+def _own_starts(trial: DrivenTrial, laws: DrivenLaws, drives: Mapping[str, Drive]) -> DrivenLaws:
+    """Start values from the record, those of the test function whose motion follows short windows best."""
+    short = trial.part(0, min(trial.t.size, FIRST_SAMPLES))
+    linear = tuple(term for term in laws.terms if term.kind != "memory")
+    best, lowest = None, math.inf
+    for half in half_lengths(trial.t.size):
+        found = start_values(trial, linear, half)
+        if not found[MASS] > 0.0:
+            continue
+        tried = replace(laws, starts={**_named(laws, found), **laws.starts})
+        cost = window_cost(short, tried, drives)
+        if cost < lowest:
+            best, lowest = tried, cost
+    if best is None:
+        raise IdentificationError(
+            f"trial {trial.name}: no test function gives a positive mass with {', '.join(t.name for t in laws.terms)}; "
+            "give start values, turn the input's sign, or check that input and output are not swapped"
+        )
+    return best
+
+
+def _named(laws: DrivenLaws, found: Mapping[str, float]) -> dict[str, float]:
+    """Start values by the unknowns' names, inside their bounds."""
+    out = {MASS: found[MASS]}
+    for place in laws.places:
+        if place.parameter.name == place.term.coefficient.name and place.term.name in found:
+            out[place.name] = min(max(found[place.term.name], place.parameter.lower), place.parameter.upper)
+    return out
+
+
+def window_cost(trial: DrivenTrial, laws: DrivenLaws, drives: Mapping[str, Drive]) -> float:
+    """Mean squared residual of free runs over windows that start from the samples, with the laws' start values."""
+    problem = driven_problem([trial], laws, WINDOWS, None, drives)
+    values = np.array([u.start for u in problem.unknowns])
+    total, count = 0.0, 0
+    for piece in problem.trials:
+        got = residuals(piece, np.clip(values, *_limits(problem)))
+        if got is None or not np.all(np.isfinite(got[0])):
+            return math.inf
+        total, count = total + float(got[0] @ got[0]), count + got[0].size
+    return total / count
+
+
+def _limits(problem: Problem) -> tuple[Array, Array]:
+    return np.array([u.lower for u in problem.unknowns]), np.array([u.upper for u in problem.unknowns])
+
+
+def _on_windows(
+    trials: Sequence[DrivenTrial],
+    laws: DrivenLaws,
+    windows: int,
+    noise: Mapping[str, Mapping[str, float]],
+    drives: Mapping[str, Drive],
+) -> DrivenLaws:
+    """The laws with the numbers that windows give as their starts; half as many windows each time."""
+    while windows > 1:
+        solution = fit(driven_problem(trials, laws, windows, noise, drives), growing=False, effort=WINDOWS_EFFORT)
+        found = {name: solution.value(name) for name in solution.problem.names if "[" not in name}
+        laws = replace(laws, starts={**laws.starts, **found})
+        windows //= 6
+    return laws
+
+
+def _fitted(
+    trials: Sequence[DrivenTrial], laws: DrivenLaws, solution: Solution, noise: Mapping[str, Mapping[str, float]]
+) -> DrivenFit:
+    """Numbers and their covariance, widened for residuals with a memory and larger than the noise."""
+    own = [i for i, name in enumerate(solution.problem.names) if "[" not in name]
+    widening, rms = 1.0, {}
+    total, count, memory = 0.0, 0, 1.0
+    for trial, r in zip(trials, solution.residuals, strict=True):
+        n = trial.t.size
+        main = list(trial.outputs).index(trial.main)
+        seen = r[main * n : (main + 1) * n]
+        rms[trial.name] = float(np.sqrt(np.mean(seen**2))) * noise[trial.name][trial.main]
+        memory = max(memory, memory_samples(seen))
+        total, count = total + float(r @ r), count + r.size
+    widening = total / max(count - len(own), 1) * memory
+    return DrivenFit(
+        laws, tuple(solution.problem.names[i] for i in own), solution.values[own],
+        solution.covariance[np.ix_(own, own)] * widening, rms, solution, solution.outcome,
+    )  # fmt: skip
+
+
+def memory_samples(residual: Array) -> float:
+    """How many samples of a residual say as much as one that has no memory (1: white).
+
+    The sum of autocorrelations up to where they first vanish, both ways.
+
+    >>> memory_samples(np.ones(100) * np.resize([1.0, -1.0], 100))
+    1.0
+    """
+    x = residual - float(np.mean(residual))
+    n = x.size
+    spectrum = np.fft.rfft(x, 2 * n)
+    correlation = np.fft.irfft(np.abs(spectrum) ** 2)[: max(2, n // MEMORY_SHARE)]
+    if not correlation[0] > 0.0:
+        return 1.0
+    correlation = correlation / correlation[0]
+    below = np.flatnonzero(correlation <= 0.0)
+    return float(1.0 + 2.0 * np.sum(correlation[1 : below[0] if below.size else None]))
+
+
+def free_run(trial: DrivenTrial, fitted: DrivenFit, start: int) -> Array:
+    """The motion of the trial's main output (n,) from its first ``start`` samples alone: x0, v0 (and z0) fitted there.
+
+    Raises IdentificationError where the motion leaves every bound.
+    """
+    from undertow.equation.driven import driven_motion
+    from undertow.likelihood.output_error import parameter_vector
+
+    held = replace(fitted.laws, fixed=fitted.numbers)
+    drives = {trial.name: drive_for(trial)}
+    problem = driven_problem([trial], held, 1, None, drives)
+    piece = problem.trials[0]
+    few = replace(
+        piece, t=piece.t[:start], channels=tuple(replace(c, values=c.values[:start]) for c in piece.channels)
+    )
+    found = fit(Problem(problem.unknowns, (few,)), growing=False)
+    theta = parameter_vector(piece, found.values)
+    motion = driven_motion(theta, np.zeros(0, dtype=np.int64), drives[trial.name], piece.t, piece.extent)
+    column = {"displacement": motion.x, "velocity": motion.v, "acceleration": motion.a}[trial.main]
+    return np.array(column[:, 0])

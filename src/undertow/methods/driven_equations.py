@@ -1,0 +1,152 @@
+"""A driven equation as plain values and back, and its free run with a band: what `predict` reads and gives.
+
+Belongs here: equations.json's entry of one version, the band. Does not belong here: files, words.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+
+from undertow.conditioning.driven import DrivenTrial
+from undertow.equation.driven_laws import find_driven
+from undertow.equation.input import Extent, drive_of
+from undertow.likelihood.driven import DrivenLaws, driven_problem, extent_of
+from undertow.likelihood.output_error import fit, parameter_vector
+from undertow.likelihood.problem import Problem
+from undertow.methods.driven import DrivenFit
+from undertow.recording.recording import Array
+
+BAND_90 = 1.645
+"""Standard errors either side that hold 90 % of a Gaussian."""
+
+
+@dataclass(frozen=True)
+class DrivenEquation:
+    """An equation with its numbers: laws (all numbers as starts), names, values, covariance; ``error`` the rms of its
+    free run on samples that nobody fitted, at motions of the rms ``motion``; ``noise`` the main output's, ``extent``
+    how far and fast the body moved."""
+
+    laws: DrivenLaws
+    names: tuple[str, ...]
+    values: Array
+    covariance: Array
+    error: float
+    motion: float
+    noise: float
+    extent: Extent
+
+
+@dataclass(frozen=True)
+class DrivenPrediction:
+    """The free run (n,), its standard error (n,), and how many samples its start was taken from."""
+
+    values: Array
+    stderr: Array
+    start: int
+
+    @property
+    def lower(self) -> Array:
+        """Lower end of the 90 % band."""
+        return self.values - BAND_90 * self.stderr
+
+    @property
+    def upper(self) -> Array:
+        """Upper end of the 90 % band."""
+        return self.values + BAND_90 * self.stderr
+
+
+def written(fitted: DrivenFit, error: float, motion: float, trial: DrivenTrial) -> dict[str, Any]:
+    """One version of equations.json: law rows, values in full precision, covariance, error of the free run."""
+    numbers, extent = fitted.numbers, extent_of(trial)
+    errors = dict(zip(fitted.names, np.sqrt(np.maximum(np.diag(fitted.covariance), 0.0)).tolist(), strict=True))
+    rows = [
+        {
+            "term": place.term.name, "law": place.term.law, "parameter": place.parameter.name, "name": place.name,
+            "unit": place.parameter.unit, "value": numbers[place.name], "stderr": errors.get(place.name, 0.0),
+            "held": place.name in fitted.laws.fixed, "relative_to": "base",
+        }
+        for place in fitted.laws.places
+    ]  # fmt: skip
+    return {
+        "terms": [term.name for term in fitted.laws.terms], "mass_kg": numbers["mass_kg"], "rows": rows,
+        "names": list(fitted.names), "values": fitted.values.tolist(), "covariance": fitted.covariance.tolist(),
+        "fixed": dict(fitted.laws.fixed), "free_run_error": error, "motion_rms": motion, "outcome": fitted.outcome,
+        "noise": trial.noise()[trial.main], "extent": [extent.size, extent.speed],
+    }  # fmt: skip
+
+
+def read_back(entry: Mapping[str, Any]) -> DrivenEquation:
+    """The equation of a version of equations.json."""
+    values = np.array(entry["values"], dtype=np.float64)
+    terms = tuple(find_driven(name) for name in entry["terms"])
+    names = tuple(entry["names"])
+    starts = dict(zip(names, values.tolist(), strict=True))
+    laws = DrivenLaws(terms, dict(entry["fixed"]), starts)
+    covariance = np.array(entry["covariance"], dtype=np.float64).reshape(values.size, values.size)
+    return DrivenEquation(
+        laws, names, values, covariance, float(entry["free_run_error"]), float(entry["motion_rms"]),
+        float(entry["noise"]), Extent(*entry["extent"]),
+    )  # fmt: skip
+
+
+def predict_driven(trial: DrivenTrial, equation: DrivenEquation, start: int) -> DrivenPrediction:
+    """The free run from the trial's first ``start`` samples, with its standard error.
+
+    The error holds the numbers' covariance, the start state's, and what the free run missed on samples nobody fitted,
+    enlarged where this trial moves further than those. Raises IdentificationError where the motion has no bounds.
+    """
+    from undertow.equation.driven import driven_motion
+
+    held = replace(equation.laws, fixed={**equation.laws.fixed, **equation.laws.starts}, starts={})
+    drives = {trial.name: drive_of(trial.t, trial.u, trial.hold)}
+    noise = {trial.name: dict.fromkeys(trial.outputs, equation.noise)}
+    extents = {trial.name: equation.extent}
+    problem = driven_problem([trial], held, 1, noise, drives, extents)
+    piece = problem.trials[0]
+    few = replace(
+        piece, t=piece.t[:start], channels=tuple(replace(c, values=c.values[:start]) for c in piece.channels)
+    )
+    found = fit(Problem(problem.unknowns, (few,)), growing=False)
+    theta = parameter_vector(piece, found.values)
+    own = driven_problem([trial], equation.laws, 1, noise, drives, extents)
+    links = [link for link in own.trials[0].links if own.unknowns[link.unknown].name in equation.names]
+    slots = np.array(sorted({link.slot for link in links} | {link.slot for link in piece.links}), dtype=np.int64)
+    motion = driven_motion(theta, slots, drives[trial.name], piece.t, piece.extent)
+    column = {"displacement": motion.x, "velocity": motion.v, "acceleration": motion.a}[trial.main]
+    place = {int(slot): 1 + i for i, slot in enumerate(slots)}
+    by_number = np.zeros((trial.t.size, len(equation.names)))
+    for link in links:
+        index = equation.names.index(own.unknowns[link.unknown].name)
+        by_number[:, index] += link.factor * column[:, place[link.slot]]
+    by_start = np.column_stack([column[:, place[link.slot]] for link in piece.links])
+    order = [link.unknown for link in piece.links]
+    variance = np.einsum("ij,jk,ik->i", by_number, equation.covariance, by_number)
+    variance += np.einsum("ij,jk,ik->i", by_start, found.covariance[np.ix_(order, order)], by_start)
+    wider = max(1.0, float(np.std(column[:, 0])) / equation.motion) if equation.motion > 0.0 else 1.0
+    white = min(equation.noise, equation.error) ** 2  # noise does not grow with the motion, what a law lacks does
+    missed = (equation.error**2 - white) * wider**2
+    stderr = np.sqrt(np.maximum(variance, 0.0) + white + missed)
+    return DrivenPrediction(np.array(column[:, 0]), stderr, start)
+
+
+def equation_text(entry: Mapping[str, Any]) -> str:
+    """The equation in one line with its numbers and standard errors.
+
+    >>> equation_text({"mass_kg": 2.0, "names": [], "covariance": [], "rows": []})
+    "M x'' = F(t), M = 2"
+    """
+    laws = list(dict.fromkeys(row["law"] for row in entry["rows"]))
+    numbers = [
+        f"{row['name']} = {row['value']:.6g} +- {row['stderr']:.2g} {row['unit']}".strip() for row in entry["rows"]
+    ]
+    error = ""
+    if "mass_kg" in entry["names"]:
+        index = list(entry["names"]).index("mass_kg")
+        error = f" +- {math.sqrt(entry['covariance'][index][index]):.2g}"
+    left = " + ".join(["M x''", *laws])
+    return "; ".join([f"{left} = F(t), M = {entry['mass_kg']:.6g}{error}", *numbers])

@@ -1,0 +1,108 @@
+"""Start values of a driven equation from the record itself: the equation in weak form.
+
+    M <w'', x> + sum_i c_i <w, force_i(x, v)> = <w, u>
+
+for bumps w of many lengths, w = (1 - s^2)^4, whose derivatives stand in for those of x; a spring sees the recorded x,
+a damper -<w', x>, other laws x and a velocity smoothed over a part of the bump. Which length suits a body is not asked
+beforehand: each from a handful of samples up to a part of the record is tried; the free run over windows decides.
+
+Belongs here: that regression. Does not belong here: fits of motions (likelihood/), laws.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+
+import numpy as np
+from scipy.signal import fftconvolve, savgol_filter
+
+from undertow.conditioning.driven import DrivenTrial
+from undertow.equation.term import Term
+from undertow.errors import IdentificationError
+from undertow.recording.recording import Array
+
+SHORTEST = 4
+"""Half length of the shortest test function, samples."""
+LENGTHS = 9
+"""Test functions tried, each twice as long as the one before."""
+ROWS_A_BUMP = 4
+SMOOTHED_SHARE = 0.5
+"""Length of the cubic that a velocity is taken from, as a share of the test function."""
+
+
+def bump(half: int, step: float) -> tuple[Array, Array, Array]:
+    """The test function (2 half + 1,), its first and its second derivative by time."""
+    s = np.arange(-half, half + 1) / half
+    q = 1.0 - s * s
+    width = half * step
+    return q**4, -8.0 * s * q**3 / width, (-8.0 * q**3 + 48.0 * s * s * q**2) / width**2
+
+
+def start_values(trial: DrivenTrial, terms: Sequence[Term], half: int) -> Mapping[str, float]:
+    """Mass and every coefficient by weak-form least squares with bumps of that half length, samples.
+
+    Keys: ``mass_kg`` and the laws' names. Raises IdentificationError where fewer rows than unknowns are there.
+    """
+    step = float(np.median(np.diff(trial.t)))
+    w, dw, ddw = bump(half, step)
+
+    def against(values: Array, weights: Array) -> Array:
+        """<weights, values> around every ROWS_A_BUMP-th part of a bump."""
+        return np.asarray(fftconvolve(values, weights[::-1], "valid")[:: max(1, half // ROWS_A_BUMP)] * step)
+
+    x, v, inertia = _motion(trial, half, step, against, (w, dw, ddw))
+    columns = [inertia]
+    for term in terms:
+        if term.name == "stiffness" and "displacement" in trial.outputs:
+            columns.append(against(trial.outputs["displacement"], w))
+        elif term.name in ("viscous_damping", "linear_damping") and "displacement" in trial.outputs:
+            columns.append(-against(trial.outputs["displacement"], dw))
+        else:
+            columns.append(against(np.asarray(term.force(x, v, 0.0 * x, trial.t), dtype=np.float64), w))
+    design, response = np.column_stack(columns), against(trial.u, w)
+    if design.shape[0] < 2 * design.shape[1]:
+        raise IdentificationError(
+            f"trial {trial.name}: {design.shape[0]} rows for {design.shape[1]} numbers; give a longer record"
+        )
+    scale = np.sqrt(np.mean(design**2, axis=0))
+    scale[scale == 0.0] = 1.0
+    found = np.linalg.lstsq(design / scale, response, rcond=None)[0] / scale
+    return dict(zip(("mass_kg", *(term.name for term in terms)), found.tolist(), strict=True))
+
+
+def _motion(
+    trial: DrivenTrial,
+    half: int,
+    step: float,
+    against: Callable[[Array, Array], Array],
+    bumps: tuple[Array, Array, Array],
+) -> tuple[Array, Array, Array]:
+    """Displacement, velocity and the inertia's column from whatever was recorded."""
+    w, dw, ddw = bumps
+    window = max(5, 2 * int(SMOOTHED_SHARE * half) + 1)
+    outputs = trial.outputs
+    if "displacement" in outputs:
+        x = outputs["displacement"]
+        v = outputs.get("velocity")
+        if v is None:
+            v = savgol_filter(x, window, 3, deriv=1, delta=step)
+        smooth = savgol_filter(x, window, 3)
+        inertia = against(outputs["acceleration"], w) if "acceleration" in outputs else against(x, ddw)
+        return smooth, v, inertia
+    if "velocity" in outputs:
+        v = outputs["velocity"]
+        x = np.concatenate([[0.0], np.cumsum(0.5 * (v[1:] + v[:-1]) * np.diff(trial.t))])
+        return x, v, against(outputs["acceleration"], w) if "acceleration" in outputs else -against(v, dw)
+    a = outputs["acceleration"]
+    v = np.concatenate([[0.0], np.cumsum(0.5 * (a[1:] + a[:-1]) * np.diff(trial.t))])
+    x = np.concatenate([[0.0], np.cumsum(0.5 * (v[1:] + v[:-1]) * np.diff(trial.t))])
+    return x, v, against(a, w)
+
+
+def half_lengths(samples: int) -> list[int]:
+    """Half lengths that are tried for a record of so many samples, from `SHORTEST` on, each twice the one before.
+
+    >>> half_lengths(1000)
+    [4, 8, 16, 32]
+    """
+    return [SHORTEST * 2**i for i in range(LENGTHS) if SHORTEST * 2**i * 24 <= samples]

@@ -1,0 +1,78 @@
+"""The page of a driven campaign: the sentence, the free run on samples nobody fitted, the equation, what was tried.
+
+Belongs here: that page, self-contained. Does not belong here: what it shows (campaign/driven).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from html import escape
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from undertow.recording.recording import Array
+from undertow.report.style import new_figure, page_style, svg_text
+from undertow.report.writing import write_text
+
+SHOWN = 4000
+"""Samples of a free run that a picture shows at most."""
+
+_STYLE = (
+    "body{font-family:sans-serif;max-width:60rem;margin:2rem auto;padding:0 1rem;line-height:1.5}"
+    "table{border-collapse:collapse;display:block;overflow-x:auto}td,th{padding:.2rem .8rem;text-align:left;"
+    "border-bottom:1px solid #ddd}svg{max-width:100%;height:auto}"
+)
+
+
+@dataclass(frozen=True)
+class FreeRun:
+    """One trial's free run: times, recorded, predicted (n,), and the unit of the recorded quantity."""
+
+    name: str
+    t: Array
+    recorded: Array
+    predicted: Array
+    unit: str
+
+
+def page_html(title: str, sentence: str, equation: str, runs: Sequence[FreeRun], tables: Mapping[str, Any]) -> str:
+    """The page as HTML: ``tables`` is heading -> list of rows, the first the header."""
+    parts = [f"<h1>{escape(title)}</h1><p><strong>{escape(sentence)}</strong></p>"]
+    parts += [_picture(run) for run in runs]
+    parts.append("<h2>Equation</h2><p>" + "<br>".join(escape(line) for line in equation.split("; ")) + "</p>")
+    for heading, rows in tables.items():
+        head = "".join(f"<th>{escape(str(cell))}</th>" for cell in rows[0])
+        body = "".join("<tr>" + "".join(f"<td>{escape(str(c))}</td>" for c in row) + "</tr>" for row in rows[1:])
+        parts.append(f"<h2>{escape(heading)}</h2><table><tr>{head}</tr>{body}</table>")
+    return (
+        f'<!doctype html><html lang="en"><head><meta charset="utf-8"><title>{escape(title)}</title>'
+        f'<meta name="viewport" content="width=device-width"><style>{_STYLE}</style></head>'
+        f"<body>{''.join(parts)}</body></html>\n"
+    )
+
+
+def _picture(run: FreeRun) -> str:
+    """Recorded and predicted motion, and their difference below, of the record's first part."""
+    shown = slice(0, SHOWN)
+    with page_style():
+        figure = new_figure(8.0, 4.0)
+        above, below = figure.subplots(2, 1, sharex=True, height_ratios=(2, 1))
+        above.plot(run.t[shown], run.recorded[shown], color="0.6", lw=1.6, label="recorded", rasterized=True)
+        above.plot(run.t[shown], run.predicted[shown], lw=0.8, label="free run", rasterized=True)
+        above.set_ylabel(f"{run.name}, {run.unit}")
+        above.legend(loc="upper right")
+        below.plot(run.t[shown], (run.predicted - run.recorded)[shown], lw=0.8, rasterized=True)
+        below.set_ylabel(f"difference, {run.unit}")
+        below.set_xlabel("time, s")
+        rms = float(np.sqrt(np.mean((run.predicted - run.recorded) ** 2)))
+        said = f"{escape(run.name)}: rms {rms:.4g} {run.unit}"
+        return f"<figure>{svg_text(figure)}<figcaption>{said}</figcaption></figure>"
+
+
+def write_page(folder: Path, text: str) -> None:
+    """Write report.html, and the folder of figures that every run has."""
+    (folder / "figures").mkdir(exist_ok=True)
+    write_text(folder / "report.html", text)

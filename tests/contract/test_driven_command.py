@@ -1,0 +1,145 @@
+"""A driven campaign from config to run folder to prediction, on small synthetic records."""
+
+from __future__ import annotations
+
+import json
+
+import numpy as np
+import pandas as pd
+import pytest
+
+from undertow.campaign.config import load
+from undertow.campaign.driven.predict import equations_of, predict_recording
+from undertow.campaign.driven.trials import driven_trials, must_drive
+from undertow.campaign.inspection import inspect_file
+from undertow.campaign.run.folder import run_to_folder
+from undertow.equation.driven import driven_motion
+from undertow.equation.driven_kernel import DRIVEN_SLOT, N_DRIVEN
+from undertow.equation.input import Extent, drive_of
+from undertow.errors import ConfigError, RecordingError
+
+NOISE = 1e-4
+CONFIG = """
+name: shaken
+recordings:
+  files: train.csv
+  channels:
+    time: {column: time_s, unit: s}
+    displacement: {column: position_m, unit: m}
+    force: {column: force_N, unit: N, hold: first}
+equation: {terms: [stiffness, viscous_damping]}
+identify: [output_error]
+discrepancy: {suspects: [quadratic_drag, cubic_stiffness]}
+"""
+
+
+def write_record(path, seed, samples=2500):
+    """A body of 4 kg with a quadratic drag under a random force; gives its times."""
+    rng = np.random.default_rng(seed)
+    t = np.arange(samples) * 0.01
+    u = np.convolve(rng.normal(size=samples + 30), np.hanning(30), "same")[:samples] * 20.0
+    theta = np.zeros(N_DRIVEN)
+    numbers = {"mass": 4.0, "k1": 100.0, "c1": 3.0, "q": 8.0, "gain": 1.0, "bw_unit": 1.0, "bw_n": 1.0}
+    for name, value in numbers.items():
+        theta[DRIVEN_SLOT[name]] = value
+    x = driven_motion(theta, np.zeros(0, dtype=np.int64), drive_of(t, u), t, Extent(), 40).x[:, 0]
+    x = x + NOISE * rng.normal(size=samples)
+    pd.DataFrame({"time_s": t, "position_m": x, "force_N": u}).to_csv(path, index=False)
+
+
+@pytest.fixture(scope="module")
+def finished(tmp_path_factory):
+    """A folder with records, and its finished run."""
+    folder = tmp_path_factory.mktemp("driven")
+    write_record(folder / "train.csv", 1)
+    write_record(folder / "test.csv", 2)
+    (folder / "shaken.yaml").write_text(CONFIG)
+    return folder, run_to_folder(folder / "shaken.yaml", out=folder / "run")
+
+
+def test_a_run_names_the_drag_that_the_equation_lacks(finished):
+    folder, done = finished
+    verdict = json.loads((folder / "run" / "verdict.json").read_text())["groups"][0]
+    assert verdict["status"] == "explained"
+    assert verdict["verdict"] == ["quadratic_drag"]
+    drag = verdict["parameters"]["quadratic_drag"]["drag_Ns2_per_m2"]
+    assert abs(drag["value"] - 8.0) < 4.0 * drag["stderr"] < 2.0
+    assert "quadratic_drag" in done.summary
+    for name in ("report.html", "trials.csv", "levels.csv", "mismatch.csv", "manifest.json", "config.yaml"):
+        assert (folder / "run" / name).stat().st_size > 0
+
+
+def test_equations_json_holds_the_numbers_in_full(finished):
+    folder, _ = finished
+    group = equations_of(folder / "run")["groups"][0]
+    best = group["versions"]["augmented"]
+    assert best["terms"] == ["stiffness", "viscous_damping", "quadratic_drag"]
+    assert len(best["covariance"]) == len(best["values"]) == 4
+    assert best["mass_kg"] == pytest.approx(4.0, rel=0.01)
+
+
+def test_a_prediction_follows_a_record_nobody_fitted_inside_its_band(finished):
+    folder, _ = finished
+    made = predict_recording(folder / "run", folder / "test.csv", 50, out=folder / "p.csv")
+    assert made.rms < 1.2 * NOISE
+    assert made.covered == pytest.approx(0.9, abs=0.04)
+    table = pd.read_csv(folder / "p.csv")
+    assert list(table.columns) == ["time_s", "measured", "predicted", "lower", "upper", "used"]
+    assert table["used"].sum() == 50
+
+
+def test_nothing_after_the_start_samples_moves_a_prediction(finished):
+    folder, _ = finished
+    table = pd.read_csv(folder / "test.csv")
+    table.loc[50:, "position_m"] = 0.0
+    table.to_csv(folder / "blind.csv", index=False)
+    seen, blind = (predict_recording(folder / "run", folder / name, 50) for name in ("test.csv", "blind.csv"))
+    assert np.array_equal(seen.prediction.lower, blind.prediction.lower)
+
+
+def test_predictions_that_cannot_be_made_say_why(finished, tmp_path):
+    folder, _ = finished
+    with pytest.raises(ConfigError, match="has no equations"):
+        predict_recording(tmp_path, folder / "test.csv")
+    with pytest.raises(ConfigError, match=r"nowhere\.csv is not there"):
+        predict_recording(folder / "run", folder / "nowhere.csv")
+    with pytest.raises(ConfigError, match="--start is 2 of 2500 samples"):
+        predict_recording(folder / "run", folder / "test.csv", 2)
+    (tmp_path / "equations.json").write_text('{"contract": 1}')
+    with pytest.raises(ConfigError, match="is of contract 1, not 2"):
+        equations_of(tmp_path)
+
+
+def test_inspect_takes_a_force_that_does_not_follow_the_displacement_as_an_input(finished):
+    folder, _ = finished
+    told = inspect_file(folder / "train.csv")
+    assert "taken as an input" in told
+    assert "    force: {column: force_N, unit: N}" in told
+    assert "identify: [output_error]" in told
+
+
+@pytest.mark.parametrize(
+    ("before", "after", "sentence"),
+    [
+        ("    force: {column: force_N", "    base_velocity: {column: force_N", "base_velocity is said to be in 'N'"),
+        ("hold: first}", "hold: first}\n    base_acceleration: {column: b, unit: g}", "map exactly one of force"),
+        ("force: {column: force_N, unit: N, hold: first}", "base_velocity: {column: force_N, unit: m/s}",
+         "base_velocity, which is not integrated yet"),
+        ("unit: m}\n    force: {column: force_N, unit: N, hold: first}",
+         "unit: m, frame: absolute}\n    base_acceleration: {column: force_N, unit: g}", "against the earth while"),
+    ],
+)  # fmt: skip
+def test_inputs_that_cannot_be_used_stop_with_a_sentence(finished, tmp_path, before, after, sentence):
+    folder, _ = finished
+    text = CONFIG.replace("train.csv", str(folder / "train.csv"))
+    assert before in text
+    (tmp_path / "c.yaml").write_text(text.replace(before, after))
+    with pytest.raises(ConfigError, match=sentence):
+        driven_trials(load(tmp_path / "c.yaml"))
+
+
+def test_a_saturated_input_is_refused():
+    u = np.clip(2.0 * np.sin(np.arange(3000) * 0.01), -1.0, 1.0)
+    with pytest.raises(RecordingError, match=r"force stands at its largest value 1 in 3\d % of the samples"):
+        must_drive("r", "force", u)
+    must_drive("r", "force", np.sign(u))  # steps by design

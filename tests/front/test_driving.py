@@ -1,0 +1,59 @@
+"""Driven bodies from Python: pysindy's habit, a plain fit, a free run with its band."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from scipy.signal import lsim
+
+import undertow
+from undertow.errors import IdentificationError, RecordingError
+
+STEP, NOISE = 0.01, 1e-4
+
+
+def shaken(seed, samples=2000):
+    """Times, force, and the displacement of a body of 2 kg, 1 N s/m, 50 N/m with noise."""
+    rng = np.random.default_rng(seed)
+    t = np.arange(samples) * STEP
+    u = np.convolve(rng.normal(size=samples + 30), np.hanning(30), "same")[:samples]
+    x = lsim(([1.0], [2.0, 1.0, 50.0]), u, t)[1]
+    return t, u, x + NOISE * rng.normal(size=samples)
+
+
+def test_a_plain_fit_gives_numbers_within_their_errors():
+    t, u, x = shaken(0)
+    found = undertow.fit_driven(x, t=t, u=u)
+    truth = {"mass_kg": 2.0, "stiffness.k_N_per_m": 50.0, "viscous_damping.c_Ns_per_m": 1.0}
+    for name, true in truth.items():
+        number = found.numbers[name]
+        assert abs(number.value - true) < 4.0 * number.stderr < 0.05 * true
+    assert found.rms == pytest.approx(NOISE, rel=0.05)
+
+
+def test_a_free_run_needs_start_samples_alone():
+    _, u, x = shaken(0)
+    other = shaken(1)
+    run = undertow.fit_driven(x, t=STEP, u=u).predict(other[2], t=STEP, u=other[1], start=40)
+    assert np.sqrt(np.mean((run.values - other[2])[40:] ** 2)) < 1.2 * NOISE
+    inside = (other[2] >= run.lower) & (other[2] <= run.upper)
+    # rms of the residual is the noise's, so that 90 % of the samples lie inside, give or take
+    assert np.mean(inside) == pytest.approx(0.9, abs=0.05)
+
+
+def test_discover_takes_an_input_as_pysindy_does():
+    t, u, x = shaken(0)
+    found = undertow.Discover(terms=["cubic_stiffness"], known=("stiffness", "viscous_damping"))
+    driven = found.fit(x, t=t, u=u).driven_
+    assert driven.added == ()
+    assert driven.baseline.numbers["mass_kg"] == pytest.approx(2.0, rel=0.01)
+    with pytest.raises(IdentificationError, match="u has 2000 samples but t is None"):
+        found.fit(x, u=u)
+
+
+def test_arrays_that_do_not_fit_together_are_refused():
+    t, u, x = shaken(0)
+    with pytest.raises(RecordingError, match="force has 1999 samples but time has 2000"):
+        undertow.fit_driven(x, t=t, u=u[1:])
+    with pytest.raises(IdentificationError, match="equation names 0 terms"):
+        undertow.fit_driven(x, t=t, u=u, equation=())

@@ -1,0 +1,141 @@
+"""Driven trials: holds of the input, what a trial is checked for, fits of synthetic truths."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from undertow.conditioning.driven import DrivenTrial
+from undertow.equation.driven import driven_motion
+from undertow.equation.driven_kernel import DRIVEN_SLOT, N_DRIVEN
+from undertow.equation.driven_laws import find_driven, places
+from undertow.equation.input import Extent, drive_of
+from undertow.errors import ConfigError, IdentificationError, RecordingError, UndertowError
+from undertow.likelihood.driven import DrivenLaws
+from undertow.methods.driven import fit_driven, free_run
+from undertow.methods.driven_start import half_lengths, start_values
+
+NOISE = 1e-4
+TRUTH = {"mass": 4.0, "k1": 100.0, "c1": 3.0, "fc": 5.0, "q": 4.0}
+NAMES = {
+    "mass": "mass_kg", "k1": "stiffness.k_N_per_m", "c1": "viscous_damping.c_Ns_per_m",
+    "fc": "coulomb_friction.force_N", "q": "quadratic_drag.drag_Ns2_per_m2",
+}  # fmt: skip
+TERMS = tuple(find_driven(n) for n in ("stiffness", "viscous_damping", "coulomb_friction", "quadratic_drag"))
+
+
+def recorded(truth=TRUTH, samples=3000, step=0.01, hold="first", seed=1, delay=0.0, swept=False):
+    """A trial of a known body under a random or swept force, with white noise on its displacement."""
+    rng = np.random.default_rng(seed)
+    t = np.arange(samples) * step
+    u = np.convolve(rng.normal(size=samples + 30), np.hanning(30), "same")[:samples] * 20.0
+    if swept:
+        u = 60.0 * np.sin(2.0 * np.pi * (0.2 * t + 0.5 * 1.4 / t[-1] * t**2))
+    theta = np.zeros(N_DRIVEN)
+    for name, value in {"gain": 1.0, "bw_unit": 1.0, "bw_n": 1.0, "delay": delay, **truth}.items():
+        theta[DRIVEN_SLOT[name]] = value
+    x = driven_motion(theta, np.zeros(0, dtype=np.int64), drive_of(t, u, hold), t, Extent(), 60).x[:, 0]
+    return DrivenTrial("run", t, u, {"displacement": x + NOISE * rng.normal(size=samples)}, hold=hold)
+
+
+@pytest.mark.parametrize("swept", [False, True])
+def test_eq15_under_a_measured_force_is_found_within_its_errors(swept):
+    found = fit_driven([recorded(swept=swept)], DrivenLaws(TERMS))
+    assert found.outcome == "ok"
+    for (name, true), error in zip(TRUTH.items(), np.sqrt(np.diag(found.covariance)), strict=True):
+        index = found.names.index(NAMES[name])
+        error = np.sqrt(found.covariance[index, index])
+        # four standard errors of noise alone, which are under a per cent of each number
+        assert abs(found.values[index] - true) < 4.0 * error < 0.05 * true
+    assert found.rms["run"] == pytest.approx(NOISE, rel=0.05)
+
+
+def test_a_delay_of_two_milliseconds_is_found():
+    near = {NAMES[k]: 0.9 * v for k, v in TRUTH.items()}
+    laws = DrivenLaws(TERMS, starts={"input_delay_s": 0.0, **near})
+    found = fit_driven([recorded(delay=0.002, hold="band_limited")], laws)
+    assert found.numbers["input_delay_s"] == pytest.approx(0.002, abs=1e-4)
+
+
+def test_the_right_hold_leaves_noise_and_a_wrong_one_more():
+    trial = recorded(hold="zero", step=0.03, samples=1500)
+    wrong = DrivenTrial("run", trial.t, trial.u, trial.outputs, hold="first")
+    assert fit_driven([trial], DrivenLaws(TERMS)).rms["run"] == pytest.approx(NOISE, rel=0.1)
+    assert fit_driven([wrong], DrivenLaws(TERMS)).rms["run"] > 2.0 * NOISE
+
+
+def test_a_free_run_from_start_samples_follows_a_record_nobody_fitted():
+    found = fit_driven([recorded()], DrivenLaws(TERMS))
+    other = recorded(seed=7)
+    run = free_run(other, found, 50)
+    assert np.sqrt(np.mean((run - other.outputs["displacement"])[50:] ** 2)) < 1.2 * NOISE
+
+
+def test_a_body_without_a_spring_is_a_body():
+    truth = {"mass": 95.0, "c1": 200.0, "fc": 20.0, "offset": -3.0}
+    trial = recorded(truth, step=0.005, samples=4000)
+    laws = DrivenLaws(tuple(find_driven(n) for n in ("viscous_damping", "coulomb_friction", "constant_force")))
+    found = fit_driven([DrivenTrial("run", trial.t, trial.u, trial.outputs)], laws)
+    assert found.numbers["mass_kg"] == pytest.approx(95.0, rel=0.02)
+    assert found.numbers["constant_force.force_N"] == pytest.approx(-3.0, abs=0.1)
+
+
+def test_start_values_come_from_the_record_itself():
+    found = start_values(recorded(), TERMS, 16)
+    assert found["mass_kg"] == pytest.approx(4.0, rel=0.05)
+    assert found["stiffness"] == pytest.approx(100.0, rel=0.02)
+    with pytest.raises(IdentificationError, match="rows for 5 numbers"):
+        start_values(recorded().part(0, 250), TERMS, 110)
+    assert half_lengths(200) == [4, 8]
+
+
+def test_a_swapped_input_has_no_positive_mass():
+    trial = recorded()
+    swapped = DrivenTrial("run", trial.t, -trial.u, trial.outputs)
+    with pytest.raises(IdentificationError, match="no test function gives a positive mass"):
+        fit_driven([swapped], DrivenLaws(TERMS))
+
+
+def test_holds_pass_through_their_samples():
+    t = np.arange(200) * 0.01
+    u = np.sin(2.0 * np.pi * 20.0 * t + 0.3)
+    between = t[60:140] + 0.005
+    exact = np.sin(2.0 * np.pi * 20.0 * between + 0.3)
+    holds = ("zero", "first", "band_limited")
+    errors = {hold: np.max(np.abs(drive_of(t, u, hold).at(between) - exact)) for hold in holds}
+    # five samples a period: a straight line loses (w dt)^2 / 12, a fifth of it in the middle of the step
+    assert errors["zero"] > 0.5 > errors["first"] > 0.15
+    assert errors["band_limited"] < 2e-3
+    for hold in errors:
+        assert np.allclose(drive_of(t, u, hold).at(t[:-1] + 1e-12), u[:-1], atol=1e-7)
+
+
+def test_inputs_that_are_none_are_refused():
+    t = np.arange(300) * 0.01
+    with pytest.raises(UndertowError, match="299 samples at 300 instants"):
+        drive_of(t, t[1:])
+    with pytest.raises(UndertowError, match="hold 'second' is none of zero, first, band_limited"):
+        drive_of(t, t, "second")
+    with pytest.raises(UndertowError, match="needs even steps within 1 %"):
+        drive_of(t**1.1, t, "band_limited")
+    moved = {"displacement": np.sin(t)}
+    with pytest.raises(RecordingError, match="the input force stays at 2; an input that never moves"):
+        DrivenTrial("r", t, np.full(300, 2.0), moved)
+    with pytest.raises(RecordingError, match="force has 299 samples but time has 300"):
+        DrivenTrial("r", t, t[1:], moved)
+    with pytest.raises(RecordingError, match="nothing is recorded of the motion"):
+        DrivenTrial("r", t, t, {})
+    with pytest.raises(RecordingError, match="force has 1 values that are not finite"):
+        DrivenTrial("r", t, np.where(t == 0.0, np.nan, t), moved)
+    with pytest.raises(RecordingError, match="100 samples; a driven trial needs 200"):
+        DrivenTrial("r", t[:100], t[:100], {"displacement": t[:100]})
+    with pytest.raises(RecordingError, match="time must rise"):
+        DrivenTrial("r", t[::-1], t, moved)
+
+
+def test_laws_of_driven_bodies_have_places():
+    assert [p.name for p in places((find_driven("bouc_wen"),))][:2] == ["bouc_wen.alpha_N_per_m", "bouc_wen.loop"]
+    with pytest.raises(ConfigError, match="'external_forcing' beside a measured input"):
+        find_driven("external_forcing")
+    with pytest.raises(ConfigError, match="number 2 has no place"):
+        places((find_driven("stiffness"), find_driven("stiffness")))

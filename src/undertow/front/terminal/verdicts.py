@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import io
 import math
+from collections import Counter
 from collections.abc import Mapping, Sequence
 from typing import Any
 
@@ -16,6 +17,7 @@ from rich.console import Console
 from rich.table import Table
 from rich.text import Text
 
+from undertow.campaign.driven.run import DrivenFinished
 from undertow.campaign.run.folder import DOUBTS_PRINTED, Finished
 from undertow.discrepancy.words import count, group_title, percent
 from undertow.report.blocks import STATUS_WORDS
@@ -91,11 +93,15 @@ def probability_words(entry: Entry) -> str:
     return "over 99 %" if sure > CERTAIN else percent(sure)
 
 
-def run_text(finished: Finished, width: int = 0, colour: bool = False, verbose: bool = False) -> str:
+def run_text(finished: Finished | DrivenFinished, width: int = 0, colour: bool = False, verbose: bool = False) -> str:
     """What `undertow run` prints: table of verdicts, counts, the sentence over all groups, doubts, where the page is.
 
     ``verbose`` adds every shown group's sentence and every doubt; ``width`` is the terminal's (0: none).
     """
+    if isinstance(finished, DrivenFinished):
+        entries = read_verdicts(finished.folder)["groups"]
+        table, number = table_text(verdict_table(entries), width, colour), Counter(one["status"] for one in entries)
+        return "\n".join([table, counted(number), finished.sentence, last_line(finished)])
     shown, extent, doubts = finished.findings.groups, finished.extent, finished.findings.doubts
     lines = [table_text(verdict_table([group_json(g.verdict) for g in shown]), width, colour)]
     if more := extent.groups - len(shown):
@@ -111,12 +117,12 @@ def run_text(finished: Finished, width: int = 0, colour: bool = False, verbose: 
     return "\n".join([*lines, last_line(finished)])
 
 
-def last_line(finished: Finished) -> str:
+def last_line(finished: Finished | DrivenFinished) -> str:
     """Where the page is: the last line of `undertow run`, and the only one with ``--quiet``."""
     return f"report: {finished.folder / 'report.html'}"
 
 
-def run_json(finished: Finished) -> dict[str, Any]:
+def run_json(finished: Finished | DrivenFinished) -> dict[str, Any]:
     """verdict.json of the run with its folder, page, failed trials, contradictions and doubts."""
     return {
         **read_verdicts(finished.folder),
@@ -124,7 +130,7 @@ def run_json(finished: Finished) -> dict[str, Any]:
         "report": str(finished.folder / "report.html"),
         "failed": [{"trial": one.name, "because": one.reason} for one in finished.failed],
         "contradicted": list(finished.contradicted),
-        "doubts": list(finished.findings.doubts),
+        "doubts": [] if isinstance(finished, DrivenFinished) else list(finished.findings.doubts),
     }
 
 

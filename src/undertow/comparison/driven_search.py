@@ -20,7 +20,8 @@ from undertow.conditioning.driven import DrivenTrial
 from undertow.equation.driven_laws import find_driven
 from undertow.errors import IdentificationError
 from undertow.likelihood.driven import MASS, DrivenLaws, drive_for, driven_problem, extent_of
-from undertow.likelihood.output_error import Effort, residuals
+from  import Effort
+from undertow.likelihood.output_error import residuals
 from undertow.likelihood.problem import Problem
 from undertow.methods.driven import DrivenFit, fit_driven, free_run, memory_samples
 from undertow.recording.recording import Array

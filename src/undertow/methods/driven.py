@@ -20,7 +20,8 @@ from undertow.conditioning.driven import DrivenTrial
 from undertow.equation.input import Drive
 from undertow.errors import IdentificationError
 from undertow.likelihood.driven import MASS, DrivenLaws, drive_for, driven_problem
-from undertow.likelihood.output_error import Effort, Solution, fit, residuals
+from  import Effort
+from undertow.likelihood.output_error import Solution, fit, residuals
 from undertow.likelihood.problem import Problem
 from undertow.methods.driven_start import half_lengths, start_values
 from undertow.recording.recording import Array

@@ -181,7 +181,7 @@ def fuzz(name: str, seconds: float, seed: int) -> Score:
         folder = Path(scratch)
         sound = whole(name, folder)
         reader = Reader(folder)
-        if (said := reader.say(name)[0]) != "read":
+        if (said := reader.say(name)[0]) not in ("read", "refused"):  # a title above a sheet needs its layout
             raise SystemExit(f"{name} as it should be: {said}")
         begun = time.perf_counter()
         while (now := time.perf_counter()) - begun < seconds:

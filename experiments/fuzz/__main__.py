@@ -40,6 +40,9 @@ LONGEST_S, LARGEST_MB = 30.0, 2000.0
 SAMPLES = 200
 """Of the recording: a short file has a larger share of structure, where changes matter."""
 
+LENGTHS_4, LENGTHS_8 = (0, 1, 2**31 - 1, 2**32 - 1, 2**16, 2**24), (0, 2**63 - 1, 2**64 - 1, 2**40)
+"""What a field of four or eight bytes may say of a length."""
+
 
 @dataclass
 class Score:
@@ -72,9 +75,9 @@ def changed(whole: bytes, rng: np.random.Generator) -> bytes:
         elif kind == 3:
             out[at:at] = out[at : at + length] * int(rng.integers(1, 4))
         elif kind == 4:
-            out[at : at + 4] = int(rng.choice([0, 1, 2**31 - 1, 2**32 - 1, 2**16, 2**24])).to_bytes(4, "little")
+            out[at : at + 4] = LENGTHS_4[int(rng.integers(0, len(LENGTHS_4)))].to_bytes(4, "little")
         elif kind == 5:
-            out[at : at + 8] = int(rng.choice([0, 2**63 - 1, 2**64 - 1, 2**40])).to_bytes(8, "little")
+            out[at : at + 8] = LENGTHS_8[int(rng.integers(0, len(LENGTHS_8)))].to_bytes(8, "little")
         else:
             del out[at:]
     return bytes(out)
@@ -178,7 +181,7 @@ def fuzz(name: str, seconds: float, seed: int) -> Score:
         folder = Path(scratch)
         sound = whole(name, folder)
         reader = Reader(folder)
-        if (said := reader.say(name)[0]) != "read":
+        if (said := reader.say(name)[0]) not in ("read", "refused"):  # a title above a sheet needs its layout
             raise SystemExit(f"{name} as it should be: {said}")
         begun = time.perf_counter()
         while (now := time.perf_counter()) - begun < seconds:

@@ -39,7 +39,7 @@ MAY_IMPORT: dict[str, set[str]] = {
 """Which rooms a room may import beside itself and the ground floor, which all stand on."""
 
 HEAVY = {"numba", "pysindy", "matplotlib", "sympy", "sklearn", "pymatreader", "jinja2", "scipy", "pint"}
-HEAVY |= {"h5py", "openpyxl", "pyarrow"}
+HEAVY |= {"h5py", "openpyxl", "plotly", "pyarrow"}
 """May be imported inside a function, because they cost time; the terminal may defer anything to answer at once."""
 REPORT_ALONE = {"matplotlib", "jinja2"}
 

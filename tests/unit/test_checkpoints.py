@@ -168,8 +168,7 @@ def test_verdicts_of_groups_judged_together_come_back_in_their_order(task: Group
         parameters={"linear_damping": {"c_Ns_per_m": Estimate(480.0, 20.0, unit="N s/m")}},
     )  # fmt: skip
     plain = Verdict(other.key, ("a", "b"), status="nothing_missing")
-<<<<<<< HEAD
-    run = AugmentedRun(0.02, np.array([1.0, 0.5]))
+    run = AugmentedRun(0.02, np.array([1.0, 0.5]), 0.07)
     by_spring = (("long", 80.0, 2.0), ("short", 70.0, 3.0))
     friction = Addition("force_N", "N", "fc", 0.0, 1.0, scope="spring", by_spring=by_spring, moves=("fc", "fs"))
     sine = Addition("stiffness_N_per_m", "N/m", "k", 0.0, 1.0, also=("k3", -1.0 / 6.0))
@@ -179,16 +178,9 @@ def test_verdicts_of_groups_judged_together_come_back_in_their_order(task: Group
     loaded = checkpoints.load_verdicts((task, other), ("long", "short"), tmp_path / "v.json")
     assert loaded is not None
     first, second = loaded.verdicts
-    assert loaded.runs["a"].nrmse == 0.02
+    assert (loaded.runs["a"].nrmse, loaded.runs["a"].as_measured) == (0.02, 0.07)
     assert loaded.runs["a"].residual.tolist() == [1.0, 0.5]
     assert repr((loaded.labels, loaded.addends, loaded.values)) == repr((judged.labels, judged.addends, judged.values))
-=======
-    run = AugmentedRun(0.02, np.array([1.0, 0.5]), 0.07)
-    checkpoints.save_verdicts((explained, plain), {"a": run}, tmp_path / "v.json")
-    (first, second), runs = checkpoints.load_verdicts((task, other), tmp_path / "v.json") or ((), {})
-    assert (runs["a"].nrmse, runs["a"].as_measured) == (0.02, 0.07)
-    assert runs["a"].residual.tolist() == [1.0, 0.5]
->>>>>>> 59cf730 (Verdicts keep each suspect's odds, the repaired numbers' correlations and errors with nothing adjusted)
     assert first.parameters == explained.parameters
     assert (first.verdict, second.status, second.group) == (("linear_damping",), "nothing_missing", other.key)
     fewer = checkpoints.load_verdicts((task,), ("long",), tmp_path / "v.json")

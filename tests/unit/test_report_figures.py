@@ -181,29 +181,6 @@ def test_the_residual_is_measured_minus_free_run_about_zero(axes: Axes) -> None:
     assert axes.get_ylim()[0] == -axes.get_ylim()[1]
 
 
-@pytest.mark.parametrize("count", [1, 2, 3, 4])
-def test_small_multiples_have_a_panel_for_every_trial(count: int) -> None:
-    group = replace(wet(), trials=wet().trials[:count])
-    with page_style():
-        figure = trial_figures.draw_free_runs(group, new_figure(11.0, 5.0))
-    titles = [panel.get_title(loc="left") for panel in figure.axes]
-    assert sum(bool(title) for title in titles) == count
-    assert len(figure.axes) == 2 * count
-
-
-def test_of_very_many_trials_the_ends_and_the_worst_are_drawn() -> None:
-    many = [replace(t, mismatch=replace(t.mismatch, nrmse=0.01)) for t in wet().trials * 3]
-    ordered = sorted(many, key=lambda t: t.motion.amplitude)
-    ordered[5] = replace(ordered[5], mismatch=replace(ordered[5].mismatch, nrmse=9.0))
-    with page_style():
-        figure = trial_figures.draw_free_runs(replace(wet(), trials=tuple(ordered)), new_figure(11.0, 5.0), at_most=3)
-    titles = [panel.get_title(loc="left") for panel in figure.axes if panel.get_title(loc="left")]
-    assert len(titles) == 3
-    assert titles[0].startswith("8 mm")
-    assert titles[-1].startswith("33 mm")
-    assert "900 %" in titles[1]
-
-
 def test_a_thinned_curve_keeps_its_ends_and_every_extreme() -> None:
     t = np.linspace(0.0, 60.0, 60_001)
     values = np.sin(40.0 * t) * np.exp(-0.05 * t)
@@ -213,12 +190,6 @@ def test_a_thinned_curve_keeps_its_ends_and_every_extreme() -> None:
     assert np.all(np.diff(few) > 0.0)
     short = trial_figures.thinned(t[:50], values[:50])
     assert short[0].size == 50
-
-
-def test_the_spectrum_marks_the_residuals_line(axes: Axes) -> None:
-    trial_figures.draw_residual_spectrum(wet().trials[0], axes)
-    assert "line at 1.61 Hz" in [text.get_text() for text in axes.get_legend().get_texts()]
-    assert axes.get_ylabel() == "amplitude\n(mm)"
 
 
 def test_the_decay_shows_measured_and_simulated_peaks_of_every_trial(axes: Axes) -> None:
@@ -254,23 +225,6 @@ def test_ticks_of_a_log_axis_are_few_and_plain(axes: Axes, values: list[float]) 
 
 
 # ---------------------------------------------------------------- SVG
-def test_the_same_figure_gives_the_same_bytes_and_names_nothing_outside() -> None:
-    def drawn() -> str:
-        with page_style():
-            return svg_text(trial_figures.draw_free_runs(wet(), new_figure(11.0, 5.0)))
-
-    first = drawn()
-    assert first == drawn()
-    assert "<metadata" not in first
-    assert not re.search(r'(href|src)="(?!#)', first)
-
-
-def test_four_trials_of_fifteen_seconds_take_less_than_150_kilobytes() -> None:
-    with page_style():
-        svg = svg_text(trial_figures.draw_free_runs(wet(), new_figure(11.0, 5.4)))
-    assert len(svg) < 150_000  # twelve such groups, with all else, stay under 3 MB
-
-
 def test_coordinates_are_rounded_by_less_than_a_tenth_of_a_point() -> None:
     with page_style():
         figure = new_figure(2.0, 2.0)

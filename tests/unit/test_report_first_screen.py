@@ -95,7 +95,8 @@ def test_texts_from_files_on_the_first_screen_are_escaped():
     with page_style():
         text = page(findings, page_figures(findings), {})
     first = text.split('id="overview"')[0]
-    assert "<script" not in text
+    assert MARKUP not in text
+    assert text.count("<script") == 3  # the page's own
     for mark in "dsrb":
         assert f"{mark}&lt;script&gt;" in first, mark
 
@@ -247,7 +248,7 @@ def test_many_levels_have_no_more_sentences_than_fit():
 # ---------------------------------------------------------------- behind a verdict
 def test_the_conditions_behind_a_verdict_stand_in_its_section_folded():
     section = rendered().split('<section id="spring-short-water-depth-2-36-m">')[1]
-    details = section.split('<details class="gates">')[1].split("</details>")[0]
+    details = section.split('<details class="gates part">')[1].split("</details>")[0]
     assert "3 conditions with their limits" in details
     assert "log odds of hidden resonator over nothing" in details
     assert "<td class=\"n\">812</td><td class=\"n\">4.6</td><td>yes</td>" in details

@@ -88,9 +88,10 @@ def _measured(motion: Motion) -> tuple[Cycles, Array]:
 
 
 def _clear(cycles: Cycles, noise: float) -> int:
-    """How many full cycles from the first on are clear."""
-    clear = cycles.amplitude > max(CLEAR * noise, FAINT * float(cycles.amplitude[0]))
-    return min(cycles.decrement.size, int(np.argmin(clear)) if not clear.all() else clear.size)
+    """How many full cycles there are up to the last clear one: a beat may pass through nothing and come back, and there
+    the errors say how little is known."""
+    clear = np.flatnonzero(cycles.amplitude > max(CLEAR * noise, FAINT * float(cycles.amplitude[0])))
+    return min(cycles.decrement.size, int(clear[-1]) + 1 if clear.size else 0)
 
 
 def _run(t: Array, simulated: Array, count: int) -> Cycled | None:

@@ -24,7 +24,7 @@ from undertow.equation.term import Array
 from undertow.errors import UndertowError
 
 FAINT = 0.1
-"""Cycles below this share of the first amplitude are left out: they hold a hundredth of its energy."""
+"""After the last turning point above this share of the first nothing is reckoned: a hundredth of the energy is left."""
 
 FEWEST_CYCLES = 2
 """Cycles below which there is no budget."""
@@ -81,7 +81,7 @@ def energy_budget(motion: Motion, equation: Equation) -> EnergyBudget | None:
     if not all(np.all(np.isfinite(force)) for force in taken.values()):
         return None
     sizes = np.abs(cycles.position)
-    clear = int(np.argmin(sizes > FAINT * sizes[0])) if np.any(sizes <= FAINT * sizes[0]) else sizes.size
+    clear = int(np.flatnonzero(sizes > FAINT * sizes[0])[-1]) + 1  # a beat may pass through nothing and come back
     turns = np.arange(0, clear, 2)
     if turns.size <= FEWEST_CYCLES:
         return None

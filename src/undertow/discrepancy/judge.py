@@ -17,13 +17,9 @@ from undertow.comparison.explained import FAR_ABOVE_NOISE
 from undertow.comparison.joint import free_run_error
 from undertow.comparison.level import Addend, Level, Member, full_name, make_level, member_rate
 from undertow.comparison.search import diagnose
-<<<<<<< HEAD
 from undertow.comparison.suspect import Origin, Suspect
 from undertow.comparison.suspects import SUSPECTS
-=======
-from undertow.comparison.suspects import SUSPECTS, Origin, Suspect
 from undertow.conditioning.motion import Motion
->>>>>>> 59cf730 (Verdicts keep each suspect's odds, the repaired numbers' correlations and errors with nothing adjusted)
 from undertow.discrepancy.case import Case
 from undertow.discrepancy.decision import evidence, posterior
 from undertow.discrepancy.earned import earned, holds_with_twice_the_scatter, without_answer
@@ -269,10 +265,7 @@ def _all_parameters(
     return numbers
 
 
-<<<<<<< HEAD
-def _rejected(diagnosis: LevelDiagnosis) -> tuple[Rejected, ...]:
-=======
-def _correlations(level: Level, case: Case, diagnosis: Diagnosis) -> dict[str, dict[str, float]]:
+def _correlations(level: Level, case: Case, diagnosis: LevelDiagnosis) -> dict[str, dict[str, float]]:
     """Correlations of the numbers that `_all_parameters` gives, as far as they are unknowns of the fit."""
     fit, label = diagnosis.best.fit, case.member.label
     known = fit.solution.problem.names
@@ -291,8 +284,7 @@ def _correlations(level: Level, case: Case, diagnosis: Diagnosis) -> dict[str, d
     }  # fmt: skip
 
 
-def _rejected(diagnosis: Diagnosis) -> tuple[Rejected, ...]:
->>>>>>> 59cf730 (Verdicts keep each suspect's odds, the repaired numbers' correlations and errors with nothing adjusted)
+def _rejected(diagnosis: LevelDiagnosis) -> tuple[Rejected, ...]:
     """Every single suspect that is not the answer, and why."""
     out: dict[str, Rejected] = {}
     best = diagnosis.best
@@ -315,21 +307,14 @@ def _rejected(diagnosis: Diagnosis) -> tuple[Rejected, ...]:
     return tuple(out.values())
 
 
-<<<<<<< HEAD
-def _odds(candidate: Candidate, diagnosis: LevelDiagnosis) -> str:
-    against = diagnosis.best if diagnosis.best.suspects else diagnosis.null
-    behind = against.score - candidate.score
-    other = " + ".join(against.names) or "the equation as it is"
-=======
-def _said(diagnosis: Diagnosis) -> Candidate:
+def _said(diagnosis: LevelDiagnosis) -> Candidate:
     """What is said: the best set of suspects, or the equation as it is."""
     return diagnosis.best if diagnosis.best.suspects else diagnosis.null
 
 
-def _odds(candidate: Candidate, diagnosis: Diagnosis) -> str:
+def _odds(candidate: Candidate, diagnosis: LevelDiagnosis) -> str:
     behind = _said(diagnosis).score - candidate.score
     other = " + ".join(_said(diagnosis).names) or "the equation as it is"
->>>>>>> 59cf730 (Verdicts keep each suspect's odds, the repaired numbers' correlations and errors with nothing adjusted)
     if behind > 0.0:
         return f"odds of {_power(behind)} to 1 against it beside {other}"
     return f"brings the free run no closer by what counts, at odds of {_power(-behind)} to 1 for it"

@@ -195,6 +195,7 @@ def group_block(
         "per_mass": is_per_mass(group.equation, group.equation_errors),
         "rotation": findings.coordinate == "rotation",
         "figures": figures,
+        "as_measured": any(math.isfinite(trial.as_measured) for trial in group.trials),
         "augmented": any(trial.augmented for trial in group.trials),
         "amplitude_unit": unit,
         "trials": [_trial_row(trial, factor) for trial in group.trials],
@@ -281,6 +282,7 @@ def _trial_row(trial: TrialFindings, factor: float) -> Block:
         "amplitude": f"{trial.motion.amplitude * factor:.3g}",
         "held_out": trial.held_out,
         "nrmse": percent(m.nrmse),
+        "as_measured": as_measured_words(trial),
         "floor": percent(m.sensor_floor_nrmse),
         "limit": percent(m.repeatability_nrmse),
         "missing": m.missing,
@@ -291,6 +293,18 @@ def _trial_row(trial: TrialFindings, factor: float) -> Block:
             if name != "baseline" and not is_as_printed(name)
         ],
     }
+
+
+def as_measured_words(trial: TrialFindings) -> str:
+    """Free-run error with nothing adjusted to the trial, before and after what is named.
+
+    >>> from types import SimpleNamespace
+    >>> as_measured_words(SimpleNamespace(as_measured=0.71, augmented=SimpleNamespace(as_measured=0.05)))
+    '71 % → 5.0 %'
+    """
+    after = math.nan if trial.augmented is None else trial.augmented.as_measured
+    said = [percent(value) for value in (trial.as_measured, after) if math.isfinite(value)]
+    return " → ".join(said)
 
 
 def where_words(trial: TrialFindings) -> str:

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 from undertow.discrepancy.findings import Findings, GroupFindings, TrialFindings
@@ -18,7 +18,7 @@ from undertow.discrepancy.verdict import Verdict
 from undertow.discrepancy.words import condition_words, percent
 from undertow.report.arrange import Span, spanning_conditions
 from undertow.report.behind import adjusted_words
-from undertow.report.blocks import NO_BREAK, Block, identity, likelihood_words, unseen_words
+from undertow.report.blocks import NO_BREAK, Block, as_measured_words, identity, likelihood_words, unseen_words
 
 SENTENCES_AT_MOST = 8
 """Levels that have a sentence on the first screen: more would push the picture away."""
@@ -168,6 +168,7 @@ def trial_block(shown: Shown, anchors: Sequence[str]) -> Block:
         "held_out": trial.held_out,
         "repaired": shown.repaired,
         "adjusted": adjusted_words(shown.group),
+        "as_measured": as_measured_words(trial if shown.repaired else replace(trial, augmented=None)),
         "numbers": numbers,
     }
 
@@ -213,4 +214,5 @@ def _is_grid(findings: Findings, span: Span) -> bool:
 def _cell(group: GroupFindings, anchor: str) -> Block:
     """A group's cell: its name, tone and what is named (`identity`), and its error as in its sentence."""
     error = error_words(group.verdict).removeprefix("error ").removesuffix(" on unseen trials")
-    return {**identity(group, anchor), "error": error.replace(" on the trials it was fitted to", " (fitted)")}
+    short = error.replace(" on the trials it was fitted to", " (fitted)").replace(" %", f"{NO_BREAK}%")
+    return {**identity(group, anchor), "error": short}

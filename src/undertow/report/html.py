@@ -7,40 +7,30 @@ Belongs here: which figures there are, and the page's making. Does not belong he
 from __future__ import annotations
 
 import re
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Any
+from typing import Any, Protocol
 
 from jinja2 import Environment, PackageLoader, StrictUndefined
 from markupsafe import Markup
-from matplotlib.axes import Axes
-from matplotlib.figure import Figure
 
 from undertow.discrepancy.findings import Findings, GroupFindings
-from undertow.equation.equation import Equation
 from undertow.report import blocks, figures, first_screen, trial_figures
-from undertow.report.arrange import excess, spanning_conditions, unexplained
-from undertow.report.behind import repaired_of
-from undertow.report.expressions import numeric_lines
+from undertow.report.arrange import spanning_conditions
+from undertow.report.captions import captions
+from undertow.report.explorer import explorer_block
 from undertow.report.extent import Extent, extent_of
-from undertow.report.style import new_figure, page_style, svg_text
+from undertow.report.group_figures import WIDTH_IN, group_figures, row_of
+from undertow.report.style import in_theme, new_figure, page_style, svg_text
 from undertow.report.wording import anchors
 from undertow.report.writing import write_text
 
 LEVEL_PARAMETERS = ("added_mass_kg", "drag_coefficient")
 """Parameters drawn against level and amplitude where they were found: those the water has."""
 
-WIDTH_IN = 11.0
-"""Width of a figure over the whole page, inch."""
-
 FIRST_IN = (5.6, 3.9)
 """Width and height of the picture on the first screen, inch: its letters stay legible on a phone."""
-
-ROW_IN = 2.7
-"""Height of one row of small multiples, inch."""
-
-RESIDUALS_AT_MOST = 3
-"""Trials of a group whose residual is drawn large: the worst explained ones."""
 
 ROWS_AT_MOST = 500
 """Trials that could not be used, and notes, that a page lists: all stand in trials.csv and manifest.json."""
@@ -52,16 +42,33 @@ SEPARATOR = "--"
 """Between a figure's two parts; no anchor holds it."""
 
 
+class Each(Protocol):
+    """``work(item)`` for every item, in order: on several processes, where the caller has some."""
+
+    def __call__(self, work: Callable[[Any], Any], items: Sequence[Any]) -> list[Any]:
+        """The results in the items' order."""
+
+
+def one_by_one(work: Callable[[Any], Any], items: Sequence[Any]) -> list[Any]:
+    """`Each` in this process."""
+    return [work(item) for item in items]
+
+
 def write_report(
-    findings: Findings, folder: Path, manifest: Mapping[str, Any], extent: Extent | None = None
-) -> Path:  # fmt: skip
+    findings: Findings,
+    folder: Path,
+    manifest: Mapping[str, Any],
+    extent: Extent | None = None,
+    each: Each = one_by_one,
+) -> Path:
     """Write ``report.html`` and ``figures/*.svg`` into the run folder; the page's path.
 
     ``manifest`` is the run's provenance; its ``config_text`` is shown escaped. Every text that came from files or the
-    config is escaped by the template. ``extent`` says how much the campaign holds, where the findings are a part of it.
+    config is escaped by the template. ``extent`` says how much the campaign holds, where the findings are a part of it;
+    ``each`` draws the groups' figures.
     """
     with page_style():
-        drawn = page_figures(findings)
+        drawn = page_figures(findings, each)
     (folder / "figures").mkdir(exist_ok=True)
     for name, svg in drawn.items():
         write_text(folder / "figures" / f"{name}.svg", svg)
@@ -86,7 +93,10 @@ def page(
         across=findings.across_groups,
         doubts=[doubt.rstrip(".") for doubt in findings.doubts],
         first=first_screen.first_screen(findings, names),
-        groups=[blocks.group_block(findings, group, name, inline.part(name), whole) for group, name in pairs],
+        groups=[
+            {**blocks.group_block(findings, group, name, inline.part(name), whole), **captions(findings, group)}
+            for group, name in pairs
+        ],
         overview=blocks.overview(findings, names, whole),
         figures=inline.part(CAMPAIGN),
         failed=failed,
@@ -98,10 +108,11 @@ def page(
         config_text=manifest.get("config_text", ""),
         counts=blocks.counts(findings, whole),
         shown=blocks.shown_of(findings, whole),
+        explorer=explorer_block(findings, names),
     )
 
 
-def page_figures(findings: Findings) -> dict[str, str]:
+def page_figures(findings: Findings, each: Each = one_by_one) -> dict[str, str]:
     """Every figure of the page as SVG text, by name: CAMPAIGN or a group's anchor, SEPARATOR, what it shows."""
     drawn = {}
     if shown := first_screen.shown_trial(findings):
@@ -110,64 +121,33 @@ def page_figures(findings: Findings) -> dict[str, str]:
     parameters = [p for p in LEVEL_PARAMETERS if figures.compared_methods(findings.groups, p)]
     if spanning_conditions(findings).level is not None and parameters and len(findings.groups) > 1:
         figure = new_figure(WIDTH_IN, 3.6)
-        for parameter, axes in zip(parameters, _row(figure, len(parameters)), strict=True):
+        for parameter, axes in zip(parameters, row_of(figure, len(parameters)), strict=True):
             figures.draw_against_level(findings, parameter, axes)
         figures.method_legend(findings, parameters, figure)
         drawn[f"{CAMPAIGN}{SEPARATOR}levels"] = svg_text(figure)
     names = anchors([group.label for group in findings.groups])
-    for group, name in zip(findings.groups, names, strict=True):
-        for kind, svg in _group_figures(findings, group, parameters).items():
+    work = [_alone(findings, group) for group in findings.groups]
+    for name, of_group in zip(names, each(_GroupFigures(tuple(parameters)), work), strict=True):
+        for kind, svg in of_group.items():
             drawn[f"{name}{SEPARATOR}{kind}"] = svg
     return drawn
 
 
-def _row(figure: Figure, number: int) -> Sequence[Axes]:
-    return list(figure.subplots(1, number, squeeze=False)[0])
+@dataclass(frozen=True)
+class _GroupFigures:
+    """Draws one group's figures; picklable for worker processes."""
+
+    parameters: tuple[str, ...]
+
+    def __call__(self, one: tuple[Findings, GroupFindings]) -> dict[str, str]:
+        with page_style():
+            return group_figures(*one, self.parameters)
 
 
-def _group_figures(findings: Findings, group: GroupFindings, parameters: Sequence[str]) -> dict[str, str]:
-    """A group's figures by what they show."""
-    shown = min(len(group.trials), trial_figures.PANELS_AT_MOST)
-    runs = new_figure(WIDTH_IN, ROW_IN * trial_figures.panel_grid(shown)[1])
-    found = [p for p in parameters if figures.compared_methods([group], p)]
-    drawn = {
-        "equation": equation_svg(group.equation, group.equation_errors),
-        "runs": svg_text(trial_figures.draw_free_runs(group, runs)),
-        "summary": _summary(findings, group, found if len(group.trials) > 1 else []),
-    }
-    if written := repaired_of(group):
-        drawn["repaired"] = equation_svg(*written)
-    if found:
-        agreement = new_figure(WIDTH_IN, 2.0)
-        for parameter, place in zip(found, _row(agreement, len(found)), strict=True):
-            figures.draw_agreement(group, parameter, place)
-        drawn["agreement"] = svg_text(agreement)
-    open_trials = sorted(unexplained(group), key=excess, reverse=True)[:RESIDUALS_AT_MOST]
-    if open_trials:
-        residuals = new_figure(WIDTH_IN, 2.0 * len(open_trials))
-        drawn["residuals"] = svg_text(trial_figures.draw_residuals(open_trials, residuals))
-    return drawn
-
-
-def _summary(findings: Findings, group: GroupFindings, parameters: Sequence[str]) -> str:
-    """Mismatch, decay, and each parameter against amplitude, side by side under one legend."""
-    summary = new_figure(WIDTH_IN, 3.4)
-    axes = _row(summary, 2 + len(parameters))
-    figures.draw_mismatch(findings, group, axes[0])
-    trial_figures.draw_decay(group, axes[1])
-    for parameter, place in zip(parameters, axes[2:], strict=True):
-        figures.draw_against_amplitude(findings, [group], parameter, place)
-    figures.group_legend(group, parameters, summary)
-    return svg_text(summary)
-
-
-def equation_svg(equation: Equation, errors: Mapping[str, float]) -> str:
-    """The equation with its numbers, typeset, as SVG."""
-    lines = numeric_lines(equation, errors)
-    figure = new_figure(WIDTH_IN, 0.34 * len(lines) + 0.1)
-    for i, line in enumerate(lines):
-        figure.text(0.0, 1.0 - (i + 0.55) / len(lines), f"${line}$", fontsize=12, va="center")
-    return svg_text(figure, outlines=True)
+def _alone(findings: Findings, group: GroupFindings) -> tuple[Findings, GroupFindings]:
+    """A group, and the findings without the other groups' trials: what a worker needs, and no more to send."""
+    others = tuple(one if one is group else replace(one, trials=()) for one in findings.groups)
+    return replace(findings, groups=others, failed=(), notes=()), group
 
 
 _GLYPH = re.compile(r'<path id="[^"]*" d="[^"]*" transform="[^"]*"/>\n?')
@@ -185,7 +165,7 @@ class Inliner:
         """The figures of one part of the page, by what they show."""
         start = f"{part}{SEPARATOR}"
         own = {name.removeprefix(start): svg for name, svg in self._drawn.items() if name.startswith(start)}
-        return {kind: Markup(_GLYPH.sub(self._once, svg[svg.index("<svg") :])) for kind, svg in own.items()}
+        return {kind: Markup(_GLYPH.sub(self._once, in_theme(svg[svg.index("<svg") :]))) for kind, svg in own.items()}
 
     def _once(self, found: re.Match[str]) -> str:
         outline = found.group()

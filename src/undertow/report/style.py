@@ -14,6 +14,7 @@ from typing import Any
 
 from matplotlib import rc_context
 from matplotlib.axis import Axis
+from matplotlib.backends.backend_svg import FigureCanvasSVG
 from matplotlib.figure import Figure
 
 BLUE, ORANGE, GREEN, VERMILLION = "#0072B2", "#E69F00", "#009E73", "#D55E00"
@@ -61,6 +62,9 @@ SETTINGS: Mapping[str, Any] = {
 
 DRAWN: Mapping[str, tuple[float, str]] = {"translation": (1e3, "mm"), "rotation": (180.0 / math.pi, "°")}
 """Drawn units a metre or a radian, and what they are called, by coordinate."""
+
+POINTS_PER_INCH = 72
+"""An SVG's own resolution: at it letters are measured for the layout."""
 
 SVG_DECIMALS = 1
 """Decimals of a point (1/72 inch) in an SVG: a tenth is a seventh of a pixel at the page's size."""
@@ -132,8 +136,30 @@ def svg_text(figure: Figure, outlines: bool = False) -> str:
     """
     stream = io.StringIO()
     with rc_context(_settings() | {"svg.fonttype": "path" if outlines else "none"}):
-        figure.savefig(stream, format="svg", metadata={"Date": None})
+        if figure.axes and (engine := figure.get_layout_engine()):  # once: savefig lays out and draws twice
+            figure.set_dpi(POINTS_PER_INCH)
+            engine.execute(figure)
+            figure.set_layout_engine("none")
+        FigureCanvasSVG(figure).print_svg(stream, metadata={"Date": None})  # type: ignore[no-untyped-call]
     return _compact(stream.getvalue())
+
+
+_THEMED: Mapping[str, str] = {
+    INK.lower(): "--fig-ink", "#000000": "--fig-ink", GREY: "--fig-grey", PALE: "--fig-pale", "#e6e6e6": "--fig-grid",
+    "#ffffff": "--paper", BLUE.lower(): "--fig-blue", GREEN.lower(): "--fig-green", VERMILLION.lower(): "--fig-alarm",
+}  # fmt: skip
+"""What the page calls the colours that must differ on dark and on light paper; all others serve on both."""
+
+_THEMED_COLOUR = re.compile("|".join(map(re.escape, _THEMED)))
+
+
+def in_theme(svg: str) -> str:
+    """A figure for a page: colours by the page's names, so that they follow its theme. Files keep the colours.
+
+    >>> in_theme('style="fill: none; stroke: #222222"')
+    'style="fill: none; stroke: var(--fig-ink)"'
+    """
+    return _THEMED_COLOUR.sub(lambda found: f"var({_THEMED[found.group()]})", svg)
 
 
 _COORDINATES = re.compile(r'(?<= )(d|x|y|points)="[^"]*"')

@@ -1,13 +1,13 @@
-"""Figures of trials in time: measured against free run, residual and its spectrum, decay.
+"""Figures of trials in time: measured against free run, residual, decay.
 
-Each function takes a finished result and an Axes (a Figure for small multiples) and returns it; none fits, filters or
-saves. Does not belong here: figures of parameters (figures.py), style and saving (style.py).
+Each function takes a finished result and an Axes (a Figure where there are two) and returns it; none fits, filters or
+saves. Does not belong here: all trials of a group at once (small_multiples.py), figures of parameters (figures.py),
+style and saving (style.py).
 """
 
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -18,10 +18,7 @@ from undertow.discrepancy.findings import GroupFindings, TrialFindings
 from undertow.discrepancy.words import percent
 from undertow.recording.recording import Array
 from undertow.report.arrange import chosen, excess
-from undertow.report.style import BLUE, DRAWN, GREEN, GREY, INK, NOT_EXPLAINED, PALE, SKY, plain_log_ticks
-
-PANELS_AT_MOST = 24
-"""Trials of a group that are drawn; of more, the ends and the worst explained ones."""
+from undertow.report.style import BLUE, DRAWN, GREEN, INK, NOT_EXPLAINED, PALE, plain_log_ticks
 
 CURVES_AT_MOST = 8
 """Decays on one axes that a reader can still tell apart."""
@@ -127,35 +124,6 @@ def draw_residual(trial: TrialFindings, axes: Axes) -> Axes:
     return axes
 
 
-def draw_free_runs(group: GroupFindings, figure: Figure, at_most: int = PANELS_AT_MOST) -> Figure:
-    """Small multiples of a group: one panel a trial by amplitude, measured and free run above, residual below."""
-    trials = chosen(group.trials, at_most)
-    columns, rows = panel_grid(len(trials))
-    grid = figure.add_gridspec(rows, columns)
-    for i, trial in enumerate(trials):
-        row, column = divmod(i, columns)
-        cell = grid[row, column].subgridspec(2, 1, height_ratios=(3.0, 1.3), hspace=0.02)
-        upper = figure.add_subplot(cell[0])
-        lower = figure.add_subplot(cell[1], sharex=upper)
-        draw_free_run(trial, upper)
-        draw_residual(trial, lower)
-        upper.set_xlabel("")
-        upper.tick_params(labelbottom=False)
-        if i + columns < len(trials):
-            lower.set_xlabel("")
-        if column:
-            upper.set_ylabel("")
-            lower.set_ylabel("")
-        if i == 0:
-            upper.legend(loc="upper right", ncols=3 if trial.augmented else 2, borderaxespad=0.1)
-        lower.locator_params(axis="y", nbins=3)
-        if trial.mismatch.missing:
-            for spine in (*upper.spines.values(), *lower.spines.values()):
-                spine.set_color(NOT_EXPLAINED)
-    figure.align_ylabels()
-    return figure
-
-
 def draw_first(trial: TrialFindings, figure: Figure, repaired: bool) -> Figure:
     """One trial for the page's first screen, its first SWINGS_SHOWN swings: measured, the equation as prescribed and
     (``repaired``) the equation repaired; below, what either leaves, grey what repeatability allows."""
@@ -194,68 +162,6 @@ def _swings_end(trial: TrialFindings) -> float:
     """When a trial's first SWINGS_SHOWN swings are over, or its motion ends."""
     peaks, _ = half_cycle_peaks(trial.t, trial.measured, 0.02 * float(np.max(np.abs(trial.measured))))
     return float(peaks[2 * SWINGS_SHOWN] if peaks.size > 2 * SWINGS_SHOWN else trial.t[-1])
-
-
-def panel_grid(panels: int) -> tuple[int, int]:
-    """Columns and rows for so many panels: wide while they are few.
-
-    >>> panel_grid(4), panel_grid(7)
-    ((2, 2), (3, 3))
-    """
-    columns = 1 if panels < 2 else 2 if panels <= 6 else 3
-    return columns, max(1, math.ceil(panels / columns))
-
-
-def amplitude_spectrum(t: Array, values: Array) -> tuple[Array, Array]:
-    """Frequencies (m,) in Hz and amplitudes (m,) in the values' unit, from a Hann window over all of ``values`` (n,).
-
-    A sine of amplitude A that fills the window stands at A. Uneven instants are interpolated to their median step.
-
-    >>> t = np.arange(0.0, 10.0, 0.01)
-    >>> f, a = amplitude_spectrum(t, 2.0 * np.sin(2.0 * np.pi * 1.5 * t))
-    >>> round(float(f[np.argmax(a)]), 2), round(float(a.max()), 2)
-    (1.5, 2.0)
-    """
-    step = float(np.median(np.diff(t)))
-    even = np.arange(t[0], t[-1], step)
-    window = np.hanning(even.size)
-    sampled = np.interp(even, t, values)
-    amplitudes = 2.0 * np.abs(np.fft.rfft((sampled - sampled.mean()) * window)) / window.sum()
-    return np.asarray(np.fft.rfftfreq(even.size, step), dtype=np.float64), np.asarray(amplitudes, dtype=np.float64)
-
-
-def draw_residual_spectrum(trial: TrialFindings, axes: Axes) -> Axes:
-    """Amplitude spectra of the measured motion and of what the free run leaves, with the residual's line marked."""
-    shown = response(trial)
-    frequency, motion = amplitude_spectrum(trial.t, trial.measured)
-    _, left = amplitude_spectrum(trial.t, trial.measured - trial.simulated)
-    top = 4.0 * float(frequency[int(np.argmax(motion[1:])) + 1])
-    axes.semilogy(frequency, motion * shown.factor, color=GREY, lw=0.9, label="measured")
-    axes.semilogy(frequency, left * shown.factor, color=NOT_EXPLAINED, lw=1.1, label="residual")
-    line = trial.mismatch.line_frequency_hz
-    if math.isfinite(line):
-        axes.axvline(line, color=SKY, lw=1.0, ls="--", label=f"line at {line:.3g} Hz")
-    inside = (frequency <= top) & (frequency > 0.0)
-    largest = shown.factor * max(float(motion[inside].max()), float(left[inside].max()))
-    axes.set_ylim(largest * 1e-4, largest * 2.0)
-    axes.set_xlim(0.0, top)
-    axes.set_xlabel("frequency (Hz)")
-    axes.set_ylabel(f"amplitude\n({shown.unit})")
-    axes.legend(loc="upper right")
-    return axes
-
-
-def draw_residuals(trials: Sequence[TrialFindings], figure: Figure) -> Figure:
-    """Residual against time, and its spectrum, one row for each trial (the unexplained ones)."""
-    panels = figure.subplots(len(trials), 2, squeeze=False, width_ratios=(1.6, 1.0))
-    for i, (trial, (left, right)) in enumerate(zip(trials, panels, strict=True)):
-        draw_residual(trial, left)
-        draw_residual_spectrum(trial, right)
-        left.set_title(trial_heading(trial), color=NOT_EXPLAINED)
-        if i + 1 < len(trials):
-            left.set_xlabel("")
-            right.set_xlabel("")
-    return figure
 
 
 def half_cycle_peaks(t: Array, x: Array, smallest: float) -> tuple[Array, Array]:

@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import json
 import time
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, field
 from io import StringIO
@@ -23,7 +23,7 @@ from undertow.campaign.run.course import Course
 from undertow.campaign.run.gathered import Gathered, PortionFindings
 from undertow.campaign.run.manifest import manifest_pieces, provenance
 from undertow.campaign.run.portions import group_order
-from undertow.campaign.run.workers import Progress, silent
+from undertow.campaign.run.workers import Progress, on_processes, silent
 from undertow.discrepancy.findings import FailedTrial, Findings
 from undertow.discrepancy.words import count
 from undertow.errors import UndertowError
@@ -108,13 +108,23 @@ def run_to_folder(
                 write_text(new / "config.yaml", text)
                 tables.write(findings.failed, findings.across_groups)
             made = provenance(findings, config, config_path, overrides)
-            write_report(findings, new, made | {"config_text": text}, gathered.extent)
+            write_report(findings, new, made | {"config_text": text}, gathered.extent, _Drawing(jobs))
             made["wall_time_s"]["report"] = round(time.perf_counter() - start, 3)
             write_pieces(new / "manifest.json", manifest_pieces(made, config))
     except OSError as reason:
         what = f"{reason.strerror or reason} ({reason.filename or folder})"
         raise UndertowError(f"run folder {folder} cannot be written: {what}; choose another with --out") from reason
     return Finished(folder, findings, gathered.extent, tuple(gathered.contradicted))
+
+
+@dataclass(frozen=True)
+class _Drawing:
+    """Draws the page's groups on as many processes as the run has."""
+
+    jobs: int
+
+    def __call__(self, work: Callable[[Any], Any], items: Sequence[Any]) -> list[Any]:
+        return on_processes(work, items, self.jobs, "report")
 
 
 @contextmanager

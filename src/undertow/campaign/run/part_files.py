@@ -16,7 +16,7 @@ from typing import Any
 
 from undertow.report.writing import write_bytes
 
-FORMAT = 2
+FORMAT = 3
 """Number of this file's layout; a file of another is not taken."""
 
 LARGEST_BYTES = 2**30

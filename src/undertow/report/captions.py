@@ -1,0 +1,105 @@
+"""What stands under the figures of a group's section, and its rows on the recordings' quality.
+
+Belongs here: those texts. Does not belong here: the figures (group_figures.py), all other rows (blocks.py).
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from typing import Any
+
+from undertow.conditioning.period import dominant_period
+from undertow.discrepancy.energy import budget_words
+from undertow.discrepancy.findings import Findings, GroupFindings, TrialFindings
+from undertow.errors import UndertowError
+from undertow.report.behind import is_repaired
+from undertow.report.expressions import is_per_mass
+from undertow.report.fit_figures import friction_panels, hold_of
+from undertow.report.group_figures import budget_of, one_trial
+from undertow.report.mismatch_figures import CYCLES_AT_MOST
+
+NOTES_AT_MOST = 3
+"""Notes of one recording in the table of data quality; all stand in manifest.json."""
+
+
+def captions(findings: Findings, group: GroupFindings) -> Mapping[str, Any]:
+    """Texts under the figures that not every group has: energy, where, suspects, noise, pairs, friction; and rows on
+    the recordings' ``quality``."""
+    trial = one_trial(findings, group)
+    named = "" if trial is None else _named(trial)
+    believed = "repaired" if is_repaired(group.verdict) else "prescribed"
+    return {
+        "energy": "" if trial is None else _energy(group, trial),
+        "where": f"Trial {named}, prescribed equation. Top left: where in time and frequency the residual is strong. "
+        "Top right: the force that the equation leaves over, mean of all measured motions at each displacement and "
+        "speed; a residual that differs from swing to swing at the same place averages out and stays pale. Below: "
+        "frequency and damping of every full cycle with one standard error.",
+        "suspects": "Odds of every suspect beside what is said (green diamond), logarithm to base 10, the cost of its "
+        "numbers included. Red: more evidence than what is said, but excluded for the reason below.",
+        "noise": f"What the {believed} equation leaves of trial {named}: its autocorrelation (grey: 95 % of white "
+        "noise), and its quantiles beside those of the sensor's noise. Correlated residuals count as fewer samples.",
+        "pairs": "Correlations of the repaired equation's numbers: ellipses of one and two standard errors, the "
+        "correlation above each; red beyond 0.9: the two are known together better than each alone.",
+        "friction": _friction(group),
+        "quality": quality_rows(group),
+    }  # fmt: skip
+
+
+def _named(trial: TrialFindings) -> str:
+    return f"{trial.motion.name}{' (held out)' if trial.held_out else ''}"
+
+
+def _energy(group: GroupFindings, trial: TrialFindings) -> str:
+    budget = budget_of(group, trial)
+    if budget is None:
+        return ""
+    unit = "J/kg" if is_per_mass(group.equation, group.equation_errors) else "J"
+    believed = "repaired" if is_repaired(group.verdict) else "prescribed"
+    more = budget.time.size - CYCLES_AT_MOST
+    left = f"; of {budget.time.size} cycles the first {CYCLES_AT_MOST} are drawn" if more > 0 else ""
+    memory = (
+        " A bar below zero gives energy back: what oscillates takes it in one cycle and returns it in another."
+        if any((values < 0.0).any() for values in budget.taken.values()) else ""
+    )  # fmt: skip
+    return (
+        f"Trial {_named(trial)}: {budget_words(budget, unit)}. What every law of the {believed} equation takes of it "
+        f"along the measured motion; diamonds: what is lost, with one standard error{left}.{memory}"
+    )
+
+
+def _friction(group: GroupFindings) -> str:
+    words = {
+        "hold": "friction against the hold before the release",
+        "rest": "where bodies came to rest, grey the band in which friction can hold them (mu N / k)",
+        "damping": "friction against viscous damping of the same trial",
+        "drag": "friction against drag of the same trial",
+    }
+    said = "; ".join(words[panel] for panel in friction_panels(group))
+    return f"Each trial fitted alone: {said}. Trials on a slope share what they cannot tell apart." if said else ""
+
+
+def quality_rows(group: GroupFindings) -> list[Mapping[str, Any]]:
+    """A row a trial on its recording: ``name``, ``rate``, ``hold``, ``motion``, ``swings``, ``noise``, ``notes``."""
+    return [_quality(trial) for trial in group.trials]
+
+
+def _quality(trial: TrialFindings) -> Mapping[str, Any]:
+    motion, window = trial.motion, trial.motion.window
+    span = window.end_s - window.start_s
+    try:
+        swings = f"{span / dominant_period(motion):.1f}"
+    except UndertowError:
+        swings = "-"
+    hold, notes = hold_of(trial), (*motion.recording.notes, *motion.notes)
+    more = f"; {len(notes) - NOTES_AT_MOST} more" if len(notes) > NOTES_AT_MOST else ""
+    noise = ", ".join(f"{name.replace('_', ' ')} {value:.2g}" for name, value in motion.noise.items())
+    return {
+        "name": motion.name,
+        "rate": f"{motion.recording.rate_hz:.4g}",
+        "hold": f"{hold:.2f}" if math.isfinite(hold) else "none seen",
+        "motion": f"{span:.3g}",
+        "swings": swings,
+        "noise": f"{noise} (SI units)" if noise else "-",
+        "notes": ("; ".join(note.rstrip(".") for note in notes[:NOTES_AT_MOST]) + more) or "-",
+    }

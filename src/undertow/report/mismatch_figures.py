@@ -1,0 +1,216 @@
+"""Figures of where a mismatch is: energy a cycle, residual in time and frequency, residual force, cycle by cycle.
+
+Each function takes a finished result and an Axes (or a Figure) and returns it; none fits, filters or saves. Does not
+belong here: curves in time (trial_figures.py), how sure the numbers are (fit_figures.py).
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.colors import to_rgba
+from matplotlib.figure import Figure
+from matplotlib.patches import Rectangle
+from scipy.signal import stft
+
+from undertow.discrepancy.cycling import Cycling
+from undertow.discrepancy.energy import EnergyBudget
+from undertow.discrepancy.findings import GroupFindings, TrialFindings
+from undertow.discrepancy.residual import ResidualForce, residual_force
+from undertow.errors import UndertowError
+from undertow.recording.recording import Array
+from undertow.report.style import BLUE, DRAWN, GREEN, GREY, INK, NOT_EXPLAINED, ORANGE, PURPLE, SKY
+from undertow.report.trial_figures import response
+
+CYCLES_AT_MOST = 12
+"""Cycles of an energy budget that are drawn."""
+
+SWINGS_A_WINDOW = 6.0
+"""Swings of the body in one window of the map in time and frequency: lines a sixth of its frequency apart part."""
+
+FEWEST_SAMPLES = 32
+"""Samples below which there is no map in time and frequency."""
+
+CELLS = 15
+"""Cells of displacement, and of speed, over which a residual force is averaged."""
+
+FEWEST_IN_CELL = 3
+"""Samples below which a cell stays empty."""
+
+SHADES = (0.15, 0.3, 0.45, 0.6, 0.75, 0.9)
+"""Opacities of the steps of a map, weakest first."""
+
+_SOURCES: Mapping[str, tuple[str, str]] = {
+    "viscous_damping": ("structure: damping", BLUE),
+    "coulomb_friction": ("structure: friction", ORANGE),
+    "quadratic_drag": ("drag", SKY),
+}
+"""Words and colour of the laws that every config may prescribe."""
+
+
+def draw_energy(budget: EnergyBudget, found: Sequence[str], figure: Figure) -> Figure:
+    """Left: what each law takes, stacked, a bar a cycle, in per cent of the energy with which the first cycle begins;
+    points: what is lost. Right: the same over all cycles, in per cent of all that is lost. ``found`` are the laws that
+    were found."""
+    left, right = figure.subplots(1, 2, width_ratios=(1.9, 1.0))
+    shown = slice(0, CYCLES_AT_MOST)
+    stored = float(budget.stored[0])
+    number = np.arange(1, budget.stored[shown].size + 1)
+    above, below = np.zeros(number.size), np.zeros(number.size)
+    rows = []
+    for name, values, words, colour in _parts(budget, found):
+        share = 100.0 * values[shown] / stored
+        bottom = np.where(share >= 0.0, above, below)
+        left.bar(number, share, 0.7, bottom=bottom, color=colour, label=words)
+        above, below = above + np.maximum(share, 0.0), below + np.minimum(share, 0.0)
+        rows.append((words, 100.0 * budget.share(name), colour))
+    band = 100.0 * budget.error[shown] / stored
+    left.errorbar(number, 100.0 * budget.lost[shown] / stored, band, fmt="D", ms=3.5, color=INK, label="lost, measured")
+    left.axhline(0.0, color=GREY, lw=0.6)
+    left.set_xticks(number[:: max(1, number.size // 8)])
+    left.set_xlabel("cycle")
+    left.set_ylabel("% of the first energy")
+    left.grid(axis="x", visible=False)
+    for at, (_, value, colour) in enumerate(rows):
+        right.barh(at, value, color=colour, height=0.65)
+        right.annotate(f"{round(value)} %", (max(value, 0.0), at), (3, 0), textcoords="offset points", va="center")
+    right.set_yticks(range(len(rows)), [words for words, *_ in rows])
+    right.invert_yaxis()
+    right.margins(x=0.18)
+    right.grid(axis="y", visible=False)
+    right.set_xlabel("% of all that is lost")
+    return figure
+
+
+def _parts(budget: EnergyBudget, found: Sequence[str]) -> list[tuple[str, Array, str, str]]:
+    """Name, energy a cycle (n,), words and colour of every law, then of what is not explained."""
+    spare = iter((PURPLE, "#8C6D31", "#7B4FA3", "#56606B"))
+    parts: list[tuple[str, Array, str, str]] = []
+    for name, values in budget.taken.items():
+        words, colour = _SOURCES.get(name, (name.replace("_", " "), ""))
+        if name in found:
+            words, colour = f"found: {name.replace('_', ' ')}", GREEN if GREEN not in {p[3] for p in parts} else ""
+        parts.append((name, values, words, colour or next(spare, GREY)))
+    return [*parts, ("unexplained", budget.unexplained, "not explained", NOT_EXPLAINED)]
+
+
+def draw_where(
+    group: GroupFindings, trial: TrialFindings, cycling: Cycling, lines: Mapping[str, float], figure: Figure
+) -> Figure:
+    """Four panels: residual of one trial in time and frequency, residual force of the group's trials over displacement
+    and speed, frequency and damping cycle by cycle. ``lines`` are frequencies (Hz) to mark, by what they are."""
+    panels = figure.subplots(2, 2)
+    draw_time_frequency(trial, lines, panels[0][0])
+    draw_residual_force(group, panels[0][1])
+    draw_cycles(cycling, panels[1][0], "frequency")
+    draw_cycles(cycling, panels[1][1], "damping")
+    return figure
+
+
+def draw_time_frequency(trial: TrialFindings, lines: Mapping[str, float], axes: Axes) -> Axes:
+    """Amplitude of the residual of the prescribed equation over time and frequency, with frequencies marked."""
+    shown = response(trial)
+    step = float(np.median(np.diff(trial.t)))
+    body = max(lines.values(), default=math.nan) if "body" not in lines else lines["body"]
+    even = np.arange(trial.t[0], trial.t[-1], step)
+    if even.size < FEWEST_SAMPLES:
+        axes.set_title(f"{even.size} samples: too few for a map in time and frequency")
+        return axes
+    residual = np.interp(even, trial.t, (trial.measured - trial.simulated) * shown.factor)
+    wanted = round(SWINGS_A_WINDOW / body / step) if body > 0.0 else even.size // 4
+    size = max(min(wanted, even.size // 2), 8)
+    frequency, time, values = stft(residual, 1.0 / step, nperseg=size, noverlap=size - max(size // 5, 1), nfft=2 * size)
+    top = 2.5 * max([f for f in lines.values() if math.isfinite(f)], default=float(frequency[-1]) / 2.5)
+    kept = frequency <= top
+    amplitude = 2.0 * np.abs(values[kept])
+    largest = float(amplitude.max()) or 1.0
+    levels = np.array([*SHADES, 1.0]) * largest
+    colours = [to_rgba(NOT_EXPLAINED, shade) for shade in SHADES]
+    axes.contourf(time + even[0], frequency[kept], amplitude, levels=levels, colors=colours)
+    for (words, at), style in zip(lines.items(), ("-", "--", ":", "-."), strict=False):
+        if math.isfinite(at):
+            axes.axhline(at, color=INK if style == "-" else GREEN, lw=0.9, ls=style, label=f"{words} {at:.3g} Hz")
+    axes.set_ylim(0.0, top)
+    axes.set_xlabel("time after release (s)")
+    axes.set_ylabel("frequency (Hz)")
+    axes.set_title(f"residual as prescribed, up to {_plain(largest)} {shown.unit}")
+    axes.legend(loc="upper right")
+    return axes
+
+
+def draw_residual_force(group: GroupFindings, axes: Axes) -> Axes:
+    """Residual force of the prescribed equation over displacement and speed, mean over the group's trials in cells."""
+    forces = _forces(group)
+    coordinate = group.trials[0].motion.recording.coordinate
+    factor, unit = DRAWN[coordinate]
+    axes.set_xlabel(f"displacement ({unit})" if coordinate == "translation" else f"angle ({unit})")
+    axes.set_ylabel(f"speed ({unit}/s)")
+    if not forces:
+        axes.set_title("no residual force: the equation's laws have none along this motion")
+        return axes
+    x, v, f = (np.concatenate([getattr(one, name) for one in forces]) for name in ("x", "v", "force"))
+    wide = [np.linspace(-float(np.max(np.abs(q))), float(np.max(np.abs(q))), CELLS + 1) for q in (x, v)]
+    count, _, _ = np.histogram2d(x, v, bins=wide)
+    total, _, _ = np.histogram2d(x, v, bins=wide, weights=f - f.mean())
+    mean = np.where(count >= FEWEST_IN_CELL, total / np.maximum(count, 1), np.nan)
+    largest = float(np.nanmax(np.abs(mean))) if np.any(np.isfinite(mean)) else 1.0
+    width, height = ((edges[1] - edges[0]) * factor for edges in wide)
+    for i, j in np.argwhere(np.isfinite(mean)):
+        size = abs(float(mean[i, j])) / largest
+        colour = NOT_EXPLAINED if mean[i, j] > 0.0 else BLUE
+        corner = (wide[0][i] * factor, wide[1][j] * factor)
+        axes.add_patch(_cell(corner, width, height, to_rgba(colour, max(0.06, size))))
+    axes.set_xlim(wide[0][0] * factor, wide[0][-1] * factor)
+    axes.set_ylim(wide[1][0] * factor, wide[1][-1] * factor)
+    newton = "N" if coordinate == "translation" else "N m"
+    per = " per kg" if group.equation.mass_kg == 1.0 else ""
+    axes.set_title(f"residual force, mean a cell: up to ±{_plain(largest)} {newton}{per}, red positive")
+    return axes
+
+
+def _plain(value: float) -> str:
+    """Two digits, without an exponent.
+
+    >>> _plain(812.3), _plain(0.0123)
+    ('810', '0.012')
+    """
+    return f"{float(f'{value:.2g}'):.12g}"
+
+
+def _cell(corner: tuple[float, float], width: float, height: float, colour: tuple[float, ...]) -> Rectangle:
+    return Rectangle(corner, width, height, facecolor=colour, lw=0)
+
+
+def _forces(group: GroupFindings) -> list[ResidualForce]:
+    out = []
+    for trial in group.trials:
+        try:
+            out.append(residual_force(trial.motion, group.equation))
+        except UndertowError:
+            continue
+    return out
+
+
+def draw_cycles(cycling: Cycling, axes: Axes, which: str) -> Axes:
+    """Frequency or damping of every full cycle: points measured, with one standard error; lines the equations."""
+    scale = 1.0 if which == "frequency" else 100.0
+    measured, error = scale * getattr(cycling, which), scale * getattr(cycling, f"{which}_error")
+    axes.errorbar(cycling.time, measured, error, fmt="o", ms=3.0, color=INK, elinewidth=0.8, label="measured")
+    runs = (("as prescribed", NOT_EXPLAINED, "-", cycling.before), ("repaired", GREEN, "--", cycling.after))
+    for words, colour, style, run in runs:
+        if run is not None:
+            axes.plot(run.time, scale * getattr(run, which), style, color=colour, lw=1.0, label=words)
+    usable = measured[np.isfinite(measured)]
+    if usable.size:
+        low, high = float(usable.min()), float(usable.max())
+        room = max(0.25 * (high - low), 0.01 * abs(high))
+        axes.set_ylim(low - room, high + room)
+    axes.set_xlabel("time after release (s)")
+    axes.set_ylabel("frequency (Hz)" if which == "frequency" else "damping (% of critical)")
+    if which == "frequency":
+        axes.legend(loc="best", ncols=3)
+    return axes
+

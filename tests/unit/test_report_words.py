@@ -27,7 +27,8 @@ from undertow.report.arrange import (
     spanning_conditions,
     unexplained,
 )
-from undertow.report.compare import compare_runs, comparison_html, comparison_text
+from undertow.front.terminal.changes import comparison_text
+from undertow.report.compare import compare_runs, comparison_html
 from undertow.report.expressions import (
     LATEX_LINE,
     force_factors,

@@ -15,6 +15,7 @@ from undertow.discrepancy.words import group_title, percent
 from undertow.equation import registry as shelf
 from undertow.equation.equation import Equation
 from undertow.errors import UndertowError
+from undertow.front.terminal.changes import comparison_text
 from undertow.likelihood.fit import Fit, Specimen
 from undertow.quantities import Estimate
 from undertow.report.arrange import (
@@ -27,7 +28,6 @@ from undertow.report.arrange import (
     spanning_conditions,
     unexplained,
 )
-from undertow.front.terminal.changes import comparison_text
 from undertow.report.compare import compare_runs, comparison_html
 from undertow.report.expressions import (
     LATEX_LINE,

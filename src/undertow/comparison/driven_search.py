@@ -20,7 +20,7 @@ from undertow.conditioning.driven import DrivenTrial
 from undertow.equation.driven_laws import find_driven
 from undertow.errors import IdentificationError
 from undertow.likelihood.driven import MASS, DrivenLaws, drive_for, driven_problem, extent_of
-from undertow.likelihood.output_error import Effort, residuals
+from undertow.likelihood.output_error import SearchEffort, residuals
 from undertow.likelihood.problem import Problem
 from undertow.methods.driven import DrivenFit, fit_driven, free_run, memory_samples
 from undertow.recording.recording import Array
@@ -41,7 +41,7 @@ FOLDS_CLOSER = 0.1
 RANKED_SAMPLES = 12000
 FITTED_AT_MOST = 3
 FITTED_WHERE_FEW = 6
-TRYING = Effort(12, 0.1)
+TRYING = SearchEffort(12, 0.1)
 """Enough to tell what a suspect is worth; what is kept is fitted to the end."""
 """Suspects that are fitted in a round, the best by the linear step."""
 ROUNDS = 4

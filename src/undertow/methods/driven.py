@@ -20,7 +20,7 @@ from undertow.conditioning.driven import DrivenTrial
 from undertow.equation.input import Drive
 from undertow.errors import IdentificationError
 from undertow.likelihood.driven import MASS, DrivenLaws, drive_for, driven_problem
-from undertow.likelihood.output_error import Effort, Solution, fit, residuals
+from undertow.likelihood.output_error import SearchEffort, Solution, fit, residuals
 from undertow.likelihood.problem import Problem
 from undertow.methods.driven_start import half_lengths, start_values
 from undertow.recording.recording import Array
@@ -28,8 +28,8 @@ from undertow.recording.recording import Array
 FIRST_SAMPLES = 6000
 """Samples that the windows are laid on at first; a tenth of a long record finds the way as well as all of it."""
 WINDOWS = 24
-WINDOWS_EFFORT = Effort(25, 0.05)
-WHOLE_EFFORT = Effort(40, 0.05)
+WINDOWS_EFFORT = SearchEffort(25, 0.05)
+WHOLE_EFFORT = SearchEffort(40, 0.05)
 MEMORY_SHARE = 20
 """The residual's memory is summed up to this part of the record."""
 
@@ -66,7 +66,7 @@ def fit_driven(
     laws: DrivenLaws,
     drives: Mapping[str, Drive] | None = None,
     windows: int = WINDOWS,
-    effort: Effort = WHOLE_EFFORT,
+    effort: SearchEffort = WHOLE_EFFORT,
 ) -> DrivenFit:
     """The equation's numbers from driven trials by output error.
 

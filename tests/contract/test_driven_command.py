@@ -15,7 +15,7 @@ from undertow.campaign.inspection import inspect_file
 from undertow.campaign.run.folder import run_to_folder
 from undertow.equation.driven import driven_motion
 from undertow.equation.driven_kernel import DRIVEN_SLOT, N_DRIVEN
-from undertow.equation.input import Extent, drive_of
+from undertow.equation.input import MotionSize, drive_of
 from undertow.errors import ConfigError, RecordingError
 
 NOISE = 1e-4
@@ -42,7 +42,7 @@ def write_record(path, seed, samples=2500):
     numbers = {"mass": 4.0, "k1": 100.0, "c1": 3.0, "q": 8.0, "gain": 1.0, "bw_unit": 1.0, "bw_n": 1.0}
     for name, value in numbers.items():
         theta[DRIVEN_SLOT[name]] = value
-    x = driven_motion(theta, np.zeros(0, dtype=np.int64), drive_of(t, u), t, Extent(), 40).x[:, 0]
+    x = driven_motion(theta, np.zeros(0, dtype=np.int64), drive_of(t, u), t, MotionSize(), 40).x[:, 0]
     x = x + NOISE * rng.normal(size=samples)
     pd.DataFrame({"time_s": t, "position_m": x, "force_N": u}).to_csv(path, index=False)
 

@@ -9,7 +9,7 @@ from undertow.conditioning.driven import DrivenTrial
 from undertow.equation.driven import driven_motion
 from undertow.equation.driven_kernel import DRIVEN_SLOT, N_DRIVEN
 from undertow.equation.driven_laws import find_driven, places
-from undertow.equation.input import Extent, drive_of
+from undertow.equation.input import MotionSize, drive_of
 from undertow.errors import ConfigError, IdentificationError, RecordingError, UndertowError
 from undertow.likelihood.driven import DrivenLaws
 from undertow.methods.driven import fit_driven, free_run
@@ -34,7 +34,7 @@ def recorded(truth=TRUTH, samples=3000, step=0.01, hold="first", seed=1, delay=0
     theta = np.zeros(N_DRIVEN)
     for name, value in {"gain": 1.0, "bw_unit": 1.0, "bw_n": 1.0, "delay": delay, **truth}.items():
         theta[DRIVEN_SLOT[name]] = value
-    x = driven_motion(theta, np.zeros(0, dtype=np.int64), drive_of(t, u, hold), t, Extent(), 60).x[:, 0]
+    x = driven_motion(theta, np.zeros(0, dtype=np.int64), drive_of(t, u, hold), t, MotionSize(), 60).x[:, 0]
     return DrivenTrial("run", t, u, {"displacement": x + NOISE * rng.normal(size=samples)}, hold=hold)
 
 

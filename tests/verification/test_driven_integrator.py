@@ -8,11 +8,11 @@ from scipy.integrate import solve_ivp
 
 from undertow.equation.driven import driven_motion
 from undertow.equation.driven_kernel import DRIVEN_SLOT, N_DRIVEN
-from undertow.equation.input import Extent, drive_of
+from undertow.equation.input import MotionSize, drive_of
 from undertow.errors import IdentificationError
 
 STEP, SAMPLES = 0.01, 600
-EXTENT = Extent(2.0, 6.0)
+EXTENT = MotionSize(2.0, 6.0)
 NOTHING = np.zeros(0, dtype=np.int64)
 
 

@@ -12,7 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from undertow.equation.driven_kernel import DRIVEN_SLOT, drive
-from undertow.equation.input import Drive, Extent
+from undertow.equation.input import Drive, MotionSize
 from undertow.equation.kernel import MAX_HIDDEN
 from undertow.equation.simulate import MOST_STIFF, STABLE
 from undertow.equation.term import Array
@@ -37,7 +37,7 @@ class DrivenMotion:
     steps: int
 
 
-def fastest_rate(theta: Array, extent: Extent) -> float:
+def fastest_rate(theta: Array, extent: MotionSize) -> float:
     """Fastest rate of a driven equation, rad/s or 1/s, over a motion of that extent; 0 for a free body."""
 
     def slot(name: str) -> float:
@@ -64,7 +64,7 @@ def driven_motion(
     active: np.ndarray,
     drive_in: Drive,
     times: Array,
-    extent: Extent,
+    extent: MotionSize,
     steps_per_period: int = STEPS_PER_PERIOD,
 ) -> DrivenMotion:
     """The motion of a parameter vector (driven_kernel.DRIVEN_SLOTS) from times[0], with its sensitivities.

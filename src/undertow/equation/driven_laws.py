@@ -86,7 +86,7 @@ _OWN: tuple[type[Term], ...] = (ConstantForce, BoucWen)
 
 
 @dataclass(frozen=True)
-class Place:
+class DrivenUnknown:
     """A parameter of a law in the driven integrator: its name, law.parameter, its row and the name of its slot."""
 
     name: str
@@ -112,7 +112,7 @@ def find_driven(name: str, **inner: float) -> Term:
     return term
 
 
-def places(terms: Sequence[Term]) -> tuple[Place, ...]:
+def places(terms: Sequence[Term]) -> tuple[DrivenUnknown, ...]:
     """Every parameter of the laws with its slot, in order; a second hidden oscillator's go to the second one's slots.
 
     Raises ConfigError where the integrator does not hold a law, or not so many of it.
@@ -127,7 +127,7 @@ def places(terms: Sequence[Term]) -> tuple[Place, ...]:
         suffix = str(count) if term.name in NUMBERED else ""
         label = f"{term.name}{count}" if many else term.name
         out += [
-            Place(f"{label}.{parameter.name}", parameter, term.slots[parameter.name] + suffix, term)
+            DrivenUnknown(f"{label}.{parameter.name}", parameter, term.slots[parameter.name] + suffix, term)
             for parameter in term.parameters
         ]
     return tuple(out)

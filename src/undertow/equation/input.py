@@ -61,7 +61,7 @@ class Drive:
 
 
 @dataclass(frozen=True)
-class Extent:
+class MotionSize:
     """How far and how fast the body moves: largest displacement from rest and largest speed, SI."""
 
     size: float = 1.0

@@ -17,8 +17,8 @@ import numpy as np
 from scipy.signal import savgol_filter
 
 from undertow.conditioning.driven import DrivenTrial
-from undertow.equation.driven_laws import Place, places
-from undertow.equation.input import Drive, Extent, drive_of
+from undertow.equation.driven_laws import DrivenUnknown, places
+from undertow.equation.input import Drive, MotionSize, drive_of
 from undertow.equation.term import Term
 from undertow.likelihood.problem import Channel, Link, Problem, ProblemBuilder, TrialProblem
 from undertow.recording.recording import Array
@@ -44,7 +44,7 @@ class DrivenLaws:
     priors: Mapping[str, tuple[float, float]] = field(default_factory=dict)
 
     @property
-    def places(self) -> tuple[Place, ...]:
+    def places(self) -> tuple[DrivenUnknown, ...]:
         """Every parameter of the laws with its slot."""
         return places(self.terms)
 
@@ -66,16 +66,16 @@ def slopes(t: Array, x: Array) -> Array:
     return np.asarray(savgol_filter(x, window, 3, deriv=1, delta=step), dtype=np.float64)
 
 
-def extent_of(trial: DrivenTrial) -> Extent:
+def extent_of(trial: DrivenTrial) -> MotionSize:
     """How far and how fast the trial's body moves; a recorded velocity or acceleration alone gives its own size."""
     if "displacement" in trial.outputs:
         x = trial.outputs["displacement"]
         speed = trial.outputs.get("velocity", slopes(trial.t, x))
-        return Extent(float(np.max(np.abs(x))) or 1.0, float(np.max(np.abs(speed))) or 1.0)
+        return MotionSize(float(np.max(np.abs(x))) or 1.0, float(np.max(np.abs(speed))) or 1.0)
     span = float(trial.t[-1] - trial.t[0])
     v = trial.outputs.get("velocity")
     speed_size = float(np.max(np.abs(v))) if v is not None else float(np.max(np.abs(trial.outputs[trial.main]))) * span
-    return Extent(speed_size * span or 1.0, speed_size or 1.0)
+    return MotionSize(speed_size * span or 1.0, speed_size or 1.0)
 
 
 def driven_problem(
@@ -84,7 +84,7 @@ def driven_problem(
     windows: int = 1,
     noise: Mapping[str, Mapping[str, float]] | None = None,
     drives: Mapping[str, Drive] | None = None,
-    extents: Mapping[str, Extent] | None = None,
+    extents: Mapping[str, MotionSize] | None = None,
 ) -> Problem:
     """All trials, each in so many windows of equal length with start states of their own, and the equation's unknowns.
 
@@ -149,7 +149,7 @@ def _equation_unknowns(
 def _start_state(
     builder: ProblemBuilder,
     begins: tuple[float, ...],
-    extent: Extent,
+    extent: MotionSize,
     label: str,
     laws: DrivenLaws,
     slot: Mapping[str, int],

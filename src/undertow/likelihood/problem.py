@@ -16,7 +16,7 @@ import numpy as np
 from undertow.conditioning.motion import Motion
 from undertow.conditioning.period import dominant_period
 from undertow.equation.general import PlacedTerm
-from undertow.equation.input import Drive, Extent
+from undertow.equation.input import Drive, MotionSize
 from undertow.equation.kernel import SLOT
 from undertow.errors import IdentificationError
 from undertow.likelihood.priors import CLOCK_RADIANS, GAIN_STD, REST_SHARE
@@ -90,7 +90,7 @@ class TrialProblem:
     laws: tuple[PlacedTerm, ...] = ()
     averaged: bool = True
     drive: Drive | None = None
-    extent: Extent = field(default_factory=Extent)
+    extent: MotionSize = field(default_factory=MotionSize)
 
     @property
     def slots(self) -> np.ndarray:

@@ -14,7 +14,7 @@ import numpy as np
 
 from undertow.conditioning.driven import DrivenTrial
 from undertow.equation.driven_laws import find_driven
-from undertow.equation.input import Extent, drive_of
+from undertow.equation.input import MotionSize, drive_of
 from undertow.likelihood.driven import DrivenLaws, driven_problem, extent_of
 from undertow.likelihood.output_error import fit, parameter_vector
 from undertow.likelihood.problem import Problem
@@ -38,7 +38,7 @@ class DrivenEquation:
     error: float
     motion: float
     noise: float
-    extent: Extent
+    extent: MotionSize
 
 
 @dataclass(frozen=True)
@@ -90,7 +90,7 @@ def read_back(entry: Mapping[str, Any]) -> DrivenEquation:
     covariance = np.array(entry["covariance"], dtype=np.float64).reshape(values.size, values.size)
     return DrivenEquation(
         laws, names, values, covariance, float(entry["free_run_error"]), float(entry["motion_rms"]),
-        float(entry["noise"]), Extent(*entry["extent"]),
+        float(entry["noise"]), MotionSize(*entry["extent"]),
     )  # fmt: skip
 
 

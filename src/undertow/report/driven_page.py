@@ -28,7 +28,7 @@ _STYLE = (
 
 
 @dataclass(frozen=True)
-class FreeRun:
+class DrawnRun:
     """One trial's free run: times, recorded, predicted (n,), and the unit of the recorded quantity."""
 
     name: str
@@ -38,7 +38,7 @@ class FreeRun:
     unit: str
 
 
-def page_html(title: str, sentence: str, equation: str, runs: Sequence[FreeRun], tables: Mapping[str, Any]) -> str:
+def page_html(title: str, sentence: str, equation: str, runs: Sequence[DrawnRun], tables: Mapping[str, Any]) -> str:
     """The page as HTML: ``tables`` is heading -> list of rows, the first the header."""
     parts = [f"<h1>{escape(title)}</h1><p><strong>{escape(sentence)}</strong></p>"]
     parts += [_picture(run) for run in runs]
@@ -54,7 +54,7 @@ def page_html(title: str, sentence: str, equation: str, runs: Sequence[FreeRun],
     )
 
 
-def _picture(run: FreeRun) -> str:
+def _picture(run: DrawnRun) -> str:
     """Recorded and predicted motion, and their difference below, of the record's first part."""
     shown = slice(0, SHOWN)
     with page_style():

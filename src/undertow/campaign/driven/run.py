@@ -28,7 +28,7 @@ from undertow.discrepancy.findings import FailedTrial, Findings
 from undertow.errors import UndertowError
 from undertow.methods.driven import DrivenFit, free_run
 from undertow.methods.driven_equations import equation_text, written
-from undertow.report.driven_page import FreeRun, page_html, write_page
+from undertow.report.driven_page import DrawnRun, page_html, write_page
 from undertow.report.verdict_file import CONTRACT, plain
 from undertow.report.writing import write_text
 
@@ -147,10 +147,10 @@ def _write(
     write_page(folder, page_html(config.name, sentence, equation, runs, tables))
 
 
-def _shown(trial: DrivenTrial, fitted: DrivenFit) -> FreeRun:
+def _shown(trial: DrivenTrial, fitted: DrivenFit) -> DrawnRun:
     """The trial's free run for the page."""
     unit = {"displacement": "m", "velocity": "m/s", "acceleration": "m/s^2"}[trial.main]
-    return FreeRun(trial.name, trial.t, trial.outputs[trial.main], free_run(trial, fitted, START_SAMPLES), unit)
+    return DrawnRun(trial.name, trial.t, trial.outputs[trial.main], free_run(trial, fitted, START_SAMPLES), unit)
 
 
 def _verdict(

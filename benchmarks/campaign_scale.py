@@ -168,7 +168,7 @@ class Trace:
         self.rows = list[list[float]]()
         self._began, self._trials = began, trials
 
-    def __call__(self, stage: str, done: int, of: int) -> None:
+    def __call__(self, stage: str, done: int, of: int, *names: str) -> None:
         """Called by the run; notes the state whenever a tenth more of the groups has been identified."""
         if stage == "identification" and done * 10 // max(of, 1) > len(self.rows) - 1:
             largest = max((peak for _, peak in workers()), default=0.0)

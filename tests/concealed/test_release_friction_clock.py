@@ -38,6 +38,7 @@ def test_a_slow_release_is_named_dry_and_wet_and_is_no_memory(tmp_path):
         assert all(0.0 < share < 0.5 for share in skipped)  # fifteen periods, of which the smallest swings two
 
 
+@pytest.mark.slow
 def test_friction_that_the_equation_lacks_goes_with_the_normal_force(tmp_path):
     dry, wet = found("coulomb_friction", 0.6, tmp_path)
     assert dry.verdict.verdict == wet.verdict.verdict == ("coulomb_friction",)

@@ -23,7 +23,7 @@ from undertow.conditioning.period import dominant_period
         # alone, an echo explains more than either; the force, then the resonator take its place
         pytest.param(("hidden_resonator", "external_forcing"), 1.5, 30, marks=pytest.mark.slow),
         # neither is enough alone: with one of them 40 % of the residual is left
-        (("hidden_resonator", "linear_damping"), 4.0, 34),
+        pytest.param(("hidden_resonator", "linear_damping"), 4.0, 34, marks=pytest.mark.slow),
         # a force with a phase of its own in every trial takes up much of what the resonator does
         pytest.param(("hidden_resonator", "linear_damping"), 1.5, 33, marks=pytest.mark.slow),
     ],

@@ -100,6 +100,7 @@ def test_what_both_have_beside_their_equations_is_not_lacking():
     assert any("both show, beside the equations above: hidden resonator" in note for note in found.notes)
 
 
+@pytest.mark.slow
 def test_a_law_of_the_recordings_own_equation_is_named(simulated):
     found = compare_motions(simulated, moved(with_term("cubic_stiffness", 3e6), noisy=True), specimen=SPECIMEN)
     assert found.lacks == ("cubic_stiffness",)

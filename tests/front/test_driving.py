@@ -7,7 +7,12 @@ import pytest
 from scipy.signal import lsim
 
 import undertow
+from undertow.comparison.driven_search import validation_rms, without_law
+from undertow.equation.driven_laws import find_driven
 from undertow.errors import IdentificationError, RecordingError
+from undertow.front.driving import _trial
+from undertow.likelihood.driven import DrivenLaws
+from undertow.methods.driven import fit_driven
 
 STEP, NOISE = 0.01, 1e-4
 
@@ -57,3 +62,16 @@ def test_arrays_that_do_not_fit_together_are_refused():
         undertow.fit_driven(x, t=t, u=u[1:])
     with pytest.raises(IdentificationError, match="equation names 0 terms"):
         undertow.fit_driven(x, t=t, u=u, equation=())
+
+
+def test_a_law_that_another_makes_needless_goes_and_one_that_is_needed_stays():
+    t, u, x = shaken(0)
+    terms = [find_driven(name) for name in ("stiffness", "viscous_damping", "quadratic_drag")]
+    trial = _trial(x, t, u, "first")
+    training, unseen = [trial.part(0, 1600)], [trial.part(1600, 2000)]
+    current = fit_driven(training, DrivenLaws(tuple(terms)))
+    lowest = validation_rms(unseen, current)
+    assert without_law(training, unseen, current, "viscous_damping", lowest) is None
+    lean, after = without_law(training, unseen, current, "quadratic_drag", lowest)
+    assert [term.name for term in lean.laws.terms] == ["stiffness", "viscous_damping"]
+    assert after < 1.02 * lowest

@@ -140,6 +140,7 @@ def test_richer_equation_of_the_building_ends_no_higher_than_the_linear_one():
 
 
 @with_recordings
+@pytest.mark.slow
 def test_tank_softens_in_every_decay_and_in_all_together():
     value, error = parameter("sloshing_tank", 0, "cubic_stiffness_N_per_m3_per_mass")
     assert value < -10.0 * error

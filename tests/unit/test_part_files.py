@@ -49,9 +49,9 @@ def test_a_part_cut_anywhere_is_as_none(part: Path) -> None:
         (b"[" * 100_000, "is damaged: it cannot be read as JSON"),
         (b"null", "is damaged or foreign: a part has format, name, sha256 and data"),
         (b'{"trials": []}', "is damaged or foreign: a part has format, name, sha256 and data"),
-        (b'{"format": 1, "name": "abc", "sha256": "", "data": 0}', "has format 1, and this version reads 2"),
-        (b'{"format": 2, "name": "xyz", "sha256": "", "data": 0}', "was written under another name, 'xyz'"),
-        (b'{"format": 2, "name": "abc", "sha256": [], "data": 0}', "is damaged: its checksum is another"),
+        (b'{"format": 1, "name": "abc", "sha256": "", "data": 0}', "has format 1, and this version reads 3"),
+        (b'{"format": 3, "name": "xyz", "sha256": "", "data": 0}', "was written under another name, 'xyz'"),
+        (b'{"format": 3, "name": "abc", "sha256": [], "data": 0}', "is damaged: its checksum is another"),
         (b"\x80\x04K\x01.", "is damaged: it cannot be read as JSON"),
     ],
 )

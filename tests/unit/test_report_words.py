@@ -203,9 +203,9 @@ def test_runs_stand_side_by_side_with_their_errors(tmp_path: Path) -> None:
     for name, seed in (("first", 0), ("second", 1)):
         write_tables(replace(make_findings(seed, cases=()), groups=make_findings(seed).groups[4:]), tmp_path / name)
     table = compare_runs([tmp_path / "first", tmp_path / "second"])
-    assert list(table.columns) == ["group", "quantity", "first", "second"]
+    assert list(table.columns) == ["group", "quantity", "first", "second", "change", "changed"]
     row = table[(table.group == "spring short, water depth 2.36 m") & (table.quantity == "verdict")].iloc[0]
-    assert (row["first"], row["second"]) == ("unknown", "unknown")
+    assert (row["first"], row["second"]) == ("not explained", "not explained")
     mass = table[table.quantity == "added_mass_kg"]
     assert mass["first"].str.contains(" ± 12 kg").all()
     assert "spring short, water depth 2.57 m" in comparison_text([tmp_path / "first"])

@@ -130,9 +130,34 @@ def discover_driven(
             break
         current, lowest = step[1], step[2]
         added.append(step[0][-1].name)
+    for name in added[:-1]:
+        leaner = without_law(training, unseen, current, name, lowest)
+        if leaner is not None:
+            current, lowest = leaner
+            added.remove(name)
+            progress(f"{name}: needless beside {', '.join(added)}")
     baseline = fit_driven(trials, base.started, windows=0)
     augmented = fit_driven(trials, current.started, windows=0) if added else None
     return DrivenFound(baseline, augmented, tuple(added), tuple(tried), (first, lowest))
+
+
+def without_law(
+    training: Sequence[DrivenTrial], unseen: Sequence[DrivenTrial], current: DrivenFit, name: str, lowest: float
+) -> tuple[DrivenFit, float] | None:
+    """The fit without a law, and its rms on unseen samples, where that is no further away than a law must bring it
+    closer; else None. What was added first may only have stood in for what was added later."""
+    laws = current.started
+    kept = {
+        field: {key: value for key, value in getattr(laws, field).items() if not key.startswith(f"{name}.")}
+        for field in ("starts", "fixed")
+    }
+    lean = replace(laws, terms=tuple(term for term in laws.terms if term.name != name), **kept)
+    try:
+        fitted = fit_driven(training, lean, windows=0)
+    except IdentificationError:
+        return None
+    after = validation_rms(unseen, fitted)
+    return (fitted, after) if after <= (1.0 + CLOSER) * lowest else None
 
 
 def validation_rms(unseen: Sequence[DrivenTrial], fitted: DrivenFit) -> float:

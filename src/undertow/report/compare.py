@@ -156,7 +156,8 @@ _ENTRY_QUANTITIES = (
 def _cells(entry: Mapping[str, Any]) -> Iterator[tuple[str, Cell]]:
     """What one group's entry of verdict.json says: quantity -> cell."""
     baseline, after = entry["baseline"], entry.get("augmented")
-    yield "verdict", Cell(" + ".join([STATUS_WORDS[entry["status"]].removesuffix(" with"), *entry["verdict"]]))
+    named = [name for name in entry["verdict"] if name != "unknown"]
+    yield "verdict", Cell(" + ".join([STATUS_WORDS[entry["status"]].removesuffix(" with"), *named]))
     yield "free-run error", _error(baseline["nrmse"])
     yield "held-out error", _error(baseline["held_out_nrmse"])
     if after:

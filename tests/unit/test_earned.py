@@ -27,9 +27,9 @@ def case(**facts: object) -> Case:
     )
 
 
-def candidate(name: str, score: float, out: str = "") -> SimpleNamespace:
+def candidate(name: str, score: float, out: str = "", aside: bool = False) -> SimpleNamespace:
     """A set of one suspect with its log evidence."""
-    return SimpleNamespace(names=(name,), suspects=(name,), score=score, out=out)
+    return SimpleNamespace(names=(name,), suspects=(name,), score=score, out=out, aside=aside)
 
 
 def diagnosis(accused: bool = False, **facts: object) -> SimpleNamespace:
@@ -132,6 +132,12 @@ def test_a_name_that_something_excluded_outweighs_is_no_answer():
 def test_a_rival_that_was_excluded_outweighs_nothing():
     rival = candidate("hidden_resonator", 300.0, "its damping sits on a bound")
     both = diagnosis(True, candidates=(candidate("linear_damping", 20.0), rival), rivals=(("hidden_resonator",),))
+    assert earned(NAMED, case(), both, True).status == "explained"
+
+
+def test_what_brings_the_free_run_no_closer_outweighs_nothing():
+    echo = candidate("delayed_echo", 200.0, "brings the free run no closer by what counts", aside=True)
+    both = diagnosis(True, candidates=(candidate("linear_damping", 20.0), echo))
     assert earned(NAMED, case(), both, True).status == "explained"
 
 

@@ -54,12 +54,14 @@ the equation leaves is; of phases drawn at random, those of three trials do so i
 
 @dataclass(frozen=True)
 class Candidate:
-    """A set of suspects as fitted on one level; ``out`` says why it cannot be the answer (empty: it can)."""
+    """A set of suspects as fitted on one level; ``out`` says why it cannot be the answer (empty: it can),
+    ``aside`` that its numbers are sound, and only its effect is not what counts."""
 
     suspects: tuple[Suspect, ...]
     fit: JointFit
     log_prior: float
     out: str = ""
+    aside: bool = False
 
     @property
     def score(self) -> float:

@@ -109,11 +109,15 @@ def _unseen(verdict: Verdict, case: Case, diagnosis: LevelDiagnosis) -> tuple[Ga
 
 
 def _outweighed(diagnosis: LevelDiagnosis) -> tuple[Gate, ...]:
-    """Whether something that was excluded, and is no rival of what is named, is far more probable."""
+    """Whether something that was excluded for its numbers, and is no rival of what is named, is far more probable.
+
+    What was set aside because it brings the free run no closer is no better answer, whatever its evidence.
+    """
     if not diagnosis.accused:
         return ()
     said = {tuple(sorted(names)) for names in (diagnosis.best.names, *diagnosis.rivals)}
-    others = [c for c in diagnosis.candidates if c.out and c.suspects and tuple(sorted(c.names)) not in said]
+    barred = [c for c in diagnosis.candidates if c.out and not c.aside and c.suspects]
+    others = [c for c in barred if tuple(sorted(c.names)) not in said]
     best = max((c.score for c in diagnosis.candidates if tuple(sorted(c.names)) in said), default=diagnosis.best.score)
     other = max(others, key=lambda c: c.score, default=None)
     odds = -math.inf if other is None else other.score - max(best, diagnosis.best.score)

@@ -64,6 +64,7 @@ def scores(campaign: dict, dose: float, rng: np.random.Generator) -> list[float]
     return out
 
 
+@pytest.mark.slow
 def test_without_an_effect_the_score_of_the_best_test_is_standard_normal(campaign: dict) -> None:
     found = scores(campaign, 0.0, np.random.default_rng(1))
     assert abs(np.mean(found)) < 3.3 / math.sqrt(REPLICAS)  # 3.3 standard errors
@@ -71,6 +72,7 @@ def test_without_an_effect_the_score_of_the_best_test_is_standard_normal(campaig
     assert low < np.var(found, ddof=1) < high
 
 
+@pytest.mark.slow
 def test_an_effect_of_strength_three_moves_the_score_by_three(campaign: dict) -> None:
     found = scores(campaign, campaign["dose"], np.random.default_rng(2))
     assert np.mean(found) == pytest.approx(3.0, abs=3.3 / math.sqrt(REPLICAS))

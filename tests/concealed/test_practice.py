@@ -66,6 +66,7 @@ def test_slosh_in_closed_cells_is_named_and_proved():
 
 
 @needs_practice
+@pytest.mark.slow
 def test_radiation_is_linear_damping_and_no_other_name():
     found = findings("three", "[linear_damping, hidden_resonator, relaxation, cubic_stiffness]")
     levels = truth("three")["levels"]

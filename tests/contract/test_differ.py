@@ -93,6 +93,7 @@ def test_water_that_the_simulation_has_not_is_named_in_kilograms(simulated):
     assert numbers["natural_frequency_rad_per_s"].value == pytest.approx(9.0, rel=0.01)
 
 
+@pytest.mark.slow
 def test_what_both_have_beside_their_equations_is_not_lacking():
     truth = with_term("hidden_resonator", 200.0, natural_frequency_rad_per_s=9.0, damping_ratio=0.01)
     found = compare_motions(moved(truth, noisy=False, x0=0.06), moved(truth, noisy=True))

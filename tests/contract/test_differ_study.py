@@ -13,6 +13,7 @@ STUDY = json.loads((DOCS / "differ.json").read_text(encoding="utf-8"))
 
 
 @pytest.mark.parametrize("name", ["Eq. 15, 1200 N s/m more", "virtual flume, short spring, 2.29 m"])
+@pytest.mark.slow
 def test_a_pair_is_still_named_as_the_study_says(tmp_path, name):
     kept = next(row for row in STUDY if row["pair"] == name)
     found = result(next(pair for pair in pairs(tmp_path) if pair.name == name), tmp_path)

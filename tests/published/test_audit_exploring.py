@@ -74,6 +74,7 @@ def evidence(surface: Surface) -> float:
     return log_sum(log_belief() + weigh(level(), surface).log_evidences)
 
 
+@pytest.mark.slow
 def test_a_cloud_weighs_what_a_dense_grid_weighs():
     dense = grid(24, 5)
     # a hundred points of each: 0.3 in the logarithm of an evidence, a fifth of an interval

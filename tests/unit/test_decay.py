@@ -131,6 +131,7 @@ def test_structure_is_the_mean_over_dry_trials_with_their_scatter():
     assert "by the load cells" in structure.source
 
 
+@pytest.mark.slow
 def test_standard_error_of_the_mean_covers_the_truth_with_four_trials():
     inside = 0
     for seed in range(25):

@@ -42,6 +42,7 @@ def test_exact_motions_return_exact_coefficients_whatever_the_sensors_offsets(bo
     assert result.constants == pytest.approx(-0.05, abs=1e-6)
 
 
+@pytest.mark.slow
 def test_standard_errors_match_the_scatter_of_repeated_campaigns():
     z = []
     for seed in range(40):

@@ -19,6 +19,7 @@ def found(recordings):
     return find_structure([condition(one) for one in recordings], EQ15, Rules(known=(0, 1, 2, 3)), effort=ALONE)
 
 
+@pytest.mark.slow
 def test_stated_errors_are_the_scatter_of_repeated_campaigns():
     z = []
     for seed in range(10):

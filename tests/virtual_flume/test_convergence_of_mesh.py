@@ -23,12 +23,14 @@ def slice_of_study():
     return studies.shifts(DEPTH_M, base, studies.variants(DEPTH_M, base))
 
 
+@pytest.mark.slow
 def test_the_cells_pole_stands_still_under_a_coarser_mesh_and_a_farther_sponge(slice_of_study):
     (pole,) = (row for row in slice_of_study if row.quantity == "pole")
     assert pole.value == pytest.approx(10.59955, rel=1e-6)  # truth.json has it from all eigenvalues at once
     assert max(abs(v) for v in pole.change.values()) < 0.01
 
 
+@pytest.mark.slow
 def test_added_mass_and_damping_at_the_bodys_frequencies_stand_still(slice_of_study):
     rows = [row for row in slice_of_study if row.quantity != "pole"]
     assert {row.spring for row in rows} == {"long", "short"}

@@ -113,6 +113,7 @@ def drifting(recording: Recording) -> Recording:
     return replace(recording, channels={**recording.channels, "displacement": x + 1.5e-3 * recording.time / 10.0})
 
 
+@pytest.mark.slow
 def test_an_accelerometer_that_is_late_is_named_with_its_delay():
     group = changed("short", 2500, late)
     case = Case({"spring": "short"}, "spring short", group, (), Described(), 0.004, 0.05, 0, False, True)
@@ -122,6 +123,7 @@ def test_an_accelerometer_that_is_late_is_named_with_its_delay():
     assert verdict.parameters["time_shift"]["shift_s"].value == pytest.approx(0.011, abs=1e-3)
 
 
+@pytest.mark.slow
 def test_a_displacement_that_drifts_is_named():
     diagnosis = diagnose(make_level([changed("short", 2600, drifting)]), chosen("all"))
     assert diagnosis.best.names == ("sensor_drift",)

@@ -83,6 +83,7 @@ def test_a_complete_simulation_lacks_nothing(simulated):
     assert all(not row.sigmas > 4.0 for row in found.rows)  # four numbers, each within its errors
 
 
+@pytest.mark.slow
 def test_water_that_the_simulation_has_not_is_named_in_kilograms(simulated):
     truth = with_term("hidden_resonator", 200.0, natural_frequency_rad_per_s=9.0, damping_ratio=0.01)
     found = compare_motions(simulated, moved(truth, noisy=True), specimen=SPECIMEN)

@@ -95,6 +95,7 @@ def test_speed_adds_linear_damping_and_leaves_the_quadratic_part():
 
 
 @with_recordings
+@pytest.mark.slow
 def test_disc_in_air_has_linear_and_quadratic_damping_and_no_friction():
     for group in (0, 1):  # the two large decays
         for name in ("c_Ns_per_m", "drag_Ns2_per_m2"):

@@ -375,7 +375,7 @@ class _Search:
     def _set_aside(self, candidates: Sequence[Candidate], reason: str) -> None:
         """Mark candidates as no answer, with the reason."""
         self.found = [
-            replace(c, out=c.out or reason, aside=not c.out) if any(c is d for d in candidates) else c
+            replace(c, out=c.out or reason, aside=c.aside or not c.out) if any(c is d for d in candidates) else c
             for c in self.found
         ]
 

@@ -122,7 +122,7 @@ def _outweighed(diagnosis: LevelDiagnosis) -> tuple[Gate, ...]:
     other = max(others, key=lambda c: c.score, default=None)
     odds = -math.inf if other is None else other.score - max(best, diagnosis.best.score)
     because = "" if other is None else f"{' and '.join(other.names).replace('_', ' ')}, excluded because {other.out}"
-    statistic, bars = "log odds of an excluded set over what is named", ("explained", "not_identifiable")
+    statistic, bars = "log odds of an excluded set over what is named", ("explained",)
     return (Gate("outweighed", statistic, odds, OUTWEIGHED, odds <= OUTWEIGHED, because, "outweighed", bars),)
 
 

@@ -32,6 +32,7 @@ CLOSER = 0.02
 HELD_BACK = 0.2
 """Share of the record, its end, that proof comes from."""
 START_SAMPLES = 50
+"""Samples from which the state at the start of a part that nobody fitted is found."""
 FEW_EFFECTIVE = 200.0
 """Below so many effective samples (a body without a spring adds up what its equation lacks, and its residual wanders)
 evidence says little; the record is then fitted without each fifth of it in turn, and run free there."""
@@ -39,12 +40,15 @@ FOLDS = 5
 FOLDS_CLOSER = 0.1
 """Share by which the free runs over all fifths together must come closer; the worst one may not get worse."""
 RANKED_SAMPLES = 12000
+"""Samples on which suspects are ranked by one linear step."""
 FITTED_AT_MOST = 3
+"""Suspects that are fitted in a round, the best by the linear step."""
 FITTED_WHERE_FEW = 6
+"""The same where evidence says little."""
 TRYING = SearchEffort(12, 0.1)
 """Enough to tell what a suspect is worth; what is kept is fitted to the end."""
-"""Suspects that are fitted in a round, the best by the linear step."""
 ROUNDS = 4
+"""Laws that are added at most."""
 
 Numbers = Mapping[str, float]
 

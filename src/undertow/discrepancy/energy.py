@@ -72,7 +72,7 @@ def energy_budget(motion: Motion, equation: Equation) -> EnergyBudget | None:
         even = even_motion(motion)
         taken: dict[str, Array] = {}
         for term, coefficient in zip(equation.terms, equation.coefficients, strict=True):
-            if term.name != "added_mass" and coefficient:
+            if coefficient and not term.is_inertia:
                 taken[term.name] = taken.get(term.name, 0.0) + coefficient * term_force(term, even)
         at = even.inside
         cycles = find_cycles(even.t[at], even.x[at], even.v[at], even.x_std[at])

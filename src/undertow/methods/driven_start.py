@@ -53,12 +53,14 @@ def start_values(trial: DrivenTrial, terms: Sequence[Term], half: int) -> Mappin
     x, v, inertia = _motion(trial, half, step, against, (w, dw, ddw))
     columns = [inertia]
     for term in terms:
-        if term.name == "stiffness" and "displacement" in trial.outputs:
-            columns.append(against(trial.outputs["displacement"], w))
-        elif term.name in ("viscous_damping", "linear_damping") and "displacement" in trial.outputs:
-            columns.append(-against(trial.outputs["displacement"], dw))
+        force = np.asarray(term.force(x, v, 0.0 * x, trial.t), dtype=np.float64)
+        recorded = trial.outputs.get("displacement")
+        if recorded is not None and np.array_equal(force, x):
+            columns.append(against(recorded, w))
+        elif recorded is not None and np.array_equal(force, v):
+            columns.append(-against(recorded, dw))
         else:
-            columns.append(against(np.asarray(term.force(x, v, 0.0 * x, trial.t), dtype=np.float64), w))
+            columns.append(against(force, w))
     design, response = np.column_stack(columns), against(trial.u, w)
     if design.shape[0] < 2 * design.shape[1]:
         raise IdentificationError(

@@ -153,7 +153,7 @@ def hold_of(trial: TrialFindings) -> float:
 def friction_panels(group: GroupFindings) -> list[str]:
     """Which panels of friction say something of a group: "hold", "rest", "damping", "drag"."""
     laws = zip(group.equation.terms, group.equation.coefficients, strict=True)
-    if not any(term.name == "coulomb_friction" and value > 0.0 for term, value in laws):
+    if not any(term.structural == "mu" and value > 0.0 for term, value in laws):
         return []
     singles = _singles(group)
     holds = [hold_of(t) for t, _ in singles if math.isfinite(hold_of(t))]

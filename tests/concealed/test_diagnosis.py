@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 from undertow.comparison import search
+from undertow.comparison.joint import fit_joint
 from undertow.comparison.level import Member, make_level
 from undertow.comparison.search import diagnose
 from undertow.comparison.suspects import SUSPECTS, chosen
@@ -20,6 +21,7 @@ from undertow.equation import registry as shelf
 from undertow.equation.equation import Equation
 from undertow.equation.simulate import simulate
 from undertow.errors import ConfigError, IdentificationError
+from undertow.likelihood import output_error
 from undertow.likelihood.fit import Specimen, Structure
 from undertow.likelihood.problem import TrialOptions
 from undertow.methods.baseline import group_model, terms_by_name
@@ -163,3 +165,19 @@ def test_a_search_whose_budget_ends_decides_by_what_it_has_tried(monkeypatch):
     cut = diagnose(level, [*damping, *rest])
     assert cut.best.names == ("linear_damping",)
     assert "further effects" in cut.unfinished
+
+
+def test_a_step_that_is_known_to_be_worse_is_not_computed_to_its_end(monkeypatch):
+    level = make_level([member("short", SHORT, 5000)])
+    problem = fit_joint(level, (), 1.0, {}, 10.0, growing=False, quick=True).solution.problem
+    at = np.array([u.start for u in problem.unknowns])
+    whole = output_error._evaluate(problem, at)
+    computed = []
+    plain = output_error.residuals
+    first = float(np.sum(plain(problem.trials[0], at)[0] ** 2))
+    monkeypatch.setattr(output_error, "residuals", lambda *given: computed.append(given) or plain(*given))
+    assert output_error._evaluate(problem, at, 0.5 * first) is None
+    assert len(computed) == 1
+    again = output_error._evaluate(problem, at, whole.cost)
+    assert again.cost == whole.cost
+    np.testing.assert_array_equal(again.gradient, whole.gradient)

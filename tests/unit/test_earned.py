@@ -8,7 +8,8 @@ from types import SimpleNamespace
 
 import pytest
 
-from undertow.comparison.candidate import probability
+from undertow.comparison.candidate import Candidate, probability
+from undertow.comparison.search import _Search
 from undertow.discrepancy.case import Case
 from undertow.discrepancy.decision import posterior
 from undertow.discrepancy.earned import earned
@@ -143,3 +144,13 @@ def test_what_brings_the_free_run_no_closer_outweighs_nothing():
 
 def replace_score(one: SimpleNamespace, score: float) -> SimpleNamespace:
     return SimpleNamespace(**(vars(one) | {"score": score}))
+
+
+def test_what_is_set_aside_twice_is_still_aside_and_what_has_no_sound_numbers_is_not():
+    sound, unsound = (Candidate((), None, 0.0, out) for out in ("", "its size sits on a bound"))
+    search = SimpleNamespace(found=[sound, unsound])
+    for reason in ("it leaves too much", "it brings the free run no closer"):
+        _Search._set_aside(search, list(search.found), reason)
+    assert [(c.out, c.aside) for c in search.found] == [
+        ("it leaves too much", True), ("its size sits on a bound", False)
+    ]  # fmt: skip

@@ -10,6 +10,7 @@ if the rig repeated exactly, where only noise is in the way. Needs the recording
 
 from __future__ import annotations
 
+import subprocess
 import sys
 import time
 from dataclasses import dataclass
@@ -81,6 +82,12 @@ def said(verdict: Verdict) -> str:
     return f"{names} (or {rivals})" if rivals else names
 
 
+def revision() -> str:
+    """The revision that judges."""
+    words = ["git", "rev-parse", "--short", "HEAD"]
+    return subprocess.run(words, cwd=ROOT, capture_output=True, text=True, check=True).stdout.strip()
+
+
 def page(rows: list[tuple[Given, bool, Verdict, float]]) -> str:
     """The page."""
     lines = [
@@ -93,6 +100,7 @@ def page(rows: list[tuple[Given, bool, Verdict, float]]) -> str:
         "Nobody repeated these tests: how far repetitions would differ is assumed as an ordinary rig's (k 0.4, c 20,",
         "mu 10 %), or, in the rows marked exact, as nothing, so that only noise is in the way. nrmse before and after",
         "what is named, on the trials fitted and on the ones held out. Seconds: processor time a group, one core.",
+        f"All rows are of revision {revision()}.",
         "",
         "| recording | known to be missing | scatter | group | said | nrmse | held out | s |",
         "|---|---|---|---|---|---|---|---|",

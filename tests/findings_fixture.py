@@ -16,7 +16,7 @@ from undertow.conditioning.motion import Motion, Window
 from undertow.discrepancy.findings import FailedTrial, Findings, GroupFindings, TrialFindings
 from undertow.discrepancy.mismatch import Mismatch
 from undertow.discrepancy.verdict import Described, PhysicalCheck, Rejected, Verdict
-from undertow.equation import registry as shelf
+from undertow.equation import registry
 from undertow.equation.equation import Equation, equation_15
 from undertow.equation.simulate import simulate
 from undertow.likelihood.fit import Fit, Specimen, Structure
@@ -66,8 +66,8 @@ def _measured(case: Case, x0: float, t: np.ndarray, rng: np.random.Generator) ->
     equation = equation_of(case)
     terms, coefficients = equation.terms, equation.coefficients
     if case.hidden:
-        water = shelf.find("hidden_resonator", natural_frequency_rad_per_s=9.6, damping_ratio=0.02)
-        terms = (*terms, water, shelf.find("added_mass"))
+        water = registry.find("hidden_resonator", natural_frequency_rad_per_s=9.6, damping_ratio=0.02)
+        terms = (*terms, water, registry.find("added_mass"))
         coefficients = (*coefficients, 300.0, MASKED_KG)
     stiffness = coefficients[0] * (1.0 + 0.001 * rng.standard_normal())
     true = Equation(terms, (stiffness, *coefficients[1:]), MASS_KG)
@@ -214,7 +214,7 @@ def named(group: GroupFindings) -> GroupFindings:
 def bare_findings(velocity_only: bool = False, coordinate: Coordinate = "translation") -> Findings:
     """One group without conditions, one trial, per-mass numbers, no floors, no structure; a rate alone if so wanted."""
     t = np.arange(0.0, 4.0, 0.01)
-    equation = Equation((shelf.find("stiffness"), shelf.find("viscous_damping")), (19.3, 0.03))
+    equation = Equation((registry.find("stiffness"), registry.find("viscous_damping")), (19.3, 0.03))
     run = simulate(equation, 0.2, t)
     shown = run.v if velocity_only else run.x
     channel = "velocity" if velocity_only else "displacement"

@@ -1,11 +1,11 @@
-"""How the simulated tables were judged: names, classes, sizes of answers, false accusations, coverage.
+"""How the simulated tables were judged: names, classes, sizes of answers, false positives, coverage.
 
 An answer is the set of names that are said: the verdict and its alternatives, and Eq. 15 where it is not ruled out. A
 set that names more than `MOST_NAMES` says nothing and counts as wrong, whatever is in it. While Eq. 15 is not ruled out
 it is the preferred one: the planted effect then counts only by its own name in a small set, never by its class.
 
 Beside them stands an auditor who was told what no real one knows: how far the rows of these tables scatter, how often
-each truth comes, and in hindsight the doubt at which to accuse. What it misses the tables do not say.
+each truth comes, and in hindsight the doubt at which to name. What it misses the tables do not say.
 
 Belongs here: counting stored results, the page's section. Does not belong here: making tables (simulated.py).
 """
@@ -27,7 +27,7 @@ PAGE = Path(__file__).resolve().parents[2] / "docs" / "published_tables.md"
 MARKS = ("<!-- simulated tables -->", "<!-- end of simulated tables -->")
 
 FALSE_AT_MOST = 0.02
-"""Share of the tables of Eq. 15 in which somebody may be accused."""
+"""Share of the tables of Eq. 15 in which something may be named (false positives)."""
 
 WANTED_COVERAGE = (0.86, 0.94)
 """Share of 90 % intervals that should hold what was planted."""
@@ -61,8 +61,8 @@ def judged(one: dict[str, Any]) -> dict[str, bool]:
 
 
 def told(results: Sequence[dict[str, Any]]) -> dict[str, int]:
-    """The told auditor: planted effects found by name or class, and Eq. 15 accused, at the doubt that finds most of
-    those that accuse no more than `FALSE_AT_MOST` of the tables where it is true."""
+    """The told auditor: planted effects found by name or class, and false positives, at the doubt that finds most of
+    those that name something in no more than `FALSE_AT_MOST` of the tables where it is true."""
     audited = [one for one in results if "told_scatter" in one]
     often = Counter(one["truth"] for one in audited)
     shares = [_told_shares(one["told_scatter"], often) for one in audited]
@@ -80,7 +80,7 @@ def told(results: Sequence[dict[str, Any]]) -> dict[str, int]:
     return {
         "right": sum(judged(one)["right"] for one in said if one["truth"]),
         "tables": sum(bool(one["truth"]) for one in said),
-        "accused": sum(bool(one["verdict"]) for one in said if not one["truth"]),
+        "false_positives": sum(bool(one["verdict"]) for one in said if not one["truth"]),
     }
 
 
@@ -122,7 +122,7 @@ def summary(results: Sequence[dict[str, Any]]) -> dict[str, Any]:
     return {
         "tables": len(audited), "covering": len(results) - len(audited),
         "effects": _counts([one for one in audited if one["truth"]]),
-        "eq15": len(null), "accused": sum(bool(one["verdict"]) for one in null), "by_truth": by_truth,
+        "eq15": len(null), "false_positives": sum(bool(one["verdict"]) for one in null), "by_truth": by_truth,
         "expected": _expected(audited), "coverage": coverage(results), "told": told(results),
         "revisions": sorted({one["revision"] for one in results if "revision" in one}),
         "cpu_s": sum(one["cpu_s"] for one in results),
@@ -130,7 +130,7 @@ def summary(results: Sequence[dict[str, Any]]) -> dict[str, Any]:
 
 
 def _expected(audited: Sequence[dict[str, Any]]) -> float:
-    """Share of the tables of Eq. 15 that are accused wrongly, by the probabilities alone."""
+    """Share of the tables of Eq. 15 that are false positives, by the probabilities alone."""
     kept = sum(one["equation_15"] for one in audited)
     return float(sum(one["equation_15"] for one in audited if one["verdict"]) / kept) if kept else 0.0
 
@@ -164,11 +164,11 @@ def section(found: dict[str, Any]) -> str:
         f"{one['tables']} ({100.0 * one['right'] / max(one['tables'], 1):.0f} %). It is the preferred name in "
         f"{one['preferred']}, its class the preferred one's in {one['class']}; a set has {one['size']:g} names "
         f"(median). {one['open']} of the {one['right']} stand beside an Eq. 15 that is not ruled out.",
-        f"Where Eq. 15 is true somebody is accused in {found['accused']} of {found['eq15']}; by the audit's own "
-        f"probabilities in {100.0 * found['expected']:.1f} % of such tables.",
+        f"Where Eq. 15 is true there are false positives in {found['false_positives']} of {found['eq15']}; "
+        f"by the audit's own probabilities in {100.0 * found['expected']:.1f} % of such tables.",
         f"An auditor who is told how far rows scatter, how often each truth comes and in hindsight at which doubt to "
-        f"accuse finds {found['told']['right']} of {found['told']['tables']}, with {found['told']['accused']} of "
-        f"{found['eq15']} accused.",
+        f"name finds {found['told']['right']} of {found['told']['tables']}, with {found['told']['false_positives']} of "
+        f"{found['eq15']} false positives.",
         *(_covered(key, row) for key, row in found["coverage"].items()),
         _wanted(found),
         "",
@@ -183,7 +183,7 @@ def _wanted(found: dict[str, Any]) -> str:
     one = found["effects"]
     shares = {
         "name or class in 90 %": one["right"] >= 0.9 * one["tables"],
-        "at most 2 % accused": found["accused"] <= FALSE_AT_MOST * found["eq15"],
+        "at most 2 % false positives": found["false_positives"] <= FALSE_AT_MOST * found["eq15"],
     }
     for key, row in found["coverage"].items():
         reached = WANTED_COVERAGE[0] <= row["inside"] / max(row["tables"], 1) <= WANTED_COVERAGE[1]

@@ -67,7 +67,7 @@ CASES = (
     one("a unit to a huge power", "unit: m}", 'unit: "m**9**9**9**9"}', r"displacement: unit .* is not known"),
     one("a mass for a length", "unit: m}", "unit: kg}", r"displacement is said to be in 'kg', which is kg in SI"),
     one("rate_hz 1e-300", "{column: t, unit: s}", "{rate_hz: 1.0e-300}", r"rate_hz is 1e-300 Hz, which no logger has"),
-    one("a term that is none", "viscous_damping]", "viscous]", r"equation term 'viscous' is not on the shelf"),
+    one("a term that is none", "viscous_damping]", "viscous]", r"equation term 'viscous' is not in the registry"),
     one("a mass in words", "mass_kg: 2637.4", "mass_kg: heavy", r"specimen\.mass_kg is 'heavy' but should be a valid"),
     one("a suspect that is none", "suspects: []", "suspects: [ghosts]", r"discrepancy\.suspects: 'ghosts' is none of"),
     one("brackets that do not close", "identify: [sindy]", "identify: [sindy", r"line 1\d: .*; correct the YAML"),

@@ -57,7 +57,7 @@ CASES = (
     Case("explain of a folder without a run", words("explain", "{}"), r"verdict\.json"),
     Case("explain of a verdict that is none", files(("run/verdict.json", b"{}"), then=["explain", "{}/run"]),
          r"verdict\.json"),
-    Case("terms of a word", words("terms", "lift"), r"'lift' is not on the shelf", USAGE),
+    Case("terms of a word", words("terms", "lift"), r"'lift' is not in the registry", USAGE),
     Case("differ without a recording", words("differ", "--simulation", "{}/r00.csv", "--recording", "{}/none.csv"),
          r"--recording .*none\.csv is no file; give the path", USAGE),
     Case("audit of a campaign's config", words("audit", "{}/config.yaml"), r"config\.yaml", USAGE),

@@ -55,7 +55,7 @@ class CaseResult:
 
     @property
     def deciding(self) -> GroupResult | None:
-        """The group with the strongest effect; without effects the first one that was accused, else the first."""
+        """The group with the strongest effect; without effects the first one with a name, else the first."""
         said = [g for g in self.groups if g.outcome != "absent"]
         if not said:
             return None

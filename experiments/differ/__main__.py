@@ -34,7 +34,7 @@ def result(pair: Pair, folder: Path) -> dict[str, Any]:
 
 def table(rows: list[dict[str, Any]]) -> str:
     """The rows as markdown."""
-    lines = ["| pair | truth | named as lacking | not told from | misses |", "| --- | --- | --- | --- | --- |"]
+    lines = ["| pair | truth | named as lacking | not distinguished from | misses |", "| --- | --- | --- | --- | --- |"]
     for row in rows:
         others = "; ".join(" + ".join(names) for names in row["alternatives"]) or "-"
         lines.append(

@@ -144,8 +144,8 @@ def main() -> int:
     if not RECORDINGS.exists():
         print(f"no recordings at {RECORDINGS}; the configs in {CONFIGS} expect them there", file=sys.stderr)
         return 1
-    house = motions_of(BUILDING)
-    result: dict[str, Any] = {"building": [building(house, LINEAR), building(house, EQUATION_15)]}
+    building_motions = motions_of(BUILDING)
+    result: dict[str, Any] = {"building": [building(building_motions, LINEAR), building(building_motions, EQUATION_15)]}
     result["pendulum"] = [compare(motion, PENDULUM_RESTORING, DAMPING) for motion in motions_of(PENDULUM)]
     result["ship"] = [compare(motion, SHIP_RESTORING, DAMPING) for motion in motions_of(SHIP)]
     RESULT.write_text(json.dumps(result, indent=1) + "\n")

@@ -17,7 +17,7 @@ from pathlib import Path
 import numpy as np
 
 from tests.reference import reference
-from undertow.equation import registry as shelf
+from undertow.equation import registry
 from undertow.equation.equation import Equation
 from undertow.equation.simulate import simulate
 
@@ -50,7 +50,7 @@ def random_case(number: int) -> tuple[str, Equation, float]:
     extra = _extra(kind, rng, mass, w, abs(x0))
     if kind == "exponent":
         coefficients.pop("quadratic_drag")
-    terms = [shelf.find(name) for name in coefficients] + [term for term, _ in extra]
+    terms = [registry.find(name) for name in coefficients] + [term for term, _ in extra]
     values = [*coefficients.values(), *(value for _, value in extra)]
     return kind, Equation(tuple(terms), tuple(values), mass_kg=mass), float(x0)
 
@@ -64,7 +64,7 @@ def _extra(kind: str, rng: np.random.Generator, mass: float, w: float, x0: float
         if large:
             inner["quadratic_damping_per_m"] = rng.uniform(0.5, 5.0)
             inner["cubic_stiffness_per_m2_s2"] = rng.uniform(-0.02, 0.1) * w**2 / x0**2
-        return shelf.find("hidden_resonator", **inner), share * mass
+        return registry.find("hidden_resonator", **inner), share * mass
 
     def harmonic() -> dict[str, float]:
         return {"frequency_rad_per_s": rng.uniform(1.0, 15.0), "phase_rad": rng.uniform(-3.0, 3.0)}
@@ -74,21 +74,23 @@ def _extra(kind: str, rng: np.random.Generator, mass: float, w: float, x0: float
         "hidden": lambda: [resonator(False, rng.uniform(0.01, 0.3))],
         "hidden_large": lambda: [resonator(True, rng.uniform(0.01, 0.2))],
         "two_hidden": lambda: [resonator(False, 0.1), resonator(True, 0.05)],
-        "relaxation": lambda: [(shelf.find("relaxation", time_s=rng.uniform(0.05, 2.0)), rng.uniform(0.02, 0.3) * k)],
+        "relaxation": lambda: [
+            (registry.find("relaxation", time_s=rng.uniform(0.05, 2.0)), rng.uniform(0.02, 0.3) * k)
+        ],
         "hysteresis": lambda: [
-            (shelf.find("hysteresis", yield_displacement_m=rng.uniform(0.1, 0.8) * x0), rng.uniform(0.02, 0.2) * k)
+            (registry.find("hysteresis", yield_displacement_m=rng.uniform(0.1, 0.8) * x0), rng.uniform(0.02, 0.2) * k)
         ],
         "echo": lambda: [
-            (shelf.find("delayed_echo", delay_s=rng.uniform(0.3, 3.0)), rng.uniform(-0.05, 0.05) * mass * w)
+            (registry.find("delayed_echo", delay_s=rng.uniform(0.3, 3.0)), rng.uniform(-0.05, 0.05) * mass * w)
         ],
-        "forcing": lambda: [(shelf.find("external_forcing", **harmonic()), rng.uniform(0.01, 0.2) * k * x0)],
-        "cubic": lambda: [(shelf.find("cubic_stiffness"), rng.uniform(-0.2, 0.5) * k / x0**2)],
+        "forcing": lambda: [(registry.find("external_forcing", **harmonic()), rng.uniform(0.01, 0.2) * k * x0)],
+        "cubic": lambda: [(registry.find("cubic_stiffness"), rng.uniform(-0.2, 0.5) * k / x0**2)],
         "stribeck": lambda: [
-            (shelf.find("stribeck_friction", velocity_m_per_s=rng.uniform(0.1, 0.5) * w * x0), 0.05 * k * x0)
+            (registry.find("stribeck_friction", velocity_m_per_s=rng.uniform(0.1, 0.5) * w * x0), 0.05 * k * x0)
         ],
-        "variable_normal": lambda: [(shelf.find("variable_normal_force"), rng.uniform(0.01, 0.1) * k)],
+        "variable_normal": lambda: [(registry.find("variable_normal_force"), rng.uniform(0.01, 0.1) * k)],
         "exponent": lambda: [
-            (shelf.find("drag_exponent", exponent=rng.uniform(1.1, 2.8)), rng.uniform(0.01, 0.1) * mass * w)
+            (registry.find("drag_exponent", exponent=rng.uniform(1.1, 2.8)), rng.uniform(0.01, 0.1) * mass * w)
         ],
     }
     return made[kind]() if kind in made else []

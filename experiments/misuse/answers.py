@@ -15,7 +15,7 @@ from typing import Any
 GREEN = "nothing_missing"
 UNDECIDED = frozenset({"cannot_tell"})
 NOT_GREEN = frozenset({"cannot_tell", "unknown", "not_identifiable", "present_but_small"})
-"""Statuses that accuse nothing by name and are not green: right where an effect was planted that no suspect has."""
+"""Statuses that say no name and are not green: right where an effect was planted that no suspect has."""
 
 GREEN_WORDS = "nothing is missing"
 GREEN_ON_THE_PAGE = 'class="tag good"'

@@ -1,4 +1,4 @@
-"""What the rows of the studies add up to: counts a name and strength, accusations, confusions, changed verdicts.
+"""What the rows of the studies add up to: counts a name and strength, false positives, confusions, changed verdicts.
 
 Belongs here: numbers of docs/confusion.json. Does not belong here: how they are shown (page.py).
 """
@@ -31,14 +31,14 @@ def said(row: Row) -> str:
 
 
 def nulls(rows: Sequence[Row]) -> Numbers:
-    """How many null campaigns were accused, wet or dry, and of what; unknown is an accusation too."""
-    accused = [r for r in rows if r["wet"] or r["dry"]]
-    names = Counter(" and ".join(f"{w} {r[w]}" for w in ("dry", "wet") if r[w]) for r in accused)
+    """How many null campaigns were false positives, wet or dry, and with which name; unknown counts too."""
+    wrong = [r for r in rows if r["wet"] or r["dry"]]
+    names = Counter(" and ".join(f"{w} {r[w]}" for w in ("dry", "wet") if r[w]) for r in wrong)
     return {
         "campaigns": len(rows),
-        "accused": len(accused),
-        "accused_of": dict(names.most_common()),
-        "seeds": [int(r["seed"]) for r in accused],
+        "false_positives": len(wrong),
+        "false_positives_of": dict(names.most_common()),
+        "seeds": [int(r["seed"]) for r in wrong],
     }
 
 

@@ -26,7 +26,7 @@ READING = Path(__file__).resolve().parent / "reading.md"
 """Why verdicts came out wrong, written by hand from single campaigns looked into."""
 
 HEAD = """\
-# Who is accused of what
+# Which name each effect gets
 
 Campaigns simulated with one known thing missing, judged by the package as `undertow run` judges them, and counted.
 `python -m experiments.names --page` makes this page from the rows in `experiments/names/results`, one line a campaign
@@ -97,7 +97,8 @@ def _wanted(found: Mapping[str, Any]) -> str:
     return "\n".join([
         "## Against what is wanted", "",
         "| wanted | measured so far |", "|---|---|",
-        f"| 300 nulls, at most 3 accused | {found['nulls']['accused']} of {found['nulls']['campaigns']} |",
+        "| 300 nulls, at most 3 false positives | "
+        f"{found['nulls']['false_positives']} of {found['nulls']['campaigns']} |",
         "| every name at three strengths | see the tables: most of it has one campaign a name, a look and no rate |",
         "| inseparable pairs: both names in 90 %, a wrong one in 2 % | "
         f"both in {both}, a wrong one in {wrong} of {tried} |",
@@ -109,9 +110,9 @@ def _wanted(found: Mapping[str, Any]) -> str:
 
 
 def _nulls(null: Mapping[str, Any]) -> str:
-    text = f"## Nothing hidden\n\n{null['campaigns']} campaigns, {null['accused']} accused"
-    if null["accused"]:
-        said = "; ".join(f"{name} ({count})" for name, count in null["accused_of"].items())
+    text = f"## Nothing hidden\n\n{null['campaigns']} campaigns, {null['false_positives']} false positives"
+    if null["false_positives"]:
+        said = "; ".join(f"{name} ({count})" for name, count in null["false_positives_of"].items())
         text += f": {said}. Seeds {', '.join(map(str, null['seeds']))}"
     return text + ".\n"
 

@@ -79,7 +79,7 @@ PENDULUM = Rig(
         sensors.Sensor("angular_accel_radps2", 0.1, 0.03, 0.02, 60.0, 4),
     ),
 )  # fmt: skip
-"""A body that swings through up to half a right angle: where a sine can be told from its first term."""
+"""A body that swings through up to half a right angle: where a sine can be distinguished from its first term."""
 
 
 @dataclass(frozen=True)

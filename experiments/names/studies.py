@@ -26,7 +26,7 @@ HIDDEN_IN = 4
 
 POOR = 10.0
 """Noise of poor sensors (0.5 mm, 0.5 m/s^2) over those of the default campaign: with good ones a damped resonator and a
-relaxation, damping and drag are told apart wherever they are seen at all."""
+relaxation, damping and drag are distinguished wherever they are seen at all."""
 
 BRIEF_S = 2.0
 """Seconds in which the short spring swings four times, and drag has hardly an amplitude to depend on."""
@@ -36,7 +36,7 @@ TOGETHER = (
     *(("hidden_resonator", "external_forcing"), ("cubic_damping", "asymmetric_stiffness")),
     *(("relaxation", "sensor_drift"), ("hidden_resonator", "cubic_stiffness")),
 )
-"""Two effects at once that a free decay can tell apart."""
+"""Two effects at once that a free decay can distinguish."""
 
 
 @dataclass(frozen=True)

@@ -14,7 +14,7 @@ import numpy as np
 from undertow.conditioning.condition import condition
 from undertow.conditioning.motion import Motion
 from undertow.discrepancy.shares import Shares, residual_shares
-from undertow.equation import registry as shelf
+from undertow.equation import registry
 from undertow.equation.equation import Equation, equation_15
 from undertow.equation.simulate import simulate
 from undertow.recording.recording import Recording
@@ -53,7 +53,7 @@ def campaign(name: str, seed: int) -> list[Motion]:
         if planted is not None:
             term, coefficient, inner = planted
             phase = {"phase_rad": float(rng.uniform(0.0, 2.0 * np.pi))} if term == "external_forcing" else {}
-            laws = (*PLAIN.terms, shelf.find(term, **inner, **phase))
+            laws = (*PLAIN.terms, registry.find(term, **inner, **phase))
             truth = replace(PLAIN, terms=laws, coefficients=(*PLAIN.coefficients, coefficient))
         motions.append(_released(f"r{number}", truth, x0, rng))
     return motions

@@ -24,7 +24,7 @@ from undertow.comparison.beliefs import Belief
 from undertow.comparison.laws import Laws, laws
 from undertow.comparison.polish import Linear, linearise, polish
 from undertow.comparison.trajectories import in_cells
-from undertow.equation import registry as shelf
+from undertow.equation import registry
 from undertow.methods.exact_subsets import search_subsets
 
 Array = NDArray[np.float64]
@@ -54,7 +54,7 @@ def numbers_of(truth: OtherTruth, book: Laws) -> Array:
 
 def picture(truth: OtherTruth, noise: str, beliefs: tuple[Belief, ...]) -> tuple[Laws, Linear]:
     """The ten terms and the true law as columns around the truth."""
-    book = laws((*ten_terms(), shelf.find("drag_exponent")), beliefs=beliefs)
+    book = laws((*ten_terms(), registry.find("drag_exponent")), beliefs=beliefs)
     values = numbers_of(truth, book)
     trials = [in_cells(motion) for motion in motions_of(truth, noise, 0)]
     near = polish(trials, book, (*STRUCTURAL, len(book.terms) - 1), values)

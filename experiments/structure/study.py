@@ -33,7 +33,7 @@ from undertow.comparison.stepwise_selection import Rules
 from undertow.comparison.structure import Effort, FoundStructure, find_structure
 from undertow.conditioning.condition import condition
 from undertow.conditioning.motion import Motion
-from undertow.equation import registry as shelf
+from undertow.equation import registry
 from undertow.equation.registry import TEN_TERMS
 from undertow.equation.term import Term
 
@@ -76,14 +76,14 @@ class Row:
 
 def ten_terms() -> tuple[Term, ...]:
     """x, v, sgn v, v|v|, x^2, x^3, x|x|, v^3, xv, x^2 v."""
-    return tuple(shelf.find(name) for name in TEN_TERMS)
+    return tuple(registry.find(name) for name in TEN_TERMS)
 
 
 def with_inner(kind: str) -> tuple[Term, ...]:
     """The ten with the law that has a parameter inside: an exponent in the drag's place, or Stribeck friction added."""
     if kind == "stribeck":
-        return (*ten_terms(), shelf.find("stribeck_friction"))
-    return tuple(shelf.find("drag_exponent") if term.name == "quadratic_drag" else term for term in ten_terms())
+        return (*ten_terms(), registry.find("stribeck_friction"))
+    return tuple(registry.find("drag_exponent") if term.name == "quadratic_drag" else term for term in ten_terms())
 
 
 def motions_of(truth: OtherTruth, noise: str, seed: int) -> list[Motion]:

@@ -21,7 +21,7 @@ import pandas as pd
 
 from undertow.conditioning.motion import Motion
 from undertow.discrepancy.residual import even_motion
-from undertow.equation import registry as shelf
+from undertow.equation import registry
 from undertow.equation.term import Array
 
 DATA = Path(__file__).resolve().parents[2] / "data" / "virtual_flume"
@@ -79,7 +79,7 @@ def geometry(depth_m: float) -> Geometry:
 def predicted_parts(motion: Motion, mode: Mode, place: Geometry) -> Mapping[str, Array]:
     """v2 - v1 in N along a trial's even motion inside its window, by part: structure, rest of the water, mode."""
     even = even_motion(motion)
-    water = shelf.find(
+    water = registry.find(
         "hidden_resonator", natural_frequency_rad_per_s=mode.frequency_rad_per_s, damping_ratio=mode.damping_ratio
     )
     rocking = water.force(even.x, even.v, even.a, even.t)

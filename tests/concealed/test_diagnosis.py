@@ -1,4 +1,4 @@
-"""Effects hidden in simulated campaigns: the right name is said, and where nothing is hidden nobody is accused."""
+"""Effects hidden in simulated campaigns: the right name is said, and where nothing is hidden nothing is named."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from undertow.discrepancy.case import Case
 from undertow.discrepancy.judge import judge
 from undertow.discrepancy.validation import check_cell, closed_cell_frequency
 from undertow.discrepancy.verdict import Described
-from undertow.equation import registry as shelf
+from undertow.equation import registry
 from undertow.equation.equation import Equation
 from undertow.equation.simulate import simulate
 from undertow.errors import ConfigError, IdentificationError
@@ -42,7 +42,7 @@ def recording(spring: str, x0: float, seed: int, hidden=()) -> Recording:
     rng = np.random.default_rng(seed)
     k, c, mu = (v * (1 + SCATTER[s] * rng.standard_normal()) for s, v in zip(SCATTER, SPRINGS[spring], strict=True))
     numbers = (k, c, mu * SPECIMEN.normal_force_N, 300.0, 450.0)
-    terms = tuple(shelf.find(n) for n in EQ15) + tuple(term for term, _ in hidden)
+    terms = tuple(registry.find(n) for n in EQ15) + tuple(term for term, _ in hidden)
     equation = Equation(terms, numbers + tuple(value for _, value in hidden), mass_kg=MASS)
     hold = 0.6 + rng.uniform(0, 0.01)
     time = np.arange(round((hold + duration_s) * rate_hz)) / rate_hz
@@ -70,15 +70,15 @@ SHORT, LONG = (0.008, 0.016, 0.03), (0.02, 0.05)
 
 
 @pytest.mark.parametrize("seed", [100, 300])
-def test_nobody_is_accused_where_nothing_is_hidden(seed):
+def test_nothing_is_named_where_nothing_is_hidden(seed):
     level = make_level([member("short", SHORT, seed)])
     found = diagnose(level, FEW)
     assert found.best.names == ()
-    assert not found.accused
+    assert not found.named
 
 
 def test_linear_damping_is_named_alone_with_its_size():
-    hidden = ((shelf.find("linear_damping"), 500.0),)
+    hidden = ((registry.find("linear_damping"), 500.0),)
     level = make_level([member("short", SHORT, 500, hidden), member("long", LONG, 520, hidden)])
     found = diagnose(level, FEW)
     assert found.best.names == ("linear_damping",)
@@ -90,7 +90,7 @@ def test_linear_damping_is_named_alone_with_its_size():
 
 
 def test_hidden_resonator_is_named_with_frequency_and_mass():
-    resonator = shelf.find("hidden_resonator", natural_frequency_rad_per_s=9.6, damping_ratio=0.02)
+    resonator = registry.find("hidden_resonator", natural_frequency_rad_per_s=9.6, damping_ratio=0.02)
     level = make_level([member("short", SHORT, 700, ((resonator, 150.0),))])
     found = diagnose(level, FEW)
     assert found.best.names[0] == "hidden_resonator"
@@ -100,13 +100,13 @@ def test_hidden_resonator_is_named_with_frequency_and_mass():
 
 def test_an_added_mass_of_each_springs_own_is_no_missing_physics():
     short = member("short", SHORT, 900)
-    heavy = ((shelf.find("added_mass"), 400.0),)
+    heavy = ((registry.find("added_mass"), 400.0),)
     found = diagnose(make_level([short, member("long", LONG, 920, heavy)]), FEW)
     assert found.best.names == ()
 
 
 def test_verdict_proves_on_trials_it_never_saw():
-    resonator = shelf.find("hidden_resonator", natural_frequency_rad_per_s=9.6, damping_ratio=0.02)
+    resonator = registry.find("hidden_resonator", natural_frequency_rad_per_s=9.6, damping_ratio=0.02)
     hidden = ((resonator, 150.0),)
     group = member("short", SHORT, 1100, hidden)
     held = condition(recording("short", 0.022, 1150, hidden))
@@ -155,7 +155,7 @@ def test_a_level_without_trials_is_refused():
 
 
 def test_a_search_whose_budget_ends_decides_by_what_it_has_tried(monkeypatch):
-    level = make_level([member("short", SHORT, 500, ((shelf.find("linear_damping"), 2500.0),))])
+    level = make_level([member("short", SHORT, 500, ((registry.find("linear_damping"), 2500.0),))])
     damping = [s for s in FEW if s.name == "linear_damping"]
     rest = [s for s in FEW if s.name != "linear_damping"]
     whole = diagnose(level, [*damping, *rest])

@@ -23,7 +23,7 @@ from experiments.names.studies import STUDIES, plan_of
 from experiments.names.verdicts import judge, outcome
 from undertow.campaign.config import load
 from undertow.campaign.run import read_and_condition
-from undertow.equation import registry as shelf
+from undertow.equation import registry
 from undertow.equation.equation import Equation
 from undertow.equation.simulate import simulate as undertow_simulate
 
@@ -46,24 +46,24 @@ def test_motion_is_that_of_the_default_campaigns_integrator():
 @pytest.mark.parametrize(
     ("term", "numbers", "slots"),
     [
-        (shelf.find("cubic_damping"), 900.0, {"c3": 900.0}),
-        (shelf.find("cubic_stiffness"), 2e7, {"k3": 2e7}),
-        (shelf.find("quintic_stiffness"), 2e10, {"k5": 2e10}),
-        (shelf.find("asymmetric_stiffness"), 5e5, {"k2": 5e5}),
-        (shelf.find("variable_normal_force"), 3000.0, {"n": 3000.0}),
-        (shelf.find("asymmetric_friction"), 60.0, {"fa": 60.0}),
-        (shelf.find("stribeck_friction", velocity_m_per_s=0.02), 80.0, {"fs": 80.0, "vs": 0.02}),
-        (shelf.find("relaxation", time_s=0.2), 2e4, {"rk": 2e4, "rt": 0.2}),
-        (shelf.find("delayed_echo", delay_s=2.0), 200.0, {"ge": 200.0, "te": 2.0}),
+        (registry.find("cubic_damping"), 900.0, {"c3": 900.0}),
+        (registry.find("cubic_stiffness"), 2e7, {"k3": 2e7}),
+        (registry.find("quintic_stiffness"), 2e10, {"k5": 2e10}),
+        (registry.find("asymmetric_stiffness"), 5e5, {"k2": 5e5}),
+        (registry.find("variable_normal_force"), 3000.0, {"n": 3000.0}),
+        (registry.find("asymmetric_friction"), 60.0, {"fa": 60.0}),
+        (registry.find("stribeck_friction", velocity_m_per_s=0.02), 80.0, {"fs": 80.0, "vs": 0.02}),
+        (registry.find("relaxation", time_s=0.2), 2e4, {"rk": 2e4, "rt": 0.2}),
+        (registry.find("delayed_echo", delay_s=2.0), 200.0, {"ge": 200.0, "te": 2.0}),
         (
-            shelf.find("hidden_resonator", natural_frequency_rad_per_s=9.5, damping_ratio=0.03),
+            registry.find("hidden_resonator", natural_frequency_rad_per_s=9.5, damping_ratio=0.03),
             150.0, {"hm": 150.0, "hw": 9.5, "hz": 0.03},
         ),
     ],
     ids=lambda value: getattr(value, "name", ""),
 )  # fmt: skip
-def test_a_hidden_law_is_the_shelfs_law(term, numbers, slots):
-    terms = (*(shelf.find(n) for n in EQ15), term)
+def test_a_hidden_law_is_the_registered_law(term, numbers, slots):
+    terms = (*(registry.find(n) for n in EQ15), term)
     equation = Equation(terms, (820.0, 403000.0, 150.0, 2000.0, numbers), mass_kg=3200.0)
     theirs = undertow_simulate(equation, 0.03, TIMES + 1e-9)
     ours = release(BODY | slots, 0.03, 8.1).at(TIMES)[0]
@@ -184,7 +184,7 @@ def test_every_study_draws_campaigns_from_seeds_alone():
     assert 3 <= plan_of(4).wet_trials <= 6
 
 
-def test_a_null_campaign_is_accused_of_nothing_and_linear_damping_of_linear_damping():
+def test_a_null_campaign_gives_no_name_and_linear_damping_of_linear_damping():
     null = judge(Campaign(SMALL))
     assert null["wet"] == null["dry"] == ""
     assert math.isfinite(float(null["nrmse"]))

@@ -18,11 +18,11 @@ from undertow.discrepancy.judge import judge, undecided
 from undertow.discrepancy.transfer import from_other_springs
 from undertow.discrepancy.validation import addition_parameters
 from undertow.discrepancy.verdict import Described
-from undertow.equation import registry as shelf
+from undertow.equation import registry
 from undertow.equation.kernel import SLOT
 from undertow.likelihood.free_run import free_run, repeatability
 
-RESONATOR = ((shelf.find("hidden_resonator", natural_frequency_rad_per_s=9.4, damping_ratio=0.015), 250.0),)
+RESONATOR = ((registry.find("hidden_resonator", natural_frequency_rad_per_s=9.4, damping_ratio=0.015), 250.0),)
 
 
 def suspect(name: str):
@@ -77,7 +77,7 @@ def test_only_bristles_and_a_later_start_have_no_value_at_which_they_are_not_the
 
 def heavier(plain: Member, kilograms: float, seed: int) -> Member:
     """The same group with its last trial recorded from a body of more mass."""
-    one = member("short", SHORT[-1:], seed, ((shelf.find("added_mass"), kilograms),))
+    one = member("short", SHORT[-1:], seed, ((registry.find("added_mass"), kilograms),))
     return replace(plain, motions=(*plain.motions[:-1], *one.motions))
 
 
@@ -89,20 +89,20 @@ def test_a_mass_taken_on_between_trials_is_named_with_its_size():
     assert change.value == pytest.approx(250.0, rel=0.1)
 
 
-def test_masses_that_do_not_change_are_not_accused(plain):
+def test_masses_that_do_not_change_are_not_named(plain):
     assert diagnose(plain, chosen(("mass_change",))).best.names == ()
 
 
 def test_a_law_beyond_doubt_is_named_though_repetitions_differ_by_more():
-    hidden = ((shelf.find("relaxation", time_s=0.2), 3e4),)
+    hidden = ((registry.find("relaxation", time_s=0.2), 3e4),)
     group = member("short", SHORT, 4200, hidden)
     wide = replace(group, allowed=0.5)  # a rig that repeats so badly that no free run shows anything
     found = diagnose(make_level([wide]), chosen(("relaxation", "sensor_drift", "cubic_stiffness")))
     assert found.best.names == ("relaxation",)
 
 
-def test_a_sensor_is_not_accused_of_what_a_law_explains_better():
-    hidden = ((shelf.find("relaxation", time_s=0.5), 3e4),)
+def test_a_sensor_is_not_named_for_what_a_law_explains_better():
+    hidden = ((registry.find("relaxation", time_s=0.5), 3e4),)
     wide = replace(member("short", SHORT, 4200, hidden), allowed=0.5)
     found = diagnose(make_level([wide]), chosen(("relaxation", "sensor_drift")))
     assert "sensor_drift" not in found.best.names
@@ -124,7 +124,7 @@ def test_one_spring_alone_predicts_the_other_through_the_resonator_it_found():
 
 
 def test_what_belongs_to_one_spring_transfers_to_none():
-    stiff = ((shelf.find("cubic_stiffness"), 3e7),)
+    stiff = ((registry.find("cubic_stiffness"), 3e7),)
     level = make_level([member("short", SHORT, 4400, stiff), member("long", LONG, 4420, stiff)])
     addend = Addend("cubic_stiffness", suspect("cubic_stiffness").additions(level.scales, 0.0))
     fit = fit_joint(level, (addend,), 1.0, {}, 10.0, growing=True)
@@ -142,7 +142,7 @@ def test_a_level_that_cannot_be_searched_is_neither_green_nor_red(plain, missing
     assert verdict.because in verdict.sentence
 
 
-def test_masses_that_differ_as_stiffness_does_on_any_rig_are_not_accused():
+def test_masses_that_differ_as_stiffness_does_on_any_rig_are_not_named():
     alike = heavier(member("short", SHORT, 4100), 20.0, 4102)  # 0.7 % of the mass: a third of a per cent in frequency
     sure = replace(alike.model.fixed, scatter={**SCATTER, "k": 1e-5})  # dry trials that happened to look alike
     level = make_level([replace(alike, model=replace(alike.model, fixed=sure), allowed=0.01)])
@@ -152,7 +152,7 @@ def test_masses_that_differ_as_stiffness_does_on_any_rig_are_not_accused():
 
 
 def test_a_strong_resonator_is_found_though_repetitions_differ_by_nearly_as_much():
-    hidden = ((shelf.find("hidden_resonator", natural_frequency_rad_per_s=14.2, damping_ratio=0.018), 600.0),)
+    hidden = ((registry.find("hidden_resonator", natural_frequency_rad_per_s=14.2, damping_ratio=0.018), 600.0),)
     wide = replace(member("short", SHORT, 4400, hidden), allowed=0.13)
     found = diagnose(make_level([wide]), chosen(("hidden_resonator", "imperfect_release", "linear_damping")))
     assert found.best.names == ("hidden_resonator",)
@@ -160,7 +160,7 @@ def test_a_strong_resonator_is_found_though_repetitions_differ_by_nearly_as_much
 
 
 def test_an_echo_is_found_wherever_it_comes_back():
-    hidden = ((shelf.find("delayed_echo", delay_s=2.58), 2900.0),)
+    hidden = ((registry.find("delayed_echo", delay_s=2.58), 2900.0),)
     wide = replace(member("short", SHORT, 4500, hidden), allowed=0.35)
     found = diagnose(make_level([wide]), chosen(("delayed_echo", "imperfect_release")))
     assert found.best.names == ("delayed_echo",)
@@ -168,7 +168,7 @@ def test_an_echo_is_found_wherever_it_comes_back():
 
 
 def test_what_every_cycle_shows_is_not_the_releases_fault():
-    hidden = ((shelf.find("cubic_damping"), 8e4),)
+    hidden = ((registry.find("cubic_damping"), 8e4),)
     found = diagnose(make_level([member("short", SHORT, 4600, hidden)]), chosen(("imperfect_release",)))
     assert found.best.names == ()
     ahead = [c.out for c in found.candidates if c.score > found.null.score + 5.0]
@@ -217,14 +217,14 @@ def test_what_is_not_asked_for_is_paid_for(plain):
 
 
 def test_a_memory_that_recordings_hold_beyond_doubt_is_not_called_damping():
-    hidden = ((shelf.find("relaxation", time_s=0.2), 4.4e4),)
+    hidden = ((registry.find("relaxation", time_s=0.2), 4.4e4),)
     wide = replace(member("long", (0.06, 0.1), 4700, hidden), allowed=0.3)  # free runs with a dashpot are within it
     found = diagnose(make_level([wide]), chosen(("linear_damping", "relaxation")))
     assert found.best.names == ("relaxation",)
 
 
 def test_unseen_trials_that_come_no_closer_leave_something_unknown():
-    hidden = ((shelf.find("linear_damping"), 900.0),)
+    hidden = ((registry.find("linear_damping"), 900.0),)
     group = member("short", SHORT, 4800, hidden)
     held = member("short", SHORT[-1:], 4810).motions  # nothing is hidden in it
     case = Case(

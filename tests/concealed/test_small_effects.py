@@ -1,4 +1,4 @@
-"""Small effects: one linear step foresees what a fit finds; memory that fades is damping; sensors can be accused."""
+"""Small effects: one linear step foresees what a fit finds; memory that fades is damping; sensors can be named."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ from undertow.discrepancy.case import Case
 from undertow.discrepancy.judge import judge
 from undertow.discrepancy.validation import kernel_damping
 from undertow.discrepancy.verdict import Described
-from undertow.equation import registry as shelf
+from undertow.equation import registry
 from undertow.recording.recording import Recording
 
 
@@ -37,7 +37,7 @@ def stands(level: Level) -> JointFit:
 
 
 def test_the_linear_step_foresees_the_gain_of_the_fit():
-    level = make_level([member("short", SHORT, 2000, ((shelf.find("linear_damping"), 250.0),))])
+    level = make_level([member("short", SHORT, 2000, ((registry.find("linear_damping"), 250.0),))])
     fit = stands(level)
     damping = found("linear_damping", "one for all springs")
     places = prospects(level, fit, damping, damping.grid(level.scales))
@@ -50,7 +50,7 @@ def test_the_linear_step_foresees_the_gain_of_the_fit():
 
 
 def test_the_grid_peaks_at_a_light_resonators_frequency():
-    resonator = shelf.find("hidden_resonator", natural_frequency_rad_per_s=8.4, damping_ratio=0.02)
+    resonator = registry.find("hidden_resonator", natural_frequency_rad_per_s=8.4, damping_ratio=0.02)
     level = make_level([member("short", SHORT, 2100, ((resonator, 20.0),))])
     suspect = found("hidden_resonator")
     best = prospects(level, stands(level), suspect, suspect.grid(level.scales))[0]
@@ -78,7 +78,7 @@ def test_damping_of_a_kernel_at_its_own_frequency_is_that_of_a_dashpot():
 
 
 def test_a_resonator_that_hardly_rings_is_called_damping():
-    fading = shelf.find("hidden_resonator", natural_frequency_rad_per_s=6.0, damping_ratio=0.5)
+    fading = registry.find("hidden_resonator", natural_frequency_rad_per_s=6.0, damping_ratio=0.5)
     hidden = ((fading, 220.0),)
     level = make_level([member("short", SHORT, 2400, hidden), member("long", LONG, 2420, hidden)])
     diagnosis = diagnose(level, chosen(("linear_damping", "hidden_resonator", "relaxation")))
@@ -130,7 +130,7 @@ def test_a_displacement_that_drifts_is_named():
 
 
 def test_what_the_dry_trials_need_stands_in_the_wet_equation():
-    hidden = ((shelf.find("cubic_stiffness"), 6.0e7),)
+    hidden = ((registry.find("cubic_stiffness"), 6.0e7),)
     group = member("short", SHORT, 2700, hidden)
     suspect = found("cubic_stiffness")
     (plain,) = suspect.grid(make_level([group]).scales)

@@ -71,7 +71,7 @@ def test_a_force_whose_phase_goes_with_the_release_is_what_the_other_effect_leav
     own = doubt(level, forced(level, np.full(released.size, 60.0), 2.0 * np.pi * np.arange(released.size) / 3.0))
     assert own == ""
     once = doubt(level, forced(level, np.array([60.0, 0.0, 0.0]), np.zeros(released.size)))
-    assert once == "external_forcing is told from zero in 1 of 3 trials; 2 show a clock of its own"
+    assert once == "external_forcing is distinct from zero in 1 of 3 trials; 2 show a clock of its own"
 
 
 def test_a_sensor_that_drifts_across_zero_after_the_motion_does_not_lengthen_the_period():

@@ -18,7 +18,7 @@ from tests.small_campaign import make_campaign, recorded, write_table
 from undertow import __version__
 from undertow.campaign.config import load
 from undertow.campaign.fetch import records as fetch
-from undertow.equation import registry as shelf
+from undertow.equation import registry
 from undertow.errors import UndertowError
 from undertow.recording.catalogue import read_trial
 from undertow.recording.gather import gather
@@ -193,10 +193,10 @@ def test_a_process_that_compiles_one_module_leaves_the_functions_of_others(
 
 
 # ---------------------------------------------------------------- terms
-def test_terms_lists_the_whole_shelf_with_law_unit_source_and_sign(capsys: Capture) -> None:
+def test_terms_lists_the_whole_registry_with_law_unit_source_and_sign(capsys: Capture) -> None:
     said = undertow(capsys, "terms")
     assert said.code == 0
-    assert [line for line in said.out.splitlines() if not line.startswith(" ")] == list(shelf.names())
+    assert [line for line in said.out.splitlines() if not line.startswith(" ")] == list(registry.names())
     for block in re.split(r"\n(?! )", said.out.strip()):
         for key in ("law", "parameters", "source", "left out"):
             assert re.search(rf"^  {key} +\S", block, re.MULTILINE), block
@@ -206,7 +206,7 @@ def test_terms_shows_one_and_names_the_nearest(capsys: Capture) -> None:
     assert undertow(capsys, "terms", "added_mass").out.count("law") == 1
     said = undertow(capsys, "terms", "added_mas")
     assert said.code == 2
-    assert "equation term 'added_mas' is not on the shelf; did you mean 'added_mass'?" in said.err
+    assert "equation term 'added_mas' is not in the registry; did you mean 'added_mass'?" in said.err
 
 
 # ---------------------------------------------------------------- inspect

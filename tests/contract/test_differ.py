@@ -14,7 +14,7 @@ from undertow.campaign.differ.compare import compare_motions
 from undertow.campaign.differ.files import differ
 from undertow.conditioning.condition import condition
 from undertow.conditioning.motion import Motion
-from undertow.equation import registry as shelf
+from undertow.equation import registry
 from undertow.equation.equation import Equation, equation_15
 from undertow.equation.simulate import simulate
 from undertow.errors import ConfigError, RecordingError
@@ -42,7 +42,7 @@ equation: {terms: [stiffness, viscous_damping, coulomb_friction, added_mass, qua
 
 
 def with_term(name: str, coefficient: float, **inner: float) -> Equation:
-    term = shelf.find(name, **inner)
+    term = registry.find(name, **inner)
     return replace(PLAIN, terms=(*PLAIN.terms, term), coefficients=(*PLAIN.coefficients, coefficient))
 
 

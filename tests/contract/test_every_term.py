@@ -1,4 +1,4 @@
-"""Every term on the shelf keeps its contract: law, compiled integrator, sensitivities, units, column."""
+"""Every term in the registry keeps its contract: law, compiled integrator, sensitivities, units, column."""
 
 from __future__ import annotations
 
@@ -8,19 +8,19 @@ import numpy as np
 import pint
 import pytest
 
-from tests.contract.shelf_cases import CASES, MASS_KG, TIMES_S, X0_M, equation_with
+from tests.contract.registry_cases import CASES, MASS_KG, TIMES_S, X0_M, equation_with
 from tests.reference import reference
-from undertow.equation import registry as shelf
+from undertow.equation import registry
 from undertow.equation.equation import Equation
 from undertow.equation.kernel import N_SLOTS, SLOT, SLOTS, integrate
 from undertow.equation.simulate import fastest_frequency, simulate
 
-ALL = shelf.names()
+ALL = registry.names()
 ONE_SIDED = {"hs1": 0.02, "hu1": 0.2, "v0": 0.3}
 """Sizes to perturb initial values by that are zero in these motions, in their units."""
 
 
-def test_every_term_on_the_shelf_has_a_case_here():
+def test_every_term_in_the_registry_has_a_case_here():
     assert set(CASES) == set(ALL)
 
 
@@ -86,7 +86,7 @@ def test_sensitivity_of_every_active_slot_agrees_with_finite_differences(name):
 @pytest.mark.parametrize("exponent", [0.5, 1.0, 3.0])
 def test_sensitivity_of_a_power_law_holds_at_other_exponents(exponent):
     base = equation_with("drag_exponent")
-    own = shelf.find("drag_exponent", exponent=exponent)
+    own = registry.find("drag_exponent", exponent=exponent)
     theta = Equation((*base.terms[:-1], own), (*base.coefficients[:-1], 300.0), mass_kg=MASS_KG).theta(X0_M, 0.03)
     slots = np.array([SLOT["mass"], SLOT["cp"], SLOT["p"]])
     h = 2.0 * math.pi / fastest_frequency(theta) / 200
@@ -147,7 +147,7 @@ def _unit(text: str, exponent: float | None) -> pint.Unit:
 def test_coefficient_times_column_is_a_force(name):
     # the column's unit from how it scales when metres and seconds are renamed
     _, inner, _ = CASES[name]
-    term = shelf.find(name, **inner)
+    term = registry.find(name, **inner)
     rng = np.random.default_rng(3)
     n = 400
     t = np.linspace(0.0, 4.0, n)
@@ -161,7 +161,7 @@ def test_coefficient_times_column_is_a_force(name):
         if p.name in inner
     }
     si = term.force(x, v, a, t)
-    small = shelf.find(name, **scaled).force(x * metre, v * metre / second, a * metre / second**2, t * second)
+    small = registry.find(name, **scaled).force(x * metre, v * metre / second, a * metre / second**2, t * second)
     unit = UNITS.newton / _unit(term.coefficient.unit, inner.get("exponent"))
     at = int(np.argmax(np.abs(si)))
     assert small[at] / si[at] == pytest.approx(_scale_of_dimension(unit, in_small_units), rel=1e-9)

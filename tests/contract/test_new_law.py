@@ -41,9 +41,9 @@ class ClosingGap(Term):
 
 
 @pytest.fixture
-def shelf(monkeypatch):
+def with_own_law(monkeypatch):
     """The registry with the new law on it, for one test."""
-    monkeypatch.setattr(registry, "_SHELF", registry.catalogue())
+    monkeypatch.setattr(registry, "_LAWS", registry.catalogue())
     registry.register(ClosingGap)
     return registry
 
@@ -54,7 +54,7 @@ def recordings() -> list:
     return [run.recorded(noise_m=1e-4, seed=i, name=f"r{i}") for i, run in enumerate(runs)]
 
 
-def test_a_new_law_is_simulated_and_handed_over(shelf):
+def test_a_new_law_is_simulated_and_handed_over(with_own_law):
     law = {"stiffness": K_N_PER_M, "closing_gap": OWN_N_PER_M2}
     run = undertow.simulate(law, x0=0.1, mass_kg=MASS_KG, rate_hz=50.0, duration_s=1.0)
     plain = undertow.simulate({"stiffness": K_N_PER_M}, x0=0.1, mass_kg=MASS_KG, rate_hz=50.0, duration_s=1.0)
@@ -62,7 +62,7 @@ def test_a_new_law_is_simulated_and_handed_over(shelf):
     assert "'ElasticMultiLinear'" in run.to_opensees()
 
 
-def test_a_new_law_is_fitted(shelf):
+def test_a_new_law_is_fitted(with_own_law):
     found = undertow.fit(
         recordings(), ["stiffness", "viscous_damping", "closing_gap"], mass_kg=MASS_KG, stiffness_N_per_m=K_N_PER_M
     )
@@ -71,7 +71,7 @@ def test_a_new_law_is_fitted(shelf):
     assert number.total_stderr < 0.1 * OWN_N_PER_M2
 
 
-def test_a_new_law_is_suspected_named_and_reported(shelf):
+def test_a_new_law_is_suspected_named_and_reported(with_own_law):
     found = undertow.diagnose(
         recordings(), ["stiffness", "viscous_damping"], mass_kg=MASS_KG, stiffness_N_per_m=K_N_PER_M,
         suspects=["closing_gap", "linear_damping"], scatter={"k": 0.001, "c": 0.05},
@@ -83,6 +83,6 @@ def test_a_new_law_is_suspected_named_and_reported(shelf):
     assert "a gap that closes" in found._repr_html_() or "closing_gap" in found._repr_html_()
 
 
-def test_a_name_is_taken_once(shelf):
-    with pytest.raises(ConfigError, match="'closing_gap' is on the shelf already; give the law a name of its own"):
-        shelf.register(ClosingGap)
+def test_a_name_is_taken_once(with_own_law):
+    with pytest.raises(ConfigError, match="'closing_gap' is in the registry already; give the law a name of its own"):
+        registry.register(ClosingGap)

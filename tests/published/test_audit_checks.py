@@ -68,7 +68,7 @@ def test_the_short_springs_period_and_stiffness_disagree():
 
 def test_the_captions_slips_and_the_stiffness_behind_their_releases_are_found():
     assert len([o for o in published().checks if o.rule == "slip of the point"]) == 3
-    assert "3.859e+05 N/m" in one("releases told twice", "figure06").sentence
+    assert "3.859e+05 N/m" in one("releases stated twice", "figure06").sentence
 
 
 def test_table_1s_drift_of_k_and_two_groups_of_c_are_found():

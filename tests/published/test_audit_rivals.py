@@ -1,4 +1,4 @@
-"""Rivals behind simulated tables: the right one is named, nobody is accused where Eq. 15 is true, errors are
+"""Rivals behind simulated tables: the right one is named, nothing is named where Eq. 15 is true, errors are
 sentences."""
 
 from __future__ import annotations
@@ -49,7 +49,7 @@ def found(name: str) -> Answer:
     return answer([simulated(truths[name])], NODES)
 
 
-def test_nobody_is_accused_where_equation_15_is_true():
+def test_nothing_is_named_where_equation_15_is_true():
     verdict = judge(found("nothing"))
     assert verdict.verdict == ()
     assert verdict.status == "nothing_missing"

@@ -84,7 +84,7 @@ def test_counts_and_coverage_are_taken_over_the_right_tables():
     effects = found["effects"]
     assert (effects["named"], effects["preferred"], effects["class"], effects["right"]) == (1, 0, 1, 1)
     assert (effects["tables"], found["tables"], effects["size"]) == (2, 4, 1.5)
-    assert (found["accused"], found["eq15"]) == (1, 2)
+    assert (found["false_positives"], found["eq15"]) == (1, 2)
     assert (found["coverage"][KEY]["tables"], found["coverage"][KEY]["inside"]) == (3, 2)
 
 
@@ -107,16 +107,16 @@ def test_a_row_below_the_bound_prints_zero_and_the_drag_there():
     assert printed_row(without_bound, first, -10.0, 1.0) == (-6.0, 9.0)
 
 
-def test_a_told_auditor_accuses_at_the_doubt_that_leaves_eq_15_alone():
+def test_a_told_auditor_names_at_the_doubt_that_leaves_eq_15_alone():
     def row(truth: str, equation: float) -> dict:
         return {"truth": truth, "told_scatter": {"equation 15": equation, "linear_damping": 0.0}}
 
     # a clear and a weak effect; of two tables of Eq. 15 the least sure one sets the doubt
     rows = [row("linear_damping", -9.0), row("linear_damping", 2.0), row("", 5.0), row("", 1.0)]
-    assert told(rows) == {"right": 1, "tables": 2, "accused": 0}
+    assert told(rows) == {"right": 1, "tables": 2, "false_positives": 0}
 
 
-def test_wrong_accusations_are_foretold_by_what_eq_15_keeps():
+def test_false_positives_are_foretold_by_what_eq_15_keeps():
     rows = [result("linear_damping", ["linear_damping"], []) | {"equation_15": 0.05}]
     rows += [result("", [], []) | {"equation_15": 0.95}]
     assert summary(rows)["expected"] == pytest.approx(0.05)

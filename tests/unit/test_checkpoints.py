@@ -20,7 +20,7 @@ from undertow.conditioning.motion import Motion
 from undertow.discrepancy.findings import AugmentedRun, Findings, GroupFindings
 from undertow.discrepancy.judge import Judged
 from undertow.discrepancy.verdict import Described, PhysicalCheck, Rejected, Verdict
-from undertow.equation import registry as shelf
+from undertow.equation import registry
 from undertow.likelihood.fit import Specimen
 from undertow.likelihood.scale import choose_anchor
 from undertow.quantities import Estimate
@@ -38,7 +38,7 @@ def motion(name: str, x0: float, seed: int = 0, gain: float = 1.0) -> Motion:
 @pytest.fixture(scope="module")
 def task() -> GroupTask:
     specimen = Specimen(mass_kg=2637.4)
-    terms = tuple(shelf.find(name) for name in ("stiffness", "viscous_damping", "coulomb_friction"))
+    terms = tuple(registry.find(name) for name in ("stiffness", "viscous_damping", "coulomb_friction"))
     motions = (motion("a", 0.03), motion("b", 0.05))
     anchor = choose_anchor(specimen, None, None, False)
     return GroupTask({"spring": MARKUP}, False, motions, terms, specimen, None, anchor, methods=("sindy",))
@@ -101,8 +101,8 @@ def test_a_verdict_with_everything_in_it_comes_back(
         ({"freedom": 3.0}, "degrees of freedom of the scatter"),
         ({"dry": True}, "whether it is dry"),
         ({"methods": ("sindy", "output_error")}, "the methods"),
-        ({"terms": (shelf.find("stiffness"),)}, "the equation"),
-        ({"terms": (shelf.find("drag_exponent", exponent=1.5),)}, "an inner parameter"),
+        ({"terms": (registry.find("stiffness"),)}, "the equation"),
+        ({"terms": (registry.find("drag_exponent", exponent=1.5),)}, "an inner parameter"),
     ],
 )
 def test_a_groups_name_changes_with(task: GroupTask, changes: dict[str, object], why: str) -> None:
@@ -110,7 +110,7 @@ def test_a_groups_name_changes_with(task: GroupTask, changes: dict[str, object],
 
 
 def test_an_inner_parameter_changes_a_groups_name(task: GroupTask) -> None:
-    one, other = (replace(task, terms=(shelf.find("drag_exponent", exponent=p),)) for p in (1.5, 1.6))
+    one, other = (replace(task, terms=(registry.find("drag_exponent", exponent=p),)) for p in (1.5, 1.6))
     assert checkpoints.digest(one) != checkpoints.digest(other)
 
 

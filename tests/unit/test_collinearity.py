@@ -31,7 +31,7 @@ def test_inflation_is_the_variance_beside_that_with_the_others_held():
 
 def test_a_pair_is_said_with_how_much_worse_each_is_known():
     result = collinearity(("c", "q"), np.array([[1.0, -0.99], [-0.99, 1.0]]), np.ones(2))
-    assert "hardly told apart (correlation -0.990): alone each is known 7.1 times worse" in result.sentences[0]
+    assert "hardly distinguishable (correlation -0.990): alone each is known 7.1 times worse" in result.sentences[0]
 
 
 def test_three_that_mix_without_any_pair_are_named_as_a_combination():

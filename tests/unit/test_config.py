@@ -11,7 +11,7 @@ from ruamel.yaml import YAML
 
 from undertow.campaign.config import RunConfig, load, look_up, schema_text, write_schema
 from undertow.campaign.config.settings import Table
-from undertow.equation import registry as shelf
+from undertow.equation import registry
 from undertow.errors import ConfigError
 from undertow.recording.catalogue import TimeWindow, read_trial
 from undertow.recording.conditions import same_condition
@@ -161,7 +161,7 @@ def test_without_dry_trials_no_trial_is_dry(tmp_path: Path, dry: str) -> None:
         (
             "name: small",
             "name: small\nequation: {terms: [stifness]}",
-            r"line 2: .*'stifness' is not on the shelf; .*'stiffness'",
+            r"line 2: .*'stifness' is not in the registry; .*'stiffness'",
         ),
         (
             "name: small",
@@ -280,11 +280,11 @@ def test_every_key_in_the_schema_is_described() -> None:
     assert silent == []
 
 
-def test_every_term_on_the_shelf_may_be_prescribed(tmp_path: Path) -> None:
-    terms = ", ".join(shelf.names())
+def test_every_term_in_the_registry_may_be_prescribed(tmp_path: Path) -> None:
+    terms = ", ".join(registry.names())
     assert (
         load(changed(tmp_path, "name: small", f"name: small\nequation: {{terms: [{terms}]}}")).equation.terms
-        == shelf.names()
+        == registry.names()
     )
 
 

@@ -52,7 +52,7 @@ def test_frictionless_decay_has_the_logarithmic_decrement_and_says_that_friction
     envelope = fit_envelope(decay(body=body))
     zeta = 590.0 / 2.0 / math.sqrt(109592.0 * MASS_KG)
     assert envelope.values[0] == pytest.approx(2.0 * math.pi * zeta / math.sqrt(1.0 - zeta**2), rel=1e-4)
-    assert "not told from 0" in identify_decay(decay(body=body), SPECIMEN).parameters["mu"].outcome
+    assert "not distinct from 0" in identify_decay(decay(body=body), SPECIMEN).parameters["mu"].outcome
 
 
 def test_envelope_does_not_care_where_the_sensor_has_its_zero():

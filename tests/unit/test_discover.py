@@ -198,7 +198,7 @@ def test_displacement_alone_is_enough():
         ({"known": "stiffness"}, r"known is the text 'stiffness'; give a sequence of names"),
         ({"together": (("stiffness", "spring"),)}, r"together names 'spring'"),
         ({"exclusive": (("a", "b"),)}, r"exclusive names 'a'"),
-        ({"terms": ("stiffnes",)}, r"equation term 'stiffnes' is not on the shelf; did you mean 'stiffness'"),
+        ({"terms": ("stiffnes",)}, r"equation term 'stiffnes' is not in the registry; did you mean 'stiffness'"),
         ({"terms": ()}, r"3 trials and 0 terms; give at least one of each"),
         ({"terms": ("stiffness", "hidden_resonator")}, r"2 terms cannot be judged on simulated motion: hidden_res"),
         ({"scatter": {"mass": 0.1}}, r"scatter of 'mass' is 0.1; give a share above 0 of one of stiffness"),
@@ -225,10 +225,10 @@ def test_what_is_doubtful_is_said_first(fitted):
     structure = fitted.structure_
     name = structure.names[1]
     worse = dict(structure.numbers)
-    worse[name] = replace(worse[name], outcome="not told from 0: 0.1 with a standard error of 0.2")
+    worse[name] = replace(worse[name], outcome="not distinct from 0: 0.1 with a standard error of 0.2")
     route = replace(structure.route, agrees=False, sentence="weak form DISAGREES")
     lost = replace(structure, numbers=worse, route=route)
-    assert f"{name}: not told from 0" in as_text(lost).splitlines()[2]
+    assert f"{name}: not distinct from 0" in as_text(lost).splitlines()[2]
     assert doubts(lost)[0] == "weak form DISAGREES"
     assert "weak form DISAGREES" not in findings(lost)
     assert as_html(lost).count("<strong>") == 2

@@ -33,9 +33,9 @@ def candidate(name: str, score: float, out: str = "", aside: bool = False) -> Si
     return SimpleNamespace(names=(name,), suspects=(name,), score=score, out=out, aside=aside)
 
 
-def diagnosis(accused: bool = False, **facts: object) -> SimpleNamespace:
+def diagnosis(named: bool = False, **facts: object) -> SimpleNamespace:
     """A search that ended and found nothing, unless told otherwise."""
-    plain = {"accused": accused, "looked": 20, "unfinished": (), "small": None, "null": SimpleNamespace(score=0.0)}
+    plain = {"named": named, "looked": 20, "unfinished": (), "small": None, "null": SimpleNamespace(score=0.0)}
     plain |= {"best": candidate("linear_damping", 20.0), "candidates": (), "rivals": ()}
     return SimpleNamespace(**(plain | facts))
 

@@ -12,7 +12,7 @@ import pytest
 from tests.findings_fixture import small_findings
 from undertow.conditioning.motion import Motion, Window
 from undertow.discrepancy.energy import EnergyBudget, budget_words, energy_budget
-from undertow.equation import registry as shelf
+from undertow.equation import registry
 from undertow.equation.equation import Equation
 from undertow.equation.simulate import simulate
 from undertow.quantities import Estimate
@@ -23,7 +23,7 @@ BARE = (("stiffness", K_N_PER_M), ("viscous_damping", 600.0), ("coulomb_friction
 
 
 def equation(*pairs: tuple[str, float], **inner: float) -> Equation:
-    terms = [shelf.find(name, **(inner if name == "hidden_resonator" else {})) for name, _ in pairs]
+    terms = [registry.find(name, **(inner if name == "hidden_resonator" else {})) for name, _ in pairs]
     return Equation(tuple(terms), tuple(value for _, value in pairs), MASS_KG)
 
 

@@ -7,7 +7,7 @@ import math
 import numpy as np
 import pytest
 
-from undertow.equation import registry as shelf
+from undertow.equation import registry
 from undertow.equation.equation import Equation, equation_15
 from undertow.equation.kernel import SLOT
 from undertow.equation.notation import plain_symbol, quantity_latex, term_latex
@@ -17,12 +17,12 @@ from undertow.quantities import Parameter
 
 
 def one_term(name: str, coefficient: float, **inner: float) -> Equation:
-    return Equation((shelf.find("stiffness"), shelf.find(name, **inner)), (109600.0, coefficient), mass_kg=3908.4)
+    return Equation((registry.find("stiffness"), registry.find(name, **inner)), (109600.0, coefficient), mass_kg=3908.4)
 
 
 def test_unequal_numbers_of_terms_and_coefficients_are_refused():
     with pytest.raises(UndertowError, match="2 terms but 1 coefficients; give one each"):
-        Equation((shelf.find("stiffness"), shelf.find("viscous_damping")), (1.0,))
+        Equation((registry.find("stiffness"), registry.find("viscous_damping")), (1.0,))
 
 
 @pytest.mark.parametrize("value", [math.nan, math.inf])
@@ -38,7 +38,7 @@ def test_added_mass_that_eats_the_mass_is_refused():
 
 def test_equation_15_is_written_as_the_report_does():
     equation = Equation(
-        tuple(shelf.find(n) for n in ("stiffness", "viscous_damping", "coulomb_friction", "quadratic_drag")),
+        tuple(registry.find(n) for n in ("stiffness", "viscous_damping", "coulomb_friction", "quadratic_drag")),
         (109600.0, 590.0, 170.0, 3924.0),
         mass_kg=3908.0,
     )
@@ -89,7 +89,7 @@ def test_an_amplitude_dependent_resonator_shows_its_own_damping_and_stiffness():
 
 
 def test_two_resonators_have_their_own_states():
-    equation = Equation((shelf.find("hidden_resonator"),) * 2, (300.0, 200.0), mass_kg=2637.4)
+    equation = Equation((registry.find("hidden_resonator"),) * 2, (300.0, 200.0), mass_kg=2637.4)
     assert str(equation).startswith("2637.4 x'' + 300 (x'' + s1'') + 200 (x'' + s2'') = 0; s1'' + ")
 
 
@@ -111,12 +111,12 @@ def test_latex_with_numbers_has_units_and_errors():
     assert r"+ (1271 \pm 12)\,\mathrm{kg}\,\ddot{x} = 0" in latex
 
 
-@pytest.mark.parametrize("name", shelf.names())
+@pytest.mark.parametrize("name", registry.names())
 def test_latex_of_every_term_is_balanced_and_holds_no_symbol_beside_its_number(name):
     latex = one_term(name, 3.0).to_latex(numbers=True)
     assert latex.count("{") == latex.count("}")
     assert latex.count("(") == latex.count(")")
-    term = shelf.find(name)
+    term = registry.find(name)
     force, memory = term_latex(term, 3.0)
     bare = (force + memory).replace(r"\mathrm", "")
     for parameter in term.parameters:
@@ -151,8 +151,8 @@ def test_theta_adds_up_what_shares_a_slot():
 
 
 def test_theta_numbers_resonators():
-    first = shelf.find("hidden_resonator", natural_frequency_rad_per_s=5.0)
-    second = shelf.find("hidden_resonator", natural_frequency_rad_per_s=9.0)
+    first = registry.find("hidden_resonator", natural_frequency_rad_per_s=5.0)
+    second = registry.find("hidden_resonator", natural_frequency_rad_per_s=9.0)
     theta = Equation((first, second), (1.0, 2.0)).theta()
     assert [theta[SLOT[s]] for s in ("hm1", "hw1", "hm2", "hw2", "hm3")] == [1.0, 5.0, 2.0, 9.0, 0.0]
 
@@ -166,7 +166,7 @@ def test_theta_splits_a_forcing_into_cosine_and_sine():
 
 @pytest.mark.parametrize(("count", "compiled"), [(3, True), (4, False)])
 def test_the_compiled_integrator_holds_three_resonators(count, compiled):
-    equation = Equation((shelf.find("hidden_resonator"),) * count, (1.0,) * count)
+    equation = Equation((registry.find("hidden_resonator"),) * count, (1.0,) * count)
     assert equation.compiled is compiled
 
 

@@ -45,7 +45,7 @@ def trials():
 
 
 @pytest.mark.parametrize(("w", "zeta"), [(9.6, 0.02), (3.0, 0.0), (40.0, 0.6)])
-def test_the_modal_form_of_a_response_is_the_shelf_terms_own(w, zeta):
+def test_the_modal_form_of_a_response_is_the_registered_terms_own(w, zeta):
     rng = np.random.default_rng(0)
     a = np.cumsum(rng.standard_normal(800))
     t = np.arange(800) * STEP_S

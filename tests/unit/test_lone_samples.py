@@ -1,4 +1,4 @@
-"""Lone samples: instants and means are told apart by the turns, and cells of several samples are left alone."""
+"""Lone samples: instants and means are distinguished by the turns, and cells of several samples are left alone."""
 
 from __future__ import annotations
 

@@ -1,50 +1,50 @@
-"""Look-ups on the shelf."""
+"""Look-ups in the registry."""
 
 from __future__ import annotations
 
 import pytest
 
-from undertow.equation import registry as shelf
+from undertow.equation import registry
 from undertow.equation.kernel import SLOT
 from undertow.equation.notation import plain_symbol
 from undertow.equation.structure import Stiffness
 from undertow.errors import ConfigError
 
 
-def test_every_name_on_the_shelf_is_there_once():
-    assert len(set(shelf.names())) == len(shelf.names())
+def test_every_name_in_the_registry_is_there_once():
+    assert len(set(registry.names())) == len(registry.names())
 
 
-@pytest.mark.parametrize("name", shelf.names())
+@pytest.mark.parametrize("name", registry.names())
 def test_every_name_finds_its_own_term(name):
-    assert shelf.find(name).name == name
+    assert registry.find(name).name == name
 
 
 def test_inner_parameters_are_passed_on():
-    assert shelf.find("hidden_resonator", damping_ratio=0.3).inner["damping_ratio"] == 0.3
+    assert registry.find("hidden_resonator", damping_ratio=0.3).inner["damping_ratio"] == 0.3
 
 
 def test_a_misspelt_name_is_answered_with_the_nearest_one():
-    with pytest.raises(ConfigError, match="'quadratic_drug' is not on the shelf; did you mean 'quadratic_drag'"):
-        shelf.find("quadratic_drug")
+    with pytest.raises(ConfigError, match="'quadratic_drug' is not in the registry; did you mean 'quadratic_drag'"):
+        registry.find("quadratic_drug")
 
 
 def test_a_name_like_none_is_sent_to_the_list():
-    with pytest.raises(ConfigError, match="'xyz' is not on the shelf; `undertow terms` lists all"):
-        shelf.find("xyz")
+    with pytest.raises(ConfigError, match="'xyz' is not in the registry; `undertow terms` lists all"):
+        registry.find("xyz")
 
 
-@pytest.mark.parametrize("name", shelf.names())
+@pytest.mark.parametrize("name", registry.names())
 def test_every_term_says_what_it_is(name):
-    term = shelf.find(name)
+    term = registry.find(name)
     for text in (term.law, term.latex, term.source, term.left_out, type(term).__doc__):
         assert text
         assert text.strip() == text or text == type(term).__doc__
 
 
-@pytest.mark.parametrize("name", shelf.names())
+@pytest.mark.parametrize("name", registry.names())
 def test_every_parameter_has_a_unit_a_place_in_the_kernel_and_its_symbol_in_the_law(name):
-    term = shelf.find(name)
+    term = registry.find(name)
     assert set(term.slots) == {p.name for p in term.parameters}
     for parameter in term.parameters:
         assert parameter.unit
@@ -54,15 +54,15 @@ def test_every_parameter_has_a_unit_a_place_in_the_kernel_and_its_symbol_in_the_
         assert slot in SLOT or f"{slot}1" in SLOT
 
 
-@pytest.mark.parametrize("name", shelf.names())
+@pytest.mark.parametrize("name", registry.names())
 def test_inner_parameters_lie_inside_their_bounds_by_default(name):
-    term = shelf.find(name)
+    term = registry.find(name)
     for parameter in term.parameters[1:]:
         assert parameter.lower <= term.inner[parameter.name] <= parameter.upper
 
 
 def test_the_catalogue_has_the_order_of_the_names():
-    assert tuple(term.name for term in shelf.catalogue()) == shelf.names()
+    assert tuple(term.name for term in registry.catalogue()) == registry.names()
 
 
 def test_a_law_derived_from_another_is_not_taken_for_it():

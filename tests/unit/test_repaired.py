@@ -9,7 +9,7 @@ import pytest
 
 from undertow.discrepancy.repaired import repaired_equation, repaired_errors
 from undertow.discrepancy.verdict import Described, Verdict
-from undertow.equation import registry as shelf
+from undertow.equation import registry
 from undertow.equation.equation import Equation, equation_15
 from undertow.errors import IdentificationError
 from undertow.likelihood.fit import Specimen
@@ -79,7 +79,7 @@ def test_a_sine_takes_from_the_line_what_it_gives_back():
 
 
 def test_without_an_anchor_the_total_mass_stays_one_and_numbers_are_per_mass():
-    prescribed = Equation((shelf.find("stiffness"),), (41.0,))
+    prescribed = Equation((registry.find("stiffness"),), (41.0,))
     numbers = {"k_N_per_m_per_mass": Estimate(42.0, 0.2), "linear_damping.c_Ns_per_m": Estimate(0.3)}
     said = verdict("linear_damping", **numbers)
     found = repaired_equation(prescribed, said, Specimen())

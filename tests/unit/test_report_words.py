@@ -12,7 +12,7 @@ import pytest
 from tests.findings_fixture import MARKUP, bare_findings, make_findings, small_findings
 from undertow.discrepancy.findings import GroupFindings
 from undertow.discrepancy.words import group_title, percent
-from undertow.equation import registry as shelf
+from undertow.equation import registry
 from undertow.equation.equation import Equation
 from undertow.errors import UndertowError
 from undertow.front.terminal.changes import comparison_text
@@ -73,7 +73,7 @@ def test_inner_parameters_of_a_chosen_term_are_its_own() -> None:
     per_mass = {"drag_exponent": Estimate(2.0, 0.1), "drag_exponent.exponent": Estimate(1.4, 0.05)}
     group = replace(wet(), fits={"sindy": Fit("sindy", (), per_mass)})
     equation, _ = method_equation(group, "sindy")
-    assert equation.terms == (shelf.find("drag_exponent", exponent=1.4),)
+    assert equation.terms == (registry.find("drag_exponent", exponent=1.4),)
     assert is_per_mass(equation, {})
 
 
@@ -94,16 +94,16 @@ def test_friction_and_drag_have_no_force_where_mass_and_area_are_not_known() -> 
 
 
 def test_numbers_errors_and_units_stand_in_the_latex_and_per_mass_none() -> None:
-    stiffness = (shelf.find("stiffness"),)
+    stiffness = (registry.find("stiffness"),)
     with_mass = numeric_latex(Equation(stiffness, (402036.0,), 2637.4), {"stiffness": 300.0})
     assert with_mass == r"2637.4\,\mathrm{kg}\,\ddot{x} + (402000 \pm 300)\,\mathrm{N/m}\,x = 0"
-    alone = numeric_latex(Equation((*stiffness, shelf.find("coulomb_friction")), (41.6, 0.06)), {})
+    alone = numeric_latex(Equation((*stiffness, registry.find("coulomb_friction")), (41.6, 0.06)), {})
     assert alone == r"\ddot{x} + 41.6\,x + 0.06\,\mathrm{sgn}(\dot{x}) = 0"
 
 
-@pytest.mark.parametrize("name", shelf.names())
+@pytest.mark.parametrize("name", registry.names())
 def test_a_broken_equation_is_the_whole_equation(name: str) -> None:
-    terms = tuple(shelf.find(n) for n in (*(n for n in shelf.names()[:5] if n != name), name))
+    terms = tuple(registry.find(n) for n in (*(n for n in registry.names()[:5] if n != name), name))
     numbers = (*(-3.0, 2.0, 1.5, 4.0, 5.0)[: len(terms) - 1], -6.0)
     equation = Equation(terms, numbers, 9.0)
     lines = numeric_lines(equation, {})

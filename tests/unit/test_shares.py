@@ -13,7 +13,7 @@ from undertow.conditioning.motion import Motion
 from undertow.discrepancy.residual import even_motion, residual_force
 from undertow.discrepancy.ridge import left_out_residuals
 from undertow.discrepancy.shares import Shares, residual_shares
-from undertow.equation import registry as shelf
+from undertow.equation import registry
 from undertow.equation.equation import Equation, equation_15
 from undertow.equation.simulate import simulate
 from undertow.errors import IdentificationError
@@ -28,7 +28,7 @@ WATER = frozenset({"added_mass", "quadratic_drag"})
 
 
 def with_term(name: str, coefficient: float, **inner: float) -> Equation:
-    term = shelf.find(name, **inner)
+    term = registry.find(name, **inner)
     return replace(PLAIN, terms=(*PLAIN.terms, term), coefficients=(*PLAIN.coefficients, coefficient))
 
 

@@ -87,7 +87,7 @@ def test_a_known_term_is_kept_though_the_data_do_not_ask_for_it():
     found = discover(exact_group(body, a_noise=0.05), EQ15, known=[CoulombFriction()])
     assert "coulomb_friction" in found.names
     assert "coulomb_friction: known to be there" in found.why()
-    assert found.fit.per_mass["coulomb_friction"].outcome.startswith("not told from 0")
+    assert found.fit.per_mass["coulomb_friction"].outcome.startswith("not distinct from 0")
 
 
 def test_a_coefficient_of_impossible_sign_is_said_and_not_selected():
@@ -123,7 +123,7 @@ def test_each_trial_alone_gives_its_own_equation():
 
 def test_a_pair_that_one_trial_cannot_tell_apart_is_noted():
     result = discover([exact_motion(LONG, 0.1, a_noise=0.05)], (*EQ15, CubicDamping()), subset=False)
-    assert any("quadratic_drag and cubic_damping are hardly told apart" in note for note in result.fit.notes)
+    assert any("quadratic_drag and cubic_damping are hardly distinguishable" in note for note in result.fit.notes)
 
 
 def test_results_name_units_contributions_and_missing_terms():

@@ -7,7 +7,7 @@ import math
 import numpy as np
 import pytest
 
-from undertow.equation import registry as shelf
+from undertow.equation import registry
 from undertow.equation.hidden import even_step, linear_response
 from undertow.errors import UndertowError
 
@@ -39,7 +39,7 @@ X, V, A, T = (np.array([value]) for value in (0.2, -0.5, 3.0, 0.7))
     ],
 )
 def test_force_per_unit_coefficient_has_its_value_by_hand(name, inner, force):
-    assert shelf.find(name, **inner).force(X, V, A, T) == pytest.approx([force])
+    assert registry.find(name, **inner).force(X, V, A, T) == pytest.approx([force])
 
 
 SYMMETRIC = (
@@ -57,36 +57,36 @@ def _swing(sign: float = 1.0):
 
 @pytest.mark.parametrize("name", SYMMETRIC)
 def test_mirrored_motion_gives_the_mirrored_force(name):
-    term = shelf.find(name)
+    term = registry.find(name)
     assert term.force(*_swing(-1.0)) == pytest.approx(-term.force(*_swing()), abs=1e-12)
 
 
 @pytest.mark.parametrize("name", ["asymmetric_stiffness", "position_damping", "asymmetric_friction"])
 def test_one_sided_laws_do_not_mirror(name):
-    term = shelf.find(name)
+    term = registry.find(name)
     assert term.force(*_swing(-1.0)) == pytest.approx(term.force(*_swing()), abs=1e-12)
 
 
-@pytest.mark.parametrize("name", shelf.names())
+@pytest.mark.parametrize("name", registry.names())
 def test_force_does_not_edit_the_motion(name):
     motion = _swing()
     for array in motion:
         array.setflags(write=False)
-    assert shelf.find(name).force(*motion).shape == motion[0].shape
+    assert registry.find(name).force(*motion).shape == motion[0].shape
 
 
 def test_resonator_under_a_step_of_acceleration_answers_in_closed_form():
     # s'' + w^2 s = -1 from rest: x'' + s'' = 1 - cos(w t)
     t = np.linspace(0.0, 3.0, 601)
-    term = shelf.find("hidden_resonator", natural_frequency_rad_per_s=5.0, damping_ratio=0.0)
+    term = registry.find("hidden_resonator", natural_frequency_rad_per_s=5.0, damping_ratio=0.0)
     response = term.force(0 * t, 0 * t, np.ones_like(t), t)
     assert response == pytest.approx(1.0 - np.cos(5.0 * t), abs=1e-9)
 
 
 def test_amplitude_dependent_resonator_tends_to_the_linear_one():
     x, v, a, t = _swing()
-    linear = shelf.find("hidden_resonator", natural_frequency_rad_per_s=5.0, damping_ratio=0.05)
-    nearly = shelf.find(
+    linear = registry.find("hidden_resonator", natural_frequency_rad_per_s=5.0, damping_ratio=0.05)
+    nearly = registry.find(
         "hidden_resonator", natural_frequency_rad_per_s=5.0, damping_ratio=0.05, quadratic_damping_per_m=1e-9
     )
     # RK4 with 5 ms steps against the exact first-order hold: (w h)^4
@@ -95,25 +95,25 @@ def test_amplitude_dependent_resonator_tends_to_the_linear_one():
 
 def test_relaxation_under_constant_velocity_answers_in_closed_form():
     t = np.linspace(0.0, 3.0, 301)
-    response = shelf.find("relaxation", time_s=0.4).force(t, np.ones_like(t), 0 * t, t)
+    response = registry.find("relaxation", time_s=0.4).force(t, np.ones_like(t), 0 * t, t)
     assert response == pytest.approx(0.4 * (1.0 - np.exp(-t / 0.4)), abs=1e-9)
 
 
 def test_hysteresis_in_one_direction_answers_in_closed_form():
     x = np.linspace(0.0, 0.03, 40)
-    response = shelf.find("hysteresis", yield_displacement_m=0.005).force(x, 0 * x, 0 * x, x)
+    response = registry.find("hysteresis", yield_displacement_m=0.005).force(x, 0 * x, 0 * x, x)
     assert response == pytest.approx(0.005 * (1.0 - np.exp(-x / 0.005)), abs=1e-12)
 
 
 def test_hysteresis_holds_its_force_while_the_body_rests():
     x = np.array([0.0, 0.01, 0.01, 0.01])
-    response = shelf.find("hysteresis").force(x, 0 * x, 0 * x, np.arange(4.0))
+    response = registry.find("hysteresis").force(x, 0 * x, 0 * x, np.arange(4.0))
     assert response[1] == response[2] == response[3]
 
 
 def test_echo_is_the_velocity_of_a_delay_ago_and_nothing_before():
     x, v, a, t = _swing()
-    echo = shelf.find("delayed_echo", delay_s=1.0).force(x, v, a, t)
+    echo = registry.find("delayed_echo", delay_s=1.0).force(x, v, a, t)
     assert np.all(echo[t < 1.0] == 0.0)
     assert echo[t >= 1.0] == pytest.approx(v[t <= t[-1] - 1.0], abs=1e-12)
 
@@ -121,7 +121,7 @@ def test_echo_is_the_velocity_of_a_delay_ago_and_nothing_before():
 def test_a_hidden_state_refuses_uneven_time():
     t = np.array([0.0, 0.1, 0.2, 0.35])
     with pytest.raises(UndertowError, match=r"relaxation: time steps differ by 0\.05 s from their median 0\.1 s"):
-        shelf.find("relaxation").force(t, t, t, t)
+        registry.find("relaxation").force(t, t, t, t)
 
 
 def test_even_steps_are_measured():

@@ -11,7 +11,7 @@ from scipy.optimize import brentq
 from scipy.special import ellipk
 
 from tests.reference import reference
-from undertow.equation import registry as shelf
+from undertow.equation import registry
 from undertow.equation.equation import Equation
 from undertow.equation.simulate import simulate
 from undertow.equation.term import Term
@@ -24,7 +24,7 @@ PERIOD = 2.0 * math.pi / W
 
 def made_of(mass: float = M, **coefficients: float) -> Equation:
     """An equation from term names and coefficients."""
-    return Equation(tuple(shelf.find(n) for n in coefficients), tuple(coefficients.values()), mass_kg=mass)
+    return Equation(tuple(registry.find(n) for n in coefficients), tuple(coefficients.values()), mass_kg=mass)
 
 
 def turning_points(equation: Equation, x0: float, count: int, steps: int = 200) -> np.ndarray:
@@ -110,8 +110,8 @@ def test_duffing_period_is_the_elliptic_integral(hardening):
 
 def _with_resonator(mass: float, w: float, zeta: float, **coefficients: float) -> Equation:
     names = tuple(coefficients)
-    resonator = shelf.find("hidden_resonator", natural_frequency_rad_per_s=w, damping_ratio=zeta)
-    return Equation((*(shelf.find(n) for n in names), resonator), (*coefficients.values(), mass), mass_kg=M)
+    resonator = registry.find("hidden_resonator", natural_frequency_rad_per_s=w, damping_ratio=zeta)
+    return Equation((*(registry.find(n) for n in names), resonator), (*coefficients.values(), mass), mass_kg=M)
 
 
 def test_body_and_resonator_move_as_the_matrix_exponential_of_two_modes():
@@ -181,8 +181,8 @@ def test_sloshing_sets_a_stuck_body_in_motion_again():
 def _steady(force: float, drive: float, **coefficients: float) -> complex:
     """Complex amplitude of the steady motion under force cos(drive t), with a Maxwell element (tau = 0.3 s)."""
     names = tuple(coefficients)
-    terms: list[Term] = [shelf.find(n) for n in names]
-    terms += [shelf.find("relaxation", time_s=0.3), shelf.find("external_forcing", frequency_rad_per_s=drive)]
+    terms: list[Term] = [registry.find(n) for n in names]
+    terms += [registry.find("relaxation", time_s=0.3), registry.find("external_forcing", frequency_rad_per_s=drive)]
     equation = Equation(tuple(terms), (*coefficients.values(), 60000.0, force), mass_kg=M)
     cycle = 2.0 * math.pi / drive
     t = 40.0 * cycle + np.arange(400) * cycle / 400
@@ -205,7 +205,7 @@ def test_hysteresis_loop_encloses_its_closed_form_area():
     amplitude, yields = 0.02, 0.004
     t = np.linspace(0.0, 6.0, 60001)  # six cycles of 1 s: the first loops settle as exp(-2 X / x_y) a half cycle
     x = amplitude * np.sin(2.0 * np.pi * t)
-    r = shelf.find("hysteresis", yield_displacement_m=yields).force(x, 0 * x, 0 * x, t)
+    r = registry.find("hysteresis", yield_displacement_m=yields).force(x, 0 * x, 0 * x, t)
     last = t >= 5.0
     area = np.trapezoid(r[last], x[last])
     # trapezia between 10,000 samples a cycle: 1e-6
@@ -215,8 +215,8 @@ def test_hysteresis_loop_encloses_its_closed_form_area():
 def test_first_half_swing_loses_the_work_of_the_yielding_element():
     # from r = 0 at the release to the next turning point, D away: F_y (D - x_y (1 - exp(-D/x_y)))
     k_h, yields, x0 = 40000.0, 0.004, 0.02
-    term = shelf.find("hysteresis", yield_displacement_m=yields)
-    equation = Equation((shelf.find("stiffness"), term), (K, k_h), mass_kg=M)
+    term = registry.find("hysteresis", yield_displacement_m=yields)
+    equation = Equation((registry.find("stiffness"), term), (K, k_h), mass_kg=M)
 
     def imbalance(x1: float) -> float:
         way = x0 + x1
@@ -228,7 +228,7 @@ def test_first_half_swing_loses_the_work_of_the_yielding_element():
 
 def test_echo_of_zero_delay_would_be_damping_and_acts_only_after_the_delay():
     delay = 1.3
-    echo = Equation((shelf.find("stiffness"), shelf.find("delayed_echo", delay_s=delay)), (K, 900.0), mass_kg=M)
+    echo = Equation((registry.find("stiffness"), registry.find("delayed_echo", delay_s=delay)), (K, 900.0), mass_kg=M)
     t = np.linspace(0.0, 3.0, 601)
     gap = simulate(echo, 0.02, t).x - simulate(made_of(stiffness=K), 0.02, t).x
     # before: nothing, up to the error of the two step patterns at 60 steps a period (1e-8 of x0)
@@ -250,7 +250,7 @@ class _Drag(Term):
     """A user's own law without a place in the compiled integrator."""
 
     name = "my_drag"
-    parameters = shelf.find("quadratic_drag").parameters
+    parameters = registry.find("quadratic_drag").parameters
     law, latex, source, left_out = "q v |v|", r"q\dot{x}|\dot{x}|", "test", "test"
 
     def force(self, x, v, a, t):
@@ -259,7 +259,7 @@ class _Drag(Term):
 
 def test_a_users_own_law_takes_the_general_path_to_the_same_motion():
     t = np.linspace(0.0, 8.0, 401)
-    shared = (shelf.find("stiffness"), shelf.find("coulomb_friction"))
+    shared = (registry.find("stiffness"), registry.find("coulomb_friction"))
     own = simulate(Equation((*shared, _Drag()), (K, 160.0, 3900.0), mass_kg=M), 0.02, t)
     compiled = simulate(made_of(stiffness=K, coulomb_friction=160.0, quadratic_drag=3900.0), 0.02, t)
     # the general path stops a reversal at 1e-9 of x0 (m/s) and runs at rtol 1e-10
@@ -267,7 +267,7 @@ def test_a_users_own_law_takes_the_general_path_to_the_same_motion():
 
 
 def test_memory_beside_a_users_own_law_is_refused_by_name():
-    equation = Equation((shelf.find("stiffness"), shelf.find("relaxation"), _Drag()), (K, 1e4, 3900.0), mass_kg=M)
+    equation = Equation((registry.find("stiffness"), registry.find("relaxation"), _Drag()), (K, 1e4, 3900.0), mass_kg=M)
     with pytest.raises(UndertowError, match="relaxation beside a law without compiled slots"):
         simulate(equation, 0.02, np.linspace(0.0, 1.0, 11))
 

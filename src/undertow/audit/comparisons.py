@@ -1,4 +1,4 @@
-"""Consistency between tables: the same quantity printed twice, the same water on another spring, releases told twice.
+"""Consistency between tables: the same quantity printed twice, the same water on another spring, releases stated twice.
 
 Belongs here: comparisons of columns of different tables. Does not belong here: laws (identities.py, forces.py).
 """
@@ -151,7 +151,7 @@ def _judge_releases(table: PublishedTable, full: PublishedTable, said: np.ndarra
                 f" With these releases load over release is {stiffness:.4g} N/m, not the {printed:.4g} N/m printed."
             )
         found.append(Oddity(
-            "releases told twice", (table.name, full.name), "release", float(said[-1]), float(known[-1]), "m",
+            "releases stated twice", (table.name, full.name), "release", float(said[-1]), float(known[-1]), "m",
             f"{table.title}: releases are {middle:.3f} times those of {full.title} throughout "
             f"({said[-1] / 10.0 ** decades[-1]:.4g} m against {known[-1]:.4g} m).{implied}",
         ))  # fmt: skip

@@ -24,9 +24,10 @@ ODDS = 20.0
 """Rivals within these odds of the preferred one are its alternatives (docs/discrepancy.md)."""
 
 DOUBT = 0.1
-"""No name is said while Eq. 15 with constant coefficients has more than this probability. Wrongly accused is then the
-probability that it keeps where names are said, over simulated tables one in a hundred of all it has
-(docs/published_tables.md). 0.02 would promise two in a hundred whatever the priors, and stay silent about weak effects.
+"""No name is said while Eq. 15 with constant coefficients has more than this probability. The false
+positives are then the probability that it keeps where names are said, over simulated tables one in a hundred of
+all it has (docs/published_tables.md). 0.02 would promise two in a hundred whatever the priors, and miss weak
+effects.
 """
 
 RULED_OUT = 0.02

@@ -1,4 +1,4 @@
-"""The shelf in words, for whoever asks which laws there are.
+"""The registry in words, for whoever asks which laws there are.
 
 Belongs here: their text. Does not belong here: the laws (equation/).
 """
@@ -12,9 +12,9 @@ from undertow.equation.term import Term
 
 
 def describe_terms(names: Sequence[str] = ()) -> str:
-    """Terms on the shelf (all where ``names`` is empty): law, parameters with units, source, a residual without it.
+    """Terms in the registry (all where ``names`` is empty): law, parameters with units, source, a residual without it.
 
-    Raises ConfigError for a name that is not on the shelf, with the nearest one.
+    Raises ConfigError for a name that is not in the registry, with the nearest one.
 
     >>> print(describe_terms(["stiffness"]))
     stiffness

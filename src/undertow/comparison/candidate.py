@@ -26,13 +26,13 @@ SIGNIFICANT = 3.0
 """A suspect's coefficient must be this many standard errors from zero."""
 
 OVERDAMPED = 0.25
-"""From this damping ratio on a resonator has no beat of its own: it cannot be told from memory that relaxes."""
+"""From this damping ratio on a resonator has no beat of its own: it looks like memory that relaxes."""
 
 BENT = 5.0
 """A trial's own k this many times its scatter away is no mass that changed: all of the trial's forces are scaled."""
 
 UNUSUAL = 3.0
-"""A sensor is accused where it errs by more than this many times its prior."""
+"""A sensor is named where it errs by more than this many times its prior."""
 
 TIED = 0.2
 """A force named beside another effect has phases of its own: were they drawn at random, they would agree from trial to
@@ -42,7 +42,7 @@ DRAWS = 2000
 """Random phases drawn for that share."""
 
 CLOCKED = 2
-"""Trials in which an outside force must be told from zero: in one alone a clock explains whatever is left."""
+"""Trials in which an outside force must be distinct from zero: in one alone a clock explains whatever is left."""
 
 OWN_FREQUENCY = 0.1
 """A force this close (relative) to the body's own frequency may be the body's own motion: its phases decide."""
@@ -103,7 +103,7 @@ class LevelDiagnosis:
     unfinished: tuple[str, ...] = ()
 
     @property
-    def accused(self) -> bool:
+    def named(self) -> bool:
         """Whether something is named as missing."""
         return bool(self.best.suspects)
 
@@ -167,7 +167,7 @@ def strengths(diagnosis: LevelDiagnosis) -> Mapping[str, float]:
 
 
 def doubt(level: Level, fit: JointFit) -> str:
-    """Why a candidate's numbers mean nothing: a bound, or a coefficient not told from zero; empty where they do."""
+    """Why a candidate's numbers mean nothing: a bound, or a coefficient not distinct from zero; empty where they do."""
     for addend in fit.addends:
         if addend in level.standing:
             continue
@@ -278,14 +278,14 @@ def _locked(level: Level, fit: JointFit, force: Addend) -> float:
 
 
 def _in_one_trial(level: Level, fit: JointFit, force: Addend) -> str:
-    """Whether an outside force is told from zero in fewer than two trials, in words: one trial knows no clock."""
+    """Whether an outside force is distinct from zero in fewer than two trials, in words: one trial knows no clock."""
     told = 0
     for motion in (m for member in level.members for m in member.motions):
         parts = [fit.value(n) / max(fit.solution.stderr(n), 1e-300) for n in _parts(force, motion)]
         told += math.hypot(*parts) > SIGNIFICANT
     if told >= CLOCKED:
         return ""
-    return f"{force.prefix} is told from zero in {told} of {level.trials} trials; {CLOCKED} show a clock of its own"
+    return f"{force.prefix} is distinct from zero in {told} of {level.trials} trials; {CLOCKED} show a clock of its own"
 
 
 def _tied(level: Level, fit: JointFit, force: Addend) -> str:

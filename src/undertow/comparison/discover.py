@@ -23,7 +23,7 @@ from undertow.comparison.structure_report import Outside, as_html, as_text, equa
 from undertow.conditioning.condition import condition
 from undertow.conditioning.driven import DrivenTrial
 from undertow.conditioning.motion import Motion
-from undertow.equation import registry as shelf
+from undertow.equation import registry
 from undertow.equation.driven_laws import find_driven
 from undertow.equation.equation import Equation
 from undertow.equation.kernel import SLOT
@@ -53,8 +53,8 @@ class Discovery(BaseEstimator):  # type: ignore[misc]
 
     Parameters
     ----------
-    terms : names from the shelf or Term objects; None takes the ten algebraic ones of `registry.TEN_TERMS`. A term with
-        one inner parameter (drag_exponent, stribeck_friction) has it refined.
+    terms : names from the registry or Term objects; None takes the ten algebraic ones of `registry.TEN_TERMS`. A term
+        with one inner parameter (drag_exponent, stribeck_friction) has it refined.
     known : names of terms that are certainly there.
     together : groups of names that enter all or none.
     exclusive : groups of names of which at most one enters.
@@ -178,8 +178,8 @@ class Discovery(BaseEstimator):  # type: ignore[misc]
         return discover_driven([trial], DrivenLaws(tuple(find_driven(name) for name in begin)), suspects)
 
     def _library(self) -> tuple[Term, ...]:
-        given = shelf.TEN_TERMS if self.terms is None else self.terms
-        library = tuple(shelf.find(term) if isinstance(term, str) else term for term in given)
+        given = registry.TEN_TERMS if self.terms is None else self.terms
+        library = tuple(registry.find(term) if isinstance(term, str) else term for term in given)
         return tuple(term for term in library if not term.is_inertia)
 
     @staticmethod

@@ -79,7 +79,7 @@ PARAMETERS_EACH = 3
 """Mass, frequency and damping of an oscillator: what BIC counts."""
 
 QUICK_ITERATIONS = 8
-"""Iterations after which the best start is told from the others."""
+"""Iterations after which the best start is distinguished from the others."""
 
 
 @dataclass(frozen=True)

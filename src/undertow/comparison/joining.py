@@ -28,8 +28,8 @@ STRUCTURE_WHEN_DRY_IS_CLEAN = 0.01
 
 
 def has_room(level: Level, suspect: Suspect, fit: JointFit) -> bool:
-    """Whether a suspect can be told from what is free anyway: a coefficient that every group fits is no suspect, nor a
-    sensor that is not recorded."""
+    """Whether a suspect differs from what is free anyway: a coefficient that every group fits is no suspect,
+    nor a sensor that is not recorded."""
     if len(level.members) == 1 and suspect.variant == EACH_SPRING:
         return False
     if suspect.name in {addend.prefix for addend in level.standing}:

@@ -3,7 +3,7 @@
 Every suspect is added to the prescribed equation and everything is refitted, jointly over the level's training trials
 and springs. The criterion (joint.py) is turned into probabilities with a stated prior: half that nothing is missing,
 half shared equally among the suspects, and a hundredth of that for each further effect. A suspect whose numbers mean
-nothing (on a bound, not told from zero) is out. Rivals within odds of 20 to 1 are named beside the answer.
+nothing (on a bound, not distinct from zero) is out. Rivals within odds of 20 to 1 are named beside the answer.
 
 Belongs here: the search. Does not belong here: what is believed beforehand (joining.py) and of its results
 (candidate.py), what it explains (explained.py), a first look at small effects (score_test.py), the proof on held-out
@@ -39,7 +39,7 @@ from undertow.comparison.suspect import Suspect
 from undertow.errors import IdentificationError
 from undertow.likelihood.budget import BudgetError, metered
 
-ACCUSE_PROBABILITY = 0.99
+NAMING_PROBABILITY = 0.99
 """Posterior probability from which a name is said."""
 
 EVIDENCE_ALONE = 10.0
@@ -127,7 +127,7 @@ class _Search:
                 break
             tried = self._at_own_memory(self._as_far_as_possible(depth), depth)
             self.found += tried
-            odds = math.log(ACCUSE_PROBABILITY / (1.0 - ACCUSE_PROBABILITY))
+            odds = math.log(NAMING_PROBABILITY / (1.0 - NAMING_PROBABILITY))
             possible = sorted((c for c in tried if not c.out), key=lambda c: -c.score)
             probable = [c for c in possible if c.score > self.best.score + odds]
             ahead = self._worthwhile(probable, REMAINING if depth else 1.0)
@@ -388,7 +388,7 @@ def diagnose(
     ``clean_when_dry`` says that the dry trials of the same rig need nothing: what belongs to the structure would have
     shown there.
 
-    Evidence alone would accuse effects that no free run shows (a gram of water, the smoothing of an amplifier): what
+    Evidence alone would name effects that no free run shows (a gram of water, the smoothing of an amplifier): what
     is named must also bring the free run of the training trials closer by `WORTH` of what repeating the test allows
     (each group's own `Member.allowed`). The search for further effects ends where the free run is as close as
     repetitions are to each other. ``budget`` multiplies what one suspect and the whole level may spend

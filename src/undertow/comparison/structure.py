@@ -239,7 +239,7 @@ def _estimates(found: Selected, terms: Sequence[Term], covariance: Array) -> dic
         if value <= found.book.lower[place] or value >= found.book.upper[place]:
             outcome = f"on its bound {value:.4g} {unit}: the law does not fit these trials"
         elif abs(value) < 2.0 * error and "." not in name:
-            outcome = f"not told from 0: {value:.3g} with a standard error of {error:.2g}"
+            outcome = f"not distinct from 0: {value:.3g} with a standard error of {error:.2g}"
         estimates[name] = Estimate(value, float(error), unit=unit, source="structure", outcome=outcome)
     return estimates
 

@@ -113,7 +113,7 @@ def left_out(structure: FoundStructure) -> tuple[str, ...]:
 
 
 def findings(structure: FoundStructure, outside: Outside | None = None) -> tuple[str, ...]:
-    """Rivals, what cannot be told apart, the second route and what is left."""
+    """Rivals, what cannot be distinguished, the second route and what is left."""
     said = []
     for rival in structure.rivals:
         added = [name for name in rival.terms if name.split("(")[0] not in structure.names]

@@ -158,7 +158,7 @@ def _hysteresis(s: Scales, start: float) -> tuple[Addition, ...]:
 
 
 STIFFEST = 20.0
-"""Stiffness of bristles over the body's own from which on they cannot be told from sliding (and are slow to follow)."""
+"""Stiffness of bristles over the body's own from which on they look like sliding (and are slow to follow)."""
 
 
 def _presliding(s: Scales, start: float) -> tuple[Addition, ...]:

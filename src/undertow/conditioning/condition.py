@@ -1,4 +1,4 @@
-"""From a recording to a motion: the one public entry of this room.
+"""From a recording to a motion: the one public entry of this package.
 
 Belongs here: the order of work. Does not belong here: the work (release.py, fusion.py, cycles.py).
 """

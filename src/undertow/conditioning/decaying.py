@@ -1,5 +1,5 @@
 """Whether a record shows a free decay at all: one that is driven, growing, stuck, chopped, wandering or too slowly
-sampled is told from one that can be identified, and said so.
+sampled is distinguished from one that can be identified, and said so.
 
 Everything is relative to the record's own swings, period, noise and rate.
 

@@ -86,7 +86,7 @@ HALF_WAY_RADIANS = math.pi / 3.0
 """A body let go is half way to its centre after this angle: 1 - cos."""
 
 UNREFINED_RADIANS = 0.3
-"""Error of a release that is told from that alone: friction and damping shift the way by so much."""
+"""Error of a release that is known from that alone: friction and damping shift the way by so much."""
 
 CROSSING_SHARE = 0.1
 """A crossing goes from this share of the largest deflection on one side to as much on the other."""

@@ -11,7 +11,7 @@ import math
 from undertow.comparison.candidate import RIVAL_ODDS, Candidate, LevelDiagnosis, probability
 from undertow.comparison.joint import free_run_error
 from undertow.comparison.level import Level
-from undertow.comparison.search import ACCUSE_PROBABILITY, OVERWHELMING, WORTH
+from undertow.comparison.search import NAMING_PROBABILITY, OVERWHELMING, WORTH
 from undertow.discrepancy.case import Case
 from undertow.discrepancy.verdict import Gate, Verdict
 from undertow.discrepancy.words import percent
@@ -58,15 +58,15 @@ def evidence(level: Level, case: Case, diagnosis: LevelDiagnosis) -> tuple[Gate,
     error = free_run_error(level, diagnosis.null.fit)
     size = case.baseline.nrmse / case.allowed
     said = Gate("free_run", "free-run error over repeatability", size, 1.0, size <= 1.0)
-    best = diagnosis.best if diagnosis.accused else strongest(diagnosis)
+    best = diagnosis.best if diagnosis.named else strongest(diagnosis)
     if best is None:
         return (said,)
     names = "+".join(best.names)
-    odds = math.log(ACCUSE_PROBABILITY / (1.0 - ACCUSE_PROBABILITY))
+    odds = math.log(NAMING_PROBABILITY / (1.0 - NAMING_PROBABILITY))
     gain = best.score - diagnosis.null.score
     after = free_run_error(level, best.fit)
     closer = math.sqrt(max(error**2 - after**2, 0.0))
-    rivals = len(diagnosis.rivals) if diagnosis.accused else 0
+    rivals = len(diagnosis.rivals) if diagnosis.named else 0
     return (
         said,
         Gate("evidence", f"log odds of {names} over nothing", gain, odds, gain > odds),
@@ -75,7 +75,7 @@ def evidence(level: Level, case: Case, diagnosis: LevelDiagnosis) -> tuple[Gate,
         Gate("free_run_closer", f"free run closer with {names}, in repeatabilities", closer, WORTH, closer > WORTH),
         Gate("rivals", f"other sets of names within odds of {RIVAL_ODDS:g}", float(rivals), 0.0, not rivals),
         Gate("posterior", f"posterior probability of {names}, excluded candidates included", posterior(diagnosis, best),
-             ACCUSE_PROBABILITY, posterior(diagnosis, best) >= ACCUSE_PROBABILITY),
+             NAMING_PROBABILITY, posterior(diagnosis, best) >= NAMING_PROBABILITY),
     )  # fmt: skip
 
 
@@ -95,7 +95,7 @@ def _flag(gate: str, statistic: str, reason: str, bars: tuple[str, ...], lacking
 
 def _unseen(verdict: Verdict, case: Case, diagnosis: LevelDiagnosis) -> tuple[Gate, ...]:
     """Whether what is named carries over to the trials that it never saw."""
-    if not diagnosis.accused or verdict.augmented is None:
+    if not diagnosis.named or verdict.augmented is None:
         return ()
     before, after = case.baseline.held_out_nrmse, verdict.augmented.held_out_nrmse
     if not (math.isfinite(before) and math.isfinite(after) and before > 0.0):
@@ -113,7 +113,7 @@ def _outweighed(diagnosis: LevelDiagnosis) -> tuple[Gate, ...]:
 
     What was set aside because it brings the free run no closer is no better answer, whatever its evidence.
     """
-    if not diagnosis.accused:
+    if not diagnosis.named:
         return ()
     said = {tuple(sorted(names)) for names in (diagnosis.best.names, *diagnosis.rivals)}
     barred = [c for c in diagnosis.candidates if c.out and not c.aside and c.suspects]

@@ -17,7 +17,7 @@ from undertow.comparison.candidate import Candidate, LevelDiagnosis
 from undertow.comparison.explained import beyond_doubt
 from undertow.comparison.joint import fit_joint, free_run_error
 from undertow.comparison.level import Level, Member
-from undertow.comparison.search import ACCUSE_PROBABILITY, WORTH
+from undertow.comparison.search import NAMING_PROBABILITY, WORTH
 from undertow.discrepancy.case import Case
 from undertow.discrepancy.decision import DOUBLED, gates
 from undertow.discrepancy.verdict import Gate, Verdict
@@ -107,7 +107,7 @@ def holds_with_twice_the_scatter(level: Level, diagnosis: LevelDiagnosis) -> boo
         fits.append(replace(one, fit=again))
     null, best = fits
     before, after = (free_run_error(wider, one.fit) for one in fits)
-    odds = math.log(ACCUSE_PROBABILITY / (1.0 - ACCUSE_PROBABILITY))
+    odds = math.log(NAMING_PROBABILITY / (1.0 - NAMING_PROBABILITY))
     closer = before > after and math.sqrt(before**2 - after**2) > WORTH
     shown = closer or not best.suspects[-1].shown_by_free_run or beyond_doubt(null, best)
     return best.score > null.score + odds and shown

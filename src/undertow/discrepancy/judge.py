@@ -65,11 +65,11 @@ def judge_level(
     level = make_level([_member(c) for c in cases], standing)
     clean = all(c.has_dry and not c.dry for c in cases) and not standing
     diagnosis = diagnose(level, suspects, clean, budget)
-    moved = ({},) * len(cases) if not diagnosis.accused else from_other_springs(
+    moved = ({},) * len(cases) if not diagnosis.named else from_other_springs(
         level, diagnosis.best.fit, [(*c.member.motions, *c.held) for c in cases]
     )  # fmt: skip
     runs = {name: run for case in cases for name, run in _runs(level, case, diagnosis).items()}
-    asked = diagnosis.accused and any(case.assumed for case in cases)
+    asked = diagnosis.named and any(case.assumed for case in cases)
     doubled = holds_with_twice_the_scatter(level, diagnosis) if asked else True
     said = (_verdict(level, case, diagnosis, to, runs) for case, to in zip(cases, moved, strict=True))
     verdicts = tuple(
@@ -77,7 +77,7 @@ def judge_level(
         for verdict, case in zip(said, cases, strict=True)
     )
     labels = tuple(c.member.label for c in cases)
-    if not diagnosis.accused:
+    if not diagnosis.named:
         return Judged(verdicts, labels, runs=runs)
     fit = diagnosis.best.fit
     errors = {n: fit.solution.stderr(n) for n in fit.solution.problem.names}
@@ -110,7 +110,7 @@ def _member(case: Case) -> Member:
 
 def _runs(level: Level, case: Case, diagnosis: LevelDiagnosis) -> dict[str, AugmentedRun]:
     """A case's free runs with what is named; none where nothing is, or where no motion comes of it."""
-    if not diagnosis.accused and not _known(level, case):
+    if not diagnosis.named and not _known(level, case):
         return {}
     width = case.member.options.rest_offset_std
     fit, member = diagnosis.best.fit, case.member
@@ -136,7 +136,7 @@ def _verdict(
         confidence=diagnosis.confidence,
     )  # fmt: skip
     known = _known(level, case)
-    if not diagnosis.accused and not known:
+    if not diagnosis.named and not known:
         alone = diagnosis.null.fit
         as_scatter = alone.misfit <= FAR_ABOVE_NOISE and case.baseline.nrmse <= case.allowed
         return _without_a_name(plain, case, free_run_error(level, alone) > STILL_MISSING, as_scatter)
@@ -155,7 +155,7 @@ def _verdict(
         found = {name: [_turned(one) for one in many] for name, many in found.items()}
     status: Status = "not_identifiable" if diagnosis.rivals else "explained"
     rest = training > STILL_MISSING * case.allowed and training > 0.5 * case.baseline.nrmse
-    if diagnosis.accused:
+    if diagnosis.named:
         rest = rest or held > max(UNPROVED * case.allowed, case.baseline.held_out_nrmse)
     return replace(
         plain,

@@ -91,7 +91,7 @@ def residual_force(motion: Motion, equation: Equation) -> ResidualForce:
     """The force r(t) of one trial against an equation with its numbers, in N.
 
     The band is first order: each of x, v, a moved by its own standard error, the three in quadrature; a friction's
-    jump counts in it where the velocity is not told from zero. A constant is not significant: the equation's rest
+    jump counts in it where the velocity is not distinct from zero. A constant is not significant: the equation's rest
     position is the motion's own.
 
     Raises IdentificationError where fewer than 20 samples lie in the window, or a term is not finite along the motion.

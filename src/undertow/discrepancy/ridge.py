@@ -1,7 +1,7 @@
 """Laws without names, learned on all trials but one and tried on that one.
 
 Least squares with a penalty on the size of the coefficients (ridge); its strength is the one that predicts left-out
-trials best. A bank is not used where what it gains on left-out trials is not told from zero. Every trial counts by
+trials best. A bank is not used where what it gains on left-out trials is not distinct from zero. Every trial counts by
 its weight, whatever its size.
 
 Source: Hoerl and Kennard 1970, doi:10.1080/00401706.1970.10488634.

@@ -1,4 +1,4 @@
-"""A verdict in one paragraph: what is missed, what explains it, what it was proved on, what it cannot be told from.
+"""A verdict in one paragraph: what is missed, what explains it, what it was proved on, which rivals remain.
 
 Belongs here: sentences. Does not belong here: words of names (naming.py), what is said (judge.py).
 """

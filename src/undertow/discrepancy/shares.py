@@ -32,7 +32,7 @@ from undertow.discrepancy.bank import bank_frequencies, clock_pair, memory_colum
 from undertow.discrepancy.findings import TrialFindings
 from undertow.discrepancy.residual import even_motion, residual_force, term_force
 from undertow.discrepancy.ridge import left_out_residuals
-from undertow.equation import registry as shelf
+from undertow.equation import registry
 from undertow.equation.equation import Equation
 from undertow.equation.kernel import SLOT
 from undertow.equation.term import Array
@@ -53,9 +53,9 @@ ABOVE_NOISE = 1.0
 """A residual force whose variance exceeds its noise's by less than this factor is not shared out."""
 
 BODY_BAND = 0.15
-"""A clock this close (relative) to the body's own frequency cannot be told from a trial whose k differs."""
+"""A clock this close (relative) to the body's own frequency cannot be distinguished from a trial whose k differs."""
 
-INERTIA = frozenset({"mass", *(law.name for law in shelf.catalogue() if law.is_inertia)})
+INERTIA = frozenset({"mass", *(law.name for law in registry.catalogue() if law.is_inertia)})
 """A free mass is refitted as a free stiffness, at the mass that it has: with mass and stiffness both free, no equation
 at all would leave no force at all."""
 

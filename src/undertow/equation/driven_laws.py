@@ -1,4 +1,4 @@
-"""Laws that a driven body can have beside those of the shelf: hysteresis with a shape, a constant force.
+"""Laws that a driven body can have beside those of the registry: hysteresis with a shape, a constant force.
 
 Belongs here: their rows, and where any law's parameters stand in the driven integrator. Does not belong here: laws that
 decays can hold too (structure.py and its neighbours).
@@ -12,7 +12,7 @@ from typing import ClassVar
 
 import numpy as np
 
-from undertow.equation import registry as shelf
+from undertow.equation import registry
 from undertow.equation.term import Array, Term
 from undertow.errors import ConfigError
 from undertow.quantities import Parameter
@@ -96,7 +96,7 @@ class DrivenUnknown:
 
 
 def find_driven(name: str, **inner: float) -> Term:
-    """The law of that name for a driven body: the shelf's and those of this file.
+    """The law of that name for a driven body: the registry's and those of this file.
 
     Raises ConfigError where there is none, or where its force has a clock of its own, which no driven trial fits.
 
@@ -106,7 +106,7 @@ def find_driven(name: str, **inner: float) -> Term:
     for own in _OWN:
         if own.name == name:
             return own(**inner)
-    term = shelf.find(name, **inner)
+    term = registry.find(name, **inner)
     if term.kind == "outside":
         raise ConfigError(f"equation term {name!r} beside a measured input is not fitted; leave it out")
     return term

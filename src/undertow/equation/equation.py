@@ -13,7 +13,7 @@ from types import MappingProxyType
 
 import numpy as np
 
-from undertow.equation import registry as shelf
+from undertow.equation import registry
 from undertow.equation.notation import quantity_latex, term_latex, term_text
 from undertow.equation.term import Array, Term
 from undertow.errors import UndertowError
@@ -134,5 +134,5 @@ def equation_15(
     >>> equation_15(2637.4, 1271.0, 590.0, 109600.0, 170.0, 3924.0).total_mass_kg
     3908.4
     """
-    terms = tuple(shelf.find(name) for name in shelf.EQUATION_15)
+    terms = tuple(registry.find(name) for name in registry.EQUATION_15)
     return Equation(terms, (k, c, friction_N, added_mass_kg, drag_Ns2_per_m2), mass_kg=mass_kg)

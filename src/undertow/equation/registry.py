@@ -1,4 +1,4 @@
-"""The shelf: every term by its name. A new law is one line here.
+"""The registry: every term by its name. A new law is one line here.
 
 Belongs here: the list and look-ups. Does not belong here: the laws.
 """
@@ -28,7 +28,7 @@ from undertow.equation.structure import (
 from undertow.equation.term import Term
 from undertow.errors import ConfigError
 
-_SHELF: tuple[type[Term], ...] = (
+_LAWS: tuple[type[Term], ...] = (
     Stiffness,
     ViscousDamping,
     CoulombFriction,
@@ -79,32 +79,32 @@ SEVEN_TERMS: tuple[str, ...] = tuple(
         Stiffness, ViscousDamping, CoulombFriction, QuadraticDrag, CubicStiffness, QuadraticStiffness, CubicDamping,
     )
 )  # fmt: skip
-"""The library for a pair of motions: laws that one record can tell apart."""
+"""The library for a pair of motions: laws that one record can distinguish."""
 
 
 def names() -> tuple[str, ...]:
-    """Names of all terms, in the shelf's order.
+    """Names of all terms, in the registry's order.
 
     >>> names()[:2]
     ('stiffness', 'viscous_damping')
     """
-    return tuple(cls.name for cls in _SHELF)
+    return tuple(cls.name for cls in _LAWS)
 
 
 def register(law: type[Term]) -> None:
-    """Put a law of one's own on the shelf, behind all others: configs, suspects and reports then know it by its name.
+    """Add a law of one's own to the registry, behind all others: configs, suspects and reports then know its name.
 
     ConfigError where another law has that name.
     """
-    global _SHELF
+    global _LAWS
     if law.name in names():
-        raise ConfigError(f"equation term {law.name!r} is on the shelf already; give the law a name of its own")
-    _SHELF = (*_SHELF, law)
+        raise ConfigError(f"equation term {law.name!r} is in the registry already; give the law a name of its own")
+    _LAWS = (*_LAWS, law)
 
 
 def row(name: str) -> type[Term] | None:
     """The law of that name, for what describes it; None where there is none."""
-    return next((cls for cls in _SHELF if cls.name == name), None)
+    return next((cls for cls in _LAWS if cls.name == name), None)
 
 
 def find(name: str, **inner: float) -> Term:
@@ -113,14 +113,14 @@ def find(name: str, **inner: float) -> Term:
     >>> find("drag_exponent", exponent=1.5).inner
     {'exponent': 1.5}
     """
-    for cls in _SHELF:
+    for cls in _LAWS:
         if cls.name == name:
             return cls(**inner)
     near = difflib.get_close_matches(name, names(), n=1)
     hint = f"did you mean {near[0]!r}?" if near else "`undertow terms` lists all"
-    raise ConfigError(f"equation term {name!r} is not on the shelf; {hint}")
+    raise ConfigError(f"equation term {name!r} is not in the registry; {hint}")
 
 
 def catalogue() -> tuple[type[Term], ...]:
-    """All term classes in the shelf's order, for what describes them."""
-    return _SHELF
+    """All term classes in the registry's order, for what describes them."""
+    return _LAWS

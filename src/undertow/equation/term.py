@@ -59,7 +59,7 @@ class Term(ABC):
     empty for a user's own law, which then takes the slower general path. ``left_out`` says what a residual looks
     like when this law is missing.
 
-    What other rooms ask of a law, in place of its name: whether it ``is_inertia`` (acts with the acceleration: its
+    What other packages ask of a law, in place of its name: whether it ``is_inertia`` (acts with the acceleration: its
     coefficient is a part of the total mass), has its ``own_clock`` (acts whatever the body does, with a size and a
     phase of each trial's own), ``dissipates`` (can only take energy), ``pulls_back`` (a restoring force to either
     side), ``is_spring`` (the linear one, or what stands for it; ``instead_of`` names the laws that it makes needless),

@@ -14,7 +14,7 @@ import numpy as np
 
 from undertow.conditioning.motion import Motion
 from undertow.conditioning.period import dominant_period
-from undertow.equation import registry as shelf
+from undertow.equation import registry
 from undertow.equation.general import PlacedTerm
 from undertow.equation.kernel import N_SLOTS, SLOT
 from undertow.equation.term import Term
@@ -231,5 +231,5 @@ def _own_law(term: Term, scale: float, suffix: str) -> list[Coefficient]:
 
 
 def terms_by_name(names: Sequence[str]) -> tuple[Term, ...]:
-    """Terms of the shelf by their names, in order."""
-    return tuple(shelf.find(name) for name in names)
+    """Terms of the registry by their names, in order."""
+    return tuple(registry.find(name) for name in names)

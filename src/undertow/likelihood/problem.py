@@ -119,8 +119,8 @@ class TrialOptions:
     the trial's largest displacement), ``drift_std`` the displacement's drift in SI. Clocks are angles of the motion,
     rad: ``release_radians`` the release instant's, ``clock_radians`` each further channel's against the displacement's.
     ``spring_force`` among the ``channels`` takes the load cells in, with a gain and a clock of their own that all
-    trials share: a load cell late by tau cannot be told from k tau more damping, but for the release's edge, so that
-    its clock needs its prior.
+    trials share: a load cell late by tau looks like k tau more damping, but for the release's edge, so that its
+    clock needs its prior.
     """
 
     channels: tuple[str, ...] = ("displacement", "acceleration", "velocity")

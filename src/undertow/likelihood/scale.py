@@ -16,7 +16,7 @@ from typing import Literal
 
 import numpy as np
 
-from undertow.equation import registry as shelf
+from undertow.equation import registry
 from undertow.likelihood.fit import Specimen, Structure
 from undertow.quantities import Estimate, format_number
 from undertow.recording.recording import Array
@@ -138,9 +138,9 @@ def contract_name(term: str, specimen: Specimen) -> tuple[str, str, float]:
     >>> contract_name("cubic_stiffness", Specimen())[0]
     'cubic_stiffness_N_per_m3'
     """
-    if term not in shelf.names():
+    if term not in registry.names():
         return term, "", 1.0
-    law = shelf.find(term)
+    law = registry.find(term)
     if law.published is None:
         return f"{term}_{law.coefficient.name}", law.coefficient.unit, 1.0
     whole = getattr(specimen, law.published.per) if law.published.per else math.nan

@@ -14,7 +14,7 @@ from typing import Literal
 import numpy as np
 
 from undertow.conditioning.motion import Motion
-from undertow.equation import registry as shelf
+from undertow.equation import registry
 from undertow.equation.equation import Equation
 from undertow.equation.kernel import SLOT
 from undertow.equation.term import Term
@@ -85,7 +85,7 @@ class GroupFit:
             if key not in errors:
                 errors[key] = abs(c.factor) * estimate.total_stderr
         if self.model.fixed is not None:
-            for law in (law for law in shelf.catalogue() if law.structural):
+            for law in (law for law in registry.catalogue() if law.structural):
                 held: Estimate = getattr(self.model.fixed, law.structural)
                 per = law.published.per if law.published is not None else ""
                 errors[law.name] = held.total_stderr * (getattr(self.model.specimen, per) if per else 1.0)

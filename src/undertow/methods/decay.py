@@ -178,7 +178,7 @@ def identify_decay(motion: Motion, specimen: Specimen) -> Fit:
 
 def _outcome(value: float, error: float) -> str:
     if abs(value) < 2.0 * error:
-        return f"not told from 0: {value:.3g} with a standard error of {error:.2g}"
+        return f"not distinct from 0: {value:.3g} with a standard error of {error:.2g}"
     return OK
 
 

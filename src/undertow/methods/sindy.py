@@ -39,7 +39,7 @@ MEMORY_PERIODS = 2.0
 """Residuals are taken as correlated over up to so many periods of the motion."""
 
 SELECTION_PERIODS = 0.125
-"""Length of the test functions by which terms are told apart: short, so that harmonics speak too."""
+"""Length of the test functions by which terms are distinguished: short, so that harmonics speak too."""
 
 ESTIMATION_PERIODS = (0.125, 0.25, 0.5)
 """Lengths of which that with the coefficients' smallest generalised variance is taken: noisy x asks for short ones."""
@@ -278,7 +278,7 @@ def _estimates(
     for term, name, value, error in zip(terms, names, values, errors, strict=True):
         outcome = OK
         if abs(value) < 2.0 * error:
-            outcome = f"not told from 0: {value:.3g} with a standard error of {error:.2g}"
+            outcome = f"not distinct from 0: {value:.3g} with a standard error of {error:.2g}"
         elif term.coefficient.lower >= 0.0 and value < 0.0:
             outcome = f"{value:.3g} is below 0, which {term.name} cannot be: something else is missing or not separable"
         unit = f"{term.coefficient.unit} / kg"
@@ -295,7 +295,7 @@ def _notes(names: Sequence[str], covariance: Array) -> tuple[str, ...]:
             correlation = covariance[one, other] / (errors[one] * errors[other])
             if abs(correlation) > COLLINEAR_CORRELATION:
                 notes.append(
-                    f"{names[other]} and {names[one]} are hardly told apart by these trials (correlation of their "
+                    f"{names[other]} and {names[one]} are hardly distinguishable by these trials (correlation of their "
                     f"coefficients {correlation:.3f})"
                 )
     return tuple(notes)

@@ -30,8 +30,8 @@ def find_spikes(values: Array, width: int = 7) -> Mask:
     """Mask (n,) of samples that stand alone: shorter than half of ``width`` samples, odd, at least 5.
 
     A spike must differ from the running median over ``width`` *and* from the cubic through the two samples on either
-    side that lie beyond half the width. The median alone would accuse every sharp peak, the cubic alone every release:
-    a snap bends the cubic but is monotone, so that the median follows it. The first and last samples are never accused.
+    side that lie beyond half the width. The median alone would flag every sharp peak, the cubic alone every release:
+    a snap bends the cubic but is monotone, so that the median follows it. The first and last samples are never flagged.
 
     >>> x = np.sin(np.linspace(0.0, 20.0, 400)); x[100] += 0.5
     >>> np.flatnonzero(find_spikes(x)).tolist()

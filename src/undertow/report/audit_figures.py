@@ -30,7 +30,7 @@ BAND = (0.05, 0.95)
 """Quantiles of a band: 90 %."""
 
 RIVALS_DRAWN = 3
-"""Rivals drawn beside Eq. 15: more bands than this cannot be told apart."""
+"""Rivals drawn beside Eq. 15: more bands than this cannot be distinguished."""
 
 POINTS_DRAWN = 400
 """Draws of a posterior shown as points."""

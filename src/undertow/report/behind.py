@@ -13,7 +13,7 @@ from typing import Any
 from undertow.discrepancy.findings import GroupFindings
 from undertow.discrepancy.repaired import named_laws, repaired_equation, repaired_errors
 from undertow.discrepancy.verdict import Gate, Verdict
-from undertow.equation import registry as shelf
+from undertow.equation import registry
 from undertow.equation.equation import Equation
 from undertow.errors import IdentificationError
 from undertow.quantities import Estimate
@@ -102,7 +102,7 @@ def adjusted_words(group: GroupFindings) -> str:
     """What every free run of a group's trials was adjusted to, in words; the equation's numbers never are."""
     speed = "" if all(trial.motion.window.held for trial in group.trials) else ", the release speed"
     text = f"the release position x0{speed}, the clock and the rest position"
-    named = [shelf.row(name) for name in group.verdict.verdict]
+    named = [registry.row(name) for name in group.verdict.verdict]
     if any(law is not None and law.own_clock for law in named):
         text += ", and with what was found the outside force's own size and phase"
     return text

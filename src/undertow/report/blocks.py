@@ -43,7 +43,7 @@ STATUS_WORDS: Mapping[str, str] = {
     "explained": "explained with",
     "nothing_missing": "nothing missing",
     "unknown": "not explained",
-    "not_identifiable": "cannot be told apart",
+    "not_identifiable": "not identifiable",
     "present_but_small": "something small",
     "cannot_tell": "cannot tell",
 }
@@ -102,6 +102,8 @@ def status_words(verdict: Verdict) -> str:
     named = named_effects(verdict).removesuffix(" + unknown")
     if verdict.status == "unknown":
         return f"{named} + unknown" if named else STATUS_WORDS["unknown"]
+    if verdict.status == "not_identifiable" and named:
+        return f"{STATUS_WORDS[verdict.status]}: {' or '.join((named, *rival_words(verdict)))}"
     return f"{STATUS_WORDS[verdict.status]} {named}".strip() if named else STATUS_WORDS[verdict.status]
 
 

@@ -57,8 +57,8 @@ def compare_runs(folders: Sequence[Path]) -> pd.DataFrame:
 
     ``change`` says how later runs differ from the first one ("" where they print the same), ``changed`` whether that is
     more than `NOTEWORTHY` standard errors, another verdict, or something that one run alone has. Groups and quantities
-    stand in the order of the runs; an empty cell is what a run does not have. Runs of one name are told apart by their
-    paths.
+    stand in the order of the runs; an empty cell is what a run does not have. Runs of one name are distinguished by
+    their paths.
 
     Raises UndertowError where a folder holds no finished run, or one written under another contract.
     """

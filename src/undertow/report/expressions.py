@@ -11,7 +11,7 @@ import re
 from collections.abc import Mapping
 
 from undertow.discrepancy.findings import GroupFindings
-from undertow.equation import registry as shelf
+from undertow.equation import registry
 from undertow.equation.equation import Equation
 from undertow.equation.term import Term
 from undertow.errors import UndertowError
@@ -32,7 +32,7 @@ def force_factors(specimen: Specimen) -> Mapping[str, tuple[str, float]]:
     Friction is mu times the normal force, drag C_d times rho A / 2; both nan where the laboratory did not say.
     """
     factors: dict[str, tuple[str, float]] = {}
-    for law in shelf.catalogue():
+    for law in registry.catalogue():
         said = law.published
         if said is None:
             continue
@@ -71,10 +71,10 @@ def _from_per_mass(fit: Fit) -> tuple[Equation, Errors]:
     coefficients: list[float] = []
     errors: Errors = {"mass": mass.total_stderr}
     for name, estimate in fit.per_mass.items():
-        law = shelf.row(name)
+        law = registry.row(name)
         if "." in name or law is None or law.is_inertia:
             continue
-        terms.append(shelf.find(name, **inner.get(name, {})))
+        terms.append(registry.find(name, **inner.get(name, {})))
         coefficients.append(estimate.value * mass.value)
         errors[name] = math.hypot(estimate.total_stderr * mass.value, estimate.value * mass.total_stderr)
     return Equation(tuple(terms), tuple(coefficients), mass.value), errors
@@ -102,7 +102,7 @@ def numeric_latex(equation: Equation, errors: Mapping[str, float]) -> str:
     Per unit mass (a mass of 1 without an error) it starts with the acceleration alone and bears no units: they would be
     those of forces.
 
-    >>> numeric_latex(Equation((shelf.find("stiffness"),), (41.6,)), {"stiffness": 0.2})
+    >>> numeric_latex(Equation((registry.find("stiffness"),), (41.6,)), {"stiffness": 0.2})
     '\\\\ddot{x} + (41.60 \\\\pm 0.20)\\\\,x = 0'
     """
     written = equation.to_latex(numbers=True, errors=errors)

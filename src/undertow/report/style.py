@@ -1,4 +1,4 @@
-"""How figures look: colours that colour-blind readers can tell apart, type sizes, markers, and the way to SVG and PNG.
+"""How figures look: colours that colour-blind readers can distinguish, type sizes, markers, and the way to SVG and PNG.
 
 Belongs here: style and saving. Does not belong here: what is drawn (figures.py, trial_figures.py).
 """

@@ -19,7 +19,7 @@ SAID_CORRELATION = 0.9
 """Two coefficients correlated more than this are named: alone, each is known 2.3 times worse."""
 
 HARD_CORRELATION = 0.98
-"""Beyond this, five times worse, they are called hardly told apart."""
+"""Beyond this, five times worse, they are called hardly distinguishable."""
 
 SAID_INFLATION = 25.0
 """Where the others inflate a term's variance more than this, the combination of three and more is named."""
@@ -46,14 +46,14 @@ class Collinearity:
 
 
 def collinearity(names: Sequence[str], covariance: Array, sizes: Array) -> Collinearity:
-    """Read from the coefficients' ``covariance`` (p, p) which of ``names`` (p,) the data hardly tell apart.
+    """Read from the coefficients' ``covariance`` (p, p) which of ``names`` (p,) the data hardly distinguish.
 
     ``sizes`` (p,) turn a coefficient into its share of the motion (the force's standard deviation per unit coefficient,
     m/s^2 kg per unit), so that a combination is not a matter of units. Raises IdentificationError where shapes differ.
 
     >>> result = collinearity(("c", "q"), np.array([[1.0, -0.99], [-0.99, 1.0]]), np.ones(2))
-    >>> result.sentences[0]
-    'c and q are hardly told apart (correlation -0.990): alone each is known 7.1 times worse than with the other held'
+    >>> result.sentences[0].partition(": ")[0]
+    'c and q are hardly distinguishable (correlation -0.990)'
     """
     count = len(names)
     if covariance.shape != (count, count) or np.shape(sizes) != (count,):
@@ -79,7 +79,7 @@ def _pairs(names: Sequence[str], correlation: Array) -> list[str]:
             size = float(correlation[one, other])
             if abs(size) < SAID_CORRELATION:
                 continue
-            how = "hardly told apart" if abs(size) > HARD_CORRELATION else "partly mixed"
+            how = "hardly distinguishable" if abs(size) > HARD_CORRELATION else "partly mixed"
             worse = 1.0 / np.sqrt(max(1.0 - size**2, np.finfo(float).eps))
             said.append(
                 f"{names[other]} and {names[one]} are {how} (correlation {size:.3f}): alone each is known {worse:.1f} "

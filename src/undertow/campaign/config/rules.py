@@ -14,7 +14,7 @@ from undertow.campaign.config.recording_settings import RecordingsSettings, Time
 from undertow.campaign.config.source import Location
 from undertow.campaign.config.specimen_rules import unphysical
 from undertow.comparison.suspects import chosen
-from undertow.equation import registry as shelf
+from undertow.equation import registry
 from undertow.equation.driven_laws import find_driven
 from undertow.errors import ConfigError, RecordingError
 from undertow.recording.channels import LARGEST
@@ -44,10 +44,10 @@ def contradictions(config: RunConfig) -> list[tuple[Location, str]]:
     wrong += unphysical(config)
     for at, name in enumerate(config.equation.terms):
         try:
-            find_driven(name) if said.channels.driven_by else shelf.find(name)
+            find_driven(name) if said.channels.driven_by else registry.find(name)
         except ConfigError as error:
             wrong.append((("equation", "terms", at), str(error)))
-    pulled = any(law.pulls_back for law in shelf.catalogue() if law.name in config.equation.terms)
+    pulled = any(law.pulls_back for law in registry.catalogue() if law.name in config.equation.terms)
     if not said.channels.driven_by and not pulled:
         text = (
             f"equation.terms has {', '.join(config.equation.terms)} and nothing that pulls the body back, so that it "

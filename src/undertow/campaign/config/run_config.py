@@ -69,7 +69,7 @@ class RunConfig(Section):
         return "config" if self._source is None else self._source.place(location)
 
     def catalogue(self) -> Catalogue:
-        """The recordings as the recording room describes them."""
+        """The recordings as the recording package describes them."""
         said, trials = self.recordings, self.trials
         files = described(said)
         windows = {} if trials.window == "auto" else trials.window

@@ -173,7 +173,7 @@ class EquationSettings(Section):
     terms: tuple[str, ...] = Field(
         default=EQUATION_15,
         min_length=1,
-        description="Terms beside the inertia, by their names on the shelf (`undertow terms`).",
+        description="Terms beside the inertia, by their names in the registry (`undertow terms`).",
     )
     coordinate: Literal["translation", "rotation"] = Field(
         default="translation", description="m and N, or rad and N m."

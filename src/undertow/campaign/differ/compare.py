@@ -21,7 +21,7 @@ from undertow.discrepancy.cycle_by_cycle import CycleComparison, compare_cycles,
 from undertow.discrepancy.difference import Difference, Side, TermRow
 from undertow.discrepancy.place import locate
 from undertow.discrepancy.verdict import Verdict
-from undertow.equation import registry as shelf
+from undertow.equation import registry
 from undertow.equation.kernel import SLOT
 from undertow.equation.term import Term
 from undertow.errors import RecordingError
@@ -89,7 +89,7 @@ def _effect(verdict: Verdict) -> float:
 
 def _library(terms: Sequence[str]) -> tuple[Term, ...]:
     """The laws both equations are found from: the config's and seven more; a pendulum's sine stands for its spring."""
-    laws = [shelf.find(name) for name in dict.fromkeys([*terms, *shelf.SEVEN_TERMS])]
+    laws = [registry.find(name) for name in dict.fromkeys([*terms, *registry.SEVEN_TERMS])]
     taken = {name for law in laws for name in law.instead_of}
     return tuple(law for law in laws if law.kind == "algebraic" and not law.is_inertia and law.name not in taken)
 
@@ -105,7 +105,7 @@ def _form(
     run = let_go(simulation, fit)
     if run.nrmse <= allowed_error(simulation, run):
         return kept
-    return tuple(t for t in library if t.name in shelf.ORDINARY)
+    return tuple(t for t in library if t.name in registry.ORDINARY)
 
 
 def _kept(motion: Motion, library: tuple[Term, ...]) -> tuple[Term, ...]:

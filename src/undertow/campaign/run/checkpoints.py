@@ -28,7 +28,7 @@ from undertow.discrepancy.findings import AugmentedRun, GroupFindings, TrialFind
 from undertow.discrepancy.judge import Judged
 from undertow.discrepancy.mismatch import Mismatch
 from undertow.discrepancy.verdict import Described, Gate, PhysicalCheck, Rejected, Verdict
-from undertow.equation import registry as shelf
+from undertow.equation import registry
 from undertow.equation.equation import Equation
 from undertow.likelihood.fit import Fit
 from undertow.quantities import Estimate
@@ -143,7 +143,7 @@ def load(task: GroupTask, path: Path) -> GroupFindings | None:
         trials = tuple(_trial(by_name[m.name], m) for m in task.motions)
         terms, coefficients, mass, rest = data["equation"]
         equation = Equation(
-            tuple(shelf.find(name, **inner) for name, inner in terms), tuple(coefficients), mass, rest
+            tuple(registry.find(name, **inner) for name, inner in terms), tuple(coefficients), mass, rest
         )
         return GroupFindings(
             task.key, task.dry, trials, task.specimen, task.structure, _fits(data["fits"]), equation,

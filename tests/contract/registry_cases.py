@@ -1,4 +1,4 @@
-"""A motion for every term on the shelf: Eq. 15 of the short spring, dry-like damping, and the term on top.
+"""A motion for every term in the registry: Eq. 15 of the short spring, dry-like damping, and the term on top.
 
 One place for the contract tests and for the accuracy table; a new term must be given a case here.
 """
@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from undertow.equation import registry as shelf
+from undertow.equation import registry
 from undertow.equation.equation import Equation
 
 X0_M = 0.02
@@ -53,8 +53,8 @@ CASES: dict[str, tuple[float, dict[str, float], tuple[str, ...]]] = {
 
 
 def equation_with(name: str, rest_m: float = 0.0) -> Equation:
-    """The base equation with one term of the shelf in its place."""
+    """The base equation with one term of the registry in its place."""
     coefficient, inner, instead_of = CASES[name]
     kept = {base: value for base, value in BASE.items() if base not in instead_of}
-    terms = (*(shelf.find(base) for base in kept), shelf.find(name, **inner))
+    terms = (*(registry.find(base) for base in kept), registry.find(name, **inner))
     return Equation(terms, (*kept.values(), coefficient), mass_kg=MASS_KG, rest_m=rest_m)

@@ -1,12 +1,15 @@
-"""The slower path for laws that the compiled integrator does not know, so that a user's own Term can be fitted too.
+"""The path for laws that the compiled integrator does not know, so that a user's own Term can be fitted too.
+
+A law that is a formula is read once (tracing.py) and integrated by compiled code (tape_march.py); one that is more (a
+look-up, a decision by a value) by the same method in Python, some hundred times slower.
 
 Integrated by DOP853 from reversal to reversal, together with the sensitivities of every wanted number: the laws' slopes
 by x, v and inner parameters come from differences of the laws themselves, taken on the side on which the body moves, so
 that nothing jumps inside a stretch. At a reversal the sensitivity of v is multiplied by a+ / a-, or ends where the body
 sticks; a body at rest stays at rest, which holds for laws without a clock of their own.
 
-Belongs here: that integration, and the force in a spring that load cells see. Does not belong here: laws (structure.py
-and its neighbours), the compiled integrator (kernel.py), fits.
+Belongs here: which of both, the one in Python, and the force in a spring that load cells see. Does not belong here:
+laws (structure.py and its neighbours), the compiled integrators (kernel.py, tape_march.py), fits.
 """
 
 from __future__ import annotations
@@ -20,6 +23,7 @@ from scipy.integrate import solve_ivp
 
 from undertow.equation.kernel import SLOT
 from undertow.equation.term import Array, Term
+from undertow.equation.tracing import Formula, formula_of
 from undertow.errors import IdentificationError
 
 RELATIVE_TOLERANCE = 1e-8
@@ -37,6 +41,8 @@ UNCONTROLLED = 1e300
 MOST_REVERSALS = 100_000
 """A motion that turns more often is not one: a law that feeds it."""
 
+WRONG = "a coefficient is wrong"
+TURNS = f"the motion turns more than {MOST_REVERSALS} times; a coefficient has the wrong sign"
 
 Samples = tuple[Array, Array, Array]
 """x, v, a, each (n, 1 + p)."""
@@ -128,7 +134,43 @@ def general_trajectory(
             "the hidden state out"
         )
     motion = _sized(theta, tuple(laws), tuple(int(place) for place in active), times)
-    return _march(motion, np.asarray(times, dtype=np.float64))
+    instants = np.ascontiguousarray(times, dtype=np.float64)
+    placed = [(law.term, law.places) for law in laws]
+    formula = formula_of(placed, motion.theta, motion.size, motion.speed, float(instants[-1]))
+    return _march(motion, instants) if formula is None else _compiled(motion, formula, instants)
+
+
+def _compiled(motion: _Motion, formula: Formula, times: Array) -> Samples:
+    """The motion by compiled code."""
+    from undertow.equation.tape_march import DONE, INITIAL, MASS, REST, TURNING, march
+
+    theta = np.ascontiguousarray(motion.theta)
+    in_laws = {place for law in motion.laws for place in law.places}
+    outside = {SLOT["mass"]: MASS, SLOT["xe"]: REST}
+    by = np.array(
+        [2 + j if p in in_laws else outside.get(p, INITIAL) for j, p in enumerate(motion.active)], dtype=np.int64
+    )
+    columns = np.full(theta.size, -1, dtype=np.int64)
+    columns[np.array(motion.active, dtype=np.int64)[by > 0]] = by[by > 0]
+    sizes = np.array([theta[SLOT["mass"]], theta[SLOT["xe"]], STANDSTILL * motion.speed])
+    tolerances = RELATIVE_TOLERANCE * np.array([1.0, motion.size, motion.speed])
+    x, v, a, ending, _, when = march(
+        formula.rows, formula.constants, theta, columns, by, sizes, _start(motion).ravel(), tolerances, times,
+        MOST_REVERSALS,
+    )  # fmt: skip
+    if ending == DONE:
+        return x, v, a
+    raise IdentificationError(TURNS if ending == TURNING else f"the motion leaves every bound at {when:.3g} s; {WRONG}")
+
+
+def _start(motion: _Motion) -> Array:
+    """x and v at the release with their derivatives, (2, 1 + p)."""
+    state = np.zeros((2, 1 + len(motion.active)))
+    for row, slot in enumerate(("x0", "v0")):
+        state[row, 0] = motion.theta[SLOT[slot]]
+        if SLOT[slot] in motion.active:
+            state[row, 1 + motion.active.index(SLOT[slot])] = 1.0
+    return state
 
 
 def _sized(theta: Array, laws: tuple[PlacedTerm, ...], active: tuple[int, ...], times: Array) -> _Motion:
@@ -145,11 +187,7 @@ def _sized(theta: Array, laws: tuple[PlacedTerm, ...], active: tuple[int, ...], 
 def _march(motion: _Motion, times: Array) -> tuple[Array, Array, Array]:
     """From reversal to reversal up to the last of ``times``."""
     columns = 1 + len(motion.active)
-    state = np.zeros((2, columns))
-    for row, slot in enumerate(("x0", "v0")):
-        state[row, 0] = motion.theta[SLOT[slot]]
-        if SLOT[slot] in motion.active:
-            state[row, 1 + motion.active.index(SLOT[slot])] = 1.0
+    state = _start(motion)
     x, v, a = (np.zeros((times.size, columns)) for _ in range(3))
     t, end = 0.0, float(times[-1])
     side = float(np.sign(state[1, 0])) or _leaves(motion, t, state[0, 0])
@@ -166,7 +204,7 @@ def _march(motion: _Motion, times: Array) -> tuple[Array, Array, Array]:
         state[1] *= after / before if before else 0.0
         state[1, 0] = 0.0
         side = turned
-    raise IdentificationError(f"the motion turns more than {MOST_REVERSALS} times; a coefficient has the wrong sign")
+    raise IdentificationError(TURNS)
 
 
 def _leaves(motion: _Motion, t: float, x: float) -> float:
@@ -209,7 +247,7 @@ def _stretch(
     )  # fmt: skip
     last = piece.y[:, -1].reshape(shape)
     if not np.all(np.isfinite(last)) or piece.status < 0:
-        raise IdentificationError(f"the motion leaves every bound at {piece.t[-1]:.3g} s; a coefficient is wrong")
+        raise IdentificationError(f"the motion leaves every bound at {piece.t[-1]:.3g} s; {WRONG}")
     stop = float(piece.t[-1])
     _fill(motion, times, (span[0], stop), piece.sol, side, out)
     before = motion.slopes(np.array([stop]), last[0, :1], np.zeros(1), side)[0][0]

@@ -7,14 +7,14 @@ scipy's DOP853 split at velocity reversals. Does not belong here: fitting.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
 from scipy.integrate import solve_ivp
 
 from undertow.equation.equation import Equation
-from undertow.equation.term import Array
+from undertow.equation.term import Array, Term
 from undertow.errors import UndertowError
 
 STEPS_PER_PERIOD = 60
@@ -23,6 +23,12 @@ STEPS_PER_PERIOD = 60
 
 STABLE = 5.0
 """Rate, over the one that its steps are made for, up to which a fourth-order step stays stable with twelve a period."""
+
+SPLIT_TOLERANCE = 1e-10
+"""Relative tolerance of DOP853 for laws that the compiled integrator does not know."""
+
+MOST_REVERSALS = 100_000
+"""A motion that turns more often is left to the path in Python, which says what is wrong."""
 
 MOST_STIFF = 20.0
 """Bristles that follow this many times faster than the body swings are sliding friction; steps get no shorter."""
@@ -104,7 +110,7 @@ def simulate(
 
 
 def _general(equation: Equation, x0: float, v0: float, times: Array) -> Trajectory:
-    """The slower path for a user's own algebraic law: DOP853 split where the velocity reverses; sticks there."""
+    """The path for a user's own algebraic law: DOP853 split where the velocity reverses; sticks there."""
     memory = [t.name for t in equation.terms if t.kind in ("memory",)]
     if memory:
         raise UndertowError(
@@ -113,6 +119,9 @@ def _general(equation: Equation, x0: float, v0: float, times: Array) -> Trajecto
         )
     mass = equation.total_mass_kg
     pairs = [(t, c) for t, c in zip(equation.terms, equation.coefficients, strict=True) if not t.is_inertia]
+    read = _formula_motion(pairs, (mass, equation.rest_m), x0, v0, times)
+    if read is not None:
+        return read
 
     def acceleration(t: float, x: float, v: float) -> float:
         one = np.ones(1)
@@ -122,13 +131,47 @@ def _general(equation: Equation, x0: float, v0: float, times: Array) -> Trajecto
     return _split_at_reversals(acceleration, x0, v0, times)
 
 
+def _formula_motion(
+    pairs: Sequence[tuple[Term, float]], body: tuple[float, float], x0: float, v0: float, times: Array
+) -> Trajectory | None:
+    """The same by compiled code, where the laws are formulas; None where one is more, or the motion has no bounds.
+
+    ``body`` is its mass (kg) and rest position (m).
+    """
+    from undertow.equation.tape_march import DONE, march
+    from undertow.equation.tracing import formula_of
+
+    theta = np.array([number for law, c in pairs for number in (c, *law.inner.values())], dtype=np.float64)
+    ends = np.cumsum([len(law.parameters) for law, _ in pairs])
+    laws = [(law, tuple(range(end - len(law.parameters), end))) for (law, _), end in zip(pairs, ends, strict=True)]
+    size, speed, tiny, floor = _sizes(x0, v0, float(times[-1]))
+    formula = formula_of(laws, theta, size or 1.0, speed or 1.0, float(times[-1]))
+    if formula is None:
+        return None
+    none = np.zeros(0, dtype=np.int64)
+    x, v, a, ending, steps, _ = march(
+        formula.rows, formula.constants, theta, np.full(theta.size, -1), none, np.array([*body, tiny]),
+        np.array([x0, v0]), np.array([SPLIT_TOLERANCE, *floor]), times, MOST_REVERSALS,
+    )  # fmt: skip
+    if ending != DONE:
+        return None
+    return Trajectory(times, x[:, 0], v[:, 0], a[:, 0], np.zeros((times.size, 0)), int(steps))
+
+
+def _sizes(x0: float, v0: float, end: float) -> tuple[float, float, float, Array]:
+    """Size and speed of a motion, the speed that counts as standstill, and the absolute tolerances of x and v."""
+    size = max(abs(x0), abs(v0) * end)
+    speed = max(abs(v0), size / end if end > 0.0 else 0.0)
+    floor = 1e-12 * np.array([size, size / end if end > 0.0 else size])
+    return size, speed, 1e-9 * speed or 1e-300, floor
+
+
 def _split_at_reversals(
     acceleration: Callable[[float, float, float], float], x0: float, v0: float, times: Array
 ) -> Trajectory:
     """March DOP853 from reversal to reversal; at rest the body moves on only if it would move against friction."""
     end = float(times[-1])
-    size = max(abs(x0), abs(v0) * end)
-    tiny = 1e-9 * max(abs(v0), size / end if end > 0.0 else 0.0) or 1e-300
+    _, _, tiny, floor = _sizes(x0, v0, end)
     out = np.zeros((3, times.size))
     t, x, v, steps = 0.0, x0, v0, 0
     while t < end or steps == 0:
@@ -148,8 +191,9 @@ def _split_at_reversals(
             return float(y[1]) * side + (tiny if s == start else 0.0)
 
         reversal.terminal, reversal.direction = True, -1  # type: ignore[attr-defined]
-        floor = 1e-12 * np.array([size, size / end if end > 0.0 else size])
-        piece = solve_ivp(slope, (t, end), [x, v], "DOP853", events=reversal, rtol=1e-10, atol=floor, dense_output=True)
+        piece = solve_ivp(
+            slope, (t, end), [x, v], "DOP853", events=reversal, rtol=SPLIT_TOLERANCE, atol=floor, dense_output=True
+        )
         stop = float(piece.t[-1])
         here = (times >= t) & (times <= stop)
         out[:2, here] = piece.sol(times[here])

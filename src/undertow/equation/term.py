@@ -56,7 +56,8 @@ class Term(ABC):
 
     ``parameters[0]`` is the coefficient (the law is linear in it); further ones are inner parameters, each a field
     of the subclass with the same name. ``slots`` names, for each parameter, its place in the compiled integrator;
-    empty for a user's own law, which then takes the slower general path. ``left_out`` says what a residual looks
+    empty for a user's own law, which then takes the general path (general.py), compiled where ``force`` is a formula of
+    numpy's functions, without look-ups and decisions by a value. ``left_out`` says what a residual looks
     like when this law is missing.
 
     What other packages ask of a law, in place of its name: whether it ``is_inertia`` (acts with the acceleration: its

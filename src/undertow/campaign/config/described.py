@@ -1,4 +1,4 @@
-"""The `recordings` section as the recording package describes it: channels, time, layout; the same by file name pattern.
+"""The `recordings` section in the terms of undertow.recording: channels, time, layout; the same by file name pattern.
 
 Belongs here: the way from settings to a catalogue's parts. Does not belong here: keys and defaults
 (recording_settings.py), the rest of the config (run_config.py).

@@ -8,19 +8,20 @@ eliminates everything linear; Gauss-Newton with damping moves the rest.
 Source: Golub and Pereyra 1973, doi:10.1137/0710036; the Jacobian is Kaufman's 1975 (doi:10.1007/BF01932995), which
 leaves out a part that vanishes with the residual.
 
-Belongs here: the iteration. Does not belong here: what the columns are (hidden_library.py) or which start is taken
-(hidden_search.py).
+Belongs here: columns, projected, and their derivatives. Does not belong here: the iteration (likelihood/descent.py),
+what the columns are (hidden_library.py) or which start is taken (hidden_search.py).
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
 
 from undertow.errors import IdentificationError
+from undertow.likelihood.descent import Rule, descend
 from undertow.methods.subset import project_out
 
 Array = NDArray[np.float64]
@@ -32,12 +33,11 @@ DIFFERENCE = 1e-4
 """Step of the derivative in the logarithm of a parameter: a response is smooth in it, rounding stays below 1e-8."""
 
 MAX_ITERATIONS = 30
-FIRST_DAMPING = 1e-3
-LARGEST_STEP = 0.5
-"""Largest change of a logarithm at once: a factor of 1.6, so that a flat start does not fling a frequency away."""
-
-SMALLEST_STEP = 1e-5
-"""The search ends when no parameter moves by more than this share of itself: far below any standard error here."""
+RULE = Rule(
+    MAX_ITERATIONS, stop=1e-5, damping=1e-3, lower=0.2, higher=10.0, farthest=0.5, in_own_unit=True
+)  # fmt: skip
+"""Ends when no parameter moves by 1e-5 of itself, far below any standard error here; a parameter changes by a factor of
+1.6 at once at most, so that a flat start does not fling a frequency away."""
 
 
 @dataclass(frozen=True)
@@ -61,9 +61,19 @@ class _Place:
     jacobian: Array
 
     @property
-    def squares(self) -> float:
+    def cost(self) -> float:
         """Sum of the residual's squares."""
         return float(self.residual @ self.residual)
+
+    @property
+    def normal(self) -> Array:
+        """Normal matrix by the logarithms."""
+        return np.asarray(self.jacobian.T @ self.jacobian)
+
+    @property
+    def gradient(self) -> Array:
+        """Half the slope of the cost by the logarithms."""
+        return np.asarray(self.jacobian.T @ self.residual)
 
 
 def refine_inner(
@@ -97,33 +107,16 @@ def refine_inner(
     target = response - basis @ (basis.T @ response)
     values = np.clip(np.log(start).ravel(), lower, upper)
     each = start.shape[1]
-    place, damping = _look(columns, basis, target, values, each), FIRST_DAMPING
-    for iteration in range(1, iterations + 1):
-        step = _step(place, damping)
-        proposed = np.clip(values + step, lower, upper)
-        moved = float(np.max(np.abs(proposed - values)))
-        if moved < SMALLEST_STEP:
-            return _done(values.reshape(-1, each), place, iteration, True)
-        candidate = _look(columns, basis, target, proposed, each)
-        if candidate.squares < place.squares:
-            values, place, damping = proposed, candidate, 0.2 * damping
-        else:
-            damping *= 10.0
-    return _done(values.reshape(-1, each), place, iterations, False)
+    place = _look(columns, basis, target, values, each)
 
+    def look(numbers: Array, above: float) -> _Place | None:
+        there = _look(columns, basis, target, numbers, each)
+        return there if there.cost <= above else None
 
-def _done(values: Array, place: _Place, iterations: int, converged: bool) -> Refinement:
-    inner: Array = np.exp(values)
-    return Refinement(inner, place.coefficients, place.squares, iterations, converged)
-
-
-def _step(place: _Place, damping: float) -> Array:
-    normal = place.jacobian.T @ place.jacobian
-    scale = np.maximum(np.diag(normal), np.finfo(float).tiny)
-    normal[np.diag_indices(scale.size)] += damping * scale
-    step = -np.linalg.lstsq(normal, place.jacobian.T @ place.residual, rcond=None)[0]
-    limited = np.asarray(np.clip(step, -LARGEST_STEP, LARGEST_STEP), dtype=np.float64)
-    return limited
+    rule = replace(RULE, iterations=iterations)
+    end = descend(look, values, place, (lower, upper), rule)
+    inner: Array = np.exp(end.values).reshape(-1, each)
+    return Refinement(inner, end.place.coefficients, end.place.cost, end.iterations, end.converged)
 
 
 def _look(columns: Callable[[Array], Array], basis: Array, target: Array, values: Array, each: int) -> _Place:

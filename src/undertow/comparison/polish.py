@@ -16,17 +16,13 @@ from numpy.typing import NDArray
 from undertow.comparison.laws import Laws
 from undertow.comparison.trajectories import Cells, Rows, trial_rows
 from undertow.errors import IdentificationError
+from undertow.likelihood.descent import Rule, descend
+from undertow.likelihood.output_error import STOP_IN_STDERR
 
 Array = NDArray[np.float64]
 
-MOST_ITERATIONS = 60
-FIRST_DAMPING = 1e-6
-"""Start of the damping relative to the diagonal; it follows how far the linear picture foresaw the gain (Nielsen 1999,
-IMM-REP-1999-05)."""
-
-MOST_DAMPING = 1e12
-STOP_IN_STDERR = 1e-2
-"""The search ends when no unknown moves by more than this share of its own standard error."""
+RULE = Rule(iterations=60, stop=STOP_IN_STDERR)
+"""Ends as output error does."""
 
 RELEASE_STARTS_RADIANS = (0.0, 0.3, 0.6)
 """Releases seen late by so much of the motion's angle are tried, rad."""
@@ -123,56 +119,37 @@ def _search(
     trials: Sequence[Cells], book: Laws, places: Sequence[int], values: Array, own: Sequence[Array]
 ) -> Polished:
     """The search itself, all laws' numbers but those at ``places`` held."""
-    lower, upper = book.lower[places], book.upper[places]
-    values, mine = np.array(values), [np.array(part) for part in own]
-    values[places] = np.clip(values[places], lower, upper)
-    point = _evaluate(trials, book, places, values, mine)
+    held, count = np.array(values), len(places)
+    free = sum(part.size for part in own)
+    lower = np.append(book.lower[places], np.full(free, -np.inf))
+    upper = np.append(book.upper[places], np.full(free, np.inf))
+    ends = count + np.cumsum([part.size for part in own])
+
+    def parts(numbers: Array) -> tuple[Array, list[Array]]:
+        laws_numbers = held.copy()
+        laws_numbers[places] = numbers[:count]
+        return laws_numbers, [numbers[end - part.size : end] for part, end in zip(own, ends, strict=True)]
+
+    def evaluate(numbers: Array, above: float) -> _NormalPoint | None:
+        return _evaluate(trials, book, places, *parts(numbers), above)
+
+    start = np.clip(np.concatenate([held[places], *own]), lower, upper)
+    point = evaluate(start, math.inf)
     if point is None:
         raise IdentificationError(
             f"the motion of {', '.join(book.names[i] for i in places) or 'no terms'} leaves every bound on "
-            f"{', '.join(trial.name for trial in trials[:3])}; give terms that hold the body together, e.g. Stiffness()"
+            f"{', '.join(trial.name for trial in trials[:3])}; give terms that hold the body together"
         )
-    damping, stiffer, count = FIRST_DAMPING, 2.0, len(places)
-    for _ in range(MOST_ITERATIONS):
-        scale = 1.0 / np.sqrt(np.maximum(np.diag(point.normal), 1e-300))
-        slope, now = point.gradient[:count], values[places]
-        free = np.ones(point.gradient.size, dtype=bool)
-        free[:count] = ~(((now <= lower) & (slope > 0.0)) | ((now >= upper) & (slope < 0.0)))
-        step = _step(point, damping, free, scale)
-        ahead, theirs = values.copy(), _moved(mine, step[count:])
-        ahead[places] = np.clip(now + step[:count], lower, upper)
-        candidate = _evaluate(trials, book, places, ahead, theirs)
-        foreseen = -float(2.0 * point.gradient @ step + step @ point.normal @ step)
-        if candidate is not None and candidate.cost <= point.cost * (1.0 + 1e-12):
-            share = (point.cost - candidate.cost) / max(foreseen, np.finfo(float).tiny)
-            values, mine, point = ahead, theirs, candidate
-            damping, stiffer = max(damping * max(1.0 / 3.0, 1.0 - (2.0 * share - 1.0) ** 3), 1e-12), 2.0
-        else:
-            damping, stiffer = max(damping * stiffer, FIRST_DAMPING), 2.0 * stiffer
-        if float(np.max(np.abs(step) / scale)) < STOP_IN_STDERR or damping > MOST_DAMPING:
-            return Polished((), values, tuple(mine), point.cost, point.chi2, True)
-    return Polished((), values, tuple(mine), point.cost, point.chi2, False)
-
-
-def _moved(own: Sequence[Array], step: Array) -> list[Array]:
-    ends = np.cumsum([part.size for part in own])
-    return [part + step[end - part.size : end] for part, end in zip(own, ends, strict=True)]
-
-
-def _step(point: _NormalPoint, damping: float, free: NDArray[np.bool_], scale: Array) -> Array:
-    index = np.flatnonzero(free)
-    s = scale[index]
-    matrix = point.normal[np.ix_(index, index)] * np.outer(s, s)
-    matrix[np.diag_indices(index.size)] *= 1.0 + damping
-    step = np.zeros(point.gradient.size)
-    step[index] = -s * np.linalg.lstsq(matrix, s * point.gradient[index], rcond=None)[0]
-    return step
+    end = descend(evaluate, start, point, (lower, upper), RULE)
+    found, mine = parts(end.values)
+    return Polished((), found, tuple(mine), end.place.cost, end.place.chi2, end.converged)
 
 
 def _evaluate(
-    trials: Sequence[Cells], book: Laws, places: Sequence[int], values: Array, own: Sequence[Array]
+    trials: Sequence[Cells], book: Laws, places: Sequence[int], values: Array, own: Sequence[Array], above: float
 ) -> _NormalPoint | None:
-    """Normal matrix, gradient and cost of laws and trials' unknowns; None where a motion leaves every bound."""
+    """Normal matrix, gradient and cost of laws and trials' unknowns; None where a motion leaves every bound, or as soon
+    as the cost is known to be ``above`` what stands."""
     count = len(places)
     size = count + sum(part.size for part in own)
     normal, gradient, chi2, prior_cost = np.zeros((size, size)), np.zeros(size), 0.0, 0.0
@@ -192,12 +169,14 @@ def _evaluate(
         gradient[here] += precision * (part - _centre(trial))
         prior_cost += float(precision @ (part - _centre(trial)) ** 2)
         first += part.size
+        if chi2 + prior_cost > above:
+            return None
     rows_believed, expected = book.believed()
     believed, away = rows_believed[:, places], rows_believed @ values - expected
     normal[:count, :count] += believed.T @ believed
     gradient[:count] += believed.T @ away
     prior_cost += float(away @ away)
-    if not (np.all(np.isfinite(normal)) and np.all(np.isfinite(gradient)) and np.isfinite(chi2)):
+    if not (np.all(np.isfinite(normal)) and np.all(np.isfinite(gradient)) and chi2 + prior_cost <= above):
         return None
     return _NormalPoint(normal, gradient, chi2 + prior_cost, chi2)
 

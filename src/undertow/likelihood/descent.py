@@ -1,0 +1,127 @@
+"""The one Levenberg-Marquardt: damped Gauss-Newton steps between bounds, for whatever has a sum of squares.
+
+Belongs here: steps, damping and when to stop. Does not belong here: residuals (residuals.py, of trajectories;
+hidden_refine.py, of columns) and where a search starts. The compiled twin for Eq. 15 is eq15_search.py.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Generic, Protocol, TypeVar
+
+import numpy as np
+
+from undertow.recording.recording import Array
+
+LEAST_DIAGONAL = 1e-300
+"""Floor of the normal matrix' diagonal: an unknown that moves nothing has a standard error of 1e150."""
+
+LEAST_PIVOT = 1e-30
+"""Floor of the scaled diagonal that damping multiplies."""
+
+BESIDE_SINGULAR = 1e-9
+"""Damping added where the scaled normal matrix is singular to the last digit."""
+
+ROUNDING = 1e-14
+"""Share by which a cost may rise and still be the same."""
+
+LEAST_RELATIVE_GAIN = 1e-10
+"""A step that lowers the cost by less than this share of it ends the search."""
+
+LEAST_DAMPING = 1e-15
+RAISED_DAMPING = 1e-6
+"""What damping is raised to, at least, after a step that led up."""
+
+MOST_DAMPING = 1e12
+"""Damping at which no step leads down any more: rounding is all that is left."""
+
+
+class Place(Protocol):
+    """What is known at one set of values: normal matrix (p, p), gradient (p,), half the slope of ``cost``."""
+
+    @property
+    def normal(self) -> Array: ...
+
+    @property
+    def gradient(self) -> Array: ...
+
+    @property
+    def cost(self) -> float: ...
+
+
+P = TypeVar("P", bound=Place)
+
+
+@dataclass(frozen=True)
+class Rule:
+    """How a search goes on and when it ends.
+
+    It ends where no unknown moves by more than ``stop``: in its own standard errors, or, ``in_own_unit``, as it is.
+    ``damping`` is the first, relative to the diagonal; a step that leads down multiplies it by ``lower``, another by
+    ``higher``. ``farthest`` is the most that any unknown moves at once.
+    """
+
+    iterations: int
+    stop: float
+    damping: float = 1e-6
+    lower: float = 0.1
+    higher: float = 8.0
+    farthest: float = np.inf
+    in_own_unit: bool = False
+
+
+@dataclass(frozen=True)
+class Descent(Generic[P]):
+    """Where a search ended: ``values`` (p,), what is known there, iterations, and whether it came to rest."""
+
+    values: Array
+    place: P
+    iterations: int
+    converged: bool
+
+
+def descend(
+    evaluate: Callable[[Array, float], P | None], values: Array, place: P, bounds: tuple[Array, Array], rule: Rule
+) -> Descent[P]:
+    """Levenberg-Marquardt from ``values`` (p,) within ``bounds``, where ``place`` is known.
+
+    ``evaluate`` gives the place of other values, or None where there is none or as soon as its cost is known to be
+    above the number given. An unknown on a bound stays there while the gradient points outwards.
+    """
+    lower, upper = bounds
+    damping = rule.damping
+    for iteration in range(1, rule.iterations + 1):
+        scale = 1.0 / np.sqrt(np.maximum(np.diag(place.normal), LEAST_DIAGONAL))
+        pinned = ((values <= lower) & (place.gradient > 0.0)) | ((values >= upper) & (place.gradient < 0.0))
+        step = np.clip(damped_step(place, damping, ~pinned, scale), -rule.farthest, rule.farthest)
+        ahead = np.clip(values + step, lower, upper)
+        moved = float(np.max(np.abs(ahead - values) / (1.0 if rule.in_own_unit else scale)))
+        candidate = evaluate(ahead, place.cost * (1.0 + ROUNDING))
+        if candidate is not None:
+            gained = place.cost - candidate.cost
+            values, place = ahead, candidate
+            damping = max(damping * rule.lower, LEAST_DAMPING)
+            if moved < rule.stop or gained < LEAST_RELATIVE_GAIN * place.cost:
+                return Descent(values, place, iteration, True)
+        else:
+            damping = max(damping * rule.higher, RAISED_DAMPING)
+            if moved < rule.stop or damping > MOST_DAMPING:
+                return Descent(values, place, iteration, True)
+    return Descent(values, place, rule.iterations, False)
+
+
+def damped_step(place: Place, damping: float, free: np.ndarray, scale: Array) -> Array:
+    """Damped Gauss-Newton step (p,) of the unknowns that are ``free`` to move, solved in units of ``scale`` (p,)."""
+    step = np.zeros(place.gradient.size)
+    index = np.flatnonzero(free)
+    s = scale[index]
+    a = place.normal[np.ix_(index, index)] * np.outer(s, s)
+    diagonal = np.maximum(np.diag(a), LEAST_PIVOT)
+    a[np.diag_indices(index.size)] += damping * diagonal
+    try:
+        step[index] = -s * np.linalg.solve(a, s * place.gradient[index])
+    except np.linalg.LinAlgError:
+        a[np.diag_indices(index.size)] += BESIDE_SINGULAR * diagonal
+        step[index] = -s * np.linalg.lstsq(a, s * place.gradient[index], rcond=None)[0]
+    return step

@@ -11,7 +11,6 @@ import pytest
 from tests.concealed.test_diagnosis import LONG, SHORT, member
 from undertow.comparison.attempt import from_places
 from undertow.comparison.candidate import Candidate
-from undertow.comparison.evidence import residual_memory
 from undertow.comparison.joint import JointFit, fit_joint
 from undertow.comparison.level import Addend, Level, make_level
 from undertow.comparison.score_test import prospects
@@ -22,6 +21,7 @@ from undertow.discrepancy.judge import judge
 from undertow.discrepancy.validation import kernel_damping
 from undertow.discrepancy.verdict import Described
 from undertow.equation import registry
+from undertow.likelihood.noise import residual_memory
 from undertow.recording.recording import Recording
 
 

@@ -9,7 +9,6 @@ import numpy as np
 import pytest
 
 from tests.exact_motions import LONG, exact_group
-from undertow.comparison.evidence import residual_memory
 from undertow.comparison.hidden_refine import refine_inner
 from undertow.comparison.laws import laws
 from undertow.comparison.polish import Polished, polish
@@ -20,6 +19,7 @@ from undertow.equation.structure import CoulombFriction, Stiffness, ViscousDampi
 from undertow.likelihood import output_error
 from undertow.likelihood.fit import Specimen
 from undertow.likelihood.group import group_model, terms_by_name
+from undertow.likelihood.noise import residual_memory
 from undertow.likelihood.output_error import Solution
 from undertow.likelihood.problem import Link, ProblemBuilder, TrialOptions
 

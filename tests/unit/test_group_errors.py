@@ -16,8 +16,9 @@ from undertow.conditioning.condition import condition
 from undertow.equation.kernel import SLOT
 from undertow.errors import IdentificationError
 from undertow.likelihood.fit import Specimen
+from undertow.likelihood.priors import GAIN_STD
 from undertow.likelihood.problem import TrialOptions
-from undertow.likelihood.scale import LOAD_CELL_GAIN_STD, choose_anchor
+from undertow.likelihood.scale import choose_anchor
 from undertow.methods.baseline import fit_group, group_model, terms_by_name
 from undertow.methods.dry import DEFAULT_SCATTER, dry_fits, pooled_scatter, structural_terms, structure_from, uneven
 from undertow.quantities import Estimate
@@ -106,7 +107,7 @@ def test_a_force_of_gravity_s_error_is_the_volume_s():
 
 def test_load_cells_alone_know_k_as_well_as_their_gain():
     anchor = choose_anchor(Specimen(), None, Estimate(1000.0, 1.0, unit="N/m"))
-    assert anchor.stiffness.systematic == pytest.approx(1000.0 * LOAD_CELL_GAIN_STD)
+    assert anchor.stiffness.systematic == pytest.approx(1000.0 * GAIN_STD)
     assert anchor.stiffness.total_stderr == pytest.approx(math.hypot(1.0, 5.0))
 
 

@@ -70,7 +70,7 @@ def test_a_larger_equation_never_leaves_more_than_the_one_it_starts_from(damped_
 def test_a_candidate_pays_for_every_free_number_with_the_logarithm_of_effective_values(damped_house):
     plain = fit_equation([damped_house], LINEAR)
     n = effective_values(plain)
-    assert 10.0 < n < plain.n_data
+    assert 2.0 < n < 0.1 * plain.n_data  # what a missing oscillator leaves swings on for many cells
     candidate = weigh("plain", plain, n)
     assert candidate.parameters == 2
     assert candidate.criterion == pytest.approx(n * np.log(candidate.misfit) + 2.0 * np.log(n))

@@ -13,9 +13,9 @@ from undertow.errors import IdentificationError
 from undertow.methods.exact_subsets import residual_sums, search_subsets
 from undertow.methods.subset import (
     BestSubset,
+    autocovariance,
     effective_samples,
     project_out,
-    residual_covariance,
     score_matrix,
 )
 
@@ -117,15 +117,15 @@ def test_noise_is_not_taken_as_correlated_across_trials():
 def test_a_trial_without_rows_changes_nothing():
     rng = np.random.default_rng(3)
     residual, columns = rng.standard_normal(200), rng.standard_normal((200, 2))
-    with_none = residual_covariance(residual, (120, 0, 80), 10)
-    assert with_none == pytest.approx(residual_covariance(residual, (120, 80), 10))
+    with_none = autocovariance(residual, (120, 0, 80), 10)
+    assert with_none == pytest.approx(autocovariance(residual, (120, 80), 10))
     assert score_matrix(columns, with_none, (0, 120, 80)) == pytest.approx(score_matrix(columns, with_none, (120, 80)))
 
 
 def test_effective_samples_of_white_noise_are_its_rows():
     rng = np.random.default_rng(0)
     residual, column = rng.standard_normal(4000), np.sin(np.arange(4000) / 30.0)[:, None]
-    covariance = residual_covariance(residual, [4000])
+    covariance = autocovariance(residual, [4000])
     assert covariance.size < 20
     found = effective_samples(column, score_matrix(column, covariance, [4000]), covariance[0])
     assert found == pytest.approx(4000, rel=0.1)

@@ -1,7 +1,7 @@
 """What a joint fit is worth at the noise it leaves itself.
 
-Belongs here: each trial's own noise, the evidence's criterion, the memory of residuals. Does not belong here: the fit
-(joint.py).
+Belongs here: each trial's own noise, the evidence's criterion. Does not belong here: the fit (joint.py), the memory of
+residuals (likelihood/noise.py).
 """
 
 from __future__ import annotations
@@ -10,11 +10,8 @@ import math
 from collections.abc import Mapping
 from dataclasses import replace
 
-import numpy as np
-
 from undertow.likelihood.output_error import Solution
 from undertow.likelihood.problem import Problem
-from undertow.recording.recording import Array
 
 
 def tempered(problem: Problem, misfits: Mapping[str, float], memory: float) -> Problem:
@@ -45,25 +42,3 @@ def criterion(solution: Solution, misfits: Mapping[str, float], memory: float) -
         for t, r in zip(solution.problem.trials, solution.residuals, strict=True)
     )
     return data + solution.cost - solution.chi2 + (shared + of_trials) * math.log(samples)
-
-
-def residual_memory(solution: Solution) -> float:
-    """Mean number of cells over which residuals are correlated (integrated autocorrelation, at least 1)."""
-    total, count = 0.0, 0
-    for trial, r in zip(solution.problem.trials, solution.residuals, strict=True):
-        n = trial.t.size
-        for i in range(len(trial.channels)):
-            total += _memory(r[i * n : (i + 1) * n])
-            count += 1
-    return total / max(count, 1)
-
-
-def _memory(residual: Array) -> float:
-    """Integrated autocorrelation time of a series by its squared correlations: 1 for white noise, in samples."""
-    centred = residual - residual.mean()
-    power = np.abs(np.fft.rfft(centred, 2 * centred.size)) ** 2
-    correlation = np.fft.irfft(power)[: centred.size // 2]
-    if correlation[0] <= 0.0:
-        return 1.0
-    rho = correlation / correlation[0]
-    return float(1.0 + 2.0 * np.sum(rho[1:] ** 2))

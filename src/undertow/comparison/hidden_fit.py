@@ -26,7 +26,7 @@ from undertow.equation.term import Term
 from undertow.errors import IdentificationError
 from undertow.likelihood import output_error
 from undertow.likelihood.output_error import Solution
-from undertow.likelihood.priors import DRIFT_SHARE
+from undertow.likelihood.priors import DRIFT_SHARE, STATE_IN_MOTIONS
 from undertow.likelihood.problem import Link, Problem, ProblemBuilder, TrialOptions
 from undertow.methods.library import label
 from undertow.methods.sindy import discover
@@ -37,9 +37,6 @@ Array = NDArray[np.float64]
 
 CONFIRMED = 3.0
 """Standard errors by which a hidden mass must differ from nothing in output error: what a diagnosis asks of a name."""
-
-STATE_PRIOR = 5.0
-"""Standard deviation of a free hidden state, in times the body's own motion: near resonance it swings wider."""
 
 LARGEST_DAMPING = 1.0
 LARGEST_RATIO = 5.0
@@ -256,11 +253,12 @@ def _free_state(builder: ProblemBuilder, motion: Motion, count: int) -> list[Lin
     links = []
     for number in range(1, count + 1):
         s = builder.unknown(
-            f"hidden_s0_m[{number}][{motion.name}]", 0.0, prior_std=STATE_PRIOR * size, scale=size, unit="m"
+            f"hidden_s0_m[{number}][{motion.name}]", 0.0, prior_std=STATE_IN_MOTIONS * size, scale=size, unit="m"
         )
         u = builder.unknown(
-            f"hidden_u0_m_per_s[{number}][{motion.name}]", 0.0, prior_std=STATE_PRIOR * speed, scale=speed, unit="m/s"
-        )
+            f"hidden_u0_m_per_s[{number}][{motion.name}]", 0.0, prior_std=STATE_IN_MOTIONS * speed, scale=speed,
+            unit="m/s",
+        )  # fmt: skip
         links += [Link(SLOT[f"hs{number}"], s), Link(SLOT[f"hu{number}"], u)]
     return links
 

@@ -36,8 +36,9 @@ from undertow.equation.structure import (
 )
 from undertow.equation.term import Term
 from undertow.errors import IdentificationError
+from undertow.likelihood.noise import autocovariance, effective_samples, score_matrix
 from undertow.methods.library import Design, label
-from undertow.methods.subset import effective_samples, project_out, residual_covariance, score_matrix
+from undertow.methods.subset import project_out
 
 Array = NDArray[np.float64]
 
@@ -301,7 +302,7 @@ def _judge(rows: HiddenRows, inner: Array) -> tuple[tuple[HiddenOscillator, ...]
     stacked = np.hstack([fixed, hidden])
     theta = np.linalg.lstsq(stacked, design.response, rcond=None)[0]
     residual = design.response - stacked @ theta
-    noise = residual_covariance(residual, design.lengths, rows.memory)
+    noise = autocovariance(residual, design.lengths, rows.memory)
     judged: list[HiddenOscillator] = []
     samples = float(design.response.size)
     for index in range(count):

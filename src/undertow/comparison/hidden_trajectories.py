@@ -25,11 +25,11 @@ from undertow.equation.structure import AsymmetricStiffness, CubicStiffness, Sti
 from undertow.equation.term import Term
 from undertow.errors import IdentificationError
 from undertow.likelihood import output_error
+from undertow.likelihood.noise import residual_memory
 from undertow.likelihood.output_error import Solution
 from undertow.likelihood.problem import Problem
 from undertow.methods.library import label
 from undertow.methods.sindy import discover
-from undertow.methods.subset import residual_covariance
 from undertow.uncertainty.intervals import noise_covariance
 
 Array = NDArray[np.float64]
@@ -188,15 +188,8 @@ def _starts(modes: HankelModes) -> list[tuple[float, tuple[float, float, float]]
 
 
 def effective_values(solution: Solution) -> float:
-    """Independent values among the residuals of the best fit: n over their correlation time."""
-    samples = 0.0
-    for trial, residual in zip(solution.problem.trials, solution.residuals, strict=True):
-        for channel in range(len(trial.channels)):
-            part = residual[channel * trial.t.size : (channel + 1) * trial.t.size]
-            lags = residual_covariance(part - part.mean(), (part.size,))
-            time = 1.0 + 2.0 * float(np.sum(np.maximum(lags[1:], 0.0))) / max(float(lags[0]), np.finfo(float).tiny)
-            samples += part.size / max(time, 1.0)
-    return samples
+    """Independent values among the residuals of the best fit: n over their memory."""
+    return solution.n_data / residual_memory(solution)
 
 
 def weigh(name: str, solution: Solution, n_effective: float) -> Hypothesis:

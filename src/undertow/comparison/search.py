@@ -18,7 +18,6 @@ from dataclasses import dataclass, replace
 
 from undertow.comparison.attempt import COMMON, REFINED, as_radiation, from_places, from_starts, renumbered, without
 from undertow.comparison.candidate import Candidate, LevelDiagnosis, Screened, conclude
-from undertow.comparison.evidence import residual_memory
 from undertow.comparison.explained import (
     ALL,
     FAR_ABOVE_NOISE,
@@ -38,6 +37,7 @@ from undertow.comparison.score_test import prospects
 from undertow.comparison.suspect import Suspect
 from undertow.errors import IdentificationError
 from undertow.likelihood.budget import BudgetError, metered
+from undertow.likelihood.noise import residual_memory
 
 NAMING_PROBABILITY = 0.99
 """Posterior probability from which a name is said."""

@@ -23,10 +23,10 @@ from undertow.conditioning.motion import Motion
 from undertow.equation.equation import Equation
 from undertow.equation.term import Term
 from undertow.errors import IdentificationError
+from undertow.likelihood.noise import autocovariance, score_matrix
 from undertow.methods.exact_subsets import Step
 from undertow.methods.library import build_design, evaluate, label
 from undertow.methods.sindy import SELECTION_PERIODS, select_terms
-from undertow.methods.subset import residual_covariance, score_matrix
 from undertow.methods.weak_form import Route, second_route
 from undertow.quantities import OK, Estimate
 from undertow.uncertainty.collinearity import Collinearity, collinearity
@@ -205,7 +205,7 @@ def number_covariance(found: Selected) -> tuple[Array, Array]:
     scale = np.linalg.norm(found.linear.columns[:, places], axis=0)
     columns = found.linear.columns[:, places] / scale
     residual = found.linear.response - found.linear.columns @ found.polished.values
-    noise = residual_covariance(residual, found.linear.lengths, MEMORY_CELLS)
+    noise = autocovariance(residual, found.linear.lengths, MEMORY_CELLS)
     bread = np.linalg.pinv(columns.T @ columns, hermitian=True)
     covariance = bread @ score_matrix(columns, noise, found.linear.lengths) @ bread
     grams, scores, moments, first, part = [], [], [], 0, 0

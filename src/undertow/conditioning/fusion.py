@@ -35,8 +35,9 @@ LIKELIHOOD_SAMPLES = 1500
 """At most this many samples decide the jerk's density; more sharpen it to no use."""
 
 CLOCK_RADIANS = 0.03
-"""Prior standard deviation of the accelerometer's clock against the other channels', as an angle of the motion, rad:
-5 ms at one hertz (likelihood/priors.py has the same)."""
+"""Prior standard deviation of one channel's clock against another's, and of the release instant, as an angle of the
+motion, rad: 5 ms at one hertz. Filters of one logger, chosen for the motion, differ by so much. Every fit uses this
+one (likelihood/priors.py)."""
 
 ROUNDING = 1e-9
 """Least noise of a channel, relative to its range."""

@@ -3,16 +3,19 @@
 Every width is relative to the trial's own period, size or range, so that a watch's balance and a ship get the same
 treatment. What a laboratory knows better stands in its config.
 
-Belongs here: those widths, each with its reason. Does not belong here: where they are used (problem.py, joint.py).
+Belongs here: those widths, each with its reason; the clock's stands where clocks are first fitted (conditioning/
+fusion.py) and is taken from there. Does not belong here: where they are used (problem.py, joint.py, trajectories.py).
 """
 
 from __future__ import annotations
 
 import math
 
-CLOCK_RADIANS = 0.03
-"""Prior of the release instant and of one channel's clock against another's, as an angle of the body's motion, rad: 5
-ms at one hertz. Filters of one logger, chosen for the motion, differ by so much."""
+from undertow.conditioning.fusion import CLOCK_RADIANS
+
+__all__ = [
+    "CLOCK_RADIANS", "DRIFT_SHARE", "GAIN_STD", "LATE_RELEASE_RADIANS", "REST_SHARE", "STATE_IN_MOTIONS", "clock_std",
+]  # fmt: skip
 
 LATE_RELEASE_RADIANS = 0.6
 """Prior of the release instant where an equation is searched, rad: noise of an eighth of the motion moves it so far."""
@@ -22,6 +25,10 @@ GAIN_STD = 0.005
 
 DRIFT_SHARE = 0.003
 """Prior of the displacement's drift over a record, relative to the largest release of what is fitted together."""
+
+STATE_IN_MOTIONS = 5.0
+"""Prior of a hidden state where nothing says that it began at rest, in times the body's own motion: near resonance it
+swings wider."""
 
 REST_SHARE = 0.05
 """Prior of the rest position where friction is not known, relative to the trial's largest displacement: with the

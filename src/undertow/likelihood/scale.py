@@ -18,6 +18,7 @@ import numpy as np
 
 from undertow.equation import registry
 from undertow.likelihood.fit import Specimen, Structure
+from undertow.likelihood.priors import GAIN_STD
 from undertow.quantities import Estimate, format_number
 from undertow.recording.recording import Array
 
@@ -25,11 +26,6 @@ AnchorKind = Literal["mass", "stiffness", "load cells", "none"]
 
 STIFFNESS_DISAGREEMENT = 0.01
 """Relative difference between two stiffnesses above which both are printed (CONTRACT: over 1 %)."""
-
-
-LOAD_CELL_GAIN_STD = 0.005
-"""Relative standard error of a load cell's gain over the potentiometer's, where nothing else says k: half a per cent,
-as ordinary instruments have; the joint fit's prior of gains is the same."""
 
 
 @dataclass(frozen=True)
@@ -71,7 +67,7 @@ def choose_anchor(
         doubts = _disagreements(stated, "config", others)
         return Anchor("stiffness", k, f"stiffness {stated:g} N/m from the config", doubts)
     if load_cells is not None and math.isfinite(load_cells.value):
-        gain = LOAD_CELL_GAIN_STD * load_cells.value
+        gain = GAIN_STD * load_cells.value  # nothing else says k, so that it is as wrong as their gain
         anchor = replace(load_cells, systematic=math.hypot(load_cells.systematic, gain))
         return Anchor("load cells", anchor, f"stiffness {anchor} from the load cells")
     return Anchor("none", nothing, "no anchor: coefficients are per total mass")

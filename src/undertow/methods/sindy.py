@@ -21,15 +21,10 @@ from undertow.conditioning.motion import Motion
 from undertow.equation.term import Term
 from undertow.errors import IdentificationError
 from undertow.likelihood.fit import Fit
+from undertow.likelihood.noise import autocovariance, effective_samples, score_matrix
 from undertow.methods.exact_subsets import SubsetSearch
 from undertow.methods.library import Design, build_design, label, motion_period
-from undertow.methods.subset import (
-    BestSubset,
-    effective_samples,
-    project_out,
-    residual_covariance,
-    score_matrix,
-)
+from undertow.methods.subset import BestSubset, project_out
 from undertow.quantities import OK, Estimate
 from undertow.uncertainty.robust import robust_covariance
 
@@ -233,7 +228,7 @@ def solve_design(design: Design) -> LeastSquares:
     moving, widening = robust_covariance(
         [columns[part] for part in parts], [residual[part] for part in parts], _memory(design), design.nuisance.shape[1]
     )
-    noise = residual_covariance(residual, design.lengths, _memory(design))
+    noise = autocovariance(residual, design.lengths, _memory(design))
     scores = score_matrix(columns, noise, design.lengths)
     n_effective = effective_samples(columns, scores, max(float(noise[0]), np.finfo(float).tiny))
     bread = np.linalg.inv(columns.T @ columns)

@@ -3,8 +3,8 @@
 `BestSubset` is a pysindy optimiser, at home in ``pysindy.SINDy(optimizer=BestSubset())``; nobody has to choose a
 threshold. The search works on the Gram matrix of the columns, so that a million subsets take about a second.
 
-Belongs here: the optimiser and the effective number of samples. Does not belong here: the search over subsets
-(exact_subsets.py), what the columns are (library.py) or what they mean (sindy.py).
+Belongs here: the optimiser. Does not belong here: the search over subsets (exact_subsets.py), the noise's memory
+(likelihood/noise.py), what the columns are (library.py) or what they mean (sindy.py).
 """
 
 from __future__ import annotations
@@ -15,18 +15,12 @@ from itertools import chain
 import numpy as np
 from numpy.typing import NDArray
 from pysindy.optimizers.base import BaseOptimizer
-from scipy.signal import fftconvolve
 
 from undertow.errors import IdentificationError
+from undertow.likelihood.noise import autocovariance, effective_samples, score_matrix
 from undertow.methods.exact_subsets import Step, Subset, SubsetSearch, search_subsets
 
 Array = NDArray[np.float64]
-
-MEMORY_SHARE = 0.1
-"""Longest memory of a residual looked for, as a share of the rows: beyond it is mostly the estimate's own noise."""
-
-WINDOW_TIMES = 6.0
-"""Lags are used up to this many correlation times (Sokal 1997, doi:10.1007/978-1-4899-0319-8_6)."""
 
 ROUNDING_SHARE = 1e-11
 """A residual below this share of the response's variance is rounding: both are then explained equally well. Chi-squared
@@ -139,7 +133,7 @@ class BestSubset(BaseOptimizer):  # type: ignore[misc]
         residual = response - columns @ theta
         floor = ROUNDING_SHARE * float(response @ response) / response.size + np.finfo(float).tiny
         if self.n_effective is None:
-            covariance = residual_covariance(residual, lengths, self.memory)
+            covariance = autocovariance(residual, lengths, self.memory)
             covariance[0] = max(covariance[0], floor)
             scores = score_matrix(columns, covariance, lengths)
             n_effective = effective_samples(columns, scores, covariance[0])
@@ -209,57 +203,3 @@ def project_out(nuisance: Array, values: Array) -> Array:
     basis, _ = np.linalg.qr(nuisance)
     remainder: Array = values - basis @ (basis.T @ values)
     return remainder
-
-
-def residual_covariance(residual: Array, lengths: Sequence[int], memory: int | None = None) -> Array:
-    """Autocovariance (memory,) of ``residual`` (n,) at lags 0, 1, ..., pooled over trials of ``lengths`` rows.
-
-    Weighted down by Parzen's window to ``memory`` rows, so that it belongs to a spectrum without negative values;
-    ``memory`` None takes `WINDOW_TIMES` correlation times, at most `MEMORY_SHARE` of the rows.
-    """
-    longest = max(2, memory or int(MEMORY_SHARE * residual.size))
-    sums, first = np.zeros(longest), 0
-    for length in filter(None, lengths):
-        own = _autocovariance(residual[first : first + length, None], longest)[:, 0]
-        sums[: own.size] += own
-        first += length
-    if memory is None and sums[0] > 0.0:
-        times = 2.0 * np.cumsum(np.abs(sums / sums[0])) - 1.0
-        enough = np.flatnonzero(np.arange(1, longest + 1) >= WINDOW_TIMES * times)
-        sums = sums[: max(2, int(enough[0]) + 1 if enough.size else longest)]
-    lag = np.arange(sums.size) / sums.size
-    parzen = np.where(lag < 0.5, 1.0 - 6.0 * lag**2 * (1.0 - lag), 2.0 * (1.0 - lag) ** 3)
-    covariance: Array = sums / residual.size * parzen
-    return covariance
-
-
-def score_matrix(columns: Array, covariance: Array, lengths: Sequence[int]) -> Array:
-    """X'RX (p, p): covariance of X'e for noise e of this autocovariance, independent between trials."""
-    kernel = np.concatenate([covariance[:0:-1], covariance])[:, None]
-    total, first = np.zeros((columns.shape[1], columns.shape[1])), 0
-    for length in filter(None, lengths):
-        part = columns[first : first + length]
-        first += length
-        spread = fftconvolve(part, kernel, mode="full", axes=0)[covariance.size - 1 :][: part.shape[0]]
-        total += part.T @ spread
-    symmetric: Array = 0.5 * (total + total.T)
-    return symmetric
-
-
-def effective_samples(columns: Array, scores: Array, variance: float) -> float:
-    """Independent rows of ``columns`` (n, p) under noise of this ``variance`` and `score_matrix`.
-
-    n / tau, where tau is the mean factor by which correlation widens the variance of a coefficient (1 for white noise
-    and never below; Bartlett 1946, doi:10.2307/2983611).
-    """
-    gram = columns.T @ columns
-    widening = float(np.trace(np.linalg.pinv(gram, hermitian=True) @ scores)) / (columns.shape[1] * variance)
-    return float(max(columns.shape[0] / max(widening, 1.0), columns.shape[1] + 1))
-
-
-def _autocovariance(values: Array, lags: int) -> Array:
-    """Sums of products at lags 0 to lags - 1 of each column of ``values`` (n, p): (at most lags, p)."""
-    size = 2 ** int(np.ceil(np.log2(2 * values.shape[0])))
-    spectrum = np.fft.rfft(values, size, axis=0)
-    products: Array = np.fft.irfft(np.abs(spectrum) ** 2, size, axis=0)[: min(lags, values.shape[0])]
-    return products

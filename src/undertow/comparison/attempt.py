@@ -12,7 +12,7 @@ from dataclasses import replace
 import numpy as np
 
 from undertow.comparison.candidate import Candidate, doubt
-from undertow.comparison.joint import JointFit, fit_joint
+from undertow.comparison.joint import WIDER, JointFit, fit_joint
 from undertow.comparison.level import Addend, Level
 from undertow.comparison.score_test import Prospect
 from undertow.comparison.suspect import EACH_SPRING, Addition, Suspect
@@ -88,6 +88,18 @@ def without(level: Level, candidate: Candidate, place: int, prior: float) -> Can
     except IdentificationError:
         return None
     return Candidate(tuple(candidate.suspects[i] for i in kept), fit, prior, doubt(level, fit))
+
+
+def penalty_of(level: Level, fit: JointFit, suspect: Suspect) -> float:
+    """What a suspect's unknowns cost beside a fit, in log evidence: half of ln(n_eff) each, and a sensor's wider priors
+    or its common error."""
+    copies = {"shared": 1, "spring": len(level.members), "trial": level.trials}
+    additions = suspect.additions(level.scales, suspect.starts(level.scales)[0])
+    unknowns = sum(copies[a.scope] for a in additions)
+    each = 0.5 * math.log(max(fit.solution.n_data / fit.memory, 2.0))
+    if not suspect.frees:
+        return unknowns * each
+    return unknowns * each + (each if suspect.frees in COMMON else math.log(WIDER) * level.trials)
 
 
 def _waters(level: Level, best: Candidate, suspect: Suspect) -> tuple[Level, ...]:

@@ -16,7 +16,7 @@ import math
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 
-from undertow.comparison.attempt import COMMON, REFINED, as_radiation, from_places, from_starts, renumbered, without
+from undertow.comparison.attempt import REFINED, as_radiation, from_places, from_starts, penalty_of, renumbered
 from undertow.comparison.candidate import Candidate, LevelDiagnosis, Screened, conclude
 from undertow.comparison.explained import (
     ALL,
@@ -28,11 +28,11 @@ from undertow.comparison.explained import (
     fading,
     single_fading,
     slides,
-    swings,
 )
 from undertow.comparison.joining import MOST_EFFECTS, PRIOR_NOTHING, has_room, log_prior, may_join
-from undertow.comparison.joint import WIDER, JointFit, at_memory, fit_joint, free_run_error, missed_share
+from undertow.comparison.joint import JointFit, at_memory, fit_joint, free_run_error, missed_share
 from undertow.comparison.level import Level
+from undertow.comparison.needless import leanest, shorter_sets
 from undertow.comparison.score_test import prospects
 from undertow.comparison.suspect import Suspect
 from undertow.errors import IdentificationError
@@ -156,25 +156,10 @@ class _Search:
         return forced and self.best.fit.misfit > FAR_ABOVE_NOISE
 
     def _leaner(self, candidate: Candidate, error: float, least: float) -> tuple[Candidate, float] | None:
-        """The same last effect without an earlier one that it makes needless, and its error; None where all are needed.
-
-        Of two effects the first is chosen before the second is known, and can have stood in for both. ``least`` is the
-        score that the smaller set must exceed, ``error`` (or repeatability) what its free run must not.
-        """
-        near: list[tuple[Candidate, float]] = []
-        carried = [swings(addend) for addend in candidate.fit.addends[len(self.level.standing) :]]
-        for place in range(len(candidate.suspects) - 1):
-            if carried[place] and sum(carried) > 1:
-                continue  # what swings is numbered in the order in which it was found
-            others = (*candidate.suspects[:place], *candidate.suspects[place + 1 :])
-            shorter = without(self.level, candidate, place, self._prior(others))
-            if shorter is None:
-                continue
-            self.found.append(shorter)
-            closer = free_run_error(self.level, shorter.fit)
-            if not shorter.out and shorter.score > least and closer <= max(error, 1.0):
-                near.append((shorter, closer))
-        return max(near, key=lambda pair: pair[0].score, default=None)
+        """The same last effect without an earlier one that it makes needless (needless.py), and its error."""
+        shorter = shorter_sets(self.level, candidate, self._prior)
+        self.found += [one for one, _ in shorter]
+        return leanest(shorter, error, least)
 
     def _without_earlier(self, tried: Sequence[Candidate], least: float) -> tuple[Candidate, float] | None:
         """The leanest of the candidates that would be more probable than what stands, by ``least`` in log evidence, but
@@ -281,14 +266,7 @@ class _Search:
 
     def _screen_out(self, suspect: Suspect, prior: float, gain: float) -> None:
         """Keep what a suspect could gain at most, with the penalty of its unknowns."""
-        fit, level = self.null.fit, self.level
-        copies = {"shared": 1, "spring": len(level.members), "trial": level.trials}
-        additions = suspect.additions(level.scales, suspect.starts(level.scales)[0])
-        unknowns = sum(copies[a.scope] for a in additions)
-        penalty = 0.5 * unknowns * math.log(max(fit.solution.n_data / fit.memory, 2.0))
-        if suspect.frees:
-            cells = max(fit.solution.n_data / fit.memory, 2.0)
-            penalty += 0.5 * math.log(cells) if suspect.frees in COMMON else math.log(WIDER) * level.trials
+        penalty = penalty_of(self.level, self.null.fit, suspect)
         relative = prior - self.null.log_prior + gain - penalty
         self.screened[suspect.label] = Screened(suspect, gain, self.null.score + relative, relative)
 
@@ -321,7 +299,7 @@ class _Search:
                 if doubtless is not None:
                     self._too_small(doubtless[0])
                 return candidate, closer if counts else min(closer, self.error)
-            if not place and self._beyond_doubt(candidate):
+            if not place and beyond_doubt(self.best, candidate):
                 doubtless = candidate, closer
                 continue
             self._too_small(candidate)
@@ -336,9 +314,6 @@ class _Search:
     def _no_closer(self, candidate: Candidate) -> str:
         odds = candidate.score - self.best.score
         return f"brings the free run no closer by what counts, at evidence of e^{odds:.0f} for it"
-
-    def _beyond_doubt(self, candidate: Candidate) -> bool:
-        return beyond_doubt(self.best, candidate)
 
     def _plainer(self, ahead: tuple[Candidate, float], probable: Sequence[Candidate]) -> tuple[Candidate, float]:
         """Linear damping instead of a memory that does not ring, where the free run cannot tell them apart; bristles in

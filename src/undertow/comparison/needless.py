@@ -1,0 +1,46 @@
+"""Whether a set of effects needs all of them: of two effects the first is chosen before the second is known.
+
+Belongs here: the same set without one earlier effect, and which of those stands. Does not belong here: when that is
+asked (search.py), the fit (attempt.py).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+
+from undertow.comparison.attempt import without
+from undertow.comparison.candidate import Candidate
+from undertow.comparison.explained import swings
+from undertow.comparison.joint import free_run_error
+from undertow.comparison.level import Level
+from undertow.comparison.suspect import Suspect
+
+
+def shorter_sets(
+    level: Level, candidate: Candidate, prior: Callable[[Sequence[Suspect]], float]
+) -> list[tuple[Candidate, float]]:
+    """The candidate refitted without each of its earlier effects in turn, with the free run's error.
+
+    ``prior`` gives the log prior of a set. What swings is numbered in the order in which it was found, and stays while
+    something else swings too.
+    """
+    found = []
+    carried = [swings(addend) for addend in candidate.fit.addends[len(level.standing) :]]
+    for place in range(len(candidate.suspects) - 1):
+        if carried[place] and sum(carried) > 1:
+            continue
+        others = (*candidate.suspects[:place], *candidate.suspects[place + 1 :])
+        shorter = without(level, candidate, place, prior(others))
+        if shorter is not None:
+            found.append((shorter, free_run_error(level, shorter.fit)))
+    return found
+
+
+def leanest(
+    shorter: Sequence[tuple[Candidate, float]], error: float, least: float
+) -> tuple[Candidate, float] | None:
+    """The most probable of the sets whose numbers mean something, whose score exceeds ``least`` and whose free run
+    comes as close as ``error`` or as repetitions; None where all effects are needed."""
+    near = max(error, 1.0)
+    able = [pair for pair in shorter if not pair[0].out and pair[0].score > least and pair[1] <= near]
+    return max(able, key=lambda pair: pair[0].score, default=None)

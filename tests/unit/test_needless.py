@@ -1,0 +1,78 @@
+"""Which of the shorter sets stands: its score, its free run and its numbers are asked, nothing else."""
+
+from __future__ import annotations
+
+from types import SimpleNamespace
+
+import pytest
+
+from undertow.comparison import needless
+from undertow.comparison.needless import leanest, shorter_sets
+
+
+def shorter(score: float, error: float, out: str = "") -> tuple[SimpleNamespace, float]:
+    """A set of this score and error, with a reason against it."""
+    return SimpleNamespace(score=score, out=out), error
+
+
+def test_the_most_probable_set_that_stands_is_the_leanest():
+    low, high = shorter(11.0, 0.5), shorter(12.0, 0.9)
+    assert leanest([low, high], 0.3, 10.0) is high
+
+
+@pytest.mark.parametrize(
+    "bad", [shorter(20.0, 0.5, "on a bound"), shorter(10.0, 0.5), shorter(20.0, 1.6)],
+    ids=["numbers mean nothing", "no more probable", "free run too far"],
+)  # fmt: skip
+def test_a_set_that_does_not_stand_is_never_the_leanest(bad):
+    good = shorter(10.5, 1.5)
+    assert leanest([bad, good], 1.5, 10.0) is good
+    assert leanest([bad], 1.5, 10.0) is None
+
+
+def test_a_free_run_as_close_as_repetitions_is_close_enough():
+    assert leanest([shorter(11.0, 1.0)], 0.2, 10.0) is not None
+
+
+def candidate(*slots: str) -> SimpleNamespace:
+    """Suspects named by number, whose additions stand at these slots."""
+    addends = tuple(SimpleNamespace(additions=(SimpleNamespace(slot=slot),)) for slot in slots)
+    return SimpleNamespace(suspects=tuple(range(len(slots))), fit=SimpleNamespace(addends=addends))
+
+
+@pytest.fixture
+def asked(monkeypatch) -> list[tuple[int, tuple[int, ...]]]:
+    """Places that are left out, and what is left, instead of fits."""
+    seen = []
+    left = SimpleNamespace(fit=None)
+    monkeypatch.setattr(needless, "without", lambda _level, _c, place, prior: seen.append((place, prior)) or left)
+    monkeypatch.setattr(needless, "free_run_error", lambda _level, _fit: 0.7)
+    monkeypatch.setattr(needless, "swings", lambda addend: addend.additions[0].slot.startswith("hm"))
+    return seen
+
+
+LEVEL = SimpleNamespace(standing=())
+
+
+def test_every_earlier_effect_is_left_out_in_turn_and_the_last_one_never(asked):
+    found = shorter_sets(LEVEL, candidate("c3", "q", "hm1"), tuple)
+    assert asked == [(0, (1, 2)), (1, (0, 2))]
+    assert [error for _, error in found] == [0.7, 0.7]
+
+
+def test_what_swings_stays_while_something_else_swings(asked):
+    shorter_sets(LEVEL, candidate("hm1", "q", "hm2"), tuple)
+    assert [place for place, _ in asked] == [1]
+
+
+def test_effects_that_stood_before_the_search_are_not_counted(asked):
+    level = SimpleNamespace(standing=(1,))
+    both = candidate("hm1", "hm2")
+    both.fit.addends = (candidate("hm3").fit.addends[0], *candidate("q", "hm2").fit.addends)
+    shorter_sets(level, both, tuple)
+    assert [place for place, _ in asked] == [0]
+
+
+def test_a_set_without_a_motion_is_no_shorter_set(asked, monkeypatch):
+    monkeypatch.setattr(needless, "without", lambda *_: None)
+    assert shorter_sets(LEVEL, candidate("c3", "q"), tuple) == []

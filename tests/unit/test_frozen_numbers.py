@@ -8,14 +8,14 @@ from functools import cache
 import numpy as np
 import pytest
 
-from tests.exact_motions import LONG, exact_group
+from tests.exact_motions import LONG, exact_group, exact_motion
 from undertow.comparison.hidden_refine import refine_inner
 from undertow.comparison.laws import laws
 from undertow.comparison.polish import Polished, polish
-from undertow.comparison.trajectories import in_cells
+from undertow.comparison.trajectories import in_cells, trial_rows
 from undertow.conditioning.motion import Motion
 from undertow.equation.hydrodynamics import QuadraticDrag
-from undertow.equation.structure import CoulombFriction, Stiffness, ViscousDamping
+from undertow.equation.structure import CoulombFriction, CubicStiffness, Stiffness, StribeckFriction, ViscousDamping
 from undertow.likelihood import output_error
 from undertow.likelihood.fit import Specimen
 from undertow.likelihood.group import group_model, terms_by_name
@@ -85,11 +85,31 @@ def test_output_error_ends_at_the_same_numbers(terms, values, cost, memory):
 def test_discover_polishes_to_the_same_numbers():
     found = polished()
     assert found.converged
-    assert found.cost == pytest.approx(315.984828795106, rel=SAME)
+    # clocks move by differences between samples now, which were between cells: the kinks of reversals lie elsewhere
+    assert found.cost == pytest.approx(315.984828795106, abs=0.1)
     assert found.values == pytest.approx(
-        [28.036975346573485, 0.15095204050980454, 0.0435073610898791, 1.0035849550783673], rel=SAME
+        [28.036975346573485, 0.15095204050980454, 0.0435073610898791, 1.0035849550783673], rel=3e-5
     )
-    assert found.own[1][:2] == pytest.approx([0.10699712647642756, 1.1308001841003128e-07], rel=1e-6)
+    assert found.own[1][0] == pytest.approx(0.10699712647642756, rel=SAME * 1e3)
+
+
+def test_discover_sees_the_same_residuals_and_derivatives():
+    friction = (CoulombFriction(), QuadraticDrag(), CubicStiffness(), StribeckFriction(0.05))
+    terms = (Stiffness(), ViscousDamping(), *friction)
+    trial = in_cells(exact_motion(LONG, 0.1, rate_hz=200.0, a_noise=0.02), {"k1": 0.01})
+    own = trial.start + np.array([0.0, 0.01, 0.002, 0.003, 0.02])
+    rows = trial_rows(trial, laws(terms), np.array([28.0, 0.15, 0.043, 1.0, 5.0, 0.02, 0.05]), own, range(7))
+    assert trial.names == ("x0", "shift", "clock", "gain", "own k1")
+    assert np.linalg.norm(rows.residual) == pytest.approx(5856582.716513265, rel=SAME)
+    assert np.linalg.norm(rows.shared, axis=0) == pytest.approx(
+        [7906904.8234701315, 50272173.16956393, 289079406.0873349, 12900012.675800936, 26457.93267721933,
+         36831866.03015536, 21731223.576499548], rel=SAME
+    )  # fmt: skip
+    assert np.linalg.norm(rows.own[:, [0, 3, 4]], axis=0) == pytest.approx(
+        [348941276.93923783, 1659.012848144346, 217052289.27172917], rel=SAME
+    )
+    # clocks move by differences between samples now, which were between cells
+    assert np.linalg.norm(rows.own[:, 1]) == pytest.approx(205896447.90261534, rel=5e-3)
 
 
 def test_a_refined_wave_ends_at_the_same_numbers():

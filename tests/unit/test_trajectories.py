@@ -42,7 +42,7 @@ def test_derivatives_are_differences_of_the_residual(trial):
         up, down = (own + sign * step * (np.arange(own.size) == place) for sign in (1.0, -1.0))
         pair = [trial_rows(trial, book, VALUES, values, ()).residual for values in (up, down)]
         change = (pair[0] - pair[1]) / (2.0 * step)
-        # clocks are differentiated by differences between cells
+        # an acceleration's clock is differentiated by differences between samples
         tolerance = 5e-3 if name in ("shift", "clock") else 1e-4
         assert np.median(np.abs(change - rows.own[:, place])) < tolerance * np.abs(rows.own[:, place]).max()
 

@@ -3,10 +3,11 @@
     M = 1,  x'' + sum_i theta_i force_i(x, v; inner) = 0,  theta_i = coefficient_i / mass
 
 is integrated from the release; displacement, velocity and acceleration are compared with the recorded samples, in
-means over short cells. No smoothed signal enters, so that no column carries noise.
+means over short cells, by the residuals of every fit (likelihood/residuals.py). No smoothed signal enters, so that no
+column carries noise.
 
-Belongs here: trials in cells, residuals, sensitivities. Does not belong here: the search for values or terms
-(polish.py), intervals of the laboratory's parameters (baseline.py).
+Belongs here: trials in cells, what their unknowns are to the likelihood, drift taken off. Does not belong here: the
+search for values or terms (polish.py), intervals of the laboratory's parameters (baseline.py).
 """
 
 from __future__ import annotations
@@ -23,9 +24,9 @@ from undertow.conditioning.motion import Motion
 from undertow.conditioning.period import dominant_period
 from undertow.equation.kernel import N_SLOTS, SLOT
 from undertow.errors import IdentificationError
-from undertow.likelihood.output_error import trajectory
 from undertow.likelihood.priors import GAIN_STD, LATE_RELEASE_RADIANS, clock_std
-from undertow.likelihood.problem import cells
+from undertow.likelihood.problem import Channel, Link, TrialProblem, cells
+from undertow.likelihood.residuals import residuals
 
 Array = NDArray[np.float64]
 
@@ -39,6 +40,9 @@ PERIODS_PER_ORDER = 2.0
 
 LEAST_NOISE = 1e-6
 """Noise of a channel is taken as at least this share of its own size: integration is as good as that."""
+
+NUISANCES = ("shift", "clock", "gain")
+"""What a trial's release and its accelerometer have of their own: late by, s, late by beside the others, relative."""
 
 OWN = "own "
 """Begins the name of an unknown by which a trial's own k, c or friction departs from the shared one, relative."""
@@ -144,9 +148,6 @@ def _drift_basis(t: Array, period_s: float) -> Array:
     return np.asarray(basis, dtype=np.float64)
 
 
-_Motion = tuple[Array, Array, Array]
-
-
 @dataclass(frozen=True)
 class Rows:
     """One trial at given values: residual (n,) predicted less recorded in units of noise, drift taken off; its
@@ -166,75 +167,49 @@ def trial_rows(trial: Cells, book: Laws, values: Array, own: Array, chosen: Sequ
     mine = dict(zip(trial.names, own.tolist(), strict=True))
     theta = book.vector(values)
     theta[SLOT["x0"]], theta[SLOT["v0"]] = mine["x0"], mine.get("v0", 0.0)
-    own_slots = {name: SLOT[name.removeprefix(OWN)] for name in trial.names if name.startswith(OWN)}
-    shared_part = {name: float(theta[slot]) for name, slot in own_slots.items()}
-    factor = np.ones(N_SLOTS)
-    for name, slot in own_slots.items():
-        factor[slot] = 1.0 + mine[name]
-    wanted = [int(book.slots[place]) for place in chosen] + [SLOT["x0"], SLOT["v0"], *own_slots.values()]
-    slots = np.array(sorted(set(wanted)), dtype=np.int64)
-    place = {int(slot): 1 + index for index, slot in enumerate(slots)}
-    clock = mine.get("clock", 0.0)
-    simulated = _simulated(theta * factor, slots, trial.t.ravel() + mine.get("shift", 0.0), clock)
-    if simulated is None:
-        return None
-    at, parts = [place[slot] for slot in wanted], []
+    factor, parts = np.ones(N_SLOTS), np.ones(N_SLOTS)
+    for name in (name for name in trial.names if name.startswith(OWN)):
+        slot = SLOT[name.removeprefix(OWN)]
+        factor[slot], parts[slot] = 1.0 + mine[name], theta[slot]
+    laws_slots = [int(book.slots[place]) for place in chosen]
+    places = {slot: column for column, slot in enumerate(sorted({*laws_slots, *_slots_of(trial.names)}))}
+    clocks = {name: len(places) + i for i, name in enumerate(n for n in NUISANCES if n in mine)}
+    at = np.concatenate([np.zeros(len(places)), [mine[name] for name in clocks]])
     with np.errstate(over="ignore", invalid="ignore"):
-        for seen in trial.channels:
-            motion = simulated[1 if seen.quantity == "acceleration" else 0]
-            parts.append(_channel(trial, seen, motion, at, mine, shared_part))
-    stacked = np.vstack(parts)
-    if not np.all(np.abs(stacked) < LARGEST):
-        return None
-    shared = stacked[:, 1 : 1 + len(chosen)] * factor[book.slots[list(chosen)]]
-    return Rows(stacked[:, 0], shared, stacked[:, 1 + len(chosen) :])
+        found = residuals(_as_problem(trial, theta * factor, places, clocks), at)
+        if found is None or not np.all(np.abs(found[0]) < LARGEST) or not np.all(np.abs(found[1]) < LARGEST):
+            return None
+    table = _in_cells(trial, np.column_stack(found[:2]))
+    shared = table[:, [1 + places[slot] for slot in laws_slots]] * factor[laws_slots]
+    columns = [clocks[name] if name in clocks else places[_slot_of(name)] for name in trial.names]
+    scales = [1.0 if name in clocks else parts[_slot_of(name)] for name in trial.names]
+    return Rows(table[:, 0], shared, table[:, [1 + column for column in columns]] * scales)
 
 
-def _simulated(theta: Array, slots: NDArray[np.int64], times: Array, clock: float) -> tuple[_Motion, _Motion] | None:
-    """x, v, a with derivatives at ``times`` (n,) and at ``times`` + ``clock``; None where there is no such motion."""
-    both = np.concatenate([times, times + clock]) if clock else times
-    order = np.argsort(both, kind="stable")
-    try:
-        x, v, a = trajectory(theta, slots, np.maximum(both[order], 0.0))
-    except IdentificationError:  # a step that went too far is no error of the caller's
-        return None
-    back = np.empty(order.size, dtype=np.int64)
-    back[order] = np.arange(order.size)
-    now, late = back[: times.size], back[-times.size :]
-    return (x[now], v[now], a[now]), (x[late], v[late], a[late])
+def _slot_of(name: str) -> int:
+    """Where a trial's own unknown stands in the integrator."""
+    return SLOT[name.removeprefix(OWN)]
 
 
-def _channel(
-    trial: Cells,
-    seen: Seen,
-    motion: _Motion,
-    at: Sequence[int],
-    mine: Mapping[str, float],
-    shared_part: Mapping[str, float],
-) -> Array:
-    """Residual, derivatives by the laws and by the trial's unknowns, (n, 1 + p + u), in units of noise.
+def _slots_of(names: Sequence[str]) -> list[int]:
+    return [_slot_of(name) for name in names if name not in NUISANCES]
 
-    ``motion`` are x, v, a (n m, 1 + slots) at the cells' samples, ``at`` the columns of the laws, x0, v0 and of what
-    the trial has of its own, whose shared part is in ``shared_part``.
-    """
-    signal = motion[CHANNELS.index(seen.quantity)].reshape(*trial.t.shape, -1).mean(axis=1)
-    rate = np.gradient(signal[:, 0], trial.t.mean(axis=1))
-    accelerometer = seen.quantity == "acceleration"
-    gain = 1.0 + (mine.get("gain", 0.0) if accelerometer else 0.0)
-    zero = np.zeros(signal.shape[0])
-    laws_end = len(at) - 2 - len(shared_part)
-    own = {
-        "x0": gain * signal[:, at[laws_end]],
-        "v0": gain * signal[:, at[laws_end + 1]],
-        "shift": gain * rate,
-        "clock": gain * rate if accelerometer else zero,
-        "gain": signal[:, 0] if accelerometer else zero,
-    }
-    for index, (name, value) in enumerate(shared_part.items()):
-        own[name] = gain * value * signal[:, at[laws_end + 2 + index]]
-    table = np.column_stack(
-        [gain * signal[:, 0] - seen.values, gain * signal[:, at[:laws_end]], *(own[name] for name in trial.names)]
+
+def _as_problem(trial: Cells, theta: Array, places: Mapping[int, int], clocks: Mapping[str, int]) -> TrialProblem:
+    """The trial's samples as the one likelihood sees them: numbers at ``theta``, unknown deviations from those by their
+    slots (``places``), and what the sensors have of their own (``clocks``)."""
+    channels, samples = [], trial.t.shape[1]
+    for seen in trial.channels:
+        late = {"shift": clocks.get("clock", -1), "gain": clocks.get("gain", -1)}
+        every = np.repeat(seen.values, samples)
+        channels.append(Channel(seen.quantity, every, seen.sigma, **(late if seen.quantity == "acceleration" else {})))
+    links = tuple(Link(slot, column) for slot, column in places.items())
+    return TrialProblem(
+        trial.name, trial.t.ravel(), theta, links, tuple(channels), clocks.get("shift", -1), period_s=trial.period_s
     )
-    table /= seen.sigma
-    result: Array = table - trial.drift @ (trial.drift.T @ table)
-    return result
+
+
+def _in_cells(trial: Cells, table: Array) -> Array:
+    """Means over cells of every channel's rows, with what a slow drift and an offset can imitate taken off."""
+    parts = table.reshape(len(trial.channels), *trial.t.shape, -1).mean(axis=2)
+    return np.vstack([part - trial.drift @ (trial.drift.T @ part) for part in parts])

@@ -46,7 +46,7 @@ NAMES_AT_MOST = 3
 """Trials named in a message at most."""
 
 __all__ = [
-    "FULL", "QUICK", "STOP_IN_STDERR", "SearchEffort", "Solution", "fit", "parameter_vector", "residuals", "trajectory",
+    "FULL", "QUICK", "SearchEffort", "Solution", "fit", "parameter_vector", "residuals", "trajectory",
 ]  # fmt: skip
 
 NO_INFORMATION = 1e-15

@@ -2,6 +2,7 @@
 
     python -m experiments.pictures laws [TERM ...]     docs/pictures/laws/TERM.svg, some seconds each
     python -m experiments.pictures tour                docs/pictures/tour/: runs configs/flume.yaml
+    python -m experiments.pictures rooms               docs/pictures/rooms.svg, from the imports (rooms.py)
 
 A law's picture: two releases of a body with the law, the equation without it whose other numbers are fitted to both,
 and what is left. Belongs here: cases and figures. Does not belong here: fits and laws (undertow).
@@ -17,6 +18,7 @@ import numpy as np
 from matplotlib.figure import Figure
 
 import undertow
+from experiments.pictures import rooms
 from undertow.campaign.run.course import run as run_campaign
 from undertow.campaign.run.folder import Finished
 from undertow.discrepancy.findings import Findings, TrialFindings
@@ -28,7 +30,7 @@ from undertow.front.trials import Trials
 from undertow.report.extent import extent_of
 from undertow.report.first_screen import shown_trial
 from undertow.report.front_figures import draw_errors, draw_runs_before_and_after
-from undertow.report.style import BLUE, INK, NOT_EXPLAINED, page_style, svg_text
+from undertow.report.style import BLUE, INK, NOT_EXPLAINED, PALE, page_style, svg_text
 
 PICTURES = Path(__file__).resolve().parents[2] / "docs" / "pictures"
 CONFIG = Path(__file__).resolve().parents[2] / "configs" / "flume.yaml"
@@ -152,9 +154,21 @@ def _before_and_after(trial: TrialFindings, label: str, path: Path) -> None:
         path.write_text(svg_text(figure), encoding="utf-8")
 
 
+def draw_rooms() -> None:
+    """The rooms and what they import, and the counts of import statements on the terminal."""
+    found = rooms.arrows()
+    with page_style():
+        figure = rooms.draw(found, rooms.lines_of(), Figure(figsize=(5.4, 8.2), layout="constrained"), INK, PALE)
+        (PICTURES / "rooms.svg").write_text(svg_text(figure), encoding="utf-8")
+    for (room, target), count in sorted(found.items()):
+        print(f"{room:12} imports {target:12} {count:4}")
+
+
 def main(words: Sequence[str]) -> None:
     """Draw what is asked for."""
-    if words[:1] == ["tour"]:
+    if words[:1] == ["rooms"]:
+        draw_rooms()
+    elif words[:1] == ["tour"]:
         from undertow.campaign.config import load
 
         tour(run_campaign(load(CONFIG)))

@@ -13,6 +13,7 @@ from undertow.campaign.driven.predict import equations_of, predict_recording
 from undertow.campaign.driven.trials import driven_trials, must_drive
 from undertow.campaign.inspection import inspect_file
 from undertow.campaign.run.folder import run_to_folder
+from undertow.equation.base_motion import base_drive
 from undertow.equation.driven import driven_motion
 from undertow.equation.driven_kernel import DRIVEN_SLOT, N_DRIVEN
 from undertow.equation.input import MotionSize, drive_of
@@ -124,9 +125,19 @@ def test_inspect_takes_a_force_that_does_not_follow_the_displacement_as_an_input
         ("    force: {column: force_N", "    base_velocity: {column: force_N", "base_velocity is said to be in 'N'"),
         ("hold: first}", "hold: first}\n    base_acceleration: {column: b, unit: g}", "map exactly one of force"),
         ("force: {column: force_N, unit: N, hold: first}", "base_velocity: {column: force_N, unit: m/s}",
-         "base_velocity, and motion of the base is not integrated yet"),
-        ("force: {column: force_N, unit: N, hold: first}", "base_acceleration: {column: force_N, unit: g}",
-         "base_acceleration, and motion of the base is not integrated yet"),
+         r"displacement has no frame, and the base moves \(base_velocity\)"),
+        ("force: {column: force_N, unit: N, hold: first}",
+         "base_displacement: {column: force_N, unit: m}",
+         "base_displacement held 'first' between samples has no acceleration; choose hold: band_limited"),
+        ("unit: m}\n    force: {column: force_N, unit: N, hold: first}",
+         "unit: m, frame: absolute}\n    base_acceleration: {column: force_N, unit: g}",
+         "displacement has frame: absolute, but base_acceleration does not say where the base is"),
+        ("hold: first}", "hold: first}\n    water_velocity: {column: w, unit: m/s}",
+         "water_velocity maps a wave, and Morison's force in moving water"),
+        ("unit: m}\n    force: {column: force_N, unit: N, hold: first}\nequation: {terms: [stiffness",
+         "unit: m, frame: relative}\n    base_acceleration: {column: force_N, unit: g}\n"
+         "equation: {terms: [drag_exponent, stiffness",
+         "'drag_exponent' goes with the velocity through water, and on a moving base"),
     ],
 )  # fmt: skip
 def test_inputs_that_cannot_be_used_stop_with_a_sentence(finished, tmp_path, before, after, sentence):
@@ -136,6 +147,61 @@ def test_inputs_that_cannot_be_used_stop_with_a_sentence(finished, tmp_path, bef
     (tmp_path / "c.yaml").write_text(text.replace(before, after))
     with pytest.raises(ConfigError, match=sentence):
         driven_trials(load(tmp_path / "c.yaml"))
+
+
+SHAKEN = """
+name: table
+recordings:
+  files: table.csv
+  channels:
+    time: {column: time_s, unit: s}
+    displacement: {column: pot_mm, unit: mm, frame: relative}
+    acceleration: {column: acc_mps2, unit: m/s^2, frame: absolute}
+    base_acceleration: {column: base_acc_mps2, unit: m/s^2, hold: band_limited}
+specimen: {mass_kg: 4.0}
+equation: {terms: [stiffness, viscous_damping]}
+identify: [output_error]
+discrepancy: {suspects: [quadratic_drag, cubic_stiffness]}
+"""
+
+
+def write_table(path, seed, samples=1500):
+    """A body of 4 kg with a drag in still water on a shaking table; the table's acceleration is recorded."""
+    rng = np.random.default_rng(seed)
+    t = np.arange(samples) * 0.01
+    moved = np.convolve(rng.normal(size=samples + 40), np.hanning(40), "same")[:samples] * 0.01
+    table = base_drive(t, moved, "base_displacement", "band_limited").at(t)
+    theta = np.zeros(N_DRIVEN)
+    numbers = {"mass": 4.0, "k1": 100.0, "c1": 3.0, "wq": 15.0, "gain": 1.0, "bw_unit": 1.0, "bw_n": 1.0}
+    for name, value in numbers.items():
+        theta[DRIVEN_SLOT[name]] = value
+    drive = base_drive(t, table, "base_acceleration", "band_limited", ("acceleration",))
+    motion = driven_motion(theta, np.zeros(0, dtype=np.int64), drive, t, MotionSize(), 40)
+    noisy = [motion.x[:, 0] + NOISE * rng.normal(size=samples), motion.a[:, 0] + 0.01 * rng.normal(size=samples)]
+    pd.DataFrame(
+        {"time_s": t, "pot_mm": 1e3 * noisy[0], "acc_mps2": noisy[1], "base_acc_mps2": table}
+    ).to_csv(path, index=False)
+
+
+def test_a_shaking_table_says_what_each_law_is_relative_to_and_finds_the_waters_drag(tmp_path):
+    write_table(tmp_path / "table.csv", 1)
+    write_table(tmp_path / "other.csv", 2)
+    (tmp_path / "c.yaml").write_text(SHAKEN)
+    run_to_folder(tmp_path / "c.yaml", out=tmp_path / "run")
+    best = equations_of(tmp_path / "run")["groups"][0]["versions"]["augmented"]
+    assert best["input"] == "base_acceleration"
+    assert best["frames"] == {"displacement": "relative", "acceleration": "absolute"}
+    assert {row["term"]: row["relative_to"] for row in best["rows"]} == {
+        "stiffness": "base", "viscous_damping": "base", "quadratic_drag": "water"
+    }  # fmt: skip
+    drag = best["rows"][-1]
+    assert abs(drag["value"] - 15.0) < 4.0 * drag["stderr"] < 3.0
+    made = predict_recording(tmp_path / "run", tmp_path / "other.csv", 50)
+    assert made.rms < 1.5 * NOISE
+    told = inspect_file(tmp_path / "table.csv")
+    assert "base_acceleration: {column: base_acc_mps2, unit: mps2}" in told
+    assert "unit: mps2, frame: absolute}" in told
+    assert "is motion of the base" in told
 
 
 def test_a_saturated_input_is_refused():

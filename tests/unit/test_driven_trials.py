@@ -6,12 +6,13 @@ import numpy as np
 import pytest
 
 from undertow.conditioning.driven import DrivenTrial
+from undertow.equation.base_motion import base_drive
 from undertow.equation.driven import driven_motion
 from undertow.equation.driven_kernel import DRIVEN_SLOT, N_DRIVEN
 from undertow.equation.driven_laws import find_driven, places
 from undertow.equation.input import MotionSize, drive_of
 from undertow.errors import ConfigError, IdentificationError, RecordingError, UndertowError
-from undertow.likelihood.driven import DrivenLaws
+from undertow.likelihood.driven import DrivenLaws, against_base
 from undertow.methods.driven import fit_driven, free_run
 from undertow.methods.driven_start import half_lengths, start_values
 
@@ -131,6 +132,37 @@ def test_inputs_that_are_none_are_refused():
         DrivenTrial("r", t[:100], t[:100], {"displacement": t[:100]})
     with pytest.raises(RecordingError, match="time must rise"):
         DrivenTrial("r", t[::-1], t, moved)
+
+
+def test_a_moving_base_wants_frames_it_can_serve():
+    t = np.arange(300) * 0.01
+    y = np.sin(t)
+    with pytest.raises(RecordingError, match=r"the base moves \(base_velocity\), and displacement has no frame"):
+        DrivenTrial("r", t, y, {"displacement": y}, "base_velocity")
+    with pytest.raises(RecordingError, match="displacement is absolute, but base_velocity does not say where"):
+        DrivenTrial("r", t, y, {"displacement": y}, "base_velocity", frames={"displacement": "absolute"})
+    with pytest.raises(UndertowError, match="base_displacement held 'first' between samples has no acceleration"):
+        base_drive(t, y, "base_displacement")
+    with pytest.raises(UndertowError, match="base_velocity held 'zero' between samples"):
+        base_drive(t, y, "base_velocity", "zero")
+    with pytest.raises(UndertowError, match="a force at 300 instants has no velocity"):
+        drive_of(t, y).velocity_at(t)
+    with pytest.raises(UndertowError, match="where the base is at 300 instants was not recorded"):
+        base_drive(t, y, "base_velocity").displacement_at(t)
+    with pytest.raises(ConfigError, match="'drag_exponent' goes with the velocity through water"):
+        places((find_driven("drag_exponent"),), moving=True)
+
+
+def test_outputs_against_the_base_are_those_against_the_earth_less_the_base():
+    t = np.arange(400) * 0.01
+    y, dy, ddy = np.sin(3.0 * t), 3.0 * np.cos(3.0 * t), -9.0 * np.sin(3.0 * t)
+    seen = {"displacement": 1.5 * y, "velocity": 1.5 * dy, "acceleration": 1.5 * ddy}
+    frames = dict.fromkeys(seen, "absolute")
+    trial = DrivenTrial("r", t, y, seen, "base_displacement", "band_limited", frames=frames)
+    own, inner = against_base(trial), slice(40, -40)  # ends of a band-limited signal are known least
+    for name, values in seen.items():
+        assert np.allclose(own.outputs[name][inner], values[inner] / 3.0, rtol=0.0, atol=2e-3 * np.max(values))
+    assert own.absolute == ()
 
 
 def test_laws_of_driven_bodies_have_places():

@@ -84,6 +84,8 @@ def config_lines(
     if time is not None:
         lines.append(f"    time: {time_text(time)}")
     lines += [f"    {name}: {spec_text(spec)}" for name, spec in proposal.channels.items()]
+    if any(name.startswith("base_") for name in proposal.channels):
+        lines = [_against(line) for line in lines]
     lines += ["trials:", "  group_by: [trial]", f"  conditions: {{{pattern}: {{trial: {plain(stem)}}}}}"]
     lines += ["  dry: none", "  hold_out: []"]
     limits = {"start_s": window.start_s, "end_s": window.end_s}
@@ -92,6 +94,14 @@ def config_lines(
         lines.append(f"  window: {{{pattern}: {{{said}}}}}")
     lines += ["equation:", f"  terms: [{', '.join(terms)}]", f"  coordinate: {proposal.coordinate}"]
     return tuple(lines)
+
+
+def _against(line: str) -> str:
+    """A channel's line where the base moves, with the usual frame of such a sensor, and a hold with an acceleration."""
+    usual = {"displacement": "relative", "velocity": "relative", "acceleration": "absolute"}
+    name = line.strip().split(":")[0]
+    more = f"frame: {usual[name]}" if name in usual else "hold: band_limited" if name == "base_displacement" else ""
+    return f"{line[:-1]}, {more}}}" if more and line.endswith("}") else line
 
 
 def hold_cut(checked: Checked) -> TimeWindow | None:

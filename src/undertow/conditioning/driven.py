@@ -17,6 +17,8 @@ import numpy as np
 from undertow.errors import RecordingError
 from undertow.recording.recording import Array, Condition, read_only
 
+Quantity = Literal["force", "base_displacement", "base_velocity", "base_acceleration"]
+Frame = Literal["absolute", "relative"]
 INPUTS = ("force", "base_displacement", "base_velocity", "base_acceleration")
 OUTPUTS = ("displacement", "velocity", "acceleration")
 FEWEST_SAMPLES = 200
@@ -31,17 +33,19 @@ class DrivenTrial:
     """Time ``t`` (n,) s, rising; ``u`` (n,) the input; ``outputs`` quantity -> (n,); all in SI or the file's own unit.
 
     ``quantity`` says what the input is (`INPUTS`), ``hold`` what it is between samples: zero, first, band_limited.
-    Raises RecordingError where lengths differ, a value is not finite, time does not rise, nothing that moved is there
-    or the input never changes.
+    Where a base moves, ``frames`` says of each output whether it is recorded against the earth (absolute) or against
+    the base (relative). Raises RecordingError where lengths differ, a value is not finite, time does not rise, nothing
+    that moved is there, the input never changes, or a frame is not said or cannot be had from what was recorded.
     """
 
     name: str
     t: Array
     u: Array
     outputs: Mapping[str, Array]
-    quantity: Literal["force", "base_displacement", "base_velocity", "base_acceleration"] = "force"
+    quantity: Quantity = "force"
     hold: Literal["zero", "first", "band_limited"] = "first"
     conditions: Mapping[str, Condition] = field(default_factory=dict)
+    frames: Mapping[str, Frame] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "t", read_only(self.t))
@@ -79,11 +83,37 @@ class DrivenTrial:
                 f"trial {self.name}: time goes from {self.t[index]:g} s to {self.t[index + 1]:g} s at sample "
                 f"{index + 1}; time must rise"
             )
+        self._check_frames()
         if np.ptp(self.u) <= ROUNDING * float(np.max(np.abs(self.u))):
             raise RecordingError(
                 f"trial {self.name}: the input {self.quantity} stays at {self.u[0]:g}; an input that never moves shows "
                 "nothing of the equation: map the column that does, or leave the input out"
             )
+
+    def _check_frames(self) -> None:
+        if not self.moving:
+            return
+        silent = [name for name in self.outputs if name not in self.frames]
+        if silent:
+            raise RecordingError(
+                f"trial {self.name}: the base moves ({self.quantity}), and {silent[0]} has no frame; say frame: "
+                "absolute (against the earth, as an accelerometer on the body) or relative (against the base)"
+            )
+        if "displacement" in self.absolute and self.quantity != "base_displacement":
+            raise RecordingError(
+                f"trial {self.name}: displacement is absolute, but {self.quantity} does not say where the base is; map "
+                "base_displacement, or a displacement relative to the base"
+            )
+
+    @property
+    def moving(self) -> bool:
+        """Whether the input is motion of the base."""
+        return self.quantity != "force"
+
+    @property
+    def absolute(self) -> tuple[str, ...]:
+        """Outputs that are recorded against the earth while the base moves."""
+        return tuple(name for name in self.outputs if self.moving and self.frames.get(name) == "absolute")
 
     @property
     def rate_hz(self) -> float:
@@ -100,7 +130,7 @@ class DrivenTrial:
         cut = slice(begin, end)
         return DrivenTrial(
             self.name, self.t[cut], self.u[cut], {name: values[cut] for name, values in self.outputs.items()},
-            self.quantity, self.hold, self.conditions,
+            self.quantity, self.hold, self.conditions, self.frames,
         )  # fmt: skip
 
     def noise(self) -> dict[str, float]:

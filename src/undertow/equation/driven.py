@@ -11,6 +11,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from undertow.equation.base_motion import seen_from_earth
 from undertow.equation.driven_kernel import DRIVEN_SLOT, drive
 from undertow.equation.input import Drive, MotionSize
 from undertow.equation.kernel import MAX_HIDDEN
@@ -28,7 +29,10 @@ NO_MOTION = 1e3
 
 @dataclass(frozen=True)
 class DrivenMotion:
-    """x, v, a, each (n, 1 + p): the motion and its derivatives by p slots; hidden states (n, q); steps taken."""
+    """x, v, a, each (n, 1 + p): the motion and its derivatives by p slots; hidden states (n, q); steps taken.
+
+    Relative to the base, but for the outputs that the drive calls absolute.
+    """
 
     x: Array
     v: Array
@@ -49,6 +53,7 @@ def fastest_rate(theta: Array, extent: MotionSize) -> float:
     stiffness += 2.0 * size * (slot("k2") + slot("ka")) + 3.0 * slot("k3") * size**2 + 5.0 * slot("k5") * size**4
     damping = slot("c1") + 2.0 * slot("q") * speed + 3.0 * slot("c3") * speed**2
     damping += slot("xv") * size + slot("xxv") * size**2
+    damping += slot("wc") + 2.0 * slot("wq") * speed + 3.0 * slot("wc3") * speed**2
     swing = math.sqrt(stiffness / mass)
     rates = [swing, damping / mass / STABLE * 2.0 * math.pi, slot("omega")]
     for i in range(1, MAX_HIDDEN + 1):
@@ -83,12 +88,16 @@ def driven_motion(
     longest = float(times[-1] - times[0]) or 1.0
     step = 2.0 * math.pi / rate / steps_per_period if rate > 0.0 else longest
     instants = np.ascontiguousarray(times, dtype=np.float64)
+    theta = np.array(theta, dtype=np.float64)
+    if drive_in.moving:
+        theta[DRIVEN_SLOT["moving"]] = 1.0
+        theta[DRIVEN_SLOT["base_v0"]] = drive_in.velocity_at(instants[:1] - theta[DRIVEN_SLOT["delay"]])[0]
     x, v, a, hidden, count = drive(
-        np.ascontiguousarray(theta), np.ascontiguousarray(active, dtype=np.int64), drive_in.knots, drive_in.pieces,
+        theta, np.ascontiguousarray(active, dtype=np.int64), drive_in.knots, drive_in.pieces,
         drive_in.broken, instants, min(step, longest), NO_MOTION * extent.size,
     )  # fmt: skip
     if count < 0:
         raise IdentificationError(
             f"the driven motion leaves every bound after {-count} steps; a coefficient has the wrong sign"
         )
-    return DrivenMotion(x, v, a, hidden, int(count))
+    return DrivenMotion(*seen_from_earth(theta, active, drive_in, instants, (x, v, a)), hidden, int(count))

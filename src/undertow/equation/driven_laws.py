@@ -20,6 +20,10 @@ from undertow.quantities import Parameter
 NUMBERED = {"hidden_resonator": 3, "relaxation": 2}
 """How many of a law the integrator holds, where more than one."""
 
+THROUGH_WATER = {"mass": "mass", "c1": "wc", "q": "wq", "c3": "wc3"}
+"""Slots of a law of the water on a base at rest, and on one that moves, where the body's velocity through the water is
+not its velocity relative to the base."""
+
 
 @dataclass(frozen=True)
 class ConstantForce(Term):
@@ -31,6 +35,7 @@ class ConstantForce(Term):
 
     name: ClassVar[str] = "constant_force"
     kind: ClassVar = "setup"
+    relative_to: ClassVar = "earth"
     parameters: ClassVar[tuple[Parameter, ...]] = (Parameter("force_N", "N", "b"),)
     slots: ClassVar[Mapping[str, str]] = {"force_N": "offset"}
     law: ClassVar[str] = "b"
@@ -112,10 +117,11 @@ def find_driven(name: str, **inner: float) -> Term:
     return term
 
 
-def places(terms: Sequence[Term]) -> tuple[DrivenUnknown, ...]:
+def places(terms: Sequence[Term], moving: bool = False) -> tuple[DrivenUnknown, ...]:
     """Every parameter of the laws with its slot, in order; a second hidden oscillator's go to the second one's slots.
 
-    Raises ConfigError where the integrator does not hold a law, or not so many of it.
+    ``moving`` says that the base moves, so that laws of the water have slots of their own. Raises ConfigError where the
+    integrator does not hold a law, or not so many of it, or not beside a moving base.
     """
     seen: dict[str, int] = {}
     out = []
@@ -123,11 +129,16 @@ def places(terms: Sequence[Term]) -> tuple[DrivenUnknown, ...]:
         seen[term.name] = count = seen.get(term.name, 0) + 1
         if not term.slots or count > NUMBERED.get(term.name, 1):
             raise ConfigError(f"equation term {term.name!r} number {count} has no place in the driven integrator")
+        if moving and term.relative_to == "water" and not set(term.slots.values()) <= set(THROUGH_WATER):
+            raise ConfigError(
+                f"equation term {term.name!r} goes with the velocity through water, and on a moving base only "
+                "quadratic_drag, linear_damping and cubic_damping of these are integrated; choose one of them"
+            )
         many = sum(t.name == term.name for t in terms) > 1
         suffix = str(count) if term.name in NUMBERED else ""
         label = f"{term.name}{count}" if many else term.name
-        out += [
-            DrivenUnknown(f"{label}.{parameter.name}", parameter, term.slots[parameter.name] + suffix, term)
-            for parameter in term.parameters
-        ]
+        wet = THROUGH_WATER if moving and term.relative_to == "water" else {}
+        for parameter in term.parameters:
+            slot = term.slots[parameter.name]
+            out.append(DrivenUnknown(f"{label}.{parameter.name}", parameter, wet.get(slot, slot) + suffix, term))
     return tuple(out)

@@ -24,6 +24,7 @@ class ExternalForcing(Term):
     phase_rad: float = 0.0
     name: ClassVar[str] = "external_forcing"
     kind: ClassVar = "outside"
+    relative_to: ClassVar = "earth"
     parameters: ClassVar[tuple[Parameter, ...]] = (
         Parameter("amplitude_N", "N", "A", lower=0.0),
         Parameter("frequency_rad_per_s", "rad/s", r"\Omega", lower=0.05),
@@ -65,6 +66,7 @@ class DelayedEcho(Term):
     delay_s: float = 1.0
     name: ClassVar[str] = "delayed_echo"
     kind: ClassVar = "outside"
+    relative_to: ClassVar = "earth"
     parameters: ClassVar[tuple[Parameter, ...]] = (
         Parameter("gain", "N s/m", "G"),
         Parameter("delay_s", "s", r"\tau_e", lower=1e-3),

@@ -76,6 +76,7 @@ class HiddenResonator(Term):
     cubic_stiffness_per_m2_s2: float = 0.0
     name: ClassVar[str] = "hidden_resonator"
     kind: ClassVar = "memory"
+    relative_to: ClassVar = "earth"
     parameters: ClassVar[tuple[Parameter, ...]] = (
         Parameter("mass_kg", "kg", "m_s", lower=0.0),
         Parameter("natural_frequency_rad_per_s", "rad/s", r"\omega_s", lower=0.05),

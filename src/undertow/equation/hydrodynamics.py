@@ -30,6 +30,7 @@ class AddedMass(Term):
     is_inertia: ClassVar[bool] = True
     linear: ClassVar[bool] = True
     of_water: ClassVar[bool] = True
+    relative_to: ClassVar = "water"
     published: ClassVar[Published] = Published("added_mass_kg", "kg")
     words: ClassVar[str] = "water that moves with the body"
     words_alone: ClassVar[str] = "mass that moves with the body"
@@ -57,6 +58,7 @@ class QuadraticDrag(Term):
     left_out: ClassVar[str] = "decrement rises with amplitude in proportion"
     dissipates: ClassVar[bool] = True
     of_water: ClassVar[bool] = True
+    relative_to: ClassVar = "water"
     of_area: ClassVar[bool] = True
     published: ClassVar[Published] = Published(
         "drag_Ns2_per_m2", "N s^2/m^2", "drag_coefficient", "drag_N_per_unit_coefficient"
@@ -93,6 +95,7 @@ class LinearDamping(Term):
     )
     dissipates: ClassVar[bool] = True
     of_water: ClassVar[bool] = True
+    relative_to: ClassVar = "water"
     speed_power: ClassVar[float] = 1.0
     words: ClassVar[str] = "linear damping beyond the structure's own"
     words_alone: ClassVar[str] = "linear damping"
@@ -121,6 +124,7 @@ class CubicDamping(Term):
     left_out: ClassVar[str] = "decrement rises with the square of the amplitude"
     dissipates: ClassVar[bool] = True
     of_water: ClassVar[bool] = True
+    relative_to: ClassVar = "water"
     speed_power: ClassVar[float] = 3.0
     words: ClassVar[str] = "damping with the cube of the speed"
     element: ClassVar[Element] = "dashpot"
@@ -154,6 +158,7 @@ class DragExponent(Term):
     source: ClassVar[str] = "power-law damping, e.g. Elliott et al. 2015, doi:10.1016/j.jsv.2015.05.003"
     left_out: ClassVar[str] = "a drag coefficient that follows a power of the amplitude"
     of_water: ClassVar[bool] = True
+    relative_to: ClassVar = "water"
     words: ClassVar[str] = "drag with another power of the speed"
     element: ClassVar[Element] = "dashpot"
 

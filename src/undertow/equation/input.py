@@ -7,6 +7,9 @@
 
 A straight line loses (w dt)^2 / 12 of a component at the angular frequency w: 13 % at five samples a period.
 
+Of a base that moves the integrator takes the acceleration; its velocity and displacement are known beside it as far as
+they were recorded.
+
 Belongs here: holds, and the extent of the motion that decides steps.
 Does not belong here: gain, delay (slots of the integrator), files.
 """
@@ -39,12 +42,21 @@ taken: what the continuation gets wrong fades with the distance from the end in 
 class Drive:
     """An input as the integrator takes it: on piece i, between ``knots`` i and i + 1 (s), u = sum_p pieces[i, p] r^p
     with r from 0 to 1. ``broken``: u jumps at knots. Before the first and beyond the last knot the end pieces go on.
+
+    ``moving``: u is the acceleration of a base, ``velocity`` and ``displacement`` its own pieces (None: not known),
+    ``drifts`` the standard error in m/s of the constant that a velocity from an integral lacks; ``absolute`` names the
+    outputs that are recorded against the earth, not against the base.
     """
 
     knots: Array
     pieces: Array
     broken: bool = False
     hold: Hold = "first"
+    moving: bool = False
+    velocity: Array | None = None
+    displacement: Array | None = None
+    drifts: float = 0.0
+    absolute: tuple[str, ...] = ()
 
     def at(self, times: Array) -> Array:
         """u (m,) at ``times`` (m,), s.
@@ -52,11 +64,28 @@ class Drive:
         >>> drive_of(np.arange(3.0), np.array([0.0, 2.0, 0.0])).at(np.array([0.5, 1.5]))
         array([1., 1.])
         """
-        index = np.clip(np.searchsorted(self.knots, times, side="right") - 1, 0, self.pieces.shape[0] - 1)
+        return self._value(self.pieces, times)
+
+    def velocity_at(self, times: Array) -> Array:
+        """The base's velocity (m,) at ``times`` (m,), s; UndertowError where the base does not move."""
+        if self.velocity is None:
+            raise UndertowError(f"input: a force at {np.size(times)} instants has no velocity; give motion of a base")
+        return self._value(self.velocity, times)
+
+    def displacement_at(self, times: Array) -> Array:
+        """The base's displacement (m,) at ``times`` (m,), s; UndertowError where it was not recorded."""
+        if self.displacement is None:
+            raise UndertowError(
+                f"input: where the base is at {np.size(times)} instants was not recorded; map base_displacement"
+            )
+        return self._value(self.displacement, times)
+
+    def _value(self, pieces: Array, times: Array) -> Array:
+        index = np.clip(np.searchsorted(self.knots, times, side="right") - 1, 0, pieces.shape[0] - 1)
         r = (np.asarray(times) - self.knots[index]) / (self.knots[index + 1] - self.knots[index])
         value = np.zeros(r.shape)
-        for p in range(self.pieces.shape[1] - 1, -1, -1):
-            value = value * r + self.pieces[index, p]
+        for p in range(pieces.shape[1] - 1, -1, -1):
+            value = value * r + pieces[index, p]
         return value
 
 

@@ -421,28 +421,50 @@ def _grown(past):
 
 
 # ---------------------------------------------------------------- one step
-@njit(**_BORROWS)
-def _step(th, active, y, out, k, cols, dims, t, h, d, side, past, stored, sens, jac):
-    """One Runge-Kutta step of length h from y to out, for the first ``cols`` columns.
+@njit(inline="always", **_BORROWS)
+def _echoed(th, active, y, k, stage, cols, dims, t, h, d, side, world, sens, jac):
+    """The right-hand side of a decay at a stage of the step of length h from t; ``world`` is what it remembers."""
+    now = t + _C[stage] * h
+    if th[_GE] != 0.0:
+        past, stored = world
+        when = now - th[_TE] - (_ECHO_INSIDE * h if _C[stage] == 1.0 else 0.0)
+        _echo_at(th, active, when, past, stored, cols, sens)
+    _rhs(th, active, y, k, stage, cols, dims, now, d, side, sens, jac)
 
-    The slope of stage s stands at k[:, :, s]; that of y (s = 0) must be there, that of out is left there (s = 6).
+
+@njit(inline="always", **_BORROWS)
+def _echo_before(th, active, y, dims, t, h, world, sens):
+    """The echo where the step of length h from t begins, into sens[0]."""
+    if th[_GE] != 0.0:
+        past, stored = world
+        _echo_at(th, active, t - th[_TE] + _ECHO_INSIDE * h, past, stored, _int(1), sens)
+
+
+def _stepping(slope: Any) -> Any:
+    """One Runge-Kutta step over the right-hand side ``slope``, which takes a stage of a step and a ``world``.
+
+    `step` goes from y to out by the length h, for the first ``cols`` columns. The slope of stage s stands at
+    k[:, :, s]; that of y (s = 0) must be there, that of out is left there (s = 6).
     """
-    n = dims[0]
-    delayed = th[_GE] != 0.0
-    for stage in range(1, 7):
-        w0, w1, w2 = h * _A[stage, 0], h * _A[stage, 1], h * _A[stage, 2]
-        w3, w4, w5 = h * _A[stage, 3], h * _A[stage, 4], h * _A[stage, 5]
-        for c in range(cols):
-            for i in range(n):
-                out[c, i] = (
-                    y[c, i] + w0 * k[c, i, 0] + w1 * k[c, i, 1] + w2 * k[c, i, 2] + w3 * k[c, i, 3]
-                    + w4 * k[c, i, 4] + w5 * k[c, i, 5]
-                )  # fmt: skip
-        now = t + _C[stage] * h
-        if delayed:
-            when = now - th[_TE] - (_ECHO_INSIDE * h if _C[stage] == 1.0 else 0.0)
-            _echo_at(th, active, when, past, stored, cols, sens)
-        _rhs(th, active, out, k, stage, cols, dims, now, d, side, sens, jac)
+
+    @njit(**_BORROWS)
+    def step(th, active, y, out, k, cols, dims, t, h, d, side, world, sens, jac):
+        n = dims[0]
+        for stage in range(1, 7):
+            w0, w1, w2 = h * _A[stage, 0], h * _A[stage, 1], h * _A[stage, 2]
+            w3, w4, w5 = h * _A[stage, 3], h * _A[stage, 4], h * _A[stage, 5]
+            for c in range(cols):
+                for i in range(n):
+                    out[c, i] = (
+                        y[c, i] + w0 * k[c, i, 0] + w1 * k[c, i, 1] + w2 * k[c, i, 2] + w3 * k[c, i, 3]
+                        + w4 * k[c, i, 4] + w5 * k[c, i, 5]
+                    )  # fmt: skip
+            slope(th, active, out, k, stage, cols, dims, t, h, d, side, world, sens, jac)
+
+    return step
+
+
+_step = _stepping(_echoed)
 
 
 @njit(**_BORROWS)
@@ -495,85 +517,113 @@ def _gauge(th, y, dims, t, side, echo, which):
     return y[0, which] - (th[_XE] if which == 0 else 0.0)
 
 
-@njit(**_BORROWS)
-def _locate(th, active, y, out, k, cols, dims, t, h, d, side, past, stored, sens, jac, which, f0):
-    """Length of the step that ends on an event, with ``out`` and slope 6 there; the full step must have crossed it.
+def _locating(step: Any) -> Any:
+    """The search for an event inside a step, over that ``step`` function.
 
-    Newton with the state's own slope, the secant for the excess pull, which has none; both kept inside a bracket. The
-    search runs on the motion alone, its last step on all columns. f0 is the gauge at the step's start.
+    `locate` gives the length of the step that ends on the event, with ``out`` and slope 6 there; the full step must
+    have crossed it. Newton with the state's own slope, the secant for the excess pull, which has none; both kept inside
+    a bracket. The search runs on the motion alone, its last step on all columns. f0 is the gauge at the step's start.
     """
-    alone = _int(1)
-    lo = 0.0
-    hi = h
-    f_lo = f0
-    f_hi = _gauge(th, out, dims, t + h, side, sens[0], which)
-    scale = abs(f0) + abs(f_hi)
-    guess = 0.5 * h
-    if f0 * f_hi < 0.0:
-        guess = h * f0 / (f0 - f_hi)
-        if which != _SLIP:
-            guess = _cubic_root(f0, f_hi, h * k[0, which, 0], h * k[0, which, 6], guess / h) * h
-    length = h
-    for _ in range(80):
-        if not (guess > lo and guess < hi):
-            guess = 0.5 * (lo + hi)
-        length = guess
-        _step(th, active, y, out, k, alone, dims, t, length, d, side, past, stored, sens, jac)
-        f = _gauge(th, out, dims, t + length, side, sens[0], which)
-        if abs(f) <= _EVENT_TOLERANCE * scale or hi - lo < 1e-15 * (h + t):
-            break
-        if f * f_hi > 0.0:
-            hi, f_hi = length, f
-            f_lo *= 0.5 if which == _SLIP else 1.0
-        else:
-            lo, f_lo = length, f
-            f_hi *= 0.5 if which == _SLIP else 1.0
-        if which == _SLIP:
-            guess = lo + (hi - lo) * f_lo / (f_lo - f_hi) if f_lo != f_hi else 0.5 * (lo + hi)
-        else:
-            slope = k[0, which, 6]
-            guess = length - f / slope if slope != 0.0 else 0.5 * (lo + hi)
-    if cols > 1:
-        _step(th, active, y, out, k, cols, dims, t, length, d, side, past, stored, sens, jac)
-    return length
+
+    @njit(**_BORROWS)
+    def locate(th, active, y, out, k, cols, dims, t, h, d, side, world, sens, jac, which, f0):
+        alone = _int(1)
+        lo = 0.0
+        hi = h
+        f_lo = f0
+        f_hi = _gauge(th, out, dims, t + h, side, sens[0], which)
+        scale = abs(f0) + abs(f_hi)
+        guess = 0.5 * h
+        if f0 * f_hi < 0.0:
+            guess = h * f0 / (f0 - f_hi)
+            if which != _SLIP:
+                guess = _cubic_root(f0, f_hi, h * k[0, which, 0], h * k[0, which, 6], guess / h) * h
+        length = h
+        for _ in range(80):
+            if not (guess > lo and guess < hi):
+                guess = 0.5 * (lo + hi)
+            length = guess
+            step(th, active, y, out, k, alone, dims, t, length, d, side, world, sens, jac)
+            f = _gauge(th, out, dims, t + length, side, sens[0], which)
+            if abs(f) <= _EVENT_TOLERANCE * scale or hi - lo < 1e-15 * (h + abs(t)):
+                break
+            if f * f_hi > 0.0:
+                hi, f_hi = length, f
+                f_lo *= 0.5 if which == _SLIP else 1.0
+            else:
+                lo, f_lo = length, f
+                f_hi *= 0.5 if which == _SLIP else 1.0
+            if which == _SLIP:
+                guess = lo + (hi - lo) * f_lo / (f_lo - f_hi) if f_lo != f_hi else 0.5 * (lo + hi)
+            else:
+                slope = k[0, which, 6]
+                guess = length - f / slope if slope != 0.0 else 0.5 * (lo + hi)
+        if cols > 1:
+            step(th, active, y, out, k, cols, dims, t, length, d, side, world, sens, jac)
+        return length
+
+    return locate
 
 
-@njit(**_BORROWS)
-def _first_event(th, active, y, out, k, cols, dims, t, h, d, side, past, stored, sens, jac, signed, kinked):
-    """Which event ends the step before h, if any (_NONE), and the step's length; ``out`` is there.
+def _watching(step: Any, before: Any) -> Any:
+    """Which event ends a step, over that ``step`` function; ``before`` puts what acts at the step's start in sens[0].
 
-    Events: the body passes its rest position (0), reverses (1), slips (_SLIP); hidden oscillator i reverses (3 + 2 i).
+    `first` gives the event (_NONE: none) and the step's length; ``out`` is there. ``watch`` are the states whose zeros
+    are events: the passage of the rest position (0), the body's reversal (1; of a stuck body: _SLIP), any other's.
     """
-    event = _NONE
-    echo = sens[0]
-    for e in range(-2, dims[1]):
-        which = 3 + 2 * e
-        f0 = 0.0
-        if e == -2:
-            which = 0
-            f0 = y[0, 0] - th[_XE]
-            crossed = kinked and f0 * (out[0, 0] - th[_XE]) < 0.0
-        elif e == -1 and d == 0.0:
-            which = _SLIP
-            crossed = _excess(th, out, dims, t + h, side, sens[0])[0] > 0.0
+    locate = _locating(step)
+
+    @njit(**_BORROWS)
+    def first(th, active, y, out, k, cols, dims, t, h, d, side, world, sens, jac, watch):
+        event = _NONE
+        for which in watch:
+            f0 = y[0, which] - (th[_XE] if which == 0 else 0.0)
+            if which == 1 and d == 0.0:
+                which = _SLIP
+                crossed = _excess(th, out, dims, t + h, side, sens[0])[0] > 0.0
+                if crossed:
+                    behind = sens[0]
+                    before(th, active, y, dims, t, h, world, sens)
+                    f0 = _excess(th, y, dims, t, side, sens[0])[0]
+                    sens[0] = behind
+            elif which == 1:
+                crossed = out[0, 1] * d < 0.0
+            else:
+                crossed = f0 * (out[0, which] - (th[_XE] if which == 0 else 0.0)) < 0.0
             if crossed:
-                if th[_GE] != 0.0:
-                    _echo_at(th, active, t - th[_TE] + _ECHO_INSIDE * h, past, stored, _int(1), sens)
-                    echo, sens[0] = sens[0], echo
-                f0 = _excess(th, y, dims, t, side, echo)[0]
-        elif e == -1:
-            which = 1
-            f0 = y[0, 1]
-            crossed = signed and out[0, 1] * d < 0.0
-        else:
-            f0 = y[0, which]
-            crossed = th[_H + e * _NH + 3] != 0.0 and out[0, which] * f0 < 0.0
-        if crossed:
-            h = _locate(
-                th, active, y, out, k, cols, dims, t, h, d, side, past, stored, sens, jac, which, f0
-            )  # fmt: skip
-            event = which
-    return event, h
+                h = locate(
+                    th, active, y, out, k, cols, dims, t, h, d, side, world, sens, jac, which, f0
+                )  # fmt: skip
+                event = which
+        return event, h
+
+    return first
+
+
+_first_event = _watching(_step, _echo_before)
+
+
+@njit(**_BORROWS)
+def _watched(th, active, dims, watch):
+    """How many states have zeros that are events, into ``watch`` (5 + hidden oscillators,)."""
+    signed = th[_FC] != 0.0 or th[_FA] != 0.0 or th[_FN] != 0.0 or th[_FS] != 0.0
+    signed = signed or th[_Q] != 0.0 or th[_CP] != 0.0 or dims[3] > 0
+    kinked = th[_KA] != 0.0 or th[_FN] != 0.0
+    for slot in active:  # a law whose coefficient is 0 makes no event, but its sensitivity changes sign there
+        signed = signed or slot in (_FC, _FN, _FS, _Q, _CP)
+        kinked = kinked or slot in (_KA, _FN)
+    many = 0
+    if kinked:
+        watch[many] = 0
+        many += 1
+    if signed:
+        watch[many] = 1
+        many += 1
+    for i in range(dims[1]):
+        if th[_H + i * _NH + 3] != 0.0:
+            watch[many] = 3 + 2 * i
+            many += 1
+    return many
 
 
 @njit(**_BORROWS)
@@ -734,11 +784,8 @@ def integrate(
     driven = nh > 0 or dims[2] > 0 or delayed or th[_FCOS] != 0.0 or th[_FSIN] != 0.0
     rubs = th[_FC] != 0.0 or th[_FA] != 0.0 or th[_FN] != 0.0 or th[_FS] != 0.0
     sharp = th[_FS] != 0.0 or (th[_CP] != 0.0 and th[_P] < _SHARP_EXPONENT)
-    signed = rubs or th[_Q] != 0.0 or th[_CP] != 0.0 or dims[3] > 0
-    kinked = th[_KA] != 0.0 or th[_FN] != 0.0
-    for slot in active:  # a law whose coefficient is 0 makes no event, but its sensitivity changes sign there
-        signed = signed or slot in (_FC, _FN, _FS, _Q, _CP)
-        kinked = kinked or slot in (_KA, _FN)
+    watch = np.empty(5 + MAX_HIDDEN, np.int64)
+    watch = watch[: _watched(th, active, dims, watch)]
     _start(th, active, y, cols, dims)
     t = 0.0
     row = _int(0)
@@ -767,10 +814,9 @@ def integrate(
             _cross_break(th, active, y, k, cols, dims, t, h_max, d, side, past, stored, sens, jac)
             next_kink += 1
             continue
-        _step(th, active, y, out, k, cols, dims, t, h, d, side, past, stored, sens, jac)
-        event, length = _first_event(
-            th, active, y, out, k, cols, dims, t, h, d, side, past, stored, sens, jac, signed, kinked
-        )  # fmt: skip
+        world = (past, stored)
+        _step(th, active, y, out, k, cols, dims, t, h, d, side, world, sens, jac)
+        event, length = _first_event(th, active, y, out, k, cols, dims, t, h, d, side, world, sens, jac, watch)
         on_kink = on_kink and length == h
         h = length
         steps += 1

@@ -26,6 +26,8 @@ from undertow.quantities import Parameter
 
 Array = NDArray[np.float64]
 Kind = Literal["algebraic", "memory", "outside", "setup", "instrument"]
+Against = Literal["base", "earth", "water"]
+"""What the motion in a law is relative to, where the base moves."""
 
 
 @dataclass(frozen=True)
@@ -44,8 +46,8 @@ class Published:
 
 SAID_ANEW = (
     "is_inertia", "own_clock", "dissipates", "pulls_back", "is_spring", "instead_of", "linear", "of_water", "of_area",
-    "structural", "published", "speed_power", "held_by_kernel", "missing_as", "words", "words_unplaced", "words_alone",
-    "next_test", "suspect_of", "element", "slot_values", "share", "materials", "start",
+    "relative_to", "structural", "published", "speed_power", "held_by_kernel", "missing_as", "words", "words_unplaced",
+    "words_alone", "next_test", "suspect_of", "element", "slot_values", "share", "materials", "start",
 )  # fmt: skip
 """What a law does not take over from the law that it is derived from."""
 
@@ -65,7 +67,7 @@ class Term(ABC):
     phase of each trial's own), ``dissipates`` (can only take energy), ``pulls_back`` (a restoring force to either
     side), ``is_spring`` (the linear one, or what stands for it; ``instead_of`` names the laws that it makes needless),
     is ``linear`` (small motion of a linear oscillator has it), ``of_water`` (a dry trial does not have it), or grows
-    with the specimen's drag area (``of_area``).
+    with the specimen's drag area (``of_area``); and what its motion is ``relative_to``, where the base moves.
 
     ``structural`` is the number of a structure that holds its coefficient, ``published`` how a report writes it,
     ``speed_power`` the power of the speed that it goes with (0: another law), ``held_by_kernel`` how many of it the
@@ -96,6 +98,7 @@ class Term(ABC):
     linear: ClassVar[bool] = False
     of_water: ClassVar[bool] = False
     of_area: ClassVar[bool] = False
+    relative_to: ClassVar[Against] = "base"
     structural: ClassVar[str] = ""
     published: ClassVar[Published | None] = None
     speed_power: ClassVar[float] = 0.0

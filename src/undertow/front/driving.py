@@ -11,7 +11,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike
 
-from undertow.conditioning.driven import DrivenTrial
+from undertow.conditioning.driven import DrivenTrial, Frame, Quantity
 from undertow.equation.driven_laws import find_driven
 from undertow.equation.input import Hold
 from undertow.equation.term import Term
@@ -46,7 +46,7 @@ class Driven:
 
     def predict(self, x: ArrayLike, *, t: ArrayLike | float, u: ArrayLike, start: int = 50) -> DrivenPrediction:
         """The free run under another input, from the first ``start`` samples of x alone, with its 90 % band."""
-        other = _trial(x, t, u, self.trial.hold)
+        other = _trial(x, t, u, self.trial.hold, self.trial.quantity, self.trial.frames.get("displacement"))
         size = float(np.std(self.trial.outputs["displacement"]))
         equation = DrivenEquation(
             self.fit.started, self.fit.names, self.fit.values, self.fit.covariance, self.rms, size,
@@ -63,11 +63,17 @@ def fit_driven(
     equation: Sequence[str | Term] = ("stiffness", "viscous_damping"),
     hold: Hold = "first",
     starts: Mapping[str, float] | None = None,
+    held: Mapping[str, float] | None = None,
+    quantity: Quantity = "force",
+    frame: Frame | None = None,
 ) -> Driven:
     """The numbers of M x'' + sum of laws = u(t) by output error: one free run over the whole record.
 
     ``x`` (n,) displacement, ``t`` (n,) times or the step in s, ``u`` (n,) the measured force, ``hold`` what it is
-    between samples. ``starts`` gives start values by ``mass_kg`` and law.parameter; a hysteresis needs them.
+    between samples. ``starts`` gives start values by ``mass_kg`` and law.parameter, ``held`` what is known; a
+    hysteresis needs starts. ``quantity`` says what u is where it is motion of the base (base_displacement,
+    base_velocity, base_acceleration), ``frame`` then whether x is absolute or relative to the base; where no number is
+    held, all forces are per mass.
 
     Raises RecordingError where the arrays do not fit together, IdentificationError where no start has bounds.
 
@@ -82,12 +88,22 @@ def fit_driven(
     if not len(equation):
         raise IdentificationError(f"equation names {len(equation)} terms; give at least one law beside the inertia")
     terms = tuple(find_driven(term) if isinstance(term, str) else term for term in equation)
-    trial = _trial(x, t, u, hold)
-    return Driven(fit_trials([trial], DrivenLaws(terms, starts=dict(starts or {}))), trial)
+    trial = _trial(x, t, u, hold, quantity, frame)
+    return Driven(fit_trials([trial], DrivenLaws(terms, dict(held or {}), dict(starts or {}))), trial)
 
 
-def _trial(x: ArrayLike, t: ArrayLike | float, u: ArrayLike, hold: Hold) -> DrivenTrial:
+def _trial(
+    x: ArrayLike,
+    t: ArrayLike | float,
+    u: ArrayLike,
+    hold: Hold,
+    quantity: Quantity = "force",
+    frame: Frame | None = None,
+) -> DrivenTrial:
     moved = np.asarray(x, dtype=np.float64)
     given = np.asarray(t, dtype=np.float64)
     times: Array = np.array(np.arange(moved.size) * float(given) if given.ndim == 0 else given, dtype=np.float64)
-    return DrivenTrial("x", times, np.asarray(u, dtype=np.float64), {"displacement": moved}, hold=hold)
+    frames: dict[str, Frame] = {} if frame is None else {"displacement": frame}
+    return DrivenTrial(
+        "x", times, np.asarray(u, dtype=np.float64), {"displacement": moved}, quantity, hold, frames=frames
+    )

@@ -10,14 +10,16 @@ start values from the record itself (methods/driven_start.py).
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from itertools import pairwise
 
 import numpy as np
 from scipy.signal import savgol_filter
 
 from undertow.conditioning.driven import DrivenTrial
+from undertow.equation.base_motion import base_drive
 from undertow.equation.driven_laws import DrivenUnknown, places
+from undertow.equation.driven_slots import DRIVEN_SLOT, N_DRIVEN
 from undertow.equation.input import Drive, MotionSize, drive_of
 from undertow.equation.term import Term
 from undertow.likelihood.problem import Channel, Link, Problem, ProblemBuilder, TrialProblem
@@ -55,8 +57,21 @@ class DrivenLaws:
 
 
 def drive_for(trial: DrivenTrial) -> Drive:
-    """The trial's input between its samples."""
-    return drive_of(trial.t, trial.u, trial.hold)
+    """The trial's input between its samples; a base's acceleration where that moves."""
+    if trial.quantity == "force":
+        return drive_of(trial.t, trial.u, trial.hold)
+    return base_drive(trial.t, trial.u, trial.quantity, trial.hold, trial.absolute)
+
+
+def against_base(trial: DrivenTrial) -> DrivenTrial:
+    """The trial with every output relative to its base, by the recorded input as it stands."""
+    if not trial.absolute:
+        return trial
+    drive, outputs = drive_for(trial), dict(trial.outputs)
+    moved = {"acceleration": drive.at, "velocity": drive.velocity_at, "displacement": drive.displacement_at}
+    for name in trial.absolute:
+        outputs[name] = outputs[name] - moved[name](trial.t)
+    return replace(trial, outputs=outputs, frames=dict.fromkeys(outputs, "relative"))
 
 
 def slopes(t: Array, x: Array) -> Array:
@@ -68,6 +83,7 @@ def slopes(t: Array, x: Array) -> Array:
 
 def extent_of(trial: DrivenTrial) -> MotionSize:
     """How far and how fast the trial's body moves; a recorded velocity or acceleration alone gives its own size."""
+    trial = against_base(trial)
     if "displacement" in trial.outputs:
         x = trial.outputs["displacement"]
         speed = trial.outputs.get("velocity", slopes(trial.t, x))
@@ -91,59 +107,64 @@ def driven_problem(
     ``noise`` gives each trial's outputs their standard deviation (default: the trial's own white noise); ``drives``
     the inputs between samples, ``extents`` how far the bodies move, where that is known already.
     """
-    from undertow.equation.driven_kernel import DRIVEN_SLOT, N_DRIVEN
-
     builder = ProblemBuilder()
-    base = np.zeros(N_DRIVEN)
-    base[DRIVEN_SLOT["bw_unit"]] = 1.0
-    shared = _equation_unknowns(builder, laws, base, DRIVEN_SLOT)
+    shared = _equation_unknowns(builder, laws, sorted({trial.moving for trial in trials}))
     pieces: list[TrialProblem] = []
     for trial in trials:
         drive = (drives or {}).get(trial.name) or drive_for(trial)
         sigma = (noise or {}).get(trial.name) or trial.noise()
         extent = (extents or {}).get(trial.name) or extent_of(trial)
-        speed = trial.outputs.get("velocity")
-        if speed is None and "displacement" in trial.outputs:
-            speed = slopes(trial.t, trial.outputs["displacement"])
+        moved = against_base(trial).outputs
+        x, speed = moved.get("displacement"), moved.get("velocity")
+        if speed is None and x is not None:
+            speed = slopes(trial.t, x)
         ends = np.linspace(0, trial.t.size, windows + 1).astype(int)
         for i, (begin, end) in enumerate(pairwise(ends)):
             label = trial.name if windows == 1 else f"{trial.name}:{i}"
-            x = trial.outputs.get("displacement")
             begins = tuple(0.0 if values is None else float(values[begin]) for values in (x, speed))
-            own = _start_state(builder, begins, extent, label, laws, DRIVEN_SLOT)
+            own = _start_state(builder, begins, extent, label, laws, _base_unknown(drive, laws))
             cut = slice(int(begin), int(end))
             channels = tuple(Channel(name, values[cut], sigma[name]) for name, values in trial.outputs.items())
-            pieces.append(
-                TrialProblem(
-                    label, np.array(trial.t[cut]), base, shared + own, channels, drive=drive, extent=extent
-                )
-            )
+            base, links = shared[trial.moving]
+            times = np.array(trial.t[cut])
+            pieces.append(TrialProblem(label, times, base, links + own, channels, drive=drive, extent=extent))
     return Problem(builder.unknowns(), tuple(pieces))
 
 
 def _equation_unknowns(
-    builder: ProblemBuilder, laws: DrivenLaws, base: Array, slot: Mapping[str, int]
-) -> tuple[Link, ...]:
-    """Unknowns of the equation; what is held goes into the base vector."""
-    links = []
-    wanted: list[tuple[str, str, str, float, float, float]] = [(MASS, "kg", "mass", 0.0, np.inf, 1.0)]
+    builder: ProblemBuilder, laws: DrivenLaws, kinds: Sequence[bool]
+) -> dict[bool, tuple[Array, tuple[Link, ...]]]:
+    """Unknowns of the equation. Per kind of trial (base at rest or moving): what is held as a vector, and links."""
+    wanted: list[tuple[str, str, float, float, float]] = [(MASS, "kg", 0.0, np.inf, 1.0)]
     for place in laws.places:
         p = place.parameter
-        start = float(getattr(place.term, p.name, 0.0))
-        wanted.append((place.name, p.unit, place.slot, p.lower, p.upper, start))
-    for name, unit, slot_name, start in (("input_gain", "N", "gain", 1.0), ("input_delay_s", "s", "delay", 0.0)):
-        wanted.append((name, unit, slot_name, -np.inf, np.inf, start))
-    for name, unit, slot_name, lower, upper, usual in wanted:
+        wanted.append((place.name, p.unit, p.lower, p.upper, float(getattr(place.term, p.name, 0.0))))
+    wanted += [("input_gain", "N", -np.inf, np.inf, 1.0), ("input_delay_s", "s", -np.inf, np.inf, 0.0)]
+    usually = {MASS: "mass", "input_gain": "gain", "input_delay_s": "delay"}
+    at = {kind: {**usually, **{place.name: place.slot for place in places(laws.terms, kind)}} for kind in kinds}
+    held = {kind: np.zeros(N_DRIVEN) for kind in kinds}
+    links: dict[bool, list[Link]] = {kind: [] for kind in kinds}
+    for base in held.values():
+        base[DRIVEN_SLOT["bw_unit"]] = 1.0
+    for name, unit, lower, upper, usual in wanted:
         mean, std = laws.priors.get(name, (laws.starts.get(name, usual), np.inf))
         own = name.startswith("input_") and name not in laws.starts and name not in laws.priors
         if name in laws.fixed or own:
-            base[slot[slot_name]] += laws.fixed.get(name, usual)
+            for kind, base in held.items():
+                base[DRIVEN_SLOT[at[kind][name]]] += laws.fixed.get(name, usual)
             continue
         index = builder.unknown(
             name, mean, lower=lower, upper=upper, prior_std=std, scale=abs(mean) or 1.0, unit=unit
         )
-        links.append(Link(slot[slot_name], index))
-    return tuple(links)
+        for kind in kinds:
+            links[kind].append(Link(DRIVEN_SLOT[at[kind][name]], index))
+    return {kind: (held[kind], tuple(links[kind])) for kind in kinds}
+
+
+def _base_unknown(drive: Drive, laws: DrivenLaws) -> float:
+    """Standard deviation of what the base's velocity at a start is beyond its record, m/s; 0 where nothing is."""
+    wet = any(term.relative_to == "water" and "mass" not in term.slots.values() for term in laws.terms)
+    return drive.drifts if wet or "velocity" in drive.absolute else 0.0
 
 
 def _start_state(
@@ -152,16 +173,24 @@ def _start_state(
     extent: MotionSize,
     label: str,
     laws: DrivenLaws,
-    slot: Mapping[str, int],
+    base_speed: float,
 ) -> tuple[Link, ...]:
-    """Start displacement, velocity and hysteresis of a window: unknowns, from the samples where it begins."""
+    """Start displacement, velocity and hysteresis of a window: unknowns, from the samples where it begins; and what the
+    base's velocity is beyond an integral, where ``base_speed`` is not 0."""
     x0, v0 = begins
+
+    def own(slot: str, name: str, start: float, std: float, scale: float) -> Link:
+        """An unknown of this window alone."""
+        return Link(DRIVEN_SLOT[slot], builder.unknown(f"{name}[{label}]", start, prior_std=std, scale=scale))
+
     # twice the extent as prior: none to speak of, but a record too short for its start stays finite
     links = [
-        Link(slot["x0"], builder.unknown(f"x0_m[{label}]", x0, prior_std=2.0 * extent.size, scale=extent.size)),
-        Link(slot["v0"], builder.unknown(f"v0_m_per_s[{label}]", v0, prior_std=4.0 * extent.speed, scale=extent.speed)),
+        own("x0", "x0_m", x0, 2.0 * extent.size, extent.size),
+        own("v0", "v0_m_per_s", v0, 4.0 * extent.speed, extent.speed),
     ]
     if laws.memory:
         pull = abs(laws.starts.get("bouc_wen.alpha_N_per_m", 1.0)) * extent.size or 1.0
-        links.append(Link(slot["bw_z0"], builder.unknown(f"z0_N[{label}]", 0.0, prior_std=pull, scale=pull)))
+        links.append(own("bw_z0", "z0_N", 0.0, pull, pull))
+    if base_speed > 0.0:
+        links.append(own("absolute_v0", "base_v0_m_per_s", 0.0, base_speed, base_speed))
     return tuple(links)

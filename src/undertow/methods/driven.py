@@ -77,7 +77,8 @@ def fit_driven(
     drives = {**(drives or {})}
     for trial in trials:
         drives.setdefault(trial.name, drive_for(trial))
-    laws = laws if MASS in {*laws.starts, *laws.fixed} else _own_starts(trials[0], laws, drives)
+    laws = anchored(trials, laws)
+    laws = laws if MASS in laws.starts else _own_starts(trials[0], laws, drives)
     noise = {trial.name: trial.noise() for trial in trials}
     if windows:
         shorter = [t.part(0, min(t.t.size, FIRST_SAMPLES)) for t in trials]
@@ -87,13 +88,34 @@ def fit_driven(
     return _fitted(trials, laws, solution, noise)
 
 
+def anchored(trials: Sequence[DrivenTrial], laws: DrivenLaws) -> DrivenLaws:
+    """The laws with a mass of 1 where bases alone drive and no number that forces go with is known: then every force is
+    per mass, because the motion of a base says nothing of their size.
+
+    Raises IdentificationError where added mass is asked for beside it and cannot be told from the body's own.
+    """
+    if not all(trial.moving for trial in trials):
+        return laws
+    sizes = {MASS, *(f"{term.name}.{term.coefficient.name}" for term in laws.terms)}
+    known = sizes & {*laws.fixed, *laws.priors}
+    if any(term.is_inertia for term in laws.terms) and (MASS not in known or len(known) < 2):
+        raise IdentificationError(
+            f"added mass beside motion of the base alone, with {len(known)} forces known: M and m_a act as one, and "
+            "every force is per their sum; give specimen.mass_kg and specimen.stiffness_N_per_m, or leave added_mass "
+            "out"
+        )
+    return laws if known else replace(laws, fixed={**laws.fixed, MASS: 1.0})
+
+
 def _own_starts(trial: DrivenTrial, laws: DrivenLaws, drives: Mapping[str, Drive]) -> DrivenLaws:
     """Start values from the record, those of the test function whose motion follows short windows best."""
     short = trial.part(0, min(trial.t.size, FIRST_SAMPLES))
     linear = tuple(term for term in laws.terms if term.kind != "memory")
+    coefficients = {MASS: MASS, **{f"{t.name}.{t.coefficient.name}": t.name for t in linear}}
+    held = {coefficients[name]: value for name, value in laws.fixed.items() if name in coefficients}
     best, lowest = None, math.inf
     for half in half_lengths(trial.t.size):
-        found = start_values(trial, linear, half)
+        found = start_values(trial, linear, half, held)
         if not found[MASS] > 0.0:
             continue
         tried = replace(laws, starts={**_named(laws, found), **laws.starts})

@@ -7,15 +7,15 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from typing import Any
 
 import numpy as np
 
 from undertow.conditioning.driven import DrivenTrial
 from undertow.equation.driven_laws import find_driven
-from undertow.equation.input import MotionSize, drive_of
-from undertow.likelihood.driven import DrivenLaws, driven_problem, extent_of
+from undertow.equation.input import MotionSize
+from undertow.likelihood.driven import DrivenLaws, drive_for, driven_problem, extent_of
 from undertow.likelihood.output_error import fit, parameter_vector
 from undertow.likelihood.problem import Problem
 from undertow.methods.driven import DrivenFit
@@ -29,7 +29,7 @@ BAND_90 = 1.645
 class DrivenEquation:
     """An equation with its numbers: laws (all numbers as starts), names, values, covariance; ``error`` the rms of its
     free run on samples that nobody fitted, at motions of the rms ``motion``; ``noise`` the main output's, ``extent``
-    how far and fast the body moved."""
+    how far and fast the body moved, ``noises`` those of all outputs."""
 
     laws: DrivenLaws
     names: tuple[str, ...]
@@ -39,6 +39,7 @@ class DrivenEquation:
     motion: float
     noise: float
     extent: MotionSize
+    noises: Mapping[str, float] = field(default_factory=dict)
 
 
 @dataclass(frozen=True)
@@ -68,7 +69,7 @@ def written(fitted: DrivenFit, error: float, motion: float, trial: DrivenTrial) 
         {
             "term": place.term.name, "law": place.term.law, "parameter": place.parameter.name, "name": place.name,
             "unit": place.parameter.unit, "value": numbers[place.name], "stderr": errors.get(place.name, 0.0),
-            "held": place.name in fitted.laws.fixed, "relative_to": "base",
+            "held": place.name in fitted.laws.fixed, "relative_to": place.term.relative_to,
         }
         for place in fitted.laws.places
     ]  # fmt: skip
@@ -76,7 +77,9 @@ def written(fitted: DrivenFit, error: float, motion: float, trial: DrivenTrial) 
         "terms": [term.name for term in fitted.laws.terms], "mass_kg": numbers["mass_kg"], "rows": rows,
         "names": list(fitted.names), "values": fitted.values.tolist(), "covariance": fitted.covariance.tolist(),
         "fixed": dict(fitted.laws.fixed), "free_run_error": error, "motion_rms": motion, "outcome": fitted.outcome,
-        "noise": trial.noise()[trial.main], "extent": [extent.size, extent.speed],
+        "input": trial.quantity, "frames": dict(trial.frames), "noise": trial.noise()[trial.main],
+        "noises": trial.noise(),
+        "extent": [extent.size, extent.speed],
     }  # fmt: skip
 
 
@@ -90,7 +93,7 @@ def read_back(entry: Mapping[str, Any]) -> DrivenEquation:
     covariance = np.array(entry["covariance"], dtype=np.float64).reshape(values.size, values.size)
     return DrivenEquation(
         laws, names, values, covariance, float(entry["free_run_error"]), float(entry["motion_rms"]),
-        float(entry["noise"]), MotionSize(*entry["extent"]),
+        float(entry["noise"]), MotionSize(*entry["extent"]), entry.get("noises", {}),
     )  # fmt: skip
 
 
@@ -103,8 +106,8 @@ def predict_driven(trial: DrivenTrial, equation: DrivenEquation, start: int) -> 
     from undertow.equation.driven import driven_motion
 
     held = replace(equation.laws, fixed={**equation.laws.fixed, **equation.laws.starts}, starts={})
-    drives = {trial.name: drive_of(trial.t, trial.u, trial.hold)}
-    noise = {trial.name: dict.fromkeys(trial.outputs, equation.noise)}
+    drives = {trial.name: drive_for(trial)}
+    noise = {trial.name: {name: equation.noises.get(name, equation.noise) for name in trial.outputs}}
     extents = {trial.name: equation.extent}
     problem = driven_problem([trial], held, 1, noise, drives, extents)
     piece = problem.trials[0]
@@ -148,5 +151,7 @@ def equation_text(entry: Mapping[str, Any]) -> str:
     if "mass_kg" in entry["names"]:
         index = list(entry["names"]).index("mass_kg")
         error = f" +- {math.sqrt(entry['covariance'][index][index]):.2g}"
+    moving = entry.get("input", "force") != "force"
     left = " + ".join(["M x''", *laws])
-    return "; ".join([f"{left} = F(t), M = {entry['mass_kg']:.6g}{error}", *numbers])
+    right = "-M y''(t), x relative to the base at y, laws of the water at x' + y'" if moving else "F(t)"
+    return "; ".join([f"{left} = {right}, M = {entry['mass_kg']:.6g}{error}", *numbers])

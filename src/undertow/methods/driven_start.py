@@ -2,6 +2,9 @@
 
     M <w'', x> + sum_i c_i <w, force_i(x, v)> = <w, u>
 
+or, of a base that moves with the acceleration y'' and with x relative to it, M <w, x'' + y''> + ... = 0, laws of the
+water at the velocity x' + y'; what is held at a value goes to the right;
+
 for bumps w of many lengths, w = (1 - s^2)^4, whose derivatives stand in for those of x; a spring sees the recorded x,
 a damper -<w', x>, other laws x and a velocity smoothed over a part of the bump. Which length suits a body is not asked
 beforehand: each from a handful of samples up to a part of the record is tried; the free run over windows decides.
@@ -19,6 +22,7 @@ from scipy.signal import fftconvolve, savgol_filter
 from undertow.conditioning.driven import DrivenTrial
 from undertow.equation.term import Term
 from undertow.errors import IdentificationError
+from undertow.likelihood.driven import MASS, against_base, drive_for
 from undertow.recording.recording import Array
 
 SHORTEST = 4
@@ -38,11 +42,15 @@ def bump(half: int, step: float) -> tuple[Array, Array, Array]:
     return q**4, -8.0 * s * q**3 / width, (-8.0 * q**3 + 48.0 * s * s * q**2) / width**2
 
 
-def start_values(trial: DrivenTrial, terms: Sequence[Term], half: int) -> Mapping[str, float]:
+def start_values(
+    trial: DrivenTrial, terms: Sequence[Term], half: int, held: Mapping[str, float] | None = None
+) -> Mapping[str, float]:
     """Mass and every coefficient by weak-form least squares with bumps of that half length, samples.
 
-    Keys: ``mass_kg`` and the laws' names. Raises IdentificationError where fewer rows than unknowns are there.
+    Keys: ``mass_kg`` and the laws' names; ``held`` gives those that are known. Raises IdentificationError where fewer
+    rows than unknowns are there.
     """
+    trial, held = against_base(trial), held or {}
     step = float(np.median(np.diff(trial.t)))
     w, dw, ddw = bump(half, step)
 
@@ -51,25 +59,36 @@ def start_values(trial: DrivenTrial, terms: Sequence[Term], half: int) -> Mappin
         return np.asarray(fftconvolve(values, weights[::-1], "valid")[:: max(1, half // ROWS_A_BUMP)] * step)
 
     x, v, inertia = _motion(trial, half, step, against, (w, dw, ddw))
-    columns = [inertia]
+    response, carried = against(trial.u, w), np.zeros(trial.t.size)
+    if trial.moving:
+        drive = drive_for(trial)
+        inertia = inertia + against(drive.at(trial.t), w)
+        response, carried = 0.0 * response, drive.velocity_at(trial.t)
+    columns = {MASS: inertia}
     for term in terms:
-        force = np.asarray(term.force(x, v, 0.0 * x, trial.t), dtype=np.float64)
+        wet = term.relative_to == "water"
+        if term.is_inertia:
+            columns[term.name] = inertia
+            continue
+        force = np.asarray(term.force(x, v + carried if wet else v, 0.0 * x, trial.t), dtype=np.float64)
         recorded = trial.outputs.get("displacement")
         if recorded is not None and np.array_equal(force, x):
-            columns.append(against(recorded, w))
+            columns[term.name] = against(recorded, w)
         elif recorded is not None and np.array_equal(force, v):
-            columns.append(-against(recorded, dw))
+            columns[term.name] = -against(recorded, dw)
         else:
-            columns.append(against(force, w))
-    design, response = np.column_stack(columns), against(trial.u, w)
-    if design.shape[0] < 2 * design.shape[1]:
+            columns[term.name] = against(force, w)
+    free = [name for name in columns if name not in held]
+    response = response - sum((held[name] * columns[name] for name in columns if name in held), 0.0 * response)
+    if response.size < 2 * len(free):
         raise IdentificationError(
-            f"trial {trial.name}: {design.shape[0]} rows for {design.shape[1]} numbers; give a longer record"
+            f"trial {trial.name}: {response.size} rows for {len(free)} numbers; give a longer record"
         )
+    design = np.column_stack([columns[name] for name in free])
     scale = np.sqrt(np.mean(design**2, axis=0))
     scale[scale == 0.0] = 1.0
     found = np.linalg.lstsq(design / scale, response, rcond=None)[0] / scale
-    return dict(zip(("mass_kg", *(term.name for term in terms)), found.tolist(), strict=True))
+    return {**{name: held[name] for name in columns if name in held}, **dict(zip(free, found.tolist(), strict=True))}
 
 
 def _motion(

@@ -19,9 +19,13 @@ from undertow.recording.layout import Column
 from undertow.recording.recording import CHANNELS, INPUTS, Coordinate
 from undertow.recording.units import factor_to_si, si_unit
 
+_BASE = r"^(base|shak\w*table|table|ground|floor|foundation|support)"
 _NAMES: Mapping[str, str] = MappingProxyType(
     {
         "time": r"^(time|zeit|elapsed|x_value)|^t$",
+        "base_displacement": _BASE + r".*(disp|pos|[xy]\d*$)",
+        "base_velocity": _BASE + r".*(veloc|speed|v\d*$)",
+        "base_acceleration": _BASE + r".*(acc|a\d*$)|^(acc\w*|a)[ _-]?(base|table|ground|floor)",
         "normal_force": r"vertical|normal",
         "force": r"^(input|drive|driving|excit|command|shaker|actuator)|^u\d*$",
         "spring_force": r"load|force|cell|moment|torque|^f\d*$",
@@ -88,6 +92,12 @@ def propose_mapping(table: pd.DataFrame, units: Mapping[Column, str] | None = No
         else:
             found.setdefault(quantity, []).append((column, unit))
     remarks += _told_from_springs(found, table)
+    driver = next((name for name in INPUTS if name.startswith("base_") and name in found), "")
+    if driver:
+        remarks.append(
+            f"column {found[driver][0][0]!r} is motion of the base: displacement and velocity are taken as relative to "
+            "it, acceleration as absolute; correct their frame where that is wrong"
+        )
     coordinate = _coordinate(found)
     time = None
     if "time" in found:

@@ -44,7 +44,7 @@ class ChannelSettings(Section):
     time: TimeSettings | None = Field(default=None, description="Its own clock, where it has one.")
     frame: Literal["absolute", "relative"] | None = Field(
         default=None,
-        description="Against the earth or against a moving base; absent: relative, accelerations absolute.",
+        description="Against the earth or against the base; to be said where the input is motion of the base.",
     )
 
 
@@ -80,6 +80,8 @@ class ChannelsSettings(Section):
     base_displacement: InputSettings | None = Field(default=None, description="Measured motion of the base.")
     base_velocity: InputSettings | None = Field(default=None, description="Measured velocity of the base.")
     base_acceleration: InputSettings | None = Field(default=None, description="Measured acceleration of the base.")
+    water_velocity: InputSettings | None = Field(default=None, description="Refused: waves are not integrated yet.")
+    water_acceleration: InputSettings | None = Field(default=None, description="Refused: waves are not integrated yet.")
 
     @property
     def driven_by(self) -> str:

@@ -10,12 +10,12 @@ import re
 from typing import TYPE_CHECKING
 
 from undertow.campaign.config.described import for_pattern
-from undertow.campaign.config.recording_settings import RecordingsSettings, TimeSettings
+from undertow.campaign.config.recording_settings import ChannelsSettings, RecordingsSettings, TimeSettings
 from undertow.campaign.config.source import Location
 from undertow.campaign.config.specimen_rules import unphysical
 from undertow.comparison.suspects import chosen
 from undertow.equation import registry
-from undertow.equation.driven_laws import find_driven
+from undertow.equation.driven_laws import find_driven, places
 from undertow.errors import ConfigError, RecordingError
 from undertow.recording.channels import LARGEST
 from undertow.recording.doubt_kinds import DOUBT_KINDS
@@ -42,9 +42,11 @@ def contradictions(config: RunConfig) -> list[tuple[Location, str]]:
     for pattern in said.layouts:
         wrong += _unusable_channels(for_pattern(said, pattern), ("recordings", "layouts", pattern), coordinate)
     wrong += unphysical(config)
+    wrong += _driving(said.channels)
+    moving = said.channels.driven_by.startswith("base_")
     for at, name in enumerate(config.equation.terms):
         try:
-            find_driven(name) if said.channels.driven_by else registry.find(name)
+            places([find_driven(name)], moving) if said.channels.driven_by else registry.find(name)
         except ConfigError as error:
             wrong.append((("equation", "terms", at), str(error)))
     pulled = any(law.pulls_back for law in registry.catalogue() if law.name in config.equation.terms)
@@ -70,6 +72,43 @@ def contradictions(config: RunConfig) -> list[tuple[Location, str]]:
             if None not in (window.start_s, window.end_s) and not window.start_s < window.end_s:  # type: ignore[operator]
                 text = f"the window starts at {window.start_s} s and ends at {window.end_s} s; it must end later"
                 wrong.append((("trials", "window", pattern), text))
+    return wrong
+
+
+def _driving(channels: ChannelsSettings) -> list[tuple[Location, str]]:
+    """What is wrong with the inputs: waves, a hold without an acceleration, outputs whose frame is not said."""
+    place: Location = ("recordings", "channels")
+    wrong: list[tuple[Location, str]] = []
+    for name in ("water_velocity", "water_acceleration"):
+        if getattr(channels, name) is not None:
+            text = (
+                f"{name} maps a wave, and Morison's force in moving water (drag on u - x', (rho V + m_a) u') is not "
+                "integrated yet; leave the channel out, or use records in still water"
+            )
+            wrong.append(((*place, name), text))
+    driver = channels.driven_by
+    if not driver.startswith("base_"):
+        return wrong
+    hold = getattr(channels, driver).hold
+    holds = {"base_displacement": ("band_limited",), "base_velocity": ("first", "band_limited")}.get(driver, (hold,))
+    if hold not in holds:
+        text = f"{driver} held {hold!r} between samples has no acceleration; choose hold: {' or '.join(holds)}"
+        wrong.append(((*place, driver, "hold"), text))
+    for name in ("displacement", "velocity", "acceleration"):
+        one = getattr(channels, name)
+        if one is not None and one.frame is None:
+            text = (
+                f"{name} has no frame, and the base moves ({driver}); say frame: absolute (against the earth) or "
+                "relative (against the base)"
+            )
+            wrong.append(((*place, name, "frame"), text))
+    moved = channels.displacement
+    if moved is not None and moved.frame == "absolute" and driver != "base_displacement":
+        text = (
+            f"displacement has frame: absolute, but {driver} does not say where the base is; map base_displacement, or "
+            "a displacement relative to the base"
+        )
+        wrong.append(((*place, "displacement", "frame"), text))
     return wrong
 
 

@@ -29,24 +29,21 @@ def is_driven(config: RunConfig) -> bool:
 
 
 def input_settings(config: RunConfig) -> tuple[str, InputSettings]:
-    """The input's quantity and settings; ConfigError where more than one is mapped, or one that is not integrated."""
+    """The input's quantity and settings; ConfigError where more than one is mapped."""
     channels = config.recordings.channels
     mapped = [name for name in INPUTS if getattr(channels, name) is not None]
     if len(mapped) != 1:
         have = ", ".join(mapped) or "none"
         raise ConfigError(f"channels has the inputs {have}; map exactly one of {', '.join(INPUTS)}")
-    name = mapped[0]
-    if name != "force":
-        raise ConfigError(
-            f"channels maps {name}, and motion of the base is not integrated yet: its force is the unknown mass times "
-            "its acceleration; only a measured force drives"
-        )
-    return name, getattr(channels, name)
+    return mapped[0], getattr(channels, mapped[0])
 
 
 def driven_laws(config: RunConfig) -> DrivenLaws:
-    """The config's terms, with the input's gain and delay where they are not exactly known, and the mass if it is."""
-    _, said = input_settings(config)
+    """The config's terms, with the input's gain and delay where they are not exactly known, and the mass if it is.
+
+    Where a base moves, a known stiffness is held too, if no mass is known or an added mass is asked for.
+    """
+    quantity, said = input_settings(config)
     priors: dict[str, tuple[float, float]] = {}
     fixed: dict[str, float] = {}
     if said.gain is not None and said.gain.stderr > 0.0:
@@ -56,10 +53,15 @@ def driven_laws(config: RunConfig) -> DrivenLaws:
             priors["input_delay_s"] = (said.delay_s.value, said.delay_s.stderr)
         else:
             fixed["input_delay_s"] = said.delay_s.value
-    mass = config.specimen.mass_kg
+    terms = tuple(find_driven(name) for name in config.equation.terms)
+    mass, stiffness = config.specimen.mass_kg, config.specimen.stiffness_N_per_m
     if isinstance(mass, float | int):
         fixed["mass_kg"] = float(mass)
-    return DrivenLaws(tuple(find_driven(name) for name in config.equation.terms), fixed, {}, priors)
+    spring = next((term for term in terms if term.is_spring), None)
+    needed = "mass_kg" not in fixed or any(term.is_inertia for term in terms)
+    if quantity != "force" and needed and spring is not None and isinstance(stiffness, float | int):
+        fixed[f"{spring.name}.{spring.coefficient.name}"] = float(stiffness)
+    return DrivenLaws(terms, fixed, {}, priors)
 
 
 def driven_trials(config: RunConfig) -> tuple[tuple[DrivenTrial, ...], dict[str, str]]:
@@ -85,9 +87,12 @@ def driven_trial(config: RunConfig, recording: Recording) -> DrivenTrial:
         raise RecordingError(f"trial {recording.name}: the input {name} is not in its file; map its column")
     u = recording.channels[name] * (said.gain.value if said.gain is not None else 1.0)
     outputs = {output: recording.channels[output] for output in OUTPUTS if output in recording.channels}
+    channels = config.recordings.channels
+    frames = {output: getattr(channels, output).frame for output in outputs}
     return DrivenTrial(
-        recording.name, recording.time, u, outputs, name, said.hold, recording.conditions  # type: ignore[arg-type]
-    )
+        recording.name, recording.time, u, outputs, name, said.hold, recording.conditions,  # type: ignore[arg-type]
+        {output: frame for output, frame in frames.items() if frame is not None},
+    )  # fmt: skip
 
 
 def must_drive(trial: str, name: str, u: Array) -> None:

@@ -1,0 +1,228 @@
+"""The right-hand side of a driven body, compiled: the laws of kernel.py, and what comes from outside.
+
+    M x'' + (all laws of kernel.py) + b + z = g u(t - tau),          z' = alpha v - G |v| |z|^(n-1) z - D v |z|^n
+
+on a base at rest. On a base that moves with the acceleration g u(t - tau), x is the displacement relative to it and
+
+    M x'' + (laws between body and base) + b + z + W(r) = -M g u(t - tau),    r' = x'' + g u(t - tau)
+    s_i'' = -r' - R_i,   W(r) = wc r + wq r|r| + wc3 r^3
+
+r is the body's velocity through water at rest, a state of its own: its zeros are events like any other's. What comes
+from outside enters kernel.py's right-hand side where a delayed echo does. u is the input between its samples
+(input.py), g its gain, tau its delay, b a constant force, z Bouc and Wen's hysteresis (Wen 1976,
+doi:10.1061/JMCEA3.0002106).
+
+A ``world`` is (piece of the input, its begin in s, knots, pieces, places of z and r in the state (0: none), sides of z
+and of r). Does not belong here: steps and events (driven_kernel.py), what slots mean to a user (driven_laws.py).
+"""
+
+from __future__ import annotations
+
+import math
+
+from numba import njit
+
+from undertow.equation.driven_slots import DRIVEN_SLOT
+from undertow.equation.kernel import (
+    _BORROWS,
+    _C,
+    N_SLOTS,
+    SLOT,
+    _explicit_force,
+    _int,
+    _resisting,
+    _rhs,
+    _slopes,
+    _smooth_force,
+    _start,
+)
+
+_GAIN, _TAU, _OFF, _BA, _BG, _BD, _BN, _BU, _BZ, _MOVING, _W0, _R0, _WC, _WQ, _W3 = (
+    DRIVEN_SLOT[name] for name in (
+        "gain", "delay", "offset", "bw_a", "bw_g", "bw_d", "bw_n", "bw_unit", "bw_z0",
+        "moving", "base_v0", "absolute_v0", "wc", "wq", "wc3",
+    )
+)  # fmt: skip
+_M, _X0, _V0, _XE = (SLOT[name] for name in ("mass", "x0", "v0", "xe"))
+
+
+@njit(inline="always", **_BORROWS)
+def _input(knots, pieces, piece, r):
+    """u and du/dt on a piece at the fraction r of its length."""
+    u = 0.0
+    du = 0.0
+    for p in range(pieces.shape[1] - 1, -1, -1):
+        du = du * r + u
+        u = u * r + pieces[piece, p]
+    return u, du / (knots[piece + 1] - knots[piece])
+
+
+@njit(**_BORROWS)
+def _push(th, active, y, cols, u, du, iz, ir, rside, sens):
+    """What acts from outside, with the sign of an echo, and its derivatives: into sens."""
+    lever = -th[_M] if th[_MOVING] != 0.0 else 1.0
+    sens[0] = th[_OFF] - lever * th[_GAIN] * u
+    if iz > 0:
+        sens[0] += y[0, iz]
+    by_r = 0.0
+    r = 0.0
+    if ir > 0:
+        r = y[0, ir]
+        sens[0] += r * (th[_WC] + th[_WQ] * r * rside + th[_W3] * r * r)
+        by_r = th[_WC] + 2.0 * th[_WQ] * r * rside + 3.0 * th[_W3] * r * r
+    for c in range(1, cols):
+        slot = active[c - 1]
+        s = y[c, iz] if iz > 0 else 0.0
+        if ir > 0:
+            s += by_r * y[c, ir]
+        if slot == _GAIN:
+            s -= lever * u
+        elif slot == _TAU:
+            s += lever * th[_GAIN] * du
+        elif slot == _OFF:
+            s += 1.0
+        elif slot == _M and th[_MOVING] != 0.0:
+            s += th[_GAIN] * u
+        elif slot == _WC:
+            s += r
+        elif slot == _WQ:
+            s += r * r * rside
+        elif slot == _W3:
+            s += r * r * r
+        sens[c] = s
+
+
+@njit(**_BORROWS)
+def _hysteresis(th, active, y, k, stage, cols, d, zside, iz):
+    """Rate of z and of its sensitivities; |v| and |z| continued smoothly in the directions d and zside."""
+    v = y[0, 1] if d != 0.0 else 0.0
+    z = y[0, iz]
+    n = th[_BN]
+    size = z * zside
+    p = 1.0
+    if n != 1.0:
+        p = (abs(z) / th[_BU]) ** (n - 1.0)
+    loop = -th[_BG] * d * z - th[_BD] * size
+    k[0, iz, stage] = v * (th[_BA] + p * loop)
+    by_z = v * n * p * (-th[_BG] * d - th[_BD] * zside)
+    for c in range(1, cols):
+        slot = active[c - 1]
+        dv = y[c, 1] if d != 0.0 else 0.0
+        rate = dv * (th[_BA] + p * loop) + by_z * y[c, iz]
+        if slot == _BA:
+            rate += v
+        elif slot == _BG:
+            rate -= v * p * d * z
+        elif slot == _BD:
+            rate -= v * p * size
+        elif slot == _BN and z != 0.0:
+            rate += v * p * loop * math.log(abs(z) / th[_BU])
+        k[c, iz, stage] = rate
+
+
+@njit(**_BORROWS)
+def _rhs_alone(th, active, y, k, stage, cols, t, d, side, sens):
+    """kernel.py's right-hand side for a body without hidden states: the same laws, without a look for any state."""
+    x = y[0, 0] - th[_XE]
+    v = y[0, 1]
+    mass = th[_M]
+    if d == 0.0:
+        for c in range(cols):
+            k[c, 0, stage] = 0.0
+            k[c, 1, stage] = 0.0
+        return
+    a = -(_smooth_force(th, x, v, d, side) + sens[0] + _resisting(th, x, v, d, side) * d) / mass
+    k[0, 0, stage] = v
+    k[0, 1, stage] = a
+    if cols > 1:
+        fx, fv = _slopes(th, x, v, d, side)
+        for c in range(1, cols):
+            slot = active[c - 1]
+            dv = y[c, 1]
+            force = -fx * y[c, 0] - fv * dv - sens[c]
+            if slot < N_SLOTS and slot != _X0 and slot != _V0:
+                force += _explicit_force(th, slot, y, 0, t, d, side, x, v, a, fx, 0.0)
+            k[c, 0, stage] = dv
+            k[c, 1, stage] = force / mass
+
+
+@njit(**_BORROWS)
+def _carried(th, active, k, stage, cols, dims, u, du, ir):
+    """What the base's acceleration does beside the force: to hidden oscillators, and to the velocity through water."""
+    for c in range(cols):
+        slot = active[c - 1] if c > 0 else -1
+        moved = 0.0
+        if c == 0:
+            moved = th[_GAIN] * u
+        elif slot == _GAIN:
+            moved = u
+        elif slot == _TAU:
+            moved = -th[_GAIN] * du
+        for i in range(dims[1]):
+            k[c, 3 + 2 * i, stage] -= moved
+        if ir > 0:
+            k[c, ir, stage] = k[c, 1, stage] + moved
+
+
+@njit(**_BORROWS)
+def _slope(th, active, y, k, stage, cols, dims, t, h, d, side, world, sens, jac):
+    """d(state)/dt at a stage of the step of length h from t, into k[:, :, stage]."""
+    piece, begin, knots, pieces, iz, ir, zside, rside = world
+    now = t + _C[stage] * h
+    u, du = _input(knots, pieces, piece, (now - begin) / (knots[piece + 1] - knots[piece]))
+    _push(th, active, y, cols, u, du, iz, ir, rside, sens)
+    if dims[1] + dims[2] + dims[3] == 0:
+        _rhs_alone(th, active, y, k, stage, cols, now, d, side, sens)
+    else:
+        _rhs(th, active, y, k, stage, cols, dims, now, d, side, sens, jac)
+    if iz > 0:
+        _hysteresis(th, active, y, k, stage, cols, d, zside, iz)
+    if th[_MOVING] != 0.0:
+        _carried(th, active, k, stage, cols, dims, u, du, ir)
+
+
+@njit(**_BORROWS)
+def _push_before(th, active, y, dims, t, h, world, sens):
+    """What acts from outside where a step of length h from t begins, into sens[0]."""
+    piece, begin, knots, pieces, iz, ir, _, rside = world
+    u, du = _input(knots, pieces, piece, (t - begin) / (knots[piece + 1] - knots[piece]))
+    _push(th, active, y, _int(1), u, du, iz, ir, rside, sens)
+
+
+@njit(**_BORROWS)
+def _begin(th, active, y, cols, dims, iz, ir, rate):
+    """The start state and its sensitivities; ``rate`` is the input at the start."""
+    _start(th, active, y, cols, dims)
+    if iz > 0:
+        y[0, iz] = th[_BZ]
+    if ir > 0:
+        y[0, ir] = th[_V0] + th[_GAIN] * th[_W0] + th[_R0]
+    for c in range(1, cols):
+        slot = active[c - 1]
+        if iz > 0 and slot == _BZ:
+            y[c, iz] = 1.0
+        if ir > 0 and slot in (_V0, _R0):
+            y[c, ir] = 1.0
+        elif ir > 0 and slot == _GAIN:
+            y[c, ir] = th[_W0]
+        elif ir > 0 and slot == _TAU:
+            y[c, ir] = -th[_GAIN] * rate
+
+
+@njit(**_BORROWS)
+def _states(th, active, n):
+    """Length of the state behind n of kernel.py's, with the places of z and r in it (0: none)."""
+    iz = 0
+    ir = 0
+    remembers = th[_BA] != 0.0 or th[_BZ] != 0.0
+    wet = th[_WC] != 0.0 or th[_WQ] != 0.0 or th[_W3] != 0.0
+    for slot in active:
+        remembers = remembers or slot == _BA
+        wet = wet or slot in (_WC, _WQ, _W3)
+    if remembers:
+        iz = n
+        n += 1
+    if wet and th[_MOVING] != 0.0:
+        ir = n
+        n += 1
+    return n, iz, ir

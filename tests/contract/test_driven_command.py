@@ -204,6 +204,26 @@ def test_a_shaking_table_says_what_each_law_is_relative_to_and_finds_the_waters_
     assert "is motion of the base" in told
 
 
+@pytest.mark.parametrize(
+    ("rows", "late_s", "sentence"),
+    [
+        (slice(0, 2000), 0.0, "force lacks 500 of 2500 values"),
+        (slice(0, 2450), 0.0, "force lacks 50 values in a gap"),
+        (slice(None), 100.0, "force has no values"),
+        (slice(0, None, 3), 0.0, "force was recorded at 33.333 Hz"),
+    ],
+)
+def test_an_input_of_another_length_or_clock_is_refused(finished, tmp_path, rows, late_s, sentence):
+    folder, _ = finished
+    table = pd.read_csv(folder / "train.csv")
+    table.to_csv(tmp_path / "train.csv", index=False)
+    table.iloc[rows].assign(time_s=lambda t: t["time_s"] + late_s).to_csv(tmp_path / "u_train.csv", index=False)
+    (tmp_path / "c.yaml").write_text(CONFIG.replace("hold: first}", "hold: first, file: 'u_{stem}.csv'}"))
+    trials, failed = driven_trials(load(tmp_path / "c.yaml"))
+    assert trials == ()
+    assert f"the input and the motion do not belong to the same instants: {sentence}" in failed["train"]
+
+
 def test_a_saturated_input_is_refused():
     u = np.clip(2.0 * np.sin(np.arange(3000) * 0.01), -1.0, 1.0)
     with pytest.raises(RecordingError, match=r"force stands at its largest value 1 in 3\d % of the samples"):

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from undertow.comparison.driven_search import Tried, _judged_by_folds
+from undertow.comparison.driven_search import Tried, _judged_by_folds, _sound
 from undertow.methods.driven_equations import equation_text
 
 WEAK = Tried("position_damping", -3.9, 5.1e-3, 3.5e-3, "evidence -3.9 is below 3")
@@ -20,6 +20,13 @@ def test_a_law_that_brings_every_fifth_closer_holds():
 )
 def test_a_law_that_helps_one_fifth_alone_does_not_hold(after, sentence):
     assert sentence in _judged_by_folds(WEAK, [4.9, 2.2, 5.1], after).because
+
+
+def test_a_bound_of_another_law_does_not_stop_the_new_one():
+    assert _sound("bouc_wen", "on a bound: relaxation.time_s = 0.001")
+    assert not _sound("bouc_wen", "on a bound: relaxation.time_s = 0.001, bouc_wen.loop = 0")
+    assert _sound("bouc_wen", "did not converge in 12 iterations")
+    assert not _sound("bouc_wen", "not identifiable from these trials: a, b move together")
 
 
 def test_an_equation_is_written_with_its_errors():

@@ -14,7 +14,7 @@ from undertow.equation.input import MotionSize, drive_of
 from undertow.errors import ConfigError, IdentificationError, RecordingError, UndertowError
 from undertow.likelihood.driven import DrivenLaws, against_base
 from undertow.methods.driven import fit_driven, free_run
-from undertow.methods.driven_start import half_lengths, start_values
+from undertow.methods.driven_start import half_lengths, must_not_be_swapped, start_values
 
 NOISE = 1e-4
 TRUTH = {"mass": 4.0, "k1": 100.0, "c1": 3.0, "fc": 5.0, "q": 4.0}
@@ -90,7 +90,23 @@ def test_start_values_come_from_the_record_itself():
     assert half_lengths(200) == [4, 8]
 
 
-def test_a_swapped_input_has_no_positive_mass():
+@pytest.mark.parametrize("more", [{}, {"swept": True}, {"truth": {"mass": 95.0, "c1": 200.0, "fc": 20.0}}])
+def test_swapped_columns_are_told_from_a_force_and_what_it_moves(more):
+    trial = recorded(**more)
+    swapped = DrivenTrial("run", trial.t, trial.outputs["displacement"], {"displacement": trial.u})
+    must_not_be_swapped(trial)
+    with pytest.raises(IdentificationError, match=r"trial run: the input follows the output: .* exchange them"):
+        fit_driven([swapped], DrivenLaws(TERMS))
+
+
+def test_a_record_with_a_hole_is_refused():
+    trial = recorded()
+    keep = np.r_[0:500, 600:3000]
+    with pytest.raises(RecordingError, match=r"no sample between 4\.99 s and 6 s, so that nobody knows the input"):
+        DrivenTrial("run", trial.t[keep], trial.u[keep], {"displacement": trial.outputs["displacement"][keep]})
+
+
+def test_an_input_turned_round_has_no_positive_mass():
     trial = recorded()
     swapped = DrivenTrial("run", trial.t, -trial.u, trial.outputs)
     with pytest.raises(IdentificationError, match="no test function gives a positive mass"):

@@ -47,6 +47,8 @@ FITTED_WHERE_FEW = 6
 """The same where evidence says little."""
 TRYING = SearchEffort(12, 0.1)
 """Enough to tell what a suspect is worth; what is kept is fitted to the end."""
+ON_BOUND = "on a bound: "
+"""How a fit's outcome begins where numbers ended at the edge of what they may be."""
 ROUNDS = 4
 """Laws that are added at most."""
 
@@ -282,13 +284,21 @@ def _judged(
     more = len(fitted.names) - len(current.names)
     evidence = 0.5 * (n * math.log(chi2[0] / chi2[1]) - more * math.log(max(n, 2.0)))
     because = ""
-    if fitted.outcome != "ok" and not fitted.outcome.startswith("did not converge"):
+    if not _sound(name, fitted.outcome):
         because = fitted.outcome
     elif evidence < EVIDENCE:
         because = f"evidence {evidence:.2g} is below {EVIDENCE:g}"
     elif not after < (1.0 - CLOSER) * lowest:
         because = f"unseen samples come no closer: {after:.4g} after {lowest:.4g}"
     return Tried(name, evidence, lowest, after, because)
+
+
+def _sound(name: str, outcome: str) -> bool:
+    """Whether a fit can be judged: it may stop early, and another law's number may go to its bound, because the new
+    law makes that one needless."""
+    if outcome.startswith(ON_BOUND):
+        return not any(one.startswith(f"{name}.") for one in outcome.removeprefix(ON_BOUND).split(", "))
+    return outcome == "ok" or outcome.startswith("did not converge")
 
 
 def _worth(part: DrivenTrial, current: DrivenFit, name: str, grid: Sequence[Numbers]) -> tuple[float, Numbers]:

@@ -24,6 +24,9 @@ OUTPUTS = ("displacement", "velocity", "acceleration")
 FEWEST_SAMPLES = 200
 """A driven trial of fewer samples is refused: a start state and a handful of numbers want more."""
 
+HOLE_STEPS = 5.0
+"""Time steps from which on samples are missing: between them a body may have been driven by anything."""
+
 ROUNDING = 1e-9
 """Least noise of a channel, relative to its range."""
 
@@ -82,6 +85,14 @@ class DrivenTrial:
             raise RecordingError(
                 f"trial {self.name}: time goes from {self.t[index]:g} s to {self.t[index + 1]:g} s at sample "
                 f"{index + 1}; time must rise"
+            )
+        steps = np.diff(self.t)
+        longest = int(np.argmax(steps))
+        if steps[longest] > HOLE_STEPS * float(np.median(steps)):
+            raise RecordingError(
+                f"trial {self.name}: no sample between {self.t[longest]:g} s and {self.t[longest + 1]:g} s, so that "
+                f"nobody knows the input there (other steps are {float(np.median(steps)):.3g} s); cut trials.window on "
+                "one side"
             )
         self._check_frames()
         if np.ptp(self.u) <= ROUNDING * float(np.max(np.abs(self.u))):

@@ -60,36 +60,45 @@ def _input(knots, pieces, piece, r):
 @njit(**_BORROWS)
 def _push(th, active, y, cols, u, du, iz, ir, rside, sens):
     """What acts from outside, with the sign of an echo, and its derivatives: into sens."""
-    lever = -th[_M] if th[_MOVING] != 0.0 else 1.0
+    moving = th[_MOVING] != 0.0
+    lever = -th[_M] if moving else 1.0
     sens[0] = th[_OFF] - lever * th[_GAIN] * u
     if iz > 0:
         sens[0] += y[0, iz]
-    by_r = 0.0
-    r = 0.0
-    if ir > 0:
-        r = y[0, ir]
-        sens[0] += r * (th[_WC] + th[_WQ] * r * rside + th[_W3] * r * r)
-        by_r = th[_WC] + 2.0 * th[_WQ] * r * rside + 3.0 * th[_W3] * r * r
     for c in range(1, cols):
         slot = active[c - 1]
         s = y[c, iz] if iz > 0 else 0.0
-        if ir > 0:
-            s += by_r * y[c, ir]
         if slot == _GAIN:
             s -= lever * u
         elif slot == _TAU:
             s += lever * th[_GAIN] * du
         elif slot == _OFF:
             s += 1.0
-        elif slot == _M and th[_MOVING] != 0.0:
-            s += th[_GAIN] * u
-        elif slot == _WC:
+        sens[c] = s
+    if moving:
+        for c in range(1, cols):
+            if active[c - 1] == _M:
+                sens[c] += th[_GAIN] * u
+    if ir > 0:
+        _drag(th, active, y, cols, ir, rside, sens)
+
+
+@njit(**_BORROWS)
+def _drag(th, active, y, cols, ir, rside, sens):
+    """Forces of still water on a body that a moving base carries, and their derivatives: added to sens."""
+    r = y[0, ir]
+    sens[0] += r * (th[_WC] + th[_WQ] * r * rside + th[_W3] * r * r)
+    by_r = th[_WC] + 2.0 * th[_WQ] * r * rside + 3.0 * th[_W3] * r * r
+    for c in range(1, cols):
+        slot = active[c - 1]
+        s = by_r * y[c, ir]
+        if slot == _WC:
             s += r
         elif slot == _WQ:
             s += r * r * rside
         elif slot == _W3:
             s += r * r * r
-        sens[c] = s
+        sens[c] += s
 
 
 @njit(**_BORROWS)

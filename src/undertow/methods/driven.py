@@ -22,7 +22,7 @@ from undertow.errors import IdentificationError
 from undertow.likelihood.driven import MASS, DrivenLaws, drive_for, driven_problem
 from undertow.likelihood.output_error import SearchEffort, Solution, fit, residuals
 from undertow.likelihood.problem import Problem
-from undertow.methods.driven_start import half_lengths, start_values
+from undertow.methods.driven_start import half_lengths, must_not_be_swapped, start_values
 from undertow.recording.recording import Array
 
 FIRST_SAMPLES = 6000
@@ -110,6 +110,7 @@ def anchored(trials: Sequence[DrivenTrial], laws: DrivenLaws) -> DrivenLaws:
 def _own_starts(trial: DrivenTrial, laws: DrivenLaws, drives: Mapping[str, Drive]) -> DrivenLaws:
     """Start values from the record, those of the test function whose motion follows short windows best."""
     short = trial.part(0, min(trial.t.size, FIRST_SAMPLES))
+    must_not_be_swapped(trial)
     linear = tuple(term for term in laws.terms if term.kind != "memory")
     coefficients = {MASS: MASS, **{f"{t.name}.{t.coefficient.name}": t.name for t in linear}}
     held = {coefficients[name]: value for name, value in laws.fixed.items() if name in coefficients}

@@ -83,6 +83,12 @@ def driven_trial(config: RunConfig, recording: Recording) -> DrivenTrial:
     Raises RecordingError where the input is missing or never moves.
     """
     name, said = input_settings(config)
+    lost = next((note for note in recording.notes if note.startswith(f"{name} ")), "")
+    if lost:
+        raise RecordingError(
+            f"trial {recording.name}: the input and the motion do not belong to the same instants: {lost}; give both "
+            "one clock (channels.time, or a time of the input's own), or end trials.window where the input ends"
+        )
     if name not in recording.channels:
         raise RecordingError(f"trial {recording.name}: the input {name} is not in its file; map its column")
     u = recording.channels[name] * (said.gain.value if said.gain is not None else 1.0)

@@ -122,6 +122,7 @@ def test_the_verdict_has_every_key_and_no_nan(folder: Path) -> None:
         "group", "trials", "held_out", "status", "verdict", "alternatives", "confidence", "origin", "parameters",
         "baseline", "augmented", "sensor_floor_nrmse", "repeatability_nrmse", "rejected", "physical_check", "next_test",
         "transfer", "sentence", "because", "posterior", "decision",
+        "p_value", "upper_bound", "detectable", "not_testable",
     }  # fmt: skip
     for group in said["groups"]:
         assert set(group) == keys

@@ -9,6 +9,7 @@ from types import SimpleNamespace
 import pytest
 
 from undertow.comparison.candidate import Candidate, probability
+from undertow.comparison.null_test import NullTest, SuspectTest
 from undertow.comparison.search import _Search
 from undertow.discrepancy.case import Case
 from undertow.discrepancy.decision import posterior
@@ -40,8 +41,49 @@ def diagnosis(named: bool = False, **facts: object) -> SimpleNamespace:
     return SimpleNamespace(**(plain | facts))
 
 
+def judged(verdict: Verdict, facts: Case, search: SimpleNamespace, doubled: bool, null: NullTest | None = None):
+    """What is earned; beside no null of its own unless told otherwise."""
+    return earned(verdict, facts, search, null or NullTest(math.nan), doubled)
+
+
+def beside(p_value: float, size: float = 0.5, hidden: float = 0.5) -> NullTest:
+    """A test of one suspect, its effect and what can hide in units of what counts, 2.5 % of the motion."""
+    return NullTest(p_value, (SuspectTest("linear_damping", p_value, 1.0, size, hidden),), 0.025)
+
+
+@pytest.mark.parametrize(
+    ("null", "status", "names"),
+    [
+        (beside(0.4), "nothing_missing", ()),
+        (beside(0.004), "present_but_small", ("linear_damping",)),
+        (beside(0.004, size=1.2), "unknown", ("unknown",)),
+        (beside(0.4, hidden=1.2), "cannot_tell", ()),
+    ],
+)
+def test_green_is_for_levels_like_their_null_in_which_little_can_hide(null, status, names):
+    said = judged(GREEN, case(), diagnosis(), True, null)
+    assert (said.status, said.verdict) == (status, names)
+    if status == "cannot_tell":
+        assert "linear damping that moves the free run by 3.0 % could hide in it" in said.because
+    elif status != "nothing_missing":
+        assert "only 0.4 % stand out as much" in said.sentence
+
+
+def test_a_name_needs_a_level_that_stands_out():
+    law = SimpleNamespace(label="linear_damping")
+    named = SimpleNamespace(names=("linear_damping",), suspects=(law,), score=20.0, out="", aside=False)
+    search = diagnosis(True, best=named)
+    assert judged(NAMED, case(), search, True, beside(0.004)).status == "explained"
+    said = judged(NAMED, case(), search, True, beside(0.2))
+    assert (said.status, said.verdict) == ("cannot_tell", ())
+    assert "20 % of such levels with nothing missing stand out as much" in said.because
+    assert said.next_test.startswith("more releases")
+    other = diagnosis(True, best=replace_label(named, "presliding"))
+    assert judged(NAMED, case(), other, True, beside(0.2)).status == "explained"  # a law that was not tested
+
+
 def test_a_search_that_ended_on_known_scatter_stays_green():
-    said = earned(GREEN, case(), diagnosis(), True)
+    said = judged(GREEN, case(), diagnosis(), True)
     assert all(gate.passed for gate in said.decision)
     assert replace(said, decision=()).sentence == GREEN.sentence
     assert said.status == "nothing_missing"
@@ -58,7 +100,7 @@ def test_a_search_that_ended_on_known_scatter_stays_green():
     ],
 )
 def test_green_without_its_reasons_is_cannot_tell(facts, search, because):
-    said = earned(GREEN, case(**facts), diagnosis(**search), True)
+    said = judged(GREEN, case(**facts), diagnosis(**search), True)
     assert (said.status, said.verdict, said.parameters) == ("cannot_tell", (), {})
     assert because in said.because
     assert [gate.because for gate in said.decision if not gate.passed] == [said.because]
@@ -67,31 +109,31 @@ def test_green_without_its_reasons_is_cannot_tell(facts, search, because):
 
 
 def test_channels_that_contradict_leave_no_name_either():
-    said = earned(NAMED, case(contradiction="x and a disagree"), diagnosis(True), True)
+    said = judged(NAMED, case(contradiction="x and a disagree"), diagnosis(True), True)
     assert (said.status, said.verdict, said.contradicted) == ("cannot_tell", (), True)
 
 
 def test_a_name_stands_where_twice_the_assumed_scatter_leaves_it():
-    assert earned(NAMED, case(assumed="there are 2 dry trials"), diagnosis(True), True).verdict == NAMED.verdict
-    said = earned(NAMED, case(assumed="there are 2 dry trials"), diagnosis(True), False)
+    assert judged(NAMED, case(assumed="there are 2 dry trials"), diagnosis(True), True).verdict == NAMED.verdict
+    said = judged(NAMED, case(assumed="there are 2 dry trials"), diagnosis(True), False)
     assert (said.status, said.verdict) == ("cannot_tell", ())
     assert "with twice that nothing would be said" in said.because
 
 
 def test_an_unknown_that_twice_the_assumed_scatter_allows_is_cannot_tell():
     near = case(assumed="there are 2 dry trials", baseline=Described(0.08))
-    assert earned(UNKNOWN, near, diagnosis(), True).status == "cannot_tell"
+    assert judged(UNKNOWN, near, diagnosis(), True).status == "cannot_tell"
     far = case(assumed="there are 2 dry trials", baseline=Described(0.3))
-    assert earned(UNKNOWN, far, diagnosis(), True).status == "unknown"
+    assert judged(UNKNOWN, far, diagnosis(), True).status == "unknown"
 
 
 def test_unknown_is_not_said_by_a_search_that_did_not_end():
     cut = diagnosis(unfinished=("further effects",))
-    said = earned(UNKNOWN, case(), cut, True)
+    said = judged(UNKNOWN, case(), cut, True)
     assert (said.status, said.verdict) == ("cannot_tell", ())
     assert "not tried to the end within discrepancy.budget: further effects" in said.because
     named = replace(UNKNOWN, verdict=("hidden_resonator", "unknown"))
-    assert earned(named, case(), cut, True).verdict == ("hidden_resonator", "unknown")  # what was found stays
+    assert judged(named, case(), cut, True).verdict == ("hidden_resonator", "unknown")  # what was found stays
 
 
 def test_the_posterior_counts_what_is_excluded_and_the_confidence_does_not():
@@ -105,16 +147,17 @@ def test_the_posterior_counts_what_is_excluded_and_the_confidence_does_not():
 
 def test_overwhelming_evidence_for_a_small_effect_is_not_green():
     small = SimpleNamespace(names=("cubic_stiffness",), score=60.0)
-    said = earned(GREEN, case(), diagnosis(small=small), True)
+    said = judged(GREEN, case(), diagnosis(small=small), True)
     assert (said.status, said.verdict) == ("present_but_small", ("cubic_stiffness",))
     assert "10^26 to 1" in said.sentence
+    assert judged(GREEN, case(), diagnosis(small=small), True, beside(0.7)).status == "nothing_missing"
 
 
 @pytest.mark.parametrize(("after", "status"), [(0.02, "explained"), (0.034, "explained"), (0.06, "cannot_tell")])
 def test_a_name_that_makes_unseen_trials_worse_is_not_proved(after, status):
     facts = case(baseline=Described(0.04, 0.03))
     named = replace(NAMED, augmented=Described(0.01, after))
-    said = earned(named, facts, diagnosis(True), True)
+    said = judged(named, facts, diagnosis(True), True)
     assert said.status == status
     if status == "cannot_tell":
         assert "linear damping would be named, but the trials it never saw went from 3.0 % to 6.0 %" in said.because
@@ -122,24 +165,29 @@ def test_a_name_that_makes_unseen_trials_worse_is_not_proved(after, status):
 
 def test_a_name_that_something_excluded_outweighs_is_no_answer():
     more = candidate("external_forcing", 60.0, "its phases are locked to the release")
-    said = earned(NAMED, case(), diagnosis(True, candidates=(candidate("linear_damping", 20.0), more)), True)
+    said = judged(NAMED, case(), diagnosis(True, candidates=(candidate("linear_damping", 20.0), more)), True)
     assert (said.status, said.verdict) == ("unknown", ("linear_damping", "unknown"))
     assert "far more probable (odds of 10^17 to 1) is external forcing, excluded because its phases" in said.sentence
     assert said.next_test.startswith("more releases of different size")
     near = diagnosis(True, candidates=(candidate("linear_damping", 20.0), replace_score(more, 30.0)))
-    assert earned(NAMED, case(), near, True).status == "explained"
+    assert judged(NAMED, case(), near, True).status == "explained"
 
 
 def test_a_rival_that_was_excluded_outweighs_nothing():
     rival = candidate("hidden_resonator", 300.0, "its damping sits on a bound")
     both = diagnosis(True, candidates=(candidate("linear_damping", 20.0), rival), rivals=(("hidden_resonator",),))
-    assert earned(NAMED, case(), both, True).status == "explained"
+    assert judged(NAMED, case(), both, True).status == "explained"
 
 
 def test_what_brings_the_free_run_no_closer_outweighs_nothing():
     echo = candidate("delayed_echo", 200.0, "brings the free run no closer by what counts", aside=True)
     both = diagnosis(True, candidates=(candidate("linear_damping", 20.0), echo))
-    assert earned(NAMED, case(), both, True).status == "explained"
+    assert judged(NAMED, case(), both, True).status == "explained"
+
+
+def replace_label(one: SimpleNamespace, label: str) -> SimpleNamespace:
+    """The same candidate of another suspect."""
+    return SimpleNamespace(**(vars(one) | {"suspects": (SimpleNamespace(label=label),)}))
 
 
 def replace_score(one: SimpleNamespace, score: float) -> SimpleNamespace:

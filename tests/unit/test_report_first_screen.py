@@ -12,10 +12,11 @@ import pytest
 from matplotlib.figure import Figure
 
 from tests.findings_fixture import MARKUP, bare_findings, make_findings, named, small_findings
+from undertow.comparison.null_test import Detectable
 from undertow.discrepancy.findings import AugmentedRun, Findings, GroupFindings, TrialFindings
 from undertow.discrepancy.verdict import Described, Gate, Verdict
 from undertow.quantities import Estimate
-from undertow.report.behind import adjusted_words, gate_rows, repaired_block
+from undertow.report.behind import adjusted_words, gate_rows, repaired_block, seen_rows
 from undertow.report.first_screen import SENTENCES_AT_MOST, first_screen, grid, level_sentences, shown_trial
 from undertow.report.html import page, page_figures
 from undertow.report.style import GREEN, NOT_EXPLAINED, page_style
@@ -262,6 +263,16 @@ def test_a_probability_among_the_conditions_is_never_printed_as_certain():
     assert (row["value"], row["limit"]) == ("over 99 %", "99 %")
     unknown = gate_rows(replace(verdict, decision=(replace(GATES[1], value=math.nan),)))
     assert unknown[0]["value"] == "-"
+
+
+def test_what_would_have_been_seen_stands_in_words_the_smallest_share_first():
+    large = Detectable("cubic_damping", "coefficient_kg_s_per_m2", 310.0, "kg s/m^2", 0.02)
+    small = Detectable("hidden_resonator", "mass_kg", 4.13, "kg", 0.011, 7.9)
+    first, second = seen_rows(Verdict({}, (), detectable=(large, small)))
+    assert first == {
+        "effect": "hidden resonator", "parameter": "mass", "seen": "4.1 kg", "share": "1.1 %", "named": "7.9 kg",
+    }  # fmt: skip
+    assert (second["effect"], second["named"]) == ("cubic damping", "-")
 
 
 def test_the_repaired_equation_stands_beside_the_prescribed_one_and_is_believed():

@@ -10,7 +10,7 @@ Belongs here: that step. Does not belong here: fits (joint.py), the search (sear
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
@@ -30,52 +30,66 @@ SKIPPED_AT_ZERO = frozenset({"ge"})
 
 
 @dataclass(frozen=True)
-class Prospect:
-    """One place of a suspect's grid: its additions starting there, and by how much the log evidence could rise."""
+class Place:
+    """One place of a suspect's grid as seen from a fit: its additions starting where one step leads, by how much the
+    log evidence could rise (``gain``, before any penalty), and what the step is made of.
 
+    ``columns`` are, a trial, the derivatives (rows, p) of weighed residuals by the place's coefficients and their
+    indices (p,); ``cross`` (unknowns, width) and ``own`` (width, width) their products with the fit's columns and each
+    other. Empty columns: the motion leaves every bound here.
+    """
+
+    label: str
     additions: tuple[Addition, ...]
     gain: float
+    columns: tuple[tuple[Array, np.ndarray], ...] = ()
+    cross: Array = field(default_factory=lambda: np.zeros((0, 0)))
+    own: Array = field(default_factory=lambda: np.zeros((0, 0)))
+
+    @property
+    def width(self) -> int:
+        """Number of coefficients."""
+        return int(self.own.shape[0])
 
 
 def prospects(
     level: Level, fit: JointFit, suspect: Suspect, grid: Sequence[tuple[Addition, ...]]
-) -> tuple[Prospect, ...]:
-    """The peaks of a suspect's possible gain over its ``grid`` of additions, the best first; gain before any penalty.
+) -> tuple[Place, ...]:
+    """The peaks of a suspect's possible gain over its ``grid`` of additions, the best first.
 
     ``fit`` is what stands; a place where the motion leaves every bound counts nothing.
     """
-    stands = _Stands.of(fit)
+    return peaks(places(level, Stands.of(fit), suspect, grid))
+
+
+def places(
+    level: Level, stands: Stands, suspect: Suspect, grid: Sequence[tuple[Addition, ...]]
+) -> tuple[Place, ...]:
+    """Every place of a suspect's grid, in the grid's order; of a suspected sensor the one of its prior given up."""
     if suspect.frees:
-        return (Prospect((), stands.gain_without_prior(f"{suspect.frees}[")),)
-    found = [_prospect(level, stands, place) for place in grid]
+        return (_freed(stands, suspect),)
+    return tuple(_place(level, stands, suspect.label, additions) for additions in grid)
+
+
+def peaks(found: Sequence[Place]) -> tuple[Place, ...]:
+    """Places whose gain is no less than their neighbours', the best first."""
     gains = [p.gain for p in found]
-    peaks = [p for i, p in enumerate(found) if p.gain >= max(gains[max(0, i - 1) : i + 2])]
-    return tuple(sorted(peaks, key=lambda p: -p.gain))
+    high = [p for i, p in enumerate(found) if p.gain >= max(gains[max(0, i - 1) : i + 2])]
+    return tuple(sorted(high, key=lambda p: -p.gain))
 
 
 @dataclass(frozen=True)
-class _Stands:
-    """The fit that stands: its trials, each trial's parameter vector and Jacobian, the inverse of its normal matrix."""
+class Stands:
+    """The fit that stands: its trials, each trial's Jacobian, what priors add to the normal matrix (``precision``),
+    that matrix' inverse, and the gradient."""
 
     fit: JointFit
-    normal: Array
+    precision: Array
     inverse: Array
     gradient: Array
 
-    def gain_without_prior(self, prefix: str) -> float:
-        """By how much the log evidence could rise if the unknowns of that prefix had no prior to hold them."""
-        unknowns = self.fit.solution.problem.unknowns
-        freed = np.array([u.prior_std**-2 if u.name.startswith(prefix) else 0.0 for u in unknowns])
-        away = self.fit.solution.values - np.array([u.start for u in unknowns])
-        gradient = self.gradient - freed * away
-        normal = self.normal - np.diag(freed)
-        scale = 1.0 / np.sqrt(np.maximum(np.diag(normal), 1e-300))
-        inverse = np.linalg.pinv(normal * np.outer(scale, scale), rcond=1e-12, hermitian=True)
-        slope = scale * gradient
-        return 0.5 * float(freed @ away**2) + max(0.5 * float(slope @ inverse @ slope), 0.0)
-
     @classmethod
-    def of(cls, fit: JointFit) -> _Stands:
+    def of(cls, fit: JointFit) -> Stands:
         """From a fit's Jacobians and residuals, priors included."""
         solution = fit.solution
         unknowns = solution.problem.unknowns
@@ -87,30 +101,61 @@ class _Stands:
             gradient[used] += jac.T @ r
         scale = 1.0 / np.sqrt(np.maximum(np.diag(normal), 1e-300))
         inverse = np.linalg.pinv(normal * np.outer(scale, scale), rcond=1e-12, hermitian=True)
-        return cls(fit, normal, inverse * np.outer(scale, scale), gradient)
+        return cls(fit, precision, inverse * np.outer(scale, scale), gradient)
+
+    def pulled(self, residuals: Sequence[Array]) -> Array:
+        """Gradients (unknowns, n) of the unknowns that stand, at residuals (rows, n) of every trial."""
+        out = np.zeros((len(self.fit.solution.values), residuals[0].shape[1]))
+        for jac, r, used in zip(self.fit.solution.jacobians, residuals, self.fit.solution.used, strict=True):
+            out[used] += jac.T @ r
+        return out
 
 
-def _prospect(level: Level, stands: _Stands, additions: tuple[Addition, ...]) -> Prospect:
+def _place(level: Level, stands: Stands, label: str, additions: tuple[Addition, ...]) -> Place:
     """One Gauss-Newton step in the coefficients of one place, everything that stands moving along."""
     solution = stands.fit.solution
     names = _coefficient_names(level, additions)
-    old = len(solution.values)
-    cross, own, slope = np.zeros((old, len(names))), np.zeros((len(names), len(names))), np.zeros(len(names))
-    for place, trial in enumerate(solution.problem.trials):
+    columns = []
+    for trial in solution.problem.trials:
         reduced = _reduced(level, trial, solution.values, additions, names)
         got = output_error.residuals(reduced, np.zeros(len(names)))
         if got is None or not np.all(np.isfinite(got[1])):
-            return Prospect(additions, 0.0)
-        _, columns, used = got
-        cross[np.ix_(solution.used[place], used)] += solution.jacobians[place].T @ columns
-        own[np.ix_(used, used)] += columns.T @ columns
-        slope[used] += columns.T @ solution.residuals[place]
+            return Place(label, additions, 0.0)
+        columns.append((got[1], got[2]))
+    cross, own, step, gain = _stepped(stands, columns, len(names))
+    started = tuple(a if a.inner else replace(a, start=_start(a, names, step)) for a in additions)
+    return Place(label, started, gain, tuple(columns), cross, own)
+
+
+def _freed(stands: Stands, suspect: Suspect) -> Place:
+    """A sensor's shift, gain or drift in every trial beside its own prior."""
+    solution = stands.fit.solution
+    mine = [i for i, name in enumerate(solution.problem.names) if name.startswith(f"{suspect.frees}[")]
+    columns = []
+    for jac, used in zip(solution.jacobians, solution.used, strict=True):
+        here = [at for at, index in enumerate(used.tolist()) if index in mine]
+        columns.append((jac[:, here], np.array([mine.index(int(used[at])) for at in here], dtype=np.int64)))
+    cross, own, _, gain = _stepped(stands, columns, len(mine))
+    return Place(suspect.label, (), gain, tuple(columns), cross, own)
+
+
+def _stepped(
+    stands: Stands, columns: Sequence[tuple[Array, np.ndarray]], width: int
+) -> tuple[Array, Array, Array, float]:
+    """Products of a place's columns with what stands and with each other, its step, and the step's gain."""
+    solution = stands.fit.solution
+    cross, own, slope = np.zeros((len(solution.values), width)), np.zeros((width, width)), np.zeros(width)
+    for (mine, where), jac, used, r in zip(
+        columns, solution.jacobians, solution.used, solution.residuals, strict=True
+    ):
+        cross[np.ix_(used, where)] += jac.T @ mine
+        own[np.ix_(where, where)] += mine.T @ mine
+        slope[where] += mine.T @ r
     schur = own - cross.T @ stands.inverse @ cross
     slope = slope - cross.T @ stands.inverse @ stands.gradient
     scale = 1.0 / np.sqrt(np.maximum(np.diag(own), 1e-300))
     step = -scale * (np.linalg.pinv(schur * np.outer(scale, scale), rcond=1e-6, hermitian=True) @ (scale * slope))
-    started = tuple(a if a.inner else replace(a, start=_start(a, names, step)) for a in additions)
-    return Prospect(started, max(-0.5 * float(slope @ step), 0.0))
+    return cross, own, step, max(-0.5 * float(slope @ step), 0.0)
 
 
 def _coefficient_names(level: Level, additions: tuple[Addition, ...]) -> list[str]:

@@ -11,6 +11,7 @@ import math
 from undertow.comparison.candidate import RIVAL_ODDS, Candidate, LevelDiagnosis, probability
 from undertow.comparison.joint import free_run_error
 from undertow.comparison.level import Level
+from undertow.comparison.null_test import SIGNIFICANT, NullTest
 from undertow.comparison.search import NAMING_PROBABILITY, OVERWHELMING, WORTH
 from undertow.discrepancy.case import Case
 from undertow.discrepancy.verdict import Gate, Verdict
@@ -29,14 +30,18 @@ GREEN = ("nothing_missing",)
 EVERY = ("nothing_missing", "explained", "not_identifiable", "unknown")
 
 
-def gates(verdict: Verdict, case: Case, diagnosis: LevelDiagnosis, holds_doubled: bool) -> tuple[Gate, ...]:
+def gates(
+    verdict: Verdict, case: Case, diagnosis: LevelDiagnosis, tested: NullTest, holds_doubled: bool
+) -> tuple[Gate, ...]:
     """What a verdict must pass to be said, in order: the first that is not passed and bars its status decides.
 
-    ``holds_doubled`` says whether what is named would be named with twice the scatter, where that was assumed.
+    ``tested`` is the level beside its own null; ``holds_doubled`` says whether what is named would be named with twice
+    the scatter, where that was assumed.
     """
     left = ", ".join(label.replace("_", " ") for label in diagnosis.unfinished)
     unsearched = GREEN if set(verdict.verdict) - {"unknown"} else (*GREEN, "unknown")
     small = 0.0 if diagnosis.small is None else diagnosis.small.score - diagnosis.null.score
+    like_null = tested.p_value > SIGNIFICANT
     found = (
         _flag("channels_agree", "groups of channels that contradict each other", case.contradiction, EVERY,
               "contradiction"),
@@ -47,10 +52,12 @@ def gates(verdict: Verdict, case: Case, diagnosis: LevelDiagnosis, holds_doubled
         _flag("structure_known", "reasons why the dry trials do not tell the structure", case.no_dry, GREEN, "no_dry"),
         _flag("scatter_known", "reasons why nobody knows how much trials differ", case.assumed, GREEN, "assumed"),
         Gate("nothing_overwhelming", "log10 of the odds for the strongest effect that a free run hardly shows",
-             small / math.log(10.0), OVERWHELMING / math.log(10.0), diagnosis.small is None, "", "small", GREEN),
+             small / math.log(10.0), OVERWHELMING / math.log(10.0), diagnosis.small is None or like_null,
+             "", "small", GREEN),
     )  # fmt: skip
+    null = _beside_its_null(verdict, diagnosis, tested)
     named = (*_unseen(verdict, case, diagnosis), *_outweighed(diagnosis))
-    return (*found, *named, *_with_twice_the_scatter(verdict, case, holds_doubled))
+    return (*found, *null, *named, *_with_twice_the_scatter(verdict, case, holds_doubled))
 
 
 def evidence(level: Level, case: Case, diagnosis: LevelDiagnosis) -> tuple[Gate, ...]:
@@ -91,6 +98,30 @@ def posterior(diagnosis: LevelDiagnosis, one: Candidate | None = None) -> float:
 
 def _flag(gate: str, statistic: str, reason: str, bars: tuple[str, ...], lacking: str) -> Gate:
     return Gate(gate, statistic, float(bool(reason)), 0.0, not reason, reason, lacking, bars)
+
+
+def _beside_its_null(verdict: Verdict, diagnosis: LevelDiagnosis, tested: NullTest) -> tuple[Gate, ...]:
+    """Whether the level stands out among replicas of itself with nothing missing, as a name needs and green must not;
+    and whether something as large as what counts could hide in it."""
+    if not math.isfinite(tested.p_value):
+        return ()
+    p, asked = tested.p_value, "probability that a level with nothing missing stands out as much"
+    out: list[Gate] = []
+    if verdict.status == "nothing_missing":
+        out = [Gate("p_value", asked, p, SIGNIFICANT, not tested.significant, "", "stands_out", GREEN)]
+    elif diagnosis.named and {s.label for s in diagnosis.best.suspects} <= {t.label for t in tested.tests}:
+        said = f"{percent(p)} of such levels with nothing missing stand out as much"
+        bars = ("explained", "not_identifiable")
+        out = [Gate("p_value", asked, p, SIGNIFICANT, tested.significant, said, "more", bars)]
+    if diagnosis.named:
+        return tuple(out)
+    hides, limit = tested.upper_bound, tested.smallest
+    because = (
+        f"{tested.hides_best.replace('_', ' ')} that moves the free run by {percent(hides)} could hide in it, more "
+        f"than half of repeatability ({percent(limit)})"
+    )
+    statistic = "largest free-run error that an effect of all trials can hide"
+    return (*out, Gate("upper_bound", statistic, hides, limit, not hides > limit, because, "more", GREEN))
 
 
 def _unseen(verdict: Verdict, case: Case, diagnosis: LevelDiagnosis) -> tuple[Gate, ...]:

@@ -17,6 +17,7 @@ from undertow.comparison.candidate import Candidate, LevelDiagnosis
 from undertow.comparison.explained import beyond_doubt
 from undertow.comparison.joint import fit_joint, free_run_error
 from undertow.comparison.level import Level, Member
+from undertow.comparison.null_test import NullTest
 from undertow.comparison.search import NAMING_PROBABILITY, WORTH
 from undertow.discrepancy.case import Case
 from undertow.discrepancy.decision import DOUBLED, gates
@@ -29,6 +30,7 @@ NEXT: Mapping[str, str] = {
     "conditions": "correct that number or unit in the config, or list conditions in recordings.accept",
     "no_dry": "three releases of this spring in air",
     "assumed": "three releases in air, or three of the same size in this water, or state specimen.scatter",
+    "more": "more releases of this spring in this water, and larger ones",
     "unseen": "more releases: what these trials show does not carry over to the ones held out",
     "outweighed": "more releases of different size in this water, recorded from before the release until after rest",
     "search": "look at the trials that could not be fitted; a start or a window in the config may help",
@@ -36,16 +38,20 @@ NEXT: Mapping[str, str] = {
 """What would lead to an answer, by what is lacking."""
 
 
-def earned(verdict: Verdict, case: Case, diagnosis: LevelDiagnosis, holds_doubled: bool) -> Verdict:
+def earned(
+    verdict: Verdict, case: Case, diagnosis: LevelDiagnosis, tested: NullTest, holds_doubled: bool
+) -> Verdict:
     """The verdict itself, ``cannot_tell`` with what is lacking, or ``present_but_small``: the first of its `gates` that
     is not passed and bars its status decides."""
-    decision = gates(verdict, case, diagnosis, holds_doubled)
+    decision = gates(verdict, case, diagnosis, tested, holds_doubled)
     verdict = replace(verdict, decision=decision)
     for gate in decision:
         if gate.passed or verdict.status not in gate.bars:
             continue
         if gate.lacking == "small" and diagnosis.small is not None:
             return _small(verdict, case, diagnosis.small, diagnosis.null)
+        if gate.lacking == "stands_out":
+            return _standing_out(verdict, case, tested)
         if gate.lacking == "outweighed":
             return _outweighed(verdict, gate)
         said = without_answer(verdict, case, gate.because, gate.lacking)
@@ -87,6 +93,21 @@ def _small(verdict: Verdict, case: Case, small: Candidate, null: Candidate) -> V
         f"{percent(case.allowed)}), no more than repetitions differ; but evidence of 10^{odds:.0f} to 1 says that "
         f"something small is there, most probably {name.replace('_', ' ')}."
     )
+    return replace(verdict, status="present_but_small", verdict=(name,), sentence=text, confidence=math.nan)
+
+
+def _standing_out(verdict: Verdict, case: Case, tested: NullTest) -> Verdict:
+    """``present_but_small`` or, where it would count, ``unknown``: no free run shows it, but hardly any level with
+    nothing missing stands out as much."""
+    first = tested.tests[0]
+    name = first.label.partition(" (")[0]
+    text = (
+        f"{case.label}: the equation misses {percent(case.baseline.nrmse)} of the motion (repeatability "
+        f"{percent(case.allowed)}), no more than repetitions differ; but of levels like this with nothing missing only "
+        f"{percent(tested.p_value)} stand out as much: something is there, most like {name.replace('_', ' ')}."
+    )
+    if first.size >= 1.0:
+        return replace(verdict, status="unknown", verdict=("unknown",), sentence=text, confidence=math.nan)
     return replace(verdict, status="present_but_small", verdict=(name,), sentence=text, confidence=math.nan)
 
 

@@ -16,6 +16,7 @@ from undertow.comparison.candidate import Candidate, LevelDiagnosis
 from undertow.comparison.explained import FAR_ABOVE_NOISE
 from undertow.comparison.joint import free_run_error
 from undertow.comparison.level import Addend, Level, Member, full_name, make_level, member_rate
+from undertow.comparison.null_test import NullTest, null_test
 from undertow.comparison.search import diagnose
 from undertow.comparison.suspect import Origin, Suspect
 from undertow.comparison.suspects import SUSPECTS
@@ -39,6 +40,10 @@ STILL_MISSING = 2.0
 UNPROVED = 1.5
 """Unseen trials that come no closer, and are this many times repeatability away, say that something else is missing:
 one of them alone lies outside repeatability once in twenty."""
+
+NOT_TESTABLE = ("rest_offset", "support_compliance")
+"""What a free decay cannot show: a resting place off zero lies within what friction holds, and a support that gives is
+part of the spring."""
 
 
 @dataclass(frozen=True)
@@ -65,6 +70,7 @@ def judge_level(
     level = make_level([_member(c) for c in cases], standing)
     clean = all(c.has_dry and not c.dry for c in cases) and not standing
     diagnosis = diagnose(level, suspects, clean, budget)
+    tested = null_test(level, suspects, diagnosis.null.fit, diagnosis.candidates)
     moved = ({},) * len(cases) if not diagnosis.named else from_other_springs(
         level, diagnosis.best.fit, [(*c.member.motions, *c.held) for c in cases]
     )  # fmt: skip
@@ -73,7 +79,7 @@ def judge_level(
     doubled = holds_with_twice_the_scatter(level, diagnosis) if asked else True
     said = (_verdict(level, case, diagnosis, to, runs) for case, to in zip(cases, moved, strict=True))
     verdicts = tuple(
-        _with_evidence(level, earned(verdict, case, diagnosis, doubled), case, diagnosis)
+        _with_evidence(level, earned(verdict, case, diagnosis, tested, doubled), case, diagnosis, tested)
         for verdict, case in zip(said, cases, strict=True)
     )
     labels = tuple(c.member.label for c in cases)
@@ -85,10 +91,16 @@ def judge_level(
     return Judged(verdicts, labels, fit.addends, numbers, runs)
 
 
-def _with_evidence(level: Level, verdict: Verdict, case: Case, diagnosis: LevelDiagnosis) -> Verdict:
-    """A verdict with the numbers behind it: its posterior probability, and the evidence before its other gates."""
-    decision = (*evidence(level, case, diagnosis), *verdict.decision)
-    return replace(verdict, decision=decision, posterior=posterior(diagnosis))
+def _with_evidence(
+    level: Level, verdict: Verdict, case: Case, diagnosis: LevelDiagnosis, tested: NullTest
+) -> Verdict:
+    """A verdict with the numbers behind it: its posterior probability, the evidence before its other gates, and what
+    the level's own null says."""
+    return replace(
+        verdict, decision=(*evidence(level, case, diagnosis), *verdict.decision), posterior=posterior(diagnosis),
+        p_value=tested.p_value, upper_bound=math.nan if diagnosis.named else tested.upper_bound,
+        detectable=tested.detectable, not_testable=NOT_TESTABLE,
+    )  # fmt: skip
 
 
 def undecided(cases: Sequence[Case], reason: str) -> Judged:

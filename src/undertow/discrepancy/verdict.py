@@ -10,6 +10,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Literal
 
+from undertow.comparison.null_test import Detectable
 from undertow.comparison.suspect import Origin
 from undertow.quantities import Estimate
 
@@ -75,6 +76,9 @@ class Verdict:
     the channels of its recordings contradict each other.
     ``posterior``: probability of what is said among everything that was fitted, excluded candidates included;
     ``decision``: every condition behind the status.
+    ``p_value``: how often a level like this one, with nothing missing, stands out as much; ``upper_bound``: the largest
+    free-run error (nrmse) that an effect all trials share can still hide, at 95 %; ``detectable``: the smallest effects
+    that would have been seen; ``not_testable``: what no free decay shows.
     ``transfer``: nrmse of this group's trials as what another spring alone says of the water predicts them, by that
     spring's label.
     """
@@ -101,3 +105,7 @@ class Verdict:
     contradicted: bool = False
     posterior: float = math.nan
     decision: tuple[Gate, ...] = ()
+    p_value: float = math.nan
+    upper_bound: float = math.nan
+    detectable: tuple[Detectable, ...] = ()
+    not_testable: tuple[str, ...] = ()

@@ -23,6 +23,7 @@ from undertow.report.wording import (
     estimate_text,
     ordered_parameters,
     parameter_words,
+    printed_unit,
     problem_of,
 )
 
@@ -42,6 +43,21 @@ def gate_rows(verdict: Verdict) -> list[Mapping[str, Any]]:
             "because": "" if gate.passed else gate.because,
         }
         for gate in verdict.decision
+    ]
+
+
+def seen_rows(verdict: Verdict) -> list[Mapping[str, str]]:
+    """What would have been seen in a group, the least share of the motion first: ``effect``, ``parameter``, ``seen``,
+    ``share``, ``named``, all in words."""
+    return [
+        {
+            "effect": one.name.replace("_", " "),
+            "parameter": parameter_words(one.parameter),
+            "seen": f"{one.value:.2g} {printed_unit(one.unit)}".strip(),
+            "share": f"{100.0 * one.share_of_motion:.2g} %",
+            "named": "-" if math.isnan(one.named_value) else f"{one.named_value:.2g} {printed_unit(one.unit)}".strip(),
+        }
+        for one in sorted(verdict.detectable, key=lambda d: d.share_of_motion)
     ]
 
 

@@ -16,7 +16,7 @@ from undertow.discrepancy.verdict import Verdict
 from undertow.discrepancy.words import count, percent
 from undertow.quantities import OK, Estimate, format_number
 from undertow.report.arrange import agreement, group_numbers
-from undertow.report.behind import adjusted_words, gate_rows, repaired_block
+from undertow.report.behind import adjusted_words, gate_rows, repaired_block, seen_rows
 from undertow.report.expressions import is_per_mass, numeric_latex
 from undertow.report.extent import Extent, extent_of
 from undertow.report.figures import amplitude_scale
@@ -190,6 +190,7 @@ def group_block(
         "methods": [_method_row(group, method, units) for method in group.fits],
         "agreement": agreement_texts(group, [p for p in parameters if p != "total_mass_kg"]),
         "gates": gate_rows(group.verdict),
+        "seen": seen_rows(group.verdict),
         "repaired": repaired_block(group),
         "adjusted": adjusted_words(group),
         "latex": [group.equation.to_latex(), numeric_latex(group.equation, group.equation_errors)],

@@ -5,6 +5,7 @@ Belongs here: verdicts as plain JSON. Does not belong here: how they were reache
 
 from __future__ import annotations
 
+import dataclasses
 import json
 import math
 from collections import Counter
@@ -78,6 +79,10 @@ def group_json(verdict: Verdict) -> dict[str, Any]:
              "passed": g.passed, "because": "" if g.passed else g.because}
             for g in verdict.decision
         ],
+        "p_value": plain(verdict.p_value),
+        "upper_bound": plain(verdict.upper_bound),
+        "detectable": [plain(dataclasses.asdict(one)) for one in verdict.detectable],
+        "not_testable": list(verdict.not_testable),
         "origin": verdict.origin,
         "parameters": plain(verdict.parameters),
         "baseline": _described(verdict.baseline),

@@ -22,6 +22,7 @@ from undertow.campaign.run.analysis import GroupTask
 from undertow.campaign.run.manifest import package_versions, source_digest
 from undertow.campaign.run.part_files import FORMAT, read_part, write_part
 from undertow.comparison.level import Addend
+from undertow.comparison.null_test import Detectable
 from undertow.comparison.suspect import Addition
 from undertow.conditioning.motion import Motion
 from undertow.discrepancy.findings import AugmentedRun, GroupFindings, TrialFindings
@@ -206,6 +207,8 @@ def _verdict(data: Mapping[str, Any], task: GroupTask) -> Verdict:
         "rejected": tuple(Rejected(**r) for r in data["rejected"]),
         "physical_check": PhysicalCheck(**data["physical_check"]),
         "transfer": dict(data["transfer"]),
+        "detectable": tuple(Detectable(**one) for one in data["detectable"]),
+        "not_testable": tuple(data["not_testable"]),
         "decision": tuple(Gate(**(g | {"bars": tuple(g["bars"])})) for g in data["decision"]),
     }
     return Verdict(**kept)

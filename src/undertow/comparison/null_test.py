@@ -1,0 +1,391 @@
+"""How unusual a level is among replicas of itself in which nothing is missing: a p-value by simulation of its own null.
+
+The prescribed equation is linear about where it was fitted. A replica's residual is noise with the spectrum of what the
+most flexible linear model leaves (its phases drawn anew), and what k, c, mu of every trial, sensors' gains, clocks and
+drift do when they are drawn from what is believed of them; scatter seen in few dry trials is itself drawn. Replicas and
+recordings are scored alike: for every suspect the largest gain of one Gauss-Newton step over its grid. A suspect's
+gain counts by its rank among the replicas, the level by the smallest of these (Westfall and Young 1993): many suspects
+and fine grids, scatter, few trials and slow noise are all in it.
+
+Belongs here: replicas, p-values, what would be seen and what can still hide. Does not belong here: one place's columns
+(score_test.py), what is said (discrepancy/).
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from undertow.comparison.candidate import Candidate
+from undertow.comparison.joining import has_room
+from undertow.comparison.joint import JointFit
+from undertow.comparison.level import Level
+from undertow.comparison.replicas import left_by, replicas
+from undertow.comparison.score_test import Place, Stands, places
+from undertow.comparison.sizes import COUNTS_IN_REPEATABILITY, Measure, Sizes
+from undertow.comparison.suspect import Suspect
+from undertow.recording.recording import Array
+
+DRAWS = 1000
+"""Replicas of a level."""
+
+FEWEST_DRAWS = 400
+ROOM = 2e7
+"""Numbers of all replicas' residuals together at most (160 MB); larger levels get fewer replicas."""
+
+TAIL = 0.02
+"""Share of the replicas by which the tail of a statistic is found: beyond, it is taken to fall exponentially. Scatter
+that few dry trials show has a tail that falls slower, so that no more of it is extrapolated than must be."""
+
+SIGNIFICANT = 0.01
+"""p-value up to which a level is not like its null."""
+
+POWER = 0.9
+"""Power with which an effect that is called visible would be seen."""
+
+ONE_SIDED = 1.645
+"""Standard deviations of a one-sided 95 % bound."""
+
+NAMED = math.log(99.0)
+"""Log odds over every other suspect from which an effect has a name."""
+
+HALVINGS = 40
+
+
+@dataclass(frozen=True)
+class Detectable:
+    """The smallest effect of a suspect that would be detected with 90 % power: its first number, what share of the
+    motion it moves, and the size from which on it would be told from every other suspect (nan: never)."""
+
+    name: str
+    parameter: str
+    value: float
+    unit: str
+    share_of_motion: float
+    named_value: float = math.nan
+
+
+@dataclass(frozen=True)
+class SuspectTest:
+    """One suspect against the level's null: the probability of such a gain, the gain, the effect's estimated size, and
+    the largest free-run error that can still hide (95 %; nan where it is each trial's own), in units of what counts."""
+
+    label: str
+    p_value: float
+    gain: float
+    size: float
+    hidden: float
+    detectable: Detectable | None = None
+
+
+@dataclass(frozen=True)
+class NullTest:
+    """A level against its own null. ``smallest`` is the free-run error (nrmse) from which on an effect counts;
+    ``statistic`` is -log10 of the smallest suspect's p; ``replicas`` the same of every replica (for a histogram)."""
+
+    p_value: float
+    tests: tuple[SuspectTest, ...] = ()
+    smallest: float = math.nan
+    statistic: float = math.nan
+    replicas: Array = field(default_factory=lambda: np.zeros(0))
+
+    @property
+    def significant(self) -> bool:
+        """Whether the level is not like its null."""
+        return self.p_value <= SIGNIFICANT
+
+    @property
+    def upper_bound(self) -> float:
+        """The largest free-run error (nrmse) that an effect of all trials can still hide; nan where none was tested."""
+        return max((t.hidden for t in self.shared), default=math.nan) * self.smallest
+
+    @property
+    def hides_best(self) -> str:
+        """The name of the suspect that can hide most."""
+        return max(self.shared, key=lambda t: t.hidden).label.partition(" (")[0] if self.shared else ""
+
+    @property
+    def shared(self) -> tuple[SuspectTest, ...]:
+        """The tests of effects that all trials share: what differs from trial to trial is bounded by repeatability."""
+        return tuple(t for t in self.tests if math.isfinite(t.hidden))
+
+    @property
+    def detectable(self) -> tuple[Detectable, ...]:
+        """What would have been seen, one entry a name (of its variants the easiest seen)."""
+        found: dict[str, Detectable] = {}
+        for one in (t.detectable for t in self.tests if t.detectable is not None):
+            if one.name not in found or one.share_of_motion < found[one.name].share_of_motion:
+                found[one.name] = one
+        return tuple(found[name] for name in sorted(found))
+
+
+@dataclass(frozen=True)
+class _Stack:
+    """All places side by side: by trial their columns (rows, m) and indices (m,), the products of all columns with each
+    other and with what stands (``away``), everything that stands moving along, and by place its slice."""
+
+    stands: Stands
+    places: tuple[Place, ...]
+    columns: tuple[tuple[Array, np.ndarray], ...]
+    away: Array
+    information: Array
+    slices: tuple[slice, ...]
+
+    @classmethod
+    def of(cls, stands: Stands, places: Sequence[Place]) -> _Stack:
+        """From the places of all suspects, one after the other."""
+        ends = np.cumsum([p.width for p in places])
+        slices = tuple(slice(int(end) - p.width, int(end)) for p, end in zip(places, ends, strict=True))
+        width = int(ends[-1])
+        cross = np.hstack([p.cross for p in places])
+        products = np.zeros((width, width))
+        columns = []
+        for trial in range(len(stands.fit.solution.problem.trials)):
+            mine = np.hstack([p.columns[trial][0] for p in places])
+            where = np.concatenate([s.start + p.columns[trial][1] for p, s in zip(places, slices, strict=True)])
+            products[np.ix_(where, where)] += mine.T @ mine
+            columns.append((mine, where))
+        away = cross.T @ stands.inverse
+        return cls(stands, tuple(places), tuple(columns), away, products - away @ cross, slices)
+
+    def scores(self, residuals: Sequence[Array]) -> Array:
+        """Scores (width, n) of residuals (rows, n) of every trial."""
+        out = -self.away @ self.stands.pulled(residuals)
+        for (mine, where), r in zip(self.columns, residuals, strict=True):
+            out[where] += mine.T @ r
+        return out
+
+    def observed(self) -> Array:
+        """Scores (width,) of the recordings."""
+        out = -self.away @ self.stands.gradient
+        for (mine, where), r in zip(self.columns, self.stands.fit.solution.residuals, strict=True):
+            out[where] += mine.T @ r
+        return out
+
+
+@dataclass(frozen=True)
+class _Scored:
+    """One place scored: the recordings' score (q,), replicas' (q, draws), the same without the tolerance, information
+    (q, q) and its inverse, and how large effects are."""
+
+    place: Place
+    score: Array
+    draws: Array
+    noise: Array
+    information: Array
+    inverse: Array
+    measure: Measure
+
+    @property
+    def gains(self) -> Array:
+        """Gain of every replica, (draws,)."""
+        return np.asarray(0.5 * np.einsum("qd,qd->d", self.draws, self.inverse @ self.draws), dtype=np.float64)
+
+    @property
+    def gain(self) -> float:
+        """Gain of the recordings."""
+        return 0.5 * float(self.score @ self.inverse @ self.score)
+
+    @property
+    def step(self) -> Array:
+        """Estimated coefficients (q,)."""
+        return np.asarray(-self.inverse @ self.score)
+
+    @property
+    def hidden(self) -> float:
+        """The largest free-run error that can still hide here (95 %), in units of what counts."""
+        spread = self.inverse @ np.atleast_2d(np.cov(self.noise, bias=True)) @ self.inverse
+        return self.measure.bound(self.step, spread, ONE_SIDED)
+
+
+def null_test(level: Level, suspects: Sequence[Suspect], null: JointFit, found: Sequence[Candidate]) -> NullTest:
+    """A level against its null: ``null`` is the prescribed equation as fitted, ``found`` every candidate that was.
+
+    Where a step from the null is too short to tell what a suspect gains, its fit tells.
+    """
+    stands = Stands.of(null)
+    usable = [s for s in suspects if not s.has_no_zero and has_room(level, s, null)]
+    every = [place for suspect in usable for place in _places(level, stands, suspect)]
+    if not every:
+        return NullTest(math.nan)
+    stack = _Stack.of(stands, every)
+    sizes = Sizes.on(level, stands, _reported(null))
+    closest = min((null, *(c.fit for c in found)), key=lambda fit: fit.misfit)
+    wrong = max(1.0 - 1.0 / closest.misfit, 0.0)
+    scored = _scored(level, stack, sizes, left_by(null, closest), wrong, np.random.default_rng(level.trials))
+    alone = {p.label: [c.fit for c in found if [s.label for s in c.suspects] == [p.label]] for p in every}
+    together = {n: [c.fit for c in found if len(c.suspects) == n] for n in {len(c.suspects) for c in found} - {0, 1}}
+    fitted = {label: _fitted_gain(null, fits) for label, fits in alone.items()}
+    return _ranked(scored, stack, sizes, fitted, {n: _fitted_gain(null, fits) for n, fits in together.items()})
+
+
+def _places(level: Level, stands: Stands, suspect: Suspect) -> list[Place]:
+    return [p for p in places(level, stands, suspect, suspect.grid(level.scales)) if p.columns and p.width]
+
+
+def _reported(null: JointFit) -> dict[str, float]:
+    """Standard errors of the numbers that a level reports, by their unknowns: those of no single trial."""
+    return {n: null.solution.stderr(n) for n in null.solution.problem.names if not set("[.") & set(n)}
+
+
+def _fitted_gain(null: JointFit, fits: Sequence[JointFit]) -> float:
+    """The most that one of these fits gained, at the null's noise; 0 where there is none."""
+    before = sum(float(r @ r) for r in null.solution.residuals) + null.solution.cost - null.solution.chi2
+    after = [
+        sum(float(r @ r) for r in left_by(null, fit)) + fit.solution.cost - fit.solution.chi2
+        for fit in fits if fit.solution.n_data == null.solution.n_data
+    ]  # fmt: skip
+    return max((0.5 * (before - one) for one in after), default=0.0)
+
+
+def _ranked(
+    scored: Sequence[_Scored], stack: _Stack, sizes: Sizes, fitted: Mapping[str, float], sets: Mapping[int, float]
+) -> NullTest:
+    """The test from scored places; ``fitted`` are gains by label that a fit has shown, ``sets`` the same of so many
+    suspects together: of a replica the sum of its largest counts."""
+    by_label = {label: [s for s in scored if s.place.label == label] for label in fitted}
+    largest = {label: np.max([s.gains for s in own], axis=0) for label, own in by_label.items()}
+    observed = {label: max(fitted[label], *(s.gain for s in own)) for label, own in by_label.items()}
+    ordered = np.sort(np.array(list(largest.values())), axis=0)[::-1]
+    every = largest | {str(n): np.sum(ordered[:n], axis=0) for n in sets}
+    tails = {label: _Tail.of(values) for label, values in every.items()}
+    least = np.min(np.array([tails[label].log_p(values) for label, values in every.items()]), axis=0)
+    gains = observed | {str(n): gain for n, gain in sets.items()}
+    mine = {label: float(tails[label].log_p(np.array([gain]))[0]) for label, gain in gains.items()}
+    together = _Tail.of(-least)
+    p_value = math.exp(float(together.log_p(np.array([-min(mine.values())]))[0]))
+    threshold = -together.quantile(SIGNIFICANT)
+    tests = []
+    for label, own in by_label.items():
+        best = max(own, key=lambda s: s.gain)
+        seen = _detectable(stack, scored, best, tails[label].at(threshold), sizes.allowed)
+        common = any(a.scope != "trial" for a in best.place.additions if not a.inner)
+        hidden = max(s.hidden for s in own) if common else math.nan
+        size = float(best.measure.of(best.step[:, None])[0])
+        tests.append(SuspectTest(label, math.exp(mine[label]), observed[label], size, hidden, seen))
+    return NullTest(
+        min(p_value, 1.0), tuple(sorted(tests, key=lambda t: t.p_value)), COUNTS_IN_REPEATABILITY * sizes.allowed,
+        -min(mine.values()) / math.log(10.0), np.sort(-least / math.log(10.0)),
+    )  # fmt: skip
+
+
+@dataclass(frozen=True)
+class _Tail:
+    """The distribution of a statistic among replicas: ``values`` sorted, exponential with mean excess ``fall`` above
+    ``start``, which a share `TAIL` exceeds."""
+
+    values: Array
+    start: float
+    fall: float
+
+    @classmethod
+    def of(cls, values: Array) -> _Tail:
+        """From a statistic of the replicas, (draws,)."""
+        ordered = np.sort(values)
+        start = float(np.quantile(ordered, 1.0 - TAIL))
+        excess = ordered[ordered > start] - start
+        return cls(ordered, start, max(float(np.mean(excess)) if excess.size else 0.0, 1e-300))
+
+    def log_p(self, x: Array) -> Array:
+        """Logarithm of the probability that a replica has at least ``x`` (n,)."""
+        above = self.values.size - np.searchsorted(self.values, x, side="left")
+        ranked = np.log(np.maximum(above, 0.5) / self.values.size)
+        tail = math.log(TAIL) - (x - self.start) / self.fall
+        return np.asarray(np.where(x > self.start, tail, ranked), dtype=np.float64)
+
+    def quantile(self, p: float) -> float:
+        """What a replica exceeds with probability ``p`` (at most `TAIL`)."""
+        return self.start + self.fall * math.log(TAIL / p)
+
+    def at(self, log_p: float) -> float:
+        """The value that has this log probability (below log `TAIL`)."""
+        return self.start + self.fall * max(math.log(TAIL) - log_p, 0.0)
+
+
+def _scored(
+    level: Level, stack: _Stack, sizes: Sizes, left: Sequence[Array], wrong: float, rng: np.random.Generator
+) -> list[_Scored]:
+    """Every place with the scores of the recordings and of all replicas; ``left`` as in `replicas.left_by`, ``wrong``
+    the share of its square that lies above the sensors' noise."""
+    draws = int(min(DRAWS, max(FEWEST_DRAWS, ROOM / sum(r.size for r in left))))
+    noise = stack.scores(replicas(level, stack.stands.fit.solution, left, draws, rng))
+    observed = stack.observed()
+    measures = [sizes.measure(place) for place in stack.places]
+    square = wrong * sum(float(r @ r) for r in left)
+    drawn = noise + stack.information @ _slightly_wrong(stack, square, draws, rng)
+    out = []
+    for place, own, measure in zip(stack.places, stack.slices, measures, strict=True):
+        information = stack.information[own, own]
+        scale = 1.0 / np.sqrt(np.maximum(np.diag(place.own), 1e-300))
+        both = np.outer(scale, scale)
+        inverse = np.linalg.pinv(information * both, rcond=1e-6, hermitian=True) * both
+        out.append(_Scored(place, observed[own], drawn[own], noise[own], information, inverse, measure))
+    return out
+
+
+def _slightly_wrong(stack: _Stack, square: float, draws: int, rng: np.random.Generator) -> Array:
+    """Coefficients (width, draws) of one law of the catalogue in every replica, as large as what the closest model
+    leaves above the sensors' noise, a sum of squares: no equation is exact."""
+    out = np.zeros((len(stack.information), draws))
+    labels = sorted({p.label for p in stack.places if p.additions})
+    if not labels or square <= 0.0:
+        return out
+    own = {label: [i for i, p in enumerate(stack.places) if p.label == label] for label in labels}
+    whose = [own[labels[i]] for i in rng.integers(len(labels), size=draws)]
+    which = np.array([candidates[int(rng.integers(len(candidates)))] for candidates in whose])
+    for index, at in enumerate(stack.slices):
+        mine = np.flatnonzero(which == index)
+        moved = rng.standard_normal((stack.places[index].width, mine.size))
+        found = np.einsum("wn,wv,vn->n", moved, stack.information[at, at], moved)
+        out[at, mine] = moved * np.sqrt(square * rng.uniform(size=mine.size) / np.maximum(found, 1e-300))
+    return out
+
+
+def _detectable(
+    stack: _Stack, scored: Sequence[_Scored], best: _Scored, threshold: float, allowed: float
+) -> Detectable | None:
+    """The smallest effect at a suspect's best place that would be detected with `POWER`."""
+    place = best.place
+    if not place.additions:
+        return None
+    along = best.step if np.any(best.step) else np.ones(place.width)
+    along = along / np.max(np.abs(along))
+    push = best.inverse @ (best.information @ along)
+    across, square = push @ best.draws, 0.5 * float(along @ best.information @ push)
+    gains = best.gains
+
+    def seen(size: float) -> bool:
+        return float(np.mean(gains + size * across + size**2 * square > threshold)) >= POWER
+
+    low, high = 0.0, math.sqrt(2.0 * threshold / max(square, 1e-300))
+    for _ in range(HALVINGS):
+        if seen(high):
+            break
+        low, high = high, 2.0 * high
+    for _ in range(HALVINGS):
+        middle = 0.5 * (low + high)
+        low, high = (low, middle) if seen(middle) else (middle, high)
+    first = next(a for a in place.additions if not a.inner)
+    share = float(best.measure.of_free_run(high * along[:, None])[0]) * allowed
+    named = max(high, _told_apart(stack, scored, best, along))
+    return Detectable(
+        place.label.partition(" (")[0], first.name, high, first.unit, share, named if math.isfinite(named) else math.nan
+    )
+
+
+def _told_apart(stack: _Stack, scored: Sequence[_Scored], best: _Scored, along: Array) -> float:
+    """The amplitude along a direction from which on its evidence exceeds every other suspect's by `NAMED`; inf where
+    another takes all of it."""
+    name = best.place.label.partition(" (")[0]
+    index = next(i for i, p in enumerate(stack.places) if p is best.place)
+    push = stack.information[:, stack.slices[index]] @ along
+    mine = 0.5 * float(along @ best.information @ along)
+    others = 0.0
+    for other, own in zip(scored, stack.slices, strict=True):
+        if other.place.label.partition(" (")[0] != name:
+            others = max(others, 0.5 * float(push[own] @ other.inverse @ push[own]))
+    margin = mine - others
+    return math.sqrt(NAMED / margin) if margin > 1e-9 * mine else math.inf

@@ -1,0 +1,78 @@
+"""Recordings of a level in which nothing is missing, as many as one likes: its replicas, linear about its fit.
+
+A replica's residual is noise with the spectrum of what the closest model leaves (its phases drawn anew), and what k, c,
+mu of every trial, sensors' gains, clocks and drift do when they are drawn from what is believed of them; scatter seen
+in few dry trials is itself drawn.
+
+Belongs here: those residuals. Does not belong here: what is made of them (null_test.py).
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+
+import numpy as np
+
+from undertow.comparison.joint import JointFit
+from undertow.comparison.level import Level
+from undertow.likelihood.output_error import Solution
+from undertow.recording.recording import Array
+
+ASSUMED_FREEDOM = 2.0
+"""Degrees of freedom of a scatter that was assumed, not seen."""
+
+
+def left_by(null: JointFit, closest: JointFit) -> tuple[Array, ...]:
+    """Residuals of every trial that the closest model leaves, in units of the noise at which ``null`` was fitted."""
+    out = []
+    for trial, other, r, own in zip(
+        null.solution.problem.trials, closest.solution.problem.trials, null.solution.residuals,
+        closest.solution.residuals, strict=True,
+    ):  # fmt: skip
+        if r.size != own.size:
+            return tuple(null.solution.residuals)
+        n = trial.t.size
+        factors = [theirs.sigma / ours.sigma for ours, theirs in zip(trial.channels, other.channels, strict=True)]
+        out.append(own * np.repeat(factors, n))
+    return tuple(out)
+
+
+def replicas(
+    level: Level, solution: Solution, noise: Sequence[Array], draws: int, rng: np.random.Generator
+) -> list[Array]:
+    """Residuals of every trial in every replica, each (rows, draws), weighed as the fit's."""
+    unknowns = solution.problem.unknowns
+    width = np.array([u.prior_std if math.isfinite(u.prior_std) else 0.0 for u in unknowns])
+    moved = width[:, None] * rng.standard_normal((width.size, draws))
+    for symbol, factor in _scatter_factors(level, draws, rng).items():
+        mine = [i for i, u in enumerate(unknowns) if u.name.startswith(f"{symbol}[")]
+        moved[mine] *= factor
+    out = []
+    for trial, r, jac, used in zip(solution.problem.trials, noise, solution.jacobians, solution.used, strict=True):
+        n = trial.t.size
+        drawn = [_phases(r[i * n : (i + 1) * n], draws, rng) for i in range(len(trial.channels))]
+        out.append(np.vstack(drawn) + jac @ moved[used])
+    return out
+
+
+def _scatter_factors(level: Level, draws: int, rng: np.random.Generator) -> dict[str, Array]:
+    """By what the true scatter of k, c, mu exceeds the believed one, (draws,) each: chi-squared with the degrees of
+    freedom it was seen with."""
+    freedoms = [m.model.fixed.scatter_freedom for m in level.members if m.model.fixed is not None]
+    freedom = min(freedoms, default=math.inf)
+    if not math.isfinite(freedom):
+        return {}
+    freedom = freedom if freedom > 0.0 else ASSUMED_FREEDOM
+    return {symbol: np.sqrt(freedom / rng.chisquare(freedom, draws)) for symbol in ("k", "c", "mu")}
+
+
+def _phases(series: Array, draws: int, rng: np.random.Generator) -> Array:
+    """Series with the spectrum of one (n,) and phases of their own, (n, draws)."""
+    spectrum = np.abs(np.fft.rfft(series))
+    angle = rng.uniform(0.0, 2.0 * math.pi, (spectrum.size, draws))
+    turned = spectrum[:, None] * np.exp(1j * angle)
+    turned[0] = spectrum[0] * np.sign(np.cos(angle[0]))
+    if series.size % 2 == 0:
+        turned[-1] = spectrum[-1] * math.sqrt(2.0) * np.cos(angle[-1])
+    return np.asarray(np.fft.irfft(turned, series.size, axis=0), dtype=np.float64)

@@ -23,7 +23,7 @@ from undertow.comparison.candidate import Candidate
 from undertow.comparison.joining import has_room
 from undertow.comparison.joint import JointFit
 from undertow.comparison.level import Level
-from undertow.comparison.replicas import left_by, replicas
+from undertow.comparison.replicas import at_noise_of, left_by, replicas
 from undertow.comparison.score_test import Place, Stands, places
 from undertow.comparison.sizes import COUNTS_IN_REPEATABILITY, Measure, Sizes
 from undertow.comparison.suspect import Suspect
@@ -48,6 +48,9 @@ POWER = 0.9
 
 ONE_SIDED = 1.645
 """Standard deviations of a one-sided 95 % bound."""
+
+LEAST_WRONG = 0.03
+"""Share of what the closest model leaves that is taken for its own error at least: no stated noise is more exact."""
 
 NAMED = math.log(99.0)
 """Log odds over every other suspect from which an effect has a name."""
@@ -206,6 +209,8 @@ def null_test(level: Level, suspects: Sequence[Suspect], null: JointFit, found: 
 
     Where a step from the null is too short to tell what a suspect gains, its fit tells.
     """
+    closest = min((null, *(c.fit for c in found)), key=lambda fit: fit.misfit)
+    null = at_noise_of(null, closest)
     stands = Stands.of(null)
     usable = [s for s in suspects if not s.has_no_zero and has_room(level, s, null)]
     every = [place for suspect in usable for place in _places(level, stands, suspect)]
@@ -213,8 +218,7 @@ def null_test(level: Level, suspects: Sequence[Suspect], null: JointFit, found: 
         return NullTest(math.nan)
     stack = _Stack.of(stands, every)
     sizes = Sizes.on(level, stands, _reported(null))
-    closest = min((null, *(c.fit for c in found)), key=lambda fit: fit.misfit)
-    wrong = max(1.0 - 1.0 / closest.misfit, 0.0)
+    wrong = max(1.0 - 1.0 / closest.misfit, LEAST_WRONG)
     scored = _scored(level, stack, sizes, left_by(null, closest), wrong, np.random.default_rng(level.trials))
     alone = {p.label: [c.fit for c in found if [s.label for s in c.suspects] == [p.label]] for p in every}
     together = {n: [c.fit for c in found if len(c.suspects) == n] for n in {len(c.suspects) for c in found} - {0, 1}}

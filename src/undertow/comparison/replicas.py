@@ -11,20 +11,47 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
+from dataclasses import replace
 
 import numpy as np
 
 from undertow.comparison.joint import JointFit
 from undertow.comparison.level import Level
 from undertow.likelihood.output_error import Solution
+from undertow.likelihood.problem import Problem
 from undertow.recording.recording import Array
 
 ASSUMED_FREEDOM = 2.0
 """Degrees of freedom of a scatter that was assumed, not seen."""
 
 
+def at_noise_of(null: JointFit, closest: JointFit) -> JointFit:
+    """The null as fitted, weighed by the noise that the closest model leaves: at its own, which holds all that it
+    misses, numbers of single trials would hardly move from what is believed of them."""
+    old = null.solution
+    trials, residuals, jacobians = [], [], []
+    for trial, other, r, jac in zip(
+        old.problem.trials, closest.solution.problem.trials, old.residuals, old.jacobians, strict=True
+    ):
+        own = {c.quantity: c.sigma for c in other.channels}
+        channels = tuple(replace(c, sigma=own.get(c.quantity, c.sigma)) for c in trial.channels)
+        factor = np.repeat(
+            [ours.sigma / theirs.sigma for ours, theirs in zip(trial.channels, channels, strict=True)], trial.t.size
+        )
+        trials.append(replace(trial, channels=channels))
+        residuals.append(r * factor)
+        jacobians.append(jac * factor[:, None])
+    chi2 = sum(float(r @ r) for r in residuals)
+    solution = replace(
+        old, problem=Problem(old.problem.unknowns, tuple(trials)), residuals=tuple(residuals),
+        jacobians=tuple(jacobians), chi2=chi2, cost=old.cost - old.chi2 + chi2,
+    )  # fmt: skip
+    return replace(null, solution=solution)
+
+
 def left_by(null: JointFit, closest: JointFit) -> tuple[Array, ...]:
-    """Residuals of every trial that the closest model leaves, in units of the noise at which ``null`` was fitted."""
+    """Residuals of every trial that the closest model leaves, in units of the noise by which ``null`` is weighed; the
+    null's own where they are of other samples."""
     out = []
     for trial, other, r, own in zip(
         null.solution.problem.trials, closest.solution.problem.trials, null.solution.residuals,
@@ -32,9 +59,8 @@ def left_by(null: JointFit, closest: JointFit) -> tuple[Array, ...]:
     ):  # fmt: skip
         if r.size != own.size:
             return tuple(null.solution.residuals)
-        n = trial.t.size
         factors = [theirs.sigma / ours.sigma for ours, theirs in zip(trial.channels, other.channels, strict=True)]
-        out.append(own * np.repeat(factors, n))
+        out.append(own * np.repeat(factors, trial.t.size))
     return tuple(out)
 
 

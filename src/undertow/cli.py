@@ -45,7 +45,9 @@ class _Commands(TyperGroup):
         except OSError as error:
             _say(f"undertow: {error.filename or 'a file'}: {error.strerror or error}; check path, rights, space")
             raise typer.Exit(FAILED) from error
-        except KeyboardInterrupt as interruption:
+        except (KeyboardInterrupt, SystemError) as interruption:
+            if isinstance(interruption, SystemError) and not isinstance(interruption.__cause__, KeyboardInterrupt):
+                raise  # compiled code that a signal interrupts says so by a system error about the interrupt
             _say(f"undertow: interrupted{_GOES_ON.get(ctx.invoked_subcommand, '')}")
             raise typer.Exit(INTERRUPTED) from interruption
 

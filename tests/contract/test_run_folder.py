@@ -346,3 +346,14 @@ def _alive(session: int) -> list[str]:
             break
         time.sleep(0.1)
     return listed
+
+
+def test_an_interrupt_that_compiled_code_wraps_is_an_interrupt(
+    capsys: Capture, small: Campaign, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def wrapped(*words: object, **named: object) -> None:
+        raise SystemError("a dispatcher returned a result with an exception set") from KeyboardInterrupt()
+
+    monkeypatch.setattr("undertow.campaign.config.load", wrapped)
+    said = undertow(capsys, "run", small.config, "--out", small.folder.parent / "elsewhere")
+    assert (said.code, said.err.startswith("undertow: interrupted")) == (INTERRUPTED, True)

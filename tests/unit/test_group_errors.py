@@ -149,3 +149,11 @@ def test_hardening_per_unit_mass_has_its_unit_per_kg():
     assert units["cubic_stiffness_N_per_m3_per_mass"] == "N/m^3 per kg"
     assert units["quintic_stiffness_N_per_m5_per_mass"] == "N/m^5 per kg"
     assert all(unit.endswith("per kg") for unit in units.values())
+
+
+def test_where_load_cells_alone_give_the_scale_the_fit_is_per_unit_mass():
+    _, _, wet = trials()
+    model = group_model(TERMS, wet, Specimen(), None, dry=False, anchored=True)
+    assert not model.anchored
+    assert all(math.isfinite(c.start) and c.unit.endswith("per kg") for c in model.coefficients)
+    assert group_model(TERMS, wet, Specimen(stiffness_N_per_m=1e5), None, dry=False, anchored=True).anchored

@@ -97,6 +97,8 @@ def group_model(
     period = float(np.median([dominant_period(m) for m in motions]))
     rate = 2.0 * math.pi / period
     known_mass = math.isfinite(specimen.mass_kg)
+    known_k = structure is not None or math.isfinite(specimen.stiffness_N_per_m)
+    anchored = anchored and (known_mass or known_k)  # what load cells say of k is applied to numbers per mass
     kept = tuple(t for t in terms if not (dry and t.of_water) and (anchored or not t.is_inertia))
     base = np.zeros(N_SLOTS)
     mass = specimen.mass_kg if known_mass and anchored else 1.0

@@ -322,7 +322,7 @@ def theta_of(model: GroupModel, baseline: GroupFit, fit: Fit, trial: str) -> np.
     values = baseline.values
     values |= {c.name: parameters[c.name].value for c in model.coefficients if c.name in parameters}
     theta = model.theta(values, trial)
-    if fit.method == "sindy":
+    if fit.method == "sindy" and model.anchored:
         normal = model.specimen.normal_force_N
         for name, slot, factor in (("k_N_per_m", "k1", 1.0), ("c_Ns_per_m", "c1", 1.0), ("mu", "fc", normal)):
             if name in parameters:

@@ -11,10 +11,11 @@ from tests.concealed.test_diagnosis import SHORT, member
 from tests.concealed.test_small_effects import found, stands
 from undertow.comparison.candidate import Candidate
 from undertow.comparison.level import make_level
-from undertow.comparison.null_test import POWER, SIGNIFICANT, NullTest, SuspectTest, _Tail, null_test
+from undertow.comparison.null_test import POWER, SIGNIFICANT, Detectable, NullTest, SuspectTest, null_test
 from undertow.comparison.replicas import left_by, replicas
 from undertow.comparison.score_test import Stands, places
 from undertow.comparison.sizes import Sizes
+from undertow.comparison.tail import Tail
 from undertow.equation import registry
 
 LOOKED_FOR = ("linear_damping", "cubic_stiffness", "cubic_damping", "hidden_resonator", "external_forcing")
@@ -51,7 +52,7 @@ def test_damping_at_once_and_a_half_of_what_is_seen_stands_out_and_at_a_quarter_
 
 def test_the_tail_of_a_statistic_goes_on_as_an_exponential():
     values = np.random.default_rng(0).exponential(2.0, 20_000)
-    tail = _Tail.of(values)
+    tail = Tail.of(values)
     assert math.exp(tail.log_p(np.array([20.0]))[0]) == pytest.approx(math.exp(-10.0), rel=0.3)
     assert math.exp(tail.log_p(np.array([1.0]))[0]) == pytest.approx(math.exp(-0.5), rel=0.02)
     assert tail.at(float(tail.log_p(np.array([15.0]))[0])) == pytest.approx(15.0)
@@ -98,3 +99,6 @@ def test_where_nothing_can_be_tested_there_is_no_probability():
     assert (none.tests, none.detectable, none.hides_best) == ((), (), "")
     assert math.isnan(NullTest(0.5, (SuspectTest("a", 0.5, 1.0, 0.1, math.nan),)).upper_bound)
     assert 0.0 < POWER < 1.0
+    wide = Detectable("b", "mass_kg", 44.0, "kg", 330.0)
+    both = NullTest(0.5, (SuspectTest("a", 0.5, 1.0, 0.1, 0.5), SuspectTest("b (x)", 0.5, 1.0, 0.1, 9.0, wide)), 0.03)
+    assert (both.not_testable, both.detectable, both.upper_bound) == (("b",), (), 0.5 * 0.03)

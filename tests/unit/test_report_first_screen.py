@@ -270,7 +270,7 @@ def test_what_would_have_been_seen_stands_in_words_the_smallest_share_first():
     small = Detectable("hidden_resonator", "mass_kg", 4.13, "kg", 0.011, 7.9)
     first, second = seen_rows(Verdict({}, (), detectable=(large, small)))
     assert first == {
-        "effect": "hidden resonator", "parameter": "mass", "seen": "4.1 kg", "share": "1.1 %", "named": "7.9 kg",
+        "effect": "hidden resonator", "seen": "4.1 kg", "share": "1.1 %", "named": "7.9 kg",
     }  # fmt: skip
     assert (second["effect"], second["named"]) == ("cubic damping", "-")
 

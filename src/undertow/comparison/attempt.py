@@ -14,7 +14,7 @@ import numpy as np
 from undertow.comparison.candidate import Candidate, doubt
 from undertow.comparison.joint import WIDER, JointFit, fit_joint
 from undertow.comparison.level import Addend, Level
-from undertow.comparison.score_test import Place
+from undertow.comparison.score_test import GridPlace
 from undertow.comparison.suspect import EACH_SPRING, Addition, Suspect
 from undertow.comparison.suspects import RADIATION, kernel_additions
 from undertow.errors import IdentificationError
@@ -43,7 +43,7 @@ def from_starts(
 
 
 def from_places(
-    level: Level, best: Candidate, suspect: Suspect, places: Sequence[Place], prior: float
+    level: Level, best: Candidate, suspect: Suspect, places: Sequence[GridPlace], prior: float
 ) -> Candidate | None:
     """The best candidate with one more suspect whose effect is small, from places of its grid; None without a motion.
 

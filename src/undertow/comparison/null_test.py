@@ -24,9 +24,10 @@ from undertow.comparison.joining import has_room
 from undertow.comparison.joint import JointFit
 from undertow.comparison.level import Level
 from undertow.comparison.replicas import at_noise_of, left_by, replicas
-from undertow.comparison.score_test import Place, Stands, places
+from undertow.comparison.score_test import GridPlace, Stands, places
 from undertow.comparison.sizes import COUNTS_IN_REPEATABILITY, Measure, Sizes
 from undertow.comparison.suspect import Suspect
+from undertow.comparison.tail import Tail
 from undertow.recording.recording import Array
 
 DRAWS = 1000
@@ -35,10 +36,6 @@ DRAWS = 1000
 FEWEST_DRAWS = 400
 ROOM = 2e7
 """Numbers of all replicas' residuals together at most (160 MB); larger levels get fewer replicas."""
-
-TAIL = 0.02
-"""Share of the replicas by which the tail of a statistic is found: beyond, it is taken to fall exponentially. Scatter
-that few dry trials show has a tail that falls slower, so that no more of it is extrapolated than must be."""
 
 SIGNIFICANT = 0.01
 """p-value up to which a level is not like its null."""
@@ -112,14 +109,26 @@ class NullTest:
 
     @property
     def shared(self) -> tuple[SuspectTest, ...]:
-        """The tests of effects that all trials share: what differs from trial to trial is bounded by repeatability."""
-        return tuple(t for t in self.tests if math.isfinite(t.hidden))
+        """The tests of effects that all trials share, without those that nothing here shows: what differs from trial to
+        trial is bounded by repeatability."""
+        return tuple(t for t in self.tests if math.isfinite(t.hidden) and self._shows(t))
+
+    @property
+    def not_testable(self) -> tuple[str, ...]:
+        """Names of what could be as large as the motion itself and not be seen."""
+        shown = {t.label.partition(" (")[0] for t in self.tests if self._shows(t)}
+        return tuple(sorted({t.label.partition(" (")[0] for t in self.tests} - shown))
+
+    def _shows(self, test: SuspectTest) -> bool:
+        seen = test.detectable.share_of_motion if test.detectable is not None else 0.0
+        hidden = test.hidden * self.smallest if math.isfinite(test.hidden) else 0.0
+        return max(seen, hidden) <= 1.0
 
     @property
     def detectable(self) -> tuple[Detectable, ...]:
         """What would have been seen, one entry a name (of its variants the easiest seen)."""
         found: dict[str, Detectable] = {}
-        for one in (t.detectable for t in self.tests if t.detectable is not None):
+        for one in (t.detectable for t in self.tests if t.detectable is not None and self._shows(t)):
             if one.name not in found or one.share_of_motion < found[one.name].share_of_motion:
                 found[one.name] = one
         return tuple(found[name] for name in sorted(found))
@@ -131,14 +140,14 @@ class _Stack:
     other and with what stands (``away``), everything that stands moving along, and by place its slice."""
 
     stands: Stands
-    places: tuple[Place, ...]
+    places: tuple[GridPlace, ...]
     columns: tuple[tuple[Array, np.ndarray], ...]
     away: Array
     information: Array
     slices: tuple[slice, ...]
 
     @classmethod
-    def of(cls, stands: Stands, places: Sequence[Place]) -> _Stack:
+    def of(cls, stands: Stands, places: Sequence[GridPlace]) -> _Stack:
         """From the places of all suspects, one after the other."""
         ends = np.cumsum([p.width for p in places])
         slices = tuple(slice(int(end) - p.width, int(end)) for p, end in zip(places, ends, strict=True))
@@ -174,7 +183,7 @@ class _Scored:
     """One place scored: the recordings' score (q,), replicas' (q, draws), the same without the tolerance, information
     (q, q) and its inverse, and how large effects are."""
 
-    place: Place
+    place: GridPlace
     score: Array
     draws: Array
     noise: Array
@@ -226,7 +235,7 @@ def null_test(level: Level, suspects: Sequence[Suspect], null: JointFit, found: 
     return _ranked(scored, stack, sizes, fitted, {n: _fitted_gain(null, fits) for n, fits in together.items()})
 
 
-def _places(level: Level, stands: Stands, suspect: Suspect) -> list[Place]:
+def _places(level: Level, stands: Stands, suspect: Suspect) -> list[GridPlace]:
     return [p for p in places(level, stands, suspect, suspect.grid(level.scales)) if p.columns and p.width]
 
 
@@ -255,11 +264,11 @@ def _ranked(
     observed = {label: max(fitted[label], *(s.gain for s in own)) for label, own in by_label.items()}
     ordered = np.sort(np.array(list(largest.values())), axis=0)[::-1]
     every = largest | {str(n): np.sum(ordered[:n], axis=0) for n in sets}
-    tails = {label: _Tail.of(values) for label, values in every.items()}
+    tails = {label: Tail.of(values) for label, values in every.items()}
     least = np.min(np.array([tails[label].log_p(values) for label, values in every.items()]), axis=0)
     gains = observed | {str(n): gain for n, gain in sets.items()}
     mine = {label: float(tails[label].log_p(np.array([gain]))[0]) for label, gain in gains.items()}
-    together = _Tail.of(-least)
+    together = Tail.of(-least)
     p_value = math.exp(float(together.log_p(np.array([-min(mine.values())]))[0]))
     threshold = -together.quantile(SIGNIFICANT)
     tests = []
@@ -274,39 +283,6 @@ def _ranked(
         min(p_value, 1.0), tuple(sorted(tests, key=lambda t: t.p_value)), COUNTS_IN_REPEATABILITY * sizes.allowed,
         -min(mine.values()) / math.log(10.0), np.sort(-least / math.log(10.0)),
     )  # fmt: skip
-
-
-@dataclass(frozen=True)
-class _Tail:
-    """The distribution of a statistic among replicas: ``values`` sorted, exponential with mean excess ``fall`` above
-    ``start``, which a share `TAIL` exceeds."""
-
-    values: Array
-    start: float
-    fall: float
-
-    @classmethod
-    def of(cls, values: Array) -> _Tail:
-        """From a statistic of the replicas, (draws,)."""
-        ordered = np.sort(values)
-        start = float(np.quantile(ordered, 1.0 - TAIL))
-        excess = ordered[ordered > start] - start
-        return cls(ordered, start, max(float(np.mean(excess)) if excess.size else 0.0, 1e-300))
-
-    def log_p(self, x: Array) -> Array:
-        """Logarithm of the probability that a replica has at least ``x`` (n,)."""
-        above = self.values.size - np.searchsorted(self.values, x, side="left")
-        ranked = np.log(np.maximum(above, 0.5) / self.values.size)
-        tail = math.log(TAIL) - (x - self.start) / self.fall
-        return np.asarray(np.where(x > self.start, tail, ranked), dtype=np.float64)
-
-    def quantile(self, p: float) -> float:
-        """What a replica exceeds with probability ``p`` (at most `TAIL`)."""
-        return self.start + self.fall * math.log(TAIL / p)
-
-    def at(self, log_p: float) -> float:
-        """The value that has this log probability (below log `TAIL`)."""
-        return self.start + self.fall * max(math.log(TAIL) - log_p, 0.0)
 
 
 def _scored(

@@ -30,7 +30,7 @@ SKIPPED_AT_ZERO = frozenset({"ge"})
 
 
 @dataclass(frozen=True)
-class Place:
+class GridPlace:
     """One place of a suspect's grid as seen from a fit: its additions starting where one step leads, by how much the
     log evidence could rise (``gain``, before any penalty), and what the step is made of.
 
@@ -54,7 +54,7 @@ class Place:
 
 def prospects(
     level: Level, fit: JointFit, suspect: Suspect, grid: Sequence[tuple[Addition, ...]]
-) -> tuple[Place, ...]:
+) -> tuple[GridPlace, ...]:
     """The peaks of a suspect's possible gain over its ``grid`` of additions, the best first.
 
     ``fit`` is what stands; a place where the motion leaves every bound counts nothing.
@@ -64,14 +64,14 @@ def prospects(
 
 def places(
     level: Level, stands: Stands, suspect: Suspect, grid: Sequence[tuple[Addition, ...]]
-) -> tuple[Place, ...]:
+) -> tuple[GridPlace, ...]:
     """Every place of a suspect's grid, in the grid's order; of a suspected sensor the one of its prior given up."""
     if suspect.frees:
         return (_freed(stands, suspect),)
     return tuple(_place(level, stands, suspect.label, additions) for additions in grid)
 
 
-def peaks(found: Sequence[Place]) -> tuple[Place, ...]:
+def peaks(found: Sequence[GridPlace]) -> tuple[GridPlace, ...]:
     """Places whose gain is no less than their neighbours', the best first."""
     gains = [p.gain for p in found]
     high = [p for i, p in enumerate(found) if p.gain >= max(gains[max(0, i - 1) : i + 2])]
@@ -111,7 +111,7 @@ class Stands:
         return out
 
 
-def _place(level: Level, stands: Stands, label: str, additions: tuple[Addition, ...]) -> Place:
+def _place(level: Level, stands: Stands, label: str, additions: tuple[Addition, ...]) -> GridPlace:
     """One Gauss-Newton step in the coefficients of one place, everything that stands moving along."""
     solution = stands.fit.solution
     names = _coefficient_names(level, additions)
@@ -120,14 +120,14 @@ def _place(level: Level, stands: Stands, label: str, additions: tuple[Addition, 
         reduced = _reduced(level, trial, solution.values, additions, names)
         got = output_error.residuals(reduced, np.zeros(len(names)))
         if got is None or not np.all(np.isfinite(got[1])):
-            return Place(label, additions, 0.0)
+            return GridPlace(label, additions, 0.0)
         columns.append((got[1], got[2]))
     cross, own, step, gain = _stepped(stands, columns, len(names))
     started = tuple(a if a.inner else replace(a, start=_start(a, names, step)) for a in additions)
-    return Place(label, started, gain, tuple(columns), cross, own)
+    return GridPlace(label, started, gain, tuple(columns), cross, own)
 
 
-def _freed(stands: Stands, suspect: Suspect) -> Place:
+def _freed(stands: Stands, suspect: Suspect) -> GridPlace:
     """A sensor's shift, gain or drift in every trial beside its own prior."""
     solution = stands.fit.solution
     mine = [i for i, name in enumerate(solution.problem.names) if name.startswith(f"{suspect.frees}[")]
@@ -136,7 +136,7 @@ def _freed(stands: Stands, suspect: Suspect) -> Place:
         here = [at for at, index in enumerate(used.tolist()) if index in mine]
         columns.append((jac[:, here], np.array([mine.index(int(used[at])) for at in here], dtype=np.int64)))
     cross, own, _, gain = _stepped(stands, columns, len(mine))
-    return Place(suspect.label, (), gain, tuple(columns), cross, own)
+    return GridPlace(suspect.label, (), gain, tuple(columns), cross, own)
 
 
 def _stepped(

@@ -16,7 +16,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from undertow.comparison.level import Level
-from undertow.comparison.score_test import Place, Stands
+from undertow.comparison.score_test import GridPlace, Stands
 from undertow.likelihood.problem import TrialProblem
 from undertow.recording.recording import Array
 
@@ -89,7 +89,7 @@ class Sizes:
         mean = math.sqrt(float(np.mean([a**2 for a in allowed.values()])))
         return cls(stands, reported, mean, shown)
 
-    def measure(self, place: Place) -> Measure:
+    def measure(self, place: GridPlace) -> Measure:
         """Sizes of the effects at one place: numbers that all trials share move as they do in the fit that lacks it,
         each trial's release, clock and rest as they do in its free run."""
         refit = self.stands.inverse @ place.cross
@@ -102,7 +102,7 @@ class Sizes:
             form += one.weight * (left.T @ left)
         return Measure(form / len(self.shown), self._shifts(place, refit))
 
-    def _shifts(self, place: Place, refit: Array) -> Array:
+    def _shifts(self, place: GridPlace, refit: Array) -> Array:
         names = self.stands.fit.solution.problem.names
         index = [i for i, name in enumerate(names) if self.reported.get(name, 0.0) > 0.0]
         errors = np.array([self.reported[names[i]] for i in index])

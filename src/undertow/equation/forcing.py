@@ -11,7 +11,7 @@ from typing import ClassVar
 
 import numpy as np
 
-from undertow.equation.symbolic import Element, Expression, Place, Share
+from undertow.equation.symbolic import Element, Expression, Share, SymbolPlace
 from undertow.equation.term import Array, Term
 from undertow.quantities import Parameter
 
@@ -52,7 +52,7 @@ class ExternalForcing(Term):
             "omega": self.frequency_rad_per_s,
         }
 
-    def share(self, p: Mapping[str, Expression], q: Place, number: str) -> Share:
+    def share(self, p: Mapping[str, Expression], q: SymbolPlace, number: str) -> Share:
         """A force of the time alone."""
         import sympy as sp
 
@@ -82,6 +82,6 @@ class DelayedEcho(Term):
         """v(t - delay) in m/s, zero before the first sample."""
         return np.interp(t - self.delay_s, t, v, left=0.0)
 
-    def share(self, p: Mapping[str, Expression], q: Place, number: str) -> Share:
+    def share(self, p: Mapping[str, Expression], q: SymbolPlace, number: str) -> Share:
         """The velocity of a while ago."""
         return Share(smooth=p["gain"] * q.echo, delay=p["delay_s"].name)

@@ -12,7 +12,7 @@ from typing import ClassVar
 
 import numpy as np
 
-from undertow.equation.symbolic import Element, Expression, Place, Share
+from undertow.equation.symbolic import Element, Expression, Share, SymbolPlace
 from undertow.equation.term import Array, Term
 from undertow.errors import UndertowError
 from undertow.quantities import Parameter
@@ -113,7 +113,7 @@ class HiddenResonator(Term):
             return linear_response([2.0 * z * w, w * w], [1.0, 2.0 * z * w, w * w], a, step)
         return _amplitude_dependent_response(a, step, w, z, b, g)
 
-    def share(self, p: Mapping[str, Expression], q: Place, number: str) -> Share:
+    def share(self, p: Mapping[str, Expression], q: SymbolPlace, number: str) -> Share:
         """What pulls at the body, and the water's own motion."""
         import sympy as sp
 
@@ -171,7 +171,7 @@ class Relaxation(Term):
         """z / k_r in m, the response to the velocity from rest at t[0]; t evenly spaced."""
         return linear_response([1.0], [1.0, 1.0 / self.time_s], v, even_step(t, self.name))
 
-    def share(self, p: Mapping[str, Expression], q: Place, number: str) -> Share:
+    def share(self, p: Mapping[str, Expression], q: SymbolPlace, number: str) -> Share:
         """A force with its own rate."""
         import sympy as sp
 
@@ -220,7 +220,7 @@ class Hysteresis(Term):
         """Stiffness, and the force at which it yields."""
         return {"kb": coefficient, "fb": abs(coefficient) * self.yield_displacement_m}
 
-    def share(self, p: Mapping[str, Expression], q: Place, number: str) -> Share:
+    def share(self, p: Mapping[str, Expression], q: SymbolPlace, number: str) -> Share:
         """A force with its own rate, which falls where it yields."""
         import sympy as sp
 

@@ -11,7 +11,7 @@ from typing import ClassVar
 
 import numpy as np
 
-from undertow.equation.symbolic import Element, Expression, Place, Share
+from undertow.equation.symbolic import Element, Expression, Share, SymbolPlace
 from undertow.equation.term import Array, Published, Term
 from undertow.quantities import Parameter
 
@@ -75,7 +75,7 @@ class QuadraticDrag(Term):
         """Drag that makes a fiftieth of the inertia force at full speed."""
         return 0.02 * mass * rate / speed
 
-    def share(self, p: Mapping[str, Expression], q: Place, number: str) -> Share:
+    def share(self, p: Mapping[str, Expression], q: SymbolPlace, number: str) -> Share:
         """A smooth force."""
         return Share(smooth=p["drag_Ns2_per_m2"] * (q.v**2 * q.d))
 
@@ -106,7 +106,7 @@ class LinearDamping(Term):
         """v, in m/s."""
         return 1.0 * v
 
-    def share(self, p: Mapping[str, Expression], q: Place, number: str) -> Share:
+    def share(self, p: Mapping[str, Expression], q: SymbolPlace, number: str) -> Share:
         """A smooth force."""
         return Share(smooth=p["c_Ns_per_m"] * q.v)
 
@@ -133,7 +133,7 @@ class CubicDamping(Term):
         """v^3, in m^3/s^3."""
         return v**3
 
-    def share(self, p: Mapping[str, Expression], q: Place, number: str) -> Share:
+    def share(self, p: Mapping[str, Expression], q: SymbolPlace, number: str) -> Share:
         """A smooth force."""
         return Share(smooth=p["Ns3_per_m3"] * q.v**3)
 
@@ -166,7 +166,7 @@ class DragExponent(Term):
         """|v|^p sign(v), in (m/s)^p."""
         return np.sign(v) * np.abs(v) ** self.exponent
 
-    def share(self, p: Mapping[str, Expression], q: Place, number: str) -> Share:
+    def share(self, p: Mapping[str, Expression], q: SymbolPlace, number: str) -> Share:
         """A smooth force."""
         import sympy as sp
 

@@ -12,7 +12,7 @@ from typing import ClassVar
 import numpy as np
 
 from undertow.equation.hydrodynamics import LinearDamping
-from undertow.equation.symbolic import Element, Expression, Place, Share
+from undertow.equation.symbolic import Element, Expression, Share, SymbolPlace
 from undertow.equation.term import Array, Published, Term, restoring
 from undertow.quantities import Parameter
 
@@ -47,7 +47,7 @@ class Stiffness(Term):
         """What swings the whole mass at its rate."""
         return mass * rate**2
 
-    def share(self, p: Mapping[str, Expression], q: Place, number: str) -> Share:
+    def share(self, p: Mapping[str, Expression], q: SymbolPlace, number: str) -> Share:
         """A smooth force."""
         return Share(smooth=p["k_N_per_m"] * q.x)
 
@@ -79,7 +79,7 @@ class ViscousDamping(Term):
         """One per cent of critical damping."""
         return 0.02 * mass * rate
 
-    def share(self, p: Mapping[str, Expression], q: Place, number: str) -> Share:
+    def share(self, p: Mapping[str, Expression], q: SymbolPlace, number: str) -> Share:
         """A smooth force."""
         return Share(smooth=p["c_Ns_per_m"] * q.v)
 
@@ -110,7 +110,7 @@ class CoulombFriction(Term):
         """A five hundredth of the inertia force at full motion."""
         return 2e-3 * (mass * rate * speed)
 
-    def share(self, p: Mapping[str, Expression], q: Place, number: str) -> Share:
+    def share(self, p: Mapping[str, Expression], q: SymbolPlace, number: str) -> Share:
         """A size of friction."""
         import sympy as sp
 
@@ -142,7 +142,7 @@ class CubicStiffness(Term):
         """x^3, in m^3."""
         return x**3
 
-    def share(self, p: Mapping[str, Expression], q: Place, number: str) -> Share:
+    def share(self, p: Mapping[str, Expression], q: SymbolPlace, number: str) -> Share:
         """A smooth force."""
         return Share(smooth=p["N_per_m3"] * q.x**3)
 
@@ -166,7 +166,7 @@ class QuinticStiffness(Term):
         """x^5, in m^5."""
         return x**5
 
-    def share(self, p: Mapping[str, Expression], q: Place, number: str) -> Share:
+    def share(self, p: Mapping[str, Expression], q: SymbolPlace, number: str) -> Share:
         """A smooth force."""
         return Share(smooth=p["N_per_m5"] * q.x**5)
 
@@ -189,7 +189,7 @@ class AsymmetricStiffness(Term):
         """x^2, in m^2."""
         return x**2
 
-    def share(self, p: Mapping[str, Expression], q: Place, number: str) -> Share:
+    def share(self, p: Mapping[str, Expression], q: SymbolPlace, number: str) -> Share:
         """A smooth force."""
         return Share(smooth=p["N_per_m2"] * q.x**2)
 
@@ -213,7 +213,7 @@ class QuadraticStiffness(Term):
         """x|x|, in m^2."""
         return x * np.abs(x)
 
-    def share(self, p: Mapping[str, Expression], q: Place, number: str) -> Share:
+    def share(self, p: Mapping[str, Expression], q: SymbolPlace, number: str) -> Share:
         """A smooth force."""
         import sympy as sp
 
@@ -246,7 +246,7 @@ class SineRestoring(Term):
         """What swings the whole mass at its rate."""
         return mass * rate**2
 
-    def share(self, p: Mapping[str, Expression], q: Place, number: str) -> Share:
+    def share(self, p: Mapping[str, Expression], q: SymbolPlace, number: str) -> Share:
         """A smooth force."""
         import sympy as sp
 
@@ -269,7 +269,7 @@ class PositionDamping(Term):
         """x v, in m^2/s."""
         return x * v
 
-    def share(self, p: Mapping[str, Expression], q: Place, number: str) -> Share:
+    def share(self, p: Mapping[str, Expression], q: SymbolPlace, number: str) -> Share:
         """A smooth force."""
         return Share(smooth=p["Ns_per_m2"] * (q.x * q.v))
 
@@ -290,7 +290,7 @@ class VanDerPolDamping(Term):
         """x^2 v, in m^3/s."""
         return x**2 * v
 
-    def share(self, p: Mapping[str, Expression], q: Place, number: str) -> Share:
+    def share(self, p: Mapping[str, Expression], q: SymbolPlace, number: str) -> Share:
         """A smooth force."""
         return Share(smooth=p["Ns_per_m3"] * (q.x**2 * q.v))
 
@@ -319,7 +319,7 @@ class StribeckFriction(Term):
         """exp(-(v/vs)^2) sign(v), dimensionless."""
         return np.sign(v) * np.exp(-((v / self.velocity_m_per_s) ** 2))
 
-    def share(self, p: Mapping[str, Expression], q: Place, number: str) -> Share:
+    def share(self, p: Mapping[str, Expression], q: SymbolPlace, number: str) -> Share:
         """A size of friction that falls with speed."""
         import sympy as sp
 
@@ -345,7 +345,7 @@ class AsymmetricFriction(Term):
         """1 while moving, 0 while stuck."""
         return np.abs(np.sign(v))
 
-    def share(self, p: Mapping[str, Expression], q: Place, number: str) -> Share:
+    def share(self, p: Mapping[str, Expression], q: SymbolPlace, number: str) -> Share:
         """A size of friction."""
         return Share(friction=p["force_N"] * q.d)
 
@@ -369,7 +369,7 @@ class VariableNormalForce(Term):
         """|x| sign(v), in m."""
         return np.abs(x) * np.sign(v)
 
-    def share(self, p: Mapping[str, Expression], q: Place, number: str) -> Share:
+    def share(self, p: Mapping[str, Expression], q: SymbolPlace, number: str) -> Share:
         """A size of friction."""
         import sympy as sp
 

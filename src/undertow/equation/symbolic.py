@@ -17,7 +17,7 @@ mass, a spring and dashpot in line, bristles; a load that drives the body, a par
 
 
 @dataclass(frozen=True)
-class Place:
+class SymbolPlace:
     """The symbols that a law may use: displacement from rest, velocity, direction, acceleration, time, v(t - tau)."""
 
     x: Expression

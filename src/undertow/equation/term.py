@@ -21,7 +21,7 @@ from typing import ClassVar, Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from undertow.equation.symbolic import Element, Expression, Place, Share
+from undertow.equation.symbolic import Element, Expression, Share, SymbolPlace
 from undertow.quantities import Parameter
 
 Array = NDArray[np.float64]
@@ -143,7 +143,7 @@ class Term(ABC):
             values[self.slots[name]] = number
         return values
 
-    def share(self, p: Mapping[str, Expression], q: Place, number: str) -> Share | None:
+    def share(self, p: Mapping[str, Expression], q: SymbolPlace, number: str) -> Share | None:
         """What the law adds to an equation in symbols: ``p`` its parameters' symbols by name, ``q`` the symbols of the
         motion, ``number`` what tells it from others of its name. None where it is code alone."""
         return None

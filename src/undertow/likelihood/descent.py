@@ -37,7 +37,7 @@ MOST_DAMPING = 1e12
 """Damping at which no step leads down any more: rounding is all that is left."""
 
 
-class Place(Protocol):
+class Normals(Protocol):
     """What is known at one set of values: normal matrix (p, p), gradient (p,), half the slope of ``cost``."""
 
     @property
@@ -50,7 +50,7 @@ class Place(Protocol):
     def cost(self) -> float: ...
 
 
-P = TypeVar("P", bound=Place)
+P = TypeVar("P", bound=Normals)
 
 
 @dataclass(frozen=True)
@@ -111,7 +111,7 @@ def descend(
     return Descent(values, place, rule.iterations, False)
 
 
-def damped_step(place: Place, damping: float, free: np.ndarray, scale: Array) -> Array:
+def damped_step(place: Normals, damping: float, free: np.ndarray, scale: Array) -> Array:
     """Damped Gauss-Newton step (p,) of the unknowns that are ``free`` to move, solved in units of ``scale`` (p,)."""
     step = np.zeros(place.gradient.size)
     index = np.flatnonzero(free)

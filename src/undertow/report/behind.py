@@ -47,12 +47,11 @@ def gate_rows(verdict: Verdict) -> list[Mapping[str, Any]]:
 
 
 def seen_rows(verdict: Verdict) -> list[Mapping[str, str]]:
-    """What would have been seen in a group, the least share of the motion first: ``effect``, ``parameter``, ``seen``,
-    ``share``, ``named``, all in words."""
+    """What would have been seen in a group, the least share of the motion first: ``effect``, ``seen``, ``share``,
+    ``named``, all in words."""
     return [
         {
             "effect": one.name.replace("_", " "),
-            "parameter": parameter_words(one.parameter),
             "seen": f"{one.value:.2g} {printed_unit(one.unit)}".strip(),
             "share": f"{100.0 * one.share_of_motion:.2g} %",
             "named": "-" if math.isnan(one.named_value) else f"{one.named_value:.2g} {printed_unit(one.unit)}".strip(),

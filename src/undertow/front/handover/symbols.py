@@ -16,7 +16,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 
 from undertow.equation.equation import Equation
-from undertow.equation.symbolic import Expression, Place
+from undertow.equation.symbolic import Expression, SymbolPlace
 from undertow.equation.term import Term
 from undertow.errors import UndertowError
 
@@ -30,7 +30,7 @@ class System:
     states: tuple[tuple[str, Expression], ...]
     values: Mapping[str, float]
     words: Mapping[str, str]
-    place: Place
+    place: SymbolPlace
     delay: str = ""
 
 
@@ -43,7 +43,7 @@ def system_of(equation: Equation) -> System:
     """
     import sympy as sp
 
-    place = Place(*(sp.Symbol(name, real=True) for name in ("x", "v", "d", "a", "t", "echo")))
+    place = SymbolPlace(*(sp.Symbol(name, real=True) for name in ("x", "v", "d", "a", "t", "echo")))
     smooth, friction = sp.Integer(0), sp.Integer(0)
     states: list[tuple[str, Expression]] = []
     values, words, delay = {"mass_kg": equation.total_mass_kg}, {"mass_kg": "kg, all that moves"}, ""

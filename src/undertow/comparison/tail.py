@@ -1,0 +1,50 @@
+"""Probabilities of a statistic from simulated values of it, also beyond the largest.
+
+Belongs here: that distribution. Does not belong here: what is simulated (replicas.py, null_test.py).
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+
+from undertow.recording.recording import Array
+
+TAIL = 0.02
+"""Share of the replicas by which the tail of a statistic is found: beyond, it is taken to fall exponentially. Scatter
+that few dry trials show has a tail that falls slower, so that no more of it is extrapolated than must be."""
+
+
+@dataclass(frozen=True)
+class Tail:
+    """The distribution of a statistic among replicas: ``values`` sorted, exponential with mean excess ``fall`` above
+    ``start``, which a share `TAIL` exceeds."""
+
+    values: Array
+    start: float
+    fall: float
+
+    @classmethod
+    def of(cls, values: Array) -> Tail:
+        """From a statistic of the replicas, (draws,)."""
+        ordered = np.sort(values)
+        start = float(np.quantile(ordered, 1.0 - TAIL))
+        excess = ordered[ordered > start] - start
+        return cls(ordered, start, max(float(np.mean(excess)) if excess.size else 0.0, 1e-300))
+
+    def log_p(self, x: Array) -> Array:
+        """Logarithm of the probability that a replica has at least ``x`` (n,)."""
+        above = self.values.size - np.searchsorted(self.values, x, side="left")
+        ranked = np.log(np.maximum(above, 0.5) / self.values.size)
+        tail = math.log(TAIL) - (x - self.start) / self.fall
+        return np.asarray(np.where(x > self.start, tail, ranked), dtype=np.float64)
+
+    def quantile(self, p: float) -> float:
+        """What a replica exceeds with probability ``p`` (at most `TAIL`)."""
+        return self.start + self.fall * math.log(TAIL / p)
+
+    def at(self, log_p: float) -> float:
+        """The value that has this log probability (below log `TAIL`)."""
+        return self.start + self.fall * max(math.log(TAIL) - log_p, 0.0)

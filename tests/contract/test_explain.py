@@ -9,6 +9,7 @@ import pytest
 
 from tests.command_line import undertow
 from tests.findings_fixture import small_findings
+from undertow.comparison.null_test import Detectable
 from undertow.discrepancy.verdict import Gate, Rejected
 from undertow.report.verdict_file import write_verdict
 
@@ -25,7 +26,11 @@ def run(tmp_path: Path) -> Path:
     """A folder with the verdicts of two groups, of which the second one has gates."""
     findings = small_findings()
     first, second = findings.groups
-    said = replace(second.verdict, decision=DECISION, rejected=(Rejected("relaxation", "on its bound"),))
+    seen = Detectable("hidden_resonator", "mass_kg", 4.13, "kg", 0.011, 7.9)
+    said = replace(
+        second.verdict, decision=DECISION, rejected=(Rejected("relaxation", "on its bound"),), detectable=(seen,),
+        not_testable=("rest_offset",),
+    )  # fmt: skip
     write_verdict(replace(findings, groups=(first, replace(second, verdict=said))), tmp_path / "verdict.json")
     return tmp_path
 
@@ -41,6 +46,8 @@ def test_every_gate_is_a_line_with_value_limit_and_whether_it_is_passed(run, cap
     assert "unseen_trials: it went up" in lines
     assert "search_ended: not tried: none" not in lines  # a reason is that of a gate that is not passed
     assert "relaxation: on its bound" in lines
+    assert "hidden_resonator: from 4.1 kg, 1.1 % of the motion" in lines
+    assert "not testable here: rest_offset" in lines
 
 
 def test_one_group_is_taken_by_words_of_its_title_and_others_are_refused(run, capsys):

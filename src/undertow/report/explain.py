@@ -62,6 +62,13 @@ def _explained(title: str, one: Mapping[str, Any]) -> str:
     for row in (head, *rows):
         lines.append("  " + "  ".join(cell.ljust(width) for cell, width in zip(row, widths, strict=True)).rstrip())
     lines += [f"  {g['gate']}: {g['because']}" for g in one["decision"] if g["because"]]
+    if one["detectable"]:
+        lines.append("  would have been seen, with 90 % power:")
+        lines += [
+            f"    {d['name']}: from {d['value']:.2g} {d['unit']}, {100.0 * d['share_of_motion']:.2g} % of the motion"
+            for d in one["detectable"]
+        ]
+        lines.append(f"  not testable here: {', '.join(one['not_testable'])}")
     if one["rejected"]:
         lines.append("  not the answer:")
         lines += [f"    {r['name']}: {r['because']}" for r in one["rejected"]]

@@ -57,6 +57,26 @@ def test_a_hidden_hardening_is_named_with_its_number(found):
     assert found.failed == ()
 
 
+def test_draws_of_a_group_spread_and_move_together_as_its_numbers_do(found):
+    group = found[0]
+    described = group.verdict.augmented
+    drawn = group.posterior(20_000, seed=1).values  # noqa: PD011  (a mapping, no DataFrame)
+    for name, values in drawn.items():
+        assert np.std(values) == pytest.approx(group.estimates[name].total_stderr, rel=0.03)
+    one, other = "c_Ns_per_m", "cubic_stiffness.N_per_m3"
+    together = described.correlations.get(one, {}).get(other, 0.0)
+    assert np.corrcoef(drawn[one], drawn[other])[0, 1] == pytest.approx(together, abs=0.05)
+    assert group.plot_corner(100).shape == (len(drawn), len(drawn))
+    with pytest.raises(IdentificationError, match=r"1 draws of \d numbers with an error bar; a posterior needs"):
+        group.posterior(1)
+
+
+def test_draws_of_a_group_go_to_arviz(found):
+    pytest.importorskip("arviz", reason="the extra arviz is not installed")
+    made = found[0].to_arviz(draws=50, chains=2)
+    assert made["posterior"]["cubic_stiffness.N_per_m3"].shape == (2, 50)
+
+
 def test_a_repaired_equation_moves_as_the_body_did(found, trials):
     group = found[0]
     body = undertow.simulate(HARD, x0=0.07, mass_kg=4.0, rate_hz=60.0, duration_s=6.0)

@@ -26,14 +26,16 @@ from undertow.front.handover import HandOver
 from undertow.front.prediction import Prediction, predict, scatter_of
 from undertow.front.reading import read
 from undertow.front.tables import parameter_lines, parameter_table
+from undertow.front.to_arviz import to_arviz
 from undertow.front.trials import Trials
 from undertow.likelihood.free_run import FreeRun, free_run
-from undertow.quantities import Estimate
+from undertow.quantities import OK, Estimate
 from undertow.recording.recording import Array
 from undertow.report.front_figures import draw_runs_before_and_after
-from undertow.report.trial_curves import Axes, new_axes
+from undertow.report.trial_curves import Axes, draw_pairs, new_axes
 from undertow.report.trial_figures import draw_residual
 from undertow.uncertainty.confidence import INTERVAL_LEVEL
+from undertow.uncertainty.posterior import Draws
 
 
 @dataclass(frozen=True, repr=False)
@@ -180,6 +182,37 @@ class DiagnosedGroup(HandOver):
             verdict = replace(self.verdict, augmented=described)
             thetas.append(repaired_equation(self.prescribed, verdict, self.findings.specimen).theta())
         return np.array(thetas), *scatter_of(self.findings.structure)
+
+    def posterior(self, draws: int = 1000, seed: int = 0) -> Draws:
+        """Draws of the repaired equation's numbers from the normal distribution of their errors and correlations.
+
+        Laplace, without weights; a number without an error bar is left out. Raises IdentificationError where no number
+        has one, or ``draws`` is below 2.
+        """
+        described = self.verdict.augmented or self.verdict.baseline
+        known = {name: e for name, e in self.estimates.items() if 0.0 < e.total_stderr < math.inf}
+        if draws < 2 or not known:
+            raise IdentificationError(
+                f"{self.label}: {draws} draws of {len(known)} numbers with an error bar; a posterior needs at least 2 "
+                "draws of one number"
+            )
+        together = np.array([
+            [1.0 if a == b else described.correlations.get(a, {}).get(b, 0.0) for b in known] for a in known
+        ])  # fmt: skip
+        size = np.array([e.total_stderr for e in known.values()])
+        drawn = np.random.default_rng(seed).multivariate_normal(
+            np.zeros(size.size), together, draws, check_valid="ignore", method="eigh"
+        )  # fmt: skip
+        values = {name: e.value + s * z for (name, e), s, z in zip(known.items(), size, drawn.T, strict=True)}
+        return Draws(values, float(draws), draws, OK)
+
+    def plot_corner(self, draws: int = 1000, seed: int = 0) -> Any:
+        """Pair plot of the numbers' draws: their widths and what moves together; returns the Axes."""
+        return draw_pairs(self.posterior(draws, seed).values, {name: e.unit for name, e in self.estimates.items()})
+
+    def to_arviz(self, draws: int = 250, seed: int = 0, chains: int = 4) -> Any:
+        """The draws as ArviZ's InferenceData (the extra ``arviz``), ``chains`` times ``draws`` of them."""
+        return to_arviz(self, draws, seed, chains)
 
     def plot(self, axes: Axes | None = None, trial: int | str | None = None) -> Axes:
         """Measured motion, the prescribed equation's free run and the repaired one's, with the allowance as a band.

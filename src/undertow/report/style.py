@@ -17,6 +17,8 @@ from matplotlib.axis import Axis
 from matplotlib.backends.backend_svg import FigureCanvasSVG
 from matplotlib.figure import Figure
 
+from undertow.report.layout import lay_out
+
 BLUE, ORANGE, GREEN, VERMILLION = "#0072B2", "#E69F00", "#009E73", "#D55E00"
 PURPLE, SKY, INK, GREY, PALE = "#CC79A7", "#56B4E9", "#222222", "#777777", "#d9d9d9"
 """Okabe and Ito's palette (jfly.uni-koeln.de/color, 2008), and greys; vermillion is kept for what is not explained."""
@@ -136,10 +138,9 @@ def svg_text(figure: Figure, outlines: bool = False) -> str:
     """
     stream = io.StringIO()
     with rc_context(_settings() | {"svg.fonttype": "path" if outlines else "none"}):
-        if figure.axes and (engine := figure.get_layout_engine()):  # once: savefig lays out and draws twice
+        if figure.axes:  # once: savefig lays out and draws twice
             figure.set_dpi(POINTS_PER_INCH)
-            engine.execute(figure)
-            figure.set_layout_engine("none")
+            lay_out(figure)
         FigureCanvasSVG(figure).print_svg(stream, metadata={"Date": None})  # type: ignore[no-untyped-call]
     return _compact(stream.getvalue())
 

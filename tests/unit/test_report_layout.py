@@ -1,0 +1,57 @@
+"""One pass of the layout where a second one would change nothing: the same places, in half of the time."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from undertow.report import layout
+from undertow.report.layout import lay_out
+from undertow.report.style import new_figure
+
+
+def drawn(values: np.ndarray):
+    figure = new_figure(11.0, 3.0)
+    left, right = figure.subplots(1, 2)
+    left.plot(values)
+    left.set_ylabel("displacement (m)")
+    right.semilogy(np.abs(values) + 1e-6)
+    right.set_title("right")
+    return figure
+
+
+def places(figure) -> np.ndarray:
+    return np.array([axes.get_position().bounds for axes in figure.axes])
+
+
+@pytest.mark.parametrize("size", [1.0, 1e-5, 123456.0])
+def test_one_pass_gives_the_places_of_two(size):
+    values = size * np.sin(np.linspace(0.0, 6.0, 50))
+    ours, theirs = drawn(values), drawn(values)
+    theirs.get_layout_engine().execute(theirs)
+    lay_out(ours)
+    assert places(ours) == pytest.approx(places(theirs), abs=2e-3)  # a fiftieth of an inch
+    assert not isinstance(ours.get_layout_engine(), layout.ConstrainedLayoutEngine)
+
+
+@pytest.mark.parametrize("fault", [AttributeError, TypeError])
+def test_a_matplotlib_without_these_passes_lays_out_as_it_does(monkeypatch, fault):
+    values = np.sin(np.linspace(0.0, 6.0, 50))
+    ours, theirs = drawn(values), drawn(values)
+    theirs.get_layout_engine().execute(theirs)
+
+    def absent(*_, **__):
+        raise fault
+
+    monkeypatch.setattr(layout, "_renderer", absent)
+    lay_out(ours)
+    assert places(ours) == pytest.approx(places(theirs), abs=1e-12)
+
+
+def test_other_ticks_after_the_first_pass_ask_for_a_second(monkeypatch):
+    figure, asked = drawn(np.arange(5.0)), []
+    changing = iter([[("1", "2")], [("1", "2", "3")]])
+    monkeypatch.setattr(layout, "_ticks", lambda _: next(changing))
+    monkeypatch.setattr(layout.ConstrainedLayoutEngine, "execute", lambda self, figure: asked.append(figure))
+    lay_out(figure)
+    assert asked == [figure]

@@ -1,4 +1,4 @@
-"""Method 1's search: starts that stop early end where complete ones do, and two minima are still told apart."""
+"""Method 1's search: starts that stop early end where complete ones do, and two minima are still distinguished."""
 
 from __future__ import annotations
 

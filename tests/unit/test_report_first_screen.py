@@ -275,6 +275,18 @@ def test_what_would_have_been_seen_stands_in_words_the_smallest_share_first():
     assert (second["effect"], second["named"]) == ("cubic damping", "-")
 
 
+def test_the_page_says_what_would_have_been_seen_and_what_is_not_testable():
+    first, second = small_findings().groups
+    small = Detectable("hidden_resonator", "mass_kg", 4.13, "kg", 0.011, 7.9)
+    told = replace(second.verdict, detectable=(small,), not_testable=("rest_offset",))
+    findings = replace(small_findings(), groups=(first, replace(second, verdict=told)))
+    with page_style():
+        text = page(findings, page_figures(findings), {})
+    assert '<td>hidden resonator</td><td class="n">4.1 kg</td><td class="n">1.1 %</td><td class="n">7.9 kg</td>' in text
+    assert "Not testable here: rest offset." in text
+    assert text.count("What would have been seen") == 1
+
+
 def test_the_repaired_equation_stands_beside_the_prescribed_one_and_is_believed():
     section = rendered().split('<section id="spring-short-water-depth-2-36-m">')[1]
     with page_style():

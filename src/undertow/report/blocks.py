@@ -191,6 +191,7 @@ def group_block(
         "agreement": agreement_texts(group, [p for p in parameters if p != "total_mass_kg"]),
         "gates": gate_rows(group.verdict),
         "seen": seen_rows(group.verdict),
+        "not_testable": group.verdict.not_testable,
         "repaired": repaired_block(group),
         "adjusted": adjusted_words(group),
         "latex": [group.equation.to_latex(), numeric_latex(group.equation, group.equation_errors)],

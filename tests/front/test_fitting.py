@@ -13,7 +13,6 @@ import undertow
 from undertow.equation.equation import Equation
 from undertow.equation.structure import Stiffness
 from undertow.errors import ConfigError, IdentificationError, UndertowError
-from undertow.front.curves import run_of_own_law
 from undertow.uncertainty.posterior import posterior_draws
 
 MASS_KG = 4.0
@@ -222,16 +221,6 @@ class Own(Stiffness):
 
     name = "own_spring"
     slots = {}  # noqa: RUF012
-
-
-def test_an_own_laws_free_run_is_adjusted_to_a_trial_as_the_compiled_one_is(found):
-    """x0, clock and rest position by Gauss-Newton steps, here of an equation that the compiled score knows as well."""
-    unseen = undertow.read([recorded(0.08, 7)])
-    known = found.free_runs(unseen)[0]
-    own = run_of_own_law(found.equation, unseen[0], found.group.solution)
-    assert own.nrmse == pytest.approx(known.nrmse, rel=0.01)
-    seen = run_of_own_law(found.equation, found.trials[0], found.group.solution)
-    assert seen.nrmse == pytest.approx(found.runs[0].nrmse, rel=0.02)
 
 
 def test_a_law_of_your_own_is_simulated_and_run_free():

@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import ClassVar
 
 import numpy as np
 import pytest
 
+from tests.exact_motions import LONG, exact_motion
 from undertow.conditioning.condition import condition
 from undertow.equation.equation import Equation, equation_15
 from undertow.equation.general import PlacedTerm, general_trajectory, spring_force
@@ -19,6 +20,7 @@ from undertow.equation.term import Array, Term
 from undertow.errors import IdentificationError
 from undertow.likelihood import output_error
 from undertow.likelihood.fit import Specimen
+from undertow.likelihood.free_run import free_run
 from undertow.likelihood.problem import TrialOptions
 from undertow.methods.baseline import fit_group, group_model, terms_by_name
 from undertow.quantities import Parameter
@@ -70,6 +72,20 @@ def test_the_general_path_moves_and_sticks_as_the_compiled_one_does():
         size = np.max(np.abs(theirs), axis=0)
         assert np.max(np.abs(ours - theirs) / size) < 2e-4  # differences of the laws; 1e-7 for the motion itself
     assert np.max(np.abs(general[0][:, 0] - compiled[0][:, 0])) < 1e-7 * 0.06 * 5.0  # both are right to 1e-7 of x0
+
+
+def test_a_free_run_is_adjusted_on_the_general_path_as_on_the_compiled_one():
+    motion = exact_motion(LONG, 0.06, rate_hz=60.0, duration_s=4.0)
+    motion = replace(motion, noise={"displacement": 1e-4})
+    theta = equation_15(LONG.inertia_kg, 0.0, 700.0, LONG.k_N_per_m, 400.0, 0.0).theta(0.06)  # not the body's own
+    general, compiled = (free_run(motion, theta, 1e-3, laws=laws) for laws in (PLACES, ()))
+    assert compiled.nrmse > 0.01
+    assert general.nrmse == pytest.approx(compiled.nrmse, rel=1e-4)
+    assert general.nuisance.shape == compiled.nuisance.shape
+    assert general.theta.size == 0
+    adjusted = compiled.theta[SLOT["x0"]]
+    assert general.simulated[0] == pytest.approx(compiled.simulated[0], abs=1e-4 * abs(adjusted))
+    assert adjusted != pytest.approx(theta[SLOT["x0"]], rel=1e-4)
 
 
 def test_derivatives_of_an_own_law_are_those_of_its_motion():

@@ -18,7 +18,7 @@ from undertow.discrepancy.words import count, percent
 from undertow.equation.equation import Equation
 from undertow.equation.kernel import SLOT
 from undertow.errors import IdentificationError
-from undertow.front.curves import curve_of, noise_of_curve, run_of_own_law
+from undertow.front.curves import curve_of, noise_of_curve
 from undertow.front.handover import HandOver
 from undertow.front.prediction import Prediction, normal_thetas, predict, scatter_of
 from undertow.front.tables import html_page, parameter_lines, parameter_table
@@ -85,12 +85,12 @@ class Fitted(HandOver):
 
     def free_runs(self, trials: Trials) -> tuple[FreeRun, ...]:
         """The equation run free on each trial: only x0, clock and rest position are adjusted to it."""
-        known = self.group.model.stiffness
+        group, model = self.group, self.group.model
+        own_k = [m.name if m.name in model.stiffness else "" for m in trials]
         return tuple(
-            free_run(m, self.group.model.theta(self.group.values, m.name if m.name in known else ""), self._rest(m))
-            if not self.group.model.laws else _own_run(self, m)
-            for m in trials
-        )  # fmt: skip
+            free_run(m, model.theta(group.values, name), self._rest(m), laws=model.laws)
+            for m, name in zip(trials, own_k, strict=True)
+        )
 
     def _rest(self, motion: Any) -> float:
         """Half width within which friction lets the body rest, m, or the rest position's own error."""
@@ -204,8 +204,3 @@ class Fitted(HandOver):
 
     def _repr_html_(self) -> str:
         return html_page(self.summary, self.equation.text(self._errors()), self.doubts, self.parameters, self.notes)
-
-
-def _own_run(fitted: Fitted, motion: Any) -> FreeRun:
-    """The free run of an equation with a user's own law, which the compiled score does not know: as it was fitted."""
-    return run_of_own_law(fitted.equation, motion, fitted.group.solution)

@@ -16,6 +16,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from undertow.conditioning.motion import Motion
+from undertow.equation.general import PlacedTerm
 from undertow.equation.kernel import SLOT
 from undertow.equation.simulate import fastest_frequency
 from undertow.errors import IdentificationError
@@ -28,6 +29,7 @@ from undertow.likelihood.problem import (
     ProblemBuilder,
     TrialOptions,
 )
+from undertow.likelihood.residuals import motion_of
 from undertow.recording.recording import Array
 
 DRAWS = 200
@@ -49,7 +51,8 @@ class FreeRun:
 
     ``t`` (n,) s after the release inside the motion window, ``measured`` and ``simulated`` (n,) about the rest
     position (m, rad; rad/s where only a rate was recorded), ``nrmse`` RMS error over RMS measured. ``theta`` is the
-    parameter vector with the trial's x0, v0 in it, ``nuisance`` the derivatives of ``simulated`` by x0, clock, rest.
+    parameter vector with the trial's x0, v0 in it (empty where the compiled integrator lacks a law), ``nuisance`` the
+    derivatives of ``simulated`` by x0, clock, rest.
     """
 
     t: Array
@@ -76,12 +79,17 @@ def scored_channel(motion: Motion) -> str:
 
 
 def free_run(
-    motion: Motion, theta: Array, rest_offset_std: float, own: Mapping[str, float] | None = None
+    motion: Motion,
+    theta: Array,
+    rest_offset_std: float,
+    own: Mapping[str, float] | None = None,
+    laws: tuple[PlacedTerm, ...] = (),
 ) -> FreeRun:
     """The free run of ``theta`` (its x0, v0 are ignored) with x0, clock and rest fitted to this trial.
 
     ``rest_offset_std`` is the prior of the rest position in the sensor's scale (mu N / k, or its own error); ``own``
-    are slots (with their scales) that are this trial's own as its release is: an outside force's size and phase.
+    are slots (with their scales) that are this trial's own as its release is: an outside force's size and phase;
+    ``laws`` all forces where the compiled integrator lacks one.
     """
     quantity = scored_channel(motion)
     builder = ProblemBuilder()
@@ -91,7 +99,8 @@ def free_run(
     for slot, size in (own or {}).items():
         base[SLOT[slot]] = 0.0
         mine.append(Link(SLOT[slot], builder.unknown(slot, theta[SLOT[slot]], scale=size)))
-    builder.trial(motion, base, tuple(mine), TrialOptions(channels=(quantity,), rest_offset_std=rest_offset_std))
+    options = TrialOptions(channels=(quantity,), rest_offset_std=rest_offset_std)
+    builder.trial(motion, base, tuple(mine), options, laws)
     problem = builder.build()
     solution = output_error.fit(problem, _bounded_start(problem), growing=False)
     return _at_samples(motion, solution.problem, solution.values, quantity, solution.outcome)
@@ -118,15 +127,15 @@ def _at_samples(motion: Motion, problem: Problem, values: Array, quantity: str, 
     measured = motion.recorded(quantity)[motion.inside] - rest
     theta = output_error.parameter_vector(trial, values)
     shift = float(values[trial.shift]) if trial.shift >= 0 else 0.0
-    slots = trial.slots
-    x, v, a = output_error.trajectory(theta, slots, np.maximum(t + shift, 0.0))
+    x, v, a = motion_of(trial, values, np.maximum(t + shift, 0.0))
     signal, rate = {"displacement": (x, v), "velocity": (v, a), "acceleration": (a, a)}[quantity]
     simulated = signal[:, 0]
     columns = [signal[:, 1:], np.ones((t.size, 1))]
     if trial.shift >= 0:
         columns.append(rate[:, :1])
     score = float(np.sqrt(np.mean((measured - simulated) ** 2) / np.mean(measured**2)))
-    return FreeRun(t, measured, simulated, score, theta, np.hstack(columns), outcome)
+    compiled = np.zeros(0) if trial.laws else theta
+    return FreeRun(t, measured, simulated, score, compiled, np.hstack(columns), outcome)
 
 
 def error_as_measured(motion: Motion, theta: Array) -> float:

@@ -53,17 +53,13 @@ def trajectory(
     return x, v, a
 
 
-def _integrate(
-    trial: TrialProblem, values: Array, times: Array, slots: np.ndarray
-) -> tuple[Array, Array, Array] | None:
-    """The trajectory, or None where there is none: a search step that went too far, not an error."""
-    try:
-        theta = parameter_vector(trial, values)
-        if trial.drive is not None:
-            return _driven(trial, trial.drive, theta, slots, times)
-        return general_trajectory(theta, trial.laws, slots, times) if trial.laws else trajectory(theta, slots, times)
-    except IdentificationError:
-        return None
+def motion_of(trial: TrialProblem, values: Array, times: Array) -> tuple[Array, Array, Array]:
+    """x, v, a, each (n, 1 + p), of a trial at the unknowns' values and ``times`` (n,): by the integrator that knows its
+    laws. Raises IdentificationError where the motion leaves every bound."""
+    theta, slots = parameter_vector(trial, values), trial.slots
+    if trial.drive is not None:
+        return _driven(trial, trial.drive, theta, slots, times)
+    return general_trajectory(theta, trial.laws, slots, times) if trial.laws else trajectory(theta, slots, times)
 
 
 def _driven(
@@ -86,8 +82,9 @@ def residuals(trial: TrialProblem, values: Array) -> tuple[Array, Array, np.ndar
     rows = [_grid(times, channel, values) for channel in trial.channels]
     merged, orders = _merge(rows)
     since = merged if trial.drive is not None else np.maximum(merged, 0.0)
-    motion = _integrate(trial, values, since, slots)
-    if motion is None:
+    try:
+        motion = motion_of(trial, values, since)
+    except IdentificationError:  # a step of a search that went too far, not an error
         return None
     used, column = _columns(trial)
     n = trial.t.size

@@ -9,8 +9,11 @@ import pytest
 
 from undertow.equation import registry
 from undertow.equation.equation import Equation, equation_15
+from undertow.equation.hidden import even_step
+from undertow.equation.hydrodynamics import QuadraticDrag
 from undertow.equation.kernel import SLOT
 from undertow.equation.notation import plain_symbol, quantity_latex, term_latex
+from undertow.equation.symbolic import Place
 from undertow.equation.term import Term
 from undertow.errors import UndertowError
 from undertow.quantities import Parameter
@@ -189,3 +192,33 @@ def test_constants_cannot_be_edited():
     equation = Equation((), (), constants={"area_m2": 0.97})
     with pytest.raises(TypeError, match="does not support item assignment"):
         equation.constants["area_m2"] = 1.0
+
+
+ALGEBRAIC = [
+    registry.find(law.name)
+    for law in registry.catalogue() if law.kind == "algebraic" and law.slots and not law.is_inertia
+]  # fmt: skip
+
+
+@pytest.mark.parametrize("term", ALGEBRAIC, ids=lambda term: term.name)
+@pytest.mark.parametrize(("x", "v"), [(0.03, -0.2), (-0.02, 0.05)])
+def test_a_law_as_symbols_is_the_force_it_is_fitted_by(term, x, v):
+    numbers = {term.coefficient.name: 7.0, **term.inner}
+    share = term.share(numbers, Place(x, v, float(np.sign(v)), 1.5, 0.4, 0.0), "")
+    assert share.states == ()
+    one = np.ones(1)
+    assert float(share.smooth + share.friction * np.sign(v)) == pytest.approx(
+        7.0 * float(term.force(x * one, v * one, 1.5 * one, 0.4 * one)[0]), rel=1e-9
+    )
+
+
+def test_first_guesses_of_damping_are_a_fiftieth_of_the_inertia_force():
+    mass, rate, speed = 4.0, 10.0, 0.3
+    drag = QuadraticDrag().start(mass, rate, speed)
+    assert drag * speed**2 == pytest.approx(0.02 * mass * rate * speed)
+
+
+def test_uneven_steps_are_refused_with_both_numbers():
+    assert even_step(np.array([0.0, 0.1, 0.2, 0.3005]), "x") == pytest.approx(0.1)
+    with pytest.raises(UndertowError, match=r"x: time steps differ by 0.002 s from their median 0.1 s; a hidden state"):
+        even_step(np.array([0.0, 0.1, 0.2, 0.302]), "x")

@@ -140,3 +140,38 @@ def test_with_nothing_adjusted_a_rate_alone_and_a_motion_without_bounds_have_no_
     rate = replace(motion, recording=Recording("r", motion.t, {"velocity": motion.v}))
     assert math.isnan(error_as_measured(rate, linear_theta()))
     assert math.isnan(error_as_measured(motion, growing_theta(-300.0)))
+
+
+def test_before_the_release_the_body_is_held_where_it_was_let_go():
+    run = free_run(released(late_s=0.035), linear_theta(), 1e-3)
+    assert run.simulated[:3] == pytest.approx(run.theta[SLOT["x0"]], rel=1e-12)
+    assert run.simulated[6] < run.simulated[0]
+
+
+def drawn_values(monkeypatch: pytest.MonkeyPatch, slot: str, spread: float, freedom: float = math.inf) -> np.ndarray:
+    """What a slot is in the repetitions of a linear decay."""
+    run = free_run(released(), linear_theta(), 1e-3)
+    seen, plain = [], output_error.trajectory
+
+    def noting(theta, *rest):
+        seen.append(theta[SLOT[slot]])
+        return plain(theta, *rest)
+
+    with monkeypatch.context() as patch:
+        patch.setattr(output_error, "trajectory", noting)
+        repeatability(run, {slot: spread}, 0.0, "displacement", seed=1, freedom=freedom)
+    return np.array(seen[2:])
+
+
+def test_no_repetition_has_damping_that_feeds_the_motion(monkeypatch):
+    values = drawn_values(monkeypatch, "c1", 0.5)
+    assert values.min() == 0.0
+    assert values.max() > 0.5
+
+
+def test_scatter_of_few_trials_is_drawn_from_students_distribution(monkeypatch):
+    many = drawn_values(monkeypatch, "k1", 0.1)
+    one = drawn_values(monkeypatch, "k1", 0.1, freedom=1.0)
+    assert np.std(many) == pytest.approx(0.1, rel=0.15)
+    # quartiles of Cauchy's distribution are 2.0 apart, of the normal one 1.35
+    assert np.subtract(*np.quantile(one, (0.75, 0.25))) > 1.25 * np.subtract(*np.quantile(many, (0.75, 0.25)))

@@ -111,6 +111,16 @@ def test_load_cells_alone_know_k_as_well_as_their_gain():
     assert anchor.stiffness.total_stderr == pytest.approx(math.hypot(1.0, 5.0))
 
 
+@pytest.mark.parametrize(
+    ("cells", "said"),
+    [(1020.0, ("stiffness from config is 1000 N/m but from load cells 1020 N/m (+2.0 %)",)), (1009.0, ()), (991.0, ())],
+)
+def test_a_stiffness_that_load_cells_contradict_by_over_one_per_cent_is_said(cells, said):
+    anchor = choose_anchor(Specimen(stiffness_N_per_m=1000.0), None, Estimate(cells, 1.0, unit="N/m"))
+    assert anchor.doubts == said
+    assert anchor.stiffness.value == 1000.0
+
+
 def test_dry_means_carry_the_freedom_they_were_seen_with():
     _, fits, _ = trials()
     structure = structure_from(fits, pooled_scatter([fits]))

@@ -149,3 +149,11 @@ def test_bounds_follow_the_signs():
     assert laws(TERMS).lower[:5].tolist() == [0.0, 0.0, 0.0, 0.0, -np.inf]
     assert np.all(np.isneginf(laws(TERMS, signs=False).lower[:5]))
     assert laws(TERMS).names[-1] == "stribeck_friction.velocity_m_per_s"
+
+
+def test_a_release_may_be_late_by_its_prior_and_by_what_it_was_seen_with(trial):
+    motion = exact_motion(LONG, 0.1, rate_hz=200.0, a_noise=0.02)
+    unsure = replace(motion, window=replace(motion.window, release_stderr_s=0.3))
+    late = [in_cells(one).prior[1] for one in (motion, unsure)]
+    assert late[0] == pytest.approx(0.6 * trial.period_s / (2.0 * np.pi), rel=0.01)
+    assert late[1] == pytest.approx(np.hypot(late[0], 0.3), rel=0.01)

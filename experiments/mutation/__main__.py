@@ -1,0 +1,205 @@
+"""Do the unit tests notice a changed line? Mutants drawn by a seed in likelihood, comparison and laws.
+
+    pip install '.[mutation]' && python -m experiments.mutation --seed 1 --mutants 30
+    python -m experiments.mutation --again       # those that survived, once more, after tests were added
+
+A place (module, line, column) is drawn with equal probability, then one of cosmic-ray's operators that change it. Each
+mutant runs against the unit tests of its module alone (TESTS), in place, and the file is put back. What changes nothing
+but annotations is not drawn. Rows are added to results.csv. Belongs here: the draw and the count. Does not belong here:
+operators (cosmic-ray), tests.
+"""
+
+from __future__ import annotations
+
+import argparse
+import ast
+import csv
+import subprocess
+import sys
+import time
+from collections.abc import Iterator
+from dataclasses import asdict, dataclass, fields
+from pathlib import Path
+
+import numpy as np
+import parso
+from cosmic_ray.mutating import mutate_code
+from cosmic_ray.operators.provider import OperatorProvider
+
+ROOT = Path(__file__).resolve().parents[2]
+SOURCE = ROOT / "src" / "undertow"
+RESULTS = Path(__file__).resolve().parent / "results.csv"
+TIMEOUT_S = 240.0
+FAMILIES = ("ReplaceComparisonOperator", "ReplaceBinaryOperator", "ReplaceUnaryOperator", "NumberReplacer", "AddNot",
+            "ReplaceTrueWithFalse", "ReplaceFalseWithTrue", "ReplaceAndWithOr", "ReplaceOrWithAnd", "ReplaceBreakWith",
+            "ReplaceContinueWith")  # fmt: skip
+
+TESTS: dict[str, tuple[str, ...]] = {
+    "likelihood/descent.py": ("unit/test_descent.py", "unit/test_frozen_numbers.py"),
+    "likelihood/noise.py": ("unit/test_noise.py", "unit/test_subset.py"),
+    "likelihood/residuals.py": ("unit/test_frozen_numbers.py", "unit/test_trajectories.py", "unit/test_free_run.py"),
+    "likelihood/priors.py": ("unit/test_frozen_numbers.py", "unit/test_trajectories.py"),
+    "likelihood/free_run.py": ("unit/test_free_run.py",),
+    "likelihood/budget.py": ("unit/test_budget.py",),
+    "likelihood/scale.py": ("unit/test_group_errors.py",),
+    "comparison/needless.py": ("unit/test_needless.py",),
+    "comparison/trajectories.py": ("unit/test_trajectories.py", "unit/test_frozen_numbers.py"),
+    "comparison/polish.py": ("unit/test_trajectories.py", "unit/test_frozen_numbers.py"),
+    "comparison/laws.py": ("unit/test_trajectories.py",),
+    "equation/term.py": ("unit/test_equation.py", "contract/test_every_term.py"),
+    "equation/structure.py": ("unit/test_equation.py", "contract/test_every_term.py"),
+    "equation/hydrodynamics.py": ("unit/test_equation.py", "contract/test_every_term.py"),
+    "equation/hidden.py": ("unit/test_equation.py", "contract/test_every_term.py"),
+}
+"""Modules that are mutated and the tests that are theirs."""
+
+
+@dataclass(frozen=True)
+class Row:
+    """One mutant and what became of it."""
+
+    seed: int
+    module: str
+    line: int
+    operator: str
+    before: str
+    after: str
+    outcome: str
+    seconds: float
+
+
+@dataclass(frozen=True)
+class Mutant:
+    """One operator at one place of a module."""
+
+    module: str
+    place: tuple[int, int]
+    operator: str
+    occurrence: int
+
+
+def mutants_of(module: str) -> list[Mutant]:
+    """Every mutant of a module, by cosmic-ray's operators of the FAMILIES."""
+    tree = parso.parse((SOURCE / module).read_text(encoding="utf-8"))
+    provider = OperatorProvider()
+    found = []
+    for name in provider:
+        if not name.startswith(FAMILIES):
+            continue
+        operator = provider[name]()
+        places = [start for node in _nodes(tree) for start, _ in operator.mutation_positions(node)]
+        found += [Mutant(module, place, name, i) for i, place in enumerate(places)]
+    return found
+
+
+def _nodes(node: parso.tree.NodeOrLeaf) -> Iterator[parso.tree.NodeOrLeaf]:
+    yield node
+    for child in getattr(node, "children", ()):
+        yield from _nodes(child)
+
+
+def bare(text: str) -> str:
+    """A module's code without annotations and docstrings."""
+    tree = ast.parse(text)
+    for node in ast.walk(tree):
+        if isinstance(node, ast.arg | ast.AnnAssign):
+            node.annotation = ast.Name("object")
+        if isinstance(node, ast.FunctionDef):
+            node.returns = None
+    return ast.dump(tree)
+
+
+def drawn(seed: int, count: int) -> Iterator[tuple[Mutant, str]]:
+    """Mutants by seed with their text: a place with equal probability, then an operator that changes what is run."""
+    rng = np.random.default_rng(seed)
+    by_place: dict[tuple[str, tuple[int, int]], list[Mutant]] = {}
+    for module in TESTS:
+        for mutant in mutants_of(module):
+            by_place.setdefault((module, mutant.place), []).append(mutant)
+    places = sorted(by_place)
+    given = 0
+    for index in rng.permutation(len(places)):
+        choices = by_place[places[index]]
+        mutant = choices[int(rng.integers(len(choices)))]
+        text = (SOURCE / mutant.module).read_text(encoding="utf-8")
+        operator = OperatorProvider()[mutant.operator]()
+        changed = mutate_code(text, operator, mutant.occurrence)
+        if changed is None or bare(changed) == bare(text):
+            continue
+        yield mutant, changed
+        given += 1
+        if given == count:
+            return
+
+
+def judged(seed: int, mutant: Mutant, changed: str) -> Row:
+    """Run a mutant against its module's tests; the file is put back whatever happens."""
+    text = (SOURCE / mutant.module).read_text(encoding="utf-8")
+    pairs = zip(text.splitlines(), changed.splitlines(), strict=False)
+    before, after = next(((a.strip(), b.strip()) for a, b in pairs if a != b), ("", ""))
+    began = time.monotonic()
+    outcome = outcome_of(mutant.module, text, changed)
+    seconds = round(time.monotonic() - began, 1)
+    return Row(seed, mutant.module, mutant.place[0], mutant.operator, before, after, outcome, seconds)
+
+
+def outcome_of(module: str, text: str, changed: str) -> str:
+    """What a module's tests say of a changed text; ``text`` is put back whatever happens."""
+    path = SOURCE / module
+    tests = [str(ROOT / "tests" / name) for name in TESTS[module]]
+    command = [sys.executable, "-m", "pytest", "-q", "-x", "-n", "0", "-p", "no:cacheprovider", *tests]
+    try:
+        path.write_text(changed, encoding="utf-8")
+        code = subprocess.run(command, cwd=ROOT, capture_output=True, timeout=TIMEOUT_S, check=False).returncode
+    except subprocess.TimeoutExpired:
+        return "killed by time"
+    finally:
+        path.write_text(text, encoding="utf-8")
+    return "survived" if code == 0 else "killed"
+
+
+def again() -> None:
+    """Run once more what survived, at the line that still reads so, and write the outcomes."""
+    with RESULTS.open(newline="", encoding="utf-8") as file:
+        rows = list(csv.DictReader(file))
+    for row in rows:
+        text = (SOURCE / row["module"]).read_text(encoding="utf-8")
+        if row["outcome"] == "survived" and text.count(row["before"]) >= 1:
+            lines = text.splitlines(keepends=True)
+            near = [i for i, line in enumerate(lines) if line.strip() == row["before"]]
+            i = min(near, key=lambda i: abs(i + 1 - int(row["line"])))
+            lines[i] = lines[i].replace(row["before"], row["after"])
+            outcome = outcome_of(row["module"], text, "".join(lines))
+            row["outcome"] = "survived" if outcome == "survived" else f"{outcome} by a test added since"
+            print(f"{row['outcome']:32} {row['module']}:{row['line']} {row['before']}  ->  {row['after']}", flush=True)
+            with RESULTS.open("w", newline="", encoding="utf-8") as file:
+                writer = csv.DictWriter(file, [field.name for field in fields(Row)])
+                writer.writeheader()
+                writer.writerows(rows)
+
+
+def main(arguments: list[str] | None = None) -> int:
+    """Draw mutants, run them, add their rows to results.csv."""
+    parser = argparse.ArgumentParser(prog="python -m experiments.mutation", description=(__doc__ or "").split("\n")[0])
+    parser.add_argument("--seed", type=int, default=1)
+    parser.add_argument("--mutants", type=int, default=30)
+    parser.add_argument("--again", action="store_true", help="run the survivors once more")
+    asked = parser.parse_args(arguments)
+    if asked.again:
+        again()
+        return 0
+    new = not RESULTS.exists()
+    with RESULTS.open("a", newline="", encoding="utf-8") as file:
+        writer = csv.DictWriter(file, [field.name for field in fields(Row)])
+        if new:
+            writer.writeheader()
+        for mutant, changed in drawn(asked.seed, asked.mutants):
+            row = judged(asked.seed, mutant, changed)
+            writer.writerow(asdict(row))
+            file.flush()
+            print(f"{row.outcome:14} {row.module}:{row.line} {row.before}  ->  {row.after}", flush=True)
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())

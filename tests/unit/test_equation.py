@@ -222,3 +222,13 @@ def test_uneven_steps_are_refused_with_both_numbers():
     assert even_step(np.array([0.0, 0.1, 0.2, 0.3005]), "x") == pytest.approx(0.1)
     with pytest.raises(UndertowError, match=r"x: time steps differ by 0.002 s from their median 0.1 s; a hidden state"):
         even_step(np.array([0.0, 0.1, 0.2, 0.302]), "x")
+
+
+def test_a_resonator_that_is_pulled_evenly_comes_along_and_one_left_alone_swings_at_its_frequency():
+    t = np.arange(0.0, 40.0, 0.01)
+    resonator, still = registry.find("hidden_resonator"), np.zeros(t.size)
+    pull = resonator.force(still, still, np.ones(t.size), t)
+    assert pull[-1] == pytest.approx(1.0, abs=1e-3)
+    w, damping = resonator.natural_frequency_rad_per_s, resonator.damping_ratio
+    peaks = t[1:-1][(pull[1:-1] > pull[:-2]) & (pull[1:-1] > pull[2:])]
+    assert 2.0 * np.pi / np.median(np.diff(peaks[:8])) == pytest.approx(w * math.sqrt(1.0 - damping**2), rel=0.01)

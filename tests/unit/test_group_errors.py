@@ -18,7 +18,7 @@ from undertow.errors import IdentificationError
 from undertow.likelihood.fit import Specimen
 from undertow.likelihood.priors import GAIN_STD
 from undertow.likelihood.problem import TrialOptions
-from undertow.likelihood.scale import choose_anchor
+from undertow.likelihood.scale import choose_anchor, to_physical, trial_stiffness
 from undertow.methods.baseline import fit_group, group_model, terms_by_name
 from undertow.methods.dry import DEFAULT_SCATTER, dry_fits, pooled_scatter, structural_terms, structure_from, uneven
 from undertow.quantities import Estimate
@@ -119,6 +119,33 @@ def test_a_stiffness_that_load_cells_contradict_by_over_one_per_cent_is_said(cel
     anchor = choose_anchor(Specimen(stiffness_N_per_m=1000.0), None, Estimate(cells, 1.0, unit="N/m"))
     assert anchor.doubts == said
     assert anchor.stiffness.value == 1000.0
+
+
+def test_a_trials_stiffness_follows_its_load_cells_as_far_as_they_can_be_trusted():
+    k, ratio = Estimate(1000.0, 2.0, unit="N/m"), Estimate(0.98, 0.003)
+    slopes = {"stiffer": Estimate(0.98 * 1010.0, 0.1, unit="N/m"), "mean": Estimate(980.0, 0.1, unit="N/m")}
+    found = trial_stiffness(k, slopes, ratio, 0.004)
+    trust = 0.004**2 / (0.004**2 + 0.003**2)
+    assert found["stiffer"].value == pytest.approx(1000.0 * (1.0 + 0.01 * trust))
+    assert found["mean"].value == pytest.approx(1000.0)
+    assert found["mean"].stderr == pytest.approx(1000.0 * 0.004 * math.sqrt(1.0 - trust))
+    assert found["mean"].systematic == pytest.approx(2.0)
+    assert trial_stiffness(k, slopes, ratio, 0.0)["stiffer"].value == 1000.0  # springs that do not scatter
+
+
+def test_coefficients_over_mass_become_kilograms_with_the_anchors_error():
+    anchor = choose_anchor(Specimen(mass_kg=3.0, stiffness_N_per_m=1000.0), None)
+    anchor = replace(anchor, stiffness=Estimate(1000.0, 0.0, 20.0, unit="N/m"))
+    spread = np.diag([0.5, 0.01]) ** 2
+    found = to_physical(
+        ["stiffness", "viscous_damping"], np.array([250.0, 0.3]), spread, anchor, Specimen(mass_kg=3.0), dry=False
+    )
+    assert found["c_Ns_per_m"].value == pytest.approx(1.2)
+    assert found["c_Ns_per_m"].systematic == pytest.approx(0.02 * 1.2)
+    assert found["c_Ns_per_m"].stderr == pytest.approx(math.hypot(4.0 * 0.01, 1.2 * 0.5 / 250.0))
+    assert found["added_mass_kg"].value == pytest.approx(1.0)
+    assert found["added_mass_kg"].stderr == pytest.approx(4.0 * 0.5 / 250.0)
+    assert found["added_mass_kg"].systematic == pytest.approx(0.08)
 
 
 def test_dry_means_carry_the_freedom_they_were_seen_with():

@@ -6,6 +6,7 @@ Exit 0 done, 1 failed, 2 usage or config, 3 done but some trials failed, 130 int
 
 from __future__ import annotations
 
+import math
 import os
 import shutil
 import signal
@@ -287,8 +288,14 @@ def differ(
 @app.command()
 def predict(
     run: Annotated[Path, typer.Argument(metavar="RUN", help="A run folder.")],
-    recording: Annotated[Path, typer.Option("--recording", metavar="FILE", help="A recording that nobody fitted.")],
-    start: Annotated[int, typer.Option("--start", metavar="N", help="Samples that the start comes from.")] = 50,
+    recording: Annotated[
+        Path | None, typer.Option("--recording", metavar="FILE", help="A recording that nobody fitted.")
+    ] = None,
+    x0: Annotated[float, typer.Option("--x0", metavar="V", help="Start of a decay never tested, SI.")] = math.nan,
+    duration: Annotated[float, typer.Option("--duration", metavar="S", help="How long it lasts, s.")] = math.nan,
+    rate: Annotated[float, typer.Option("--rate", metavar="HZ", help="Samples a second.")] = math.nan,
+    group: Annotated[str, typer.Option("--group", metavar="G", help="Conditions, as spring=short.")] = "",
+    start: Annotated[int, typer.Option("--start", metavar="N", help="Driven: samples of the start.")] = 50,
     config: Annotated[
         Path | None, typer.Option("--config", metavar="C", help="Which columns are what; default: the run's config.")
     ] = None,
@@ -296,12 +303,29 @@ def predict(
 ) -> None:
     """The equation found in a run, run free on a recording that nobody fitted."""
     with _terminable():
-        from undertow.campaign.driven.predict import predict_recording
-        made = predict_recording(run, recording, start, config, out)
+        made = _predicted(run, recording, (x0, duration, rate), group, start, config, out)
     if out is not None:
         _say(f"written: {out}")
-    typer.echo(f"in the 90 % band: {100 * made.covered:.1f} % of the samples")
-    typer.echo(f"rms {made.rms:.6g} {made.unit}")
+    if math.isfinite(made.rms):
+        typer.echo(f"in the 90 % band: {100 * made.covered:.1f} % of the samples")
+        typer.echo(f"rms {made.rms:.6g} {made.unit}")
+
+
+def _predicted(
+    run: Path, recording: Path | None, new: tuple[float, float, float], group: str, start: int, config: Path | None,
+    out: Path | None,
+) -> Any:  # fmt: skip
+    """A prediction of a run of driven trials, or of decays."""
+    from undertow.campaign.driven.predict import equations_of, predict_recording
+    from undertow.errors import ConfigError
+    if equations_of(run)["groups"][0]["driven"]:
+        if recording is None:
+            raise ConfigError(f"--recording is {recording} and {run} holds a driven body; give its input's recording")
+        return predict_recording(run, recording, start, config, out)
+    from undertow.front.run_prediction import conditions_of, predict_run
+    x0, duration, rate = new
+    said = conditions_of(group) if group else None
+    return predict_run(run, recording, x0=x0, duration_s=duration, rate_hz=rate, group=said, config=config, out=out)
 
 
 @app.command()

@@ -8,6 +8,7 @@ import numpy as np
 import pandas as pd
 import pytest
 
+from tests.command_line import undertow as command
 from undertow.campaign.config import load
 from undertow.campaign.driven.predict import equations_of, predict_recording
 from undertow.campaign.driven.trials import driven_trials, must_drive
@@ -109,6 +110,13 @@ def test_predictions_that_cannot_be_made_say_why(finished, tmp_path):
     (tmp_path / "equations.json").write_text('{"contract": 1}')
     with pytest.raises(ConfigError, match="is of contract 1, not 2"):
         equations_of(tmp_path)
+
+
+def test_a_driven_run_wants_a_recording_with_its_input(finished, capsys):
+    folder, _ = finished
+    said = command(capsys, "predict", folder / "run", "--x0", "0.1", "--duration", "2", "--rate", "50")
+    assert said.code == 2
+    assert "holds a driven body; give its input's recording" in said.err
 
 
 def test_inspect_takes_a_force_that_does_not_follow_the_displacement_as_an_input(finished):

@@ -24,7 +24,7 @@ from undertow.campaign.run.claim import claimed
 Capture = pytest.CaptureFixture[str]
 
 TABLES = ("trials.csv", "levels.csv", "mismatch.csv")
-FILES = {"config.yaml", "manifest.json", "verdict.json", "report.html", "figures", "stages", *TABLES}
+FILES = {"config.yaml", "manifest.json", "verdict.json", "equations.json", "report.html", "figures", "stages", *TABLES}
 MARKUP = "<script>alert(1)"
 SPRINGS = ("long", "stiff")
 INTERRUPTED = 130

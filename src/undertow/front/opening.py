@@ -22,6 +22,7 @@ from undertow.campaign.config import load as load_config
 from undertow.discrepancy.words import group_title
 from undertow.errors import UndertowError
 from undertow.front.reading import load
+from undertow.front.run_prediction import RunPrediction, predict_run
 from undertow.front.tables import parameter_table
 from undertow.front.trials import Trials
 from undertow.quantities import Estimate
@@ -142,6 +143,10 @@ class OpenedRun:
     def config(self) -> RunConfig:
         """The run's config as it was resolved."""
         return load_config(self._file("config.yaml"))
+
+    def predict(self, recording: str | Path | None = None, **settings: Any) -> RunPrediction:
+        """A group's equation run free on a recording nobody fitted, or from a start; see `predict_run`."""
+        return predict_run(self.folder, recording, **settings)
 
     def recordings(self, jobs: int = 1) -> Trials:
         """The run's recordings, read and conditioned again from where its config names them."""

@@ -175,6 +175,31 @@ def predict(
     return Prediction(equation, runs, level, notes)
 
 
+def predict_whole(
+    found: Any, where: Motion | Array, x0: float, others: tuple[float, float, float], level: float, seed: int = 0
+) -> PredictedRun:
+    """One free run over every sample of a recording (held before its release), or from ``x0`` at the given times.
+
+    ``others`` go into the band beside what `predict` holds: the sensor's noise and the error of the rest position (SI,
+    1 sigma), and the share of the motion that the equation misses.
+    """
+    equation = equation_of(found)
+    drawn, _ = _drawn(found, equation, DRAWS, np.random.default_rng(seed))
+    noise, rest_std, missed = others
+    if isinstance(where, Motion):
+        quantity = scored_channel(where)
+        times = where.recording.time - where.window.release_s
+        measured = where.recording.channels[quantity]
+        (x0, v0), rest = _start(where, 0.0)
+        named: str | tuple[str, str, str] = (where.name, where.recording.coordinate, quantity)
+    else:
+        times, measured, v0, rest, named = where, None, 0.0, 0.0, "from x0"
+    free = _run(equation, drawn, named, times, (x0, v0), rest, level)
+    beyond = missed * float(np.sqrt(np.mean((free.predicted[times >= 0.0] - rest) ** 2)))
+    size = math.hypot(noise, rest_std, beyond)
+    return _run(equation, drawn, named, times, (x0, v0), rest, level, measured, size)
+
+
 def _drawn(found: Any, equation: Equation, draws: int, rng: np.random.Generator) -> tuple[Array, tuple[str, ...]]:
     """Parameter vectors (draws, slots) as their errors and the scatter from trial to trial spread them, and a note."""
     if not equation.compiled:

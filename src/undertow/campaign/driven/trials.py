@@ -119,8 +119,11 @@ def recording_alone(config: RunConfig, file: Path) -> tuple[RunConfig, Entry]:
     one = config.recordings.model_copy(
         update={"files": str(file.absolute()), "index": None, "file": None, "index_column": "file", "exclude": ()}
     )
-    trials = config.trials.model_copy(update={"window": "auto", "hold_out": "auto", "conditions": {}})
-    here = config.model_copy(update={"recordings": one, "trials": trials})
+    trials = config.trials.model_copy(
+        update={"window": "auto", "hold_out": "auto", "conditions": {}, "group_by": (), "dry": None}
+    )
+    specimen = type(config.specimen)()  # what goes by conditions would match nothing here
+    here = config.model_copy(update={"recordings": one, "trials": trials, "specimen": specimen})
     entries = planned(here).entries
     if len(entries) != 1:
         raise ConfigError(f"{file} holds {len(entries)} trials; give one recording")

@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import json
 import time
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, field
 from io import StringIO
@@ -22,6 +22,7 @@ from undertow.campaign.driven.run import DrivenFinished, run_driven
 from undertow.campaign.driven.trials import is_driven
 from undertow.campaign.run.claim import NEW, STAGES, claimed
 from undertow.campaign.run.course import Course
+from undertow.campaign.run.equations import equations_entry, equations_file
 from undertow.campaign.run.gathered import Gathered, PortionFindings
 from undertow.campaign.run.manifest import manifest_pieces, provenance
 from undertow.campaign.run.portions import group_order
@@ -34,7 +35,9 @@ from undertow.report.html import write_report
 from undertow.report.tables import RunTables
 from undertow.report.writing import write_pieces, write_text
 
-RESULTS = ("report.html", "verdict.json", "trials.csv", "levels.csv", "mismatch.csv", "manifest.json")
+RESULTS = (
+    "report.html", "verdict.json", "trials.csv", "levels.csv", "mismatch.csv", "equations.json", "manifest.json",
+)  # fmt: skip
 """What is moved into `EARLIER` when a later run in the same folder fails."""
 
 EARLIER = "earlier_run"
@@ -103,14 +106,18 @@ def run_to_folder(
         with claimed(folder), _new_results(folder) as new:
             _prepare(folder, config_path, text)
             with RunTables(new) as tables:
+                equations: list[tuple[tuple[object, ...], Any]] = []
+                scatter = None if config.specimen.scatter is None else dict(config.specimen.scatter)
                 for part in _or_set_aside(course.parts(), folder):
-                    _take(part, gathered, tables)
+                    _take(part, gathered, tables, equations, scatter)
                     del part  # else two portions would be held
                 start, seconds = time.perf_counter(), course.seconds
                 del course  # its list of trials is as long as the campaign, and the manifest makes another
                 findings = gathered.findings(seconds)
                 write_text(new / "config.yaml", text)
                 tables.write(findings.failed, findings.across_groups)
+                entries = [entry for _, entry in sorted(equations, key=lambda one: str(one[0]))]
+                write_json(new / "equations.json", equations_file(entries, config))
             made = provenance(findings, config, config_path, overrides)
             write_report(findings, new, made | {"config_text": text}, gathered.extent, _Drawing(jobs))
             made["wall_time_s"]["report"] = round(time.perf_counter() - start, 3)
@@ -144,12 +151,20 @@ def _new_results(folder: Path) -> Iterator[Path]:
             one.replace(there)
 
 
-def _take(part: PortionFindings, gathered: Gathered, tables: RunTables) -> None:
-    """One portion's groups into the tables, and what the page shows of them kept."""
+def _take(
+    part: PortionFindings,
+    gathered: Gathered,
+    tables: RunTables,
+    equations: list[tuple[tuple[object, ...], Any]],
+    scatter: Mapping[str, float] | None,
+) -> None:
+    """One portion's groups into the tables and among the equations, and what the page shows of them kept."""
     gathered.add(part)
     tables.note(part.notes)
     for group in part.groups:
-        tables.add(group, group_order(group.key.items(), group.dry))
+        order = group_order(group.key.items(), group.dry)
+        tables.add(group, order)
+        equations.append((order, equations_entry(group, scatter)))
 
 
 def _prepare(folder: Path, config_path: Path, text: str) -> None:

@@ -1,0 +1,210 @@
+"""The equation that a finished run found in decays, run free on a recording or from a start that nobody fitted.
+
+Belongs here: equations.json back as equations, which group a recording belongs to, the table of a prediction. Does not
+belong here: the free run and its band (prediction.py), driven trials (campaign/driven/predict.py).
+"""
+
+from __future__ import annotations
+
+import json
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from undertow.campaign.config import load as load_config
+from undertow.campaign.driven.predict import equations_of
+from undertow.campaign.driven.trials import recording_alone
+from undertow.conditioning.motion import Motion
+from undertow.discrepancy.words import group_title
+from undertow.equation.equation import Equation
+from undertow.equation.registry import find
+from undertow.errors import ConfigError
+from undertow.front.prediction import PredictedRun, predict_whole
+from undertow.front.reading import load
+from undertow.recording.recording import Array, Condition
+from undertow.report.writing import write_text
+
+LEVEL = 0.9
+"""Share of the samples that a band is to hold."""
+
+
+@dataclass(frozen=True)
+class StoredEquation:
+    """A group's equation from equations.json, the repaired one where there is one; ``entry`` is the group's."""
+
+    entry: Mapping[str, Any]
+
+    @property
+    def version(self) -> Mapping[str, Any]:
+        """What the file says of the equation that is run."""
+        versions: Mapping[str, Any] = self.entry["versions"]
+        found: Mapping[str, Any] = versions.get("augmented") or versions["baseline"]
+        return found
+
+    @property
+    def equation(self) -> Equation:
+        """The equation with its numbers."""
+        return self._with(np.array([row["value"] for row in self.version["rows"]]), float(self.version["mass_kg"]))
+
+    def _with(self, values: Array, mass_kg: float) -> Equation:
+        terms, coefficients = [], []
+        laws: dict[tuple[str, int], dict[str, float]] = {}
+        for row, value in zip(self.version["rows"], values.tolist(), strict=True):
+            laws.setdefault((row["term"], row["number"]), {})[row["parameter"]] = value
+        for (name, _), numbers in laws.items():
+            leading = find(name).coefficient.name
+            terms.append(find(name, **{key: value for key, value in numbers.items() if key != leading}))
+            coefficients.append(numbers[leading])
+        return Equation(tuple(terms), tuple(coefficients), mass_kg, float(self.version["rest_m"]))
+
+    def theta_draws(self, draws: int, rng: np.random.Generator) -> tuple[Array, Mapping[str, float], str]:
+        """Parameter vectors (draws, slots) as the numbers' errors spread them, the scatter from trial to trial, and
+        where it comes from."""
+        values = np.array([row["value"] for row in self.version["rows"]])
+        stderr = np.array([row["stderr"] for row in self.version["rows"]])
+        mass, error = float(self.version["mass_kg"]), float(self.version["mass_stderr"])
+        away = rng.standard_normal((draws, values.size))
+        heavy = np.maximum(mass + error * rng.standard_normal(draws), 0.1 * mass)
+        thetas = [self._with(values + stderr * z, m).theta() for z, m in zip(away, heavy, strict=True)]
+        return np.array(thetas), self.entry["scatter"], "band: the numbers' errors and the scatter of the run's trials"
+
+
+@dataclass(frozen=True)
+class RunPrediction:
+    """One free run of a finished run's equation: ``run`` with its band, ``used`` (n,) samples of the start, the
+    ``label`` of the group and the ``unit`` of the motion."""
+
+    run: PredictedRun
+    used: Array
+    label: str
+    unit: str
+
+    @property
+    def rms(self) -> float:
+        """RMS of measured less predicted after the start; nan without a recording."""
+        after = self.used == 0.0
+        return float(np.sqrt(np.mean((self.run.measured - self.run.predicted)[after] ** 2))) if self._seen else math.nan
+
+    @property
+    def covered(self) -> float:
+        """Share of these samples inside the band; nan without a recording."""
+        inside = (self.run.measured >= self.run.lower) & (self.run.measured <= self.run.upper) if self._seen else None
+        return math.nan if inside is None else float(np.mean(inside[self.used == 0.0]))
+
+    @property
+    def _seen(self) -> bool:
+        return self.run.measured.size > 0
+
+    def csv(self) -> str:
+        """time_s, measured, predicted, lower, upper, used: one row a sample; measured is empty without a recording."""
+        r = self.run
+        seen = [f"{value:.10g}" for value in r.measured] if self._seen else [""] * r.t.size
+        rows = zip(r.t, seen, r.predicted, r.lower, r.upper, self.used, strict=True)
+        lines = [f"{t:.10g},{m},{y:.10g},{lo:.10g},{hi:.10g},{int(u)}" for t, m, y, lo, hi, u in rows]
+        return "\n".join(["time_s,measured,predicted,lower,upper,used", *lines]) + "\n"
+
+
+def predict_run(
+    run: str | Path,
+    recording: str | Path | None = None,
+    *,
+    x0: float = math.nan,
+    duration_s: float = math.nan,
+    rate_hz: float = math.nan,
+    group: Mapping[str, Condition] | None = None,
+    config: str | Path | None = None,
+    out: str | Path | None = None,
+) -> RunPrediction:
+    """The equation that a run found, run free on a recording of a decay, or from ``x0`` (SI, about the rest position)
+    for ``duration_s`` at ``rate_hz``.
+
+    A recording's start is the mean of its hold, with no velocity; where nobody held it, its first instant. ``group``
+    gives the conditions (none: the only group, or that of the recording's conditions), ``config`` replaces the run's,
+    ``out`` takes the table. Raises ConfigError where the run, the group or the start cannot be had.
+    """
+    folder = Path(run)
+    groups = equations_of(folder)["groups"]
+    settings = load_config(Path(config) if config else folder / "config.yaml")
+    unit = "rad" if settings.equation.coordinate == "rotation" else "m"
+    if recording is None:
+        if not all(math.isfinite(value) for value in (x0, duration_s, rate_hz)) or duration_s <= 0.0 or rate_hz <= 0.0:
+            raise ConfigError(
+                f"x0 is {x0:g}, the duration {duration_s:g} s at {rate_hz:g} Hz; give a recording, or all of --x0, "
+                "--duration and --rate, the last two above zero"
+            )
+        entry = _group(groups, group, {})
+        times = np.arange(math.floor(duration_s * rate_hz) + 1) / rate_hz
+        made = predict_whole(StoredEquation(entry), times, x0, _others(entry), LEVEL)
+        done = RunPrediction(made, np.zeros(times.size), entry["label"], unit)
+    else:
+        file = Path(recording)
+        if not file.exists():
+            raise ConfigError(f"{file} is not there; give the path of a recording")
+        alone, _ = recording_alone(settings, file)
+        motion = load(alone)[0]
+        entry = _group(groups, group, motion.recording.conditions)
+        done = _on(motion, entry, unit)
+    if out is not None:
+        write_text(Path(out), done.csv())
+    return done
+
+
+def _on(motion: Motion, entry: Mapping[str, Any], unit: str) -> RunPrediction:
+    """The free run on a recording, every sample of it: held before the release, free after it."""
+    made = predict_whole(StoredEquation(entry), motion, math.nan, _others(entry), LEVEL)
+    return RunPrediction(made, (made.t < 0.0).astype(np.float64), entry["label"], unit)
+
+
+def _others(entry: Mapping[str, Any]) -> tuple[float, float, float]:
+    """Noise and rest position's error, SI, and the share of the motion that the equation misses."""
+    version = entry["versions"].get("augmented") or entry["versions"]["baseline"]
+    return float(entry["noise"]), float(entry["rest_std"]), float(version["missed_nrmse"])
+
+
+def _group(
+    groups: list[Mapping[str, Any]], said: Mapping[str, Condition] | None, conditions: Mapping[str, Condition]
+) -> Mapping[str, Any]:
+    """The group that is meant: as said, else the only one, else that of the recording's conditions."""
+
+    def fits(entry: Mapping[str, Any], wanted: Mapping[str, Condition]) -> bool:
+        """Whether a group has these conditions, numbers within 1e-6."""
+        return all(key in wanted and _same(value, wanted[key]) for key, value in entry["group"].items())
+
+    if said is None and len(groups) == 1:
+        return groups[0]
+    wanted = conditions if said is None else said
+    found = [entry for entry in groups if entry["group"] and fits(entry, wanted)]
+    if len(found) != 1:
+        have = "; ".join(",".join(f"{k}={v}" for k, v in entry["group"].items()) for entry in groups)
+        asked = group_title(dict(wanted)) if wanted else "nothing"
+        raise ConfigError(f"{len(found)} groups of the run have {asked}; say --group, one of: {have}")
+    return found[0]
+
+
+def _same(one: Condition, other: Condition) -> bool:
+    try:
+        return math.isclose(float(one), float(other), rel_tol=1e-6)
+    except ValueError:
+        return one == other
+
+
+def conditions_of(text: str) -> dict[str, Condition]:
+    """Conditions as the command line gives them.
+
+    >>> conditions_of("spring=short,water_depth_m=2.36")
+    {'spring': 'short', 'water_depth_m': 2.36}
+    """
+    out: dict[str, Condition] = {}
+    for part in text.split(","):
+        key, sign, value = part.partition("=")
+        if not sign or not key.strip():
+            raise ConfigError(f"--group {text!r} has {part!r}; write condition=value, several apart by commas")
+        try:
+            out[key.strip()] = float(json.loads(value))
+        except (ValueError, TypeError):
+            out[key.strip()] = value.strip()
+    return out

@@ -1,0 +1,100 @@
+"""A finished campaign of decays, its equation run free on recordings and starts that nobody fitted."""
+
+from __future__ import annotations
+
+import json
+
+import numpy as np
+import pandas as pd
+import pytest
+
+import undertow
+from tests.command_line import undertow as command
+from tests.small_campaign import BODY, NOISE_M, make_campaign, recorded, write_table
+from undertow.campaign.run.folder import run_to_folder
+from undertow.errors import ConfigError
+from undertow.front.run_prediction import conditions_of, predict_run
+
+AMPLITUDES = [0.03, 0.06]
+LONG = {"spring": "long"}
+
+
+@pytest.fixture(scope="module")
+def finished(tmp_path_factory):
+    """A folder with a campaign of two springs, its run, and two recordings that are not in it."""
+    folder = tmp_path_factory.mktemp("decays")
+    made = make_campaign(folder, AMPLITUDES, springs=("long", "stiff"))
+    made.edit("  mass_kg: 2637.4", "  mass_kg: 2637.4\n  scatter: {k: 0.0005, c: 0.02, mu: 0.02}")
+    run_to_folder(made.config, out=folder / "run", jobs=1)
+    write_table(folder / "inside.csv", recorded(0.045, 71))
+    write_table(folder / "beyond.csv", recorded(0.09, 72))
+    return folder
+
+
+def test_equations_json_holds_every_groups_laws_with_their_errors(finished):
+    groups = json.loads((finished / "run" / "equations.json").read_text())["groups"]
+    assert [group["group"] for group in groups] == [{"spring": "long"}, {"spring": "stiff"}]
+    rows = {row["term"]: row for row in groups[0]["versions"]["baseline"]["rows"]}
+    # per mass, because nothing weighs the body in these trials
+    assert rows["stiffness"]["value"] == pytest.approx(BODY.k_N_per_m / BODY.inertia_kg, rel=2e-3)
+    assert 0.0 < rows["stiffness"]["stderr"] < 0.01 * rows["stiffness"]["value"]
+    assert rows["coulomb_friction"]["relative_to"] == "base"
+    assert groups[0]["scatter"] == {"k": 0.0005, "c": 0.02, "mu": 0.02}
+    assert groups[0]["noise"] == pytest.approx(NOISE_M, rel=0.2)
+
+
+@pytest.mark.parametrize("name", ["inside.csv", "beyond.csv"])
+def test_a_decay_nobody_fitted_lies_in_the_band(finished, name):
+    made = predict_run(finished / "run", finished / name, group=LONG, out=finished / "p.csv")
+    table = pd.read_csv(finished / "p.csv")
+    assert list(table.columns) == ["time_s", "measured", "predicted", "lower", "upper", "used"]
+    assert len(table) == len(pd.read_csv(finished / name))
+    assert 30 < table["used"].sum() < 60  # half a second of hold
+    assert made.rms < 0.03 * np.std(table["measured"])
+    assert made.covered > 0.8
+    # the band is of the order of what is missed, not of the motion
+    assert np.mean(table["upper"] - table["lower"]) < 0.2 * np.std(table["measured"])
+
+
+def test_nothing_after_the_hold_moves_a_prediction(finished):
+    table = pd.read_csv(finished / "inside.csv")
+    late = table.copy()
+    late.loc[late["t"] > 2.0, "x"] *= 0.9
+    late.to_csv(finished / "late.csv", index=False)
+    seen, other = (predict_run(finished / "run", finished / f"{n}.csv", group=LONG).run for n in ("inside", "late"))
+    early = seen.t < 1.0
+    # the release instant is the motion's own, found from its first swing
+    assert np.max(np.abs(seen.predicted[early] - other.predicted[early])) < 5.0 * NOISE_M
+
+
+def test_a_decay_never_tested_is_predicted_from_its_start(finished):
+    made = undertow.open(finished / "run").predict(x0=0.07, duration_s=3.0, rate_hz=200.0, group=LONG)
+    assert made.run.predicted[0] == pytest.approx(0.07)
+    assert made.run.t.size == 601
+    assert np.isnan(made.rms)
+    assert np.all(made.run.lower < made.run.upper)
+    assert made.csv().splitlines()[1].startswith("0,,0.07,")
+
+
+def test_the_command_predicts_decays(finished, capsys):
+    seen = ("--recording", finished / "inside.csv", "--group", "spring=long")
+    said = command(capsys, "predict", finished / "run", *seen)
+    assert said.code == 0
+    assert said.out.rstrip().splitlines()[-1].startswith("rms 0.000")
+    assert said.out.rstrip().endswith(" m")
+    words = ("--x0", "0.05", "--duration", "2", "--rate", "50", "--group", "spring=stiff", "--out", finished / "n.csv")
+    assert command(capsys, "predict", finished / "run", *words).code == 0
+    assert len(pd.read_csv(finished / "n.csv")) == 101
+
+
+def test_a_group_or_a_start_that_is_not_said_stops_with_what_there_is(finished):
+    with pytest.raises(ConfigError, match="0 groups of the run have nothing; say --group, one of: spring=long"):
+        predict_run(finished / "run", finished / "inside.csv")
+    with pytest.raises(ConfigError, match="0 groups of the run have spring soft; say --group"):
+        predict_run(finished / "run", finished / "inside.csv", group={"spring": "soft"})
+    with pytest.raises(ConfigError, match=r"x0 is 0.05, the duration nan s at 50 Hz; give a recording, or all of --x0"):
+        predict_run(finished / "run", x0=0.05, rate_hz=50.0, group=LONG)
+    with pytest.raises(ConfigError, match=r"nowhere.csv is not there"):
+        predict_run(finished / "run", finished / "nowhere.csv")
+    with pytest.raises(ConfigError, match="--group 'long' has 'long'; write condition=value"):
+        conditions_of("long")

@@ -303,29 +303,13 @@ def predict(
 ) -> None:
     """The equation found in a run, run free on a recording that nobody fitted."""
     with _terminable():
-        made = _predicted(run, recording, (x0, duration, rate), group, start, config, out)
+        from undertow.front.run_prediction import predict_any
+        made = predict_any(run, recording, (x0, duration, rate), group, start, config, out)
     if out is not None:
         _say(f"written: {out}")
     if math.isfinite(made.rms):
         typer.echo(f"in the 90 % band: {100 * made.covered:.1f} % of the samples")
         typer.echo(f"rms {made.rms:.6g} {made.unit}")
-
-
-def _predicted(
-    run: Path, recording: Path | None, new: tuple[float, float, float], group: str, start: int, config: Path | None,
-    out: Path | None,
-) -> Any:  # fmt: skip
-    """A prediction of a run of driven trials, or of decays."""
-    from undertow.campaign.driven.predict import equations_of, predict_recording
-    from undertow.errors import ConfigError
-    if equations_of(run)["groups"][0]["driven"]:
-        if recording is None:
-            raise ConfigError(f"--recording is {recording} and {run} holds a driven body; give its input's recording")
-        return predict_recording(run, recording, start, config, out)
-    from undertow.front.run_prediction import conditions_of, predict_run
-    x0, duration, rate = new
-    said = conditions_of(group) if group else None
-    return predict_run(run, recording, x0=x0, duration_s=duration, rate_hz=rate, group=said, config=config, out=out)
 
 
 @app.command()

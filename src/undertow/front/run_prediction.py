@@ -16,7 +16,7 @@ from typing import Any
 import numpy as np
 
 from undertow.campaign.config import load as load_config
-from undertow.campaign.driven.predict import equations_of
+from undertow.campaign.driven.predict import Predicted, equations_of, predict_recording
 from undertow.campaign.driven.trials import recording_alone
 from undertow.conditioning.motion import Motion
 from undertow.discrepancy.words import group_title
@@ -151,6 +151,27 @@ def predict_run(
     if out is not None:
         write_text(Path(out), done.csv())
     return done
+
+
+def predict_any(
+    run: Path,
+    recording: Path | None,
+    new: tuple[float, float, float],
+    group: str,
+    start: int,
+    config: Path | None = None,
+    out: Path | None = None,
+) -> RunPrediction | Predicted:
+    """A prediction as the command line asks for it, of a run of decays or of driven trials: ``new`` is x0 (SI),
+    duration (s) and rate (Hz) of a decay never tested, ``group`` its conditions, ``start`` the samples that a driven
+    trial's start comes from. Raises ConfigError as `predict_run`, and where a driven run is given no recording."""
+    if equations_of(run)["groups"][0]["driven"]:
+        if recording is None:
+            raise ConfigError(f"--recording is {recording} and {run} holds a driven body; give its input's recording")
+        return predict_recording(run, recording, start, config, out)
+    x0, duration, rate = new
+    said = conditions_of(group) if group else None
+    return predict_run(run, recording, x0=x0, duration_s=duration, rate_hz=rate, group=said, config=config, out=out)
 
 
 def _on(motion: Motion, entry: Mapping[str, Any], unit: str) -> RunPrediction:

@@ -13,7 +13,7 @@ from undertow.equation.hidden import even_step
 from undertow.equation.hydrodynamics import QuadraticDrag
 from undertow.equation.kernel import SLOT
 from undertow.equation.notation import plain_symbol, quantity_latex, term_latex
-from undertow.equation.symbolic import Place
+from undertow.equation.symbolic import SymbolPlace
 from undertow.equation.term import Term
 from undertow.errors import UndertowError
 from undertow.quantities import Parameter
@@ -204,7 +204,7 @@ ALGEBRAIC = [
 @pytest.mark.parametrize(("x", "v"), [(0.03, -0.2), (-0.02, 0.05)])
 def test_a_law_as_symbols_is_the_force_it_is_fitted_by(term, x, v):
     numbers = {term.coefficient.name: 7.0, **term.inner}
-    share = term.share(numbers, Place(x, v, float(np.sign(v)), 1.5, 0.4, 0.0), "")
+    share = term.share(numbers, SymbolPlace(x, v, float(np.sign(v)), 1.5, 0.4, 0.0), "")
     assert share.states == ()
     one = np.ones(1)
     assert float(share.smooth + share.friction * np.sign(v)) == pytest.approx(

@@ -354,6 +354,6 @@ def test_an_interrupt_that_compiled_code_wraps_is_an_interrupt(
     def wrapped(*words: object, **named: object) -> None:
         raise SystemError("a dispatcher returned a result with an exception set") from KeyboardInterrupt()
 
-    monkeypatch.setattr("undertow.campaign.config.load", wrapped)
+    monkeypatch.setattr("undertow.campaign.run.folder.run_to_folder", wrapped)
     said = undertow(capsys, "run", small.config, "--out", small.folder.parent / "elsewhere")
     assert (said.code, said.err.startswith("undertow: interrupted")) == (INTERRUPTED, True)

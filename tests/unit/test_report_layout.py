@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from matplotlib.ticker import FixedLocator, NullLocator
 
 from undertow.report import layout
 from undertow.report.layout import lay_out
@@ -55,3 +56,11 @@ def test_other_ticks_after_the_first_pass_ask_for_a_second(monkeypatch):
     monkeypatch.setattr(layout.ConstrainedLayoutEngine, "execute", lambda self, figure: asked.append(figure))
     lay_out(figure)
     assert asked == [figure]
+
+
+def test_an_axis_without_ticks_has_no_tick_texts():
+    figure = new_figure(3.0, 2.0)
+    axes = figure.add_subplot()
+    axes.xaxis.set_major_locator(NullLocator())  # gives a list, other locators an array
+    axes.yaxis.set_major_locator(FixedLocator([0.5]))
+    assert [len(texts) for texts in layout._ticks(figure)] == [0, 1]

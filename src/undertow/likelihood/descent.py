@@ -41,13 +41,16 @@ class Normals(Protocol):
     """What is known at one set of values: normal matrix (p, p), gradient (p,), half the slope of ``cost``."""
 
     @property
-    def normal(self) -> Array: ...
+    def normal(self) -> Array:
+        """Normal matrix, (p, p)."""
 
     @property
-    def gradient(self) -> Array: ...
+    def gradient(self) -> Array:
+        """Half the slope of the cost, (p,)."""
 
     @property
-    def cost(self) -> float: ...
+    def cost(self) -> float:
+        """What the search makes small."""
 
 
 P = TypeVar("P", bound=Normals)

@@ -60,4 +60,4 @@ def _renderer(figure: Any) -> Any:
 def _ticks(figure: Figure) -> Ticks:
     """The texts at all ticks of a figure."""
     axes = [axis for place in figure.axes for axis in (place.xaxis, place.yaxis)]
-    return [tuple(axis.get_major_formatter().format_ticks(axis.get_majorticklocs().tolist())) for axis in axes]
+    return [tuple(axis.get_major_formatter().format_ticks(list(axis.get_majorticklocs()))) for axis in axes]

@@ -56,6 +56,8 @@ def test_the_tail_of_a_statistic_goes_on_as_an_exponential():
     assert math.exp(tail.log_p(np.array([20.0]))[0]) == pytest.approx(math.exp(-10.0), rel=0.3)
     assert math.exp(tail.log_p(np.array([1.0]))[0]) == pytest.approx(math.exp(-0.5), rel=0.02)
     assert tail.at(float(tail.log_p(np.array([15.0]))[0])) == pytest.approx(15.0)
+    alike = Tail.of(np.zeros(100))
+    assert np.all(alike.log_p(np.array([1e-3, 1e6])) < -100.0)
     assert tail.quantile(0.001) == pytest.approx(2.0 * math.log(1000.0), rel=0.05)
 
 

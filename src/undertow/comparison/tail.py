@@ -16,6 +16,9 @@ TAIL = 0.02
 """Share of the replicas by which the tail of a statistic is found: beyond, it is taken to fall exponentially. Scatter
 that few dry trials show has a tail that falls slower, so that no more of it is extrapolated than must be."""
 
+LEAST_FALL = 1e-9
+"""The same mean excess over where the tail starts, at least: replicas that are all alike have none."""
+
 
 @dataclass(frozen=True)
 class Tail:
@@ -32,7 +35,8 @@ class Tail:
         ordered = np.sort(values)
         start = float(np.quantile(ordered, 1.0 - TAIL))
         excess = ordered[ordered > start] - start
-        return cls(ordered, start, max(float(np.mean(excess)) if excess.size else 0.0, 1e-300))
+        fall = float(np.mean(excess)) if excess.size else 0.0
+        return cls(ordered, start, max(fall, LEAST_FALL * max(start, LEAST_FALL)))
 
     def log_p(self, x: Array) -> Array:
         """Logarithm of the probability that a replica has at least ``x`` (n,)."""

@@ -17,6 +17,9 @@ UNDECIDED = frozenset({"cannot_tell"})
 NOT_GREEN = frozenset({"cannot_tell", "unknown", "not_identifiable", "present_but_small"})
 """Statuses that say no name and are not green: right where an effect was planted that no suspect has."""
 
+PROGRESS = r".*: \d+ of \d+(, .*)?"
+"""A line of progress on the terminal, whole."""
+
 GREEN_WORDS = "nothing is missing"
 GREEN_ON_THE_PAGE = 'class="tag good"'
 SENTENCES_IN_VERDICT = ("because", "sentence")
@@ -57,7 +60,7 @@ class Outcome:
     @property
     def lines(self) -> list[str]:
         """Messages on the terminal: standard error without the lines of progress."""
-        return [line for line in self.err.splitlines() if line.strip() and not re.fullmatch(r".*: \d+ of \d+", line)]
+        return [line for line in self.err.splitlines() if line.strip() and not re.fullmatch(PROGRESS, line)]
 
     def unfit(self) -> list[str]:
         """What is wrong with this ending whatever was asked for."""

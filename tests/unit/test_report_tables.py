@@ -182,6 +182,7 @@ def test_verdict_json_has_the_contracts_keys_and_no_others() -> None:
             "group", "trials", "held_out", "status", "verdict", "alternatives", "confidence", "origin", "parameters",
             "baseline", "augmented", "sensor_floor_nrmse", "repeatability_nrmse", "rejected", "physical_check",
             "transfer", "next_test", "sentence", "because", "posterior", "decision",
+            "p_value", "upper_bound", "detectable", "not_testable",
         }  # fmt: skip
         assert set(entry["baseline"]) == described
         assert set(entry["physical_check"]) == {"expected", "found", "agrees", "because"}

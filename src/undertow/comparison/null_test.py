@@ -46,6 +46,9 @@ POWER = 0.9
 ONE_SIDED = 1.645
 """Standard deviations of a one-sided 95 % bound."""
 
+SHOWN = 1e-6
+"""Share of a place's information that what stands must leave: all else is taken up, and nothing can be said of it."""
+
 LEAST_WRONG = 0.03
 """Share of what the closest model leaves that is taken for its own error at least: no stated noise is more exact."""
 
@@ -163,6 +166,11 @@ class _Stack:
         away = cross.T @ stands.inverse
         return cls(stands, tuple(places), tuple(columns), away, products - away @ cross, slices)
 
+    def shows(self, place: GridPlace, at: slice) -> bool:
+        """Whether what stands leaves anything of a place's columns."""
+        left = np.diag(self.information[at, at]) / np.maximum(np.diag(place.own), 1e-300)
+        return bool(np.max(left) >= SHOWN)
+
     def scores(self, residuals: Sequence[Array]) -> Array:
         """Scores (width, n) of residuals (rows, n) of every trial."""
         out = -self.away @ self.stands.pulled(residuals)
@@ -180,10 +188,11 @@ class _Stack:
 
 @dataclass(frozen=True)
 class _Scored:
-    """One place scored: the recordings' score (q,), replicas' (q, draws), the same without the tolerance, information
-    (q, q) and its inverse, and how large effects are."""
+    """One place scored: its slice in the stack, the recordings' score (q,), replicas' (q, draws), the same without the
+    tolerance, information (q, q) and its inverse, and how large effects are."""
 
     place: GridPlace
+    at: slice
     score: Array
     draws: Array
     noise: Array
@@ -232,6 +241,10 @@ def null_test(level: Level, suspects: Sequence[Suspect], null: JointFit, found: 
     alone = {p.label: [c.fit for c in found if [s.label for s in c.suspects] == [p.label]] for p in every}
     together = {n: [c.fit for c in found if len(c.suspects) == n] for n in {len(c.suspects) for c in found} - {0, 1}}
     fitted = {label: _fitted_gain(null, fits) for label, fits in alone.items()}
+    shown = {s.place.label for s in scored}
+    if not shown:
+        return NullTest(math.nan)
+    fitted = {label: gain for label, gain in fitted.items() if label in shown}
     return _ranked(scored, stack, sizes, fitted, {n: _fitted_gain(null, fits) for n, fits in together.items()})
 
 
@@ -299,10 +312,12 @@ def _scored(
     out = []
     for place, own, measure in zip(stack.places, stack.slices, measures, strict=True):
         information = stack.information[own, own]
+        if not stack.shows(place, own):
+            continue
         scale = 1.0 / np.sqrt(np.maximum(np.diag(place.own), 1e-300))
         both = np.outer(scale, scale)
         inverse = np.linalg.pinv(information * both, rcond=1e-6, hermitian=True) * both
-        out.append(_Scored(place, observed[own], drawn[own], noise[own], information, inverse, measure))
+        out.append(_Scored(place, own, observed[own], drawn[own], noise[own], information, inverse, measure))
     return out
 
 
@@ -310,10 +325,12 @@ def _slightly_wrong(stack: _Stack, square: float, draws: int, rng: np.random.Gen
     """Coefficients (width, draws) of one law of the catalogue in every replica, as large as what the closest model
     leaves above the sensors' noise, a sum of squares: no equation is exact."""
     out = np.zeros((len(stack.information), draws))
-    labels = sorted({p.label for p in stack.places if p.additions})
+    pairs = zip(stack.places, stack.slices, strict=True)
+    able = [i for i, (place, at) in enumerate(pairs) if place.additions and stack.shows(place, at)]
+    labels = sorted({stack.places[i].label for i in able})
     if not labels or square <= 0.0:
         return out
-    own = {label: [i for i, p in enumerate(stack.places) if p.label == label] for label in labels}
+    own = {label: [i for i in able if stack.places[i].label == label] for label in labels}
     whose = [own[labels[i]] for i in rng.integers(len(labels), size=draws)]
     which = np.array([candidates[int(rng.integers(len(candidates)))] for candidates in whose])
     for index, at in enumerate(stack.slices):
@@ -340,7 +357,7 @@ def _detectable(
     def seen(size: float) -> bool:
         return float(np.mean(gains + size * across + size**2 * square > threshold)) >= POWER
 
-    low, high = 0.0, math.sqrt(2.0 * threshold / max(square, 1e-300))
+    low, high = 0.0, math.sqrt(max(2.0 * threshold, 0.0) / max(square, 1e-300)) or 1.0
     for _ in range(HALVINGS):
         if seen(high):
             break
@@ -360,12 +377,11 @@ def _told_apart(stack: _Stack, scored: Sequence[_Scored], best: _Scored, along: 
     """The amplitude along a direction from which on its evidence exceeds every other suspect's by `NAMED`; inf where
     another takes all of it."""
     name = best.place.label.partition(" (")[0]
-    index = next(i for i, p in enumerate(stack.places) if p is best.place)
-    push = stack.information[:, stack.slices[index]] @ along
+    push = stack.information[:, best.at] @ along
     mine = 0.5 * float(along @ best.information @ along)
     others = 0.0
-    for other, own in zip(scored, stack.slices, strict=True):
+    for other in scored:
         if other.place.label.partition(" (")[0] != name:
-            others = max(others, 0.5 * float(push[own] @ other.inverse @ push[own]))
+            others = max(others, 0.5 * float(push[other.at] @ other.inverse @ push[other.at]))
     margin = mine - others
     return math.sqrt(NAMED / margin) if margin > 1e-9 * mine else math.inf

@@ -21,8 +21,8 @@ from undertow.likelihood.output_error import Solution
 from undertow.likelihood.problem import Problem
 from undertow.recording.recording import Array
 
-ASSUMED_FREEDOM = 2.0
-"""Degrees of freedom of a scatter that was assumed, not seen."""
+ASSUMED_WITHIN = 2.0
+"""A scatter that was assumed, not seen, may be wrong by this factor, to either side."""
 
 
 def at_noise_of(null: JointFit, closest: JointFit) -> JointFit:
@@ -84,12 +84,14 @@ def replicas(
 
 def _scatter_factors(level: Level, draws: int, rng: np.random.Generator) -> dict[str, Array]:
     """By what the true scatter of k, c, mu exceeds the believed one, (draws,) each: chi-squared with the degrees of
-    freedom it was seen with."""
+    freedom it was seen with, or within `ASSUMED_WITHIN` where it was assumed."""
     freedoms = [m.model.fixed.scatter_freedom for m in level.members if m.model.fixed is not None]
     freedom = min(freedoms, default=math.inf)
     if not math.isfinite(freedom):
         return {}
-    freedom = freedom if freedom > 0.0 else ASSUMED_FREEDOM
+    if freedom <= 0.0:
+        wide = math.log(ASSUMED_WITHIN)
+        return {symbol: np.exp(rng.uniform(-wide, wide, draws)) for symbol in ("k", "c", "mu")}
     return {symbol: np.sqrt(freedom / rng.chisquare(freedom, draws)) for symbol in ("k", "c", "mu")}
 
 

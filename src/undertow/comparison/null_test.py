@@ -46,6 +46,9 @@ POWER = 0.9
 ONE_SIDED = 1.645
 """Standard deviations of a one-sided 95 % bound."""
 
+LEAST_P = 1e-6
+"""Smallest p-value that is said: no tail of so many replicas is known further."""
+
 SHOWN = 1e-6
 """Share of a place's information that what stands must leave: all else is taken up, and nothing can be said of it."""
 
@@ -293,7 +296,8 @@ def _ranked(
         size = float(best.measure.of(best.step[:, None])[0])
         tests.append(SuspectTest(label, math.exp(mine[label]), observed[label], size, hidden, seen))
     return NullTest(
-        min(p_value, 1.0), tuple(sorted(tests, key=lambda t: t.p_value)), COUNTS_IN_REPEATABILITY * sizes.allowed,
+        min(max(p_value, LEAST_P), 1.0), tuple(sorted(tests, key=lambda t: t.p_value)),
+        COUNTS_IN_REPEATABILITY * sizes.allowed,
         -min(mine.values()) / math.log(10.0), np.sort(-least / math.log(10.0)),
     )  # fmt: skip
 

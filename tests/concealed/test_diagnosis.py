@@ -120,6 +120,10 @@ def test_verdict_proves_on_trials_it_never_saw():
     assert verdict.augmented.held_out_nrmse < 0.1  # repeatability of one trial, 0.05, twice
     assert verdict.physical_check.agrees
     assert "never saw" in verdict.sentence
+    assert verdict.p_value <= 0.01
+    assert math.isnan(verdict.upper_bound)  # what can hide beside the answer was not asked
+    assert {d.name for d in verdict.detectable} >= {"cubic_stiffness", "linear_damping"}
+    assert verdict.not_testable[:2] == ("rest_offset", "support_compliance")
     assert {r.name for r in verdict.rejected} >= {"cubic_stiffness", "linear_damping"}
 
 

@@ -94,6 +94,8 @@ def test_a_group_or_a_start_that_is_not_said_stops_with_what_there_is(finished):
         predict_run(finished / "run", finished / "inside.csv", group={"spring": "soft"})
     with pytest.raises(ConfigError, match=r"x0 is 0.05, the duration nan s at 50 Hz; give a recording, or all of --x0"):
         predict_run(finished / "run", x0=0.05, rate_hz=50.0, group=LONG)
+    with pytest.raises(ConfigError, match=r"a decay of 1e\+09 s at 50 Hz has 5e\+10 samples; at most 1000000"):
+        predict_run(finished / "run", x0=0.05, duration_s=1e9, rate_hz=50.0, group=LONG)
     with pytest.raises(ConfigError, match=r"nowhere.csv is not there"):
         predict_run(finished / "run", finished / "nowhere.csv")
     with pytest.raises(ConfigError, match="--group 'long' has 'long'; write condition=value"):

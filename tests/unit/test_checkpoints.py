@@ -14,6 +14,7 @@ from tests.small_campaign import recorded
 from undertow.campaign.run import checkpoints
 from undertow.campaign.run.analysis import GroupTask, analyse
 from undertow.comparison.level import Addend
+from undertow.comparison.null_test import Detectable
 from undertow.comparison.suspect import Addition
 from undertow.conditioning.condition import condition
 from undertow.conditioning.motion import Motion
@@ -83,11 +84,14 @@ def test_a_verdict_with_everything_in_it_comes_back(
         parameters={"hidden_resonator": [{"mass_kg": mass}], "added_mass": {"mass_kg": mass}},
         augmented=Described(0.05, 0.06, {"mass_kg": mass}, {"mass_kg": {"mass_kg": 1.0}}),
         rejected=(Rejected("cubic_stiffness", "0.38", -3.0),),
-        physical_check=PhysicalCheck(9.4, 10.4, True, "cells"),
+        physical_check=PhysicalCheck(9.4, 10.4, True, "cells"), p_value=0.003, upper_bound=0.02,
+        detectable=(Detectable("hidden_resonator", "mass_kg", 4.1, "kg", 0.02, 7.9),), not_testable=("rest_offset",),
     )  # fmt: skip
     loaded = kept(task, replace(findings, verdict=full), tmp_path).verdict
     assert loaded.parameters == full.parameters
     assert (loaded.augmented, loaded.rejected) == (full.augmented, full.rejected)
+    for name in ("p_value", "upper_bound", "detectable", "not_testable"):
+        assert getattr(loaded, name) == getattr(full, name)
     assert (loaded.alternatives, loaded.physical_check) == (full.alternatives, full.physical_check)
 
 

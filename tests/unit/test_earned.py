@@ -151,6 +151,9 @@ def test_overwhelming_evidence_for_a_small_effect_is_not_green():
     assert (said.status, said.verdict) == ("present_but_small", ("cubic_stiffness",))
     assert "10^26 to 1" in said.sentence
     assert judged(GREEN, case(), diagnosis(small=small), True, beside(0.7)).status == "nothing_missing"
+    rare = judged(GREEN, case(), diagnosis(small=small), True, beside(0.004))
+    assert rare.verdict == ("cubic_stiffness",)  # evidence has a name; the rank among replicas has another
+    assert "nothing_overwhelming" not in [gate.gate for gate in rare.decision]
 
 
 @pytest.mark.parametrize(("after", "status"), [(0.02, "explained"), (0.034, "explained"), (0.06, "cannot_tell")])

@@ -12,10 +12,11 @@ import pytest
 from experiments.coverage.campaigns import make_campaign
 from experiments.coverage.study import TERMS
 from experiments.eq15_campaign import tables
+from undertow.campaign.run.analysis import theta_of
 from undertow.conditioning.condition import condition
 from undertow.equation.kernel import SLOT
 from undertow.errors import IdentificationError
-from undertow.likelihood.fit import Specimen
+from undertow.likelihood.fit import Fit, Specimen
 from undertow.likelihood.priors import GAIN_STD
 from undertow.likelihood.problem import TrialOptions
 from undertow.likelihood.scale import choose_anchor, to_physical, trial_stiffness
@@ -194,3 +195,13 @@ def test_where_load_cells_alone_give_the_scale_the_fit_is_per_unit_mass():
     assert not model.anchored
     assert all(math.isfinite(c.start) and c.unit.endswith("per kg") for c in model.coefficients)
     assert group_model(TERMS, wet, Specimen(stiffness_N_per_m=1e5), None, dry=False, anchored=True).anchored
+
+
+def test_kilograms_of_a_regression_do_not_move_an_equation_per_unit_mass():
+    _, _, wet = trials()
+    names = ("stiffness", "viscous_damping")
+    model = group_model(terms_by_name(names), wet, Specimen(), None, dry=False, anchored=False)
+    baseline = fit_group(model, wet, OPTIONS)
+    regression = Fit("sindy", ("a",), {}, {"k_N_per_m": Estimate(1.4e8, unit="N/m")})
+    theta = theta_of(model, baseline, regression, wet[0].name)
+    assert theta[SLOT["k1"]] == baseline.model.theta(baseline.values, wet[0].name)[SLOT["k1"]]

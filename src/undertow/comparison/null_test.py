@@ -1,21 +1,21 @@
 """How unusual a level is among replicas of itself in which nothing is missing: a p-value by simulation of its own null.
 
-The prescribed equation is linear about where it was fitted. A replica's residual is noise with the spectrum of what the
-most flexible linear model leaves (its phases drawn anew), and what k, c, mu of every trial, sensors' gains, clocks and
-drift do when they are drawn from what is believed of them; scatter seen in few dry trials is itself drawn. Replicas and
-recordings are scored alike: for every suspect the largest gain of one Gauss-Newton step over its grid. A suspect's
-gain counts by its rank among the replicas, the level by the smallest of these (Westfall and Young 1993): many suspects
-and fine grids, scatter, few trials and slow noise are all in it.
+The prescribed equation is taken as linear about its fit, weighed by the noise that the closest fitted model leaves. To
+the residuals of a replica (replicas.py) comes one law of the catalogue drawn at random, at most as large as what that
+model leaves above the sensors' noise: no equation is exact. Replicas and recordings are scored alike: for every suspect
+the largest gain of one Gauss-Newton step over its grid; of the recordings also what a fit gained. A suspect's gain
+counts by its rank among the replicas, the level by the smallest of these (Westfall and Young 1993): many suspects and
+fine grids, scatter, few trials and slow noise are all in it.
 
-Belongs here: replicas, p-values, what would be seen and what can still hide. Does not belong here: one place's columns
-(score_test.py), what is said (discrepancy/).
+Belongs here: p-values, what would be seen and what can still hide. Does not belong here: residuals of replicas
+(replicas.py), one place's columns (score_test.py), what is said (discrepancy/).
 """
 
 from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -89,14 +89,11 @@ class SuspectTest:
 
 @dataclass(frozen=True)
 class NullTest:
-    """A level against its own null. ``smallest`` is the free-run error (nrmse) from which on an effect counts;
-    ``statistic`` is -log10 of the smallest suspect's p; ``replicas`` the same of every replica (for a histogram)."""
+    """A level against its own null; ``smallest`` is the free-run error (nrmse) from which on an effect counts."""
 
     p_value: float
     tests: tuple[SuspectTest, ...] = ()
     smallest: float = math.nan
-    statistic: float = math.nan
-    replicas: Array = field(default_factory=lambda: np.zeros(0))
 
     @property
     def significant(self) -> bool:
@@ -174,19 +171,12 @@ class _Stack:
         left = np.diag(self.information[at, at]) / np.maximum(np.diag(place.own), 1e-300)
         return bool(np.max(left) >= SHOWN)
 
-    def scores(self, residuals: Sequence[Array]) -> Array:
-        """Scores (width, n) of residuals (rows, n) of every trial."""
-        out = -self.away @ self.stands.pulled(residuals)
+    def scores(self, residuals: Sequence[Array], gradient: Array) -> Array:
+        """Scores (width, n) of residuals (rows, n) of every trial, with the gradient (unknowns, n) of what stands."""
+        out = -self.away @ gradient
         for (mine, where), r in zip(self.columns, residuals, strict=True):
             out[where] += mine.T @ r
-        return out
-
-    def observed(self) -> Array:
-        """Scores (width,) of the recordings."""
-        out = -self.away @ self.stands.gradient
-        for (mine, where), r in zip(self.columns, self.stands.fit.solution.residuals, strict=True):
-            out[where] += mine.T @ r
-        return out
+        return np.asarray(out, dtype=np.float64)
 
 
 @dataclass(frozen=True)
@@ -295,11 +285,8 @@ def _ranked(
         hidden = max(s.hidden for s in own) if common else math.nan
         size = float(best.measure.of(best.step[:, None])[0])
         tests.append(SuspectTest(label, math.exp(mine[label]), observed[label], size, hidden, seen))
-    return NullTest(
-        min(max(p_value, LEAST_P), 1.0), tuple(sorted(tests, key=lambda t: t.p_value)),
-        COUNTS_IN_REPEATABILITY * sizes.allowed,
-        -min(mine.values()) / math.log(10.0), np.sort(-least / math.log(10.0)),
-    )  # fmt: skip
+    ordered_tests = tuple(sorted(tests, key=lambda t: t.p_value))
+    return NullTest(min(max(p_value, LEAST_P), 1.0), ordered_tests, COUNTS_IN_REPEATABILITY * sizes.allowed)
 
 
 def _scored(
@@ -308,8 +295,10 @@ def _scored(
     """Every place with the scores of the recordings and of all replicas; ``left`` as in `replicas.left_by`, ``wrong``
     the share of its square that lies above the sensors' noise."""
     draws = int(min(DRAWS, max(FEWEST_DRAWS, ROOM / sum(r.size for r in left))))
-    noise = stack.scores(replicas(level, stack.stands.fit.solution, left, draws, rng))
-    observed = stack.observed()
+    stands = stack.stands
+    residuals = replicas(level, stands.fit.solution, left, draws, rng)
+    noise = stack.scores(residuals, stands.pulled(residuals))
+    observed = stack.scores([r[:, None] for r in stands.fit.solution.residuals], stands.gradient[:, None])[:, 0]
     measures = [sizes.measure(place) for place in stack.places]
     square = wrong * sum(float(r @ r) for r in left)
     drawn = noise + stack.information @ _slightly_wrong(stack, square, draws, rng)

@@ -40,8 +40,6 @@ def gates(
     """
     left = ", ".join(label.replace("_", " ") for label in diagnosis.unfinished)
     unsearched = GREEN if set(verdict.verdict) - {"unknown"} else (*GREEN, "unknown")
-    small = 0.0 if diagnosis.small is None else diagnosis.small.score - diagnosis.null.score
-    like_null = tested.p_value > SIGNIFICANT
     found = (
         _flag("channels_agree", "groups of channels that contradict each other", case.contradiction, EVERY,
               "contradiction"),
@@ -51,11 +49,9 @@ def gates(
              not diagnosis.unfinished, f"not tried to the end within discrepancy.budget: {left}", "search", unsearched),
         _flag("structure_known", "reasons why the dry trials do not tell the structure", case.no_dry, GREEN, "no_dry"),
         _flag("scatter_known", "reasons why nobody knows how much trials differ", case.assumed, GREEN, "assumed"),
-        Gate("nothing_overwhelming", "log10 of the odds for the strongest effect that a free run hardly shows",
-             small / math.log(10.0), OVERWHELMING / math.log(10.0), diagnosis.small is None or like_null,
-             "", "small", GREEN),
     )  # fmt: skip
-    null = _beside_its_null(verdict, diagnosis, tested)
+    tried = math.isfinite(tested.p_value)
+    null = _beside_its_null(verdict, diagnosis, tested) if tried else (_without_a_null(diagnosis),)
     named = (*_unseen(verdict, case, diagnosis), *_outweighed(diagnosis))
     return (*found, *null, *named, *_with_twice_the_scatter(verdict, case, holds_doubled))
 
@@ -100,11 +96,17 @@ def _flag(gate: str, statistic: str, reason: str, bars: tuple[str, ...], lacking
     return Gate(gate, statistic, float(bool(reason)), 0.0, not reason, reason, lacking, bars)
 
 
+def _without_a_null(diagnosis: LevelDiagnosis) -> Gate:
+    """What green needs where no suspect can be held against replicas: no overwhelming evidence for a small effect."""
+    small = 0.0 if diagnosis.small is None else diagnosis.small.score - diagnosis.null.score
+    statistic = "log10 of the odds for the strongest effect that a free run hardly shows"
+    value, limit = small / math.log(10.0), OVERWHELMING / math.log(10.0)
+    return Gate("nothing_overwhelming", statistic, value, limit, diagnosis.small is None, "", "small", GREEN)
+
+
 def _beside_its_null(verdict: Verdict, diagnosis: LevelDiagnosis, tested: NullTest) -> tuple[Gate, ...]:
     """Whether the level stands out among replicas of itself with nothing missing, as a name needs and green must not;
     and whether something as large as what counts could hide in it."""
-    if not math.isfinite(tested.p_value):
-        return ()
     p, asked = tested.p_value, "probability that a level with nothing missing stands out as much"
     out: list[Gate] = []
     if verdict.status == "nothing_missing":

@@ -48,7 +48,7 @@ def earned(
     for gate in decision:
         if gate.passed or verdict.status not in gate.bars:
             continue
-        if gate.lacking == "small" and diagnosis.small is not None:
+        if gate.lacking in ("small", "stands_out") and diagnosis.small is not None:
             return _small(verdict, case, diagnosis.small, diagnosis.null)
         if gate.lacking == "stands_out":
             return _standing_out(verdict, case, tested)

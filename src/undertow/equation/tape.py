@@ -124,8 +124,8 @@ def _alone(op, a):  # type: ignore[no-untyped-def]
     return math.acos(a) if inside else math.nan, -slope
 
 
-@njit(**WITHIN)
-def spread(rows, columns, width):  # type: ignore[no-untyped-def]
+@njit(**WITHIN)  # type: ignore[untyped-decorator]
+def spread(rows: np.ndarray, columns: np.ndarray, width: int) -> np.ndarray:
     """Which columns each row varies with, (n, 1 + w): how many, and which."""
     varies = np.zeros((rows.shape[0], width), dtype=np.bool_)
     found = np.zeros((rows.shape[0], 1 + width), dtype=np.int64)
@@ -146,8 +146,11 @@ def spread(rows, columns, width):  # type: ignore[no-untyped-def]
     return found
 
 
-@njit(**WITHIN)
-def run(rows, constants, th, x, v, t, value, slope, vary):  # type: ignore[no-untyped-def]
+@njit(**WITHIN)  # type: ignore[untyped-decorator]
+def run(
+    rows: np.ndarray, constants: Array, th: Array, x: float, v: float, t: float, value: Array, slope: Array,
+    vary: np.ndarray,
+) -> None:  # fmt: skip
     """Fill ``value`` (n,) and ``slope`` (n, w), zeros before: derivatives by x, by v, and by parameters, in the columns
     that ``vary`` (`spread`) names. The last row is the sum of the forces."""
     for i in range(rows.shape[0]):

@@ -17,6 +17,7 @@ from scipy.integrate import DOP853
 
 from undertow.compiling import compiled
 from undertow.equation.tape import WITHIN, run, spread
+from undertow.equation.term import Array
 
 _A, _B, _C = (np.ascontiguousarray(one, dtype=np.float64) for one in (DOP853.A, DOP853.B, DOP853.C))
 _E3, _E5, _D = (np.ascontiguousarray(one, dtype=np.float64) for one in (DOP853.E3, DOP853.E5, DOP853.D))
@@ -264,7 +265,10 @@ def _stretch(tape, by, t, side, y, found, k, floors, rtol, work, times, at, x, v
     "(i8[:,::1], f8[::1], f8[::1], i8[::1], i8[::1], f8[::1], f8[::1], f8[::1], f8[::1], i8)",
     **WITHIN,
 )
-def march(rows, constants, th, columns, by, sizes, start, tolerances, times, turns):  # type: ignore[no-untyped-def]
+def march(
+    rows: np.ndarray, constants: Array, th: Array, columns: np.ndarray, by: np.ndarray, sizes: Array, start: Array,
+    tolerances: Array, times: Array, turns: int,
+) -> tuple[Array, Array, Array, int, int, float]:  # fmt: skip
     """x, v, a, each (m, 1 + p), at ``times`` (m,); how it ended; steps; and when, s.
 
     ``columns`` as in `tape.evaluate`; ``by`` (p,) the columns of the wanted derivatives, or `MASS`, `REST`, `INITIAL`;

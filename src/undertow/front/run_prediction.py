@@ -31,6 +31,9 @@ from undertow.report.writing import write_text
 LEVEL = 0.9
 """Share of the samples that a band is to hold."""
 
+MOST_SAMPLES = 1_000_000
+"""Samples of a decay that nobody recorded, at most: its band takes some hundred free runs of them."""
+
 
 @dataclass(frozen=True)
 class StoredEquation:
@@ -135,6 +138,11 @@ def predict_run(
             raise ConfigError(
                 f"x0 is {x0:g}, the duration {duration_s:g} s at {rate_hz:g} Hz; give a recording, or all of --x0, "
                 "--duration and --rate, the last two above zero"
+            )
+        if duration_s * rate_hz > MOST_SAMPLES:
+            raise ConfigError(
+                f"a decay of {duration_s:g} s at {rate_hz:g} Hz has {duration_s * rate_hz:.3g} samples; at most "
+                f"{MOST_SAMPLES} are predicted: ask for a shorter one, or fewer samples a second"
             )
         entry = _group(groups, group, {})
         times = np.arange(math.floor(duration_s * rate_hz) + 1) / rate_hz

@@ -24,10 +24,10 @@ from undertow.comparison.null_test import (
     SuspectTest,
     _fitted_gain,
     _slightly_wrong,
-    _Stack,
     null_test,
 )
-from undertow.comparison.replicas import _scatter_factors, at_noise_of, left_by, replicas
+from undertow.comparison.replicas import _scatter_factors, at_noise_of, left_by, replicas, surely_wrong
+from undertow.comparison.score_stack import Stack
 from undertow.comparison.score_test import GridPlace, Stands, places, prospects
 from undertow.comparison.sizes import Sizes
 from undertow.comparison.tail import Tail
@@ -152,8 +152,25 @@ def test_the_tolerance_for_wrong_equations_makes_a_gain_less_unusual():
     after = Candidate((found("cubic_stiffness"),), hardening()[2], 0.0)
     assert judged(after).p_value == LEAST_P
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(null_module, "LEAST_WRONG", 1e3)
+        patch.setattr(null_module, "surely_wrong", lambda solution, left: 1e5)
         assert judged(after).p_value > 1e-3
+
+
+def test_a_model_is_surely_wrong_by_what_it_leaves_at_the_rates_of_the_motion_above_noise():
+    _, fit = quiet()
+    rng = np.random.default_rng(3)
+    noise = [rng.standard_normal(r.size) for r in fit.solution.residuals]
+    assert surely_wrong(fit.solution, noise) == 0.0
+
+    def wave(periods: float) -> list[np.ndarray]:
+        return [
+            np.tile(3.0 * np.sin(2.0 * math.pi * trial.t / (periods * trial.period_s)), len(trial.channels))
+            for trial in fit.solution.problem.trials
+        ]  # fmt: skip
+
+    slow, fast = (surely_wrong(fit.solution, [n + w for n, w in zip(noise, wave(p), strict=True)]) for p in (0.9, 0.15))
+    assert slow == pytest.approx(sum(float(w @ w) for w in wave(0.9)), rel=0.1)
+    assert fast == 0.0
 
 
 def test_a_place_that_what_stands_takes_up_is_neither_tested_nor_drawn():
@@ -167,7 +184,7 @@ def test_a_place_that_what_stands_takes_up_is_neither_tested_nor_drawn():
     products = np.array([[sum(float(np.sum(own**2)) for own in taken)]])
     columns = tuple((own, np.array([0])) for own in taken)
     hidden = GridPlace("taken", shown.additions, 0.0, columns, cross, products)
-    stack = _Stack.of(stand, [hidden, shown])
+    stack = Stack.of(stand, [hidden, shown])
     assert (stack.shows(hidden, stack.slices[0]), stack.shows(shown, stack.slices[1])) == (False, True)
     drawn = _slightly_wrong(stack, 4.0, 200, np.random.default_rng(0))
     assert np.all(drawn[stack.slices[0]] == 0.0)
@@ -188,7 +205,40 @@ def test_less_power_asks_for_a_smaller_effect_and_a_twin_for_a_larger_one_to_be_
     assert weaker.value < 0.95 * alone.value
     beside = {d.name: d for d in null_test(level, pair, fit, ()).detectable}
     assert beside["cubic_stiffness"].named_value > 1.05 * beside["cubic_stiffness"].value
-    assert alone.named_value == pytest.approx(alone.value)
+    assert alone.named_value >= alone.value
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(null_module, "NAMED", 0.0)
+        (seen,) = null_test(level, pair[:1], fit, ()).detectable
+    assert seen.named_value == pytest.approx(alone.value)
+
+
+def test_of_many_levels_each_must_stand_out_more():
+    level, fit = quiet()
+    one, ten = (null_test(level, [found("cubic_stiffness")], fit, (), levels) for levels in (1, 10))
+    assert one.p_value == ten.p_value
+    assert (one.limit, ten.limit) == pytest.approx((0.01, 0.0010045), rel=1e-4)
+    assert ten.detectable[0].value > 1.05 * one.detectable[0].value
+    unlikely = replace(one, p_value=0.005)
+    assert unlikely.significant
+    assert not replace(unlikely, levels=10).significant
+
+
+def test_a_law_that_nothing_small_leads_to_is_tested_as_it_starts():
+    level, fit = quiet()
+    test = null_test(level, [found("presliding")], fit, ())
+    assert [t.label for t in test.tests] == ["presliding"]
+    assert test.p_value > 0.01
+    (seen,) = test.detectable
+    starts = [additions[0].start for additions in found("presliding").grid(level.scales)]
+    assert seen.value in starts
+    assert seen.unit == "N/m"
+    stiff = places(level, Stands.of(fit), found("presliding"), found("presliding").grid(level.scales))
+    moved = [float(p.own[0, 0]) for p in stiff]
+    assert moved[-1] < 0.1 * max(moved)  # the stiffest bristles are nearly sliding
+    assert all(p.whole and p.width == 1 for p in stiff)
+    assert all(p.gain < 3.0 for p in stiff)  # as it is, not so many times as fits best
+    (tested,) = test.tests
+    assert 0.0 <= tested.hidden < 1.0
 
 
 def test_replicas_keep_the_spectrum_that_was_left_and_scatter_as_the_fit_believes():
@@ -265,3 +315,17 @@ def test_where_nothing_can_be_tested_there_is_no_probability():
     wide = Detectable("b", "mass_kg", 44.0, "kg", 330.0)
     both = NullTest(0.5, (SuspectTest("a", 0.5, 1.0, 0.1, 0.5), SuspectTest("b (x)", 0.5, 1.0, 0.1, 9.0, wide)), 0.03)
     assert (both.not_testable, both.detectable, both.upper_bound) == (("b",), (), 0.5 * 0.03)
+
+
+def test_bristles_that_are_there_are_seen_as_they_are():
+    level, fit = quiet()
+    suspect = found("presliding")
+    stand = Stands.of(fit)
+    (soft, *_) = places(level, stand, suspect, suspect.grid(level.scales))
+    pushed = [r + columns[:, 0] for r, (columns, _) in zip(fit.solution.residuals, soft.columns, strict=True)]
+    less = tuple(2.0 * r - p for r, p in zip(fit.solution.residuals, pushed, strict=True))
+    with_bristles = replace(fit, solution=replace(fit.solution, residuals=less))
+    (there, *_) = places(level, Stands.of(with_bristles), suspect, suspect.grid(level.scales))
+    left = float(there.own[0, 0] - there.cross[:, 0] @ stand.inverse @ there.cross[:, 0])
+    assert there.gain == pytest.approx(0.5 * left, rel=0.2)
+    assert soft.gain < 0.1 * there.gain

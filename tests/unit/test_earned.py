@@ -69,6 +69,22 @@ def test_green_is_for_levels_like_their_null_in_which_little_can_hide(null, stat
         assert "only 0.4 % stand out as much" in said.sentence
 
 
+@pytest.mark.parametrize(("p_value", "names"), [(0.05, ("unknown",)), (0.2, ("linear_damping",))])
+def test_what_is_small_has_a_name_where_no_other_stands_out_nearly_as_much(p_value, names):
+    other = SuspectTest("hidden_resonator (amplitude-dependent)", p_value, 1.0, 0.5, 0.5)
+    null = beside(0.004)
+    said = judged(GREEN, case(), diagnosis(), True, replace(null, tests=(*null.tests, other)))
+    assert (said.status, said.verdict) == ("present_but_small", names)
+    assert ("hidden resonator" in said.sentence) == (names == ("unknown",))
+
+
+def test_what_stands_out_though_the_scatter_is_only_assumed_is_said():
+    said = judged(GREEN, case(assumed="there are 2 dry trials"), diagnosis(), True, beside(0.004))
+    assert said.status == "present_but_small"
+    said = judged(GREEN, case(assumed="there are 2 dry trials"), diagnosis(), True, beside(0.4))
+    assert said.status == "cannot_tell"
+
+
 def test_a_name_needs_a_level_that_stands_out():
     law = SimpleNamespace(label="linear_damping")
     named = SimpleNamespace(names=("linear_damping",), suspects=(law,), score=20.0, out="", aside=False)

@@ -185,10 +185,11 @@ def _free_hidden(builder: ProblemBuilder, addend: Addend, scales: Scales, trial:
 
 
 def structure_links(builder: ProblemBuilder, member: Member, trial: str) -> list[Link]:
-    """Deviations of a spring's k, c, mu from its dry means, and of this trial from those."""
+    """Deviations of a spring's k, c, mu from its dry means, and of this trial from those; without dry trials of this
+    trial from what its group fits."""
     structure = member.model.fixed
     if structure is None:
-        return []
+        return _own_links(builder, member, trial)
     links = []
     normal = member.model.specimen.normal_force_N
     for symbol, slot, estimate, factor in (
@@ -203,6 +204,17 @@ def structure_links(builder: ProblemBuilder, member: Member, trial: str) -> list
             if std > 0.0 and math.isfinite(std):
                 links.append(Link(SLOT[slot], builder.unknown(name, 0.0, prior_std=std, scale=std), factor))
     return links
+
+
+def _own_links(builder: ProblemBuilder, member: Member, trial: str) -> list[Link]:
+    """This trial's deviations from k, c, mu that its group fits itself; none of a lone trial, whose own they are."""
+    if len(member.motions) < 2:
+        return []
+    return [
+        Link(SLOT[slot], builder.unknown(f"{symbol}[{trial}]", 0.0, prior_std=std, scale=std))
+        for symbol, slot in (("k", "k1"), ("c", "c1"), ("mu", "fc"))
+        if (std := member.spread.get(slot, 0.0)) > 0.0
+    ]
 
 
 def _believed_scatter(structure: Structure, symbol: str) -> float:

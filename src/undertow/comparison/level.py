@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
@@ -29,7 +29,9 @@ class Member:
     """One group in a level: its spring's label, its model, its training trials, its options.
 
     ``allowed`` is the group's repeatability (nrmse): the unit in which its free runs' errors are counted; ``own_means``
-    says that k, c, mu come from these very trials, so that their means belong to what is fitted.
+    says that k, c, mu come from these very trials, so that their means belong to what is fitted. ``spread`` are the
+    standard deviations of the slots k1, c1, fc from trial to trial where no dry trials of this spring give a structure,
+    ``freedom`` the degrees of freedom they were seen with (inf: stated; 0: assumed).
     """
 
     label: str
@@ -39,6 +41,13 @@ class Member:
     free_start: bool = False
     allowed: float = 1.0
     own_means: bool = False
+    spread: Mapping[str, float] = field(default_factory=dict)
+    freedom: float = math.inf
+
+    @property
+    def scatter_freedom(self) -> float:
+        """Degrees of freedom with which it is known how much this group's trials differ."""
+        return self.freedom if self.model.fixed is None else self.model.fixed.scatter_freedom
 
 
 @dataclass(frozen=True)

@@ -2,19 +2,19 @@
 
 The prescribed equation is taken as linear about its fit, weighed by the noise that the closest fitted model leaves. To
 the residuals of a replica (replicas.py) comes one law of the catalogue drawn at random, at most as large as what that
-model leaves above the sensors' noise: no equation is exact. Replicas and recordings are scored alike: for every suspect
-the largest gain of one Gauss-Newton step over its grid; of the recordings also what a fit gained. A suspect's gain
-counts by its rank among the replicas, the level by the smallest of these (Westfall and Young 1993): many suspects and
-fine grids, scatter, few trials and slow noise are all in it.
+model surely leaves at the rates of the motion above what it leaves at all others: no equation is exact. Replicas and
+recordings are scored alike: for every suspect the largest gain of one Gauss-Newton step over its grid; of the
+recordings also what a fit gained. A suspect's gain counts by its rank among the replicas, the level by the smallest of
+these (Westfall and Young 1993): many suspects and fine grids, scatter, few trials and slow noise are all in it.
 
 Belongs here: p-values, what would be seen and what can still hide. Does not belong here: residuals of replicas
-(replicas.py), one place's columns (score_test.py), what is said (discrepancy/).
+(replicas.py), sums over places (score_stack.py), what is said (discrepancy/).
 """
 
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -23,9 +23,10 @@ from undertow.comparison.candidate import Candidate
 from undertow.comparison.joining import has_room
 from undertow.comparison.joint import JointFit
 from undertow.comparison.level import Level
-from undertow.comparison.replicas import at_noise_of, left_by, replicas
+from undertow.comparison.replicas import at_noise_of, left_by, replicas, surely_wrong
+from undertow.comparison.score_stack import Scored, Stack
 from undertow.comparison.score_test import GridPlace, Stands, places
-from undertow.comparison.sizes import COUNTS_IN_REPEATABILITY, Measure, Sizes
+from undertow.comparison.sizes import COUNTS_IN_REPEATABILITY, Sizes
 from undertow.comparison.suspect import Suspect
 from undertow.comparison.tail import Tail
 from undertow.recording.recording import Array
@@ -38,22 +39,13 @@ ROOM = 2e7
 """Numbers of all replicas' residuals together at most (160 MB); larger levels get fewer replicas."""
 
 SIGNIFICANT = 0.01
-"""p-value up to which a level is not like its null."""
+"""Share of campaigns with nothing missing of which a level is said not to be like its null."""
 
 POWER = 0.9
 """Power with which an effect that is called visible would be seen."""
 
-ONE_SIDED = 1.645
-"""Standard deviations of a one-sided 95 % bound."""
-
 LEAST_P = 1e-6
 """Smallest p-value that is said: no tail of so many replicas is known further."""
-
-SHOWN = 1e-6
-"""Share of a place's information that what stands must leave: all else is taken up, and nothing can be said of it."""
-
-LEAST_WRONG = 0.03
-"""Share of what the closest model leaves that is taken for its own error at least: no stated noise is more exact."""
 
 NAMED = math.log(99.0)
 """Log odds over every other suspect from which an effect has a name."""
@@ -86,19 +78,41 @@ class SuspectTest:
     hidden: float
     detectable: Detectable | None = None
 
+    @property
+    def name(self) -> str:
+        """The suspect's name, without its variant."""
+        return self.label.partition(" (")[0]
+
+
+def limit(levels: int) -> float:
+    """p-value below which a share `SIGNIFICANT` of campaigns with nothing missing and so many levels has one of them
+    (Sidak 1967, doi:10.1080/01621459.1967.10482935).
+
+    >>> round(limit(1), 6), round(limit(5), 6)
+    (0.01, 0.002008)
+    """
+    return -math.expm1(math.log1p(-SIGNIFICANT) / levels)
+
 
 @dataclass(frozen=True)
 class NullTest:
-    """A level against its own null; ``smallest`` is the free-run error (nrmse) from which on an effect counts."""
+    """A level against its own null; ``smallest`` is the free-run error (nrmse) from which on an effect counts,
+    ``levels`` how many the campaign has."""
 
     p_value: float
     tests: tuple[SuspectTest, ...] = ()
     smallest: float = math.nan
+    levels: int = 1
+
+    @property
+    def limit(self) -> float:
+        """p-value up to which this level is not like its null, `limit`."""
+        return limit(self.levels)
 
     @property
     def significant(self) -> bool:
         """Whether the level is not like its null."""
-        return self.p_value <= SIGNIFICANT
+        return self.p_value <= self.limit
 
     @property
     def upper_bound(self) -> float:
@@ -108,7 +122,7 @@ class NullTest:
     @property
     def hides_best(self) -> str:
         """The name of the suspect that can hide most."""
-        return max(self.shared, key=lambda t: t.hidden).label.partition(" (")[0] if self.shared else ""
+        return max(self.shared, key=lambda t: t.hidden).name if self.shared else ""
 
     @property
     def shared(self) -> tuple[SuspectTest, ...]:
@@ -119,8 +133,8 @@ class NullTest:
     @property
     def not_testable(self) -> tuple[str, ...]:
         """Names of what could be as large as the motion itself and not be seen."""
-        shown = {t.label.partition(" (")[0] for t in self.tests if self._shows(t)}
-        return tuple(sorted({t.label.partition(" (")[0] for t in self.tests} - shown))
+        shown = {t.name for t in self.tests if self._shows(t)}
+        return tuple(sorted({t.name for t in self.tests} - shown))
 
     def _shows(self, test: SuspectTest) -> bool:
         seen = test.detectable.share_of_motion if test.detectable is not None else 0.0
@@ -137,100 +151,24 @@ class NullTest:
         return tuple(found[name] for name in sorted(found))
 
 
-@dataclass(frozen=True)
-class _Stack:
-    """All places side by side: by trial their columns (rows, m) and indices (m,), the products of all columns with each
-    other and with what stands (``away``), everything that stands moving along, and by place its slice."""
-
-    stands: Stands
-    places: tuple[GridPlace, ...]
-    columns: tuple[tuple[Array, np.ndarray], ...]
-    away: Array
-    information: Array
-    slices: tuple[slice, ...]
-
-    @classmethod
-    def of(cls, stands: Stands, places: Sequence[GridPlace]) -> _Stack:
-        """From the places of all suspects, one after the other."""
-        ends = np.cumsum([p.width for p in places])
-        slices = tuple(slice(int(end) - p.width, int(end)) for p, end in zip(places, ends, strict=True))
-        width = int(ends[-1])
-        cross = np.hstack([p.cross for p in places])
-        products = np.zeros((width, width))
-        columns = []
-        for trial in range(len(stands.fit.solution.problem.trials)):
-            mine = np.hstack([p.columns[trial][0] for p in places])
-            where = np.concatenate([s.start + p.columns[trial][1] for p, s in zip(places, slices, strict=True)])
-            products[np.ix_(where, where)] += mine.T @ mine
-            columns.append((mine, where))
-        away = cross.T @ stands.inverse
-        return cls(stands, tuple(places), tuple(columns), away, products - away @ cross, slices)
-
-    def shows(self, place: GridPlace, at: slice) -> bool:
-        """Whether what stands leaves anything of a place's columns."""
-        left = np.diag(self.information[at, at]) / np.maximum(np.diag(place.own), 1e-300)
-        return bool(np.max(left) >= SHOWN)
-
-    def scores(self, residuals: Sequence[Array], gradient: Array) -> Array:
-        """Scores (width, n) of residuals (rows, n) of every trial, with the gradient (unknowns, n) of what stands."""
-        out = -self.away @ gradient
-        for (mine, where), r in zip(self.columns, residuals, strict=True):
-            out[where] += mine.T @ r
-        return np.asarray(out, dtype=np.float64)
-
-
-@dataclass(frozen=True)
-class _Scored:
-    """One place scored: its slice in the stack, the recordings' score (q,), replicas' (q, draws), the same without the
-    tolerance, information (q, q) and its inverse, and how large effects are."""
-
-    place: GridPlace
-    at: slice
-    score: Array
-    draws: Array
-    noise: Array
-    information: Array
-    inverse: Array
-    measure: Measure
-
-    @property
-    def gains(self) -> Array:
-        """Gain of every replica, (draws,)."""
-        return np.asarray(0.5 * np.einsum("qd,qd->d", self.draws, self.inverse @ self.draws), dtype=np.float64)
-
-    @property
-    def gain(self) -> float:
-        """Gain of the recordings."""
-        return 0.5 * float(self.score @ self.inverse @ self.score)
-
-    @property
-    def step(self) -> Array:
-        """Estimated coefficients (q,)."""
-        return np.asarray(-self.inverse @ self.score)
-
-    @property
-    def hidden(self) -> float:
-        """The largest free-run error that can still hide here (95 %), in units of what counts."""
-        spread = self.inverse @ np.atleast_2d(np.cov(self.noise, bias=True)) @ self.inverse
-        return self.measure.bound(self.step, spread, ONE_SIDED)
-
-
-def null_test(level: Level, suspects: Sequence[Suspect], null: JointFit, found: Sequence[Candidate]) -> NullTest:
-    """A level against its null: ``null`` is the prescribed equation as fitted, ``found`` every candidate that was.
+def null_test(
+    level: Level, suspects: Sequence[Suspect], null: JointFit, found: Sequence[Candidate], levels: int = 1
+) -> NullTest:
+    """A level, one of so many, against its null: ``null`` is the prescribed equation as fitted, ``found`` every
+    candidate that was.
 
     Where a step from the null is too short to tell what a suspect gains, its fit tells.
     """
     closest = min((null, *(c.fit for c in found)), key=lambda fit: fit.misfit)
     null = at_noise_of(null, closest)
     stands = Stands.of(null)
-    usable = [s for s in suspects if not s.has_no_zero and has_room(level, s, null)]
+    usable = [s for s in suspects if not s.late and has_room(level, s, null)]
     every = [place for suspect in usable for place in _places(level, stands, suspect)]
     if not every:
         return NullTest(math.nan)
-    stack = _Stack.of(stands, every)
+    stack = Stack.of(stands, every)
     sizes = Sizes.on(level, stands, _reported(null))
-    wrong = max(1.0 - 1.0 / closest.misfit, LEAST_WRONG)
-    scored = _scored(level, stack, sizes, left_by(null, closest), wrong, np.random.default_rng(level.trials))
+    scored = _scored(level, stack, sizes, left_by(null, closest), np.random.default_rng(level.trials))
     alone = {p.label: [c.fit for c in found if [s.label for s in c.suspects] == [p.label]] for p in every}
     together = {n: [c.fit for c in found if len(c.suspects) == n] for n in {len(c.suspects) for c in found} - {0, 1}}
     fitted = {label: _fitted_gain(null, fits) for label, fits in alone.items()}
@@ -238,7 +176,8 @@ def null_test(level: Level, suspects: Sequence[Suspect], null: JointFit, found: 
     if not shown:
         return NullTest(math.nan)
     fitted = {label: gain for label, gain in fitted.items() if label in shown}
-    return _ranked(scored, stack, sizes, fitted, {n: _fitted_gain(null, fits) for n, fits in together.items()})
+    sets = {n: _fitted_gain(null, fits) for n, fits in together.items()}
+    return _ranked(scored, stack, sizes, fitted, sets, levels)
 
 
 def _places(level: Level, stands: Stands, suspect: Suspect) -> list[GridPlace]:
@@ -261,7 +200,8 @@ def _fitted_gain(null: JointFit, fits: Sequence[JointFit]) -> float:
 
 
 def _ranked(
-    scored: Sequence[_Scored], stack: _Stack, sizes: Sizes, fitted: Mapping[str, float], sets: Mapping[int, float]
+    scored: Sequence[Scored], stack: Stack, sizes: Sizes, fitted: Mapping[str, float], sets: Mapping[int, float],
+    levels: int,
 ) -> NullTest:
     """The test from scored places; ``fitted`` are gains by label that a fit has shown, ``sets`` the same of so many
     suspects together: of a replica the sum of its largest counts."""
@@ -276,31 +216,31 @@ def _ranked(
     mine = {label: float(tails[label].log_p(np.array([gain]))[0]) for label, gain in gains.items()}
     together = Tail.of(-least)
     p_value = math.exp(float(together.log_p(np.array([-min(mine.values())]))[0]))
-    threshold = -together.quantile(SIGNIFICANT)
+    threshold = -together.quantile(limit(levels))
     tests = []
     for label, own in by_label.items():
         best = max(own, key=lambda s: s.gain)
-        seen = _detectable(stack, scored, best, tails[label].at(threshold), sizes.allowed)
+        smallest = _smallest_whole if best.place.whole else _smallest
+        seen = _detectable(stack, scored, *smallest(own, best, tails[label].at(threshold)), sizes.allowed)
         common = any(a.scope != "trial" for a in best.place.additions if not a.inner)
         hidden = max(s.hidden for s in own) if common else math.nan
         size = float(best.measure.of(best.step[:, None])[0])
         tests.append(SuspectTest(label, math.exp(mine[label]), observed[label], size, hidden, seen))
     ordered_tests = tuple(sorted(tests, key=lambda t: t.p_value))
-    return NullTest(min(max(p_value, LEAST_P), 1.0), ordered_tests, COUNTS_IN_REPEATABILITY * sizes.allowed)
+    return NullTest(min(max(p_value, LEAST_P), 1.0), ordered_tests, COUNTS_IN_REPEATABILITY * sizes.allowed, levels)
 
 
 def _scored(
-    level: Level, stack: _Stack, sizes: Sizes, left: Sequence[Array], wrong: float, rng: np.random.Generator
-) -> list[_Scored]:
-    """Every place with the scores of the recordings and of all replicas; ``left`` as in `replicas.left_by`, ``wrong``
-    the share of its square that lies above the sensors' noise."""
+    level: Level, stack: Stack, sizes: Sizes, left: Sequence[Array], rng: np.random.Generator
+) -> list[Scored]:
+    """Every place with the scores of the recordings and of all replicas; ``left`` as in `replicas.left_by`."""
     draws = int(min(DRAWS, max(FEWEST_DRAWS, ROOM / sum(r.size for r in left))))
     stands = stack.stands
     residuals = replicas(level, stands.fit.solution, left, draws, rng)
     noise = stack.scores(residuals, stands.pulled(residuals))
     observed = stack.scores([r[:, None] for r in stands.fit.solution.residuals], stands.gradient[:, None])[:, 0]
     measures = [sizes.measure(place) for place in stack.places]
-    square = wrong * sum(float(r @ r) for r in left)
+    square = surely_wrong(stands.fit.solution, left)
     drawn = noise + stack.information @ _slightly_wrong(stack, square, draws, rng)
     out = []
     for place, own, measure in zip(stack.places, stack.slices, measures, strict=True):
@@ -310,11 +250,11 @@ def _scored(
         scale = 1.0 / np.sqrt(np.maximum(np.diag(place.own), 1e-300))
         both = np.outer(scale, scale)
         inverse = np.linalg.pinv(information * both, rcond=1e-6, hermitian=True) * both
-        out.append(_Scored(place, own, observed[own], drawn[own], noise[own], information, inverse, measure))
+        out.append(Scored(place, own, observed[own], drawn[own], noise[own], information, inverse, measure))
     return out
 
 
-def _slightly_wrong(stack: _Stack, square: float, draws: int, rng: np.random.Generator) -> Array:
+def _slightly_wrong(stack: Stack, square: float, draws: int, rng: np.random.Generator) -> Array:
     """Coefficients (width, draws) of one law of the catalogue in every replica, as large as what the closest model
     leaves above the sensors' noise, a sum of squares: no equation is exact."""
     out = np.zeros((len(stack.information), draws))
@@ -334,22 +274,23 @@ def _slightly_wrong(stack: _Stack, square: float, draws: int, rng: np.random.Gen
     return out
 
 
-def _detectable(
-    stack: _Stack, scored: Sequence[_Scored], best: _Scored, threshold: float, allowed: float
-) -> Detectable | None:
-    """The smallest effect at a suspect's best place that would be detected with `POWER`."""
-    place = best.place
-    if not place.additions:
-        return None
-    along = best.step if np.any(best.step) else np.ones(place.width)
-    along = along / np.max(np.abs(along))
-    push = best.inverse @ (best.information @ along)
-    across, square = push @ best.draws, 0.5 * float(along @ best.information @ push)
-    gains = best.gains
+def _seen(scored: Scored, along: Array, threshold: float) -> Callable[[float], bool]:
+    """Whether an effect so many times ``along`` would be detected with `POWER`."""
+    if scored.place.whole:
+        there = np.maximum(0.5 * scored.information[0, 0] - scored.draws[0], 0.0)
+        return lambda size: float(np.mean(there > threshold)) >= POWER
+    push = scored.inverse @ (scored.information @ along)
+    across, square = push @ scored.draws, 0.5 * float(along @ scored.information @ push)
+    gains = scored.gains
+    return lambda size: float(np.mean(gains + size * across + size**2 * square > threshold)) >= POWER
 
-    def seen(size: float) -> bool:
-        return float(np.mean(gains + size * across + size**2 * square > threshold)) >= POWER
 
+def _smallest(own: Sequence[Scored], best: Scored, threshold: float) -> tuple[Scored, Array, float]:
+    """A suspect's best place, the direction of its effect there and the smallest size that would be detected."""
+    along = best.step if np.any(best.step) else np.ones(best.place.width)
+    along = along / np.max(np.abs(along), initial=1e-300)
+    square = 0.5 * float(along @ best.information @ along)
+    seen = _seen(best, along, threshold)
     low, high = 0.0, math.sqrt(max(2.0 * threshold, 0.0) / max(square, 1e-300)) or 1.0
     for _ in range(HALVINGS):
         if seen(high):
@@ -358,15 +299,34 @@ def _detectable(
     for _ in range(HALVINGS):
         middle = 0.5 * (low + high)
         low, high = (low, middle) if seen(middle) else (middle, high)
+    return best, along, high
+
+
+def _smallest_whole(own: Sequence[Scored], best: Scored, threshold: float) -> tuple[Scored, Array, float]:
+    """The same of a law that is there or not: the place of the smallest effect that would be detected; size nan where
+    none would be."""
+    able = [s for s in own if _seen(s, np.ones(1), threshold)(1.0)]
+    place = min(able, key=lambda s: float(s.information[0, 0]), default=best)
+    return place, np.ones(1), 1.0 if able else math.nan
+
+
+def _detectable(
+    stack: Stack, scored: Sequence[Scored], best: Scored, along: Array, size: float, allowed: float
+) -> Detectable | None:
+    """What a suspect's smallest effect that would be detected is called; None where there is none."""
+    place = best.place
+    if not place.additions or math.isnan(size):
+        return None
     first = next(a for a in place.additions if not a.inner)
-    share = float(best.measure.of_free_run(high * along[:, None])[0]) * allowed
-    named = max(high, _told_apart(stack, scored, best, along))
-    return Detectable(
-        place.label.partition(" (")[0], first.name, high, first.unit, share, named if math.isfinite(named) else math.nan
-    )
+    share = float(best.measure.of_free_run(size * along[:, None])[0]) * allowed
+    named = max(size, _told_apart(stack, scored, best, along))
+    value = first.start if place.whole else size
+    told = math.isfinite(named) and not (place.whole and named > size)
+    told_from = value / size * named if told else math.nan
+    return Detectable(place.label.partition(" (")[0], first.name, value, first.unit, share, told_from)
 
 
-def _told_apart(stack: _Stack, scored: Sequence[_Scored], best: _Scored, along: Array) -> float:
+def _told_apart(stack: Stack, scored: Sequence[Scored], best: Scored, along: Array) -> float:
     """The amplitude along a direction from which on its evidence exceeds every other suspect's by `NAMED`; inf where
     another takes all of it."""
     name = best.place.label.partition(" (")[0]

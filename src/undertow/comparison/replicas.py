@@ -21,6 +21,15 @@ from undertow.likelihood.output_error import Solution
 from undertow.likelihood.problem import Problem
 from undertow.recording.recording import Array
 
+OF_THE_MOTION = 4.0
+"""Up to so many times the body's rate laws of motion leave something: beyond is noise."""
+
+FEWEST_FAST = 10
+"""Frequencies beyond, fewer than which do not show the noise: it is taken as stated."""
+
+ONE_SIDED = 1.645
+"""Standard deviations of a one-sided 95 % bound."""
+
 ASSUMED_WITHIN = 2.0
 """A scatter that was assumed, not seen, may be wrong by this factor, to either side."""
 
@@ -64,6 +73,22 @@ def left_by(null: JointFit, closest: JointFit) -> tuple[Array, ...]:
     return tuple(out)
 
 
+def surely_wrong(solution: Solution, left: Sequence[Array]) -> float:
+    """Sum of squares that a model surely leaves (95 %) at the rates of the motion above what it leaves at all others:
+    its own error, not the sensors'. ``left`` as in `left_by`."""
+    excess = variance = 0.0
+    for trial, r in zip(solution.problem.trials, left, strict=True):
+        n = trial.t.size
+        rate = np.fft.rfftfreq(n, float(np.median(np.diff(trial.t))))[1:]
+        slow = rate <= OF_THE_MOTION / trial.period_s
+        for i in range(len(trial.channels)):
+            power = 2.0 / n * np.abs(np.fft.rfft(r[i * n : (i + 1) * n])[1:]) ** 2
+            floor = float(np.median(power[~slow])) / math.log(2.0) if np.count_nonzero(~slow) > FEWEST_FAST else 2.0
+            excess += float(np.sum(power[slow] - floor))
+            variance += np.count_nonzero(slow) * floor**2
+    return max(excess - ONE_SIDED * math.sqrt(variance), 0.0)
+
+
 def replicas(
     level: Level, solution: Solution, noise: Sequence[Array], draws: int, rng: np.random.Generator
 ) -> list[Array]:
@@ -85,8 +110,7 @@ def replicas(
 def _scatter_factors(level: Level, draws: int, rng: np.random.Generator) -> dict[str, Array]:
     """By what the true scatter of k, c, mu exceeds the believed one, (draws,) each: chi-squared with the degrees of
     freedom it was seen with, or within `ASSUMED_WITHIN` where it was assumed."""
-    freedoms = [m.model.fixed.scatter_freedom for m in level.members if m.model.fixed is not None]
-    freedom = min(freedoms, default=math.inf)
+    freedom = min((m.scatter_freedom for m in level.members), default=math.inf)
     if not math.isfinite(freedom):
         return {}
     if freedom <= 0.0:

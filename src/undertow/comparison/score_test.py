@@ -36,7 +36,8 @@ class GridPlace:
 
     ``columns`` are, a trial, the derivatives (rows, p) of weighed residuals by the place's coefficients and their
     indices (p,); ``cross`` (unknowns, width) and ``own`` (width, width) their products with the fit's columns and each
-    other. Empty columns: the motion leaves every bound here.
+    other. Empty columns: the motion leaves every bound here. ``whole``: nothing small leads to the law; the one column
+    is the step from nothing to the law as its additions start, to be taken as it is.
     """
 
     label: str
@@ -45,6 +46,7 @@ class GridPlace:
     columns: tuple[tuple[Array, np.ndarray], ...] = ()
     cross: Array = field(default_factory=lambda: np.zeros((0, 0)))
     own: Array = field(default_factory=lambda: np.zeros((0, 0)))
+    whole: bool = False
 
     @property
     def width(self) -> int:
@@ -68,6 +70,8 @@ def places(
     """Every place of a suspect's grid, in the grid's order; of a suspected sensor the one of its prior given up."""
     if suspect.frees:
         return (_freed(stands, suspect),)
+    if suspect.moves:
+        return tuple(_switched(level, stands, suspect.label, additions) for additions in grid)
     return tuple(_place(level, stands, suspect.label, additions) for additions in grid)
 
 
@@ -125,6 +129,30 @@ def _place(level: Level, stands: Stands, label: str, additions: tuple[Addition, 
     cross, own, step, gain = _stepped(stands, columns, len(names))
     started = tuple(a if a.inner else replace(a, start=_start(a, names, step)) for a in additions)
     return GridPlace(label, started, gain, tuple(columns), cross, own)
+
+
+def _switched(level: Level, stands: Stands, label: str, additions: tuple[Addition, ...]) -> GridPlace:
+    """A law that no small value of leads to, as it starts: the difference of the two motions stands for a derivative,
+    everything that stands moving along."""
+    solution = stands.fit.solution
+    none = np.zeros(0)
+    columns = []
+    for trial in solution.problem.trials:
+        plain = _reduced(level, trial, solution.values, (), [])
+        base = plain.base.copy()
+        for a in additions:
+            if a.moves is not None:
+                old, new = (SLOT[slot] for slot in a.moves)
+                base[new], base[old] = base[new] + base[old], 0.0
+            base[SLOT[a.slot]] = a.start
+        before, after = (output_error.residuals(replace(plain, base=b), none) for b in (plain.base, base))
+        if before is None or after is None or not np.all(np.isfinite(after[0])):
+            return GridPlace(label, additions, 0.0)
+        columns.append(((after[0] - before[0])[:, None], np.zeros(1, dtype=np.int64)))
+    cross, own, step, _ = _stepped(stands, columns, 1)
+    left = float(own[0, 0] - cross[:, 0] @ stands.inverse @ cross[:, 0])
+    gain = max(left * (float(step[0]) - 0.5), 0.0)
+    return GridPlace(label, additions, gain, tuple(columns), cross, own, whole=True)
 
 
 def _freed(stands: Stands, suspect: Suspect) -> GridPlace:

@@ -243,7 +243,7 @@ class _Search:
     def _small(self, suspect: Suspect, prior: float, depth: int) -> Candidate | None:
         """A suspect where little is missing: fitted from the best places of its grid, if one could gain enough."""
         level, best = self.level, self.best
-        if suspect.has_no_zero:
+        if suspect.late:
             return from_starts(level, best, suspect, prior, best.fit.criterion)
         grid = [renumbered(additions, best) for additions in suspect.grid(level.scales)]
         places = prospects(level, best.fit, suspect, grid)[:REFINED]

@@ -118,7 +118,12 @@ class Suspect:
     @property
     def has_no_zero(self) -> bool:
         """Whether no small value of it is as if it were not there (bristles: infinitely stiff ones are)."""
-        return self.late > 0.0 or any(a.moves for a in self.additions(UNIT, 1.0))
+        return self.late > 0.0 or self.moves
+
+    @property
+    def moves(self) -> bool:
+        """Whether it takes the place of a law that stands (bristles that of sliding friction)."""
+        return any(a.moves for a in self.additions(UNIT, 1.0))
 
     @property
     def of_the_release(self) -> bool:

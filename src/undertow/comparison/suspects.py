@@ -258,7 +258,7 @@ SUSPECTS: tuple[Suspect, ...] = (
         without_sliding=BRISTLES,
     ),
     Suspect(
-        BRISTLES, "structure", _presliding, lambda s: (0.1, 1.0),
+        BRISTLES, "structure", _presliding, lambda s: (0.1, 1.0), fine=lambda s: (0.03, 0.1, 0.3, 1.0, 3.0, 10.0),
         words="bristles that yield where dry friction would slide",
         next_test="a slow push and pull of less than the friction, displacement and load recorded",
     ),

@@ -11,7 +11,7 @@ import math
 from undertow.comparison.candidate import RIVAL_ODDS, Candidate, LevelDiagnosis, probability
 from undertow.comparison.joint import free_run_error
 from undertow.comparison.level import Level
-from undertow.comparison.null_test import SIGNIFICANT, NullTest
+from undertow.comparison.null_test import NullTest
 from undertow.comparison.search import NAMING_PROBABILITY, OVERWHELMING, WORTH
 from undertow.discrepancy.case import Case
 from undertow.discrepancy.verdict import Gate, Verdict
@@ -47,13 +47,13 @@ def gates(
              "discrepancy.suspects names none: nothing was looked for", "search", GREEN),
         Gate("search_ended", "suspects not tried to the end", float(len(diagnosis.unfinished)), 0.0,
              not diagnosis.unfinished, f"not tried to the end within discrepancy.budget: {left}", "search", unsearched),
+        *_beside_its_null(verdict, diagnosis, tested),
         _flag("structure_known", "reasons why the dry trials do not tell the structure", case.no_dry, GREEN, "no_dry"),
         _flag("scatter_known", "reasons why nobody knows how much trials differ", case.assumed, GREEN, "assumed"),
     )  # fmt: skip
-    tried = math.isfinite(tested.p_value)
-    null = _beside_its_null(verdict, diagnosis, tested) if tried else (_without_a_null(diagnosis),)
+    hidden = () if diagnosis.named or not math.isfinite(tested.p_value) else (_upper_bound(tested),)
     named = (*_unseen(verdict, case, diagnosis), *_outweighed(diagnosis))
-    return (*found, *null, *named, *_with_twice_the_scatter(verdict, case, holds_doubled))
+    return (*found, *hidden, *named, *_with_twice_the_scatter(verdict, case, holds_doubled))
 
 
 def evidence(level: Level, case: Case, diagnosis: LevelDiagnosis) -> tuple[Gate, ...]:
@@ -105,25 +105,29 @@ def _without_a_null(diagnosis: LevelDiagnosis) -> Gate:
 
 
 def _beside_its_null(verdict: Verdict, diagnosis: LevelDiagnosis, tested: NullTest) -> tuple[Gate, ...]:
-    """Whether the level stands out among replicas of itself with nothing missing, as a name needs and green must not;
-    and whether something as large as what counts could hide in it."""
+    """Whether the level stands out among replicas of itself with nothing missing, as a name needs and green must not:
+    how much trials differ, if it was assumed, is as uncertain in the replicas."""
+    if not math.isfinite(tested.p_value):
+        return (_without_a_null(diagnosis),)
     p, asked = tested.p_value, "probability that a level with nothing missing stands out as much"
-    out: list[Gate] = []
     if verdict.status == "nothing_missing":
-        out = [Gate("p_value", asked, p, SIGNIFICANT, not tested.significant, "", "stands_out", GREEN)]
-    elif diagnosis.named and {s.label for s in diagnosis.best.suspects} <= {t.label for t in tested.tests}:
+        return (Gate("p_value", asked, p, tested.limit, not tested.significant, "", "stands_out", GREEN),)
+    if diagnosis.named and {s.label for s in diagnosis.best.suspects} <= {t.label for t in tested.tests}:
         said = f"{percent(p)} of such levels with nothing missing stand out as much"
         bars = ("explained", "not_identifiable")
-        out = [Gate("p_value", asked, p, SIGNIFICANT, tested.significant, said, "more", bars)]
-    if diagnosis.named:
-        return tuple(out)
+        return (Gate("p_value", asked, p, tested.limit, tested.significant, said, "more", bars),)
+    return ()
+
+
+def _upper_bound(tested: NullTest) -> Gate:
+    """Whether something as large as what counts could hide."""
     hides, limit = tested.upper_bound, tested.smallest
     because = (
         f"{tested.hides_best.replace('_', ' ')} that moves the free run by {percent(hides)} could hide in it, more "
         f"than half of repeatability ({percent(limit)})"
     )
     statistic = "largest free-run error that an effect of all trials can hide"
-    return (*out, Gate("upper_bound", statistic, hides, limit, not hides > limit, because, "more", GREEN))
+    return Gate("upper_bound", statistic, hides, limit, not hides > limit, because, "more", GREEN)
 
 
 def _unseen(verdict: Verdict, case: Case, diagnosis: LevelDiagnosis) -> tuple[Gate, ...]:

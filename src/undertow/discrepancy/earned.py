@@ -13,7 +13,7 @@ import math
 from collections.abc import Mapping
 from dataclasses import replace
 
-from undertow.comparison.candidate import Candidate, LevelDiagnosis
+from undertow.comparison.candidate import RIVAL_ODDS, Candidate, LevelDiagnosis
 from undertow.comparison.explained import beyond_doubt
 from undertow.comparison.joint import fit_joint, free_run_error
 from undertow.comparison.level import Level, Member
@@ -21,7 +21,7 @@ from undertow.comparison.null_test import NullTest
 from undertow.comparison.search import NAMING_PROBABILITY, WORTH
 from undertow.discrepancy.case import Case
 from undertow.discrepancy.decision import DOUBLED, gates
-from undertow.discrepancy.verdict import Gate, Verdict
+from undertow.discrepancy.verdict import Gate, Status, Verdict
 from undertow.discrepancy.words import percent
 from undertow.errors import IdentificationError
 
@@ -98,17 +98,19 @@ def _small(verdict: Verdict, case: Case, small: Candidate, null: Candidate) -> V
 
 def _standing_out(verdict: Verdict, case: Case, tested: NullTest) -> Verdict:
     """``present_but_small`` or, where it would count, ``unknown``: no free run shows it, but hardly any level with
-    nothing missing stands out as much."""
+    nothing missing stands out as much. It has a name where no other suspect stands out nearly as much."""
     first = tested.tests[0]
-    name = first.label.partition(" (")[0]
+    likely = list(dict.fromkeys(t.name for t in tested.tests if t.p_value < first.p_value * RIVAL_ODDS))
+    words = ", ".join(name.replace("_", " ") for name in likely[:3])
     text = (
         f"{case.label}: the equation misses {percent(case.baseline.nrmse)} of the motion (repeatability "
         f"{percent(case.allowed)}), no more than repetitions differ; but of levels like this with nothing missing only "
-        f"{percent(tested.p_value)} stand out as much: something is there, most like {name.replace('_', ' ')}."
+        f"{percent(tested.p_value)} stand out as much: something is there, most like {words}."
     )
-    if first.size >= 1.0:
-        return replace(verdict, status="unknown", verdict=("unknown",), sentence=text, confidence=math.nan)
-    return replace(verdict, status="present_but_small", verdict=(name,), sentence=text, confidence=math.nan)
+    small = first.size < 1.0
+    name = likely[0] if small and len(likely) == 1 else "unknown"
+    status: Status = "present_but_small" if small else "unknown"
+    return replace(verdict, status=status, verdict=(name,), sentence=text, confidence=math.nan)
 
 
 def holds_with_twice_the_scatter(level: Level, diagnosis: LevelDiagnosis) -> bool:
@@ -140,4 +142,5 @@ def _doubled(member: Member) -> Member:
     if fixed is not None:
         scatter = {symbol: DOUBLED * value for symbol, value in fixed.scatter.items()}
         model = replace(model, fixed=replace(fixed, scatter=scatter))
-    return replace(member, model=model, allowed=DOUBLED * member.allowed)
+    spread = {slot: DOUBLED * value for slot, value in member.spread.items()}
+    return replace(member, model=model, allowed=DOUBLED * member.allowed, spread=spread)

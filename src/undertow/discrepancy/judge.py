@@ -64,13 +64,15 @@ def judge(cases: Sequence[Case], suspects: Sequence[Suspect], standing: Sequence
 
 
 def judge_level(
-    cases: Sequence[Case], suspects: Sequence[Suspect], standing: Sequence[Addend] = (), budget: float = 1.0
+    cases: Sequence[Case], suspects: Sequence[Suspect], standing: Sequence[Addend] = (), budget: float = 1.0,
+    levels: int = 1,
 ) -> Judged:
-    """As `judge`, with what was added: what dry trials need, their wet groups need too. ``budget`` as in `diagnose`."""
+    """As `judge`, with what was added: what dry trials need, their wet groups need too. ``budget`` as in `diagnose`,
+    ``levels`` of how many of the campaign this is one: each may stand out by chance."""
     level = make_level([_member(c) for c in cases], standing)
     clean = all(c.has_dry and not c.dry for c in cases) and not standing
     diagnosis = diagnose(level, suspects, clean, budget)
-    tested = null_test(level, suspects, diagnosis.null.fit, diagnosis.candidates)
+    tested = null_test(level, suspects, diagnosis.null.fit, diagnosis.candidates, levels)
     moved = ({},) * len(cases) if not diagnosis.named else from_other_springs(
         level, diagnosis.best.fit, [(*c.member.motions, *c.held) for c in cases]
     )  # fmt: skip

@@ -33,9 +33,11 @@ from undertow.discrepancy.judge import Judged, judge_level, undecided
 from undertow.discrepancy.mismatch import place_words
 from undertow.discrepancy.verdict import Verdict
 from undertow.discrepancy.words import count, group_title
+from undertow.equation.kernel import SLOT
 from undertow.errors import FAILURES, failure
 from undertow.likelihood.fit import Specimen, Structure
 from undertow.methods.baseline import group_model
+from undertow.methods.dry import DEFAULT_SCATTER, Scatter
 from undertow.methods.repeated import FEWEST, scatter_of_repetitions
 
 SELF_REPEATABILITY = 0.01
@@ -65,7 +67,8 @@ def judged(
     cases, tasks, failed = _cases(config, tasks, groups)
     dry = [_Together((case,), (task,)) for case, task in zip(cases, tasks, strict=True) if case.dry]
     budget = config.discrepancy.budget
-    beside = _Judge(suspects, folder=folder, resume=resume, budget=budget)
+    count_of = len(dry) + len({_water(config, case) for case in cases if not case.dry})
+    beside = _Judge(suspects, folder=folder, resume=resume, budget=budget, levels=count_of)
     first = on_processes(beside, dry, jobs, "dry: what is missing", progress, _together_name)
     standing = standing_addends(first)
     if standing:
@@ -77,7 +80,7 @@ def judged(
             water = _water(config, case)
             together = levels.get(water, _Together((), ()))
             levels[water] = _Together((*together.cases, case), (*together.tasks, task))
-    judge = _Judge(suspects, standing, folder, resume, dry_specimens(config, tasks), budget)
+    judge = _Judge(suspects, standing, folder, resume, dry_specimens(config, tasks), budget, count_of)
     wet = on_processes(judge, list(levels.values()), jobs, "wet: what is missing", progress, _together_name)
     said = failed | {tuple(v.group.items()): v for judged in (*first, *wet) for v in judged.verdicts}
     runs = {name: run for judged in (*first, *wet) for name, run in judged.runs.items()}
@@ -121,7 +124,8 @@ def _together_name(one: _Together) -> str:
 
 @dataclass(frozen=True)
 class _Judge:
-    """Judges one level, or takes its verdicts from a finished stage; picklable for worker processes."""
+    """Judges one level of so many in the campaign, or takes its verdicts from a finished stage; picklable for worker
+    processes."""
 
     suspects: tuple[Suspect, ...]
     standing: tuple[Addend, ...] = ()
@@ -129,6 +133,7 @@ class _Judge:
     resume: bool = False
     dry: Mapping[str, Specimen] = field(default_factory=dict)
     budget: float = 1.0
+    levels: int = 1
 
     def __call__(self, level: _Together) -> Judged:
         standing = in_water(self.standing, {c.member.label: c.member.model.specimen for c in level.cases}, self.dry)
@@ -136,7 +141,7 @@ class _Judge:
             return self._judged(level, standing)
         free = [c.member.free_start for c in level.cases]
         cells = [dict(c.cell) for c in level.cases]
-        also = repr((sorted(s.label for s in self.suspects), standing, free, cells, self.budget))
+        also = repr((sorted(s.label for s in self.suspects), standing, free, cells, self.budget, self.levels))
         path = self.folder / f"verdict-{checkpoints.level_digest(level.tasks, also)}.json"
         labels = tuple(c.member.label for c in level.cases)
         kept = checkpoints.load_verdicts(level.tasks, labels, path) if self.resume else None
@@ -155,7 +160,7 @@ class _Judge:
         reason = ""
         for standing in dict.fromkeys((here, sliding)):
             try:
-                return judge_level(level.cases, self.suspects, standing, self.budget)
+                return judge_level(level.cases, self.suspects, standing, self.budget, self.levels)
             except FAILURES as one:
                 reason = reason or failure(one).rstrip(".")
         return undecided(level.cases, reason)
@@ -217,10 +222,9 @@ def _assumed(config: RunConfig, task: GroupTask, group: GroupFindings) -> str:
     """Why nobody knows how much trials differ, in words; empty where it was measured or stated."""
     if config.specimen.scatter is not None:
         return ""
-    if task.dry_structure is not None and task.dry_trials >= FEWEST:
+    if task.scatter and task.dry_trials >= FEWEST:
         return ""
-    singles = {t.motion.name: t.fits["output_error"] for t in group.trials if "output_error" in t.fits}
-    if scatter_of_repetitions(task.motions, singles) is not None:
+    if _repetitions(task, group) is not None:
         return ""
     rest = (
         f"{FEWEST} dry trials of a spring, {FEWEST} releases of one size or specimen.scatter would say how much trials "
@@ -229,6 +233,27 @@ def _assumed(config: RunConfig, task: GroupTask, group: GroupFindings) -> str:
     if task.dry_structure is not None:
         return f"{rest}, and its spring has {count(task.dry_trials, 'dry trial')}"
     return f"{rest}, and this group has {count(len(task.motions), 'trial')}"
+
+
+def _repetitions(task: GroupTask, group: GroupFindings) -> Scatter | None:
+    """Scatter that the group's own repetitions show, None where it has none."""
+    singles = {t.motion.name: t.fits["output_error"] for t in group.trials if "output_error" in t.fits}
+    return scatter_of_repetitions(task.motions, singles)
+
+
+def _with_scatter(member: Member, task: GroupTask, group: GroupFindings) -> Member:
+    """A group without a structure of its own, with how much its trials differ: as stated, as other springs' dry trials
+    or its own repetitions show, or as is usual."""
+    if member.model.fixed is not None or not group.equation.compiled or not group.trials:
+        return member
+    relative, freedom = task.scatter, task.freedom
+    if not relative:
+        seen = _repetitions(task, group)
+        relative, freedom = (seen.values, seen.freedom) if seen is not None else (DEFAULT_SCATTER, 0.0)
+    theta = group.equation.theta(1.0)
+    slots = (("k", "k1"), ("c", "c1"), ("mu", "fc"))
+    spread = {slot: relative.get(symbol, 0.0) * abs(float(theta[SLOT[slot]])) for symbol, slot in slots}
+    return replace(member, spread=spread, freedom=freedom)
 
 
 def _case(config: RunConfig, task: GroupTask, group: GroupFindings) -> Case:
@@ -244,7 +269,7 @@ def _case(config: RunConfig, task: GroupTask, group: GroupFindings) -> Case:
     member = Member(spring, model, training, task.options, config.trials.hidden_at_release == "free")
     conditions = task.motions[0].recording.conditions
     believed = min(believable_repeatability(task), group.verdict.repeatability_nrmse)
-    member = replace(member, allowed=believed, own_means=task.dry)
+    member = replace(_with_scatter(member, task, group), allowed=believed, own_means=task.dry)
     if len(training) == 1 and task.dry_structure is None and config.specimen.scatter is None:
         member = replace(member, allowed=math.hypot(group.verdict.sensor_floor_nrmse, SELF_REPEATABILITY))
     return Case(

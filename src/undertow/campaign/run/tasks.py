@@ -142,7 +142,7 @@ def group_task(
     stiffness = {}
     if found is not None and slopes and not dry and math.isfinite(found.ratio.value):
         stiffness = trial_stiffness(found.structure.k, slopes, found.ratio, found.structure.scatter["k"])
-    stated = config.specimen.scatter
+    stated, seen = config.specimen.scatter, structure or _any(structures)
     together = looked_at_together(motions, _listed(config, motions))
     names = {m.name for m in together}
     held = held_out(config, together)
@@ -153,8 +153,8 @@ def group_task(
         )
     return GroupTask(
         dict(key), dry, tuple(motions), _group_terms(terms, dry), specimen, None if dry else structure, anchor,
-        stiffness, {"k": stated.k, "c": stated.c, "mu": stated.mu} if stated else _dry_scatter(structure),
-        structure.scatter_freedom if structure is not None and stated is None else math.inf, structure,
+        stiffness, {"k": stated.k, "c": stated.c, "mu": stated.mu} if stated else dict(seen.scatter) if seen else {},
+        seen.scatter_freedom if seen is not None and stated is None else math.inf, structure,
         held, tuple(config.identify), _options(structure, specimen), config.seed,
         tuple(m.name for m in motions if m.name not in names),
         dry_trials=max((dry.trials for dry in structures.values()), default=0),
@@ -190,8 +190,9 @@ def _group_terms(terms: Sequence[Term], dry: bool) -> tuple[Term, ...]:
     return structural_terms(terms) if dry else tuple(terms)
 
 
-def _dry_scatter(structure: Structure | None) -> dict[str, float]:
-    return dict(structure.scatter) if structure is not None else {}
+def _any(structures: Structures) -> Structure | None:
+    """A structure of another spring whose scatter was seen: it is pooled over all springs."""
+    return next((dry.structure for dry in structures.values() if dry.structure.scatter_freedom > 0.0), None)
 
 
 def _options(structure: Structure | None, specimen: Specimen) -> TrialOptions:

@@ -135,7 +135,7 @@ def plans(seed: int, total: int, shares: dict[str, float] | None = None, small: 
     if total < 1:
         raise ValueError(f"cases: {total} were asked for; ask for 1 or more")
     rng = np.random.default_rng([seed, total])
-    n = counts(total, dict(shares or SHARES))
+    n = dict.fromkeys(SHARES, 0) | counts(total, dict(shares or SHARES))
     out = []
     for dry, count in counts(n["nothing"], DRY_SHARES).items():
         lost = set(rng.choice(count, size=round(LOST * count), replace=False).tolist()) if count else set()

@@ -12,6 +12,7 @@ import numpy as np
 
 from undertow.comparison.candidate import Candidate, at_a_resonance, damping_ratio
 from undertow.comparison.level import Addend
+from undertow.comparison.sizes import COUNTS_IN_STDERR
 from undertow.comparison.suspects import RINGS
 from undertow.equation.kernel import SLOT
 
@@ -46,6 +47,14 @@ def beyond_doubt(before: Candidate, after: Candidate) -> bool:
     """Whether the most probable candidate explains nearly all of a residual far above the sensors' noise, which no
     k, c, mu of each trial's own takes away: physics, though repetitions differ by more."""
     return before.fit.misfit > FAR_ABOVE_NOISE and explains(before, after, NEARLY_ALL)
+
+
+def biases(before: Candidate, after: Candidate) -> bool:
+    """Whether an effect that may hide in the motion counts by what it does to a number that is reported: a dashpot can
+    double c. A sensor, and a force with a size of its own in every trial, do not."""
+    if any(s.has_its_own_clock or not s.shown_by_free_run for s in after.suspects):
+        return False
+    return after.fit.moved(before.fit) > COUNTS_IN_STDERR
 
 
 def explains(before: Candidate, after: Candidate, share: float) -> bool:

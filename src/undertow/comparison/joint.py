@@ -18,6 +18,7 @@ import numpy as np
 from undertow.comparison.evidence import criterion, tempered, trial_misfits
 from undertow.comparison.level import Addend, Level, Member, full_name, seen_by
 from undertow.comparison.suspect import Addition, Scales
+from undertow.comparison.turns import without_turns
 from undertow.conditioning.motion import Motion
 from undertow.equation.kernel import SLOT
 from undertow.errors import IdentificationError
@@ -71,6 +72,14 @@ class JointFit:
         """Parameter vector of one trial as fitted, its own deviations included."""
         return output_error.parameter_vector(self.solution.problem.trials[trial], self.solution.values)
 
+    def moved(self, before: JointFit) -> float:
+        """By how many of another fit's standard errors a number that both report differs most: those of no single
+        trial and of no addition."""
+        mine = self.solution.problem.names
+        names = [n for n in before.solution.problem.names if not set("[.") & set(n) and n in mine]
+        errors = {n: before.solution.stderr(n) for n in names}
+        return max((abs(self.value(n) - before.value(n)) / errors[n] for n in names if errors[n] > 0.0), default=0.0)
+
     def apart(self, names: Sequence[str]) -> tuple[float, float]:
         """By how much the larger of some unknowns exceed the smaller ones (means, parted at the widest gap), and the
         standard error: what all have in common cancels, with its error."""
@@ -116,7 +125,7 @@ def build(level: Level, addends: Sequence[Addend]) -> Problem:
             base, links = _moved(addends, member.label, member.model.trial_base(motion.name), links)
             ends = replace(options, end_s=swinging_until(motion, member))
             builder.trial(seen_by(addends, motion), base, tuple(links), ends)
-    return _freed(builder.build(), addends)
+    return _freed(without_turns(level, builder.build()), addends)
 
 
 def swinging_until(motion: Motion, member: Member) -> float:

@@ -1,8 +1,8 @@
 """Recordings of a level in which nothing is missing, as many as one likes: its replicas, linear about its fit.
 
-A replica's residual is noise with the spectrum of what the closest model leaves (its phases drawn anew), and what k, c,
-mu of every trial, sensors' gains, clocks and drift do when they are drawn from what is believed of them; scatter seen
-in few dry trials is itself drawn.
+A replica's residual is Gaussian noise with the spectrum of what the closest model leaves, and what k, c, mu of every
+trial, sensors' gains, clocks and drift do when they are drawn from what is believed of them; scatter seen in few dry
+trials is itself drawn.
 
 Belongs here: those residuals. Does not belong here: what is made of them (null_test.py).
 """
@@ -18,20 +18,30 @@ import numpy as np
 from undertow.comparison.joint import JointFit
 from undertow.comparison.level import Level
 from undertow.likelihood.output_error import Solution
-from undertow.likelihood.problem import Problem
+from undertow.likelihood.problem import Problem, TrialProblem
 from undertow.recording.recording import Array
 
 OF_THE_MOTION = 4.0
 """Up to so many times the body's rate laws of motion leave something: beyond is noise."""
 
+WANDERING = 0.5
+"""Up to so many times the body's rate sensors wander."""
+
 FEWEST_FAST = 10
 """Frequencies beyond, fewer than which do not show the noise: it is taken as stated."""
+
+SMOOTHED = 0.25
+"""Share of a frequency to either side over which a spectrum is smoothed."""
+
+FEWEST_SMOOTHED = 2
+"""The same in frequencies, at least."""
 
 ONE_SIDED = 1.645
 """Standard deviations of a one-sided 95 % bound."""
 
 ASSUMED_WITHIN = 2.0
-"""A scatter that was assumed, not seen, may be wrong by this factor, to either side."""
+"""A scatter that was assumed, not seen, may be wrong by this factor, to either side (a standard deviation of its
+logarithm)."""
 
 
 def at_noise_of(null: JointFit, closest: JointFit) -> JointFit:
@@ -79,8 +89,7 @@ def surely_wrong(solution: Solution, left: Sequence[Array]) -> float:
     excess = variance = 0.0
     for trial, r in zip(solution.problem.trials, left, strict=True):
         n = trial.t.size
-        rate = np.fft.rfftfreq(n, float(np.median(np.diff(trial.t))))[1:]
-        slow = rate <= OF_THE_MOTION / trial.period_s
+        slow = _rate(trial) <= OF_THE_MOTION
         for i in range(len(trial.channels)):
             power = 2.0 / n * np.abs(np.fft.rfft(r[i * n : (i + 1) * n])[1:]) ** 2
             floor = float(np.median(power[~slow])) / math.log(2.0) if np.count_nonzero(~slow) > FEWEST_FAST else 2.0
@@ -100,9 +109,12 @@ def replicas(
         mine = [i for i, u in enumerate(unknowns) if u.name.startswith(f"{symbol}[")]
         moved[mine] *= factor
     out = []
-    for trial, r, jac, used in zip(solution.problem.trials, noise, solution.jacobians, solution.used, strict=True):
-        n = trial.t.size
-        drawn = [_phases(r[i * n : (i + 1) * n], draws, rng) for i in range(len(trial.channels))]
+    for trial, r, own, jac, used in zip(
+        solution.problem.trials, noise, solution.residuals, solution.jacobians, solution.used, strict=True
+    ):
+        n, rate = trial.t.size, _rate(trial)
+        cuts = [slice(i * n, (i + 1) * n) for i in range(len(trial.channels))]
+        drawn = [_drawn(r[cut], rate, own[cut], draws, rng) for cut in cuts]
         out.append(np.vstack(drawn) + jac @ moved[used])
     return out
 
@@ -115,16 +127,49 @@ def _scatter_factors(level: Level, draws: int, rng: np.random.Generator) -> dict
         return {}
     if freedom <= 0.0:
         wide = math.log(ASSUMED_WITHIN)
-        return {symbol: np.exp(rng.uniform(-wide, wide, draws)) for symbol in ("k", "c", "mu")}
+        return {symbol: np.exp(wide * rng.standard_normal(draws)) for symbol in ("k", "c", "mu")}
     return {symbol: np.sqrt(freedom / rng.chisquare(freedom, draws)) for symbol in ("k", "c", "mu")}
 
 
-def _phases(series: Array, draws: int, rng: np.random.Generator) -> Array:
-    """Series with the spectrum of one (n,) and phases of their own, (n, draws)."""
-    spectrum = np.abs(np.fft.rfft(series))
-    angle = rng.uniform(0.0, 2.0 * math.pi, (spectrum.size, draws))
-    turned = spectrum[:, None] * np.exp(1j * angle)
-    turned[0] = spectrum[0] * np.sign(np.cos(angle[0]))
+def spectrum_of(series: Array, rate: Array, plain: Array) -> Array:
+    """Power of a series (n,) at every frequency of its transform, smoothed over a quarter of the frequency to either
+    side; ``rate`` are the frequencies but zero over the body's.
+
+    Where the motion is, fits take noise up: there it is that of all faster frequencies, unless there is surely more.
+    Below the motion sensors wander: there it is no less than what the ``plain`` equation leaves, (n,).
+    """
+    power = np.abs(np.fft.rfft(series)[1:]) ** 2
+    count = power.size
+    if not count:
+        return np.zeros(1)
+    at = np.arange(count)
+    half = np.maximum(FEWEST_SMOOTHED, (SMOOTHED * (at + 1)).astype(int))
+    below, above = np.maximum(at - half, 0), np.minimum(at + half + 1, count)
+    total = np.concatenate([[0.0], np.cumsum(power)])
+    smooth = (total[above] - total[below]) / (above - below)
+    slow = rate <= OF_THE_MOTION
+    if np.count_nonzero(~slow) > FEWEST_FAST:
+        floor = float(np.median(power[~slow])) / math.log(2.0)
+        at_least = np.maximum(smooth, floor)
+        excess = float(np.sum(power[slow] - floor))
+        more = excess > ONE_SIDED * floor * math.sqrt(int(np.count_nonzero(slow)))
+        wander = np.maximum(np.abs(np.fft.rfft(plain)[1:]) ** 2, floor)
+        smooth = np.where(rate <= WANDERING, wander, np.where(slow, at_least if more else floor, smooth))
+    return np.concatenate([smooth[:1], smooth])
+
+
+def _drawn(series: Array, rate: Array, plain: Array, draws: int, rng: np.random.Generator) -> Array:
+    """Gaussian noise with the smoothed spectrum of a series (n,), (n, draws)."""
+    power = spectrum_of(series, rate, plain)
+    parts = rng.standard_normal((2, power.size, draws))
+    parts[0, 0] *= math.sqrt(2.0)  # frequency zero, and of an even number the highest, are real
     if series.size % 2 == 0:
-        turned[-1] = spectrum[-1] * math.sqrt(2.0) * np.cos(angle[-1])
+        parts[0, -1] *= math.sqrt(2.0)
+    turned = np.sqrt(0.5 * power)[:, None] * (parts[0] + 1j * parts[1])
     return np.asarray(np.fft.irfft(turned, series.size, axis=0), dtype=np.float64)
+
+
+def _rate(trial: TrialProblem) -> Array:
+    """Frequencies of a trial's transform, without zero, over the body's."""
+    step = float(np.median(np.diff(trial.t)))
+    return np.asarray(np.fft.rfftfreq(trial.t.size, step)[1:] * trial.period_s, dtype=np.float64)

@@ -80,7 +80,7 @@ class Scored:
     def gains(self) -> Array:
         """Gain of every replica, (draws,)."""
         if self.place.whole:
-            return np.maximum(-self.draws[0] - 0.5 * self.information[0, 0], 0.0)
+            return np.asarray(np.maximum(-self.draws[0] - 0.5 * self.information[0, 0], 0.0), dtype=np.float64)
         return np.asarray(0.5 * np.einsum("qd,qd->d", self.draws, self.inverse @ self.draws), dtype=np.float64)
 
     @property

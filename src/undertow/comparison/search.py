@@ -24,6 +24,7 @@ from undertow.comparison.explained import (
     NEARLY_ALL,
     asked,
     beyond_doubt,
+    biases,
     explains,
     fading,
     single_fading,
@@ -287,6 +288,8 @@ class _Search:
         for place, candidate in enumerate(probable):
             closer = free_run_error(self.level, candidate.fit)
             counts = closer < remaining * self.error and math.sqrt(self.error**2 - closer**2) > WORTH
+            hides = not self.best.suspects and max(self.error, closer) <= 1.0
+            counts = counts or (hides and biases(self.null, candidate))
             last = candidate.suspects[-1]
             if not explains(self.best, candidate, asked(candidate)):
                 before, left = (math.sqrt(c.fit.misfit) for c in (self.best, candidate))

@@ -200,9 +200,10 @@ def _as_problem(trial: Cells, theta: Array, places: Mapping[int, int], clocks: M
     slots (``places``), and what the sensors have of their own (``clocks``)."""
     channels, samples = [], trial.t.shape[1]
     for seen in trial.channels:
-        late = {"shift": clocks.get("clock", -1), "gain": clocks.get("gain", -1)}
-        every = np.repeat(seen.values, samples)
-        channels.append(Channel(seen.quantity, every, seen.sigma, **(late if seen.quantity == "acceleration" else {})))
+        channel = Channel(seen.quantity, np.repeat(seen.values, samples), seen.sigma)
+        if seen.quantity == "acceleration":
+            channel = replace(channel, shift=clocks.get("clock", -1), gain=clocks.get("gain", -1))
+        channels.append(channel)
     links = tuple(Link(slot, column) for slot, column in places.items())
     return TrialProblem(
         trial.name, trial.t.ravel(), theta, links, tuple(channels), clocks.get("shift", -1), period_s=trial.period_s

@@ -18,6 +18,7 @@ from undertow.comparison.joint import free_run_error
 from undertow.comparison.level import Addend, Level, Member, full_name, make_level, member_rate
 from undertow.comparison.null_test import NullTest, null_test
 from undertow.comparison.search import diagnose
+from undertow.comparison.sizes import COUNTS_IN_STDERR
 from undertow.comparison.suspect import Origin, Suspect
 from undertow.comparison.suspects import SUSPECTS
 from undertow.conditioning.motion import Motion
@@ -187,8 +188,18 @@ def _verdict(
         transfer=moved,
         sentence=sentence_of(case, names, diagnosis.rivals, found, training, held, rest, known, own)
         + transfer_words(moved)
-        + (late_words(fit.addends) if len(names) == 1 and not rest else ""),
+        + (late_words(fit.addends) if len(names) == 1 and not rest else "")
+        + _biased(diagnosis),
     )
+
+
+def _biased(diagnosis: LevelDiagnosis) -> str:
+    """Which number of the equation would be wrong without what is named, in words, where that is why it counts."""
+    before, after = diagnosis.null.fit, diagnosis.best.fit
+    moved = after.moved(before)
+    if not diagnosis.named or before.misfit > FAR_ABOVE_NOISE or moved <= COUNTS_IN_STDERR:
+        return ""
+    return f" Without it a number of the equation would be wrong by {moved:.2g} of its standard errors."
 
 
 def _per_mass(numbers: Mapping[str, Estimate]) -> dict[str, Estimate]:

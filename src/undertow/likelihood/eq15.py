@@ -6,6 +6,7 @@ Belongs here: which problems the compiled search can do, and their arrays. Does 
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
 from itertools import pairwise
 from typing import Any, NamedTuple
@@ -112,7 +113,7 @@ def _sheet(problem: Problem) -> tuple[tuple[Any, ...], np.ndarray, tuple[np.ndar
         for c in trial.channels:
             channels.append((_QUANTITIES[c.quantity], c.offset, c.drift, c.shift, c.gain, value))
             sigmas.append(c.sigma)
-            data.append(c.values)
+            data.append(c.values if c.unsure is None else np.where(c.unsure, math.nan, c.values))
             value += n
         places.append((cell, cell + n, n_links, len(links), n_channels, len(channels), trial.shift, row))
         cell += n

@@ -93,6 +93,11 @@ def _channel(sheet, trial, channel, n, values, levels, rates, slot_column, colum
             line = weight * ((t[first + row] - t[first]) / length - 0.5)
             jac[column[about[_DRIFT]], begin + row] += line
             r[begin + row] += values[about[_DRIFT]] * line
+    for row in range(n):
+        if math.isnan(data[at + row]):  # it says nothing
+            r[begin + row] = 0.0
+            for k in range(jac.shape[0]):
+                jac[k, begin + row] = 0.0
 
 
 @njit(**INNER)
@@ -280,11 +285,13 @@ def spread_of_data(sheet: Arrays) -> float:
     for trial in range(places.shape[0]):
         n = places[trial, _LAST] - places[trial, _FIRST]
         for channel in range(places[trial, _CHANNEL], places[trial, _CHANNEL_END]):
-            first, whole, squares = channels[channel, _VALUE], 0.0, 0.0
+            first, whole, squares, count = channels[channel, _VALUE], 0.0, 0.0, 0
             for row in range(first, first + n):
-                whole += data[row]
+                if not math.isnan(data[row]):
+                    whole, count = whole + data[row], count + 1
             for row in range(first, first + n):
-                squares += (data[row] - whole / n) ** 2
+                if not math.isnan(data[row]):
+                    squares += (data[row] - whole / count) ** 2
             total += squares / sigmas[channel] ** 2
     return total
 

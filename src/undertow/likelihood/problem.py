@@ -56,7 +56,8 @@ class Channel:
     """One recorded quantity of a trial in cells: ``values`` (n,) in SI with noise ``sigma``.
 
     Indices into the unknowns (-1: none): ``offset``, ``drift`` (value at the end of a straight line through zero at
-    the window's middle), ``shift`` (s, on top of the trial's own), ``gain`` (relative).
+    the window's middle), ``shift`` (s, on top of the trial's own), ``gain`` (relative). ``unsure`` marks cells that say
+    nothing, (n,); None: every cell counts.
     """
 
     quantity: str
@@ -66,6 +67,7 @@ class Channel:
     drift: int = -1
     shift: int = -1
     gain: int = -1
+    unsure: np.ndarray | None = None
 
 
 @dataclass(frozen=True)

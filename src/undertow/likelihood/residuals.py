@@ -150,4 +150,7 @@ def _one_channel(
         jac[:, column[channel.drift]] += weight * line
     if channel.gain >= 0:
         jac[:, column[channel.gain]] += weight * level
-    return (predicted - channel.values) * weight
+    residual = (predicted - channel.values) * weight
+    if channel.unsure is not None:
+        residual[channel.unsure], jac[channel.unsure] = 0.0, 0.0
+    return residual

@@ -27,6 +27,9 @@ def shortened(problem: Problem, seconds: float) -> Problem:
     trials = []
     for trial in problem.trials:
         keep = trial.t <= trial.t[0] + seconds
-        channels = tuple(replace(c, values=c.values[keep]) for c in trial.channels)
+        channels = tuple(
+            replace(c, values=c.values[keep], unsure=None if c.unsure is None else c.unsure[keep])
+            for c in trial.channels
+        )
         trials.append(replace(trial, t=trial.t[keep], channels=channels))
     return Problem(problem.unknowns, tuple(trials))

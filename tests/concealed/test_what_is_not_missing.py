@@ -1,17 +1,21 @@
-"""Groups whose spring has no dry trial: their trials differ in k, c, mu all the same, and nothing is missing."""
+"""Nothing is missing: without dry trials k, c, mu differ all the same, and a logger has its own way at turns."""
 
 from __future__ import annotations
 
 import math
 from dataclasses import replace
 
+import numpy as np
 import pytest
 
 from tests.concealed.test_diagnosis import EQ15, SHORT, SPECIMEN, member
 from undertow.comparison.joint import build, fit_joint
 from undertow.comparison.level import Member, make_level
+from undertow.comparison.turns import turning
 from undertow.equation.kernel import SLOT
+from undertow.likelihood import eq15, output_error
 from undertow.likelihood.problem import TrialOptions
+from undertow.likelihood.windows import shortened
 from undertow.methods.baseline import group_model, terms_by_name
 
 SPREAD = {"k1": 1200.0, "c1": 50.0, "fc": 7.0}
@@ -58,3 +62,48 @@ def test_how_well_the_scatter_is_known_comes_from_the_group_where_no_dry_trials_
     assert without_dry(freedom=0.0).scatter_freedom == 0.0
     assert member("short", SHORT, 4100).scatter_freedom == math.inf  # stated in its structure
     assert replace(without_dry(), freedom=7.0).scatter_freedom == 7.0
+
+
+def test_an_acceleration_says_nothing_where_a_body_that_rubs_turns():
+    one = member("short", SHORT, 4300)
+    level = make_level([one])
+    problem = build(level, ())
+    for trial, motion in zip(problem.trials, one.motions, strict=True):
+        seen = {c.quantity: c for c in trial.channels}
+        assert seen["displacement"].unsure is None
+        unsure = seen["acceleration"].unsure
+        velocity = np.interp(trial.t, motion.t, motion.v)
+        turns = np.flatnonzero(np.diff(np.sign(velocity)))
+        assert np.all(unsure[turns] | unsure[turns + 1])
+        assert np.count_nonzero(unsure) <= 4 * turns.size
+    terms = terms_by_name(("stiffness", "viscous_damping"))
+    smooth = group_model(terms, one.motions, SPECIMEN, None, dry=True, anchored=True)
+    without = build(make_level([replace(one, model=smooth)]), ())
+    assert all(c.unsure is None for trial in without.trials for c in trial.channels)
+
+
+def test_cells_that_say_nothing_are_left_out_alike_by_both_integrators():
+    level = make_level([member("short", SHORT, 4300)])
+    problem = build(level, ())
+    assert eq15.is_plain(problem)
+    found = output_error.fit(problem)
+    for trial, r, jac, used in zip(problem.trials, found.residuals, found.jacobians, found.used, strict=True):
+        again = output_error.residuals(trial, found.values)
+        assert again is not None
+        assert r == pytest.approx(again[0], abs=1e-3)
+        assert np.array_equal(used, again[2])
+        silent = np.flatnonzero(trial.channels[1].unsure) + trial.t.size
+        assert silent.size
+        for rows in (r[silent], again[0][silent], jac[silent], again[1][silent]):
+            assert not np.any(rows)
+
+
+def test_cells_that_say_nothing_stay_so_in_a_shorter_window():
+    problem = build(make_level([member("short", SHORT, 4300)]), ())
+    for short, whole in zip(shortened(problem, 2.0).trials, problem.trials, strict=True):
+        assert np.array_equal(short.channels[1].unsure, whole.channels[1].unsure[: short.t.size])
+
+
+def test_a_motion_that_never_turns_has_no_such_cell():
+    one = member("short", SHORT, 4300).motions[0]
+    assert not np.any(turning(replace(one, v=np.ones_like(one.v)), np.linspace(0.1, 1.0, 20), 0.05))

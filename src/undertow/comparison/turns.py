@@ -1,0 +1,49 @@
+"""Where a body that rubs turns its acceleration jumps, and what a sample holds of a jump only the logger knows.
+
+Belongs here: the cells that are left out for it. Does not belong here: the joint fit (joint.py).
+"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+
+from undertow.comparison.level import Level, Member
+from undertow.conditioning.motion import Motion
+from undertow.likelihood.problem import Problem
+from undertow.recording.recording import Array
+
+
+def without_turns(level: Level, problem: Problem) -> Problem:
+    """The problem without an acceleration's cells in which a body turns whose equation has dry friction."""
+    motions = {m.name: m for member in level.members if _rubs(member) for m in member.motions}
+    trials = []
+    for trial in problem.trials:
+        if trial.name in motions and any(c.quantity == "acceleration" for c in trial.channels):
+            turns = turning(motions[trial.name], trial.t, trial.width_s)
+            trial = replace(
+                trial,
+                channels=tuple(replace(c, unsure=turns) if c.quantity == "acceleration" else c for c in trial.channels),
+            )
+        trials.append(trial)
+    return replace(problem, trials=tuple(trials))
+
+
+def _rubs(member: Member) -> bool:
+    """Whether a group's equation has dry friction."""
+    fixed = member.model.fixed
+    return bool(fixed is not None and fixed.mu.value > 0.0) or any(c.slot == "fc" for c in member.model.coefficients)
+
+
+def turning(motion: Motion, cells: Array, width_s: float) -> np.ndarray:
+    """Cells (n,), given by their centres, within a sample of which the velocity changes its sign, (n,)."""
+    sign = np.sign(motion.v)
+    last = np.flatnonzero(sign[1:] * sign[:-1] <= 0.0)
+    turns = 0.5 * (motion.t[last] + motion.t[last + 1])
+    near = 0.5 * width_s + float(np.median(np.diff(motion.t)))
+    if not turns.size:
+        return np.zeros(cells.size, dtype=bool)
+    after = np.searchsorted(turns, cells).clip(0, turns.size - 1)
+    away = np.minimum(np.abs(turns[after] - cells), np.abs(turns[np.maximum(after - 1, 0)] - cells))
+    return np.asarray(away <= near)

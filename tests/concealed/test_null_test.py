@@ -38,6 +38,7 @@ from undertow.comparison.replicas import (
 from undertow.comparison.score_stack import Stack
 from undertow.comparison.score_test import GridPlace, Stands, places, prospects
 from undertow.comparison.sizes import Sizes
+from undertow.comparison.suspects import SUSPECTS
 from undertow.comparison.tail import Tail
 from undertow.equation import registry
 from undertow.likelihood.problem import Problem
@@ -218,6 +219,12 @@ def test_less_power_asks_for_a_smaller_effect_and_a_twin_for_a_larger_one_to_be_
         patch.setattr(null_module, "NAMED", 0.0)
         (seen,) = null_test(level, pair[:1], fit, ()).detectable
     assert seen.named_value == pytest.approx(alone.value)
+
+
+def test_how_trials_differ_is_not_tested():
+    level, fit = quiet()
+    assert math.isnan(null_test(level, [found("mass_change")], fit, ()).p_value)
+    assert {s.label for s in SUSPECTS if s.is_scatter} == {"mass_change"}
 
 
 def test_of_many_levels_each_must_stand_out_more():

@@ -157,12 +157,13 @@ def null_test(
     """A level, one of so many, against its null: ``null`` is the prescribed equation as fitted, ``found`` every
     candidate that was.
 
-    Where a step from the null is too short to tell what a suspect gains, its fit tells.
+    Where a step from the null is too short to tell what a suspect gains, its fit tells. What makes trials differ (a
+    mass of each trial's own) is not tested: it is scatter, of which as much is there as there is.
     """
     closest = min((null, *(c.fit for c in found)), key=lambda fit: fit.misfit)
     null = at_noise_of(null, closest)
     stands = Stands.of(null)
-    usable = [s for s in suspects if not s.late and has_room(level, s, null)]
+    usable = [s for s in suspects if not s.late and not s.is_scatter and has_room(level, s, null)]
     every = [place for suspect in usable for place in _places(level, stands, suspect)]
     if not every:
         return NullTest(math.nan)

@@ -126,6 +126,12 @@ class Suspect:
         return any(a.moves for a in self.additions(UNIT, 1.0))
 
     @property
+    def is_scatter(self) -> bool:
+        """Whether all it says is how trials differ."""
+        additions = self.additions(UNIT, 1.0)
+        return bool(additions) and all(a.differs for a in additions)
+
+    @property
     def of_the_release(self) -> bool:
         """Whether it says what was wrong with the release, and nothing of what moves."""
         return self.late > 0.0 or any(a.slot == "v0" for a in self.additions(UNIT, 1.0))

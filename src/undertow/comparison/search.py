@@ -218,7 +218,7 @@ class _Search:
 
     def _tried(self, depth: int) -> Iterator[Candidate]:
         near = self.best.fit.misfit <= NEAR or missed_share(self.level, self.best.fit) <= LINEAR
-        small = self.error <= FINE and near
+        small = self.error <= (FINE if near else WORTH)
         for suspect in self.suspects:
             if not may_join(self.best, suspect) or (depth and not self._promising(suspect)):
                 continue

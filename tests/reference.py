@@ -23,7 +23,7 @@ class Reference:
     def __init__(self, equation: Equation) -> None:
         pairs = list(zip(equation.terms, equation.coefficients, strict=True))
         self.mass, self.rest = equation.total_mass_kg, equation.rest_m
-        self.algebraic = [(t, c) for t, c in pairs if t.kind == "algebraic" and t.name != "added_mass"]
+        self.algebraic = [(t, c) for t, c in pairs if t.kind == "force" and t.name != "added_mass"]
         self.oscillators = [(t, c) for t, c in pairs if t.name == "hidden_resonator"]
         self.relaxations = [(t, c) for t, c in pairs if t.name == "relaxation"]
         self.hystereses = [(t, c) for t, c in pairs if t.name == "hysteresis"]

@@ -10,12 +10,14 @@ is compiled. A module with compiled functions compiles at its import, before any
 from __future__ import annotations
 
 import atexit
+import hashlib
 import logging
 import os
 import subprocess
 import sys
 import time
 from collections.abc import Callable
+from pathlib import Path
 from typing import Any
 
 from numba import njit
@@ -31,6 +33,13 @@ HEAVY = (
 
 TASK = "UNDERTOW_COMPILES"
 """Variable of the environment that names the module which a process of its own compiles."""
+
+OPTIONS: dict[str, Any] = {"fastmath": False, "error_model": "numpy", "nogil": True}
+"""Compiler options of the integrators; only what Python calls is kept: what it calls is compiled into it."""
+
+WITHIN: dict[str, Any] = {**OPTIONS, "_nrt": False, "no_cpython_wrapper": True}
+"""For functions that allocate nothing: numba then does not count references to arrays, which cost half of the time.
+Python cannot call them, which saves compiling a wrapper each."""
 
 _POLL_S = 0.02
 
@@ -105,6 +114,13 @@ _PROCESSES = _Processes()
 def alone() -> None:
     """Where something must be compiled, only what is imported: for commands that fit nothing."""
     _PROCESSES.alone = True
+
+
+def mark_of(*modules: Any) -> int:
+    """A number that stands for the text of these modules: part of a compiled function that calls theirs, it makes numba
+    compile anew where they have changed."""
+    text = b"".join(Path(str(module.__file__)).read_bytes() for module in modules)
+    return int(hashlib.sha256(text).hexdigest()[:12], 16)
 
 
 def compiled(signature: str, **options: Any) -> Callable[[Callable[..., Any]], Any]:

@@ -116,7 +116,7 @@ def test_columns_of_a_simulated_motion_balance_to_zero(name):
     moving = np.abs(motion.v) > 0.05 * np.max(np.abs(motion.v))
     largest = np.max(np.abs(equation.mass_kg * motion.a))
     # columns with memory take the drive as straight between 1 ms samples, also where friction jumps in between
-    tolerance = 1e-4 if equation.terms[-1].kind == "memory" else 1e-6
+    tolerance = 1e-4 if equation.terms[-1].kind == "state" else 1e-6
     assert np.max(np.abs(total[moving])) < tolerance * largest
 
 

@@ -196,7 +196,7 @@ def test_constants_cannot_be_edited():
 
 ALGEBRAIC = [
     registry.find(law.name)
-    for law in registry.catalogue() if law.kind == "algebraic" and law.slots and not law.is_inertia
+    for law in registry.catalogue() if law.kind == "force" and law.slots and not law.is_inertia
 ]  # fmt: skip
 
 

@@ -20,8 +20,8 @@ from numpy.typing import NDArray
 from undertow.comparison.hidden_modes import HankelModes, coupled_modes, hankel_modes, seeds_from_modes
 from undertow.comparison.hidden_search import CRITICAL_T, EQUATION_15, HiddenSearch, HiddenStep, find_hidden
 from undertow.conditioning.motion import Motion
+from undertow.equation.algebra import MAX_HIDDEN, N_SLOTS, SLOT
 from undertow.equation.hidden import Relaxation
-from undertow.equation.kernel import MAX_HIDDEN, N_SLOTS, SLOT
 from undertow.equation.term import Term
 from undertow.errors import IdentificationError
 from undertow.likelihood import output_error

@@ -34,7 +34,7 @@ from undertow.uncertainty.intervals import noise_covariance, noise_factors
 
 Array = NDArray[np.float64]
 
-STATIC_RIVALS: tuple[Term, ...] = (*(term for term in RIVALS if term.kind == "algebraic"), AsymmetricFriction())
+STATIC_RIVALS: tuple[Term, ...] = (*(term for term in RIVALS if term.kind == "force"), AsymmetricFriction())
 """Laws without memory that a relaxation must not stand in for."""
 
 START_ANGLES = (0.3, 1.0, 3.0)

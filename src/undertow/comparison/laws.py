@@ -63,7 +63,7 @@ def why_not_simulated(terms: Sequence[Term]) -> str:
     """Why the compiled integrator cannot judge this library; empty where it can."""
     inner: list[str] = []
     for term in terms:
-        if term.kind != "algebraic" or not term.slots:
+        if term.kind != "force" or not term.slots:
             return f"{term.name} has no compiled force of x and v alone"
         inner += [term.slots[parameter.name] for parameter in term.parameters[1:]]
         inner += [term.slots[term.coefficient.name]] if term.inner else []

@@ -97,7 +97,7 @@ def energy_budget(motion: Motion, equation: Equation) -> EnergyBudget | None:
 def _is_spring(equation: Equation, name: str) -> bool:
     """Whether a law holds a body that stands still, and gives back all that it takes."""
     term = next(t for t in equation.terms if t.name == name)
-    if term.kind != "algebraic":
+    if term.kind != "force":
         return False
     x, none, v = np.array([-1.0, 1.0]), np.zeros(2), np.array([1.0, -1.0])
     still, moving = term.force(x, none, none, none), term.force(x, v, none, none)

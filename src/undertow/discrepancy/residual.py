@@ -135,7 +135,7 @@ def _force(equation: Equation, x: Array, v: Array, a: Array, t: Array, trial: st
 def _slope(equation: Equation, even: EvenMotion, channel: str) -> Array:
     """What a standard error of x or v makes of the algebraic terms' force, (n,)."""
     terms: Sequence[tuple[Term, float]] = [
-        (term, c) for term, c in zip(equation.terms, equation.coefficients, strict=True) if term.kind == "algebraic"
+        (term, c) for term, c in zip(equation.terms, equation.coefficients, strict=True) if term.kind == "force"
     ]
     moved = []
     for side in (1.0, -1.0):

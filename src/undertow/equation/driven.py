@@ -11,10 +11,11 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from undertow.equation.algebra import MAX_HIDDEN
 from undertow.equation.base_motion import seen_from_earth
+from undertow.equation.columns import fading, most_damped, stiffest
 from undertow.equation.driven_kernel import DRIVEN_SLOT, drive
 from undertow.equation.input import Drive, MotionSize
-from undertow.equation.kernel import MAX_HIDDEN
 from undertow.equation.simulate import MOST_STIFF, STABLE
 from undertow.equation.term import Array
 from undertow.errors import IdentificationError
@@ -49,16 +50,12 @@ def fastest_rate(theta: Array, extent: MotionSize) -> float:
         return abs(float(theta[DRIVEN_SLOT[name]]))
 
     size, speed, mass = extent.size, extent.speed, float(theta[DRIVEN_SLOT["mass"]])
-    stiffness = slot("k1") + slot("ks") + slot("kb") + slot("rk1") + slot("rk2") + slot("bw_a")
-    stiffness += 2.0 * size * (slot("k2") + slot("ka")) + 3.0 * slot("k3") * size**2 + 5.0 * slot("k5") * size**4
-    damping = slot("c1") + 2.0 * slot("q") * speed + 3.0 * slot("c3") * speed**2
-    damping += slot("xv") * size + slot("xxv") * size**2
-    damping += slot("wc") + 2.0 * slot("wq") * speed + 3.0 * slot("wc3") * speed**2
+    stiffness = stiffest(slot, size) + slot("bw_a")
+    damping = most_damped(slot, size, speed) + slot("wc") + 2.0 * slot("wq") * speed + 3.0 * slot("wc3") * speed**2
     swing = math.sqrt(stiffness / mass)
-    rates = [swing, damping / mass / STABLE * 2.0 * math.pi, slot("omega")]
+    rates = [swing, damping / mass / STABLE * 2.0 * math.pi, slot("omega"), *fading(slot)]
     for i in range(1, MAX_HIDDEN + 1):
         rates.append(slot(f"hw{i}") * math.sqrt(1.0 + slot(f"hm{i}") / mass))
-    rates += [1.0 / slot(f"rt{i}") for i in (1, 2) if slot(f"rt{i}") > 0.0]
     if slot("fb") > 0.0:
         rates.append(min(slot("kb") * speed / slot("fb") / STABLE, MOST_STIFF * swing))
     return max(rates)

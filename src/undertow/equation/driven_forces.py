@@ -22,20 +22,20 @@ import math
 
 from numba import njit
 
-from undertow.equation.driven_slots import DRIVEN_SLOT
-from undertow.equation.kernel import (
-    _BORROWS,
-    _C,
+from undertow.compiling import WITHIN
+from undertow.equation.algebra import (
+    _MASS,
+    _V0,
+    _X0,
+    _XE,
     N_SLOTS,
-    SLOT,
     _explicit_force,
-    _int,
     _resisting,
-    _rhs,
     _slopes,
     _smooth_force,
-    _start,
 )
+from undertow.equation.driven_slots import DRIVEN_SLOT
+from undertow.equation.kernel import _C, _int, _rhs, _start
 
 _GAIN, _TAU, _OFF, _BA, _BG, _BD, _BN, _BU, _BZ, _MOVING, _W0, _R0, _WC, _WQ, _W3 = (
     DRIVEN_SLOT[name] for name in (
@@ -43,10 +43,9 @@ _GAIN, _TAU, _OFF, _BA, _BG, _BD, _BN, _BU, _BZ, _MOVING, _W0, _R0, _WC, _WQ, _W
         "moving", "base_v0", "absolute_v0", "wc", "wq", "wc3",
     )
 )  # fmt: skip
-_M, _X0, _V0, _XE = (SLOT[name] for name in ("mass", "x0", "v0", "xe"))
 
 
-@njit(inline="always", **_BORROWS)
+@njit(inline="always", **WITHIN)
 def _input(knots, pieces, piece, r):
     """u and du/dt on a piece at the fraction r of its length."""
     u = 0.0
@@ -57,11 +56,11 @@ def _input(knots, pieces, piece, r):
     return u, du / (knots[piece + 1] - knots[piece])
 
 
-@njit(**_BORROWS)
+@njit(**WITHIN)
 def _push(th, active, y, cols, u, du, iz, ir, rside, sens):
     """What acts from outside, with the sign of an echo, and its derivatives: into sens."""
     moving = th[_MOVING] != 0.0
-    lever = -th[_M] if moving else 1.0
+    lever = -th[_MASS] if moving else 1.0
     sens[0] = th[_OFF] - lever * th[_GAIN] * u
     if iz > 0:
         sens[0] += y[0, iz]
@@ -77,13 +76,13 @@ def _push(th, active, y, cols, u, du, iz, ir, rside, sens):
         sens[c] = s
     if moving:
         for c in range(1, cols):
-            if active[c - 1] == _M:
+            if active[c - 1] == _MASS:
                 sens[c] += th[_GAIN] * u
     if ir > 0:
         _drag(th, active, y, cols, ir, rside, sens)
 
 
-@njit(**_BORROWS)
+@njit(**WITHIN)
 def _drag(th, active, y, cols, ir, rside, sens):
     """Forces of still water on a body that a moving base carries, and their derivatives: added to sens."""
     r = y[0, ir]
@@ -101,7 +100,7 @@ def _drag(th, active, y, cols, ir, rside, sens):
         sens[c] += s
 
 
-@njit(**_BORROWS)
+@njit(**WITHIN)
 def _hysteresis(th, active, y, k, stage, cols, d, zside, iz):
     """Rate of z and of its sensitivities; |v| and |z| continued smoothly in the directions d and zside."""
     v = y[0, 1] if d != 0.0 else 0.0
@@ -129,12 +128,12 @@ def _hysteresis(th, active, y, k, stage, cols, d, zside, iz):
         k[c, iz, stage] = rate
 
 
-@njit(**_BORROWS)
+@njit(**WITHIN)
 def _rhs_alone(th, active, y, k, stage, cols, t, d, side, sens):
     """kernel.py's right-hand side for a body without hidden states: the same laws, without a look for any state."""
     x = y[0, 0] - th[_XE]
     v = y[0, 1]
-    mass = th[_M]
+    mass = th[_MASS]
     if d == 0.0:
         for c in range(cols):
             k[c, 0, stage] = 0.0
@@ -144,7 +143,7 @@ def _rhs_alone(th, active, y, k, stage, cols, t, d, side, sens):
     k[0, 0, stage] = v
     k[0, 1, stage] = a
     if cols > 1:
-        fx, fv = _slopes(th, x, v, d, side)
+        fx, fv = _slopes(th, x, v, d, side, t)
         for c in range(1, cols):
             slot = active[c - 1]
             dv = y[c, 1]
@@ -155,7 +154,7 @@ def _rhs_alone(th, active, y, k, stage, cols, t, d, side, sens):
             k[c, 1, stage] = force / mass
 
 
-@njit(**_BORROWS)
+@njit(**WITHIN)
 def _carried(th, active, k, stage, cols, dims, u, du, ir):
     """What the base's acceleration does beside the force: to hidden oscillators, and to the velocity through water."""
     for c in range(cols):
@@ -173,14 +172,14 @@ def _carried(th, active, k, stage, cols, dims, u, du, ir):
             k[c, ir, stage] = k[c, 1, stage] + moved
 
 
-@njit(**_BORROWS)
+@njit(**WITHIN)
 def _slope(th, active, y, k, stage, cols, dims, t, h, d, side, world, sens, jac):
     """d(state)/dt at a stage of the step of length h from t, into k[:, :, stage]."""
     piece, begin, knots, pieces, iz, ir, zside, rside = world
     now = t + _C[stage] * h
     u, du = _input(knots, pieces, piece, (now - begin) / (knots[piece + 1] - knots[piece]))
     _push(th, active, y, cols, u, du, iz, ir, rside, sens)
-    if dims[1] + dims[2] + dims[3] == 0:
+    if dims[1] + dims[2] == 0:
         _rhs_alone(th, active, y, k, stage, cols, now, d, side, sens)
     else:
         _rhs(th, active, y, k, stage, cols, dims, now, d, side, sens, jac)
@@ -190,7 +189,7 @@ def _slope(th, active, y, k, stage, cols, dims, t, h, d, side, world, sens, jac)
         _carried(th, active, k, stage, cols, dims, u, du, ir)
 
 
-@njit(**_BORROWS)
+@njit(**WITHIN)
 def _push_before(th, active, y, dims, t, h, world, sens):
     """What acts from outside where a step of length h from t begins, into sens[0]."""
     piece, begin, knots, pieces, iz, ir, _, rside = world
@@ -198,7 +197,7 @@ def _push_before(th, active, y, dims, t, h, world, sens):
     _push(th, active, y, _int(1), u, du, iz, ir, rside, sens)
 
 
-@njit(**_BORROWS)
+@njit(**WITHIN)
 def _begin(th, active, y, cols, dims, iz, ir, rate):
     """The start state and its sensitivities; ``rate`` is the input at the start."""
     _start(th, active, y, cols, dims)
@@ -218,7 +217,7 @@ def _begin(th, active, y, cols, dims, iz, ir, rate):
             y[c, ir] = -th[_GAIN] * rate
 
 
-@njit(**_BORROWS)
+@njit(**WITHIN)
 def _states(th, active, n):
     """Length of the state behind n of kernel.py's, with the places of z and r in it (0: none)."""
     iz = 0

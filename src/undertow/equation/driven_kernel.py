@@ -10,18 +10,17 @@ files' text is part of what is compiled. Does not belong here: forces (driven_fo
 
 from __future__ import annotations
 
-import hashlib
 import math
 from collections.abc import Callable
-from pathlib import Path
 from typing import Any
 
 import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-from undertow.compiling import compiled
-from undertow.equation import driven_forces, driven_slots, kernel
+from undertow.compiling import OPTIONS, WITHIN, compiled, mark_of
+from undertow.equation import algebra, driven_forces, driven_slots, kernel
+from undertow.equation.algebra import _CP, _FS, _GE, _P, _XE, MAX_HIDDEN, _dimensions, _rubs
 from undertow.equation.driven_forces import (
     _BN,
     _BZ,
@@ -36,13 +35,9 @@ from undertow.equation.driven_forces import (
 from undertow.equation.driven_slots import DRIVEN_SLOT as DRIVEN_SLOT
 from undertow.equation.driven_slots import N_DRIVEN as N_DRIVEN
 from undertow.equation.kernel import (
-    _BORROWS,
     _INSTANT,
     _NONE,
-    _OPT,
     _SLIP,
-    SLOT,
-    _dimensions,
     _excess,
     _int,
     _jump,
@@ -53,7 +48,6 @@ from undertow.equation.kernel import (
 )
 from undertow.equation.term import Array
 
-_GE, _FC, _FA, _FN, _FS, _CP, _P, _XE = (SLOT[n] for n in ("ge", "fc", "fa", "fn", "fs", "cp", "p", "xe"))
 _BENT_SHARE = 0.5
 _BENT_FINEST = 64.0
 """Near z = 0 a step changes z by half of it, the finest by 1/64 of a full step's change: |z|^n has a kink."""
@@ -63,7 +57,7 @@ _driven_event = _watching(_driven_step, _push_before)
 
 
 # ---------------------------------------------------------------- before the first step
-@njit(**_BORROWS)
+@njit(**WITHIN)
 def _events_watched(th, active, dims, iz, ir, watch):
     """How many states have zeros that are events, into ``watch``."""
     many = _watched(th, active, dims, watch)
@@ -85,10 +79,10 @@ def _events_watched(th, active, dims, iz, ir, watch):
     return many
 
 
-@njit(**_BORROWS)
+@njit(**WITHIN)
 def _flags(th, active, iz, broken):
     """Whether the body rubs, whether steps shrink near a reversal and near z = 0, whether a knot changes the slope."""
-    rubs = th[_FC] != 0.0 or th[_FA] != 0.0 or th[_FN] != 0.0 or th[_FS] != 0.0
+    rubs = _rubs(th)
     sharp = th[_FS] != 0.0 or (th[_CP] != 0.0 and th[_P] < kernel._SHARP_EXPONENT)
     bent = iz > 0 and th[_BN] != 1.0 and th[_BN] != 2.0
     turning = broken
@@ -98,7 +92,7 @@ def _flags(th, active, iz, broken):
     return rubs, sharp, bent, turning
 
 
-@njit(**_BORROWS)
+@njit(**WITHIN)
 def _mode(th, active, y, dims, t, iz, ir, at, knots, pieces, sens, rubs):
     """Direction of motion, sides of the rest position, of z and of r where the motion begins."""
     side = 1.0 if y[0, 0] > th[_XE] or (y[0, 0] == th[_XE] and y[0, 1] > 0.0) else -1.0
@@ -116,7 +110,7 @@ def _mode(th, active, y, dims, t, iz, ir, at, knots, pieces, sens, rubs):
 
 
 # ---------------------------------------------------------------- one step
-@njit(inline="always", **_BORROWS)
+@njit(inline="always", **WITHIN)
 def _step_length(th, y, k, iz, whole, h_max, sharp, bent):
     """Length of the next step: the way to the next stop in equal parts, shorter where a law changes sharply."""
     parts = math.ceil(whole / h_max * (1.0 - 1e-9))
@@ -130,7 +124,7 @@ def _step_length(th, y, k, iz, whole, h_max, sharp, bent):
     return h
 
 
-@njit(**_BORROWS)
+@njit(**WITHIN)
 def _after_event(th, active, y, k, cols, dims, t, d, side, world, sens, jac, event, rubs):
     """Direction of motion and sides after an event, with the slope and the sensitivities' jump there."""
     zero = _int(0)
@@ -155,7 +149,7 @@ def _after_event(th, active, y, k, cols, dims, t, d, side, world, sens, jac, eve
     return d, side, zside, rside
 
 
-@njit(**_BORROWS)
+@njit(**WITHIN)
 def _cross_knot(th, active, y, k, cols, dims, t, d, side, world, sens, jac):
     """Direction of motion after a knot at which the input, or its slope, jumps, with the new slope there.
 
@@ -178,7 +172,7 @@ def _cross_knot(th, active, y, k, cols, dims, t, d, side, world, sens, jac):
     return d
 
 
-@njit(inline="always", **_BORROWS)
+@njit(inline="always", **WITHIN)
 def _write(y, k, cols, n, d, row, ox, ov, oa, os):
     """The state at a sample into its row."""
     for c in range(cols):
@@ -190,7 +184,7 @@ def _write(y, k, cols, n, d, row, ox, ov, oa, os):
 
 
 # ---------------------------------------------------------------- the whole motion
-@njit(**_BORROWS)
+@njit(**WITHIN)
 def _travel(th, active, knots, pieces, times, h_max, bound, state, rows, dims, places, flags, watch):
     """All steps from times[0] to the last sample; their number, negative where the motion left the bound."""
     y, out, k, jac, sens = state
@@ -256,7 +250,7 @@ def _with_mark(mark: int) -> Callable[..., Any]:
     @compiled(
         "Tuple((f8[:,::1], f8[:,::1], f8[:,::1], f8[:,::1], i8))"
         "(f8[::1], i8[::1], f8[::1], f8[:,::1], b1, f8[::1], f8, f8)",
-        **_OPT,
+        **OPTIONS,
     )
     def drive(th, active, knots, pieces, broken, times, h_max, bound):
         if mark < 0:
@@ -265,15 +259,15 @@ def _with_mark(mark: int) -> Callable[..., Any]:
         th[_GE] = 1.0
         m = times.size
         cols = 1 + active.size
-        n, nh, nr, nb = _dimensions(th)
-        n, iz, ir = _states(th, active, n)
-        dims = (n, nh, nr, nb)
+        own = _dimensions(th)
+        n, iz, ir = _states(th, active, own[0])
+        dims = (n, *own[1:])
         rows = (np.zeros((m, cols)), np.zeros((m, cols)), np.zeros((m, cols)), np.zeros((m, n - 2)))
         state = (
             np.zeros((cols, n)), np.zeros((cols, n)), np.zeros((cols, n, 7)),
-            np.zeros(2 * kernel.MAX_HIDDEN), np.zeros(cols),
+            np.zeros(2 * MAX_HIDDEN), np.zeros(cols),
         )  # fmt: skip
-        watch = np.empty(5 + kernel.MAX_HIDDEN, np.int64)
+        watch = np.empty(5 + MAX_HIDDEN, np.int64)
         watch = watch[: _events_watched(th, active, dims, iz, ir, watch)]
         flags = _flags(th, active, iz, broken)
         steps = _travel(
@@ -284,8 +278,7 @@ def _with_mark(mark: int) -> Callable[..., Any]:
     return drive  # type: ignore[no-any-return]
 
 
-_OTHERS = b"".join(Path(str(one.__file__)).read_bytes() for one in (kernel, driven_slots, driven_forces))
-_drive = _with_mark(int(hashlib.sha256(_OTHERS).hexdigest()[:12], 16))
+_drive = _with_mark(mark_of(algebra, kernel, driven_slots, driven_forces))
 
 
 def drive(

@@ -34,7 +34,7 @@ class ConstantForce(Term):
     """
 
     name: ClassVar[str] = "constant_force"
-    kind: ClassVar = "setup"
+    kind: ClassVar = "input"
     relative_to: ClassVar = "earth"
     parameters: ClassVar[tuple[Parameter, ...]] = (Parameter("force_N", "N", "b"),)
     slots: ClassVar[Mapping[str, str]] = {"force_N": "offset"}
@@ -62,7 +62,7 @@ class BoucWen(Term):
     exponent: float = 1.0
     alpha: float = 1.0
     name: ClassVar[str] = "bouc_wen"
-    kind: ClassVar = "memory"
+    kind: ClassVar = "state"
     parameters: ClassVar[tuple[Parameter, ...]] = (
         Parameter("alpha_N_per_m", "N/m", r"\alpha"),
         Parameter("loop", "1/m", r"\beta\gamma"),
@@ -112,7 +112,7 @@ def find_driven(name: str, **inner: float) -> Term:
         if own.name == name:
             return own(**inner)
     term = registry.find(name, **inner)
-    if term.kind == "outside":
+    if term.kind in ("input", "delay"):
         raise ConfigError(f"equation term {name!r} beside a measured input is not fitted; leave it out")
     return term
 

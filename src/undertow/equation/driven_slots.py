@@ -6,13 +6,13 @@ Belongs here: their names and numbers, without anything compiled. Does not belon
 
 from __future__ import annotations
 
-from undertow.equation.kernel import N_SLOTS, SLOTS
+from undertow.equation.algebra import N_SLOTS, SLOTS
 
 EXTRA: tuple[str, ...] = (
     "gain", "delay", "offset", "bw_a", "bw_g", "bw_d", "bw_n", "bw_unit", "bw_z0",
     "moving", "base_v0", "absolute_v0", "wc", "wq", "wc3",
 )  # fmt: skip
-"""Names behind kernel.SLOTS. bw_unit is the force that |z| is counted in under the exponent, N. ``moving`` is 1 where
+"""Names behind algebra.SLOTS. bw_unit is the force that |z| is counted in under the exponent, N. ``moving`` is 1 where
 the input is the acceleration of a base, else 0; base_v0 is the base's velocity at the start by the recorded input
 (times the gain), absolute_v0 what has to be added to it; wc, wq, wc3 are coefficients of r, r|r|, r^3 with r the body's
 velocity through water that is still (N s/m, N s^2/m^2, N s^3/m^3)."""

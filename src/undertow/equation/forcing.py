@@ -23,7 +23,7 @@ class ExternalForcing(Term):
     frequency_rad_per_s: float = 5.0
     phase_rad: float = 0.0
     name: ClassVar[str] = "external_forcing"
-    kind: ClassVar = "outside"
+    kind: ClassVar = "input"
     relative_to: ClassVar = "earth"
     parameters: ClassVar[tuple[Parameter, ...]] = (
         Parameter("amplitude_N", "N", "A", lower=0.0),
@@ -40,10 +40,6 @@ class ExternalForcing(Term):
     next_test: ClassVar[str] = "the same level recorded without a release"
     element: ClassVar[Element] = "drive"
 
-    def force(self, x: Array, v: Array, a: Array, t: Array) -> Array:
-        """cos(W t + phase), dimensionless; t in s after the release."""
-        return np.cos(self.frequency_rad_per_s * t + self.phase_rad)
-
     def slot_values(self, coefficient: float) -> dict[str, float]:
         """Cosine and sine parts, and the frequency."""
         return {
@@ -58,6 +54,12 @@ class ExternalForcing(Term):
 
         return Share(smooth=p["amplitude_N"] * sp.cos(p["frequency_rad_per_s"] * q.t + p["phase_rad"]))
 
+    def by_slots(self, s: Mapping[str, Expression], q: SymbolPlace, number: str) -> Share:
+        """The same with a cosine and a sine part."""
+        import sympy as sp
+
+        return Share(smooth=s["fcos"] * sp.cos(s["omega"] * q.t) + s["fsin"] * sp.sin(s["omega"] * q.t))
+
 
 @dataclass(frozen=True)
 class DelayedEcho(Term):
@@ -65,7 +67,7 @@ class DelayedEcho(Term):
 
     delay_s: float = 1.0
     name: ClassVar[str] = "delayed_echo"
-    kind: ClassVar = "outside"
+    kind: ClassVar = "delay"
     relative_to: ClassVar = "earth"
     parameters: ClassVar[tuple[Parameter, ...]] = (
         Parameter("gain", "N s/m", "G"),

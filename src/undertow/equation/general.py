@@ -21,6 +21,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from scipy.integrate import solve_ivp
 
+from undertow.equation.columns import SPRINGS
 from undertow.equation.kernel import SLOT
 from undertow.equation.term import Array, Term
 from undertow.equation.tracing import Formula, formula_of
@@ -127,7 +128,7 @@ def general_trajectory(
     mass = float(theta[SLOT["mass"]])
     if not mass > 0.0 or not np.all(np.isfinite(theta)):
         raise IdentificationError(f"a trajectory needs a positive total mass and finite parameters, got {mass:g} kg")
-    memory = [law.term.name for law in laws if law.term.kind == "memory"]
+    memory = [law.term.name for law in laws if law.term.kind == "state"]
     if memory:
         raise IdentificationError(
             f"{', '.join(memory)} beside a law without compiled slots cannot be integrated; give the law slots or take "
@@ -272,20 +273,17 @@ def _fill(
 def spring_force(theta: Array, slots: np.ndarray, x: Array, v: Array) -> tuple[Array, Array]:
     """Force in the springs (n, 1 + p) with its derivatives by ``slots`` (p,), and its rate of change (n,), N and N/s.
 
-    K(x - x_e) = k x + k_2 x^2 + k_a x|x| + k_3 x^3 + k_5 x^5: what load cells in the springs see. ``x`` (n, 1 + p) is
+    The sum of all laws that are ``sprung``: what load cells in the springs see. ``x`` (n, 1 + p) is
     the displacement with its derivatives, ``v`` (n,) the velocity.
     """
     here = x[:, 0] - theta[SLOT["xe"]]
-    powers = {
-        "k1": (here, np.ones(here.size)), "k2": (here**2, 2.0 * here), "ka": (here * np.abs(here), 2.0 * np.abs(here)),
-        "k3": (here**3, 3.0 * here**2), "k5": (here**5, 5.0 * here**4),
-    }  # fmt: skip
-    rate = sum((theta[SLOT[name]] * slope for name, (_, slope) in powers.items()), np.zeros(here.size))
+    springs = {slot: (law(here), slope(here)) for slot, (law, slope) in SPRINGS.items()}
+    rate = sum((theta[SLOT[name]] * slope for name, (_, slope) in springs.items()), np.zeros(here.size))
     force = np.empty(x.shape)
-    force[:, 0] = sum((theta[SLOT[name]] * law for name, (law, _) in powers.items()), np.zeros(here.size))
+    force[:, 0] = sum((theta[SLOT[name]] * law for name, (law, _) in springs.items()), np.zeros(here.size))
     force[:, 1:] = rate[:, None] * x[:, 1:]
     for column, slot in enumerate(slots.tolist(), start=1):
-        for name, (law, _) in powers.items():
+        for name, (law, _) in springs.items():
             if slot == SLOT[name]:
                 force[:, column] += law
         if slot == SLOT["xe"]:

@@ -75,7 +75,7 @@ class HiddenResonator(Term):
     quadratic_damping_per_m: float = 0.0
     cubic_stiffness_per_m2_s2: float = 0.0
     name: ClassVar[str] = "hidden_resonator"
-    kind: ClassVar = "memory"
+    kind: ClassVar = "state"
     relative_to: ClassVar = "earth"
     parameters: ClassVar[tuple[Parameter, ...]] = (
         Parameter("mass_kg", "kg", "m_s", lower=0.0),
@@ -99,6 +99,7 @@ class HiddenResonator(Term):
     source: ClassVar[str] = "Graham and Rodriguez 1952, doi:10.1115/1.4010494; Ibrahim 2005, Liquid Sloshing Dynamics"
     left_out: ClassVar[str] = "beats in every trial with the release's phase; an added mass that depends on the spring"
     held_by_kernel: ClassVar[int] = 3
+    present_by: ClassVar[str] = "natural_frequency_rad_per_s"
     words: ClassVar[str] = "water that oscillates by itself"
     words_unplaced: ClassVar[str] = "something that was not recorded and oscillates by itself"
     next_test: ClassVar[str] = "a release at the same level with a third stiffness, or a wave gauge between the girders"
@@ -150,7 +151,7 @@ class Relaxation(Term):
 
     time_s: float = 0.5
     name: ClassVar[str] = "relaxation"
-    kind: ClassVar = "memory"
+    kind: ClassVar = "state"
     parameters: ClassVar[tuple[Parameter, ...]] = (
         Parameter("stiffness_N_per_m", "N/m", "k_r"),
         Parameter("time_s", "s", r"\tau", lower=1e-3),
@@ -163,6 +164,7 @@ class Relaxation(Term):
         "stiffness and damping that depend on frequency: two springs disagree, one spring does not show it"
     )
     held_by_kernel: ClassVar[int] = 2
+    present_by: ClassVar[str] = "time_s"
     words: ClassVar[str] = "memory that relaxes"
     next_test: ClassVar[str] = "the same level on another spring: memory depends on frequency, damping does not"
     element: ClassVar[Element] = "maxwell"
@@ -192,7 +194,7 @@ class Hysteresis(Term):
 
     yield_displacement_m: float = 0.005
     name: ClassVar[str] = "hysteresis"
-    kind: ClassVar = "memory"
+    kind: ClassVar = "state"
     parameters: ClassVar[tuple[Parameter, ...]] = (
         Parameter("stiffness_N_per_m", "N/m", "k_h"),
         Parameter("yield_displacement_m", "m", "x_y", lower=1e-6),
@@ -202,6 +204,7 @@ class Hysteresis(Term):
     latex: ClassVar[str] = r"r,\ \dot{r}=k_h\,\dot{x}\,(1-\mathrm{sgn}(\dot{x})\,r/(k_h\,x_y))"
     source: ClassVar[str] = "Wen 1976, doi:10.1061/JMCEA3.0002106; Dahl 1968"
     left_out: ClassVar[str] = "loops in force against displacement that do not depend on speed"
+    present_by: ClassVar[str] = "yield_displacement_m"
     words: ClassVar[str] = "hysteresis"
     element: ClassVar[Element] = "bristles"
 
@@ -227,6 +230,13 @@ class Hysteresis(Term):
         r = sp.Symbol(f"r{number}", real=True)
         k, width = p["stiffness_N_per_m"], p["yield_displacement_m"]
         return Share(smooth=r, states=((r.name, k * q.v * (1 - q.d * r / (sp.Abs(k) * width))),))
+
+    def by_slots(self, s: Mapping[str, Expression], q: SymbolPlace, number: str) -> Share:
+        """The same with the force at which it yields."""
+        import sympy as sp
+
+        r = sp.Symbol(f"r{number}", real=True)
+        return Share(smooth=r, states=((r.name, s["kb"] * q.v * (1 - q.d * r / s["fb"])),))
 
     def materials(self, coefficient: float, sticking: float) -> tuple[str, ...]:
         """A Bouc-Wen element."""

@@ -9,8 +9,6 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import ClassVar
 
-import numpy as np
-
 from undertow.equation.symbolic import Element, Expression, Share, SymbolPlace
 from undertow.equation.term import Array, Published, Term
 from undertow.quantities import Parameter
@@ -67,10 +65,6 @@ class QuadraticDrag(Term):
     words: ClassVar[str] = "drag with the square of the speed"
     element: ClassVar[Element] = "dashpot"
 
-    def force(self, x: Array, v: Array, a: Array, t: Array) -> Array:
-        """v|v|, in m^2/s^2."""
-        return v * np.abs(v)
-
     def start(self, mass: float, rate: float, speed: float) -> float:
         """Drag that makes a fiftieth of the inertia force at full speed."""
         return 0.02 * mass * rate / speed
@@ -102,10 +96,6 @@ class LinearDamping(Term):
     next_test: ClassVar[str] = "a longer decay from a small release, where drag has faded and linear damping has not"
     element: ClassVar[Element] = "dashpot"
 
-    def force(self, x: Array, v: Array, a: Array, t: Array) -> Array:
-        """v, in m/s."""
-        return 1.0 * v
-
     def share(self, p: Mapping[str, Expression], q: SymbolPlace, number: str) -> Share:
         """A smooth force."""
         return Share(smooth=p["c_Ns_per_m"] * q.v)
@@ -128,10 +118,6 @@ class CubicDamping(Term):
     speed_power: ClassVar[float] = 3.0
     words: ClassVar[str] = "damping with the cube of the speed"
     element: ClassVar[Element] = "dashpot"
-
-    def force(self, x: Array, v: Array, a: Array, t: Array) -> Array:
-        """v^3, in m^3/s^3."""
-        return v**3
 
     def share(self, p: Mapping[str, Expression], q: SymbolPlace, number: str) -> Share:
         """A smooth force."""
@@ -161,10 +147,6 @@ class DragExponent(Term):
     relative_to: ClassVar = "water"
     words: ClassVar[str] = "drag with another power of the speed"
     element: ClassVar[Element] = "dashpot"
-
-    def force(self, x: Array, v: Array, a: Array, t: Array) -> Array:
-        """|v|^p sign(v), in (m/s)^p."""
-        return np.sign(v) * np.abs(v) ** self.exponent
 
     def share(self, p: Mapping[str, Expression], q: SymbolPlace, number: str) -> Share:
         """A smooth force."""

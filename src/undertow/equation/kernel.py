@@ -1,9 +1,10 @@
 """The compiled integrator of one superset equation, exact at every stick, slip and re-slip, with sensitivities.
 
-    M x'' + K(x - x_e) + D(x - x_e, v) + fric(x, v) sign(v) + z + r + G v(t - tau) + F(t) = sum_i m_i R_i,
-    s_i'' = -x'' - R_i,   R_i = 2 zeta_i w_i s_i' + w_i^2 s_i + b_i s_i'|s_i'| + g_i s_i^3     (hidden oscillators)
-    z_j'  = k_j v - z_j / tau_j                                                              (relaxations)
-    r'    = k_b v (1 - sign(v) r / F_b)                                                      (bristle: presliding)
+    M x'' + sum of all laws(x - x_e, v, d, t) + sum_j z_j + G v(t - tau) = sum_i m_i R_i,
+    s_i'' = -x'' - R_i(s_i, s_i')          (hidden oscillators)
+    z_j'  = rate_j(z_j, x, v, t)           (memories: relaxations, bristles)
+
+Forces, slopes, rates and derivatives by parameters are algebra.py, generated from the laws' rows (generate.py).
 
 Method: explicit Runge-Kutta of order 5 (Tsitouras 2011, doi:10.1016/j.camwa.2011.06.002) with a fixed largest step;
 a step that crosses a velocity reversal is repeated up to the reversal (Newton on the step's length), so that every
@@ -13,49 +14,60 @@ is an array y[column, i]: column 0 the motion, columns 1.. d(state)/d(parameter)
 side of the rest position (+1, -1). Laws with a kink are continued smoothly beyond their side, so that a stage that
 oversteps an event by rounding does not see the other branch. An echo's kinks, a delay after each event, end steps too.
 
-One file, because numba's cache does not see changes in other files. Sections: slots, right-hand side, step, events,
-output, integrate. Does not belong here: what the slots mean to a user (term.py and its neighbours).
+numba's cache sees changes of its own file alone, so that a mark of algebra.py's text is part of what is compiled.
+Sections: right-hand side, history, step, events, output, integrate. Does not belong here: any law's formula, what the
+slots mean to a user (term.py and its neighbours).
 """
 
 from __future__ import annotations
 
-import math
+from collections.abc import Callable
 from typing import Any
 
 import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-from undertow.compiling import compiled
-from undertow.equation.term import Array
-
-# ---------------------------------------------------------------- slots of the parameter vector
-_PLAIN = (
-    "mass", "k1", "k2", "ka", "k3", "k5", "ks", "c1", "q", "c3", "xv", "xxv", "cp", "p",
-    "fc", "fs", "vs", "fa", "fn", "fcos", "fsin", "omega", "ge", "tau_e", "xe", "x0", "v0", "kb", "fb",
-)  # fmt: skip
-_HIDDEN = ("m", "w", "z", "b", "g", "s0", "u0")
-_RELAX = ("k", "tau")
-MAX_HIDDEN = 3
-MAX_RELAX = 2
-SLOTS: tuple[str, ...] = (
-    _PLAIN
-    + tuple(f"{n}{i}" for i in range(1, MAX_HIDDEN + 1) for n in ("hm", "hw", "hz", "hb", "hg", "hs", "hu"))
-    + tuple(f"{n}{i}" for i in range(1, MAX_RELAX + 1) for n in ("rk", "rt"))
+from undertow.compiling import OPTIONS, WITHIN, compiled, mark_of
+from undertow.equation import algebra
+from undertow.equation.algebra import (
+    _CP,
+    _FCOS,
+    _FS,
+    _FSIN,
+    _GE,
+    _HM,
+    _MASS,
+    _NH,
+    _P,
+    _START,
+    _TAU_E,
+    _V0,
+    _VS,
+    _X0,
+    _XE,
+    MAX_HIDDEN,
+    _dimensions,
+    _explicit_force,
+    _explicit_hidden,
+    _hidden_kinks,
+    _hidden_restoring,
+    _hidden_slopes,
+    _kinks,
+    _memory_column,
+    _memory_rates,
+    _outside_force,
+    _resisting,
+    _rubs,
+    _slopes,
+    _smooth_force,
+    _stirs,
+    _turns,
 )
-"""Names of the parameter vector's places, in order: hm1 is the first hidden oscillator's mass, and so on."""
-
-SLOT: dict[str, int] = {name: i for i, name in enumerate(SLOTS)}
-N_SLOTS = len(SLOTS)
-
-(
-    _M, _K1, _K2, _KA, _K3, _K5, _KS, _C1, _Q, _C3, _XV, _XXV, _CP, _P,
-    _FC, _FS, _VS, _FA, _FN, _FCOS, _FSIN, _OM, _GE, _TE, _XE, _X0, _V0, _KB, _FB,
-) = range(len(_PLAIN))  # fmt: skip
-_H = len(_PLAIN)
-_NH = len(_HIDDEN)
-_R = _H + MAX_HIDDEN * _NH
-_NR = len(_RELAX)
+from undertow.equation.algebra import N_SLOTS as N_SLOTS
+from undertow.equation.algebra import SLOT as SLOT
+from undertow.equation.algebra import SLOTS as SLOTS
+from undertow.equation.term import Array
 
 _EVENT_TOLERANCE = 1e-10
 """Share of a gauge's change over the step that counts as zero on an event: moves the event by as much of the step."""
@@ -99,135 +111,53 @@ _STEPS_A_STRETCH = 20
 _STEPS_SPARE = 10_000
 """A motion of more steps than that is given up: 20 a longest step of time, room for events and for short steps at sharp
 laws. More comes from a law too stiff for the step, whose velocity turns at every one of them."""
-_OPT: dict[str, Any] = {"fastmath": False, "error_model": "numpy", "nogil": True}
-"""Compiler options; only `integrate` is cached: the functions it calls are compiled into it."""
-_BORROWS: dict[str, Any] = {**_OPT, "_nrt": False, "no_cpython_wrapper": True}
-"""For functions that allocate nothing: numba then does not count references to arrays, which cost half of the time.
-Python cannot call them, which saves compiling a wrapper each."""
 
 
 # ---------------------------------------------------------------- right-hand side
-@njit(inline="always", **_BORROWS)
-def _power_law(v, p):
-    """|v|^p sign(v); beyond a reversal it goes on as an odd function."""
-    if v == 0.0:
-        return 0.0
-    return math.copysign(abs(v) ** p, v)
-
-
-@njit(inline="always", **_BORROWS)
-def _resisting(th, x, v, d, side):
-    """Friction's size in the direction d of motion: F_c + F_a d + F_n |x| + F_s exp(-(v/v_s)^2)."""
-    size = th[_FC] + th[_FA] * d + th[_FN] * x * side
-    if th[_FS] != 0.0:
-        size += th[_FS] * math.exp(-((v / th[_VS]) ** 2))
-    return size
-
-
-@njit(inline="always", **_BORROWS)
-def _smooth_force(th, x, v, d, side):
-    """All algebraic forces but friction, at displacement x from rest and velocity v moving in direction d."""
-    f = th[_K1] * x + th[_C1] * v + th[_Q] * v * v * d
-    if th[_K3] != 0.0 or th[_K2] != 0.0 or th[_KA] != 0.0 or th[_K5] != 0.0:
-        f += x * x * (th[_K2] + th[_KA] * side + x * (th[_K3] + x * x * th[_K5]))
-    if th[_KS] != 0.0:
-        f += th[_KS] * math.sin(x)
-    if th[_C3] != 0.0 or th[_XV] != 0.0 or th[_XXV] != 0.0:
-        f += v * (th[_C3] * v * v + x * (th[_XV] + th[_XXV] * x))
-    if th[_CP] != 0.0:
-        f += th[_CP] * _power_law(v, th[_P])
-    return f
-
-
-@njit(inline="always", **_BORROWS)
-def _outside_force(th, t, echo):
-    """Forces with a clock of their own: harmonic forcing and the delayed echo of the velocity."""
-    f = th[_GE] * echo
-    if th[_FCOS] != 0.0 or th[_FSIN] != 0.0:
-        f += th[_FCOS] * math.cos(th[_OM] * t) + th[_FSIN] * math.sin(th[_OM] * t)
-    return f
-
-
-@njit(inline="always", **_BORROWS)
-def _hidden_restoring(th, i, s, u):
-    """R_i of hidden oscillator i at displacement s and velocity u relative to the body, per unit mass."""
-    o = _H + i * _NH
-    w = th[o + 1]
-    return 2.0 * th[o + 2] * w * u + w * w * s + th[o + 3] * u * abs(u) + th[o + 4] * s * s * s
-
-
-@njit(inline="always", **_BORROWS)
+@njit(inline="always", **WITHIN)
 def _pull(th, y, dims, t, d, side, echo, v):
     """Net force on the body without friction, N: what accelerates it, or what friction has to hold."""
-    _, nh, nr, nb = dims
-    f = -_smooth_force(th, y[0, 0] - th[_XE], v, d, side) - _outside_force(th, t, echo)
-    for i in range(nh):
-        f += th[_H + i * _NH] * _hidden_restoring(th, i, y[0, 2 + 2 * i], y[0, 3 + 2 * i])
-    for j in range(2 + 2 * nh, 2 + 2 * nh + nr + nb):
+    x = y[0, 0] - th[_XE]
+    f = -_smooth_force(th, x, v, d, side) - _outside_force(th, x, v, d, side, t, echo)
+    for i in range(dims[1]):
+        f += th[_HM + i * _NH] * _hidden_restoring(th, i, y[0, 2 + 2 * i], y[0, 3 + 2 * i])
+    for j in range(2 + 2 * dims[1], 2 + 2 * dims[1] + dims[2]):
         f -= y[0, j]
     return f
 
 
-@njit(**_BORROWS)
+@njit(**WITHIN)
 def _rhs(th, active, y, k, stage, cols, dims, t, d, side, sens, jac):
     """d(state)/dt of the first ``cols`` columns of y into k[:, :, stage].
 
-    dims: state length, hidden oscillators, relaxations, bristles. sens[0] is v(t - tau), sens[1:] its sensitivities;
+    dims: state length, hidden oscillators, memories, each memory. sens[0] is v(t - tau), sens[1:] its sensitivities;
     jac is room for the hidden oscillators' slopes.
     """
-    _, nh, nr, nb = dims
     x = y[0, 0] - th[_XE]
     v = y[0, 1]
-    base = 2 + 2 * nh
     speed = 0.0
     a = 0.0
     if d != 0.0:
         speed = v
-        a = (_pull(th, y, dims, t, d, side, sens[0], v) - _resisting(th, x, v, d, side) * d) / th[_M]
+        a = (_pull(th, y, dims, t, d, side, sens[0], v) - _resisting(th, x, v, d, side) * d) / th[_MASS]
     k[0, 0, stage] = speed
     k[0, 1, stage] = a
-    for i in range(nh):
+    for i in range(dims[1]):
         k[0, 2 + 2 * i, stage] = y[0, 3 + 2 * i]
         k[0, 3 + 2 * i, stage] = -a - _hidden_restoring(th, i, y[0, 2 + 2 * i], y[0, 3 + 2 * i])
-    for j in range(nr):
-        o = _R + j * _NR
-        k[0, base + j, stage] = th[o] * speed - y[0, base + j] / th[o + 1]
-    if nb:
-        k[0, base + nr, stage] = th[_KB] * speed * (1.0 - d * y[0, base + nr] / th[_FB])
+    _memory_rates(th, y, k, stage, dims, x, speed, d, side, t)
     if cols > 1:
-        fx, fv = _slopes(th, x, v, d, side)
-        for i in range(nh):
-            o = _H + i * _NH
-            s, u = y[0, 2 + 2 * i], y[0, 3 + 2 * i]
-            jac[2 * i] = th[o + 1] * th[o + 1] + 3.0 * th[o + 4] * s * s
-            jac[2 * i + 1] = 2.0 * th[o + 2] * th[o + 1] + 2.0 * th[o + 3] * abs(u)
+        fx, fv = _slopes(th, x, v, d, side, t)
+        for i in range(dims[1]):
+            _hidden_slopes(th, i, y[0, 2 + 2 * i], y[0, 3 + 2 * i], jac)
         for c in range(1, cols):
             _rhs_column(th, active[c - 1], y, k, stage, c, dims, t, d, side, x, speed, a, fx, fv, sens[0], sens[c], jac)
 
 
-@njit(inline="always", **_BORROWS)
-def _slopes(th, x, v, d, side):
-    """Derivatives of the algebraic forces by x and by v, N/m and N s/m."""
-    fx = th[_K1] + th[_FN] * d * side
-    fv = th[_C1] + 2.0 * th[_Q] * v * d
-    if th[_K3] != 0.0 or th[_K2] != 0.0 or th[_KA] != 0.0 or th[_K5] != 0.0:
-        fx += x * (2.0 * (th[_K2] + th[_KA] * side) + x * (3.0 * th[_K3] + 5.0 * x * x * th[_K5]))
-    if th[_KS] != 0.0:
-        fx += th[_KS] * math.cos(x)
-    if th[_C3] != 0.0 or th[_XV] != 0.0 or th[_XXV] != 0.0:
-        fx += v * (th[_XV] + 2.0 * th[_XXV] * x)
-        fv += 3.0 * th[_C3] * v * v + x * (th[_XV] + th[_XXV] * x)
-    if th[_CP] != 0.0 and v != 0.0 and (v * d > 0.0 or th[_P] >= 1.0):  # below one the slope has a pole at v = 0
-        fv += th[_CP] * th[_P] * abs(v) ** (th[_P] - 1.0)
-    if th[_FS] != 0.0:
-        fv -= d * th[_FS] * math.exp(-((v / th[_VS]) ** 2)) * 2.0 * v / th[_VS] ** 2
-    return fx, fv
-
-
-@njit(inline="always", **_BORROWS)
+@njit(inline="always", **WITHIN)
 def _rhs_column(th, slot, y, k, stage, c, dims, t, d, side, x, v, a, fx, fv, echo, echo_by, jac):
     """The column c of y: Jacobian times sensitivity, plus the explicit derivative by its slot."""
-    _, nh, nr, nb = dims
+    nh = dims[1]
     base = 2 + 2 * nh
     da = 0.0
     dv = 0.0
@@ -235,113 +165,21 @@ def _rhs_column(th, slot, y, k, stage, c, dims, t, d, side, x, v, a, fx, fv, ech
         dv = y[c, 1]
         da = -fx * y[c, 0] - fv * dv - th[_GE] * echo_by
         for i in range(nh):
-            da += th[_H + i * _NH] * (jac[2 * i] * y[c, 2 + 2 * i] + jac[2 * i + 1] * y[c, 3 + 2 * i])
-        for j in range(base, base + nr + nb):
+            da += th[_HM + i * _NH] * (jac[2 * i] * y[c, 2 + 2 * i] + jac[2 * i + 1] * y[c, 3 + 2 * i])
+        for j in range(base, base + dims[2]):
             da -= y[c, j]
-        da = (da + _explicit_force(th, slot, y, nh, t, d, side, x, v, a, fx, echo)) / th[_M]
+        da = (da + _explicit_force(th, slot, y, nh, t, d, side, x, v, a, fx, echo)) / th[_MASS]
     k[c, 0, stage] = dv
     k[c, 1, stage] = da
     for i in range(nh):
         dr = jac[2 * i] * y[c, 2 + 2 * i] + jac[2 * i + 1] * y[c, 3 + 2 * i]
         k[c, 2 + 2 * i, stage] = y[c, 3 + 2 * i]
         k[c, 3 + 2 * i, stage] = -da - dr - _explicit_hidden(th, slot, i, y[0, 2 + 2 * i], y[0, 3 + 2 * i])
-    for j in range(nr):
-        r = _R + j * _NR
-        slope = th[r] * dv - y[c, base + j] / th[r + 1]
-        if slot == r:
-            slope += v
-        elif slot == r + 1:
-            slope += y[0, base + j] / (th[r + 1] * th[r + 1])
-        k[c, base + j, stage] = slope
-    if nb:
-        r0 = y[0, base + nr]
-        free = 1.0 - d * r0 / th[_FB]
-        slope = th[_KB] * (dv * free - v * d * y[c, base + nr] / th[_FB])
-        if slot == _KB:
-            slope += v * free
-        elif slot == _FB:
-            slope += th[_KB] * v * d * r0 / (th[_FB] * th[_FB])
-        k[c, base + nr, stage] = slope
-
-
-@njit(inline="always", **_BORROWS)
-def _explicit_hidden(th, slot, i, s, u):
-    """dR_i / d(slot) at fixed state."""
-    base = _H + i * _NH
-    o = slot - base
-    if o == 1:
-        return 2.0 * th[base + 2] * u + 2.0 * th[base + 1] * s
-    if o == 2:
-        return 2.0 * th[base + 1] * u
-    if o == 3:
-        return u * abs(u)
-    if o == 4:
-        return s * s * s
-    return 0.0
-
-
-@njit(inline="always", **_BORROWS)
-def _explicit_force(th, slot, y, nh, t, d, side, x, v, a, fx, echo):
-    """d(M a)/d(slot) at fixed state, N per unit of the slot."""
-    if slot == _M:
-        return -a
-    if slot == _K1:
-        return -x
-    if slot == _C1:
-        return -v
-    if slot == _Q:
-        return -v * v * d
-    if slot == _FC:
-        return -d
-    if slot == _XE:
-        return fx
-    if slot == _FA:
-        return -1.0
-    if slot == _FN:
-        return -d * x * side
-    if slot == _K2:
-        return -x * x
-    if slot == _KA:
-        return -x * x * side
-    if slot == _K3:
-        return -x * x * x
-    if slot == _K5:
-        return -x * x * x * x * x
-    if slot == _KS:
-        return -math.sin(x)
-    if slot == _C3:
-        return -v * v * v
-    if slot == _XV:
-        return -x * v
-    if slot == _XXV:
-        return -x * x * v
-    if slot == _CP:
-        return -_power_law(v, th[_P])
-    if slot == _P:
-        return -th[_CP] * _power_law(v, th[_P]) * math.log(abs(v)) if v != 0.0 else 0.0
-    if slot == _FS:
-        return -d * math.exp(-((v / th[_VS]) ** 2))
-    if slot == _VS:
-        return -d * th[_FS] * math.exp(-((v / th[_VS]) ** 2)) * 2.0 * v * v / th[_VS] ** 3
-    if slot == _FCOS:
-        return -math.cos(th[_OM] * t)
-    if slot == _FSIN:
-        return -math.sin(th[_OM] * t)
-    if slot == _OM:
-        return t * (th[_FCOS] * math.sin(th[_OM] * t) - th[_FSIN] * math.cos(th[_OM] * t))
-    if slot == _GE:
-        return -echo
-    for i in range(nh):
-        o = _H + i * _NH
-        if slot >= o and slot < o + _NH:
-            if slot == o:
-                return _hidden_restoring(th, i, y[0, 2 + 2 * i], y[0, 3 + 2 * i])
-            return th[o] * _explicit_hidden(th, slot, i, y[0, 2 + 2 * i], y[0, 3 + 2 * i])
-    return 0.0
+    _memory_column(th, slot, y, k, stage, c, dims, x, v, d, side, t, y[c, 0], dv)
 
 
 # ---------------------------------------------------------------- history for the delayed echo
-@njit(**_BORROWS)
+@njit(**WITHIN)
 def _remember(past, at, y, out, k, cols, dims, t, h):
     """Store x, v, a of every column at both ends of the step from y to out as number ``at`` of the history."""
     ends, states = past
@@ -356,7 +194,7 @@ def _remember(past, at, y, out, k, cols, dims, t, h):
         states[at, 5, c] = k[c, 1, 6]
 
 
-@njit(**_BORROWS)
+@njit(**WITHIN)
 def _echo_at(th, active, when, past, stored, cols, sens):
     """v(when) and its sensitivities into sens, from the quintic through x, v, a at both ends of the stored step.
 
@@ -394,11 +232,11 @@ def _echo_at(th, active, when, past, stored, cols, sens):
         a += ((-36.0 * r + 96.0 * r2 - 60.0 * r3) * s[1] + (-24.0 * r + 84.0 * r2 - 60.0 * r3) * s[4]) / h
         a += (1.0 - 9.0 * r + 18.0 * r2 - 10.0 * r3) * s[2] + (3.0 * r - 12.0 * r2 + 10.0 * r3) * s[5]
         for c in range(1, cols):
-            if active[c - 1] == _TE:
+            if active[c - 1] == _TAU_E:
                 sens[c] -= a
 
 
-@njit(**_OPT)
+@njit(**OPTIONS)
 def _longer(rows):
     """Rows (n, 2) with room for twice as many."""
     more = np.zeros((2 * rows.shape[0], 2))
@@ -408,7 +246,7 @@ def _longer(rows):
     return more
 
 
-@njit(**_OPT)
+@njit(**OPTIONS)
 def _grown(past):
     """The history with room for twice as many steps."""
     ends, states = past
@@ -421,23 +259,23 @@ def _grown(past):
 
 
 # ---------------------------------------------------------------- one step
-@njit(inline="always", **_BORROWS)
+@njit(inline="always", **WITHIN)
 def _echoed(th, active, y, k, stage, cols, dims, t, h, d, side, world, sens, jac):
     """The right-hand side of a decay at a stage of the step of length h from t; ``world`` is what it remembers."""
     now = t + _C[stage] * h
     if th[_GE] != 0.0:
         past, stored = world
-        when = now - th[_TE] - (_ECHO_INSIDE * h if _C[stage] == 1.0 else 0.0)
+        when = now - th[_TAU_E] - (_ECHO_INSIDE * h if _C[stage] == 1.0 else 0.0)
         _echo_at(th, active, when, past, stored, cols, sens)
     _rhs(th, active, y, k, stage, cols, dims, now, d, side, sens, jac)
 
 
-@njit(inline="always", **_BORROWS)
+@njit(inline="always", **WITHIN)
 def _echo_before(th, active, y, dims, t, h, world, sens):
     """The echo where the step of length h from t begins, into sens[0]."""
     if th[_GE] != 0.0:
         past, stored = world
-        _echo_at(th, active, t - th[_TE] + _ECHO_INSIDE * h, past, stored, _int(1), sens)
+        _echo_at(th, active, t - th[_TAU_E] + _ECHO_INSIDE * h, past, stored, _int(1), sens)
 
 
 def _stepping(slope: Any) -> Any:
@@ -447,7 +285,7 @@ def _stepping(slope: Any) -> Any:
     k[:, :, s]; that of y (s = 0) must be there, that of out is left there (s = 6).
     """
 
-    @njit(**_BORROWS)
+    @njit(**WITHIN)
     def step(th, active, y, out, k, cols, dims, t, h, d, side, world, sens, jac):
         n = dims[0]
         for stage in range(1, 7):
@@ -467,7 +305,7 @@ def _stepping(slope: Any) -> Any:
 _step = _stepping(_echoed)
 
 
-@njit(**_BORROWS)
+@njit(**WITHIN)
 def _short_near_reversal(th, speed, slope, h):
     """Step length that resolves what changes sharply around v = 0, at the speed |v| and its slope |a|.
 
@@ -484,7 +322,7 @@ def _short_near_reversal(th, speed, slope, h):
 
 
 # ---------------------------------------------------------------- events
-@njit(**_BORROWS)
+@njit(**WITHIN)
 def _excess(th, y, dims, t, side, echo):
     """By how much the pull on a body at rest exceeds what friction holds, N (negative: it sticks), and whereto."""
     x = y[0, 0] - th[_XE]
@@ -496,7 +334,7 @@ def _excess(th, y, dims, t, side, echo):
     return backward, -1.0
 
 
-@njit(**_BORROWS)
+@njit(**WITHIN)
 def _cubic_root(f0, f1, s0, s1, r):
     """Root in (0, 1) of the cubic through f0, f1 with slopes s0, s1, by two Newton steps from r."""
     c2 = 3.0 * (f1 - f0) - 2.0 * s0 - s1
@@ -509,7 +347,7 @@ def _cubic_root(f0, f1, s0, s1, r):
     return r
 
 
-@njit(**_BORROWS)
+@njit(**WITHIN)
 def _gauge(th, y, dims, t, side, echo, which):
     """What is zero at an event: state ``which`` (x from rest, or a velocity); _SLIP: a stuck body's excess pull."""
     if which == _SLIP:
@@ -525,7 +363,7 @@ def _locating(step: Any) -> Any:
     a bracket. The search runs on the motion alone, its last step on all columns. f0 is the gauge at the step's start.
     """
 
-    @njit(**_BORROWS)
+    @njit(**WITHIN)
     def locate(th, active, y, out, k, cols, dims, t, h, d, side, world, sens, jac, which, f0):
         alone = _int(1)
         lo = 0.0
@@ -573,7 +411,7 @@ def _watching(step: Any, before: Any) -> Any:
     """
     locate = _locating(step)
 
-    @njit(**_BORROWS)
+    @njit(**WITHIN)
     def first(th, active, y, out, k, cols, dims, t, h, d, side, world, sens, jac, watch):
         event = _NONE
         for which in watch:
@@ -603,30 +441,27 @@ def _watching(step: Any, before: Any) -> Any:
 _first_event = _watching(_step, _echo_before)
 
 
-@njit(**_BORROWS)
+@njit(**WITHIN)
 def _watched(th, active, dims, watch):
-    """How many states have zeros that are events, into ``watch`` (5 + hidden oscillators,)."""
-    signed = th[_FC] != 0.0 or th[_FA] != 0.0 or th[_FN] != 0.0 or th[_FS] != 0.0
-    signed = signed or th[_Q] != 0.0 or th[_CP] != 0.0 or dims[3] > 0
-    kinked = th[_KA] != 0.0 or th[_FN] != 0.0
-    for slot in active:  # a law whose coefficient is 0 makes no event, but its sensitivity changes sign there
-        signed = signed or slot in (_FC, _FN, _FS, _Q, _CP)
-        kinked = kinked or slot in (_KA, _FN)
+    """How many states have zeros that are events, into ``watch`` (5 + hidden oscillators,).
+
+    A law whose coefficient is 0 makes no event, but its sensitivity changes sign there.
+    """
     many = 0
-    if kinked:
+    if _kinks(th, active):
         watch[many] = 0
         many += 1
-    if signed:
+    if _turns(th, active, dims):
         watch[many] = 1
         many += 1
     for i in range(dims[1]):
-        if th[_H + i * _NH + 3] != 0.0:
+        if _hidden_kinks(th, i):
             watch[many] = 3 + 2 * i
             many += 1
     return many
 
 
-@njit(**_BORROWS)
+@njit(**WITHIN)
 def _jump(y, k, cols, dims, which):
     """Sensitivities across an event at which state ``which`` is zero: S += (f_minus - f_plus) dt*/dp.
 
@@ -641,7 +476,7 @@ def _jump(y, k, cols, dims, which):
             y[c, i] += (k[0, i, 6] - k[0, i, 0]) * dt
 
 
-@njit(**_BORROWS)
+@njit(**WITHIN)
 def _cross_break(th, active, y, k, cols, dims, t, h, d, side, past, stored, sens, jac):
     """New slope 0 where an echo starts or has a kink; the sensitivity by tau jumps where the echo itself does.
 
@@ -649,18 +484,18 @@ def _cross_break(th, active, y, k, cols, dims, t, h, d, side, past, stored, sens
     """
     n = dims[0]
     zero = _int(0)
-    _echo_at(th, active, t - th[_TE] + _ECHO_INSIDE * h, past, stored, cols, sens)
+    _echo_at(th, active, t - th[_TAU_E] + _ECHO_INSIDE * h, past, stored, cols, sens)
     _rhs(th, active, y, k, zero, cols, dims, t, d, side, sens, jac)
-    if t < 1.5 * th[_TE] and th[_V0] != 0.0:
+    if t < 1.5 * th[_TAU_E] and th[_V0] != 0.0:
         for c in range(1, cols):
-            if active[c - 1] == _TE:
+            if active[c - 1] == _TAU_E:
                 for i in range(n):
                     y[c, i] += k[0, i, 6] - k[0, i, 0]
         _rhs(th, active, y, k, zero, cols, dims, t, d, side, sens, jac)
 
 
 # ---------------------------------------------------------------- samples inside a step
-@njit(**_BORROWS)
+@njit(**WITHIN)
 def _sample(y, out, k, cols, dims, h, r, row, ox, ov, oa, os):
     """Quintic Hermite through x, v, a at both ends of a step, at the fraction r of its length, into row ``row``."""
     r2 = r * r
@@ -699,15 +534,15 @@ def _sample(y, out, k, cols, dims, h, r, row, ox, ov, oa, os):
         os[row, i - 1] = db * ds + dp1 * y[0, i + 1] + dq1 * out[0, i + 1] + dp2 * k[0, i + 1, 0] + dq2 * k[0, i + 1, 6]
 
 
-@njit(**_BORROWS)
+@njit(**WITHIN)
 def _start(th, active, y, cols, dims):
     """Initial state and its sensitivities by x0, v0 and the hidden oscillators' initial states."""
     nh = dims[1]
     y[0, 0] = th[_X0]
     y[0, 1] = th[_V0]
     for i in range(nh):
-        y[0, 2 + 2 * i] = th[_H + i * _NH + 5]
-        y[0, 3 + 2 * i] = th[_H + i * _NH + 6]
+        y[0, 2 + 2 * i] = th[_HM + i * _NH + _START]
+        y[0, 3 + 2 * i] = th[_HM + i * _NH + _START + 1]
     for c in range(1, cols):
         slot = active[c - 1]
         if slot == _X0:
@@ -715,147 +550,141 @@ def _start(th, active, y, cols, dims):
         elif slot == _V0:
             y[c, 1] = 1.0
         for i in range(nh):
-            if slot == _H + i * _NH + 5:
+            if slot == _HM + i * _NH + _START:
                 y[c, 2 + 2 * i] = 1.0
-            elif slot == _H + i * _NH + 6:
+            elif slot == _HM + i * _NH + _START + 1:
                 y[c, 3 + 2 * i] = 1.0
 
 
-@njit(**_BORROWS)
-def _dimensions(th):
-    """Length of the state; numbers of hidden oscillators, of relaxations and of bristles that the vector asks for."""
-    nh = 0
-    for i in range(MAX_HIDDEN):
-        if th[_H + i * _NH + 1] > 0.0:
-            nh = i + 1
-    nr = 0
-    for j in range(MAX_RELAX):
-        if th[_R + j * _NR + 1] > 0.0:
-            nr = j + 1
-    nb = 1 if th[_FB] > 0.0 else 0
-    return 2 + 2 * nh + nr + nb, nh, nr, nb
-
-
-@njit(**_BORROWS)
+@njit(**WITHIN)
 def _bound(th, dims):
     """A displacement no sound motion reaches, m: a million times what the initial state and the forcing stand for."""
-    size = abs(th[_X0]) + abs(th[_V0]) + abs(th[_XE]) + (abs(th[_FCOS]) + abs(th[_FSIN])) / th[_M]
+    size = abs(th[_X0]) + abs(th[_V0]) + abs(th[_XE]) + (abs(th[_FCOS]) + abs(th[_FSIN])) / th[_MASS]
     for i in range(dims[1]):
-        size += abs(th[_H + i * _NH + 5]) + abs(th[_H + i * _NH + 6])
+        size += abs(th[_HM + i * _NH + _START]) + abs(th[_HM + i * _NH + _START + 1])
     return 1e6 * size
 
 
 # ---------------------------------------------------------------- the whole motion
-@compiled("Tuple((f8[:,::1], f8[:,::1], f8[:,::1], f8[:,::1], i8))(f8[::1], i8[::1], f8[::1], f8)", **_OPT)
-def integrate(
-    th: Array, active: NDArray[np.int64], times: Array, h_max: float
-) -> tuple[Array, Array, Array, Array, int]:
-    """Motion from t = 0 with the parameter vector ``th`` (slots as in SLOTS), sampled at ``times`` (m,), s, rising.
+def _with_mark(mark: int) -> Any:
+    """The compiled integrator; ``mark`` stands for the laws' text, so that another one is compiled anew."""
 
-    ``active`` (p,) are the slots whose sensitivities are wanted, ``h_max`` the largest step in s. Gives x, v, a each
-    (m, 1 + p): column 0 the motion, column 1 + j its derivative by slot active[j]; the hidden displacements and
-    velocities (m, 2 n_hidden); and the number of steps, negative where the motion left every bound.
-    """
-    m = times.size
-    cols = 1 + active.size
-    dims = _dimensions(th)
-    nh = dims[1]
-    ox = np.zeros((m, cols))
-    ov = np.zeros((m, cols))
-    oa = np.zeros((m, cols))
-    os = np.zeros((m, 2 * nh))
-    n = dims[0]
-    y = np.zeros((cols, n))
-    out = np.zeros((cols, n))
-    k = np.zeros((cols, n, 7))
-    jac = np.zeros(2 * MAX_HIDDEN)
-    sens = np.zeros(cols)
-    delayed = th[_GE] != 0.0
-    if delayed:
-        h_max = min(h_max, max(th[_TE], 1e-3 * h_max))
-    room = 64 + int(times[m - 1] / h_max) if delayed else 1
-    past = (np.zeros((room, 2)), np.zeros((room, 6, cols)))
-    zero = _int(0)
-    stored = _int(0)
-    kinks = np.zeros((room, 2))  # instants at which an echo has a kink, in order, and how often that was echoed
-    kinks[0, 0] = th[_TE]
-    n_kinks = 1 if delayed else 0
-    next_kink = 0
-    driven = nh > 0 or dims[2] > 0 or delayed or th[_FCOS] != 0.0 or th[_FSIN] != 0.0
-    rubs = th[_FC] != 0.0 or th[_FA] != 0.0 or th[_FN] != 0.0 or th[_FS] != 0.0
-    sharp = th[_FS] != 0.0 or (th[_CP] != 0.0 and th[_P] < _SHARP_EXPONENT)
-    watch = np.empty(5 + MAX_HIDDEN, np.int64)
-    watch = watch[: _watched(th, active, dims, watch)]
-    _start(th, active, y, cols, dims)
-    t = 0.0
-    row = _int(0)
-    steps = 0
-    limit = _bound(th, dims)
-    most = min(_MOST_STEPS, _STEPS_SPARE + _STEPS_A_STRETCH * int(times[m - 1] / h_max))
-    side = 1.0 if y[0, 0] > th[_XE] or (y[0, 0] == th[_XE] and y[0, 1] > 0.0) else -1.0
-    d = 1.0 if y[0, 1] > 0.0 else -1.0
-    if y[0, 1] == 0.0:
-        excess, way = _excess(th, y, dims, t, side, 0.0)
-        d = way if excess > 0.0 or not rubs else 0.0
-    _rhs(th, active, y, k, zero, cols, dims, t, d, side, sens, jac)
-    while row < m:
-        if d == 0.0 and not driven:
-            for r in range(row, m):
-                for c in range(cols):
-                    ox[r, c] = y[c, 0]
-            break
-        h = h_max
-        if sharp:
-            h = _short_near_reversal(th, abs(y[0, 1]), abs(k[0, 1, 0]), h_max)
-        on_kink = next_kink < n_kinks and kinks[next_kink, 0] < t + h * (1.0 + 1e-9)
-        if on_kink:
-            h = kinks[next_kink, 0] - t
-        if on_kink and h < _INSTANT * h_max:
-            _cross_break(th, active, y, k, cols, dims, t, h_max, d, side, past, stored, sens, jac)
-            next_kink += 1
-            continue
-        world = (past, stored)
-        _step(th, active, y, out, k, cols, dims, t, h, d, side, world, sens, jac)
-        event, length = _first_event(th, active, y, out, k, cols, dims, t, h, d, side, world, sens, jac, watch)
-        on_kink = on_kink and length == h
-        h = length
-        steps += 1
-        while row < m and times[row] <= t + h * (1.0 + _INSTANT):
-            _sample(y, out, k, cols, dims, h, (times[row] - t) / h, row, ox, ov, oa, os)
-            row += 1
+    @compiled("Tuple((f8[:,::1], f8[:,::1], f8[:,::1], f8[:,::1], i8))(f8[::1], i8[::1], f8[::1], f8)", **OPTIONS)
+    def integrate(th, active, times, h_max):
+        """Motion from t = 0 with the parameter vector ``th`` (slots as in SLOTS), sampled at ``times`` (m,), s, rising.
+
+        ``active`` (p,) are the slots whose sensitivities are wanted, ``h_max`` the largest step in s. Gives x, v, a
+        each (m, 1 + p): column 0 the motion, column 1 + j its derivative by slot active[j]; the hidden displacements
+        and velocities (m, 2 n_hidden); and the number of steps, negative where the motion left every bound.
+        """
+        if mark < 0:
+            raise ValueError("a mark is not negative")
+        m = times.size
+        cols = 1 + active.size
+        dims = _dimensions(th)
+        nh = dims[1]
+        ox = np.zeros((m, cols))
+        ov = np.zeros((m, cols))
+        oa = np.zeros((m, cols))
+        os = np.zeros((m, 2 * nh))
+        n = dims[0]
+        y = np.zeros((cols, n))
+        out = np.zeros((cols, n))
+        k = np.zeros((cols, n, 7))
+        jac = np.zeros(2 * MAX_HIDDEN)
+        sens = np.zeros(cols)
+        delayed = th[_GE] != 0.0
         if delayed:
-            if stored == past[0].shape[0]:
-                past = _grown(past)
-            _remember(past, stored, y, out, k, cols, dims, t, h)
-            stored += 1
-        t = kinks[next_kink, 0] if on_kink else t + h
-        for c in range(cols):
-            for i in range(n):
-                y[c, i] = out[c, i]
-                k[c, i, 0] = k[c, i, 6]
-        if event != _NONE:
-            if event == 0:
-                y[0, 0] = th[_XE]
-                side = 1.0 if y[0, 1] > 0.0 else -1.0
-            elif event > 0:
-                y[0, event] = 0.0
-            if event == 1 or event == _SLIP:
-                excess, way = _excess(th, y, dims, t, side, sens[0])
-                d = way if event == _SLIP or excess > 0.0 or not rubs else 0.0
-            _rhs(th, active, y, k, zero, cols, dims, t, d, side, sens, jac)
-            if event == 1:
-                _jump(y, k, cols, dims, event)
+            h_max = min(h_max, max(th[_TAU_E], 1e-3 * h_max))
+        room = 64 + int(times[m - 1] / h_max) if delayed else 1
+        past = (np.zeros((room, 2)), np.zeros((room, 6, cols)))
+        zero = _int(0)
+        stored = _int(0)
+        kinks = np.zeros((room, 2))  # instants at which an echo has a kink, in order, and how often that was echoed
+        kinks[0, 0] = th[_TAU_E]
+        n_kinks = 1 if delayed else 0
+        next_kink = 0
+        driven = delayed or _stirs(th, dims)
+        rubs = _rubs(th)
+        sharp = th[_FS] != 0.0 or (th[_CP] != 0.0 and th[_P] < _SHARP_EXPONENT)
+        watch = np.empty(5 + MAX_HIDDEN, np.int64)
+        watch = watch[: _watched(th, active, dims, watch)]
+        _start(th, active, y, cols, dims)
+        t = 0.0
+        row = _int(0)
+        steps = 0
+        limit = _bound(th, dims)
+        most = min(_MOST_STEPS, _STEPS_SPARE + _STEPS_A_STRETCH * int(times[m - 1] / h_max))
+        side = 1.0 if y[0, 0] > th[_XE] or (y[0, 0] == th[_XE] and y[0, 1] > 0.0) else -1.0
+        d = 1.0 if y[0, 1] > 0.0 else -1.0
+        if y[0, 1] == 0.0:
+            excess, way = _excess(th, y, dims, t, side, 0.0)
+            d = way if excess > 0.0 or not rubs else 0.0
+        _rhs(th, active, y, k, zero, cols, dims, t, d, side, sens, jac)
+        while row < m:
+            if d == 0.0 and not driven:
+                for r in range(row, m):
+                    for c in range(cols):
+                        ox[r, c] = y[c, 0]
+                break
+            h = h_max
+            if sharp:
+                h = _short_near_reversal(th, abs(y[0, 1]), abs(k[0, 1, 0]), h_max)
+            on_kink = next_kink < n_kinks and kinks[next_kink, 0] < t + h * (1.0 + 1e-9)
+            if on_kink:
+                h = kinks[next_kink, 0] - t
+            if on_kink and h < _INSTANT * h_max:
+                _cross_break(th, active, y, k, cols, dims, t, h_max, d, side, past, stored, sens, jac)
+                next_kink += 1
+                continue
+            world = (past, stored)
+            _step(th, active, y, out, k, cols, dims, t, h, d, side, world, sens, jac)
+            event, length = _first_event(th, active, y, out, k, cols, dims, t, h, d, side, world, sens, jac, watch)
+            on_kink = on_kink and length == h
+            h = length
+            steps += 1
+            while row < m and times[row] <= t + h * (1.0 + _INSTANT):
+                _sample(y, out, k, cols, dims, h, (times[row] - t) / h, row, ox, ov, oa, os)
+                row += 1
+            if delayed:
+                if stored == past[0].shape[0]:
+                    past = _grown(past)
+                _remember(past, stored, y, out, k, cols, dims, t, h)
+                stored += 1
+            t = kinks[next_kink, 0] if on_kink else t + h
+            for c in range(cols):
+                for i in range(n):
+                    y[c, i] = out[c, i]
+                    k[c, i, 0] = k[c, i, 6]
+            if event != _NONE:
+                if event == 0:
+                    y[0, 0] = th[_XE]
+                    side = 1.0 if y[0, 1] > 0.0 else -1.0
+                elif event > 0:
+                    y[0, event] = 0.0
+                if event == 1 or event == _SLIP:
+                    excess, way = _excess(th, y, dims, t, side, sens[0])
+                    d = way if event == _SLIP or excess > 0.0 or not rubs else 0.0
                 _rhs(th, active, y, k, zero, cols, dims, t, d, side, sens, jac)
-        if on_kink:
-            _cross_break(th, active, y, k, cols, dims, t, h_max, d, side, past, stored, sens, jac)
-            next_kink += 1
-        fresh = event == 1 or event == _SLIP
-        if delayed and (fresh or (on_kink and kinks[next_kink - 1, 1] < _ECHOES)):
-            if n_kinks == kinks.shape[0]:
-                kinks = _longer(kinks)
-            kinks[n_kinks, 0] = t + th[_TE]
-            kinks[n_kinks, 1] = 0.0 if fresh else kinks[next_kink - 1, 1] + 1.0
-            n_kinks += 1
-        if not (abs(y[0, 0]) < limit) or steps > most:
-            return ox, ov, oa, os, -steps
-    return ox, ov, oa, os, steps
+                if event == 1:
+                    _jump(y, k, cols, dims, event)
+                    _rhs(th, active, y, k, zero, cols, dims, t, d, side, sens, jac)
+            if on_kink:
+                _cross_break(th, active, y, k, cols, dims, t, h_max, d, side, past, stored, sens, jac)
+                next_kink += 1
+            fresh = event == 1 or event == _SLIP
+            if delayed and (fresh or (on_kink and kinks[next_kink - 1, 1] < _ECHOES)):
+                if n_kinks == kinks.shape[0]:
+                    kinks = _longer(kinks)
+                kinks[n_kinks, 0] = t + th[_TAU_E]
+                kinks[n_kinks, 1] = 0.0 if fresh else kinks[next_kink - 1, 1] + 1.0
+                n_kinks += 1
+            if not (abs(y[0, 0]) < limit) or steps > most:
+                return ox, ov, oa, os, -steps
+        return ox, ov, oa, os, steps
+
+    return integrate
+
+
+integrate: Callable[[Array, NDArray[np.int64], Array, float], tuple[Array, Array, Array, Array, int]]
+integrate = _with_mark(mark_of(algebra))

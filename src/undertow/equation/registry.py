@@ -1,4 +1,4 @@
-"""The registry: every term by its name. A new law is one line here.
+"""The registry: every term by its name. A new law is a class in one of four files, and nothing here.
 
 Belongs here: the list and look-ups. Does not belong here: the laws.
 """
@@ -7,56 +7,37 @@ from __future__ import annotations
 
 import difflib
 
-from undertow.equation.forcing import DelayedEcho, ExternalForcing
-from undertow.equation.hidden import HiddenResonator, Hysteresis, Relaxation
-from undertow.equation.hydrodynamics import AddedMass, CubicDamping, DragExponent, LinearDamping, QuadraticDrag
+from undertow.equation import forcing, hidden, hydrodynamics, structure
+from undertow.equation.hydrodynamics import AddedMass, CubicDamping, QuadraticDrag
 from undertow.equation.structure import (
-    AsymmetricFriction,
     AsymmetricStiffness,
     CoulombFriction,
     CubicStiffness,
     PositionDamping,
     QuadraticStiffness,
-    QuinticStiffness,
     SineRestoring,
     Stiffness,
-    StribeckFriction,
     VanDerPolDamping,
-    VariableNormalForce,
     ViscousDamping,
 )
 from undertow.equation.term import Term
 from undertow.errors import ConfigError
 
-_LAWS: tuple[type[Term], ...] = (
-    Stiffness,
-    ViscousDamping,
-    CoulombFriction,
-    AddedMass,
-    QuadraticDrag,
-    LinearDamping,
-    CubicDamping,
-    DragExponent,
-    CubicStiffness,
-    QuinticStiffness,
-    AsymmetricStiffness,
-    QuadraticStiffness,
-    SineRestoring,
-    PositionDamping,
-    VanDerPolDamping,
-    StribeckFriction,
-    AsymmetricFriction,
-    VariableNormalForce,
-    HiddenResonator,
-    Relaxation,
-    Hysteresis,
-    ExternalForcing,
-    DelayedEcho,
-)
+_FIRST: tuple[type[Term], ...] = (Stiffness, ViscousDamping, CoulombFriction, AddedMass, QuadraticDrag)
 
-EQUATION_15: tuple[str, ...] = tuple(
-    cls.name for cls in (Stiffness, ViscousDamping, CoulombFriction, AddedMass, QuadraticDrag)
-)
+
+def _rows() -> tuple[type[Term], ...]:
+    """Eq. 15's laws, and every other row of the four files in the order in which it is written."""
+    found = [
+        row for file in (hydrodynamics, structure, hidden, forcing) for row in vars(file).values()
+        if isinstance(row, type) and issubclass(row, Term) and row.__module__ == file.__name__
+    ]  # fmt: skip
+    return (*_FIRST, *(row for row in found if row not in _FIRST))
+
+
+_LAWS: tuple[type[Term], ...] = _rows()
+
+EQUATION_15: tuple[str, ...] = tuple(cls.name for cls in _FIRST)
 """Names of the terms of the report's Eq. 15, taken where no equation is given."""
 
 ORDINARY: tuple[str, ...] = tuple(

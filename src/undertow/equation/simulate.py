@@ -13,6 +13,7 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.integrate import solve_ivp
 
+from undertow.equation.columns import fading, stiffest
 from undertow.equation.equation import Equation
 from undertow.equation.term import Array, Term
 from undertow.errors import UndertowError
@@ -53,20 +54,17 @@ def fastest_frequency(theta: Array) -> float:
     Amplitude enters through the hardening terms at the initial displacement, and through the speed at which bristles
     bend: they follow with kb |v| / fb, an explicit step with `STABLE` times its own rate.
     """
-    from undertow.equation.kernel import MAX_HIDDEN, SLOT
+    from undertow.equation.algebra import MAX_HIDDEN, SLOT
+
+    def at(slot: str) -> float:
+        """Size of a slot's number."""
+        return abs(float(theta[SLOT[slot]]))
 
     size = abs(theta[SLOT["x0"]] - theta[SLOT["xe"]])
-    hardening = 3.0 * abs(theta[SLOT["k3"]]) * size**2 + 5.0 * abs(theta[SLOT["k5"]]) * size**4
-    hardening += 2.0 * size * (abs(theta[SLOT["k2"]]) + abs(theta[SLOT["ka"]]))
-    stiffness = abs(theta[SLOT["k1"]]) + abs(theta[SLOT["ks"]]) + hardening + abs(theta[SLOT["kb"]])
-    stiffness += abs(theta[SLOT["rk1"]]) + abs(theta[SLOT["rk2"]])
-    rates = [math.sqrt(stiffness / theta[SLOT["mass"]]), theta[SLOT["omega"]]]
+    rates = [math.sqrt(stiffest(at, size) / theta[SLOT["mass"]]), theta[SLOT["omega"]], *fading(at)]
     for i in range(1, MAX_HIDDEN + 1):
         share = max(theta[SLOT[f"hm{i}"]], 0.0) / theta[SLOT["mass"]]
         rates.append(theta[SLOT[f"hw{i}"]] * math.sqrt(1.0 + share))
-    for i in (1, 2):
-        if theta[SLOT[f"rt{i}"]] > 0.0:
-            rates.append(1.0 / theta[SLOT[f"rt{i}"]])
     if theta[SLOT["fb"]] > 0.0:
         speed = abs(theta[SLOT["v0"]]) + size * rates[0]
         rates.append(min(abs(theta[SLOT["kb"]]) * speed / theta[SLOT["fb"]] / STABLE, MOST_STIFF * rates[0]))
@@ -111,7 +109,7 @@ def simulate(
 
 def _general(equation: Equation, x0: float, v0: float, times: Array) -> Trajectory:
     """The path for a user's own algebraic law: DOP853 split where the velocity reverses; sticks there."""
-    memory = [t.name for t in equation.terms if t.kind in ("memory",)]
+    memory = [t.name for t in equation.terms if t.kind == "state"]
     if memory:
         raise UndertowError(
             f"simulate: {', '.join(memory)} beside a law without compiled slots cannot be integrated; give the law "

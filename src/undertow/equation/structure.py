@@ -9,11 +9,9 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import ClassVar
 
-import numpy as np
-
 from undertow.equation.hydrodynamics import LinearDamping
 from undertow.equation.symbolic import Element, Expression, Share, SymbolPlace
-from undertow.equation.term import Array, Published, Term, restoring
+from undertow.equation.term import Published, Term, restoring
 from undertow.quantities import Parameter
 
 
@@ -37,11 +35,8 @@ class Stiffness(Term):
     linear: ClassVar[bool] = True
     structural: ClassVar[str] = "k"
     published: ClassVar[Published] = Published("k_N_per_m", "N/m")
+    sprung: ClassVar[bool] = True
     element: ClassVar[Element] = "elastic"
-
-    def force(self, x: Array, v: Array, a: Array, t: Array) -> Array:
-        """x, in m."""
-        return 1.0 * x
 
     def start(self, mass: float, rate: float, speed: float) -> float:
         """What swings the whole mass at its rate."""
@@ -71,10 +66,6 @@ class ViscousDamping(Term):
     missing_as: ClassVar[str] = LinearDamping.name
     element: ClassVar[Element] = "dashpot"
 
-    def force(self, x: Array, v: Array, a: Array, t: Array) -> Array:
-        """v, in m/s."""
-        return 1.0 * v
-
     def start(self, mass: float, rate: float, speed: float) -> float:
         """One per cent of critical damping."""
         return 0.02 * mass * rate
@@ -101,10 +92,6 @@ class CoulombFriction(Term):
     words: ClassVar[str] = "dry friction beyond what the equation has"
     words_alone: ClassVar[str] = "dry friction"
     element: ClassVar[Element] = "slider"
-
-    def force(self, x: Array, v: Array, a: Array, t: Array) -> Array:
-        """sign(v), dimensionless."""
-        return np.sign(v)
 
     def start(self, mass: float, rate: float, speed: float) -> float:
         """A five hundredth of the inertia force at full motion."""
@@ -136,11 +123,8 @@ class CubicStiffness(Term):
     left_out: ClassVar[str] = "frequency shifts with the square of the amplitude; third harmonic"
     pulls_back: ClassVar[bool] = True
     words: ClassVar[str] = "stiffness with the cube of the displacement"
+    sprung: ClassVar[bool] = True
     element: ClassVar[Element] = "elastic"
-
-    def force(self, x: Array, v: Array, a: Array, t: Array) -> Array:
-        """x^3, in m^3."""
-        return x**3
 
     def share(self, p: Mapping[str, Expression], q: SymbolPlace, number: str) -> Share:
         """A smooth force."""
@@ -160,11 +144,8 @@ class QuinticStiffness(Term):
     left_out: ClassVar[str] = "frequency shifts with the fourth power of the amplitude, at the largest only"
     pulls_back: ClassVar[bool] = True
     words: ClassVar[str] = "stiffness with the fifth power of the displacement"
+    sprung: ClassVar[bool] = True
     element: ClassVar[Element] = "elastic"
-
-    def force(self, x: Array, v: Array, a: Array, t: Array) -> Array:
-        """x^5, in m^5."""
-        return x**5
 
     def share(self, p: Mapping[str, Expression], q: SymbolPlace, number: str) -> Share:
         """A smooth force."""
@@ -183,11 +164,8 @@ class AsymmetricStiffness(Term):
     source: ClassVar[str] = "Helmholtz oscillator"
     left_out: ClassVar[str] = "mean position moves with the square of the amplitude; second harmonic"
     words: ClassVar[str] = "a spring stiffer to one side"
+    sprung: ClassVar[bool] = True
     element: ClassVar[Element] = "elastic"
-
-    def force(self, x: Array, v: Array, a: Array, t: Array) -> Array:
-        """x^2, in m^2."""
-        return x**2
 
     def share(self, p: Mapping[str, Expression], q: SymbolPlace, number: str) -> Share:
         """A smooth force."""
@@ -207,11 +185,8 @@ class QuadraticStiffness(Term):
     left_out: ClassVar[str] = "frequency shifts in proportion to the amplitude"
     pulls_back: ClassVar[bool] = True
     missing_as: ClassVar[str] = AsymmetricStiffness.name
+    sprung: ClassVar[bool] = True
     element: ClassVar[Element] = "elastic"
-
-    def force(self, x: Array, v: Array, a: Array, t: Array) -> Array:
-        """x|x|, in m^2."""
-        return x * np.abs(x)
 
     def share(self, p: Mapping[str, Expression], q: SymbolPlace, number: str) -> Share:
         """A smooth force."""
@@ -238,10 +213,6 @@ class SineRestoring(Term):
     words: ClassVar[str] = "a restoring force like the sine of the angle"
     element: ClassVar[Element] = "elastic"
 
-    def force(self, x: Array, v: Array, a: Array, t: Array) -> Array:
-        """sin(x), dimensionless."""
-        return np.sin(x)
-
     def start(self, mass: float, rate: float, speed: float) -> float:
         """What swings the whole mass at its rate."""
         return mass * rate**2
@@ -265,10 +236,6 @@ class PositionDamping(Term):
     source: ClassVar[str] = "polynomial library"
     left_out: ClassVar[str] = "mean position moves; second harmonic in quadrature"
 
-    def force(self, x: Array, v: Array, a: Array, t: Array) -> Array:
-        """x v, in m^2/s."""
-        return x * v
-
     def share(self, p: Mapping[str, Expression], q: SymbolPlace, number: str) -> Share:
         """A smooth force."""
         return Share(smooth=p["Ns_per_m2"] * (q.x * q.v))
@@ -285,10 +252,6 @@ class VanDerPolDamping(Term):
     latex: ClassVar[str] = r"c_{xx} x^2\dot{x}"
     source: ClassVar[str] = "van der Pol 1926"
     left_out: ClassVar[str] = "decrement falls with the square of the amplitude"
-
-    def force(self, x: Array, v: Array, a: Array, t: Array) -> Array:
-        """x^2 v, in m^3/s."""
-        return x**2 * v
 
     def share(self, p: Mapping[str, Expression], q: SymbolPlace, number: str) -> Share:
         """A smooth force."""
@@ -315,10 +278,6 @@ class StribeckFriction(Term):
     left_out: ClassVar[str] = "residual only around the turning points; motion stops earlier than predicted"
     words: ClassVar[str] = "friction that is larger at low speed"
 
-    def force(self, x: Array, v: Array, a: Array, t: Array) -> Array:
-        """exp(-(v/vs)^2) sign(v), dimensionless."""
-        return np.sign(v) * np.exp(-((v / self.velocity_m_per_s) ** 2))
-
     def share(self, p: Mapping[str, Expression], q: SymbolPlace, number: str) -> Share:
         """A size of friction that falls with speed."""
         import sympy as sp
@@ -341,10 +300,6 @@ class AsymmetricFriction(Term):
     source: ClassVar[str] = "direction-dependent rails"
     left_out: ClassVar[str] = "oscillation centred away from where the springs are at rest, as by a rest offset"
 
-    def force(self, x: Array, v: Array, a: Array, t: Array) -> Array:
-        """1 while moving, 0 while stuck."""
-        return np.abs(np.sign(v))
-
     def share(self, p: Mapping[str, Expression], q: SymbolPlace, number: str) -> Share:
         """A size of friction."""
         return Share(friction=p["force_N"] * q.d)
@@ -364,10 +319,6 @@ class VariableNormalForce(Term):
         "decrement independent of amplitude, with force kinks at turning points growing with amplitude"
     )
     words: ClassVar[str] = "friction that grows with displacement"
-
-    def force(self, x: Array, v: Array, a: Array, t: Array) -> Array:
-        """|x| sign(v), in m."""
-        return np.abs(x) * np.sign(v)
 
     def share(self, p: Mapping[str, Expression], q: SymbolPlace, number: str) -> Share:
         """A size of friction."""

@@ -149,7 +149,7 @@ def _place(term: Term, parameter: str, places: Mapping[str, int]) -> int:
     if own in places:
         return places[own]
     slot = term.slots.get(parameter, "")
-    if slot not in SLOT or term.kind != "algebraic":
+    if slot not in SLOT or term.kind != "force":
         raise IdentificationError(
             f"{term.name} beside {next(iter(places)).partition('.')[0]}, a law without compiled slots: "
             f"its {parameter} has no place of its own; give the law slots or leave {term.name} out"

@@ -111,7 +111,7 @@ def _own_starts(trial: DrivenTrial, laws: DrivenLaws, drives: Mapping[str, Drive
     """Start values from the record, those of the test function whose motion follows short windows best."""
     short = trial.part(0, min(trial.t.size, FIRST_SAMPLES))
     must_not_be_swapped(trial)
-    linear = tuple(term for term in laws.terms if term.kind != "memory")
+    linear = tuple(term for term in laws.terms if term.kind != "state")
     coefficients = {MASS: MASS, **{f"{t.name}.{t.coefficient.name}": t.name for t in linear}}
     held = {coefficients[name]: value for name, value in laws.fixed.items() if name in coefficients}
     best, lowest = None, math.inf

@@ -91,7 +91,7 @@ def _library(terms: Sequence[str]) -> tuple[Term, ...]:
     """The laws both equations are found from: the config's and seven more; a pendulum's sine stands for its spring."""
     laws = [registry.find(name) for name in dict.fromkeys([*terms, *registry.SEVEN_TERMS])]
     taken = {name for law in laws for name in law.instead_of}
-    return tuple(law for law in laws if law.kind == "algebraic" and not law.is_inertia and law.name not in taken)
+    return tuple(law for law in laws if law.kind == "force" and not law.is_inertia and law.name not in taken)
 
 
 def _form(

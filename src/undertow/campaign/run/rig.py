@@ -19,7 +19,7 @@ from undertow.campaign.run.analysis import GroupTask, rest_width, spread_of_repe
 from undertow.comparison.level import Addend
 from undertow.comparison.suspect import Addition
 from undertow.discrepancy.judge import Judged
-from undertow.equation.kernel import SLOT
+from undertow.equation.algebra import RUBBING, SLOT
 from undertow.errors import FAILURES
 from undertow.likelihood.fit import Specimen, Structure
 from undertow.likelihood.free_run import free_run, repeatability, scored_channel, sensor_floor
@@ -36,9 +36,6 @@ from undertow.methods.dry import (
 
 MOST_SCATTER = 1.5
 """Scatter of k, c, mu from trial to trial that is still believed, over that of published rigs."""
-
-RUBS = frozenset({"fc", "fs", "fa", "fn"})
-"""Slots of the integrator that hold friction: it goes with the normal force."""
 
 Slots = Mapping[str, float]
 
@@ -101,7 +98,7 @@ def in_water(
         share = specimens[label].normal_force_N / dry[label].normal_force_N
         shares[label] = share if np.isfinite(share) else 1.0
     return tuple(
-        replace(addend, additions=tuple(_pressed(a, shares) if a.slot in RUBS else a for a in addend.additions))
+        replace(addend, additions=tuple(_pressed(a, shares) if a.slot in RUBBING else a for a in addend.additions))
         for addend in standing
     )
 

@@ -1,0 +1,330 @@
+"""Generated from the laws' rows: forces, slopes and derivatives of all laws, compiled into the integrators.
+
+Do not edit: change a law's row (structure.py and its neighbours) and run `python -m undertow.equation.generate`.
+A test compares.
+"""
+
+# mypy: disable-error-code="no-untyped-def, untyped-decorator, no-any-return"
+# ruff: noqa: E501
+
+from __future__ import annotations
+
+import math
+
+from numba import njit
+
+from undertow.compiling import WITHIN
+
+SLOTS: tuple[str, ...] = (
+    "mass", "xe", "x0", "v0", "k1", "c1", "fc", "q", "c3", "cp", "p", "k3",
+    "k5", "k2", "ka", "ks", "xv", "xxv", "fs", "vs", "fa", "fn", "fcos", "omega",
+    "fsin", "ge", "tau_e", "kb", "fb", "hm1", "hw1", "hz1", "hb1", "hg1", "hs1", "hu1",
+    "hm2", "hw2", "hz2", "hb2", "hg2", "hs2", "hu2", "hm3", "hw3", "hz3", "hb3", "hg3",
+    "hs3", "hu3", "rk1", "rt1", "rk2", "rt2",
+)
+"""Names of the parameter vector's places, in order: hm1 is the first hidden oscillator's mass."""
+
+SLOT: dict[str, int] = {name: i for i, name in enumerate(SLOTS)}
+N_SLOTS = len(SLOTS)
+
+_MASS = 0
+_XE = 1
+_X0 = 2
+_V0 = 3
+_K1 = 4
+_C1 = 5
+_FC = 6
+_Q = 7
+_C3 = 8
+_CP = 9
+_P = 10
+_K3 = 11
+_K5 = 12
+_K2 = 13
+_KA = 14
+_KS = 15
+_XV = 16
+_XXV = 17
+_FS = 18
+_VS = 19
+_FA = 20
+_FN = 21
+_FCOS = 22
+_OMEGA = 23
+_FSIN = 24
+_GE = 25
+_TAU_E = 26
+_KB = 27
+_FB = 28
+_HM = 29
+_RK = 50
+_NH = 7
+_START = 5
+MAX_HIDDEN = 3
+
+RUBBING: tuple[str, ...] = ("fc", "fs", "fa", "fn",)
+"""Slots that hold friction: it goes with the normal force."""
+
+
+@njit(inline="always", **WITHIN)
+def _power_law(v, p):
+    """|v|^p sign(v); beyond a reversal it goes on as an odd function."""
+    if v == 0.0:
+        return 0.0
+    return math.copysign(abs(v) ** p, v)
+
+
+@njit(inline="always", **WITHIN)
+def _power_slope(v, p, way):
+    """p |v|^(p-1); 0 at v = 0, and beyond a reversal for an exponent below one, where it has a pole."""
+    if v != 0.0 and (v * way > 0.0 or p >= 1.0):
+        return p * abs(v) ** (p - 1.0)
+    return 0.0
+
+
+@njit(inline="always", **WITHIN)
+def _power_log(v, p):
+    """|v|^p sign(v) log|v|."""
+    if v == 0.0:
+        return 0.0
+    return _power_law(v, p) * math.log(abs(v))
+
+
+@njit(inline="always", **WITHIN)
+def _resisting(th, x, v, d, side):
+    """Friction's size in the direction d of motion, N."""
+    size = th[_FC]
+    if th[_FS] != 0.0:
+        size += th[_FS] * math.exp(-v * v / (th[_VS] * th[_VS]))
+    if th[_FA] != 0.0 or th[_FN] != 0.0:
+        size += d * th[_FA] + th[_FN] * side * x
+    return size
+
+
+@njit(inline="always", **WITHIN)
+def _smooth_force(th, x, v, d, side):
+    """All forces of x and v but friction, N."""
+    f = th[_K1] * x + v * (th[_C1] + d * th[_Q] * v)
+    if th[_C3] != 0.0 or th[_XV] != 0.0 or th[_XXV] != 0.0:
+        f += v * (th[_C3] * v * v + x * (x * th[_XXV] + th[_XV]))
+    if th[_CP] != 0.0:
+        f += th[_CP] * _power_law(v, th[_P])
+    if th[_K3] != 0.0 or th[_K5] != 0.0 or th[_K2] != 0.0 or th[_KA] != 0.0:
+        f += x * x * (th[_K2] + th[_KA] * side + x * (th[_K3] + th[_K5] * x * x))
+    if th[_KS] != 0.0:
+        f += th[_KS] * math.sin(x)
+    return f
+
+
+@njit(inline="always", **WITHIN)
+def _outside_force(th, x, v, d, side, t, echo):
+    """Forces that the time tells, or an echo, N."""
+    f = echo * th[_GE]
+    if th[_FCOS] != 0.0 or th[_FSIN] != 0.0:
+        w0 = th[_OMEGA] * t
+        f += th[_FCOS] * math.cos(w0) + th[_FSIN] * math.sin(w0)
+    return f
+
+
+@njit(inline="always", **WITHIN)
+def _slopes(th, x, v, d, side, t):
+    """Derivatives of all forces by x and by v, N/m and N s/m."""
+    fx = th[_K1]
+    fv = th[_C1] + 2.0 * d * th[_Q] * v
+    if th[_C3] != 0.0 or th[_XV] != 0.0 or th[_XXV] != 0.0:
+        fx += v * (2.0 * x * th[_XXV] + th[_XV])
+        fv += 3.0 * th[_C3] * v * v + x * (x * th[_XXV] + th[_XV])
+    if th[_CP] != 0.0:
+        fv += th[_CP] * _power_slope(v, th[_P], d)
+    if th[_K3] != 0.0 or th[_K5] != 0.0 or th[_K2] != 0.0 or th[_KA] != 0.0 or th[_FA] != 0.0 or th[_FN] != 0.0:
+        fx += d * th[_FN] * side + x * (2.0 * th[_K2] + 2.0 * th[_KA] * side + x * (3.0 * th[_K3] + 5.0 * th[_K5] * x * x))
+    if th[_KS] != 0.0:
+        fx += th[_KS] * math.cos(x)
+    if th[_FS] != 0.0:
+        w0 = 1.0 / (th[_VS] * th[_VS])
+        fv -= 2.0 * d * th[_FS] * v * w0 * math.exp(-v * v * w0)
+    return fx, fv
+
+
+@njit(inline="always", **WITHIN)
+def _explicit_force(th, slot, y, nh, t, d, side, x, v, a, fx, echo):
+    """d(M a)/d(slot) at fixed state, N per unit of the slot."""
+    if slot == _MASS:
+        return -a
+    if slot == _XE:
+        return fx
+    if slot == _K1:
+        return -x
+    if slot == _C1:
+        return -v
+    if slot == _FC:
+        return -d
+    if slot == _Q:
+        return -d * v * v
+    if slot == _C3:
+        return -v * v * v
+    if slot == _CP:
+        return -_power_law(v, th[_P])
+    if slot == _P:
+        return -th[_CP] * _power_log(v, th[_P])
+    if slot == _K3:
+        return -x * x * x
+    if slot == _K5:
+        return -x * x * x * x * x
+    if slot == _K2:
+        return -x * x
+    if slot == _KA:
+        return -side * x * x
+    if slot == _KS:
+        return -math.sin(x)
+    if slot == _XV:
+        return -v * x
+    if slot == _XXV:
+        return -v * x * x
+    if slot == _FS:
+        return -d * math.exp(-v * v / (th[_VS] * th[_VS]))
+    if slot == _VS:
+        return -2.0 * d * th[_FS] * v * v * math.exp(-v * v / (th[_VS] * th[_VS])) / (th[_VS] * th[_VS] * th[_VS])
+    if slot == _FA:
+        return -1.0
+    if slot == _FN:
+        return -d * side * x
+    if slot == _FCOS:
+        return -math.cos(th[_OMEGA] * t)
+    if slot == _OMEGA:
+        return th[_FCOS] * t * math.sin(th[_OMEGA] * t) - th[_FSIN] * t * math.cos(th[_OMEGA] * t)
+    if slot == _FSIN:
+        return -math.sin(th[_OMEGA] * t)
+    if slot == _GE:
+        return -echo
+    for i in range(nh):
+        o = _HM + i * _NH
+        if slot >= o and slot < o + _NH:
+            if slot == o:
+                return _hidden_restoring(th, i, y[0, 2 + 2 * i], y[0, 3 + 2 * i])
+            return th[o] * _explicit_hidden(th, slot, i, y[0, 2 + 2 * i], y[0, 3 + 2 * i])
+    return 0.0
+
+
+@njit(inline="always", **WITHIN)
+def _rubs(th):
+    """Whether friction can hold the body."""
+    return th[_FC] != 0.0 or th[_FS] != 0.0 or th[_FA] != 0.0 or th[_FN] != 0.0
+
+
+@njit(inline="always", **WITHIN)
+def _turns(th, active, dims):
+    """Whether a law bends where the body reverses, or would."""
+    found = th[_FC] != 0.0 or th[_Q] != 0.0 or th[_CP] != 0.0 or th[_FS] != 0.0 or th[_FA] != 0.0 or th[_FN] != 0.0 or dims[4] > 0
+    for slot in active:
+        found = found or slot in (_FC, _Q, _CP, _FS, _FN)
+    return found
+
+
+@njit(inline="always", **WITHIN)
+def _kinks(th, active):
+    """Whether a law bends where the body passes its rest position, or would."""
+    found = th[_KA] != 0.0 or th[_FN] != 0.0
+    for slot in active:
+        found = found or slot in (_KA, _FN)
+    return found
+
+
+@njit(inline="always", **WITHIN)
+def _stirs(th, dims):
+    """Whether something may move a body that sticks: what has a time of its own."""
+    return dims[1] > 0 or dims[3] > 0 or th[_FCOS] != 0.0 or th[_FSIN] != 0.0
+
+
+@njit(inline="always", **WITHIN)
+def _hidden_restoring(th, i, s, u):
+    """R of hidden oscillator i, per unit mass."""
+    o = _HM + i * _NH
+    return th[o + 3] * u * abs(u) + th[o + 4] * s * s * s + th[o + 1] * th[o + 1] * s + 2.0 * th[o + 1] * th[o + 2] * u
+
+
+@njit(inline="always", **WITHIN)
+def _hidden_slopes(th, i, s, u, jac):
+    """Derivatives of R by s and by u, into jac."""
+    o = _HM + i * _NH
+    jac[2 * i] = 3.0 * th[o + 4] * s * s + th[o + 1] * th[o + 1]
+    jac[2 * i + 1] = 2.0 * th[o + 3] * abs(u) + 2.0 * th[o + 1] * th[o + 2]
+
+
+@njit(inline="always", **WITHIN)
+def _explicit_hidden(th, slot, i, s, u):
+    """dR / d(slot) at fixed state."""
+    o = _HM + i * _NH
+    p = slot - o
+    if p == 1:
+        return 2.0 * th[o + 1] * s + 2.0 * th[o + 2] * u
+    if p == 2:
+        return 2.0 * th[o + 1] * u
+    if p == 3:
+        return u * abs(u)
+    if p == 4:
+        return s * s * s
+    return 0.0
+
+
+@njit(inline="always", **WITHIN)
+def _hidden_kinks(th, i):
+    """Whether R bends where u = 0."""
+    o = _HM + i * _NH
+    return th[o + 3] != 0.0
+
+
+@njit(**WITHIN)
+def _dimensions(th):
+    """Length of the state; how many hidden oscillators, memories, and each memory."""
+    nh = 0
+    for i in range(MAX_HIDDEN):
+        if th[_HM + i * _NH + 1] > 0.0:
+            nh = i + 1
+    n0 = 0
+    for j in range(2):
+        if th[_RK + j * 2 + 1] > 0.0:
+            n0 = j + 1
+    n1 = 1 if th[_FB] > 0.0 else 0
+    many = n0 + n1
+    return 2 + 2 * nh + many, nh, many, n0, n1
+
+
+@njit(inline="always", **WITHIN)
+def _memory_rates(th, y, k, stage, dims, x, v, d, side, t):
+    """Rates of all memories into k."""
+    at = 2 + 2 * dims[1]
+    for j in range(dims[3]):
+        o = _RK + j * 2
+        z = y[0, at]
+        k[0, at, stage] = th[o] * v - z / th[o + 1]
+        at += 1
+    if dims[4] > 0:
+        z = y[0, at]
+        k[0, at, stage] = th[_KB] * v * (-d * z / th[_FB] + 1.0)
+        at += 1
+
+
+@njit(inline="always", **WITHIN)
+def _memory_column(th, slot, y, k, stage, c, dims, x, v, d, side, t, dx, dv):
+    """Rates of the memories' sensitivities by column c."""
+    at = 2 + 2 * dims[1]
+    for j in range(dims[3]):
+        o = _RK + j * 2
+        z = y[0, at]
+        rate = dv * th[o] + -y[c, at] / th[o + 1]
+        if slot == o:
+            rate += v
+        elif slot == o + 1:
+            rate += z / (th[o + 1] * th[o + 1])
+        k[c, at, stage] = rate
+        at += 1
+    if dims[4] > 0:
+        z = y[0, at]
+        rate = dv * th[_KB] * (-d * z / th[_FB] + 1.0) + -d * th[_KB] * v * y[c, at] / th[_FB]
+        if slot == _KB:
+            rate += v * (-d * z / th[_FB] + 1.0)
+        elif slot == _FB:
+            rate += d * th[_KB] * z * v / (th[_FB] * th[_FB])
+        k[c, at, stage] = rate
+        at += 1

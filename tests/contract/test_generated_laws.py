@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from types import SimpleNamespace
 from typing import ClassVar
 
 import numpy as np
@@ -10,7 +11,8 @@ import pytest
 import sympy as sp
 
 from tests.contract.registry_cases import CASES
-from undertow.equation import generate, registry
+from undertow.compiling import mark_of
+from undertow.equation import algebra, columns, driven_forces, driven_kernel, driven_slots, generate, kernel, registry
 from undertow.equation.code_text import SIDE, D, V, X, directed, nested, slope, text
 from undertow.equation.hidden import HiddenResonator, Relaxation
 from undertow.equation.structure import CubicStiffness
@@ -21,7 +23,8 @@ NAMES = registry.names()
 
 
 def test_the_committed_text_is_what_the_rows_give():
-    assert generate.TARGET.read_text(encoding="utf-8") == generate.generated()
+    for path, new in generate.texts().items():
+        assert path.read_text(encoding="utf-8") == new, "run `python -m undertow.equation.generate`"
 
 
 def test_the_command_says_whether_the_text_is_up_to_date(tmp_path, monkeypatch, capsys):
@@ -31,6 +34,52 @@ def test_the_command_says_whether_the_text_is_up_to_date(tmp_path, monkeypatch, 
     assert "is not what the rows give" in capsys.readouterr().out
     assert generate.main([]) == 0
     assert generate.main(["--check"]) == 0
+
+
+def test_a_compiled_integrator_is_kept_with_a_mark_of_the_generated_text(tmp_path):
+    # numba's cache sees a function's own file and what it closes over; the slow test of a new row compiles anew
+    (mark,) = (cell.cell_contents for cell in kernel.integrate.py_func.__closure__)
+    assert mark == mark_of(algebra)
+    other = tmp_path / "algebra.py"
+    other.write_text(generate.TARGET.read_text() + "\n")
+    assert mark_of(SimpleNamespace(__file__=other)) != mark
+    (driven,) = (cell.cell_contents for cell in driven_kernel._drive.py_func.__closure__)
+    assert driven == mark_of(algebra, kernel, driven_slots, driven_forces)
+
+
+def test_columns_are_those_of_formulas_written_by_hand():
+    rng = np.random.default_rng(5)
+    x, v, t = rng.normal(size=(3, 40))
+    still, sign = np.zeros(40), np.sign(v)
+    by_hand = {
+        "stiffness": x, "viscous_damping": v, "linear_damping": v, "coulomb_friction": sign,
+        "quadratic_drag": v * abs(v), "cubic_damping": v**3, "drag_exponent": sign * abs(v) ** 1.5,
+        "cubic_stiffness": x**3, "quintic_stiffness": x**5, "asymmetric_stiffness": x**2, "quadratic_stiffness": x * abs(x), "sine_restoring": np.sin(x),
+        "position_damping": x * v, "van_der_pol_damping": x**2 * v, "asymmetric_friction": still + 1.0,
+        "stribeck_friction": sign * np.exp(-((v / 0.01) ** 2)), "variable_normal_force": abs(x) * sign,
+        "external_forcing": np.cos(5.0 * t),
+    }  # fmt: skip
+    assert set(columns.COLUMNS) == set(by_hand)
+    for name, exact in by_hand.items():
+        assert registry.find(name).force(x, v, still, t) == pytest.approx(exact, rel=1e-12, abs=1e-300), name
+
+
+def test_springs_give_their_force_and_its_slope():
+    x = np.linspace(-0.9, 0.9, 7) + 0.05
+    for slot, (law, slope_of) in columns.SPRINGS.items():
+        assert slope_of(x) == pytest.approx((law(x + 1e-6) - law(x - 1e-6)) / 2e-6, rel=1e-6), slot
+    assert set(columns.SPRINGS) == {"k1", "k2", "ka", "k3", "k5"}
+
+
+def test_largest_slopes_are_those_of_formulas_written_by_hand():
+    number = {slot: 1.0 + 0.1 * i for i, slot in enumerate(algebra.SLOTS)}
+    at, x, v = number.__getitem__, 0.3, 0.7
+    stiff = at("k1") + at("ks") + 2 * x * (at("k2") + at("ka")) + 3 * at("k3") * x**2 + 5 * at("k5") * x**4
+    assert columns.stiffest(at, x) == pytest.approx(stiff + at("kb") + at("rk1") + at("rk2"))
+    damping = at("c1") + 2 * at("q") * v + 3 * at("c3") * v**2 + at("xv") * x + at("xxv") * x**2
+    assert columns.most_damped(at, x, v) == pytest.approx(damping)
+    assert columns.fading(at) == pytest.approx((1 / at("rt1"), 1 / at("rt2")))
+    assert columns.fading(lambda slot: 0.0) == (0.0, 0.0)
 
 
 @pytest.mark.parametrize("name", NAMES)

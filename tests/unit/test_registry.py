@@ -2,13 +2,22 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+from typing import ClassVar
+
+import numpy as np
 import pytest
+import sympy as sp
 
 from undertow.equation import registry
+from undertow.equation.hidden import HiddenResonator
 from undertow.equation.kernel import SLOT
 from undertow.equation.notation import plain_symbol
 from undertow.equation.structure import Stiffness
-from undertow.errors import ConfigError
+from undertow.equation.symbolic import Share
+from undertow.equation.term import Term
+from undertow.errors import ConfigError, UndertowError
+from undertow.quantities import Parameter
 
 
 def test_every_name_in_the_registry_is_there_once():
@@ -73,3 +82,45 @@ def test_a_law_derived_from_another_is_not_taken_for_it():
 
     assert (Own.structural, Own.element, Own().start(4.0, 10.0, 1.0) > 0.0) == ("", "", False)
     assert (Stiffness.structural, Stiffness.element, Stiffness().start(4.0, 10.0, 1.0)) == ("k", "elastic", 400.0)
+
+
+@dataclass(frozen=True)
+class Bow(Term):
+    """A law of a user's own that is an expression and nothing else."""
+
+    width_m: float = 0.1
+    name: ClassVar[str] = "bow"
+    parameters: ClassVar[tuple[Parameter, ...]] = (Parameter("force_N", "N", "F_b"), Parameter("width_m", "m", "b"))
+
+    def share(self, p, q, number):
+        """A force that levels off, with friction that it presses."""
+        form = sp.tanh(q.x / p["width_m"])
+        return Share(smooth=p["force_N"] * form, friction=p["force_N"] * form**2)
+
+
+def test_a_law_outside_the_registry_has_its_force_from_its_expression():
+    x, v, still = np.array([0.05, -0.2]), np.array([1.0, -3.0]), np.zeros(2)
+    form = np.tanh(x / 0.2)
+    assert Bow(width_m=0.2).force(x, v, still, still) == pytest.approx(form + form**2 * np.sign(v), rel=1e-12)
+    assert Bow(width_m=0.4).force(x, v, still, still) != pytest.approx(form + form**2 * np.sign(v), rel=1e-3)
+
+
+def test_a_law_derived_from_a_row_keeps_its_force():
+    class Derived(Stiffness):
+        """The same under another name."""
+
+        name = "derived_spring"
+
+    assert Derived().force(np.array([0.2]), *3 * [np.zeros(1)]) == pytest.approx([0.2])
+
+
+def test_a_law_with_neither_an_expression_nor_a_force_is_told_so():
+    with pytest.raises(UndertowError, match="empty_law has neither an expression nor a force; write its `share`"):
+        type("Empty", (Term,), {"name": "empty_law", "parameters": ()})().force(*4 * [np.zeros(1)])
+
+
+def test_a_law_with_states_writes_its_force_along_a_motion():
+    said = {"name": "bent_water", "share": HiddenResonator.share, "slots": {}}
+    own = type("Bent", (HiddenResonator,), {**said, "force": Term.force})
+    with pytest.raises(UndertowError, match="bent_water has an expression with states or a delay; write its `force`"):
+        own().force(*4 * [np.zeros(1)])

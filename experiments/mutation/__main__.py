@@ -34,6 +34,8 @@ FAMILIES = ("ReplaceComparisonOperator", "ReplaceBinaryOperator", "ReplaceUnaryO
             "ReplaceTrueWithFalse", "ReplaceFalseWithTrue", "ReplaceAndWithOr", "ReplaceOrWithAnd", "ReplaceBreakWith",
             "ReplaceContinueWith")  # fmt: skip
 
+_LAWS = ("contract/test_generated_laws.py", "unit/test_equation.py", "contract/test_every_term.py")
+
 TESTS: dict[str, tuple[str, ...]] = {
     "likelihood/descent.py": ("unit/test_descent.py", "unit/test_frozen_numbers.py"),
     "likelihood/noise.py": ("unit/test_noise.py", "unit/test_subset.py"),
@@ -46,10 +48,14 @@ TESTS: dict[str, tuple[str, ...]] = {
     "comparison/trajectories.py": ("unit/test_trajectories.py", "unit/test_frozen_numbers.py"),
     "comparison/polish.py": ("unit/test_trajectories.py", "unit/test_frozen_numbers.py"),
     "comparison/laws.py": ("unit/test_trajectories.py",),
-    "equation/term.py": ("unit/test_equation.py", "contract/test_every_term.py"),
-    "equation/structure.py": ("unit/test_equation.py", "contract/test_every_term.py"),
-    "equation/hydrodynamics.py": ("unit/test_equation.py", "contract/test_every_term.py"),
-    "equation/hidden.py": ("unit/test_equation.py", "contract/test_every_term.py"),
+    "equation/term.py": _LAWS,
+    "equation/structure.py": _LAWS,
+    "equation/hydrodynamics.py": _LAWS,
+    "equation/code_text.py": ("contract/test_generated_laws.py",),
+    "equation/generate.py": ("contract/test_generated_laws.py",),
+    "equation/generate_columns.py": ("contract/test_generated_laws.py",),
+    "equation/generate_states.py": ("contract/test_generated_laws.py",),
+    "equation/hidden.py": _LAWS,
 }
 """Modules that are mutated and the tests that are theirs."""
 

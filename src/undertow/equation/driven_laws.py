@@ -17,9 +17,6 @@ from undertow.equation.term import Array, Term
 from undertow.errors import ConfigError
 from undertow.quantities import Parameter
 
-NUMBERED = {"hidden_resonator": 3, "relaxation": 2}
-"""How many of a law the integrator holds, where more than one."""
-
 THROUGH_WATER = {"mass": "mass", "c1": "wc", "q": "wq", "c3": "wc3"}
 """Slots of a law of the water on a base at rest, and on one that moves, where the body's velocity through the water is
 not its velocity relative to the base."""
@@ -127,7 +124,7 @@ def places(terms: Sequence[Term], moving: bool = False) -> tuple[DrivenUnknown, 
     out = []
     for term in terms:
         seen[term.name] = count = seen.get(term.name, 0) + 1
-        if not term.slots or count > NUMBERED.get(term.name, 1):
+        if not term.slots or count > (term.held_by_kernel or 1):
             raise ConfigError(f"equation term {term.name!r} number {count} has no place in the driven integrator")
         if moving and term.relative_to == "water" and not set(term.slots.values()) <= set(THROUGH_WATER):
             raise ConfigError(
@@ -135,7 +132,7 @@ def places(terms: Sequence[Term], moving: bool = False) -> tuple[DrivenUnknown, 
                 "quadratic_drag, linear_damping and cubic_damping of these are integrated; choose one of them"
             )
         many = sum(t.name == term.name for t in terms) > 1
-        suffix = str(count) if term.name in NUMBERED else ""
+        suffix = str(count) if term.held_by_kernel else ""
         label = f"{term.name}{count}" if many else term.name
         wet = THROUGH_WATER if moving and term.relative_to == "water" else {}
         for parameter in term.parameters:

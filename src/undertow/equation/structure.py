@@ -19,6 +19,7 @@ from undertow.quantities import Parameter
 class Stiffness(Term):
     """Linear spring, F = k x (report Eq. 1).
 
+    >>> import numpy as np
     >>> Stiffness().force(np.array([0.1]), np.zeros(1), np.zeros(1), np.zeros(1))
     array([0.1])
     """

@@ -25,7 +25,7 @@ NAMES = {
 TERMS = tuple(find_driven(n) for n in ("stiffness", "viscous_damping", "coulomb_friction", "quadratic_drag"))
 
 
-def recorded(truth=TRUTH, samples=3000, step=0.01, hold="first", seed=1, delay=0.0, swept=False):
+def recorded(truth=TRUTH, samples=3000, step=0.01, hold="first", seed=1, delay=0.0, swept=False, noise=NOISE):
     """A trial of a known body under a random or swept force, with white noise on its displacement."""
     rng = np.random.default_rng(seed)
     t = np.arange(samples) * step
@@ -36,7 +36,7 @@ def recorded(truth=TRUTH, samples=3000, step=0.01, hold="first", seed=1, delay=0
     for name, value in {"gain": 1.0, "bw_unit": 1.0, "bw_n": 1.0, "delay": delay, **truth}.items():
         theta[DRIVEN_SLOT[name]] = value
     x = driven_motion(theta, np.zeros(0, dtype=np.int64), drive_of(t, u, hold), t, MotionSize(), 60).x[:, 0]
-    return DrivenTrial("run", t, u, {"displacement": x + NOISE * rng.normal(size=samples)}, hold=hold)
+    return DrivenTrial("run", t, u, {"displacement": x + noise * rng.normal(size=samples)}, hold=hold)
 
 
 @pytest.mark.parametrize("swept", [False, True])
@@ -79,6 +79,18 @@ def test_a_body_without_a_spring_is_a_body():
     found = fit_driven([DrivenTrial("run", trial.t, trial.u, trial.outputs)], laws)
     assert found.numbers["mass_kg"] == pytest.approx(95.0, rel=0.02)
     assert found.numbers["constant_force.force_N"] == pytest.approx(-3.0, abs=0.1)
+
+
+def test_a_fit_does_not_move_the_start_to_make_up_for_what_is_missing():
+    trial = recorded({"mass": 95.0, "c1": 200.0, "ca": -60.0, "fc": 20.0}, step=0.005, samples=4000, noise=1e-5)
+    names = ("viscous_damping", "coulomb_friction", "constant_force", "asymmetric_damping")
+    laws = tuple(find_driven(n) for n in names)
+    lacking, whole = (fit_driven([trial], DrivenLaws(some)) for some in (laws[:3], laws))
+    assert "x0_m[run]" not in lacking.solution.problem.names
+    run = free_run(trial, lacking, 50)
+    assert np.sqrt(np.mean((run - trial.outputs["displacement"]) ** 2)) < 1.1 * lacking.rms["run"]
+    assert "x0_m[run]" in whole.solution.problem.names
+    assert whole.numbers["asymmetric_damping.c_Ns_per_m"] == pytest.approx(-60.0, rel=0.02)
 
 
 def test_start_values_come_from_the_record_itself():

@@ -12,17 +12,18 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
-from itertools import pairwise
 
 import numpy as np
 
+from undertow.comparison.driven_folds import TRYING, come_closer, fold_errors
 from undertow.conditioning.driven import DrivenTrial
 from undertow.equation.driven_laws import find_driven
 from undertow.errors import IdentificationError
 from undertow.likelihood.driven import MASS, DrivenLaws, drive_for, driven_problem, extent_of
-from undertow.likelihood.output_error import SearchEffort, residuals
+from undertow.likelihood.output_error import residuals
 from undertow.likelihood.problem import Problem
 from undertow.methods.driven import DrivenFit, fit_driven, free_run, memory_samples
+from undertow.methods.driven_begin import START_SAMPLES as START_SAMPLES
 from undertow.recording.recording import Array
 
 EVIDENCE = 3.0
@@ -31,22 +32,15 @@ CLOSER = 0.02
 """Share by which the free run over unseen samples must come closer: below that nobody would miss the law."""
 HELD_BACK = 0.2
 """Share of the record, its end, that proof comes from."""
-START_SAMPLES = 50
-"""Samples from which the state at the start of a part that nobody fitted is found."""
 FEW_EFFECTIVE = 200.0
 """Below so many effective samples (a body without a spring adds up what its equation lacks, and its residual wanders)
-evidence says little; the record is then fitted without each fifth of it in turn, and run free there."""
-FOLDS = 5
-FOLDS_CLOSER = 0.1
-"""Share by which the free runs over all fifths together must come closer; the worst one may not get worse."""
+evidence says little; free runs over parts that were left out in turn take its place (driven_folds.py)."""
 RANKED_SAMPLES = 12000
 """Samples on which suspects are ranked by one linear step."""
 FITTED_AT_MOST = 3
 """Suspects that are fitted in a round, the best by the linear step."""
 FITTED_WHERE_FEW = 6
 """The same where evidence says little."""
-TRYING = SearchEffort(12, 0.1)
-"""Enough to tell what a suspect is worth; what is kept is fitted to the end."""
 ON_BOUND = "on a bound: "
 """How a fit's outcome begins where numbers ended at the edge of what they may be."""
 ROUNDS = 4
@@ -88,7 +82,7 @@ def suspects_for(trial: DrivenTrial, fitted: DrivenFit) -> list[tuple[str, list[
     static = [
         "constant_force", "stiffness", "viscous_damping", "coulomb_friction", "asymmetric_stiffness", "cubic_stiffness",
         "quintic_stiffness", "quadratic_stiffness", "quadratic_drag", "cubic_damping", "position_damping",
-        "van_der_pol_damping", "variable_normal_force",
+        "van_der_pol_damping", "variable_normal_force", "asymmetric_damping",
     ]  # fmt: skip
     grid: list[tuple[str, list[Numbers]]] = [(name, [{}]) for name in static]
     grid.append(("stribeck_friction", [{"velocity_m_per_s": s * extent.speed} for s in (0.02, 0.05, 0.15)]))
@@ -200,10 +194,11 @@ def _round(
             tried.append(Tried(name, -math.inf, lowest, math.inf, str(reason)))
             continue
         one = _judged(name, current, fits[name], unseen, lowest)
-        progress(f"{name}: {one.before:.4g} to {one.after:.4g} on unseen samples {one.because or 'added'}")
         tried.append(one)
     if few:
         tried = _by_folds(training, current, tried, fits)
+    for one in tried:
+        progress(f"{one.name}: {one.before:.4g} to {one.after:.4g} on unseen samples: {one.because or 'holds'}")
     best = min((one for one in tried if not one.because), key=lambda one: one.after, default=None)
     if best is None:
         return tried, None, lowest
@@ -214,14 +209,14 @@ def _by_folds(
     training: Sequence[DrivenTrial], current: DrivenFit, tried: Sequence[Tried], fits: Mapping[str, DrivenFit]
 ) -> list[Tried]:
     """Suspects whose evidence says nothing, the one closest to unseen samples first, up to the first that holds."""
-    before: list[float] = []
+    before: Array | None = None
     out: list[Tried] = []
     held = False
     for one in sorted(tried, key=lambda one: one.after):
         weak = not one.because or one.because.startswith("evidence")
         if weak and not held and one.after < (1.0 - CLOSER) * one.before:
-            before = before or fold_errors(training, current.started)
-            one = _judged_by_folds(one, before, fold_errors(training, fits[one.name].started))
+            before = fold_errors(training, current.started) if before is None else before
+            one = replace(one, because=come_closer(before, fold_errors(training, fits[one.name].started)))
             held = not one.because
         elif weak:
             said = "another law comes closer" if held else f"unseen samples come no closer: {one.after:.4g}"
@@ -233,35 +228,6 @@ def _by_folds(
 def _effective(fitted: DrivenFit) -> float:
     """Samples of a fit's residuals over their memory."""
     return fitted.solution.n_data / max(memory_samples(r) for r in fitted.solution.residuals)
-
-
-def fold_errors(training: Sequence[DrivenTrial], laws: DrivenLaws) -> list[float]:
-    """RMS of the free run over each fifth of the longest trial, the equation fitted to everything else."""
-    longest = max(training, key=lambda trial: trial.t.size)
-    others = [trial for trial in training if trial is not longest]
-    ends = np.linspace(0, longest.t.size, FOLDS + 1).astype(int).tolist()
-    out = []
-    for begin, end in pairwise(ends):
-        parts = [longest.part(a, b) for a, b in ((0, begin), (end, longest.t.size)) if b > a]
-        named = [replace(part, name=f"{part.name}, part {i}") for i, part in enumerate(parts)]
-        try:
-            fitted = fit_driven([*others, *named], laws, windows=0, effort=TRYING)
-        except IdentificationError:
-            out.append(math.inf)
-            continue
-        out.append(validation_rms([longest.part(begin, end)], fitted))
-    return out
-
-
-def _judged_by_folds(one: Tried, before: Sequence[float], after: Sequence[float]) -> Tried:
-    """The same suspect by free runs over fifths that were left out in turn, beside the samples held back."""
-    sums = [math.sqrt(sum(e * e for e in errors)) for errors in (before, after)]
-    because = ""
-    if not sums[1] < (1.0 - FOLDS_CLOSER) * sums[0]:
-        because = f"fifths left out in turn come no closer: {sums[1]:.4g} after {sums[0]:.4g}"
-    elif max(after) > max(before):
-        because = f"the worst fifth that was left out gets worse: {max(after):.4g} after {max(before):.4g}"
-    return replace(one, because=because)
 
 
 def _with(current: DrivenFit, name: str, starts: Numbers) -> DrivenLaws:

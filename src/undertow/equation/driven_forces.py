@@ -1,10 +1,10 @@
 """The right-hand side of a driven body, compiled: the laws of kernel.py, and what comes from outside.
 
-    M x'' + (all laws of kernel.py) + b + z = g u(t - tau),          z' = alpha v - G |v| |z|^(n-1) z - D v |z|^n
+    M x'' + (all laws of kernel.py) + b + ca |v| + z = g u(t - tau),    z' = alpha v - G |v| |z|^(n-1) z - D v |z|^n
 
 on a base at rest. On a base that moves with the acceleration g u(t - tau), x is the displacement relative to it and
 
-    M x'' + (laws between body and base) + b + z + W(r) = -M g u(t - tau),    r' = x'' + g u(t - tau)
+    M x'' + (laws between body and base) + b + ca |v| + z + W(r) = -M g u(t - tau),    r' = x'' + g u(t - tau)
     s_i'' = -r' - R_i,   W(r) = wc r + wq r|r| + wc3 r^3
 
 r is the body's velocity through water at rest, a state of its own: its zeros are events like any other's. What comes
@@ -37,10 +37,10 @@ from undertow.equation.algebra import (
 from undertow.equation.driven_slots import DRIVEN_SLOT
 from undertow.equation.kernel import _C, _int, _rhs, _start
 
-_GAIN, _TAU, _OFF, _BA, _BG, _BD, _BN, _BU, _BZ, _MOVING, _W0, _R0, _WC, _WQ, _W3 = (
+_GAIN, _TAU, _OFF, _BA, _BG, _BD, _BN, _BU, _BZ, _MOVING, _W0, _R0, _WC, _WQ, _W3, _CA = (
     DRIVEN_SLOT[name] for name in (
         "gain", "delay", "offset", "bw_a", "bw_g", "bw_d", "bw_n", "bw_unit", "bw_z0",
-        "moving", "base_v0", "absolute_v0", "wc", "wq", "wc3",
+        "moving", "base_v0", "absolute_v0", "wc", "wq", "wc3", "ca",
     )
 )  # fmt: skip
 
@@ -57,22 +57,25 @@ def _input(knots, pieces, piece, r):
 
 
 @njit(**WITHIN)
-def _push(th, active, y, cols, u, du, iz, ir, rside, sens):
-    """What acts from outside, with the sign of an echo, and its derivatives: into sens."""
+def _push(th, active, y, cols, u, du, iz, ir, d, rside, sens):
+    """What acts from outside, with the sign of an echo, and its derivatives: into sens; |v| goes on as d v."""
     moving = th[_MOVING] != 0.0
     lever = -th[_MASS] if moving else 1.0
-    sens[0] = th[_OFF] - lever * th[_GAIN] * u
+    sens[0] = th[_OFF] - lever * th[_GAIN] * u + th[_CA] * d * y[0, 1]
     if iz > 0:
         sens[0] += y[0, iz]
     for c in range(1, cols):
         slot = active[c - 1]
         s = y[c, iz] if iz > 0 else 0.0
+        s += th[_CA] * d * y[c, 1]
         if slot == _GAIN:
             s -= lever * u
         elif slot == _TAU:
             s += lever * th[_GAIN] * du
         elif slot == _OFF:
             s += 1.0
+        elif slot == _CA:
+            s += d * y[0, 1]
         sens[c] = s
     if moving:
         for c in range(1, cols):
@@ -178,7 +181,7 @@ def _slope(th, active, y, k, stage, cols, dims, t, h, d, side, world, sens, jac)
     piece, begin, knots, pieces, iz, ir, zside, rside = world
     now = t + _C[stage] * h
     u, du = _input(knots, pieces, piece, (now - begin) / (knots[piece + 1] - knots[piece]))
-    _push(th, active, y, cols, u, du, iz, ir, rside, sens)
+    _push(th, active, y, cols, u, du, iz, ir, d, rside, sens)
     if dims[1] + dims[2] == 0:
         _rhs_alone(th, active, y, k, stage, cols, now, d, side, sens)
     else:
@@ -194,7 +197,8 @@ def _push_before(th, active, y, dims, t, h, world, sens):
     """What acts from outside where a step of length h from t begins, into sens[0]."""
     piece, begin, knots, pieces, iz, ir, _, rside = world
     u, du = _input(knots, pieces, piece, (t - begin) / (knots[piece + 1] - knots[piece]))
-    _push(th, active, y, _int(1), u, du, iz, ir, rside, sens)
+    d = 1.0 if y[0, 1] > 0.0 else -1.0
+    _push(th, active, y, _int(1), u, du, iz, ir, d, rside, sens)
 
 
 @njit(**WITHIN)

@@ -24,6 +24,7 @@ from undertow.equation.algebra import _CP, _FS, _GE, _P, _XE, MAX_HIDDEN, _dimen
 from undertow.equation.driven_forces import (
     _BN,
     _BZ,
+    _CA,
     _TAU,
     _WQ,
     _begin,
@@ -61,13 +62,17 @@ _driven_event = _watching(_driven_step, _push_before)
 def _events_watched(th, active, dims, iz, ir, watch):
     """How many states have zeros that are events, into ``watch``."""
     many = _watched(th, active, dims, watch)
-    if iz > 0:
-        reverses = False
+    reverses = iz > 0 or th[_CA] != 0.0
+    for slot in active:
+        reverses = reverses or slot == _CA
+    if reverses:
+        known = False
         for i in range(many):
-            reverses = reverses or watch[i] == 1
-        if not reverses:
+            known = known or watch[i] == 1
+        if not known:
             watch[many] = 1
             many += 1
+    if iz > 0:
         watch[many] = iz
         many += 1
     drags = th[_WQ] != 0.0

@@ -46,6 +46,27 @@ class ConstantForce(Term):
 
 
 @dataclass(frozen=True)
+class AsymmetricDamping(Term):
+    """Viscous friction that is not the same both ways, F = c_a |v|: c + c_a one way and c - c_a the other.
+
+    >>> AsymmetricDamping().force(np.zeros(2), np.array([2.0, -2.0]), np.zeros(2), np.zeros(2))
+    array([2., 2.])
+    """
+
+    name: ClassVar[str] = "asymmetric_damping"
+    parameters: ClassVar[tuple[Parameter, ...]] = (Parameter("c_Ns_per_m", "N s/m", "c_a"),)
+    slots: ClassVar[Mapping[str, str]] = {"c_Ns_per_m": "ca"}
+    law: ClassVar[str] = "c_a |v|"
+    latex: ClassVar[str] = r"c_a|\dot x|"
+    source: ClassVar[str] = "Armstrong-Helouvry et al. 1994, doi:10.1016/0005-1098(94)90209-7"
+    left_out: ClassVar[str] = "the body lags its equation on the way out and leads it on the way back, more at speed"
+
+    def force(self, x: Array, v: Array, a: Array, t: Array) -> Array:
+        """|v| in m/s."""
+        return np.abs(v)
+
+
+@dataclass(frozen=True)
 class BoucWen(Term):
     """Bouc and Wen's hysteresis, F = z with z' = alpha v - G |v| |z|^(n-1) z - D v |z|^n.
 
@@ -84,7 +105,7 @@ class BoucWen(Term):
         return out / self.alpha
 
 
-_OWN: tuple[type[Term], ...] = (ConstantForce, BoucWen)
+_OWN: tuple[type[Term], ...] = (ConstantForce, AsymmetricDamping, BoucWen)
 
 
 @dataclass(frozen=True)

@@ -101,11 +101,13 @@ def driven_problem(
     noise: Mapping[str, Mapping[str, float]] | None = None,
     drives: Mapping[str, Drive] | None = None,
     extents: Mapping[str, MotionSize] | None = None,
+    begun: Mapping[str, Mapping[str, float]] | None = None,
 ) -> Problem:
     """All trials, each in so many windows of equal length with start states of their own, and the equation's unknowns.
 
     ``noise`` gives each trial's outputs their standard deviation (default: the trial's own white noise); ``drives``
-    the inputs between samples, ``extents`` how far the bodies move, where that is known already.
+    the inputs between samples, ``extents`` how far the bodies move, where that is known already; ``begun`` the start
+    states that are held, by the trial's name (of a trial in windows: name:number) and the state's slot.
     """
     builder = ProblemBuilder()
     shared = _equation_unknowns(builder, laws, sorted({trial.moving for trial in trials}))
@@ -126,9 +128,20 @@ def driven_problem(
             cut = slice(int(begin), int(end))
             channels = tuple(Channel(name, values[cut], sigma[name]) for name, values in trial.outputs.items())
             base, links = shared[trial.moving]
+            base, own = _holding(base, own, (begun or {}).get(label, {}))
             times = np.array(trial.t[cut])
             pieces.append(TrialProblem(label, times, base, links + own, channels, drive=drive, extent=extent))
     return Problem(builder.unknowns(), tuple(pieces))
+
+
+def _holding(base: Array, own: tuple[Link, ...], held: Mapping[str, float]) -> tuple[Array, tuple[Link, ...]]:
+    """A window's fixed numbers and the links of its start state, with what is held moved from the one to the other."""
+    if not held:
+        return base, own
+    base, slots = base.copy(), {DRIVEN_SLOT[name]: value for name, value in held.items()}
+    for slot, value in slots.items():
+        base[slot] = value
+    return base, tuple(link for link in own if link.slot not in slots)
 
 
 def _equation_unknowns(

@@ -22,6 +22,7 @@ from undertow.errors import IdentificationError
 from undertow.likelihood.driven import MASS, DrivenLaws, drive_for, driven_problem
 from undertow.likelihood.output_error import SearchEffort, Solution, fit, residuals
 from undertow.likelihood.problem import Problem
+from undertow.methods.driven_begin import begin_of, begins_held
 from undertow.methods.driven_start import half_lengths, must_not_be_swapped, start_values
 from undertow.recording.recording import Array
 
@@ -30,6 +31,8 @@ FIRST_SAMPLES = 6000
 WINDOWS = 24
 WINDOWS_EFFORT = SearchEffort(25, 0.05)
 WHOLE_EFFORT = SearchEffort(40, 0.05)
+BEGUN_ANEW = 2
+"""Times that a start state is taken from the first samples: the second time with numbers that were fitted so."""
 MEMORY_SHARE = 20
 """The residual's memory is summed up to this part of the record."""
 
@@ -85,6 +88,15 @@ def fit_driven(
         laws = _on_windows(shorter, laws, windows, noise, drives)
     whole = driven_problem(trials, laws, 1, noise, drives)
     solution = fit(whole, growing=False, effort=effort)
+    begun: dict[str, dict[str, float]] = {}
+    for _ in range(BEGUN_ANEW):
+        numbers = {**laws.fixed, **{n: solution.value(n) for n in solution.problem.names if "[" not in n}}
+        found = begins_held(trials, laws, numbers, drives, solution, noise, begun)
+        if not found:
+            break
+        begun |= found
+        again = driven_problem(trials, replace(laws, starts={**laws.starts, **numbers}), 1, noise, drives, None, begun)
+        solution = fit(again, growing=False, effort=effort)
     return _fitted(trials, laws, solution, noise)
 
 
@@ -221,15 +233,11 @@ def free_run(trial: DrivenTrial, fitted: DrivenFit, start: int) -> Array:
     from undertow.equation.driven import driven_motion
     from undertow.likelihood.output_error import parameter_vector
 
+    drive = drive_for(trial)
+    begin = begin_of(trial, fitted.laws, fitted.numbers, drive, start)
     held = replace(fitted.laws, fixed=fitted.numbers)
-    drives = {trial.name: drive_for(trial)}
-    problem = driven_problem([trial], held, 1, None, drives)
-    piece = problem.trials[0]
-    few = replace(
-        piece, t=piece.t[:start], channels=tuple(replace(c, values=c.values[:start]) for c in piece.channels)
-    )
-    found = fit(Problem(problem.unknowns, (few,)), growing=False)
-    theta = parameter_vector(piece, found.values)
-    motion = driven_motion(theta, np.zeros(0, dtype=np.int64), drives[trial.name], piece.t, piece.extent)
+    piece = driven_problem([trial], held, 1, None, {trial.name: drive}, None, {trial.name: begin.state}).trials[0]
+    theta = parameter_vector(piece, np.zeros(0))
+    motion = driven_motion(theta, np.zeros(0, dtype=np.int64), drive, piece.t, piece.extent)
     column = {"displacement": motion.x, "velocity": motion.v, "acceleration": motion.a}[trial.main]
     return np.array(column[:, 0])

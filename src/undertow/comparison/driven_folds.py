@@ -1,0 +1,82 @@
+"""Free runs over fifths of a record that were left out in turn: what a law is worth where evidence says little.
+
+A body without a spring adds up what its equation lacks, so that a residual wanders and a record holds few independent
+samples of it. The equation is then fitted without each fifth of the record in turn and run free there, anew from each
+quarter of it; the comparison of two equations is the sum of their squared errors over all these windows, against its
+standard error from their scatter.
+
+Belongs here: those runs, that comparison. Does not belong here: which laws are tried (driven_search.py).
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import replace
+from itertools import pairwise
+
+import numpy as np
+
+from undertow.conditioning.driven import DrivenTrial
+from undertow.errors import IdentificationError
+from undertow.likelihood.driven import DrivenLaws
+from undertow.likelihood.output_error import SearchEffort
+from undertow.methods.driven import fit_driven, free_run
+from undertow.methods.driven_begin import START_SAMPLES
+from undertow.recording.recording import Array
+
+FOLDS = 5
+WINDOWS_A_FOLD = 4
+"""Free runs that a part left out is cut into: 20 windows show the scatter of their sum to a sixth of itself."""
+SHORTEST_WINDOW = 4 * START_SAMPLES
+"""Samples of a window: its start state is not scored, and must not be most of it."""
+DEVIATIONS = 2.5
+"""Standard errors by which the sum of squared errors must fall: with 19 degrees of freedom 1 % by chance, and up to six
+laws are compared in a round."""
+TRYING = SearchEffort(12, 0.1)
+"""Enough to tell what a suspect is worth; what is kept is fitted to the end."""
+
+
+def fold_errors(training: Sequence[DrivenTrial], laws: DrivenLaws) -> Array:
+    """Mean squared error (windows,) of free runs over parts of the longest trial, the equation fitted to all but the
+    fifth that they are in; inf where a fit or a run has no bounds."""
+    longest = max(training, key=lambda trial: trial.t.size)
+    others = [trial for trial in training if trial is not longest]
+    ends = np.linspace(0, longest.t.size, FOLDS + 1).astype(int).tolist()
+    out: list[float] = []
+    for begin, end in pairwise(ends):
+        parts = [longest.part(a, b) for a, b in ((0, begin), (end, longest.t.size)) if b > a]
+        named = [replace(part, name=f"{part.name}, part {i}") for i, part in enumerate(parts)]
+        many = max(1, min(WINDOWS_A_FOLD, (end - begin) // SHORTEST_WINDOW))
+        cuts = list(pairwise(np.linspace(begin, end, many + 1).astype(int).tolist()))
+        try:
+            fitted = fit_driven([*others, *named], laws, windows=0, effort=TRYING)
+            windows = [longest.part(a, b) for a, b in cuts]
+            away = [(free_run(w, fitted, START_SAMPLES) - w.outputs[w.main])[START_SAMPLES:] for w in windows]
+        except IdentificationError:
+            out += [math.inf] * len(cuts)
+            continue
+        out += [float(np.mean(one**2)) for one in away]
+    return np.array(out)
+
+
+def come_closer(before: Array, after: Array) -> str:
+    """Why the windows' squared errors ``after`` (n,) are no sure gain over ``before`` (n,); empty where they are.
+
+    >>> come_closer(np.full(20, 4.0), np.resize([1.0, 2.0], 20))
+    ''
+    """
+    sums = [math.sqrt(float(np.mean(errors))) for errors in (before, after)]
+    if not math.isfinite(sums[1]):
+        return "a fit without a part of the record has no bounded motion"
+    if not math.isfinite(sums[0]):
+        return ""
+    gain = before - after
+    scatter = float(np.std(gain, ddof=1)) * math.sqrt(gain.size)
+    if float(np.sum(gain)) > DEVIATIONS * scatter:
+        return ""
+    fall = float(np.sum(gain)) / scatter if scatter > 0.0 else 0.0
+    return (
+        f"parts left out in turn come no surely closer: {sums[1]:.4g} after {sums[0]:.4g}, a fall of the squares by "
+        f"{fall:.2g} standard errors where {DEVIATIONS:g} are asked for"
+    )

@@ -124,24 +124,23 @@ def driven_problem(
         for i, (begin, end) in enumerate(pairwise(ends)):
             label = trial.name if windows == 1 else f"{trial.name}:{i}"
             begins = tuple(0.0 if values is None else float(values[begin]) for values in (x, speed))
-            own = _start_state(builder, begins, extent, label, laws, _base_unknown(drive, laws))
+            held = (begun or {}).get(label, {})
+            own = _start_state(builder, begins, extent, label, laws, _base_unknown(drive, laws), held)
             cut = slice(int(begin), int(end))
             channels = tuple(Channel(name, values[cut], sigma[name]) for name, values in trial.outputs.items())
             base, links = shared[trial.moving]
-            base, own = _holding(base, own, (begun or {}).get(label, {}))
+            base = _holding(base, held)
             times = np.array(trial.t[cut])
             pieces.append(TrialProblem(label, times, base, links + own, channels, drive=drive, extent=extent))
     return Problem(builder.unknowns(), tuple(pieces))
 
 
-def _holding(base: Array, own: tuple[Link, ...], held: Mapping[str, float]) -> tuple[Array, tuple[Link, ...]]:
-    """A window's fixed numbers and the links of its start state, with what is held moved from the one to the other."""
-    if not held:
-        return base, own
-    base, slots = base.copy(), {DRIVEN_SLOT[name]: value for name, value in held.items()}
-    for slot, value in slots.items():
-        base[slot] = value
-    return base, tuple(link for link in own if link.slot not in slots)
+def _holding(base: Array, held: Mapping[str, float]) -> Array:
+    """A trial's fixed numbers with those of a start state that is held, by slot."""
+    base = base.copy()
+    for name, value in held.items():
+        base[DRIVEN_SLOT[name]] = value
+    return base
 
 
 def _equation_unknowns(
@@ -187,23 +186,25 @@ def _start_state(
     label: str,
     laws: DrivenLaws,
     base_speed: float,
+    held: Mapping[str, float],
 ) -> tuple[Link, ...]:
     """Start displacement, velocity and hysteresis of a window: unknowns, from the samples where it begins; and what the
-    base's velocity is beyond an integral, where ``base_speed`` is not 0."""
+    base's velocity is beyond an integral, where ``base_speed`` is not 0. What is ``held``, by slot, is no unknown."""
     x0, v0 = begins
+    links: list[Link] = []
 
-    def own(slot: str, name: str, start: float, std: float, scale: float) -> Link:
+    def own(slot: str, name: str, start: float, std: float, scale: float) -> None:
         """An unknown of this window alone."""
-        return Link(DRIVEN_SLOT[slot], builder.unknown(f"{name}[{label}]", start, prior_std=std, scale=scale))
+        if slot not in held:
+            index = builder.unknown(f"{name}[{label}]", start, prior_std=std, scale=scale)
+            links.append(Link(DRIVEN_SLOT[slot], index))
 
     # twice the extent as prior: none to speak of, but a record too short for its start stays finite
-    links = [
-        own("x0", "x0_m", x0, 2.0 * extent.size, extent.size),
-        own("v0", "v0_m_per_s", v0, 4.0 * extent.speed, extent.speed),
-    ]
+    own("x0", "x0_m", x0, 2.0 * extent.size, extent.size)
+    own("v0", "v0_m_per_s", v0, 4.0 * extent.speed, extent.speed)
     if laws.memory:
         pull = abs(laws.starts.get("bouc_wen.alpha_N_per_m", 1.0)) * extent.size or 1.0
-        links.append(own("bw_z0", "z0_N", 0.0, pull, pull))
+        own("bw_z0", "z0_N", 0.0, pull, pull)
     if base_speed > 0.0:
-        links.append(own("absolute_v0", "base_v0_m_per_s", 0.0, base_speed, base_speed))
+        own("absolute_v0", "base_v0_m_per_s", 0.0, base_speed, base_speed)
     return tuple(links)

@@ -27,8 +27,8 @@ START_SAMPLES = 50
 CONTRADICTED = 3.0
 """A fitted motion contradicts the first samples where it misses them by so many times what a fit to them alone does."""
 SURE_SHARE = 0.2
-"""First samples are sure enough where the error of their state moves the run by under this share of what it misses (4 % of
-its square)."""
+"""First samples are sure enough where the error of their state moves the run by under this share of what it misses
+(4 % of its square)."""
 
 
 @dataclass(frozen=True)

@@ -2,8 +2,8 @@
 
 A body without a spring adds up what its equation lacks, so that a residual wanders and a record holds few independent
 samples of it. The equation is then fitted without each fifth of the record in turn and run free there, anew from each
-quarter of it; the comparison of two equations is the sum of their squared errors over all these windows, against its
-standard error from their scatter.
+quarter of it; two equations are compared by the ratio of their squared errors, each summed over all these windows, with
+its standard error from the windows' scatter about it (the ratio estimator: Cochran 1977, Sampling techniques, ch. 6).
 
 Belongs here: those runs, that comparison. Does not belong here: which laws are tried (driven_search.py).
 """
@@ -27,12 +27,12 @@ from undertow.recording.recording import Array
 
 FOLDS = 5
 WINDOWS_A_FOLD = 4
-"""Free runs that a part left out is cut into: 20 windows show the scatter of their sum to a sixth of itself."""
+"""Free runs that a part left out is cut into: 20 windows show their scatter to a sixth of itself."""
 SHORTEST_WINDOW = 4 * START_SAMPLES
 """Samples of a window: its start state is not scored, and must not be most of it."""
 DEVIATIONS = 2.5
-"""Standard errors by which the sum of squared errors must fall: with 19 degrees of freedom 1 % by chance, and up to six
-laws are compared in a round."""
+"""Standard errors by which the ratio of squared errors must be below 1: with 19 degrees of freedom 1 % by chance, and
+up to six laws are compared in a round."""
 TRYING = SearchEffort(12, 0.1)
 """Enough to tell what a suspect is worth; what is kept is fitted to the end."""
 
@@ -71,12 +71,12 @@ def come_closer(before: Array, after: Array) -> str:
         return "a fit without a part of the record has no bounded motion"
     if not math.isfinite(sums[0]):
         return ""
-    gain = before - after
-    scatter = float(np.std(gain, ddof=1)) * math.sqrt(gain.size)
-    if float(np.sum(gain)) > DEVIATIONS * scatter:
+    ratio = float(np.sum(after) / np.sum(before))
+    scatter = math.sqrt(before.size / (before.size - 1)) * float(np.linalg.norm(after - ratio * before))
+    error = scatter / float(np.sum(before))
+    if 1.0 - ratio > DEVIATIONS * error:
         return ""
-    fall = float(np.sum(gain)) / scatter if scatter > 0.0 else 0.0
     return (
-        f"parts left out in turn come no surely closer: {sums[1]:.4g} after {sums[0]:.4g}, a fall of the squares by "
-        f"{fall:.2g} standard errors where {DEVIATIONS:g} are asked for"
+        f"parts left out in turn come no surely closer: {sums[1]:.4g} after {sums[0]:.4g}, their squares "
+        f"{ratio:.3g} +- {error:.2g} of what they were, where {DEVIATIONS:g} standard errors below 1 are asked for"
     )

@@ -30,9 +30,10 @@ WINDOWS_A_FOLD = 4
 """Free runs that a part left out is cut into: 20 windows show their scatter to a sixth of itself."""
 SHORTEST_WINDOW = 4 * START_SAMPLES
 """Samples of a window: its start state is not scored, and must not be most of it."""
-DEVIATIONS = 2.5
-"""Standard errors by which the ratio of squared errors must be below 1: with 19 degrees of freedom 1 % by chance, and
-up to six laws are compared in a round."""
+DEVIATIONS = 5.0
+"""Standard errors by which the ratio of squared errors must be below 1. Set on three cases that no longer count as proof:
+a synthetic carriage that lacks nothing but whose drive wanders reached 4.6 with a relaxation (windows hang together, so
+that 2.5 is no 1 %), EMPS' asymmetric damping 6.7, its other laws 1.3 at most. Not checked on fresh cases."""
 TRYING = SearchEffort(12, 0.1)
 """Enough to tell what a suspect is worth; what is kept is fitted to the end."""
 

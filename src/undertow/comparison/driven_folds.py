@@ -31,8 +31,8 @@ WINDOWS_A_FOLD = 4
 SHORTEST_WINDOW = 4 * START_SAMPLES
 """Samples of a window: its start state is not scored, and must not be most of it."""
 DEVIATIONS = 5.0
-"""Standard errors by which the ratio of squared errors must be below 1. Set on three cases that no longer count as proof:
-a synthetic carriage that lacks nothing but whose drive wanders reached 4.6 with a relaxation (windows hang together, so
+"""Standard errors by which the ratio of squared errors must be below 1. Set on cases that no longer count as proof: a
+synthetic carriage that lacks nothing but whose drive wanders reached 4.6 with a relaxation (windows hang together, so
 that 2.5 is no 1 %), EMPS' asymmetric damping 6.7, its other laws 1.3 at most. Not checked on fresh cases."""
 TRYING = SearchEffort(12, 0.1)
 """Enough to tell what a suspect is worth; what is kept is fitted to the end."""

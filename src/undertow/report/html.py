@@ -19,6 +19,7 @@ from undertow.discrepancy.findings import Findings, GroupFindings
 from undertow.report import blocks, figures, first_screen, trial_figures
 from undertow.report.arrange import spanning_conditions
 from undertow.report.captions import captions
+from undertow.report.drawing import without_collection
 from undertow.report.explorer import explorer_block
 from undertow.report.extent import Extent, extent_of
 from undertow.report.group_figures import WIDTH_IN, group_figures, row_of
@@ -140,7 +141,7 @@ class _GroupFigures:
     parameters: tuple[str, ...]
 
     def __call__(self, one: tuple[Findings, GroupFindings]) -> dict[str, str]:
-        with page_style():
+        with page_style(), without_collection():
             return group_figures(*one, self.parameters)
 
 

@@ -5,7 +5,6 @@ Belongs here: style and saving. Does not belong here: what is drawn (figures.py,
 
 from __future__ import annotations
 
-import io
 import math
 import re
 from collections.abc import Iterator, Mapping, Sequence
@@ -14,10 +13,9 @@ from typing import Any
 
 from matplotlib import rc_context
 from matplotlib.axis import Axis
-from matplotlib.backends.backend_svg import FigureCanvasSVG
 from matplotlib.figure import Figure
 
-from undertow.report.layout import lay_out
+from undertow.report.drawing import drawn
 
 BLUE, ORANGE, GREEN, VERMILLION = "#0072B2", "#E69F00", "#009E73", "#D55E00"
 PURPLE, SKY, INK, GREY, PALE = "#CC79A7", "#56B4E9", "#222222", "#777777", "#d9d9d9"
@@ -64,9 +62,6 @@ SETTINGS: Mapping[str, Any] = {
 
 DRAWN: Mapping[str, tuple[float, str]] = {"translation": (1e3, "mm"), "rotation": (180.0 / math.pi, "°")}
 """Drawn units a metre or a radian, and what they are called, by coordinate."""
-
-POINTS_PER_INCH = 72
-"""An SVG's own resolution: at it letters are measured for the layout."""
 
 SVG_DECIMALS = 1
 """Decimals of a point (1/72 inch) in an SVG: a tenth is a seventh of a pixel at the page's size."""
@@ -136,13 +131,8 @@ def svg_text(figure: Figure, outlines: bool = False) -> str:
 
     Letters are text in the reader's font; with ``outlines`` they are drawn, as typeset equations need.
     """
-    stream = io.StringIO()
     with rc_context(_settings() | {"svg.fonttype": "path" if outlines else "none"}):
-        if figure.axes:  # once: savefig lays out and draws twice
-            figure.set_dpi(POINTS_PER_INCH)
-            lay_out(figure)
-        FigureCanvasSVG(figure).print_svg(stream, metadata={"Date": None})  # type: ignore[no-untyped-call]
-    return _compact(stream.getvalue())
+        return _compact(drawn(figure))
 
 
 _THEMED: Mapping[str, str] = {

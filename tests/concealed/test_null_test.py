@@ -58,6 +58,10 @@ def test_a_level_with_nothing_missing_is_like_its_replicas():
     null = beside_its_null()
     assert null.p_value > 0.05
     assert not null.significant
+    assert null.scores is not None
+    beyond = null.scores.edges[:-1] >= null.scores.own
+    assert sum(n for n, b in zip(null.scores.counts, beyond, strict=True) if b) > 0.02 * sum(null.scores.counts)
+    assert null.scores.own < null.scores.limit
     assert null.upper_bound < null.smallest  # nothing that counts could hide
     assert "external_forcing" not in {t.label for t in null.shared}  # a force of its own in every trial
 
@@ -70,6 +74,8 @@ def test_damping_at_once_and_a_half_of_what_is_seen_stands_out_and_at_a_quarter_
     assert not damping.named_value < damping.value
     strong = beside_its_null((registry.find("linear_damping"), 1.5 * damping.value), seed=2001)
     assert strong.p_value <= SIGNIFICANT
+    assert strong.scores is not None
+    assert strong.scores.own > strong.scores.limit
     assert strong.tests[0].label.startswith(("linear_damping", "cubic_damping"))
     assert beside_its_null((registry.find("linear_damping"), 0.25 * damping.value), seed=2001).p_value > SIGNIFICANT
 

@@ -16,6 +16,7 @@ from undertow.campaign.run.analysis import GroupTask, analyse
 from undertow.comparison.level import Addend
 from undertow.comparison.null_test import Detectable
 from undertow.comparison.suspect import Addition
+from undertow.comparison.tail import Histogram
 from undertow.conditioning.condition import condition
 from undertow.conditioning.motion import Motion
 from undertow.discrepancy.findings import AugmentedRun, Findings, GroupFindings
@@ -86,11 +87,12 @@ def test_a_verdict_with_everything_in_it_comes_back(
         rejected=(Rejected("cubic_stiffness", "0.38", -3.0),),
         physical_check=PhysicalCheck(9.4, 10.4, True, "cells"), p_value=0.003, upper_bound=0.02,
         detectable=(Detectable("hidden_resonator", "mass_kg", 4.1, "kg", 0.02, 7.9),), not_testable=("rest_offset",),
+        null=Histogram(0.5, 9.0, (3, 990, 7), 12.0, 8.0),
     )  # fmt: skip
     loaded = kept(task, replace(findings, verdict=full), tmp_path).verdict
     assert loaded.parameters == full.parameters
     assert (loaded.augmented, loaded.rejected) == (full.augmented, full.rejected)
-    for name in ("p_value", "upper_bound", "detectable", "not_testable"):
+    for name in ("p_value", "upper_bound", "detectable", "not_testable", "null"):
         assert getattr(loaded, name) == getattr(full, name)
     assert (loaded.alternatives, loaded.physical_check) == (full.alternatives, full.physical_check)
 

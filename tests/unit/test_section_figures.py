@@ -12,13 +12,14 @@ from matplotlib.axes import Axes
 from matplotlib.colors import to_rgba
 
 from tests.findings_fixture import named, small_findings
+from undertow.comparison.tail import Histogram
 from undertow.discrepancy.energy import EnergyBudget
 from undertow.discrepancy.findings import GroupFindings
 from undertow.discrepancy.verdict import Described, Rejected
 from undertow.quantities import Estimate
 from undertow.report import fit_figures, mismatch_figures
 from undertow.report.captions import captions, quality_rows
-from undertow.report.group_figures import marked_lines, one_trial
+from undertow.report.group_figures import group_figures, marked_lines, one_trial
 from undertow.report.style import GREEN, NOT_EXPLAINED, in_theme, new_figure, page_style
 
 TWO = Described(
@@ -155,3 +156,32 @@ def test_quality_rows_say_rate_hold_and_what_was_changed() -> None:
 
 def test_colours_of_a_figure_follow_the_pages_theme() -> None:
     assert in_theme("stroke: #d55e00; fill: #123456") == "stroke: var(--fig-alarm); fill: #123456"
+
+
+@pytest.mark.parametrize(("own", "words", "alarm"), [(3.0, "it could be one of them", False), (60.0, "missing", True)])
+def test_the_replicas_histogram_marks_the_level_and_says_what_it_means(own: float, words: str, alarm: bool) -> None:
+    scores = Histogram.of(np.random.default_rng(0).exponential(3.0, 1000), own, 14.0)
+    assert scores is not None
+    group = wet()
+    verdict = replace(group.verdict, null=scores, p_value=0.3 if own < 14.0 else 1e-6)
+    with page_style():
+        figure = fit_figures.draw_null(scores, verdict.p_value, new_figure(11.0, 2.3))
+    place = next(line for line in figure.axes[0].lines if "this level" in str(line.get_label()))
+    assert place.get_xdata()[0] == pytest.approx(own / math.log(10.0))
+    assert figure.axes[0].get_xlim()[0] < own / math.log(10.0) < figure.axes[0].get_xlim()[1]
+    assert (place.get_color() == NOT_EXPLAINED) is alarm
+    said = captions(small_findings(), replace(group, verdict=verdict))["null"]
+    assert said.startswith("1000 simulated replicas")
+    assert words in said
+    drawn = group_figures(small_findings(), replace(group, verdict=verdict), ())
+    assert "null" in drawn
+    assert "null" not in group_figures(small_findings(), group, ())
+
+
+@pytest.mark.parametrize("scores", [[0.0, 0.0], [5.0, 5.0], [0.0, 1e-3, 10.0]])
+def test_a_histogram_counts_every_replica(scores: list[float]) -> None:
+    found = Histogram.of(np.array(scores), 1.0, 2.0)
+    assert (found is None) is (max(scores) == 0.0)
+    if found is not None:
+        assert sum(found.counts) == len(scores)
+        assert np.all(np.diff(found.edges) > 0.0)

@@ -28,7 +28,7 @@ from undertow.comparison.score_stack import Scored, Stack
 from undertow.comparison.score_test import GridPlace, Stands, places
 from undertow.comparison.sizes import COUNTS_IN_REPEATABILITY, Sizes
 from undertow.comparison.suspect import Suspect
-from undertow.comparison.tail import Tail
+from undertow.comparison.tail import Histogram, Tail
 from undertow.recording.recording import Array
 
 DRAWS = 1000
@@ -97,12 +97,13 @@ def limit(levels: int) -> float:
 @dataclass(frozen=True)
 class NullTest:
     """A level against its own null; ``smallest`` is the free-run error (nrmse) from which on an effect counts,
-    ``levels`` how many the campaign has."""
+    ``levels`` how many the campaign has, ``scores`` the level's largest score among those of its replicas."""
 
     p_value: float
     tests: tuple[SuspectTest, ...] = ()
     smallest: float = math.nan
     levels: int = 1
+    scores: Histogram | None = None
 
     @property
     def limit(self) -> float:
@@ -228,7 +229,9 @@ def _ranked(
         size = float(best.measure.of(best.step[:, None])[0])
         tests.append(SuspectTest(label, math.exp(mine[label]), observed[label], size, hidden, seen))
     ordered_tests = tuple(sorted(tests, key=lambda t: t.p_value))
-    return NullTest(min(max(p_value, LEAST_P), 1.0), ordered_tests, COUNTS_IN_REPEATABILITY * sizes.allowed, levels)
+    scores = Histogram.of(-least, -min(mine.values()), -threshold)
+    p_value, smallest_counts = min(max(p_value, LEAST_P), 1.0), COUNTS_IN_REPEATABILITY * sizes.allowed
+    return NullTest(p_value, ordered_tests, smallest_counts, levels, scores)
 
 
 def _scored(

@@ -1,4 +1,4 @@
-"""Probabilities of a statistic from simulated values of it, also beyond the largest.
+"""Probabilities of a statistic from simulated values of it, also beyond the largest, and its histogram.
 
 Belongs here: that distribution. Does not belong here: what is simulated (replicas.py, null_test.py).
 """
@@ -15,6 +15,12 @@ from undertow.recording.recording import Array
 TAIL = 0.02
 """Share of the replicas by which the tail of a statistic is found: beyond, it is taken to fall exponentially. Scatter
 that few dry trials show has a tail that falls slower, so that no more of it is extrapolated than must be."""
+
+BINS = 32
+"""Bins of the histogram that is kept of a level's replicas."""
+
+WIDEST = 100.0
+"""Largest over smallest edge of that histogram: smaller values are counted in its first bin."""
 
 LEAST_FALL = 1e-9
 """The same mean excess over where the tail starts, at least: replicas that are all alike have none."""
@@ -52,3 +58,36 @@ class Tail:
     def at(self, log_p: float) -> float:
         """The value that has this log probability (below log `TAIL`)."""
         return self.start + self.fall * max(math.log(TAIL) - log_p, 0.0)
+
+
+@dataclass(frozen=True)
+class Histogram:
+    """A level's largest score beside those of its replicas: ``counts`` of the replicas in bins whose edges are in equal
+    ratios from ``low`` to ``high``, the level's own score, and the score beyond which a level is not like its replicas
+    (``limit``)."""
+
+    low: float
+    high: float
+    counts: tuple[int, ...]
+    own: float
+    limit: float
+
+    @classmethod
+    def of(cls, scores: Array, own: float, limit: float) -> Histogram | None:
+        """From the replicas' scores (draws,); None where none is above zero.
+
+        >>> Histogram.of(np.array([0.0, 1.0, 2.0]), 5.0, 3.0).counts[::31]
+        (1, 1)
+        """
+        high = float(np.max(scores, initial=0.0))
+        if not high > 0.0:
+            return None
+        low = max(float(np.min(scores)), high / WIDEST)
+        low = low if low < high else high / WIDEST
+        counts, _ = np.histogram(np.clip(scores, low, high), np.geomspace(low, high, BINS + 1))
+        return cls(low, high, tuple(int(n) for n in counts), own, limit)
+
+    @property
+    def edges(self) -> Array:
+        """The bins' edges, (bins + 1,)."""
+        return np.geomspace(self.low, self.high, len(self.counts) + 1)

@@ -103,6 +103,7 @@ def _with_evidence(
         verdict, decision=(*evidence(level, case, diagnosis), *verdict.decision), posterior=posterior(diagnosis),
         p_value=tested.p_value, upper_bound=math.nan if diagnosis.named else tested.upper_bound,
         detectable=tested.detectable, not_testable=(*NOT_TESTABLE, *tested.not_testable),
+        null=tested.scores,
     )  # fmt: skip
 
 

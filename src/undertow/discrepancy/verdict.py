@@ -12,6 +12,7 @@ from typing import Literal
 
 from undertow.comparison.null_test import Detectable
 from undertow.comparison.suspect import Origin
+from undertow.comparison.tail import Histogram
 from undertow.quantities import Estimate
 
 Status = Literal["explained", "nothing_missing", "present_but_small", "unknown", "not_identifiable", "cannot_tell"]
@@ -78,7 +79,7 @@ class Verdict:
     ``decision``: every condition behind the status.
     ``p_value``: how often a level like this one, with nothing missing, stands out as much; ``upper_bound``: the largest
     free-run error (nrmse) that an effect all trials share can still hide, at 95 %; ``detectable``: the smallest effects
-    that would have been seen; ``not_testable``: what no free decay shows.
+    that would have been seen; ``not_testable``: what no free decay shows; ``null``: its score and its replicas'.
     ``transfer``: nrmse of this group's trials as what another spring alone says of the water predicts them, by that
     spring's label.
     """
@@ -109,3 +110,4 @@ class Verdict:
     upper_bound: float = math.nan
     detectable: tuple[Detectable, ...] = ()
     not_testable: tuple[str, ...] = ()
+    null: Histogram | None = None

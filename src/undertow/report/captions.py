@@ -12,20 +12,22 @@ from typing import Any
 from undertow.conditioning.period import dominant_period
 from undertow.discrepancy.energy import budget_words
 from undertow.discrepancy.findings import Findings, GroupFindings, TrialFindings
+from undertow.discrepancy.verdict import Verdict
 from undertow.errors import UndertowError
 from undertow.report.behind import is_repaired
 from undertow.report.expressions import is_per_mass
 from undertow.report.fit_figures import friction_panels, hold_of
 from undertow.report.group_figures import budget_of, one_trial
 from undertow.report.mismatch_figures import CYCLES_AT_MOST
+from undertow.report.wording import p_words
 
 NOTES_AT_MOST = 3
 """Notes of one recording in the table of data quality; all stand in manifest.json."""
 
 
 def captions(findings: Findings, group: GroupFindings) -> Mapping[str, Any]:
-    """Texts under the figures that not every group has: energy, where, suspects, noise, pairs, friction; and rows on
-    the recordings' ``quality``."""
+    """Texts under the figures that not every group has: energy, where, suspects, noise, pairs, null, friction; and
+    rows on the recordings' ``quality``."""
     trial = one_trial(findings, group)
     named = "" if trial is None else _named(trial)
     believed = "repaired" if is_repaired(group.verdict) else "prescribed"
@@ -41,6 +43,7 @@ def captions(findings: Findings, group: GroupFindings) -> Mapping[str, Any]:
         "noise), and its quantiles beside those of the sensor's noise. Correlated residuals count as fewer samples.",
         "pairs": "Correlations of the repaired equation's numbers: ellipses of one and two standard errors, the "
         "correlation above each; red beyond 0.9: the two are known together better than each alone.",
+        "null": _null(group.verdict),
         "friction": _friction(group),
         "quality": quality_rows(group),
     }  # fmt: skip
@@ -65,6 +68,18 @@ def _energy(group: GroupFindings, trial: TrialFindings) -> str:
     return (
         f"Trial {_named(trial)}: {budget_words(budget, unit)}. What every law of the {believed} equation takes of it "
         f"along the measured motion; diamonds: what is lost, with one standard error{left}.{memory}"
+    )
+
+
+def _null(verdict: Verdict) -> str:
+    if verdict.null is None or not math.isfinite(verdict.p_value):
+        return ""
+    beyond = verdict.null.own > verdict.null.limit
+    said = "it is not one of them, something is missing" if beyond else "it could be one of them"
+    return (
+        f"{sum(verdict.null.counts)} simulated replicas of this level in which nothing is missing, with its own "
+        "releases, scatter and noise: of each the largest score among all suspects. The level itself has "
+        f"{p_words(verdict.p_value)}: {said}. Springs judged together share this test."
     )
 
 

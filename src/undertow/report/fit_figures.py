@@ -1,5 +1,5 @@
-"""Figures of how sure a group's answer is: suspects by evidence, correlations of the repaired numbers, residual against
-noise, friction.
+"""Figures of how sure a group's answer is: suspects by evidence, replicas, correlations of the repaired numbers,
+residual against noise, friction.
 
 Each function takes a finished result and an Axes (or a Figure) and returns it; none fits, filters or saves. Does not
 belong here: where a mismatch is (mismatch_figures.py), parameters by method (figures.py).
@@ -16,14 +16,15 @@ from matplotlib.collections import LineCollection
 from matplotlib.figure import Figure
 from scipy.special import ndtri
 
+from undertow.comparison.tail import Histogram
 from undertow.discrepancy.findings import GroupFindings, TrialFindings
 from undertow.discrepancy.verdict import Described, Rejected
 from undertow.quantities import Estimate
 from undertow.recording.recording import Array
 from undertow.report.arrange import by_amplitude, is_usable
-from undertow.report.style import BLUE, DRAWN, GREEN, GREY, INK, NOT_EXPLAINED, PALE, SKY
+from undertow.report.style import BLUE, DRAWN, GREEN, GREY, INK, NOT_EXPLAINED, PALE, SKY, plain_log_ticks
 from undertow.report.trial_figures import response, thinned
-from undertow.report.wording import estimate_text, parameter_words
+from undertow.report.wording import estimate_text, p_words, parameter_words
 
 PAIRS_AT_MOST = 7
 """Parameters of a pair plot: more have no room for their names."""
@@ -66,6 +67,29 @@ def draw_suspects(said: str, others: Sequence[Rejected], figure: Figure) -> Figu
     axes.invert_yaxis()
     axes.grid(axis="y", visible=False)
     axes.set_xlabel("log10 of the odds beside what is said")
+    return figure
+
+
+def draw_null(scores: Histogram, p_value: float, figure: Figure) -> Figure:
+    """Histogram of the largest score of every replica in which nothing is missing, the score beyond which a
+    level is not like them, and this level's own; scores as minus log10 of a probability."""
+    axes = figure.subplots()
+    to_log10 = 1.0 / math.log(10.0)
+    axes.stairs(scores.counts, scores.edges * to_log10, fill=True, color=PALE)
+    axes.stairs(scores.counts, scores.edges * to_log10, color=GREY, lw=0.7)
+    axes.axvline(scores.limit * to_log10, color=GREY, ls="--", lw=0.9, label="beyond: not like the replicas")
+    own, colour = scores.own * to_log10, NOT_EXPLAINED if scores.own > scores.limit else BLUE
+    axes.axvline(own, color=colour, lw=1.6, label=f"this level, {p_words(p_value)}")
+    axes.set_xscale("log")
+    low = min(scores.edges[0] * to_log10, own) if own > 0.0 else scores.edges[0] * to_log10
+    high = max(scores.edges[-1], scores.limit, scores.own) * to_log10
+    axes.set_xlim(low / 1.1, high * 1.15)
+    plain_log_ticks(axes.xaxis, [low, high])
+    axes.set_ylim(bottom=0.0)
+    axes.grid(axis="y", visible=False)
+    axes.set_xlabel("largest score of any suspect (minus log10 of its probability)")
+    axes.set_ylabel("replicas")
+    figure.legend(handles=list(axes.lines), loc="outside upper left", ncols=2)
     return figure
 
 

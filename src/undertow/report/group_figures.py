@@ -98,7 +98,7 @@ def _of_one_trial(findings: Findings, group: GroupFindings) -> dict[str, str]:
 
 
 def _of_the_answer(group: GroupFindings) -> dict[str, str]:
-    """Figures of the answer: suspects, correlations, friction."""
+    """Figures of the answer: suspects, replicas, correlations, friction."""
     drawn: dict[str, str] = {}
     verdict = group.verdict
     if any(math.isfinite(r.log_odds) for r in verdict.rejected):
@@ -107,6 +107,8 @@ def _of_the_answer(group: GroupFindings) -> dict[str, str]:
         drawn["suspects"] = svg_text(
             fit_figures.draw_suspects(said, verdict.rejected, new_figure(WIDTH_IN, 0.9 + 0.2 * rows))
         )
+    if verdict.null is not None and math.isfinite(verdict.p_value):
+        drawn["null"] = svg_text(fit_figures.draw_null(verdict.null, verdict.p_value, new_figure(WIDTH_IN, 2.3)))
     if verdict.augmented is not None and (size := len(fit_figures.pair_names(verdict.augmented))) > 1:
         pairs = new_figure(min(1.0 + 1.5 * size, WIDTH_IN), 0.5 + 0.85 * size)
         fit_figures.draw_pairs(verdict.augmented, pairs.subplots())

@@ -12,6 +12,7 @@ import re
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 
+from undertow.comparison.null_test import LEAST_P
 from undertow.quantities import OK, Estimate, format_estimate
 
 METHOD_LABELS: Mapping[str, str] = {
@@ -163,6 +164,15 @@ def confidence_words(confidence: float) -> str:
     if not math.isfinite(confidence):
         return ""
     return "over 99 %" if confidence > 0.99 else f"{100.0 * confidence:.0f} %"
+
+
+def p_words(p_value: float) -> str:
+    """A p-value in words: where no simulation knows it further, what it is at most.
+
+    >>> p_words(0.032), p_words(1e-6)
+    ('p = 0.032', 'p at most 1e-06')
+    """
+    return f"p {'at most' if p_value <= LEAST_P else '='} {p_value:.2g}"
 
 
 def error_parts(estimate: Estimate) -> str:

@@ -24,6 +24,7 @@ from undertow.campaign.run.part_files import FORMAT, read_part, write_part
 from undertow.comparison.level import Addend
 from undertow.comparison.null_test import Detectable
 from undertow.comparison.suspect import Addition
+from undertow.comparison.tail import Histogram
 from undertow.conditioning.motion import Motion
 from undertow.discrepancy.findings import AugmentedRun, GroupFindings, TrialFindings
 from undertow.discrepancy.judge import Judged
@@ -194,6 +195,9 @@ def _verdict(data: Mapping[str, Any], task: GroupTask) -> Verdict:
             value["nrmse"], value["held_out_nrmse"], _estimates(value["parameters"]), value["correlations"]
         )
 
+    def histogram(value: Mapping[str, Any] | None) -> Histogram | None:
+        return None if value is None else Histogram(**(dict(value) | {"counts": tuple(value["counts"])}))
+
     kept = dict(data)
     kept |= {
         "group": task.key,
@@ -209,6 +213,7 @@ def _verdict(data: Mapping[str, Any], task: GroupTask) -> Verdict:
         "transfer": dict(data["transfer"]),
         "detectable": tuple(Detectable(**one) for one in data["detectable"]),
         "not_testable": tuple(data["not_testable"]),
+        "null": histogram(data["null"]),
         "decision": tuple(Gate(**(g | {"bars": tuple(g["bars"])})) for g in data["decision"]),
     }
     return Verdict(**kept)

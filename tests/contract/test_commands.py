@@ -40,6 +40,13 @@ def test_help_imports_nothing_heavy(words: str) -> None:
     assert done.stderr.strip() == "[]"
 
 
+def test_a_look_at_one_file_imports_neither_the_search_nor_what_it_calculates_with() -> None:
+    heavy = ("undertow.comparison.null_test", "undertow.methods.baseline", "scipy.ndimage", "scipy.stats", "matplotlib")
+    code = f"import sys, undertow.campaign.inspection; print([name for name in {heavy} if name in sys.modules])"
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    assert done.stdout.strip() == "[]"
+
+
 def test_importing_undertow_imports_no_matplotlib() -> None:
     code = "import sys, undertow.campaign.run.course; print('matplotlib' in sys.modules)"
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)

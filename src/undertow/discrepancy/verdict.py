@@ -8,12 +8,14 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass, field
-from typing import Literal
+from typing import TYPE_CHECKING, Literal
 
-from undertow.comparison.null_test import Detectable
-from undertow.comparison.suspect import Origin
-from undertow.comparison.tail import Histogram
 from undertow.quantities import Estimate
+
+if TYPE_CHECKING:  # the search: reading and checking files, which hold verdicts' names alone, does not wait for it
+    from undertow.comparison.null_test import Detectable
+    from undertow.comparison.suspect import Origin
+    from undertow.comparison.tail import Histogram
 
 Status = Literal["explained", "nothing_missing", "present_but_small", "unknown", "not_identifiable", "cannot_tell"]
 

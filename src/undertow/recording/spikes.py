@@ -7,7 +7,6 @@ from __future__ import annotations
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.ndimage import median_filter
 
 from undertow.errors import RecordingError
 from undertow.recording.recording import Array
@@ -54,8 +53,9 @@ def find_spikes(values: Array, width: int = 7) -> Mask:
     finest = float(np.min(steps[steps > 0.0], initial=np.inf))
     scale = float(np.ptp(values))
     threshold = max(SPIKE_SIGMAS * sigma, SPIKE_QUANTA * min(finest, 1e-3 * scale), 1e-9 * scale)
-    off_median = values - median_filter(values, size=width, mode="nearest")
-    mask[inner] = (np.abs(off_cubic) > threshold) & (np.abs(off_median[inner]) > threshold)
+    off = np.flatnonzero(np.abs(off_cubic) > threshold) + far
+    medians = np.median(values[off[:, None] + np.arange(-near, near + 1)], axis=1)
+    mask[off] = np.abs(values[off] - medians) > threshold
     return mask & (np.abs(values - _bridged(values, mask)) > threshold)  # acquits neighbours that a spike has bent
 
 

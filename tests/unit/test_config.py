@@ -320,3 +320,12 @@ def test_each_committed_config_reads_its_recordings(path: Path) -> None:
         assert recording.time.size > 500
         config.group_key(recording.conditions)
         config.specimen_for(recording.conditions)
+
+
+def test_published_values_go_by_level_and_a_level_without_one_has_none(tmp_path: Path) -> None:
+    more = "  published: {drag_coefficient: {by: depth_m, 2.36: 2.1}, rest_offset_m: -0.002}\n"
+    config = load(written(tmp_path, GOOD + more))
+    known = config.specimen_for({"spring": "long", "depth_m": 2.36}).published
+    assert known == (("drag_coefficient", 2.1), ("rest_offset_m", -0.002))
+    assert config.specimen_for({"spring": "long", "depth_m": 2.29}).published == (("rest_offset_m", -0.002),)
+    assert load(written(tmp_path, GOOD)).specimen_for({"spring": "long", "depth_m": 2.36}).published == ()

@@ -235,3 +235,19 @@ def test_coordinates_are_rounded_by_less_than_a_tenth_of_a_point() -> None:
     assert path is not None
     numbers = [float(n) for n in re.findall(r"-?[\d.]+", path.group(1))]
     assert numbers == pytest.approx([0.0, 144.0, 144 * 0.123456, 144 * (1 - 0.987654), 144.0, 0.0], abs=0.0501)
+
+
+def test_a_published_value_is_a_line_where_it_is_near_and_left_out_where_it_would_squash_the_rest() -> None:
+    group = small_findings().groups[1]
+    near = next(iter(group.fits["sindy"].parameters.values())).value
+    name = next(iter(group.fits["sindy"].parameters))
+    for value, lines in ((near, 1), (1e3 * abs(near), 0)):
+        known = replace(group, specimen=replace(group.specimen, published=((name, value),)))
+        with page_style():
+            axes = new_figure(5.0, 2.0).subplots()
+            figures.draw_agreement(known, name, axes)
+        drawn = [line for line in axes.lines if line.get_linestyle() == "-."]
+        assert len(drawn) == lines
+        if lines:
+            assert drawn[0].get_xdata()[0] == value
+            assert axes.get_xlim()[0] < value < axes.get_xlim()[1]

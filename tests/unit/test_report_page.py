@@ -17,6 +17,7 @@ from undertow.equation import registry
 from undertow.equation.equation import Equation
 from undertow.quantities import Estimate
 from undertow.report import blocks
+from undertow.report.behind import repaired_block
 from undertow.report.extent import Extent, key_of
 from undertow.report.group_figures import equation_svg
 from undertow.report.html import ROWS_AT_MOST, page, page_figures, write_report
@@ -298,3 +299,20 @@ def test_a_page_that_shows_everything_speaks_of_no_part() -> None:
     assert "this page shows" not in rendered()
     assert "the figures show these too" not in rendered()
     assert "more, in trials.csv" not in rendered()
+
+
+def test_published_values_stand_beside_what_is_found() -> None:
+    findings = small_findings()
+    group = findings.groups[1]
+    known = replace(group, specimen=replace(group.specimen, published=(("drag_coefficient", 2.125), ("mu", 0.011))))
+    block = blocks.group_block(findings, known, "a", {})
+    assert dict(zip(block["columns"], block["published"], strict=True))["drag coefficient"] == "2.125"
+    assert blocks.group_block(findings, group, "a", {})["published"] == []
+    shown = replace(findings, groups=(findings.groups[0], known))
+    with page_style():
+        written = page(shown, page_figures(shown), {})
+    assert "from the config; nothing was fitted to it" in written
+    repaired = repaired_block(named(known))
+    assert repaired["published"]
+    assert "2.125" in [row["published"] for row in repaired["rows"]]
+    assert not repaired_block(named(group))["published"]

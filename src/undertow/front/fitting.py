@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
+from contextlib import suppress
 from dataclasses import replace
 from typing import Unpack
 
@@ -15,7 +16,7 @@ from undertow.conditioning.motion import Motion
 from undertow.equation.equation import Equation
 from undertow.equation.registry import EQUATION_15
 from undertow.equation.term import Term
-from undertow.errors import IdentificationError
+from undertow.errors import FAILURES, IdentificationError
 from undertow.front.fitted import Fitted
 from undertow.front.known import Rig, group_specimen, terms_of, with_settings
 from undertow.front.reading import Source, agreeing, read
@@ -23,10 +24,11 @@ from undertow.front.trials import Trials
 from undertow.likelihood.fit import Specimen, Structure
 from undertow.likelihood.problem import TrialOptions
 from undertow.likelihood.scale import Anchor, choose_anchor
-from undertow.methods.baseline import GroupFit, fit_group, group_model
+from undertow.methods.baseline import GroupFit, fit_alone, fit_group, group_model
 from undertow.methods.decay import load_cell_stiffness
 from undertow.methods.dry import dry_fits, pooled_scatter, structural_terms, structure_from
 from undertow.quantities import Estimate
+from undertow.uncertainty.disagreement import OF_ONE_TRIAL, grown, grown_words
 from undertow.uncertainty.intervals import mean_of_trials
 
 SCALING = ("kg", "N")
@@ -84,9 +86,22 @@ def fit(
     if structure is not None and structure.mu.value > 0.0:
         options = TrialOptions(rest_offset_std=structure.mu.value * specimen.normal_force_N / structure.k.value)
     found = fit_group(model, motions, options, "none" if structure is None else "trials and means")
+    found, differ = _grown(found, motions, options)
     ordered = replace(used, motions=tuple(motions))
-    notes += tuple(f"not used: {one.reason}" for one in used.failed)
+    notes += differ + tuple(f"not used: {one.reason}" for one in used.failed)
     return Fitted(ordered, _with_anchor_error(found, anchor), anchor, structure, notes)
+
+
+def _grown(found: GroupFit, motions: Sequence[Motion], options: TrialOptions) -> tuple[GroupFit, tuple[str, ...]]:
+    """The fit with errors that hold how much its trials differ, each fitted alone; and what is to be said of that."""
+    if len(motions) < 2:
+        return found, (OF_ONE_TRIAL,)
+    alone = []
+    for motion in motions:
+        with suppress(*FAILURES):
+            alone.append(fit_alone(found, motion, options).estimates)
+    estimates, differ = grown(found.estimates, alone)
+    return replace(found, estimates=estimates), grown_words(differ)
 
 
 def _structure(dry: Trials, terms: Sequence[Term], specimen: Specimen) -> Structure:

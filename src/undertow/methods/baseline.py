@@ -114,6 +114,14 @@ def fit_group(
     return _group_fit(model, _fit_scattering(full, start))
 
 
+def fit_alone(together: GroupFit, motion: Motion, options: TrialOptions) -> GroupFit:
+    """The same model on one of its trials, from where the fit of all ended: what this trial says by itself."""
+    problem = _problem(together.model, [motion], options, "none")
+    known = dict(zip(together.solution.problem.names, together.solution.values.tolist(), strict=True))
+    start = np.array([known.get(u.name, u.start) for u in problem.unknowns])
+    return _group_fit(together.model, output_error.fit(problem, start, growing=False))
+
+
 def _fit_scattering(problem: Problem, start: Array) -> Solution:
     """The fit with random effects, from where the fit without them ended.
 
@@ -285,5 +293,6 @@ def as_fit(group: GroupFit, method: str, trials: Sequence[str], anchor: str) -> 
 
 
 __all__ = [
-    "Coefficient", "GroupFit", "GroupModel", "Scattering", "as_fit", "fit_group", "group_model", "terms_by_name",
+    "Coefficient", "GroupFit", "GroupModel", "Scattering", "as_fit", "fit_alone", "fit_group", "group_model",
+    "terms_by_name",
 ]  # fmt: skip

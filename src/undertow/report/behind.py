@@ -86,16 +86,19 @@ def is_repaired(verdict: Verdict) -> bool:
 
 
 def repaired_block(group: GroupFindings) -> Mapping[str, Any]:
-    """The repaired equation beside the prescribed one: ``rows`` of ``name``, ``before``, ``after``, ``problem``;
+    """The repaired equation beside the prescribed one: ``rows`` of ``name``, ``before``, ``after``, ``published``,
+    ``problem``;
     ``latex`` and ``text`` (empty where it cannot be written); whether both give a number (``both``), and whether a
     damping in it is what waves carry away (``of_waves``). Empty where nothing is named."""
     verdict = group.verdict
     if verdict.augmented is None or not is_repaired(verdict):
         return {}
     before, after = verdict.baseline.parameters, verdict.augmented.parameters
-    written = repaired_of(group)
+    written, published = repaired_of(group), dict(group.specimen.published)
+    names = ordered_parameters((*before, *after))
     return {
-        "rows": [_row(name, before.get(name), after.get(name)) for name in ordered_parameters((*before, *after))],
+        "rows": [_row(name, before.get(name), after.get(name), published.get(name)) for name in names],
+        "published": any(name in published for name in names),
         "both": any(name in after for name in before),
         "latex": "" if written is None else numeric_latex(*written),
         "text": "" if written is None else written[0].text(written[1]),
@@ -103,13 +106,16 @@ def repaired_block(group: GroupFindings) -> Mapping[str, Any]:
     }
 
 
-def _row(name: str, before: Estimate | None, after: Estimate | None) -> Mapping[str, str]:
+def _row(
+    name: str, before: Estimate | None, after: Estimate | None, published: float | None
+) -> Mapping[str, str]:
     problem = "" if after is None else problem_of(after)
     return {
         "name": parameter_words(name),
         "before": "" if before is None else estimate_text(before),
         "after": "not in it" if after is None else estimate_text(after),
         "problem": "" if problem == "no error bar" else problem,
+        "published": "" if published is None else f"{published:.5g}",
     }
 
 

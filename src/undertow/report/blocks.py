@@ -179,7 +179,8 @@ def group_block(
     findings: Findings, group: GroupFindings, anchor: str, figures: Mapping[str, str], extent: Extent | None = None
 ) -> Block:
     """Everything of one group's section."""
-    parameters = ordered_parameters(p for fit in group.fits.values() for p in fit.parameters)
+    published = dict(group.specimen.published)
+    parameters = ordered_parameters((*(p for fit in group.fits.values() for p in fit.parameters), *published))
     units = {
         p: unit_of([fit.parameters[p] for fit in group.fits.values() if p in fit.parameters]) for p in parameters
     }
@@ -188,6 +189,7 @@ def group_block(
         "verdict": verdict_block(group.verdict),
         "columns": [column_heading(p, units[p]) for p in parameters],
         "methods": [_method_row(group, method, units) for method in group.fits],
+        "published": [f"{published[p]:.5g}" if p in published else "" for p in parameters] if published else [],
         "agreement": agreement_texts(group, [p for p in parameters if p != "total_mass_kg"]),
         "gates": gate_rows(group.verdict),
         "seen": seen_rows(group.verdict),

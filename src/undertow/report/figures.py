@@ -10,6 +10,7 @@ import math
 from collections.abc import Iterable, Sequence
 from itertools import pairwise
 from statistics import median
+from typing import Literal
 
 import numpy as np
 from matplotlib.axes import Axes
@@ -119,6 +120,7 @@ def draw_against_amplitude(findings: Findings, groups: Sequence[GroupFindings], 
                 place = trial.motion.amplitude * factor * 1.05 ** (i - 0.5 * (len(methods) - 1))
                 points.append((place, fit.parameters[parameter], method_colour(method, methods), marker))
     _draw_points(points, axes)
+    _draw_published(groups, parameter, axes, "y")
     _amplitude_axis(axes, [p[0] for p in points], unit)
     axes.set_ylabel(parameter_axis_label(parameter, _unit_of(points)))
     return axes
@@ -146,12 +148,28 @@ def draw_agreement(group: GroupFindings, parameter: str, axes: Axes) -> Axes:
         face = colour if is_usable(estimate) else "white"
         axes.plot([estimate.value], [row], "o", color=colour, mfc=face, ms=5.5)
     axes.set_xlim(low, high)
+    _draw_published([group], parameter, axes, "x")
     axes.set_ylim(len(rows) - 0.5, -0.5)
     axes.set_yticks(range(len(rows)), [method_label(method) for method, _ in rows])
     axes.grid(axis="y", visible=False)
     axes.locator_params(axis="x", nbins=4)
     axes.set_xlabel(parameter_axis_label(parameter, rows[0][1].unit if rows else ""))
     return axes
+
+
+def _draw_published(
+    groups: Sequence[GroupFindings], parameter: str, axes: Axes, along: Literal["x", "y"]
+) -> None:
+    """A dash-dotted line at every published value of a parameter, which the axis is widened for at most to double."""
+    get, put, line = (getattr(axes, name) for name in (
+        ("get_xlim", "set_xlim", "axvline") if along == "x" else ("get_ylim", "set_ylim", "axhline")
+    ))  # fmt: skip
+    for value in dict.fromkeys(v for g in groups for name, v in g.specimen.published if name == parameter):
+        low, high = get()
+        if low - 0.5 * (high - low) < value < high + 0.5 * (high - low):
+            room = 0.05 * (high - low)
+            put(min(low, value - room), max(high, value + room))
+            line(value, color=GREY, ls="-.", lw=1.1)
 
 
 def draw_mismatch(findings: Findings, group: GroupFindings, axes: Axes) -> Axes:

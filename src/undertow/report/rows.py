@@ -15,6 +15,7 @@ from undertow.discrepancy.mismatch import Mismatch
 from undertow.likelihood.fit import Fit
 from undertow.quantities import OK, Estimate
 from undertow.report.expressions import method_equation, numeric_latex
+from undertow.uncertainty.disagreement import DIFFER
 
 SCORES = ("nrmse", "sensor_floor_nrmse", "repeatability_nrmse", "outcome")
 """Columns that every table ends with."""
@@ -22,11 +23,15 @@ SCORES = ("nrmse", "sensor_floor_nrmse", "repeatability_nrmse", "outcome")
 SHARES = tuple(f.name for f in dataclasses.fields(Mismatch) if f.name not in ("trial", *SCORES))
 """Columns of mismatch.csv that say where a mismatch is."""
 
+DIFFERS = "trials_differ"
+"""Column of levels.csv: the parameters whose standard errors have grown because trials differ by more than theirs."""
+
 PATH = " path"
 """Where a row keeps its recording's path until the file's name is known; no column is called so."""
 
 _OWN = {
-    "file", "trial", "method", "missing", "held_out", "dry", "trials", "equation", "equation_latex", *SCORES, *SHARES,
+    "file", "trial", "method", "missing", "held_out", "dry", "trials", "equation", "equation_latex", DIFFERS, *SCORES,
+    *SHARES,
 }  # fmt: skip
 
 Row = dict[str, object]
@@ -67,8 +72,9 @@ def level_rows(group: GroupFindings) -> Iterator[Row]:
         errors = [trial.nrmse[method] for trial in group.trials if math.isfinite(trial.nrmse.get(method, math.nan))]
         numbers.append((method, fit.parameters, median(errors) if errors else math.nan, outcome_of(fit)))
     for method, parameters, nrmse, outcome in numbers:
+        grown = "; ".join(name for name, e in parameters.items() if e.source.endswith(DIFFER))
         equation, stderr = method_equation(group, method)
-        written = {"equation": equation.text(stderr), "equation_latex": numeric_latex(equation, stderr)}
+        written = {DIFFERS: grown, "equation": equation.text(stderr), "equation_latex": numeric_latex(equation, stderr)}
         columns = _columns(parameters)
         yield {**head, "method": method, **columns, "nrmse": nrmse, **floors, "outcome": outcome, **written}
 

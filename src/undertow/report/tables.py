@@ -81,7 +81,7 @@ class Columns:
         keys = [rows.condition_column(name) for name in self._keys]
         names = _with_errors(ordered_parameters(self._of_groups))
         counts = ["dry", "trials", "held_out"]
-        return [*keys, *counts, "method", *names, *rows.SCORES, "equation", "equation_latex"]
+        return [*keys, *counts, "method", *names, *rows.SCORES, rows.DIFFERS, "equation", "equation_latex"]
 
     @property
     def mismatch(self) -> list[str]:

@@ -120,7 +120,16 @@ class RunConfig(Section):
             known.water_density_kg_per_m3,
             look_up("submerged_volume_m3", volume, conditions, no_table),
             known.gravity_m_per_s2,
+            published=self._published(conditions),
         )
+
+    def _published(self, conditions: Mapping[str, Condition]) -> tuple[tuple[str, float], ...]:
+        """Published values under these conditions, where there are any."""
+        values = {
+            name: look_up(f"published.{name}", quantity, conditions)
+            for name, quantity in self.specimen.published.items()
+        }
+        return tuple((name, value) for name, value in values.items() if math.isfinite(value))
 
     def cell_for(self, conditions: Mapping[str, Condition]) -> Mapping[str, float]:
         """Geometry of the cells under these conditions: surface_width_m, depth_m, length_m; nan where not known."""

@@ -165,6 +165,10 @@ class SpecimenSettings(Section):
         default=None, description="Trial-to-trial scatter; absent: from the dry trials."
     )
     cell: CellSettings | None = Field(default=None, description="Cells whose water may slosh.")
+    published: dict[str, Quantity] = Field(
+        default={}, description="Published or expected values of parameters by their names in levels.csv "
+        "(drag_coefficient ...), shown beside what is found; nothing is fitted to them.",
+    )  # fmt: skip
 
 
 class EquationSettings(Section):

@@ -32,6 +32,9 @@ UNITS: Mapping[str, tuple[str, str]] = {
 }
 """Quantities that may go by a condition, with their units in translation and in rotation."""
 
+PUBLISHED = "published."
+"""How the names of published values begin: nothing follows from them, and they may have any size."""
+
 MAY_BE_ZERO = frozenset({"area_m2", "submerged_volume_m3"})
 """What is 0 where there is no water; everything else is larger than 0."""
 
@@ -46,6 +49,7 @@ def quantities(config: RunConfig) -> dict[str, Quantity]:
         name: getattr(known.cell, name.removeprefix("cell."), None) if "." in name else getattr(known, name)
         for name in UNITS
     }
+    found |= {f"{PUBLISHED}{name}": quantity for name, quantity in known.published.items()}
     return {name: quantity for name, quantity in found.items() if quantity is not None}
 
 
@@ -154,6 +158,8 @@ def _floats(config: RunConfig, one: Situation) -> Iterator[tuple[Location, str]]
 
 def _refused(config: RunConfig, name: str, value: float, zero: bool, where: str = "") -> str:
     """The sentence for a number that this quantity cannot have; empty where it can. ``zero``: it may be a dry one."""
+    if name.startswith(PUBLISHED):
+        return ""
     may_be_zero = name in MAY_BE_ZERO and (zero or name != "area_m2")
     if value > 0.0 or (value == 0.0 and may_be_zero):
         return ""

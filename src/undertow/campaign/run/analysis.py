@@ -11,6 +11,7 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
+from undertow.campaign.run.differing import baseline_grown, with_grown_errors
 from undertow.campaign.run.unsearched import unsearched_verdict
 from undertow.conditioning.motion import Motion
 from undertow.discrepancy.drifts import amplitude_drifts
@@ -109,13 +110,15 @@ def analyse(task: GroupTask, progress: Callable[[str], None] = lambda _: None) -
     fits |= _means_of_singles(task, singles)
     if task.dry and len(task.motions) > 1 and "output_error" in fits:
         fits["output_error"] = _mean_structure(fits["output_error"], singles)
+    fits = with_grown_errors(fits, singles)
+    baseline, differ = baseline_grown(baseline, [singles[m.name] for m in training])
     trials = tuple(_trial(task, model, baseline, motion, singles[motion.name], progress) for motion in task.motions)
     trials = _with_shares(task, trials, baseline)
     equation = baseline.equation()
     return GroupFindings(
         task.key, task.dry, trials, task.specimen, task.structure, fits, equation, baseline.equation_errors(),
         unsearched_verdict(task.key, task.held_out, trials, baseline.estimates),
-        task.anchor.doubts + _assumed(task) + _apart(task) + _drifts(task, trials),
+        task.anchor.doubts + _assumed(task) + _apart(task) + differ + _drifts(task, trials),
     )  # fmt: skip
 
 

@@ -232,6 +232,15 @@ def test_an_input_of_another_length_or_clock_is_refused(finished, tmp_path, rows
     assert f"the input and the motion do not belong to the same instants: {sentence}" in failed["train"]
 
 
+def test_an_input_in_volts_is_taken_as_it_is(finished, tmp_path):
+    folder, _ = finished
+    (tmp_path / "train.csv").write_bytes((folder / "train.csv").read_bytes())
+    (tmp_path / "c.yaml").write_text(CONFIG.replace("column: force_N, unit: N", "column: force_N, unit: V"))
+    (trial,), failed = driven_trials(load(tmp_path / "c.yaml"))
+    assert failed == {}
+    assert trial.u == pytest.approx(pd.read_csv(tmp_path / "train.csv")["force_N"].to_numpy())
+
+
 def test_a_saturated_input_is_refused():
     u = np.clip(2.0 * np.sin(np.arange(3000) * 0.01), -1.0, 1.0)
     with pytest.raises(RecordingError, match=r"force stands at its largest value 1 in 3\d % of the samples"):

@@ -30,6 +30,9 @@ FOLLOWED = ("displacement", "velocity")
 ALONE = "an acceleration integrated twice drifts away from any displacement: map displacement or velocity beside it"
 """Why an accelerometer alone is refused, by every command."""
 
+UNCALIBRATED = "an uncalibrated scale"
+"""Said of a channel in volts or counts, which is taken as it is."""
+
 
 @dataclass(frozen=True)
 class How:
@@ -199,7 +202,7 @@ def _channel(
     values = np.where(np.isfinite(values), values, np.nan)
     notes: tuple[str, ...] = ()
     if unit.partition("/")[0].strip() in ARBITRARY_LENGTHS:
-        notes += (f"{name} is in {unit}, an uncalibrated scale: where a result says m, read {unit.partition('/')[0]}",)
+        notes += (f"{name} is in {unit}, {UNCALIBRATED}: where a result says m, read {unit.partition('/')[0]}",)
     if name in medians:
         known = np.isfinite(values)
         values[known], count = despike(values[known], medians[name])

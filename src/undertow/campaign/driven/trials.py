@@ -17,6 +17,7 @@ from undertow.equation.driven_laws import find_driven
 from undertow.errors import ConfigError, RecordingError
 from undertow.likelihood.driven import DrivenLaws
 from undertow.recording.catalogue import Entry, cut, read_trial
+from undertow.recording.parts import UNCALIBRATED
 from undertow.recording.recording import INPUTS, Array, Recording
 
 SATURATED_SHARE = 0.05
@@ -83,7 +84,7 @@ def driven_trial(config: RunConfig, recording: Recording) -> DrivenTrial:
     Raises RecordingError where the input is missing or never moves.
     """
     name, said = input_settings(config)
-    lost = next((note for note in recording.notes if note.startswith(f"{name} ")), "")
+    lost = next((note for note in recording.notes if note.startswith(f"{name} ") and UNCALIBRATED not in note), "")
     if lost:
         raise RecordingError(
             f"trial {recording.name}: the input and the motion do not belong to the same instants: {lost}; give both "

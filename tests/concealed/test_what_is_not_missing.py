@@ -90,7 +90,7 @@ def test_cells_that_say_nothing_are_left_out_alike_by_both_integrators():
     for trial, r, jac, used in zip(problem.trials, found.residuals, found.jacobians, found.used, strict=True):
         again = output_error.residuals(trial, found.values)
         assert again is not None
-        assert r == pytest.approx(again[0], abs=1e-3)
+        assert r == pytest.approx(again[0], abs=2e-2)  # in standard deviations of noise
         assert np.array_equal(used, again[2])
         silent = np.flatnonzero(trial.channels[1].unsure) + trial.t.size
         assert silent.size

@@ -320,3 +320,14 @@ def test_groups_of_a_water_that_cannot_be_judged_together_say_so(
     assert notes[1][-1] == (
         "spring s1 to spring s2: 2 of this water's 5 groups, which are too many to be judged together"
     )
+
+
+def test_levels_are_counted_by_what_is_judged_together(tmp_path: Path) -> None:
+    config = load(make(tmp_path, 2, WATER))
+    spring = ()  # of one spring all of a key is what its dry trials fix
+    groups = {(("level", "dry"),): True, (("level", 1.0),): False, (("level", 2.0),): False}
+    assert group_tasks.level_count(config, groups, {spring: None}) == 3
+    assert group_tasks.level_count(config, groups, {}) == 3
+    one = {(("level", 1.0), ("spring", "a")): False, (("level", 1.0), ("spring", "b")): False}
+    assert group_tasks.level_count(config, one, {(("spring", "a"),): None, (("spring", "b"),): None}) == 1
+    assert group_tasks.level_count(config, one, {}) == 2

@@ -14,7 +14,7 @@ from collections.abc import Mapping
 from dataclasses import replace
 
 from undertow.comparison.candidate import RIVAL_ODDS, Candidate, LevelDiagnosis
-from undertow.comparison.explained import beyond_doubt
+from undertow.comparison.explained import beyond_doubt, biases
 from undertow.comparison.joint import fit_joint, free_run_error
 from undertow.comparison.level import Level, Member
 from undertow.comparison.null_test import NullTest
@@ -132,7 +132,7 @@ def holds_with_twice_the_scatter(level: Level, diagnosis: LevelDiagnosis) -> boo
     before, after = (free_run_error(wider, one.fit) for one in fits)
     odds = math.log(NAMING_PROBABILITY / (1.0 - NAMING_PROBABILITY))
     closer = before > after and math.sqrt(before**2 - after**2) > WORTH
-    shown = closer or not best.suspects[-1].shown_by_free_run or beyond_doubt(null, best)
+    shown = closer or not best.suspects[-1].shown_by_free_run or beyond_doubt(null, best) or biases(null, best)
     return best.score > null.score + odds and shown
 
 

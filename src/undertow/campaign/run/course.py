@@ -22,7 +22,7 @@ from undertow.campaign.run.gathered import Gathered, PortionFindings
 from undertow.campaign.run.judgement import judged
 from undertow.campaign.run.plausible import with_doubts
 from undertow.campaign.run.portions import TRIALS_AT_ONCE, Portion, portions
-from undertow.campaign.run.tasks import Structures, group_task, grouped, held_out, structures_of
+from undertow.campaign.run.tasks import Structures, group_task, grouped, held_out, level_count, structures_of
 from undertow.campaign.run.workers import Progress, on_processes, silent, steps
 from undertow.conditioning.agreement import Disagreement
 from undertow.conditioning.motion import Motion
@@ -103,8 +103,11 @@ class Course:
             plan = planned(config)
             self._notes = plan.notes
             self._plan = portions(config, plan.entries, at_once or TRIALS_AT_ONCE)
+            known = [e.conditions for e in plan.entries if set(config.trials.group_by) <= set(e.conditions)]
         else:
             self._plan = (Portion((), len(grouped(config, given.motions)), 0),)
+            known = [m.recording.conditions for m in given.motions]
+        self._groups = {config.group_key(c): config.is_dry(c) for c in known}
         totals = {READ: sum(p.size for p in self._plan), IDENTIFY: sum(p.groups for p in self._plan)}
         self._progress = steps(progress, totals)
         self._structures: Structures | None = None
@@ -190,7 +193,7 @@ class Course:
         together = [_joint(t, g) for t, g in zip([*known, *tasks], [*standing, *found], strict=True)]
         said = judged(
             self._config, [t for t, _ in together], [g for _, g in together], self._jobs, self._progress, self._folder,
-            self._resume,
+            self._resume, level_count(self._config, self._groups, self._structures or {}),
         )[len(known) :]  # fmt: skip
         out = []
         for task, group, one in zip(tasks, found, said, strict=True):

@@ -58,8 +58,10 @@ def judged(
     progress: Progress,
     folder: Path | None = None,
     resume: bool = False,
+    levels: int = 1,
 ) -> list[GroupFindings]:
-    """The groups with their verdicts: dry ones first, then each water's groups together.
+    """The groups with their verdicts: dry ones first, then each water's groups together; ``levels`` is how many of
+    these the whole campaign has.
 
     Each level's verdicts are kept in ``folder`` as they come (None: not kept) and, with ``resume``, taken from there.
     """
@@ -67,21 +69,20 @@ def judged(
     cases, tasks, failed = _cases(config, tasks, groups)
     dry = [_Together((case,), (task,)) for case, task in zip(cases, tasks, strict=True) if case.dry]
     budget = config.discrepancy.budget
-    count_of = len(dry) + len({_water(config, case) for case in cases if not case.dry})
-    beside = _Judge(suspects, folder=folder, resume=resume, budget=budget, levels=count_of)
+    beside = _Judge(suspects, folder=folder, resume=resume, budget=budget, levels=levels)
     first = on_processes(beside, dry, jobs, "dry: what is missing", progress, _together_name)
     standing = standing_addends(first)
     if standing:
         again = with_known(config, tasks, standing)
         cases = [_with_rig(case, again[tuple(case.key.items())]) for case in cases]
-    levels: dict[tuple[object, ...], _Together] = {}
+    waters: dict[tuple[object, ...], _Together] = {}
     for case, task in zip(cases, tasks, strict=True):
         if not case.dry:
             water = _water(config, case)
-            together = levels.get(water, _Together((), ()))
-            levels[water] = _Together((*together.cases, case), (*together.tasks, task))
-    judge = _Judge(suspects, standing, folder, resume, dry_specimens(config, tasks), budget, count_of)
-    wet = on_processes(judge, list(levels.values()), jobs, "wet: what is missing", progress, _together_name)
+            together = waters.get(water, _Together((), ()))
+            waters[water] = _Together((*together.cases, case), (*together.tasks, task))
+    judge = _Judge(suspects, standing, folder, resume, dry_specimens(config, tasks), budget, levels)
+    wet = on_processes(judge, list(waters.values()), jobs, "wet: what is missing", progress, _together_name)
     said = failed | {tuple(v.group.items()): v for judged in (*first, *wet) for v in judged.verdicts}
     runs = {name: run for judged in (*first, *wet) for name, run in judged.runs.items()}
     return [

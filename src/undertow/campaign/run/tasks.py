@@ -56,6 +56,17 @@ def _spring(config: RunConfig, key: GroupKey) -> GroupKey:
     return tuple((name, value) for name, value in key if name not in fixed)
 
 
+def level_count(config: RunConfig, groups: Mapping[GroupKey, bool], structures: Structures) -> int:
+    """How many levels a campaign is judged in: its dry groups (True in ``groups``), and waters of springs with dry
+    trials; a group of a spring without them is one for itself."""
+    fixed = config.trials.dry or {}
+    waters = {
+        tuple((name, value) for name, value in key if name in fixed or _spring(config, key) not in structures)
+        for key, dry in groups.items() if not dry
+    }  # fmt: skip
+    return sum(groups.values()) + len(waters)
+
+
 @dataclass(frozen=True)
 class Dry:
     """A structure from so many dry trials, with the load cells' ratio to it (mean; stderr is the spread);

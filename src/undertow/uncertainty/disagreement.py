@@ -35,7 +35,7 @@ FEWEST = 2
 
 
 @dataclass(frozen=True)
-class Disagreement:
+class Grown:
     """One parameter in several trials, each fitted alone: chi-squared of their values about the mean at ``freedom``
     degrees of freedom, how probable that is by chance, and how many times the joint standard error has grown."""
 
@@ -48,7 +48,7 @@ class Disagreement:
 
 def grown(
     together: Mapping[str, Estimate], alone: Sequence[Mapping[str, Estimate]]
-) -> tuple[dict[str, Estimate], tuple[Disagreement, ...]]:
+) -> tuple[dict[str, Estimate], tuple[Grown, ...]]:
     """Estimates of a joint fit with errors that hold how much its trials differ, and in what they do.
 
     ``alone`` is what each trial gives by itself, by the same names; what sits on a bound, has no error, or is held the
@@ -74,7 +74,7 @@ def grown(
         if not p_value < ALIKE:
             continue
         estimates[name] = grown_whatever(joint, values, noise)
-        found.append(Disagreement(name, square, freedom, p_value, estimates[name].stderr / joint.stderr))
+        found.append(Grown(name, square, freedom, p_value, estimates[name].stderr / joint.stderr))
     return estimates, tuple(found)
 
 
@@ -94,10 +94,10 @@ def _counts(estimate: Estimate) -> bool:
     return estimate.outcome == OK and math.isfinite(estimate.value) and 0.0 < estimate.stderr < math.inf
 
 
-def grown_words(found: Sequence[Disagreement]) -> tuple[str, ...]:
+def grown_words(found: Sequence[Grown]) -> tuple[str, ...]:
     """What has grown and why, in one sentence; nothing where trials agree.
 
-    >>> grown_words([Disagreement("added_mass_kg", 43.2, 3, 1e-9, 3.08)])[0].partition(":")[0]
+    >>> grown_words([Grown("added_mass_kg", 43.2, 3, 1e-9, 3.08)])[0].partition(":")[0]
     'trials fitted alone differ by more than their errors in added_mass_kg'
     """
     if not found:

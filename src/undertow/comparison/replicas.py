@@ -88,14 +88,26 @@ def surely_wrong(solution: Solution, left: Sequence[Array]) -> float:
     its own error, not the sensors'. ``left`` as in `left_by`."""
     excess = variance = 0.0
     for trial, r in zip(solution.problem.trials, left, strict=True):
-        n = trial.t.size
-        slow = _rate(trial) <= OF_THE_MOTION
+        n, rate = trial.t.size, _rate(trial)
         for i in range(len(trial.channels)):
-            power = 2.0 / n * np.abs(np.fft.rfft(r[i * n : (i + 1) * n])[1:]) ** 2
-            floor = float(np.median(power[~slow])) / math.log(2.0) if np.count_nonzero(~slow) > FEWEST_FAST else 2.0
-            excess += float(np.sum(power[slow] - floor))
-            variance += np.count_nonzero(slow) * floor**2
+            _, more, deviation = _above_noise(_power(r[i * n : (i + 1) * n]), rate)
+            excess += 2.0 / n * more
+            variance += (2.0 / n * deviation) ** 2
     return max(excess - ONE_SIDED * math.sqrt(variance), 0.0)
+
+
+def _power(series: Array) -> Array:
+    """Power of a series (n,) at every frequency of its transform but zero: n on average for white noise of one."""
+    return np.asarray(np.abs(np.fft.rfft(series)[1:]) ** 2, dtype=np.float64)
+
+
+def _above_noise(power: Array, rate: Array) -> tuple[float, float, float]:
+    """The power of noise, what all frequencies of the motion have above it, and that sum's standard deviation; the
+    noise is that of faster ones, or as stated where there are few. ``rate``: frequencies over the body's."""
+    slow = rate <= OF_THE_MOTION
+    stated = 2.0 * rate.size  # a residual is in units of the stated noise, and has twice as many samples
+    floor = float(np.median(power[~slow])) / math.log(2.0) if np.count_nonzero(~slow) > FEWEST_FAST else stated
+    return floor, float(np.sum(power[slow] - floor)), floor * math.sqrt(int(np.count_nonzero(slow)))
 
 
 def replicas(
@@ -138,7 +150,7 @@ def spectrum_of(series: Array, rate: Array, plain: Array) -> Array:
     Where the motion is, fits take noise up: there it is that of all faster frequencies, unless there is surely more.
     Below the motion sensors wander: there it is no less than what the ``plain`` equation leaves, (n,).
     """
-    power = np.abs(np.fft.rfft(series)[1:]) ** 2
+    power = _power(series)
     count = power.size
     if not count:
         return np.zeros(1)
@@ -147,15 +159,11 @@ def spectrum_of(series: Array, rate: Array, plain: Array) -> Array:
     below, above = np.maximum(at - half, 0), np.minimum(at + half + 1, count)
     total = np.concatenate([[0.0], np.cumsum(power)])
     smooth = (total[above] - total[below]) / (above - below)
-    slow = rate <= OF_THE_MOTION
-    if np.count_nonzero(~slow) > FEWEST_FAST:
-        floor = float(np.median(power[~slow])) / math.log(2.0)
-        at_least = np.maximum(smooth, floor)
-        excess = float(np.sum(power[slow] - floor))
-        more = excess > ONE_SIDED * floor * math.sqrt(int(np.count_nonzero(slow)))
-        wander = np.maximum(np.abs(np.fft.rfft(plain)[1:]) ** 2, floor)
-        smooth = np.where(rate <= WANDERING, wander, np.where(slow, at_least if more else floor, smooth))
-    return np.concatenate([smooth[:1], smooth])
+    floor, excess, deviation = _above_noise(power, rate)
+    moving = np.maximum(smooth, floor) if excess > ONE_SIDED * deviation else floor
+    wandering = np.maximum(_power(plain), floor)
+    found = np.where(rate <= WANDERING, wandering, np.where(rate <= OF_THE_MOTION, moving, smooth))
+    return np.concatenate([found[:1], found])
 
 
 def _drawn(series: Array, rate: Array, plain: Array, draws: int, rng: np.random.Generator) -> Array:

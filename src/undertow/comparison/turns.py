@@ -1,4 +1,4 @@
-"""Where a body that rubs turns its acceleration jumps, and what a sample holds of a jump only the logger knows.
+"""Where a body that rubs turns or stops its acceleration jumps, and what a sample holds of it only the logger knows.
 
 Belongs here: the cells that are left out for it. Does not belong here: the joint fit (joint.py).
 """
@@ -13,6 +13,9 @@ from undertow.comparison.level import Level, Member
 from undertow.conditioning.motion import Motion
 from undertow.likelihood.problem import Problem
 from undertow.recording.recording import Array
+
+SLOW = 0.3
+"""Share of its last swing's top speed below which a body may be about to stop: a twentieth of a period before."""
 
 
 def without_turns(level: Level, problem: Problem) -> Problem:
@@ -37,13 +40,25 @@ def _rubs(member: Member) -> bool:
 
 
 def turning(motion: Motion, cells: Array, width_s: float) -> np.ndarray:
-    """Cells (n,), given by their centres, within a sample of which the velocity changes its sign, (n,)."""
+    """Cells (n,), given by their centres, within a sample of which the velocity changes its sign, and the last ones
+    where it has become slow: there the body may turn or stop, and a smoothed velocity does not show when, (n,)."""
     sign = np.sign(motion.v)
     last = np.flatnonzero(sign[1:] * sign[:-1] <= 0.0)
     turns = 0.5 * (motion.t[last] + motion.t[last + 1])
     near = 0.5 * width_s + float(np.median(np.diff(motion.t)))
+    turns = turns[turns <= cells[-1] + near]
     if not turns.size:
         return np.zeros(cells.size, dtype=bool)
     after = np.searchsorted(turns, cells).clip(0, turns.size - 1)
     away = np.minimum(np.abs(turns[after] - cells), np.abs(turns[np.maximum(after - 1, 0)] - cells))
-    return np.asarray(away <= near)
+    return np.asarray((away <= near) | _slow_at_the_end(motion, cells, float(turns[-1])))
+
+
+def _slow_at_the_end(motion: Motion, cells: Array, turn: float) -> np.ndarray:
+    """Cells after the last turn and after the swing's top speed, at less than `SLOW` of that."""
+    speed = np.abs(np.interp(cells, motion.t, motion.v))
+    swing = np.flatnonzero(cells > turn)
+    if not swing.size:
+        return np.zeros(cells.size, dtype=bool)
+    top = swing[int(np.argmax(speed[swing]))]
+    return np.asarray((np.arange(cells.size) > top) & (speed < SLOW * speed[top]))

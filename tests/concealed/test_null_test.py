@@ -27,6 +27,7 @@ from undertow.comparison.null_test import (
     null_test,
 )
 from undertow.comparison.replicas import (
+    _above_noise,
     _rate,
     _scatter_factors,
     at_noise_of,
@@ -282,6 +283,12 @@ def test_replicas_have_the_spectrum_that_was_left_and_scatter_as_the_fit_believe
         priors = np.array([fit.solution.problem.unknowns[i].prior_std for i in used])
         moved = jac * np.where(np.isfinite(priors), priors, 0.0)
         assert float(np.mean(many**2)) == pytest.approx(float(np.mean(np.sum(moved**2, axis=1))), rel=0.3)
+
+
+def test_noise_is_as_stated_where_few_frequencies_are_faster_than_the_motion():
+    floor, excess, deviation = _above_noise(np.full(8, 19.0), np.linspace(0.2, 3.0, 8))  # of 16 samples
+    assert (floor, excess) == (16.0, 24.0)
+    assert deviation == pytest.approx(16.0 * math.sqrt(8.0))
 
 
 def test_noise_is_that_of_fast_frequencies_where_fits_take_it_up_and_a_wandering_sensors_below():

@@ -244,4 +244,6 @@ def test_trials_beside_a_too_narrow_repeatability_are_not_unknown_where_scatter_
     assert verdict.status == "nothing_missing"
     assert "explains 1 of 3 trials within repeatability and the group as a whole" in verdict.sentence
     (outside,) = judge((replace(case, baseline=Described(0.06, math.nan, {})),), chosen(("linear_damping",)))
-    assert outside.status == "unknown"
+    assert outside.status == "cannot_tell"  # noise is all that is left: that trials differ is no missing physics
+    assert outside.p_value > 0.01
+    assert "trials may differ by more than is known" in outside.because

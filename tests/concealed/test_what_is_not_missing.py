@@ -9,9 +9,14 @@ import numpy as np
 import pytest
 
 from tests.concealed.test_diagnosis import EQ15, SHORT, SPECIMEN, member
+from tests.concealed.test_small_effects import found as found_suspect
+from undertow.comparison.candidate import Candidate
+from undertow.comparison.explained import biases
 from undertow.comparison.joint import build, fit_joint
-from undertow.comparison.level import Member, make_level
+from undertow.comparison.level import Addend, Member, make_level
+from undertow.comparison.sizes import COUNTS_IN_STDERR
 from undertow.comparison.turns import turning
+from undertow.equation import registry
 from undertow.equation.kernel import SLOT
 from undertow.likelihood import eq15, output_error
 from undertow.likelihood.problem import TrialOptions
@@ -107,3 +112,33 @@ def test_cells_that_say_nothing_stay_so_in_a_shorter_window():
 def test_a_motion_that_never_turns_has_no_such_cell():
     one = member("short", SHORT, 4300).motions[0]
     assert not np.any(turning(replace(one, v=np.ones_like(one.v)), np.linspace(0.1, 1.0, 20), 0.05))
+
+
+def test_nor_where_its_motion_ends_and_it_may_stop():
+    one = member("short", SHORT, 4300).motions[0]
+    t = np.linspace(0.0, 3.0, 3001)
+    v = np.where(t < 1.0, np.cos(math.pi * t), -np.exp(-((t - 1.0) ** 2) / 0.36))  # turns at .5 s, slows down
+    cells = np.arange(0.01, 2.6, 0.02)
+    found = turning(replace(one, t=t, v=v), cells, 0.02)
+    assert np.all(found[np.abs(cells - 0.5) < 0.01])
+    late = cells > 1.0
+    slow = np.abs(np.interp(cells, t, v)) < 0.3
+    assert np.array_equal(found[late], slow[late])
+    assert np.count_nonzero(slow & late) > 5
+    assert not np.any(found[(cells > 0.53) & ~late])  # slow again after a turn is no stop
+
+
+def test_which_number_an_effect_moves_most_is_said():
+    hidden = ((registry.find("linear_damping"), 150.0),)
+    level = make_level([member("short", SHORT, 4300, hidden)])
+    plain = fit_joint(level, (), 2.0, {}, 10.0, growing=True)
+    damping = found_suspect("linear_damping", "one for all springs")
+    additions = damping.additions(level.scales, 0.0)
+    with_it = fit_joint(level, (Addend("linear_damping", additions),), 2.0, plain.values, 1.0, growing=False)
+    name, away = with_it.moved(plain)
+    assert name in ("drag_coefficient", "added_mass_kg", "c_mean@short", "mu_mean@short")
+    assert away == pytest.approx(abs(with_it.value(name) - plain.value(name)) / plain.solution.stderr(name))
+    assert plain.moved(plain)[1] == 0.0
+    assert biases(Candidate((), plain, 0.0), Candidate((damping,), with_it, 0.0)) == (away > COUNTS_IN_STDERR)
+    force = found_suspect("external_forcing")
+    assert not biases(Candidate((), plain, 0.0), Candidate((force,), with_it, 0.0))

@@ -78,6 +78,20 @@ def test_what_is_small_has_a_name_where_no_other_stands_out_nearly_as_much(p_val
     assert ("hidden resonator" in said.sentence) == (names == ("unknown",))
 
 
+@pytest.mark.parametrize(
+    ("misfit", "p_value", "status"), [(1.1, 0.3, "cannot_tell"), (4.0, 0.3, "unknown"), (1.1, 0.004, "unknown")]
+)
+def test_unknown_needs_more_than_noise_or_a_level_that_stands_out(misfit, p_value, status):
+    null = SimpleNamespace(score=0.0, fit=SimpleNamespace(misfit=misfit))
+    said = judged(UNKNOWN, case(baseline=Described(0.3)), diagnosis(null=null), True, beside(p_value))
+    assert said.status == status
+    if status == "cannot_tell":
+        assert "trials may differ by more than is known" in said.because
+        assert said.next_test.startswith("three releases")
+    named = replace(UNKNOWN, verdict=("hidden_resonator", "unknown"))
+    assert judged(named, case(), diagnosis(null=null), True, beside(p_value)).verdict == named.verdict
+
+
 def test_what_stands_out_though_the_scatter_is_only_assumed_is_said():
     said = judged(GREEN, case(assumed="there are 2 dry trials"), diagnosis(), True, beside(0.004))
     assert said.status == "present_but_small"

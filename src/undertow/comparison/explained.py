@@ -54,7 +54,7 @@ def biases(before: Candidate, after: Candidate) -> bool:
     double c. A sensor, and a force with a size of its own in every trial, do not."""
     if any(s.has_its_own_clock or not s.shown_by_free_run for s in after.suspects):
         return False
-    return after.fit.moved(before.fit) > COUNTS_IN_STDERR
+    return after.fit.moved(before.fit)[1] > COUNTS_IN_STDERR
 
 
 def explains(before: Candidate, after: Candidate, share: float) -> bool:

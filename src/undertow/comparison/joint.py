@@ -72,13 +72,14 @@ class JointFit:
         """Parameter vector of one trial as fitted, its own deviations included."""
         return output_error.parameter_vector(self.solution.problem.trials[trial], self.solution.values)
 
-    def moved(self, before: JointFit) -> float:
-        """By how many of another fit's standard errors a number that both report differs most: those of no single
-        trial and of no addition."""
+    def moved(self, before: JointFit) -> tuple[str, float]:
+        """The reported number that differs most from another fit's, and by how many of its standard errors: of those
+        of no single trial and of no addition; empty and 0 where both report none."""
         mine = self.solution.problem.names
         names = [n for n in before.solution.problem.names if not set("[.") & set(n) and n in mine]
         errors = {n: before.solution.stderr(n) for n in names}
-        return max((abs(self.value(n) - before.value(n)) / errors[n] for n in names if errors[n] > 0.0), default=0.0)
+        away = {n: abs(self.value(n) - before.value(n)) / errors[n] for n in names if errors[n] > 0.0}
+        return max(away.items(), key=lambda one: one[1], default=("", 0.0))
 
     def apart(self, names: Sequence[str]) -> tuple[float, float]:
         """By how much the larger of some unknowns exceed the smaller ones (means, parted at the widest gap), and the

@@ -9,6 +9,7 @@ from __future__ import annotations
 import math
 
 from undertow.comparison.candidate import RIVAL_ODDS, Candidate, LevelDiagnosis, probability
+from undertow.comparison.explained import FAR_ABOVE_NOISE
 from undertow.comparison.joint import free_run_error
 from undertow.comparison.level import Level
 from undertow.comparison.null_test import NullTest
@@ -116,7 +117,20 @@ def _beside_its_null(verdict: Verdict, diagnosis: LevelDiagnosis, tested: NullTe
         said = f"{percent(p)} of such levels with nothing missing stand out as much"
         bars = ("explained", "not_identifiable")
         return (Gate("p_value", asked, p, tested.limit, tested.significant, said, "more", bars),)
-    return ()
+    return (_more_than_noise(diagnosis, tested),) if verdict.verdict == ("unknown",) else ()
+
+
+def _more_than_noise(diagnosis: LevelDiagnosis, tested: NullTest) -> Gate:
+    """Whether there is something that nobody knows: more than noise beside k, c, mu of each trial's own, or a level
+    that stands out among its replicas. Else trials differ by more than is known, and that is no missing physics."""
+    misfit = diagnosis.null.fit.misfit
+    because = (
+        "with k, c and mu of each trial's own the equation leaves no more than noise, and nothing stands out: trials "
+        "may differ by more than is known"
+    )
+    statistic = "mean squared residual over noise, k, c, mu of each trial's own"
+    passed = misfit > FAR_ABOVE_NOISE or tested.significant
+    return Gate("more_than_noise", statistic, misfit, FAR_ABOVE_NOISE, passed, because, "assumed", ("unknown",))
 
 
 def _upper_bound(tested: NullTest) -> Gate:

@@ -190,17 +190,17 @@ def _verdict(
         sentence=sentence_of(case, names, diagnosis.rivals, found, training, held, rest, known, own)
         + transfer_words(moved)
         + (late_words(fit.addends) if len(names) == 1 and not rest else "")
-        + _biased(diagnosis),
+        + (_biased(diagnosis) if diagnosis.named else ""),
     )
 
 
 def _biased(diagnosis: LevelDiagnosis) -> str:
-    """Which number of the equation would be wrong without what is named, in words, where that is why it counts."""
+    """Which number of the equation would be wrong without what is named, in words, where that may be why it counts."""
     before, after = diagnosis.null.fit, diagnosis.best.fit
-    moved = after.moved(before)
-    if not diagnosis.named or before.misfit > FAR_ABOVE_NOISE or moved <= COUNTS_IN_STDERR:
+    name, away = after.moved(before)
+    if before.misfit > FAR_ABOVE_NOISE or away <= COUNTS_IN_STDERR:
         return ""
-    return f" Without it a number of the equation would be wrong by {moved:.2g} of its standard errors."
+    return f" Without it {name.partition('@')[0]} would be wrong by {away:.2g} of its standard errors."
 
 
 def _per_mass(numbers: Mapping[str, Estimate]) -> dict[str, Estimate]:

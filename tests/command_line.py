@@ -20,7 +20,7 @@ class Said(NamedTuple):
 def undertow(capsys: pytest.CaptureFixture[str], *words: object) -> Said:
     """Run ``undertow words...``; it must end with an exit code and never show a traceback."""
     capsys.readouterr()
-    with pytest.raises(SystemExit) as end:
+    with pytest.raises(SystemExit, match=r"^\d*$") as end:
         main([str(word) for word in words])
     captured = capsys.readouterr()
     assert "Traceback" not in captured.err

@@ -204,3 +204,14 @@ def statement_right(group: GroupResult, kind: str) -> bool | None:
     if group.outcome == "unknown":
         return kind == "outside"
     return group.outcome in ("right", "named", "first among rivals", "among rivals", "small unnamed")
+
+
+def holds(group: GroupResult) -> bool | None:
+    """Whether what is said of a group is so: nothing as large as what counts is missing, something is, or every name is
+    of an effect that is there or describes it, a further one without a name beside it or not. None where nothing is
+    said."""
+    if group.outcome in ("absent", "silent"):
+        return None
+    if group.outcome == "missed":
+        return group.size < 1.0
+    return group.outcome == "right" or (group.outcome in FOUND and group.outcome != "wrong")

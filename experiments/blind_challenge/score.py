@@ -19,6 +19,7 @@ from experiments.blind_challenge.judge import (
     GroupResult,
     cannot_right,
     confident_wrong,
+    holds,
     judge_case,
     statement_right,
 )
@@ -257,15 +258,17 @@ def coverage(cases: list[CaseResult]) -> Table:
     }
 
 
-def sureness(cases: list[CaseResult], frequency: dict[str, float] | None = None) -> Table:
-    """Confidence against being right, one group a campaign; `frequency`: how often each kind occurs, where it is not as
-    drawn.
+def sureness(cases: list[CaseResult], frequency: dict[str, float] | None = None, exact: bool = True) -> Table:
+    """Confidence against being right, one group a campaign: names complete and `exact`, or whether what is said holds;
+    `frequency`: how often each kind occurs, where it is not as drawn.
     """
     confidence, right, kinds = [], [], []
     missing = 0
     for case in cases:
         group = case.deciding
-        truth = statement_right(group, case.kind) if group is not None and case.kind != "cannot" else None
+        truth = None
+        if group is not None and case.kind != "cannot":
+            truth = statement_right(group, case.kind) if exact else holds(group)
         if truth is None or group is None:
             continue
         if group.said.get("confidence") is None:
@@ -359,6 +362,7 @@ def tables(cases: list[CaseResult], peers: list[dict[str, object]], frequency: d
         "names": lambda: names(cases, limit),
         "coverage": lambda: coverage(cases),
         "sure": lambda: sureness(cases, frequency),
+        "held": lambda: sureness(cases, frequency, exact=False),
         "repair": lambda: repair(cases, peers),
         "seconds": lambda: seconds(cases),
     }

@@ -10,8 +10,9 @@ import subprocess
 import sys
 from pathlib import Path
 
+from experiments.driven.page import put
+
 ROOT = Path(__file__).resolve().parents[2]
-BEGIN, END = "<!-- table -->", "<!-- end of table -->"
 SETS = {"emps": ("mm", 1e3), "silverbox": ("mV", 1e3), "bouc_wen": ("1e-6 m", 1e6)}
 """Run -> unit of its errors and what they are multiplied by."""
 
@@ -41,11 +42,7 @@ def main(folder: Path) -> None:
                 [sys.executable, "-m", "undertow", "run", str(config), "--out", str(folder / name)], check=True
             )
         lines.append(row(name, folder / name))
-    page = ROOT / "docs" / "driven.md"
-    text = page.read_text(encoding="utf-8")
-    before, rest = text.split(BEGIN)
-    after = rest.split(END)[1]
-    page.write_text(f"{before}{BEGIN}\n" + "\n".join(lines) + f"\n{END}{after}", encoding="utf-8")
+    put("\n".join(lines), "table")
 
 
 if __name__ == "__main__":

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+
 
 class UndertowError(ValueError):
     """Base of every error that undertow raises on purpose; the command line prints its text alone."""
@@ -19,8 +21,22 @@ class MisnamedError(RecordingError):
     """The config names what a recording does not have: a column, a variable."""
 
 
+@dataclass(frozen=True)
+class RangeEnd:
+    """One end of a sensor's range, upper or lower: the ``value`` there, and how near (``band``) another is the same."""
+
+    value: float
+    upper: bool
+    band: float
+
+
 class ClippedError(RecordingError):
-    """A channel is cut off at the end of its sensor's range: what it says there is not what happened."""
+    """A channel is cut off at the end of its sensor's range: what it says there is not what happened. ``channel``
+    names it, ``ends`` are where it is seen to be cut under noise."""
+
+    def __init__(self, message: str, channel: str = "", ends: tuple[RangeEnd, ...] = ()) -> None:
+        super().__init__(message)
+        self.channel, self.ends = channel, ends
 
 
 class IdentificationError(UndertowError):

@@ -1,6 +1,7 @@
 """A number with its unit and its error.
 
-Belongs here: `Parameter` (what a number means) and `Estimate` (what it turned out to be, and how sure).
+Belongs here: `Parameter` (what a number means) and `Estimate` (what it turned out to be, and how sure), and
+what a measured input is.
 Does not belong here: how it was found.
 """
 
@@ -9,10 +10,28 @@ from __future__ import annotations
 import math
 import re
 from dataclasses import dataclass, replace
+from typing import Literal, cast
 
 OK = "ok"
 _PLAIN_BELOW = 1e7
 """A number without an error is written without a power of ten below this."""
+
+
+Mover = Literal["force", "base", "water"]
+"""What a measured input is: a force, or the motion of what the body stands on or in."""
+MovingQuantity = Literal[
+    "base_displacement", "base_velocity", "base_acceleration", "water_velocity", "water_acceleration"
+]
+"""Measured inputs that are motion."""
+
+
+def mover_of(quantity: str) -> Mover:
+    """What an input of that quantity is: a force, or motion of the base or of the water.
+
+    >>> mover_of("water_velocity"), mover_of("force")
+    ('water', 'force')
+    """
+    return cast("Mover", quantity.partition("_")[0])
 
 
 @dataclass(frozen=True)

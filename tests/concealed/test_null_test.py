@@ -15,7 +15,7 @@ from undertow.comparison import null_test as null_module
 from undertow.comparison.attempt import from_places
 from undertow.comparison.candidate import Candidate
 from undertow.comparison.joint import JointFit
-from undertow.comparison.level import Level, make_level
+from undertow.comparison.level import Addend, Level, make_level
 from undertow.comparison.null_test import (
     LEAST_P,
     SIGNIFICANT,
@@ -37,7 +37,7 @@ from undertow.comparison.replicas import (
     surely_wrong,
 )
 from undertow.comparison.score_stack import Stack
-from undertow.comparison.score_test import GridPlace, Stands, places, prospects
+from undertow.comparison.score_test import GridPlace, Stands, peaks, places, renumbered
 from undertow.comparison.sizes import Sizes
 from undertow.comparison.suspects import SUSPECTS
 from undertow.comparison.tail import Tail
@@ -104,9 +104,7 @@ def hardening() -> tuple[Level, JointFit, JointFit]:
     """Trials whose spring hardens: the prescribed equation fitted, and with a cubic term."""
     level = make_level([member("short", SHORT, 2001, ((registry.find("cubic_stiffness"), 3.0e7),))])
     fit, suspect = stands(level), found("cubic_stiffness")
-    best = from_places(
-        level, Candidate((), fit, 0.0), suspect, prospects(level, fit, suspect, suspect.grid(level.scales)), 0.0
-    )
+    best = from_places(level, Candidate((), fit, 0.0), suspect, peaks(places(level, Stands.of(fit), suspect)), 0.0)
     assert best is not None
     return level, fit, best.fit
 
@@ -156,9 +154,7 @@ def test_two_effects_together_stand_out_by_what_both_gained():
     level, fit = quiet()
     suspects = (found("cubic_stiffness"), found("cubic_damping"))
     strong = replace(fit, solution=replace(fit.solution, cost=fit.solution.cost - 120.0))
-    without, together = (
-        null_test(level, suspects, fit, (Candidate(suspects, one, 0.0),)) for one in (fit, strong)
-    )
+    without, together = (null_test(level, suspects, fit, (Candidate(suspects, one, 0.0),)) for one in (fit, strong))
     assert without.p_value > 0.05
     assert together.p_value < 1e-3
     assert [t.p_value for t in together.tests] == pytest.approx([t.p_value for t in without.tests])  # alone as before
@@ -192,7 +188,7 @@ def test_a_model_is_surely_wrong_by_what_it_leaves_at_the_rates_of_the_motion_ab
 def test_a_place_that_what_stands_takes_up_is_neither_tested_nor_drawn():
     level, fit = quiet()
     stand = Stands.of(fit)
-    (shown,) = places(level, stand, found("cubic_stiffness"), found("cubic_stiffness").grid(level.scales))
+    (shown,) = places(level, stand, found("cubic_stiffness"))
     taken = [jac[:, :1] for jac in fit.solution.jacobians]
     cross = np.zeros((len(fit.solution.values), 1))
     for jac, used, own in zip(fit.solution.jacobians, fit.solution.used, taken, strict=True):
@@ -209,6 +205,27 @@ def test_a_place_that_what_stands_takes_up_is_neither_tested_nor_drawn():
     square = np.einsum("wn,wv,vn->n", own, information, own)
     assert np.all((square > 0.0) & (square <= 4.0))
     assert float(np.mean(square)) == pytest.approx(2.0, rel=0.15)
+
+
+def test_places_that_the_search_has_seen_need_not_be_looked_at_again():
+    level, fit, closer = hardening()
+    suspects = [found(n) for n in ("cubic_stiffness", "hidden_resonator", "presliding")]
+    seen = {s.label: places(level, Stands.of(fit), s) for s in suspects}
+    candidates = (Candidate((suspects[0],), closer, 0.0),)  # its noise weighs the level: places are weighed anew
+    afresh, again = (null_test(level, suspects, fit, candidates, looks=looks) for looks in (None, seen))
+    assert [t.label for t in again.tests] == [t.label for t in afresh.tests]
+    assert [t.gain for t in again.tests] == pytest.approx([t.gain for t in afresh.tests], rel=1e-6)
+    assert again.p_value == pytest.approx(afresh.p_value, rel=1e-6)
+    none = null_test(level, suspects, fit, candidates, looks={suspects[1].label: ()})  # and nowhere else
+    assert {t.label for t in none.tests} == {suspects[0].label, suspects[2].label}
+
+
+def test_a_second_resonator_is_looked_for_beside_one_that_stands():
+    level = make_level([member("short", SHORT, 2100, ())])
+    beside = (found("hidden_resonator").grid(level.scales)[0],)
+    moved = renumbered(beside[0], [Addend("hidden_resonator", beside[0])])
+    assert {a.slot for a in moved} == {a.slot[:-1] + "2" for a in beside[0]}
+    assert renumbered(beside[0], ()) == tuple(beside[0])
 
 
 def test_less_power_asks_for_a_smaller_effect_and_a_twin_for_a_larger_one_to_be_named():
@@ -254,7 +271,7 @@ def test_a_law_that_nothing_small_leads_to_is_tested_as_it_starts():
     starts = [additions[0].start for additions in found("presliding").grid(level.scales)]
     assert seen.value in starts
     assert seen.unit == "N/m"
-    stiff = places(level, Stands.of(fit), found("presliding"), found("presliding").grid(level.scales))
+    stiff = places(level, Stands.of(fit), found("presliding"))
     moved = [float(p.own[0, 0]) for p in stiff]
     assert moved[-1] < 0.1 * max(moved)  # the stiffest bristles are nearly sliding
     assert all(p.whole and p.width == 1 for p in stiff)
@@ -343,7 +360,7 @@ def test_an_effect_is_as_large_as_what_the_reported_numbers_do_not_take_up():
     level, fit = quiet()
     stand = Stands.of(fit)
     suspect = found("linear_damping", "one for all springs")
-    (place, *_) = places(level, stand, suspect, suspect.grid(level.scales))
+    (place, *_) = places(level, stand, suspect)
     shared = {n: fit.solution.stderr(n) for n in fit.solution.problem.names if not set("[.") & set(n)}
     one = np.ones((place.width, 1))
     refitted, fixed = (Sizes.on(level, stand, reported).measure(place) for reported in (shared, {}))
@@ -352,9 +369,11 @@ def test_an_effect_is_as_large_as_what_the_reported_numbers_do_not_take_up():
     assert refitted.of(one)[0] >= 2.0 * refitted.of_free_run(one)[0]
     none = np.zeros((place.width, place.width))
     assert refitted.bound(np.zeros(place.width), none, 1.6) == 0.0
-    assert refitted.bound(np.zeros(place.width), np.eye(place.width), 1.6) == pytest.approx(
-        2.0 * 1.6 * refitted.of_free_run(one / math.sqrt(place.width))[0], rel=1e-6
-    ) or place.width > 1
+    assert (
+        refitted.bound(np.zeros(place.width), np.eye(place.width), 1.6)
+        == pytest.approx(2.0 * 1.6 * refitted.of_free_run(one / math.sqrt(place.width))[0], rel=1e-6)
+        or place.width > 1
+    )
 
 
 def test_where_nothing_can_be_tested_there_is_no_probability():
@@ -373,11 +392,11 @@ def test_bristles_that_are_there_are_seen_as_they_are():
     level, fit = quiet()
     suspect = found("presliding")
     stand = Stands.of(fit)
-    (soft, *_) = places(level, stand, suspect, suspect.grid(level.scales))
+    (soft, *_) = places(level, stand, suspect)
     pushed = [r + columns[:, 0] for r, (columns, _) in zip(fit.solution.residuals, soft.columns, strict=True)]
     less = tuple(2.0 * r - p for r, p in zip(fit.solution.residuals, pushed, strict=True))
     with_bristles = replace(fit, solution=replace(fit.solution, residuals=less))
-    (there, *_) = places(level, Stands.of(with_bristles), suspect, suspect.grid(level.scales))
+    (there, *_) = places(level, Stands.of(with_bristles), suspect)
     left = float(there.own[0, 0] - there.cross[:, 0] @ stand.inverse @ there.cross[:, 0])
     assert there.gain == pytest.approx(0.5 * left, rel=0.2)
     assert soft.gain < 0.1 * there.gain

@@ -9,11 +9,12 @@ import numpy as np
 import pytest
 
 from tests.concealed.test_diagnosis import LONG, SHORT, member
-from undertow.comparison.attempt import from_places
+from undertow.comparison import attempt
+from undertow.comparison.attempt import from_places, from_starts
 from undertow.comparison.candidate import Candidate
-from undertow.comparison.joint import JointFit, fit_joint
+from undertow.comparison.joint import JointFit, fit_joint, fit_standing
 from undertow.comparison.level import Addend, Level, make_level
-from undertow.comparison.score_test import prospects
+from undertow.comparison.score_test import Stands, peaks, places
 from undertow.comparison.search import diagnose
 from undertow.comparison.suspects import SUSPECTS, Suspect, chosen, kernel_additions
 from undertow.discrepancy.case import Case
@@ -21,7 +22,7 @@ from undertow.discrepancy.judge import judge
 from undertow.discrepancy.validation import kernel_damping
 from undertow.discrepancy.verdict import Described
 from undertow.equation import registry
-from undertow.likelihood.noise import residual_memory
+from undertow.likelihood.budget import BudgetError, metered
 from undertow.recording.recording import Recording
 
 
@@ -32,28 +33,37 @@ def found(name: str, variant: str = "") -> Suspect:
 
 def stands(level: Level) -> JointFit:
     """The prescribed equation fitted to a level."""
-    first = fit_joint(level, (), 1.0, {}, 10.0, growing=True)
-    return fit_joint(level, (), residual_memory(first.solution), first.values, first.misfit, growing=False)
+    return fit_standing(level)
 
 
 def test_the_linear_step_foresees_the_gain_of_the_fit():
     level = make_level([member("short", SHORT, 2000, ((registry.find("linear_damping"), 250.0),))])
     fit = stands(level)
     damping = found("linear_damping", "one for all springs")
-    places = prospects(level, fit, damping, damping.grid(level.scales))
-    candidate = from_places(level, Candidate((), fit, 0.0), damping, places, 0.0)
+    ahead = peaks(places(level, Stands.of(fit), damping))
+    candidate = from_places(level, Candidate((), fit, 0.0), damping, ahead, 0.0)
     assert candidate is not None
     cells = fit.solution.n_data / fit.memory
     gained = 0.5 * (fit.criterion - candidate.fit.criterion + math.log(cells))  # without the new unknown's penalty
-    assert places[0].gain > 5.0
-    assert places[0].gain == pytest.approx(gained, rel=0.4)  # the noise is found anew by the fit, not by the step
+    assert ahead[0].gain > 5.0
+    assert ahead[0].gain == pytest.approx(gained, rel=0.4)  # the noise is found anew by the fit, not by the step
+
+
+def test_a_start_that_takes_too_many_steps_is_none(monkeypatch):
+    level = make_level([member("short", SHORT, 2000, ((registry.find("linear_damping"), 250.0),))])
+    stand, damping = Candidate((), stands(level), 0.0), found("cubic_damping")
+    assert from_starts(level, stand, damping, 0.0) is not None
+    with metered(1.0), pytest.raises(BudgetError):  # what all suspects together may spend is another matter
+        from_starts(level, stand, damping, 0.0)
+    monkeypatch.setattr(attempt, "QUICK_LOOKS", 0.5)
+    assert from_starts(level, stand, damping, 0.0) is None
 
 
 def test_the_grid_peaks_at_a_light_resonators_frequency():
     resonator = registry.find("hidden_resonator", natural_frequency_rad_per_s=8.4, damping_ratio=0.02)
     level = make_level([member("short", SHORT, 2100, ((resonator, 20.0),))])
     suspect = found("hidden_resonator")
-    best = prospects(level, stands(level), suspect, suspect.grid(level.scales))[0]
+    best = peaks(places(level, Stands.of(stands(level)), suspect))[0]
     frequency = next(a.start for a in best.additions if a.slot == "hw1")
     assert frequency == pytest.approx(8.4, rel=0.03)  # one step of the grid
     mass = next(a.start for a in best.additions if a.slot == "hm1")

@@ -88,3 +88,8 @@ def test_the_backend_that_is_active_does_the_work() -> None:
 
     with joblib.parallel_config("threading"):
         assert here not in on_processes(where, [1, 2, 3, 4], 2, "work")
+
+
+def test_a_cluster_of_one_worker_does_the_work_and_not_this_process() -> None:
+    with local_cluster(1) as found, cluster.on_cluster(found.address):
+        assert on_processes(lambda _: os.getpid(), range(3), 0, "who") == [found.workers[0]] * 3

@@ -14,7 +14,7 @@ from undertow.campaign.driven.predict import equations_of, predict_recording
 from undertow.campaign.driven.trials import driven_trials, must_drive
 from undertow.campaign.inspection import inspect_file
 from undertow.campaign.run.folder import run_to_folder
-from undertow.equation.base_motion import base_drive
+from undertow.equation.base_motion import moving_drive
 from undertow.equation.driven import driven_motion
 from undertow.equation.driven_kernel import DRIVEN_SLOT, N_DRIVEN
 from undertow.equation.input import MotionSize, drive_of
@@ -141,7 +141,15 @@ def test_inspect_takes_a_force_that_does_not_follow_the_displacement_as_an_input
          "unit: m, frame: absolute}\n    base_acceleration: {column: force_N, unit: g}",
          "displacement has frame: absolute, but base_acceleration does not say where the base is"),
         ("hold: first}", "hold: first}\n    water_velocity: {column: w, unit: m/s}",
-         "water_velocity maps a wave, and Morison's force in moving water"),
+         r"the inputs force, water_velocity; map exactly one of .* \(the last two may go together\)"),
+        ("force: {column: force_N, unit: N, hold: first}", "water_velocity: {column: force_N, unit: m/s, hold: zero}",
+         "water_velocity held 'zero' between samples has no acceleration; choose hold: first or band_limited"),
+        ("force: {column: force_N, unit: N, hold: first}",
+         "water_velocity: {column: force_N, unit: m/s}\n"
+         "    water_acceleration: {column: a, unit: m/s^2, delay_s: {value: 0.1}}",
+         "water_acceleration has a delay_s of its own beside water_velocity"),
+        ("[stiffness", "[froude_krylov, stiffness",
+         "'froude_krylov' goes with the acceleration of the water, and the input is the motion of nothing"),
         ("unit: m}\n    force: {column: force_N, unit: N, hold: first}\nequation: {terms: [stiffness",
          "unit: m, frame: relative}\n    base_acceleration: {column: force_N, unit: g}\n"
          "equation: {terms: [drag_exponent, stiffness",
@@ -178,12 +186,12 @@ def write_table(path, seed, samples=1500):
     rng = np.random.default_rng(seed)
     t = np.arange(samples) * 0.01
     moved = np.convolve(rng.normal(size=samples + 40), np.hanning(40), "same")[:samples] * 0.01
-    table = base_drive(t, moved, "base_displacement", "band_limited").at(t)
+    table = moving_drive(t, moved, "base_displacement", "band_limited").at(t)
     theta = np.zeros(N_DRIVEN)
     numbers = {"mass": 4.0, "k1": 100.0, "c1": 3.0, "wq": 15.0, "gain": 1.0, "bw_unit": 1.0, "bw_n": 1.0}
     for name, value in numbers.items():
         theta[DRIVEN_SLOT[name]] = value
-    drive = base_drive(t, table, "base_acceleration", "band_limited", ("acceleration",))
+    drive = moving_drive(t, table, "base_acceleration", "band_limited", ("acceleration",))
     motion = driven_motion(theta, np.zeros(0, dtype=np.int64), drive, t, MotionSize(), 40)
     noisy = [motion.x[:, 0] + NOISE * rng.normal(size=samples), motion.a[:, 0] + 0.01 * rng.normal(size=samples)]
     pd.DataFrame(
@@ -210,6 +218,70 @@ def test_a_shaking_table_says_what_each_law_is_relative_to_and_finds_the_waters_
     assert "base_acceleration: {column: base_acc_mps2, unit: mps2}" in told
     assert "unit: mps2, frame: absolute}" in told
     assert "is motion of the base" in told
+
+
+WAVES = """
+name: sea
+recordings:
+  files: sea.csv
+  channels:
+    time: {column: time_s, unit: s}
+    displacement: {column: position_m, unit: m}
+    water_velocity: {column: water_u_mps, unit: m/s, hold: band_limited}
+    water_acceleration: {column: water_acc_mps2, unit: m/s^2}
+specimen: {mass_kg: 4.0, submerged_volume_m3: 0.002, stiffness_N_per_m: 100.0}
+equation: {terms: [stiffness, viscous_damping, froude_krylov, added_mass]}
+identify: [output_error]
+discrepancy: {suspects: [quadratic_drag, cubic_stiffness]}
+"""
+
+
+def write_sea(path, seed, samples=2500):
+    """A body of 4 kg, 2 kg of displaced and 1.5 kg of added water, with a drag, in a random sea."""
+    rng = np.random.default_rng(seed)
+    t = np.arange(samples) * 0.02
+    u = np.convolve(rng.normal(size=samples + 40), np.hanning(40), "same")[:samples] * 0.08
+    drive = moving_drive(t, u, "water_velocity", "band_limited")
+    theta = np.zeros(N_DRIVEN)
+    numbers = {"mass": 5.5, "wave": 3.5, "k1": 100.0, "c1": 3.0, "wq": 15.0, "gain": 1.0, "bw_unit": 1.0, "bw_n": 1.0}
+    for name, value in numbers.items():
+        theta[DRIVEN_SLOT[name]] = value
+    x = driven_motion(theta, np.zeros(0, dtype=np.int64), drive, t, MotionSize(), 40).x[:, 0]
+    pd.DataFrame(
+        {"time_s": t, "position_m": x + NOISE * rng.normal(size=samples), "water_u_mps": u,
+         "water_acc_mps2": drive.at(t)}
+    ).to_csv(path, index=False)  # fmt: skip
+
+
+def test_waves_give_added_mass_and_the_drag_that_the_equation_lacks(tmp_path):
+    write_sea(tmp_path / "sea.csv", 1)
+    write_sea(tmp_path / "other.csv", 2)
+    (tmp_path / "c.yaml").write_text(WAVES)
+    run_to_folder(tmp_path / "c.yaml", out=tmp_path / "run")
+    group = equations_of(tmp_path / "run")["groups"][0]
+    best = group["versions"]["augmented"]
+    assert "- rho V u'" in group["equation"]
+    assert "laws of the water at x' - u(t), x'' - u'(t)" in group["equation"]
+    rows = {row["term"]: row for row in best["rows"]}
+    assert {name: row["relative_to"] for name, row in rows.items()} == {
+        "stiffness": "base", "viscous_damping": "base", "froude_krylov": "water", "added_mass": "water",
+        "quadratic_drag": "water",
+    }  # fmt: skip
+    assert (rows["froude_krylov"]["value"], rows["froude_krylov"]["held"]) == (2.0, True)
+    for name, true in {"added_mass": 1.5, "quadratic_drag": 15.0}.items():
+        assert abs(rows[name]["value"] - true) < 4.0 * rows[name]["stderr"] < 0.2 * true
+    made = predict_recording(tmp_path / "run", tmp_path / "other.csv", 50)
+    assert made.rms < 1.5 * NOISE
+    assert made.covered == pytest.approx(0.9, abs=0.05)
+
+
+def test_inspect_takes_motion_of_the_water_as_an_input(tmp_path):
+    write_sea(tmp_path / "sea.csv", 1)
+    told = inspect_file(tmp_path / "sea.csv")
+    assert "water_velocity: {column: water_u_mps, unit: mps}" in told
+    assert "water_acceleration: {column: water_acc_mps2, unit: mps2}" in told
+    assert "is motion of the water: laws of the water go with x' - u" in told
+    assert "froude_krylov" in told
 
 
 @pytest.mark.parametrize(

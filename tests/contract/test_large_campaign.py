@@ -98,12 +98,12 @@ def test_an_interruption_between_portions_loses_nothing_and_resume_gives_the_sam
 
     def interrupted(task: GroupTask) -> GroupFindings:
         if len(done) == 3:
-            raise KeyboardInterrupt
+            raise KeyboardInterrupt("in the middle")
         done.append(task)
         return analyse(task)
 
     monkeypatch.setattr(campaign_run, "analyse", interrupted)
-    with pytest.raises(KeyboardInterrupt):
+    with pytest.raises(KeyboardInterrupt, match="in the middle"):
         run_to_folder(campaign.config, out=tmp_path / "run", jobs=1)
     assert not (tmp_path / "run" / "trials.csv").exists()
     assert sorted(p.name for p in (tmp_path / "run").iterdir()) == ["config.yaml", "stages"]

@@ -63,7 +63,7 @@ def test_three_commands_lead_from_csv_files_to_a_page(tmp_path, monkeypatch):
     assert [command[0] for command in commands] == ["init", "run", "open"]
     start = time.process_time()
     for command in commands:
-        with pytest.raises(SystemExit) as end:
+        with pytest.raises(SystemExit, match=r"^\d*$") as end:
             main(command)
         assert not end.value.code
     assert time.process_time() - start < LIMIT_S

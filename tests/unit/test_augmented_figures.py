@@ -8,9 +8,10 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from tests.findings_fixture import small_findings
+from undertow.discrepancy.calibration import record_of
 from undertow.discrepancy.findings import AugmentedRun, TrialFindings
 from undertow.discrepancy.verdict import Described
-from undertow.report.blocks import likelihood_words, overview, unseen_words
+from undertow.report.blocks import likelihood_words, overview, unseen_words, verdict_block
 from undertow.report.html import page, page_figures
 from undertow.report.style import GREEN
 from undertow.report.trial_figures import draw_free_run, draw_residual, trial_heading
@@ -59,7 +60,7 @@ def test_a_group_says_its_proof_on_unseen_trials_and_how_probable_it_is():
     group = found.groups[-1]
     verdict = replace(
         group.verdict, status="explained", verdict=("hidden_resonator",), sentence="short: water swings.",
-        confidence=0.999, posterior=0.72,
+        confidence=0.91, posterior=0.72,
         baseline=replace(group.verdict.baseline, held_out_nrmse=0.5), augmented=Described(0.05, 0.06),
     )  # fmt: skip
     said = replace(found, groups=(replace(group, verdict=verdict),))
@@ -67,8 +68,12 @@ def test_a_group_says_its_proof_on_unseen_trials_and_how_probable_it_is():
     assert unseen_words(replace(verdict, augmented=Described(0.05))) == ""
     text = page(said, page_figures(said), {})
     assert "50 % → 6.0 %" in text
-    assert "excluded answers included: 72 %" in text
-    assert likelihood_words(replace(verdict, posterior=float("nan"))) == "over 99 %"
+    record = record_of(verdict)
+    assert record is not None
+    assert f"of {record.said} such verdicts (explained, to the noise) on sealed campaigns" in text
+    assert "which makes 91 % (docs/blind_challenge.md). Among everything that was fitted alone it would be 72 %" in text
+    assert likelihood_words(replace(verdict, confidence=float("nan"))) == ""
+    assert verdict_block(replace(verdict, status="unknown"))["posterior"] == ""  # its names are no answer
     assert likelihood_words(replace(verdict, status="not_identifiable")) == ""
 
 

@@ -36,7 +36,7 @@ def test_a_second_run_in_a_folder_is_refused_and_a_later_one_is_not(tmp_path: Pa
 
 
 def test_an_error_in_a_run_gives_the_folder_back(tmp_path: Path) -> None:
-    with pytest.raises(ZeroDivisionError), claimed(tmp_path):
+    with pytest.raises(ZeroDivisionError, match="by zero"), claimed(tmp_path):
         _ = 1 / 0
     with claimed(tmp_path):
         pass

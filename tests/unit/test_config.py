@@ -206,7 +206,7 @@ def test_a_mistake_is_named_with_its_line(tmp_path: Path, old: str, new: str, sa
 
 def test_every_mistake_is_said_at_once(tmp_path: Path) -> None:
     path = changed(tmp_path, "mass_kg: 2637.4", "mass_kg: heavy\n  maas: 1")
-    with pytest.raises(ConfigError) as caught:
+    with pytest.raises(ConfigError, match="heavy") as caught:
         load(path)
     assert len(str(caught.value).splitlines()) == 2
 

@@ -8,9 +8,9 @@ import numpy as np
 import pytest
 
 from tests.findings_fixture import small_findings
-from undertow.campaign.run.cut_off import with_clipped
+from undertow.campaign.run.cut_off import SeenEnd, reached, with_clipped
 from undertow.discrepancy.findings import FailedTrial
-from undertow.errors import ClippedError
+from undertow.errors import ClippedError, RangeEnd
 from undertow.recording.quality import check
 from undertow.recording.recording import Recording
 
@@ -55,6 +55,24 @@ def test_trials_of_other_groups_and_other_faults_say_nothing(group):
         FailedTrial("t09", "no release", dict(group.key)),
     )
     assert with_clipped(Grouped(), group, failed) is group
+
+
+@pytest.mark.parametrize(
+    ("value", "upper", "size", "is_cut"),
+    [
+        (0.02, True, 0.0199, True),
+        (0.02, True, 0.019, False),
+        (-0.02, False, 0.0201, True),
+        (-0.02, False, 0.021, False),  # beyond it: its range was another
+    ],
+)
+def test_a_trial_that_comes_to_an_end_of_range_seen_elsewhere_is_cut_too(value, upper, size, is_cut):
+    t = np.arange(400) / 100.0
+    recording = Recording("t02", t, {"displacement": size * np.cos(6.0 * t)})
+    said = reached(recording, [SeenEnd("t01", "displacement", RangeEnd(value, upper, 2e-4))])
+    assert bool(said) is is_cut
+    assert ("trial t02: displacement comes to" in said and "clipped in trial t01" in said) is is_cut
+    assert reached(recording, [SeenEnd("t01", "spring_force", RangeEnd(value, upper, 2e-4))]) == ""
 
 
 def test_a_recording_cut_at_its_range_says_so_by_its_error():

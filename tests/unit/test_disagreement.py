@@ -3,15 +3,30 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 
 import numpy as np
 import pytest
 
 import undertow
-from undertow.campaign.run.differing import with_grown_errors
+from tests.findings_fixture import small_findings
+from undertow.campaign.run.differing import grown_between, with_grown_errors
+from undertow.discrepancy.findings import GroupFindings
+from undertow.equation.equation import Equation
+from undertow.equation.hydrodynamics import AddedMass
+from undertow.equation.structure import Stiffness
 from undertow.likelihood.fit import Fit
 from undertow.quantities import Estimate
-from undertow.uncertainty.disagreement import ALIKE, OF_ONE_TRIAL, grown, grown_words
+from undertow.uncertainty.disagreement import (
+    ALIKE,
+    HALVES,
+    OF_ONE_TRIAL,
+    differing,
+    grown,
+    grown_words,
+    scatter_to_agree,
+    with_scatter,
+)
 
 LAW = {"stiffness": 400.0, "viscous_damping": 2.0}
 
@@ -87,3 +102,70 @@ def test_fit_of_one_trial_says_that_its_intervals_are_of_this_trial():
     found = undertow.fit(decays(2.0), list(LAW), mass_kg=4.0)
     assert OF_ONE_TRIAL in found.notes
     assert OF_ONE_TRIAL in str(found)
+
+
+def test_halves_of_the_amplitude_that_differ_make_an_error_grow_that_trials_do_not():
+    joint = {"mass_kg": Estimate(10.0, 0.5, 0.2, "kg", "output error")}
+    trials = alone(9.3, 10.7, 9.3, 10.7)
+    assert grown(joint, trials)[1] == ()
+    assert grown(joint, trials, (1.0, 2.0, 3.0, 4.0))[1] == ()  # small and large alike: 9.3 and 10.7 in both halves
+    after, found = grown(joint, trials, (1.0, 4.0, 2.0, 3.0))
+    # halves 9.3 and 10.7, each with 1/sqrt(2): 1.4^2 = 1 + 2 s^2, and the mean of both has s/sqrt(2)
+    assert after["mass_kg"].stderr == pytest.approx(math.hypot(0.5, math.sqrt(0.48 / 2.0)), rel=1e-9)
+    assert (found[0].among, found[0].chi_squared) == (HALVES, pytest.approx(1.96))
+    assert after["mass_kg"].source == "output error; trials differ"
+    assert grown_words(found)[0].startswith("trials of small and of large amplitude differ by more")
+
+
+def test_three_trials_have_no_halves():
+    joint = {"mass_kg": Estimate(10.0, 0.5, unit="kg")}
+    assert grown(joint, alone(9.4, 10.0, 10.6), (1.0, 2.0, 3.0)) == grown(joint, alone(9.4, 10.0, 10.6))
+
+
+@pytest.mark.parametrize("values", [(9.0, 11.0), (1.0, 2.0, 9.0), (0.0, 0.0, 3.0, 4.0)])
+def test_with_the_scatter_to_agree_chi_squared_is_its_degrees_of_freedom(values):
+    numbers, noise = np.array(values), 0.1 * np.arange(1.0, 1.0 + len(values))
+    between = scatter_to_agree(numbers, noise)
+    assert differing(numbers, np.hypot(noise, between))[0] == pytest.approx(len(values) - 1, rel=1e-6)
+
+
+def test_numbers_that_agree_need_no_scatter_and_keep_their_estimate():
+    assert scatter_to_agree(np.array([1.0, 1.1]), np.array([1.0, 1.0])) == 0.0
+    estimate = Estimate(1.0, 0.5, unit="kg")
+    assert with_scatter(estimate, 0.0) is estimate
+    twice = with_scatter(with_scatter(estimate, 1.0), 1.0)
+    assert (twice.stderr, twice.source) == (pytest.approx(1.5), "trials differ")
+
+
+def group_at(spring: str, depth: float, added: float, stiffness: float, dry: bool = False) -> GroupFindings:
+    """A group whose own fit says these, each within 10."""
+    group = next(g for g in small_findings().groups if not g.dry)
+    numbers = {"added_mass_kg": Estimate(added, 8.0, 6.0, "kg"), "k_N_per_m": Estimate(stiffness, 10.0, 0.0, "N/m")}
+    equation = Equation((AddedMass(), Stiffness()), (added, stiffness), mass_kg=1000.0)
+    errors = {"mass": 10.0, "added_mass": 10.0, "stiffness": 10.0}
+    return replace(
+        group, key={"spring": spring, "water_depth_m": depth}, dry=dry, structure=None, notes=(), equation=equation,
+        equation_errors=errors, fits={"output_error": Fit("output_error", ("r",), {}, numbers)},
+    )  # fmt: skip
+
+
+def test_springs_of_one_water_that_differ_in_added_mass_have_errors_with_which_they_agree():
+    groups = [group_at("long", 2.0, 900.0, 5e3), group_at("short", 2.0, 700.0, 9e3), group_at("long", 1.0, 300.0, 5e3)]
+    after = grown_between(groups, ["water_depth_m"])
+    expected = math.hypot(8.0, math.sqrt((200.0**2 - 2.0 * 10.0**2) / 2.0))
+    for group in after[:2]:
+        assert group.fits["output_error"].parameters["added_mass_kg"].stderr == pytest.approx(expected)
+        assert group.equation_errors["added_mass"] > 100.0
+        assert group.equation_errors["stiffness"] == 10.0
+        assert group.notes[0].startswith("added_mass_kg by output_error differs by more than its errors between spring")
+    assert after[2] is groups[2]
+
+
+def test_levels_of_one_spring_that_differ_in_stiffness_do_so_too_but_not_dry_groups_or_unknown_water():
+    groups = [group_at("long", 2.0, 900.0, 5000.0), group_at("long", 1.0, 300.0, 5300.0)]
+    after = grown_between(groups, ["water_depth_m"])
+    assert [g.fits["output_error"].parameters["k_N_per_m"].stderr > 200.0 for g in after] == [True, True]
+    assert [g.fits["output_error"].parameters["added_mass_kg"].stderr for g in after] == [8.0, 8.0]
+    assert grown_between(groups, []) == groups
+    dry = [groups[0], group_at("long", 1.0, 300.0, 5300.0, dry=True)]
+    assert grown_between(dry, ["water_depth_m"]) == dry

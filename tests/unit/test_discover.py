@@ -107,7 +107,7 @@ def test_an_unfitted_estimator_says_so_as_ours_and_as_scikit_learns_error(ask):
     for error in (NotFittedError, UnfittedEstimator, ValueError, AttributeError):
         with pytest.raises(error, match=r"this Discover has seen 0 trials; call fit\(trials\) first"):
             ask(undertow.Discover())
-    with pytest.raises(UnfittedEstimator):
+    with pytest.raises(UnfittedEstimator, match="is not fitted yet"):
         check_is_fitted(undertow.Discover())
 
 

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from undertow.conditioning.driven import DrivenTrial
-from undertow.equation.base_motion import base_drive
+from undertow.equation.base_motion import moving_drive
 from undertow.equation.driven import driven_motion
 from undertow.equation.driven_kernel import DRIVEN_SLOT, N_DRIVEN
 from undertow.equation.driven_laws import find_driven, places
@@ -170,15 +170,15 @@ def test_a_moving_base_wants_frames_it_can_serve():
     with pytest.raises(RecordingError, match="displacement is absolute, but base_velocity does not say where"):
         DrivenTrial("r", t, y, {"displacement": y}, "base_velocity", frames={"displacement": "absolute"})
     with pytest.raises(UndertowError, match="base_displacement held 'first' between samples has no acceleration"):
-        base_drive(t, y, "base_displacement")
+        moving_drive(t, y, "base_displacement")
     with pytest.raises(UndertowError, match="base_velocity held 'zero' between samples"):
-        base_drive(t, y, "base_velocity", "zero")
+        moving_drive(t, y, "base_velocity", "zero")
     with pytest.raises(UndertowError, match="a force at 300 instants has no velocity"):
         drive_of(t, y).velocity_at(t)
     with pytest.raises(UndertowError, match="where the base is at 300 instants was not recorded"):
-        base_drive(t, y, "base_velocity").displacement_at(t)
+        moving_drive(t, y, "base_velocity").displacement_at(t)
     with pytest.raises(ConfigError, match="'drag_exponent' goes with the velocity through water"):
-        places((find_driven("drag_exponent"),), moving=True)
+        places((find_driven("drag_exponent"),), "base")
 
 
 def test_outputs_against_the_base_are_those_against_the_earth_less_the_base():

@@ -13,8 +13,11 @@ from undertow.comparison.null_test import NullTest, SuspectTest
 from undertow.comparison.search import _Search
 from undertow.discrepancy.case import Case
 from undertow.discrepancy.decision import posterior
+from undertow.discrepancy.dry_check import DryAnswer
 from undertow.discrepancy.earned import earned
+from undertow.discrepancy.judge import _physics
 from undertow.discrepancy.verdict import Described, Verdict
+from undertow.quantities import Estimate
 
 GREEN = Verdict({"spring": "short"}, ("a", "b", "c"), status="nothing_missing", sentence="nothing is missing.")
 NAMED = replace(GREEN, status="explained", verdict=("linear_damping",), parameters={"linear_damping": {}})
@@ -51,6 +54,27 @@ def beside(p_value: float, size: float = 0.5, hidden: float = 0.5) -> NullTest:
     return NullTest(p_value, (SuspectTest("linear_damping", p_value, 1.0, size, hidden),), 0.025)
 
 
+def test_a_name_that_dry_trials_contradict_is_not_the_answer():
+    answer = DryAnswer(9.0, "the dry trials of the same spring show none")
+    named, plain = diagnosis(named=True), NullTest(math.nan)
+    said = earned(NAMED, case(), named, plain, True, answer)
+    assert (said.status, said.verdict) == ("unknown", ("linear_damping", "unknown"))
+    assert "But this is not the answer: the dry trials of the same spring show none." in said.sentence
+    assert "once more" in said.next_test
+    assert earned(NAMED, case(), named, plain, True, DryAnswer()).status == "explained"
+
+
+def test_what_is_small_has_no_name_that_dry_trials_contradict():
+    answer = DryAnswer(9.0, "the dry trials of the same spring show none")
+    said = earned(GREEN, case(), diagnosis(), beside(0.004), True, answer)
+    assert (said.status, said.verdict) == ("present_but_small", ("unknown",))
+    assert "; but the dry trials of the same spring show none, so that it is something" in said.sentence
+    small = candidate("cubic_stiffness", 40.0)
+    said = earned(GREEN, case(), diagnosis(small=small), beside(0.004), True, answer)
+    assert said.verdict == ("unknown",)
+    assert earned(GREEN, case(), diagnosis(small=small), beside(0.004), True).verdict == ("cubic_stiffness",)
+
+
 @pytest.mark.parametrize(
     ("null", "status", "names"),
     [
@@ -78,11 +102,26 @@ def test_what_is_small_has_a_name_where_no_other_stands_out_nearly_as_much(p_val
     assert ("hidden resonator" in said.sentence) == (names == ("unknown",))
 
 
+def no_trial(misfit: float) -> SimpleNamespace:
+    """A fit of no trial at all that leaves so much."""
+    return SimpleNamespace(misfit=misfit, solution=SimpleNamespace(problem=SimpleNamespace(trials=()), residuals=()))
+
+
+def test_what_wanders_is_no_unknown_physics(monkeypatch):
+    null = SimpleNamespace(score=0.0, fit=no_trial(4.0))
+    assert judged(UNKNOWN, case(), diagnosis(null=null), True, beside(0.3)).status == "unknown"
+    monkeypatch.setattr("undertow.discrepancy.decision.wanders", lambda fit: True)
+    said = judged(UNKNOWN, case(), diagnosis(null=null), True, beside(0.3))
+    assert said.status == "cannot_tell"
+    assert "slower than the motion" in said.because
+    assert judged(UNKNOWN, case(), diagnosis(null=null), True, beside(0.001)).status == "unknown"
+
+
 @pytest.mark.parametrize(
     ("misfit", "p_value", "status"), [(1.1, 0.3, "cannot_tell"), (4.0, 0.3, "unknown"), (1.1, 0.004, "unknown")]
 )
 def test_unknown_needs_more_than_noise_or_a_level_that_stands_out(misfit, p_value, status):
-    null = SimpleNamespace(score=0.0, fit=SimpleNamespace(misfit=misfit))
+    null = SimpleNamespace(score=0.0, fit=no_trial(misfit))
     said = judged(UNKNOWN, case(baseline=Described(0.3)), diagnosis(null=null), True, beside(p_value))
     assert said.status == status
     if status == "cannot_tell":
@@ -235,3 +274,10 @@ def test_what_is_set_aside_twice_is_still_aside_and_what_has_no_sound_numbers_is
     assert [(c.out, c.aside) for c in search.found] == [
         ("it leaves too much", True), ("its size sits on a bound", False)
     ]  # fmt: skip
+
+
+def test_a_kernel_of_radiated_waves_has_no_frequency_to_be_held_against_a_cell():
+    waves = {"hidden_resonator": [{"kernel_mass_kg": Estimate(9.0, 1.0), "c_Ns_per_m": Estimate(5.0, 1.0)}]}
+    assert _physics(case(), waves).because == "no bound applies to this effect"
+    rings = [{"natural_frequency_rad_per_s": Estimate(9.0, 0.1)}]
+    assert _physics(case(), {"hidden_resonator": [*waves["hidden_resonator"], *rings]}).because != ""

@@ -127,7 +127,7 @@ def test_library_refuses_no_terms_wrong_shapes_and_use_before_fit():
         TermLibrary().fit(np.ones((3, 2)))
     with pytest.raises(IdentificationError, match=r"input of shape \(3, 4\); give columns x and v"):
         TermLibrary(EQ15).fit(np.ones((3, 4)))
-    with pytest.raises(NotFittedError):
+    with pytest.raises(NotFittedError, match="is not fitted"):
         TermLibrary(EQ15).transform(np.ones((3, 2)))
 
 

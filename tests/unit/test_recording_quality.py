@@ -6,9 +6,9 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from undertow.errors import RecordingError
+from undertow.errors import ClippedError, RecordingError
 from undertow.recording.propose import name_and_unit, propose_mapping
-from undertow.recording.quality import check, noise, plateaus, quantum, summary
+from undertow.recording.quality import check, levels, noise, plateaus, quantum, summary
 from undertow.recording.recording import Array, Recording
 from undertow.recording.spikes import despike, find_spikes
 
@@ -77,6 +77,42 @@ def test_a_clipped_channel_is_refused(sides: str, step: float) -> None:
     low, high = (-limit if sides != "upper" else -np.inf), (limit if sides != "lower" else np.inf)
     with pytest.raises(RecordingError, match=r"displacement is clipped between"):
         check(recording(np.clip(x, low, high), t))
+
+
+@pytest.mark.parametrize("limit", [0.5, 0.7, 0.8])
+@pytest.mark.parametrize("sigma", [1e-5, 1e-4])
+def test_a_level_under_noise_that_comes_afterwards_is_a_cut(limit: float, sigma: float) -> None:
+    t, x = decay(hold_s=0.0)
+    rng = np.random.default_rng(9)
+    cut = np.clip(x, -0.03 * limit, np.inf) + rng.normal(0.0, sigma, x.size)
+    (end,) = levels(cut, noise(cut))
+    assert (end.value, end.upper) == (pytest.approx(-0.03 * limit, abs=2 * sigma), False)
+    with pytest.raises(ClippedError, match=r"clipped .* swings end at -0.0\d+ m, flat but for noise") as seen:
+        check(recording(cut, t))
+    assert (seen.value.channel, seen.value.ends) == ("displacement", (end,))
+
+
+@pytest.mark.parametrize("seed", range(12))
+def test_swings_that_nothing_cuts_have_no_level(seed: int) -> None:
+    rng = np.random.default_rng(seed)
+    t, rate = np.arange(4000) / RATE_HZ, rng.uniform(2.0, 60.0)
+    x = np.exp(-rng.uniform(0.0, 0.5) * t) * np.cos(rate * t + rng.uniform(0.0, 6.0))
+    x = x + rng.choice([1e-5, 1e-3, 1e-2, 3e-2]) * rng.standard_normal(t.size)
+    assert levels(x, noise(x)) == ()
+    assert levels(-x, noise(x)) == ()
+
+
+def test_a_body_that_is_driven_may_rest_at_its_turns() -> None:
+    t, x = decay(hold_s=0.0)
+    cut = np.maximum(x, -0.02) + np.random.default_rng(9).normal(0.0, 1e-4, x.size)
+    check(recording(cut, t, force=np.sin(7.0 * t)))
+
+
+def test_an_acceleration_jumps_to_its_extreme_at_the_release_and_is_not_cut() -> None:
+    t, x = decay(hold_s=0.6)
+    a = np.where(t < 0.6, 0.0, np.clip(-144.0 * x, -2.0, np.inf)) + np.random.default_rng(9).normal(0.0, 1e-2, x.size)
+    assert levels(a, noise(a))
+    check(recording(x, t, acceleration=a))
 
 
 def test_a_load_cell_that_saturates_in_the_hold_is_refused() -> None:

@@ -8,7 +8,9 @@ import numpy as np
 import pytest
 
 from undertow.errors import RecordingError
-from undertow.recording.units import KNOWN, factor_to_si, si_unit, to_si
+from undertow.recording import units
+from undertow.recording.unit_sizes import SIZES, Size
+from undertow.recording.units import ARBITRARY_LENGTHS, ELECTRICAL, KNOWN, _parsed, _size, factor_to_si, si_unit, to_si
 
 STANDARD_GRAVITY = 9.80665  # m/s^2, CGPM 1901
 
@@ -105,3 +107,18 @@ def test_no_text_hangs_or_breaks_the_parser(text: str) -> None:
 def test_si_units_follow_the_coordinate() -> None:
     assert si_unit("time", "rotation") == "s"
     assert si_unit("displacement", "rotation") == "rad"
+
+
+@pytest.mark.parametrize("unit", SIZES)
+def test_a_size_that_is_kept_is_what_the_parser_says_to_the_last_digit(unit: str) -> None:
+    assert SIZES[unit] == _parsed(unit, unit, "displacement")
+
+
+@pytest.mark.parametrize("channel", KNOWN)
+def test_every_spelling_offered_is_read_without_the_parser(channel: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    def refuse(unit: str, *_: str) -> Size:
+        raise AssertionError(unit)
+
+    monkeypatch.setattr(units, "_parsed", refuse)
+    offered = [unit for unit in KNOWN[channel] if unit.partition("/")[0] not in (*ARBITRARY_LENGTHS, *ELECTRICAL)]
+    assert all(_size(unit, channel).value > 0.0 for unit in offered)

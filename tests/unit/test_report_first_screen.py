@@ -33,7 +33,7 @@ def repaired(group: GroupFindings, left: float = 0.1) -> GroupFindings:
     """The group with a named resonator and free runs that miss ``left`` of what the equation's miss."""
     group = named(group)
     verdict = replace(
-        group.verdict, posterior=0.72, decision=GATES, alternatives=(),
+        group.verdict, confidence=0.72, posterior=0.99, decision=GATES, alternatives=(),
         baseline=replace(group.verdict.baseline, held_out_nrmse=0.5),
         augmented=replace(group.verdict.augmented or Described(), held_out_nrmse=0.06),
     )  # fmt: skip
@@ -69,7 +69,7 @@ def test_the_first_screen_has_sentences_picture_numbers_and_grid_before_any_tabl
     assert "<b>Water depth 2.36 m</b>: the equation leaves out water that oscillates by itself" in first
     assert '<figure class="first"><svg' in first
     for words in ("error of the equation as prescribed", "error of the repaired equation", "repeating the test",
-                  "probability of this answer among all that was tried (evidence alone, not calibrated)"):  # fmt: skip
+                  "probability of this answer: as often as such verdicts held on sealed campaigns"):  # fmt: skip
         assert words in first
     assert "<b>72 %</b>" in first
     cells = re.findall(r'<a class="cell (\w+)" href="#([\w-]+)"', first)

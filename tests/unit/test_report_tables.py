@@ -236,7 +236,7 @@ def test_the_same_findings_give_the_same_bytes(tmp_path: Path) -> None:
 
 def test_an_older_file_stays_whole_when_writing_fails(tmp_path: Path) -> None:
     path = write_text(tmp_path / "a.txt", "old")
-    with pytest.raises(TypeError):
+    with pytest.raises(TypeError, match="bytes-like"):
         write_bytes(path, "not bytes")  # type: ignore[arg-type]
     assert path.read_text() == "old"
     assert [p.name for p in tmp_path.iterdir()] == ["a.txt"]

@@ -7,7 +7,7 @@ import pytest
 from scipy.integrate import solve_ivp
 
 from undertow.conditioning.driven import DrivenTrial
-from undertow.equation.base_motion import base_drive
+from undertow.equation.base_motion import moving_drive
 from undertow.equation.driven import driven_motion
 from undertow.equation.driven_kernel import DRIVEN_SLOT, N_DRIVEN
 from undertow.equation.driven_laws import find_driven
@@ -48,7 +48,7 @@ def theta_of(**numbers):
 def shaken(seed=0, quantity="base_displacement", hold="band_limited", frame="relative", **more):
     """A trial of the truth on the swept base, recorded in that frame with white noise."""
     recorded = dict(zip(("base_displacement", "base_velocity", "base_acceleration"), swept(), strict=True))[quantity]
-    drive = base_drive(T, swept()[0], "base_displacement", "band_limited")
+    drive = moving_drive(T, swept()[0], "base_displacement", "band_limited")
     x = driven_motion(theta_of(**{**TRUTH, **more}), NOTHING, drive, T, EXTENT, 40).x[:, 0]
     x = x + (swept()[0] if frame == "absolute" else 0.0) + NOISE * np.random.default_rng(seed).normal(size=SAMPLES)
     return DrivenTrial("shaken", T, recorded, {"displacement": x}, quantity, hold, frames={"displacement": frame})
@@ -87,7 +87,7 @@ def in_earth_frame(p, end_s):
 def test_motion_on_a_base_is_that_of_dop853_in_the_earths_frame(laws):
     theta = theta_of(**{**RESTING, **laws})
     reference = in_earth_frame({name: theta[i] for name, i in DRIVEN_SLOT.items()}, 6.0)
-    drive = base_drive(T, swept()[2], "base_acceleration", "band_limited")
+    drive = moving_drive(T, swept()[2], "base_acceleration", "band_limited")
     theta[DRIVEN_SLOT["absolute_v0"]] = swept(0.0)[1] - drive.velocity_at(T[:1])[0]  # an integral lacks its constant
     x = driven_motion(theta, NOTHING, drive, T[: reference.size], EXTENT, 80).x[:, 0]
     # 1e-6: the swept base is not quite band-limited where the record begins
@@ -95,12 +95,12 @@ def test_motion_on_a_base_is_that_of_dop853_in_the_earths_frame(laws):
 
 
 def test_a_stuck_body_rides_on_its_base_and_slips_where_inertia_exceeds_friction():
-    drive = base_drive(T, swept()[0], "base_displacement", "band_limited", ("displacement", "acceleration"))
+    drive = moving_drive(T, swept()[0], "base_displacement", "band_limited", ("displacement", "acceleration"))
     holds = driven_motion(theta_of(mass=5.0, fc=40.0), NOTHING, drive, T, EXTENT)
     assert np.max(np.abs(holds.x[:, 0] - swept()[0])) < 1e-9
     inner = slice(20, -20)  # a record's ends are where a band-limited signal is known least
     assert np.max(np.abs(holds.a[inner, 0] - swept()[2][inner])) < 1e-3
-    drive = base_drive(T, swept()[0], "base_displacement", "band_limited")
+    drive = moving_drive(T, swept()[0], "base_displacement", "band_limited")
     slides = driven_motion(theta_of(mass=5.0, fc=10.0), NOTHING, drive, T, EXTENT).x[:, 0]
     first = T[np.flatnonzero(np.abs(slides) > 1e-9)[0]]
     assert first - T[np.flatnonzero(np.abs(swept()[2]) > 2.0)[0]] == pytest.approx(0.0, abs=2.0 * STEP)
@@ -111,7 +111,7 @@ def test_a_stuck_body_rides_on_its_base_and_slips_where_inertia_exceeds_friction
 def test_sensitivities_on_a_base_are_those_of_differences(quantity, output):
     recorded = dict(zip(("base_displacement", "base_velocity", "base_acceleration"), swept(), strict=True))[quantity]
     frames = (output,) if output != "displacement" or quantity == "base_displacement" else ()
-    drive = base_drive(T[:600], recorded[:600], quantity, "band_limited", frames)
+    drive = moving_drive(T[:600], recorded[:600], quantity, "band_limited", frames)
     numbers = {**TRUTH, "wc": 0.5, "wc3": 2.0, "delay": 0.013, "x0": 0.02, "v0": 0.1, "gain": 1.1, "absolute_v0": 0.01}
     theta = theta_of(**numbers)
     active = np.array([DRIVEN_SLOT[name] for name in numbers])
@@ -137,7 +137,7 @@ def test_swept_base_motion_gives_eq15_within_the_cramer_rao_bound():
     near = {name: 1.05 * TRUTH[slot] for slot, name in NAMES.items()}
     known = DrivenLaws(TERMS, fixed={"mass_kg": 5.0}, starts={"mass_kg": 5.0, **near})
     # the motion itself is linear in small errors: bound from the sensitivities at the truth, start state included
-    drive = base_drive(T, swept()[0], "base_displacement", "band_limited")
+    drive = moving_drive(T, swept()[0], "base_displacement", "band_limited")
     active = np.array([DRIVEN_SLOT[name] for name in (*NAMES, "x0", "v0")])
     jacobian = driven_motion(theta_of(**TRUTH), active, drive, T, EXTENT, 40).x[:, 1:] / NOISE
     bound = np.sqrt(np.diag(np.linalg.inv(jacobian.T @ jacobian)))[: len(NAMES)]
@@ -173,7 +173,7 @@ def test_a_wrong_frame_leaves_far_more_than_noise(said, true):
     assert fit_driven([wrong], laws).rms["shaken"] > 50.0 * NOISE
 
 
-def test_forces_are_per_mass_where_nothing_but_the_base_drives():
+def test_forces_are_per_mass_where_nothing_but_the_moving_drives():
     found = fit_driven([shaken(2)], DrivenLaws(TERMS))
     assert found.numbers["mass_kg"] == 1.0
     assert found.numbers["stiffness.k_N_per_m"] == pytest.approx(100.0 / 5.0, rel=1e-3)

@@ -87,6 +87,8 @@ def _what_lacks(path: Path, table: pd.DataFrame, layout: FileFormat, proposal: P
         for name, values in ((name, table[name].to_numpy(dtype=np.float64)) for name in table.columns[:COLUMNS_SHOWN])
         if np.isfinite(values).any()
     ]
+    empty = [str(name) for name in table.columns if not np.isfinite(table[name].to_numpy(dtype=np.float64)).any()]
+    ranges += [f"without a value: {', '.join(empty[:COLUMNS_SHOWN])}"] if empty else []
     named = "" if layout.header else " without names"
     keys = ", ".join(layout_lines(layout))
     how = f"set recordings {{{keys}}} and " if keys else ""

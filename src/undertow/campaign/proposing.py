@@ -30,6 +30,7 @@ TERMS = tuple(law.name for law in catalogue() if law.structural)
 """What every body that swings may have: the equation that a proposal begins with."""
 
 DRIVEN_TERMS = ("stiffness", "viscous_damping", "constant_force")
+WAVE_TERMS = ("stiffness", "viscous_damping", "quadratic_drag", "froude_krylov")
 """The equation that a proposal for a driven body begins with."""
 
 NO_TEXT = frozenset({"null", "true", "false"})
@@ -51,7 +52,9 @@ def propose_config(path: Path, layout: FileFormat, proposal: Proposal, moves: bo
     ``moves`` says whether a motion was seen in it.
     """
     if any(name in INPUTS for name in proposal.channels):
-        lines = config_lines(path, layout, proposal, TimeWindow(), DRIVEN_TERMS)
+        waves = any(name.startswith("water_") for name in proposal.channels)
+        terms = WAVE_TERMS if waves else DRIVEN_TERMS
+        lines = config_lines(path, layout, proposal, TimeWindow(), terms)
         return Proposed((*lines, "identify: [output_error]"))
     if not moves:
         return Proposed()

@@ -14,16 +14,21 @@ import numpy as np
 from undertow.comparison.candidate import Candidate, doubt
 from undertow.comparison.joint import WIDER, JointFit, fit_joint
 from undertow.comparison.level import Addend, Level
-from undertow.comparison.score_test import GridPlace
+from undertow.comparison.score_test import GridPlace, renumbered
 from undertow.comparison.suspect import EACH_SPRING, Addition, Suspect
 from undertow.comparison.suspects import RADIATION, kernel_additions
 from undertow.errors import IdentificationError
+from undertow.likelihood.budget import BudgetError, metered
 
 COMMON = frozenset({"acceleration_shift_s", "acceleration_gain"})
 """Errors that a sensor has in all trials alike."""
 
 REFINED = 2
 """Of several starts, so many of the best are followed to their end."""
+
+
+QUICK_LOOKS = 300.0
+"""What one start may spend, in looks at the level as it stands: those of laws that were named took under 200."""
 
 
 def from_starts(
@@ -117,7 +122,7 @@ def _attempt(level: Level, best: Candidate, suspect: Suspect, start: float) -> J
 
     What is far from what stands is fitted in growing windows and in one: either can end beside the answer.
     """
-    additions = renumbered(suspect.additions(level.scales, start), best)
+    additions = renumbered(suspect.additions(level.scales, start), best.fit.addends)
     addend = Addend(_prefix(best, suspect), additions, suspect.frees, late=suspect.late)
     known = best.fit.values if best.suspects or not suspect.memory else {}
     new = suspect.memory or suspect.late > 0.0 or not level.shares(best.fit.solution.problem.names)
@@ -132,22 +137,27 @@ def _from_place(level: Level, best: Candidate, suspect: Suspect, additions: tupl
     return _with(level, best, addend, best.fit.values, growing=level.shared_water != best.fit.shared_water)
 
 
-def _with(
-    level: Level, best: Candidate, addend: Addend, known: Mapping[str, float], growing: bool
-) -> JointFit | None:
-    """A quick fit of what stands with one addend more; None where it gives no motion.
+def _with(level: Level, best: Candidate, addend: Addend, known: Mapping[str, float], growing: bool) -> JointFit | None:
+    """A quick fit of what stands with one addend more; None where it gives no motion, or takes so many steps that it is
+    no start: of hysteresis that yields at next to nothing, which is dry friction.
 
     The error that a sensor has in all trials is found with wide priors first, then each trial's own about it.
     """
-    try:
-        fit = fit_joint(level, (*best.fit.addends, addend), best.fit.memory, known, best.fit.misfit, growing, True)
-        if addend.frees not in COMMON:
-            return fit
-        mine = [value for name, value in fit.values.items() if name.startswith(f"{addend.frees}[")]
-        common = replace(addend, centre=float(np.mean(mine)))
-        return fit_joint(level, (*best.fit.addends, common), fit.memory, fit.values, fit.misfit, False, True)
-    except IdentificationError:
-        return None
+    look = sum(trial.t.size * (1 + trial.slots.size) for trial in best.fit.solution.problem.trials)
+    with metered(QUICK_LOOKS * look) as meter:
+        try:
+            fit = fit_joint(level, (*best.fit.addends, addend), best.fit.memory, known, best.fit.misfit, growing, True)
+            if addend.frees not in COMMON:
+                return fit
+            mine = [value for name, value in fit.values.items() if name.startswith(f"{addend.frees}[")]
+            common = replace(addend, centre=float(np.mean(mine)))
+            return fit_joint(level, (*best.fit.addends, common), fit.memory, fit.values, fit.misfit, False, True)
+        except IdentificationError:
+            return None
+        except BudgetError as out:
+            if out.meter is not meter:
+                raise
+            return None
 
 
 def _refined(level: Level, fit: JointFit) -> JointFit:
@@ -162,13 +172,3 @@ def _refined(level: Level, fit: JointFit) -> JointFit:
 def _prefix(best: Candidate, suspect: Suspect) -> str:
     number = sum(n == suspect.name for n in best.names) + 1
     return suspect.name if number == 1 else f"{suspect.name}#{number}"
-
-
-def renumbered(additions: Sequence[Addition], best: Candidate) -> tuple[Addition, ...]:
-    """A second resonator takes the integrator's second place."""
-    taken = sum(a.slot.startswith("hm") for d in best.fit.addends for a in d.additions)
-    if not taken or not additions or not additions[0].slot.startswith("h") or additions[0].slot[-1] != "1":
-        return tuple(additions)
-    place = str(taken + 1)
-    return tuple(replace(a, slot=a.slot[:-1] + place) for a in additions)
-

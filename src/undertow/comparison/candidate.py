@@ -8,12 +8,13 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 
 from undertow.comparison.joint import WIDER, JointFit, shared_theta
 from undertow.comparison.level import Addend, Level
+from undertow.comparison.score_test import GridPlace
 from undertow.comparison.suspect import Suspect
 from undertow.conditioning.motion import Motion
 from undertow.equation.kernel import SLOT
@@ -90,7 +91,8 @@ class LevelDiagnosis:
     """The search on one level: the prescribed equation alone, the best candidate, all others, posterior probability of
     the best among all, rivals (sets of names) that the data cannot separate from it, suspects screened out; ``small``
     is the most probable effect that evidence is overwhelming for though it moves the free run by less than what counts,
-    ``looked`` how many suspects were tried, ``unfinished`` names those not tried to the end of their budget."""
+    ``looked`` how many suspects were tried, ``unfinished`` names those not tried to the end of their budget, ``looks``
+    holds places of suspects' grids as seen from the prescribed equation, by label."""
 
     null: Candidate
     best: Candidate
@@ -101,6 +103,7 @@ class LevelDiagnosis:
     small: Candidate | None = None
     looked: int = 0
     unfinished: tuple[str, ...] = ()
+    looks: Mapping[str, tuple[GridPlace, ...]] = field(default_factory=dict, repr=False)
 
     @property
     def named(self) -> bool:
@@ -116,12 +119,15 @@ def conclude(
     small: Candidate | None = None,
     looked: int = 0,
     unfinished: Sequence[str] = (),
+    looks: Mapping[str, tuple[GridPlace, ...]] | None = None,
 ) -> LevelDiagnosis:
     """The diagnosis with its confidence and rivals."""
     likely = probability(best, found, screened)
     rivals = _rivals(best, found)
     left = tuple(dict.fromkeys(unfinished))
-    return LevelDiagnosis(null, best, tuple(found), likely, rivals, tuple(screened), small, looked, left)
+    return LevelDiagnosis(
+        null, best, tuple(found), likely, rivals, tuple(screened), small, looked, left, looks or {}
+    )  # fmt: skip
 
 
 def probability(

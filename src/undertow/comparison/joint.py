@@ -25,6 +25,7 @@ from undertow.errors import IdentificationError
 from undertow.likelihood import output_error
 from undertow.likelihood.fit import Structure
 from undertow.likelihood.free_run import free_run
+from undertow.likelihood.noise import residual_memory
 from undertow.likelihood.output_error import Solution
 from undertow.likelihood.priors import DRIFT_SHARE, GAIN_STD
 from undertow.likelihood.problem import Link, Problem, ProblemBuilder
@@ -351,6 +352,13 @@ def fit_joint(
     worth = criterion(solution, misfits, memory) + _width(problem, addends, samples)
     worth += _skipped(problem, addends, memory)
     return JointFit(tuple(addends), solution, typical, worth, memory, level.shared_water, misfits)
+
+
+def fit_standing(level: Level) -> JointFit:
+    """The prescribed equation with what stands already, at its own noise and memory."""
+    first = fit_joint(level, level.standing, 1.0, {}, 10.0, growing=True)
+    memory = residual_memory(first.solution)
+    return fit_joint(level, level.standing, memory, first.values, first.misfit, growing=False)
 
 
 def _width(problem: Problem, addends: Sequence[Addend], samples: float) -> float:

@@ -23,9 +23,9 @@ from undertow.comparison.candidate import Candidate
 from undertow.comparison.joining import has_room
 from undertow.comparison.joint import JointFit
 from undertow.comparison.level import Level
-from undertow.comparison.replicas import at_noise_of, left_by, replicas, surely_wrong
+from undertow.comparison.replicas import at_noise_of, left_by, noise_over, replicas, surely_wrong
 from undertow.comparison.score_stack import Scored, Stack
-from undertow.comparison.score_test import GridPlace, Stands, places
+from undertow.comparison.score_test import GridPlace, Stands, places, reweighed
 from undertow.comparison.sizes import COUNTS_IN_REPEATABILITY, Sizes
 from undertow.comparison.suspect import Suspect
 from undertow.comparison.tail import Histogram, Tail
@@ -153,19 +153,35 @@ class NullTest:
 
 
 def null_test(
-    level: Level, suspects: Sequence[Suspect], null: JointFit, found: Sequence[Candidate], levels: int = 1
+    level: Level,
+    suspects: Sequence[Suspect],
+    null: JointFit,
+    found: Sequence[Candidate],
+    levels: int = 1,
+    looks: Mapping[str, Sequence[GridPlace]] | None = None,
 ) -> NullTest:
     """A level, one of so many, against its null: ``null`` is the prescribed equation as fitted, ``found`` every
-    candidate that was.
+    candidate that was, ``looks`` places of suspects' grids as seen from that fit already, by label.
 
     Where a step from the null is too short to tell what a suspect gains, its fit tells. What makes trials differ (a
     mass of each trial's own) is not tested: it is scatter, of which as much is there as there is.
     """
     closest = min((null, *(c.fit for c in found)), key=lambda fit: fit.misfit)
-    null = at_noise_of(null, closest)
+    before, null = null, at_noise_of(null, closest)
     stands = Stands.of(null)
+    factors = [noise_over(*pair) for pair in zip(*(f.solution.problem.trials for f in (before, null)), strict=True)]
     usable = [s for s in suspects if not s.late and not s.is_scatter and has_room(level, s, null)]
-    every = [place for suspect in usable for place in _places(level, stands, suspect)]
+    looks = {label: [p for p in seen if p.columns] for label, seen in (looks or {}).items()}
+    every = [
+        place
+        for suspect in usable
+        for place in (
+            [reweighed(p, stands, factors) for p in looks[suspect.label]]
+            if suspect.label in looks and not suspect.frees
+            else places(level, stands, suspect)
+        )
+        if place.columns and place.width
+    ]
     if not every:
         return NullTest(math.nan)
     stack = Stack.of(stands, every)
@@ -180,10 +196,6 @@ def null_test(
     fitted = {label: gain for label, gain in fitted.items() if label in shown}
     sets = {n: _fitted_gain(null, fits) for n, fits in together.items()}
     return _ranked(scored, stack, sizes, fitted, sets, levels)
-
-
-def _places(level: Level, stands: Stands, suspect: Suspect) -> list[GridPlace]:
-    return [p for p in places(level, stands, suspect, suspect.grid(level.scales)) if p.columns and p.width]
 
 
 def _reported(null: JointFit) -> dict[str, float]:
@@ -202,7 +214,11 @@ def _fitted_gain(null: JointFit, fits: Sequence[JointFit]) -> float:
 
 
 def _ranked(
-    scored: Sequence[Scored], stack: Stack, sizes: Sizes, fitted: Mapping[str, float], sets: Mapping[int, float],
+    scored: Sequence[Scored],
+    stack: Stack,
+    sizes: Sizes,
+    fitted: Mapping[str, float],
+    sets: Mapping[int, float],
     levels: int,
 ) -> NullTest:
     """The test from scored places; ``fitted`` are gains by label that a fit has shown, ``sets`` the same of so many
@@ -234,9 +250,7 @@ def _ranked(
     return NullTest(p_value, ordered_tests, smallest_counts, levels, scores)
 
 
-def _scored(
-    level: Level, stack: Stack, sizes: Sizes, left: Sequence[Array], rng: np.random.Generator
-) -> list[Scored]:
+def _scored(level: Level, stack: Stack, sizes: Sizes, left: Sequence[Array], rng: np.random.Generator) -> list[Scored]:
     """Every place with the scores of the recordings and of all replicas; ``left`` as in `replicas.left_by`."""
     draws = int(min(DRAWS, max(FEWEST_DRAWS, ROOM / sum(r.size for r in left))))
     stands = stack.stands

@@ -54,10 +54,8 @@ def at_noise_of(null: JointFit, closest: JointFit) -> JointFit:
     ):
         own = {c.quantity: c.sigma for c in other.channels}
         channels = tuple(replace(c, sigma=own.get(c.quantity, c.sigma)) for c in trial.channels)
-        factor = np.repeat(
-            [ours.sigma / theirs.sigma for ours, theirs in zip(trial.channels, channels, strict=True)], trial.t.size
-        )
         trials.append(replace(trial, channels=channels))
+        factor = noise_over(trial, trials[-1])
         residuals.append(r * factor)
         jacobians.append(jac * factor[:, None])
     chi2 = sum(float(r @ r) for r in residuals)
@@ -78,9 +76,14 @@ def left_by(null: JointFit, closest: JointFit) -> tuple[Array, ...]:
     ):  # fmt: skip
         if r.size != own.size:
             return tuple(null.solution.residuals)
-        factors = [theirs.sigma / ours.sigma for ours, theirs in zip(trial.channels, other.channels, strict=True)]
-        out.append(own * np.repeat(factors, trial.t.size))
+        out.append(own * noise_over(other, trial))
     return tuple(out)
+
+
+def noise_over(one: TrialProblem, other: TrialProblem) -> Array:
+    """The noise by which a trial's channels are weighed over that of the same channels in another problem, (rows,)."""
+    ratios = [mine.sigma / theirs.sigma for mine, theirs in zip(one.channels, other.channels, strict=True)]
+    return np.repeat(ratios, one.t.size)
 
 
 def surely_wrong(solution: Solution, left: Sequence[Array]) -> float:

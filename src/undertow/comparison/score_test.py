@@ -15,7 +15,7 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 from undertow.comparison.joint import JointFit
-from undertow.comparison.level import Level, full_name
+from undertow.comparison.level import Addend, Level, full_name
 from undertow.comparison.suspect import Addition, Suspect
 from undertow.equation.kernel import SLOT
 from undertow.likelihood import output_error
@@ -54,25 +54,33 @@ class GridPlace:
         return int(self.own.shape[0])
 
 
-def prospects(
-    level: Level, fit: JointFit, suspect: Suspect, grid: Sequence[tuple[Addition, ...]]
-) -> tuple[GridPlace, ...]:
-    """The peaks of a suspect's possible gain over its ``grid`` of additions, the best first.
-
-    ``fit`` is what stands; a place where the motion leaves every bound counts nothing.
-    """
-    return peaks(places(level, Stands.of(fit), suspect, grid))
-
-
-def places(
-    level: Level, stands: Stands, suspect: Suspect, grid: Sequence[tuple[Addition, ...]]
-) -> tuple[GridPlace, ...]:
-    """Every place of a suspect's grid, in the grid's order; of a suspected sensor the one of its prior given up."""
+def places(level: Level, stands: Stands, suspect: Suspect) -> tuple[GridPlace, ...]:
+    """Every place of a suspect's grid, in the grid's order; of a suspected sensor the one of its prior given up. A
+    place where the motion leaves every bound counts nothing."""
     if suspect.frees:
         return (_freed(stands, suspect),)
+    grid = [renumbered(additions, stands.fit.addends) for additions in suspect.grid(level.scales)]
     if suspect.moves:
         return tuple(_switched(level, stands, suspect.label, additions) for additions in grid)
     return tuple(_place(level, stands, suspect.label, additions) for additions in grid)
+
+
+def renumbered(additions: Sequence[Addition], beside: Sequence[Addend]) -> tuple[Addition, ...]:
+    """A resonator beside others takes the integrator's next place."""
+    taken = sum(a.slot.startswith("hm") for d in beside for a in d.additions)
+    if not taken or not additions or not additions[0].slot.startswith("h") or additions[0].slot[-1] != "1":
+        return tuple(additions)
+    place = str(taken + 1)
+    return tuple(replace(a, slot=a.slot[:-1] + place) for a in additions)
+
+
+def reweighed(place: GridPlace, stands: Stands, factors: Sequence[Array]) -> GridPlace:
+    """A place seen from the same fit weighed by other noise: ``factors`` (rows,) of every trial are the old one over
+    the new one."""
+    columns = tuple((mine * by[:, None], where) for (mine, where), by in zip(place.columns, factors, strict=True))
+    cross, own, step, gain = _stepped(stands, columns, place.width)
+    gain = _gain_whole(stands, cross, own, step) if place.whole else gain
+    return replace(place, gain=gain, columns=columns, cross=cross, own=own)
 
 
 def peaks(found: Sequence[GridPlace]) -> tuple[GridPlace, ...]:
@@ -150,9 +158,15 @@ def _switched(level: Level, stands: Stands, label: str, additions: tuple[Additio
             return GridPlace(label, additions, 0.0)
         columns.append(((after[0] - before[0])[:, None], np.zeros(1, dtype=np.int64)))
     cross, own, step, _ = _stepped(stands, columns, 1)
+    return GridPlace(
+        label, additions, _gain_whole(stands, cross, own, step), tuple(columns), cross, own, whole=True
+    )  # fmt: skip
+
+
+def _gain_whole(stands: Stands, cross: Array, own: Array, step: Array) -> float:
+    """What a law gains that is taken whole, not in the share that the step asks for."""
     left = float(own[0, 0] - cross[:, 0] @ stands.inverse @ cross[:, 0])
-    gain = max(left * (float(step[0]) - 0.5), 0.0)
-    return GridPlace(label, additions, gain, tuple(columns), cross, own, whole=True)
+    return max(left * (float(step[0]) - 0.5), 0.0)
 
 
 def _freed(stands: Stands, suspect: Suspect) -> GridPlace:
@@ -173,9 +187,7 @@ def _stepped(
     """Products of a place's columns with what stands and with each other, its step, and the step's gain."""
     solution = stands.fit.solution
     cross, own, slope = np.zeros((len(solution.values), width)), np.zeros((width, width)), np.zeros(width)
-    for (mine, where), jac, used, r in zip(
-        columns, solution.jacobians, solution.used, solution.residuals, strict=True
-    ):
+    for (mine, where), jac, used, r in zip(columns, solution.jacobians, solution.used, solution.residuals, strict=True):
         cross[np.ix_(used, where)] += jac.T @ mine
         own[np.ix_(where, where)] += mine.T @ mine
         slope[where] += mine.T @ r
@@ -184,6 +196,19 @@ def _stepped(
     scale = 1.0 / np.sqrt(np.maximum(np.diag(own), 1e-300))
     step = -scale * (np.linalg.pinv(schur * np.outer(scale, scale), rcond=1e-6, hermitian=True) @ (scale * slope))
     return cross, own, step, max(-0.5 * float(slope @ step), 0.0)
+
+
+def linear_estimate(level: Level, stands: Stands, additions: tuple[Addition, ...]) -> tuple[float, float] | None:
+    """The first coefficient of a law as one step from the fit finds it, what it has inside where it starts, and its
+    standard error; None where the law has no motion or the fit leaves nothing of it."""
+    place = _place(level, stands, "", additions)
+    if not place.columns:
+        return None
+    left = place.own - place.cross.T @ stands.inverse @ place.cross
+    if not left[0, 0] > 1e-6 * place.own[0, 0]:
+        return None
+    *_, step, _ = _stepped(stands, place.columns, place.width)
+    return float(step[0]), float(np.sqrt(np.linalg.pinv(left, hermitian=True)[0, 0]))
 
 
 def _coefficient_names(level: Level, additions: tuple[Addition, ...]) -> list[str]:

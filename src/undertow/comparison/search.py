@@ -16,7 +16,7 @@ import math
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 
-from undertow.comparison.attempt import REFINED, as_radiation, from_places, from_starts, penalty_of, renumbered
+from undertow.comparison.attempt import REFINED, as_radiation, from_places, from_starts, penalty_of
 from undertow.comparison.candidate import Candidate, LevelDiagnosis, Screened, conclude
 from undertow.comparison.explained import (
     ALL,
@@ -31,10 +31,10 @@ from undertow.comparison.explained import (
     slides,
 )
 from undertow.comparison.joining import MOST_EFFECTS, PRIOR_NOTHING, has_room, log_prior, may_join
-from undertow.comparison.joint import JointFit, at_memory, fit_joint, free_run_error, missed_share
+from undertow.comparison.joint import JointFit, at_memory, fit_joint, fit_standing, free_run_error, missed_share
 from undertow.comparison.level import Level
 from undertow.comparison.needless import leanest, shorter_sets
-from undertow.comparison.score_test import prospects
+from undertow.comparison.score_test import GridPlace, Stands, peaks, places
 from undertow.comparison.suspect import Suspect
 from undertow.errors import IdentificationError
 from undertow.likelihood.budget import BudgetError, metered
@@ -102,6 +102,8 @@ class _Search:
         self.found = [self.null]
         self.screened: dict[str, Screened] = {}
         self.small: list[Candidate] = []
+        self.stands: Stands | None = None
+        self.looks: dict[str, tuple[GridPlace, ...]] = {}
         self.error = free_run_error(self.level, self.null.fit)
         self.left = LEVEL_BUDGET * self._one_look()
 
@@ -109,10 +111,8 @@ class _Search:
         """Add effects one after the other until none is worth it, or the level's budget is spent."""
         self._grow()
         small = None if self.best.suspects else self._overwhelming()
-        screened = list(self.screened.values())
-        return conclude(
-            self.null, self.best, self.found, screened, small, len(self.suspects), self.unfinished
-        )  # fmt: skip
+        screened, looked = list(self.screened.values()), len(self.suspects)
+        return conclude(self.null, self.best, self.found, screened, small, looked, self.unfinished, self.looks)
 
     def _one_look(self) -> float:
         """Steps of one look at the level with the prescribed equation's unknowns, times what the config and the number
@@ -200,8 +200,7 @@ class _Search:
             return tried
         self.null = replace(self.null, fit=at_memory(self.null.fit, memory))
         self.best, self.found = self.null, [self.null]
-        shift = self.null.score
-        self.screened = {k: replace(s, score=shift + s.relative) for k, s in self.screened.items()}
+        self.screened = {k: replace(s, score=self.null.score + s.relative) for k, s in self.screened.items()}
         return [replace(c, fit=at_memory(c.fit, memory)) for c in tried]
 
     def _as_far_as_possible(self, depth: int) -> list[Candidate]:
@@ -243,16 +242,14 @@ class _Search:
 
     def _small(self, suspect: Suspect, prior: float, depth: int) -> Candidate | None:
         """A suspect where little is missing: fitted from the best places of its grid, if one could gain enough."""
-        level, best = self.level, self.best
         if suspect.late:
-            return from_starts(level, best, suspect, prior, best.fit.criterion)
-        grid = [renumbered(additions, best) for additions in suspect.grid(level.scales)]
-        places = prospects(level, best.fit, suspect, grid)[:REFINED]
-        if not places or places[0].gain * math.sqrt(best.fit.memory) < LEAST_GAIN:
+            return from_starts(self.level, self.best, suspect, prior, self.best.fit.criterion)
+        ahead = self._peaks(suspect)[:REFINED]
+        if not ahead or ahead[0].gain * math.sqrt(self.best.fit.memory) < LEAST_GAIN:
             if not depth:
-                self._screen_out(suspect, prior, places[0].gain if places else 0.0)
+                self._screen_out(suspect, prior, ahead[0].gain if ahead else 0.0)
             return None
-        return from_places(level, best, suspect, places, prior)
+        return from_places(self.level, self.best, suspect, ahead, prior)
 
     def _large(self, suspect: Suspect, prior: float) -> Candidate | None:
         """A suspect where much is missing: from several starts; a line that leaves the fit no way to it but a start on
@@ -260,10 +257,17 @@ class _Search:
         if not suspect.on_a_line:
             most = self.best.fit.criterion if suspect.has_no_zero else math.inf
             return from_starts(self.level, self.best, suspect, prior, most)
-        level, best = self.level, self.best
-        grid = [renumbered(additions, best) for additions in suspect.grid(level.scales)]
-        places = prospects(level, best.fit, suspect, grid)[: REFINED + 1]
-        return from_places(level, best, suspect, places, prior) if places else None
+        ahead = self._peaks(suspect)[: REFINED + 1]
+        return from_places(self.level, self.best, suspect, ahead, prior) if ahead else None
+
+    def _peaks(self, suspect: Suspect) -> tuple[GridPlace, ...]:
+        """The best places of a suspect's grid as seen from what stands; looks from the prescribed equation are kept."""
+        if self.stands is None or self.stands.fit.solution is not self.best.fit.solution:
+            self.stands = Stands.of(self.best.fit)
+        seen = places(self.level, self.stands, suspect)
+        if not self.best.suspects:
+            self.looks[suspect.label] = seen
+        return peaks(seen)
 
     def _screen_out(self, suspect: Suspect, prior: float, gain: float) -> None:
         """Keep what a suspect could gain at most, with the penalty of its unknowns."""
@@ -274,7 +278,7 @@ class _Search:
     def _promising(self, suspect: Suspect) -> bool:
         """Whether a suspect is tried beside what is there: one with a single start, a second resonator, or one that
         alone had evidence for it."""
-        alone = [c.score - self.null.score for c in self.found if c.names == (suspect.name,)]
+        alone = (c.score - self.null.score for c in self.found if c.names == (suspect.name,))
         return suspect.often_beside or max(alone, default=0.0) > EVIDENCE_ALONE
 
     def _worthwhile(self, probable: Sequence[Candidate], remaining: float) -> tuple[Candidate, float] | None:
@@ -322,8 +326,8 @@ class _Search:
         """Linear damping instead of a memory that does not ring, where the free run cannot tell them apart; bristles in
         friction's place instead of hysteresis beside which no friction is left.
 
-        Waves that are radiated away leave a memory; a spring's own damping (and added mass) is what it amounts to at
-        that spring's frequency. The memory is then called damping that depends on frequency, with the reason.
+        Waves radiated away leave a memory; a spring's own damping (and added mass) is what it amounts to at that
+        spring's frequency. It is then called damping that depends on frequency, with the reason.
         """
         candidate, error = ahead
         bent = candidate.suspects[-1].without_sliding
@@ -334,7 +338,8 @@ class _Search:
             return ahead
         for other in (c for c in probable if len(c.suspects) == 1 and c.suspects[0].plain):
             stands = free_run_error(self.level, other.fit)
-            doubtless = other.fit.misfit > FAR_ABOVE_NOISE and explains(other, candidate, NEARLY_ALL)
+            far = other.fit.misfit > FAR_ABOVE_NOISE or candidate.score - other.score > OVERWHELMING
+            doubtless = far and explains(other, candidate, NEARLY_ALL)
             if doubtless and not fading(candidate):
                 continue
             if stands < self.error and (stands <= 1.0 or stands**2 - error**2 < WORTH**2):
@@ -366,18 +371,15 @@ def diagnose(
     ``clean_when_dry`` says that the dry trials of the same rig need nothing: what belongs to the structure would have
     shown there.
 
-    Evidence alone would name effects that no free run shows (a gram of water, the smoothing of an amplifier): what
-    is named must also bring the free run of the training trials closer by `WORTH` of what repeating the test allows
+    Evidence alone would name effects that no free run shows (a gram of water, an amplifier's smoothing): what is named
+    must also bring the free run of the training trials closer by `WORTH` of what repeating the test allows
     (each group's own `Member.allowed`). The search for further effects ends where the free run is as close as
     repetitions are to each other. ``budget`` multiplies what one suspect and the whole level may spend
     (`SUSPECT_BUDGET`, `LEVEL_BUDGET`).
 
     Raises IdentificationError where not even the prescribed equation can be fitted.
     """
-    first = fit_joint(level, level.standing, 1.0, {}, 10.0, growing=True)
-    memory = residual_memory(first.solution)
-    together = fit_joint(level, level.standing, memory, first.values, first.misfit, growing=False)
-    null = Candidate((), _null(level, together), math.log(PRIOR_NOTHING))
+    null = Candidate((), _null(level, fit_standing(level)), math.log(PRIOR_NOTHING))
     usable = [s for s in suspects if has_room(level, s, null.fit)]
     return _Search(level, usable, null, clean_when_dry, budget).run()
 

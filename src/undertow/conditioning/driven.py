@@ -15,11 +15,11 @@ from typing import Literal
 import numpy as np
 
 from undertow.errors import RecordingError
+from undertow.quantities import Mover, MovingQuantity, mover_of
 from undertow.recording.recording import Array, Condition, read_only
 
-Quantity = Literal["force", "base_displacement", "base_velocity", "base_acceleration"]
+Quantity = Literal["force"] | MovingQuantity
 Frame = Literal["absolute", "relative"]
-INPUTS = ("force", "base_displacement", "base_velocity", "base_acceleration")
 OUTPUTS = ("displacement", "velocity", "acceleration")
 FEWEST_SAMPLES = 200
 """A driven trial of fewer samples is refused: a start state and a handful of numbers want more."""
@@ -35,7 +35,7 @@ ROUNDING = 1e-9
 class DrivenTrial:
     """Time ``t`` (n,) s, rising; ``u`` (n,) the input; ``outputs`` quantity -> (n,); all in SI or the file's own unit.
 
-    ``quantity`` says what the input is (`INPUTS`), ``hold`` what it is between samples: zero, first, band_limited.
+    ``quantity`` says what the input is (`Quantity`), ``hold`` what it is between samples: zero, first, band_limited.
     Where a base moves, ``frames`` says of each output whether it is recorded against the earth (absolute) or against
     the base (relative). Raises RecordingError where lengths differ, a value is not finite, time does not rise, nothing
     that moved is there, the input never changes, or a frame is not said or cannot be had from what was recorded.
@@ -102,7 +102,7 @@ class DrivenTrial:
             )
 
     def _check_frames(self) -> None:
-        if not self.moving:
+        if self.mover != "base":
             return
         silent = [name for name in self.outputs if name not in self.frames]
         if silent:
@@ -117,14 +117,14 @@ class DrivenTrial:
             )
 
     @property
-    def moving(self) -> bool:
-        """Whether the input is motion of the base."""
-        return self.quantity != "force"
+    def mover(self) -> Mover:
+        """Whether the input is a force, or motion of the base or of the water."""
+        return mover_of(self.quantity)
 
     @property
     def absolute(self) -> tuple[str, ...]:
         """Outputs that are recorded against the earth while the base moves."""
-        return tuple(name for name in self.outputs if self.moving and self.frames.get(name) == "absolute")
+        return tuple(name for name in self.outputs if self.mover == "base" and self.frames.get(name) == "absolute")
 
     @property
     def rate_hz(self) -> float:
@@ -146,11 +146,17 @@ class DrivenTrial:
 
     def noise(self) -> dict[str, float]:
         """White noise of each output, 1 sigma, from sixth differences, which a motion sampled well does not have."""
-        weights = [float(math.comb(6, i)) * (-1.0) ** i for i in range(7)]
-        size = math.sqrt(sum(w * w for w in weights))
-        out = {}
-        for name, values in self.outputs.items():
-            seen = np.convolve(values, weights, "valid") / size
-            rounding = ROUNDING * float(np.ptp(values)) or np.finfo(float).tiny
-            out[name] = max(float(np.median(np.abs(seen))) / 0.6745, rounding)
-        return out
+        return {name: white_noise(values) for name, values in self.outputs.items()}
+
+
+def white_noise(values: Array) -> float:
+    """White noise of samples (n,), 1 sigma, from sixth differences; at least `ROUNDING` of their range.
+
+    >>> 0.9 < white_noise(np.random.default_rng(0).normal(size=5000)) < 1.1
+    True
+    """
+    weights = [float(math.comb(6, i)) * (-1.0) ** i for i in range(7)]
+    size = math.sqrt(sum(w * w for w in weights))
+    seen = np.convolve(values, weights, "valid") / size
+    rounding = ROUNDING * float(np.ptp(values)) or float(np.finfo(float).tiny)
+    return max(float(np.median(np.abs(seen))) / 0.6745, rounding)

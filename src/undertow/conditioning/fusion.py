@@ -18,9 +18,10 @@ from collections.abc import Mapping
 from dataclasses import dataclass, replace
 
 import numpy as np
+from numba import njit
 from scipy.optimize import minimize_scalar
 
-from undertow.compiling import compiled
+from undertow.compiling import OPTIONS, compiled
 from undertow.errors import RecordingError
 from undertow.recording.recording import Array
 
@@ -65,6 +66,92 @@ class Smoothed:
     clock_stderr_s: float = math.nan
 
 
+@njit(**OPTIONS)
+def _product(f, p, out):  # type: ignore[no-untyped-def]
+    """out = f p. Loops: numpy's products, solutions and assignments of arrays take a minute to compile between them."""
+    for i in range(5):
+        for j in range(5):
+            total = 0.0
+            for m in range(5):
+                total += f[i, m] * p[m, j]
+            out[i, j] = total
+
+
+@njit(**OPTIONS)
+def _moved(f, p, half, out):  # type: ignore[no-untyped-def]
+    """out = f p f^T; ``half`` becomes f p."""
+    _product(f, p, half)
+    for i in range(5):
+        for j in range(5):
+            total = 0.0
+            for m in range(5):
+                total += half[i, m] * f[j, m]
+            out[i, j] = total
+
+
+@njit(**OPTIONS)
+def _divided(half, p, low, out):  # type: ignore[no-untyped-def]
+    """out = half^T p^-1 by Cholesky, p symmetric and positive definite; ``low`` becomes its factor."""
+    for j in range(5):
+        for i in range(j, 5):
+            total = p[i, j]
+            for m in range(j):
+                total -= low[i, m] * low[j, m]
+            low[i, j] = math.sqrt(total) if i == j else total / low[j, j]
+    for row in range(5):
+        for i in range(5):
+            total = half[i, row]
+            for m in range(i):
+                total -= low[i, m] * out[row, m]
+            out[row, i] = total / low[i, i]
+        for i in range(4, -1, -1):
+            total = out[row, i]
+            for m in range(i + 1, 5):
+                total -= low[m, i] * out[row, m]
+            out[row, i] = total / low[i, i]
+
+
+@njit(**OPTIONS)
+def _measured(m, p, ph, z, r, jerk):  # type: ignore[no-untyped-def]
+    """Mean ``m`` and covariance ``p`` after what was measured at an instant; its log-likelihood."""
+    loglik = 0.0
+    for c in range(3):
+        if r[c] < 0.0:
+            continue
+        hx = m[c]
+        for j in range(5):
+            ph[j] = p[j, c]
+        if c == 2:
+            hx += m[3] + jerk * m[4]
+            for j in range(5):
+                ph[j] += p[j, 3] + jerk * p[j, 4]
+        s = ph[c] + r[c]
+        if c == 2:
+            s += ph[3] + jerk * ph[4]
+        e = z[c] - hx
+        loglik -= 0.5 * (math.log(s) + e * e / s)
+        for j in range(5):
+            m[j] += ph[j] / s * e
+            for k in range(j + 1):
+                p[j, k] = p[k, j] = 0.5 * (p[j, k] - ph[j] / s * ph[k] + (p[k, j] - ph[k] / s * ph[j]))
+    return loglik
+
+
+@njit(**OPTIONS)
+def _earlier(i, f, half, low, g, mf, pf, mp, pp):  # type: ignore[no-untyped-def]
+    """Filtered means and covariances of instant i become smoothed ones, those of i + 1 being so; pp is used up."""
+    _product(f, pf[i], half)
+    _divided(half, pp[i + 1], low, g)
+    for j in range(5):
+        for k in range(5):
+            mf[i, j] += g[j, k] * (mf[i + 1, k] - mp[i + 1, k])
+            pp[i + 1, j, k] = pf[i + 1, j, k] - pp[i + 1, j, k]
+    _moved(g, pp[i + 1], half, low)
+    for j in range(5):
+        for k in range(5):
+            pf[i, j, k] += low[j, k]
+
+
 @compiled("Tuple((f8[:,::1], f8[:,:,::1], f8))(f8[::1], f8[:,::1], f8[::1], f8[::1], f8[::1], f8[:,::1], f8, f8, b1)")
 def _smooth(t, z, jerk, r, m0, p0, q, qb, backward):  # type: ignore[no-untyped-def]
     """Forward filter and, where wanted, backward smoother; z (n, 3) measured x, v, a with variance r (3,), r < 0: not
@@ -72,60 +159,44 @@ def _smooth(t, z, jerk, r, m0, p0, q, qb, backward):  # type: ignore[no-untyped-
     n = t.size
     mf, mp = np.empty((n, 5)), np.empty((n, 5))
     pf, pp = np.empty((n, 5, 5)), np.empty((n, 5, 5))
-    f = np.eye(5)
-    qm = np.zeros((5, 5))
-    m = m0.copy()
-    p = p0.copy()
+    f, half, low, g = np.zeros((5, 5)), np.empty((5, 5)), np.empty((5, 5)), np.empty((5, 5))
+    ph = np.empty(5)
+    for j in range(5):
+        f[j, j] = 1.0
     loglik = 0.0
     for i in range(n):
-        if i > 0:
-            d = t[i] - t[i - 1]
-            f[0, 1] = d
-            f[0, 2] = 0.5 * d * d
-            f[1, 2] = d
-            qm[0, 0] = q * d**5 / 20.0
-            qm[0, 1] = qm[1, 0] = q * d**4 / 8.0
-            qm[0, 2] = qm[2, 0] = q * d**3 / 6.0
-            qm[1, 1] = q * d**3 / 3.0
-            qm[1, 2] = qm[2, 1] = q * d * d / 2.0
-            qm[2, 2] = q * d
-            qm[3, 3] = qb * d
-            m = f @ m
-            p = f @ p @ f.T + qm
-        mp[i] = m
-        pp[i] = p
-        for c in range(3):
-            if r[c] < 0.0:
-                continue
-            hx = m[c]
-            ph = p[:, c].copy()
-            if c == 2:
-                hx += m[3] + jerk[i] * m[4]
-                ph += p[:, 3] + jerk[i] * p[:, 4]
-            s = ph[c] + r[c]
-            if c == 2:
-                s += ph[3] + jerk[i] * ph[4]
-            gain = ph / s
-            e = z[i, c] - hx
-            loglik -= 0.5 * (math.log(s) + e * e / s)
-            for j in range(5):
-                m[j] += gain[j] * e
-                for k in range(j + 1):
-                    p[j, k] = p[k, j] = 0.5 * (p[j, k] - gain[j] * ph[k] + (p[k, j] - gain[k] * ph[j]))
-        mf[i] = m
-        pf[i] = p
-    if not backward:
-        return mf, pf, loglik
-    ms, ps = mf.copy(), pf.copy()
-    for i in range(n - 2, -1, -1):
-        d = t[i + 1] - t[i]
-        f[0, 1] = d
+        m, p = mf[i], pf[i]
+        d = t[i] - t[i - 1] if i > 0 else 0.0
+        f[0, 1] = f[1, 2] = d
         f[0, 2] = 0.5 * d * d
-        f[1, 2] = d
-        g = np.linalg.solve(pp[i + 1], f @ pf[i]).T
-        ms[i] = mf[i] + g @ (ms[i + 1] - mp[i + 1])
-        ps[i] = pf[i] + g @ (ps[i + 1] - pp[i + 1]) @ g.T
-    return ms, ps, loglik
+        before, spread = (mf[i - 1], pf[i - 1]) if i > 0 else (m0, p0)
+        _moved(f, spread, half, p)
+        if i > 0:
+            p[0, 0] += q * d**5 / 20.0
+            p[0, 1] += q * d**4 / 8.0
+            p[1, 0] += q * d**4 / 8.0
+            p[0, 2] += q * d**3 / 6.0
+            p[2, 0] += q * d**3 / 6.0
+            p[1, 1] += q * d**3 / 3.0
+            p[1, 2] += q * d * d / 2.0
+            p[2, 1] += q * d * d / 2.0
+            p[2, 2] += q * d
+            p[3, 3] += qb * d
+        m[0] = before[0] + d * before[1] + 0.5 * d * d * before[2]
+        m[1] = before[1] + d * before[2]
+        m[2], m[3], m[4] = before[2], before[3], before[4]
+        for j in range(5):
+            mp[i, j] = m[j]
+            for k in range(5):
+                pp[i, j, k] = p[j, k]
+        loglik += _measured(m, p, ph, z[i], r, jerk[i])
+    if backward:
+        for i in range(n - 2, -1, -1):
+            d = t[i + 1] - t[i]
+            f[0, 1] = f[1, 2] = d
+            f[0, 2] = 0.5 * d * d
+            _earlier(i, f, half, low, g, mf, pf, mp, pp)
+    return mf, pf, loglik
 
 
 @dataclass(frozen=True)

@@ -14,8 +14,11 @@ from undertow.comparison.joint import free_run_error
 from undertow.comparison.level import Level
 from undertow.comparison.null_test import NullTest
 from undertow.comparison.search import NAMING_PROBABILITY, OVERWHELMING, WORTH
+from undertow.discrepancy.calibration import LEFT
 from undertow.discrepancy.case import Case
+from undertow.discrepancy.dry_check import CERTAIN, DryAnswer
 from undertow.discrepancy.verdict import Gate, Verdict
+from undertow.discrepancy.wandering import wanders
 from undertow.discrepancy.words import percent
 
 DOUBLED = 2.0
@@ -27,17 +30,21 @@ WORSE = 1.0
 OUTWEIGHED = math.log(1e6)
 """Log odds for a set that was excluded over what is named, from which nobody knows what is missing."""
 
+NO_ANSWER = DryAnswer()
+"""Dry trials that say nothing against what is named."""
+
 GREEN = ("nothing_missing",)
 EVERY = ("nothing_missing", "explained", "not_identifiable", "unknown")
 
 
 def gates(
-    verdict: Verdict, case: Case, diagnosis: LevelDiagnosis, tested: NullTest, holds_doubled: bool
+    verdict: Verdict, case: Case, diagnosis: LevelDiagnosis, tested: NullTest, holds_doubled: bool,
+    in_air: DryAnswer = NO_ANSWER,
 ) -> tuple[Gate, ...]:
     """What a verdict must pass to be said, in order: the first that is not passed and bars its status decides.
 
     ``tested`` is the level beside its own null; ``holds_doubled`` says whether what is named would be named with twice
-    the scatter, where that was assumed.
+    the scatter, where that was assumed; ``in_air`` what dry trials say against it.
     """
     left = ", ".join(label.replace("_", " ") for label in diagnosis.unfinished)
     unsearched = GREEN if set(verdict.verdict) - {"unknown"} else (*GREEN, "unknown")
@@ -53,7 +60,7 @@ def gates(
         _flag("scatter_known", "reasons why nobody knows how much trials differ", case.assumed, GREEN, "assumed"),
     )  # fmt: skip
     hidden = () if diagnosis.named or not math.isfinite(tested.p_value) else (_upper_bound(tested),)
-    named = (*_unseen(verdict, case, diagnosis), *_outweighed(diagnosis))
+    named = (*_unseen(verdict, case, diagnosis), *_outweighed(diagnosis), *_borne_out(diagnosis, in_air))
     return (*found, *hidden, *named, *_with_twice_the_scatter(verdict, case, holds_doubled))
 
 
@@ -80,6 +87,8 @@ def evidence(level: Level, case: Case, diagnosis: LevelDiagnosis) -> tuple[Gate,
         Gate("rivals", f"other sets of names within odds of {RIVAL_ODDS:g}", float(rivals), 0.0, not rivals),
         Gate("posterior", f"posterior probability of {names}, excluded candidates included", posterior(diagnosis, best),
              NAMING_PROBABILITY, posterior(diagnosis, best) >= NAMING_PROBABILITY),
+        Gate(LEFT, f"mean squared residual over noise with {names}", best.fit.misfit, FAR_ABOVE_NOISE,
+             best.fit.misfit <= FAR_ABOVE_NOISE),
     )  # fmt: skip
 
 
@@ -121,15 +130,18 @@ def _beside_its_null(verdict: Verdict, diagnosis: LevelDiagnosis, tested: NullTe
 
 
 def _more_than_noise(diagnosis: LevelDiagnosis, tested: NullTest) -> Gate:
-    """Whether there is something that nobody knows: more than noise beside k, c, mu of each trial's own, or a level
-    that stands out among its replicas. Else trials differ by more than is known, and that is no missing physics."""
+    """Whether there is something that nobody knows: more than noise beside k, c, mu of each trial's own that swings
+    with the motion, or a level that stands out among its replicas. Else trials differ by more than is known, or a
+    sensor wanders, and that is no missing physics."""
     misfit = diagnosis.null.fit.misfit
-    because = (
-        "with k, c and mu of each trial's own the equation leaves no more than noise, and nothing stands out: trials "
-        "may differ by more than is known"
+    goes_on = misfit > FAR_ABOVE_NOISE and wanders(diagnosis.null.fit)
+    because = "nothing stands out, and " + (
+        "what the equation leaves is slower than the motion: a sensor that wanders, or the ground"
+        if goes_on
+        else "k, c and mu of each trial's own leave no more than noise: trials may differ by more than is known"
     )
     statistic = "mean squared residual over noise, k, c, mu of each trial's own"
-    passed = misfit > FAR_ABOVE_NOISE or tested.significant
+    passed = (misfit > FAR_ABOVE_NOISE and not goes_on) or tested.significant
     return Gate("more_than_noise", statistic, misfit, FAR_ABOVE_NOISE, passed, because, "assumed", ("unknown",))
 
 
@@ -175,6 +187,17 @@ def _outweighed(diagnosis: LevelDiagnosis) -> tuple[Gate, ...]:
     because = "" if other is None else f"{' and '.join(other.names).replace('_', ' ')}, excluded because {other.out}"
     statistic, bars = "log odds of an excluded set over what is named", ("explained",)
     return (Gate("outweighed", statistic, odds, OUTWEIGHED, odds <= OUTWEIGHED, because, "outweighed", bars),)
+
+
+def _borne_out(diagnosis: LevelDiagnosis, in_air: DryAnswer) -> tuple[Gate, ...]:
+    """Whether dry trials show what is named of the structure too."""
+    if not diagnosis.named:
+        return ()
+    statistic = "standard errors by which dry trials contradict a law of the structure"
+    bars = ("explained", "not_identifiable")
+    return (
+        Gate("dry_trials_agree", statistic, in_air.away, CERTAIN, not in_air.because, in_air.because, "dry", bars),
+    )  # fmt: skip
 
 
 def _with_twice_the_scatter(verdict: Verdict, case: Case, holds_doubled: bool) -> tuple[Gate, ...]:

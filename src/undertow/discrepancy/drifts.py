@@ -127,14 +127,17 @@ def group_drifts(groups: Sequence[GroupFindings], water: Collection[str]) -> tup
 
 def _both(one: GroupFindings, other: GroupFindings, name: str) -> tuple[Estimate, Estimate] | None:
     """A parameter as both groups' own fits have it, with errors; None where one has not, or only holds it fixed."""
-    estimates = []
-    for group in (one, other):
-        found = group.fits[METHOD].parameters.get(name) if METHOD in group.fits else None
-        held = group.structure is not None and name in STRUCTURE
-        if found is None or held or found.outcome != OK or not found.total_stderr > 0.0:
-            return None
-        estimates.append(found)
-    return estimates[0], estimates[1]
+    first, second = own_number(one, name), own_number(other, name)
+    return None if first is None or second is None else (first, second)
+
+
+def own_number(group: GroupFindings, name: str, method: str = METHOD) -> Estimate | None:
+    """A parameter as a group's own fit has it, with its error; None where it has not, or holds it."""
+    found = group.fits[method].parameters.get(name) if method in group.fits else None
+    held = group.structure is not None and name in STRUCTURE
+    if found is None or held or found.outcome != OK or not 0.0 < found.total_stderr < math.inf:
+        return None
+    return found
 
 
 def _pair_sentence(
@@ -151,6 +154,4 @@ def _pair_sentence(
     common = words(one, [n for n in one if n not in differing])
     place = f"{common}: " if common else ""
     why = "water has one" if name in WATER else "a structure has one"
-    return (
-        f"{place}{name} is {first} with {words(one, differing)}, but {second} with {words(other, differing)}; {why}"
-    )
+    return f"{place}{name} is {first} with {words(one, differing)}, but {second} with {words(other, differing)}; {why}"

@@ -20,7 +20,8 @@ from undertow.comparison.level import Level, Member
 from undertow.comparison.null_test import NullTest
 from undertow.comparison.search import NAMING_PROBABILITY, WORTH
 from undertow.discrepancy.case import Case
-from undertow.discrepancy.decision import DOUBLED, gates
+from undertow.discrepancy.decision import DOUBLED, NO_ANSWER, gates
+from undertow.discrepancy.dry_check import DryAnswer
 from undertow.discrepancy.verdict import Gate, Status, Verdict
 from undertow.discrepancy.words import percent
 from undertow.errors import IdentificationError
@@ -33,43 +34,43 @@ NEXT: Mapping[str, str] = {
     "more": "more releases of this spring in this water, and larger ones",
     "unseen": "more releases: what these trials show does not carry over to the ones held out",
     "outweighed": "more releases of different size in this water, recorded from before the release until after rest",
+    "dry": "more releases of different size in this water, some from rest to rest, and the same in air once more",
     "search": "look at the trials that could not be fitted; a start or a window in the config may help",
 }
 """What would lead to an answer, by what is lacking."""
 
 
 def earned(
-    verdict: Verdict, case: Case, diagnosis: LevelDiagnosis, tested: NullTest, holds_doubled: bool
+    verdict: Verdict, case: Case, diagnosis: LevelDiagnosis, tested: NullTest, holds_doubled: bool,
+    in_air: DryAnswer = NO_ANSWER,
 ) -> Verdict:
     """The verdict itself, ``cannot_tell`` with what is lacking, or ``present_but_small``: the first of its `gates` that
     is not passed and bars its status decides."""
-    decision = gates(verdict, case, diagnosis, tested, holds_doubled)
+    decision = gates(verdict, case, diagnosis, tested, holds_doubled, in_air)
     verdict = replace(verdict, decision=decision)
     for gate in decision:
         if gate.passed or verdict.status not in gate.bars:
             continue
         if gate.lacking in ("small", "stands_out") and diagnosis.small is not None:
-            return _small(verdict, case, diagnosis.small, diagnosis.null)
+            return _small(verdict, case, diagnosis.small, diagnosis.null, in_air)
         if gate.lacking == "stands_out":
-            return _standing_out(verdict, case, tested)
-        if gate.lacking == "outweighed":
-            return _outweighed(verdict, gate)
+            return _standing_out(verdict, case, tested, in_air)
+        if gate.lacking in ("outweighed", "dry"):
+            return _not_the_answer(verdict, gate)
         said = without_answer(verdict, case, gate.because, gate.lacking)
         return replace(said, contradicted=bool(case.contradiction))
     return verdict
 
 
-def _outweighed(verdict: Verdict, gate: Gate) -> Verdict:
-    """``unknown`` after the names: what was excluded explains far more, so that the names are not the answer."""
+def _not_the_answer(verdict: Verdict, gate: Gate) -> Verdict:
+    """``unknown`` after the names: what was excluded explains far more, or the dry trials contradict them."""
     odds = gate.value / math.log(10.0)
-    text = (
-        f"{verdict.sentence} But this is not the answer: far more probable (odds of 10^{odds:.0f} to 1) is "
-        f"{gate.because}. What is missing is unknown."
-    )
+    why = f"far more probable (odds of 10^{odds:.0f} to 1) is " if gate.lacking == "outweighed" else ""
+    text = f"{verdict.sentence} But this is not the answer: {why}{gate.because}. What is missing is unknown."
     names = verdict.verdict if "unknown" in verdict.verdict else (*verdict.verdict, "unknown")
     return replace(
-        verdict, status="unknown", verdict=names, alternatives=(), confidence=math.nan, origin="undetermined",
-        next_test=NEXT["outweighed"], sentence=text,
+        verdict, status="unknown", verdict=names, alternatives=(), origin="undetermined",
+        next_test=NEXT[gate.lacking], sentence=text,
     )  # fmt: skip
 
 
@@ -79,24 +80,30 @@ def without_answer(verdict: Verdict, case: Case, because: str, lacking: str) -> 
     limit = f"repeatability {allowed}{', assumed' if case.assumed else ''}"
     text = f"{case.label}: cannot tell, because {because}. The equation misses {size} of the motion ({limit})."
     return replace(
-        verdict, status="cannot_tell", verdict=(), alternatives=(), parameters={}, augmented=None, confidence=math.nan,
+        verdict, status="cannot_tell", verdict=(), alternatives=(), parameters={}, augmented=None,
         origin="undetermined", transfer={}, next_test=NEXT[lacking], sentence=text, because=because,
     )  # fmt: skip
 
 
-def _small(verdict: Verdict, case: Case, small: Candidate, null: Candidate) -> Verdict:
+def _small(verdict: Verdict, case: Case, small: Candidate, null: Candidate, in_air: DryAnswer) -> Verdict:
     """``present_but_small``: evidence far beyond doubt for an effect that a free run hardly shows."""
     name = small.names[0]
     odds = (small.score - null.score) / math.log(10.0)
     text = (
         f"{case.label}: the equation misses {percent(case.baseline.nrmse)} of the motion (repeatability "
         f"{percent(case.allowed)}), no more than repetitions differ; but evidence of 10^{odds:.0f} to 1 says that "
-        f"something small is there, most probably {name.replace('_', ' ')}."
+        f"something small is there, most probably {name.replace('_', ' ')}{_but(in_air)}."
     )
-    return replace(verdict, status="present_but_small", verdict=(name,), sentence=text, confidence=math.nan)
+    name = "unknown" if in_air.because else name
+    return replace(verdict, status="present_but_small", verdict=(name,), sentence=text)
 
 
-def _standing_out(verdict: Verdict, case: Case, tested: NullTest) -> Verdict:
+def _but(in_air: DryAnswer) -> str:
+    """Why the most probable name is not said."""
+    return f"; but {in_air.because}, so that it is something that looks like it" if in_air.because else ""
+
+
+def _standing_out(verdict: Verdict, case: Case, tested: NullTest, in_air: DryAnswer) -> Verdict:
     """``present_but_small`` or, where it would count, ``unknown``: no free run shows it, but hardly any level with
     nothing missing stands out as much. It has a name where no other suspect stands out nearly as much."""
     first = tested.tests[0]
@@ -105,12 +112,12 @@ def _standing_out(verdict: Verdict, case: Case, tested: NullTest) -> Verdict:
     text = (
         f"{case.label}: the equation misses {percent(case.baseline.nrmse)} of the motion (repeatability "
         f"{percent(case.allowed)}), no more than repetitions differ; but of levels like this with nothing missing only "
-        f"{percent(tested.p_value)} stand out as much: something is there, most like {words}."
+        f"{percent(tested.p_value)} stand out as much: something is there, most like {words}{_but(in_air)}."
     )
     small = first.size < 1.0
-    name = likely[0] if small and len(likely) == 1 else "unknown"
+    name = likely[0] if small and len(likely) == 1 and not in_air.because else "unknown"
     status: Status = "present_but_small" if small else "unknown"
-    return replace(verdict, status=status, verdict=(name,), sentence=text, confidence=math.nan)
+    return replace(verdict, status=status, verdict=(name,), sentence=text)
 
 
 def holds_with_twice_the_scatter(level: Level, diagnosis: LevelDiagnosis) -> bool:

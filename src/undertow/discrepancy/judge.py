@@ -22,8 +22,10 @@ from undertow.comparison.sizes import COUNTS_IN_STDERR
 from undertow.comparison.suspect import Origin, Suspect
 from undertow.comparison.suspects import SUSPECTS
 from undertow.conditioning.motion import Motion
+from undertow.discrepancy.calibration import record_of
 from undertow.discrepancy.case import Case
 from undertow.discrepancy.decision import evidence, posterior
+from undertow.discrepancy.dry_check import dry_answer
 from undertow.discrepancy.earned import earned, holds_with_twice_the_scatter, without_answer
 from undertow.discrepancy.findings import AugmentedRun
 from undertow.discrepancy.naming import next_test
@@ -66,23 +68,26 @@ def judge(cases: Sequence[Case], suspects: Sequence[Suspect], standing: Sequence
 
 def judge_level(
     cases: Sequence[Case], suspects: Sequence[Suspect], standing: Sequence[Addend] = (), budget: float = 1.0,
-    levels: int = 1,
+    levels: int = 1, dry: Sequence[Case] = (),
 ) -> Judged:
     """As `judge`, with what was added: what dry trials need, their wet groups need too. ``budget`` as in `diagnose`,
-    ``levels`` of how many of the campaign this is one: each may stand out by chance."""
+    ``levels`` of how many of the campaign this is one: each may stand out by chance; ``dry`` are the campaign's dry
+    groups to whose equation nothing was added."""
     level = make_level([_member(c) for c in cases], standing)
     clean = all(c.has_dry and not c.dry for c in cases) and not standing
     diagnosis = diagnose(level, suspects, clean, budget)
-    tested = null_test(level, suspects, diagnosis.null.fit, diagnosis.candidates, levels)
+    tested = null_test(level, suspects, diagnosis.null.fit, diagnosis.candidates, levels, diagnosis.looks)
     moved = ({},) * len(cases) if not diagnosis.named else from_other_springs(
         level, diagnosis.best.fit, [(*c.member.motions, *c.held) for c in cases]
     )  # fmt: skip
     runs = {name: run for case in cases for name, run in _runs(level, case, diagnosis).items()}
     asked = diagnosis.named and any(case.assumed for case in cases)
     doubled = holds_with_twice_the_scatter(level, diagnosis) if asked else True
+    springs, likely = {one.member.label for one in cases}, tested.tests[0].name if tested.tests else ""
+    in_air = dry_answer(diagnosis, likely, [c for c in dry if clean and c.member.label in springs])
     said = (_verdict(level, case, diagnosis, to, runs) for case, to in zip(cases, moved, strict=True))
     verdicts = tuple(
-        _with_evidence(level, earned(verdict, case, diagnosis, tested, doubled), case, diagnosis, tested)
+        _with_evidence(level, earned(verdict, case, diagnosis, tested, doubled, in_air), case, diagnosis, tested)
         for verdict, case in zip(said, cases, strict=True)
     )
     labels = tuple(c.member.label for c in cases)
@@ -97,10 +102,12 @@ def judge_level(
 def _with_evidence(
     level: Level, verdict: Verdict, case: Case, diagnosis: LevelDiagnosis, tested: NullTest
 ) -> Verdict:
-    """A verdict with the numbers behind it: its posterior probability, the evidence before its other gates, and what
-    the level's own null says."""
+    """A verdict with the numbers behind it: how often such a verdict holds, its posterior probability, the evidence
+    before its other gates, and what the level's own null says."""
+    verdict = replace(verdict, decision=(*evidence(level, case, diagnosis), *verdict.decision))
+    record = record_of(verdict)
     return replace(
-        verdict, decision=(*evidence(level, case, diagnosis), *verdict.decision), posterior=posterior(diagnosis),
+        verdict, posterior=posterior(diagnosis), confidence=record.probability if record else math.nan,
         p_value=tested.p_value, upper_bound=math.nan if diagnosis.named else tested.upper_bound,
         detectable=tested.detectable, not_testable=(*NOT_TESTABLE, *tested.not_testable),
         null=tested.scores,
@@ -149,7 +156,6 @@ def _verdict(
     plain = Verdict(
         case.key, case.trials, tuple(m.name for m in case.held), baseline=case.baseline,
         sensor_floor_nrmse=case.floor, repeatability_nrmse=case.allowed, rejected=_rejected(diagnosis),
-        confidence=diagnosis.confidence,
     )  # fmt: skip
     known = _known(level, case)
     if not diagnosis.named and not known:
@@ -190,7 +196,7 @@ def _verdict(
         sentence=sentence_of(case, names, diagnosis.rivals, found, training, held, rest, known, own)
         + transfer_words(moved)
         + (late_words(fit.addends) if len(names) == 1 and not rest else "")
-        + (_biased(diagnosis) if diagnosis.named else ""),
+        + (_biased(diagnosis) + ("" if rest else _left(diagnosis)) if diagnosis.named else ""),
     )
 
 
@@ -201,6 +207,17 @@ def _biased(diagnosis: LevelDiagnosis) -> str:
     if before.misfit > FAR_ABOVE_NOISE or away <= COUNTS_IN_STDERR:
         return ""
     return f" Without it {name.partition('@')[0]} would be wrong by {away:.2g} of its standard errors."
+
+
+def _left(diagnosis: LevelDiagnosis) -> str:
+    """That what is named describes the motion and leaves more than noise, in words; empty where it leaves none."""
+    left = diagnosis.best.fit.misfit
+    if left <= FAR_ABOVE_NOISE:
+        return ""
+    return (
+        f" It is a description rather than the law: what it leaves is {math.sqrt(left):.2g} times the sensors' noise, "
+        "k, c, mu of each trial's own."
+    )
 
 
 def _per_mass(numbers: Mapping[str, Estimate]) -> dict[str, Estimate]:
@@ -267,10 +284,11 @@ def _origin(case: Case, suspects: Sequence[Suspect], known: Sequence[str]) -> Or
 
 def _physics(case: Case, found: Mapping[str, Sequence[Mapping[str, Estimate]]]) -> PhysicalCheck:
     swinging = {s.name for s in SUSPECTS if s.swings}
-    resonators = next((many for name, many in found.items() if name in swinging), ())
-    if not resonators:
-        return PhysicalCheck(because="no bound applies to this effect")
-    return check_cell(resonators[0]["natural_frequency_rad_per_s"], case.cell)
+    rates = [
+        one["natural_frequency_rad_per_s"] for name, many in found.items() if name in swinging
+        for one in many if "natural_frequency_rad_per_s" in one
+    ]  # fmt: skip
+    return check_cell(rates[0], case.cell) if rates else PhysicalCheck(because="no bound applies to this effect")
 
 
 def _all_parameters(

@@ -77,6 +77,7 @@ class Verdict:
 
     ``because``: what is lacking for an answer where the status is ``cannot_tell``, else empty. ``contradicted``: that
     the channels of its recordings contradict each other.
+    ``confidence``: how often verdicts of this kind were right on sealed campaigns (calibration.py; nan: none said);
     ``posterior``: probability of what is said among everything that was fitted, excluded candidates included;
     ``decision``: every condition behind the status.
     ``p_value``: how often a level like this one, with nothing missing, stands out as much; ``upper_bound``: the largest

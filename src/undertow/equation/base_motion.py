@@ -1,5 +1,5 @@
-"""A base that moves as an input: from its recorded displacement, velocity or acceleration to the acceleration between
-samples, and to what the motion relative to it is against the earth.
+"""A base or water that moves as an input: from its recorded displacement, velocity or acceleration to the acceleration
+between samples, and to what the motion relative to a base is against the earth.
 
 Belongs here: derivatives and integrals of the input's pieces, outputs seen from the earth. Does not belong here: holds
 (input.py), the equation (driven_forces.py).
@@ -9,7 +9,6 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import replace
-from typing import Literal
 
 import numpy as np
 
@@ -17,48 +16,55 @@ from undertow.equation.driven_slots import DRIVEN_SLOT
 from undertow.equation.input import Drive, Hold, drive_of
 from undertow.equation.term import Array
 from undertow.errors import UndertowError
+from undertow.quantities import MovingQuantity, mover_of
 
-BaseQuantity = Literal["base_displacement", "base_velocity", "base_acceleration"]
+ACCELERATES: dict[str, tuple[Hold, ...]] = {
+    "displacement": ("band_limited",),
+    "velocity": ("first", "band_limited"),
+    "acceleration": ("zero", "first", "band_limited"),
+}
+"""Holds under which a recorded quantity has an acceleration between its samples."""
 
 
-def base_drive(
-    t: Array, values: Array, quantity: BaseQuantity, hold: Hold = "first", absolute: Sequence[str] = ()
+def must_accelerate(quantity: str, hold: Hold) -> None:
+    """UndertowError where motion recorded as that quantity has no acceleration between its samples."""
+    fit = ACCELERATES[quantity.partition("_")[2]]
+    if hold not in fit:
+        raise UndertowError(
+            f"input: {quantity} held {hold!r} between samples has no acceleration; choose hold: {' or '.join(fit)}"
+        )
+
+
+def moving_drive(
+    t: Array, values: Array, quantity: MovingQuantity, hold: Hold = "first", absolute: Sequence[str] = ()
 ) -> Drive:
-    """The base's acceleration with samples of that ``quantity`` at ``t`` (n,), s; ``absolute`` names the outputs that
-    are recorded against the earth.
+    """The acceleration of a base or of water with samples of that ``quantity`` at ``t`` (n,), s; ``absolute`` names the
+    outputs that are recorded against the earth where a base moves.
 
     A displacement is taken as band-limited, a velocity as straight lines or band-limited: other holds have no
     acceleration. The integral of an acceleration begins where its mean is zero. Raises UndertowError for another hold.
 
     >>> t = np.arange(200) * 0.01
-    >>> drive = base_drive(t, np.sin(5.0 * t), "base_velocity", "band_limited")
+    >>> drive = moving_drive(t, np.sin(5.0 * t), "base_velocity", "band_limited")
     >>> bool(abs(drive.at(np.array([1.0]))[0] - 5.0 * np.cos(5.0)) < 1e-3)
     True
     """
-    fit = {"base_displacement": ("band_limited",), "base_velocity": ("first", "band_limited")}.get(quantity)
-    if fit is not None and hold not in fit:
-        raise UndertowError(
-            f"input: {quantity} held {hold!r} between samples has no acceleration; choose hold: {' or '.join(fit)}"
-        )
-    given = drive_of(t, values, hold)
+    must_accelerate(quantity, hold)
+    recorded = quantity.partition("_")[2]
+    given = replace(drive_of(t, values, hold), mover=mover_of(quantity), absolute=tuple(absolute))
     width = np.diff(given.knots)
-    if quantity == "base_acceleration":
+    if recorded == "acceleration":
         velocity = _integral(given.pieces, width)
         inside = replace(given, pieces=velocity).at(np.asarray(t, dtype=np.float64))
         velocity[:, 0] -= float(np.mean(inside))
         place = replace(given, pieces=_integral(velocity, width)).at(np.asarray(t, dtype=np.float64))
-        # a base that shakes about one place: its mean velocity is at most its range over the record's length
+        # what moves about one place: its mean velocity is at most its range over the record's length
         unknown = float(np.ptp(place)) / float(t[-1] - t[0])
-        return replace(given, moving=True, velocity=velocity, drifts=unknown, absolute=tuple(absolute))
+        return replace(given, velocity=velocity, drifts=unknown)
     rate = _derivative(given.pieces, width)
-    if quantity == "base_velocity":
-        return replace(
-            given, pieces=rate, broken=hold == "first", moving=True, velocity=given.pieces, absolute=tuple(absolute)
-        )
-    return replace(
-        given, pieces=_derivative(rate, width), moving=True, velocity=rate, displacement=given.pieces,
-        absolute=tuple(absolute),
-    )  # fmt: skip
+    if recorded == "velocity":
+        return replace(given, pieces=rate, broken=hold == "first", velocity=given.pieces)
+    return replace(given, pieces=_derivative(rate, width), velocity=rate, displacement=given.pieces)
 
 
 def _derivative(pieces: Array, width: Array) -> Array:

@@ -15,6 +15,7 @@ from undertow.equation.algebra import MAX_HIDDEN
 from undertow.equation.base_motion import seen_from_earth
 from undertow.equation.columns import fading, most_damped, stiffest
 from undertow.equation.driven_kernel import DRIVEN_SLOT, drive
+from undertow.equation.driven_slots import MOVING
 from undertow.equation.input import Drive, MotionSize
 from undertow.equation.simulate import MOST_STIFF, STABLE
 from undertow.equation.term import Array
@@ -87,8 +88,8 @@ def driven_motion(
     step = 2.0 * math.pi / rate / steps_per_period if rate > 0.0 else longest
     instants = np.ascontiguousarray(times, dtype=np.float64)
     theta = np.array(theta, dtype=np.float64)
-    if drive_in.moving:
-        theta[DRIVEN_SLOT["moving"]] = 1.0
+    theta[DRIVEN_SLOT["moving"]] = MOVING[drive_in.mover]
+    if drive_in.velocity is not None:
         theta[DRIVEN_SLOT["base_v0"]] = drive_in.velocity_at(instants[:1] - theta[DRIVEN_SLOT["delay"]])[0]
     x, v, a, hidden, count = drive(
         theta, np.ascontiguousarray(active, dtype=np.int64), drive_in.knots, drive_in.pieces,

@@ -7,7 +7,12 @@ on a base at rest. On a base that moves with the acceleration g u(t - tau), x is
     M x'' + (laws between body and base) + b + ca |v| + z + W(r) = -M g u(t - tau),    r' = x'' + g u(t - tau)
     s_i'' = -r' - R_i,   W(r) = wc r + wq r|r| + wc3 r^3
 
-r is the body's velocity through water at rest, a state of its own: its zeros are events like any other's. What comes
+r is the body's velocity through water at rest, a state of its own: its zeros are events like any other's. In water that
+moves with the acceleration g u(t - tau) about a base at rest (waves, currents; Morison et al. 1950)
+
+    M x'' + (laws of the structure) + b + ca |v| + z + W(r) = C g u(t - tau),    r' = x'' - g u(t - tau)
+
+with M the body's mass and its added mass together, C = rho V + m_a. What comes
 from outside enters kernel.py's right-hand side where a delayed echo does. u is the input between its samples
 (input.py), g its gain, tau its delay, b a constant force, z Bouc and Wen's hysteresis (Wen 1976,
 doi:10.1061/JMCEA3.0002106).
@@ -37,10 +42,10 @@ from undertow.equation.algebra import (
 from undertow.equation.driven_slots import DRIVEN_SLOT
 from undertow.equation.kernel import _C, _int, _rhs, _start
 
-_GAIN, _TAU, _OFF, _BA, _BG, _BD, _BN, _BU, _BZ, _MOVING, _W0, _R0, _WC, _WQ, _W3, _CA = (
+_GAIN, _TAU, _OFF, _BA, _BG, _BD, _BN, _BU, _BZ, _MOVING, _W0, _R0, _WC, _WQ, _W3, _CA, _WAVE = (
     DRIVEN_SLOT[name] for name in (
         "gain", "delay", "offset", "bw_a", "bw_g", "bw_d", "bw_n", "bw_unit", "bw_z0",
-        "moving", "base_v0", "absolute_v0", "wc", "wq", "wc3", "ca",
+        "moving", "base_v0", "absolute_v0", "wc", "wq", "wc3", "ca", "wave",
     )
 )  # fmt: skip
 
@@ -59,8 +64,11 @@ def _input(knots, pieces, piece, r):
 @njit(**WITHIN)
 def _push(th, active, y, cols, u, du, iz, ir, d, rside, sens):
     """What acts from outside, with the sign of an echo, and its derivatives: into sens; |v| goes on as d v."""
-    moving = th[_MOVING] != 0.0
-    lever = -th[_MASS] if moving else 1.0
+    lever, inertia = 1.0, -1
+    if th[_MOVING] > 0.0:
+        lever, inertia = -th[_MASS], _MASS
+    elif th[_MOVING] < 0.0:
+        lever, inertia = th[_WAVE], _WAVE
     sens[0] = th[_OFF] - lever * th[_GAIN] * u + th[_CA] * d * y[0, 1]
     if iz > 0:
         sens[0] += y[0, iz]
@@ -76,18 +84,16 @@ def _push(th, active, y, cols, u, du, iz, ir, d, rside, sens):
             s += 1.0
         elif slot == _CA:
             s += d * y[0, 1]
+        elif slot == inertia:
+            s += th[_MOVING] * th[_GAIN] * u
         sens[c] = s
-    if moving:
-        for c in range(1, cols):
-            if active[c - 1] == _MASS:
-                sens[c] += th[_GAIN] * u
     if ir > 0:
         _drag(th, active, y, cols, ir, rside, sens)
 
 
 @njit(**WITHIN)
 def _drag(th, active, y, cols, ir, rside, sens):
-    """Forces of still water on a body that a moving base carries, and their derivatives: added to sens."""
+    """Forces of the water where it or the base moves, and their derivatives: added to sens."""
     r = y[0, ir]
     sens[0] += r * (th[_WC] + th[_WQ] * r * rside + th[_W3] * r * r)
     by_r = th[_WC] + 2.0 * th[_WQ] * r * rside + 3.0 * th[_W3] * r * r
@@ -159,7 +165,8 @@ def _rhs_alone(th, active, y, k, stage, cols, t, d, side, sens):
 
 @njit(**WITHIN)
 def _carried(th, active, k, stage, cols, dims, u, du, ir):
-    """What the base's acceleration does beside the force: to hidden oscillators, and to the velocity through water."""
+    """What the input's acceleration does beside the force: a base's to hidden oscillators, and a base's or the water's
+    to the velocity through water."""
     for c in range(cols):
         slot = active[c - 1] if c > 0 else -1
         moved = 0.0
@@ -169,10 +176,11 @@ def _carried(th, active, k, stage, cols, dims, u, du, ir):
             moved = u
         elif slot == _TAU:
             moved = -th[_GAIN] * du
-        for i in range(dims[1]):
-            k[c, 3 + 2 * i, stage] -= moved
+        if th[_MOVING] > 0.0:
+            for i in range(dims[1]):
+                k[c, 3 + 2 * i, stage] -= moved
         if ir > 0:
-            k[c, ir, stage] = k[c, 1, stage] + moved
+            k[c, ir, stage] = k[c, 1, stage] + th[_MOVING] * moved
 
 
 @njit(**WITHIN)
@@ -208,17 +216,19 @@ def _begin(th, active, y, cols, dims, iz, ir, rate):
     if iz > 0:
         y[0, iz] = th[_BZ]
     if ir > 0:
-        y[0, ir] = th[_V0] + th[_GAIN] * th[_W0] + th[_R0]
+        y[0, ir] = th[_V0] + th[_MOVING] * (th[_GAIN] * th[_W0] + th[_R0])
     for c in range(1, cols):
         slot = active[c - 1]
         if iz > 0 and slot == _BZ:
             y[c, iz] = 1.0
-        if ir > 0 and slot in (_V0, _R0):
+        if ir > 0 and slot == _V0:
             y[c, ir] = 1.0
+        elif ir > 0 and slot == _R0:
+            y[c, ir] = th[_MOVING]
         elif ir > 0 and slot == _GAIN:
-            y[c, ir] = th[_W0]
+            y[c, ir] = th[_MOVING] * th[_W0]
         elif ir > 0 and slot == _TAU:
-            y[c, ir] = -th[_GAIN] * rate
+            y[c, ir] = -th[_MOVING] * th[_GAIN] * rate
 
 
 @njit(**WITHIN)

@@ -114,6 +114,17 @@ def _mode(th, active, y, dims, t, iz, ir, at, knots, pieces, sens, rubs):
     return d, side, zside, rside
 
 
+@njit(inline="always", **WITHIN)
+def _through_side(y, k, ir, before):
+    """Side of zero of the velocity through water, or the one it goes to: in still water it vanishes at every reversal,
+    where one event hides the other. The drag itself is zero there, so that no slope changes."""
+    if ir == 0 or (y[0, ir] == 0.0 and k[0, ir, 0] == 0.0):
+        return before
+    if y[0, ir] == 0.0:
+        return 1.0 if k[0, ir, 0] > 0.0 else -1.0
+    return 1.0 if y[0, ir] > 0.0 else -1.0
+
+
 # ---------------------------------------------------------------- one step
 @njit(inline="always", **WITHIN)
 def _step_length(th, y, k, iz, whole, h_max, sharp, bent):
@@ -207,6 +218,8 @@ def _travel(th, active, knots, pieces, times, h_max, bound, state, rows, dims, p
     d, side, zside, rside = _mode(th, active, y, dims, t, iz, ir, at, knots, pieces, sens, rubs)
     world = (at[0], at[1], knots, pieces, iz, ir, zside, rside)
     _slope(th, active, y, k, zero, cols, dims, t, 0.0, d, side, world, sens, jac)
+    rside = _through_side(y, k, ir, rside)
+    world = (at[0], at[1], knots, pieces, iz, ir, zside, rside)
     row, steps = _int(0), 0
     most = 64 * (m + knots.size) + 64 * int((times[m - 1] - times[0]) / h_max)
     while True:
@@ -242,6 +255,7 @@ def _travel(th, active, knots, pieces, times, h_max, bound, state, rows, dims, p
             )  # fmt: skip
         if on_knot and ends:
             piece += 1
+        rside = _through_side(y, k, ir, rside)
         world = (piece, knots[piece] + th[_TAU], knots, pieces, iz, ir, zside, rside)
         if on_knot and ends and turning:
             d = _cross_knot(th, active, y, k, cols, dims, t, d, side, world, sens, jac)

@@ -1,4 +1,5 @@
-"""Laws that a driven body can have beside those of the registry: hysteresis with a shape, a constant force.
+"""Laws that a driven body can have beside those of the registry: hysteresis with a shape, a constant force, what
+accelerated water does.
 
 Belongs here: their rows, and where any law's parameters stand in the driven integrator. Does not belong here: laws that
 decays can hold too (structure.py and its neighbours).
@@ -15,11 +16,15 @@ import numpy as np
 from undertow.equation import registry
 from undertow.equation.term import Array, Term
 from undertow.errors import ConfigError
-from undertow.quantities import Parameter
+from undertow.quantities import Mover, Parameter
 
-THROUGH_WATER = {"mass": "mass", "c1": "wc", "q": "wq", "c3": "wc3"}
-"""Slots of a law of the water on a base at rest, and on one that moves, where the body's velocity through the water is
-not its velocity relative to the base."""
+THROUGH_WATER: Mapping[Mover, Mapping[str, tuple[str, ...]]] = {
+    "force": {},
+    "base": {"mass": ("mass",), "c1": ("wc",), "q": ("wq",), "c3": ("wc3",)},
+    "water": {"mass": ("mass", "wave"), "c1": ("wc",), "q": ("wq",), "c3": ("wc3",), "wave": ("wave",)},
+}
+"""By what moves: slots of a law of the water in still water on a base at rest, and those it then has, where the body's
+velocity through the water is not its velocity relative to the base."""
 
 
 @dataclass(frozen=True)
@@ -82,7 +87,7 @@ class BoucWen(Term):
     name: ClassVar[str] = "bouc_wen"
     kind: ClassVar = "state"
     parameters: ClassVar[tuple[Parameter, ...]] = (
-        Parameter("alpha_N_per_m", "N/m", r"\alpha"),
+        Parameter("alpha_N_per_m", "N/m", r"\alpha", lower=0.0),
         Parameter("loop", "1/m", r"\beta\gamma"),
         Parameter("skew", "1/m", r"\beta\delta"),
         Parameter("exponent", "", r"\nu", lower=1.0, upper=8.0),
@@ -105,16 +110,39 @@ class BoucWen(Term):
         return out / self.alpha
 
 
-_OWN: tuple[type[Term], ...] = (ConstantForce, AsymmetricDamping, BoucWen)
+@dataclass(frozen=True)
+class FroudeKrylov(Term):
+    """The pressure of accelerated water on the volume that the body takes in it, F = -rho V u' (on the left-hand side).
+
+    rho V is the mass of the displaced water. Beside it the added mass goes with x'' - u', so that Morison's inertia
+    force is (rho V + m_a) u' = rho V C_m u'.
+    """
+
+    name: ClassVar[str] = "froude_krylov"
+    kind: ClassVar = "input"
+    relative_to: ClassVar = "water"
+    parameters: ClassVar[tuple[Parameter, ...]] = (Parameter("displaced_kg", "kg", r"\rho V", lower=0.0),)
+    slots: ClassVar[Mapping[str, str]] = {"displaced_kg": "wave"}
+    law: ClassVar[str] = "-rho V u'"
+    latex: ClassVar[str] = r"-\rho V\dot u"
+    source: ClassVar[str] = "Morison et al. 1950, doi:10.2118/950149-G; Newman 1977 ch. 2"
+    left_out: ClassVar[str] = "a force in phase with the water's acceleration, as large as a part of the body's weight"
+
+    def force(self, x: Array, v: Array, a: Array, t: Array) -> Array:
+        """-u' in m/s^2, with the water's acceleration u' in place of ``a``."""
+        return -1.0 * a
+
+
+_OWN: tuple[type[Term], ...] = (ConstantForce, AsymmetricDamping, BoucWen, FroudeKrylov)
 
 
 @dataclass(frozen=True)
 class DrivenUnknown:
-    """A parameter of a law in the driven integrator: its name, law.parameter, its row and the name of its slot."""
+    """A parameter of a law in the driven integrator: its name, law.parameter, its row and the names of its slots."""
 
     name: str
     parameter: Parameter
-    slot: str
+    slots: tuple[str, ...]
     term: Term
 
 
@@ -135,28 +163,50 @@ def find_driven(name: str, **inner: float) -> Term:
     return term
 
 
-def places(terms: Sequence[Term], moving: bool = False) -> tuple[DrivenUnknown, ...]:
+def places(terms: Sequence[Term], mover: Mover | None = None) -> tuple[DrivenUnknown, ...]:
     """Every parameter of the laws with its slot, in order; a second hidden oscillator's go to the second one's slots.
 
-    ``moving`` says that the base moves, so that laws of the water have slots of their own. Raises ConfigError where the
-    integrator does not hold a law, or not so many of it, or not beside a moving base.
+    ``mover`` says what the input is: where the base or the water moves, laws of the water have slots of their own
+    (None: nobody asks, names alone are wanted). Raises ConfigError where the integrator does not hold a law, or not so
+    many of it, or not beside that input.
     """
+    others = THROUGH_WATER[mover or "force"]
     seen: dict[str, int] = {}
     out = []
     for term in terms:
         seen[term.name] = count = seen.get(term.name, 0) + 1
         if not term.slots or count > (term.held_by_kernel or 1):
             raise ConfigError(f"equation term {term.name!r} number {count} has no place in the driven integrator")
-        if moving and term.relative_to == "water" and not set(term.slots.values()) <= set(THROUGH_WATER):
-            raise ConfigError(
-                f"equation term {term.name!r} goes with the velocity through water, and on a moving base only "
-                "quadratic_drag, linear_damping and cubic_damping of these are integrated; choose one of them"
-            )
+        if mover is not None:
+            _must_hold(term, mover)
         many = sum(t.name == term.name for t in terms) > 1
         suffix = str(count) if term.held_by_kernel else ""
         label = f"{term.name}{count}" if many else term.name
-        wet = THROUGH_WATER if moving and term.relative_to == "water" else {}
         for parameter in term.parameters:
             slot = term.slots[parameter.name]
-            out.append(DrivenUnknown(f"{label}.{parameter.name}", parameter, wet.get(slot, slot) + suffix, term))
+            own = others.get(slot, (slot,)) if term.relative_to == "water" else (slot + suffix,)
+            out.append(DrivenUnknown(f"{label}.{parameter.name}", parameter, own, term))
     return tuple(out)
+
+
+def _must_hold(term: Term, mover: Mover) -> None:
+    """ConfigError where a law of the water cannot be integrated beside that input."""
+    if term.relative_to != "water":
+        return
+    slots = set(term.slots.values())
+    if mover != "water" and "wave" in slots:
+        raise ConfigError(
+            f"equation term {term.name!r} goes with the acceleration of the water, and the input is the motion of "
+            f"{'a base' if mover == 'base' else 'nothing (a force)'}; map water_velocity, or leave the term out"
+        )
+    if mover != "force" and not slots <= set(THROUGH_WATER[mover]):
+        place = "on a moving base" if mover == "base" else "in waves"
+        raise ConfigError(
+            f"equation term {term.name!r} goes with the velocity through water, and {place} only "
+            "quadratic_drag, linear_damping and cubic_damping of these are integrated; choose one of them"
+        )
+
+
+def felt(term: Term) -> bool:
+    """Whether a law of the water sees water that moves: by its velocity or by its acceleration."""
+    return term.relative_to == "water" and set(term.slots.values()) <= set(THROUGH_WATER["water"])

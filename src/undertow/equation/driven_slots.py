@@ -10,12 +10,16 @@ from undertow.equation.algebra import N_SLOTS, SLOTS
 
 EXTRA: tuple[str, ...] = (
     "gain", "delay", "offset", "bw_a", "bw_g", "bw_d", "bw_n", "bw_unit", "bw_z0",
-    "moving", "base_v0", "absolute_v0", "wc", "wq", "wc3", "ca",
+    "moving", "base_v0", "absolute_v0", "wc", "wq", "wc3", "ca", "wave",
 )  # fmt: skip
 """Names behind algebra.SLOTS. bw_unit is the force that |z| is counted in under the exponent, N. ``moving`` is 1 where
-the input is the acceleration of a base, else 0; base_v0 is the base's velocity at the start by the recorded input
-(times the gain), absolute_v0 what has to be added to it; wc, wq, wc3 are coefficients of r, r|r|, r^3 with r the body's
-velocity through water that is still (N s/m, N s^2/m^2, N s^3/m^3); ca is that of |v|, N s/m."""
+the input is the acceleration of a base, -1 where it is that of the water, else 0; base_v0 is the velocity of what moves
+at the start by the recorded input (times the gain), absolute_v0 what has to be added to it; wc, wq, wc3 are
+coefficients of r, r|r|, r^3 with r the body's velocity through the water (N s/m, N s^2/m^2, N s^3/m^3); ca is that of
+|v|, N s/m; wave is the mass that the acceleration of the water acts on, rho V + m_a, kg."""
+
+MOVING = {"force": 0.0, "base": 1.0, "water": -1.0}
+"""Value of the slot ``moving`` by what the input is the motion of."""
 
 DRIVEN_SLOTS: tuple[str, ...] = SLOTS + EXTRA
 DRIVEN_SLOT: dict[str, int] = {name: i for i, name in enumerate(DRIVEN_SLOTS)}

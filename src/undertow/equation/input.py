@@ -7,8 +7,8 @@
 
 A straight line loses (w dt)^2 / 12 of a component at the angular frequency w: 13 % at five samples a period.
 
-Of a base that moves the integrator takes the acceleration; its velocity and displacement are known beside it as far as
-they were recorded.
+Of a base or of water that moves the integrator takes the acceleration; velocity and displacement are known beside it as
+far as they were recorded.
 
 Belongs here: holds, and the extent of the motion that decides steps.
 Does not belong here: gain, delay (slots of the integrator), files.
@@ -23,6 +23,7 @@ import numpy as np
 
 from undertow.equation.term import Array
 from undertow.errors import UndertowError
+from undertow.quantities import Mover
 
 Hold = Literal["zero", "first", "band_limited"]
 HOLDS: tuple[Hold, ...] = ("zero", "first", "band_limited")
@@ -43,7 +44,8 @@ class Drive:
     """An input as the integrator takes it: on piece i, between ``knots`` i and i + 1 (s), u = sum_p pieces[i, p] r^p
     with r from 0 to 1. ``broken``: u jumps at knots. Before the first and beyond the last knot the end pieces go on.
 
-    ``moving``: u is the acceleration of a base, ``velocity`` and ``displacement`` its own pieces (None: not known),
+    ``mover``: u is a force, or the acceleration of a base or of the water; ``velocity`` and ``displacement`` are the
+    pieces of its motion (None: not known),
     ``drifts`` the standard error in m/s of the constant that a velocity from an integral lacks; ``absolute`` names the
     outputs that are recorded against the earth, not against the base.
     """
@@ -52,7 +54,7 @@ class Drive:
     pieces: Array
     broken: bool = False
     hold: Hold = "first"
-    moving: bool = False
+    mover: Mover = "force"
     velocity: Array | None = None
     displacement: Array | None = None
     drifts: float = 0.0
@@ -67,9 +69,11 @@ class Drive:
         return self._value(self.pieces, times)
 
     def velocity_at(self, times: Array) -> Array:
-        """The base's velocity (m,) at ``times`` (m,), s; UndertowError where the base does not move."""
+        """Velocity (m,) of what moves at ``times`` (m,), s; UndertowError where the input is a force."""
         if self.velocity is None:
-            raise UndertowError(f"input: a force at {np.size(times)} instants has no velocity; give motion of a base")
+            raise UndertowError(
+                f"input: a force at {np.size(times)} instants has no velocity; give motion of a base or of water"
+            )
         return self._value(self.velocity, times)
 
     def displacement_at(self, times: Array) -> Array:

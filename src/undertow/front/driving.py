@@ -72,8 +72,8 @@ def fit_driven(
     ``x`` (n,) displacement, ``t`` (n,) times or the step in s, ``u`` (n,) the measured force, ``hold`` what it is
     between samples. ``starts`` gives start values by ``mass_kg`` and law.parameter, ``held`` what is known; a
     hysteresis needs starts. ``quantity`` says what u is where it is motion of the base (base_displacement,
-    base_velocity, base_acceleration), ``frame`` then whether x is absolute or relative to the base; where no number is
-    held, all forces are per mass.
+    base_velocity, base_acceleration) or of the water (water_velocity, water_acceleration), ``frame`` whether x is
+    absolute or relative to a base that moves; where no number is held then, all forces are per mass.
 
     Raises RecordingError where the arrays do not fit together, IdentificationError where no start has bounds.
 

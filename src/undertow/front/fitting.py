@@ -96,11 +96,12 @@ def _grown(found: GroupFit, motions: Sequence[Motion], options: TrialOptions) ->
     """The fit with errors that hold how much its trials differ, each fitted alone; and what is to be said of that."""
     if len(motions) < 2:
         return found, (OF_ONE_TRIAL,)
-    alone = []
+    alone, amplitudes = [], []
     for motion in motions:
         with suppress(*FAILURES):
             alone.append(fit_alone(found, motion, options).estimates)
-    estimates, differ = grown(found.estimates, alone)
+            amplitudes.append(motion.amplitude)
+    estimates, differ = grown(found.estimates, alone, amplitudes)
     return replace(found, estimates=estimates), grown_words(differ)
 
 

@@ -17,12 +17,13 @@ import numpy as np
 from scipy.signal import savgol_filter
 
 from undertow.conditioning.driven import DrivenTrial
-from undertow.equation.base_motion import base_drive
+from undertow.equation.base_motion import moving_drive
 from undertow.equation.driven_laws import DrivenUnknown, places
 from undertow.equation.driven_slots import DRIVEN_SLOT, N_DRIVEN
 from undertow.equation.input import Drive, MotionSize, drive_of
 from undertow.equation.term import Term
 from undertow.likelihood.problem import Channel, Link, Problem, ProblemBuilder, TrialProblem
+from undertow.quantities import Mover
 from undertow.recording.recording import Array
 
 SLOPE_SAMPLES = 7
@@ -53,14 +54,14 @@ class DrivenLaws:
     @property
     def memory(self) -> bool:
         """Whether a hysteresis carries a state from window to window."""
-        return any(place.slot == "bw_a" for place in self.places)
+        return any("bw_a" in term.slots.values() for term in self.terms)
 
 
 def drive_for(trial: DrivenTrial) -> Drive:
-    """The trial's input between its samples; a base's acceleration where that moves."""
+    """The trial's input between its samples; the acceleration of base or water where that moves."""
     if trial.quantity == "force":
         return drive_of(trial.t, trial.u, trial.hold)
-    return base_drive(trial.t, trial.u, trial.quantity, trial.hold, trial.absolute)
+    return moving_drive(trial.t, trial.u, trial.quantity, trial.hold, trial.absolute)
 
 
 def against_base(trial: DrivenTrial) -> DrivenTrial:
@@ -110,7 +111,7 @@ def driven_problem(
     states that are held, by the trial's name (of a trial in windows: name:number) and the state's slot.
     """
     builder = ProblemBuilder()
-    shared = _equation_unknowns(builder, laws, sorted({trial.moving for trial in trials}))
+    shared = _equation_unknowns(builder, laws, sorted({trial.mover for trial in trials}))
     pieces: list[TrialProblem] = []
     for trial in trials:
         drive = (drives or {}).get(trial.name) or drive_for(trial)
@@ -128,7 +129,7 @@ def driven_problem(
             own = _start_state(builder, begins, extent, label, laws, _base_unknown(drive, laws), held)
             cut = slice(int(begin), int(end))
             channels = tuple(Channel(name, values[cut], sigma[name]) for name, values in trial.outputs.items())
-            base, links = shared[trial.moving]
+            base, links = shared[trial.mover]
             base = _holding(base, held)
             times = np.array(trial.t[cut])
             pieces.append(TrialProblem(label, times, base, links + own, channels, drive=drive, extent=extent))
@@ -144,18 +145,18 @@ def _holding(base: Array, held: Mapping[str, float]) -> Array:
 
 
 def _equation_unknowns(
-    builder: ProblemBuilder, laws: DrivenLaws, kinds: Sequence[bool]
-) -> dict[bool, tuple[Array, tuple[Link, ...]]]:
-    """Unknowns of the equation. Per kind of trial (base at rest or moving): what is held as a vector, and links."""
+    builder: ProblemBuilder, laws: DrivenLaws, kinds: Sequence[Mover]
+) -> dict[Mover, tuple[Array, tuple[Link, ...]]]:
+    """Unknowns of the equation. Per kind of trial (what drives): what is held as a vector, and links."""
     wanted: list[tuple[str, str, float, float, float]] = [(MASS, "kg", 0.0, np.inf, 1.0)]
     for place in laws.places:
         p = place.parameter
         wanted.append((place.name, p.unit, p.lower, p.upper, float(getattr(place.term, p.name, 0.0))))
     wanted += [("input_gain", "N", -np.inf, np.inf, 1.0), ("input_delay_s", "s", -np.inf, np.inf, 0.0)]
-    usually = {MASS: "mass", "input_gain": "gain", "input_delay_s": "delay"}
-    at = {kind: {**usually, **{place.name: place.slot for place in places(laws.terms, kind)}} for kind in kinds}
+    usually: dict[str, tuple[str, ...]] = {MASS: ("mass",), "input_gain": ("gain",), "input_delay_s": ("delay",)}
+    at = {kind: usually | {place.name: place.slots for place in places(laws.terms, kind)} for kind in kinds}
     held = {kind: np.zeros(N_DRIVEN) for kind in kinds}
-    links: dict[bool, list[Link]] = {kind: [] for kind in kinds}
+    links: dict[Mover, list[Link]] = {kind: [] for kind in kinds}
     for base in held.values():
         base[DRIVEN_SLOT["bw_unit"]] = 1.0
     for name, unit, lower, upper, usual in wanted:
@@ -163,19 +164,21 @@ def _equation_unknowns(
         own = name.startswith("input_") and name not in laws.starts and name not in laws.priors
         if name in laws.fixed or own:
             for kind, base in held.items():
-                base[DRIVEN_SLOT[at[kind][name]]] += laws.fixed.get(name, usual)
+                for slot in at[kind][name]:
+                    base[DRIVEN_SLOT[slot]] += laws.fixed.get(name, usual)
             continue
         index = builder.unknown(
             name, mean, lower=lower, upper=upper, prior_std=std, scale=abs(mean) or 1.0, unit=unit
         )
         for kind in kinds:
-            links[kind].append(Link(DRIVEN_SLOT[at[kind][name]], index))
+            links[kind] += [Link(DRIVEN_SLOT[slot], index) for slot in at[kind][name]]
     return {kind: (held[kind], tuple(links[kind])) for kind in kinds}
 
 
 def _base_unknown(drive: Drive, laws: DrivenLaws) -> float:
-    """Standard deviation of what the base's velocity at a start is beyond its record, m/s; 0 where nothing is."""
-    wet = any(term.relative_to == "water" and "mass" not in term.slots.values() for term in laws.terms)
+    """Standard deviation of what the velocity of base or water at a start is beyond its record, m/s; 0 where nothing
+    is."""
+    wet = any(term.relative_to == "water" and not {"mass", "wave"} & {*term.slots.values()} for term in laws.terms)
     return drive.drifts if wet or "velocity" in drive.absolute else 0.0
 
 
@@ -189,7 +192,8 @@ def _start_state(
     held: Mapping[str, float],
 ) -> tuple[Link, ...]:
     """Start displacement, velocity and hysteresis of a window: unknowns, from the samples where it begins; and what the
-    base's velocity is beyond an integral, where ``base_speed`` is not 0. What is ``held``, by slot, is no unknown."""
+    velocity of base or water is beyond an integral, where ``base_speed`` is not 0. What is ``held``, by slot, is no
+    unknown."""
     x0, v0 = begins
     links: list[Link] = []
 

@@ -17,6 +17,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from undertow.conditioning.driven import DrivenTrial
+from undertow.equation.driven_laws import felt
 from undertow.equation.input import Drive
 from undertow.errors import IdentificationError
 from undertow.likelihood.driven import MASS, DrivenLaws, drive_for, driven_problem
@@ -101,20 +102,27 @@ def fit_driven(
 
 
 def anchored(trials: Sequence[DrivenTrial], laws: DrivenLaws) -> DrivenLaws:
-    """The laws with a mass of 1 where bases alone drive and no number that forces go with is known: then every force is
-    per mass, because the motion of a base says nothing of their size.
+    """The laws with a mass of 1 where base or water alone drives and no number that forces go with is known: then every
+    force is per mass, because motion says nothing of their size.
 
-    Raises IdentificationError where added mass is asked for beside it and cannot be told from the body's own.
+    Raises IdentificationError where added mass is asked for beside it and cannot be told from the body's own, and where
+    water moves that no law feels.
     """
-    if not all(trial.moving for trial in trials):
+    movers = {trial.mover for trial in trials}
+    if movers == {"water"} and not any(felt(term) for term in laws.terms):
+        raise IdentificationError(
+            f"the water moves, and none of {', '.join(t.name for t in laws.terms)} feels it, so that nothing drives "
+            "the body; add froude_krylov (rho V u'), quadratic_drag or linear_damping to the equation"
+        )
+    if "force" in movers:
         return laws
     sizes = {MASS, *(f"{term.name}.{term.coefficient.name}" for term in laws.terms)}
     known = sizes & {*laws.fixed, *laws.priors}
     if any(term.is_inertia for term in laws.terms) and (MASS not in known or len(known) < 2):
         raise IdentificationError(
-            f"added mass beside motion of the base alone, with {len(known)} forces known: M and m_a act as one, and "
-            "every force is per their sum; give specimen.mass_kg and specimen.stiffness_N_per_m, or leave added_mass "
-            "out"
+            f"added mass beside motion of the {' and the '.join(sorted(movers))} alone, with {len(known)} forces "
+            "known: M and m_a act as one, and every force is per their sum; give specimen.mass_kg and "
+            "specimen.stiffness_N_per_m, or leave added_mass out"
         )
     return laws if known else replace(laws, fixed={**laws.fixed, MASS: 1.0})
 

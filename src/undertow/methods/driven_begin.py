@@ -18,7 +18,7 @@ from undertow.conditioning.driven import DrivenTrial
 from undertow.equation.driven_slots import DRIVEN_SLOT, DRIVEN_SLOTS
 from undertow.equation.input import Drive
 from undertow.likelihood.driven import DrivenLaws, driven_problem
-from undertow.likelihood.output_error import Solution, fit
+from undertow.likelihood.output_error import Solution, fit, parameter_vector
 from undertow.likelihood.problem import Problem
 from undertow.recording.recording import Array
 
@@ -29,6 +29,10 @@ CONTRADICTED = 3.0
 SURE_SHARE = 0.2
 """First samples are sure enough where the error of their state moves the run by under this share of what it misses
 (4 % of its square)."""
+
+
+REACH = 2.0
+"""Extents of the motion over which a hysteresis may have been drawn before a record begins: from end to end."""
 
 
 @dataclass(frozen=True)
@@ -98,3 +102,17 @@ def begins_held(
         if moved < SURE_SHARE * float(np.sqrt(np.mean(r[seen] ** 2))):
             out[trial.name] = dict(begin.state)
     return out
+
+
+def begun_beyond(problem: Problem, values: Array) -> str:
+    """Why a hysteresis begins where no motion brings it: z0 above alpha times the way from end to end. It is then a
+    force that fades, whatever the body does, and no law. Empty where it does not."""
+    for trial in problem.trials:
+        theta = parameter_vector(trial, values)
+        reach = REACH * trial.extent.size * theta[DRIVEN_SLOT["bw_a"]]
+        begun = abs(float(theta[DRIVEN_SLOT["bw_z0"]]))
+        if begun > reach:
+            return (
+                f"trial {trial.name} begins with a hysteresis of {begun:.3g} N, and its motion reaches {reach:.3g} N"
+            )
+    return ""

@@ -19,7 +19,15 @@ from undertow.likelihood.driven import DrivenLaws, drive_for, driven_problem, ex
 from undertow.likelihood.output_error import fit, parameter_vector
 from undertow.likelihood.problem import Problem
 from undertow.methods.driven import DrivenFit
+from undertow.quantities import mover_of
 from undertow.recording.recording import Array
+
+RIGHT_HAND_SIDE = {
+    "force": "F(t)",
+    "base": "-M y''(t), x relative to the base at y, laws of the water at x' + y'",
+    "water": "0, laws of the water at x' - u(t), x'' - u'(t)",
+}
+"""What an equation is equal to, by what drives."""
 
 BAND_90 = 1.645
 """Standard errors either side that hold 90 % of a Gaussian."""
@@ -151,7 +159,6 @@ def equation_text(entry: Mapping[str, Any]) -> str:
     if "mass_kg" in entry["names"]:
         index = list(entry["names"]).index("mass_kg")
         error = f" +- {math.sqrt(entry['covariance'][index][index]):.2g}"
-    moving = entry.get("input", "force") != "force"
-    left = " + ".join(["M x''", *laws])
-    right = "-M y''(t), x relative to the base at y, laws of the water at x' + y'" if moving else "F(t)"
+    left = " + ".join(["M x''", *laws]).replace("+ -", "- ")
+    right = RIGHT_HAND_SIDE[mover_of(entry.get("input", "force"))]
     return "; ".join([f"{left} = {right}, M = {entry['mass_kg']:.6g}{error}", *numbers])

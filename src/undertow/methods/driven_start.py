@@ -3,7 +3,8 @@
     M <w'', x> + sum_i c_i <w, force_i(x, v)> = <w, u>
 
 or, of a base that moves with the acceleration y'' and with x relative to it, M <w, x'' + y''> + ... = 0, laws of the
-water at the velocity x' + y'; what is held at a value goes to the right;
+water at the velocity x' + y'; or, in water that moves with the velocity u, M <w'', x> + ... = rho V <w, u'> with its
+laws at x' - u; what is held at a value goes to the right;
 
 for bumps w of many lengths, w = (1 - s^2)^4, whose derivatives stand in for those of x; a spring sees the recorded x,
 a damper -<w', x>, other laws x and a velocity smoothed over a part of the bump. Which length suits a body is not asked
@@ -20,6 +21,7 @@ import numpy as np
 from scipy.signal import fftconvolve, savgol_filter
 
 from undertow.conditioning.driven import DrivenTrial
+from undertow.equation.driven_slots import MOVING
 from undertow.equation.term import Term
 from undertow.errors import IdentificationError
 from undertow.likelihood.driven import MASS, against_base, drive_for
@@ -64,17 +66,19 @@ def start_values(
 
     x, v, inertia = _motion(trial, half, step, against, (w, dw, ddw))
     response, carried = against(trial.u, w), np.zeros(trial.t.size)
-    if trial.moving:
-        drive = drive_for(trial)
-        inertia = inertia + against(drive.at(trial.t), w)
-        response, carried = 0.0 * response, drive.velocity_at(trial.t)
-    columns = {MASS: inertia}
+    through, accelerated = inertia, carried
+    if trial.mover != "force":
+        drive, way = drive_for(trial), MOVING[trial.mover]
+        accelerated = drive.at(trial.t)
+        through = inertia + way * against(accelerated, w)
+        response, carried = 0.0 * response, way * drive.velocity_at(trial.t)
+    columns = {MASS: through if trial.mover == "base" else inertia}
     for term in terms:
         wet = term.relative_to == "water"
         if term.is_inertia:
-            columns[term.name] = inertia
+            columns[term.name] = through
             continue
-        force = np.asarray(term.force(x, v + carried if wet else v, 0.0 * x, trial.t), dtype=np.float64)
+        force = np.asarray(term.force(x, v + carried if wet else v, accelerated, trial.t), dtype=np.float64)
         recorded = trial.outputs.get("displacement")
         if recorded is not None and np.array_equal(force, x):
             columns[term.name] = against(recorded, w)
@@ -101,7 +105,7 @@ def must_not_be_swapped(trial: DrivenTrial) -> None:
     In their places, the force is a sum of the displacement and its rates at the same instant, and the displacement
     remembers what the force was; exchanged, it is the other way round.
     """
-    if trial.moving or "displacement" not in trial.outputs:
+    if trial.mover != "force" or "displacement" not in trial.outputs:
         return
     moved = trial.outputs["displacement"]
     given, swapped = _unexplained(trial, trial.u, moved), _unexplained(trial, moved, trial.u)

@@ -20,12 +20,15 @@ from undertow.recording.recording import CHANNELS, INPUTS, Coordinate
 from undertow.recording.units import factor_to_si, si_unit
 
 _BASE = r"^(base|shak\w*table|table|ground|floor|foundation|support)"
+_WATER = r"^(water|wave(?![ _-]?maker)|fluid|orbital|particle)"
 _NAMES: Mapping[str, str] = MappingProxyType(
     {
         "time": r"^(time|zeit|elapsed|x_value)|^t$",
         "base_displacement": _BASE + r".*(disp|pos|[xy]\d*$)",
         "base_velocity": _BASE + r".*(veloc|speed|v\d*$)",
         "base_acceleration": _BASE + r".*(acc|a\d*$)|^(acc\w*|a)[ _-]?(base|table|ground|floor)",
+        "water_velocity": _WATER + r".*(veloc|speed|[uv]\d*$)",
+        "water_acceleration": _WATER + r".*(acc|a\d*$)",
         "normal_force": r"vertical|normal",
         "force": r"^(input|drive|driving|excit|command|shaker|actuator)|^u\d*$",
         "spring_force": r"load|force|cell|moment|torque|^f\d*$",
@@ -97,6 +100,12 @@ def propose_mapping(table: pd.DataFrame, units: Mapping[Column, str] | None = No
         remarks.append(
             f"column {found[driver][0][0]!r} is motion of the base: displacement and velocity are taken as relative to "
             "it, acceleration as absolute; correct their frame where that is wrong"
+        )
+    wet = next((name for name in INPUTS if name.startswith("water_") and name in found), "")
+    if wet and not driver:
+        remarks.append(
+            f"column {found[wet][0][0]!r} is motion of the water: laws of the water go with x' - u, froude_krylov with "
+            "its acceleration; what the body does is taken as recorded against the earth"
         )
     coordinate = _coordinate(found)
     time = None

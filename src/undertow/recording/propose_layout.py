@@ -53,7 +53,7 @@ def propose_layout(path: Path, variable: str | None = None) -> FileFormat:
             return replace(_layout(head, start, decimal), variable=variable)
     raise RecordingError(
         f"{path}: no table of numbers begins in its first {looked_at} lines; is it a recording? set "
-        "recordings.skip_rows where its data begin later"
+        f"recordings.skip_rows where its data begin later; fewer than {FEWEST_ROWS} rows are no table"
     )
 
 

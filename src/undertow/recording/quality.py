@@ -12,8 +12,8 @@ from types import MappingProxyType
 
 import numpy as np
 
-from undertow.errors import ClippedError, RecordingError
-from undertow.recording.recording import Array, Recording
+from undertow.errors import ClippedError, RangeEnd, RecordingError
+from undertow.recording.recording import INPUTS, Array, Recording
 from undertow.recording.spikes import find_spikes
 
 FEWEST_SAMPLES = 50
@@ -25,6 +25,21 @@ PLATEAU_SAMPLES = 5
 PLATEAU_DROP_QUANTA = 10.0
 """A parabola that rests L samples on its top step has fallen 4 steps at L from its middle (x'' L^2/2 with
 L = 2 sqrt(2q/x'')) and a fifth by rounding; a clipped peak leaves at full speed. Twice that divides them."""
+
+LEVEL_BAND = 8.0
+"""Noise scatters a level of some hundred samples over so many standard deviations."""
+
+LEVEL_DROP = 3.0
+"""A peak that reaches through that whole band and is not cut has fallen four times as much at its own length."""
+
+LEVEL_SCATTER = 1.4
+"""Standard deviation, over the noise's, of samples at one level: those of a peak that is not cut have at least 1.9."""
+
+LEVEL_SAMPLES = 16
+"""So many samples tell these apart."""
+
+LEVEL_BEND = -2.0
+"""A level does not bend: its part that goes with the square of time is noise, a peak's some 4 to 7 deviations below."""
 
 SATURATED_SAMPLES = 30
 """A quantised channel whose noise is a whole step repeats a value 30 times in a row once in 10^9 tries."""
@@ -140,6 +155,43 @@ def plateaus(values: Array, step: float) -> int:
     return found
 
 
+def levels(values: Array, sigma: float) -> tuple[RangeEnd, ...]:
+    """Where a channel (n,) with noise of ``sigma`` comes to a level and leaves it at speed: the ends of a sensor's
+    range, whose noise is added afterwards.
+
+    Samples within `LEVEL_BAND` of the extreme are a peak. Where nothing cuts it, they scatter by a third of that band
+    and not by the noise alone; a peak that hardly reaches into the band has fallen little at its own length.
+    """
+    found: list[RangeEnd] = []
+    if sigma <= NOISE_FREE_SHARE * float(np.ptp(values)):
+        return ()
+    for sign in (1.0, -1.0):
+        signed, band = sign * values, LEVEL_BAND * sigma
+        high = float(np.max(signed))
+        tops = [np.zeros(0)]
+        for start, end in _runs(signed > high - band):
+            reach = max((end - start) // 2, 3)
+            if end - start < PLATEAU_SAMPLES or start < reach or end + reach > signed.size:
+                continue
+            if high - max(signed[start - reach], signed[end - 1 + reach]) > LEVEL_DROP * band:
+                tops.append(signed[start + 1 : end - 1])  # its first and last sample may be on the way
+        samples, bend = np.concatenate(tops), sum(_bend(top) for top in tops) / math.sqrt(max(len(tops) - 1, 1))
+        many = samples.size >= LEVEL_SAMPLES and bend > LEVEL_BEND * sigma
+        if many and float(np.std(samples)) < LEVEL_SCATTER * sigma:
+            found.append(RangeEnd(sign * float(np.mean(samples)), sign > 0.0, band))
+    return tuple(found)
+
+
+def _bend(top: Array) -> float:
+    """The part of a run of samples (n,) that goes with the square of time, as one normalised coefficient: of noise its
+    standard deviation is the noise's; of a peak it is negative. 0 of fewer than four samples."""
+    if top.size < 4:
+        return 0.0
+    u = np.linspace(-1.0, 1.0, top.size)
+    shape = u**2 - np.mean(u**2)
+    return float(shape @ top) / math.sqrt(float(shape @ shape))
+
+
 def check(recording: Recording, accepted: Sequence[str] = ()) -> tuple[str, ...]:
     """Doubts about a recording, in sentences; with "clipping" among what is ``accepted`` a cut channel is one of them.
 
@@ -217,12 +269,18 @@ def _doubts_of_channel(recording: Recording, name: str, values: Array) -> list[s
     cut = plateaus(values, step)
     held = _longest_hold(values)
     stuck = held >= SATURATED_SAMPLES and _rough(values) > max(step, NOISE_FREE_SHARE * (high - low))
-    if cut >= 2 or stuck:
+    sigma = noise(values)
+    smooth = name != "acceleration" and INPUTS.keys().isdisjoint(recording.channels)
+    flat = levels(values, sigma) if smooth else ()  # an acceleration jumps at the release, a driven body may rest
+    if cut >= 2 or stuck or flat:
         said = f"{cut} peaks are cut" if cut >= 2 else f"{held} samples in a row do not move at all"
+        said = f"{said} at the extreme value" if cut >= 2 or stuck else (
+            f"swings end at {' and at '.join(f'{end.value:.6g}' for end in flat)} {unit}, flat but for noise"
+        )  # fmt: skip
         raise ClippedError(
-            f"trial {recording.name}: {name} is clipped between {low:.6g} and {high:.6g} {unit}: {said} at the extreme "
-            "value; widen the sensor's range, take it out of recordings.channels, or start trials.window later"
-        )
+            f"trial {recording.name}: {name} is clipped between {low:.6g} and {high:.6g} {unit}: {said}; widen the "
+            "sensor's range, take it out of recordings.channels, or start trials.window later", name, flat
+        )  # fmt: skip
     doubts = []
     if cut == 1:
         doubts.append(f"{name}: one peak looks cut at its extreme, between {low:.6g} and {high:.6g} {unit}")
@@ -230,9 +288,9 @@ def _doubts_of_channel(recording: Recording, name: str, values: Array) -> list[s
     spikes = places.size
     if spikes and places[-1] - places[0] > SNAP_SAMPLES:
         doubts.append(f"{name}: {spikes} samples look like spikes; state recordings.despike if they are")
-    if high - low < 10.0 * noise(values):
+    if high - low < 10.0 * sigma:
         doubts.append(f"{name}: its range of {high - low:.3g} {unit} is less than ten times its noise of "
-                      f"{noise(values):.2g} {unit}")  # fmt: skip
+                      f"{sigma:.2g} {unit}")  # fmt: skip
     return doubts
 
 

@@ -37,6 +37,8 @@ INPUTS: Mapping[str, tuple[str, str]] = MappingProxyType(
         "base_displacement": ("m", "rad"),
         "base_velocity": ("m/s", "rad/s"),
         "base_acceleration": ("m/s^2", "rad/s^2"),
+        "water_velocity": ("m/s", "rad/s"),
+        "water_acceleration": ("m/s^2", "rad/s^2"),
     }
 )
 """What may drive a body from outside, measured: SI unit in translation and in rotation."""

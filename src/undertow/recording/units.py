@@ -18,6 +18,7 @@ from numpy.typing import ArrayLike
 
 from undertow.errors import RecordingError
 from undertow.recording.recording import CHANNELS, INPUTS, Array, Coordinate
+from undertow.recording.unit_sizes import SIZES, Size
 
 SPELLINGS: Mapping[str, str] = MappingProxyType(
     {
@@ -75,6 +76,8 @@ KNOWN: Mapping[str, tuple[str, ...]] = MappingProxyType(
         "base_displacement": ("m", "mm", "cm", "um", "in", "ft", "rad", "mrad", "deg", "°"),
         "base_velocity": ("m/s", "mm/s", "cm/s", "in/s", "ft/s", "rad/s", "deg/s", "°/s"),
         "base_acceleration": ("m/s^2", "mm/s^2", "g", "mg", "Gal", "ft/s^2", "rad/s^2", "deg/s^2"),
+        "water_velocity": ("m/s", "mm/s", "cm/s", "in/s", "ft/s", "rad/s", "deg/s"),
+        "water_acceleration": ("m/s^2", "mm/s^2", "g", "mg", "Gal", "ft/s^2", "rad/s^2", "deg/s^2"),
     }
 )
 """Spellings offered when one is not understood."""
@@ -110,7 +113,7 @@ def spelled(unit: str, channel: str) -> str:
     ('mm/s**2', 'kN*m')
     """
     text = unit.strip().strip("[]() ")
-    if channel in ("acceleration", "base_acceleration") and text in ACCELERATION_SPELLINGS:
+    if channel.endswith("acceleration") and text in ACCELERATION_SPELLINGS:
         return ACCELERATION_SPELLINGS[text]
     if text in SPELLINGS:
         return SPELLINGS[text]
@@ -142,14 +145,13 @@ def factor_to_si(unit: str, channel: str, coordinate: Coordinate = "translation"
             return 1.0, text
     if channel == "force" and text in ELECTRICAL:
         return 1.0, text
-    base = _base(unit, channel)
-    wanted = _registry().Quantity(1.0, target.replace("^", "**").replace(" ", "*")).to_base_units()
-    if base.units != wanted.units:
+    size, wanted = _size(unit, channel), _size(target, channel)
+    if size.base != wanted.base:
         raise RecordingError(
-            f"{channel} is said to be in {unit!r}, which is {base.units:~} in SI base units, but a {coordinate}'s "
+            f"{channel} is said to be in {unit!r}, which is {size.base} in SI base units, but a {coordinate}'s "
             f"{channel} is in {target}; {_remedy(unit, channel, coordinate)}"
         )
-    return float(base.magnitude / wanted.magnitude), target
+    return size.value / wanted.value, target
 
 
 def to_si(values: ArrayLike, unit: str, channel: str, coordinate: Coordinate = "translation") -> tuple[Array, str]:
@@ -162,17 +164,23 @@ def to_si(values: ArrayLike, unit: str, channel: str, coordinate: Coordinate = "
     return np.asarray(values, dtype=np.float64) * factor, target
 
 
-def _base(unit: str, channel: str) -> Any:
-    """One ``unit`` as a pint quantity in SI base units; RecordingError where pint cannot read it."""
+def _size(unit: str, channel: str) -> Size:
+    """One ``unit`` in SI base units; RecordingError where it cannot be read."""
+    text = spelled(unit[: _LONGEST_UNIT + 1], channel)
+    return SIZES[text] if text in SIZES else _parsed(unit, text, channel)
+
+
+def _parsed(unit: str, text: str, channel: str) -> Size:
+    """The same by pint, whose import and table take a second."""
     import pint
 
     unreadable = (pint.PintError, AssertionError, AttributeError, LookupError, ValueError, TypeError, ArithmeticError,
                   SyntaxError, tokenize.TokenError)  # fmt: skip
     try:
-        text = spelled(unit[: _LONGEST_UNIT + 1], channel)
         if not text or len(unit) > _LONGEST_UNIT or not _SIGNS.fullmatch(text) or _TOWER.search(text):
             raise ValueError(unit)
-        return _registry().Quantity(1.0, _registry().parse_units(text)).to_base_units()
+        base = _registry().Quantity(1.0, _registry().parse_units(text)).to_base_units()
+        return Size(float(base.magnitude), f"{base.units:~}")
     except unreadable as error:
         raise RecordingError(
             f"{channel}: unit {unit[:_LONGEST_UNIT]!r} is not known; {_remedy(unit, channel, None)}"
@@ -186,7 +194,7 @@ def _remedy(unit: str, channel: str, coordinate: Coordinate | None) -> str:
         return f"a load cell that reads {text} reads a force: write {({'kg': 'kgf', 't': 'tf'}).get(text, 'lbf')!r}"
     if coordinate is not None and channel in CHANNELS:
         other: Coordinate = "rotation" if coordinate == "translation" else "translation"
-        if _base(unit, channel).units == _base(si_unit(channel, other), channel).units:
+        if _size(unit, channel).base == _size(si_unit(channel, other), channel).base:
             return f"set equation.coordinate to {other}, or correct the unit"
     known = [one for one in KNOWN[channel] if coordinate is None or _fits(one, channel, coordinate)]
     near = difflib.get_close_matches(text, known, n=1, cutoff=0.3)
@@ -200,4 +208,4 @@ def _fits(unit: str, channel: str, coordinate: Coordinate) -> bool:
         return True
     if unit.partition("/")[0] in ARBITRARY_LENGTHS:
         return coordinate == "translation"
-    return bool(_base(unit, channel).units == _base(si_unit(channel, coordinate), channel).units)
+    return _size(unit, channel).base == _size(si_unit(channel, coordinate), channel).base

@@ -10,6 +10,7 @@ import math
 from collections.abc import Mapping, Sequence
 from typing import Any
 
+from undertow.discrepancy.calibration import record_of
 from undertow.discrepancy.findings import Findings, GroupFindings, TrialFindings
 from undertow.discrepancy.mismatch import place_words
 from undertow.discrepancy.verdict import Verdict
@@ -216,7 +217,9 @@ def verdict_block(verdict: Verdict) -> Block:
     check = verdict.physical_check
     return {
         "sentence": verdict.sentence,
-        "confidence": likelihood_words(verdict) if named_effects(verdict) else "",
+        "confidence": likelihood_words(verdict),
+        "record": record_words(verdict),
+        "posterior": confidence_words(verdict.posterior) if verdict.status == "explained" else "",
         "rivals": " or ".join(rival_words(verdict)),
         "origin": "" if verdict.origin == "undetermined" else verdict.origin,
         "check": check.because if math.isfinite(check.expected) or check.agrees is not None else "",
@@ -227,15 +230,24 @@ def verdict_block(verdict: Verdict) -> Block:
 
 
 def likelihood_words(verdict: Verdict) -> str:
-    """How probable a verdict is among everything that was fitted; empty where the data cannot tell names apart (one of
-    them alone has no probability worth printing), or nothing was found out.
+    """How often such a verdict holds; empty where the data cannot tell names apart (one of them alone has no
+    probability worth printing), or nothing was found out.
 
-    >>> likelihood_words(Verdict({}, (), status="explained", posterior=0.72, confidence=0.99))
+    >>> likelihood_words(Verdict({}, (), status="explained", posterior=0.99, confidence=0.72))
     '72 %'
     """
     if verdict.status not in ("explained", "nothing_missing", "unknown"):
         return ""
-    return confidence_words(verdict.posterior if math.isfinite(verdict.posterior) else verdict.confidence)
+    return confidence_words(verdict.confidence)
+
+
+def record_words(verdict: Verdict) -> str:
+    """Of how many such verdicts on sealed campaigns how many held; empty where none were counted."""
+    record = record_of(verdict)
+    if record is None or not record.said or not math.isfinite(verdict.confidence):
+        return ""
+    kind = record.kind.replace("_", " ")
+    return f"of {record.said} such verdicts ({kind}) on sealed campaigns of known truth {record.right} held"
 
 
 def agreement_texts(group: GroupFindings, parameters: Sequence[str]) -> list[str]:

@@ -44,8 +44,9 @@ def _groups(folder: Path) -> list[Mapping[str, Any]]:
             _explained(group_title(one["group"]), one)
         return list(groups)
     except (OSError, ValueError, LookupError, TypeError, AttributeError, RecursionError) as reason:
+        why = (reason.strerror or str(reason)) if isinstance(reason, OSError) else str(reason)
         raise UndertowError(
-            f"{folder} holds no finished run with its decisions ({path.name}: {reason}); give a folder that undertow "
+            f"{folder} holds no finished run with its decisions ({path.name}: {why}); give a folder that undertow "
             "run has written"
         ) from reason
 

@@ -176,7 +176,7 @@ def trial_block(shown: Shown, anchors: Sequence[str]) -> Block:
 def likelihood_of(verdict: Verdict) -> str:
     """Of what the probability that stands with a verdict is."""
     what = "that nothing is missing" if verdict.status == "nothing_missing" else "of this answer"
-    return f"probability {what} among all that was tried (evidence alone, not calibrated)"
+    return f"probability {what}: as often as such verdicts held on sealed campaigns of known truth"
 
 
 # ---------------------------------------------------------------- the grid

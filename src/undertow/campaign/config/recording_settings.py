@@ -56,7 +56,7 @@ class GainSettings(Section):
 
 
 class InputSettings(ChannelSettings):
-    """A measured input: force or motion of the base, with gain, delay and what it is between samples."""
+    """A measured input: force or motion of base or water, with gain, delay and what it is between samples."""
 
     gain: GainSettings | None = Field(
         default=None, description="N per unit of the column; absent: the unit itself stands for newtons."
@@ -80,8 +80,8 @@ class ChannelsSettings(Section):
     base_displacement: InputSettings | None = Field(default=None, description="Measured motion of the base.")
     base_velocity: InputSettings | None = Field(default=None, description="Measured velocity of the base.")
     base_acceleration: InputSettings | None = Field(default=None, description="Measured acceleration of the base.")
-    water_velocity: InputSettings | None = Field(default=None, description="Refused: waves are not integrated yet.")
-    water_acceleration: InputSettings | None = Field(default=None, description="Refused: waves are not integrated yet.")
+    water_velocity: InputSettings | None = Field(default=None, description="Measured velocity of the water.")
+    water_acceleration: InputSettings | None = Field(default=None, description="Measured acceleration of the water.")
 
     @property
     def driven_by(self) -> str:

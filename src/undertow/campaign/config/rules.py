@@ -15,8 +15,10 @@ from undertow.campaign.config.source import Location
 from undertow.campaign.config.specimen_rules import unphysical
 from undertow.comparison.suspects import chosen
 from undertow.equation import registry
+from undertow.equation.base_motion import must_accelerate
 from undertow.equation.driven_laws import find_driven, places
-from undertow.errors import ConfigError, RecordingError
+from undertow.errors import ConfigError, RecordingError, UndertowError
+from undertow.quantities import mover_of
 from undertow.recording.channels import LARGEST
 from undertow.recording.doubt_kinds import DOUBT_KINDS
 from undertow.recording.index import SEPARATORS
@@ -43,14 +45,14 @@ def contradictions(config: RunConfig) -> list[tuple[Location, str]]:
         wrong += _unusable_channels(for_pattern(said, pattern), ("recordings", "layouts", pattern), coordinate)
     wrong += unphysical(config)
     wrong += _driving(said.channels)
-    moving = said.channels.driven_by.startswith("base_")
+    driver = said.channels.driven_by
     for at, name in enumerate(config.equation.terms):
         try:
-            places([find_driven(name)], moving) if said.channels.driven_by else registry.find(name)
+            places([find_driven(name)], mover_of(driver)) if driver else registry.find(name)
         except ConfigError as error:
             wrong.append((("equation", "terms", at), str(error)))
     pulled = any(law.pulls_back for law in registry.catalogue() if law.name in config.equation.terms)
-    if not said.channels.driven_by and not pulled:
+    if not driver and not pulled:
         text = (
             f"equation.terms has {', '.join(config.equation.terms)} and nothing that pulls the body back, so that it "
             "cannot swing; add stiffness (or sine_restoring, for a pendulum)"
@@ -76,24 +78,19 @@ def contradictions(config: RunConfig) -> list[tuple[Location, str]]:
 
 
 def _driving(channels: ChannelsSettings) -> list[tuple[Location, str]]:
-    """What is wrong with the inputs: waves, a hold without an acceleration, outputs whose frame is not said."""
+    """What is wrong with the inputs: a hold without an acceleration, outputs whose frame is not said, two records of
+    one water that are not late by the same."""
     place: Location = ("recordings", "channels")
     wrong: list[tuple[Location, str]] = []
-    for name in ("water_velocity", "water_acceleration"):
-        if getattr(channels, name) is not None:
-            text = (
-                f"{name} maps a wave, and Morison's force in moving water (drag on u - x', (rho V + m_a) u') is not "
-                "integrated yet; leave the channel out, or use records in still water"
-            )
-            wrong.append(((*place, name), text))
     driver = channels.driven_by
-    if not driver.startswith("base_"):
+    if mover_of(driver) not in ("base", "water"):
         return wrong
-    hold = getattr(channels, driver).hold
-    holds = {"base_displacement": ("band_limited",), "base_velocity": ("first", "band_limited")}.get(driver, (hold,))
-    if hold not in holds:
-        text = f"{driver} held {hold!r} between samples has no acceleration; choose hold: {' or '.join(holds)}"
-        wrong.append(((*place, driver, "hold"), text))
+    try:
+        must_accelerate(driver, getattr(channels, driver).hold)
+    except UndertowError as error:
+        wrong.append(((*place, driver, "hold"), str(error).removeprefix("input: ")))
+    if mover_of(driver) == "water":
+        return wrong + _one_water(channels)
     for name in ("displacement", "velocity", "acceleration"):
         one = getattr(channels, name)
         if one is not None and one.frame is None:
@@ -110,6 +107,21 @@ def _driving(channels: ChannelsSettings) -> list[tuple[Location, str]]:
         )
         wrong.append(((*place, "displacement", "frame"), text))
     return wrong
+
+
+def _one_water(channels: ChannelsSettings) -> list[tuple[Location, str]]:
+    """A delay or an unsure gain of an acceleration of the water beside its velocity: both are one input."""
+    second = channels.water_acceleration
+    if channels.water_velocity is None or second is None:
+        return []
+    if second.delay_s is None and (second.gain is None or second.gain.stderr == 0.0):
+        return []
+    key = "delay_s" if second.delay_s is not None else "gain"
+    text = (
+        f"water_acceleration has a {key} of its own beside water_velocity, and the two are taken as one motion of the "
+        f"water; give {key} to water_velocity, which holds for both, or map one of them alone"
+    )
+    return [(("recordings", "channels", "water_acceleration", key), text)]
 
 
 def _without_effect(config: RunConfig) -> list[tuple[Location, str]]:

@@ -13,9 +13,11 @@ from undertow.campaign.config import RunConfig
 from undertow.campaign.config.matching import planned
 from undertow.campaign.config.recording_settings import InputSettings
 from undertow.conditioning.driven import OUTPUTS, DrivenTrial
-from undertow.equation.driven_laws import find_driven
+from undertow.conditioning.water import one_velocity
+from undertow.equation.driven_laws import find_driven, places
 from undertow.errors import ConfigError, RecordingError
 from undertow.likelihood.driven import DrivenLaws
+from undertow.quantities import mover_of
 from undertow.recording.catalogue import Entry, cut, read_trial
 from undertow.recording.parts import UNCALIBRATED
 from undertow.recording.recording import INPUTS, Array, Recording
@@ -30,19 +32,23 @@ def is_driven(config: RunConfig) -> bool:
 
 
 def input_settings(config: RunConfig) -> tuple[str, InputSettings]:
-    """The input's quantity and settings; ConfigError where more than one is mapped."""
+    """The input's quantity and settings; ConfigError where more than one is mapped (velocity and acceleration of the
+    water are one)."""
     channels = config.recordings.channels
     mapped = [name for name in INPUTS if getattr(channels, name) is not None]
-    if len(mapped) != 1:
+    if len(mapped) != 1 and mapped != ["water_velocity", "water_acceleration"]:
         have = ", ".join(mapped) or "none"
-        raise ConfigError(f"channels has the inputs {have}; map exactly one of {', '.join(INPUTS)}")
+        raise ConfigError(
+            f"channels has the inputs {have}; map exactly one of {', '.join(INPUTS)} (the last two may go together)"
+        )
     return mapped[0], getattr(channels, mapped[0])
 
 
 def driven_laws(config: RunConfig) -> DrivenLaws:
     """The config's terms, with the input's gain and delay where they are not exactly known, and the mass if it is.
 
-    Where a base moves, a known stiffness is held too, if no mass is known or an added mass is asked for.
+    Where base or water moves, a known stiffness is held too, if no mass is known or an added mass is asked for; where
+    the water moves, the mass of the displaced water is, if the specimen has its volume.
     """
     quantity, said = input_settings(config)
     priors: dict[str, tuple[float, float]] = {}
@@ -62,6 +68,11 @@ def driven_laws(config: RunConfig) -> DrivenLaws:
     needed = "mass_kg" not in fixed or any(term.is_inertia for term in terms)
     if quantity != "force" and needed and spring is not None and isinstance(stiffness, float | int):
         fixed[f"{spring.name}.{spring.coefficient.name}"] = float(stiffness)
+    volume = config.specimen.submerged_volume_m3
+    if isinstance(volume, float | int):
+        density = config.specimen.water_density_kg_per_m3
+        held = (place for place in places(terms, mover_of(quantity)) if place.slots == ("wave",))
+        fixed |= {place.name: density * float(volume) for place in held}
     return DrivenLaws(terms, fixed, {}, priors)
 
 
@@ -93,6 +104,10 @@ def driven_trial(config: RunConfig, recording: Recording) -> DrivenTrial:
     if name not in recording.channels:
         raise RecordingError(f"trial {recording.name}: the input {name} is not in its file; map its column")
     u = recording.channels[name] * (said.gain.value if said.gain is not None else 1.0)
+    second = config.recordings.channels.water_acceleration
+    if second is not None and name != "water_acceleration" and "water_acceleration" in recording.channels:
+        rate = recording.channels["water_acceleration"] * (second.gain.value if second.gain is not None else 1.0)
+        u = one_velocity(recording.name, recording.time, u, rate)
     outputs = {output: recording.channels[output] for output in OUTPUTS if output in recording.channels}
     channels = config.recordings.channels
     frames = {output: getattr(channels, output).frame for output in outputs}

@@ -110,8 +110,8 @@ def analyse(task: GroupTask, progress: Callable[[str], None] = lambda _: None) -
     fits |= _means_of_singles(task, singles)
     if task.dry and len(task.motions) > 1 and "output_error" in fits:
         fits["output_error"] = _mean_structure(fits["output_error"], singles)
-    fits = with_grown_errors(fits, singles)
-    baseline, differ = baseline_grown(baseline, [singles[m.name] for m in training])
+    fits = with_grown_errors(fits, singles, {m.name: m.amplitude for m in task.motions})
+    baseline, differ = baseline_grown(baseline, training, singles)
     trials = tuple(_trial(task, model, baseline, motion, singles[motion.name], progress) for motion in task.motions)
     trials = _with_shares(task, trials, baseline)
     equation = baseline.equation()
@@ -217,9 +217,7 @@ def _attempt(method: str, trials: tuple[str, ...], work: Callable[[], Fit]) -> F
 def _sindy(task: GroupTask, motions: Sequence[Motion]) -> Fit:
     terms = [t for t in task.terms if not t.is_inertia and not (task.dry and t.of_area)]
     found: SindyResult = discover(motions, terms, subset=False)
-    physical = to_physical(
-        found.names, found.coefficients, found.covariance, task.anchor, task.specimen, task.dry
-    )
+    physical = to_physical(found.names, found.coefficients, found.covariance, task.anchor, task.specimen, task.dry)
     notes = (*found.fit.notes, _selected(motions, terms))
     return replace(found.fit, method="sindy", parameters=physical, notes=notes, anchor=task.anchor.sentence)
 
@@ -233,9 +231,7 @@ def _selected(motions: Sequence[Motion], terms: Sequence[Term]) -> str:
     return "evidence keeps every term" if not dropped else f"evidence would do without {', '.join(dropped)}"
 
 
-def _single_fits(
-    task: GroupTask, model: GroupModel, progress: Callable[[str], None]
-) -> dict[str, dict[str, Fit]]:
+def _single_fits(task: GroupTask, model: GroupModel, progress: Callable[[str], None]) -> dict[str, dict[str, Fit]]:
     """Every method on every trial alone."""
     out: dict[str, dict[str, Fit]] = {}
     for motion in task.motions:
@@ -248,9 +244,7 @@ def _single_fits(
     return out
 
 
-def _single(
-    task: GroupTask, model: GroupModel, motion: Motion, method: str
-) -> dict[str, Callable[[], Fit]]:
+def _single(task: GroupTask, model: GroupModel, motion: Motion, method: str) -> dict[str, Callable[[], Fit]]:
     """What a method runs on one trial: name -> work; empty where it does not apply."""
     structure, specimen = task.structure, task.specimen
     own = task.stiffness.get(motion.name)

@@ -13,6 +13,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 
 from undertow.campaign.config import GroupKey, RunConfig
+from undertow.campaign.run.cut_off import SeenEnd, reached
 from undertow.campaign.run.neighbours import misplaced
 from undertow.conditioning.agreement import Disagreement, disagreements
 from undertow.conditioning.condition import condition
@@ -38,7 +39,8 @@ GROUPS_NAMED = 5
 
 @dataclass(frozen=True)
 class Checked:
-    """One trial: its motion or why it failed, and what does not belong together in it, without doubts ``accepted``."""
+    """One trial: its motion or why it failed, what does not belong together in it, without doubts ``accepted``, and
+    the ends of its sensors' ranges that are seen in it."""
 
     name: str
     conditions: Mapping[str, Condition]
@@ -46,6 +48,7 @@ class Checked:
     failed: FailedTrial | None = None
     found: tuple[Disagreement, ...] = ()
     accepted: tuple[str, ...] = ()
+    ends: tuple[SeenEnd, ...] = ()
 
     @property
     def contradiction(self) -> str:
@@ -142,7 +145,9 @@ def _failed(entry: Entry, found: tuple[Disagreement, ...], said: str, reason: Ex
     """A trial that cannot be used, and why."""
     misnamed = isinstance(reason, MisnamedError) or bool(entry.problem)
     failed = FailedTrial(entry.name, said, dict(entry.conditions), isinstance(reason, ClippedError), misnamed)
-    return Checked(entry.name, dict(entry.conditions), None, failed, found)
+    cut = reason if isinstance(reason, ClippedError) else None
+    ends = tuple(SeenEnd(entry.name, cut.channel, end) for end in cut.ends) if cut else ()
+    return Checked(entry.name, dict(entry.conditions), None, failed, found, ends=ends)
 
 
 def _why(recording: Recording, entry: Entry, found: Sequence[Disagreement], reason: Exception) -> str:
@@ -188,8 +193,12 @@ def sorted_out(config: RunConfig, checked: Sequence[Checked], stops: bool = True
     elsewhere = misplaced({key: [c.motion for c in members if c.motion] for key, members in sound.items()})
     known = {c.name for c in checked if "conditions" in c.accepted}
     motions, failed = [], [c.failed for c in checked if c.failed is not None]
+    ends = [end for c in checked for end in c.ends]
     for one in checked:
         if one.motion is None:
+            continue
+        if "clipping" not in one.accepted and (said := reached(one.motion.recording, ends)):
+            failed.append(FailedTrial(one.name, said, one.conditions, clipped=True))
             continue
         why = "" if config.group_key(one.conditions) in contradicted else one.contradiction
         why = why or ("" if one.name in known else elsewhere.get(one.name, ""))

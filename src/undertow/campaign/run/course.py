@@ -18,6 +18,7 @@ from undertow.campaign.run import checkpoints
 from undertow.campaign.run.analysis import GroupTask, analyse
 from undertow.campaign.run.checking import Checked, Checker, sorted_out
 from undertow.campaign.run.cut_off import with_clipped
+from undertow.campaign.run.differing import grown_between
 from undertow.campaign.run.gathered import Gathered, PortionFindings
 from undertow.campaign.run.judgement import judged
 from undertow.campaign.run.plausible import with_doubts
@@ -160,7 +161,9 @@ class Course:
         found, implausible = with_doubts(found, known)
         notes = (*self._notes, *_notes(read.motions), *_divided(portion, found))
         self._notes = ()
-        return PortionFindings(tuple(found), failed, notes, (*read.doubts, *implausible))
+        doubts = (*read.doubts, *implausible)
+        agreeing = grown_between(found, self._config.trials.dry or {})
+        return PortionFindings(tuple(agreeing), failed, notes, doubts, as_fitted=tuple(found))
 
     def _looked_at(self, portion: Portion) -> list[Checked]:
         """The portion's trials read and checked; trials that were given are compared with the config alone."""

@@ -1,17 +1,36 @@
-"""A group's numbers with errors that hold how much its trials differ, each fitted alone.
+"""Numbers with errors that hold how much those differ that should be one: of a group's trials, each fitted alone, of
+halves of the amplitude, of the springs of one water, of the levels of one spring.
 
-Belongs here: which fits are compared with which. Does not belong here: the test and the errors
-(uncertainty/disagreement.py).
+Belongs here: which fits are compared with which. Does not belong here: the tests and the errors
+(uncertainty/disagreement.py), the sentence on numbers that differ between groups (discrepancy/drifts.py).
 """
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+import itertools
+import math
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import replace
 
+import numpy as np
+
+from undertow.conditioning.motion import Motion
+from undertow.discrepancy.drifts import METHOD, STRUCTURE, WATER, own_number
+from undertow.discrepancy.findings import GroupFindings
 from undertow.likelihood.fit import Fit
 from undertow.methods.baseline import GroupFit
-from undertow.uncertainty.disagreement import OF_ONE_TRIAL, grown, grown_words
+from undertow.quantities import Estimate
+from undertow.recording.recording import Condition
+from undertow.uncertainty.disagreement import (
+    ALIKE,
+    FEWEST,
+    OF_ONE_TRIAL,
+    differing,
+    grown,
+    grown_words,
+    scatter_to_agree,
+    with_scatter,
+)
 
 JOINT = ("output_error", "sindy")
 """Methods that take a group's trials together."""
@@ -23,25 +42,76 @@ Singles = Mapping[str, Mapping[str, Fit]]
 """Trial -> method -> its fit of that trial alone."""
 
 
-def with_grown_errors(fits: Mapping[str, Fit], singles: Singles) -> dict[str, Fit]:
-    """The methods' fits of all trials together, errors grown where trials differ by more; a note says so."""
-    return {name: _grown(fit, singles) for name, fit in fits.items()}
+def with_grown_errors(
+    fits: Mapping[str, Fit], singles: Singles, amplitudes: Mapping[str, float] | None = None
+) -> dict[str, Fit]:
+    """The methods' fits of all trials together, errors grown where trials differ by more; a note says so.
+
+    ``amplitudes`` are the trials' own (m or rad), by name: where given, halves of them are compared too.
+    """
+    return {name: _grown(fit, singles, amplitudes) for name, fit in fits.items()}
 
 
-def _grown(fit: Fit, singles: Singles) -> Fit:
+def _grown(fit: Fit, singles: Singles, amplitudes: Mapping[str, float] | None) -> Fit:
     if fit.method not in JOINT or any(note.startswith(MEAN) for note in fit.notes):
         return fit
-    alone = [singles[name][fit.method].parameters for name in fit.trials if fit.method in singles[name]]
-    parameters, found = grown(fit.parameters, alone)
+    names = [name for name in fit.trials if fit.method in singles[name]]
+    alone = [singles[name][fit.method].parameters for name in names]
+    parameters, found = grown(fit.parameters, alone, [amplitudes[name] for name in names] if amplitudes else ())
     return replace(fit, parameters=parameters, notes=(*fit.notes, *grown_words(found)))
 
 
-def baseline_grown(
-    baseline: GroupFit, singles: Sequence[Mapping[str, Fit]]
-) -> tuple[GroupFit, tuple[str, ...]]:
+def baseline_grown(baseline: GroupFit, motions: Sequence[Motion], singles: Singles) -> tuple[GroupFit, tuple[str, ...]]:
     """The baseline with errors that hold how much its trials differ, and what is to be said of that."""
-    if len(singles) == 1:
+    if len(motions) == 1:
         return baseline, (OF_ONE_TRIAL,)
-    alone = [fits["output_error"].parameters for fits in singles if "output_error" in fits]
-    estimates, found = grown(baseline.estimates, alone)
+    compared = [m for m in motions if METHOD in singles[m.name]]
+    alone = [singles[m.name][METHOD].parameters for m in compared]
+    estimates, found = grown(baseline.estimates, alone, [m.amplitude for m in compared])
     return replace(baseline, estimates=estimates), grown_words(found)
+
+
+def grown_between(groups: Sequence[GroupFindings], water: Collection[str]) -> list[GroupFindings]:
+    """The groups with errors that hold how much springs of one water and levels of one spring differ.
+
+    ``water`` names the conditions that are the water's; without any nobody knows what groups share. What belongs to the
+    water is compared between groups of one water, what belongs to the structure between groups of one spring, where it
+    is not held; numbers of groups that differ get the scatter with which they agree into their errors, a note says so.
+    """
+    out = list(groups)
+    for names, shared in ((WATER, True), (STRUCTURE, False)) if water else ():
+        families: dict[frozenset[tuple[str, Condition]], list[int]] = {}
+        for i, group in enumerate(groups):
+            if not group.dry:
+                mark = frozenset((k, v) for k, v in group.key.items() if (k in water) == shared)
+                families.setdefault(mark, []).append(i)
+        for family, name, method in itertools.product(families.values(), names, JOINT):
+            known = {i: e for i in family if (e := own_number(groups[i], name, method)) is not None}
+            if len(known) < FEWEST:
+                continue
+            values, errors = (np.array([getattr(e, w) for e in known.values()]) for w in ("value", "total_stderr"))
+            square, chance = differing(values, errors)
+            if chance < ALIKE:
+                between, others = scatter_to_agree(values, errors), [groups[i].label for i in known]
+                said = (
+                    f"{name} by {method} differs by more than its errors between {'; '.join(others)} (chi-squared "
+                    f"{square:.3g} at {values.size - 1}): the standard errors printed have grown until they agree"
+                )
+                for i, estimate in known.items():
+                    out[i] = _with_scatter(out[i], name, method, estimate, between, said)
+    return out
+
+
+def _with_scatter(
+    group: GroupFindings, name: str, method: str, estimate: Estimate, between: float, said: str
+) -> GroupFindings:
+    """The group with a scatter (unit of the number) in the number's error, and in that of its law in the equation."""
+    fit = group.fits[method]
+    parameters = {**fit.parameters, name: with_scatter(estimate, between)}
+    fits = {**group.fits, method: replace(fit, parameters=parameters)}
+    errors = dict(group.equation_errors)
+    for term, value in zip(group.equation.terms, group.equation.coefficients, strict=True):
+        names = () if term.published is None else (term.published.column, term.published.ratio)
+        if method == METHOD and name in names and term.name in errors and estimate.value:
+            errors[term.name] = math.hypot(errors[term.name], abs(value / estimate.value) * between)
+    return replace(group, fits=fits, equation_errors=errors, notes=(*group.notes, said))

@@ -35,12 +35,14 @@ COMPARED_AT_MOST = 200
 
 @dataclass(frozen=True)
 class PortionFindings:
-    """What one portion of a campaign gave: groups in order, trials that could not be used, notes, doubts."""
+    """What one portion of a campaign gave: groups in order, trials that could not be used, notes, doubts; ``as_fitted``
+    are the groups before errors grew where groups differ (empty: the same)."""
 
     groups: tuple[GroupFindings, ...]
     failed: tuple[FailedTrial, ...]
     notes: tuple[str, ...]
     doubts: tuple[str, ...] = ()
+    as_fitted: tuple[GroupFindings, ...] = ()
 
 
 class Gathered:
@@ -76,11 +78,11 @@ class Gathered:
         self._doubts += part.doubts[:room]
         self._doubts_more += max(len(part.doubts) - room, 0)
         self.extent = self.extent.with_groups(part.groups)
-        for group in part.groups:
+        for group, fitted in zip(part.groups, part.as_fitted or part.groups, strict=True):
             self._named.update(_names(group))
             self._statuses[group.verdict.status] += 1
             if len(self._compared) <= COMPARED_AT_MOST:
-                self._compared.append(replace(group, trials=()))
+                self._compared.append(replace(fitted, trials=()))
             self._groups.append(group if self._everything else fewer_trials(group))
         if not self._everything:
             self._groups = fewer_groups(self._groups)

@@ -81,7 +81,8 @@ def judged(
             water = _water(config, case)
             together = waters.get(water, _Together((), ()))
             waters[water] = _Together((*together.cases, case), (*together.tasks, task))
-    judge = _Judge(suspects, standing, folder, resume, dry_specimens(config, tasks), budget, levels)
+    clean = tuple(one.cases[0] for one, said in zip(dry, first, strict=True) if not said.addends)
+    judge = _Judge(suspects, standing, folder, resume, dry_specimens(config, tasks), budget, levels, clean)
     wet = on_processes(judge, list(waters.values()), jobs, "wet: what is missing", progress, _together_name)
     said = failed | {tuple(v.group.items()): v for judged in (*first, *wet) for v in judged.verdicts}
     runs = {name: run for judged in (*first, *wet) for name, run in judged.runs.items()}
@@ -125,8 +126,8 @@ def _together_name(one: _Together) -> str:
 
 @dataclass(frozen=True)
 class _Judge:
-    """Judges one level of so many in the campaign, or takes its verdicts from a finished stage; picklable for worker
-    processes."""
+    """Judges one level of so many in the campaign, or takes its verdicts from a finished stage; ``clean`` are the dry
+    groups to whose equation nothing was added. Picklable for worker processes."""
 
     suspects: tuple[Suspect, ...]
     standing: tuple[Addend, ...] = ()
@@ -135,6 +136,7 @@ class _Judge:
     dry: Mapping[str, Specimen] = field(default_factory=dict)
     budget: float = 1.0
     levels: int = 1
+    clean: tuple[Case, ...] = ()
 
     def __call__(self, level: _Together) -> Judged:
         standing = in_water(self.standing, {c.member.label: c.member.model.specimen for c in level.cases}, self.dry)
@@ -161,7 +163,7 @@ class _Judge:
         reason = ""
         for standing in dict.fromkeys((here, sliding)):
             try:
-                return judge_level(level.cases, self.suspects, standing, self.budget, self.levels)
+                return judge_level(level.cases, self.suspects, standing, self.budget, self.levels, self.clean)
             except FAILURES as one:
                 reason = reason or failure(one).rstrip(".")
         return undecided(level.cases, reason)

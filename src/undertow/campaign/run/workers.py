@@ -108,11 +108,22 @@ def _results(work: Callable[[Item], Result], items: Sequence[Item], count: int) 
     if count == 1 or (count != _ELSEWHERE and len(items) < FEWEST_FOR_PROCESSES) or not items:
         yield from map(work, items)
         return
+    if count == _ELSEWHERE and joblib.effective_n_jobs(_ELSEWHERE) == 1:
+        yield from _on_the_only_worker(work, items)
+        return
     with _children_without_interrupts():
         results = joblib.Parallel(n_jobs=min(count, len(items)), return_as="generator")(
             joblib.delayed(_one)((work, item)) for item in items
         )
     yield from results
+
+
+def _on_the_only_worker(work: Callable[[Item], Result], items: Sequence[Item]) -> Iterator[Result]:
+    """Results in order from a cluster of one worker, where joblib would do the work in this process."""
+    backend, _ = joblib.parallel.get_active_backend()
+    futures = [backend.client.submit(_one, (work, item), pure=False) for item in items]
+    for future in futures:
+        yield future.result()
 
 
 def _one(pair: tuple[Callable[[Item], Result], Item]) -> Result:

@@ -1,0 +1,1 @@
+"""Counts of verdicts that were right on sealed campaigns, by kind of verdict."""

@@ -1,0 +1,104 @@
+"""`python -m experiments.driven.additions [--calibration] [FILE]`: what the search adds to bodies of known laws.
+
+Bodies that lack nothing count false additions; bodies that lack one law count right names. Seeds of the rules'
+calibration and those of the proof differ. A finished row is kept in FILE, so that a run goes on where it stopped.
+
+Belongs here: the list of bodies, rows, the table of docs/driven.md. Does not belong here: bodies (bodies.py).
+"""
+
+from __future__ import annotations
+
+import csv
+import sys
+import time
+from collections.abc import Iterator, Sequence
+from pathlib import Path
+
+from experiments.driven.bodies import GIVEN, Body, body, record
+from experiments.driven.page import put
+from undertow.comparison.driven_search import discover_driven
+from undertow.equation.driven_laws import find_driven
+from undertow.likelihood.driven import DrivenLaws
+
+RESULT = Path(__file__).with_name("additions.csv")
+HEADER = ("kind", "seed", "wander_N", "missing", "added", "before", "after", "noise", "seconds")
+CALIBRATION, PROOF = 0, 1000
+"""First seeds of the two sets."""
+WANDER_N = 0.1
+"""How far the drive of every second carriage wanders in a second, root mean square: 0.5 % of its friction."""
+COMPLETE = 10
+"""Bodies of each kind that lack nothing."""
+LACKING = (
+    ("carriage", "asymmetric_damping"), ("carriage", "position_damping"), ("carriage", "stribeck_friction"),
+    ("carriage", "bouc_wen"), ("carriage", "cubic_stiffness"), ("random", "asymmetric_damping"),
+    ("random", "position_damping"), ("random", "stribeck_friction"), ("random", "bouc_wen"),
+    ("random", "cubic_stiffness"), ("swept", "asymmetric_damping"), ("swept", "position_damping"),
+    ("swept", "stribeck_friction"), ("swept", "bouc_wen"), ("swept", "cubic_stiffness"),
+)  # fmt: skip
+"""Bodies that lack one law."""
+
+
+def cases(first: int) -> Iterator[tuple[Body, float]]:
+    """Every body of a set, with how far its drive wanders."""
+    for number in range(COMPLETE):
+        for kind in GIVEN:
+            yield body(kind, first + number), WANDER_N if kind == "carriage" and number % 2 else 0.0
+    for number, (kind, missing) in enumerate(LACKING):
+        yield body(kind, first + 100 + number, missing), 0.0
+
+
+def row(one: Body, wander: float) -> tuple[str, ...]:
+    """One body's line."""
+    trial, begun = record(one, wander), time.perf_counter()
+    found = discover_driven([trial], DrivenLaws(tuple(find_driven(name) for name in GIVEN[one.kind])))
+    seconds = time.perf_counter() - begun
+    numbers = (*found.validation, trial.noise()[trial.main])
+    said = (one.kind, str(one.seed), f"{wander:g}", one.missing or "nothing", " ".join(found.added) or "nothing")
+    return (*said, *(f"{number:.4g}" for number in numbers), f"{seconds:.1f}")
+
+
+def table(rows: Sequence[Sequence[str]]) -> str:
+    """Markdown of false additions by kind, and of each law that was lacking."""
+    named = [dict(zip(HEADER, one, strict=True)) for one in rows]
+    lines = ["| bodies | lack | right | wrong beside it, or instead | nothing added |", "|---|---|---|---|---|"]
+    groups = dict.fromkeys((one["missing"], one["kind"] if one["missing"] == "nothing" else "", one["wander_N"])
+                           for one in named)  # fmt: skip
+    for missing, kind, wander in groups:
+        own = [
+            one for one in named
+            if one["missing"] == missing and kind in ("", one["kind"]) and one["wander_N"] == wander
+        ]  # fmt: skip
+        added = [() if one["added"] == "nothing" else tuple(one["added"].split()) for one in own]
+        right = sum(names == ((missing,) if missing != "nothing" else ()) for names in added)
+        wrong = sum(any(name != missing for name in names) for names in added)
+        who = (kind or "all kinds") + (f", drive wanders {wander} N in a second" if float(wander) else "")
+        lines.append(f"| {len(own)} {who} | {missing} | {right} | {wrong} | {sum(not n for n in added)} |")
+    return "\n".join(lines)
+
+
+def main(path: Path, first: int) -> None:
+    """Run what the file lacks, a line at a time; print the table, and put that of the proof on the page."""
+    done = {tuple(one[:4]) for one in read(path)}
+    for one, wander in cases(first):
+        if (one.kind, str(one.seed), f"{wander:g}", one.missing or "nothing") in done:
+            continue
+        line = row(one, wander)
+        print(*line, flush=True)
+        with path.open("a", newline="", encoding="utf-8") as stream:
+            csv.writer(stream, lineterminator="\n").writerows([HEADER, line] if not stream.tell() else [line])
+    print(table(read(path)))
+    if path == RESULT:
+        put(table(read(path)), "additions")
+
+
+def read(path: Path) -> list[list[str]]:
+    """Rows of a file that may not be there yet."""
+    if not path.exists():
+        return []
+    with path.open(newline="", encoding="utf-8") as stream:
+        return list(csv.reader(stream))[1:]
+
+
+if __name__ == "__main__":
+    given = [word for word in sys.argv[1:] if not word.startswith("--")]
+    main(Path(given[0]) if given else RESULT, CALIBRATION if "--calibration" in sys.argv else PROOF)

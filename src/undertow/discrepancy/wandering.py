@@ -1,0 +1,35 @@
+"""Whether what an equation leaves wanders: then it is a slow sensor's or the ground's, and no physics of the motion.
+
+What a law leaves out swings at the body's rate and its multiples. Noise that is correlated from sample to sample has
+more power at slower rates than at the body's, and many times what single samples scatter by.
+
+Belongs here: that comparison. Does not belong here: what follows from it (decision.py).
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from undertow.comparison.joint import JointFit
+
+SLOWER = (0.05, 0.5)
+OF_THE_BODY = (0.6, 1.6)
+"""Rates over the body's, from and to: of what wanders, and of what swings with the body."""
+
+FEWEST = 3
+"""Frequencies that tell a density."""
+
+
+def wanders(fit: JointFit) -> bool:
+    """Whether the median power of what all trials leave, of their first channel, is no less at slower rates than at the
+    body's; False where records are too short to tell."""
+    slower, swinging = list[float](), list[float]()
+    for trial, r in zip(fit.solution.problem.trials, fit.solution.residuals, strict=True):
+        n = trial.t.size
+        power = np.abs(np.fft.rfft(r[:n] * np.hanning(n)))[1:] ** 2 / n
+        rate = np.fft.rfftfreq(n, float(np.median(np.diff(trial.t))))[1:] * trial.period_s
+        for found, (low, high) in ((slower, SLOWER), (swinging, OF_THE_BODY)):
+            found += power[(rate >= low) & (rate <= high)].tolist()
+    if min(len(slower), len(swinging)) < FEWEST:
+        return False
+    return bool(np.median(slower) >= np.median(swinging))

@@ -62,6 +62,7 @@ def test_trials_of_other_groups_and_other_faults_say_nothing(group):
     [
         (0.02, True, 0.0199, True),
         (0.02, True, 0.019, False),
+        (0.02, True, 0.021, False),
         (-0.02, False, 0.0201, True),
         (-0.02, False, 0.021, False),  # beyond it: its range was another
     ],

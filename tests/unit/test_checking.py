@@ -11,7 +11,8 @@ import pytest
 from tests.small_campaign import Campaign, make_campaign, recorded, write_table
 from undertow.campaign.config import RunConfig, load
 from undertow.campaign.run.checking import Checked, Checker, _stops, sorted_out
-from undertow.errors import ConfigError
+from undertow.campaign.run.cut_off import SeenEnd
+from undertow.errors import ConfigError, RangeEnd
 from undertow.recording.catalogue import Entry
 from undertow.recording.gather import gather
 
@@ -171,3 +172,18 @@ def test_a_specimen_whose_table_does_not_know_a_trial_is_no_failure_of_the_check
     campaign.edit("mass_kg: 2637.4", "mass_kg: {by: colour, red: 1.0}")
     config = load(campaign.config)
     assert all(one.failed is None for one in checked(config))
+
+
+def test_a_trial_that_reaches_the_end_of_anothers_range_is_not_used(campaign: Campaign) -> None:
+    config = load(campaign.config)
+    trials = checked(config)
+    by_name = {one.name: one.motion for one in trials}
+    assert by_name["r02"] is not None
+    highest = float(np.max(by_name["r02"].recording.channels["displacement"]))
+    seen = SeenEnd("r05", "displacement", RangeEnd(highest, True, 1e-3 * highest))
+    trials = [replace(one, motion=None, ends=(seen,)) if one.name == "r05" else one for one in trials]
+    found = sorted_out(config, trials)
+    assert [(f.name, f.clipped) for f in found.failed] == [("r02", True)]
+    assert "it is clipped in trial r05" in found.failed[0].reason
+    trials = [replace(one, accepted=("clipping",)) if one.name == "r02" else one for one in trials]
+    assert sorted_out(config, trials).failed == ()

@@ -276,6 +276,28 @@ def test_what_is_set_aside_twice_is_still_aside_and_what_has_no_sound_numbers_is
     ]  # fmt: skip
 
 
+def fading_memory(odds: float) -> SimpleNamespace:
+    """A relaxation that leaves noise and misses .4 repeatabilities beside linear damping that leaves twice the noise
+    (mean square 2.2) and misses .5, before which stood 3: what the search keeps after asking for the plainer."""
+    memory, plain = (
+        SimpleNamespace(suspects=(suspect,), names=(suspect.name,), score=score, out="", aside=False,
+                        fit=SimpleNamespace(misfit=misfit, miss=miss))
+        for suspect, score, misfit, miss in (
+            (SimpleNamespace(name="relaxation", without_sliding=None, swings=False, fades=True, plain=False),
+             odds, 1.0, 0.4),
+            (SimpleNamespace(name="linear_damping", plain=True), 0.0, 2.2, 0.5),
+        )
+    )  # fmt: skip
+    search = SimpleNamespace(error=3.0, level=None, found=[], best=None, _set_aside=lambda *_: None)
+    return _Search._plainer(search, (memory, 0.4), [memory, plain])[0]
+
+
+@pytest.mark.parametrize(("odds", "named"), [(5.0, "linear_damping"), (20.0, "relaxation")])
+def test_a_memory_with_overwhelming_evidence_is_not_called_damping(monkeypatch, odds, named):
+    monkeypatch.setattr("undertow.comparison.search.free_run_error", lambda _, fit: fit.miss)
+    assert fading_memory(odds).names == (named,)
+
+
 def test_a_kernel_of_radiated_waves_has_no_frequency_to_be_held_against_a_cell():
     waves = {"hidden_resonator": [{"kernel_mass_kg": Estimate(9.0, 1.0), "c_Ns_per_m": Estimate(5.0, 1.0)}]}
     assert _physics(case(), waves).because == "no bound applies to this effect"

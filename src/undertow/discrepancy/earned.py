@@ -29,7 +29,7 @@ from undertow.errors import IdentificationError
 NEXT: Mapping[str, str] = {
     "contradiction": "correct unit, sign or column of the channels in the config, or state recordings.accept",
     "conditions": "correct that number or unit in the config, or list conditions in recordings.accept",
-    "no_dry": "three releases of this spring in air",
+    "no_dry": "three releases of this spring in air, with the body's mass or the spring's stiffness in the config",
     "assumed": "three releases in air, or three of the same size in this water, or state specimen.scatter",
     "more": "more releases of this spring in this water, and larger ones",
     "unseen": "more releases: what these trials show does not carry over to the ones held out",

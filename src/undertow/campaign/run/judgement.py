@@ -213,11 +213,17 @@ def _contradicted(group: GroupFindings, because: str) -> Verdict:
 
 
 def _no_dry(config: RunConfig, task: GroupTask) -> str:
-    """That a wet group's spring has no dry trials though the config names some, or uneven ones, in words."""
+    """That a wet group's spring has no dry trials though the config names some, uneven ones, or none that say anything
+    of the water, in words."""
     if task.uneven:
         return task.uneven
     if task.dry or not config.trials.dry or task.dry_structure is not None:
         return ""
+    if not task.anchor.known:
+        return (
+            "neither the body's mass nor a spring's stiffness is known, without which dry trials say nothing of the "
+            "same body in water"
+        )
     return f"no dry trial of {spring_label(config, task)} could be used, and water cannot be separated from structure"
 
 

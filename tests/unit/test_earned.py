@@ -39,9 +39,11 @@ def candidate(name: str, score: float, out: str = "", aside: bool = False) -> Si
 
 def diagnosis(named: bool = False, **facts: object) -> SimpleNamespace:
     """A search that ended and found nothing, unless told otherwise."""
-    plain = {"named": named, "looked": 20, "unfinished": (), "small": None, "null": SimpleNamespace(score=0.0)}
-    plain |= {"best": candidate("linear_damping", 20.0), "candidates": (), "rivals": ()}
-    return SimpleNamespace(**(plain | facts))
+    null = SimpleNamespace(names=(), suspects=(), score=0.0, out="", aside=False)
+    plain = {"named": named, "looked": 20, "unfinished": (), "small": None, "null": null, "screened": ()}
+    plain |= {"best": candidate("linear_damping", 20.0), "rivals": ()} | facts
+    found = (plain["best"],) if named else ()
+    return SimpleNamespace(**({"candidates": (null, *found)} | plain))
 
 
 def judged(verdict: Verdict, facts: Case, search: SimpleNamespace, doubled: bool, null: NullTest | None = None):
@@ -235,14 +237,20 @@ def test_a_name_that_makes_unseen_trials_worse_is_not_proved(after, status):
         assert "linear damping would be named, but the trials it never saw went from 3.0 % to 6.0 %" in said.because
 
 
-def test_a_name_that_something_excluded_outweighs_is_no_answer():
-    more = candidate("external_forcing", 60.0, "its phases are locked to the release")
+def test_a_name_less_likely_than_something_that_was_excluded_is_no_answer():
+    more = candidate("external_forcing", 22.0, "its phases are locked to the release")
     said = judged(NAMED, case(), diagnosis(True, candidates=(candidate("linear_damping", 20.0), more)), True)
-    assert (said.status, said.verdict) == ("unknown", ("linear_damping", "unknown"))
-    assert "far more probable (odds of 10^17 to 1) is external forcing, excluded because its phases" in said.sentence
+    assert (said.status, said.verdict, said.parameters) == ("unknown", ("unknown",), {})
+    assert "its probability is 12 %, and most probable is external forcing, excluded because its" in said.sentence
     assert said.next_test.startswith("more releases of different size")
-    near = diagnosis(True, candidates=(candidate("linear_damping", 20.0), replace_score(more, 30.0)))
+    near = diagnosis(True, candidates=(candidate("linear_damping", 20.0), replace_score(more, 19.0)))
     assert judged(NAMED, case(), near, True).status == "explained"
+
+
+def test_what_the_free_run_hardly_shows_outweighs_nothing():
+    echo = candidate("delayed_echo", 200.0, "brings the free run no closer by what counts", aside=True)
+    both = diagnosis(True, candidates=(candidate("linear_damping", 20.0), echo))
+    assert judged(NAMED, case(), both, True).status == "explained"
 
 
 def test_a_rival_that_was_excluded_outweighs_nothing():
@@ -251,10 +259,14 @@ def test_a_rival_that_was_excluded_outweighs_nothing():
     assert judged(NAMED, case(), both, True).status == "explained"
 
 
-def test_what_brings_the_free_run_no_closer_outweighs_nothing():
-    echo = candidate("delayed_echo", 200.0, "brings the free run no closer by what counts", aside=True)
-    both = diagnosis(True, candidates=(candidate("linear_damping", 20.0), echo))
-    assert judged(NAMED, case(), both, True).status == "explained"
+def test_a_small_effect_has_a_name_where_nothing_else_is_nearly_as_probable():
+    small, other = candidate("cubic_stiffness", 40.0), candidate("quintic_stiffness", 38.0, "it sits on a bound")
+    far = diagnosis(small=small, candidates=(small, replace_score(other, 30.0)))
+    alone = judged(GREEN, case(), far, True, beside(0.004))
+    assert (alone.status, alone.verdict) == ("present_but_small", ("cubic_stiffness",))
+    both = judged(GREEN, case(), diagnosis(small=small, candidates=(small, other)), True, beside(0.004))
+    assert (both.status, both.verdict) == ("present_but_small", ("unknown",))
+    assert "most probably cubic stiffness, or quintic stiffness." in both.sentence
 
 
 def replace_label(one: SimpleNamespace, label: str) -> SimpleNamespace:

@@ -111,7 +111,7 @@ def test_a_sample_on_its_own_is_the_motion_there():
     assert np.max(np.abs(seen(samples, "velocity")[0] - v)) < 2e-4  # m/s of 0.5; a reversal bends the cubic
     away = np.abs(seen(samples, "acceleration")[0] - a)
     turns = np.convolve(np.diff(np.sign(v), prepend=np.sign(v[0])) != 0.0, np.ones(3), "same") > 0.0
-    assert np.max(away[~turns]) < 2e-3  # m/s2 of 3
+    assert np.max(away[~turns]) < 1e-5  # m/s2 of 3
     assert swell(samples) == pytest.approx(1.0 + (2.0 * np.pi / PERIOD_S * 0.012) ** 2 / 24.0)
 
 

@@ -12,7 +12,7 @@ from dataclasses import replace
 import numpy as np
 
 from undertow.comparison.candidate import Candidate, doubt
-from undertow.comparison.joint import WIDER, JointFit, fit_joint
+from undertow.comparison.joint import WIDER, JointFit, fit_joint, fit_standing
 from undertow.comparison.level import Addend, Level
 from undertow.comparison.score_test import GridPlace, renumbered
 from undertow.comparison.suspect import EACH_SPRING, Addition, Suspect
@@ -29,6 +29,23 @@ REFINED = 2
 
 QUICK_LOOKS = 300.0
 """What one start may spend, in looks at the level as it stands: those of laws that were named took under 200."""
+
+
+def plain_fit(level: Level) -> JointFit:
+    """The prescribed equation alone: one water for all springs, or each spring's own added mass and drag, whichever the
+    data prefer. A suspect has to beat both.
+
+    Raises IdentificationError where it has no motion.
+    """
+    together = fit_standing(level)
+    if len(level.members) < 2:
+        return together
+    try:
+        alone = replace(level, shared_water=False)
+        apart = fit_joint(alone, level.standing, together.memory, {}, together.misfit, growing=True)
+    except IdentificationError:
+        return together
+    return min((together, apart), key=lambda f: f.criterion)
 
 
 def from_starts(

@@ -6,8 +6,6 @@ numbers mean anything (candidate.py).
 
 from __future__ import annotations
 
-import math
-
 import numpy as np
 
 from undertow.comparison.candidate import Candidate, at_a_resonance, damping_ratio
@@ -28,7 +26,8 @@ that neither is enough alone."""
 
 
 def asked(candidate: Candidate) -> float:
-    """Share of the residual above noise that a candidate's last effect must explain to be named. A bad release and a
+    """Share of the residual above noise that a candidate's last effect must explain to be named, 0 where it need not
+    explain any (k, c, mu of each trial's own may have taken it up, far from what is known of them). A bad release and a
     force with its own clock leave none; what a resonator leaves that is not quite one (waves that break) swings at the
     resonator's frequency, and much of it passes for a force of that frequency; and what a force leaves whose waves die
     out passes for a resonator.
@@ -37,10 +36,10 @@ def asked(candidate: Candidate) -> float:
     if last.of_the_release:
         return ALL
     if len(candidate.suspects) == 1 or not any(s.has_its_own_clock for s in candidate.suspects):
-        return -math.inf
+        return 0.0
     if at_a_resonance(candidate.fit):
         return ALL
-    return NEARLY_ALL if last.has_its_own_clock else -math.inf
+    return NEARLY_ALL if last.has_its_own_clock else 0.0
 
 
 def beyond_doubt(before: Candidate, after: Candidate) -> bool:
@@ -58,8 +57,9 @@ def biases(before: Candidate, after: Candidate) -> bool:
 
 
 def explains(before: Candidate, after: Candidate, share: float) -> bool:
-    """Whether one candidate explains more than a share of the residual above noise that another leaves."""
-    return before.fit.misfit - after.fit.misfit > share * (before.fit.misfit - 1.0)
+    """Whether one candidate explains more than a share of the residual above noise that another leaves; no share is
+    always explained."""
+    return share <= 0.0 or before.fit.misfit - after.fit.misfit > share * (before.fit.misfit - 1.0)
 
 
 def swings(addend: Addend) -> bool:

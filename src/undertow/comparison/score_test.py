@@ -25,7 +25,7 @@ from undertow.recording.recording import Array
 TINY = 1e-6
 """Share of its scale at which a coefficient stands that the integrator would skip at zero."""
 
-SKIPPED_AT_ZERO = frozenset({"ge"})
+SKIPPED_AT_ZERO = frozenset({"ge", "kb"})
 """Slots without whose value the integrator leaves out the whole law, its sensitivity too."""
 
 
@@ -233,11 +233,10 @@ def _reduced(
         if a.inner:
             theta[SLOT[a.slot]] = a.start
         else:
-            theta[SLOT[a.slot]] += TINY * a.scale if a.slot in SKIPPED_AT_ZERO else 0.0
             index = names.index(full_name("", a, member.label, trial.name))
-            links.append(Link(SLOT[a.slot], index))
-            if a.also is not None:
-                links.append(Link(SLOT[a.also[0]], index, a.also[1]))
+            for slot, factor in ((a.slot, 1.0), *((a.also,) if a.also is not None else ())):
+                theta[SLOT[slot]] += factor * TINY * a.scale if a.slot in SKIPPED_AT_ZERO else 0.0
+                links.append(Link(SLOT[slot], index, factor))
     late = values[trial.shift] if trial.shift >= 0 else 0.0
     channels = tuple(replace(c, offset=-1, drift=-1, shift=-1, gain=-1) for c in trial.channels)
     return replace(trial, t=trial.t + late, base=theta, links=tuple(links), channels=channels, shift=-1)

@@ -16,7 +16,7 @@ import math
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 
-from undertow.comparison.attempt import REFINED, as_radiation, from_places, from_starts, penalty_of
+from undertow.comparison.attempt import REFINED, as_radiation, from_places, from_starts, penalty_of, plain_fit
 from undertow.comparison.candidate import Candidate, LevelDiagnosis, Screened, conclude
 from undertow.comparison.explained import (
     ALL,
@@ -31,12 +31,11 @@ from undertow.comparison.explained import (
     slides,
 )
 from undertow.comparison.joining import MOST_EFFECTS, PRIOR_NOTHING, has_room, log_prior, may_join
-from undertow.comparison.joint import JointFit, at_memory, fit_joint, fit_standing, free_run_error, missed_share
+from undertow.comparison.joint import at_memory, free_run_error, missed_share
 from undertow.comparison.level import Level
 from undertow.comparison.needless import leanest, shorter_sets
 from undertow.comparison.score_test import GridPlace, Stands, peaks, places
 from undertow.comparison.suspect import Suspect
-from undertow.errors import IdentificationError
 from undertow.likelihood.budget import BudgetError, metered
 from undertow.likelihood.noise import residual_memory
 
@@ -171,8 +170,8 @@ class _Search:
 
     def _two_at_once(self, tried: Sequence[Candidate], least: float) -> tuple[Candidate, float] | None:
         """Two effects of which neither is enough alone, where what is left lies far above noise: further effects beside
-        the most probable single ones, or one that is found beside another alone. Where repetitions differ as much, two
-        must explain nearly all of it."""
+        the most probable single ones, or one that is found beside another alone, if that is more probable than any
+        single one that the free run hardly shows. Where repetitions differ as much, two must explain nearly all."""
         if self.null.fit.misfit <= FAR_ABOVE_NOISE:
             return None
         able = [c for c in tried if not c.suspects[0].of_the_release]
@@ -183,11 +182,13 @@ class _Search:
             pairs += self._as_far_as_possible(1)
         self.best = self.null
         self.found += pairs
-        probable = sorted((c for c in pairs if not c.out and c.score > self.null.score + least), key=lambda c: -c.score)
+        most = max([self.null.score + least, *(c.score for c in self.small)])
+        probable = sorted((c for c in pairs if not c.out and c.score > most), key=lambda c: -c.score)
         lean = self._without_earlier(pairs, least)
         if self.error <= 1.0:
             probable = [c for c in probable if explains(self.null, c, ALL)]
-        return self._worthwhile(probable, REMAINING) or (self._worthwhile([lean[0]], 1.0) if lean else None)
+        ahead = self._worthwhile(probable, REMAINING)
+        return ahead or (self._worthwhile([lean[0]], 1.0) if lean and lean[0].score > most else None)
 
     def _at_own_memory(self, tried: list[Candidate], depth: int) -> list[Candidate]:
         """The candidates, and what stands, valued at the memory between that of the equation's residual and that of the
@@ -241,7 +242,8 @@ class _Search:
                 return None
 
     def _small(self, suspect: Suspect, prior: float, depth: int) -> Candidate | None:
-        """A suspect where little is missing: fitted from the best places of its grid, if one could gain enough."""
+        """A suspect where little is missing: fitted from the best places of its grid, or from its own starts where a
+        place says nothing of the others, if one could gain enough."""
         if suspect.late:
             return from_starts(self.level, self.best, suspect, prior, self.best.fit.criterion)
         ahead = self._peaks(suspect)[:REFINED]
@@ -249,6 +251,8 @@ class _Search:
             if not depth:
                 self._screen_out(suspect, prior, ahead[0].gain if ahead else 0.0)
             return None
+        if suspect.look is not None:
+            return from_starts(self.level, self.best, suspect, prior, self.best.fit.criterion)
         return from_places(self.level, self.best, suspect, ahead, prior)
 
     def _large(self, suspect: Suspect, prior: float) -> Candidate | None:
@@ -286,26 +290,29 @@ class _Search:
         the most probable one if it is beyond doubt. A sensor must be the most probable of all, and so must a force with
         a size and a phase of its own in every trial, which takes up what a memory leaves.
 
-        Those before it that do not are set aside.
+        Those before it that do not are set aside. Behind one that the free run hardly shows another is an answer only
+        if the free run shows that.
         """
         doubtless: tuple[Candidate, float] | None = None
+        behind = False
         for place, candidate in enumerate(probable):
             closer = free_run_error(self.level, candidate.fit)
             counts = closer < remaining * self.error and math.sqrt(self.error**2 - closer**2) > WORTH
-            hides = not self.best.suspects and max(self.error, closer) <= 1.0
+            hides = not (behind or self.best.suspects) and max(self.error, closer) <= 1.0
             counts = counts or (hides and biases(self.null, candidate))
             last = candidate.suspects[-1]
             if not explains(self.best, candidate, asked(candidate)):
                 before, left = (math.sqrt(c.fit.misfit) for c in (self.best, candidate))
-                self._set_aside([candidate], f"it leaves {left:.2g} of {before:.2g} times the sensors' noise")
+                self._set_aside([candidate], f"it leaves {left:.2g} of {before:.2g} times the sensors' noise", False)
                 continue
             if place and last.has_its_own_clock:
                 self._set_aside([candidate], f"{probable[0].suspects[-1].label} is the more probable answer")
                 continue
-            if counts or not (last.shown_by_free_run or (place and last.frees)):
+            if counts or not (behind or last.shown_by_free_run or (place and last.frees)):
                 if doubtless is not None:
                     self._too_small(doubtless[0])
                 return candidate, closer if counts else min(closer, self.error)
+            behind = True
             if not place and beyond_doubt(self.best, candidate):
                 doubtless = candidate, closer
                 continue
@@ -327,7 +334,8 @@ class _Search:
         friction's place instead of hysteresis beside which no friction is left.
 
         Waves radiated away leave a memory; a spring's own damping (and added mass) is what it amounts to at that
-        spring's frequency. It is then called damping that depends on frequency, with the reason.
+        spring's frequency. It is then called damping that depends on frequency, with the reason. A memory that is more
+        probable than damping stays its rival.
         """
         candidate, error = ahead
         bent = candidate.suspects[-1].without_sliding
@@ -347,7 +355,7 @@ class _Search:
                     "a memory that fades within a cycle or two brings the free run no closer than linear damping does "
                     f"({error:.2g} against {stands:.2g} times repeatability)"
                 )
-                self._set_aside([c for c in self.found if single_fading(c)], reason)
+                self._set_aside([c for c in self.found if single_fading(c) and c.score <= other.score], reason)
                 if not fading(candidate) or stands <= error:
                     return other, stands
                 radiation = as_radiation(self.level, candidate)
@@ -355,10 +363,11 @@ class _Search:
                 return radiation, free_run_error(self.level, radiation.fit)
         return ahead
 
-    def _set_aside(self, candidates: Sequence[Candidate], reason: str) -> None:
-        """Mark candidates as no answer, with the reason."""
+    def _set_aside(self, candidates: Sequence[Candidate], reason: str, aside: bool = True) -> None:
+        """Mark candidates as no answer, with the reason; ``aside``: whatever their evidence."""
+        these = {id(c) for c in candidates}
         self.found = [
-            replace(c, out=c.out or reason, aside=c.aside or not c.out) if any(c is d for d in candidates) else c
+            replace(c, out=c.out or reason, aside=c.aside or (aside and not c.out)) if id(c) in these else c
             for c in self.found
         ]
 
@@ -379,19 +388,6 @@ def diagnose(
 
     Raises IdentificationError where not even the prescribed equation can be fitted.
     """
-    null = Candidate((), _null(level, fit_standing(level)), math.log(PRIOR_NOTHING))
+    null = Candidate((), plain_fit(level), math.log(PRIOR_NOTHING))
     usable = [s for s in suspects if has_room(level, s, null.fit)]
     return _Search(level, usable, null, clean_when_dry, budget).run()
-
-
-def _null(level: Level, together: JointFit) -> JointFit:
-    """The prescribed equation alone: one water for all springs, or each spring's own added mass and drag, whichever the
-    data prefer. A suspect has to beat both."""
-    if len(level.members) < 2:
-        return together
-    try:
-        alone = replace(level, shared_water=False)
-        apart = fit_joint(alone, level.standing, together.memory, {}, together.misfit, growing=True)
-    except IdentificationError:
-        return together
-    return min((together, apart), key=lambda f: f.criterion)

@@ -80,7 +80,9 @@ class Suspect:
     """A suspect: its name in the contract, where it comes from when found wet but not dry, and its unknowns.
 
     ``additions`` gives the unknowns at one start; ``starts`` are alternative first values of the searched parameter
-    (frequency, time), ``fine`` the steps in which a small one is looked for; ``memory`` tells whether it remembers.
+    (frequency, time), ``fine`` the steps in which a small one is looked for, ``look`` its unknowns there, where one
+    goes with another's size (a small hysteresis yields at a small force): its fits begin at ``starts`` all the same;
+    ``memory`` tells whether it remembers.
     ``frees`` names a nuisance of every trial (a sensor's clock, gain, drift) whose prior is widened instead: what it
     says is in the instrument, and no free run of the displacement shows it. ``on_a_line`` says that a fit finds it from
     a start within its line only (a clock). ``late`` asks nothing of so many first periods: what is wrong
@@ -101,6 +103,7 @@ class Suspect:
     memory: bool = False
     variant: str = ""
     fine: Callable[[Scales], tuple[float, ...]] | None = None
+    look: Callable[[Scales, float], tuple[Addition, ...]] | None = None
     frees: str = ""
     on_a_line: bool = False
     late: float = 0.0
@@ -149,7 +152,7 @@ class Suspect:
     def grid(self, scales: Scales) -> tuple[tuple[Addition, ...], ...]:
         """The additions at every place where a small effect is looked for."""
         places = (self.fine or self.starts)(scales)
-        return tuple(self.additions(scales, start) for start in places)
+        return tuple((self.look or self.additions)(scales, start) for start in places)
 
     @property
     def label(self) -> str:

@@ -121,7 +121,8 @@ def _fine_frequencies(s: Scales) -> tuple[float, ...]:
 
 
 def _fine_times(s: Scales) -> tuple[float, ...]:
-    return _geometric(0.7 / s.slowest, 10.0 / s.slowest, 1.3)
+    """Times in steps of 1.3, from where one linear step tells a memory from damping on: a fit may go below."""
+    return _geometric(0.5 / s.slowest, 10.0 / s.slowest, 1.3)
 
 
 def _fine_delays(s: Scales) -> tuple[float, ...]:
@@ -138,14 +139,18 @@ def _fine_yields(s: Scales) -> tuple[float, ...]:
     return _geometric(0.02 * s.size, 0.7 * s.size, 2.5)
 
 
+SHORTEST_MEMORY = 0.25
+"""Radians of the slowest body that a relaxation remembers at least: a faster one is damping, to a sixteenth of it."""
+
+
 def _relaxation(s: Scales, start: float) -> tuple[Addition, ...]:
-    """A relaxation must remember longer than two thirds of a radian of the slowest body: a faster one is damping."""
     return (
         Addition(
             "stiffness_N_per_m", "N/m", "rk1", 0.01 * s.mass * s.rate**2, 0.02 * s.mass * s.rate**2,
             lower=0.0, upper=STIFFEST * s.mass * s.rate**2,
         ),
-        Addition("time_s", "s", "rt1", start, 0.5 * start, 0.7 / s.slowest, 10.0 / s.slowest, inner=True),
+        Addition("time_s", "s", "rt1", start, 0.5 * start, SHORTEST_MEMORY / s.slowest, 10.0 / s.slowest,
+                 inner=True),
     )
 
 
@@ -155,6 +160,12 @@ def _hysteresis(s: Scales, start: float) -> tuple[Addition, ...]:
         Addition("stiffness_N_per_m", "N/m", "kb", k, k, lower=0.0),
         Addition("yield_force_N", "N", "fb", k * start, k * start, lower=1e-3 * k * s.size, inner=True),
     )
+
+
+def _small_hysteresis(s: Scales, start: float) -> tuple[Addition, ...]:
+    """The same at one displacement of yield: however small, it yields there."""
+    (stiffness, _) = _hysteresis(s, start)
+    return (replace(stiffness, also=("fb", start)),)
 
 
 STIFFEST = 20.0
@@ -250,12 +261,13 @@ SUSPECTS: tuple[Suspect, ...] = (
     _RESONATOR,
     replace(_RESONATOR, additions=_resonator(True), variant="amplitude-dependent"),
     Suspect(
-        Relaxation.name, "water", _relaxation, lambda s: (1.2 / s.slowest, 4.0 / s.slowest), True, fine=_fine_times,
+        Relaxation.name, "water", _relaxation, lambda s: (0.5 / s.slowest, 1.2 / s.slowest, 4.0 / s.slowest), True,
+        fine=_fine_times,
         fades=True,
     ),
     Suspect(
-        Hysteresis.name, "structure", _hysteresis, lambda s: (0.2 * s.size,), True, fine=_fine_yields,
-        without_sliding=BRISTLES,
+        Hysteresis.name, "structure", _hysteresis, lambda s: (0.1 * s.size, 0.3 * s.size), True, fine=_fine_yields,
+        look=_small_hysteresis, without_sliding=BRISTLES,
     ),
     Suspect(
         BRISTLES, "structure", _presliding, lambda s: (0.1, 1.0), fine=lambda s: (0.03, 0.1, 0.3, 1.0, 3.0, 10.0),

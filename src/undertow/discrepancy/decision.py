@@ -27,8 +27,9 @@ DOUBLED = 2.0
 WORSE = 1.0
 """What is named is not proved where it takes unseen trials further away by more than repeating a test does."""
 
-OUTWEIGHED = math.log(1e6)
-"""Log odds for a set that was excluded over what is named, from which nobody knows what is missing."""
+MORE_LIKELY = 0.5
+"""Probability, among all that was fitted and excluded or not, above which what is said to be missing is more likely
+than not: of 9 names with less, on campaigns of known truth, 7 were wrong, of 27 with more one."""
 
 NO_ANSWER = DryAnswer()
 """Dry trials that say nothing against what is named."""
@@ -172,21 +173,23 @@ def _unseen(verdict: Verdict, case: Case, diagnosis: LevelDiagnosis) -> tuple[Ga
 
 
 def _outweighed(diagnosis: LevelDiagnosis) -> tuple[Gate, ...]:
-    """Whether something that was excluded for its numbers, and is no rival of what is named, is far more probable.
+    """Whether what is said, the answer or one of its rivals, is more likely than all else that was fitted together,
+    what was excluded for its numbers included: else something looks like it that nobody knows.
 
-    What was set aside because it brings the free run no closer is no better answer, whatever its evidence.
-    """
+    What was set aside because the free run hardly shows it is no better answer than one that it shows."""
     if not diagnosis.named:
         return ()
     said = {tuple(sorted(names)) for names in (diagnosis.best.names, *diagnosis.rivals)}
-    barred = [c for c in diagnosis.candidates if c.out and not c.aside and c.suspects]
-    others = [c for c in barred if tuple(sorted(c.names)) not in said]
-    best = max((c.score for c in diagnosis.candidates if tuple(sorted(c.names)) in said), default=diagnosis.best.score)
-    other = max(others, key=lambda c: c.score, default=None)
-    odds = -math.inf if other is None else other.score - max(best, diagnosis.best.score)
-    because = "" if other is None else f"{' and '.join(other.names).replace('_', ' ')}, excluded because {other.out}"
-    statistic, bars = "log odds of an excluded set over what is named", ("explained",)
-    return (Gate("outweighed", statistic, odds, OUTWEIGHED, odds <= OUTWEIGHED, because, "outweighed", bars),)
+    considered = [c for c in diagnosis.candidates if not c.aside or tuple(sorted(c.names)) in said]
+    sets = {tuple(sorted(c.names)): c for c in considered}
+    likely = sum(probability(sets[n], considered, diagnosis.screened, excluded=True) for n in said & sets.keys())
+    others = (c for c in considered if tuple(sorted(c.names)) not in said)
+    other = max(others, key=lambda c: c.score, default=diagnosis.null)
+    because = " and ".join(other.names).replace("_", " ") or "the equation as it is"
+    because += f", excluded because {other.out}" if other.out else ""
+    statistic = "probability of the names that are said, excluded candidates included"
+    bars = ("explained", "not_identifiable")
+    return (Gate("outweighed", statistic, likely, MORE_LIKELY, likely >= MORE_LIKELY, because, "outweighed", bars),)
 
 
 def _borne_out(diagnosis: LevelDiagnosis, in_air: DryAnswer) -> tuple[Gate, ...]:

@@ -52,7 +52,7 @@ def earned(
         if gate.passed or verdict.status not in gate.bars:
             continue
         if gate.lacking in ("small", "stands_out") and diagnosis.small is not None:
-            return _small(verdict, case, diagnosis.small, diagnosis.null, in_air)
+            return _small(verdict, case, diagnosis, diagnosis.small, in_air)
         if gate.lacking == "stands_out":
             return _standing_out(verdict, case, tested, in_air)
         if gate.lacking in ("outweighed", "dry"):
@@ -64,14 +64,15 @@ def earned(
 
 def _not_the_answer(verdict: Verdict, gate: Gate) -> Verdict:
     """``unknown`` after the names: what was excluded explains far more, or the dry trials contradict them."""
-    odds = gate.value / math.log(10.0)
-    why = f"far more probable (odds of 10^{odds:.0f} to 1) is " if gate.lacking == "outweighed" else ""
+    why = f"its probability is {percent(gate.value)}, and most probable is " if gate.lacking == "outweighed" else ""
     text = f"{verdict.sentence} But this is not the answer: {why}{gate.because}. What is missing is unknown."
+    said = replace(
+        verdict, status="unknown", alternatives=(), origin="undetermined", next_test=NEXT[gate.lacking], sentence=text
+    )
+    if gate.lacking == "outweighed":  # less likely than not: no name
+        return replace(said, verdict=("unknown",), parameters={}, augmented=None)
     names = verdict.verdict if "unknown" in verdict.verdict else (*verdict.verdict, "unknown")
-    return replace(
-        verdict, status="unknown", verdict=names, alternatives=(), origin="undetermined",
-        next_test=NEXT[gate.lacking], sentence=text,
-    )  # fmt: skip
+    return replace(said, verdict=names)
 
 
 def without_answer(verdict: Verdict, case: Case, because: str, lacking: str) -> Verdict:
@@ -85,16 +86,21 @@ def without_answer(verdict: Verdict, case: Case, because: str, lacking: str) -> 
     )  # fmt: skip
 
 
-def _small(verdict: Verdict, case: Case, small: Candidate, null: Candidate, in_air: DryAnswer) -> Verdict:
-    """``present_but_small``: evidence far beyond doubt for an effect that a free run hardly shows."""
-    name = small.names[0]
-    odds = (small.score - null.score) / math.log(10.0)
+def _small(
+    verdict: Verdict, case: Case, diagnosis: LevelDiagnosis, small: Candidate, in_air: DryAnswer
+) -> Verdict:
+    """``present_but_small``: evidence far beyond doubt for an effect that a free run hardly shows. It has a name where
+    no other that was fitted, excluded or not, is nearly as probable."""
+    odds = (small.score - diagnosis.null.score) / math.log(10.0)
+    near = [c for c in diagnosis.candidates if c.suspects and small.score - c.score < math.log(RIVAL_ODDS)]
+    likely = list(dict.fromkeys((small.names[0], *(" and ".join(c.names) for c in near))))
+    words = ", or ".join(name.replace("_", " ") for name in likely[:3])
     text = (
         f"{case.label}: the equation misses {percent(case.baseline.nrmse)} of the motion (repeatability "
         f"{percent(case.allowed)}), no more than repetitions differ; but evidence of 10^{odds:.0f} to 1 says that "
-        f"something small is there, most probably {name.replace('_', ' ')}{_but(in_air)}."
+        f"something small is there, most probably {words}{_but(in_air)}."
     )
-    name = "unknown" if in_air.because else name
+    name = likely[0] if len(likely) == 1 and not in_air.because else "unknown"
     return replace(verdict, status="present_but_small", verdict=(name,), sentence=text)
 
 

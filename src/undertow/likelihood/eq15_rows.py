@@ -181,7 +181,7 @@ def _samples(quantity, times, at, xs, vs, series, ends, steps, order, clocked, l
 
 
 @njit(**INNER)
-def _means(quantity, times, at, cell, xs, vs, series, ends, steps, order, clocked, instants, levels, rates):
+def _means(quantity, times, at, cell, xs, vs, series, ends, steps, order, clocked, instants, levels, pulls, rates):
     """The same in cells: a mean is the difference of the signal's integral from edge to edge (observation_model.py)."""
     n, width, stride = times.size, cell[_WIDTH], int(cell[_STRIDE])
     count = n + 1 if stride == 1 else 2 * n
@@ -202,23 +202,39 @@ def _means(quantity, times, at, cell, xs, vs, series, ends, steps, order, clocke
             for j in range(levels.shape[1]):
                 levels[row, j] += early * xs[0, 0, j]
             rates[row] = xs[0, 0, 0]
-    per_second = (cell[_SWELL] if quantity == 2 else 1.0) / width
-    for row in range(n):
-        begin = _u(stride * row)
-        for block in range(0, levels.shape[1], LANES):
-            at_block = _u(block)
-            left, right = load(levels, begin, at_block), load(levels, begin + _u(1), at_block)
-            store(levels, _u(row), at_block, times_four(per_second, plus_times(right, -1.0, left)))
+    if quantity == 2 and cell[_AVERAGED] == 0.0:
+        accelerations(vs, steps, order, series)
+        sample_at(instants[:count], at, series, ends, steps, order, pulls)
+        _lone(n, stride, 1.0 / width, cell[_SWELL], levels, pulls)
+    else:
+        for row in range(n):
+            begin = _u(stride * row)
+            for block in range(0, levels.shape[1], LANES):
+                at_block = _u(block)
+                left, right = load(levels, begin, at_block), load(levels, begin + _u(1), at_block)
+                store(levels, _u(row), at_block, times_four(1.0 / width, plus_times(right, -1.0, left)))
     if clocked:
         for row in range(n):
             rates[row] = (rates[stride * row + 1] - rates[stride * row]) / width
 
 
 @njit(**INNER)
+def _lone(n, stride, per_second, swell, levels, pulls):
+    """Velocities at the edges of single samples' steps become accelerations there: with those at the edges (``pulls``)
+    where the body goes one way, else the mean over the step."""
+    for row in range(n):
+        begin = stride * row
+        turns = levels[begin, 0] * levels[begin + 1, 0] <= 0.0
+        for j in range(levels.shape[1]):
+            mean = per_second * (levels[begin + 1, j] - levels[begin, j])
+            levels[row, j] = swell * mean if turns else 1.5 * mean - 0.25 * (pulls[begin, j] + pulls[begin + 1, j])
+
+
+@njit(**INNER)
 def _trial(sheet, trial, column, values, seconds, precise, room, point):
     """One trial's rows, added to the normal equations of ``point``; its sum of squares, -1 without a motion."""
     t, _, places, cells, _, _, channels, _, _, _ = sheet
-    xs, vs, ends, series, by, instants, levels, rates, p, slot_column, slots, used = room
+    xs, vs, ends, series, by, instants, levels, pulls, rates, p, slot_column, slots, used = room
     r, jac, normal, gradient = point
     active = slots[: _parameters(sheet, trial, values, p, slot_column, slots)]
     if not (p[_MASS] > 0.0 and p[_K] > 0.0 and p[_K] < 1e300):
@@ -243,7 +259,9 @@ def _trial(sheet, trial, column, values, seconds, precise, room, point):
         clocked = clock >= 0 or places[trial, _SHIFT] >= 0
         if cells[trial, _WIDTH] > 0.0 and (quantity == 2 or cells[trial, _AVERAGED] > 0.0):
             cell = cells[trial]
-            _means(quantity, times, at, cell, xs, vs, series, ends, steps, order, clocked, instants, levels, rates)
+            _means(
+                quantity, times, at, cell, xs, vs, series, ends, steps, order, clocked, instants, levels, pulls, rates
+            )  # fmt: skip
         else:
             _samples(quantity, times, at, xs, vs, series, ends, steps, order, clocked, levels, rates)
         _channel(sheet, trial, channel, n, values, levels, rates, slot_column, column, r, jac, row)
@@ -306,7 +324,8 @@ def rows_of(sheet: Arrays) -> Any:
 
 @njit(**_OPT)
 def room_for(sheet: Arrays, start: Array) -> Arrays:
-    """What `march` and the samples need: series of every step, instants, signals, levels, rates, parameters."""
+    """What `march` and the samples need: series of every step, instants, signals, levels, accelerations, rates,
+    parameters."""
     t, _, places, cells, _, _, _, _, _, _ = sheet
     p, slot_column = np.empty(len(LAWS)), np.empty(len(LAWS), dtype=np.int64)
     slots, used = np.empty(len(LAWS), dtype=np.int64), np.empty(start.size, dtype=np.int64)
@@ -328,7 +347,8 @@ def room_for(sheet: Arrays, start: Array) -> Arrays:
     shape = (min(steps, MOST_STEPS), ORDER + 1, width)
     return (
         np.empty(shape), np.empty(shape), np.empty(shape[0] + 1), np.empty(shape), np.empty((5, width)),
-        np.empty(2 * most), np.empty((2 * most, width)), np.empty(2 * most), p, slot_column, slots, used,
+        np.empty(2 * most), np.empty((2 * most, width)), np.empty((2 * most, width)), np.empty(2 * most), p,
+        slot_column, slots, used,
     )  # fmt: skip
 
 

@@ -103,7 +103,8 @@ def group_model(
     base = np.zeros(N_SLOTS)
     mass = specimen.mass_kg if known_mass and anchored else 1.0
     coefficients: list[Coefficient] = []
-    fixes_k = anchored and not dry and (structure is not None or math.isfinite(specimen.stiffness_N_per_m))
+    weighed = dry and known_mass  # then the mass gives kilograms, and k is found
+    fixes_k = anchored and not weighed and (structure is not None or math.isfinite(specimen.stiffness_N_per_m))
     added = any(t.is_inertia for t in kept)
     if anchored and (not known_mass or (fixes_k and structure is None and not added)):
         k = structure.k.value if structure else specimen.stiffness_N_per_m

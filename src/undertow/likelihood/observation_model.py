@@ -8,10 +8,11 @@ cell into the next. Between a cell's edges a displacement is the cubic of its va
     mean x = (x_0 + x_1) / 2 - D (v_1 - v_0) / 12,   off by (w D)^4 / 720: 4e-7 of the motion at 50 cells a period.
 
 Samples taken D / m apart have the mean of a cell D wide but for (w D / m)^2 / 24 of the motion, the same share in all
-channels: under 2e-4 at 50 cells a period of two samples each. A sample on its own is compared with that cubic's middle;
-of an acceleration the mean over the sample's step is taken here too, enlarged by 1 + (w D)^2 / 24, w the motion's
-frequency: away from reversals this is the acceleration itself, and next to them what a logger that smooths would see,
-so that a search meets no jumps. Where it ends lone samples are taken as recorded (lone_samples.py).
+channels: under 2e-4 at 50 cells a period of two samples each. A sample on its own is compared with that cubic's middle,
+an acceleration with that of the cubic through velocities and accelerations at its step's edges. A step in which the
+body turns has a jump: there the mean over the step is taken, enlarged by 1 + (w D)^2 / 24, w the motion's frequency,
+which is what a logger that smooths would see, so that a search meets no jumps. Where it ends lone samples are taken as
+recorded (lone_samples.py).
 
 Belongs here: instants at which a trial's motion is needed, signals, their rates of change and sensitivities. Does not
 belong here: weights, nuisances, the search (output_error.py), the compiled twin of this (equation/arcs.py).
@@ -66,8 +67,13 @@ def signal(
     stride, width = (1 if times.size == trial.t.size + 1 else 2), trial.width_s
     begin, end = slice(0, times.size - 1, stride), slice(1, None, stride)
     if quantity == "acceleration":
-        pull = np.where(times >= 0.0, a[:, 0], 0.0)
-        return (v[end] - v[begin]) * (swell(trial) / width), (pull[end] - pull[begin]) / width
+        free = np.where((times >= 0.0)[:, None], a, 0.0)
+        rate = (free[end, 0] - free[begin, 0]) / width
+        mean = (v[end] - v[begin]) / width
+        if trial.averaged:
+            return mean, rate
+        turns = (v[begin, :1] * v[end, :1] <= 0.0)
+        return np.where(turns, mean * swell(trial), 1.5 * mean - 0.25 * (free[begin] + free[end])), rate
     moved = (x[end] - x[begin]) / width
     if quantity == "velocity":
         if not trial.averaged:
@@ -79,7 +85,7 @@ def signal(
 
 
 def swell(trial: TrialProblem) -> float:
-    """By what an acceleration's mean over one sample's step is enlarged to be the acceleration itself; 1 in cells."""
+    """By what an acceleration's mean over one sample's step is enlarged to be about the acceleration; 1 in cells."""
     return 1.0 if trial.averaged else 1.0 + (2.0 * math.pi / trial.period_s * trial.width_s) ** 2 / 24.0
 
 

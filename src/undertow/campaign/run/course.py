@@ -23,7 +23,7 @@ from undertow.campaign.run.gathered import Gathered, PortionFindings
 from undertow.campaign.run.judgement import judged
 from undertow.campaign.run.plausible import with_doubts
 from undertow.campaign.run.portions import TRIALS_AT_ONCE, Portion, portions
-from undertow.campaign.run.tasks import Structures, group_task, grouped, held_out, level_count, structures_of
+from undertow.campaign.run.tasks import Structures, group_task, grouped, held_out, level_count, structures_of, weighed
 from undertow.campaign.run.workers import Progress, on_processes, silent, steps
 from undertow.conditioning.agreement import Disagreement
 from undertow.conditioning.motion import Motion
@@ -146,6 +146,8 @@ class Course:
             groups = grouped(self._config, read.motions)
             if self._structures is None:
                 sound = {key: motions for key, motions in groups.items() if key not in read.contradicted}
+                self._config, said = weighed(self._config, sound, self._terms)
+                self._notes = (*self._notes, *said)
                 self._structures = structures_of(self._config, sound, self._terms)
         with self._stage(IDENTIFY):
             tasks, refused = self._tasks(groups, self._structures, read.contradicted)

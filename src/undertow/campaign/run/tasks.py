@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Collection, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -33,6 +33,9 @@ from undertow.uncertainty.intervals import mean_of_trials
 JOINT_AT_MOST = 60
 """Trials of a group that are fitted together and searched: every one has a clock and offsets of its own among the
 unknowns, so that a joint fit's memory goes with the square of their number, and its time faster."""
+
+MASSES_AGREE = 0.05
+"""Springs give the same mass within this share of it, or their stated stiffnesses are not believed."""
 
 LISTED_SHARE = 1 / 3
 """Part of `JOINT_AT_MOST` that may be held out by a list: as many as hold_out: auto holds out."""
@@ -80,6 +83,40 @@ class Dry:
 
 Structures = Mapping[GroupKey, Dry]
 """What the dry trials say of each spring that has some."""
+
+
+def weighed(
+    config: RunConfig, groups: Mapping[GroupKey, Sequence[Motion]], terms: Sequence[Term]
+) -> tuple[RunConfig, tuple[str, ...]]:
+    """The config with the mass that a stated stiffness and dry trials give, k / w^2, where it states none, and a note;
+    as it is where springs give masses that differ by more than `MASSES_AGREE`."""
+    if config.specimen.mass_kg is not None:
+        return config, ()
+    found: dict[GroupKey, float] = {}
+    for key, motions in groups.items():
+        specimen = config.specimen_for(motions[0].recording.conditions)
+        if not (config.is_dry(motions[0].recording.conditions) and specimen.stiffness_N_per_m > 0.0):
+            continue
+        unit = replace(specimen, mass_kg=1.0, stiffness_N_per_m=math.nan)
+        fits = dry_fits(motions, structural_terms(terms), unit, TrialOptions()).values()
+        rates = [k.value for fit in fits if (k := fit.estimates.get("k_N_per_m")) is not None and k.value > 0.0]
+        if rates:
+            found[_spring(config, key)] = specimen.stiffness_N_per_m / float(np.mean(rates))
+    if not found:
+        return config, ()
+    each = ", ".join(f"{mass:.6g} kg{_of_spring(spring)}" for spring, mass in found.items())
+    if max(found.values()) > (1.0 + MASSES_AGREE) * min(found.values()):
+        said = f"the stated stiffnesses and the dry trials give different masses ({each}); state specimen.mass_kg"
+        return config, (said,)
+    mass = float(np.mean(list(found.values())))
+    specimen_settings = config.specimen.model_copy(update={"mass_kg": mass})
+    said = f"mass {mass:.6g} kg from the stated stiffness and the dry trials' frequency ({each})"
+    return config.model_copy(update={"specimen": specimen_settings}), (said,)
+
+
+def _of_spring(spring: GroupKey) -> str:
+    words = " ".join(str(value) for _, value in spring)
+    return f" with {words}" if words else ""
 
 
 def structures_of(config: RunConfig, groups: Mapping[GroupKey, Sequence[Motion]], terms: Sequence[Term]) -> Structures:

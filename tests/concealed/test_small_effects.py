@@ -4,14 +4,17 @@ from __future__ import annotations
 
 import math
 from dataclasses import replace
+from functools import partial
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
 
 from tests.concealed.test_diagnosis import LONG, SHORT, member
-from undertow.comparison import attempt
+from undertow.comparison import attempt, search
 from undertow.comparison.attempt import from_places, from_starts
 from undertow.comparison.candidate import Candidate
+from undertow.comparison.explained import asked, explains
 from undertow.comparison.joint import JointFit, fit_joint, fit_standing
 from undertow.comparison.level import Addend, Level, make_level
 from undertow.comparison.score_test import Stands, peaks, places
@@ -150,3 +153,51 @@ def test_what_the_dry_trials_need_stands_in_the_wet_equation():
     assert verdict.verdict == ("cubic_stiffness",)
     assert verdict.origin == "structure"
     assert "dry trials need cubic stiffness" in verdict.sentence
+
+
+def test_a_small_hysteresis_yields_in_its_look_and_is_found_from_its_starts():
+    hysteresis = registry.find("hysteresis", yield_displacement_m=0.006)
+    level = make_level([member("short", SHORT, 2700, ((hysteresis, 30000.0),))])
+    suspect, fit = found("hysteresis"), stands(level)
+    ahead = peaks(places(level, Stands.of(fit), suspect))[0]
+    (stiffness,) = ahead.additions
+    assert ahead.gain > 20.0  # at a yield force of its own it would never yield, and be a spring
+    assert stiffness.also is not None
+    assert stiffness.start == pytest.approx(30000.0, rel=0.5)
+    diagnosis = diagnose(level, (suspect,))
+    best = max((c for c in diagnosis.candidates if c.suspects), key=lambda c: c.score)
+    k, force = (best.fit.value(f"hysteresis.{n}") for n in ("stiffness_N_per_m", "yield_force_N"))
+    assert force / k == pytest.approx(0.006, rel=0.3)
+
+
+def test_what_need_explain_no_share_is_not_held_against_a_fit_that_took_it_up():
+    before, after = (SimpleNamespace(fit=SimpleNamespace(misfit=m)) for m in (2.0, 2.1))
+    assert explains(before, after, 0.0)
+    assert not explains(before, after, 0.75)
+    assert asked(SimpleNamespace(suspects=(found("added_mass"),))) == 0.0
+
+
+def test_behind_what_hides_within_repeatability_another_must_show_in_the_free_run(monkeypatch):
+    """An echo that would bias a number is no answer where a stiffness is more probable and hardly shows."""
+    monkeypatch.setattr(search, "free_run_error", lambda _, fit: fit.miss)
+    monkeypatch.setattr(search, "biases", lambda _, candidate: candidate.biases)
+
+    def one(name: str, score: float, miss: float, biases: bool) -> SimpleNamespace:
+        return SimpleNamespace(
+            suspects=(found(name),), names=(name,), score=score, fit=SimpleNamespace(misfit=1.0, miss=miss),
+            biases=biases, out="", aside=False,
+        )  # fmt: skip
+
+    def worthwhile(probable: list[SimpleNamespace]) -> object:
+        null = SimpleNamespace(suspects=(), score=0.0, fit=SimpleNamespace(misfit=1.1, miss=0.9))
+        state = SimpleNamespace(level=None, null=null, best=null, error=0.9, small=[], found=list(probable))
+        for name in ("_too_small", "_set_aside", "_no_closer"):
+            setattr(state, name, partial(getattr(search._Search, name), state))
+        monkeypatch.setattr(search, "replace", lambda c, **new: SimpleNamespace(**(vars(c) | new)))
+        return search._Search._worthwhile(state, probable, 1.0)
+
+    stiffness = one("cubic_stiffness", 50.0, 0.85, biases=False)
+    assert worthwhile([stiffness, one("delayed_echo", 45.0, 0.85, biases=True)]) is None
+    assert worthwhile([one("delayed_echo", 45.0, 0.85, biases=True)]) is not None
+    shown = one("cubic_damping", 40.0, 0.2, biases=False)
+    assert worthwhile([stiffness, shown])[0] is shown

@@ -197,6 +197,16 @@ def test_where_load_cells_alone_give_the_scale_the_fit_is_per_unit_mass():
     assert group_model(TERMS, wet, Specimen(stiffness_N_per_m=1e5), None, dry=False, anchored=True).anchored
 
 
+def test_dry_trials_with_a_stated_stiffness_and_no_mass_have_one_scale():
+    *_, dry = trials()
+    model = group_model(TERMS, dry, Specimen(stiffness_N_per_m=1e5), None, dry=True, anchored=True)
+    names = [c.name for c in model.coefficients]
+    assert "total_mass_kg" in names
+    assert not any(name.startswith("k_N_per_m") for name in names)  # free too, it would give no kilograms
+    weighed = group_model(TERMS, dry, Specimen(mass_kg=9.0, stiffness_N_per_m=1e5), None, dry=True, anchored=True)
+    assert next(c.name for c in weighed.coefficients) == "k_N_per_m"
+
+
 def test_kilograms_of_a_regression_do_not_move_an_equation_per_unit_mass():
     _, _, wet = trials()
     names = ("stiffness", "viscous_damping")

@@ -32,9 +32,10 @@ def case(**facts: object) -> Case:
     )
 
 
-def candidate(name: str, score: float, out: str = "", aside: bool = False) -> SimpleNamespace:
-    """A set of one suspect with its log evidence."""
-    return SimpleNamespace(names=(name,), suspects=(name,), score=score, out=out, aside=aside)
+def candidate(name: str, score: float, out: str = "", aside: bool = False, misfit: float = 1.0) -> SimpleNamespace:
+    """A set of one suspect with its log evidence, which leaves so much (mean square over noise)."""
+    fit = SimpleNamespace(misfit=misfit)
+    return SimpleNamespace(names=(name,), suspects=(name,), score=score, out=out, aside=aside, fit=fit)
 
 
 def diagnosis(named: bool = False, **facts: object) -> SimpleNamespace:
@@ -141,8 +142,7 @@ def test_what_stands_out_though_the_scatter_is_only_assumed_is_said():
 
 
 def test_a_name_needs_a_level_that_stands_out():
-    law = SimpleNamespace(label="linear_damping")
-    named = SimpleNamespace(names=("linear_damping",), suspects=(law,), score=20.0, out="", aside=False)
+    named = replace_label(candidate("linear_damping", 20.0), "linear_damping")
     search = diagnosis(True, best=named)
     assert judged(NAMED, case(), search, True, beside(0.004)).status == "explained"
     said = judged(NAMED, case(), search, True, beside(0.2))
@@ -245,6 +245,14 @@ def test_a_name_less_likely_than_something_that_was_excluded_is_no_answer():
     assert said.next_test.startswith("more releases of different size")
     near = diagnosis(True, candidates=(candidate("linear_damping", 20.0), replace_score(more, 19.0)))
     assert judged(NAMED, case(), near, True).status == "explained"
+
+
+def test_a_description_need_not_be_the_likeliest():
+    describes = candidate("linear_damping", 20.0, misfit=30.0)
+    for score, status in ((32.0, "explained"), (36.0, "unknown")):
+        more = candidate("hidden_resonator", score, "it is 0.9 standard errors from zero")
+        both = diagnosis(True, best=describes, candidates=(describes, more))
+        assert judged(NAMED, case(), both, True).status == status
 
 
 def test_what_the_free_run_hardly_shows_outweighs_nothing():

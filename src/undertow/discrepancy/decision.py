@@ -28,8 +28,12 @@ WORSE = 1.0
 """What is named is not proved where it takes unseen trials further away by more than repeating a test does."""
 
 MORE_LIKELY = 0.5
-"""Probability, among all that was fitted and excluded or not, above which what is said to be missing is more likely
-than not: of 9 names with less, on campaigns of known truth, 7 were wrong, of 27 with more one."""
+"""Probability, among all that was fitted and excluded or not, above which a name that leaves no more than noise is
+said: of 9 names with less, on campaigns of known truth, 7 were wrong, of 27 with more one."""
+
+OUTWEIGHED = 1e-6
+"""The same of a name that leaves more and is a description: where nothing that was fitted is the law, what has more
+unknowns comes closer."""
 
 NO_ANSWER = DryAnswer()
 """Dry trials that say nothing against what is named."""
@@ -176,7 +180,8 @@ def _outweighed(diagnosis: LevelDiagnosis) -> tuple[Gate, ...]:
     """Whether what is said, the answer or one of its rivals, is more likely than all else that was fitted together,
     what was excluded for its numbers included: else something looks like it that nobody knows.
 
-    What was set aside because the free run hardly shows it is no better answer than one that it shows."""
+    What was set aside because the free run hardly shows it is no better answer than one that it shows. A name that
+    leaves more than noise describes, and need not be the likeliest description."""
     if not diagnosis.named:
         return ()
     said = {tuple(sorted(names)) for names in (diagnosis.best.names, *diagnosis.rivals)}
@@ -189,7 +194,8 @@ def _outweighed(diagnosis: LevelDiagnosis) -> tuple[Gate, ...]:
     because += f", excluded because {other.out}" if other.out else ""
     statistic = "probability of the names that are said, excluded candidates included"
     bars = ("explained", "not_identifiable")
-    return (Gate("outweighed", statistic, likely, MORE_LIKELY, likely >= MORE_LIKELY, because, "outweighed", bars),)
+    least = OUTWEIGHED if diagnosis.best.fit.misfit > FAR_ABOVE_NOISE else MORE_LIKELY
+    return (Gate("outweighed", statistic, likely, least, likely >= least, because, "outweighed", bars),)
 
 
 def _borne_out(diagnosis: LevelDiagnosis, in_air: DryAnswer) -> tuple[Gate, ...]:

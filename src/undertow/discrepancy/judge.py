@@ -91,8 +91,8 @@ def judge_level(
         for verdict, case in zip(said, cases, strict=True)
     )
     labels = tuple(c.member.label for c in cases)
-    if not diagnosis.named:
-        return Judged(verdicts, labels, runs=runs)
+    if not any(set(diagnosis.best.names) <= set(verdict.verdict) for verdict in verdicts if diagnosis.named):
+        return Judged(verdicts, labels, runs=runs)  # what is not said does not stand in water
     fit = diagnosis.best.fit
     errors = {n: fit.solution.stderr(n) for n in fit.solution.problem.names}
     numbers = {n: (v, errors[n]) for n, v in fit.values.items() if "." in n}

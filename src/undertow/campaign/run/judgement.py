@@ -81,7 +81,8 @@ def judged(
             water = _water(config, case)
             together = waters.get(water, _Together((), ()))
             waters[water] = _Together((*together.cases, case), (*together.tasks, task))
-    clean = tuple(one.cases[0] for one, said in zip(dry, first, strict=True) if not said.addends)
+    pairs = zip(dry, first, strict=True)
+    clean = tuple(one.cases[0] for one, said in pairs if not (said.addends or said.verdicts[0].status == "unknown"))
     judge = _Judge(suspects, standing, folder, resume, dry_specimens(config, tasks), budget, levels, clean)
     wet = on_processes(judge, list(waters.values()), jobs, "wet: what is missing", progress, _together_name)
     said = failed | {tuple(v.group.items()): v for judged in (*first, *wet) for v in judged.verdicts}

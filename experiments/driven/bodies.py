@@ -9,6 +9,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
+from scipy.signal import lfilter
 
 from undertow.conditioning.driven import DrivenTrial
 from undertow.equation.driven import driven_motion
@@ -24,6 +25,8 @@ STROKE_M, STROKE_S = 0.2, 2.5
 """Way and time of one stroke of a carriage; the way differs from stroke to stroke by the factors of SPEEDS, and the
 carriage moves in that share of the time."""
 SPEEDS, MOVING_SHARE = (0.35, 0.7, 1.0), 0.8
+PUSHED_S = 0.3
+"""Time in which a random push fades to 1/e."""
 GIVEN = {
     "carriage": ("viscous_damping", "coulomb_friction", "constant_force"),
     "random": ("stiffness", "viscous_damping", "coulomb_friction"),
@@ -85,12 +88,15 @@ def body(kind: str, seed: int, missing: str = "") -> Body:
     return Body(kind, seed, missing, numbers)
 
 
-def record(one: Body, wanders_N: float = 0.0) -> DrivenTrial:
+def record(
+    one: Body, wanders_N: float = 0.0, pushed_N: float = 0.0, samples: int = CARRIAGE_SAMPLES
+) -> DrivenTrial:
     """The body's record with white noise. A carriage's drive may wander: a random walk of that size in a second, which
-    the recorded force does not hold."""
+    the recorded force does not hold; or it is pushed by a random force of the rms ``pushed_N`` that fades over
+    PUSHED_S and is not recorded either, so that the controller answers to it. ``samples`` is a carriage's length."""
     rng = np.random.default_rng([one.seed, 99])
     if one.kind == "carriage":
-        return _carriage(one, rng, wanders_N)
+        return _carriage(one, rng, wanders_N, pushed_N, samples)
     t = np.arange(SPRUNG_SAMPLES) / SPRUNG_RATE_HZ
     u = np.convolve(rng.normal(size=t.size + 30), np.hanning(30), "same")[: t.size] * 12.0
     if one.kind == "swept":
@@ -108,13 +114,19 @@ def target_m(t: Array) -> Array:
     return np.asarray(STROKE_M * speed * np.where(number % 2 == 0, smooth, 1.0 - smooth))
 
 
-def _carriage(one: Body, rng: np.random.Generator, wanders_N: float) -> DrivenTrial:
+def _carriage(
+    one: Body, rng: np.random.Generator, wanders_N: float, pushed_N: float, samples: int
+) -> DrivenTrial:
     """A carriage whose force a controller makes of the recorded position, a step of the logger at a time."""
     step = 1.0 / CARRIAGE_RATE_HZ
-    t = np.arange(CARRIAGE_SAMPLES) * step
+    t = np.arange(samples) * step
     wanted, mass = target_m(t), one.numbers["mass_kg"]
     noise = CARRIAGE_NOISE_M * rng.normal(size=t.size)
     lost = wanders_N * np.sqrt(step) * np.cumsum(rng.normal(size=t.size))
+    if pushed_N:
+        kept = np.exp(-step / PUSHED_S)
+        fresh = np.sqrt(1.0 - kept**2) * rng.normal(size=t.size)
+        lost = lost + pushed_N * lfilter([1.0], [1.0, -kept], fresh)
     stiff, damped = mass * 30.0**2, mass * 2.0 * 30.0
     state, u, x = (0.0, 0.0, 0.0), np.zeros(t.size), np.zeros(t.size)
     before = wanted[0]
@@ -127,4 +139,4 @@ def _carriage(one: Body, rng: np.random.Generator, wanders_N: float) -> DrivenTr
         moved = driven_motion(one.theta(state), NOTHING, force, np.array([0.0, step]), MotionSize(), 60)
         z = float(moved.hidden[-1, 0]) if moved.hidden.size else 0.0
         state = (float(moved.x[-1, 0]), float(moved.v[-1, 0]), z)
-    return DrivenTrial("carriage", t, u, {"displacement": x}, hold="zero")
+    return DrivenTrial("carriage", t, u, {"displacement": x}, hold="zero", instrument=wanted)

@@ -199,3 +199,12 @@ def test_laws_of_driven_bodies_have_places():
         find_driven("external_forcing")
     with pytest.raises(ConfigError, match="number 2 has no place"):
         places((find_driven("stiffness"), find_driven("stiffness")))
+
+
+def test_a_mass_of_nearly_nothing_is_refused_before_it_is_integrated_for_hours():
+    theta = np.zeros(N_DRIVEN)
+    for name, value in {"mass": 1e-9, "c1": 200.0, "gain": 1.0, "bw_unit": 1.0, "bw_n": 1.0}.items():
+        theta[DRIVEN_SLOT[name]] = value
+    t = np.arange(5000) * 0.005
+    with pytest.raises(IdentificationError, match=r"goes at .* rad/s at its fastest and would take .* steps a sample"):
+        driven_motion(theta, np.zeros(0, dtype=np.int64), drive_of(t, np.sin(t)), t, MotionSize(), 12)

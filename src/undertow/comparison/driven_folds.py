@@ -1,9 +1,11 @@
-"""Free runs over fifths of a record that were left out in turn: what a law is worth where evidence says little.
+"""Free runs over fifths of a record that were left out in turn: what a law is worth on samples that nobody fitted.
 
-A body without a spring adds up what its equation lacks, so that a residual wanders and a record holds few independent
-samples of it. The equation is then fitted without each fifth of the record in turn and run free there, anew from each
-quarter of it; two equations are compared by the ratio of their squared errors, each summed over all these windows, with
-its standard error from the windows' scatter about it (the ratio estimator: Cochran 1977, Sampling techniques, ch. 6).
+The likelihood of residuals counts samples, and what an equation lacks leaves residuals that hang together: of a body
+without a spring they wander, and a record holds few independent samples of them; of a long record nearly any law is
+beyond every limit of evidence. The equation is therefore fitted without each fifth of the record in turn and run free
+there, anew from each quarter of it; two equations are compared by the ratio of their squared errors, each summed over
+all these windows, with its standard error from the windows' scatter about it (the ratio estimator: Cochran 1977,
+Sampling techniques, ch. 6).
 
 Belongs here: those runs, that comparison. Does not belong here: which laws are tried (driven_search.py).
 """
@@ -34,6 +36,8 @@ DEVIATIONS = 5.0
 """Standard errors by which the ratio of squared errors must be below 1. Set on cases that no longer count as proof: a
 synthetic carriage that lacks nothing but whose drive wanders reached 4.6 with a relaxation (windows hang together, so
 that 2.5 is no 1 %), EMPS' asymmetric damping 6.7, its other laws 1.3 at most. On fresh cases: docs/driven.md."""
+FEWEST_WINDOWS = 5
+"""Below so many windows their scatter says too little."""
 TRYING = SearchEffort(12, 0.1)
 """Enough to tell what a suspect is worth; what is kept is fitted to the end."""
 CLOSER_WINDOWS = 0.75
@@ -44,8 +48,11 @@ these by so much that the sum fell by 5 and by 20 standard errors; proof on othe
 
 def fold_errors(training: Sequence[DrivenTrial], laws: DrivenLaws) -> Array:
     """Mean squared error (windows,) of free runs over parts of the longest trial, the equation fitted to all but the
-    fifth that they are in; inf where a fit or a run has no bounds."""
+    fifth that they are in; inf where a fit or a run has no bounds. Empty where the trial is too short for a window in
+    each fifth."""
     longest = max(training, key=lambda trial: trial.t.size)
+    if longest.t.size < FOLDS * SHORTEST_WINDOW:
+        return np.zeros(0)
     others = [trial for trial in training if trial is not longest]
     ends = np.linspace(0, longest.t.size, FOLDS + 1).astype(int).tolist()
     out: list[float] = []
@@ -71,6 +78,11 @@ def come_closer(before: Array, after: Array) -> str:
     >>> come_closer(np.full(20, 4.0), np.resize([1.0, 2.0], 20))
     ''
     """
+    if before.size < FEWEST_WINDOWS:
+        return (
+            f"no record is long enough to leave parts of it out; give one of {FOLDS * SHORTEST_WINDOW} samples beside "
+            "the part that is held back"
+        )
     sums = [math.sqrt(float(np.mean(errors))) for errors in (before, after)]
     if not math.isfinite(sums[1]):
         return "a fit without a part of the record has no bounded motion"

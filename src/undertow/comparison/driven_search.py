@@ -1,8 +1,9 @@
-"""What a driven equation lacks: suspects ranked by one linear step, fitted, and proved on the last part of the record.
+"""What a driven equation lacks: suspects ranked by one linear step, fitted, and proved on parts that nobody fitted.
 
-A suspect is added where its evidence (likelihood of residuals that have a memory, against its numbers, Schwarz 1978)
-is beyond `EVIDENCE` and the free run over a part of the record that nobody fitted comes closer by `CLOSER`. The first
-number of a law enters linearly, so that one Gauss-Newton step over its inner numbers' grid says what it may be worth.
+A suspect is added where the free run over the last part of the record, which nobody fitted, comes closer by `CLOSER`,
+and where those over parts that were left out in turn do so surely, against their own scatter (driven_folds.py). The
+first number of a law enters linearly, so that one Gauss-Newton step over its inner numbers' grid says what it may be
+worth.
 
 Belongs here: the list of suspects, ranking, judging, the order. Does not belong here: fits (methods/driven.py), words.
 """
@@ -27,21 +28,19 @@ from undertow.methods.driven_begin import START_SAMPLES as START_SAMPLES
 from undertow.methods.driven_begin import begun_beyond
 from undertow.recording.recording import Array
 
-EVIDENCE = 3.0
-"""Natural logarithm of the Bayes factor that a law must bring: 20 to 1."""
 CLOSER = 0.02
 """Share by which the free run over unseen samples must come closer: below that nobody would miss the law."""
 HELD_BACK = 0.2
 """Share of the record, its end, that proof comes from."""
 FEW_EFFECTIVE = 200.0
 """Below so many effective samples (a body without a spring adds up what its equation lacks, and its residual wanders)
-evidence says little; free runs over parts that were left out in turn take its place (driven_folds.py)."""
+the linear step says little, and more suspects are fitted."""
 RANKED_SAMPLES = 12000
 """Samples on which suspects are ranked by one linear step."""
 FITTED_AT_MOST = 3
 """Suspects that are fitted in a round, the best by the linear step."""
 FITTED_WHERE_FEW = 6
-"""The same where evidence says little."""
+"""The same where the linear step says little."""
 SURE = 2.0
 """Standard errors by which a law's coefficient must differ from 0. Set on a synthetic carriage whose drive wanders, to
 which a hysteresis of 15 +- 16 N/m was added: a force that fades along the record, and no law."""
@@ -55,7 +54,8 @@ Numbers = Mapping[str, float]
 
 @dataclass(frozen=True)
 class Tried:
-    """A suspect that was fitted: evidence (natural log of the Bayes factor), rms on unseen samples before and after."""
+    """A suspect that was fitted: evidence (natural log of the Bayes factor by Schwarz 1978, which decides nothing), rms
+    on unseen samples before and after."""
 
     name: str
     evidence: float
@@ -142,9 +142,17 @@ def discover_driven(
             current, lowest = leaner
             added.remove(name)
             progress(f"{name}: needless beside {', '.join(added)}")
-    baseline = fit_driven(trials, base.started, windows=0)
-    augmented = fit_driven(trials, current.started, windows=0) if added else None
+    baseline = _on_everything(trials, laws, base)
+    augmented = _on_everything(trials, current.started, current) if added else None
     return DrivenFound(baseline, augmented, tuple(added), tuple(tried), (first, lowest))
+
+
+def _on_everything(trials: Sequence[DrivenTrial], laws: DrivenLaws, fitted: DrivenFit) -> DrivenFit:
+    """A fit of a part, continued on all samples; from ``laws`` anew where its numbers have no bounded motion there."""
+    try:
+        return fit_driven(trials, fitted.started, windows=0)
+    except IdentificationError:
+        return fit_driven(trials, laws)
 
 
 def without_law(
@@ -201,8 +209,7 @@ def _round(
             continue
         one = _judged(name, current, fits[name], unseen, lowest)
         tried.append(one)
-    if few:
-        tried = _by_folds(training, current, tried, fits)
+    tried = _by_folds(training, current, tried, fits)
     for one in tried:
         progress(f"{one.name}: {one.before:.4g} to {one.after:.4g} on unseen samples: {one.because or 'holds'}")
     best = min((one for one in tried if not one.because), key=lambda one: one.after, default=None)
@@ -214,19 +221,18 @@ def _round(
 def _by_folds(
     training: Sequence[DrivenTrial], current: DrivenFit, tried: Sequence[Tried], fits: Mapping[str, DrivenFit]
 ) -> list[Tried]:
-    """Suspects whose evidence says nothing, the one closest to unseen samples first, up to the first that holds."""
+    """Suspects that came closer to the last part, the closest first, proved on parts left out in turn, up to the first
+    that holds."""
     before: Array | None = None
     out: list[Tried] = []
     held = False
     for one in sorted(tried, key=lambda one: one.after):
-        weak = not one.because or one.because.startswith("evidence")
-        if weak and not held and one.after < (1.0 - CLOSER) * one.before:
+        if not one.because and held:
+            one = replace(one, because="another law comes closer")
+        elif not one.because:
             before = fold_errors(training, current.started) if before is None else before
             one = replace(one, because=come_closer(before, fold_errors(training, fits[one.name].started)))
             held = not one.because
-        elif weak:
-            said = "another law comes closer" if held else f"unseen samples come no closer: {one.after:.4g}"
-            one = replace(one, because=said)
         out.append(one)
     return out
 
@@ -249,7 +255,7 @@ def _with(current: DrivenFit, name: str, starts: Numbers) -> DrivenLaws:
 def _judged(
     name: str, current: DrivenFit, fitted: DrivenFit, unseen: Sequence[DrivenTrial], lowest: float
 ) -> Tried:
-    """Evidence and proof of a suspect's fit; ``because`` says why it is not taken."""
+    """Evidence of a suspect's fit, and what the last part says of it; ``because`` says why it is not taken."""
     after = validation_rms(unseen, fitted)
     chi2 = (current.solution.chi2, fitted.solution.chi2)
     n = _effective(fitted)
@@ -262,8 +268,6 @@ def _judged(
         because = beyond
     elif unsure := _unsure(name, fitted):
         because = unsure
-    elif evidence < EVIDENCE:
-        because = f"evidence {evidence:.2g} is below {EVIDENCE:g}"
     elif not after < (1.0 - CLOSER) * lowest:
         because = f"unseen samples come no closer: {after:.4g} after {lowest:.4g}"
     return Tried(name, evidence, lowest, after, because)

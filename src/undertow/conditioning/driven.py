@@ -37,8 +37,10 @@ class DrivenTrial:
 
     ``quantity`` says what the input is (`Quantity`), ``hold`` what it is between samples: zero, first, band_limited.
     Where a base moves, ``frames`` says of each output whether it is recorded against the earth (absolute) or against
-    the base (relative). Raises RecordingError where lengths differ, a value is not finite, time does not rise, nothing
-    that moved is there, the input never changes, or a frame is not said or cannot be had from what was recorded.
+    the base (relative). ``instrument`` (n,) is a signal that moves the body and that no noise of it reaches (the target
+    of a controller), where there is one. Raises RecordingError where lengths differ, a value is not finite, time does
+    not rise, nothing that moved is there, input or instrument never change, or a frame is not said or cannot be had
+    from what was recorded.
     """
 
     name: str
@@ -49,8 +51,11 @@ class DrivenTrial:
     hold: Literal["zero", "first", "band_limited"] = "first"
     conditions: Mapping[str, Condition] = field(default_factory=dict)
     frames: Mapping[str, Frame] = field(default_factory=dict)
+    instrument: Array | None = None
 
     def __post_init__(self) -> None:
+        if self.instrument is not None:
+            object.__setattr__(self, "instrument", read_only(self.instrument))
         object.__setattr__(self, "t", read_only(self.t))
         object.__setattr__(self, "u", read_only(self.u))
         object.__setattr__(
@@ -65,7 +70,8 @@ class DrivenTrial:
             raise RecordingError(
                 f"trial {self.name}: {have} is recorded of the motion; a fit needs {OUTPUTS[0]}: map it"
             )
-        for name, values in {self.quantity: self.u, **self.outputs}.items():
+        beside = {} if self.instrument is None else {"instrument": self.instrument}
+        for name, values in {self.quantity: self.u, **self.outputs, **beside}.items():
             if values.size != n:
                 raise RecordingError(
                     f"trial {self.name}: {name} has {values.size} samples but time has {n}; give every channel one "
@@ -95,10 +101,15 @@ class DrivenTrial:
                 "one side"
             )
         self._check_frames()
-        if np.ptp(self.u) <= ROUNDING * float(np.max(np.abs(self.u))):
+        if _stands(self.u):
             raise RecordingError(
                 f"trial {self.name}: the input {self.quantity} stays at {self.u[0]:g}; an input that never moves shows "
                 "nothing of the equation: map the column that does, or leave the input out"
+            )
+        if self.instrument is not None and _stands(self.instrument):
+            raise RecordingError(
+                f"trial {self.name}: the instrument stays at {self.instrument[0]:g} and moves nothing; map the "
+                "controller's target, or leave the instrument out"
             )
 
     def _check_frames(self) -> None:
@@ -142,11 +153,17 @@ class DrivenTrial:
         return DrivenTrial(
             self.name, self.t[cut], self.u[cut], {name: values[cut] for name, values in self.outputs.items()},
             self.quantity, self.hold, self.conditions, self.frames,
+            None if self.instrument is None else self.instrument[cut],
         )  # fmt: skip
 
     def noise(self) -> dict[str, float]:
         """White noise of each output, 1 sigma, from sixth differences, which a motion sampled well does not have."""
         return {name: white_noise(values) for name, values in self.outputs.items()}
+
+
+def _stands(values: Array) -> bool:
+    """Whether a signal never moves, but for rounding."""
+    return bool(np.ptp(values) <= ROUNDING * float(np.max(np.abs(values))))
 
 
 def white_noise(values: Array) -> float:

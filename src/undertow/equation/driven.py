@@ -28,6 +28,10 @@ STEPS_PER_PERIOD = 12
 NO_MOTION = 1e3
 """A displacement this many times the recorded range is no motion of the body any more."""
 
+MOST_STEPS_A_SAMPLE = 200.0
+"""Steps a sample beyond which a body is too stiff for its record: its fastest mode would have some 17 periods in a
+sample. A search that tries a mass of nearly nothing would else integrate for hours."""
+
 
 @dataclass(frozen=True)
 class DrivenMotion:
@@ -73,8 +77,8 @@ def driven_motion(
 ) -> DrivenMotion:
     """The motion of a parameter vector (driven_kernel.DRIVEN_SLOTS) from times[0], with its sensitivities.
 
-    ``active`` (p,) slots, ``times`` (n,) s, rising. Raises IdentificationError where the mass is not positive or the
-    motion leaves every bound.
+    ``active`` (p,) slots, ``times`` (n,) s, rising. Raises IdentificationError where the mass is not positive, the
+    motion leaves every bound, or the body is so stiff that it takes over `MOST_STEPS_A_SAMPLE`.
     """
     mass = float(theta[DRIVEN_SLOT["mass"]])
     if not mass > 0.0 or not np.all(np.isfinite(theta)):
@@ -86,6 +90,12 @@ def driven_motion(
     rate = fastest_rate(theta, extent)
     longest = float(times[-1] - times[0]) or 1.0
     step = 2.0 * math.pi / rate / steps_per_period if rate > 0.0 else longest
+    if longest > MOST_STEPS_A_SAMPLE * step * times.size:
+        raise IdentificationError(
+            f"a driven motion of mass {mass:.3g} kg goes at {rate:.3g} rad/s at its fastest and would take "
+            f"{longest / step / times.size:.3g} steps a sample, above {MOST_STEPS_A_SAMPLE:g}; give the mass a start "
+            "value, or record at a higher rate"
+        )
     instants = np.ascontiguousarray(times, dtype=np.float64)
     theta = np.array(theta, dtype=np.float64)
     theta[DRIVEN_SLOT["moving"]] = MOVING[drive_in.mover]

@@ -20,6 +20,7 @@ from undertow.likelihood.driven import DrivenLaws, extent_of
 from undertow.methods.driven import DrivenFit
 from undertow.methods.driven import fit_driven as fit_trials
 from undertow.methods.driven_equations import DrivenEquation, DrivenPrediction, predict_driven
+from undertow.methods.driven_instrument import BesideInstrument, beside_instrument
 from undertow.quantities import Estimate
 from undertow.recording.recording import Array
 
@@ -44,6 +45,10 @@ class Driven:
         """RMS of the free run over the record that was fitted, unit of x."""
         return self.fit.rms[self.trial.name]
 
+    def by_instrument(self) -> BesideInstrument:
+        """The numbers beside those that the instrument gives; IdentificationError where the record has none."""
+        return beside_instrument(self.trial, self.fit)
+
     def predict(self, x: ArrayLike, *, t: ArrayLike | float, u: ArrayLike, start: int = 50) -> DrivenPrediction:
         """The free run under another input, from the first ``start`` samples of x alone, with its 90 % band."""
         other = _trial(x, t, u, self.trial.hold, self.trial.quantity, self.trial.frames.get("displacement"))
@@ -66,6 +71,7 @@ def fit_driven(
     held: Mapping[str, float] | None = None,
     quantity: Quantity = "force",
     frame: Frame | None = None,
+    instrument: ArrayLike | None = None,
 ) -> Driven:
     """The numbers of M x'' + sum of laws = u(t) by output error: one free run over the whole record.
 
@@ -73,7 +79,9 @@ def fit_driven(
     between samples. ``starts`` gives start values by ``mass_kg`` and law.parameter, ``held`` what is known; a
     hysteresis needs starts. ``quantity`` says what u is where it is motion of the base (base_displacement,
     base_velocity, base_acceleration) or of the water (water_velocity, water_acceleration), ``frame`` whether x is
-    absolute or relative to a base that moves; where no number is held then, all forces are per mass.
+    absolute or relative to a base that moves; where no number is held then, all forces are per mass. ``instrument``
+    (n,) is a signal that moves the body and that no noise of it reaches (the target of a controller that makes the
+    force): `Driven.by_instrument` then gives the numbers by it.
 
     Raises RecordingError where the arrays do not fit together, IdentificationError where no start has bounds.
 
@@ -88,7 +96,7 @@ def fit_driven(
     if not len(equation):
         raise IdentificationError(f"equation names {len(equation)} terms; give at least one law beside the inertia")
     terms = tuple(find_driven(term) if isinstance(term, str) else term for term in equation)
-    trial = _trial(x, t, u, hold, quantity, frame)
+    trial = _trial(x, t, u, hold, quantity, frame, instrument)
     return Driven(fit_trials([trial], DrivenLaws(terms, dict(held or {}), dict(starts or {}))), trial)
 
 
@@ -99,11 +107,13 @@ def _trial(
     hold: Hold,
     quantity: Quantity = "force",
     frame: Frame | None = None,
+    instrument: ArrayLike | None = None,
 ) -> DrivenTrial:
     moved = np.asarray(x, dtype=np.float64)
     given = np.asarray(t, dtype=np.float64)
     times: Array = np.array(np.arange(moved.size) * float(given) if given.ndim == 0 else given, dtype=np.float64)
     frames: dict[str, Frame] = {} if frame is None else {"displacement": frame}
     return DrivenTrial(
-        "x", times, np.asarray(u, dtype=np.float64), {"displacement": moved}, quantity, hold, frames=frames
-    )
+        "x", times, np.asarray(u, dtype=np.float64), {"displacement": moved}, quantity, hold, frames=frames,
+        instrument=None if instrument is None else np.asarray(instrument, dtype=np.float64),
+    )  # fmt: skip

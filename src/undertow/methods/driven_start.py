@@ -41,11 +41,24 @@ SMOOTHED_SHARE = 0.5
 
 
 def bump(half: int, step: float) -> tuple[Array, Array, Array]:
-    """The test function (2 half + 1,), its first and its second derivative by time."""
+    """The test function (2 half + 1,), its first and its second derivative by time.
+
+    As sums over samples the derivatives are exact for displacements up to a parabola: of a short bump the sampled
+    second derivative alone would not add up to 0, and where a body is would look like an acceleration.
+
+    >>> w, dw, ddw = bump(4, 0.1)
+    >>> t = np.arange(-4, 5) * 0.1
+    >>> bool(np.allclose([ddw.sum(), (ddw * t**2).sum() / 2 - w.sum(), (dw * t).sum() + w.sum()], 0.0))
+    True
+    """
     s = np.arange(-half, half + 1) / half
     q = 1.0 - s * s
     width = half * step
-    return q**4, -8.0 * s * q**3 / width, (-8.0 * q**3 + 48.0 * s * s * q**2) / width**2
+    w, dw, ddw = q**4, -8.0 * s * q**3 / width, (-8.0 * q**3 + 48.0 * s * s * q**2) / width**2
+    curve = 0.5 * (s * width) ** 2
+    sums = np.array([[ddw.sum(), w.sum()], [ddw @ curve, w @ curve]])
+    alike, level = np.linalg.solve(sums, [0.0, w.sum()])
+    return w, -dw * w.sum() / (dw @ (s * width)), alike * ddw + level * w
 
 
 def start_values(
@@ -56,16 +69,34 @@ def start_values(
     Keys: ``mass_kg`` and the laws' names; ``held`` gives those that are known. Raises IdentificationError where fewer
     rows than unknowns are there.
     """
-    trial, held = against_base(trial), held or {}
+    held = held or {}
+    columns, response = weak_form(trial, terms, half)
+    free = [name for name in columns if name not in held]
+    response = response - sum((held[name] * columns[name] for name in columns if name in held), 0.0 * response)
+    if response.size < 2 * len(free):
+        raise IdentificationError(
+            f"trial {trial.name}: {response.size} rows for {len(free)} numbers; give a longer record"
+        )
+    design = np.column_stack([columns[name] for name in free])
+    scale = np.sqrt(np.mean(design**2, axis=0))
+    scale[scale == 0.0] = 1.0
+    found = np.linalg.lstsq(design / scale, response, rcond=None)[0] / scale
+    return {**{name: held[name] for name in columns if name in held}, **dict(zip(free, found.tolist(), strict=True))}
+
+
+def weak_form(trial: DrivenTrial, terms: Sequence[Term], half: int) -> tuple[dict[str, Array], Array]:
+    """The equation against bumps of that half length: a column (m,) of the mass (`MASS`) and of each law by its name,
+    and what they add up to (m,). Row j belongs to the bump that begins at sample ``j * row_step(half)``."""
+    trial = against_base(trial)
     step = float(np.median(np.diff(trial.t)))
     w, dw, ddw = bump(half, step)
 
     def against(values: Array, weights: Array) -> Array:
         """<weights, values> around every ROWS_A_BUMP-th part of a bump."""
-        return np.asarray(fftconvolve(values, weights[::-1], "valid")[:: max(1, half // ROWS_A_BUMP)] * step)
+        return np.asarray(fftconvolve(values, weights[::-1], "valid")[:: row_step(half)] * step)
 
     x, v, inertia = _motion(trial, half, step, against, (w, dw, ddw))
-    response, carried = against(trial.u, w), np.zeros(trial.t.size)
+    response, carried = against(_between_samples(trial), w), np.zeros(trial.t.size)
     through, accelerated = inertia, carried
     if trial.mover != "force":
         drive, way = drive_for(trial), MOVING[trial.mover]
@@ -86,17 +117,23 @@ def start_values(
             columns[term.name] = -against(recorded, dw)
         else:
             columns[term.name] = against(force, w)
-    free = [name for name in columns if name not in held]
-    response = response - sum((held[name] * columns[name] for name in columns if name in held), 0.0 * response)
-    if response.size < 2 * len(free):
-        raise IdentificationError(
-            f"trial {trial.name}: {response.size} rows for {len(free)} numbers; give a longer record"
-        )
-    design = np.column_stack([columns[name] for name in free])
-    scale = np.sqrt(np.mean(design**2, axis=0))
-    scale[scale == 0.0] = 1.0
-    found = np.linalg.lstsq(design / scale, response, rcond=None)[0] / scale
-    return {**{name: held[name] for name in columns if name in held}, **dict(zip(free, found.tolist(), strict=True))}
+    return columns, response
+
+
+def row_step(half: int) -> int:
+    """Samples from the begin of one bump of that half length to the next one's.
+
+    >>> row_step(16)
+    4
+    """
+    return max(1, half // ROWS_A_BUMP)
+
+
+def _between_samples(trial: DrivenTrial) -> Array:
+    """The input as a sum over samples has it: what is held from sample to sample acts half a step later."""
+    if trial.mover != "force" or trial.hold != "zero":
+        return trial.u
+    return np.asarray(0.5 * (trial.u + np.concatenate([trial.u[:1], trial.u[:-1]])))
 
 
 def must_not_be_swapped(trial: DrivenTrial) -> None:

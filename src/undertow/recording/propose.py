@@ -16,7 +16,7 @@ import pandas as pd
 from undertow.errors import RecordingError
 from undertow.recording.catalogue import ChannelSpec, TimeSpec
 from undertow.recording.layout import Column
-from undertow.recording.recording import CHANNELS, INPUTS, Coordinate
+from undertow.recording.recording import BESIDE, CHANNELS, INPUTS, Coordinate
 from undertow.recording.units import factor_to_si, si_unit
 
 _BASE = r"^(base|shak\w*table|table|ground|floor|foundation|support)"
@@ -24,6 +24,7 @@ _WATER = r"^(water|wave(?![ _-]?maker)|fluid|orbital|particle)"
 _NAMES: Mapping[str, str] = MappingProxyType(
     {
         "time": r"^(time|zeit|elapsed|x_value)|^t$",
+        "instrument": r"^(target|set[ _-]?point|desired|demand)",
         "base_displacement": _BASE + r".*(disp|pos|[xy]\d*$)",
         "base_velocity": _BASE + r".*(veloc|speed|v\d*$)",
         "base_acceleration": _BASE + r".*(acc|a\d*$)|^(acc\w*|a)[ _-]?(base|table|ground|floor)",
@@ -107,6 +108,7 @@ def propose_mapping(table: pd.DataFrame, units: Mapping[Column, str] | None = No
             f"column {found[wet][0][0]!r} is motion of the water: laws of the water go with x' - u, froude_krylov with "
             "its acceleration; what the body does is taken as recorded against the earth"
         )
+    remarks += _instruments_without_input(found)
     coordinate = _coordinate(found)
     time = None
     if "time" in found:
@@ -114,7 +116,7 @@ def propose_mapping(table: pd.DataFrame, units: Mapping[Column, str] | None = No
     else:
         remarks.append("no column looks like time; give channels.time: {rate_hz: ...}")
     channels = {}
-    for channel in (*CHANNELS, *INPUTS):
+    for channel in (*CHANNELS, *INPUTS, *BESIDE):
         if channel in found:
             channels[channel], more = _spec(channel, found[channel], table, coordinate)
             remarks += more
@@ -135,6 +137,13 @@ def _told_from_springs(found: dict[str, list[tuple[Column, str]]], table: pd.Dat
         return []
     found["force"] = found.pop("spring_force")
     return [f"column {forces[0][0]!r} does not follow {moved[0][0]!r} (correlation {follows:.2f}): taken as an input"]
+
+
+def _instruments_without_input(found: dict[str, list[tuple[Column, str]]]) -> list[str]:
+    """A controller's target serves a driven body alone: elsewhere it is not mapped, and that is said."""
+    if "force" in found or "instrument" not in found:
+        return []
+    return [f"column {column!r} is not mapped" for column, _ in found.pop("instrument")]
 
 
 def _quantity(stem: str, unit: str, column: Column, table: pd.DataFrame) -> str | None:

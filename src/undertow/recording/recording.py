@@ -43,6 +43,10 @@ INPUTS: Mapping[str, tuple[str, str]] = MappingProxyType(
 )
 """What may drive a body from outside, measured: SI unit in translation and in rotation."""
 
+BESIDE: Mapping[str, tuple[str, str]] = MappingProxyType({"instrument": ("1", "1")})
+"""What stands beside them: a signal that moves the body and that no noise of it reaches (the target of a controller).
+Its shape alone is used, so that any unit is kept as it is."""
+
 
 def read_only(values: object) -> Array:
     """A float64 copy that cannot be written to."""
@@ -84,8 +88,8 @@ class Recording:
 
     def _check(self) -> None:
         for name, values in self.channels.items():
-            if name not in CHANNELS and name not in INPUTS:
-                known = ", ".join((*CHANNELS, *INPUTS))
+            if name not in CHANNELS and name not in INPUTS and name not in BESIDE:
+                known = ", ".join((*CHANNELS, *INPUTS, *BESIDE))
                 raise RecordingError(f"trial {self.name}: channel {name!r} is none of {known}; rename it")
             if values.shape != self.time.shape:
                 raise RecordingError(
@@ -119,4 +123,4 @@ class Recording:
 
     def unit(self, channel: str) -> str:
         """SI unit of a channel: of translation or of rotation, as the recording's coordinate says."""
-        return {**CHANNELS, **INPUTS}[channel][1 if self.coordinate == "rotation" else 0]
+        return {**CHANNELS, **INPUTS, **BESIDE}[channel][1 if self.coordinate == "rotation" else 0]

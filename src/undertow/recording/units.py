@@ -17,7 +17,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from undertow.errors import RecordingError
-from undertow.recording.recording import CHANNELS, INPUTS, Array, Coordinate
+from undertow.recording.recording import BESIDE, CHANNELS, INPUTS, Array, Coordinate
 from undertow.recording.unit_sizes import SIZES, Size
 
 SPELLINGS: Mapping[str, str] = MappingProxyType(
@@ -103,7 +103,7 @@ def si_unit(channel: str, coordinate: Coordinate) -> str:
     >>> si_unit("spring_force", "rotation")
     'N m'
     """
-    return "s" if channel == "time" else {**CHANNELS, **INPUTS}[channel][1 if coordinate == "rotation" else 0]
+    return "s" if channel == "time" else {**CHANNELS, **INPUTS, **BESIDE}[channel][1 if coordinate == "rotation" else 0]
 
 
 def spelled(unit: str, channel: str) -> str:
@@ -143,7 +143,7 @@ def factor_to_si(unit: str, channel: str, coordinate: Coordinate = "translation"
         expected = {"displacement": "", "velocity": "s", "acceleration": "s2"}[channel]
         if scale.strip() in ARBITRARY_LENGTHS and per.strip().replace("^", "").replace("²", "2") == expected:
             return 1.0, text
-    if channel == "force" and text in ELECTRICAL:
+    if channel in BESIDE or (channel == "force" and text in ELECTRICAL):
         return 1.0, text
     size, wanted = _size(unit, channel), _size(target, channel)
     if size.base != wanted.base:

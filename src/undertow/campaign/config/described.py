@@ -13,7 +13,7 @@ from undertow.campaign.config.recording_settings import ChannelSettings, Recordi
 from undertow.recording.catalogue import Catalogue, ChannelSpec, TimeSpec
 from undertow.recording.layout import CellLayout, Column, FileFormat
 from undertow.recording.limits import Limits
-from undertow.recording.recording import CHANNELS, INPUTS
+from undertow.recording.recording import BESIDE, CHANNELS, INPUTS
 
 
 @dataclass(frozen=True)
@@ -34,7 +34,7 @@ def described(said: RecordingsSettings) -> FileDescription:
     if column is None and time.rate_hz is None:
         column = positions.get("time")
     specs = {}
-    for name in (*CHANNELS, *INPUTS):
+    for name in (*CHANNELS, *INPUTS, *BESIDE):
         one = getattr(said.channels, name)
         if one is not None:
             specs[name] = _channel(one, positions.get(name))

@@ -82,6 +82,10 @@ class ChannelsSettings(Section):
     base_acceleration: InputSettings | None = Field(default=None, description="Measured acceleration of the base.")
     water_velocity: InputSettings | None = Field(default=None, description="Measured velocity of the water.")
     water_acceleration: InputSettings | None = Field(default=None, description="Measured acceleration of the water.")
+    instrument: ChannelSettings | None = Field(
+        default=None,
+        description="What moves the body and no noise of it reaches: a controller's target. Its shape alone is used.",
+    )
 
     @property
     def driven_by(self) -> str:

@@ -23,7 +23,7 @@ from undertow.recording.channels import LARGEST
 from undertow.recording.doubt_kinds import DOUBT_KINDS
 from undertow.recording.index import SEPARATORS
 from undertow.recording.parts import ALONE
-from undertow.recording.recording import CHANNELS, INPUTS, Coordinate
+from undertow.recording.recording import BESIDE, CHANNELS, INPUTS, Coordinate
 from undertow.recording.units import factor_to_si
 
 if TYPE_CHECKING:
@@ -167,7 +167,7 @@ def _unusable_channels(said: RecordingsSettings, above: Location, coordinate: Co
         alone = f" ({ALONE})" if channels.acceleration is not None else ""
         wrong.append((place, f"channels has neither displacement nor velocity; map one of them{alone}"))
     wrong += _clock(channels.time, (*place, "time"), coordinate, cells is not None and cells.time is not None)
-    for name in (*CHANNELS, *INPUTS):
+    for name in (*CHANNELS, *INPUTS, *BESIDE):
         one = getattr(channels, name, None)
         if one is None:
             continue

@@ -19,6 +19,7 @@ from typing import Any
 import numpy as np
 
 from undertow.campaign.config import RunConfig
+from undertow.campaign.driven.closed_loop import ByInstruments, by_instruments
 from undertow.campaign.driven.trials import driven_laws, driven_trials, named_apart
 from undertow.campaign.run.manifest import manifest
 from undertow.campaign.run.workers import Progress, silent
@@ -79,8 +80,9 @@ def run_driven(
     found = discover_driven(training, driven_laws(config), suspects, unseen)
     progress("identification", 1, 1)
     folder.mkdir(parents=True, exist_ok=True)
-    sentence = sentence_of(config.name, training, found)
-    _write(folder, config, text, training, unseen, found, sentence)
+    told = by_instruments(training, found.augmented or found.baseline)
+    sentence = sentence_of(config.name, training, found) + told.sentences
+    _write(folder, config, text, training, unseen, found, sentence, told)
     seconds = {"identification": time.perf_counter() - begun}
     methods, coordinate = config.identify, config.equation.coordinate
     findings = Findings(config.name, (), failed, methods, coordinate, seconds)
@@ -116,6 +118,7 @@ def _write(
     unseen: Sequence[DrivenTrial],
     found: DrivenFound,
     sentence: str,
+    told: ByInstruments,
 ) -> None:
     """All files but the manifest."""
     size = _size(training)
@@ -135,7 +138,7 @@ def _write(
     }  # fmt: skip
     write_text(folder / "config.yaml", text)
     write_text(folder / "equations.json", json.dumps(plain(equations), indent=1))
-    write_text(folder / "verdict.json", json.dumps(plain(_verdict(training, unseen, found, sentence)), indent=1))
+    write_text(folder / "verdict.json", json.dumps(plain(_verdict(training, unseen, found, sentence, told)), indent=1))
     _tables(folder, training, found)
     fit = found.augmented or found.baseline
     runs = [_shown(trial, fit) for trial in (*training, *unseen)]
@@ -143,7 +146,9 @@ def _write(
     tried += [
         (t.name, f"{t.evidence:.4g}", f"{t.before:.4g}", f"{t.after:.4g}", t.because or "added") for t in found.tried
     ]
-    tables = {"What was tried, on samples nobody fitted": tried}
+    tables: dict[str, Sequence[Any]] = {"What was tried, on samples nobody fitted": tried}
+    if told.table():
+        tables["Numbers by the instrument, beside output error"] = told.table()
     write_page(folder, page_html(config.name, sentence, equation, runs, tables))
 
 
@@ -154,7 +159,11 @@ def _shown(trial: DrivenTrial, fitted: DrivenFit) -> DrawnRun:
 
 
 def _verdict(
-    training: Sequence[DrivenTrial], unseen: Sequence[DrivenTrial], found: DrivenFound, sentence: str
+    training: Sequence[DrivenTrial],
+    unseen: Sequence[DrivenTrial],
+    found: DrivenFound,
+    sentence: str,
+    told: ByInstruments,
 ) -> Mapping[str, Any]:
     """verdict.json as the contract has it; what was not computed for a driven campaign is null."""
     fit, size = found.augmented or found.baseline, _size(training)
@@ -176,7 +185,7 @@ def _verdict(
         "sensor_floor_nrmse": max(t.noise()[t.main] for t in training) / size, "repeatability_nrmse": None,
         "rejected": [{"name": t.name, "because": t.because} for t in found.tried if t.because],
         "physical_check": {"expected": None, "found": None, "agrees": None, "because": ""},
-        "next_test": "", "sentence": sentence,
+        "next_test": "", "sentence": sentence, "by_instrument": told.plain(),
     }  # fmt: skip
     return {"contract": CONTRACT, "groups": [group], "across_groups": {"verdict": named, "sentence": sentence}}
 

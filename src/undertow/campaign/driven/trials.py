@@ -114,6 +114,7 @@ def driven_trial(config: RunConfig, recording: Recording) -> DrivenTrial:
     return DrivenTrial(
         recording.name, recording.time, u, outputs, name, said.hold, recording.conditions,  # type: ignore[arg-type]
         {output: frame for output, frame in frames.items() if frame is not None},
+        recording.channels.get("instrument"),
     )  # fmt: skip
 
 
@@ -135,6 +136,8 @@ def recording_alone(config: RunConfig, file: Path) -> tuple[RunConfig, Entry]:
     one = config.recordings.model_copy(
         update={"files": str(file.absolute()), "index": None, "file": None, "index_column": "file", "exclude": ()}
     )
+    channels = one.channels.model_copy(update={"instrument": None})  # a free run asks for none
+    one = one.model_copy(update={"channels": channels})
     trials = config.trials.model_copy(
         update={"window": "auto", "hold_out": "auto", "conditions": {}, "group_by": (), "dry": None}
     )

@@ -336,8 +336,8 @@ identify: [output_error]
 discrepancy: {suspects: []}
 """
 LOOP_SEED = 4009
-"""A carriage that is pushed by 5 N which nobody records, for 100 s: one of four in twelve where both estimates are apart
-(experiments/driven/closed_loop.csv)."""
+"""A carriage that is pushed by 5 N which nobody records, for 100 s: one of four among the seeds 4000 to 4011 where both
+estimates are apart."""
 
 
 @pytest.fixture(scope="module")

@@ -66,7 +66,7 @@ def above_the_overview() -> str:
 # ---------------------------------------------------------------- on the page
 def test_the_first_screen_has_sentences_picture_numbers_and_grid_before_any_table_of_groups():
     first = above_the_overview().split("<h1>")[1]
-    assert "<b>Water depth 2.36 m</b>: the equation leaves out water that oscillates by itself" in first
+    assert "<b>Water depth 2.36\u00a0m</b>: the equation leaves out water that oscillates by itself" in first
     assert '<figure class="first"><svg' in first
     for words in ("error of the equation as prescribed", "error of the repaired equation", "repeating the test",
                   "probability of this answer: as often as such verdicts held on sealed campaigns"):  # fmt: skip
@@ -199,7 +199,7 @@ def test_every_status_has_a_sentence(status, names, words):
 def test_springs_of_a_level_of_which_the_same_is_said_share_a_sentence():
     findings = make_findings()
     said = level_sentences(findings)
-    assert [s["title"] for s in said] == ["Water depth 1.63 m", "Water depth 2.36 m", "Water depth 2.57 m"]
+    assert [s["title"] for s in said] == [f"Water depth {level}\u00a0m" for level in (1.63, 2.36, 2.57)]
     assert said[0]["text"].count("nothing is missing") == 1
     assert "spring long: error" in said[0]["text"]
     assert "spring short: error" in said[0]["text"]
@@ -211,12 +211,12 @@ def test_the_grid_has_springs_as_rows_and_levels_as_columns():
     findings = make_findings()
     names = [str(i) for i in range(6)]
     table = grid(findings, names)
-    assert table["columns"] == ["water depth 1.63 m", "water depth 2.36 m", "water depth 2.57 m"]
+    assert table["columns"] == [f"water depth {level}\u00a0m" for level in (1.63, 2.36, 2.57)]
     assert [row["head"] for row in table["rows"]] == ["spring long", "spring short"]
     placed = {group.label: name for group, name in zip(findings.groups, names, strict=True)}
     for row in table["rows"]:
         for column, cell in zip(table["columns"], row["cells"], strict=True):
-            assert cell["anchor"] == placed[f"{row['head']}, {column}"]
+            assert cell["anchor"] == placed[f"{row['head']}, {column}".replace("\u00a0", " ")]
     assert table["rows"][1]["cells"][1]["tone"] == "open"
 
 

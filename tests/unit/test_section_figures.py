@@ -68,7 +68,7 @@ def test_the_map_marks_the_body_and_what_was_found(axes: Axes) -> None:
     mismatch_figures.draw_time_frequency(trial, lines, axes)
     said = [text.get_text() for text in axes.get_legend().get_texts()]
     assert said[1] == "hidden resonator 1.53 Hz"
-    assert marked_lines(small_findings().groups[1], trial)["line"] == 1.61
+    assert marked_lines(small_findings().groups[1], trial)["strongest line of the residual"] == 1.61
 
 
 def test_of_a_handful_of_samples_there_is_no_map(axes: Axes) -> None:
@@ -151,7 +151,7 @@ def test_quality_rows_say_rate_hold_and_what_was_changed() -> None:
     noted = replace(group.trials[0].motion, notes=("one.", "two", "three", "four"))
     row = quality_rows(replace(group, trials=(replace(group.trials[0], motion=noted),)))[0]
     assert (row["rate"], row["hold"], row["notes"]) == ("100", "0.00", "one; two; three; 1 more")
-    assert row["noise"] == "displacement 0.0002 (SI units)"
+    assert row["noise"] == "displacement 0.20 mm"
 
 
 def test_colours_of_a_figure_follow_the_pages_theme() -> None:

@@ -92,7 +92,7 @@ class Equation:
         """
         errors = errors or {}
         written = [
-            term_text(term, value, errors.get(term.name, math.nan), number)
+            term_text(term, value, errors.get(term.name, math.nan), number, _inner_errors(errors, term, number))
             for term, value, number in self._numbered_terms()
         ]
         inertia = f"{format_number(self.mass_kg, errors.get('mass', math.nan))} x''"
@@ -111,7 +111,10 @@ class Equation:
         if numbers:
             inertia = quantity_latex(self.mass_kg, "kg", errors.get("mass", math.nan)) + r"\,\ddot{x}"
         written = [
-            term_latex(term, value if numbers else None, errors.get(term.name, math.nan), number and f"_{number}")
+            term_latex(
+                term, value if numbers else None, errors.get(term.name, math.nan), number and f"_{number}",
+                _inner_errors(errors, term, number),
+            )
             for term, value, number in self._numbered_terms()
         ]
         motion = " ".join([inertia, *(w[0] for w in written)])
@@ -124,6 +127,12 @@ class Equation:
             (term, value, str(names[: i + 1].count(term.name)) if names.count(term.name) > 1 else "")
             for i, (term, value) in enumerate(zip(self.terms, self.coefficients, strict=True))
         ]
+
+
+def _inner_errors(errors: Mapping[str, float], term: Term, number: str) -> dict[str, float]:
+    """Errors of a term's inner parameters, given as "name.parameter", of a second term as "name#2.parameter"."""
+    prefix = f"{term.name}#{number}." if number not in ("", "1") else f"{term.name}."
+    return {key.removeprefix(prefix): error for key, error in errors.items() if key.startswith(prefix)}
 
 
 def equation_15(

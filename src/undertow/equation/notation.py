@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import math
 import re
+from collections.abc import Collection, Mapping
 
 from undertow.equation.term import Term
 from undertow.quantities import Parameter, format_number
@@ -23,16 +24,22 @@ def plain_symbol(parameter: Parameter) -> str:
     return re.sub(r"[\\{}]", "", parameter.symbol)
 
 
-def term_text(term: Term, coefficient: float, error: float = math.nan, number: str = "") -> tuple[str, str]:
+def term_text(
+    term: Term, coefficient: float, error: float = math.nan, number: str = "", inner: Mapping[str, float] | None = None
+) -> tuple[str, str]:
     """A term as text with numbers, sign in front, and the equation of its hidden state ("" where it has none).
 
-    ``number`` tells several hidden states apart (s1, s2).
+    ``number`` tells several hidden states apart (s1, s2); ``inner`` are standard errors of inner parameters, by name.
 
     >>> from undertow.equation.structure import StribeckFriction
     >>> term_text(StribeckFriction(velocity_m_per_s=0.02), -60.0)
     ('- 60 exp(-(v / 0.02)^2) sign(v)', '')
     """
-    values = {plain_symbol(p): format_number(float(getattr(term, p.name))) for p in term.parameters[1:]}
+    errors = inner or {}
+    values = {
+        plain_symbol(p): format_number(float(getattr(term, p.name)), errors.get(p.name, math.nan))
+        for p in term.parameters[1:]
+    }
     symbol = plain_symbol(term.coefficient)
     force, memory = _parted(term.law, ", ")
     sign = "+"
@@ -44,9 +51,12 @@ def term_text(term: Term, coefficient: float, error: float = math.nan, number: s
 
 
 def term_latex(
-    term: Term, coefficient: float | None = None, error: float = math.nan, number: str = ""
-) -> tuple[str, str]:
+    term: Term, coefficient: float | None = None, error: float = math.nan, number: str = "",
+    inner: Mapping[str, float] | None = None,
+) -> tuple[str, str]:  # fmt: skip
     """A term in LaTeX and the equation of its hidden state; with a coefficient, numbers and units instead of symbols.
+
+    ``inner`` are standard errors of inner parameters, by name. Parts of a hidden state that are zero are left out.
 
     >>> from undertow.equation.structure import Stiffness
     >>> term_latex(Stiffness(), 109600.0, 300.0)[0]
@@ -55,13 +65,18 @@ def term_latex(
     force, memory = _parted(term.latex, r",\ ")
     sign = "+"
     if coefficient is not None:
-        values = {p.symbol: quantity_latex(float(getattr(term, p.name)), p.unit) for p in term.parameters[1:]}
+        errors = inner or {}
+        values = {
+            p.symbol: quantity_latex(float(getattr(term, p.name)), p.unit, errors.get(p.name, math.nan))
+            for p in term.parameters[1:]
+        }
+        memory = _without_zeros(memory, {p.symbol for p in term.parameters[1:] if getattr(term, p.name) == 0.0})
         symbol, unit = term.coefficient.symbol, term.coefficient.unit
         if _holds(force, symbol):
             sign = "-" if coefficient < 0.0 else "+"
             force = _replaced(force, {symbol: quantity_latex(abs(coefficient), unit, error) + r"\,"})
         memory = _replaced(memory, {symbol: quantity_latex(coefficient, unit, error)} | values).replace("+-", "-")
-        memory = re.sub(r"(?<=[\d}])\\,(?=\d)", r"\\cdot ", memory)
+        memory = re.sub(r"(?<=[\d})])\\,(?=\(?\d)", r"\\cdot ", memory)
         force = re.sub(r"(\\,\s*)+", r"\\,", _replaced(force, values))
     return f"{sign} {_numbered(force, number)}", _numbered(memory, number)
 
@@ -80,6 +95,18 @@ def _parted(law: str, comma: str) -> tuple[str, str]:
     return law, ""
 
 
+def _without_zeros(memory: str, symbols: Collection[str]) -> str:
+    """An equation of a hidden state without the parts that hold one of these symbols, whose value is zero.
+
+    >>> _without_zeros(r"\\ddot{s}+w^2 s+b s|s|+d (s + 1)^3=-x", {"b", "d"})
+    '\\\\ddot{s}+w^2 s=-x'
+    """
+    left, equals, right = memory.partition("=")
+    first, *parts = re.split(r"\+(?![^()]*\))", left)
+    kept = [part for part in parts if not any(_holds(part, symbol) for symbol in symbols)]
+    return "+".join([first, *kept]) + equals + right
+
+
 def quantity_latex(value: float, unit: str, error: float = math.nan) -> str:
     """A number with its unit (none for "1") in LaTeX; with its error where that is finite.
 
@@ -94,8 +121,20 @@ def quantity_latex(value: float, unit: str, error: float = math.nan) -> str:
         text = rf"{mantissa}\times10^{{{int(exponent)}}}"
     if unit in ("", "1"):
         return text
-    printed = re.sub(r"\^(\w+)", r"^{\1}", unit).replace(" ", r"\,")
+    printed = re.sub(r"\^(-?\w+)", r"^{\1}", _as_powers(unit)).replace(" ", r"\,")
     return rf"{text}\,\mathrm{{{printed}}}"
+
+
+def _as_powers(unit: str) -> str:
+    """One over something as powers below zero; any other unit as it is.
+
+    >>> _as_powers("1/m^2/s^2"), _as_powers("N s/m")
+    ('m^-2 s^-2', 'N s/m')
+    """
+    if not unit.startswith("1/"):
+        return unit
+    parts = (part.partition("^") for part in unit[2:].split("/"))
+    return " ".join(f"{base}^-{power or 1}" for base, _, power in parts)
 
 
 def _pattern(symbol: str) -> str:

@@ -23,8 +23,10 @@ from undertow.report.wording import (
     estimate_text,
     ordered_parameters,
     parameter_words,
+    plain_number,
     printed_unit,
     problem_of,
+    reason_words,
 )
 
 PROBABILITY_GATE = "posterior"
@@ -40,7 +42,7 @@ def gate_rows(verdict: Verdict) -> list[Mapping[str, Any]]:
             "value": _number(gate, gate.value),
             "limit": _number(gate, gate.limit),
             "passed": gate.passed,
-            "because": "" if gate.passed else gate.because,
+            "because": "" if gate.passed else reason_words(gate.because),
         }
         for gate in verdict.decision
     ]
@@ -52,9 +54,10 @@ def seen_rows(verdict: Verdict) -> list[Mapping[str, str]]:
     return [
         {
             "effect": one.name.replace("_", " "),
-            "seen": f"{one.value:.2g} {printed_unit(one.unit)}".strip(),
+            "seen": f"{plain_number(one.value, 2)} {printed_unit(one.unit)}".strip(),
             "share": f"{100.0 * one.share_of_motion:.2g} %",
-            "named": "-" if math.isnan(one.named_value) else f"{one.named_value:.2g} {printed_unit(one.unit)}".strip(),
+            "named": "-" if math.isnan(one.named_value)
+            else f"{plain_number(one.named_value, 2)} {printed_unit(one.unit)}".strip(),
         }
         for one in sorted(verdict.detectable, key=lambda d: d.share_of_motion)
     ]
@@ -77,7 +80,9 @@ def repaired_of(group: GroupFindings) -> tuple[Equation, Mapping[str, float]] | 
         equation = repaired_equation(group.equation, group.verdict, group.specimen)
     except IdentificationError:
         return None
-    return equation, repaired_errors(group.equation, group.equation_errors, group.verdict, group.specimen)
+    errors = repaired_errors(group.equation, group.equation_errors, group.verdict, group.specimen)
+    numbers = {} if group.verdict.augmented is None else group.verdict.augmented.parameters
+    return equation, {**{name: one.total_stderr for name, one in numbers.items() if "." in name}, **errors}
 
 
 def is_repaired(verdict: Verdict) -> bool:

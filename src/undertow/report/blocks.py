@@ -16,7 +16,7 @@ from undertow.discrepancy.mismatch import place_words
 from undertow.discrepancy.verdict import Verdict
 from undertow.discrepancy.words import count, percent
 from undertow.quantities import OK, Estimate, format_number
-from undertow.report.arrange import agreement, group_numbers
+from undertow.report.arrange import agreement, group_numbers, spanning_conditions
 from undertow.report.behind import adjusted_words, gate_rows, repaired_block, seen_rows
 from undertow.report.expressions import is_per_mass, numeric_latex
 from undertow.report.extent import Extent, extent_of
@@ -26,12 +26,15 @@ from undertow.report.wording import (
     confidence_words,
     error_parts,
     estimate_text,
+    in_plain_words,
     is_as_printed,
     method_label,
     ordered_parameters,
     parameter_name,
     printed_unit,
     problem_of,
+    reason_words,
+    unbroken,
 )
 
 NO_BREAK = "\u00a0"
@@ -166,7 +169,7 @@ def identity(group: GroupFindings, anchor: str) -> dict[str, Any]:
     """What names a group and its verdict wherever it stands."""
     verdict = group.verdict
     return {
-        "title": group.label,
+        "title": unbroken(group.label),
         "anchor": anchor,
         "dry": group.dry,
         "status": status_words(verdict),
@@ -196,6 +199,7 @@ def group_block(
         "seen": seen_rows(group.verdict),
         "not_testable": group.verdict.not_testable,
         "repaired": repaired_block(group),
+        "no_gain": no_gain_words(findings, group),
         "adjusted": adjusted_words(group),
         "latex": [group.equation.to_latex(), numeric_latex(group.equation, group.equation_errors)],
         "text": group.equation.text(group.equation_errors),
@@ -206,10 +210,40 @@ def group_block(
         "augmented": any(trial.augmented for trial in group.trials),
         "amplitude_unit": unit,
         "trials": [_trial_row(trial, factor) for trial in group.trials],
-        "notes": [note.rstrip(".") for note in group.notes],
+        "notes": [unbroken(in_plain_words(note.rstrip("."))) for note in group.notes],
         "held_out": [t.motion.name for t in group.trials if t.held_out],
         "of_trials": (extent or extent_of(findings)).size_of(group)[0],
     }
+
+
+def no_gain_words(findings: Findings, group: GroupFindings) -> str:
+    """Why a repaired equation may leave more of this group's motion than the prescribed one; empty where it does not.
+
+    The springs of one water are judged together: what is named can be needed on one spring and be no gain on the other.
+    """
+    verdict = group.verdict
+    if verdict.augmented is None or not verdict.augmented.nrmse > verdict.baseline.nrmse:
+        return ""
+    span = spanning_conditions(findings)
+    level = span.level_of(group)
+    others = [
+        g for g in findings.groups
+        if g is not group and span.level_of(g) == level and g.verdict.verdict == verdict.verdict
+        and g.verdict.augmented is not None and g.verdict.augmented.nrmse < g.verdict.baseline.nrmse
+    ]  # fmt: skip
+    sizes = f"{percent(verdict.baseline.nrmse)} as prescribed, {percent(verdict.augmented.nrmse)} repaired"
+    text = f"In this group the median free-run error does not fall ({sizes}"
+    allowed = verdict.repeatability_nrmse
+    if max(verdict.augmented.nrmse, verdict.baseline.nrmse) <= allowed:
+        text += f", both within repeatability, {percent(allowed)}"
+    text += "): the prescribed equation was fitted to this group alone"
+    if not others:
+        return f"{text}, the repaired one to several groups together"
+    falls = "; ".join(
+        f"{unbroken(g.label)}, {percent(g.verdict.baseline.nrmse)} → {percent(g.verdict.augmented.nrmse)}"
+        for g in others if g.verdict.augmented is not None
+    )  # fmt: skip
+    return f"{text}, the repaired one to all groups of this water together. What is named is needed there ({falls})"
 
 
 def verdict_block(verdict: Verdict) -> Block:
@@ -221,10 +255,11 @@ def verdict_block(verdict: Verdict) -> Block:
         "record": record_words(verdict),
         "posterior": confidence_words(verdict.posterior) if verdict.status == "explained" else "",
         "rivals": " or ".join(rival_words(verdict)),
+        "rivals_said": "cannot tell it from" in verdict.sentence,
         "origin": "" if verdict.origin == "undetermined" else verdict.origin,
         "check": check.because if math.isfinite(check.expected) or check.agrees is not None else "",
         "agrees": check.agrees,
-        "rejected": [{"name": r.name.replace("_", " "), "because": r.because} for r in verdict.rejected],
+        "rejected": [{"name": r.name.replace("_", " "), "because": reason_words(r.because)} for r in verdict.rejected],
         "next_test": verdict.next_test,
     }
 
@@ -288,7 +323,7 @@ def _method_row(group: GroupFindings, method: str, units: Mapping[str, str]) -> 
         "label": method_label(method),
         "cells": cells,
         "outcome": "" if fit.outcome == OK else fit.outcome,
-        "notes": [n for n in fit.notes if n],
+        "notes": [reason_words(n) for n in fit.notes if n],
         "as_printed": is_as_printed(method),
     }
 
@@ -319,10 +354,14 @@ def as_measured_words(trial: TrialFindings) -> str:
     >>> from types import SimpleNamespace
     >>> as_measured_words(SimpleNamespace(as_measured=0.71, augmented=SimpleNamespace(as_measured=0.05)))
     '71 % → 5.0 %'
+    >>> as_measured_words(SimpleNamespace(as_measured=math.nan, augmented=SimpleNamespace(as_measured=0.05)))
+    'without bounds → 5.0 %'
     """
     after = math.nan if trial.augmented is None else trial.augmented.as_measured
-    said = [percent(value) for value in (trial.as_measured, after) if math.isfinite(value)]
-    return " → ".join(said)
+    if not (math.isfinite(trial.as_measured) or math.isfinite(after)):
+        return ""
+    said = [trial.as_measured] if trial.augmented is None else [trial.as_measured, after]
+    return " → ".join(percent(value) if math.isfinite(value) else "without bounds" for value in said)
 
 
 def where_words(trial: TrialFindings) -> str:

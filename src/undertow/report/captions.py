@@ -6,20 +6,25 @@ Belongs here: those texts. Does not belong here: the figures (group_figures.py),
 from __future__ import annotations
 
 import math
+import re
 from collections.abc import Mapping
 from typing import Any
 
 from undertow.conditioning.period import dominant_period
-from undertow.discrepancy.energy import budget_words
+from undertow.discrepancy.energy import EnergyBudget
 from undertow.discrepancy.findings import Findings, GroupFindings, TrialFindings
 from undertow.discrepancy.verdict import Verdict
 from undertow.errors import UndertowError
+from undertow.quantities import Estimate, format_estimate
+from undertow.recording.recording import Coordinate
 from undertow.report.behind import is_repaired
+from undertow.report.explorer import CHANNEL_UNITS
 from undertow.report.expressions import is_per_mass
 from undertow.report.fit_figures import friction_panels, hold_of
 from undertow.report.group_figures import budget_of, one_trial
 from undertow.report.mismatch_figures import CYCLES_AT_MOST
-from undertow.report.wording import p_words
+from undertow.report.style import DRAWN
+from undertow.report.wording import in_plain_words, p_words, plain_number
 
 NOTES_AT_MOST = 3
 """Notes of one recording in the table of data quality; all stand in manifest.json."""
@@ -33,10 +38,11 @@ def captions(findings: Findings, group: GroupFindings) -> Mapping[str, Any]:
     believed = "repaired" if is_repaired(group.verdict) else "prescribed"
     return {
         "energy": "" if trial is None else _energy(group, trial),
-        "where": f"Trial {named}, prescribed equation. Top left: where in time and frequency the residual is strong. "
+        "where": f"Trial {named}, prescribed equation. Top left: where in time and frequency the residual is strong, "
+        "with the frequencies of the body and of what was found. "
         "Top right: the force that the equation leaves over, mean of all measured motions at each displacement and "
         "speed; a residual that differs from swing to swing at the same place averages out and stays pale. Below: "
-        "frequency and damping of every full cycle with one standard error.",
+        "frequency and damping of every full cycle with one standard error; what lies far off is not in the frame.",
         "suspects": "Odds of every suspect beside what is said (green diamond), logarithm to base 10, the cost of its "
         "numbers included. Red: more evidence than what is said, but excluded for the reason below.",
         "noise": f"What the {believed} equation leaves of trial {named}: its autocorrelation (grey: 95 % of white "
@@ -66,9 +72,17 @@ def _energy(group: GroupFindings, trial: TrialFindings) -> str:
         if any((values < 0.0).any() for values in budget.taken.values()) else ""
     )  # fmt: skip
     return (
-        f"Trial {_named(trial)}: {budget_words(budget, unit)}. What every law of the {believed} equation takes of it "
+        f"Trial {_named(trial)}: {_first_cycle(budget, unit)}. What every law of the {believed} equation takes of it "
         f"along the measured motion; diamonds: what is lost, with one standard error{left}.{memory}"
     )
+
+
+def _first_cycle(budget: EnergyBudget, unit: str) -> str:
+    """What the first cycle holds and loses, with as many digits as the error allows."""
+    error = float(budget.error[0])
+    lost = Estimate(float(budget.lost[0]), error if error > 0.0 else math.nan, unit=unit)
+    words = format_estimate(lost) if error > 0.0 else f"{lost.value:.3g} {unit}"
+    return f"the first cycle begins with {float(budget.stored[0]):.3g} {unit} and loses {words}"
 
 
 def _null(verdict: Verdict) -> str:
@@ -108,13 +122,29 @@ def _quality(trial: TrialFindings) -> Mapping[str, Any]:
         swings = "-"
     hold, notes = hold_of(trial), (*motion.recording.notes, *motion.notes)
     more = f"; {len(notes) - NOTES_AT_MOST} more" if len(notes) > NOTES_AT_MOST else ""
-    noise = ", ".join(f"{name.replace('_', ' ')} {value:.2g}" for name, value in motion.noise.items())
+    noise = ", ".join(_noise(name, value, motion.recording.coordinate) for name, value in motion.noise.items())
     return {
         "name": motion.name,
         "rate": f"{motion.recording.rate_hz:.4g}",
         "hold": f"{hold:.2f}" if math.isfinite(hold) else "none seen",
         "motion": f"{span:.3g}",
         "swings": swings,
-        "noise": f"{noise} (SI units)" if noise else "-",
-        "notes": ("; ".join(note.rstrip(".") for note in notes[:NOTES_AT_MOST]) + more) or "-",
+        "noise": noise or "-",
+        "notes": ("; ".join(_note(note) for note in notes[:NOTES_AT_MOST]) + more) or "-",
     }
+
+
+
+def _note(note: str) -> str:
+    """A note of a recording with channels and parameters in words; files and columns keep their names."""
+    for channel in CHANNEL_UNITS:
+        note = re.sub(rf"\b{channel}\b", channel.replace("_", " "), note)
+    return in_plain_words(note.rstrip("."))
+
+
+def _noise(channel: str, value: float, coordinate: Coordinate) -> str:
+    """One channel's noise with its unit."""
+    factor, unit = DRAWN[coordinate] if channel == "displacement" else (1.0, "SI units")
+    if channel in CHANNEL_UNITS:
+        unit = CHANNEL_UNITS[channel][coordinate == "rotation"]
+    return f"{channel.replace('_', ' ')} {plain_number(factor * value, 2)} {unit}"

@@ -41,7 +41,7 @@ FINEST = 2.0**-15
 LEVEL = 9
 """zlib's strongest: the page is written once and mailed many times."""
 
-_CHANNEL_UNITS: Mapping[str, tuple[str, str]] = {
+CHANNEL_UNITS: Mapping[str, tuple[str, str]] = {
     "velocity": ("m/s", "rad/s"),
     "acceleration": ("m/s²", "rad/s²"),
     "spring_force": ("N", "N m"),
@@ -121,11 +121,11 @@ def further_channels(trial: TrialFindings) -> list[tuple[str, Array, str]]:
     own = "displacement" if "displacement" in motion.recording.channels else "velocity"
     out = []
     for name in motion.recording.channels:
-        if name == own or name not in _CHANNEL_UNITS:
+        if name == own or name not in CHANNEL_UNITS:
             continue
         values = motion.recorded(name)[motion.inside]
         if values.size == trial.t.size:
-            out.append((name, values, _CHANNEL_UNITS[name][turning]))
+            out.append((name, values, CHANNEL_UNITS[name][turning]))
     return out
 
 

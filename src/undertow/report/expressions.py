@@ -114,9 +114,12 @@ def is_per_mass(equation: Equation, errors: Mapping[str, float]) -> bool:
     return equation.mass_kg == 1.0 and not errors.get("mass", 0.0) > 0.0
 
 
-def numeric_lines(equation: Equation, errors: Mapping[str, float]) -> list[str]:
-    """The same broken into lines of at most LATEX_LINE terms, a hidden state's equation on a line of its own."""
+def numeric_lines(equation: Equation, errors: Mapping[str, float], terms: int = LATEX_LINE) -> list[str]:
+    """The same broken into lines of at most so many terms, a hidden state's equation on lines of its own."""
     motion, *memory = numeric_latex(equation, errors).split(r",\quad ")
     parts = re.split(r" (?=[+-] )", motion)
-    lines = [" ".join(parts[i : i + LATEX_LINE]) for i in range(0, len(parts), LATEX_LINE)]
-    return [*lines, *memory]
+    lines = [" ".join(parts[i : i + terms]) for i in range(0, len(parts), terms)]
+    for state in memory:
+        pieces = re.split(r"(?=\+)(?![^()]*\))", state)
+        lines += ["".join(pieces[i : i + terms]) for i in range(0, len(pieces), terms)]
+    return lines

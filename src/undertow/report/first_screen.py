@@ -19,6 +19,7 @@ from undertow.discrepancy.words import condition_words, percent
 from undertow.report.arrange import Span, spanning_conditions
 from undertow.report.behind import adjusted_words
 from undertow.report.blocks import NO_BREAK, Block, as_measured_words, identity, likelihood_words, unseen_words
+from undertow.report.wording import unbroken
 
 SENTENCES_AT_MOST = 8
 """Levels that have a sentence on the first screen: more would push the picture away."""
@@ -83,7 +84,7 @@ def level_sentences(findings: Findings) -> list[Block]:
     levels: dict[float, list[GroupFindings]] = {}
     for group in findings.groups:
         levels.setdefault(span.level_of(group), []).append(group)
-    titles = {level: condition_words(span.level or "", level) for level in levels}
+    titles = {level: unbroken(condition_words(span.level or "", level)) for level in levels}
     return [_sentence(titles[level], groups, span.series) for level, groups in sorted(levels.items())]
 
 
@@ -129,7 +130,18 @@ def _size(group: GroupFindings, series: str | None) -> str:
     label = f"{condition_words(series or '', group.key[series or ''])}: " if named else ""
     allowed = percent(verdict.repeatability_nrmse)
     limit = "" if allowed == "-" else f", repeats within {allowed}"
+    if limit and is_no_gain(verdict):
+        limit = f": no gain here, both within the {allowed} of repeats"
     return f"{label}{error_words(verdict)}{limit}".replace(" %", f"{NO_BREAK}%")
+
+
+def is_no_gain(verdict: Verdict) -> bool:
+    """Whether what is named does not lower the error on unseen trials of a group, and repeatability allows both: it was
+    found on another spring of the same water."""
+    if verdict.augmented is None:
+        return False
+    before, after = verdict.baseline.held_out_nrmse, verdict.augmented.held_out_nrmse
+    return before < after <= verdict.repeatability_nrmse
 
 
 def error_words(verdict: Verdict) -> str:
@@ -163,7 +175,7 @@ def trial_block(shown: Shown, anchors: Sequence[str]) -> Block:
         numbers.append({"value": sure, "words": likelihood_of(verdict), "tone": ""})
     return {
         "name": trial.motion.name,
-        "title": shown.group.label,
+        "title": unbroken(shown.group.label),
         "anchor": anchors[shown.place],
         "held_out": trial.held_out,
         "repaired": shown.repaired,
@@ -192,7 +204,7 @@ def grid(findings: Findings, anchors: Sequence[str]) -> Block:
     series = dict.fromkeys(span.series_of(group) for group in findings.groups)
     head = span.series
     return {
-        "columns": [condition_words(span.level or "", level) for level in levels],
+        "columns": [unbroken(condition_words(span.level or "", level)) for level in levels],
         "rows": [
             {"head": "" if head is None else condition_words(head, one),
              "cells": [places.get((one, level)) for level in levels]}

@@ -9,8 +9,10 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
+from typing import Any
 
 from matplotlib.axes import Axes
+from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 
 from undertow.conditioning.period import dominant_period
@@ -22,12 +24,15 @@ from undertow.equation.equation import Equation
 from undertow.errors import UndertowError
 from undertow.report import figures, fit_figures, mismatch_figures, small_multiples, trial_figures
 from undertow.report.behind import repaired_of
-from undertow.report.expressions import numeric_lines
+from undertow.report.expressions import LATEX_LINE, numeric_lines
 from undertow.report.first_screen import shown_trial
 from undertow.report.style import new_figure, svg_text
 
 WIDTH_IN = 11.0
 """Width of a figure over the whole page, inch."""
+
+SLIM_TERMS = 2
+"""Terms in a line of an equation on a phone."""
 
 
 def group_figures(findings: Findings, group: GroupFindings, parameters: Sequence[str]) -> dict[str, str]:
@@ -37,11 +42,12 @@ def group_figures(findings: Findings, group: GroupFindings, parameters: Sequence
     found = [p for p in parameters if figures.compared_methods([group], p)]
     drawn = {
         "equation": equation_svg(group.equation, group.equation_errors),
+        "equation_slim": equation_svg(group.equation, group.equation_errors, slim=True),
         "runs": svg_text(small_multiples.draw_free_runs(group, runs)),
         "summary": _summary(findings, group, found if len(group.trials) > 1 else []),
     }
     if written := repaired_of(group):
-        drawn["repaired"] = equation_svg(*written)
+        drawn |= {"repaired": equation_svg(*written), "repaired_slim": equation_svg(*written, slim=True)}
     if found:
         agreement = new_figure(WIDTH_IN, 2.0)
         for parameter, place in zip(found, row_of(agreement, len(found)), strict=True):
@@ -72,8 +78,8 @@ def marked_lines(group: GroupFindings, trial: TrialFindings) -> dict[str, float]
     for name, estimate in numbers.items():
         if name.endswith("frequency_rad_per_s"):
             lines[name.split(".")[0].replace("_", " ")] = estimate.value / (2.0 * math.pi)
-    if len(lines) < 2 and math.isfinite(trial.mismatch.line_frequency_hz):
-        lines["line"] = trial.mismatch.line_frequency_hz
+    if not numbers and math.isfinite(trial.mismatch.line_frequency_hz):
+        lines["strongest line of the residual"] = trial.mismatch.line_frequency_hz
     return lines
 
 
@@ -136,10 +142,15 @@ def _summary(findings: Findings, group: GroupFindings, parameters: Sequence[str]
     return svg_text(summary)
 
 
-def equation_svg(equation: Equation, errors: Mapping[str, float]) -> str:
-    """The equation with its numbers, typeset, as SVG."""
-    lines = numeric_lines(equation, errors)
+def equation_svg(equation: Equation, errors: Mapping[str, float], slim: bool = False) -> str:
+    """The equation with its numbers, typeset, as SVG; ``slim`` for a phone."""
+    lines = numeric_lines(equation, errors, SLIM_TERMS if slim else LATEX_LINE)
     figure = new_figure(WIDTH_IN, 0.34 * len(lines) + 0.1)
-    for i, line in enumerate(lines):
-        figure.text(0.0, 1.0 - (i + 0.55) / len(lines), f"${line}$", fontsize=12, va="center")
+    written = [
+        figure.text(0.0, 1.0 - (i + 0.55) / len(lines), f"${line}$", fontsize=11 if slim else 12, va="center")
+        for i, line in enumerate(lines)
+    ]
+    draw: Any = FigureCanvasAgg(figure)
+    wide = max(text.get_window_extent(draw.get_renderer()).width for text in written)
+    figure.set_figwidth(wide / figure.dpi + 0.1)
     return svg_text(figure, outlines=True)

@@ -40,6 +40,9 @@ CELLS = 15
 FEWEST_IN_CELL = 3
 """Samples below which a cell stays empty."""
 
+POORLY_KNOWN = 5.0
+"""A cycle whose error is this many times the median one does not widen the frame."""
+
 SHADES = (0.15, 0.3, 0.45, 0.6, 0.75, 0.9)
 """Opacities of the steps of a map, weakest first."""
 
@@ -136,8 +139,8 @@ def draw_time_frequency(trial: TrialFindings, lines: Mapping[str, float], axes: 
     axes.set_ylim(0.0, top)
     axes.set_xlabel("time after release (s)")
     axes.set_ylabel("frequency (Hz)")
-    axes.set_title(f"residual as prescribed, up to {_plain(largest)} {shown.unit}")
-    axes.legend(loc="upper right")
+    axes.set_title(f"residual as prescribed, up to {_plain(largest)} {shown.unit}", pad=18)
+    _legend_above(axes)
     return axes
 
 
@@ -203,14 +206,32 @@ def draw_cycles(cycling: Cycling, axes: Axes, which: str) -> Axes:
     for words, colour, style, run in runs:
         if run is not None:
             axes.plot(run.time, scale * getattr(run, which), style, color=colour, lw=1.0, label=words)
-    usable = measured[np.isfinite(measured)]
-    if usable.size:
-        low, high = float(usable.min()), float(usable.max())
-        room = max(0.25 * (high - low), 0.01 * abs(high))
-        axes.set_ylim(low - room, high + room)
+    if ends := _frame(measured, error, [scale * getattr(run, which) for *_, run in runs if run is not None]):
+        axes.set_ylim(*ends)
     axes.set_xlabel("time after release (s)")
     axes.set_ylabel("frequency (Hz)" if which == "frequency" else "damping (% of critical)")
     if which == "frequency":
-        axes.legend(loc="best", ncols=3)
+        _legend_above(axes)
     return axes
+
+
+def _frame(measured: Array, error: Array, runs: Sequence[Array]) -> tuple[float, float] | None:
+    """Ends of an axis for values (n,) with their errors: those that are known well, and of the equations' what lies not
+    further from them than they are wide."""
+    finite = np.isfinite(measured)
+    known = finite & (error <= POORLY_KNOWN * np.median(error[finite])) if np.isfinite(error[finite]).all() else finite
+    if not known.any():
+        return None
+    low, high = float(measured[known].min()), float(measured[known].max())
+    wide = max(high - low, 0.02 * abs(high))
+    near = [v[np.isfinite(v) & (v > low - wide) & (v < high + wide)] for v in runs]
+    every = np.concatenate([measured[known], *near])
+    low, high = float(every.min()), float(every.max())
+    room = max(0.1 * (high - low), 0.01 * abs(high))
+    return low - room, high + room
+
+
+def _legend_above(axes: Axes) -> None:
+    """The legend between the axes and its title, over no curve."""
+    axes.legend(loc="lower left", bbox_to_anchor=(0.0, 1.0), ncols=3, borderaxespad=0.1, borderpad=0.0)
 

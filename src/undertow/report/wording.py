@@ -84,7 +84,7 @@ def parameter_name(parameter: str) -> Name:
     if separator:
         known = parameter_name(base)
         return Name(f"{known.words} per mass", f"{known.symbol}/M" if known.symbol else "")
-    return Name(_UNIT_AT_END.sub("", parameter).replace("_", " ").replace(".", ": "))
+    return Name(_UNIT_AT_END.sub("", parameter).replace("_", " ").replace(".", ": ").replace("kernel ", "waves' "))
 
 
 def ordered_parameters(names: Iterable[str]) -> list[str]:
@@ -116,6 +116,75 @@ def method_label(method: str) -> str:
     ('Method 1', 'my own')
     """
     return METHOD_LABELS.get(method, method.replace("_", " "))
+
+
+_CONTRACT_NAME = re.compile(rf"\b(?:{'|'.join(sorted((*_NAMES, *METHOD_LABELS), key=len, reverse=True))})\b")
+
+
+def in_plain_words(text: str) -> str:
+    """A note with parameters and methods as the reader calls them.
+
+    >>> in_plain_words("added_mass_kg by output_error differs")
+    'added mass by output error differs'
+    """
+    def words(found: re.Match[str]) -> str:
+        name = found.group()
+        return METHOD_LABELS[name].lower().replace("sindy", "SINDy") if name in METHOD_LABELS else _NAMES[name].words
+
+    return _CONTRACT_NAME.sub(words, text)
+
+
+_ONE_OF_A_LAW = re.compile(r"\b([a-z]+(?:_[a-z]+)*)\.([A-Za-z]\w+)")
+_IDENTIFIER = re.compile(r"\b[a-z]+(?:_[A-Za-z0-9]+)+\b")
+_EXPONENT = re.compile(r"(-?\d+(?:\.\d+)?)e([+-]?\d+)")
+_POWER = re.compile(r"\^(-?\d+)")
+
+PLAIN_BELOW = 5
+"""Powers of ten below which a number stands without one."""
+
+
+def reason_words(text: str) -> str:
+    """A reason of the search for a reader: laws and parameters in words, powers raised.
+
+    >>> reason_words("odds of 10^151 to 1 against it beside hidden_resonator + linear_damping")
+    'odds of 10¹⁵¹ to 1 against it beside hidden resonator + linear damping'
+    >>> reason_words("cubic_damping.Ns3_per_m3 = -3.099e+04 N s^3/m^3 would feed energy into the motion")
+    'cubic damping = -30990 N s³/m³ would feed energy into the motion'
+    """
+    def of_a_law(found: re.Match[str]) -> str:
+        law, parameter = found.group(1).replace("_", " "), parameter_name(found.group(2)).words
+        return law if not parameter or parameter.startswith("Ns") else f"{law}: {parameter}"
+
+    text = _ONE_OF_A_LAW.sub(of_a_law, text)
+    text = _IDENTIFIER.sub(lambda found: parameter_name(found.group()).words, in_plain_words(text))
+    text = _EXPONENT.sub(lambda found: plain_number(float(found.group())), text)
+    return _POWER.sub(lambda found: found.group(1).translate(_SUPERSCRIPTS), text)
+
+
+def plain_number(value: float, digits: int = 5) -> str:
+    """So many digits, without an exponent while it is below PLAIN_BELOW, else with a raised one.
+
+    >>> plain_number(974.0, 2), plain_number(3e11, 2), plain_number(2.5e-5, 2)
+    ('970', '3 × 10¹¹', '0.000025')
+    """
+    short = f"{value:.{digits}g}"
+    mantissa, marked, exponent = f"{float(short):.{digits - 1}e}".partition("e")
+    if not math.isfinite(value) or value == 0.0 or abs(int(exponent)) <= PLAIN_BELOW:
+        return f"{float(short):.{max(digits - 1 - int(exponent or 0), 0)}f}" if marked else short
+    return f"{float(mantissa):g} × 10{str(int(exponent)).translate(_SUPERSCRIPTS)}"
+
+
+_UNIT_BEHIND = re.compile(r"(?<=\d) (?=[^\W\d_]\w{0,3}(?:[,;:)]|$))")
+"""The space between a number and a unit that ends a condition."""
+
+
+def unbroken(title: str) -> str:
+    """A title in which no line ends between a number and its unit.
+
+    >>> unbroken("spring long, water depth 2.36 m")
+    'spring long, water depth 2.36\\xa0m'
+    """
+    return _UNIT_BEHIND.sub("\u00a0", title)
 
 
 def is_as_printed(method: str) -> bool:

@@ -17,6 +17,7 @@ import numpy as np
 from undertow.conditioning.motion import Motion
 from undertow.discrepancy.drifts import METHOD, STRUCTURE, WATER, own_number
 from undertow.discrepancy.findings import GroupFindings
+from undertow.discrepancy.words import count
 from undertow.likelihood.fit import Fit
 from undertow.methods.baseline import GroupFit
 from undertow.quantities import Estimate
@@ -93,9 +94,10 @@ def grown_between(groups: Sequence[GroupFindings], water: Collection[str]) -> li
             square, chance = differing(values, errors)
             if chance < ALIKE:
                 between, others = scatter_to_agree(values, errors), [groups[i].label for i in known]
+                size = f"{float(f'{square:.2g}'):g} at {count(values.size - 1, 'degree')} of freedom"
                 said = (
                     f"{name} by {method} differs by more than its errors between {'; '.join(others)} (chi-squared "
-                    f"{square:.3g} at {values.size - 1}): the standard errors printed have grown until they agree"
+                    f"{size}): the standard errors printed have grown until they agree"
                 )
                 for i, estimate in known.items():
                     out[i] = _with_scatter(out[i], name, method, estimate, between, said)
@@ -105,7 +107,7 @@ def grown_between(groups: Sequence[GroupFindings], water: Collection[str]) -> li
 def _with_scatter(
     group: GroupFindings, name: str, method: str, estimate: Estimate, between: float, said: str
 ) -> GroupFindings:
-    """The group with a scatter (unit of the number) in the number's error, and in that of its law in the equation."""
+    """The group with a scatter (unit of the number) in the number's error, and in those of the prescribed equation."""
     fit = group.fits[method]
     parameters = {**fit.parameters, name: with_scatter(estimate, between)}
     fits = {**group.fits, method: replace(fit, parameters=parameters)}
@@ -114,4 +116,8 @@ def _with_scatter(
         names = () if term.published is None else (term.published.column, term.published.ratio)
         if method == METHOD and name in names and term.name in errors and estimate.value:
             errors[term.name] = math.hypot(errors[term.name], abs(value / estimate.value) * between)
-    return replace(group, fits=fits, equation_errors=errors, notes=(*group.notes, said))
+    verdict, baseline = group.verdict, group.verdict.baseline
+    if method == METHOD and name in baseline.parameters:
+        numbers = {**baseline.parameters, name: with_scatter(baseline.parameters[name], between)}
+        verdict = replace(verdict, baseline=replace(baseline, parameters=numbers))
+    return replace(group, fits=fits, verdict=verdict, equation_errors=errors, notes=(*group.notes, said))

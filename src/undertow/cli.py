@@ -12,6 +12,7 @@ import shutil
 import signal
 import sys
 import threading
+import warnings
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
@@ -52,6 +53,9 @@ class _Commands(TyperGroup):
             _say(f"undertow: interrupted{_GOES_ON.get(ctx.invoked_subcommand, '')}")
             raise typer.Exit(INTERRUPTED) from interruption
 
+
+_IDLE_WORKER = "A worker stopped while some jobs were given to the executor"
+"""What joblib warns of where a worker was idle for minutes and ended itself: it starts another one."""
 
 _GOES_ON = {
     "run": "; finished groups are kept in the run folder, the same command with --resume goes on from there",
@@ -166,9 +170,10 @@ def run(
 ) -> None:
     """The whole way, from recordings to report; prints a table of verdicts."""
     _one_voice(quiet, verbose)
-    with _terminable():
+    with _terminable(), warnings.catch_warnings():
         from undertow.campaign.run.cluster import on_cluster
         from undertow.campaign.run.folder import run_to_folder
+        warnings.filterwarnings("ignore", _IDLE_WORKER)
         with on_cluster(scheduler), _progress(quiet, verbose) as progress:
             finished = run_to_folder(config, overrides or (), out, jobs=jobs, resume=resume, progress=progress)
     from undertow.front.terminal.verdicts import last_line, run_json, run_text

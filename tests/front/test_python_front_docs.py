@@ -4,12 +4,23 @@ from __future__ import annotations
 
 import doctest
 import json
+import re
 from pathlib import Path
 
 import pytest
 
+import undertow
+
 DOCS = Path(__file__).resolve().parents[2] / "docs"
-NOTEBOOKS = ("own_csv_to_verdict", "water_that_hides", "a_law_of_your_own")
+NOTEBOOKS = ("own_csv_to_verdict", "water_that_hides", "a_law_of_your_own", "every_name")
+
+RESULTS = (
+    "parameters", "plot", "plot_residual", "plot_corner", "confidence_interval", "predict", "score",
+    "get_feature_names_out", "to_arviz", "to_latex", "to_sympy",
+)  # fmt: skip
+"""What results give, as the notebooks write it; programs are handed over by name (`HANDED_OVER`)."""
+
+HANDED_OVER = ("python", "octave", "opensees", "json")
 
 
 def test_the_pages_examples_come_out_as_shown(tmp_path, monkeypatch):
@@ -47,7 +58,7 @@ def test_the_notebook_on_own_files_names_the_drag(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     left = run_notebook("own_csv_to_verdict")
     assert left["found"][0].names == ("quadratic_drag",)
-    assert left["program"] == (tmp_path / "free_decay.m").read_text()
+    assert left["program"] == Path("free_decay.m").read_text()  # in the folder that the notebook made
 
 
 def test_the_notebook_on_water_names_the_resonator():
@@ -55,6 +66,27 @@ def test_the_notebook_on_water_names_the_resonator():
     assert left["group"].names == ("hidden_resonator",)
     found = left["group"].estimates["hidden_resonator.mass_kg"]
     assert abs(found.value - 260.0) < 4.0 * found.total_stderr
+
+
+def test_every_public_name_and_what_results_give_is_used_in_a_notebook():
+    code = ""
+    for name in NOTEBOOKS:
+        book = json.loads((DOCS / "notebooks" / f"{name}.ipynb").read_text(encoding="utf-8"))
+        code += "".join("".join(cell["source"]) + "\n" for cell in book["cells"] if cell["cell_type"] == "code")
+    for name in set(undertow.__all__) - {"Trials", "__version__", "fit_driven"}:  # docs/driven.md has fit_driven
+        assert f"undertow.{name}(" in code, name
+    for name in RESULTS:
+        assert re.search(rf"\.{name}\b", code), name
+    for name in HANDED_OVER:
+        assert f'"{name}"' in code, name
+
+
+def test_the_notebook_of_every_name_ends_with_the_run_it_made(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    left = run_notebook("every_name")
+    assert left["found"].get_feature_names_out().tolist() == ["stiffness", "viscous_damping", "quadratic_drag"]
+    assert left["said"][0].names == left["opened"][0].names == ("quadratic_drag",)
+    assert min(left["fitted"].score(left["unseen"]), left["found"].score(left["unseen"])) > 0.98
 
 
 @pytest.mark.slow

@@ -12,6 +12,7 @@ import undertow
 from tests.findings_fixture import small_findings
 from undertow.campaign.run.differing import grown_between, with_grown_errors
 from undertow.discrepancy.findings import GroupFindings
+from undertow.discrepancy.verdict import Described
 from undertow.equation.equation import Equation
 from undertow.equation.hydrodynamics import AddedMass
 from undertow.equation.structure import Stiffness
@@ -143,8 +144,11 @@ def group_at(spring: str, depth: float, added: float, stiffness: float, dry: boo
     numbers = {"added_mass_kg": Estimate(added, 8.0, 6.0, "kg"), "k_N_per_m": Estimate(stiffness, 10.0, 0.0, "N/m")}
     equation = Equation((AddedMass(), Stiffness()), (added, stiffness), mass_kg=1000.0)
     errors = {"mass": 10.0, "added_mass": 10.0, "stiffness": 10.0}
+    prescribed = Described(0.1, parameters={"added_mass_kg": numbers["added_mass_kg"]})
+    verdict = replace(group.verdict, baseline=prescribed)
     return replace(
-        group, key={"spring": spring, "water_depth_m": depth}, dry=dry, structure=None, notes=(), equation=equation,
+        group, verdict=verdict, key={"spring": spring, "water_depth_m": depth}, dry=dry, structure=None, notes=(),
+        equation=equation,
         equation_errors=errors, fits={"output_error": Fit("output_error", ("r",), {}, numbers)},
     )  # fmt: skip
 
@@ -156,6 +160,7 @@ def test_springs_of_one_water_that_differ_in_added_mass_have_errors_with_which_t
     for group in after[:2]:
         assert group.fits["output_error"].parameters["added_mass_kg"].stderr == pytest.approx(expected)
         assert group.equation_errors["added_mass"] > 100.0
+        assert group.verdict.baseline.parameters["added_mass_kg"].stderr == pytest.approx(expected)
         assert group.equation_errors["stiffness"] == 10.0
         assert group.notes[0].startswith("added_mass_kg by output_error differs by more than its errors between spring")
     assert after[2] is groups[2]

@@ -17,7 +17,15 @@ from undertow.discrepancy.findings import AugmentedRun, Findings, GroupFindings,
 from undertow.discrepancy.verdict import Described, Gate, Verdict
 from undertow.quantities import Estimate
 from undertow.report.behind import adjusted_words, gate_rows, repaired_block, seen_rows
-from undertow.report.first_screen import SENTENCES_AT_MOST, first_screen, grid, level_sentences, shown_trial
+from undertow.report.blocks import no_gain_words
+from undertow.report.first_screen import (
+    SENTENCES_AT_MOST,
+    first_screen,
+    grid,
+    is_no_gain,
+    level_sentences,
+    shown_trial,
+)
 from undertow.report.html import page, page_figures
 from undertow.report.style import GREEN, NOT_EXPLAINED, page_style
 from undertow.report.trial_figures import FIRST_POINTS, SWINGS_SHOWN, draw_first, half_cycle_peaks
@@ -335,3 +343,25 @@ def test_a_release_that_was_not_held_says_that_its_speed_was_adjusted():
     assert "x0, the release speed, the clock" in adjusted_words(replace(group, trials=(pushed,)))
     driven = replace(group, verdict=replace(group.verdict, verdict=("external_forcing",)))
     assert "outside force's own size and phase" in adjusted_words(driven)
+
+
+def test_a_group_that_what_is_named_does_not_help_says_so_with_the_group_that_needs_it():
+    first, second = named_findings().groups
+    verdict = second.verdict
+    assert verdict.augmented is not None
+    worse = replace(
+        second, key={**second.key, "spring": "other"},
+        verdict=replace(
+            verdict, repeatability_nrmse=0.2, baseline=replace(verdict.baseline, nrmse=0.03, held_out_nrmse=0.03),
+            augmented=replace(verdict.augmented, nrmse=0.05, held_out_nrmse=0.05),
+        ),
+    )  # fmt: skip
+    findings = replace(named_findings(), groups=(first, second, worse))
+    said = no_gain_words(findings, worse)
+    assert "does not fall (3.0 % as prescribed, 5.0 % repaired, both within repeatability, 20 %)" in said
+    assert "What is named is needed there (" in said
+    assert no_gain_words(findings, second) == ""
+    assert is_no_gain(worse.verdict)
+    assert not is_no_gain(second.verdict)
+    text = " ".join(s["text"] for s in level_sentences(findings))
+    assert "no gain here, both within the 20\u00a0% of repeats" in text

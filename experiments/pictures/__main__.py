@@ -2,6 +2,7 @@
 
     python -m experiments.pictures laws [TERM ...]     docs/pictures/laws/TERM.svg, some seconds each
     python -m experiments.pictures tour                docs/pictures/tour/: runs configs/flume.yaml
+    python -m experiments.pictures page RUN            docs/pictures/page/, by Chromium from a run's page (page.py)
     python -m experiments.pictures rooms               docs/pictures/rooms.svg, from the imports (rooms.py)
 
 A law's picture: two releases of a body with the law, the equation without it whose other numbers are fitted to both,
@@ -19,6 +20,7 @@ from matplotlib.figure import Figure
 
 import undertow
 from experiments.pictures import rooms
+from experiments.pictures.page import six
 from undertow.campaign.run.course import run as run_campaign
 from undertow.campaign.run.folder import Finished
 from undertow.discrepancy.findings import Findings, TrialFindings
@@ -168,6 +170,8 @@ def main(words: Sequence[str]) -> None:
     """Draw what is asked for."""
     if words[:1] == ["rooms"]:
         draw_rooms()
+    elif words[:1] == ["page"]:
+        six(Path(words[1]))
     elif words[:1] == ["tour"]:
         from undertow.campaign.config import load
 

@@ -161,7 +161,7 @@ def test_two_groups_whose_names_look_alike_keep_their_own_figures() -> None:
     groups = tuple(replace(group, key={"spring": name}) for name in ("a b", "a-b", "a b runs", "水"))
     with page_style():
         names = set(page_figures(replace(bare_findings(), groups=groups)))
-    kinds = {"energy", "equation", "equation_slim", "noise", "runs", "summary"}
+    kinds = {"energy", "equation", "equation-slim", "noise", "runs", "summary"}
     places = ("spring-a-b", "spring-a-b-2", "spring-a-b-runs", "spring")
     assert names == {"campaign--first", *(f"{place}--{kind}" for place in places for kind in kinds)}
 

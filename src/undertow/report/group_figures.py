@@ -42,7 +42,7 @@ def group_figures(findings: Findings, group: GroupFindings, parameters: Sequence
     found = [p for p in parameters if figures.compared_methods([group], p)]
     drawn = {
         "equation": equation_svg(group.equation, group.equation_errors),
-        "equation_slim": equation_svg(group.equation, group.equation_errors, slim=True),
+        "equation-slim": equation_svg(group.equation, group.equation_errors, slim=True),
         "runs": svg_text(small_multiples.draw_free_runs(group, runs)),
         "summary": _summary(findings, group, found if len(group.trials) > 1 else []),
     }

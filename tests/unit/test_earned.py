@@ -15,7 +15,7 @@ from undertow.discrepancy.case import Case
 from undertow.discrepancy.decision import posterior
 from undertow.discrepancy.dry_check import DryAnswer
 from undertow.discrepancy.earned import earned
-from undertow.discrepancy.judge import _physics
+from undertow.discrepancy.judge import _left, _physics
 from undertow.discrepancy.verdict import Described, Verdict
 from undertow.quantities import Estimate
 
@@ -323,3 +323,10 @@ def test_a_kernel_of_radiated_waves_has_no_frequency_to_be_held_against_a_cell()
     assert _physics(case(), waves).because == "no bound applies to this effect"
     rings = [{"natural_frequency_rad_per_s": Estimate(9.0, 0.1)}]
     assert _physics(case(), {"hidden_resonator": [*waves["hidden_resonator"], *rings]}).because != ""
+
+
+def test_a_name_that_leaves_more_than_noise_says_that_it_describes():
+    describes, law = (SimpleNamespace(best=SimpleNamespace(fit=SimpleNamespace(misfit=m))) for m in (36.0, 1.2))
+    assert "a description rather than the law" in _left(describes)
+    assert "of each trial's own it leaves 6 times the sensors' noise." in _left(describes)
+    assert _left(law) == ""

@@ -215,8 +215,8 @@ def _left(diagnosis: LevelDiagnosis) -> str:
     if left <= FAR_ABOVE_NOISE:
         return ""
     return (
-        f" It is a description rather than the law: what it leaves is {math.sqrt(left):.2g} times the sensors' noise, "
-        "k, c, mu of each trial's own."
+        " It is a description rather than the law: even with k, c and mu of each trial's own it leaves "
+        f"{math.sqrt(left):.2g} times the sensors' noise."
     )
 
 

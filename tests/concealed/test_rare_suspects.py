@@ -9,7 +9,8 @@ import numpy as np
 import pytest
 
 from tests.concealed.test_diagnosis import LONG, SCATTER, SHORT, member
-from undertow.comparison.joint import build, fit_joint, shared_theta
+from undertow.comparison.joining import has_room
+from undertow.comparison.joint import build, fit_joint, fit_standing, shared_theta
 from undertow.comparison.level import Addend, Member, make_level
 from undertow.comparison.search import diagnose
 from undertow.comparison.suspects import SUSPECTS, chosen
@@ -247,3 +248,14 @@ def test_trials_beside_a_too_narrow_repeatability_are_not_unknown_where_scatter_
     assert outside.status == "cannot_tell"  # noise is all that is left: that trials differ is no missing physics
     assert outside.p_value > 0.01
     assert "trials may differ by more than is known" in outside.because
+
+
+def test_an_added_mass_is_no_suspect_where_nothing_gives_kilograms(plain):
+    fit = fit_standing(plain)
+    assert not has_room(plain, suspect("added_mass"), fit)  # the equation has one
+    (one,) = plain.members
+    model = replace(one.model, coefficients=tuple(c for c in one.model.coefficients if c.slot != "mass"))
+    without = replace(plain, members=(replace(one, model=model),))
+    assert has_room(without, suspect("added_mass"), fit)
+    scaled = replace(without, members=(replace(one, model=replace(model, anchored=False)),))
+    assert not has_room(scaled, suspect("added_mass"), fit)

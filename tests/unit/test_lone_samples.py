@@ -8,9 +8,11 @@ import pytest
 from experiments.efficiency.rates import picked, problem, thinned
 from experiments.recovery.releases import Truth, plant, record
 from undertow.conditioning.condition import condition
+from undertow.conditioning.period import dominant_period
 from undertow.likelihood import multistart as blind
 from undertow.likelihood import output_error
 from undertow.likelihood.lone_samples import as_recorded
+from undertow.likelihood.problem import cells
 from undertow.recording.recording import Recording
 
 RELEASE_M = 0.033
@@ -50,3 +52,16 @@ def test_a_logger_that_samples_is_seen_as_such_and_fits_better(truth: Truth, ful
 def test_cells_of_several_samples_are_left_alone(truth: Truth, full: Recording):
     searched = output_error.fit(problem(truth, condition(full)))
     assert as_recorded(searched) is searched
+
+
+def test_a_cell_in_which_samples_are_missing_is_left_out(truth: Truth, full: Recording):
+    lost = slice(2500, 2503)
+    holed = condition(Recording("holed", np.delete(full.time, lost), {
+        name: np.delete(values, lost) for name, values in full.channels.items()
+    }))  # fmt: skip
+    left, m = cells(holed, dominant_period(holed))
+    assert m > 3
+    assert np.max(holed.t[left[:, -1]] - holed.t[left[:, 0]]) < (m - 0.5) * 1e-3
+    assert np.max(np.diff(left[:, 0])) > m  # the cell is gone
+    (residual,) = output_error.fit(problem(truth, holed)).residuals
+    assert np.max(np.abs(residual)) < 6.0

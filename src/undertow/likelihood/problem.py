@@ -140,7 +140,8 @@ class TrialOptions:
 def cells(motion: Motion, period_s: float, end_s: float = math.inf) -> tuple[np.ndarray, int]:
     """Indices (n_cells, m) of the window's samples, m consecutive ones a cell, and m.
 
-    What follows the window fills its last cell, so that no rate loses more of the motion's end than another. Raises
+    What follows the window fills its last cell, so that no rate loses more of the motion's end than another. Cells in
+    which samples are missing are left out: the mean of what is left is of no span of the motion. Raises
     IdentificationError where fewer than 20 cells are left.
     """
     dt = float(np.median(np.diff(motion.t)))
@@ -151,12 +152,14 @@ def cells(motion: Motion, period_s: float, end_s: float = math.inf) -> tuple[np.
     m = min(widths, key=lambda m: (-chosen.size % m, abs(m - wanted)))
     first = int(chosen[0]) if chosen.size else 0
     n = min(math.ceil(chosen.size / m), (motion.t.size - first) // m)
-    if n < 20:
+    index = np.arange(first, first + n * m).reshape(n, m)
+    index = index[motion.t[index[:, -1]] - motion.t[index[:, 0]] < (m - 0.5) * dt]
+    if len(index) < 20:
         raise IdentificationError(
-            f"trial {motion.name}: {chosen.size} samples in the motion window make {n} cells of {m}; a fit needs 20: "
-            "widen trials.window"
+            f"trial {motion.name}: {chosen.size} samples in the motion window make {len(index)} whole cells of {m}; a "
+            "fit needs 20: widen trials.window"
         )
-    return np.arange(first, first + n * m).reshape(n, m), m
+    return index, m
 
 
 class ProblemBuilder:

@@ -15,7 +15,7 @@ which is what a logger that smooths would see, so that a search meets no jumps. 
 recorded (lone_samples.py).
 
 Belongs here: instants at which a trial's motion is needed, signals, their rates of change and sensitivities. Does not
-belong here: weights, nuisances, the search (output_error.py), the compiled twin of this (equation/arcs.py).
+belong here: weights, nuisances, the search (output_error.py), the compiled twin of this (eq15_rows.py).
 """
 
 from __future__ import annotations
@@ -72,7 +72,7 @@ def signal(
         mean = (v[end] - v[begin]) / width
         if trial.averaged:
             return mean, rate
-        turns = (v[begin, :1] * v[end, :1] <= 0.0)
+        turns = v[begin, :1] * v[end, :1] <= 0.0
         return np.where(turns, mean * swell(trial), 1.5 * mean - 0.25 * (free[begin] + free[end])), rate
     moved = (x[end] - x[begin]) / width
     if quantity == "velocity":

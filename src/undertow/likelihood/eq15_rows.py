@@ -1,7 +1,7 @@
 """Residuals of Eq. 15's trials, their Jacobian and normal equations, compiled, from a sheet of arrays.
 
 Belongs here: what one set of values gives on a sheet (eq15.py writes it), and the room that this needs. Does not
-belong here: integration (equation/taylor_series.py), the search (eq15_search.py, whose cache does not see a change here).
+belong here: integration (taylor_series.py), the search (eq15_search.py, whose cache does not see a change here).
 """
 
 # mypy: disable-error-code="no-untyped-def, misc, untyped-decorator"

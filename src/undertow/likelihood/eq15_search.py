@@ -2,7 +2,7 @@
 
 What output_error.py does for every equation, done for the commonest without going back to Python between steps.
 
-Belongs here: the compiled search. Does not belong here: residuals (eq15_rows.py), integration (equation/taylor_series.py),
+Belongs here: the compiled search. Does not belong here: residuals (eq15_rows.py), integration (taylor_series.py),
 windows and outcomes (output_error.py).
 """
 

@@ -10,6 +10,7 @@ import pytest
 
 from tests.concealed.test_diagnosis import EQ15, SHORT, SPECIMEN, member
 from tests.concealed.test_small_effects import found as found_suspect
+from undertow.comparison.attempt import at_its_own_sizes
 from undertow.comparison.candidate import Candidate
 from undertow.comparison.explained import biases
 from undertow.comparison.joint import build, fit_joint
@@ -23,15 +24,22 @@ from undertow.likelihood.problem import TrialOptions
 from undertow.likelihood.windows import shortened
 from undertow.methods.baseline import group_model, terms_by_name
 
-SPREAD = {"k1": 1200.0, "c1": 50.0, "fc": 7.0}
+SPREAD = {"k1": 0.003, "c1": 0.06, "fc": 0.05}
+SIZES = {"k1": 400000.0, "c1": 820.0, "fc": 140.0}
 
 
-def without_dry(trials: int = 3, spread: dict[str, float] | None = None, freedom: float = math.inf) -> Member:
-    """A group that fits its own k, c, mu."""
+def without_dry(
+    trials: int = 3, spread: dict[str, float] | None = None, freedom: float = math.inf,
+    sizes: dict[str, float] = SIZES, stiffness: float = math.nan,
+) -> Member:
+    """A group that fits its own k, c, mu; k is known where a stiffness is given."""
     known = member("short", SHORT[:trials], 4300)
-    model = group_model(terms_by_name(EQ15), known.motions, SPECIMEN, None, dry=False, anchored=True)
+    specimen = replace(SPECIMEN, stiffness_N_per_m=stiffness)
+    model = group_model(terms_by_name(EQ15), known.motions, specimen, None, dry=False, anchored=True)
     spread = SPREAD if spread is None else spread
-    return Member("short", model, known.motions, TrialOptions(), allowed=0.05, spread=spread, freedom=freedom)
+    return Member(
+        "short", model, known.motions, TrialOptions(), allowed=0.05, spread=spread, sizes=sizes, freedom=freedom
+    )
 
 
 def test_each_trial_has_its_own_k_c_mu_as_wide_as_trials_differ():
@@ -39,7 +47,7 @@ def test_each_trial_has_its_own_k_c_mu_as_wide_as_trials_differ():
     problem = build(make_level([one]), ())
     held = {u.name: u.prior_std for u in problem.unknowns if u.name.split("[")[0] in ("k", "c", "mu")}
     assert held == {
-        f"{symbol}[{motion.name}]": SPREAD[slot]
+        f"{symbol}[{motion.name}]": SPREAD[slot] * SIZES[slot]
         for motion in one.motions for symbol, slot in (("k", "k1"), ("c", "c1"), ("mu", "fc"))
     }  # fmt: skip
     for trial in problem.trials:
@@ -52,6 +60,20 @@ def test_each_trial_has_its_own_k_c_mu_as_wide_as_trials_differ():
 def test_a_lone_trial_and_what_does_not_differ_have_none(group):
     names = build(make_level([group]), ()).names
     assert not [n for n in names if n.split("[")[0] in ("k", "c", "mu")]
+
+
+def test_trials_differ_by_a_share_of_what_their_own_fit_finds():
+    small = {"k1": 403000.0, "c1": 100.0, "fc": 140.0}
+    level = make_level([without_dry(sizes=small, stiffness=403000.0)])
+    settled = at_its_own_sizes(level).members[0]
+    assert settled.sizes["c1"] == pytest.approx(820.0, rel=0.15)
+    assert settled.sizes["k1"] == small["k1"]
+    held = {u.name.split("[")[0]: u.prior_std for u in build(make_level([settled]), ()).unknowns}
+    assert held["c"] == pytest.approx(SPREAD["c1"] * settled.sizes["c1"])
+    enough = make_level([without_dry(sizes={"k1": 403000.0, "c1": 900.0, "fc": 160.0}, stiffness=403000.0)])
+    assert at_its_own_sizes(enough) is enough
+    lone = make_level([without_dry(trials=1, sizes=small, stiffness=403000.0)])
+    assert at_its_own_sizes(lone) is lone
 
 
 def test_scatter_of_trials_is_not_left_in_the_residual():

@@ -25,6 +25,12 @@ def test_noise_that_is_correlated_from_sample_to_sample_wanders(seed):
     assert wanders(left(lfilter([1.0], [1.0, -0.97], noise), lfilter([1.0], [1.0, -0.97], noise[::-1])))
 
 
+@pytest.mark.parametrize("seed", range(4))
+def test_noise_with_a_memory_shorter_than_a_period_wanders_too(seed):
+    noise = np.random.default_rng(seed).standard_normal((2, T.size))
+    assert wanders(left(*(lfilter([1.0], [1.0, -0.6], row) for row in noise)))
+
+
 @pytest.mark.parametrize("shape", ["decays", "grows and fades", "steady"])
 def test_what_swings_with_the_body_does_not(shape):
     size = {"decays": np.exp(-T / 4.0), "grows and fades": T * np.exp(-T / 4.0), "steady": np.ones(T.size)}[shape]

@@ -12,11 +12,12 @@ from dataclasses import replace
 import numpy as np
 
 from undertow.comparison.candidate import Candidate, doubt
-from undertow.comparison.joint import WIDER, JointFit, fit_joint, fit_standing
-from undertow.comparison.level import Addend, Level
+from undertow.comparison.joint import WIDER, JointFit, fit_joint, fit_standing, shared_theta
+from undertow.comparison.level import Addend, Level, Member
 from undertow.comparison.score_test import GridPlace, renumbered
 from undertow.comparison.suspect import EACH_SPRING, Addition, Suspect
 from undertow.comparison.suspects import RADIATION, kernel_additions
+from undertow.equation.kernel import SLOT
 from undertow.errors import IdentificationError
 from undertow.likelihood.budget import BudgetError, metered
 
@@ -29,6 +30,13 @@ REFINED = 2
 
 QUICK_LOOKS = 300.0
 """What one start may spend, in looks at the level as it stands: those of laws that were named took under 200."""
+
+
+SETTLING = 3
+"""Fits after which sizes are taken as they are."""
+
+LARGER = 1.1
+"""A size that a fit finds is taken over where it is larger by this factor."""
 
 
 def plain_fit(level: Level) -> JointFit:
@@ -46,6 +54,32 @@ def plain_fit(level: Level) -> JointFit:
     except IdentificationError:
         return together
     return min((together, apart), key=lambda f: f.criterion)
+
+
+def at_its_own_sizes(level: Level) -> Level:
+    """The level with trials that differ by a share of what its own fit finds, where that is more than was known before:
+    a dashpot and a drag that nothing told apart trade places once trials may differ."""
+    for _ in range(SETTLING):
+        if not any(len(m.motions) > 1 and any(m.spread.values()) for m in level.members):
+            return level
+        try:
+            fit = plain_fit(level)
+        except IdentificationError:
+            return level
+        members = tuple(_resized(level, m, fit) for m in level.members)
+        if members == level.members:
+            return level
+        level = replace(level, members=members)
+    return level
+
+
+def _resized(level: Level, member: Member, fit: JointFit) -> Member:
+    """A group with the sizes of k, c, mu that a fit finds where they are surely larger."""
+    theta = shared_theta(level, member, fit, member.motions[0].name)
+    found = {slot: abs(float(theta[SLOT[slot]])) for slot in member.sizes}
+    if all(found[slot] <= LARGER * size for slot, size in member.sizes.items()):
+        return member
+    return replace(member, sizes={slot: max(size, found[slot]) for slot, size in member.sizes.items()})
 
 
 def from_starts(

@@ -224,7 +224,7 @@ def _own_links(builder: ProblemBuilder, member: Member, trial: str) -> list[Link
     return [
         Link(SLOT[slot], builder.unknown(f"{symbol}[{trial}]", 0.0, prior_std=std, scale=std))
         for symbol, slot in (("k", "k1"), ("c", "c1"), ("mu", "fc"))
-        if (std := member.spread.get(slot, 0.0)) > 0.0
+        if (std := member.spread.get(slot, 0.0) * member.sizes.get(slot, 0.0)) > 0.0
     ]
 
 

@@ -30,8 +30,9 @@ class Member:
 
     ``allowed`` is the group's repeatability (nrmse): the unit in which its free runs' errors are counted; ``own_means``
     says that k, c, mu come from these very trials, so that their means belong to what is fitted. ``spread`` are the
-    standard deviations of the slots k1, c1, fc from trial to trial where no dry trials of this spring give a structure,
-    ``freedom`` the degrees of freedom they were seen with (inf: stated; 0: assumed).
+    relative standard deviations of the slots k1, c1, fc from trial to trial where no dry trials of this spring give a
+    structure, ``sizes`` what they are relative to, ``freedom`` the degrees of freedom they were seen with (inf: stated;
+    0: assumed).
     """
 
     label: str
@@ -42,6 +43,7 @@ class Member:
     allowed: float = 1.0
     own_means: bool = False
     spread: Mapping[str, float] = field(default_factory=dict)
+    sizes: Mapping[str, float] = field(default_factory=dict)
     freedom: float = math.inf
 
     @property

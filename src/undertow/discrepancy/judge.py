@@ -12,6 +12,7 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
+from undertow.comparison.attempt import at_its_own_sizes
 from undertow.comparison.candidate import Candidate, LevelDiagnosis
 from undertow.comparison.explained import FAR_ABOVE_NOISE
 from undertow.comparison.joint import free_run_error
@@ -73,7 +74,7 @@ def judge_level(
     """As `judge`, with what was added: what dry trials need, their wet groups need too. ``budget`` as in `diagnose`,
     ``levels`` of how many of the campaign this is one: each may stand out by chance; ``dry`` are the campaign's dry
     groups to whose equation nothing was added."""
-    level = make_level([_member(c) for c in cases], standing)
+    level = at_its_own_sizes(make_level([_member(c) for c in cases], standing))
     clean = all(c.has_dry and not c.dry for c in cases) and not standing
     diagnosis = diagnose(level, suspects, clean, budget)
     tested = null_test(level, suspects, diagnosis.null.fit, diagnosis.candidates, levels, diagnosis.looks)

@@ -1,7 +1,7 @@
 """Whether what an equation leaves wanders: then it is a slow sensor's or the ground's, and no physics of the motion.
 
 What a law leaves out swings at the body's rate and its multiples. Noise that is correlated from sample to sample has
-more power at slower rates than at the body's, and many times what single samples scatter by.
+as much power or more at slower rates than at the body's, and many times what single samples scatter by.
 
 Belongs here: that comparison. Does not belong here: what follows from it (decision.py).
 """
@@ -16,13 +16,17 @@ SLOWER = (0.05, 0.5)
 OF_THE_BODY = (0.6, 1.6)
 """Rates over the body's, from and to: of what wanders, and of what swings with the body."""
 
+SWINGS = 4.0
+"""By what physics of the motion leaves more power at the body's rate than at slower ones, at least: medians of ten
+frequencies and of twenty differ as much by chance in one case of 140."""
+
 FEWEST = 3
 """Frequencies that tell a density."""
 
 
 def wanders(fit: JointFit) -> bool:
-    """Whether the median power of what all trials leave, of their first channel, is no less at slower rates than at the
-    body's; False where records are too short to tell."""
+    """Whether the median power of what all trials leave, of their first channel, is at the body's rate not `SWINGS`
+    times that at slower rates; False where records are too short to tell."""
     slower, swinging = list[float](), list[float]()
     for trial, r in zip(fit.solution.problem.trials, fit.solution.residuals, strict=True):
         n = trial.t.size
@@ -32,4 +36,4 @@ def wanders(fit: JointFit) -> bool:
             found += power[(rate >= low) & (rate <= high)].tolist()
     if min(len(slower), len(swinging)) < FEWEST:
         return False
-    return bool(np.median(slower) >= np.median(swinging))
+    return bool(SWINGS * np.median(slower) >= np.median(swinging))

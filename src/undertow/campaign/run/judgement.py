@@ -261,9 +261,9 @@ def _with_scatter(member: Member, task: GroupTask, group: GroupFindings) -> Memb
         seen = _repetitions(task, group)
         relative, freedom = (seen.values, seen.freedom) if seen is not None else (DEFAULT_SCATTER, 0.0)
     theta = group.equation.theta(1.0)
-    slots = (("k", "k1"), ("c", "c1"), ("mu", "fc"))
-    spread = {slot: relative.get(symbol, 0.0) * abs(float(theta[SLOT[slot]])) for symbol, slot in slots}
-    return replace(member, spread=spread, freedom=freedom)
+    spread = {slot: relative.get(symbol, 0.0) for symbol, slot in (("k", "k1"), ("c", "c1"), ("mu", "fc"))}
+    sizes = {slot: abs(float(theta[SLOT[slot]])) for slot in spread}
+    return replace(member, spread=spread, sizes=sizes, freedom=freedom)
 
 
 def _case(config: RunConfig, task: GroupTask, group: GroupFindings) -> Case:

@@ -31,6 +31,8 @@ WITHOUT_MASS = {  # numbers that a campaign without a known mass has too
     "yield_displacement_m", "frequency_rad_per_s",
 }  # fmt: skip
 SHARP = 1.5  # sharpness above which U could be below B
+PER_KG = "per kg"  # how the unit of a number per mass ends
+FEWEST = 3  # dry trials of a spring that show how much trials differ
 Table = dict[str, object]
 
 
@@ -60,7 +62,8 @@ def share(hits: int, n: int) -> Table:
 
 
 def nulls(cases: list[CaseResult]) -> Table:
-    """False positives over all and by stratum, what was said where a small effect could be seen, and p-values."""
+    """False positives over all and by stratum, what was said where a small effect could be seen (and scatter is known),
+    and p-values."""
     held = [c for c in cases if c.kind == "nothing" and c.answered]
     false = [c for c in held if c.false]
     strata: dict[str, Table] = {}
@@ -81,7 +84,7 @@ def nulls(cases: list[CaseResult]) -> Table:
             part = [c for c in held if str(c.truth["strata"][key]) == value]
             hits = sum(c.false for c in part)
             strata[f"{key}: {value}"] = {"hits": hits, "n": len(part), "upper": st.upper_limit(hits, len(part))}
-    sharp = [c for c in held if float(c.truth["measures"].get("sharpness", 0.0)) >= SHARP]
+    sharp = [c for c in held if float(c.truth["measures"].get("sharpness", 0.0)) >= SHARP and scatter_known(c)]
     return {
         "n": len(held),
         "false": len(false),
@@ -92,6 +95,15 @@ def nulls(cases: list[CaseResult]) -> Table:
         "nothing_said_sharp": share(sum(_all_nothing(c) for c in sharp), len(sharp)),
         "p": _p_values(held),
     }
+
+
+def scatter_known(case: CaseResult) -> bool:
+    """Whether the config or three dry trials of every spring say how much trials differ."""
+    dry: dict[str, int] = {}
+    for group in case.truth["groups"]:
+        spring = str(group["group"].get("spring", ""))
+        dry[spring] = dry.get(spring, 0) + (0 if group.get("wet", True) else len(group["trials"]))
+    return "scatter" in case.truth["knows"] or min(dry.values()) >= FEWEST
 
 
 def _all_nothing(case: CaseResult) -> bool:
@@ -229,7 +241,8 @@ def _held_out_ratio(group: GroupResult) -> float | None:
 def coverage(cases: list[CaseResult]) -> Table:
     """Whether 90 % intervals of parameters hold the truth, where the right name was said and the truth has one.
 
-    Without a known mass the program's numbers are per mass: those that have a mass in their unit are left out.
+    Without a known mass the program's numbers are per mass: those that have a mass in their unit are left out. A
+    number said to be per kilogram is held against the truth over the group's own mass, its water's included.
     """
     inside: dict[str, list[bool]] = {}
     bare = 0
@@ -248,7 +261,9 @@ def coverage(cases: list[CaseResult]) -> Table:
                         if not isinstance(entry, dict) or not entry.get("stderr"):
                             bare += 1
                             continue
-                        miss = abs(float(entry["value"]) - float(true)) / float(entry["stderr"])
+                        per = str(entry.get("unit", "")).endswith(PER_KG)
+                        own = float(case.truth["groups"][i]["body"]["mass"]) if per else 1.0
+                        miss = abs(float(entry["value"]) - float(true) / own) / float(entry["stderr"])
                         inside.setdefault(f"{name}.{number}", []).append(miss <= QUANTILE)
     total = [hit for hits in inside.values() for hit in hits]
     return {

@@ -112,7 +112,7 @@ def test_groups_are_matched_by_the_conditions_of_the_truth() -> None:
 
 
 def test_a_false_positive_is_counted_with_the_limit_of_clopper_and_pearson() -> None:
-    nothing = truth("nothing", [], sharpness=2.0)
+    nothing = {**truth("nothing", [], sharpness=2.0), "knows": ["scatter"]}
     cases = [case(nothing, said("nothing_missing", p_value=(i + 0.5) / 200)) for i in range(199)]
     cases.append(case(nothing, said("explained", ["clipping"], p_value=0.001)))
     found = score.nulls(cases)
@@ -169,6 +169,11 @@ def test_intervals_cover_where_the_truth_lies_within_their_ninety_percent() -> N
     cases = [case(truth("one", [known]), said("explained", ["hidden_resonator"], parameters=p)) for p in (numbers, far)]
     found = score.coverage(cases)
     assert (found["all"]["hits"], found["all"]["n"], found["without_number"]) == (1, 2, 2)
+    weighed = {"hidden_resonator": {"mass_kg": {"value": 2.6, "stderr": 0.1, "unit": "kg per kg"}}}
+    group = {"group": {"h": 1.0}, "body": {"mass": 4.0}}
+    per_mass = {**truth("one", [known]), "groups": [group]}
+    found = score.coverage([case(per_mass, said("explained", ["hidden_resonator"], parameters=weighed))])
+    assert (found["all"]["hits"], found["all"]["n"]) == (1, 1)
     blind = {**truth("one", [known]), "knows": []}
     found = score.coverage([case(blind, said("explained", ["hidden_resonator"], parameters=numbers))])
     assert (found["all"]["n"], found["without_number"]) == (0, 1)  # a mass per mass is no mass
@@ -278,3 +283,16 @@ def test_the_two_named_seeds_are_the_two_sets() -> None:
     seeds = {name: entry.seed_of(entry.arguments(["generate", "--set", name])) for name in ("calibration", "test")}
     assert len(set(seeds.values())) == 2
     assert entry.seed_of(entry.arguments(["generate", "--seed", "5"])) == 5
+
+
+def test_scatter_is_known_where_it_is_stated_or_every_spring_has_three_dry_trials() -> None:
+    def campaign(knows: list[str], *dry: int) -> judge.CaseResult:
+        groups = [
+            {"group": {"spring": str(i)}, "wet": wet, "trials": ["t.csv"] * n}
+            for i, n in enumerate(dry) for wet in (False, True)
+        ]  # fmt: skip
+        return judge.CaseResult({}, {**truth("nothing", [], sharpness=2.0), "knows": knows, "groups": groups}, ())
+
+    assert score.scatter_known(campaign(["scatter"], 0))
+    assert score.scatter_known(campaign([], 3, 4))
+    assert not score.scatter_known(campaign(["mass"], 3, 2))

@@ -19,8 +19,11 @@ from undertow.comparison.sizes import COUNTS_IN_STDERR
 from undertow.comparison.turns import turning
 from undertow.equation import registry
 from undertow.equation.kernel import SLOT
+from undertow.errors import IdentificationError
 from undertow.likelihood import eq15, output_error
+from undertow.likelihood.budget import metered
 from undertow.likelihood.problem import TrialOptions
+from undertow.likelihood.residuals import motion_of
 from undertow.likelihood.windows import shortened
 from undertow.methods.baseline import group_model, terms_by_name
 
@@ -164,3 +167,20 @@ def test_which_number_an_effect_moves_most_is_said():
     assert biases(Candidate((), plain, 0.0), Candidate((damping,), with_it, 0.0)) == (away > COUNTS_IN_STDERR)
     force = found_suspect("external_forcing")
     assert not biases(Candidate((), plain, 0.0), Candidate((force,), with_it, 0.0))
+
+
+def test_a_step_of_a_search_that_stiffens_the_body_a_hundredfold_is_no_motion():
+    level = make_level([without_dry()])
+    trial = build(level, ()).trials[0]
+    none = np.zeros(0)
+    base = trial.base.copy()
+    for slot, value in (("mass", 2937.0), ("k1", 403000.0), ("x0", 0.02)):
+        base[SLOT[slot]] = value
+    alone = replace(trial, links=())
+    with metered(math.inf) as meter:
+        motion_of(replace(alone, base=base), none, np.linspace(0.0, 9.0, 100))
+        usual = meter.spent
+        base[SLOT["k3"]] = 403000.0 * 1e5 / 0.02**2  # its period is 1 / 270 of what was seen
+        with pytest.raises(IdentificationError, match="would swing at .* above"):
+            motion_of(replace(alone, base=base), none, np.linspace(0.0, 9.0, 100))
+        assert meter.spent == usual

@@ -25,6 +25,11 @@ from undertow.likelihood.problem import TRAJECTORY_STEPS_PER_PERIOD, Channel, Tr
 from undertow.recording.recording import Array
 
 
+MOST_STIFFENED = 100.0
+"""What would swing so many times as fast as the body was seen to is no motion of it: a step of a search that went to
+metres and 10^5 m/s took as long as all others, and more than a level may spend."""
+
+
 def parameter_vector(trial: TrialProblem, values: Array) -> Array:
     """The integrator's parameter vector of one trial at the unknowns' values."""
     theta = trial.base.copy()
@@ -34,16 +39,21 @@ def parameter_vector(trial: TrialProblem, values: Array) -> Array:
 
 
 def trajectory(
-    theta: Array, slots: np.ndarray, times: Array, steps_per_period: int = TRAJECTORY_STEPS_PER_PERIOD
+    theta: Array, slots: np.ndarray, times: Array, steps_per_period: int = TRAJECTORY_STEPS_PER_PERIOD,
+    fastest: float = math.inf,
 ) -> tuple[Array, Array, Array]:
     """x, v, a, each (n, 1 + p), of a parameter vector at ``times`` (n,): motion and derivatives by ``slots`` (p,).
 
-    Raises IdentificationError where the total mass is not positive or the motion leaves every bound.
+    Raises IdentificationError where the total mass is not positive, something swings faster than ``fastest`` (rad/s)
+    or the motion leaves every bound.
     """
     mass = float(theta[SLOT["mass"]])
     if not mass > 0.0 or not np.all(np.isfinite(theta)):
         raise IdentificationError(f"a trajectory needs a positive total mass and finite parameters, got {mass:g} kg")
-    step = 2.0 * math.pi / fastest_frequency(theta) / steps_per_period
+    rate = fastest_frequency(theta)
+    if rate > fastest:
+        raise IdentificationError(f"something would swing at {rate:.3g} rad/s, above {fastest:.3g} rad/s")
+    step = 2.0 * math.pi / rate / steps_per_period
     x, v, a, _, count = integrate(theta, slots, np.array(times, dtype=np.float64), step)
     spend(abs(count) * (1.0 + slots.size))
     if count < 0:
@@ -59,7 +69,9 @@ def motion_of(trial: TrialProblem, values: Array, times: Array) -> tuple[Array, 
     theta, slots = parameter_vector(trial, values), trial.slots
     if trial.drive is not None:
         return _driven(trial, trial.drive, theta, slots, times)
-    return general_trajectory(theta, trial.laws, slots, times) if trial.laws else trajectory(theta, slots, times)
+    if trial.laws:
+        return general_trajectory(theta, trial.laws, slots, times)
+    return trajectory(theta, slots, times, fastest=2.0 * math.pi * MOST_STIFFENED / trial.period_s)
 
 
 def _driven(

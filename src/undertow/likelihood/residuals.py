@@ -24,7 +24,6 @@ from undertow.likelihood.observation_model import instants, signal
 from undertow.likelihood.problem import TRAJECTORY_STEPS_PER_PERIOD, Channel, TrialProblem
 from undertow.recording.recording import Array
 
-
 MOST_STIFFENED = 100.0
 """What would swing so many times as fast as the body was seen to is no motion of it: a step of a search that went to
 metres and 10^5 m/s took as long as all others, and more than a level may spend."""

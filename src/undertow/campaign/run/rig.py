@@ -9,6 +9,7 @@ Belongs here: that second look. Does not belong here: the search (discrepancy/),
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 
@@ -84,14 +85,16 @@ def in_water(
 ) -> tuple[Addend, ...]:
     """What stands where buoyancy takes weight off, from each spring's specimen in this water and dry.
 
-    Friction goes with the normal force; all is as it was where a normal force is not known.
+    Friction goes with the normal force, or, a seal's or a guide's, does not: that is a standard deviation off. All is
+    as it was where a normal force is not known.
 
     >>> from undertow.likelihood.fit import Specimen
     >>> rubs = Addition("force_N", "N", "fc", 0.0, 1.0, scope="spring", by_spring=(("short", 80.0, 2.0),))
     >>> dry = Specimen(mass_kg=1000.0)
     >>> wet = Specimen(mass_kg=1000.0, submerged_volume_m3=0.25)
-    >>> in_water([Addend("coulomb_friction", (rubs,))], {"short": wet}, {"short": dry})[0].additions[0].by_spring
-    (('short', 60.0, 1.5),)
+    >>> pressed = in_water([Addend("coulomb_friction", (rubs,))], {"short": wet}, {"short": dry})[0]
+    >>> [round(number, 1) for number in pressed.additions[0].by_spring[0][1:]]
+    [60.0, 20.1]
     """
     shares = {}
     for label in specimens.keys() & dry.keys():
@@ -106,8 +109,8 @@ def in_water(
 def _pressed(a: Addition, shares: Mapping[str, float]) -> Addition:
     """A friction with each spring's share of its dry normal force."""
     return replace(
-        a, by_spring=tuple((label, value * shares.get(label, 1.0), error * shares.get(label, 1.0))
-                           for label, value, error in a.by_spring),
+        a, by_spring=tuple((label, value * share, math.hypot(error * share, value * (1.0 - share)))
+                           for label, value, error in a.by_spring for share in (shares.get(label, 1.0),)),
     )  # fmt: skip
 
 

@@ -43,7 +43,8 @@ def diagnosis(named: bool = False, **facts: object) -> SimpleNamespace:
     null = SimpleNamespace(names=(), suspects=(), score=0.0, out="", aside=False)
     plain = {"named": named, "looked": 20, "unfinished": (), "small": None, "null": null, "screened": ()}
     plain |= {"best": candidate("linear_damping", 20.0), "rivals": ()} | facts
-    found = (plain["best"],) if named else ()
+    weak = candidate("linear_damping", 3.0, "brings the free run no closer by what counts", aside=True)
+    found = (plain["best"],) if named else (weak,)
     return SimpleNamespace(**({"candidates": (null, *found)} | plain))
 
 
@@ -103,6 +104,15 @@ def test_what_is_small_has_a_name_where_no_other_stands_out_nearly_as_much(p_val
     said = judged(GREEN, case(), diagnosis(), True, replace(null, tests=(*null.tests, other)))
     assert (said.status, said.verdict) == ("present_but_small", names)
     assert ("hidden resonator" in said.sentence) == (names == ("unknown",))
+
+
+@pytest.mark.parametrize(
+    "found", [(), (candidate("linear_damping", 3.0, "linear_damping is 1.2 standard errors from zero"),)]
+)
+def test_what_is_small_has_no_name_of_which_no_fit_has_sound_numbers(found):
+    said = judged(GREEN, case(), diagnosis(candidates=(*diagnosis().candidates[:1], *found)), True, beside(0.004))
+    assert (said.status, said.verdict) == ("present_but_small", ("unknown",))
+    assert "most like linear damping" in said.sentence
 
 
 def no_trial(misfit: float) -> SimpleNamespace:

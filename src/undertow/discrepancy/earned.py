@@ -54,7 +54,7 @@ def earned(
         if gate.lacking in ("small", "stands_out") and diagnosis.small is not None:
             return _small(verdict, case, diagnosis, diagnosis.small, in_air)
         if gate.lacking == "stands_out":
-            return _standing_out(verdict, case, tested, in_air)
+            return _standing_out(verdict, case, diagnosis, tested, in_air)
         if gate.lacking in ("outweighed", "dry"):
             return _not_the_answer(verdict, gate)
         said = without_answer(verdict, case, gate.because, gate.lacking)
@@ -109,9 +109,12 @@ def _but(in_air: DryAnswer) -> str:
     return f"; but {in_air.because}, so that it is something that looks like it" if in_air.because else ""
 
 
-def _standing_out(verdict: Verdict, case: Case, tested: NullTest, in_air: DryAnswer) -> Verdict:
+def _standing_out(
+    verdict: Verdict, case: Case, diagnosis: LevelDiagnosis, tested: NullTest, in_air: DryAnswer
+) -> Verdict:
     """``present_but_small`` or, where it would count, ``unknown``: no free run shows it, but hardly any level with
-    nothing missing stands out as much. It has a name where no other suspect stands out nearly as much."""
+    nothing missing stands out as much. It has a name where no other suspect stands out nearly as much and the numbers
+    of its fit mean something."""
     first = tested.tests[0]
     likely = list(dict.fromkeys(t.name for t in tested.tests if t.p_value < first.p_value * RIVAL_ODDS))
     words = ", ".join(name.replace("_", " ") for name in likely[:3])
@@ -121,7 +124,8 @@ def _standing_out(verdict: Verdict, case: Case, tested: NullTest, in_air: DryAns
         f"{percent(tested.p_value)} stand out as much: something is there, most like {words}{_but(in_air)}."
     )
     small = first.size < 1.0
-    name = likely[0] if small and len(likely) == 1 and not in_air.because else "unknown"
+    sound = any(c.names == (likely[0],) and (c.aside or not c.out) for c in diagnosis.candidates)
+    name = likely[0] if small and sound and len(likely) == 1 and not in_air.because else "unknown"
     status: Status = "present_but_small" if small else "unknown"
     return replace(verdict, status=status, verdict=(name,), sentence=text)
 

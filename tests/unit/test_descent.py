@@ -76,6 +76,19 @@ def test_a_curved_valley_is_followed_to_its_end():
     assert end.values == pytest.approx([1.0, 1.0], abs=1e-6)
 
 
+def test_a_search_is_no_finer_than_the_errors_as_they_are():
+    near = looker(valley, valley_slopes)
+    start = np.array([-1.2, 1.0])
+    fine = descend(near, start, near(start), NOWHERE, RULE)
+    wide = descend(near, start, near(start), NOWHERE, RULE, lambda place: 1e8)  # a stop of 1e-2 standard errors
+    assert wide.converged
+    assert wide.iterations < fine.iterations
+    # valley's own standard errors are 1 and 2.2
+    assert np.max(np.abs(wide.values - fine.values)) < 3e-2
+    one = descend(near, start, near(start), NOWHERE, RULE, lambda place: 1.0)
+    assert one.values == pytest.approx(fine.values, abs=1e-5)
+
+
 def test_a_step_that_leads_up_is_not_taken_and_the_next_one_is_shorter():
     costs, seen = [], []
     look = looker(valley, valley_slopes, seen)

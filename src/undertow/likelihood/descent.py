@@ -6,6 +6,7 @@ hidden_refine.py, of columns) and where a search starts. The compiled twin for E
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Generic, Protocol, TypeVar
@@ -85,12 +86,19 @@ class Descent(Generic[P]):
 
 
 def descend(
-    evaluate: Callable[[Array, float], P | None], values: Array, place: P, bounds: tuple[Array, Array], rule: Rule
+    evaluate: Callable[[Array, float], P | None],
+    values: Array,
+    place: P,
+    bounds: tuple[Array, Array],
+    rule: Rule,
+    widened: Callable[[P], float] | None = None,
 ) -> Descent[P]:
     """Levenberg-Marquardt from ``values`` (p,) within ``bounds``, where ``place`` is known.
 
     ``evaluate`` gives the place of other values, or None where there is none or as soon as its cost is known to be
-    above the number given. An unknown on a bound stays there while the gradient points outwards.
+    above the number given. An unknown on a bound stays there while the gradient points outwards. ``widened`` says how
+    much larger the unknowns' variances are at a place than its normal matrix has them: ``rule.stop`` is of those, and
+    the search also ends with a step that gains less than one of that length would.
     """
     lower, upper = bounds
     damping = rule.damping
@@ -100,16 +108,19 @@ def descend(
         step = np.clip(damped_step(place, damping, ~pinned, scale), -rule.farthest, rule.farthest)
         ahead = np.clip(values + step, lower, upper)
         moved = float(np.max(np.abs(ahead - values) / (1.0 if rule.in_own_unit else scale)))
+        wide = widened(place) if widened else 1.0
+        still = moved < rule.stop * math.sqrt(wide)
         candidate = evaluate(ahead, place.cost * (1.0 + ROUNDING))
         if candidate is not None:
             gained = place.cost - candidate.cost
             values, place = ahead, candidate
             damping = max(damping * rule.lower, LEAST_DAMPING)
-            if moved < rule.stop or gained < LEAST_RELATIVE_GAIN * place.cost:
+            least = max(LEAST_RELATIVE_GAIN * place.cost, wide * rule.stop**2 if widened else 0.0)
+            if still or gained < least:
                 return Descent(values, place, iteration, True)
         else:
             damping = max(damping * rule.higher, RAISED_DAMPING)
-            if moved < rule.stop or damping > MOST_DAMPING:
+            if still or damping > MOST_DAMPING:
                 return Descent(values, place, iteration, True)
     return Descent(values, place, rule.iterations, False)
 

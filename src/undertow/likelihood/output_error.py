@@ -138,10 +138,15 @@ def _bounds(problem: Problem) -> tuple[Array, Array]:
 
 @dataclass(frozen=True)
 class SearchEffort:
-    """How far a search goes: at most so many iterations a window, and the step in standard errors at which it stops."""
+    """How far a search goes: at most so many iterations a window, and the step in standard errors at which it stops.
+
+    ``as_left``: standard errors by the size of the residuals that are left, where that is above the noise; the search
+    also ends with a step that gains no more than that.
+    """
 
     iterations: int = MAX_ITERATIONS
     stop_in_stderr: float = STOP_IN_STDERR
+    as_left: bool = False
 
 
 FULL = SearchEffort()
@@ -161,7 +166,11 @@ def _search(problem: Problem, values: Array, effort: SearchEffort = FULL) -> Des
             "trials.window, exclude what is no decay, or leave out a term"
         )
     rule = Rule(effort.iterations, effort.stop_in_stderr, FIRST_DAMPING)
-    return descend(partial(_evaluate, problem), values, point, (lower, upper), rule)
+    evaluate = partial(_evaluate, problem)
+    if not effort.as_left:
+        return descend(evaluate, values, point, (lower, upper), rule)
+    count = sum(r.size for r in point.residuals)
+    return descend(evaluate, values, point, (lower, upper), rule, lambda place: max(1.0, place.cost / count))
 
 
 def fit(

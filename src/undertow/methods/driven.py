@@ -30,8 +30,10 @@ from undertow.recording.recording import Array
 FIRST_SAMPLES = 6000
 """Samples that the windows are laid on at first; a tenth of a long record finds the way as well as all of it."""
 WINDOWS = 24
-WINDOWS_EFFORT = SearchEffort(25, 0.05)
-WHOLE_EFFORT = SearchEffort(40, 0.05)
+WINDOWS_EFFORT = SearchEffort(25, 0.05, as_left=True)
+WHOLE_EFFORT = SearchEffort(40, 0.05, as_left=True)
+"""By the noise alone a carriage whose equation misses its motion by a thousand times the noise would be searched for to
+the thousandth part of what can be known of it."""
 BEGUN_ANEW = 2
 """Times that a start state is taken from the first samples: the second time with numbers that were fitted so."""
 MEMORY_SHARE = 20

@@ -9,7 +9,7 @@ import pytest
 
 from undertow.equation import registry
 from undertow.equation.equation import Equation, equation_15
-from undertow.equation.hidden import even_step
+from undertow.equation.hidden import even_step, linear_response
 from undertow.equation.hydrodynamics import QuadraticDrag
 from undertow.equation.kernel import SLOT
 from undertow.equation.notation import plain_symbol, quantity_latex, term_latex
@@ -232,3 +232,12 @@ def test_a_resonator_that_is_pulled_evenly_comes_along_and_one_left_alone_swings
     w, damping = resonator.natural_frequency_rad_per_s, resonator.damping_ratio
     peaks = t[1:-1][(pull[1:-1] > pull[:-2]) & (pull[1:-1] > pull[2:])]
     assert 2.0 * np.pi / np.median(np.diff(peaks[:8])) == pytest.approx(w * math.sqrt(1.0 - damping**2), rel=0.01)
+
+
+@pytest.mark.parametrize(("z", "w", "step"), [(0.3, 9.0, 0.02), (0.02, 9.0, 0.1), (0.9, 2.0, 0.2)])
+def test_a_filter_at_rest_that_is_pulled_from_the_first_sample_on_answers_as_its_closed_form(z, w, step):
+    t = step * np.arange(60)
+    found = linear_response([2.0 * z * w, w * w], [1.0, 2.0 * z * w, w * w], np.full(t.size, 1.7), step)
+    wd = w * math.sqrt(1.0 - z * z)
+    left = np.exp(-z * w * t) * (np.cos(wd * t) - z * w / wd * np.sin(wd * t))
+    assert found == pytest.approx(1.7 * (1.0 - left), abs=1e-10)

@@ -7,6 +7,7 @@ import pytest
 
 from tests.exact_motions import LONG, exact_group, exact_motion
 from tests.short_trials import released
+from undertow.comparison import polish as polishing
 from undertow.comparison.laws import laws, why_not_simulated
 from undertow.comparison.polish import linearise, polish
 from undertow.comparison.trajectories import OWN, in_cells, trial_rows
@@ -16,6 +17,7 @@ from undertow.equation.hidden import HiddenResonator
 from undertow.equation.hydrodynamics import DragExponent, QuadraticDrag
 from undertow.equation.structure import CoulombFriction, CubicStiffness, Stiffness, StribeckFriction, ViscousDamping
 from undertow.errors import IdentificationError
+from undertow.likelihood.priors import CLOCK_RADIANS, clock_std
 from undertow.recording.recording import Recording
 
 TERMS = (Stiffness(), ViscousDamping(), CoulombFriction(), QuadraticDrag(), CubicStiffness(), StribeckFriction(0.05))
@@ -157,3 +159,21 @@ def test_a_release_may_be_late_by_its_prior_and_by_what_it_was_seen_with(trial):
     late = [in_cells(one).prior[1] for one in (motion, unsure)]
     assert late[0] == pytest.approx(0.6 * trial.period_s / (2.0 * np.pi), rel=0.01)
     assert late[1] == pytest.approx(np.hypot(late[0], 0.3), rel=0.01)
+
+
+def test_releases_are_tried_at_the_instant_seen_and_at_two_later_ones_within_a_tenth_of_a_period(trial, monkeypatch):
+    tried, plain = [], polishing._search
+
+    def noting(trials, book, places, values, own):
+        if not len(places):
+            tried.append(own[0][trial.names.index("shift")])
+        return plain(trials, book, places, values, own)
+
+    monkeypatch.setattr(polishing, "_search", noting)
+    polish([trial], laws(TERMS[:4]), range(4), VALUES[:4])
+    assert tried == pytest.approx(np.array([0.0, 0.3, 0.6]) * trial.period_s / (2.0 * np.pi))
+
+
+def test_a_clock_is_known_to_an_angle_of_the_bodys_motion():
+    assert clock_std(2.0 * np.pi) == pytest.approx(CLOCK_RADIANS)
+    assert clock_std(3.0) == pytest.approx(3.0 * clock_std(1.0))

@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import math
+from dataclasses import dataclass
+from typing import ClassVar
 
 import numpy as np
 import pytest
@@ -13,7 +15,7 @@ from undertow.equation.hidden import even_step, linear_response
 from undertow.equation.hydrodynamics import QuadraticDrag
 from undertow.equation.kernel import SLOT
 from undertow.equation.notation import plain_symbol, quantity_latex, term_latex
-from undertow.equation.symbolic import SymbolPlace
+from undertow.equation.symbolic import Share, SymbolPlace
 from undertow.equation.term import Term
 from undertow.errors import UndertowError
 from undertow.quantities import Parameter
@@ -186,6 +188,33 @@ def test_a_users_own_law_is_not_compiled():
             return np.ones_like(x)
 
     assert not Equation((Own(),), (1.0,)).compiled
+
+
+def test_a_users_own_expression_with_an_inner_number_is_the_force_that_it_writes():
+    @dataclass(frozen=True)
+    class Own(Term):
+        """A spring that softens, written as an expression."""
+
+        length_m: float = 0.1
+        name: ClassVar[str] = "softening_by_length"
+        parameters: ClassVar = (Parameter("k_N_per_m", "N/m", "k"), Parameter("length_m", "m", "l", lower=1e-3))
+        law = latex = "k x / (1 + (x / l)^2)"
+        source = left_out = "test"
+
+        def share(self, p, q, number):
+            return Share(smooth=p["k_N_per_m"] * q.x / (1 + (q.x / p["length_m"]) ** 2))
+
+    x, none = np.array([-0.2, 0.0, 0.05]), np.zeros(3)
+    for length in (0.1, 0.03):
+        assert Own(length).force(x, none, none, none) == pytest.approx(x / (1.0 + (x / length) ** 2))
+
+
+def test_a_hidden_resonators_numbers_have_the_bounds_within_which_it_swings():
+    bounds = {p.name: (p.lower, p.upper) for p in registry.find("hidden_resonator").parameters}
+    assert bounds["damping_ratio"] == (0.0, 1.5)  # half above critical: what is slower is a relaxation
+    assert bounds["mass_kg"] == (0.0, math.inf)
+    assert bounds["natural_frequency_rad_per_s"] == (0.05, math.inf)
+    assert bounds["quadratic_damping_per_m"] == (0.0, math.inf)
 
 
 def test_constants_cannot_be_edited():

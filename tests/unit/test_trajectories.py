@@ -114,6 +114,20 @@ def test_the_linear_picture_predicts_what_a_step_does(trial):
     assert np.linalg.norm(found - expected) < 0.02 * np.linalg.norm(change)
 
 
+def test_one_column_made_anew_is_that_of_the_whole_and_leaves_the_others(trial):
+    book = laws(TERMS)
+    here = polish([trial], book, range(4), VALUES)
+    place = book.names.index("stribeck_friction.velocity_m_per_s")
+    before = linearise([trial], book, here)
+    friction = TERMS.index(StribeckFriction(0.05))
+    whole = linearise([trial], book, here, inner={place: 0.09})
+    one = linearise([trial], book, here, inner={place: 0.09}, only=friction, before=before)
+    assert one.columns.shape == before.columns.shape
+    assert one.columns == pytest.approx(whole.columns, rel=1e-9, abs=1e-9)
+    assert np.abs(one.columns[:, friction] - before.columns[:, friction]).max() > 0.0
+    assert one.columns[:, 0] == pytest.approx(before.columns[:, 0])
+
+
 def test_channels_are_what_is_recorded_and_unknowns_follow_them():
     both = in_cells(condition(released(LONG, 0.1, "r", 0)))
     assert both.names == ("x0", "shift", "clock", "gain")

@@ -49,6 +49,7 @@ class Page:
         self._session = self.send("Target.attachToTarget", targetId=target, flatten=True)["sessionId"]
         for domain in ("Page", "Runtime", "Network", "Log"):
             self.send(f"{domain}.enable")
+        self.send("Performance.enable", timeDomain="threadTicks")
 
     def send(self, method: str, **parameters: Any) -> dict[str, Any]:
         """One command and its answer."""
@@ -90,6 +91,20 @@ class Page:
         self.events.clear()
         self.send("Page.navigate", url=path.resolve().as_uri())
         self.wait_for("Page.loadEventFired")
+
+    def load_s(self) -> dict[str, float]:
+        """Seconds from the request of the page to its first picture, to a document that is read, and to the end of its
+        load event, by Navigation Timing and Paint Timing; ``busy``: processor time of the page's own thread, which
+        does not depend on what else the machine does."""
+        self.until("performance.getEntriesByType('navigation')[0].loadEventEnd > 0")
+        self.until("performance.getEntriesByName('first-contentful-paint').length")
+        found = self.run(
+            "(({domInteractive, loadEventEnd}) => ({"
+            "painted: performance.getEntriesByName('first-contentful-paint')[0].startTime, "
+            "read: domInteractive, loaded: loadEventEnd}))(performance.getEntriesByType('navigation')[0])"
+        )
+        busy = next(m["value"] for m in self.send("Performance.getMetrics")["metrics"] if m["name"] == "TaskDuration")
+        return {"busy": float(busy), **{name: float(value) / 1e3 for name, value in found.items()}}
 
     def run(self, script: str) -> Any:
         """The value of an expression in the page; a promise is waited for."""

@@ -255,9 +255,9 @@ def test_compare_puts_runs_of_one_name_side_by_side(capsys: Capture, tmp_path: P
     assert said.code == 0
     rows = {row.split()[0]: re.split(r"  +", row.strip()) for row in said.out.splitlines() if row.strip()}
     assert rows["quantity"][1:3] == [str(tmp_path / "a/run"), str(tmp_path / "b/run")]
-    assert len(rows["k_N_per_m_per_mass"]) == 4
-    assert all("±" in cell for cell in rows["k_N_per_m_per_mass"][1:3])
-    assert rows["c_Ns_per_m_per_mass"][-1] == f"only in {tmp_path / 'b/run'}", "only one of the runs has it"
+    assert len(rows["k_N_per_m"]) == 4
+    assert all("±" in cell for cell in rows["k_N_per_m"][1:3])
+    assert rows["c_Ns_per_m"][-1] == f"only in {tmp_path / 'b/run'}", "only one of the runs has it"
     page = (tmp_path / "both.html").read_text()
     assert "&lt;b&gt;" in page
     assert "<b>" not in page

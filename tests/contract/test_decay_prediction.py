@@ -35,8 +35,8 @@ def test_equations_json_holds_every_groups_laws_with_their_errors(finished):
     groups = json.loads((finished / "run" / "equations.json").read_text())["groups"]
     assert [group["group"] for group in groups] == [{"spring": "long"}, {"spring": "stiff"}]
     rows = {row["term"]: row for row in groups[0]["versions"]["baseline"]["rows"]}
-    # per mass, because nothing weighs the body in these trials
-    assert rows["stiffness"]["value"] == pytest.approx(BODY.k_N_per_m / BODY.inertia_kg, rel=2e-3)
+    # in newtons: the config states the mass, and the equation has no added mass
+    assert rows["stiffness"]["value"] == pytest.approx(BODY.k_N_per_m, rel=2e-3)
     assert 0.0 < rows["stiffness"]["stderr"] < 0.01 * rows["stiffness"]["value"]
     assert rows["coulomb_friction"]["relative_to"] == "base"
     assert groups[0]["scatter"] == {"k": 0.0005, "c": 0.02, "mu": 0.02}

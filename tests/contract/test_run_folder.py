@@ -99,15 +99,15 @@ def test_the_manifest_names_inputs_versions_seed_and_times(folder: Path, campaig
 def test_the_tables_have_the_contracts_columns(folder: Path) -> None:
     trials, levels, mismatch = (pd.read_csv(folder / name) for name in TABLES)
     scores = {"nrmse", "sensor_floor_nrmse", "repeatability_nrmse", "outcome"}
-    stiffness = {"k_N_per_m_per_mass", "k_N_per_m_per_mass_stderr"}
+    stiffness = {"k_N_per_m", "k_N_per_m_stderr"}
     assert {"file", "spring", "method"} | stiffness | scores <= set(trials.columns)
     assert {"spring", "method", "equation", "equation_latex"} | scores <= set(levels.columns)
     shares = {"missing", "share_early", "share_middle", "share_late", "line_frequency_hz", "line_share"}
     assert {"amplitude_exponent", "static_share", "memory_share", "clock_share", "nrmse"} | shares <= set(mismatch)
     assert len(mismatch) == 4
-    truth = BODY.k_N_per_m / BODY.inertia_kg
-    # nothing anchors the scale here; 1 % is over ten standard errors at this noise
-    found = levels[levels.method == "baseline"].k_N_per_m_per_mass
+    truth = BODY.k_N_per_m  # kilograms come from the mass that the config states
+    # 1 % is over ten standard errors at this noise
+    found = levels[levels.method == "baseline"].k_N_per_m
     assert found.between(0.99 * truth, 1.01 * truth).all()
 
 

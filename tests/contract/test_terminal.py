@@ -22,12 +22,14 @@ from undertow.campaign.run import folder as run_folder
 from undertow.campaign.run.folder import Finished
 from undertow.campaign.run.workers import on_processes
 from undertow.discrepancy.findings import Findings
+from undertow.discrepancy.verdict import Described
 from undertow.front.terminal.completion import group_titles, run_folders, term_names
 from undertow.front.terminal.progress import Lines, bars_shown, lines_shown
-from undertow.front.terminal.verdicts import probability_words, run_text
+from undertow.front.terminal.verdicts import no_gain_lines, probability_words, run_text
 from undertow.quantities import Estimate
 from undertow.report.extent import extent_of
 from undertow.report.verdict_file import write_verdict
+from undertow.uncertainty.disagreement import LEVELS, Grown
 
 Capture = pytest.CaptureFixture[str]
 
@@ -160,6 +162,27 @@ def test_colours_and_width_are_the_terminals_and_a_name_is_never_markup(finished
     assert "\x1b[" not in plain
     assert "\x1b[32m" in run_text(finished, 100, colour=True), "nothing_missing is green"
     assert all(len(line) <= 100 for line in run_text(finished, 100).splitlines() if "%" in line)
+
+
+def test_why_a_repaired_error_is_the_larger_one_stands_below_the_table(finished) -> None:
+    group = next(g for g in finished.findings.groups if g.verdict.verdict)
+    worse = replace(group.verdict, baseline=Described(0.05, 0.05), augmented=Described(0.062, 0.062))
+    findings = replace(finished.findings, groups=(replace(group, verdict=worse),))
+    (said,) = no_gain_lines(findings)
+    assert said.startswith(f"{group.label}: In this group the median free-run error does not fall (5.0 % as ")
+    assert said in run_text(replace(finished, findings=findings)).splitlines()
+
+
+def test_why_standard_errors_are_larger_is_one_sentence_a_group_with_verbose(finished) -> None:
+    group = finished.findings.groups[0]
+    found = (Grown("added_mass_kg", 9.0, 3, 0.03, 2.04), Grown("k_N_per_m", 9.0, 1, 0.01, 1.52, LEVELS))
+    findings = replace(finished.findings, groups=(replace(group, grown=found), *finished.findings.groups[1:]))
+    one = replace(finished, findings=findings)
+    lines = [line for line in run_text(one, verbose=True).splitlines() if "standard errors are larger" in line]
+    assert lines[0].startswith(f"{group.label}: ")
+    assert "added mass (2) between trials fitted alone; stiffness (1.5) between groups on the same spring" in lines[0]
+    assert len(lines) == 1
+    assert "standard errors are larger" not in run_text(one)
 
 
 def test_a_probability_is_never_said_where_nothing_is_claimed() -> None:

@@ -57,6 +57,20 @@ def test_a_hidden_hardening_is_named_with_its_number(found):
     assert found.failed == ()
 
 
+def test_fit_and_diagnose_answer_in_the_same_units_where_only_the_mass_is_known(trials):
+    named = undertow.diagnose(trials, PRESCRIBED, suspects=["cubic_stiffness", "added_mass"], mass_kg=4.0)[0]
+    fitted = undertow.fit(trials, [*PRESCRIBED, "cubic_stiffness"], mass_kg=4.0)
+    assert named.names == ("cubic_stiffness",)
+    assert named.findings.fits["output_error"].anchor == fitted.anchor.sentence == "mass 4 kg, as given"
+    assert "added_mass" not in {one.name for one in named.verdict.rejected}  # k is free: nothing parts it from the mass
+    for said in ("k_N_per_m", "c_Ns_per_m", "cubic_stiffness.N_per_m3"):
+        own = said.replace(".", "_")
+        one, other = named.estimates[said], fitted.estimates[own]
+        assert one.unit == other.unit
+        assert abs(one.value - other.value) < 2.0 * one.total_stderr
+    assert named.repaired.total_mass_kg == 4.0
+
+
 def test_draws_of_a_group_spread_and_move_together_as_its_numbers_do(found):
     group = found[0]
     described = group.verdict.augmented
@@ -208,8 +222,8 @@ def test_an_opened_run_says_what_the_run_said(campaign):
     assert [g.sentence for g in opened] == [g.verdict.sentence for g in findings.groups]
     group = opened[0]
     assert group is opened[group.label]
-    found = findings.groups[0].verdict.baseline.parameters["k_N_per_m_per_mass"]
-    assert group.prescribed.loc["k_N_per_m_per_mass", "value"] == pytest.approx(found.value, rel=1e-6)
+    found = findings.groups[0].verdict.baseline.parameters["k_N_per_m"]
+    assert group.prescribed.loc["k_N_per_m", "value"] == pytest.approx(found.value, rel=1e-6)
     assert opened.verdicts.loc[group.label, "error"] == pytest.approx(findings.groups[0].verdict.baseline.nrmse)
     assert len(opened.trials)
     assert len(opened.levels)

@@ -29,6 +29,7 @@ from undertow.quantities import Estimate
 from undertow.recording.recording import Recording
 from undertow.report.tables import levels_table, mismatch_table, trials_table
 from undertow.report.verdict_file import verdict_json
+from undertow.uncertainty.disagreement import HALVES, Grown, grown_words
 
 
 def motion(name: str, x0: float, seed: int = 0, gain: float = 1.0) -> Motion:
@@ -95,6 +96,13 @@ def test_a_verdict_with_everything_in_it_comes_back(
     for name in ("p_value", "upper_bound", "detectable", "not_testable", "null"):
         assert getattr(loaded, name) == getattr(full, name)
     assert (loaded.alternatives, loaded.physical_check) == (full.alternatives, full.physical_check)
+
+
+def test_why_errors_are_larger_than_a_fits_own_comes_back(task: GroupTask, findings: GroupFindings, tmp_path: Path):
+    found = (Grown("k_N_per_m", 9.25, 3, 0.026, 2.5), Grown("mu", 4.0, 1, 0.046, 1.5, HALVES))
+    loaded = kept(task, replace(findings, grown=found), tmp_path)
+    assert loaded.grown == found
+    assert loaded.remarks == (*findings.notes, *grown_words(found))
 
 
 @pytest.mark.parametrize(

@@ -21,7 +21,11 @@ from undertow.quantities import Estimate
 from undertow.uncertainty.disagreement import (
     ALIKE,
     HALVES,
+    LEVELS,
     OF_ONE_TRIAL,
+    SPRINGS,
+    TRIALS,
+    Grown,
     differing,
     grown,
     grown_words,
@@ -52,7 +56,7 @@ def test_the_error_of_trials_that_differ_is_that_of_a_mean_over_trials_that_diff
     assert after["mass_kg"].source == "output error; trials differ"
     assert (found[0].freedom, found[0].grown) == (4, pytest.approx(after["mass_kg"].stderr / 0.05))
     assert found[0].p_value < ALIKE
-    assert "in mass_kg: the standard errors" in grown_words(found)[0]
+    assert grown_words(found)[0].endswith(f"than these: mass_kg ({found[0].grown:.2g}) between trials fitted alone")
 
 
 @pytest.mark.parametrize(
@@ -75,12 +79,12 @@ def test_means_over_single_fits_are_left_alone_and_joint_fits_are_not():
     both = zip("ab", alone(5.0, 15.0), strict=True)
     singles = {name: {"sindy": Fit("sindy", (name,), {}, one)} for name, one in both}
     fits = {"sindy": Fit("sindy", ("a", "b"), {}, joint), "decay": Fit("decay", ("a", "b"), {}, joint)}
-    after = with_grown_errors(fits, singles)
+    after, found = with_grown_errors(fits, singles)
     assert after["sindy"].parameters["mass_kg"].stderr > 1.0
-    assert "mass_kg" in after["sindy"].notes[0]
+    assert [one.parameter for one in found] == ["mass_kg"]
     assert after["decay"] == fits["decay"]
     mean = Fit("sindy", ("a", "b"), {}, joint, notes=("mean over trials, each fitted alone",))
-    assert with_grown_errors({"sindy": mean}, singles)["sindy"] == mean
+    assert with_grown_errors({"sindy": mean}, singles) == ({"sindy": mean}, ())
 
 
 def decays(*damping: float) -> list[undertow.Trials]:
@@ -96,7 +100,7 @@ def test_fit_says_that_trials_differ_and_its_interval_holds_all_of_them():
     c = found.parameters.loc["c_Ns_per_m"]
     assert c["low"] < 1.75 < 2.25 < c["high"]
     assert "trials differ" in c["note"]
-    assert any("differ by more than their errors in c_Ns_per_m" in note for note in found.notes)
+    assert any("differ by more than these: c_Ns_per_m (" in note for note in found.notes)
 
 
 def test_fit_of_one_trial_says_that_its_intervals_are_of_this_trial():
@@ -115,7 +119,7 @@ def test_halves_of_the_amplitude_that_differ_make_an_error_grow_that_trials_do_n
     assert after["mass_kg"].stderr == pytest.approx(math.hypot(0.5, math.sqrt(0.48 / 2.0)), rel=1e-9)
     assert (found[0].among, found[0].chi_squared) == (HALVES, pytest.approx(1.96))
     assert after["mass_kg"].source == "output error; trials differ"
-    assert grown_words(found)[0].startswith("trials of small and of large amplitude differ by more")
+    assert grown_words(found)[0].endswith("between trials of small and of large amplitude")
 
 
 def test_three_trials_have_no_halves():
@@ -162,8 +166,17 @@ def test_springs_of_one_water_that_differ_in_added_mass_have_errors_with_which_t
         assert group.equation_errors["added_mass"] > 100.0
         assert group.verdict.baseline.parameters["added_mass_kg"].stderr == pytest.approx(expected)
         assert group.equation_errors["stiffness"] == 10.0
-        assert group.notes[0].startswith("added_mass_kg by output_error differs by more than its errors between spring")
+        assert [(one.parameter, one.among) for one in group.grown] == [("added_mass_kg", SPRINGS)]
+        assert group.grown[0].grown == pytest.approx(expected / 8.0)
+        assert group.remarks[-1].endswith("between groups in the same water")
     assert after[2] is groups[2]
+
+
+def test_a_parameter_that_several_methods_give_stands_once_with_its_largest_growth():
+    each = ((2.0, TRIALS), (3.14, TRIALS), (1.5, LEVELS))
+    found = [Grown("mu", 9.0, 3, 0.03, times, among) for times, among in each]
+    (said,) = grown_words(found)
+    assert said.endswith(": mu (3.1) between trials fitted alone; mu (1.5) between groups on the same spring")
 
 
 def test_levels_of_one_spring_that_differ_in_stiffness_do_so_too_but_not_dry_groups_or_unknown_water():

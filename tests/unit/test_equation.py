@@ -3,17 +3,19 @@
 from __future__ import annotations
 
 import math
+from dataclasses import dataclass
+from typing import ClassVar
 
 import numpy as np
 import pytest
 
 from undertow.equation import registry
 from undertow.equation.equation import Equation, equation_15
-from undertow.equation.hidden import even_step
+from undertow.equation.hidden import even_step, linear_response
 from undertow.equation.hydrodynamics import QuadraticDrag
 from undertow.equation.kernel import SLOT
 from undertow.equation.notation import plain_symbol, quantity_latex, term_latex
-from undertow.equation.symbolic import SymbolPlace
+from undertow.equation.symbolic import Share, SymbolPlace
 from undertow.equation.term import Term
 from undertow.errors import UndertowError
 from undertow.quantities import Parameter
@@ -188,6 +190,38 @@ def test_a_users_own_law_is_not_compiled():
     assert not Equation((Own(),), (1.0,)).compiled
 
 
+def test_a_users_own_expression_with_an_inner_number_is_the_force_that_it_writes():
+    @dataclass(frozen=True)
+    class Own(Term):
+        """A spring that softens, written as an expression."""
+
+        length_m: float = 0.1
+        name: ClassVar[str] = "softening_by_length"
+        parameters: ClassVar = (Parameter("k_N_per_m", "N/m", "k"), Parameter("length_m", "m", "l", lower=1e-3))
+        law = latex = "k x / (1 + (x / l)^2)"
+        source = left_out = "test"
+
+        def share(self, p, q, number):
+            return Share(smooth=p["k_N_per_m"] * q.x / (1 + (q.x / p["length_m"]) ** 2))
+
+    x, none = np.array([-0.2, 0.0, 0.05]), np.zeros(3)
+    for length in (0.1, 0.03):
+        assert Own(length).force(x, none, none, none) == pytest.approx(x / (1.0 + (x / length) ** 2))
+
+
+def test_a_hidden_resonators_numbers_have_the_bounds_within_which_it_swings():
+    bounds = {p.name: (p.lower, p.upper) for p in registry.find("hidden_resonator").parameters}
+    assert bounds["damping_ratio"] == (0.0, 1.5)  # half above critical: what is slower is a relaxation
+    assert bounds["mass_kg"] == (0.0, math.inf)
+    assert bounds["natural_frequency_rad_per_s"] == (0.05, math.inf)
+    assert bounds["quadratic_damping_per_m"] == (0.0, math.inf)
+
+
+def test_laws_of_the_water_are_those_that_a_dry_group_does_not_have():
+    of_water = {law.name for law in registry.catalogue() if law.of_water}
+    assert of_water == {"added_mass", "quadratic_drag", "linear_damping", "cubic_damping", "drag_exponent"}
+
+
 def test_constants_cannot_be_edited():
     equation = Equation((), (), constants={"area_m2": 0.97})
     with pytest.raises(TypeError, match="does not support item assignment"):
@@ -232,3 +266,12 @@ def test_a_resonator_that_is_pulled_evenly_comes_along_and_one_left_alone_swings
     w, damping = resonator.natural_frequency_rad_per_s, resonator.damping_ratio
     peaks = t[1:-1][(pull[1:-1] > pull[:-2]) & (pull[1:-1] > pull[2:])]
     assert 2.0 * np.pi / np.median(np.diff(peaks[:8])) == pytest.approx(w * math.sqrt(1.0 - damping**2), rel=0.01)
+
+
+@pytest.mark.parametrize(("z", "w", "step"), [(0.3, 9.0, 0.02), (0.02, 9.0, 0.1), (0.9, 2.0, 0.2)])
+def test_a_filter_at_rest_that_is_pulled_from_the_first_sample_on_answers_as_its_closed_form(z, w, step):
+    t = step * np.arange(60)
+    found = linear_response([2.0 * z * w, w * w], [1.0, 2.0 * z * w, w * w], np.full(t.size, 1.7), step)
+    wd = w * math.sqrt(1.0 - z * z)
+    left = np.exp(-z * w * t) * (np.cos(wd * t) - z * w / wd * np.sin(wd * t))
+    assert found == pytest.approx(1.7 * (1.0 - left), abs=1e-10)

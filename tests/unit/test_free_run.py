@@ -175,3 +175,8 @@ def test_scatter_of_few_trials_is_drawn_from_students_distribution(monkeypatch):
     assert np.std(many) == pytest.approx(0.1, rel=0.15)
     # quartiles of Cauchy's distribution are 2.0 apart, of the normal one 1.35
     assert np.subtract(*np.quantile(one, (0.75, 0.25))) > 1.25 * np.subtract(*np.quantile(many, (0.75, 0.25)))
+
+
+def test_scatter_that_nobody_saw_is_drawn_as_it_is_assumed(monkeypatch):
+    known, assumed = (drawn_values(monkeypatch, "k1", 0.1, freedom=freedom) for freedom in (math.inf, 0.0))
+    assert assumed.tolist() == known.tolist()

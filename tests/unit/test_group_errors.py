@@ -149,6 +149,31 @@ def test_coefficients_over_mass_become_kilograms_with_the_anchors_error():
     assert found["added_mass_kg"].systematic == pytest.approx(0.08)
 
 
+def test_a_mass_gives_kilograms_where_the_equation_has_no_added_mass_and_not_beside_one():
+    specimen, cells = Specimen(mass_kg=3.0), Estimate(1000.0, 1.0, unit="N/m")
+    anchor = choose_anchor(specimen, None, cells, added_mass=False)
+    assert (anchor.kind, anchor.sentence) == ("mass", "mass 3 kg, as given")
+    assert choose_anchor(specimen, None, cells).kind == "load cells"
+    assert not choose_anchor(specimen, None).known
+    stated = replace(specimen, stiffness_N_per_m=1000.0)
+    assert choose_anchor(stated, None, added_mass=False).kind == "stiffness"
+    assert not choose_anchor(Specimen(), None, added_mass=False).known
+
+
+def test_numbers_over_a_known_mass_become_kilograms_without_an_error_of_the_mass():
+    specimen = Specimen(mass_kg=3.0)
+    anchor = choose_anchor(specimen, None, added_mass=False)
+    spread = np.array([[0.25, 0.004], [0.004, 0.0001]])
+    found = to_physical(["stiffness", "viscous_damping"], np.array([250.0, 0.3]), spread, anchor, specimen, dry=False)
+    assert {name: one.value for name, one in found.items()} == pytest.approx(
+        {"k_N_per_m": 750.0, "c_Ns_per_m": 0.9, "total_mass_kg": 3.0}
+    )
+    assert found["k_N_per_m"].stderr == pytest.approx(3.0 * 0.5)
+    assert found["c_Ns_per_m"].stderr == pytest.approx(3.0 * 0.01)
+    assert found["total_mass_kg"].total_stderr == 0.0
+    assert found["k_N_per_m"].systematic == 0.0
+
+
 def test_dry_means_carry_the_freedom_they_were_seen_with():
     _, fits, _ = trials()
     structure = structure_from(fits, pooled_scatter([fits]))

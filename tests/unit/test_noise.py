@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 from scipy.signal import lfilter
 
-from undertow.likelihood.noise import correlate, memory, residual_memory
+from undertow.likelihood.noise import WINDOW_TIMES, autocovariance, correlate, memory, residual_memory
 
 
 def remembering(share: float, n: int = 20_000) -> np.ndarray:
@@ -38,6 +38,21 @@ def test_products_at_lags_are_the_sums_by_hand():
     by_hand = [(values[: 4 - lag] * values[lag:]).sum(axis=0) for lag in range(4)]
     assert correlate(values, 3) == pytest.approx(np.array(by_hand[:3]), abs=1e-12)
     assert correlate(values, 9) == pytest.approx(np.array(by_hand), abs=1e-12)
+
+
+def test_autocovariance_ends_at_the_first_lag_that_is_six_correlation_times_away():
+    noise = remembering(0.8, 3000)
+    products = correlate(noise[:, None], 300)[:, 0]
+    time, last = 1.0, 0
+    while last + 1 < WINDOW_TIMES * time:
+        last += 1
+        time += 2.0 * abs(products[last] / products[0])
+    found = autocovariance(noise, [noise.size])
+    assert found.size == last + 1
+    assert found[0] == pytest.approx(float(noise @ noise) / noise.size)
+    half = found.size // 2
+    share = half / found.size
+    assert found[half] == pytest.approx(products[half] / noise.size * 2.0 * (1.0 - share) ** 3)
 
 
 @dataclass(frozen=True)

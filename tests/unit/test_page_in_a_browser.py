@@ -26,6 +26,10 @@ TOO_WIDE = """JSON.stringify([...document.querySelectorAll("main *")].filter((e)
 }).map((e) => `${e.tagName} ${e.textContent.slice(0, 40)}`).slice(0, 5))"""
 """Elements that stand out to the right of the window and of every box of their own that scrolls."""
 
+LOAD_AT_MOST_S, SLOWED = 1.5, 4.0
+"""Processor time of the page's thread for one load, s; how many times longer it may take on a machine that others use
+(measured with nothing else: docs/performance.md)."""
+
 PAPER_PX = 688
 """Width of A4 within the page's margins of 14 mm, at 96 pixels an inch."""
 
@@ -67,6 +71,18 @@ def test_the_page_loads_without_a_request_or_an_error_and_a_script_in_a_name_sta
     assert len(names) == sum(len(group.trials) for group in small_findings().groups)
 
 
+def test_the_page_is_loaded_in_a_second_and_a_half(tab: Page, written: Path) -> None:
+    found = []
+    for _ in range(3):
+        tab.open(written)
+        found.append(tab.load_s())
+    least = min(found, key=lambda one: one["loaded"])
+    assert 0.0 < least["read"] <= least["loaded"]
+    assert least["painted"] > 0.0
+    assert 0.0 < least["busy"] < LOAD_AT_MOST_S
+    assert least["loaded"] < SLOWED * LOAD_AT_MOST_S
+
+
 @pytest.mark.parametrize("width", [390, 1440])
 @pytest.mark.parametrize("dark", [False, True])
 def test_sentence_picture_and_grid_stand_above_all_else_and_nothing_is_too_wide(
@@ -83,6 +99,28 @@ def test_sentence_picture_and_grid_stand_above_all_else_and_nothing_is_too_wide(
     assert json.loads(tab.run(TOO_WIDE)) == []
     paper = tab.run("getComputedStyle(document.querySelector('main')).backgroundColor")
     assert paper == ("rgb(22, 28, 35)" if dark else "rgb(255, 255, 255)")
+
+
+@pytest.mark.parametrize("dark", [False, True])
+def test_on_a_phone_the_whole_page_stays_within_the_screen_and_reads_downwards(
+    tab: Page, written: Path, dark: bool
+) -> None:
+    tab.shape(390, 844, dark)
+    tab.open(written)
+    explored(tab)
+    tab.run("document.querySelectorAll('details').forEach((d) => { d.open = true; })")
+    assert json.loads(tab.run(TOO_WIDE)) == []
+    assert tab.run("document.documentElement.scrollWidth") <= 390
+    lefts = tab.run("[...document.querySelectorAll('ul.levels li')].map((e) => e.getBoundingClientRect().left)")
+    assert len(lefts) > 1
+    assert max(lefts) == min(lefts)
+    heights = tab.run(
+        "[...document.querySelectorAll('table.repaired td.n')].filter((e) => e.textContent.includes('±')).map((e) => {"
+        " const at = e.firstChild.textContent.indexOf('±'), r = document.createRange();"
+        " r.setStart(e.firstChild, 0); r.setEnd(e.firstChild, at + 3); return r.getClientRects().length; })"
+    )
+    assert heights
+    assert set(heights) == {1}  # a value stands in one line with its error
 
 
 def test_the_button_changes_the_theme_of_page_and_figures(page: Page) -> None:

@@ -193,7 +193,7 @@ def test_the_overview_holds_the_reference_methods_numbers() -> None:
 
 
 def test_a_named_verdict_shows_its_numbers_check_next_test_and_what_was_ruled_out() -> None:
-    text = read(rendered()).text
+    text = read(rendered()).text.replace("\u00a0±\u00a0", " ± ")
     assert "explained with hidden resonator" in text
     for words in ("hidden resonator: mass300 ± 6 kg", "natural frequency9.60 ± 0.05 rad/s", "damping0.80 ± 0.20 1/m"):
         assert words in re.sub(r"\s*\n\s*", "", text)

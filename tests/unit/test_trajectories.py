@@ -7,6 +7,7 @@ import pytest
 
 from tests.exact_motions import LONG, exact_group, exact_motion
 from tests.short_trials import released
+from undertow.comparison import polish as polishing
 from undertow.comparison.laws import laws, why_not_simulated
 from undertow.comparison.polish import linearise, polish
 from undertow.comparison.trajectories import OWN, in_cells, trial_rows
@@ -16,6 +17,7 @@ from undertow.equation.hidden import HiddenResonator
 from undertow.equation.hydrodynamics import DragExponent, QuadraticDrag
 from undertow.equation.structure import CoulombFriction, CubicStiffness, Stiffness, StribeckFriction, ViscousDamping
 from undertow.errors import IdentificationError
+from undertow.likelihood.priors import CLOCK_RADIANS, clock_std
 from undertow.recording.recording import Recording
 
 TERMS = (Stiffness(), ViscousDamping(), CoulombFriction(), QuadraticDrag(), CubicStiffness(), StribeckFriction(0.05))
@@ -112,6 +114,20 @@ def test_the_linear_picture_predicts_what_a_step_does(trial):
     assert np.linalg.norm(found - expected) < 0.02 * np.linalg.norm(change)
 
 
+def test_one_column_made_anew_is_that_of_the_whole_and_leaves_the_others(trial):
+    book = laws(TERMS)
+    here = polish([trial], book, range(4), VALUES)
+    place = book.names.index("stribeck_friction.velocity_m_per_s")
+    before = linearise([trial], book, here)
+    friction = TERMS.index(StribeckFriction(0.05))
+    whole = linearise([trial], book, here, inner={place: 0.09})
+    one = linearise([trial], book, here, inner={place: 0.09}, only=friction, before=before)
+    assert one.columns.shape == before.columns.shape
+    assert one.columns == pytest.approx(whole.columns, rel=1e-9, abs=1e-9)
+    assert np.abs(one.columns[:, friction] - before.columns[:, friction]).max() > 0.0
+    assert one.columns[:, 0] == pytest.approx(before.columns[:, 0])
+
+
 def test_channels_are_what_is_recorded_and_unknowns_follow_them():
     both = in_cells(condition(released(LONG, 0.1, "r", 0)))
     assert both.names == ("x0", "shift", "clock", "gain")
@@ -157,3 +173,21 @@ def test_a_release_may_be_late_by_its_prior_and_by_what_it_was_seen_with(trial):
     late = [in_cells(one).prior[1] for one in (motion, unsure)]
     assert late[0] == pytest.approx(0.6 * trial.period_s / (2.0 * np.pi), rel=0.01)
     assert late[1] == pytest.approx(np.hypot(late[0], 0.3), rel=0.01)
+
+
+def test_releases_are_tried_at_the_instant_seen_and_at_two_later_ones_within_a_tenth_of_a_period(trial, monkeypatch):
+    tried, plain = [], polishing._search
+
+    def noting(trials, book, places, values, own):
+        if not len(places):
+            tried.append(own[0][trial.names.index("shift")])
+        return plain(trials, book, places, values, own)
+
+    monkeypatch.setattr(polishing, "_search", noting)
+    polish([trial], laws(TERMS[:4]), range(4), VALUES[:4])
+    assert tried == pytest.approx(np.array([0.0, 0.3, 0.6]) * trial.period_s / (2.0 * np.pi))
+
+
+def test_a_clock_is_known_to_an_angle_of_the_bodys_motion():
+    assert clock_std(2.0 * np.pi) == pytest.approx(CLOCK_RADIANS)
+    assert clock_std(3.0) == pytest.approx(3.0 * clock_std(1.0))

@@ -43,6 +43,8 @@ def has_room(level: Level, suspect: Suspect, fit: JointFit) -> bool:
     additions = suspect.additions(level.scales, suspect.starts(level.scales)[0])
     if any(a.slot == "mass" for a in additions) and not all(m.model.anchored for m in level.members):
         return False  # nothing gives kilograms: an added mass is the scale of all other numbers
+    if any(a.slot == "mass" and a.scope != "trial" for a in additions) and all(m.model.weighed for m in level.members):
+        return False  # the same where kilograms come from the mass alone
     if any(a.scope == "trial" for a in additions) and level.trials < 2:
         return False
     moved = {SLOT[a.moves[0]] for a in additions if a.moves is not None}

@@ -16,6 +16,7 @@ from undertow.discrepancy.words import group_title
 from undertow.equation.equation import Equation
 from undertow.likelihood.fit import Fit, Specimen, Structure
 from undertow.recording.recording import Array, Condition
+from undertow.uncertainty.disagreement import Grown, grown_words
 
 
 @dataclass(frozen=True)
@@ -67,7 +68,8 @@ class GroupFindings:
     """Trials that share one set of parameters (same spring, same water).
 
     ``fits`` holds what each method found for the group together; ``equation`` is the baseline with its numbers,
-    ``equation_errors`` standard errors by term name ("mass" for the total mass).
+    ``equation_errors`` standard errors by term name ("mass" for the total mass). ``grown`` says of which parameters the
+    errors are larger than the fit's own, since trials or groups differ by more.
     """
 
     key: Mapping[str, Condition]
@@ -80,6 +82,12 @@ class GroupFindings:
     equation_errors: Mapping[str, float]
     verdict: Verdict
     notes: tuple[str, ...] = ()
+    grown: tuple[Grown, ...] = ()
+
+    @property
+    def remarks(self) -> tuple[str, ...]:
+        """The notes, and in one sentence why standard errors are larger than the fit's own."""
+        return (*self.notes, *grown_words(self.grown))
 
     @property
     def label(self) -> str:

@@ -51,7 +51,7 @@ def fit(
     rig : what is known of it (`Rig`), as ``mass_kg=2637.4, area_m2=0.97``.
 
     A free decay gives ratios to the total mass only. Kilograms come from, in this order: dry trials with a mass; a
-    stated stiffness; load cells; a mass where the equation has no added mass. Else every number is per total mass, and
+    stated stiffness; a mass where the equation has no added mass; load cells. Else every number is per total mass, and
     the result says so.
 
     Raises IdentificationError where the equation's motion leaves every bound or what is known of the rig contradicts
@@ -125,14 +125,7 @@ def _anchor(
     if all({"spring_force", "displacement"} <= set(m.recording.channels) for m in motions):
         slopes = [load_cell_stiffness(m) for m in motions]
         cells = mean_of_trials(slopes, "N/m", "load cells")
-    added = any(t.is_inertia for t in terms)
-    if (
-        structure is None and math.isfinite(specimen.mass_kg) and not added
-        and not math.isfinite(specimen.stiffness_N_per_m)
-    ):  # fmt: skip
-        sentence = f"mass {specimen.mass_kg:g} kg, as given"
-        return Anchor("mass", Estimate(math.nan, unit="N/m"), sentence), ()
-    anchor = choose_anchor(specimen, structure, cells)
+    anchor = choose_anchor(specimen, structure, cells, added_mass=any(t.is_inertia for t in terms))
     notes = []
     if not anchor.known and math.isfinite(specimen.mass_kg):
         notes.append(

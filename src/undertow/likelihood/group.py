@@ -60,6 +60,11 @@ class GroupModel:
     laws: tuple[PlacedTerm, ...] = ()
     places: Mapping[str, int] = field(default_factory=dict)
 
+    @property
+    def weighed(self) -> bool:
+        """Whether kilograms come from a known mass alone: the stiffness is then among what is found."""
+        return self.anchored and self.fixed is None and any(c.slot == "k1" for c in self.coefficients)
+
     def place(self, slot: str) -> int:
         """Where a slot stands in the parameter vector: the compiled integrator's place, or an own law's behind them."""
         return self.places[slot] if slot in self.places else SLOT[slot]

@@ -2,7 +2,8 @@
 
 A free decay gives only ratios to the total mass: scaling m, c, k, F and q together leaves the motion unchanged. An
 anchor is needed. Order: a known mass with dry trials of the same spring (k = m w_dry^2, so that
-m_a = m ((w_dry / w_wet)^2 - 1) does not depend on any printed k), the config's stiffness, load cells, none.
+m_a = m ((w_dry / w_wet)^2 - 1) does not depend on any printed k), the stated stiffness, a known mass where the equation
+has no added mass, load cells, none.
 
 Belongs here: the anchor, its error and its sentence; per-mass coefficients in the report's parameters.
 """
@@ -30,7 +31,8 @@ STIFFNESS_DISAGREEMENT = 0.01
 
 @dataclass(frozen=True)
 class Anchor:
-    """What turns ratios into kilograms: a stiffness in N/m with its error, where it comes from, and doubts about it."""
+    """What turns ratios into kilograms: a stiffness in N/m with its error (nan where a known mass is all that moves),
+    where it comes from, and doubts about it."""
 
     kind: AnchorKind
     stiffness: Estimate
@@ -44,15 +46,23 @@ class Anchor:
 
 
 def choose_anchor(
-    specimen: Specimen, structure: Structure | None, load_cells: Estimate | None = None, dry: bool = False
+    specimen: Specimen,
+    structure: Structure | None,
+    load_cells: Estimate | None = None,
+    dry: bool = False,
+    *,
+    added_mass: bool = True,
 ) -> Anchor:
     """The anchor for one group, in the order of the module's text.
 
     ``structure`` is that of the dry trials with the same spring (its k is m w_dry^2); ``load_cells`` the group's mean
-    slope of spring force on displacement. In a dry group the mass itself is the anchor.
+    slope of spring force on displacement. In a dry group the mass itself is the anchor, and so it is of an equation
+    without ``added_mass``: beside added mass a mass alone gives no kilograms.
 
     >>> choose_anchor(Specimen(stiffness_N_per_m=1000.0), None).kind
     'stiffness'
+    >>> choose_anchor(Specimen(mass_kg=4.0), None, added_mass=False).sentence
+    'mass 4 kg, as given'
     """
     nothing = Estimate(math.nan, unit="N/m")
     stated = specimen.stiffness_N_per_m
@@ -66,6 +76,8 @@ def choose_anchor(
         others = {"load cells": load_cells.value if load_cells else math.nan}
         doubts = _disagreements(stated, "config", others)
         return Anchor("stiffness", k, f"stiffness {stated:g} N/m from the config", doubts)
+    if math.isfinite(specimen.mass_kg) and not added_mass:
+        return Anchor("mass", nothing, f"mass {specimen.mass_kg:g} kg, as given")
     if load_cells is not None and math.isfinite(load_cells.value):
         gain = GAIN_STD * load_cells.value  # nothing else says k, so that it is as wrong as their gain
         anchor = replace(load_cells, systematic=math.hypot(load_cells.systematic, gain))
@@ -103,27 +115,26 @@ def to_physical(
         }
     kappa = float(per_mass[index["stiffness"]])
     k_error = anchor.stiffness.total_stderr / anchor.stiffness.value if anchor.stiffness.value > 0.0 else 0.0
-    k_error = k_error if math.isfinite(k_error) else 0.0
-    mass = specimen.mass_kg if dry and anchor.kind == "mass" else anchor.stiffness.value / kappa
-    if dry and anchor.kind == "mass":
-        k_error = 0.0
+    weighed = anchor.kind == "mass" and (dry or not math.isfinite(anchor.stiffness.value))
+    k_error = 0.0 if weighed or not math.isfinite(k_error) else k_error
+    mass = specimen.mass_kg if weighed else anchor.stiffness.value / kappa
     found: dict[str, Estimate] = {}
     for name, i in index.items():
         key, unit, factor = contract_name(name, specimen)
         coefficient = float(per_mass[i])
-        if name == "stiffness" and not (dry and anchor.kind == "mass"):
+        if name == "stiffness" and not weighed:
             found[key] = anchor.stiffness
             continue
         gradient = np.zeros(len(index))
         gradient[i] = mass
-        if not (dry and anchor.kind == "mass"):
+        if not weighed:
             gradient[index["stiffness"]] -= coefficient * mass / kappa
         noise = math.sqrt(max(float(gradient @ covariance @ gradient), 0.0))
         found[key] = Estimate(coefficient * mass, noise, abs(coefficient) * mass * k_error, unit).scaled(factor, unit)
     kappa_error = float(errors[index["stiffness"]]) / kappa
-    mass_noise = 0.0 if dry and anchor.kind == "mass" else mass * kappa_error
+    mass_noise = 0.0 if weighed else mass * kappa_error
     found["total_mass_kg"] = Estimate(mass, mass_noise, mass * k_error, "kg", anchor.sentence)
-    if math.isfinite(specimen.mass_kg) and not dry:
+    if math.isfinite(specimen.mass_kg) and not (dry or weighed):
         found["added_mass_kg"] = Estimate(mass - specimen.mass_kg, mass_noise, mass * k_error, "kg", anchor.sentence)
     return found
 

@@ -210,7 +210,7 @@ def group_block(
         "augmented": any(trial.augmented for trial in group.trials),
         "amplitude_unit": unit,
         "trials": [_trial_row(trial, factor) for trial in group.trials],
-        "notes": [unbroken(in_plain_words(note.rstrip("."))) for note in group.notes],
+        "notes": [unbroken(in_plain_words(note.rstrip("."))) for note in group.remarks],
         "held_out": [t.motion.name for t in group.trials if t.held_out],
         "of_trials": (extent or extent_of(findings)).size_of(group)[0],
     }

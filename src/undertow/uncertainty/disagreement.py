@@ -42,6 +42,7 @@ FEWEST_IN_HALVES = 4
 """Trials that have two halves of two or more."""
 
 TRIALS, HALVES = "trials fitted alone", "trials of small and of large amplitude"
+SPRINGS, LEVELS = "groups in the same water", "groups on the same spring"
 """What differs, in words."""
 
 
@@ -168,25 +169,28 @@ def _counts(estimate: Estimate) -> bool:
 
 
 def grown_words(found: Sequence[Grown]) -> tuple[str, ...]:
-    """What has grown and why, a sentence for trials and one for halves of the amplitude; nothing where all agree.
+    """Why standard errors are larger than a fit's own, in one sentence; nothing where all agree.
 
-    >>> grown_words([Grown("added_mass_kg", 43.2, 3, 1e-9, 3.08)])[0].partition(":")[0]
-    'trials fitted alone differ by more than their errors in added_mass_kg'
+    A parameter that several methods give stands once, with the largest growth.
+
+    >>> found = [Grown("mu", 43.2, 3, 1e-9, 3.08), Grown("k_N_per_m", 4.0, 1, 0.05, 1.52, HALVES)]
+    >>> grown_words(found)[0].split(": ")[1]
+    'mu (3.1) between trials fitted alone; k_N_per_m (1.5) between trials of small and of large amplitude'
     """
+    largest: dict[tuple[str, str], float] = {}
+    for one in found:
+        place = (one.among, one.parameter)
+        largest[place] = max(one.grown, largest.get(place, 0.0))
     said = []
-    for among in (TRIALS, HALVES):
-        those = [one for one in found if one.among == among]
-        names = ", ".join(one.parameter for one in those)
-        sizes = "; ".join(
-            f"{one.parameter} {one.grown:.2g} times, chi-squared {one.chi_squared:.3g} at {one.freedom}"
-            for one in those
-        )
-        if those:
-            said.append(
-                f"{among} differ by more than their errors in {names}: the standard errors printed for all trials "
-                f"together have grown until they agree ({sizes} degrees of freedom)"
-            )
-    return tuple(said)
+    for among in (TRIALS, HALVES, SPRINGS, LEVELS):
+        those = [f"{name} ({times:.2g})" for (what, name), times in largest.items() if what == among]
+        said += [f"{', '.join(those)} between {among}"] if those else []
+    if not said:
+        return ()
+    return (
+        "standard errors are larger than those of the fit (by how many times, in brackets), because its numbers differ "
+        f"by more than these: {'; '.join(said)}",
+    )
 
 
 OF_ONE_TRIAL = "one trial: every interval is of this trial, how much another would differ is not in it"

@@ -46,6 +46,7 @@ from undertow.methods.repeated import scatter_of_repetitions
 from undertow.methods.sindy import SindyResult, discover
 from undertow.quantities import OK, Estimate
 from undertow.recording.recording import Condition
+from undertow.uncertainty.disagreement import OF_ONE_TRIAL
 from undertow.uncertainty.intervals import mean_of_trials
 
 PER_TRIAL = ("decay", "sindy", "method1", "method2", "output_error")
@@ -110,15 +111,16 @@ def analyse(task: GroupTask, progress: Callable[[str], None] = lambda _: None) -
     fits |= _means_of_singles(task, singles)
     if task.dry and len(task.motions) > 1 and "output_error" in fits:
         fits["output_error"] = _mean_structure(fits["output_error"], singles)
-    fits = with_grown_errors(fits, singles, {m.name: m.amplitude for m in task.motions})
-    baseline, differ = baseline_grown(baseline, training, singles)
+    fits, differ = with_grown_errors(fits, singles, {m.name: m.amplitude for m in task.motions})
+    baseline, too = baseline_grown(baseline, training, singles)
+    alone = (OF_ONE_TRIAL,) if len(training) == 1 else ()
     trials = tuple(_trial(task, model, baseline, motion, singles[motion.name], progress) for motion in task.motions)
     trials = _with_shares(task, trials, baseline)
     equation = baseline.equation()
     return GroupFindings(
         task.key, task.dry, trials, task.specimen, task.structure, fits, equation, baseline.equation_errors(),
         unsearched_verdict(task.key, task.held_out, trials, baseline.estimates),
-        task.anchor.doubts + _assumed(task) + _apart(task) + differ + _drifts(task, trials),
+        task.anchor.doubts + _assumed(task) + _apart(task) + alone + _drifts(task, trials), (*too, *differ),
     )  # fmt: skip
 
 

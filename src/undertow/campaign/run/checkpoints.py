@@ -34,6 +34,7 @@ from undertow.equation import registry
 from undertow.equation.equation import Equation
 from undertow.likelihood.fit import Fit
 from undertow.quantities import Estimate
+from undertow.uncertainty.disagreement import Grown
 
 
 def digest(task: GroupTask) -> str:
@@ -113,7 +114,7 @@ def save(findings: GroupFindings, path: Path) -> None:
 
 def _plain(value: Any) -> Any:
     if isinstance(value, GroupFindings):
-        fields = ("dry", "held", "fits", "verdict", "notes", "equation_errors")
+        fields = ("dry", "held", "fits", "verdict", "notes", "grown", "equation_errors")
         out = {name: _plain(getattr(value, name)) for name in fields if hasattr(value, name)}
         terms = [[t.name, dict(t.inner)] for t in value.equation.terms]
         out["equation"] = [terms, list(value.equation.coefficients), value.equation.mass_kg, value.equation.rest_m]
@@ -150,6 +151,7 @@ def load(task: GroupTask, path: Path) -> GroupFindings | None:
         return GroupFindings(
             task.key, task.dry, trials, task.specimen, task.structure, _fits(data["fits"]), equation,
             data["equation_errors"], _verdict(data["verdict"], task), tuple(data["notes"]),
+            tuple(Grown(**one) for one in data["grown"]),
         )  # fmt: skip
     except (LookupError, TypeError, ValueError, AttributeError):
         return None

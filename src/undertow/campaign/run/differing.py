@@ -17,7 +17,6 @@ import numpy as np
 from undertow.conditioning.motion import Motion
 from undertow.discrepancy.drifts import METHOD, STRUCTURE, WATER, own_number
 from undertow.discrepancy.findings import GroupFindings
-from undertow.discrepancy.words import count
 from undertow.likelihood.fit import Fit
 from undertow.methods.baseline import GroupFit
 from undertow.quantities import Estimate
@@ -25,10 +24,11 @@ from undertow.recording.recording import Condition
 from undertow.uncertainty.disagreement import (
     ALIKE,
     FEWEST,
-    OF_ONE_TRIAL,
+    LEVELS,
+    SPRINGS,
+    Grown,
     differing,
     grown,
-    grown_words,
     scatter_to_agree,
     with_scatter,
 )
@@ -45,31 +45,34 @@ Singles = Mapping[str, Mapping[str, Fit]]
 
 def with_grown_errors(
     fits: Mapping[str, Fit], singles: Singles, amplitudes: Mapping[str, float] | None = None
-) -> dict[str, Fit]:
-    """The methods' fits of all trials together, errors grown where trials differ by more; a note says so.
+) -> tuple[dict[str, Fit], tuple[Grown, ...]]:
+    """The methods' fits of all trials together, errors grown where trials differ by more, and in what they do.
 
     ``amplitudes`` are the trials' own (m or rad), by name: where given, halves of them are compared too.
     """
-    return {name: _grown(fit, singles, amplitudes) for name, fit in fits.items()}
+    pairs = {name: _grown(fit, singles, amplitudes) for name, fit in fits.items()}
+    return {name: fit for name, (fit, _) in pairs.items()}, tuple(one for _, found in pairs.values() for one in found)
 
 
-def _grown(fit: Fit, singles: Singles, amplitudes: Mapping[str, float] | None) -> Fit:
+def _grown(fit: Fit, singles: Singles, amplitudes: Mapping[str, float] | None) -> tuple[Fit, tuple[Grown, ...]]:
     if fit.method not in JOINT or any(note.startswith(MEAN) for note in fit.notes):
-        return fit
+        return fit, ()
     names = [name for name in fit.trials if fit.method in singles[name]]
     alone = [singles[name][fit.method].parameters for name in names]
     parameters, found = grown(fit.parameters, alone, [amplitudes[name] for name in names] if amplitudes else ())
-    return replace(fit, parameters=parameters, notes=(*fit.notes, *grown_words(found)))
+    return replace(fit, parameters=parameters), found
 
 
-def baseline_grown(baseline: GroupFit, motions: Sequence[Motion], singles: Singles) -> tuple[GroupFit, tuple[str, ...]]:
-    """The baseline with errors that hold how much its trials differ, and what is to be said of that."""
+def baseline_grown(
+    baseline: GroupFit, motions: Sequence[Motion], singles: Singles
+) -> tuple[GroupFit, tuple[Grown, ...]]:
+    """The baseline with errors that hold how much its trials differ, and in what they do; one trial cannot."""
     if len(motions) == 1:
-        return baseline, (OF_ONE_TRIAL,)
+        return baseline, ()
     compared = [m for m in motions if METHOD in singles[m.name]]
     alone = [singles[m.name][METHOD].parameters for m in compared]
     estimates, found = grown(baseline.estimates, alone, [m.amplitude for m in compared])
-    return replace(baseline, estimates=estimates), grown_words(found)
+    return replace(baseline, estimates=estimates), found
 
 
 def grown_between(groups: Sequence[GroupFindings], water: Collection[str]) -> list[GroupFindings]:
@@ -77,10 +80,10 @@ def grown_between(groups: Sequence[GroupFindings], water: Collection[str]) -> li
 
     ``water`` names the conditions that are the water's; without any nobody knows what groups share. What belongs to the
     water is compared between groups of one water, what belongs to the structure between groups of one spring, where it
-    is not held; numbers of groups that differ get the scatter with which they agree into their errors, a note says so.
+    is not held; numbers of groups that differ get the scatter with which they agree into their errors.
     """
     out = list(groups)
-    for names, shared in ((WATER, True), (STRUCTURE, False)) if water else ():
+    for names, shared, among in ((WATER, True, SPRINGS), (STRUCTURE, False, LEVELS)) if water else ():
         families: dict[frozenset[tuple[str, Condition]], list[int]] = {}
         for i, group in enumerate(groups):
             if not group.dry:
@@ -93,19 +96,17 @@ def grown_between(groups: Sequence[GroupFindings], water: Collection[str]) -> li
             values, errors = (np.array([getattr(e, w) for e in known.values()]) for w in ("value", "total_stderr"))
             square, chance = differing(values, errors)
             if chance < ALIKE:
-                between, others = scatter_to_agree(values, errors), [groups[i].label for i in known]
-                size = f"{float(f'{square:.2g}'):g} at {count(values.size - 1, 'degree')} of freedom"
-                said = (
-                    f"{name} by {method} differs by more than its errors between {'; '.join(others)} (chi-squared "
-                    f"{size}): the standard errors printed have grown until they agree"
-                )
+                between = scatter_to_agree(values, errors)
                 for i, estimate in known.items():
-                    out[i] = _with_scatter(out[i], name, method, estimate, between, said)
+                    before, after = estimate.stderr, with_scatter(estimate, between).stderr
+                    grew = after / before if before > 0.0 else math.inf
+                    found = Grown(name, square, values.size - 1, chance, grew, among)
+                    out[i] = _with_scatter(out[i], name, method, estimate, between, found)
     return out
 
 
 def _with_scatter(
-    group: GroupFindings, name: str, method: str, estimate: Estimate, between: float, said: str
+    group: GroupFindings, name: str, method: str, estimate: Estimate, between: float, found: Grown
 ) -> GroupFindings:
     """The group with a scatter (unit of the number) in the number's error, and in those of the prescribed equation."""
     fit = group.fits[method]
@@ -120,4 +121,4 @@ def _with_scatter(
     if method == METHOD and name in baseline.parameters:
         numbers = {**baseline.parameters, name: with_scatter(baseline.parameters[name], between)}
         verdict = replace(verdict, baseline=replace(baseline, parameters=numbers))
-    return replace(group, fits=fits, verdict=verdict, equation_errors=errors, notes=(*group.notes, said))
+    return replace(group, fits=fits, verdict=verdict, equation_errors=errors, grown=(*group.grown, found))

@@ -186,7 +186,7 @@ def group_task(
     structure = found.structure if found else None
     slopes = {m.name: s for m in motions if (s := _slope(m)) is not None}
     mean_slope = mean_of_trials(list(slopes.values()), "N/m", "load cells") if slopes else None
-    anchor = choose_anchor(specimen, structure, mean_slope, dry)
+    anchor = choose_anchor(specimen, structure, mean_slope, dry, added_mass=any(t.is_inertia for t in terms))
     stiffness = {}
     if found is not None and slopes and not dry and math.isfinite(found.ratio.value):
         stiffness = trial_stiffness(found.structure.k, slopes, found.ratio, found.structure.scatter["k"])

@@ -19,9 +19,12 @@ from rich.text import Text
 
 from undertow.campaign.driven.run import DrivenFinished
 from undertow.campaign.run.folder import DOUBTS_PRINTED, Finished
+from undertow.discrepancy.findings import Findings
 from undertow.discrepancy.words import count, group_title, percent
-from undertow.report.blocks import STATUS_WORDS
+from undertow.report.blocks import STATUS_WORDS, no_gain_words
 from undertow.report.verdict_file import group_json, read_verdicts
+from undertow.report.wording import in_plain_words
+from undertow.uncertainty.disagreement import grown_words
 
 COLOURS: Mapping[str, str] = {
     "nothing_missing": "green", "explained": "cyan", "present_but_small": "cyan", "cannot_tell": "yellow",
@@ -94,9 +97,11 @@ def probability_words(entry: Entry) -> str:
 
 
 def run_text(finished: Finished | DrivenFinished, width: int = 0, colour: bool = False, verbose: bool = False) -> str:
-    """What `undertow run` prints: table of verdicts, counts, the sentence over all groups, doubts, where the page is.
+    """What `undertow run` prints: table of verdicts, counts, why a repaired error is the larger one, the sentence over
+    all groups, doubts, where the page is.
 
-    ``verbose`` adds every shown group's sentence and every doubt; ``width`` is the terminal's (0: none).
+    ``verbose`` adds every shown group's sentence, why its standard errors are larger than the fit's own, and every
+    doubt; ``width`` is the terminal's (0: none).
     """
     if isinstance(finished, DrivenFinished):
         entries = read_verdicts(finished.folder)["groups"]
@@ -107,14 +112,21 @@ def run_text(finished: Finished | DrivenFinished, width: int = 0, colour: bool =
     if more := extent.groups - len(shown):
         lines.append(f"{count(more, 'more group')}: {finished.folder / 'verdict.json'}")
     lines.append(counted(extent.statuses))
+    lines += no_gain_lines(finished.findings)
     if verbose:
         lines += [group.verdict.sentence for group in shown]
+        lines += [f"{g.label}: {in_plain_words(said)}" for g in shown for said in grown_words(g.grown)]
     lines.append(finished.findings.across_groups)
     listed = doubts if verbose else doubts[:DOUBTS_PRINTED]
     lines += [f"doubt: {one}" for one in listed]
     if more := len(doubts) - len(listed):
         lines.append(f"{count(more, 'more doubt')}: {finished.folder / 'report.html'}")
     return "\n".join([*lines, last_line(finished)])
+
+
+def no_gain_lines(findings: Findings) -> list[str]:
+    """A sentence for each group whose repaired equation has the larger free-run error: why."""
+    return [f"{g.label}: {said}" for g in findings.groups if (said := no_gain_words(findings, g))]
 
 
 def last_line(finished: Finished | DrivenFinished) -> str:
@@ -148,5 +160,5 @@ def _number(value: float | None) -> float:
     return math.nan if value is None else float(value)
 
 
-__all__ = ["counted", "last_line", "missing_words", "probability_words", "run_json", "run_text", "table_text",
-           "verdict_table"]  # fmt: skip
+__all__ = ["counted", "last_line", "missing_words", "no_gain_lines", "probability_words", "run_json", "run_text",
+           "table_text", "verdict_table"]  # fmt: skip

@@ -29,7 +29,7 @@ from undertow.front.terminal.verdicts import no_gain_lines, probability_words, r
 from undertow.quantities import Estimate
 from undertow.report.extent import extent_of
 from undertow.report.verdict_file import write_verdict
-from undertow.uncertainty.disagreement import LEVELS, Grown
+from undertow.uncertainty.growth import LEVELS, Grown
 
 Capture = pytest.CaptureFixture[str]
 

@@ -29,7 +29,7 @@ from undertow.quantities import Estimate
 from undertow.recording.recording import Recording
 from undertow.report.tables import levels_table, mismatch_table, trials_table
 from undertow.report.verdict_file import verdict_json
-from undertow.uncertainty.disagreement import HALVES, Grown, grown_words
+from undertow.uncertainty.growth import HALVES, Grown, grown_words
 
 
 def motion(name: str, x0: float, seed: int = 0, gain: float = 1.0) -> Motion:

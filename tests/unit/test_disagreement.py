@@ -18,20 +18,8 @@ from undertow.equation.hydrodynamics import AddedMass
 from undertow.equation.structure import Stiffness
 from undertow.likelihood.fit import Fit
 from undertow.quantities import Estimate
-from undertow.uncertainty.disagreement import (
-    ALIKE,
-    HALVES,
-    LEVELS,
-    OF_ONE_TRIAL,
-    SPRINGS,
-    TRIALS,
-    Grown,
-    differing,
-    grown,
-    grown_words,
-    scatter_to_agree,
-    with_scatter,
-)
+from undertow.uncertainty.disagreement import ALIKE, OF_ONE_TRIAL, differing, grown, scatter_to_agree, with_scatter
+from undertow.uncertainty.growth import HALVES, LEVELS, SPRINGS, TRIALS, Grown, grown_words
 
 LAW = {"stiffness": 400.0, "viscous_damping": 2.0}
 

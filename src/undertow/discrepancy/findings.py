@@ -16,7 +16,7 @@ from undertow.discrepancy.words import group_title
 from undertow.equation.equation import Equation
 from undertow.likelihood.fit import Fit, Specimen, Structure
 from undertow.recording.recording import Array, Condition
-from undertow.uncertainty.disagreement import Grown, grown_words
+from undertow.uncertainty.growth import Grown, grown_words
 
 
 @dataclass(frozen=True)

@@ -28,7 +28,8 @@ from undertow.methods.baseline import GroupFit, fit_alone, fit_group, group_mode
 from undertow.methods.decay import load_cell_stiffness
 from undertow.methods.dry import dry_fits, pooled_scatter, structural_terms, structure_from
 from undertow.quantities import Estimate
-from undertow.uncertainty.disagreement import OF_ONE_TRIAL, grown, grown_words
+from undertow.uncertainty.disagreement import OF_ONE_TRIAL, grown
+from undertow.uncertainty.growth import grown_words
 from undertow.uncertainty.intervals import mean_of_trials
 
 SCALING = ("kg", "N")

@@ -16,7 +16,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import numpy as np
 from scipy.optimize import brentq
@@ -25,6 +25,7 @@ from scipy.stats import chi2
 from undertow.quantities import OK, Estimate
 from undertow.recording.recording import Array
 from undertow.uncertainty.confidence import as_stderr, mixture_half_width
+from undertow.uncertainty.growth import HALVES, Grown
 from undertow.uncertainty.repeats import scatter_between, weighted_mean
 
 ALIKE = 0.32
@@ -40,24 +41,6 @@ FEWEST = 2
 
 FEWEST_IN_HALVES = 4
 """Trials that have two halves of two or more."""
-
-TRIALS, HALVES = "trials fitted alone", "trials of small and of large amplitude"
-SPRINGS, LEVELS = "groups in the same water", "groups on the same spring"
-"""What differs, in words."""
-
-
-@dataclass(frozen=True)
-class Grown:
-    """One parameter in several trials, each fitted alone: chi-squared of their values about the mean at ``freedom``
-    degrees of freedom, how probable that is by chance, and how many times the joint standard error has grown; ``among``
-    says what differs, in words."""
-
-    parameter: str
-    chi_squared: float
-    freedom: int
-    p_value: float
-    grown: float
-    among: str = TRIALS
 
 
 def grown(
@@ -166,31 +149,6 @@ def grown_whatever(joint: Estimate, values: Array, noise: Array) -> Estimate:
 
 def _counts(estimate: Estimate) -> bool:
     return estimate.outcome == OK and math.isfinite(estimate.value) and 0.0 < estimate.stderr < math.inf
-
-
-def grown_words(found: Sequence[Grown]) -> tuple[str, ...]:
-    """Why standard errors are larger than a fit's own, in one sentence; nothing where all agree.
-
-    A parameter that several methods give stands once, with the largest growth.
-
-    >>> found = [Grown("mu", 43.2, 3, 1e-9, 3.08), Grown("k_N_per_m", 4.0, 1, 0.05, 1.52, HALVES)]
-    >>> grown_words(found)[0].split(": ")[1]
-    'mu (3.1) between trials fitted alone; k_N_per_m (1.5) between trials of small and of large amplitude'
-    """
-    largest: dict[tuple[str, str], float] = {}
-    for one in found:
-        place = (one.among, one.parameter)
-        largest[place] = max(one.grown, largest.get(place, 0.0))
-    said = []
-    for among in (TRIALS, HALVES, SPRINGS, LEVELS):
-        those = [f"{name} ({times:.2g})" for (what, name), times in largest.items() if what == among]
-        said += [f"{', '.join(those)} between {among}"] if those else []
-    if not said:
-        return ()
-    return (
-        "standard errors are larger than those of the fit (by how many times, in brackets), because its numbers differ "
-        f"by more than these: {'; '.join(said)}",
-    )
 
 
 OF_ONE_TRIAL = "one trial: every interval is of this trial, how much another would differ is not in it"

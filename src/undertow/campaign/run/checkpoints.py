@@ -34,7 +34,7 @@ from undertow.equation import registry
 from undertow.equation.equation import Equation
 from undertow.likelihood.fit import Fit
 from undertow.quantities import Estimate
-from undertow.uncertainty.disagreement import Grown
+from undertow.uncertainty.growth import Grown
 
 
 def digest(task: GroupTask) -> str:

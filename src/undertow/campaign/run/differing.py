@@ -24,14 +24,12 @@ from undertow.recording.recording import Condition
 from undertow.uncertainty.disagreement import (
     ALIKE,
     FEWEST,
-    LEVELS,
-    SPRINGS,
-    Grown,
     differing,
     grown,
     scatter_to_agree,
     with_scatter,
 )
+from undertow.uncertainty.growth import LEVELS, SPRINGS, Grown
 
 JOINT = ("output_error", "sindy")
 """Methods that take a group's trials together."""

@@ -24,7 +24,7 @@ from undertow.discrepancy.words import count, group_title, percent
 from undertow.report.blocks import STATUS_WORDS, no_gain_words
 from undertow.report.verdict_file import group_json, read_verdicts
 from undertow.report.wording import in_plain_words
-from undertow.uncertainty.disagreement import grown_words
+from undertow.uncertainty.growth import grown_words
 
 COLOURS: Mapping[str, str] = {
     "nothing_missing": "green", "explained": "cyan", "present_but_small": "cyan", "cannot_tell": "yellow",

@@ -115,6 +115,13 @@ def test_what_is_small_has_no_name_of_which_no_fit_has_sound_numbers(found):
     assert "most like linear damping" in said.sentence
 
 
+def test_a_gain_beyond_every_replica_still_says_what_it_is_most_like():
+    null = beside(1e-6)
+    said = judged(GREEN, case(), diagnosis(), True, replace(null, tests=(replace(null.tests[0], p_value=0.0),)))
+    assert (said.status, said.verdict) == ("present_but_small", ("linear_damping",))
+    assert "most like linear damping" in said.sentence
+
+
 def no_trial(misfit: float) -> SimpleNamespace:
     """A fit of no trial at all that leaves so much."""
     return SimpleNamespace(misfit=misfit, solution=SimpleNamespace(problem=SimpleNamespace(trials=()), residuals=()))

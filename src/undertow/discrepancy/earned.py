@@ -116,7 +116,8 @@ def _standing_out(
     nothing missing stands out as much. It has a name where no other suspect stands out nearly as much and the numbers
     of its fit mean something."""
     first = tested.tests[0]
-    likely = list(dict.fromkeys(t.name for t in tested.tests if t.p_value < first.p_value * RIVAL_ODDS))
+    near = [t.name for t in tested.tests if t.p_value < first.p_value * RIVAL_ODDS]
+    likely = list(dict.fromkeys((first.name, *near)))  # a p-value of zero is no smaller than twenty times itself
     words = ", ".join(name.replace("_", " ") for name in likely[:3])
     text = (
         f"{case.label}: the equation misses {percent(case.baseline.nrmse)} of the motion (repeatability "

@@ -1,7 +1,8 @@
 """undertow: the equation of motion behind free-decay recordings, and the physics that a model leaves out.
 
 `read`, `load`: recordings as `Trials`. `fit`, `fit_driven`: an equation's numbers. `Discover`: which terms it has.
-`diagnose`: what it leaves out. `simulate`, `predict`: where it takes the body. `open`: a finished run.
+`diagnose`: what it leaves out. `simulate`, `predict`: where it takes the body. `frequency_response`, `fit_response`:
+the same under a harmonic force. `open`: a finished run.
 docs/python_front.md shows them.
 """
 
@@ -18,12 +19,14 @@ if TYPE_CHECKING:
     from undertow.front.opening import open_run as open
     from undertow.front.prediction import predict
     from undertow.front.reading import load, read
+    from undertow.front.response import fit_response, frequency_response
     from undertow.front.simulation import simulate
     from undertow.front.trials import Trials
 
 __version__ = "0.1.0"
 __all__ = [
-    "Discover", "Trials", "__version__", "diagnose", "fit", "fit_driven", "load", "open", "predict", "read", "simulate",
+    "Discover", "Trials", "__version__", "diagnose", "fit", "fit_driven", "fit_response", "frequency_response", "load",
+    "open", "predict", "read", "simulate",
 ]  # fmt: skip
 
 _HOMES = {
@@ -32,6 +35,8 @@ _HOMES = {
     "diagnose": ("diagnosing", "diagnose"),
     "fit": ("fitting", "fit"),
     "fit_driven": ("driving", "fit_driven"),
+    "fit_response": ("response", "fit_response"),
+    "frequency_response": ("response", "frequency_response"),
     "load": ("reading", "load"),
     "open": ("opening", "open_run"),
     "predict": ("prediction", "predict"),

@@ -16,6 +16,7 @@ Does not belong here: gain, delay (slots of the integrator), files.
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 from typing import Literal
 
@@ -33,6 +34,9 @@ EVEN_SHARE = 0.01
 
 REFINED = 2
 """Knots a sample of a band-limited input: quintics between them are right to 1e-6 at five samples a period."""
+
+KNOTS_A_PERIOD = 32
+"""Knots a period of a harmonic input: quintics between them are right to 1e-9 of its amplitude."""
 
 END_SAMPLES = 512
 """Samples by which a record is continued beyond its ends, mirrored through its end points, before its spectrum is
@@ -129,6 +133,18 @@ def drive_of(t: Array, u: Array, hold: Hold = "first") -> Drive:
     values, slopes, curves = _refined(u, step)
     knots = t[0] + np.arange(values.size) * (step / REFINED)
     return Drive(knots, _quintics(values, slopes, curves, step / REFINED), False, hold)
+
+
+def harmonic(amplitude: float, rate: float, periods: int = 1) -> Drive:
+    """The force amplitude cos(rate t), unit of the amplitude, over so many periods from t = 0; rate in rad/s.
+
+    >>> round(float(harmonic(2.0, 3.0).at(np.array([0.25]))[0]), 9) == round(2.0 * math.cos(0.75), 9)
+    True
+    """
+    step = 2.0 * math.pi / rate / KNOTS_A_PERIOD
+    knots: Array = step * np.arange(periods * KNOTS_A_PERIOD + 1, dtype=np.float64)
+    cosine, sine = amplitude * np.cos(rate * knots), amplitude * np.sin(rate * knots)
+    return Drive(knots, _quintics(cosine, -rate * sine, -(rate**2) * cosine, step), False, "band_limited")
 
 
 def _refined(u: Array, step: float) -> tuple[Array, Array, Array]:

@@ -1,0 +1,245 @@
+"""The numbers of an equation from a harmonic set: amplitude and phase of the motion under F cos(w t), at many w.
+
+    M x'' + sum of laws = F cos(w t),   x = A cos(w t + phase) + overtones
+
+Start values come from the balance of the fundamental alone (Krylov and Bogoliubov 1937), which is linear in the laws'
+coefficients: every law's force on the measured A cos(w t + phase), its part at w against the force. From there the
+steady motion itself is fitted (steady_state.py), each point on the branch on which it was measured.
+
+Belongs here: that regression and that fit. Does not belong here: steady states, what a user sees (front/response.py).
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+
+import numpy as np
+from scipy.optimize import least_squares
+
+from undertow.equation.driven_laws import DrivenUnknown, places
+from undertow.equation.driven_slots import DRIVEN_SLOT, N_DRIVEN
+from undertow.equation.input import MotionSize
+from undertow.equation.steady_state import SteadyState, closed_orbit, settled
+from undertow.equation.term import Array, Term
+from undertow.errors import ConfigError, IdentificationError, RecordingError
+from undertow.quantities import Estimate
+
+ANGLES = 256
+"""Instants of a period at which a law's force on a cosine is taken."""
+
+MASS = "mass_kg"
+STARTS_AT_ONE = {"gain": 1.0, "bw_unit": 1.0, "bw_n": 1.0}
+"""Slots that are not zero where nothing is said of them."""
+
+
+@dataclass(frozen=True)
+class HarmonicSet:
+    """``rate`` (n,) rad/s, ``force`` (n,) N, and of the motion under it ``amplitude`` (n,) m or rad and ``phase`` (n,)
+    rad before the force's; ``sigma`` (n,) their standard error in the unit of the amplitude (0: all alike, unknown)."""
+
+    rate: Array
+    force: Array
+    amplitude: Array
+    phase: Array
+    sigma: Array = field(default_factory=lambda: np.zeros(0))
+
+    def __post_init__(self) -> None:
+        sizes = {v.size for v in (self.rate, self.force, self.amplitude, self.phase)}
+        if len(sizes) != 1 or self.sigma.size not in (0, self.rate.size):
+            raise RecordingError(
+                f"harmonic set: {self.rate.size} frequencies, {self.force.size} forces, {self.amplitude.size} "
+                f"amplitudes, {self.phase.size} phases and {self.sigma.size} errors; give one of each a point"
+            )
+        every = np.concatenate([self.rate, self.force, self.amplitude, self.phase])
+        if not np.all(np.isfinite(every)) or np.any(self.rate <= 0.0) or np.any(self.amplitude <= 0.0):
+            raise RecordingError(
+                "harmonic set: frequencies and amplitudes must be finite and above zero, forces and phases finite; got "
+                f"frequencies from {self.rate.min(initial=math.inf) / (2.0 * math.pi):.3g} Hz, amplitudes from "
+                f"{self.amplitude.min(initial=math.inf):.3g}; leave such points out"
+            )
+        if np.any(self.force == 0.0):
+            still = int(np.sum(self.force == 0.0))
+            raise RecordingError(f"harmonic set: the force is 0 N at {still} points; leave them out")
+
+    @property
+    def cosine(self) -> Array:
+        """Part of the motion with cos(w t), (n,)."""
+        return np.asarray(self.amplitude * np.cos(self.phase))
+
+    @property
+    def sine(self) -> Array:
+        """Part of the motion with sin(w t), (n,)."""
+        return np.asarray(-self.amplitude * np.sin(self.phase))
+
+
+@dataclass(frozen=True)
+class HarmonicFit:
+    """``numbers`` by mass_kg and law.parameter, ``theta`` (driven_slots.DRIVEN_SLOTS), the steady states fitted (None
+    where the search found none), ``rms`` of what cosine and sine miss, unit of the amplitude."""
+
+    numbers: Mapping[str, Estimate]
+    theta: Array
+    states: tuple[SteadyState | None, ...]
+    rms: float
+
+
+def harmonic_theta(values: Mapping[str, float], unknowns: Sequence[DrivenUnknown]) -> Array:
+    """The driven integrator's vector from numbers by name."""
+    theta = np.zeros(N_DRIVEN)
+    for slot, value in STARTS_AT_ONE.items():
+        theta[DRIVEN_SLOT[slot]] = value
+    theta[DRIVEN_SLOT["mass"]] = values[MASS]
+    for unknown in unknowns:
+        for slot in unknown.slots:
+            theta[DRIVEN_SLOT[slot]] += values[unknown.name]
+    return theta
+
+
+def without_memory(terms: Sequence[Term]) -> None:
+    """ConfigError where a law carries a state from period to period, or acts by a clock of its own."""
+    for term in terms:
+        if term.kind != "force":
+            raise ConfigError(
+                f"equation term {term.name!r} keeps a state from one period to the next, and steady motions are sought "
+                "for laws of x and v alone; leave it out, or give recordings in time"
+            )
+
+
+def fit_harmonic_set(
+    measured: HarmonicSet, terms: Sequence[Term], held: Mapping[str, float], starts: Mapping[str, float]
+) -> HarmonicFit:
+    """Mass and laws from a harmonic set by least squares on cosine and sine.
+
+    ``held`` and ``starts`` go by mass_kg and law.parameter. Raises ConfigError for a law with a memory or a name that
+    the equation lacks, IdentificationError where there are more unknowns than measured values.
+    """
+    without_memory(terms)
+    unknowns = places(terms, "force")
+    names = [MASS, *(u.name for u in unknowns)]
+    if strange := [name for name in (*held, *starts) if name not in names]:
+        raise ConfigError(f"{strange[0]!r} is no number of this equation; it has {', '.join(names)}")
+    free = [name for name in names if name not in held]
+    if len(free) > 2 * measured.rate.size:
+        raise IdentificationError(
+            f"{len(free)} numbers are unknown ({', '.join(free)}), and {measured.rate.size} points hold "
+            f"{2 * measured.rate.size} measured values; give more points, or hold numbers"
+        )
+    first = {**_balanced(measured, terms, unknowns, held, starts), **starts, **held}
+    search = _Search(measured, unknowns, first, free)
+    lower = np.where(np.array(free) == MASS, 1e-9, -np.inf)
+    start = np.maximum(np.array([first[name] for name in free]) / search.scale, lower)
+    found = least_squares(search.missed, start, search.slopes, (lower, np.inf), x_scale="jac")
+    states = search.at(found.x)
+    if lost := [rate / (2.0 * math.pi) for rate, s in zip(measured.rate, states, strict=True) if s is None]:
+        raise IdentificationError(
+            f"the equation has no steady motion near what was measured at {len(lost)} of {len(states)} points (the "
+            f"first at {lost[0]:.6g} Hz); it lacks a law, or a start value is far off"
+        )
+    size = 1.0 if measured.sigma.size else math.sqrt(2.0 * found.cost / max(found.fun.size - len(free), 1))
+    errors = np.sqrt(np.diag(np.linalg.pinv(found.jac.T @ found.jac, hermitian=True))) * size * search.scale
+    units = {u.name: u.parameter.unit for u in unknowns} | {MASS: "kg"}
+    values = dict(zip(free, zip((found.x * search.scale).tolist(), errors.tolist(), strict=True), strict=True))
+    values |= {name: (float(value), 0.0) for name, value in held.items()}
+    numbers = {name: Estimate(*values[name], unit=units[name]) for name in names}
+    theta = harmonic_theta({name: e.value for name, e in numbers.items()}, unknowns)
+    left = search.missed(found.x) * np.tile(search.sigma, 2)
+    return HarmonicFit(numbers, theta, tuple(states), float(np.sqrt(np.mean(left**2))))
+
+
+class _Search:
+    """What a set of unknowns, each over its start value, misses of the measured cosines and sines, with slopes."""
+
+    def __init__(
+        self, measured: HarmonicSet, unknowns: Sequence[DrivenUnknown], first: Mapping[str, float], free: Sequence[str]
+    ) -> None:
+        self.measured, self.unknowns, self.first, self.free = measured, unknowns, first, free
+        self.scale = np.array([abs(first[name]) or 1.0 for name in free])
+        alike = np.full(measured.rate.size, float(np.max(measured.amplitude)))
+        self.sigma = measured.sigma if measured.sigma.size else alike
+        columns = [_slots(name, unknowns) for name in free]
+        self.active = np.array(sorted({slot for slots in columns for slot in slots}), dtype=np.int64)
+        self.gather = np.array([[float(slot in slots) for slots in columns] for slot in self.active.tolist()])
+        self._last: tuple[bytes, list[SteadyState | None]] = (b"", [])
+
+    def at(self, scaled: Array) -> list[SteadyState | None]:
+        """The steady motion at every point."""
+        key = scaled.tobytes()
+        if key != self._last[0]:
+            values = {**self.first, **dict(zip(self.free, scaled * self.scale, strict=True))}
+            theta = harmonic_theta(values, self.unknowns)
+            points = range(self.measured.rate.size)
+            self._last = key, [_on_branch(theta, self.measured, i, self.active) for i in points]
+        return self._last[1]
+
+    def missed(self, scaled: Array) -> Array:
+        """Cosines and then sines (2 n,) less the measured ones, in standard errors."""
+        both = np.array([(0.0, 0.0) if s is None else (s.cosine, s.sine) for s in self.at(scaled)]).T
+        return np.asarray((both - [self.measured.cosine, self.measured.sine]) / self.sigma).ravel()
+
+    def slopes(self, scaled: Array) -> Array:
+        """Their derivatives (2 n, p)."""
+        none = np.zeros((2, self.active.size))
+        each = np.array([none if s is None else s.slopes for s in self.at(scaled)]).swapaxes(0, 1)  # (2, n, slots)
+        weighed = (each / self.sigma[:, None]).reshape(-1, self.active.size)
+        return np.asarray(weighed @ self.gather * self.scale)
+
+
+def _slots(name: str, unknowns: Sequence[DrivenUnknown]) -> tuple[int, ...]:
+    if name == MASS:
+        return (DRIVEN_SLOT["mass"],)
+    return next(tuple(DRIVEN_SLOT[slot] for slot in u.slots) for u in unknowns if u.name == name)
+
+
+def _on_branch(theta: Array, measured: HarmonicSet, i: int, active: np.ndarray) -> SteadyState | None:
+    """The steady motion next to the measured one, else what the body is drawn to from there; None where there is
+    neither."""
+    if not theta[DRIVEN_SLOT["mass"]] > 0.0:
+        return None
+    rate, force = float(measured.rate[i]), float(measured.force[i])
+    guess = np.array([measured.cosine[i], measured.sine[i] * rate])
+    extent = MotionSize(float(measured.amplitude[i]), float(measured.amplitude[i]) * rate)
+    found = closed_orbit(theta, force, rate, guess, extent, active)
+    if found is not None:
+        return found
+    try:
+        drawn = settled(theta, force, rate, guess, extent)
+    except IdentificationError:
+        return None
+    return closed_orbit(theta, force, rate, drawn.state, extent, active)
+
+
+def _balanced(
+    measured: HarmonicSet, terms: Sequence[Term], unknowns: Sequence[DrivenUnknown], held: Mapping[str, float],
+    starts: Mapping[str, float],
+) -> dict[str, float]:
+    """Mass and every law's coefficient from the balance of the fundamental; what a law has inside as it is given."""
+    inside = [u for u in unknowns if u.parameter != u.term.coefficient]
+    inner = {u.name: float(u.term.inner.get(u.parameter.name, 0.0)) for u in inside}
+    angle = 2.0 * math.pi * np.arange(ANGLES) / ANGLES
+    waves = np.array([np.cos(angle), np.sin(angle)]) * (2.0 / ANGLES)
+    columns: dict[str, list[Array]] = {MASS: []}
+    linear = [u for u in unknowns if u.name not in inner]
+    for u in linear:
+        columns[u.name] = []
+    for rate, amplitude, phase, force in zip(
+        measured.rate, measured.amplitude, measured.phase, measured.force, strict=True
+    ):
+        x, v = amplitude * np.cos(angle + phase), -amplitude * rate * np.sin(angle + phase)
+        a, t = -(rate**2) * x, angle / rate
+        columns[MASS].append(waves @ a / force)
+        for u in linear:
+            columns[u.name].append(waves @ np.asarray(u.term.force(x, v, a, t)) / force)
+    known = {**starts, **held}
+    whole = {name: np.concatenate(parts) for name, parts in columns.items()}
+    asked = [name for name in whole if name not in known]
+    left = np.tile([1.0, 0.0], measured.rate.size) - sum(
+        (known[name] * column for name, column in whole.items() if name in known), np.zeros(2 * measured.rate.size)
+    )
+    if not asked:
+        return inner
+    matrix = np.column_stack([whole[name] for name in asked])
+    size = np.maximum(np.linalg.norm(matrix, axis=0), 1e-300)
+    solved = np.linalg.lstsq(matrix / size, left, rcond=1e-10)[0] / size
+    return inner | dict(zip(asked, solved.tolist(), strict=True))

@@ -2,9 +2,9 @@
 
     python -m experiments.forced_tank        # writes docs/pictures/forced_tank.svg, prints the table of docs/driven.md
 
-The tank was moved at .953, .960 and .967 of its natural frequency, then let go (../shared/recordings/sloshing_tank_decay,
-whose README has the sources). How far it was moved is not known: the force that gives the first amplitude is found, goes
-with the square of the frequency, and must give the other two.
+The tank was moved at .953, .960 and .967 of its natural frequency, then let go: its decays are in
+../shared/recordings/sloshing_tank_decay, whose README has the sources. How far it was moved is not known: the force
+that gives the first amplitude is found, goes with the square of the frequency, and must give the other two.
 """
 
 from __future__ import annotations

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 
 import numpy as np
+import pandas as pd
 import pytest
 from scipy.integrate import solve_ivp
 
@@ -15,6 +16,7 @@ from undertow.equation.input import MotionSize
 from undertow.equation.steady_state import closed_orbit
 from undertow.errors import ConfigError, IdentificationError, RecordingError, UndertowError
 from undertow.methods.harmonic_set import harmonic_theta
+from undertow.recording.propose import propose_mapping
 
 FORCE = 1.0
 DUFFING = {"stiffness": 50.0, "viscous_damping": 0.6, "cubic_stiffness": 400.0}
@@ -184,3 +186,11 @@ def test_a_response_that_cannot_be_asked_for_is_refused(arguments, message):
 def test_a_body_without_damping_settles_nowhere():
     with pytest.raises(IdentificationError, match="comes to no motion of the force's period within 240 periods"):
         undertow.frequency_response({"stiffness": 50.0}, [0.5], force=1.0, mass_kg=2.0)
+
+
+def test_a_harmonic_set_is_no_recording_in_time():
+    table = pd.DataFrame({"frequency_Hz": [0.5, 0.6], "force_N": [1.0, 1.0], "amplitude_mm": [3.0, 4.0]})
+    with pytest.raises(RecordingError, match="'frequency_Hz' and 'amplitude_mm' are amplitudes by frequency, a harm"):
+        propose_mapping(table)
+    beside_time = table.assign(time_s=[0.0, 0.1], disp_mm=[1.0, 2.0])
+    assert set(propose_mapping(beside_time).channels) >= {"displacement"}

@@ -45,6 +45,10 @@ _UNIT_IN_NAME = re.compile(r"^(?P<stem>.*?)\s*(?:[\[(]\s*(?P<bracket>[^\])]*)\s*
 _ROTATION = re.compile(r"angle|angular|roll|phi|theta|pitch|gyro|omega", re.IGNORECASE)
 
 
+_FREQUENCY = re.compile(r"freq|^f$|^hz$", re.IGNORECASE)
+_AMPLITUDE = re.compile(r"^(ampl|gain|magnitude|response)", re.IGNORECASE)
+
+
 @dataclass(frozen=True)
 class Proposal:
     """A proposed mapping: ``time`` (None where no column looks like it), ``channels``, ``coordinate``, and ``remarks``
@@ -75,12 +79,26 @@ def name_and_unit(column: Column) -> tuple[str, str]:
     return match["stem"], unit
 
 
+def _must_be_in_time(table: pd.DataFrame) -> None:
+    """RecordingError for a harmonic set: amplitudes by frequency, and no column of times."""
+    stems = {column: name_and_unit(column)[0] for column in table.columns}
+    rates = [c for c, stem in stems.items() if _FREQUENCY.search(stem)]
+    sizes = [c for c, stem in stems.items() if _AMPLITUDE.search(stem)]
+    if rates and sizes and not any(re.search(_NAMES["time"], stem, re.IGNORECASE) for stem in stems.values()):
+        raise RecordingError(
+            f"columns {rates[0]!r} and {sizes[0]!r} are amplitudes by frequency, a harmonic set, and no recording in "
+            "time; give it to undertow.fit_response in Python (docs/driven.md)"
+        )
+
+
 def propose_mapping(table: pd.DataFrame, units: Mapping[Column, str] | None = None) -> Proposal:
     """Which columns may be time and which channels; ``units`` from a unit row win over those in the names.
 
     Load cells are summed; of several displacements the one with the widest range is taken and the others are named. A
-    velocity or acceleration beside a displacement without a unit of its own is taken as SI, and said.
+    velocity or acceleration beside a displacement without a unit of its own is taken as SI, and said. Raises
+    RecordingError where the columns are amplitudes over frequencies: those are no recording in time.
     """
+    _must_be_in_time(table)
     said = units or {}
     found: dict[str, list[tuple[Column, str]]] = {}
     remarks: list[str] = []

@@ -29,14 +29,17 @@ def power_axes(axes: Axes, bins: list[dict[str, Any]]) -> Axes:
     return axes
 
 
-def reliability_axes(axes: Axes, curve: list[dict[str, float]]) -> Axes:
-    """Share right against confidence, with the 90 % band of a confidence that means what it says."""
+def reliability_axes(axes: Axes, curve: list[dict[str, float]], exact: list[dict[str, float]]) -> Axes:
+    """Share of verdicts that hold against confidence, with the 90 % band of a confidence that means what it says;
+    beside it the share whose names are complete and `exact`."""
     c = [b["confidence"] for b in curve]
     axes.fill_between(
         c, [b["low"] for b in curve], [b["high"] for b in curve], alpha=0.25, color="0.5", label="90 % band"
     )
     axes.plot([0, 1], [0, 1], "k:", lw=1)
-    axes.plot(c, [b["right"] for b in curve], "o-", label="right")
+    axes.plot(c, [b["right"] for b in curve], "o-", label="what is said holds")
+    strict = [b["right"] for b in exact]
+    axes.plot([b["confidence"] for b in exact], strict, ".:", color="0.4", label="names complete and exact")
     axes.set(xlabel="confidence", ylabel="share right", xlim=(0, 1.02), ylim=(0, 1.02))
     axes.legend(loc="upper left")
     return axes
@@ -45,13 +48,13 @@ def reliability_axes(axes: Axes, curve: list[dict[str, float]]) -> Axes:
 def figure(tables: dict[str, Any]) -> Figure:
     """Both beside each other; an axes without numbers says so."""
     made, (left, right) = plt.subplots(1, 2, figsize=(10.5, 4.2), layout="constrained")
-    bins, curve = tables["power"]["bins"], tables["sure"]["curve"]
+    bins, curve, exact = tables["power"]["bins"], tables["held"]["curve"], tables["sure"]["curve"]
     if bins:
         power_axes(left, bins)
     else:
         left.set_title("no effect of the catalogue in these rows")
     if curve:
-        reliability_axes(right, curve)
+        reliability_axes(right, curve, exact)
     else:
         right.set_title("no confidence in these rows")
     return made

@@ -127,7 +127,7 @@ def fit_harmonic_set(
             f"{2 * measured.rate.size} measured values; give more points, or hold numbers"
         )
     first = {**_balanced(measured, terms, unknowns, held, starts), **starts, **held}
-    search = _Search(measured, unknowns, first, free)
+    search = _Missed(measured, unknowns, first, free)
     lower = np.where(np.array(free) == MASS, 1e-9, -np.inf)
     start = np.maximum(np.array([first[name] for name in free]) / search.scale, lower)
     found = least_squares(search.missed, start, search.slopes, (lower, np.inf), x_scale="jac")
@@ -148,7 +148,7 @@ def fit_harmonic_set(
     return HarmonicFit(numbers, theta, tuple(states), float(np.sqrt(np.mean(left**2))))
 
 
-class _Search:
+class _Missed:
     """What a set of unknowns, each over its start value, misses of the measured cosines and sines, with slopes."""
 
     def __init__(

@@ -102,6 +102,27 @@ def test_swings_that_nothing_cuts_have_no_level(seed: int) -> None:
     assert levels(-x, noise(x)) == ()
 
 
+@pytest.mark.parametrize("seed", [36, 168, 266, 384, 387])
+def test_noise_that_is_slower_than_the_samples_is_no_level(seed: int) -> None:
+    rng = np.random.default_rng(seed)  # of 400 seeds these five passed for cut by the noise from sample to sample alone
+    t, rate = np.arange(4000) / 400.0, rng.uniform(8.0, 25.0)
+    x = np.exp(-rng.uniform(0.3, 1.0) * t) * np.cos(rate * t)
+    slow = rng.standard_normal(t.size)
+    for at in range(1, slow.size):
+        slow[at] = 0.9 * slow[at - 1] + np.sqrt(1.0 - 0.81) * slow[at]
+    assert levels(x + 0.02 * slow, noise(x + 0.02 * slow)) == ()
+
+
+def test_most_levels_under_slow_noise_are_seen() -> None:
+    t, x = decay(hold_s=0.0)
+    seen = 0
+    for seed in range(60):
+        white = np.random.default_rng(seed).standard_normal(t.size + 3)
+        cut = np.maximum(x, -0.02) + 1e-4 * np.convolve(white, np.ones(4) / 2.0, "valid")
+        seen += [end.upper for end in levels(cut, noise(cut))] == [False]
+    assert seen >= 40  # 16 by the noise from sample to sample
+
+
 def test_a_body_that_is_driven_may_rest_at_its_turns() -> None:
     t, x = decay(hold_s=0.0)
     cut = np.maximum(x, -0.02) + np.random.default_rng(9).normal(0.0, 1e-4, x.size)

@@ -23,13 +23,12 @@ from undertow.conditioning.motion import Motion
 from undertow.equation.kernel import SLOT
 from undertow.errors import IdentificationError
 from undertow.likelihood import output_error
-from undertow.likelihood.fit import Structure
 from undertow.likelihood.free_run import free_run
 from undertow.likelihood.noise import residual_memory
 from undertow.likelihood.output_error import Solution
 from undertow.likelihood.priors import DRIFT_SHARE, GAIN_STD
 from undertow.likelihood.problem import Link, Problem, ProblemBuilder
-from undertow.methods.dry import DEFAULT_SCATTER
+from undertow.methods.dry import DEFAULT_SCATTER, believed
 from undertow.recording.recording import Array
 
 LAST_SWINGS = 3.0
@@ -40,9 +39,6 @@ REFITS = 4
 
 SETTLED = 0.2
 """A trial's noise is found when its logarithm moves by less than this from fit to fit."""
-
-PUBLISHED = 1.0
-"""Degrees of freedom that the scatter of published rigs counts for beside that of the rig's own dry trials."""
 
 WIDER = 20.0
 """How much wider than a sensor's prior its shift, gain or drift may be where the sensor is suspected."""
@@ -210,7 +206,7 @@ def structure_links(builder: ProblemBuilder, member: Member, trial: str) -> list
             continue
         for name, std in (
             (f"{symbol}_mean@{member.label}", estimate.total_stderr),
-            (f"{symbol}[{trial}]", _believed_scatter(structure, symbol) * estimate.value),
+            (f"{symbol}[{trial}]", believed(structure.scatter, structure.scatter_freedom, symbol) * estimate.value),
         ):
             if std > 0.0 and math.isfinite(std):
                 links.append(Link(SLOT[slot], builder.unknown(name, 0.0, prior_std=std, scale=std), factor))
@@ -226,16 +222,6 @@ def _own_links(builder: ProblemBuilder, member: Member, trial: str) -> list[Link
         for symbol, slot in (("k", "k1"), ("c", "c1"), ("mu", "fc"))
         if (std := member.spread.get(slot, 0.0) * member.sizes.get(slot, 0.0)) > 0.0
     ]
-
-
-def _believed_scatter(structure: Structure, symbol: str) -> float:
-    """Relative scatter of k, c or mu from trial to trial: a few dry trials can look more alike than the rig is, so that
-    what they show is pooled with `PUBLISHED` degrees of freedom of published rigs. As stated where it is."""
-    seen, freedom = structure.scatter.get(symbol, 0.0), structure.scatter_freedom
-    if not math.isfinite(freedom):
-        return seen
-    pooled = (freedom * seen**2 + PUBLISHED * DEFAULT_SCATTER[symbol] ** 2) / (freedom + PUBLISHED)
-    return max(seen, math.sqrt(pooled))
 
 
 def _rubbing(builder: ProblemBuilder, standing: Sequence[Addend], member: Member, trial: str) -> list[Link]:

@@ -39,9 +39,9 @@ FEWEST_SMOOTHED = 2
 ONE_SIDED = 1.645
 """Standard deviations of a one-sided 95 % bound."""
 
-ASSUMED_WITHIN = 2.0
-"""A scatter that was assumed, not seen, may be wrong by this factor, to either side (a standard deviation of its
-logarithm)."""
+RIGS_WITHIN = 2.0
+"""Rigs differ in how much their trials scatter by this factor, to either side (a standard deviation of its logarithm):
+all that is known where a scatter was assumed."""
 
 
 def at_noise_of(null: JointFit, closest: JointFit) -> JointFit:
@@ -135,15 +135,17 @@ def replicas(
 
 
 def _scatter_factors(level: Level, draws: int, rng: np.random.Generator) -> dict[str, Array]:
-    """By what the true scatter of k, c, mu exceeds the believed one, (draws,) each: chi-squared with the degrees of
-    freedom it was seen with, or within `ASSUMED_WITHIN` where it was assumed."""
+    """By what the true scatter of k, c, mu exceeds the believed one, (draws,) each: what the trials that showed it
+    leave open (chi-squared with their degrees of freedom), no further off than rigs differ (`RIGS_WITHIN`)."""
     freedom = min((m.scatter_freedom for m in level.members), default=math.inf)
     if not math.isfinite(freedom):
         return {}
-    if freedom <= 0.0:
-        wide = math.log(ASSUMED_WITHIN)
-        return {symbol: np.exp(wide * rng.standard_normal(draws)) for symbol in ("k", "c", "mu")}
-    return {symbol: np.sqrt(freedom / rng.chisquare(freedom, draws)) for symbol in ("k", "c", "mu")}
+    logs = math.log(RIGS_WITHIN) * np.linspace(-6.0, 6.0, 1201)
+    density = -freedom * (logs + 0.5 * np.exp(-2.0 * logs)) - 0.5 * (logs / math.log(RIGS_WITHIN)) ** 2
+    chance = np.cumsum(np.exp(density - np.max(density)))
+    return {
+        symbol: np.exp(np.interp(rng.uniform(0.0, chance[-1], draws), chance, logs)) for symbol in ("k", "c", "mu")
+    }
 
 
 def spectrum_of(series: Array, rate: Array, plain: Array) -> Array:

@@ -32,6 +32,9 @@ DEFAULT_SCATTER: Mapping[str, float] = {"k": 0.004, "c": 0.20, "mu": 0.10}
 """Relative scatter assumed where neither dry trials nor the config show any: what 7 and 12 repeated dry trials of one
 rig gave (report Tables 1 and 2: k 0.4 and 0.4 %, c 25 and 20 %, mu 6 and 11 %)."""
 
+PUBLISHED = 1.0
+"""Degrees of freedom that the scatter of published rigs counts for beside that of the rig's own trials."""
+
 TREND_CHANCE = 0.02
 """A trend of k, c or mu with amplitude that chance would show less often than this is no scatter."""
 
@@ -115,6 +118,20 @@ def pooled_scatter(springs: Sequence[Mapping[str, GroupFit]]) -> Scatter:
         middle = scatter_between(groups).median if groups else 0.0
         values[symbol] = middle * math.sqrt(float(chi2.ppf(0.5, freedom)) / freedom)
     return Scatter(values, float(freedom))
+
+
+def believed(scatter: Mapping[str, float], freedom: float, symbol: str) -> float:
+    """Relative scatter of k, c or mu from trial to trial: a few trials can look more alike than the rig is, so that
+    what they show is pooled with `PUBLISHED` degrees of freedom of published rigs. As stated where ``freedom`` is inf.
+
+    >>> round(believed({"k": 0.001}, 2.0, "k"), 4), believed({"k": 0.001}, math.inf, "k")
+    (0.0025, 0.001)
+    """
+    seen = scatter.get(symbol, 0.0)
+    if not math.isfinite(freedom):
+        return seen
+    pooled = (freedom * seen**2 + PUBLISHED * DEFAULT_SCATTER[symbol] ** 2) / (freedom + PUBLISHED)
+    return max(seen, math.sqrt(pooled))
 
 
 def _amplitudes(fits: Mapping[str, GroupFit]) -> Array:

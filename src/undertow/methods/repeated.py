@@ -16,7 +16,6 @@ import numpy as np
 from undertow.conditioning.motion import Motion
 from undertow.likelihood.fit import Fit
 from undertow.methods.dry import Scatter
-from undertow.quantities import Estimate
 from undertow.uncertainty.repeats import noise_of, scatter_between
 
 FEWEST = 3
@@ -33,38 +32,63 @@ NAMES: Mapping[str, tuple[str, ...]] = {
 """What a single fit calls stiffness (or the mass that goes with it), damping and friction."""
 
 
-def repetitions(motions: Sequence[Motion]) -> tuple[Motion, ...]:
-    """The largest number of trials whose releases are within a tenth of each other; empty with fewer than `FEWEST`."""
-    ordered = sorted(motions, key=lambda m: m.amplitude)
-    best: list[Motion] = []
-    for first, motion in enumerate(ordered):
-        near = [m for m in ordered[first:] if m.amplitude <= WITHIN * motion.amplitude]
-        best = near if len(near) > len(best) else best
-    return tuple(best) if len(best) >= FEWEST else ()
+def repetitions(motions: Sequence[Motion]) -> tuple[tuple[Motion, ...], ...]:
+    """Sets of two trials or more whose releases are within a tenth of each other, the largest set first; no trial is in
+    two of them."""
+    left, out = sorted(motions, key=lambda m: m.amplitude), list[tuple[Motion, ...]]()
+    while True:
+        ends = [sum(m.amplitude <= WITHIN * first.amplitude for m in left) for first in left]
+        size, at = max(((end - at, -at) for at, end in enumerate(ends)), default=(0, 0))
+        if size < 2:
+            return tuple(out)
+        out.append(tuple(left[-at : size - at]))
+        del left[-at : size - at]
 
 
-def scatter_of_repetitions(motions: Sequence[Motion], singles: Mapping[str, Fit]) -> Scatter | None:
-    """Relative scatter of k, c, mu among repetitions, from fits to each trial alone (trial name -> Fit); None where no
-    release was repeated often enough, or too few could be fitted."""
-    fits = [singles[m.name] for m in repetitions(motions) if m.name in singles and singles[m.name].parameters]
-    if len(fits) < FEWEST:
+def scatter_of_repetitions(sets: Sequence[Sequence[Fit]], known: float = 0.0) -> Scatter | None:
+    """Relative scatter of k, c, mu that sets of repetitions have in common, from a fit of each trial alone.
+
+    A number that no fit could find (it was held) has no place in it. None where there are no sets, or fewer than
+    `FEWEST` - 1 degrees of freedom with those that are ``known`` otherwise: a set has one less than it has trials.
+    """
+    sets = [fits for fits in sets if len(fits) > 1]
+    freedom = sum(len(fits) - 1 for fits in sets)
+    if not sets or freedom + known < FEWEST - 1:
         return None
-    values = {symbol: _relative(fits, names) for symbol, names in NAMES.items()}
-    return Scatter(values, len(fits) - 1.0)
+    seen = {symbol: _relative(sets, names) for symbol, names in NAMES.items()}
+    return Scatter({symbol: value for symbol, value in seen.items() if value is not None}, float(freedom))
 
 
-def _relative(fits: Sequence[Fit], names: Sequence[str]) -> float:
-    """Scatter of one quantity over its mean; 0 where no fit has it or its errors explain all."""
+def pooled(one: Scatter, other: Scatter) -> Scatter:
+    """Two sights of one scatter, each counted by its degrees of freedom; what the second did not see is the first's.
+
+    >>> from undertow.methods.dry import Scatter
+    >>> both = pooled(Scatter({"k": 0.01, "c": 0.2}, 1.0), Scatter({"k": 0.02}, 3.0))
+    >>> round(both.values["k"], 4), both.values["c"], both.freedom
+    (0.018, 0.2, 4.0)
+    """
+    freedom = one.freedom + other.freedom
+    values = dict(one.values)
+    for symbol, value in other.values.items():
+        square = one.freedom * values.get(symbol, 0.0) ** 2 + other.freedom * value**2
+        values[symbol] = math.sqrt(square / freedom)
+    return Scatter(values, freedom)
+
+
+def _relative(sets: Sequence[Sequence[Fit]], names: Sequence[str]) -> float | None:
+    """Scatter of one quantity over its means; 0 where its errors explain all or no equation has it, None where it was
+    held."""
+    held = False
     for name in names:
-        found = [f.parameters[name] for f in fits if name in f.parameters]
-        good = [e for e in found if math.isfinite(e.value) and e.stderr > 0.0]
-        if len(good) >= FEWEST and not _held(good):
-            numbers, noise = np.array([e.value for e in good]), noise_of(good)
-            size = abs(float(np.mean(numbers)))
-            return scatter_between([(numbers / size, noise / size)]).median if size > 0.0 else 0.0
-    return 0.0
-
-
-def _held(estimates: Sequence[Estimate]) -> bool:
-    """Whether a number was held fixed in every trial: it says nothing of scatter."""
-    return len({e.value for e in estimates}) == 1
+        groups = []
+        for fits in sets:
+            found = [f.parameters[name] for f in fits if name in f.parameters]
+            good = [e for e in found if math.isfinite(e.value) and e.stderr > 0.0]
+            fixed = bool(found) and len({e.value for e in found}) == 1
+            held = held or fixed
+            size = abs(float(np.mean([e.value for e in good]))) if good else 0.0
+            if len(good) > 1 and not fixed and size > 0.0:
+                groups.append((np.array([e.value for e in good]) / size, noise_of(good) / size))
+        if groups:
+            return scatter_between(groups).median
+    return None if held else 0.0

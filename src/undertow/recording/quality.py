@@ -42,6 +42,9 @@ LEVEL_SAMPLES = 16
 LEVEL_BEND = -2.0
 """A level does not bend: its part that goes with the square of time is noise, a peak's some 4 to 7 deviations below."""
 
+LEVEL_PARTS = 40
+"""Samples of a swing from which slow noise is estimated: of more it looks smaller, in fewer the swing is not smooth."""
+
 SATURATED_SAMPLES = 30
 """A quantised channel whose noise is a whole step repeats a value 30 times in a row once in 10^9 tries."""
 
@@ -161,11 +164,14 @@ def levels(values: Array, sigma: float) -> tuple[RangeEnd, ...]:
     range, whose noise is added afterwards.
 
     Samples within `LEVEL_BAND` of the extreme are a peak. Where nothing cuts it, it bends; a peak that hardly reaches
-    into the band has fallen little at its own length.
+    into the band has fallen little at its own length. Noise may be slower than the samples, as behind a filter: what
+    it is over a fortieth of a swing counts where that is more.
     """
-    found: list[RangeEnd] = []
     if sigma <= NOISE_FREE_SHARE * float(np.ptp(values)):
         return ()
+    cycles = 1 + int(np.argmax(np.abs(np.fft.rfft(np.diff(values)))[1:]))
+    sigma = max(sigma, noise(values[:: max(values.size // (cycles * LEVEL_PARTS), 1)]))
+    found: list[RangeEnd] = []
     for sign in (1.0, -1.0):
         signed, band = sign * values, LEVEL_BAND * sigma
         high = float(np.max(signed))

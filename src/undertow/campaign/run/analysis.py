@@ -42,7 +42,6 @@ from undertow.methods.baseline import (
     group_model,
 )
 from undertow.methods.dry import DEFAULT_SCATTER
-from undertow.methods.repeated import scatter_of_repetitions
 from undertow.methods.sindy import SindyResult, discover
 from undertow.quantities import OK, Estimate
 from undertow.recording.recording import Condition
@@ -107,7 +106,6 @@ def analyse(task: GroupTask, progress: Callable[[str], None] = lambda _: None) -
     baseline = _baseline(task, _baseline_model(task, model), training)
     fits = _group_fits(task, model, baseline)
     singles = _single_fits(task, model, progress)
-    task = _with_repetitions(task, singles)
     fits |= _means_of_singles(task, singles)
     if task.dry and len(task.motions) > 1 and "output_error" in fits:
         fits["output_error"] = _mean_structure(fits["output_error"], singles)
@@ -122,15 +120,6 @@ def analyse(task: GroupTask, progress: Callable[[str], None] = lambda _: None) -
         unsearched_verdict(task.key, task.held_out, trials, baseline.estimates),
         task.anchor.doubts + _assumed(task) + _apart(task) + alone + _drifts(task, trials), (*too, *differ),
     )  # fmt: skip
-
-
-def _with_repetitions(task: GroupTask, singles: Mapping[str, Mapping[str, Fit]]) -> GroupTask:
-    """The task with the scatter that its own repetitions show, where neither dry trials nor the config say any."""
-    if task.structure is not None or task.scatter:
-        return task
-    fits = {name: found["output_error"] for name, found in singles.items() if "output_error" in found}
-    seen = scatter_of_repetitions(task.motions, fits)
-    return task if seen is None else replace(task, scatter=dict(seen.values), freedom=seen.freedom)
 
 
 def _with_shares(

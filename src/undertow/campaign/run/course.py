@@ -23,7 +23,17 @@ from undertow.campaign.run.gathered import Gathered, PortionFindings
 from undertow.campaign.run.judgement import judged
 from undertow.campaign.run.plausible import with_doubts
 from undertow.campaign.run.portions import TRIALS_AT_ONCE, Portion, portions
-from undertow.campaign.run.tasks import Structures, group_task, grouped, held_out, level_count, structures_of, weighed
+from undertow.campaign.run.repeating import scatter_seen
+from undertow.campaign.run.tasks import (
+    Structures,
+    group_task,
+    grouped,
+    held_out,
+    level_count,
+    structures_of,
+    weighed,
+    with_scatter,
+)
 from undertow.campaign.run.workers import Progress, on_processes, silent, steps
 from undertow.conditioning.agreement import Disagreement
 from undertow.conditioning.motion import Motion
@@ -32,6 +42,7 @@ from undertow.discrepancy.words import count, group_title
 from undertow.equation.term import Term
 from undertow.errors import FAILURES, ConfigError, UndertowError, failure
 from undertow.methods.baseline import terms_by_name
+from undertow.methods.dry import Scatter
 from undertow.recording.catalogue import Catalogue, Entry
 
 REASONS_AT_MOST = 3
@@ -112,6 +123,7 @@ class Course:
         totals = {READ: sum(p.size for p in self._plan), IDENTIFY: sum(p.groups for p in self._plan)}
         self._progress = steps(progress, totals)
         self._structures: Structures | None = None
+        self._repeated: Scatter | None = None
         self._dry: tuple[list[GroupTask], list[GroupFindings]] = ([], [])
         self._read = self._tried = 0
 
@@ -149,6 +161,8 @@ class Course:
                 self._config, said = weighed(self._config, sound, self._terms)
                 self._notes = (*self._notes, *said)
                 self._structures = structures_of(self._config, sound, self._terms)
+            if self._repeated is None:
+                self._repeat(groups, read.contradicted)
         with self._stage(IDENTIFY):
             tasks, refused = self._tasks(groups, self._structures, read.contradicted)
             analyst = _Analyst(self._folder, self._resume)
@@ -166,6 +180,13 @@ class Course:
         doubts = (*read.doubts, *implausible)
         agreeing = grown_between(found, self._config.trials.dry or {})
         return PortionFindings(tuple(agreeing), failed, notes, doubts, as_fitted=tuple(found))
+
+    def _repeat(self, groups: Mapping[GroupKey, Sequence[Motion]], contradicted: Mapping[GroupKey, str]) -> None:
+        """How much trials differ, and the structures with it, where the dry trials are too few to say."""
+        sound = {key: motions for key, motions in groups.items() if key not in contradicted}
+        self._repeated = scatter_seen(self._config, sound, self._terms, self._structures or {})
+        if self._repeated is not None and self._structures:
+            self._structures = with_scatter(self._structures, self._repeated)
 
     def _looked_at(self, portion: Portion) -> list[Checked]:
         """The portion's trials read and checked; trials that were given are compared with the config alone."""
@@ -186,7 +207,7 @@ class Course:
         refused: list[FailedTrial] = []
         for key, motions in groups.items():
             try:
-                task = group_task(self._config, key, motions, self._terms, structures)
+                task = group_task(self._config, key, motions, self._terms, structures, self._repeated)
                 tasks.append(replace(task, contradiction=contradicted.get(key, "")))
             except UndertowError as reason:
                 refused += _failed(motions, failure(reason))

@@ -37,8 +37,8 @@ from undertow.equation.kernel import SLOT
 from undertow.errors import FAILURES, failure
 from undertow.likelihood.fit import Specimen, Structure
 from undertow.methods.baseline import group_model
-from undertow.methods.dry import DEFAULT_SCATTER, Scatter
-from undertow.methods.repeated import FEWEST, scatter_of_repetitions
+from undertow.methods.dry import DEFAULT_SCATTER, believed
+from undertow.methods.repeated import FEWEST
 
 SELF_REPEATABILITY = 0.01
 """Free-run error that one trial fitted to itself may keep: no repetition can differ from it."""
@@ -228,40 +228,32 @@ def _no_dry(config: RunConfig, task: GroupTask) -> str:
     return f"no dry trial of {spring_label(config, task)} could be used, and water cannot be separated from structure"
 
 
-def _assumed(config: RunConfig, task: GroupTask, group: GroupFindings) -> str:
+def _assumed(config: RunConfig, task: GroupTask) -> str:
     """Why nobody knows how much trials differ, in words; empty where it was measured or stated."""
     if config.specimen.scatter is not None:
         return ""
-    if task.scatter and task.dry_trials >= FEWEST:
-        return ""
-    if _repetitions(task, group) is not None:
+    dry = task.dry_structure
+    seen = dry.scatter_freedom if dry is not None else task.freedom if task.scatter else 0.0
+    if seen >= FEWEST - 1:
         return ""
     rest = (
         f"{FEWEST} dry trials of a spring, {FEWEST} releases of one size or specimen.scatter would say how much trials "
         "differ"
     )
-    if task.dry_structure is not None:
+    if dry is not None:
         return f"{rest}, and its spring has {count(task.dry_trials, 'dry trial')}"
     return f"{rest}, and this group has {count(len(task.motions), 'trial')}"
 
 
-def _repetitions(task: GroupTask, group: GroupFindings) -> Scatter | None:
-    """Scatter that the group's own repetitions show, None where it has none."""
-    singles = {t.motion.name: t.fits["output_error"] for t in group.trials if "output_error" in t.fits}
-    return scatter_of_repetitions(task.motions, singles)
-
-
 def _with_scatter(member: Member, task: GroupTask, group: GroupFindings) -> Member:
     """A group without a structure of its own, with how much its trials differ: as stated, as other springs' dry trials
-    or its own repetitions show, or as is usual."""
+    or the campaign's repetitions show, or as is usual."""
     if member.model.fixed is not None or not group.equation.compiled or not group.trials:
         return member
-    relative, freedom = task.scatter, task.freedom
-    if not relative:
-        seen = _repetitions(task, group)
-        relative, freedom = (seen.values, seen.freedom) if seen is not None else (DEFAULT_SCATTER, 0.0)
+    relative, freedom = (task.scatter, task.freedom) if task.scatter else (DEFAULT_SCATTER, 0.0)
     theta = group.equation.theta(1.0)
-    spread = {slot: relative.get(symbol, 0.0) for symbol, slot in (("k", "k1"), ("c", "c1"), ("mu", "fc"))}
+    slots = (("k", "k1"), ("c", "c1"), ("mu", "fc"))
+    spread = {slot: believed(relative, freedom, symbol) for symbol, slot in slots}
     sizes = {slot: abs(float(theta[SLOT[slot]])) for slot in spread}
     return replace(member, spread=spread, sizes=sizes, freedom=freedom)
 
@@ -287,5 +279,5 @@ def _case(config: RunConfig, task: GroupTask, group: GroupFindings) -> Case:
         group.verdict.repeatability_nrmse, sum(t.mismatch.missing for t in group.trials), task.dry,
         task.dry_structure is not None, config.cell_for(conditions), config.equation.coordinate == "rotation",
         place_words([t.mismatch for t in group.trials if t.mismatch.missing]),
-        task.contradiction, _no_dry(config, task), _assumed(config, task, group),
+        task.contradiction, _no_dry(config, task), _assumed(config, task),
     )  # fmt: skip

@@ -150,9 +150,9 @@ def with_known(
         for task in tasks if task.dry and task.dry_structure is not None
     }  # fmt: skip
     scatter = pooled_scatter(list(fits.values()))
-    if config.specimen.scatter is not None:
-        stated = config.specimen.scatter
-        scatter = Scatter({"k": stated.k, "c": stated.c, "mu": stated.mu}, float("inf"))
+    known = next((task.dry_structure for task in tasks if task.dry_structure is not None), None)
+    if known is not None and known.scatter_freedom > scatter.freedom:  # stated, or seen in repetitions too
+        scatter = Scatter(known.scatter, known.scatter_freedom)
     structures = {label: structure_from(found, scatter) for label, found in fits.items() if found}
     weighed = dry_specimens(config, tasks)
     rigs: dict[GroupKey, WetRig | None] = {}

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Collection, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
@@ -72,12 +72,12 @@ def level_count(config: RunConfig, groups: Mapping[GroupKey, bool], structures: 
 
 @dataclass(frozen=True)
 class Dry:
-    """A structure from so many dry trials, with the load cells' ratio to it (mean; stderr is the spread);
-    ``uneven`` says that they differ by more than trials do."""
+    """A structure from the fits of its dry trials, each alone, with the load cells' ratio to it (mean; stderr is the
+    spread); ``uneven`` says that they differ by more than trials do."""
 
     structure: Structure
     ratio: Estimate
-    trials: int = 0
+    fits: Mapping[str, GroupFit] = field(default_factory=dict)
     uneven: str = ""
 
 
@@ -151,11 +151,16 @@ def structures_of(config: RunConfig, groups: Mapping[GroupKey, Sequence[Motion]]
         spring: Dry(
             structure_from(fits, scatter),
             Estimate(float(np.mean(slopes[spring])) if slopes[spring] else math.nan, spread, unit="1"),
-            len(fits),
+            fits,
             uneven(fits),
         )
         for spring, fits in fitted.items()
     }
+
+
+def with_scatter(structures: Structures, seen: Scatter) -> Structures:
+    """The structures where more than the dry trials shows how much trials differ."""
+    return {spring: replace(dry, structure=structure_from(dry.fits, seen)) for spring, dry in structures.items()}
 
 
 def _slope(motion: Motion) -> Estimate | None:
@@ -172,8 +177,10 @@ def group_task(
     motions: Sequence[Motion],
     terms: Sequence[Term],
     structures: Structures,
+    repeated: Scatter | None = None,
 ) -> GroupTask:
-    """One group's task; ``motions`` in order of amplitude.
+    """One group's task; ``motions`` in order of amplitude. ``repeated`` is the scatter that the campaign's repetitions
+    show, where no dry trials say any.
 
     Raises UndertowError where this group cannot be identified as the config says: a table leaves its level out, or no
     trial is left to be fitted.
@@ -190,7 +197,7 @@ def group_task(
     stiffness = {}
     if found is not None and slopes and not dry and math.isfinite(found.ratio.value):
         stiffness = trial_stiffness(found.structure.k, slopes, found.ratio, found.structure.scatter["k"])
-    stated, seen = config.specimen.scatter, structure or _any(structures)
+    scatter, freedom = _scatter(config, structure or _any(structures), repeated)
     together = looked_at_together(motions, _listed(config, motions))
     names = {m.name for m in together}
     held = held_out(config, together)
@@ -201,13 +208,24 @@ def group_task(
         )
     return GroupTask(
         dict(key), dry, tuple(motions), _group_terms(terms, dry), specimen, None if dry else structure, anchor,
-        stiffness, {"k": stated.k, "c": stated.c, "mu": stated.mu} if stated else dict(seen.scatter) if seen else {},
-        seen.scatter_freedom if seen is not None and stated is None else math.inf, structure,
+        stiffness, scatter, freedom, structure,
         held, tuple(config.identify), _options(structure, specimen), config.seed,
         tuple(m.name for m in motions if m.name not in names),
-        dry_trials=max((dry.trials for dry in structures.values()), default=0),
+        dry_trials=max((len(dry.fits) for dry in structures.values()), default=0),
         uneven=found.uneven if found else "",
     )  # fmt: skip
+
+
+def _scatter(
+    config: RunConfig, structure: Structure | None, repeated: Scatter | None
+) -> tuple[dict[str, float], float]:
+    """Scatter of k, c, mu by symbol and the degrees of freedom it was seen with; empty where nobody knows it."""
+    stated = config.specimen.scatter
+    if stated is not None:
+        return {"k": stated.k, "c": stated.c, "mu": stated.mu}, math.inf
+    if structure is not None:
+        return dict(structure.scatter), structure.scatter_freedom
+    return (dict(repeated.values), repeated.freedom) if repeated is not None else ({}, math.inf)
 
 
 def looked_at_together(motions: Sequence[Motion], listed: Collection[int] = ()) -> Sequence[Motion]:

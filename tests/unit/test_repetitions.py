@@ -1,0 +1,164 @@
+"""How much trials differ, as releases of one size show it, in any group of a campaign whose dry trials are too few."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from functools import cache
+from pathlib import Path
+from types import SimpleNamespace
+from typing import Any
+
+import numpy as np
+import pytest
+
+from experiments.eq15_campaign.motion import Body
+from tests.short_trials import LONG, released
+from undertow.campaign.config import RunConfig, load
+from undertow.campaign.run.repeating import scatter_seen
+from undertow.campaign.run.tasks import group_task, structures_of, with_scatter
+from undertow.conditioning.condition import condition
+from undertow.conditioning.motion import Motion
+from undertow.likelihood.fit import Fit
+from undertow.methods.baseline import terms_by_name
+from undertow.methods.dry import DEFAULT_SCATTER, Scatter
+from undertow.methods.repeated import repetitions, scatter_of_repetitions
+from undertow.quantities import Estimate
+
+DRY = Body(2637.4, 590.0, 109592.0, 170.0, 0.0)
+TERMS = ["stiffness", "viscous_damping", "coulomb_friction", "added_mass", "quadratic_drag"]
+CONFIG = f"""\
+name: repeated
+recordings:
+  files: "*.csv"
+  channels: {{time: {{column: t, unit: s}}, displacement: {{column: x, unit: m}}}}
+trials:
+  group_by: [level]
+  dry: {{level: 0}}
+specimen: {{mass_kg: 2637.4, area_m2: 1.75, submerged_volume_m3: 0.5}}
+equation: {{terms: [{", ".join(TERMS)}]}}
+"""
+
+
+def sizes(*amplitudes: float) -> list[Any]:
+    return [SimpleNamespace(amplitude=a) for a in amplitudes]
+
+
+@pytest.mark.parametrize(
+    ("amplitudes", "sets"),
+    [
+        ((0.1,), ()),
+        ((0.03, 0.06, 0.1), ()),
+        ((0.1, 0.03, 0.105, 0.031, 0.109), ((0.1, 0.105, 0.109), (0.03, 0.031))),
+        ((0.1, 0.108, 0.116), ((0.1, 0.108),)),
+    ],
+)
+def test_releases_within_a_tenth_repeat_each_other(amplitudes: tuple[float, ...], sets: tuple[Any, ...]) -> None:
+    assert tuple(tuple(m.amplitude for m in one) for one in repetitions(sizes(*amplitudes))) == sets
+
+
+def fits(**numbers: tuple[float, ...]) -> list[Fit]:
+    """One fit a value, each number with an error of a thousandth of it."""
+    each = zip(*numbers.values(), strict=True)
+    return [
+        Fit("output_error", ("t",), {}, {n: Estimate(v, 1e-3 * v) for n, v in zip(numbers, values, strict=True)})
+        for values in each
+    ]
+
+
+def test_sets_of_repetitions_share_one_scatter_about_means_of_their_own() -> None:
+    rng = np.random.default_rng(3)
+    factors = 1.0 + 0.02 * rng.standard_normal((2, 12))
+    sets = [fits(k_N_per_m=tuple(size * row)) for size, row in zip((100.0, 900.0), factors, strict=True)]
+    found = scatter_of_repetitions(sets)
+    assert found is not None
+    assert found.freedom == 22.0
+    assert found.values["k"] == pytest.approx(np.sqrt(np.mean(np.var(factors, axis=1, ddof=1))), rel=0.05)
+    assert found.values["mu"] == 0.0  # no equation has it
+
+
+def test_a_number_that_was_held_says_nothing_of_scatter() -> None:
+    held = {"k_N_per_m": (5.0, 5.0, 5.0), "mu": (0.1, 0.1, 0.1)}
+    found = scatter_of_repetitions([fits(**held, total_mass_kg=(10.0, 10.3, 9.8))])
+    assert found is not None
+    assert "mu" not in found.values
+    assert found.values["k"] == pytest.approx(0.025, rel=0.3)  # the mass that goes with the stiffness
+
+
+@pytest.mark.parametrize(
+    ("trials", "known", "shown"), [(2, 0.0, False), (2, 1.0, True), (3, 0.0, True), (1, 5.0, False)]
+)
+def test_two_degrees_of_freedom_are_needed_wherever_they_come_from(trials: int, known: float, shown: bool) -> None:
+    one = fits(k_N_per_m=(5.0, 5.1, 5.2)[:trials])
+    assert (scatter_of_repetitions([one], known) is not None) == shown
+
+
+@cache
+def motion(body: Body, level: int, at: int, k: float, x0_m: float = 0.1) -> Motion:
+    body = replace(body, k_N_per_m=k * body.k_N_per_m)
+    recording = released(body, x0_m, f"l{level}t{at}", 10 * level + at, 6.0, ("x",))
+    return condition(replace(recording, conditions={"level": level}))
+
+
+def campaign(dry: int, repeated: int, spread: float) -> dict[Any, list[Motion]]:
+    """So many dry trials, so many releases of one size in one water with a stiffness that differs, one in another."""
+    factors = 1.0 + spread * np.random.default_rng(5).standard_normal(max(repeated, dry))
+    groups: dict[Any, list[Motion]] = {
+        (("level", 1),): [motion(LONG, 1, i, float(k)) for i, k in enumerate(factors[:repeated])],
+        (("level", 2),): [motion(LONG, 2, 0, 1.0)],
+    }
+    if dry:
+        groups[("level", 0),] = [motion(DRY, 0, i, float(k)) for i, k in enumerate(factors[:dry])]
+    return groups
+
+
+def configured(folder: Path, text: str = CONFIG) -> RunConfig:
+    (folder / "config.yaml").write_text(text)
+    return load(folder / "config.yaml")
+
+
+def test_what_one_water_repeats_says_how_trials_differ_in_another(tmp_path: Path) -> None:
+    config, groups, terms = configured(tmp_path), campaign(1, 8, 0.02), terms_by_name(TERMS)
+    structures = structures_of(config, groups, terms)
+    seen = scatter_seen(config, groups, terms, structures)
+    assert seen is not None
+    assert seen.freedom == 7.0
+    actual = np.std((1.0 + 0.02 * np.random.default_rng(5).standard_normal(8)), ddof=1)
+    assert seen.values["k"] == pytest.approx(actual, rel=0.25)  # dry it would be assumed: 0.4 %
+    assert seen.values["c"] == DEFAULT_SCATTER["c"]  # held in water: only assumed
+    again = with_scatter(structures, seen)
+    task = group_task(config, (("level", 2),), groups[("level", 2),], terms, again, seen)
+    assert task.structure is not None
+    assert (task.structure.scatter["k"], task.structure.scatter_freedom) == (seen.values["k"], 7.0)
+    assert task.structure.k.stderr > structures[()].structure.k.stderr  # one dry trial is one draw of a wider scatter
+
+
+def test_without_dry_trials_every_group_takes_what_the_campaign_repeats(tmp_path: Path) -> None:
+    config, terms = configured(tmp_path), terms_by_name(TERMS)
+    groups = campaign(0, 6, 0.02)
+    seen = scatter_seen(config, groups, terms, {})
+    assert seen is not None
+    task = group_task(config, (("level", 2),), groups[("level", 2),], terms, {}, seen)
+    assert (task.scatter, task.freedom) == (seen.values, 5.0)
+    assert group_task(config, (("level", 2),), groups[("level", 2),], terms, {}).scatter == {}
+
+
+@pytest.mark.parametrize(
+    ("dry", "repeated", "text"),
+    [
+        (3, 8, CONFIG),
+        (1, 8, CONFIG.replace("0.5}", "0.5, scatter: {k: 0.01, c: 0.1, mu: 0.1}}")),
+        (1, 1, CONFIG),
+    ],
+)
+def test_nothing_is_asked_of_repetitions_where_more_is_known_or_none_are_there(
+    tmp_path: Path, dry: int, repeated: int, text: str
+) -> None:
+    config, groups, terms = configured(tmp_path, text), campaign(dry, repeated, 0.01), terms_by_name(TERMS)
+    assert scatter_seen(config, groups, terms, structures_of(config, groups, terms)) is None
+
+
+def test_two_dry_trials_count_beside_repetitions(tmp_path: Path) -> None:
+    config, groups, terms = configured(tmp_path), campaign(2, 4, 0.02), terms_by_name(TERMS)
+    seen = scatter_seen(config, groups, terms, structures_of(config, groups, terms))
+    assert isinstance(seen, Scatter)
+    assert seen.freedom == 4.0

@@ -97,6 +97,24 @@ def test_a_damping_that_would_feed_the_motion_is_no_answer():
     assert "would feed energy into the motion" in doubt(level, fed)
 
 
+def test_what_leaves_the_equation_feeding_energy_into_the_motion_is_no_answer():
+    level = make_level([member("short", SHORT, 5000)])
+    damping = next(s for s in SUSPECTS if s.name == "cubic_damping")
+    addend = Addend("cubic_damping", damping.additions(level.scales, damping.starts(level.scales)[0]))
+    fit = fit_joint(level, (addend,), 1.0, {}, 10.0, growing=False, quick=True)
+    (drag,) = (c for c in level.members[0].model.coefficients if c.term == "quadratic_drag")
+    place = fit.solution.problem.names.index(drag.name)
+    error = fit.solution.stderr(drag.name)
+    for errors, said in ((-2.5, False), (-3.5, True)):
+        values = fit.solution.values.copy()
+        values[place] = errors * error
+        values[fit.solution.problem.names.index("cubic_damping.Ns3_per_m3")] = 50.0 * fit.solution.stderr(
+            "cubic_damping.Ns3_per_m3"
+        )
+        fed = doubt(level, replace(fit, solution=replace(fit.solution, values=values)))
+        assert (f"beside it {drag.name} =" in fed and "would feed energy into the motion" in fed) == said
+
+
 def test_a_force_at_the_bodys_own_rate_is_its_own_motion_only_where_phases_are_locked_to_the_release():
     level = make_level([member("short", SHORT, 5000)])
     motions = level.members[0].motions

@@ -204,6 +204,22 @@ def doubt(level: Level, fit: JointFit) -> str:
             continue  # mass and a free start trade places: the evidence says whether it is there, not its size
         if addend.additions and not addend.additions[0].inner and strongest < SIGNIFICANT:
             return f"{addend.prefix} is {strongest:.1f} standard errors from zero"
+    return _feeds(level, fit)
+
+
+def _feeds(level: Level, fit: JointFit) -> str:
+    """Which law of the prescribed equation would have to feed energy into the motion beside what was added, in words:
+    that is no explanation, only another description of what was seen."""
+    known = fit.values
+    for member in level.members:
+        dissipating = {term.name for term in member.model.terms if term.dissipates}
+        for c in member.model.coefficients:
+            name = c.name if c.name in known else f"{c.name}@{member.label}"
+            if c.term not in dissipating or name not in known:
+                continue
+            value, error = fit.value(name), fit.solution.stderr(name)
+            if value < -SIGNIFICANT * error:
+                return f"beside it {name} = {value:.3g} +- {error:.2g} {c.unit} would feed energy into the motion"
     return ""
 
 

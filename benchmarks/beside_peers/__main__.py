@@ -22,7 +22,8 @@ from pathlib import Path
 
 from benchmarks.beside_peers import driven_table
 from benchmarks.beside_peers.driven_sets import NAMES
-from benchmarks.beside_peers.table import NOISES, TRUTHS, read_rows, run, write_page, write_rows
+from benchmarks.beside_peers.kept import write_rows
+from benchmarks.beside_peers.table import HEADER, NOISES, TRUTHS, read_rows, run, write_page
 from experiments.driven.page import put
 
 FOLDER = Path(__file__).resolve().parent
@@ -44,7 +45,7 @@ def main(arguments: list[str] | None = None) -> int:
     if options.what == "driven":
         return _driven(options.sets, options.rounds, options.out)
     results = (options.out or FOLDER) / "results.csv"
-    write_rows(run(tuple(TRUTHS), options.noises, options.seeds), results)
+    write_rows(run(tuple(TRUTHS), options.noises, options.seeds), HEADER, results)
     write_page(read_rows(results), (options.out or DOCS) / "peers.md")
     return 0
 
@@ -52,7 +53,7 @@ def main(arguments: list[str] | None = None) -> int:
 def _driven(names: Sequence[str], rounds: int, out: Path | None) -> int:
     """Driven rows, and the table in docs/driven.md; with a folder of one's own both go there."""
     results = (out or FOLDER) / "driven.csv"
-    driven_table.write_rows(driven_table.run(names, rounds), results)
+    write_rows(driven_table.run(names, rounds), driven_table.HEADER, results)
     table = driven_table.tabulate(driven_table.read_rows(results))
     if out:
         (out / "driven.md").write_text(table + "\n", encoding="utf-8")

@@ -16,7 +16,7 @@ import math
 import signal
 import sys
 import time
-from collections.abc import Iterable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from types import FrameType
@@ -103,16 +103,8 @@ def compare(data: DrivenSet, rounds: int, limit: float = LIMIT_S) -> list[Driven
     ]  # fmt: skip
 
 
-def write_rows(rows: Iterable[DrivenRow], path: Path) -> None:
-    """A line a row."""
-    with path.open("w", newline="") as stream:
-        writer = csv.writer(stream, lineterminator="\n")
-        writer.writerow(HEADER)
-        writer.writerows(row.cells() for row in rows)
-
-
 def read_rows(path: Path) -> list[DrivenRow]:
-    """What `write_rows` wrote."""
+    """What was kept with `HEADER`."""
     with path.open(newline="") as stream:
         return [
             DrivenRow(

@@ -9,7 +9,7 @@ from __future__ import annotations
 import csv
 import math
 import sys
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -78,16 +78,8 @@ def _one(data: Data, method: str, work: Callable[[Data], Found]) -> Row:
         return Row(data.name, data.noise, data.seed, method, math.nan, math.nan, NOTHING, math.nan, note)
 
 
-def write_rows(rows: Iterable[Row], path: Path) -> None:
-    """A line a row."""
-    with path.open("w", newline="") as stream:
-        writer = csv.writer(stream, lineterminator="\n")
-        writer.writerow(HEADER)
-        writer.writerows(row.cells() for row in rows)
-
-
 def read_rows(path: Path) -> list[Row]:
-    """What `write_rows` wrote."""
+    """What was kept with `HEADER`."""
     with path.open(newline="") as stream:
         return [
             Row(

@@ -8,6 +8,7 @@ import pytest
 from benchmarks.beside_peers import __main__ as command
 from benchmarks.beside_peers import methods, table
 from benchmarks.beside_peers.data import LARGEST_SCORE, equation_15, score, simulate
+from benchmarks.beside_peers.kept import write_rows
 
 NAMES = ("x", "v", "sgn(v)", "v|v|")
 
@@ -76,7 +77,7 @@ def test_rows_come_back_as_they_were_written_and_the_command_writes_both_files(t
     assert command.main(["--seeds", "1", "--noises", "N1", "--out", str(tmp_path)]) == 0
     rows = table.read_rows(tmp_path / "results.csv")
     assert [row.method for row in rows] == [*quick, *quick]
-    table.write_rows(rows, tmp_path / "again.csv")
+    write_rows(rows, table.HEADER, tmp_path / "again.csv")
     assert (tmp_path / "again.csv").read_text() == (tmp_path / "results.csv").read_text()
     page = (tmp_path / "peers.md").read_text()
     assert page.count("| N1 | undertow, regression with selection |") == 2

@@ -12,6 +12,7 @@ from scipy.signal import lsim
 from benchmarks.beside_peers import __main__ as command
 from benchmarks.beside_peers import driven_methods, driven_table
 from benchmarks.beside_peers.driven_sets import FOLDER, NAMES, DrivenSet, load, score
+from benchmarks.beside_peers.kept import write_rows
 
 STEP = 0.02
 
@@ -117,7 +118,7 @@ def test_rows_come_back_as_they_were_written_and_the_command_writes_both_files(s
     assert command.main(["driven", "--sets", "bouc_wen", "--rounds", "2", "--out", str(tmp_path)]) == 0
     rows = driven_table.read_rows(tmp_path / "driven.csv")
     assert [(row.method, row.fits, row.ratio) for row in rows] == [(driven_table.OURS, 2, 1.0)]
-    driven_table.write_rows(rows, tmp_path / "again.csv")
+    write_rows(rows, driven_table.HEADER, tmp_path / "again.csv")
     assert (tmp_path / "again.csv").read_text() == (tmp_path / "driven.csv").read_text()
     assert (tmp_path / "driven.md").read_text().startswith("| method | bouc_wen, m | s | ratio |")
 

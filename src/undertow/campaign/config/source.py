@@ -24,6 +24,7 @@ from ruamel.yaml.tokens import (
     FlowMappingStartToken,
     FlowSequenceEndToken,
     FlowSequenceStartToken,
+    KeyToken,
     TagToken,
 )
 
@@ -98,16 +99,20 @@ def read_source(path: Path, overrides: Sequence[str] = ()) -> Source:
 
 
 def _allow(text: str, name: str) -> None:
-    """ConfigError where YAML has tags or aliases, or more or deeper parts than a config: a parser takes minutes there.
+    """ConfigError where YAML has tags, aliases or keys that are no text, or more or deeper parts than a config: a
+    parser takes minutes there.
 
     Raises YAMLError as the scanner does.
     """
-    depth = 0
+    depth, before = 0, None
     for count, token in enumerate(YAML(typ="safe", pure=True).scan(text)):
         where = f"{name} line {token.start_mark.line + 1}"
         if isinstance(token, TagToken | AliasToken):
             kind = "a tag (!...)" if isinstance(token, TagToken) else "an alias (*...)"
             raise ConfigError(f"{where}: {kind} is not read; write the value itself")
+        if isinstance(before, KeyToken) and isinstance(token, _STARTS):
+            raise ConfigError(f"{where}: a key is a list or has keys itself; write it as plain text")
+        before = token
         depth += isinstance(token, _STARTS) - isinstance(token, _ENDS)
         if depth > DEEPEST:
             raise ConfigError(f"{where}: lists and keys lie more than {DEEPEST} levels deep; no key of a config does")

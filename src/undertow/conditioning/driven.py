@@ -27,6 +27,9 @@ FEWEST_SAMPLES = 200
 HOLE_STEPS = 5.0
 """Time steps from which on samples are missing: between them a body may have been driven by anything."""
 
+MOVES = 0.9999
+"""Share of a motion's power in what it does; the rest may be noise."""
+
 ROUNDING = 1e-9
 """Least noise of a channel, relative to its range."""
 
@@ -155,6 +158,26 @@ class DrivenTrial:
             self.quantity, self.hold, self.conditions, self.frames,
             None if self.instrument is None else self.instrument[cut],
         )  # fmt: skip
+
+    def thinned(self, steps: int) -> DrivenTrial:
+        """Every ``steps``-th sample of the motion, driven by the mean of the input in between."""
+        n = self.t.size // steps * steps
+        instrument = None if self.instrument is None else self.instrument[:n:steps]
+        return DrivenTrial(
+            self.name, self.t[:n:steps], self.u[:n].reshape(-1, steps).mean(axis=1),
+            {name: values[:n:steps] for name, values in self.outputs.items()}, self.quantity, "zero", self.conditions,
+            self.frames, instrument,
+        )  # fmt: skip
+
+    def slowness(self, samples: int) -> int:
+        """How many steps between samples still leave so many ``samples`` a cycle of the fastest part of the motion, and
+        a trial's fewest at least: of the main output without its line from end to end, `MOVES` of its power is slower.
+        """
+        values = self.outputs[self.main]
+        moved = (values - np.linspace(values[0], values[-1], values.size)) * np.hanning(values.size)
+        power = np.cumsum(np.abs(np.fft.rfft(moved)) ** 2)
+        cycles = int(np.searchsorted(power, MOVES * power[-1])) + 1
+        return max(1, min(values.size // (samples * cycles), values.size // (2 * FEWEST_SAMPLES)))
 
     def noise(self) -> dict[str, float]:
         """White noise of each output, 1 sigma, from sixth differences, which a motion sampled well does not have."""

@@ -19,7 +19,7 @@ import numpy as np
 from undertow.conditioning.driven import DrivenTrial
 from undertow.equation.driven_laws import felt
 from undertow.equation.input import Drive
-from undertow.errors import IdentificationError
+from undertow.errors import IdentificationError, UndertowError
 from undertow.likelihood.driven import MASS, DrivenLaws, drive_for, driven_problem
 from undertow.likelihood.output_error import SearchEffort, Solution, fit, residuals
 from undertow.likelihood.problem import Problem
@@ -36,6 +36,8 @@ WHOLE_EFFORT = SearchEffort(40, 0.05, as_left=True)
 the thousandth part of what can be known of it."""
 BEGUN_ANEW = 2
 """Times that a start state is taken from the first samples: the second time with numbers that were fitted so."""
+CYCLE_SAMPLES = 40
+"""A motion that is recorded with many more samples a cycle is fitted to so many first."""
 MEMORY_SHARE = 20
 """The residual's memory is summed up to this part of the record."""
 
@@ -45,7 +47,8 @@ class DrivenFit:
     """A driven equation with its numbers.
 
     ``values`` and ``covariance`` (p, p) of the equation's ``names``; ``rms`` of the free run over what was fitted, a
-    trial's main output; ``solution`` the search's end with the start states.
+    trial's main output; ``solution`` the search's end with the start states; ``begun`` names the trials whose start
+    state was taken from their first samples.
     """
 
     laws: DrivenLaws
@@ -55,6 +58,7 @@ class DrivenFit:
     rms: Mapping[str, float]
     solution: Solution
     outcome: str
+    begun: tuple[str, ...] = ()
 
     @property
     def numbers(self) -> dict[str, float]:
@@ -80,6 +84,9 @@ def fit_driven(
     ``windows`` 0 goes to the whole record at once, ``effort`` is how far the search on it goes. Raises
     IdentificationError where no start has a bounded motion.
     """
+    coarse = _coarse(trials, laws, windows, effort)
+    if coarse is not None:
+        laws, windows = coarse.started, 0
     drives = {**(drives or {})}
     for trial in trials:
         drives.setdefault(trial.name, drive_for(trial))
@@ -89,18 +96,37 @@ def fit_driven(
     if windows:
         shorter = [t.part(0, min(t.t.size, FIRST_SAMPLES)) for t in trials]
         laws = _on_windows(shorter, laws, windows, noise, drives)
-    whole = driven_problem(trials, laws, 1, noise, drives)
-    solution = fit(whole, growing=False, effort=effort)
-    begun: dict[str, dict[str, float]] = {}
+    known = coarse.begun if coarse is not None else ()
+    begun = {
+        t.name: dict(begin_of(t, laws, {**laws.fixed, **laws.starts}, drives[t.name], noise=noise[t.name]).state)
+        for t in trials if t.name in known
+    }  # fmt: skip
+    solution = fit(driven_problem(trials, laws, 1, noise, drives, None, begun), growing=False, effort=effort)
     for _ in range(BEGUN_ANEW):
         numbers = {**laws.fixed, **{n: solution.value(n) for n in solution.problem.names if "[" not in n}}
         found = begins_held(trials, laws, numbers, drives, solution, noise, begun)
-        if not found:
+        if not found or found.keys() <= {*known}:
             break
         begun |= found
         again = driven_problem(trials, replace(laws, starts={**laws.starts, **numbers}), 1, noise, drives, None, begun)
         solution = fit(again, growing=False, effort=effort)
-    return _fitted(trials, laws, solution, noise)
+    return replace(_fitted(trials, laws, solution, noise), begun=tuple(begun))
+
+
+def _coarse(trials: Sequence[DrivenTrial], laws: DrivenLaws, windows: int, effort: SearchEffort) -> DrivenFit | None:
+    """The fit to fewer samples of slow motions, which finds the way for less; None where none can be spared.
+
+    Where bodies stick the cost is rough, and half of the steps lead up: here they cost little.
+    """
+    if not windows or any(trial.mover != "force" for trial in trials):
+        return None
+    steps = min(trial.slowness(CYCLE_SAMPLES) for trial in trials)
+    if steps < 2:
+        return None
+    try:
+        return fit_driven([trial.thinned(steps) for trial in trials], laws, None, windows, effort)
+    except UndertowError:
+        return None  # all samples may do
 
 
 def anchored(trials: Sequence[DrivenTrial], laws: DrivenLaws) -> DrivenLaws:

@@ -180,7 +180,7 @@ def page(t: dict[str, Any], marks: dict[str, Any], picture: str) -> str:
         "Names complete and exact, nothing missing at all:\n", _sure(t["sure"]), "## Held-out error\n", _peers(t),
         "## Seconds\n",
         f"Median {number(sec['median'])} s, 90 % below {number(sec['q90'])} s, {sec['slow']} of {sec['n']} "
-        "slower than 60 s "
+        "over 60 s of processor time "
         f"(stopped: {', '.join(sec['stopped']) or 'none'}); without a verdict: {', '.join(sec['failed']) or 'none'}; "
         f"{sec['total_hours']:.2f} h in all.\n",
         "## What the rows do not hold\n", "\n".join(_missing(t)) + "\n",

@@ -2,8 +2,8 @@
 case.
 
 A worker process runs `undertow run config.yaml --jobs 1` as a user's shell would, but keeps the interpreter; a campaign
-that takes longer than the limit is stopped and its row says so. The program is whatever `python -m undertow` is on the
-path.
+that takes more processor time than the limit is stopped and its row says so. The program is whatever `python -m
+undertow` is on the path.
 """
 
 import contextlib
@@ -20,8 +20,11 @@ from dataclasses import dataclass, field
 from multiprocessing.connection import Connection, wait
 from pathlib import Path
 
-LIMIT = 60.0  # seconds a campaign may take
-WARM = 600.0  # seconds the first campaign of a worker may take: it compiles
+from experiments.processor_time import spent
+
+LIMIT = 60.0  # seconds of processor time a campaign may take
+WARM = 600.0  # the first campaign of a worker: it compiles
+WAIT = 10.0  # times as long may pass: a process that waits and computes nothing hangs
 TAIL = 1500  # characters of the messages that a row keeps
 
 
@@ -33,6 +36,7 @@ class Worker:
     pipe: Connection
     case: str = ""
     started: float = 0.0
+    spent_before: float = 0.0
     limit: float = LIMIT
     log: Path = field(default_factory=Path)
 
@@ -73,14 +77,14 @@ def _campaign(config: str, out: str, log: str, module: str) -> int:
 def _serve(pipe: Connection, module: str) -> None:
     """A worker's life: one campaign after the other until it is told None."""
     while (job := pipe.recv()) is not None:
-        began = time.perf_counter()
+        began = spent(os.getpid())
         try:
             code = _campaign(*job, module)
         except BaseException as problem:  # noqa: BLE001 (a crash of the program is a result and is written down)
             with open(job[2], "a", encoding="utf-8") as stream:
                 stream.write(f"\n{type(problem).__name__}: {problem}")
             code = 1
-        pipe.send((code, time.perf_counter() - began))
+        pipe.send((code, spent(os.getpid()) - began))
 
 
 def _hire(module: str, limit: float) -> Worker:
@@ -117,15 +121,15 @@ def _finished(workers: list[Worker]) -> Iterator[tuple[Worker, int | None, float
     """Workers whose campaign has ended or has taken too long."""
     wait([w.pipe for w in workers], timeout=0.2)
     for worker in workers:
-        spent = time.perf_counter() - worker.started
+        computed = spent(worker.process.pid or 0) - worker.spent_before
         if worker.pipe.poll():
             try:
                 code, seconds = worker.pipe.recv()
             except EOFError:
-                code, seconds = 1, spent
+                code, seconds = 1, computed
             yield worker, code, seconds
-        elif spent > worker.limit:
-            yield worker, None, spent
+        elif computed > worker.limit or time.perf_counter() - worker.started > WAIT * worker.limit:
+            yield worker, None, computed
 
 
 def _rid(worker: Worker) -> None:
@@ -176,6 +180,7 @@ def run(
 def _start(worker: Worker, case: str, laboratories: Path, runs: Path) -> Worker:
     """Send the next campaign to a worker."""
     worker.case, worker.started, worker.log = case, time.perf_counter(), runs / f"{case}.log"
+    worker.spent_before = spent(worker.process.pid or 0)
     config = laboratories / case / "config.yaml"
     worker.pipe.send((os.fspath(config.resolve()), os.fspath((runs / case).resolve()), os.fspath(worker.log.resolve())))
     return worker

@@ -15,7 +15,6 @@ from __future__ import annotations
 import csv
 import gzip
 import multiprocessing
-import os
 import resource
 import sys
 import tempfile
@@ -28,6 +27,7 @@ from pathlib import Path
 
 import numpy as np
 
+from experiments.processor_time import spent
 from tests.lab_files import WRITERS, write_csv
 from tests.small_campaign import recorded
 from undertow.errors import UndertowError
@@ -174,16 +174,12 @@ class Reader:
 
     def _answers(self) -> bool:
         """Whether the child answers within `LONGEST_S` of its own processor time, waiting included `LONGEST_WAIT_S`."""
-        before, begun = self._spent(), time.perf_counter()
+        child = self._process.pid or 0
+        before, begun = spent(child), time.perf_counter()
         while not self._pipe.poll(0.5):
-            if self._spent() - before > LONGEST_S or time.perf_counter() - begun > LONGEST_WAIT_S:
+            if spent(child) - before > LONGEST_S or time.perf_counter() - begun > LONGEST_WAIT_S:
                 return False
         return True
-
-    def _spent(self) -> float:
-        """Processor time of the child, s."""
-        after_name = Path(f"/proc/{self._process.pid}/stat").read_text().rpartition(")")[2].split()
-        return (int(after_name[11]) + int(after_name[12])) / os.sysconf("SC_CLK_TCK")
 
     def end(self) -> None:
         """End the child."""

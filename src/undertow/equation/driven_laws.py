@@ -207,6 +207,16 @@ def _must_hold(term: Term, mover: Mover) -> None:
         )
 
 
+def without_memory(terms: Sequence[Term]) -> None:
+    """ConfigError where a law carries a state from period to period, or acts by a clock of its own."""
+    for term in terms:
+        if term.kind != "force":
+            raise ConfigError(
+                f"equation term {term.name!r} keeps a state from one period to the next, and steady motions are sought "
+                "for laws of x and v alone; leave it out, or give recordings in time"
+            )
+
+
 def felt(term: Term) -> bool:
     """Whether a law of the water sees water that moves: by its velocity or by its acceleration."""
     return term.relative_to == "water" and set(term.slots.values()) <= set(THROUGH_WATER["water"])

@@ -135,8 +135,9 @@ def drive_of(t: Array, u: Array, hold: Hold = "first") -> Drive:
     return Drive(knots, _quintics(values, slopes, curves, step / REFINED), False, hold)
 
 
-def harmonic(amplitude: float, rate: float, periods: int = 1) -> Drive:
-    """The force amplitude cos(rate t), unit of the amplitude, over so many periods from t = 0; rate in rad/s.
+def harmonic(amplitude: float, rate: float, periods: int = 1, mover: Mover = "force") -> Drive:
+    """The force amplitude cos(rate t), unit of the amplitude, over so many periods from t = 0; rate in rad/s. Of a
+    base that moves (``mover``) it is the acceleration, m/s^2, and its velocity is known beside it.
 
     >>> bool(abs(harmonic(2.0, 3.0).at(np.array([0.25]))[0] - 2.0 * np.cos(0.75)) < 1e-8)
     True
@@ -144,7 +145,9 @@ def harmonic(amplitude: float, rate: float, periods: int = 1) -> Drive:
     step = 2.0 * math.pi / rate / KNOTS_A_PERIOD
     knots: Array = step * np.arange(periods * KNOTS_A_PERIOD + 1, dtype=np.float64)
     cosine, sine = amplitude * np.cos(rate * knots), amplitude * np.sin(rate * knots)
-    return Drive(knots, _quintics(cosine, -rate * sine, -(rate**2) * cosine, step), False, "band_limited")
+    pieces = _quintics(cosine, -rate * sine, -(rate**2) * cosine, step)
+    velocity = None if mover == "force" else _quintics(sine / rate, cosine, -rate * sine, step)
+    return Drive(knots, pieces, False, "band_limited", mover, velocity)
 
 
 def _refined(u: Array, step: float) -> tuple[Array, Array, Array]:

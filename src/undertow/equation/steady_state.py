@@ -1,4 +1,5 @@
-"""Where a body settles under a harmonic force F cos(w t): the periodic motion, its fundamental, its sensitivities.
+"""Where a body settles under a harmonic force F cos(w t), or on a base that moves so: the periodic motion, its
+fundamental, its sensitivities.
 
 A state (x, v) that one period brings back to itself is found by Newton's method on the period's map (shooting), whose
 derivatives the integrator carries along; friction and its events stay exact. With M the map's derivative by the state
@@ -24,6 +25,7 @@ from undertow.equation.driven_kernel import DRIVEN_SLOT
 from undertow.equation.input import MotionSize, harmonic
 from undertow.equation.term import Array
 from undertow.errors import IdentificationError
+from undertow.quantities import Mover
 
 SAMPLES = 64
 """Samples a period from which a fundamental is summed: of a smooth motion it has then no error but rounding."""
@@ -72,12 +74,14 @@ class SteadyState:
 
 
 def closed_orbit(
-    theta: Array, force: float, rate: float, guess: Array, extent: MotionSize, active: np.ndarray = NOTHING
-) -> SteadyState | None:
+    theta: Array, force: float, rate: float, guess: Array, extent: MotionSize, active: np.ndarray = NOTHING,
+    mover: Mover = "force",
+) -> SteadyState | None:  # fmt: skip
     """The periodic motion next to a ``guess`` of its state (2,) under ``force`` (N) at ``rate`` (rad/s), stable or not;
-    None where Newton's method ends at none. ``theta`` are driven_slots.DRIVEN_SLOTS, ``active`` (p,) slots."""
+    None where Newton's method ends at none. ``theta`` are driven_slots.DRIVEN_SLOTS, ``active`` (p,) slots. Where the
+    base moves (``mover``), ``force`` is the amplitude of its acceleration, m/s^2, and x is relative to it."""
     period = 2.0 * math.pi / rate
-    input_force, times = harmonic(force, rate), np.linspace(0.0, period, SAMPLES + 1)
+    input_force, times = harmonic(force, rate, 1, mover), np.linspace(0.0, period, SAMPLES + 1)
     slots = np.array([*active, *_STATE], dtype=np.int64)
     theta, state = theta.copy(), np.array(guess, dtype=np.float64)
     size = np.array([extent.size, extent.speed])
@@ -105,8 +109,10 @@ def closed_orbit(
     return None
 
 
-def settled(theta: Array, force: float, rate: float, state: Array, extent: MotionSize) -> SteadyState:
-    """The stable motion of the force's period to which the body is drawn from a ``state`` (2,).
+def settled(
+    theta: Array, force: float, rate: float, state: Array, extent: MotionSize, mover: Mover = "force"
+) -> SteadyState:
+    """The stable motion of the force's period to which the body is drawn from a ``state`` (2,); see `closed_orbit`.
 
     Raises IdentificationError where it is drawn to none: its motion has another period, none, or no bounds.
     """
@@ -114,26 +120,29 @@ def settled(theta: Array, force: float, rate: float, state: Array, extent: Motio
     for _ in range(MOST_SETTLING):
         theta[list(_STATE)] = state
         times = np.linspace(0.0, SETTLING_PERIODS * period, SETTLING_PERIODS * 4 + 1)
-        motion = driven_motion(theta, NOTHING, harmonic(force, rate, SETTLING_PERIODS), times, extent)
+        motion = driven_motion(theta, NOTHING, harmonic(force, rate, SETTLING_PERIODS, mover), times, extent)
         state = np.array([motion.x[-1, 0], motion.v[-1, 0]])
         late = float(np.max(np.abs(motion.x[-9:, 0]))) or extent.size
         own = MotionSize(late, max(late * rate, float(np.max(np.abs(motion.v[-9:, 0])))))
-        found = closed_orbit(theta, force, rate, state, own)
+        found = closed_orbit(theta, force, rate, state, own, NOTHING, mover)
         near = found is not None and np.all(np.abs(found.state - state) < NEAR * np.array([own.size, own.speed]))
         if found is not None and found.stable and near:
             return found
+    drive = f"{force:g} {'N' if mover == 'force' else 'm/s^2 of its base'} at {rate / (2.0 * math.pi):.6g} Hz"
     raise IdentificationError(
-        f"under {force:g} N at {rate / (2.0 * math.pi):.6g} Hz the body comes to no motion of the force's period "
-        f"within {MOST_SETTLING * SETTLING_PERIODS} periods; leave that frequency out, or change the force"
+        f"under {drive} the body comes to no motion of the force's period within {MOST_SETTLING * SETTLING_PERIODS} "
+        "periods; leave that frequency out, or change the force"
     )
 
 
-def swept(theta: Array, forces: Array, rates: Array, extent: MotionSize) -> list[SteadyState]:
+def swept(
+    theta: Array, forces: Array, rates: Array, extent: MotionSize, mover: Mover = "force"
+) -> list[SteadyState]:  # fmt: skip
     """Steady states at one frequency after the other, the body going on from the one before, at rest before the
-    first."""
+    first; see `closed_orbit`."""
     state = np.zeros(2)
     out = []
     for force, rate in zip(forces, rates, strict=True):
-        out.append(settled(theta, float(force), float(rate), state, extent))
+        out.append(settled(theta, float(force), float(rate), state, extent, mover))
         state = out[-1].state
     return out

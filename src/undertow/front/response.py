@@ -8,23 +8,31 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Any, Literal
 
 import numpy as np
 import pandas as pd
 from numpy.typing import ArrayLike
 
-from undertow.equation.driven_laws import find_driven
+from undertow.conditioning.driven import Frame, Quantity
+from undertow.equation.driven_laws import find_driven, places, without_memory
 from undertow.equation.driven_slots import DRIVEN_SLOT, N_DRIVEN
+from undertow.equation.equation import Equation
 from undertow.equation.input import MotionSize
 from undertow.equation.kernel import N_SLOTS, SLOT
 from undertow.equation.steady_state import SteadyState, swept
 from undertow.equation.term import Array, Term
 from undertow.errors import UndertowError
 from undertow.front.simulation import equation_of
-from undertow.methods.harmonic_set import STARTS_AT_ONE, HarmonicFit, HarmonicSet, fit_harmonic_set, without_memory
-from undertow.quantities import Estimate
+from undertow.methods.harmonic_set import (
+    STARTS_AT_ONE,
+    HarmonicFit,
+    HarmonicSet,
+    fit_harmonic_set,
+    on_base,
+)
+from undertow.quantities import Estimate, Mover, mover_of
 from undertow.report.trial_curves import Axes, new_axes
 
 Sweep = Literal["up", "down"]
@@ -32,17 +40,27 @@ Sweep = Literal["up", "down"]
 
 @dataclass(frozen=True)
 class FrequencyResponse:
-    """Steady motions under F cos(w t): ``states`` in the order of the frequencies asked for, ``force`` (n,)."""
+    """Steady motions under F cos(w t): ``states`` in the order of the frequencies asked for, ``force`` (n,).
+
+    Where the base moves, ``force`` is the amplitude of its acceleration, m/s^2, states are relative to it, and
+    ``base`` (n,) is what its displacement adds to them (0 where motion relative to the base was asked for).
+    """
 
     states: tuple[SteadyState, ...]
     force: Array
+    base: Array = field(default_factory=lambda: np.zeros(1))
 
     @property
     def table(self) -> pd.DataFrame:
         """Columns frequency_Hz, force, amplitude and phase_rad (of x before the force: negative, x lags)."""
-        pairs = zip(self.states, self.force, strict=True)
-        rows = [(s.rate / (2.0 * math.pi), f, s.amplitude, s.phase) for s, f in pairs]
-        return pd.DataFrame(rows, columns=["frequency_Hz", "force", "amplitude", "phase_rad"])
+        sines = np.array([s.sine for s in self.states])
+        cosines = np.array([s.cosine for s in self.states]) + self.base
+        return pd.DataFrame(
+            {
+                "frequency_Hz": [s.rate / (2.0 * math.pi) for s in self.states], "force": self.force,
+                "amplitude": np.hypot(cosines, sines), "phase_rad": np.arctan2(-sines, cosines),
+            }
+        )  # fmt: skip
 
     def plot(self, axes: Axes | None = None, label: str = "steady motion") -> Axes:
         """Amplitude against frequency; returns the Axes."""
@@ -70,17 +88,27 @@ class ResponseFit:
 
 
 def frequency_response(
-    equation: Any, frequency_Hz: ArrayLike, *, force: ArrayLike, sweep: Sweep = "up", mass_kg: float = math.nan
+    equation: Any,
+    frequency_Hz: ArrayLike,
+    *,
+    force: ArrayLike | None = None,
+    base_displacement: ArrayLike | None = None,
+    base_acceleration: ArrayLike | None = None,
+    frame: Frame = "relative",
+    sweep: Sweep = "up",
+    mass_kg: float = math.nan,
 ) -> FrequencyResponse:
-    """Where an equation's body settles under ``force`` cos(2 pi f t), swept up or down.
+    """Where an equation's body settles under ``force`` cos(2 pi f t), or on a base that moves so, swept up or down.
 
         M x'' + sum of laws = F cos(w t)
 
-    ``equation`` is an `Equation`, a fit, or coefficients by the terms' names with ``mass_kg``; ``frequency_Hz`` (n,),
-    ``force`` one amplitude or (n,), N (N m of a rotation, m/s^2 of an equation over its mass). At every frequency the
-    body goes on from where it was at the one before, so that a fold shows its upper branch one way and its lower
-    branch the other. Raises UndertowError where frequencies are not above zero or a law keeps a state from one period
-    to the next, IdentificationError where the body is drawn to no motion of the force's period.
+    ``equation`` is an `Equation`, a fit, or coefficients by the terms' names with ``mass_kg``; ``frequency_Hz`` (n,);
+    of ``force`` (N, N m of a rotation, m/s^2 of an equation over its mass), ``base_displacement`` (m) and
+    ``base_acceleration`` (m/s^2) one, an amplitude or (n,). On a base ``frame`` says whether the motion is relative to
+    it or absolute, and phases are before the quantity that is given. At every frequency the body goes on from where it
+    was at the one before, so that a fold shows its upper branch one way and its lower branch the other. Raises
+    UndertowError where frequencies are not above zero or a law keeps a state from one period to the next,
+    IdentificationError where the body is drawn to no motion of the drive's period.
 
     >>> found = frequency_response({"stiffness": 50.0, "viscous_damping": 0.8}, [0.5, 0.8], force=1.0, mass_kg=2.0)
     >>> w = 2.0 * np.pi * 0.8
@@ -94,19 +122,50 @@ def frequency_response(
     rates = 2.0 * math.pi * np.atleast_1d(np.asarray(frequency_Hz, dtype=np.float64))
     if rates.size == 0 or not np.all(np.isfinite(rates)) or np.any(rates <= 0.0):
         raise UndertowError(f"frequency_Hz: {rates.size} values, not all finite and above zero; give the force's own")
-    forces = np.broadcast_to(np.asarray(force, dtype=np.float64), rates.shape)
-    if not np.all(np.isfinite(forces)) or np.any(forces == 0.0):
-        raise UndertowError("force: amplitudes must be finite and not zero; without a force the body rests")
+    quantity, given = _drive(force, base_displacement, base_acceleration, frame)
+    amplitudes = np.broadcast_to(given, rates.shape)
+    if not np.all(np.isfinite(amplitudes)) or np.any(amplitudes == 0.0):
+        raise UndertowError(f"{quantity}: amplitudes must be finite and not zero; without a {quantity} the body rests")
+    mover = mover_of(quantity)
+    drives = np.array(-(rates**2) * amplitudes if quantity == "base_displacement" else amplitudes)
+    theta = _vector(found, mover)
+    order = np.argsort(rates, kind="stable")[:: 1 if sweep == "up" else -1]
+    stiffness = abs(float(theta[SLOT["k1"]])) or float(theta[SLOT["mass"]] * rates.min() ** 2)
+    reach = float(np.max(np.abs(drives))) / stiffness * (1.0 if mover == "force" else float(theta[SLOT["mass"]]))
+    states = swept(theta, drives[order], rates[order], MotionSize(reach, reach * float(rates.max())), mover)
+    by_place = dict(zip(order.tolist(), states, strict=True))
+    moved = -drives / rates**2 if frame == "absolute" else np.zeros(rates.size)
+    return FrequencyResponse(tuple(by_place[i] for i in range(rates.size)), drives, moved)
+
+
+def _drive(
+    force: ArrayLike | None, base_displacement: ArrayLike | None, base_acceleration: ArrayLike | None, frame: str
+) -> tuple[Quantity, Array]:
+    """Which of the drives is given, and its amplitudes; UndertowError where not exactly one is."""
+    every: dict[Quantity, ArrayLike | None] = {
+        "force": force, "base_displacement": base_displacement, "base_acceleration": base_acceleration
+    }  # fmt: skip
+    given = [(name, np.asarray(value, dtype=np.float64)) for name, value in every.items() if value is not None]
+    if len(given) != 1:
+        have = ", ".join(name for name, _ in given) or "none"
+        raise UndertowError(f"of force, base_displacement and base_acceleration {have} is given; give exactly one")
+    if frame not in ("relative", "absolute") or (frame == "absolute" and given[0][0] == "force"):
+        raise UndertowError(f"frame is {frame!r}; on a base that moves it is 'relative' or 'absolute'")
+    return given[0]
+
+
+def _vector(found: Equation, mover: Mover) -> Array:
+    """The driven integrator's vector, laws of the water where a body on that base feels them."""
     theta = np.zeros(N_DRIVEN)
     for slot, value in STARTS_AT_ONE.items():
         theta[DRIVEN_SLOT[slot]] = value
     theta[:N_SLOTS] = found.theta()
-    order = np.argsort(rates, kind="stable")[:: 1 if sweep == "up" else -1]
-    stiffness = abs(float(theta[SLOT["k1"]])) or float(theta[SLOT["mass"]] * rates.min() ** 2)
-    reach = float(np.max(np.abs(forces))) / stiffness
-    states = swept(theta, forces[order], rates[order], MotionSize(reach, reach * float(rates.max())))
-    by_place = dict(zip(order.tolist(), states, strict=True))
-    return FrequencyResponse(tuple(by_place[i] for i in range(rates.size)), np.array(forces))
+    for term, value in zip(found.terms, found.coefficients, strict=True):
+        if mover != "force" and term.relative_to == "water":
+            for place in places([term], mover):
+                theta[DRIVEN_SLOT[term.slots[place.parameter.name]]] -= value
+                theta[[DRIVEN_SLOT[slot] for slot in place.slots]] += value
+    return theta
 
 
 def fit_response(
@@ -114,7 +173,10 @@ def fit_response(
     amplitude: ArrayLike,
     phase_rad: ArrayLike,
     *,
-    force: ArrayLike,
+    force: ArrayLike | None = None,
+    base_displacement: ArrayLike | None = None,
+    base_acceleration: ArrayLike | None = None,
+    frame: Frame = "relative",
     equation: Sequence[str | Term] = ("stiffness", "viscous_damping"),
     sigma: ArrayLike | None = None,
     held: Mapping[str, float] | None = None,
@@ -122,11 +184,13 @@ def fit_response(
 ) -> ResponseFit:
     """Mass and laws from amplitudes and phases under ``force`` cos(2 pi f t), each point on its own branch.
 
-    ``amplitude`` (n,) in m or rad, ``phase_rad`` (n,) of x before the force (negative: x lags), ``force`` one amplitude
-    or (n,) in N, ``sigma`` the standard error of amplitudes (None: all alike, from what is left). Start values come
-    from the balance of the fundamental; what a law has inside (an exponent) takes ``starts``, ``held`` what is known,
-    both by mass_kg and law.parameter. Raises RecordingError where arrays do not fit together, ConfigError for laws with
-    a memory, IdentificationError where points are too few or the equation has no steady motion near them.
+    ``amplitude`` (n,) in m or rad, ``phase_rad`` (n,) of x before the drive (negative: x lags); the drive, one
+    amplitude or (n,), is ``force`` in N, or ``base_displacement`` (m) or ``base_acceleration`` (m/s^2) of a base that
+    moves, where ``frame`` says whether the amplitudes are relative to it or absolute and all forces are per mass unless
+    a number is ``held``. ``sigma`` is the standard error of amplitudes (None: all alike, from what is left). Start
+    values come from the balance of the fundamental; what a law has inside (an exponent) takes ``starts``, ``held`` what
+    is known, both by mass_kg and law.parameter. Raises RecordingError where arrays do not fit together, ConfigError for
+    laws with a memory, IdentificationError where points are too few or the equation has no steady motion near them.
 
     >>> f = np.linspace(0.5, 1.2, 20)
     >>> made = frequency_response({"stiffness": 50.0, "viscous_damping": 0.8}, f, force=1.0, mass_kg=2.0).table
@@ -135,15 +199,19 @@ def fit_response(
     (50.0, 2.0)
     """
     rates = 2.0 * math.pi * np.atleast_1d(np.asarray(frequency_Hz, dtype=np.float64))
-    forces = np.asarray(force, dtype=np.float64)
-    measured = HarmonicSet(
-        rates, np.full(rates.size, float(forces)) if forces.ndim == 0 else forces,
-        np.asarray(amplitude, dtype=np.float64), np.asarray(phase_rad, dtype=np.float64), _errors(sigma, rates.size),
-    )  # fmt: skip
+    quantity, given = _drive(force, base_displacement, base_acceleration, frame)
+    drives = np.full(rates.size, float(given)) if given.ndim == 0 else given
+    motion = np.asarray(amplitude, dtype=np.float64), np.asarray(phase_rad, dtype=np.float64)
+    errors = _errors(sigma, rates.size)
+    if quantity == "force":
+        measured = HarmonicSet(rates, drives, *motion, errors)
+    else:
+        measured = on_base(rates, drives, quantity, motion, errors, frame == "absolute")
     terms = tuple(find_driven(term) if isinstance(term, str) else term for term in equation)
     found = fit_harmonic_set(measured, terms, dict(held or {}), dict(starts or {}))
     states = tuple(s for s in found.states if s is not None)
-    return ResponseFit(found.numbers, found.rms, FrequencyResponse(states, measured.force), found)
+    moved = -measured.force / rates**2 if frame == "absolute" else np.zeros(rates.size)
+    return ResponseFit(found.numbers, found.rms, FrequencyResponse(states, measured.force, moved), found)
 
 
 def _errors(sigma: ArrayLike | None, n: int) -> Array:

@@ -2,6 +2,8 @@
 
     M x'' + sum of laws = F cos(w t),   x = A cos(w t + phase) + overtones
 
+or -M y'' on a base that moves as y = Y cos(w t), with x relative to it.
+
 Start values come from the balance of the fundamental alone (Krylov and Bogoliubov 1937), which is linear in the laws'
 coefficients: every law's force on the measured A cos(w t + phase), its part at w against the force. From there the
 steady motion itself is fitted (steady_state.py), each point on the branch on which it was measured.
@@ -18,16 +20,19 @@ from dataclasses import dataclass, field
 import numpy as np
 from scipy.optimize import least_squares
 
-from undertow.equation.driven_laws import DrivenUnknown, places
+from undertow.equation.driven_laws import DrivenUnknown, places, without_memory
 from undertow.equation.driven_slots import DRIVEN_SLOT, N_DRIVEN
 from undertow.equation.input import MotionSize
-from undertow.equation.steady_state import SteadyState, closed_orbit, settled
+from undertow.equation.steady_state import NOTHING, SteadyState, closed_orbit, settled
 from undertow.equation.term import Array, Term
 from undertow.errors import ConfigError, IdentificationError, RecordingError
-from undertow.quantities import Estimate
+from undertow.quantities import Estimate, Mover
 
 ANGLES = 256
 """Instants of a period at which a law's force on a cosine is taken."""
+
+UNFELT = 1e-9
+"""Share of a law's force below which its part at the drive's frequency is rounding: by symmetry it has none."""
 
 MASS = "mass_kg"
 STARTS_AT_ONE = {"gain": 1.0, "bw_unit": 1.0, "bw_n": 1.0}
@@ -37,13 +42,18 @@ STARTS_AT_ONE = {"gain": 1.0, "bw_unit": 1.0, "bw_n": 1.0}
 @dataclass(frozen=True)
 class HarmonicSet:
     """``rate`` (n,) rad/s, ``force`` (n,) N, and of the motion under it ``amplitude`` (n,) m or rad and ``phase`` (n,)
-    rad before the force's; ``sigma`` (n,) their standard error in the unit of the amplitude (0: all alike, unknown)."""
+    rad before the force's; ``sigma`` (n,) their standard error in the unit of the amplitude (0: all alike, unknown).
+
+    Where the base moves (``mover``) ``force`` is the amplitude of its acceleration, m/s^2, and the motion is relative
+    to it (`on_base` makes such a set).
+    """
 
     rate: Array
     force: Array
     amplitude: Array
     phase: Array
     sigma: Array = field(default_factory=lambda: np.zeros(0))
+    mover: Mover = "force"
 
     def __post_init__(self) -> None:
         sizes = {v.size for v in (self.rate, self.force, self.amplitude, self.phase)}
@@ -61,7 +71,8 @@ class HarmonicSet:
             )
         if np.any(self.force == 0.0):
             still = int(np.sum(self.force == 0.0))
-            raise RecordingError(f"harmonic set: the force is 0 N at {still} points; leave them out")
+            what = "force is 0 N" if self.mover == "force" else "base stands still"
+            raise RecordingError(f"harmonic set: the {what} at {still} points; leave them out")
 
     @property
     def cosine(self) -> Array:
@@ -73,16 +84,51 @@ class HarmonicSet:
         """Part of the motion with sin(w t), (n,)."""
         return np.asarray(-self.amplitude * np.sin(self.phase))
 
+    def part(self, chosen: np.ndarray) -> HarmonicSet:
+        """The set of these points, by mask or place."""
+        sigma = self.sigma[chosen] if self.sigma.size else self.sigma
+        return HarmonicSet(
+            self.rate[chosen], self.force[chosen], self.amplitude[chosen], self.phase[chosen], sigma, self.mover
+        )
+
+
+def on_base(
+    rate: Array, base: Array, quantity: str, motion: tuple[Array, Array], sigma: Array, absolute: bool
+) -> HarmonicSet:
+    """The set of a body on a base that moves as ``base`` cos(w t) (m, or m/s^2 of its acceleration, by ``quantity``
+    base_displacement or base_acceleration); ``motion`` is amplitude and phase before the base's ``quantity``, against
+    the earth (``absolute``) or relative to the base.
+
+        y'' = -w^2 Y cos(w t),   z = x - y
+    """
+    acceleration = -(rate**2) * base if quantity == "base_displacement" else base
+    if not absolute:
+        return HarmonicSet(rate, acceleration, *motion, sigma, "base")
+    amplitude, phase = motion
+    cosine, sine = amplitude * np.cos(phase) + acceleration / rate**2, -amplitude * np.sin(phase)
+    return HarmonicSet(rate, acceleration, np.hypot(cosine, sine), np.arctan2(-sine, cosine), sigma, "base")
+
 
 @dataclass(frozen=True)
 class HarmonicFit:
     """``numbers`` by mass_kg and law.parameter, ``theta`` (driven_slots.DRIVEN_SLOTS), the steady states fitted (None
-    where the search found none), ``rms`` of what cosine and sine miss, unit of the amplitude."""
+    where the search found none), ``rms`` of what cosine and sine miss, unit of the amplitude, and each point's
+    ``missed`` (2, n); ``covariance`` of the numbers that were ``free``, ``terms`` with their ``held`` numbers."""
 
     numbers: Mapping[str, Estimate]
     theta: Array
     states: tuple[SteadyState | None, ...]
     rms: float
+    missed: Array
+    free: tuple[str, ...]
+    covariance: Array
+    terms: tuple[Term, ...]
+    held: Mapping[str, float]
+
+    @property
+    def values(self) -> dict[str, float]:
+        """The numbers without their errors: starts for another fit."""
+        return {name: one.value for name, one in self.numbers.items()}
 
 
 def harmonic_theta(values: Mapping[str, float], unknowns: Sequence[DrivenUnknown]) -> Array:
@@ -97,27 +143,22 @@ def harmonic_theta(values: Mapping[str, float], unknowns: Sequence[DrivenUnknown
     return theta
 
 
-def without_memory(terms: Sequence[Term]) -> None:
-    """ConfigError where a law carries a state from period to period, or acts by a clock of its own."""
-    for term in terms:
-        if term.kind != "force":
-            raise ConfigError(
-                f"equation term {term.name!r} keeps a state from one period to the next, and steady motions are sought "
-                "for laws of x and v alone; leave it out, or give recordings in time"
-            )
-
-
 def fit_harmonic_set(
-    measured: HarmonicSet, terms: Sequence[Term], held: Mapping[str, float], starts: Mapping[str, float]
-) -> HarmonicFit:
+    measured: HarmonicSet, terms: Sequence[Term], held: Mapping[str, float], starts: Mapping[str, float],
+    whole: bool = True, evaluations: int | None = None,
+) -> HarmonicFit:  # fmt: skip
     """Mass and laws from a harmonic set by least squares on cosine and sine.
 
-    ``held`` and ``starts`` go by mass_kg and law.parameter. Raises ConfigError for a law with a memory or a name that
-    the equation lacks, IdentificationError where there are more unknowns than measured values.
+    ``held`` and ``starts`` go by mass_kg and law.parameter; on a base that moves the mass is held at 1 kg where no
+    number is. Raises ConfigError for a law with a memory or a name that the equation lacks, IdentificationError where
+    there are more unknowns than measured values, and where the equation has no steady motion near some points (not
+    ``whole``: these count as points at which it stands still). ``evaluations`` ends a search early.
     """
     without_memory(terms)
-    unknowns = places(terms, "force")
+    unknowns = places(terms, measured.mover)
     names = [MASS, *(u.name for u in unknowns)]
+    if measured.mover != "force" and not held:
+        held = {MASS: 1.0}
     if strange := [name for name in (*held, *starts) if name not in names]:
         raise ConfigError(f"{strange[0]!r} is no number of this equation; it has {', '.join(names)}")
     free = [name for name in names if name not in held]
@@ -128,24 +169,38 @@ def fit_harmonic_set(
         )
     first = {**_balanced(measured, terms, unknowns, held, starts), **starts, **held}
     search = _Missed(measured, unknowns, first, free)
-    lower = np.where(np.array(free) == MASS, 1e-9, -np.inf)
-    start = np.maximum(np.array([first[name] for name in free]) / search.scale, lower)
-    found = least_squares(search.missed, start, search.slopes, (lower, np.inf), x_scale="jac")
+    limits = {u.name: (u.parameter.lower, u.parameter.upper) for u in unknowns} | {MASS: (1e-9, np.inf)}
+    lower, upper = np.array([limits[name] for name in free]).reshape(-1, 2).T / search.scale
+    start = np.clip(np.array([first[name] for name in free]) / search.scale, lower, upper)
+    found = least_squares(search.missed, start, search.slopes, (lower, upper), x_scale="jac", max_nfev=evaluations)
     states = search.at(found.x)
-    if lost := [rate / (2.0 * math.pi) for rate, s in zip(measured.rate, states, strict=True) if s is None]:
+    if whole and (lost := [rate for rate, s in zip(measured.rate, states, strict=True) if s is None]):
         raise IdentificationError(
             f"the equation has no steady motion near what was measured at {len(lost)} of {len(states)} points (the "
-            f"first at {lost[0]:.6g} Hz); it lacks a law, or a start value is far off"
+            f"first at {lost[0] / (2.0 * math.pi):.6g} Hz); it lacks a law, or a start value is far off"
         )
     size = 1.0 if measured.sigma.size else math.sqrt(2.0 * found.cost / max(found.fun.size - len(free), 1))
-    errors = np.sqrt(np.diag(np.linalg.pinv(found.jac.T @ found.jac, hermitian=True))) * size * search.scale
+    covariance = np.linalg.pinv(found.jac.T @ found.jac, hermitian=True) * size**2
+    covariance *= np.outer(search.scale, search.scale)
+    errors = np.sqrt(np.diag(covariance))
     units = {u.name: u.parameter.unit for u in unknowns} | {MASS: "kg"}
     values = dict(zip(free, zip((found.x * search.scale).tolist(), errors.tolist(), strict=True), strict=True))
     values |= {name: (float(value), 0.0) for name, value in held.items()}
     numbers = {name: Estimate(*values[name], unit=units[name]) for name in names}
     theta = harmonic_theta({name: e.value for name, e in numbers.items()}, unknowns)
-    left = search.missed(found.x) * np.tile(search.sigma, 2)
-    return HarmonicFit(numbers, theta, tuple(states), float(np.sqrt(np.mean(left**2))))
+    left = (search.missed(found.x) * np.tile(search.sigma, 2)).reshape(2, -1)
+    return HarmonicFit(
+        numbers, theta, tuple(states), float(np.sqrt(np.mean(left**2))), left, tuple(free), covariance, tuple(terms),
+        dict(held),
+    )  # fmt: skip
+
+
+def missed_at(fitted: HarmonicFit, measured: HarmonicSet) -> Array:
+    """What a fitted equation misses of the cosines and sines (2, n) of a set that it need not have seen, each point on
+    its own branch; the whole motion where the equation has none there."""
+    states = [_on_branch(fitted.theta, measured, i, NOTHING) for i in range(measured.rate.size)]
+    both = np.array([(0.0, 0.0) if s is None else (s.cosine, s.sine) for s in states]).T
+    return np.asarray(both - [measured.cosine, measured.sine])
 
 
 class _Missed:
@@ -200,14 +255,14 @@ def _on_branch(theta: Array, measured: HarmonicSet, i: int, active: np.ndarray) 
     rate, force = float(measured.rate[i]), float(measured.force[i])
     guess = np.array([measured.cosine[i], measured.sine[i] * rate])
     extent = MotionSize(float(measured.amplitude[i]), float(measured.amplitude[i]) * rate)
-    found = closed_orbit(theta, force, rate, guess, extent, active)
+    found = closed_orbit(theta, force, rate, guess, extent, active, measured.mover)
     if found is not None:
         return found
     try:
-        drawn = settled(theta, force, rate, guess, extent)
+        drawn = settled(theta, force, rate, guess, extent, measured.mover)
     except IdentificationError:
         return None
-    return closed_orbit(theta, force, rate, drawn.state, extent, active)
+    return closed_orbit(theta, force, rate, drawn.state, extent, active, measured.mover)
 
 
 def _balanced(
@@ -223,18 +278,25 @@ def _balanced(
     linear = [u for u in unknowns if u.name not in inner]
     for u in linear:
         columns[u.name] = []
+    based = measured.mover != "force"
     for rate, amplitude, phase, force in zip(
         measured.rate, measured.amplitude, measured.phase, measured.force, strict=True
     ):
         x, v = amplitude * np.cos(angle + phase), -amplitude * rate * np.sin(angle + phase)
         a, t = -(rate**2) * x, angle / rate
-        columns[MASS].append(waves @ a / force)
+        beside = (force / rate * np.sin(angle), force * np.cos(angle)) if based else (0.0, 0.0)
+        columns[MASS].append(waves @ (a + beside[1]) / force)
         for u in linear:
-            columns[u.name].append(waves @ np.asarray(u.term.force(x, v, a, t)) / force)
+            wet = u.term.relative_to == "water"
+            seen = (v + beside[0], a + beside[1]) if wet else (v, a)
+            acting = np.asarray(u.term.force(x, *seen, t))
+            part = waves @ acting
+            felt = np.abs(part) > UNFELT * float(np.max(np.abs(acting)))
+            columns[u.name].append(np.where(felt, part, 0.0) / force)
     known = {**starts, **held}
     whole = {name: np.concatenate(parts) for name, parts in columns.items()}
     asked = [name for name in whole if name not in known]
-    left = np.tile([1.0, 0.0], measured.rate.size) - sum(
+    left = np.tile([0.0 if based else 1.0, 0.0], measured.rate.size) - sum(
         (known[name] * column for name, column in whole.items() if name in known), np.zeros(2 * measured.rate.size)
     )
     if not asked:

@@ -20,6 +20,7 @@ class Size(NamedTuple):
 
 _BY_BASE: Mapping[str, Mapping[str, float]] = {
     "s": {"s": 1.0, "second": 1.0, "ms": 1e-3, "us": 1e-6, "min": 60.0, "h": 3600.0},
+    "1 / s": {"Hz": 1.0, "kHz": 1e3},
     "m": {
         "m": 1.0, "cm": 1e-2, "mm": 1e-3, "um": 1e-6, "micrometer": 1e-6, "in": 0.0254, "ft": 0.30479999999999996,
     },

@@ -6,6 +6,7 @@ Belongs here: spellings, the one pint registry, conversion. Does not belong here
 from __future__ import annotations
 
 import difflib
+import math
 import re
 import tokenize
 from collections.abc import Mapping
@@ -162,6 +163,34 @@ def to_si(values: ArrayLike, unit: str, channel: str, coordinate: Coordinate = "
     """
     factor, target = factor_to_si(unit, channel, coordinate)
     return np.asarray(values, dtype=np.float64) * factor, target
+
+
+def rate_factor(unit: str) -> float:
+    """What one ``unit`` of a frequency is in rad/s; RecordingError where it is none.
+
+    >>> round(rate_factor("Hz"), 4), rate_factor("rad/s")
+    (6.2832, 1.0)
+    """
+    return _one_of(unit, "frequency", {"1 / s": 2.0 * math.pi, "rad / s": 1.0}, "Hz, kHz, rad/s, rpm")
+
+
+def phase_factor(unit: str) -> float:
+    """What one ``unit`` of a phase is in rad; RecordingError where it is none."""
+    return _one_of(unit, "phase", {"rad": 1.0}, "deg, rad")
+
+
+def _one_of(unit: str, quantity: str, bases: Mapping[str, float], known: str) -> float:
+    """A unit's size times that of its dimension, which must be one of ``bases``."""
+    try:
+        size = _size(unit, "time")
+    except RecordingError as error:
+        raise RecordingError(f"{quantity}: unit {unit[:_LONGEST_UNIT]!r} is not known; it may be {known}") from error
+    if size.base not in bases:
+        raise RecordingError(
+            f"{quantity} is said to be in {unit!r}, which is {size.base or 'a plain number'} in SI base units; it may "
+            f"be in {known}"
+        )
+    return size.value * bases[size.base]
 
 
 def _size(unit: str, channel: str) -> Size:

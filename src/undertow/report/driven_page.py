@@ -1,4 +1,5 @@
-"""The page of a driven campaign: the sentence, the free run on samples nobody fitted, the equation, what was tried.
+"""The page of a driven campaign, in time or of harmonic sets: the sentence, the free run on samples nobody fitted, the
+equation, what was tried.
 
 Belongs here: that page, self-contained. Does not belong here: what it shows (campaign/driven).
 """
@@ -38,15 +39,20 @@ class DrawnRun:
     unit: str
 
 
-def page_html(title: str, sentence: str, equation: str, runs: Sequence[DrawnRun], tables: Mapping[str, Any]) -> str:
-    """The page as HTML: ``tables`` is heading -> list of rows, the first the header."""
-    parts = [f"<h1>{escape(title)}</h1><p><strong>{escape(sentence)}</strong></p>"]
-    parts += [_picture(run) for run in runs]
-    parts.append("<h2>Equation</h2><p>" + "<br>".join(escape(line) for line in equation.split("; ")) + "</p>")
-    for heading, rows in tables.items():
-        head = "".join(f"<th>{escape(str(cell))}</th>" for cell in rows[0])
-        body = "".join("<tr>" + "".join(f"<td>{escape(str(c))}</td>" for c in row) + "</tr>" for row in rows[1:])
-        parts.append(f"<h2>{escape(heading)}</h2><table><tr>{head}</tr>{body}</table>")
+@dataclass(frozen=True)
+class Part:
+    """One group of a page: its sentence, its figures (HTML), its equation, and tables: heading -> list of rows, the
+    first the header."""
+
+    sentence: str
+    figures: Sequence[str]
+    equation: str
+    tables: Mapping[str, Any]
+
+
+def page_html(title: str, groups: Sequence[Part]) -> str:
+    """The page as HTML, group by group."""
+    parts = [f"<h1>{escape(title)}</h1>", *(_group(one) for one in groups)]
     return (
         f'<!doctype html><html lang="en"><head><meta charset="utf-8"><title>{escape(title)}</title>'
         f'<meta name="viewport" content="width=device-width"><style>{_STYLE}</style></head>'
@@ -54,7 +60,18 @@ def page_html(title: str, sentence: str, equation: str, runs: Sequence[DrawnRun]
     )
 
 
-def _picture(run: DrawnRun) -> str:
+def _group(one: Part) -> str:
+    """One group of the page."""
+    parts = [f"<p><strong>{escape(one.sentence)}</strong></p>", *one.figures]
+    parts.append("<h2>Equation</h2><p>" + "<br>".join(escape(line) for line in one.equation.split("; ")) + "</p>")
+    for heading, rows in one.tables.items():
+        head = "".join(f"<th>{escape(str(cell))}</th>" for cell in rows[0])
+        body = "".join("<tr>" + "".join(f"<td>{escape(str(c))}</td>" for c in row) + "</tr>" for row in rows[1:])
+        parts.append(f"<h2>{escape(heading)}</h2><table><tr>{head}</tr>{body}</table>")
+    return "".join(parts)
+
+
+def run_picture(run: DrawnRun) -> str:
     """Recorded and predicted motion, and their difference below, of the record's first part."""
     shown = slice(0, SHOWN)
     with page_style():

@@ -28,6 +28,8 @@ class FileDescription:
 
 def described(said: RecordingsSettings) -> FileDescription:
     """What the settings say of a file; RecordingError where time has both or neither of column and rate."""
+    if said.response is not None:  # no samples in time: a rate that nobody asks for
+        return FileDescription({}, TimeSpec(rate_hz=1.0), _layout(said, {}), {})
     positions = said.cells.model_dump(exclude={"variable", "trial"}, exclude_none=True) if said.cells else {}
     time = said.channels.time
     column = time.column

@@ -9,6 +9,7 @@ from typing import Annotated, Any, Literal
 
 from pydantic import BeforeValidator, Field
 
+from undertow.campaign.config.response_settings import ResponseSettings
 from undertow.campaign.config.settings import ColumnName, NotNegative, Positive, Real, Section, Whole
 from undertow.recording.doubt_kinds import DoubtKind
 from undertow.recording.limits import COLUMNS, MEGABYTES
@@ -189,8 +190,18 @@ class RecordingsSettings(FileSettings):
     accept: dict[str, tuple[DoubtKind, ...]] = Field(
         default={}, description="File name pattern -> kinds of doubt about these trials that are known and accepted."
     )
-    channels: ChannelsSettings = Field(description="Physical quantity -> column(s), unit, sign, offset.")
+    channels: ChannelsSettings = Field(
+        default_factory=ChannelsSettings, description="Physical quantity -> column(s), unit, sign, offset."
+    )
+    response: ResponseSettings | None = Field(
+        default=None, description="In place of channels: amplitude and phase by frequency (a harmonic set)."
+    )
     layouts: dict[str, LayoutSettings] = Field(
         default={}, description="File name pattern -> what differs in these files; the last that fits wins."
     )
     limits: LimitsSettings = Field(default=LimitsSettings(), description="How much one recording may take.")
+
+    @property
+    def driven_by(self) -> str:
+        """What drives the body, in time or harmonically; empty for decays."""
+        return self.channels.driven_by if self.response is None else self.response.quantity

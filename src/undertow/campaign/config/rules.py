@@ -11,12 +11,13 @@ from typing import TYPE_CHECKING
 
 from undertow.campaign.config.described import for_pattern
 from undertow.campaign.config.recording_settings import ChannelsSettings, RecordingsSettings, TimeSettings
+from undertow.campaign.config.response_rules import response_wrong
 from undertow.campaign.config.source import Location
 from undertow.campaign.config.specimen_rules import unphysical
 from undertow.comparison.suspects import chosen
 from undertow.equation import registry
 from undertow.equation.base_motion import must_accelerate
-from undertow.equation.driven_laws import find_driven, places
+from undertow.equation.driven_laws import find_driven, places, without_memory
 from undertow.errors import ConfigError, RecordingError, UndertowError
 from undertow.quantities import mover_of
 from undertow.recording.channels import LARGEST
@@ -40,19 +41,23 @@ def contradictions(config: RunConfig) -> list[tuple[Location, str]]:
         wrong.append((("recordings",), text))
     wrong += _without_effect(config)
     coordinate = config.equation.coordinate
-    wrong += _unusable_channels(said, ("recordings",), coordinate)
-    for pattern in said.layouts:
+    wrong += response_wrong(config)
+    if said.response is None:
+        wrong += _unusable_channels(said, ("recordings",), coordinate)
+    for pattern in said.layouts if said.response is None else ():
         wrong += _unusable_channels(for_pattern(said, pattern), ("recordings", "layouts", pattern), coordinate)
     wrong += unphysical(config)
     wrong += _driving(said.channels)
-    driver = said.channels.driven_by
+    driver = said.driven_by
     for at, name in enumerate(config.equation.terms):
         try:
             places([find_driven(name)], mover_of(driver)) if driver else registry.find(name)
+            if said.response is not None:
+                without_memory([find_driven(name)])
         except ConfigError as error:
             wrong.append((("equation", "terms", at), str(error)))
     pulled = any(law.pulls_back for law in registry.catalogue() if law.name in config.equation.terms)
-    if not driver and not pulled:
+    if not pulled and (not driver or said.response is not None):
         text = (
             f"equation.terms has {', '.join(config.equation.terms)} and nothing that pulls the body back, so that it "
             "cannot swing; add stiffness (or sine_restoring, for a pendulum)"

@@ -141,6 +141,8 @@ class RunConfig(Section):
         """The whole config with defaults, as plain values; paths are absolute, so that it can be run from anywhere."""
         plain: dict[str, Any] = self.model_dump(mode="json", exclude_none=True)
         recordings = plain["recordings"]
+        if "response" in recordings:
+            del recordings["channels"]
         if "index" in recordings:
             recordings["index"] = str((self.folder / recordings["index"]).absolute())
         if "files" in recordings:

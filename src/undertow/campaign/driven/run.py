@@ -6,13 +6,11 @@ the page's shape (report/driven_page.py).
 
 from __future__ import annotations
 
-import csv
 import json
 import math
 import time
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from io import StringIO
 from pathlib import Path
 from typing import Any
 
@@ -20,16 +18,18 @@ import numpy as np
 
 from undertow.campaign.config import RunConfig
 from undertow.campaign.driven.closed_loop import ByInstruments, by_instruments
+from undertow.campaign.driven.files import group_entry, rows_csv
 from undertow.campaign.driven.trials import driven_laws, driven_trials, named_apart
 from undertow.campaign.run.manifest import manifest
 from undertow.campaign.run.workers import Progress, silent
 from undertow.comparison.driven_search import START_SAMPLES, DrivenFound, discover_driven
+from undertow.comparison.response_search import ResponseFound
 from undertow.conditioning.driven import DrivenTrial
 from undertow.discrepancy.findings import FailedTrial, Findings
 from undertow.errors import UndertowError
 from undertow.methods.driven import DrivenFit, free_run
 from undertow.methods.driven_equations import equation_text, written
-from undertow.report.driven_page import DrawnRun, page_html, write_page
+from undertow.report.driven_page import DrawnRun, Part, page_html, run_picture, write_page
 from undertow.report.verdict_file import CONTRACT, plain
 from undertow.report.writing import write_text
 
@@ -39,11 +39,11 @@ ADEQUATE = 1.5
 
 @dataclass(frozen=True)
 class DrivenFinished:
-    """What ``undertow run`` says of a driven campaign when it is done."""
+    """What ``undertow run`` says of a driven campaign, in time or of harmonic sets, when it is done."""
 
     folder: Path
     sentence: str
-    found: DrivenFound
+    found: DrivenFound | tuple[ResponseFound, ...]
     failed: tuple[FailedTrial, ...] = ()
     contradicted: tuple[str, ...] = ()
 
@@ -149,7 +149,8 @@ def _write(
     tables: dict[str, Sequence[Any]] = {"What was tried, on samples nobody fitted": tried}
     if told.table():
         tables["Numbers by the instrument, beside output error"] = told.table()
-    write_page(folder, page_html(config.name, sentence, equation, runs, tables))
+    figures = [run_picture(run) for run in runs]
+    write_page(folder, page_html(config.name, [Part(sentence, figures, equation, tables)]))
 
 
 def _shown(trial: DrivenTrial, fitted: DrivenFit) -> DrawnRun:
@@ -168,26 +169,17 @@ def _verdict(
     """verdict.json as the contract has it; what was not computed for a driven campaign is null."""
     fit, size = found.augmented or found.baseline, _size(training)
     good = _adequate(training, fit)
-    named = [*found.added, *(() if good else ("unknown",))]
+    named = (*found.added, *(() if good else ("unknown",)))
     status = ("explained" if found.added else "nothing_missing") if good else "unknown"
-    group = {
-        "group": {}, "trials": [t.name for t in training], "held_out": [t.name for t in unseen], "status": status,
-        "verdict": named, "alternatives": [], "confidence": None, "because": "" if good else "more than noise is left",
-        "detectable": [], "p_value": None, "upper_bound": None, "not_testable": [],
-        "decision": [
-            {"gate": t.name, "statistic": "rms on unseen samples", "value": t.after, "limit": t.before,
-             "passed": not t.because, "because": t.because}
-            for t in found.tried
-        ],
-        "origin": "undetermined", "parameters": {name: _numbers(fit, name) for name in found.added},
-        "baseline": _version(found.baseline, found.validation[0], size),
-        "augmented": None if found.augmented is None else _version(found.augmented, found.validation[1], size),
-        "sensor_floor_nrmse": max(t.noise()[t.main] for t in training) / size, "repeatability_nrmse": None,
-        "rejected": [{"name": t.name, "because": t.because} for t in found.tried if t.because],
-        "physical_check": {"expected": None, "found": None, "agrees": None, "because": ""},
-        "next_test": "", "sentence": sentence, "by_instrument": told.plain(),
-    }  # fmt: skip
-    return {"contract": CONTRACT, "groups": [group], "across_groups": {"verdict": named, "sentence": sentence}}
+    group = group_entry(
+        {}, [t.name for t in training], [t.name for t in unseen], status, named, found.tried, sentence,
+        statistic="rms on unseen samples", because="" if good else "more than noise is left",
+        parameters={name: _numbers(fit, name) for name in found.added},
+        baseline=_version(found.baseline, found.validation[0], size),
+        augmented=None if found.augmented is None else _version(found.augmented, found.validation[1], size),
+        sensor_floor_nrmse=max(t.noise()[t.main] for t in training) / size, by_instrument=told.plain(),
+    )  # fmt: skip
+    return {"contract": CONTRACT, "groups": [group], "across_groups": {"verdict": list(named), "sentence": sentence}}
 
 
 def _version(fit: DrivenFit, validation: float, size: float) -> Mapping[str, Any]:
@@ -225,20 +217,10 @@ def _tables(folder: Path, training: Sequence[DrivenTrial], found: DrivenFound) -
             for t in training
         ]  # fmt: skip
     for name in ("trials.csv", "levels.csv"):
-        write_text(folder / name, _csv(rows))
+        write_text(folder / name, rows_csv(rows))
     last = [
         {"file": t.name, "nrmse": (found.augmented or found.baseline).rms[t.name] / float(np.std(t.outputs[t.main])),
          "sensor_floor_nrmse": t.noise()[t.main] / float(np.std(t.outputs[t.main]))}
         for t in training
     ]  # fmt: skip
-    write_text(folder / "mismatch.csv", _csv(last))
-
-
-def _csv(rows: Sequence[Mapping[str, Any]]) -> str:
-    """Rows as CSV, the columns of all of them."""
-    columns = list(dict.fromkeys(key for row in rows for key in row))
-    stream = StringIO()
-    writer = csv.DictWriter(stream, columns, lineterminator="\n")
-    writer.writeheader()
-    writer.writerows(rows)
-    return stream.getvalue()
+    write_text(folder / "mismatch.csv", rows_csv(last))

@@ -20,6 +20,7 @@ from ruamel.yaml import YAML
 from undertow.campaign.config import load
 from undertow.campaign.driven.run import DrivenFinished, run_driven
 from undertow.campaign.driven.trials import is_driven
+from undertow.campaign.response.run import run_response
 from undertow.campaign.run.claim import NEW, STAGES, claimed
 from undertow.campaign.run.course import Course
 from undertow.campaign.run.equations import equations_entry, equations_file
@@ -97,6 +98,8 @@ def run_to_folder(
     config = load(config_path, overrides)
     folder = out or Path("runs") / safe_name(config.name)
     text = yaml_text(config.resolved())
+    if config.recordings.response is not None:
+        return run_response(config, config_path, folder, text, overrides, progress)
     if is_driven(config):
         return run_driven(config, config_path, folder, text, overrides, progress)
     try:

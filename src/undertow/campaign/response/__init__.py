@@ -1,0 +1,1 @@
+"""Campaigns of harmonic sets: from a config with amplitudes by frequency to an equation, its page, its predictions."""

@@ -1,0 +1,244 @@
+"""A campaign of harmonic sets from config to run folder: equation, what it lacks, proof on points nobody fitted.
+
+Belongs here: the order of that, and the files' content. Does not belong here: reading (sets.py), the search
+(comparison/response_search.py), curves (curves.py), the page's shape (report/).
+"""
+
+from __future__ import annotations
+
+import json
+import time
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from undertow.campaign.config import RunConfig
+from undertow.campaign.driven.files import group_entry, rows_csv
+from undertow.campaign.driven.run import DrivenFinished
+from undertow.campaign.response.curves import drawn_sets
+from undertow.campaign.response.sets import Sweeps, known, sweeps
+from undertow.campaign.run.manifest import manifest
+from undertow.campaign.run.workers import Progress, silent
+from undertow.comparison.response_search import UNSEEN_LAWS, ResponseFound, discover_response
+from undertow.discrepancy.findings import FailedTrial, Findings
+from undertow.discrepancy.words import group_title, percent
+from undertow.equation.driven_laws import places
+from undertow.errors import UndertowError
+from undertow.methods.driven_equations import equation_text
+from undertow.methods.harmonic_set import HarmonicFit
+from undertow.report.driven_page import Part, page_html, write_page
+from undertow.report.response_page import set_picture
+from undertow.report.verdict_file import CONTRACT, plain
+from undertow.report.writing import write_text
+
+DRAWN_AT_MOST = 12
+"""Trials of a group that the page draws."""
+
+
+def run_response(
+    config: RunConfig,
+    config_path: Path,
+    folder: Path,
+    text: str,
+    overrides: Sequence[str] = (),
+    progress: Progress = silent,
+) -> DrivenFinished:
+    """Fit, search, prove, and write the run folder (``text`` is the resolved config).
+
+    Raises UndertowError where no trial can be used.
+    """
+    begun = time.perf_counter()
+    progress("read", 0, 1)
+    groups, reasons = sweeps(config)
+    if not groups:
+        raise UndertowError(f"none of {len(reasons)} trials can be used: {'; '.join(list(reasons.values())[:3])}")
+    failed = tuple(FailedTrial(name, reason) for name, reason in reasons.items())
+    progress("read", 1, 1)
+    found: list[ResponseFound] = []
+    for done, group in enumerate(groups):
+        progress("identification", done, len(groups))
+        found.append(_found(config, group))
+    progress("identification", len(groups), len(groups))
+    folder.mkdir(parents=True, exist_ok=True)
+    pairs = list(zip(groups, found, strict=True))
+    sentences = [sentence_of(_title(config, group), group, one) for group, one in pairs]
+    _write(folder, config, text, pairs, sentences)
+    seconds = {"identification": time.perf_counter() - begun}
+    findings = Findings(config.name, (), failed, config.identify, config.equation.coordinate, seconds)
+    made = manifest(findings, config, config_path, overrides)
+    write_text(folder / "manifest.json", json.dumps(plain(made), indent=1))
+    return DrivenFinished(folder, "\n".join(sentences), tuple(found), failed)
+
+
+def _found(config: RunConfig, group: Sweeps) -> ResponseFound:
+    """One group's equation, and what it lacks."""
+    terms, held = known(config, group.key)
+    suspects = None if config.discrepancy.suspects == "all" else config.discrepancy.suspects
+    held_out = None if config.trials.hold_out == "auto" else group.unseen
+    return discover_response(group.measured, group.along, terms, held, suspects, held_out, config.seed)
+
+
+def _title(config: RunConfig, group: Sweeps) -> str:
+    return f"{config.name}, {group_title(group.key)}" if group.key else config.name
+
+
+def _size(group: Sweeps) -> float:
+    """RMS of the measured cosines and sines, unit of the amplitude."""
+    return float(np.sqrt(np.mean(group.measured.amplitude**2) / 2.0))
+
+
+def sentence_of(title: str, group: Sweeps, found: ResponseFound) -> str:
+    """What was found, in words."""
+    size, left = _size(group), "" if found.adequate else "; more than noise is left"
+    if found.unchecked:
+        missed = percent(found.baseline.rms / size)
+        return (
+            f"{title}: the given equation misses {missed} of the motion; nothing was checked: {found.unchecked}{left}."
+        )
+    before, after = (percent(rms / size) for rms in found.validation)
+    n = int(np.sum(found.unseen))
+    first = f"{title}: the given equation misses {before} of the motion at {n} points it never saw"
+    if not found.added:
+        return f"{first}, and no law that was tried helps{left}."
+    alike = f"; these points cannot tell {found.added[-1]} from {', '.join(found.alternatives)}"
+    return f"{first}; with {', '.join(found.added)} {after}{alike if found.alternatives else ''}{left}."
+
+
+def _write(
+    folder: Path,
+    config: RunConfig,
+    text: str,
+    pairs: Sequence[tuple[Sweeps, ResponseFound]],
+    sentences: Sequence[str],
+) -> None:
+    """All files but the manifest."""
+    entries = [_equations(config, group, one) for group, one in pairs]
+    equations = {
+        "contract": CONTRACT, "coordinate": config.equation.coordinate, "anchor": "measured input",
+        "seed": config.seed, "groups": entries,
+    }  # fmt: skip
+    verdicts = [_verdict(group, one, said) for (group, one), said in zip(pairs, sentences, strict=True)]
+    named = list(dict.fromkeys(name for entry in verdicts for name in entry["verdict"]))
+    across = {"verdict": named, "sentence": " ".join(sentences)}
+    verdict = {"contract": CONTRACT, "groups": verdicts, "across_groups": across}
+    write_text(folder / "config.yaml", text)
+    write_text(folder / "equations.json", json.dumps(plain(equations), indent=1))
+    write_text(folder / "verdict.json", json.dumps(plain(verdict), indent=1))
+    _tables(folder, pairs)
+    parts = []
+    for (group, one), entry, said in zip(pairs, entries, sentences, strict=True):
+        drawn = drawn_sets(config, group, one, DRAWN_AT_MOST)
+        tried = [("law", "rms before", "rms after", "because")]
+        tried += [(t.name, f"{t.before:.4g}", f"{t.after:.4g}", t.because or "added") for t in one.tried]
+        tables = {"What was tried, on points nobody fitted": tried} if one.tried else {}
+        parts.append(Part(said, [set_picture(each) for each in drawn], entry["equation"], tables))
+    write_page(folder, page_html(config.name, parts))
+
+
+def _equations(config: RunConfig, group: Sweeps, found: ResponseFound) -> dict[str, Any]:
+    """One group of equations.json, as that of a body driven in time has it."""
+    versions = {"baseline": _version(config, group, found.baseline, found.validation[0])}
+    if found.augmented is not None:
+        versions["augmented"] = _version(config, group, found.augmented, found.validation[1])
+    best = versions.get("augmented", versions["baseline"])
+    names = [table.name for table in group.tables]
+    return {
+        "group": dict(group.key), "trials": names, "driven": True, "harmonic": True, "versions": versions,
+        "noise": {name: {"displacement": best["noise"]} for name in names}, "scatter": {}, "unit": group.unit,
+        "equation": equation_text(best),
+    }  # fmt: skip
+
+
+def _version(config: RunConfig, group: Sweeps, fit: HarmonicFit, unseen: float) -> dict[str, Any]:
+    """One version: law rows, values in full precision, covariance."""
+    measured = group.measured
+    rows = [
+        {
+            "term": place.term.name, "law": place.term.law, "parameter": place.parameter.name, "name": place.name,
+            "unit": place.parameter.unit, "value": fit.numbers[place.name].value,
+            "stderr": fit.numbers[place.name].stderr, "held": place.name in fit.held,
+            "relative_to": place.term.relative_to,
+        }
+        for place in places(fit.terms, measured.mover)
+    ]  # fmt: skip
+    response = config.recordings.response
+    frame = response.amplitude.frame if response is not None else None
+    reach = float(np.max(measured.amplitude))
+    return {
+        "terms": [term.name for term in fit.terms], "mass_kg": fit.numbers["mass_kg"].value, "rows": rows,
+        "names": list(fit.free), "values": [fit.values[name] for name in fit.free],
+        "covariance": fit.covariance.tolist(), "fixed": dict(fit.held),
+        "free_run_error": unseen if np.isfinite(unseen) else fit.rms, "motion_rms": _size(group), "outcome": "ok",
+        "input": response.quantity if response is not None else "force",
+        "frames": {"displacement": frame} if frame else {}, "noise": fit.rms, "noises": {"displacement": fit.rms},
+        "extent": [reach, reach * float(np.max(measured.rate))],
+    }  # fmt: skip
+
+
+def _verdict(group: Sweeps, found: ResponseFound, sentence: str) -> Mapping[str, Any]:
+    """One group of verdict.json."""
+    size = _size(group)
+    status, because, named = "nothing_missing", "", found.added
+    if found.unchecked:
+        status, because = "cannot_tell", found.unchecked
+    elif not found.adequate:
+        status, because, named = "unknown", "more than noise is left", (*found.added, "unknown")
+    elif found.added:
+        status = "not_identifiable" if found.alternatives else "explained"
+    others = [[*found.added[:-1], name] for name in found.alternatives]
+
+    def described(fit: HarmonicFit, unseen: float) -> Mapping[str, Any]:
+        """One version's errors and numbers."""
+        held = unseen / size if np.isfinite(unseen) else None
+        return {"nrmse": fit.rms / size, "held_out_nrmse": held, "parameters": _numbers(fit)}
+
+    return group_entry(
+        group.key, [table.name for table in group.tables], group.held_out, status, named, found.tried, sentence,
+        statistic="rms on unseen points", because=because, alternatives=others, p_value=found.p_value,
+        not_testable=list(UNSEEN_LAWS), parameters={name: _numbers(found.best, name) for name in found.added},
+        baseline=described(found.baseline, found.validation[0]),
+        augmented=None if found.augmented is None else described(found.augmented, found.validation[1]),
+        unseen_points=int(np.sum(found.unseen)),
+    )  # fmt: skip
+
+
+def _numbers(fit: HarmonicFit, law: str = "") -> Mapping[str, Any]:
+    """Value, standard error and unit of each number of a law (of all where empty)."""
+    return {
+        (name.removeprefix(f"{law}.") if law else name): {"value": one.value, "stderr": one.stderr, "unit": one.unit}
+        for name, one in fit.numbers.items() if not law or name.startswith(f"{law}.")
+    }  # fmt: skip
+
+
+def _tables(folder: Path, pairs: Sequence[tuple[Sweeps, ResponseFound]]) -> None:
+    """trials.csv, levels.csv and mismatch.csv, a row a trial (a group) and version."""
+    trials, levels, mismatch = list[dict[str, Any]](), list[dict[str, Any]](), list[dict[str, Any]]()
+    for group, found in pairs:
+        versions = {"baseline": found.baseline} | ({"augmented": found.augmented} if found.augmented else {})
+        for version, fit in versions.items():
+            numbers: dict[str, Any] = {}
+            for name, one in fit.numbers.items():
+                numbers |= {name: one.value, f"{name}_stderr": one.stderr}
+            said = {**group.key, "method": f"harmonic_set_{version}", **numbers}
+            levels.append({**said, "nrmse": fit.rms / _size(group), "outcome": "ok"})
+            trials += [
+                {"file": table.name, **said, "nrmse": missed, "outcome": "ok"}
+                for table, missed in zip(group.tables, _missed(group, fit), strict=True)
+            ]
+        mismatch += [
+            {"file": table.name, "nrmse": missed}
+            for table, missed in zip(group.tables, _missed(group, found.best), strict=True)
+        ]
+    for name, rows in (("trials", trials), ("levels", levels), ("mismatch", mismatch)):
+        write_text(folder / f"{name}.csv", rows_csv(rows))
+
+
+def _missed(group: Sweeps, fit: HarmonicFit) -> list[float]:
+    """What each trial's points miss, over what they move."""
+    squared, moved = np.sum(fit.missed**2, axis=0), group.measured.amplitude**2
+    return [
+        float(np.sqrt(np.sum(squared[group.trial == i]) / np.sum(moved[group.trial == i])))
+        for i in range(len(group.tables))
+    ]

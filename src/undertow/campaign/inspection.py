@@ -14,6 +14,7 @@ import numpy as np
 import pandas as pd
 
 from undertow.campaign.proposing import layout_lines, propose_config
+from undertow.campaign.response.proposing import look
 from undertow.conditioning.condition import condition
 from undertow.conditioning.motion import Motion
 from undertow.errors import ConfigError, RecordingError
@@ -21,7 +22,7 @@ from undertow.recording.catalogue import Catalogue, Entry, read_trial
 from undertow.recording.layout import FileFormat
 from undertow.recording.matlab import list_variables
 from undertow.recording.propose import Proposal
-from undertow.recording.propose_file import propose_file
+from undertow.recording.propose_file import FileProposal, propose_file
 from undertow.recording.quality import RecordingSummary, summary
 from undertow.recording.readers import suffix_of, trial_name
 from undertow.recording.recording import INPUTS
@@ -49,13 +50,14 @@ class Inspection:
     remarks: tuple[str, ...] = ()
 
 
-def inspect(path: Path) -> Inspection:
-    """Look at one file with the layout that its lines and the mapping that its column names suggest.
+def inspect(path: Path, found: FileProposal | None = None) -> Inspection:
+    """Look at one file with the layout that its lines and the mapping that its column names suggest (``found``, where
+    that is there already).
 
     Raises RecordingError where it cannot be read, or no column looks like a channel or like time; it then says what is
     there and which config key helps.
     """
-    found = propose_file(path)
+    found = found or propose_file(path)
     layout, proposal = found.layout, found.proposal
     if not proposal.channels or proposal.time is None:
         raise RecordingError(f"{path}: {_what_lacks(path, found.table, layout, proposal)}")
@@ -102,7 +104,11 @@ def _what_lacks(path: Path, table: pd.DataFrame, layout: FileFormat, proposal: P
 
 def inspect_file(path: Path) -> str:
     """The same as text, with a config that runs as printed when saved beside the file, or why there is none."""
-    seen = inspect(path)
+    found = propose_file(path)
+    if found.response is not None:
+        told, config = look(path, found.layout, found.response)
+        return "\n".join([*told, PROPOSED, *config])
+    seen = inspect(path, found)
     s = seen.summary
     lines = [f"{path}", f"  {s.samples} samples, {s.duration_s:.4g} s at {s.rate_hz:.5g} Hz"]
     if s.gaps:

@@ -18,10 +18,11 @@ import numpy as np
 from scipy.stats import chi2
 
 from undertow.comparison.driven_search import CLOSER, ROUNDS, SURE, Tried
+from undertow.conditioning.harmonic import HarmonicSet
 from undertow.equation.driven_laws import find_driven, places
 from undertow.equation.term import Array, Term
 from undertow.errors import IdentificationError
-from undertow.methods.harmonic_set import HarmonicFit, HarmonicSet, fit_harmonic_set, missed_at
+from undertow.methods.harmonic_set import HarmonicFit, fit_harmonic_set, missed_at
 
 FOLDS = 5
 """Points are held back, and left out in turn, by fifths: every fifth point of a sweep."""

@@ -16,6 +16,7 @@ import pandas as pd
 from numpy.typing import ArrayLike
 
 from undertow.conditioning.driven import Frame, Quantity
+from undertow.conditioning.harmonic import HarmonicSet, on_base
 from undertow.equation.driven_laws import find_driven, places, without_memory
 from undertow.equation.driven_slots import DRIVEN_SLOT, N_DRIVEN
 from undertow.equation.equation import Equation
@@ -25,13 +26,7 @@ from undertow.equation.steady_state import SteadyState, swept
 from undertow.equation.term import Array, Term
 from undertow.errors import UndertowError
 from undertow.front.simulation import equation_of
-from undertow.methods.harmonic_set import (
-    STARTS_AT_ONE,
-    HarmonicFit,
-    HarmonicSet,
-    fit_harmonic_set,
-    on_base,
-)
+from undertow.methods.harmonic_set import STARTS_AT_ONE, HarmonicFit, fit_harmonic_set
 from undertow.quantities import Estimate, Mover, mover_of
 from undertow.report.trial_curves import Axes, new_axes
 

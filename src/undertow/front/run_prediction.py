@@ -18,6 +18,7 @@ import numpy as np
 from undertow.campaign.config import load as load_config
 from undertow.campaign.driven.predict import Predicted, equations_of, predict_recording
 from undertow.campaign.driven.trials import recording_alone
+from undertow.campaign.response.predict import PredictedSet, predict_response
 from undertow.conditioning.motion import Motion
 from undertow.discrepancy.words import group_title
 from undertow.equation.equation import Equation
@@ -169,13 +170,17 @@ def predict_any(
     start: int,
     config: Path | None = None,
     out: Path | None = None,
-) -> RunPrediction | Predicted:
+) -> RunPrediction | Predicted | PredictedSet:
     """A prediction as the command line asks for it, of a run of decays or of driven trials: ``new`` is x0 (SI),
     duration (s) and rate (Hz) of a decay never tested, ``group`` its conditions, ``start`` the samples that a driven
     trial's start comes from. Raises ConfigError as `predict_run`, and where a driven run is given no recording."""
-    if equations_of(run)["groups"][0]["driven"]:
+    first = equations_of(run)["groups"][0]
+    if first["driven"]:
         if recording is None:
             raise ConfigError(f"--recording is {recording} and {run} holds a driven body; give its input's recording")
+        said = conditions_of(group) if group else None
+        if first.get("harmonic") and (made := predict_response(run, recording, said, config, out)) is not None:
+            return made
         return predict_recording(run, recording, start, config, out)
     x0, duration, rate = new
     said = conditions_of(group) if group else None

@@ -15,18 +15,19 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 
 import numpy as np
 from scipy.optimize import least_squares
 
+from undertow.conditioning.harmonic import HarmonicSet
 from undertow.equation.driven_laws import DrivenUnknown, places, without_memory
 from undertow.equation.driven_slots import DRIVEN_SLOT, N_DRIVEN
 from undertow.equation.input import MotionSize
 from undertow.equation.steady_state import NOTHING, SteadyState, closed_orbit, settled
 from undertow.equation.term import Array, Term
-from undertow.errors import ConfigError, IdentificationError, RecordingError
-from undertow.quantities import Estimate, Mover
+from undertow.errors import ConfigError, IdentificationError
+from undertow.quantities import Estimate
 
 ANGLES = 256
 """Instants of a period at which a law's force on a cosine is taken."""
@@ -37,76 +38,6 @@ UNFELT = 1e-9
 MASS = "mass_kg"
 STARTS_AT_ONE = {"gain": 1.0, "bw_unit": 1.0, "bw_n": 1.0}
 """Slots that are not zero where nothing is said of them."""
-
-
-@dataclass(frozen=True)
-class HarmonicSet:
-    """``rate`` (n,) rad/s, ``force`` (n,) N, and of the motion under it ``amplitude`` (n,) m or rad and ``phase`` (n,)
-    rad before the force's; ``sigma`` (n,) their standard error in the unit of the amplitude (0: all alike, unknown).
-
-    Where the base moves (``mover``) ``force`` is the amplitude of its acceleration, m/s^2, and the motion is relative
-    to it (`on_base` makes such a set).
-    """
-
-    rate: Array
-    force: Array
-    amplitude: Array
-    phase: Array
-    sigma: Array = field(default_factory=lambda: np.zeros(0))
-    mover: Mover = "force"
-
-    def __post_init__(self) -> None:
-        sizes = {v.size for v in (self.rate, self.force, self.amplitude, self.phase)}
-        if len(sizes) != 1 or self.sigma.size not in (0, self.rate.size):
-            raise RecordingError(
-                f"harmonic set: {self.rate.size} frequencies, {self.force.size} forces, {self.amplitude.size} "
-                f"amplitudes, {self.phase.size} phases and {self.sigma.size} errors; give one of each a point"
-            )
-        every = np.concatenate([self.rate, self.force, self.amplitude, self.phase])
-        if not np.all(np.isfinite(every)) or np.any(self.rate <= 0.0) or np.any(self.amplitude <= 0.0):
-            raise RecordingError(
-                "harmonic set: frequencies and amplitudes must be finite and above zero, forces and phases finite; got "
-                f"frequencies from {self.rate.min(initial=math.inf) / (2.0 * math.pi):.3g} Hz, amplitudes from "
-                f"{self.amplitude.min(initial=math.inf):.3g}; leave such points out"
-            )
-        if np.any(self.force == 0.0):
-            still = int(np.sum(self.force == 0.0))
-            what = "force is 0 N" if self.mover == "force" else "base stands still"
-            raise RecordingError(f"harmonic set: the {what} at {still} points; leave them out")
-
-    @property
-    def cosine(self) -> Array:
-        """Part of the motion with cos(w t), (n,)."""
-        return np.asarray(self.amplitude * np.cos(self.phase))
-
-    @property
-    def sine(self) -> Array:
-        """Part of the motion with sin(w t), (n,)."""
-        return np.asarray(-self.amplitude * np.sin(self.phase))
-
-    def part(self, chosen: np.ndarray) -> HarmonicSet:
-        """The set of these points, by mask or place."""
-        sigma = self.sigma[chosen] if self.sigma.size else self.sigma
-        return HarmonicSet(
-            self.rate[chosen], self.force[chosen], self.amplitude[chosen], self.phase[chosen], sigma, self.mover
-        )
-
-
-def on_base(
-    rate: Array, base: Array, quantity: str, motion: tuple[Array, Array], sigma: Array, absolute: bool
-) -> HarmonicSet:
-    """The set of a body on a base that moves as ``base`` cos(w t) (m, or m/s^2 of its acceleration, by ``quantity``
-    base_displacement or base_acceleration); ``motion`` is amplitude and phase before the base's ``quantity``, against
-    the earth (``absolute``) or relative to the base.
-
-        y'' = -w^2 Y cos(w t),   z = x - y
-    """
-    acceleration = -(rate**2) * base if quantity == "base_displacement" else base
-    if not absolute:
-        return HarmonicSet(rate, acceleration, *motion, sigma, "base")
-    amplitude, phase = motion
-    cosine, sine = amplitude * np.cos(phase) + acceleration / rate**2, -amplitude * np.sin(phase)
-    return HarmonicSet(rate, acceleration, np.hypot(cosine, sine), np.arctan2(-sine, cosine), sigma, "base")
 
 
 @dataclass(frozen=True)
@@ -213,9 +144,7 @@ class _Missed:
         self.scale = np.array([abs(first[name]) or 1.0 for name in free])
         alike = np.full(measured.rate.size, float(np.max(measured.amplitude)))
         self.sigma = measured.sigma if measured.sigma.size else alike
-        columns = [_slots(name, unknowns) for name in free]
-        self.active = np.array(sorted({slot for slots in columns for slot in slots}), dtype=np.int64)
-        self.gather = np.array([[float(slot in slots) for slots in columns] for slot in self.active.tolist()])
+        self.active, self.gather = slots_of(free, unknowns)
         self._last: tuple[bytes, list[SteadyState | None]] = (b"", [])
 
     def at(self, scaled: Array) -> list[SteadyState | None]:
@@ -239,6 +168,14 @@ class _Missed:
         each = np.array([none if s is None else s.slopes for s in self.at(scaled)]).swapaxes(0, 1)  # (2, n, slots)
         weighed = (each / self.sigma[:, None]).reshape(-1, self.active.size)
         return np.asarray(weighed @ self.gather * self.scale)
+
+
+def slots_of(names: Sequence[str], unknowns: Sequence[DrivenUnknown]) -> tuple[np.ndarray, Array]:
+    """Slots (q,) of these numbers, and which slot each of them stands in (q, p): slopes by slots times this matrix are
+    slopes by numbers."""
+    columns = [_slots(name, unknowns) for name in names]
+    active = np.array(sorted({slot for slots in columns for slot in slots}), dtype=np.int64)
+    return active, np.array([[float(slot in slots) for slots in columns] for slot in active.tolist()])
 
 
 def _slots(name: str, unknowns: Sequence[DrivenUnknown]) -> tuple[int, ...]:

@@ -46,7 +46,7 @@ _ROTATION = re.compile(r"angle|angular|roll|phi|theta|pitch|gyro|omega", re.IGNO
 
 
 _FREQUENCY = re.compile(r"freq|^f$|^hz$", re.IGNORECASE)
-_AMPLITUDE = re.compile(r"^(ampl|gain|magnitude|response)", re.IGNORECASE)
+_AMPLITUDE = re.compile(r"ampl|^(gain|magnitude|response)", re.IGNORECASE)
 
 
 @dataclass(frozen=True)
@@ -79,16 +79,14 @@ def name_and_unit(column: Column) -> tuple[str, str]:
     return match["stem"], unit
 
 
-def _must_be_in_time(table: pd.DataFrame) -> None:
-    """RecordingError for a harmonic set: amplitudes by frequency, and no column of times."""
-    stems = {column: name_and_unit(column)[0] for column in table.columns}
-    rates = [c for c, stem in stems.items() if _FREQUENCY.search(stem)]
-    sizes = [c for c, stem in stems.items() if _AMPLITUDE.search(stem)]
-    if rates and sizes and not any(re.search(_NAMES["time"], stem, re.IGNORECASE) for stem in stems.values()):
-        raise RecordingError(
-            f"columns {rates[0]!r} and {sizes[0]!r} are amplitudes by frequency, a harmonic set, and no recording in "
-            "time; give it to undertow.fit_response in Python (docs/driven.md)"
-        )
+def looks_harmonic(table: pd.DataFrame) -> bool:
+    """Whether a table is a harmonic set: amplitudes by frequency, and no column of times."""
+    stems = [name_and_unit(column)[0] for column in table.columns]
+    return (
+        any(_FREQUENCY.search(stem) for stem in stems)
+        and any(_AMPLITUDE.search(stem) for stem in stems)
+        and not any(re.search(_NAMES["time"], stem, re.IGNORECASE) for stem in stems)
+    )
 
 
 def propose_mapping(table: pd.DataFrame, units: Mapping[Column, str] | None = None) -> Proposal:
@@ -98,7 +96,12 @@ def propose_mapping(table: pd.DataFrame, units: Mapping[Column, str] | None = No
     velocity or acceleration beside a displacement without a unit of its own is taken as SI, and said. Raises
     RecordingError where the columns are amplitudes over frequencies: those are no recording in time.
     """
-    _must_be_in_time(table)
+    if looks_harmonic(table):
+        raise RecordingError(
+            f"columns {', '.join(map(repr, table.columns))} are amplitudes by frequency, a harmonic set, and no "
+            "recording in time; `undertow inspect` proposes a config of its file, undertow.fit_response takes arrays "
+            "(docs/driven.md)"
+        )
     said = units or {}
     found: dict[str, list[tuple[Column, str]]] = {}
     remarks: list[str] = []

@@ -17,6 +17,7 @@ from undertow.recording.layout import FileFormat
 from undertow.recording.parts import FOLLOWED
 from undertow.recording.propose import Proposal, propose_mapping
 from undertow.recording.propose_layout import propose_layout
+from undertow.recording.propose_response import ResponseProposal, propose_response
 from undertow.recording.readers import EXCEL, READERS, read_table, suffix_of, tables_in
 from undertow.recording.text import read_text
 
@@ -26,11 +27,13 @@ TABLES_LOOKED_AT = 12
 
 @dataclass(frozen=True)
 class FileProposal:
-    """A proposed reading of a file: its ``layout`` and mapping, and the ``table`` that these are of."""
+    """A proposed reading of a file: its ``layout`` and mapping, and the ``table`` that these are of; ``response`` is
+    that of a harmonic set, whose mapping in time is empty."""
 
     layout: FileFormat
     proposal: Proposal
     table: pd.DataFrame
+    response: ResponseProposal | None = None
 
     @property
     def complete(self) -> bool:
@@ -49,6 +52,8 @@ def propose_file(path: Path) -> FileProposal:
         try:
             found = propose_layout(path, layout.variable) if suffix_of(path) in EXCEL else layout
             table = read_table(path, found)
+            if (response := propose_response(table, table.attrs.get("units"))) is not None:
+                return FileProposal(found, Proposal(None, {}, response.coordinate), table, response)
         except RecordingError as error:
             failed = failed or error
             continue

@@ -13,11 +13,11 @@ import numpy as np
 from undertow.campaign.config import RunConfig
 from undertow.campaign.response.sets import Sweeps
 from undertow.comparison.response_search import ResponseFound
+from undertow.conditioning.harmonic import HarmonicSet
 from undertow.equation.input import MotionSize
 from undertow.equation.steady_state import SteadyState, swept
 from undertow.equation.term import Array
 from undertow.errors import IdentificationError
-from undertow.methods.harmonic_set import HarmonicSet
 from undertow.report.response_page import DrawnCurve, DrawnSet
 
 CURVE_POINTS = 80

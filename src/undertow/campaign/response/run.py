@@ -18,16 +18,18 @@ from undertow.campaign.config import RunConfig
 from undertow.campaign.driven.files import group_entry, rows_csv
 from undertow.campaign.driven.run import DrivenFinished
 from undertow.campaign.response.curves import drawn_sets
-from undertow.campaign.response.sets import Sweeps, known, sweeps
+from undertow.campaign.response.sets import Sweeps, sweeps
 from undertow.campaign.run.manifest import manifest
 from undertow.campaign.run.workers import Progress, silent
 from undertow.comparison.response_search import UNSEEN_LAWS, ResponseFound, discover_response
 from undertow.discrepancy.findings import FailedTrial, Findings
 from undertow.discrepancy.words import group_title, percent
-from undertow.equation.driven_laws import places
+from undertow.equation.driven_laws import find_driven, places
+from undertow.equation.term import Term
 from undertow.errors import UndertowError
 from undertow.methods.driven_equations import equation_text
-from undertow.methods.harmonic_set import HarmonicFit
+from undertow.methods.harmonic_set import MASS, HarmonicFit
+from undertow.recording.recording import Condition
 from undertow.report.driven_page import Part, page_html, write_page
 from undertow.report.response_page import set_picture
 from undertow.report.verdict_file import CONTRACT, plain
@@ -70,6 +72,21 @@ def run_response(
     made = manifest(findings, config, config_path, overrides)
     write_text(folder / "manifest.json", json.dumps(plain(made), indent=1))
     return DrivenFinished(folder, "\n".join(sentences), tuple(found), failed)
+
+
+def known(config: RunConfig, conditions: Mapping[str, Condition]) -> tuple[tuple[Term, ...], dict[str, float]]:
+    """The config's terms, and what the specimen says of their numbers: the mass; on a base without a known mass, the
+    stiffness."""
+    terms = tuple(find_driven(name) for name in config.equation.terms)
+    specimen, held = config.specimen_for(conditions), dict[str, float]()
+    if np.isfinite(specimen.mass_kg):
+        held[MASS] = specimen.mass_kg
+    spring = next((term for term in terms if term.is_spring), None)
+    based = config.recordings.driven_by != "force"
+    wanted = (based and MASS not in held) or any(term.is_inertia for term in terms)
+    if wanted and spring is not None and np.isfinite(specimen.stiffness_N_per_m):
+        held[f"{spring.name}.{spring.coefficient.name}"] = specimen.stiffness_N_per_m
+    return terms, held
 
 
 def _found(config: RunConfig, group: Sweeps) -> ResponseFound:
@@ -171,7 +188,7 @@ def _version(config: RunConfig, group: Sweeps, fit: HarmonicFit, unseen: float) 
         "names": list(fit.free), "values": [fit.values[name] for name in fit.free],
         "covariance": fit.covariance.tolist(), "fixed": dict(fit.held),
         "free_run_error": unseen if np.isfinite(unseen) else fit.rms, "motion_rms": _size(group), "outcome": "ok",
-        "input": response.quantity if response is not None else "force",
+        "input": config.recordings.driven_by,
         "frames": {"displacement": frame} if frame else {}, "noise": fit.rms, "noises": {"displacement": fit.rms},
         "extent": [reach, reach * float(np.max(measured.rate))],
     }  # fmt: skip

@@ -1,6 +1,6 @@
 """Harmonic sets as a config describes them, in the groups that share one equation.
 
-Belongs here: from files and settings to `HarmonicSet`, what is known beforehand. Does not belong here: fits, the run
+Belongs here: from files and settings to `HarmonicSet`. Does not belong here: fits, the run
 folder (run.py).
 """
 
@@ -9,25 +9,19 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 import numpy as np
 
 from undertow.campaign.config import GroupKey, RunConfig, look_up
 from undertow.campaign.config.matching import planned
 from undertow.campaign.config.response_settings import DriveSettings, ErrorSettings, ResponseSettings, SweepSettings
-from undertow.equation.driven_laws import find_driven
-from undertow.equation.term import Array, Term
+from undertow.conditioning.harmonic import HarmonicSet, on_base
 from undertow.errors import RecordingError
-from undertow.methods.harmonic_set import MASS, HarmonicSet, on_base
 from undertow.recording.catalogue import Entry
 from undertow.recording.patterns import patterns_of
-from undertow.recording.recording import Condition
+from undertow.recording.recording import Array, Condition, Coordinate
 from undertow.recording.response_table import ResponseSpec, ResponseTable, SetColumn, read_response
 from undertow.recording.units import factor_to_si, phase_factor, rate_factor
-
-if TYPE_CHECKING:
-    from undertow.recording.recording import Coordinate
 
 SIZES = {"amplitude": 1.0, "peak_to_peak": 0.5, "rms": 2.0**0.5}
 """Amplitude over what a laboratory gives of an oscillation."""
@@ -172,18 +166,3 @@ def _together(
     held = tuple(table.name for entry, table, _ in trials if listed.fit(entry.name, str(entry.file)))
     count = np.repeat(np.arange(len(sets)), [one.rate.size for one in sets])
     return Sweeps(dict(key), tuple(table for _, table, _ in trials), whole, count, unit, held)
-
-
-def known(config: RunConfig, conditions: Mapping[str, Condition]) -> tuple[tuple[Term, ...], dict[str, float]]:
-    """The config's terms, and what the specimen says of their numbers: the mass; on a base without a known mass, the
-    stiffness."""
-    terms = tuple(find_driven(name) for name in config.equation.terms)
-    specimen, held = config.specimen_for(conditions), dict[str, float]()
-    if np.isfinite(specimen.mass_kg):
-        held[MASS] = specimen.mass_kg
-    spring = next((term for term in terms if term.is_spring), None)
-    based = _response(config).quantity != "force"
-    wanted = (based and MASS not in held) or any(term.is_inertia for term in terms)
-    if wanted and spring is not None and np.isfinite(specimen.stiffness_N_per_m):
-        held[f"{spring.name}.{spring.coefficient.name}"] = specimen.stiffness_N_per_m
-    return terms, held

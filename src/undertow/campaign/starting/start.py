@@ -12,12 +12,13 @@ from pathlib import Path
 from undertow.campaign.config import RunConfig
 from undertow.campaign.config.matching import planned
 from undertow.campaign.proposing import hold_cut, parsed
+from undertow.campaign.response.proposing import response_lines, usable
 from undertow.campaign.run.checking import Checker
 from undertow.campaign.starting.draft import Draft
 from undertow.campaign.starting.names import Named, read_names
-from undertow.campaign.starting.survey import survey
+from undertow.campaign.starting.survey import Survey, survey
 from undertow.discrepancy.words import count
-from undertow.errors import ConfigError, UndertowError
+from undertow.errors import ConfigError, RecordingError, UndertowError
 
 FILE_NAME = "undertow.yaml"
 """The config's name, in the folder that it is about."""
@@ -27,12 +28,14 @@ Progress = Callable[[str, int, int], None]
 
 @dataclass(frozen=True)
 class Started:
-    """The written config, how many trials it uses, files it leaves out and why, and how many layouts it has."""
+    """The written config, how many trials it uses, files it leaves out and why, how many layouts it has, and what is
+    to be done ``next``."""
 
     path: Path
     trials: int
     left_out: tuple[tuple[str, str], ...]
     layouts: int
+    next: str = "fill in specimen and dry"
 
     @property
     def summary(self) -> str:
@@ -41,7 +44,7 @@ class Started:
         without = f"; {count(len(self.left_out), 'file')} left out:" if self.left_out else ""
         lines = [f"written: {self.path}: {count(self.trials, 'trial')} in {kinds}{without}"]
         lines += [f"  {name}: {why}" for name, why in self.left_out]
-        return "\n".join([*lines, f"next: fill in specimen and dry, then undertow run {self.path}"])
+        return "\n".join([*lines, f"next: {self.next}, then undertow run {self.path}"])
 
 
 def start(folder: Path, out: Path | None = None, progress: Progress = lambda stage, done, of: None) -> Started:
@@ -58,6 +61,8 @@ def start(folder: Path, out: Path | None = None, progress: Progress = lambda sta
     if path.parent.resolve() != folder.resolve():
         raise ConfigError(f"{path} must lie in {folder}: its paths are relative to it; give a name there with --out")
     found = survey(folder, lambda done, of: progress("look", done, of))
+    if found.sets:
+        return _written_sets(found, folder, path)
     draft = _planned(Draft(folder.resolve().name or "campaign", found, read_names(found.files)), folder)
     draft = _tried(draft, folder, progress)
     _config(draft, folder)
@@ -66,6 +71,32 @@ def start(folder: Path, out: Path | None = None, progress: Progress = lambda sta
     left_out = (*found.unread, *draft.left_out.items())
     used = len(found.files) - len(draft.left_out)
     return Started(path, used, tuple(sorted(left_out)), len(found.groups))
+
+
+def _written_sets(found: Survey, folder: Path, path: Path) -> Started:
+    """A config of a folder's harmonic sets that are read as the first of them; each is tried as a run would."""
+    left_out, names = dict(found.unread), list[str]()
+    _, layout, first = found.sets[0]
+    for name, own, proposal in found.sets:
+        if (own, proposal.columns, proposal.lag) != (layout, first.columns, first.lag):
+            left_out[name] = f"its columns are not those of {found.sets[0][0]}; it needs a config of its own"
+            continue
+        try:
+            usable("\n".join(response_lines("tried", [name], layout, first)), folder)
+        except RecordingError as error:
+            left_out[name] = str(error)
+            continue
+        names.append(name)
+    if not names:
+        why = "; ".join(f"{name}: {reason}" for name, reason in list(left_out.items())[:3])
+        raise UndertowError(f"none of {len(found.sets)} harmonic sets in {folder} can be used; {why}")
+    said = ["Proposed by `undertow init` from the files. It runs as it is; correct what was guessed.", *first.remarks]
+    said += [f"left out: {name}: {reason}" for name, reason in sorted(left_out.items())]
+    title = folder.resolve().name or "campaign"
+    lines = [*(f"# {line}" for line in said), *response_lines(title, names, layout, first)]
+    with path.open("x", encoding="utf-8") as stream:
+        stream.write("\n".join(lines) + "\n")
+    return Started(path, len(names), tuple(sorted(left_out.items())), 1, "look at the equation's terms")
 
 
 def _config(draft: Draft, folder: Path) -> RunConfig:

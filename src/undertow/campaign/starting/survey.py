@@ -19,6 +19,7 @@ from undertow.recording.layout import FileFormat
 from undertow.recording.links import refused
 from undertow.recording.patterns import Patterns
 from undertow.recording.propose_file import propose_file
+from undertow.recording.propose_response import ResponseProposal
 from undertow.recording.readers import READERS, suffix_of, trial_name
 from undertow.recording.recording import Coordinate
 
@@ -48,11 +49,12 @@ class Alike:
 @dataclass(frozen=True)
 class Survey:
     """What a folder holds: groups of files that are read alike, the largest first; files that cannot be read or do not
-    belong to the others, with the reason; and what was guessed."""
+    belong to the others, with the reason; what was guessed; and harmonic sets, where it holds no recording in time."""
 
     groups: tuple[Alike, ...]
     unread: tuple[tuple[str, str], ...]
     remarks: tuple[str, ...]
+    sets: tuple[tuple[str, FileFormat, ResponseProposal], ...] = ()
 
     @property
     def files(self) -> tuple[str, ...]:
@@ -69,6 +71,7 @@ def survey(folder: Path, looked: Looked = lambda done, of: None) -> Survey:
     found: dict[Reading, list[str]] = {}
     unread: list[tuple[str, str]] = []
     remarks: Counter[str] = Counter()
+    sets: list[tuple[str, FileFormat, ResponseProposal]] = []
     for done, name in enumerate(files):
         looked(done, len(files))
         if link := refused(folder / name, folder):
@@ -79,6 +82,9 @@ def survey(folder: Path, looked: Looked = lambda done, of: None) -> Survey:
         except RecordingError as error:
             unread.append((name, str(error).removeprefix(f"{folder / name}").lstrip(": ")))
             continue
+        if seen.response is not None:
+            sets.append((name, seen.layout, seen.response))
+            continue
         if not seen.complete or seen.proposal.time is None:
             unread.append((name, "no column is named like a displacement or velocity and one like time"))
             continue
@@ -88,6 +94,9 @@ def survey(folder: Path, looked: Looked = lambda done, of: None) -> Survey:
         found.setdefault(one, []).append(name)
         remarks.update(seen.proposal.remarks)
     looked(len(files), len(files))
+    if not found and sets:
+        return Survey((), tuple(unread), (), tuple(sets))
+    unread += [(name, "is a harmonic set, and needs a config of its own (recordings.response)") for name, _, _ in sets]
     if not found:
         first = f"; {unread[0][0]}: {unread[0][1]}" if unread else ""
         raise ConfigError(

@@ -93,6 +93,42 @@ def test_a_body_whose_friction_exceeds_the_force_stays_where_it_is():
     assert np.all(stuck["amplitude"] < 1e-9)
 
 
+BASE = 0.03
+ON_BASE = {"stiffness": 100.0, "viscous_damping": 1.5, "quadratic_drag": 15.0}
+
+
+@pytest.mark.parametrize("f", [0.6, 0.8, 1.1])
+def test_a_body_on_a_moving_base_settles_where_a_direct_integration_in_the_earths_frame_does(f):
+    w, period = 2.0 * math.pi * f, 1.0 / f
+
+    def slope(t, y):  # spring and damper feel the difference of two motions, the water one alone
+        base, moved = BASE * math.cos(w * t), -BASE * w * math.sin(w * t)
+        return [y[1], (-100.0 * (y[0] - base) - 1.5 * (y[1] - moved) - 15.0 * y[1] * abs(y[1])) / 4.0]
+
+    times = np.linspace(60.0 * period, 61.0 * period, 129)[:-1]
+    x = solve_ivp(slope, (0.0, 61.0 * period), [0.0, 0.0], "DOP853", times, rtol=1e-10, atol=1e-12).y[0]
+    cosine, sine = (2.0 / 128.0) * np.array([np.cos(w * times), np.sin(w * times)]) @ x
+    drives = {"base_displacement": BASE, "base_acceleration": -BASE * w**2}
+    for drive, size in drives.items():
+        for frame, moved in (("absolute", 0.0), ("relative", BASE)):
+            got = undertow.frequency_response(ON_BASE, [f], **{drive: size}, frame=frame, mass_kg=4.0).table
+            assert got["amplitude"][0] == pytest.approx(math.hypot(cosine - moved, sine), rel=1e-6)
+            assert got["phase_rad"][0] == pytest.approx(math.atan2(-sine, cosine - moved), abs=1e-6)
+
+
+def test_numbers_of_a_body_on_a_moving_base_come_back_whatever_is_recorded_of_it():
+    f = np.linspace(0.5, 1.2, 30)
+    for frame in ("absolute", "relative"):
+        made = undertow.frequency_response(ON_BASE, f, base_displacement=BASE, frame=frame, mass_kg=4.0).table
+        points = (f, made["amplitude"], made["phase_rad"])
+        known = {"base_displacement": BASE, "frame": frame, "equation": list(ON_BASE)}
+        held = undertow.fit_response(*points, held={"mass_kg": 4.0}, **known)
+        assert [held.numbers[name].value for name in held.numbers] == pytest.approx([4.0, 100.0, 1.5, 15.0], rel=1e-6)
+        assert held.response.table["amplitude"].to_numpy() == pytest.approx(made["amplitude"].to_numpy(), rel=1e-6)
+        per_mass = undertow.fit_response(*points, **known).numbers  # the motion says nothing of the size of forces
+        assert [one.value for one in per_mass.values()] == pytest.approx([1.0, 25.0, 0.375, 3.75], rel=1e-6)
+
+
 def measured(seed: int):
     """Both sweeps of Duffing's body with friction, noise on cosine and sine alike."""
     law = DUFFING | {"coulomb_friction": 0.1}
@@ -139,6 +175,15 @@ def test_a_law_that_is_missing_shows_in_what_is_left():
     assert without.rms > 3.0 * with_all.rms
 
 
+def test_a_number_that_ends_on_its_bound_is_said():
+    f = np.linspace(0.5, 1.2, 20)
+    w = 2.0 * np.pi * f
+    exact = 1.0 / (50.0 - 2.0 * w**2 - 0.4j * w)  # energy is given to this body
+    found = undertow.fit_response(f, np.abs(exact), np.angle(exact), force=1.0)
+    assert found.numbers["viscous_damping.c_Ns_per_m"].value == pytest.approx(0.0, abs=1e-6)
+    assert "on a bound: viscous_damping.c_Ns_per_m" in repr(found)
+
+
 def test_a_response_can_be_drawn():
     axes = swept("up").plot()
     assert axes.get_xlabel() == "frequency (Hz)"
@@ -176,6 +221,9 @@ def test_more_unknowns_than_values_are_refused():
         ({"frequency_Hz": [0.5, -1.0]}, "frequency_Hz: 2 values, not all finite and above zero"),
         ({"force": 0.0}, "force: amplitudes must be finite and not zero"),
         ({"sweep": "sideways"}, "sweep is 'sideways'; it is 'up' or 'down'"),
+        ({"base_displacement": 0.1}, "force, base_displacement is given; give exactly one"),
+        ({"force": None}, "none is given; give exactly one"),
+        ({"frame": "absolute"}, "frame is 'absolute'; on a base that moves it is 'relative' or 'absolute'"),
     ],
 )
 def test_a_response_that_cannot_be_asked_for_is_refused(arguments, message):
@@ -190,7 +238,7 @@ def test_a_body_without_damping_settles_nowhere():
 
 def test_a_harmonic_set_is_no_recording_in_time():
     table = pd.DataFrame({"frequency_Hz": [0.5, 0.6], "force_N": [1.0, 1.0], "amplitude_mm": [3.0, 4.0]})
-    with pytest.raises(RecordingError, match="'frequency_Hz' and 'amplitude_mm' are amplitudes by frequency, a harm"):
+    with pytest.raises(RecordingError, match="'force_N', 'amplitude_mm' are amplitudes by frequency, a harmonic set"):
         propose_mapping(table)
     beside_time = table.assign(time_s=[0.0, 0.1], disp_mm=[1.0, 2.0])
     assert set(propose_mapping(beside_time).channels) >= {"displacement"}

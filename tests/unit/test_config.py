@@ -11,6 +11,7 @@ from ruamel.yaml import YAML
 
 from undertow.campaign.config import RunConfig, load, look_up, schema_text, write_schema
 from undertow.campaign.config.settings import Table
+from undertow.campaign.response.sets import sweeps
 from undertow.equation import registry
 from undertow.errors import ConfigError
 from undertow.recording.catalogue import TimeWindow, read_trial
@@ -315,6 +316,9 @@ def test_each_committed_config_reads_its_recordings(path: Path) -> None:
     catalogue = config.catalogue()
     entries = gather(catalogue)
     assert not [entry.problem for entry in entries if entry.problem]
+    if config.recordings.response is not None:
+        assert sweeps(config)[1] == {}
+        return
     for entry in entries[:3]:
         recording = read_trial(entry, catalogue)
         assert recording.time.size > 500

@@ -135,9 +135,10 @@ def discover_response(
     augmented = fit_harmonic_set(measured, current.fit.terms, held, current.starts, whole=False) if added else None
     p_value = _p_value(augmented or baseline, measured, along, seed)
     validation = first.unseen_rms, current.unseen_rms
+    unchecked = "" if tried else "discrepancy.suspects names no law that can be tried on a harmonic set"
     return ResponseFound(
-        baseline, augmented, tuple(added), alternatives, tuple(tried), validation, unseen, p_value
-    )  # fmt: skip
+        baseline, augmented, tuple(added), alternatives, tuple(tried), validation, unseen, p_value, unchecked
+    )
 
 
 def _too_few(measured: HarmonicSet, terms: Sequence[Term], unseen: np.ndarray) -> str:

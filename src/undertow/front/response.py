@@ -27,7 +27,7 @@ from undertow.equation.term import Array, Term
 from undertow.errors import UndertowError
 from undertow.front.simulation import equation_of
 from undertow.methods.harmonic_set import STARTS_AT_ONE, HarmonicFit, fit_harmonic_set
-from undertow.quantities import Estimate, Mover, mover_of
+from undertow.quantities import OK, Estimate, Mover, mover_of
 from undertow.report.trial_curves import Axes, new_axes
 
 Sweep = Literal["up", "down"]
@@ -79,7 +79,8 @@ class ResponseFit:
 
     def __repr__(self) -> str:
         lines = [f"  {name} = {estimate}" for name, estimate in self.numbers.items()]
-        return "\n".join([f"{len(self.response.states)} points, rms {self.rms:.3g}", *lines])
+        said = "" if self.fit.outcome == OK else f"; {self.fit.outcome}"
+        return "\n".join([f"{len(self.response.states)} points, rms {self.rms:.3g}{said}", *lines])
 
 
 def frequency_response(

@@ -27,7 +27,7 @@ from undertow.equation.input import MotionSize
 from undertow.equation.steady_state import NOTHING, SteadyState, closed_orbit, settled
 from undertow.equation.term import Array, Term
 from undertow.errors import ConfigError, IdentificationError
-from undertow.quantities import Estimate
+from undertow.quantities import OK, Estimate
 
 ANGLES = 256
 """Instants of a period at which a law's force on a cosine is taken."""
@@ -44,7 +44,8 @@ STARTS_AT_ONE = {"gain": 1.0, "bw_unit": 1.0, "bw_n": 1.0}
 class HarmonicFit:
     """``numbers`` by mass_kg and law.parameter, ``theta`` (driven_slots.DRIVEN_SLOTS), the steady states fitted (None
     where the search found none), ``rms`` of what cosine and sine miss, unit of the amplitude, and each point's
-    ``missed`` (2, n); ``covariance`` of the numbers that were ``free``, ``terms`` with their ``held`` numbers."""
+    ``missed`` (2, n); ``covariance`` of the numbers that were ``free``, ``terms`` with their ``held`` numbers;
+    ``outcome`` is ok, or says which numbers ended on a bound and at how many points there is no steady motion."""
 
     numbers: Mapping[str, Estimate]
     theta: Array
@@ -55,6 +56,7 @@ class HarmonicFit:
     covariance: Array
     terms: tuple[Term, ...]
     held: Mapping[str, float]
+    outcome: str = OK
 
     @property
     def values(self) -> dict[str, float]:
@@ -105,7 +107,8 @@ def fit_harmonic_set(
     start = np.clip(np.array([first[name] for name in free]) / search.scale, lower, upper)
     found = least_squares(search.missed, start, search.slopes, (lower, upper), x_scale="jac", max_nfev=evaluations)
     states = search.at(found.x)
-    if whole and (lost := [rate for rate, s in zip(measured.rate, states, strict=True) if s is None]):
+    lost = [rate for rate, s in zip(measured.rate, states, strict=True) if s is None]
+    if whole and lost:
         raise IdentificationError(
             f"the equation has no steady motion near what was measured at {len(lost)} of {len(states)} points (the "
             f"first at {lost[0] / (2.0 * math.pi):.6g} Hz); it lacks a law, or a start value is far off"
@@ -120,9 +123,12 @@ def fit_harmonic_set(
     numbers = {name: Estimate(*values[name], unit=units[name]) for name in names}
     theta = harmonic_theta({name: e.value for name, e in numbers.items()}, unknowns)
     left = (search.missed(found.x) * np.tile(search.sigma, 2)).reshape(2, -1)
+    bound = [name for name, side in zip(free, found.active_mask, strict=True) if side]
+    said = [f"on a bound: {', '.join(bound)}"] if bound else []
+    said += [f"no steady motion at {len(lost)} of {len(states)} points"] if lost else []
     return HarmonicFit(
         numbers, theta, tuple(states), float(np.sqrt(np.mean(left**2))), left, tuple(free), covariance, tuple(terms),
-        dict(held),
+        dict(held), "; ".join(said) or OK,
     )  # fmt: skip
 
 

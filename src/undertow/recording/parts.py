@@ -105,7 +105,8 @@ def primary(channels: Mapping[str, object]) -> str:
     have = ", ".join(channels) or "nothing"
     if "acceleration" in channels:
         raise RecordingError(f"channels recorded are {have}; {ALONE}")
-    raise RecordingError(f"channels recorded are {have}; motion needs displacement or velocity: map one")
+    harmonic = "" if channels else " (a harmonic set has no motion in time; `undertow run` takes it)"
+    raise RecordingError(f"channels recorded are {have}; motion needs displacement or velocity: map one{harmonic}")
 
 
 def _rank(name: str) -> int:

@@ -29,6 +29,7 @@ from undertow.equation.term import Term
 from undertow.errors import UndertowError
 from undertow.methods.driven_equations import equation_text
 from undertow.methods.harmonic_set import MASS, HarmonicFit
+from undertow.quantities import OK
 from undertow.recording.recording import Condition
 from undertow.report.driven_page import Part, page_html, write_page
 from undertow.report.response_page import set_picture
@@ -108,19 +109,22 @@ def _size(group: Sweeps) -> float:
 
 def sentence_of(title: str, group: Sweeps, found: ResponseFound) -> str:
     """What was found, in words."""
-    size, left = _size(group), "" if found.adequate else "; more than noise is left"
-    if found.unchecked:
-        missed = percent(found.baseline.rms / size)
-        return (
-            f"{title}: the given equation misses {missed} of the motion; nothing was checked: {found.unchecked}{left}."
-        )
+    size, best = _size(group), found.best
     before, after = (percent(rms / size) for rms in found.validation)
     n = int(np.sum(found.unseen))
     first = f"{title}: the given equation misses {before} of the motion at {n} points it never saw"
-    if not found.added:
-        return f"{first}, and no law that was tried helps{left}."
-    alike = f"; these points cannot tell {found.added[-1]} from {', '.join(found.alternatives)}"
-    return f"{first}; with {', '.join(found.added)} {after}{alike if found.alternatives else ''}{left}."
+    if not n:
+        first = f"{title}: the given equation misses {percent(found.baseline.rms / size)} of the motion"
+    if found.unchecked:
+        said = f"; nothing was checked: {found.unchecked}"
+    elif not found.added:
+        said = ", and no law that was tried helps"
+    else:
+        said = f"; with {', '.join(found.added)} {after}"
+    if found.alternatives:
+        said += f"; these points cannot tell {found.added[-1]} from {', '.join(found.alternatives)}"
+    left = "" if found.adequate else "; more than noise is left"
+    return f"{first}{said}{left}." + ("" if best.outcome == OK else f" The fit: {best.outcome}.")
 
 
 def _write(
@@ -187,7 +191,8 @@ def _version(config: RunConfig, group: Sweeps, fit: HarmonicFit, unseen: float) 
         "terms": [term.name for term in fit.terms], "mass_kg": fit.numbers["mass_kg"].value, "rows": rows,
         "names": list(fit.free), "values": [fit.values[name] for name in fit.free],
         "covariance": fit.covariance.tolist(), "fixed": dict(fit.held),
-        "free_run_error": unseen if np.isfinite(unseen) else fit.rms, "motion_rms": _size(group), "outcome": "ok",
+        "free_run_error": unseen if np.isfinite(unseen) else fit.rms, "motion_rms": _size(group),
+        "outcome": fit.outcome,
         "input": config.recordings.driven_by,
         "frames": {"displacement": frame} if frame else {}, "noise": fit.rms, "noises": {"displacement": fit.rms},
         "extent": [reach, reach * float(np.max(measured.rate))],
@@ -239,9 +244,9 @@ def _tables(folder: Path, pairs: Sequence[tuple[Sweeps, ResponseFound]]) -> None
             for name, one in fit.numbers.items():
                 numbers |= {name: one.value, f"{name}_stderr": one.stderr}
             said = {**group.key, "method": f"harmonic_set_{version}", **numbers}
-            levels.append({**said, "nrmse": fit.rms / _size(group), "outcome": "ok"})
+            levels.append({**said, "nrmse": fit.rms / _size(group), "outcome": fit.outcome})
             trials += [
-                {"file": table.name, **said, "nrmse": missed, "outcome": "ok"}
+                {"file": table.name, **said, "nrmse": missed, "outcome": fit.outcome}
                 for table, missed in zip(group.tables, _missed(group, fit), strict=True)
             ]
         mismatch += [

@@ -74,12 +74,16 @@ def start(folder: Path, out: Path | None = None, progress: Progress = lambda sta
 
 
 def _written_sets(found: Survey, folder: Path, path: Path) -> Started:
-    """A config of a folder's harmonic sets that are read as the first of them; each is tried as a run would."""
+    """A config of a folder's harmonic sets that are read as most of them are; each is tried as a run would."""
+    alike: dict[str, list[str]] = {}
+    for name, layout, proposal in found.sets:
+        alike.setdefault("\n".join(response_lines("tried", ["*"], layout, proposal)), []).append(name)
+    most = max(alike.values(), key=len)
+    layout, first = next((layout, proposal) for name, layout, proposal in found.sets if name in most)
     left_out, names = dict(found.unread), list[str]()
-    _, layout, first = found.sets[0]
-    for name, own, proposal in found.sets:
-        if (own, proposal.columns, proposal.lag) != (layout, first.columns, first.lag):
-            left_out[name] = f"its columns are not those of {found.sets[0][0]}; it needs a config of its own"
+    for name, _, _ in found.sets:
+        if name not in most:
+            left_out[name] = f"its columns are not those of {most[0]}; it needs a config of its own"
             continue
         try:
             usable("\n".join(response_lines("tried", [name], layout, first)), folder)

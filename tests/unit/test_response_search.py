@@ -1,0 +1,61 @@
+"""Harmonic sets that lack nothing are given nothing; what is left is told from noise."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+import undertow
+from undertow.comparison.response_search import discover_response, every_fifth
+from undertow.conditioning.harmonic import HarmonicSet
+from undertow.equation.driven_laws import find_driven
+
+FREQUENCIES = np.linspace(0.55, 1.2, 30)
+NOISE = 1e-3
+LAWS = {"stiffness": 50.0, "viscous_damping": 0.6, "cubic_stiffness": 100.0}
+
+
+@pytest.fixture(scope="module")
+def clean():
+    """Steady motions of a body of 2 kg whose resonance leans and does not fold."""
+    return undertow.frequency_response(LAWS, FREQUENCIES, force=1.0, mass_kg=2.0).states
+
+
+def noisy(states, seed: int, sigma: float = 0.0) -> HarmonicSet:
+    """The motions with white noise on both parts."""
+    rng = np.random.default_rng(seed)
+    cosine, sine = np.array([(s.cosine, s.sine) for s in states]).T + NOISE * rng.standard_normal((2, len(states)))
+    rate, force = 2.0 * np.pi * FREQUENCIES, np.ones(FREQUENCIES.size)
+    stated = np.full(rate.size, sigma) if sigma else np.zeros(0)
+    return HarmonicSet(rate, force, np.hypot(cosine, sine), np.arctan2(-sine, cosine), stated)
+
+
+def test_sets_that_lack_nothing_are_given_no_law(clean):
+    terms = [find_driven(name) for name in LAWS]
+    found = [discover_response(noisy(clean, seed), [np.arange(30)], terms, {}) for seed in range(20)]
+    assert [one.added for one in found] == [()] * 20
+    assert all(one.tried for one in found)
+    assert sum(not one.adequate for one in found) <= 1  # 1 in 100 is said to leave more than noise
+
+
+def test_a_missing_law_is_added_and_leaves_noise(clean):
+    terms = [find_driven(name) for name in ("stiffness", "viscous_damping")]
+    found = discover_response(noisy(clean, 1), [np.arange(30)], terms, {}, ("cubic_stiffness", "quadratic_drag"))
+    assert found.added == ("cubic_stiffness",)
+    assert found.adequate
+    assert found.validation[1] < 0.2 * found.validation[0]
+    assert found.unseen.sum() == 6
+
+
+def test_errors_that_are_stated_too_small_leave_more_than_noise(clean):
+    terms = [find_driven(name) for name in LAWS]
+    right, small = (
+        discover_response(noisy(clean, 2, sigma), [np.arange(30)], terms, {}, ()) for sigma in (NOISE, 0.5 * NOISE)
+    )
+    assert right.adequate
+    assert not small.adequate
+
+
+def test_held_out_points_are_every_fifth_and_never_an_end():
+    mask = every_fifth([np.arange(8), np.arange(20, 7, -1)], 21)
+    assert mask.nonzero()[0].tolist() == [2, 13, 18]

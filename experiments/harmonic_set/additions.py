@@ -67,8 +67,9 @@ def main(seeds: int) -> None:
                 if right:
                     number = found.best.numbers[f"{lacks}.{find_driven(lacks).coefficient.name}"]
                     counts["inside"] += abs(number.value - laws[lacks]) < INTERVAL_90 * number.stderr
-            print(f"| {missing or 'linear laws'} | {lacks or 'nothing'} | {seeds} | "
-                  + " | ".join(str(count) for count in counts.values()) + " |", flush=True)  # fmt: skip
+            cells = [missing or "linear laws", lacks or "nothing", str(seeds), *map(str, counts.values())]
+            cells[-1] = cells[-1] if lacks else "-"
+            print(f"| {' | '.join(cells)} |", flush=True)
 
 
 if __name__ == "__main__":

@@ -12,10 +12,14 @@ import pytest
 import undertow
 from experiments.harmonic_set.__main__ import main as generate
 from tests.command_line import undertow as command
+from tests.decays import Decay, recorded
 from undertow.campaign.config import load
 from undertow.campaign.inspection import inspect_file, save_config
 from undertow.campaign.run.folder import run_to_folder
 from undertow.campaign.starting import start
+from undertow.equation.driven import driven_motion
+from undertow.equation.driven_slots import DRIVEN_SLOT, N_DRIVEN
+from undertow.equation.input import MotionSize, drive_of
 from undertow.errors import ConfigError, RecordingError, UndertowError
 
 ROOT = Path(__file__).resolve().parents[2]
@@ -113,6 +117,25 @@ def test_a_prediction_sweeps_as_the_set_was_measured_and_jumps_where_it_does(fin
         assert said.out.splitlines()[-1].startswith("rms 0.000")
 
 
+def test_the_equation_of_a_set_runs_free_on_a_record_in_time(finished, capsys, tmp_path):
+    folder, _ = finished
+    rng = np.random.default_rng(5)
+    t = 0.02 * np.arange(2000)
+    u = np.convolve(rng.normal(size=2030), np.hanning(30), "same")[:2000]
+    theta = np.zeros(N_DRIVEN)
+    numbers = {"mass": 2.0, "k1": 50.0, "c1": 0.6, "k3": 400.0, "gain": 1.0, "bw_unit": 1.0, "bw_n": 1.0}
+    for name, value in numbers.items():
+        theta[DRIVEN_SLOT[name]] = value
+    x = driven_motion(theta, np.zeros(0, dtype=np.int64), drive_of(t, u), t, MotionSize(), 40).x[:, 0]
+    noisy = x + TRUTH["noise_m"] * rng.normal(size=t.size)
+    pd.DataFrame({"t": t, "x": noisy, "u": u}).to_csv(tmp_path / "burst.csv", index=False)
+    channels = "time: {column: t}, displacement: {column: x, unit: m}, force: {column: u, unit: N}"
+    (tmp_path / "c.yaml").write_text(f"name: b\nrecordings: {{files: burst.csv, channels: {{{channels}}}}}\n")
+    said = command(capsys, "predict", folder, "--recording", tmp_path / "burst.csv", "--config", tmp_path / "c.yaml")
+    assert said.code == 0
+    assert float(said.out.split()[-2]) < 0.005 * np.std(x)
+
+
 def test_a_prediction_of_a_set_that_is_not_there_says_so(finished, capsys):
     folder, _ = finished
     said = command(capsys, "predict", folder, "--recording", "nowhere.csv")
@@ -142,6 +165,17 @@ def test_init_writes_one_config_for_all_sweeps_of_a_folder(tmp_path):
     assert "its columns are not those of" in dict(started.left_out)["other.csv"]
     config = load(started.path)
     assert config.recordings.files == ("sweep_down.csv", "sweep_up.csv")
+
+
+def test_a_set_beside_recordings_in_time_is_left_out_of_their_config(tmp_path):
+    r = recorded(Decay(1.6, 60.0, 0.04, 0.02, 0.004, noise=2e-3, held=0.8, periods=12.0, seed=4), ("displacement",))
+    pd.DataFrame({"time_s": r.time, "disp_m": r.channels["displacement"]}).to_csv(tmp_path / "r1.csv", index=False)
+    (tmp_path / "sweep_up.csv").write_bytes((DATA / "sweep_up.csv").read_bytes())
+    started = start(tmp_path)
+    assert started.trials == 1
+    assert dict(started.left_out)["sweep_up.csv"] == (
+        "is a harmonic set, and needs a config of its own (recordings.response)"
+    )
 
 
 def test_a_set_of_few_points_is_fitted_and_nothing_is_said_to_be_checked(tmp_path):

@@ -15,6 +15,7 @@ import numpy as np
 
 from undertow.campaign.proposing import layout_lines, parsed, plain
 from undertow.campaign.response.sets import Sweeps, sweeps
+from undertow.discrepancy.words import count
 from undertow.errors import RecordingError
 from undertow.recording.layout import FileFormat
 from undertow.recording.propose_response import ResponseProposal
@@ -51,13 +52,13 @@ def look(path: Path, layout: FileFormat, proposal: ResponseProposal) -> tuple[li
     """
     config = response_lines(trial_name(path), [path.name], layout, proposal)
     group = usable("\n".join(config), path.parent)[0]
-    table, along = group.tables[0], group.along
+    table = group.tables[0]
     hertz, phase = table.rate / (2.0 * math.pi), np.degrees(table.phase)
     upward = int(np.sum(table.rising))
     lines = [
         f"{path}",
         f"  a harmonic set: {hertz.size} points, {hertz.min():.5g} to {hertz.max():.5g} Hz, {upward} of them reached "
-        f"upward and {hertz.size - upward} downward ({len(along)} sweeps)",
+        f"upward and {hertz.size - upward} downward ({count(len(group.along), 'sweep')})",
         f"  amplitude: {table.amplitude.min():.5g} to {table.amplitude.max():.5g} {group.unit}",
         f"  phase before the drive: {phase.min():.4g} to {phase.max():.4g} deg",
     ]

@@ -61,7 +61,7 @@ def main(seeds: int) -> None:
                 terms = [find_driven(name) for name in laws if name != lacks]
                 found = discover_response(noisy(states, seed), along, terms, {})
                 right = found.added == (lacks,)
-                rival = not right and len(found.added) == 1 and lacks in found.alternatives
+                rival = not right and len(found.added) == 1 and (found.added[0], lacks) in found.alternatives
                 kind = "nothing" if not found.added else "rivals" if rival or (right and found.alternatives) else ""
                 counts[kind or ("alone" if right else "other")] += 1
                 if right:

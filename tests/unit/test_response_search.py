@@ -59,3 +59,17 @@ def test_errors_that_are_stated_too_small_leave_more_than_noise(clean):
 def test_held_out_points_are_every_fifth_and_never_an_end():
     mask = every_fifth([np.arange(8), np.arange(20, 7, -1)], 21)
     assert mask.nonzero()[0].tolist() == [2, 13, 18]
+
+
+def test_laws_that_these_points_cannot_tell_apart_are_named_as_alternatives():
+    """A small drag over a narrow band: as well a cubic damping."""
+    laws = {"stiffness": 50.0, "viscous_damping": 0.3, "quadratic_drag": 1.0}
+    frequencies = np.linspace(0.74, 0.85, 30)
+    states = undertow.frequency_response(laws, frequencies, force=1.0, mass_kg=2.0).states
+    rng = np.random.default_rng(3)
+    cosine, sine = np.array([(s.cosine, s.sine) for s in states]).T + 5e-3 * rng.standard_normal((2, 30))
+    measured = HarmonicSet(2.0 * np.pi * frequencies, np.ones(30), np.hypot(cosine, sine), np.arctan2(-sine, cosine))
+    given = [find_driven(name) for name in ("stiffness", "viscous_damping")]
+    found = discover_response(measured, [np.arange(30)], given, {"mass_kg": 2.0}, ("quadratic_drag", "cubic_damping"))
+    assert {*found.added, *(name for _, name in found.alternatives)} == {"quadratic_drag", "cubic_damping"}
+    assert len(found.added) == 1

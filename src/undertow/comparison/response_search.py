@@ -57,14 +57,14 @@ class ResponseFound:
     """The equation as given and with what it lacked, both fitted to everything, and how that was decided.
 
     ``validation`` is the rms of what both miss at points that were held back (``unseen``, mask (n,)); ``added`` the
-    laws' names, ``alternatives`` laws that the points cannot tell from the one added last. ``p_value`` is how often
-    noise alone would leave what is left; ``unchecked`` why no law was tried, empty where laws were.
+    laws' names, ``alternatives`` pairs of an added law and one that the points cannot tell from it. ``p_value`` is how
+    often noise alone would leave what is left; ``unchecked`` why no law was tried, empty where laws were.
     """
 
     baseline: HarmonicFit
     augmented: HarmonicFit | None
     added: tuple[str, ...]
-    alternatives: tuple[str, ...]
+    alternatives: tuple[tuple[str, str], ...]
     tried: tuple[Tried, ...]
     validation: tuple[float, float]
     unseen: np.ndarray
@@ -123,14 +123,20 @@ def discover_response(
         return ResponseFound(base, None, (), (), (), nothing, none, p_value, lacking)
     search = _Search(measured.part(~unseen), measured.part(unseen), _folds(along, unseen), held, suspects, progress)
     first = current = search.fitted(tuple(terms))
-    tried, added, alternatives = list[Tried](), list[str](), tuple[str, ...]()
+    tried, added, rivals = list[Tried](), list[str](), list[tuple[str, str]]()
     for _ in range(ROUNDS):
         best, alike, more = search.round(current)
         tried += more
         if best is None:
             break
-        current, alternatives = best, alike
+        current = best
         added.append(more[-1].name)
+        rivals += [(added[-1], name) for name in alike]
+    for name in added[:-1]:
+        if (leaner := search.without(current, name)) is not None:
+            current = leaner
+            added.remove(name)
+    alternatives = tuple(pair for pair in rivals if pair[0] in added)
     baseline = fit_harmonic_set(measured, terms, held, {}, whole=False)
     augmented = fit_harmonic_set(measured, current.fit.terms, held, current.starts, whole=False) if added else None
     p_value = _p_value(augmented or baseline, measured, along, seed)
@@ -206,6 +212,15 @@ class _Search:
             part = fit_harmonic_set(self.training.part(~out), one.fit.terms, self.held, one.starts, False, TRYING)
             left_out[out] = np.sum(missed_at(part, self.training.part(out)) ** 2, axis=0)
         return replace(one, left_out=left_out)
+
+    def without(self, current: _Candidate, name: str) -> _Candidate | None:
+        """The same equation without a law, where points come no surely closer with it; else None. What was added first
+        may only have stood in for what was added later."""
+        lean = self.fitted(tuple(term for term in current.fit.terms if term.name != name))
+        if not _no_closer(lean.unseen_rms, current.unseen_rms):
+            return None
+        lean, current = self.with_left_out(lean), self.with_left_out(current)
+        return lean if _not_surely(lean.left_out, current.left_out) else None
 
     def round(self, current: _Candidate) -> tuple[_Candidate | None, tuple[str, ...], list[Tried]]:
         """The law that comes closest to unseen points of those that hold, rivals that the points cannot tell from it,

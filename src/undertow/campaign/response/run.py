@@ -121,8 +121,9 @@ def sentence_of(title: str, group: Sweeps, found: ResponseFound) -> str:
         said = ", and no law that was tried helps"
     else:
         said = f"; with {', '.join(found.added)} {after}"
-    if found.alternatives:
-        said += f"; these points cannot tell {found.added[-1]} from {', '.join(found.alternatives)}"
+    for name in dict.fromkeys(name for name, _ in found.alternatives):
+        rivals = ", ".join(rival for of, rival in found.alternatives if of == name)
+        said += f"; these points cannot tell {name} from {rivals}"
     left = "" if found.adequate else "; more than noise is left"
     return f"{first}{said}{left}." + ("" if best.outcome == OK else f" The fit: {best.outcome}.")
 
@@ -209,7 +210,7 @@ def _verdict(group: Sweeps, found: ResponseFound, sentence: str) -> Mapping[str,
         status, because, named = "unknown", "more than noise is left", (*found.added, "unknown")
     elif found.added:
         status = "not_identifiable" if found.alternatives else "explained"
-    others = [[*found.added[:-1], name] for name in found.alternatives]
+    others = [[rival if name == of else name for name in found.added] for of, rival in found.alternatives]
 
     def described(fit: HarmonicFit, unseen: float) -> Mapping[str, Any]:
         """One version's errors and numbers."""

@@ -95,6 +95,7 @@ def test_the_run_folder_has_the_contracts_files_and_opens(finished):
     opened = undertow.open(folder)
     assert opened[0].names == ("cubic_stiffness",)
     assert len(opened.trials) == 4
+    assert opened.predict(DATA / "sweep_down.csv").rms < 2.0 * TRUTH["noise_m"]
     assert load(folder / "config.yaml").recordings.response is not None  # the resolved config is a config again
 
 

@@ -19,10 +19,12 @@ import pandas as pd
 
 from undertow.campaign.config import RunConfig
 from undertow.campaign.config import load as load_config
+from undertow.campaign.driven.predict import Predicted, equations_of
+from undertow.campaign.response.predict import PredictedSet
 from undertow.discrepancy.words import group_title
 from undertow.errors import UndertowError
 from undertow.front.reading import load
-from undertow.front.run_prediction import RunPrediction, predict_run
+from undertow.front.run_prediction import RunPrediction, predict_driven_run, predict_run
 from undertow.front.tables import parameter_table
 from undertow.front.trials import Trials
 from undertow.quantities import Estimate
@@ -144,8 +146,13 @@ class OpenedRun:
         """The run's config as it was resolved."""
         return load_config(self._file("config.yaml"))
 
-    def predict(self, recording: str | Path | None = None, **settings: Any) -> RunPrediction:
-        """A group's equation run free on a recording nobody fitted, or from a start; see `predict_run`."""
+    def predict(
+        self, recording: str | Path | None = None, **settings: Any
+    ) -> RunPrediction | Predicted | PredictedSet:
+        """A group's equation run free on a recording nobody fitted, or from a start; see `predict_run` (of a driven
+        body `predict_driven_run`)."""
+        if equations_of(self.folder)["groups"][0]["driven"]:
+            return predict_driven_run(self.folder, recording, **settings)
         return predict_run(self.folder, recording, **settings)
 
     def recordings(self, jobs: int = 1) -> Trials:

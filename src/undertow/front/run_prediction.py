@@ -16,7 +16,7 @@ from typing import Any
 import numpy as np
 
 from undertow.campaign.config import load as load_config
-from undertow.campaign.driven.predict import Predicted, equations_of, predict_recording
+from undertow.campaign.driven.predict import START, Predicted, equations_of, predict_recording
 from undertow.campaign.driven.trials import recording_alone
 from undertow.campaign.response.predict import PredictedSet, predict_response
 from undertow.conditioning.motion import Motion
@@ -162,6 +162,28 @@ def predict_run(
     return done
 
 
+def predict_driven_run(
+    run: str | Path,
+    recording: str | Path | None,
+    *,
+    group: Mapping[str, Condition] | None = None,
+    start: int = START,
+    config: str | Path | None = None,
+    out: str | Path | None = None,
+) -> Predicted | PredictedSet:
+    """The equation that a run found of a driven body, run free on a recording from its first ``start`` samples, or
+    swept through a harmonic set as its config (``config`` replaces it) says. Raises ConfigError as `predict_run`."""
+    folder = Path(run)
+    if recording is None:
+        raise ConfigError(f"--recording is {recording} and {run} holds a driven body; give its input's recording")
+    file, own, table = Path(recording), Path(config) if config else None, Path(out) if out else None
+    if equations_of(folder)["groups"][0].get("harmonic"):
+        made = predict_response(folder, file, group, own, table)
+        if made is not None:
+            return made
+    return predict_recording(folder, file, start, own, table)
+
+
 def predict_any(
     run: Path,
     recording: Path | None,
@@ -174,16 +196,10 @@ def predict_any(
     """A prediction as the command line asks for it, of a run of decays or of driven trials: ``new`` is x0 (SI),
     duration (s) and rate (Hz) of a decay never tested, ``group`` its conditions, ``start`` the samples that a driven
     trial's start comes from. Raises ConfigError as `predict_run`, and where a driven run is given no recording."""
-    first = equations_of(run)["groups"][0]
-    if first["driven"]:
-        if recording is None:
-            raise ConfigError(f"--recording is {recording} and {run} holds a driven body; give its input's recording")
-        said = conditions_of(group) if group else None
-        if first.get("harmonic") and (made := predict_response(run, recording, said, config, out)) is not None:
-            return made
-        return predict_recording(run, recording, start, config, out)
-    x0, duration, rate = new
     said = conditions_of(group) if group else None
+    if equations_of(run)["groups"][0]["driven"]:
+        return predict_driven_run(run, recording, group=said, start=start, config=config, out=out)
+    x0, duration, rate = new
     return predict_run(run, recording, x0=x0, duration_s=duration, rate_hz=rate, group=said, config=config, out=out)
 
 

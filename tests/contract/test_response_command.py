@@ -243,6 +243,7 @@ def test_a_body_on_a_shaking_table_lacks_the_waters_drag_and_groups_have_equatio
         ("identify:", "trials: {dry: {water: no}}\nidentify:", r"trials\.dry has no effect on a harmonic set"),
         ("  response:", "  channels: {time: {rate_hz: 1.0}}\n  response:", "channels and response; a harmonic set has"),
         ("    force", "    sweep: {}\n    force", "sweep has column None and by None; give exactly one"),
+        ("    force", "    sweep: sideways\n    force", "sweep is 'sideways' but should be 'order', 'up' or 'down'$"),
         ("    force", "    stderr: {unit: mm}\n    force", "stderr has column None and value None"),
     ],
 )
@@ -269,6 +270,20 @@ def test_points_that_cannot_be_measured_fail_their_trial_in_a_sentence(tmp_path,
     with pytest.raises(UndertowError, match=f"none of 1 trials can be used: trial body: {sentence}"):
         run_to_folder(tmp_path / "c.yaml", out=tmp_path / "run")
     assert not (tmp_path / "run").exists()
+
+
+@pytest.mark.parametrize(
+    ("before", "after", "sentence"),
+    [
+        ("value: 1.0", "value: {by: newtons}", "trial body: response.force goes by 'newtons', but it has no such cond"),
+        ("    force", "    sweep: {by: way}\n    force", "response.sweep goes by 'way', which is None in this trial"),
+    ],
+)
+def test_a_condition_that_a_trial_lacks_fails_it_in_a_sentence(tmp_path, before, after, sentence):
+    write_set(tmp_path / "body.csv", {"stiffness": 50.0, "viscous_damping": 0.6})
+    (tmp_path / "c.yaml").write_text(CONFIG.replace(before, after, 1))
+    with pytest.raises(UndertowError, match=sentence):
+        run_to_folder(tmp_path / "c.yaml", out=tmp_path / "run")
 
 
 def test_the_committed_set_is_what_its_generator_writes(tmp_path):

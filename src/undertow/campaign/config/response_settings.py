@@ -6,11 +6,11 @@ reading (recording/response_table.py).
 
 from __future__ import annotations
 
-from typing import Literal
+from typing import Annotated, Literal
 
-from pydantic import Field
+from pydantic import Field, Tag
 
-from undertow.campaign.config.settings import ColumnName, Quantity, Real, Section
+from undertow.campaign.config.settings import ColumnName, Quantity, Real, Section, by_kind
 
 GivenAs = Literal["amplitude", "peak_to_peak", "rms"]
 
@@ -81,7 +81,10 @@ class ResponseSettings(Section):
     stderr: ErrorSettings | None = Field(
         default=None, description="Standard error of the amplitudes; absent: all alike, from what is left."
     )
-    sweep: Literal["order", "up", "down"] | SweepSettings = Field(
+    sweep: Annotated[
+        Annotated[Literal["order", "up", "down"], Tag("word")] | Annotated[SweepSettings, Tag("table")],
+        by_kind("word", "table"),
+    ] = Field(
         default="order", description="Whether the frequency rose or fell; order: as the rows go."
     )
 

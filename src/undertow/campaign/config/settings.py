@@ -23,7 +23,7 @@ ColumnName = Annotated[str, Field(strict=True, min_length=1)] | Whole
 Value = Annotated[str, Field(strict=True)] | Real
 
 
-def _kind(*kinds: str) -> Discriminator:
+def by_kind(*kinds: str) -> Discriminator:
     """A discriminator by the YAML kind of a value, so that an error speaks of the kind that was meant."""
 
     def choose(value: Any) -> str:
@@ -67,7 +67,7 @@ class Table(BaseModel):
         return next((key for key in self.__pydantic_extra__ if same_condition(key, here)), None)
 
 
-Quantity = Annotated[Annotated[Real, Tag("number")] | Annotated[Table, Tag("table")], _kind("number", "table")]
+Quantity = Annotated[Annotated[Real, Tag("number")] | Annotated[Table, Tag("table")], by_kind("number", "table")]
 """A number, or a table of numbers by a condition."""
 
 
@@ -126,7 +126,7 @@ class TrialsSettings(Section):
     )
     window: Annotated[
         Annotated[Literal["auto"], Tag("auto")] | Annotated[dict[str, WindowSettings], Tag("table")],
-        _kind("auto", "table"),
+        by_kind("auto", "table"),
     ] = Field(default="auto", description="auto, or the part to be used by file name pattern; the last that fits wins.")
     conditions: dict[str, dict[str, Value]] = Field(default={}, description="Conditions by file name pattern.")
     hidden_at_release: Literal["rest", "free"] = Field(
@@ -188,7 +188,7 @@ class DiscrepancySettings(Section):
     """What is looked for where the equation leaves something unexplained."""
 
     suspects: Annotated[
-        Annotated[Literal["all"], Tag("all")] | Annotated[tuple[str, ...], Tag("list")], _kind("all", "list")
+        Annotated[Literal["all"], Tag("all")] | Annotated[tuple[str, ...], Tag("list")], by_kind("all", "list")
     ] = Field(default="all", description="all, or the names to be tried.")
     budget: Positive = Field(
         default=1.0, description="How much a search may do, in multiples of the default (counted in integrator steps)."

@@ -15,6 +15,7 @@ import numpy as np
 from undertow.campaign.config import GroupKey, RunConfig, look_up
 from undertow.campaign.config.matching import planned
 from undertow.campaign.config.response_settings import DriveSettings, ErrorSettings, ResponseSettings, SweepSettings
+from undertow.campaign.config.settings import Table
 from undertow.conditioning.harmonic import HarmonicSet, on_base
 from undertow.errors import RecordingError
 from undertow.recording.catalogue import Entry
@@ -98,6 +99,9 @@ def _amount(
     factor *= SIZES[one.given_as] if isinstance(one, DriveSettings) else 1.0
     if one.column is not None:
         return SetColumn(one.column, factor)
+    if isinstance(one.value, Table) and one.value.by not in conditions:
+        have = ", ".join(conditions) or "none"
+        raise RecordingError(f"response.{name} goes by {one.value.by!r}, but it has no such condition; it has {have}")
     value = look_up(f"response.{name}", one.value, conditions)
     if not value > 0.0:
         raise RecordingError(f"response.{name} is {value:g} {one.unit} in this trial; give it a value above zero")

@@ -125,7 +125,7 @@ def believed(scatter: Mapping[str, float], freedom: float, symbol: str) -> float
     what they show is pooled with `PUBLISHED` degrees of freedom of published rigs. As stated where ``freedom`` is inf.
 
     >>> round(believed({"k": 0.001}, 2.0, "k"), 4), believed({"k": 0.001}, math.inf, "k")
-    (0.0025, 0.001)
+    (0.0024, 0.001)
     """
     seen = scatter.get(symbol, 0.0)
     if not math.isfinite(freedom):

@@ -1,6 +1,6 @@
 """The right-hand side of a driven body, compiled: the laws of kernel.py, and what comes from outside.
 
-    M x'' + (all laws of kernel.py) + b + ca |v| + z = g u(t - tau),    z' = alpha v - G |v| |z|^(n-1) z - D v |z|^n
+    M x'' + (all laws of kernel.py) + b + ca |v| + z = g u(t - tau)
 
 on a base at rest. On a base that moves with the acceleration g u(t - tau), x is the displacement relative to it and
 
@@ -14,16 +14,13 @@ moves with the acceleration g u(t - tau) about a base at rest (waves, currents; 
 
 with M the body's mass and its added mass together, C = rho V + m_a. What comes
 from outside enters kernel.py's right-hand side where a delayed echo does. u is the input between its samples
-(input.py), g its gain, tau its delay, b a constant force, z Bouc and Wen's hysteresis (Wen 1976,
-doi:10.1061/JMCEA3.0002106).
+(input.py), g its gain, tau its delay, b a constant force, z a hysteresis (driven_memory.py).
 
 A ``world`` is (piece of the input, its begin in s, knots, pieces, places of z and r in the state (0: none), sides of z
 and of r). Does not belong here: steps and events (driven_kernel.py), what slots mean to a user (driven_laws.py).
 """
 
 from __future__ import annotations
-
-import math
 
 from numba import njit
 
@@ -39,13 +36,14 @@ from undertow.equation.algebra import (
     _slopes,
     _smooth_force,
 )
-from undertow.equation.driven_slots import DRIVEN_SLOT
+from undertow.equation.driven_memory import _memory_force, _memory_slope, _sliders_begin
+from undertow.equation.driven_slots import DRIVEN_SLOT, IWAN, SLIDERS
 from undertow.equation.kernel import _C, _int, _rhs, _start
 
-_GAIN, _TAU, _OFF, _BA, _BG, _BD, _BN, _BU, _BZ, _MOVING, _W0, _R0, _WC, _WQ, _W3, _CA, _WAVE = (
+_GAIN, _TAU, _OFF, _BA, _BN, _BZ, _MOVING, _W0, _R0, _WC, _WQ, _W3, _CA, _WAVE, _KIND = (
     DRIVEN_SLOT[name] for name in (
-        "gain", "delay", "offset", "bw_a", "bw_g", "bw_d", "bw_n", "bw_unit", "bw_z0",
-        "moving", "base_v0", "absolute_v0", "wc", "wq", "wc3", "ca", "wave",
+        "gain", "delay", "offset", "bw_a", "bw_n", "bw_z0",
+        "moving", "base_v0", "absolute_v0", "wc", "wq", "wc3", "ca", "wave", "memory",
     )
 )  # fmt: skip
 
@@ -70,12 +68,9 @@ def _push(th, active, y, cols, u, du, iz, ir, d, rside, sens):
     elif th[_MOVING] < 0.0:
         lever, inertia = th[_WAVE], _WAVE
     sens[0] = th[_OFF] - lever * th[_GAIN] * u + th[_CA] * d * y[0, 1]
-    if iz > 0:
-        sens[0] += y[0, iz]
     for c in range(1, cols):
         slot = active[c - 1]
-        s = y[c, iz] if iz > 0 else 0.0
-        s += th[_CA] * d * y[c, 1]
+        s = th[_CA] * d * y[c, 1]
         if slot == _GAIN:
             s -= lever * u
         elif slot == _TAU:
@@ -87,6 +82,8 @@ def _push(th, active, y, cols, u, du, iz, ir, d, rside, sens):
         elif slot == inertia:
             s += th[_MOVING] * th[_GAIN] * u
         sens[c] = s
+    if iz > 0:
+        _memory_force(th, active, y, cols, d, iz, sens)
     if ir > 0:
         _drag(th, active, y, cols, ir, rside, sens)
 
@@ -107,34 +104,6 @@ def _drag(th, active, y, cols, ir, rside, sens):
         elif slot == _W3:
             s += r * r * r
         sens[c] += s
-
-
-@njit(**WITHIN)
-def _hysteresis(th, active, y, k, stage, cols, d, zside, iz):
-    """Rate of z and of its sensitivities; |v| and |z| continued smoothly in the directions d and zside."""
-    v = y[0, 1] if d != 0.0 else 0.0
-    z = y[0, iz]
-    n = th[_BN]
-    size = z * zside
-    p = 1.0
-    if n != 1.0:
-        p = (abs(z) / th[_BU]) ** (n - 1.0)
-    loop = -th[_BG] * d * z - th[_BD] * size
-    k[0, iz, stage] = v * (th[_BA] + p * loop)
-    by_z = v * n * p * (-th[_BG] * d - th[_BD] * zside)
-    for c in range(1, cols):
-        slot = active[c - 1]
-        dv = y[c, 1] if d != 0.0 else 0.0
-        rate = dv * (th[_BA] + p * loop) + by_z * y[c, iz]
-        if slot == _BA:
-            rate += v
-        elif slot == _BG:
-            rate -= v * p * d * z
-        elif slot == _BD:
-            rate -= v * p * size
-        elif slot == _BN and z != 0.0:
-            rate += v * p * loop * math.log(abs(z) / th[_BU])
-        k[c, iz, stage] = rate
 
 
 @njit(**WITHIN)
@@ -195,7 +164,7 @@ def _slope(th, active, y, k, stage, cols, dims, t, h, d, side, world, sens, jac)
     else:
         _rhs(th, active, y, k, stage, cols, dims, now, d, side, sens, jac)
     if iz > 0:
-        _hysteresis(th, active, y, k, stage, cols, d, zside, iz)
+        _memory_slope(th, active, y, k, stage, cols, d, zside, iz)
     if th[_MOVING] != 0.0:
         _carried(th, active, k, stage, cols, dims, u, du, ir)
 
@@ -215,11 +184,13 @@ def _begin(th, active, y, cols, dims, iz, ir, rate):
     _start(th, active, y, cols, dims)
     if iz > 0:
         y[0, iz] = th[_BZ]
+        if th[_KIND] == IWAN:
+            _sliders_begin(th, active, y, cols, iz)
     if ir > 0:
         y[0, ir] = th[_V0] + th[_MOVING] * (th[_GAIN] * th[_W0] + th[_R0])
     for c in range(1, cols):
         slot = active[c - 1]
-        if iz > 0 and slot == _BZ:
+        if iz > 0 and slot == _BZ and th[_KIND] != IWAN:
             y[c, iz] = 1.0
         if ir > 0 and slot == _V0:
             y[c, ir] = 1.0
@@ -236,14 +207,14 @@ def _states(th, active, n):
     """Length of the state behind n of kernel.py's, with the places of z and r in it (0: none)."""
     iz = 0
     ir = 0
-    remembers = th[_BA] != 0.0 or th[_BZ] != 0.0
+    remembers = th[_BA] != 0.0 or th[_BZ] != 0.0 or th[_KIND] != 0.0
     wet = th[_WC] != 0.0 or th[_WQ] != 0.0 or th[_W3] != 0.0
     for slot in active:
         remembers = remembers or slot == _BA
         wet = wet or slot in (_WC, _WQ, _W3)
     if remembers:
         iz = n
-        n += 1
+        n += 1 + SLIDERS if th[_KIND] == IWAN else 1
     if wet and th[_MOVING] != 0.0:
         ir = n
         n += 1

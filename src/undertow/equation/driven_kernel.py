@@ -19,12 +19,13 @@ from numba import njit
 from numpy.typing import NDArray
 
 from undertow.compiling import OPTIONS, WITHIN, compiled, mark_of
-from undertow.equation import algebra, driven_forces, driven_slots, kernel
+from undertow.equation import algebra, driven_forces, driven_memory, driven_slots, kernel
 from undertow.equation.algebra import _CP, _FS, _GE, _P, _XE, MAX_HIDDEN, _dimensions, _rubs
 from undertow.equation.driven_forces import (
     _BN,
     _BZ,
     _CA,
+    _KIND,
     _TAU,
     _WQ,
     _begin,
@@ -33,7 +34,9 @@ from undertow.equation.driven_forces import (
     _slope,
     _states,
 )  # fmt: skip
+from undertow.equation.driven_memory import _memory_step, _share_sliders, _slider_slips, _sliders_turn
 from undertow.equation.driven_slots import DRIVEN_SLOT as DRIVEN_SLOT
+from undertow.equation.driven_slots import IWAN, LUGRE, PINCHED, SLIDERS
 from undertow.equation.driven_slots import N_DRIVEN as N_DRIVEN
 from undertow.equation.kernel import (
     _INSTANT,
@@ -72,7 +75,7 @@ def _events_watched(th, active, dims, iz, ir, watch):
         if not known:
             watch[many] = 1
             many += 1
-    if iz > 0:
+    if iz > 0 and th[_KIND] != LUGRE:
         watch[many] = iz
         many += 1
     drags = th[_WQ] != 0.0
@@ -89,11 +92,12 @@ def _flags(th, active, iz, broken):
     """Whether the body rubs, whether steps shrink near a reversal and near z = 0, whether a knot changes the slope."""
     rubs = _rubs(th)
     sharp = th[_FS] != 0.0 or (th[_CP] != 0.0 and th[_P] < kernel._SHARP_EXPONENT)
-    bent = iz > 0 and th[_BN] != 1.0 and th[_BN] != 2.0
+    bends = iz > 0 and th[_KIND] <= PINCHED
+    bent = bends and th[_BN] != 1.0 and th[_BN] != 2.0
     turning = broken
     for slot in active:
         turning = turning or slot == _TAU
-        bent = bent or (iz > 0 and slot == _BN)
+        bent = bent or (bends and slot == _BN)
     return rubs, sharp, bent, turning
 
 
@@ -111,6 +115,8 @@ def _mode(th, active, y, dims, t, iz, ir, at, knots, pieces, sens, rubs):
     zside = 1.0 if th[_BZ] >= 0.0 else -1.0
     if iz > 0 and th[_BZ] == 0.0:
         zside = d if d != 0.0 else 1.0
+    if iz > 0 and th[_KIND] == IWAN:
+        zside = _sliders_turn(th, y, iz, d)
     return d, side, zside, rside
 
 
@@ -137,6 +143,8 @@ def _step_length(th, y, k, iz, whole, h_max, sharp, bent):
         full = abs(k[0, iz, 0]) * h
         change = min(full, _BENT_SHARE * abs(y[0, iz]) + full / _BENT_FINEST)
         h = h if change >= full else change / abs(k[0, iz, 0])
+    if iz > 0:
+        h = _memory_step(th, y, k, iz, h)
     return h
 
 
@@ -149,6 +157,8 @@ def _after_event(th, active, y, k, cols, dims, t, d, side, world, sens, jac, eve
         y[0, event] = th[_XE] if event == 0 else 0.0
     if event == 0:
         side = 1.0 if y[0, 1] > 0.0 else -1.0
+    elif iz > 0 and event == iz and th[_KIND] == IWAN:
+        zside = _slider_slips(th, active, y, cols, iz, d, zside)
     elif iz > 0 and event == iz:
         zside = 1.0 if k[0, iz, 0] > 0.0 else -1.0
     elif ir > 0 and event == ir:
@@ -158,6 +168,9 @@ def _after_event(th, active, y, k, cols, dims, t, d, side, world, sens, jac, eve
         _push_before(th, active, y, dims, t, 0.0, world, sens)
         excess, way = _excess(th, y, dims, t, side, sens[0])
         d = way if event == _SLIP or excess > 0.0 or not rubs else 0.0
+        if iz > 0 and th[_KIND] == IWAN:
+            zside = _sliders_turn(th, y, iz, d)
+            world = (piece, begin, knots, pieces, iz, ir, zside, rside)
     _slope(th, active, y, k, zero, cols, dims, t, 0.0, d, side, world, sens, jac)
     if event == 1:
         _jump(y, k, cols, dims, event)
@@ -241,7 +254,6 @@ def _travel(th, active, knots, pieces, times, h_max, bound, state, rows, dims, p
                 th, active, y, out, k, cols, dims, t, h, d, side, world, sens, jac, watch
             )  # fmt: skip
             ends = ends and length == h
-            steps += 1
             t = end if ends else t + length
             for c in range(cols):
                 for i in range(n):
@@ -249,6 +261,7 @@ def _travel(th, active, knots, pieces, times, h_max, bound, state, rows, dims, p
                     k[c, i, 0] = k[c, i, 6]
         else:
             t = end
+        steps += 1
         if event != _NONE:
             d, side, zside, rside = _after_event(
                 th, active, y, k, cols, dims, t, d, side, world, sens, jac, event, rubs
@@ -258,7 +271,11 @@ def _travel(th, active, knots, pieces, times, h_max, bound, state, rows, dims, p
         rside = _through_side(y, k, ir, rside)
         world = (piece, knots[piece] + th[_TAU], knots, pieces, iz, ir, zside, rside)
         if on_knot and ends and turning:
+            stuck = d == 0.0
             d = _cross_knot(th, active, y, k, cols, dims, t, d, side, world, sens, jac)
+            if stuck and iz > 0 and th[_KIND] == IWAN:
+                zside = _sliders_turn(th, y, iz, d)
+                world = (piece, knots[piece] + th[_TAU], knots, pieces, iz, ir, zside, rside)
         if not (abs(y[0, 0]) < bound) or steps > most:
             return -steps
 
@@ -274,8 +291,12 @@ def _with_mark(mark: int) -> Callable[..., Any]:
     def drive(th, active, knots, pieces, broken, times, h_max, bound):
         if mark < 0:
             raise ValueError("a mark is not negative")
-        th = th.copy()
+        longer = np.zeros(N_DRIVEN + 4 * SLIDERS)
+        longer[:N_DRIVEN] = th
+        th = longer
         th[_GE] = 1.0
+        if th[_KIND] == IWAN:
+            _share_sliders(th)
         m = times.size
         cols = 1 + active.size
         own = _dimensions(th)
@@ -297,7 +318,7 @@ def _with_mark(mark: int) -> Callable[..., Any]:
     return drive  # type: ignore[no-any-return]
 
 
-_drive = _with_mark(mark_of(algebra, kernel, driven_slots, driven_forces))
+_drive = _with_mark(mark_of(algebra, kernel, driven_slots, driven_memory, driven_forces))
 
 
 def drive(

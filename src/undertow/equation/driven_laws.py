@@ -1,8 +1,8 @@
-"""Laws that a driven body can have beside those of the registry: hysteresis with a shape, a constant force, what
-accelerated water does.
+"""Laws that a driven body can have beside those of the registry: a constant force, a damping that differs by direction,
+what accelerated water does.
 
 Belongs here: their rows, and where any law's parameters stand in the driven integrator. Does not belong here: laws that
-decays can hold too (structure.py and its neighbours).
+decays can hold too (structure.py and its neighbours), hysteresis (driven_hysteresis.py).
 """
 
 from __future__ import annotations
@@ -14,6 +14,7 @@ from typing import ClassVar
 import numpy as np
 
 from undertow.equation import registry
+from undertow.equation.driven_hysteresis import HYSTERESES
 from undertow.equation.term import Array, Term
 from undertow.errors import ConfigError
 from undertow.quantities import Mover, Parameter
@@ -72,45 +73,6 @@ class AsymmetricDamping(Term):
 
 
 @dataclass(frozen=True)
-class BoucWen(Term):
-    """Bouc and Wen's hysteresis, F = z with z' = alpha v - G |v| |z|^(n-1) z - D v |z|^n.
-
-    G is the literature's beta gamma, D its beta delta, n its nu; alpha is the stiffness of a small loop. |z| is counted
-    in newtons. The law is linear in alpha only where G and D are given per alpha; as a column it is integrated along
-    the motion with the row's own numbers and given per alpha.
-    """
-
-    loop: float = 1.0
-    skew: float = 0.0
-    exponent: float = 1.0
-    alpha: float = 1.0
-    name: ClassVar[str] = "bouc_wen"
-    kind: ClassVar = "state"
-    parameters: ClassVar[tuple[Parameter, ...]] = (
-        Parameter("alpha_N_per_m", "N/m", r"\alpha", lower=0.0),
-        Parameter("loop", "1/m", r"\beta\gamma"),
-        Parameter("skew", "1/m", r"\beta\delta"),
-        Parameter("exponent", "", r"\nu", lower=1.0, upper=8.0),
-    )
-    slots: ClassVar[Mapping[str, str]] = {"alpha_N_per_m": "bw_a", "loop": "bw_g", "skew": "bw_d", "exponent": "bw_n"}
-    law: ClassVar[str] = "z, z' = alpha v - loop |v| |z|^(n-1) z - skew v |z|^n"
-    latex: ClassVar[str] = (
-        r"z,\ \dot z=\alpha\dot x-\beta\gamma|\dot x||z|^{\nu-1}z-\beta\delta\,\dot x|z|^{\nu}"
-    )
-    source: ClassVar[str] = "Wen 1976, doi:10.1061/JMCEA3.0002106; Noel and Schoukens 2016"
-    left_out: ClassVar[str] = "loops in force against displacement whose width grows with amplitude, at any speed"
-
-    def force(self, x: Array, v: Array, a: Array, t: Array) -> Array:
-        """z / alpha in m along the displacement from z = 0 at t[0], one straight step a sample."""
-        z, out = 0.0, np.zeros(x.size)
-        for i, move in enumerate(np.diff(x)):
-            size = abs(z) ** self.exponent
-            z += self.alpha * move - self.loop * abs(move) * size * np.sign(z) - self.skew * move * size
-            out[i + 1] = z
-        return out / self.alpha
-
-
-@dataclass(frozen=True)
 class FroudeKrylov(Term):
     """The pressure of accelerated water on the volume that the body takes in it, F = -rho V u' (on the left-hand side).
 
@@ -133,7 +95,7 @@ class FroudeKrylov(Term):
         return -1.0 * a
 
 
-_OWN: tuple[type[Term], ...] = (ConstantForce, AsymmetricDamping, BoucWen, FroudeKrylov)
+_OWN: tuple[type[Term], ...] = (ConstantForce, AsymmetricDamping, *HYSTERESES, FroudeKrylov)
 
 
 @dataclass(frozen=True)
@@ -171,6 +133,12 @@ def places(terms: Sequence[Term], mover: Mover | None = None) -> tuple[DrivenUnk
     many of it, or not beside that input.
     """
     others = THROUGH_WATER[mover or "force"]
+    remembering = [term.name for term in terms if "bw_a" in term.slots.values()]
+    if len(remembering) > 1:
+        raise ConfigError(
+            f"equation terms {' and '.join(map(repr, remembering))} are {len(remembering)} hystereses, and the driven "
+            "integrator holds one; choose one"
+        )
     seen: dict[str, int] = {}
     out = []
     for term in terms:

@@ -52,7 +52,7 @@ SAID_ANEW = (
     "is_inertia", "own_clock", "dissipates", "pulls_back", "is_spring", "instead_of", "linear", "sprung", "of_water",
     "of_area", "relative_to", "structural", "published", "speed_power", "held_by_kernel", "present_by", "missing_as",
     "words", "words_unplaced", "words_alone", "next_test", "suspect_of", "element", "slot_values", "share", "by_slots",
-    "materials", "start",
+    "materials", "start", "constants", "held_unless_asked", "takes_the_place_of",
 )  # fmt: skip
 """What a law does not take over from the law that it is derived from."""
 
@@ -80,6 +80,10 @@ class Term:
     compiled integrator tells apart (0: it adds them up), ``present_by`` the parameter whose positive value tells it
     that a hidden state is there, ``missing_as`` the law whose name missing physics bears instead of this one's.
 
+    ``constants`` are slots of the driven integrator that say what the law is, ``held_unless_asked`` the parameters that a
+    driven fit holds at the row's value, ``takes_the_place_of`` the laws that it contains and that leave an equation
+    when it comes.
+
     ``words`` are what a sentence says where it is missing; ``words_unplaced`` where nobody knows that the water does
     it, ``words_alone`` where there are neither dry trials nor water; ``next_test`` what would show it plainly.
     ``suspect_of`` says where the effect belongs when it is looked for without a record of its own among the suspects
@@ -90,6 +94,9 @@ class Term:
     kind: ClassVar[Kind] = "force"
     parameters: ClassVar[tuple[Parameter, ...]]
     slots: ClassVar[Mapping[str, str]] = {}
+    constants: ClassVar[Mapping[str, float]] = {}
+    held_unless_asked: ClassVar[tuple[str, ...]] = ()
+    takes_the_place_of: ClassVar[tuple[str, ...]] = ()
     law: ClassVar[str]
     latex: ClassVar[str]
     source: ClassVar[str]

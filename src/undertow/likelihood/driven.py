@@ -52,9 +52,19 @@ class DrivenLaws:
         return places(self.terms)
 
     @property
-    def memory(self) -> bool:
-        """Whether a hysteresis carries a state from window to window."""
-        return any("bw_a" in term.slots.values() for term in self.terms)
+    def memory(self) -> str:
+        """Name of the number that is the stiffness of a small loop of the hysteresis; empty where there is none."""
+        return next((place.name for place in self.places if place.slots == ("bw_a",)), "")
+
+    @property
+    def usual(self) -> dict[str, float]:
+        """Numbers that are held at their rows' values, because nobody gave them."""
+        return {
+            place.name: float(getattr(place.term, place.parameter.name))
+            for place in self.places
+            if place.parameter.name in place.term.held_unless_asked
+            and place.name not in {*self.fixed, *self.starts, *self.priors}
+        }
 
 
 def drive_for(trial: DrivenTrial) -> Drive:
@@ -158,14 +168,16 @@ def _equation_unknowns(
     held = {kind: np.zeros(N_DRIVEN) for kind in kinds}
     links: dict[Mover, list[Link]] = {kind: [] for kind in kinds}
     for base in held.values():
-        base[DRIVEN_SLOT["bw_unit"]] = 1.0
+        for slot, value in (pair for term in laws.terms for pair in term.constants.items()):
+            base[DRIVEN_SLOT[slot]] = value
+    fixed = {**laws.usual, **laws.fixed}
     for name, unit, lower, upper, usual in wanted:
         mean, std = laws.priors.get(name, (laws.starts.get(name, usual), np.inf))
         own = name.startswith("input_") and name not in laws.starts and name not in laws.priors
-        if name in laws.fixed or own:
+        if name in fixed or own:
             for kind, base in held.items():
                 for slot in at[kind][name]:
-                    base[DRIVEN_SLOT[slot]] += laws.fixed.get(name, usual)
+                    base[DRIVEN_SLOT[slot]] += fixed.get(name, usual)
             continue
         index = builder.unknown(
             name, mean, lower=lower, upper=upper, prior_std=std, scale=abs(mean) or 1.0, unit=unit
@@ -207,7 +219,8 @@ def _start_state(
     own("x0", "x0_m", x0, 2.0 * extent.size, extent.size)
     own("v0", "v0_m_per_s", v0, 4.0 * extent.speed, extent.speed)
     if laws.memory:
-        pull = abs(laws.starts.get("bouc_wen.alpha_N_per_m", 1.0)) * extent.size or 1.0
+        stiffness = laws.fixed.get(laws.memory, laws.starts.get(laws.memory, 1.0))
+        pull = abs(stiffness) * extent.size or 1.0
         own("bw_z0", "z0_N", 0.0, pull, pull)
     if base_speed > 0.0:
         own("absolute_v0", "base_v0_m_per_s", 0.0, base_speed, base_speed)

@@ -90,7 +90,7 @@ def fit_driven(
     drives = {**(drives or {})}
     for trial in trials:
         drives.setdefault(trial.name, drive_for(trial))
-    laws = anchored(trials, laws)
+    laws = anchored(trials, replace(laws, fixed={**laws.usual, **laws.fixed}))
     laws = laws if MASS in laws.starts else _own_starts(trials[0], laws, drives)
     noise = {trial.name: trial.noise() for trial in trials}
     if windows:

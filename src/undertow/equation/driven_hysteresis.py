@@ -1,0 +1,213 @@
+"""The family of hystereses that a driven body can have: Bouc-Wen with its exponent, pinched, LuGre, Iwan.
+
+Of each law the first parameter is the stiffness of a small loop, N/m. One of them stands in an equation.
+
+Belongs here: their rows, and their force along a motion. Does not belong here: which of them a record shows
+(comparison/driven_hysteresis.py), the compiled rates (driven_memory.py).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import ClassVar
+
+import numpy as np
+
+from undertow.equation.driven_slots import BOUC_WEN, IWAN, LUGRE, PINCHED, SLIDERS
+from undertow.equation.term import Array, Term
+from undertow.quantities import Parameter
+
+_ALPHA = Parameter("alpha_N_per_m", "N/m", r"\alpha", lower=0.0)
+_LOOP = Parameter("loop", "1/m", r"\beta\gamma")
+_SKEW = Parameter("skew", "1/m", r"\beta\delta")
+_LEAST = 1e-9
+"""Lower bound of what a law divides by, in its own unit."""
+
+
+@dataclass(frozen=True)
+class BoucWen(Term):
+    """Bouc and Wen's hysteresis, F = z with z' = alpha v - (G |v| z + D v |z|) (|z| / u)^(n-1).
+
+    G is the literature's beta gamma, D its beta delta, n its nu; alpha is the stiffness of a small loop. u is the force
+    that |z| is counted in under the exponent, 1 N unless it is held at another: near the size of z, G and n can be
+    told apart. The force can only take energy where G >= |D| (Erlicher and Point 2004,
+    doi:10.1016/j.crme.2003.10.009); no bound asks for it. As a column it is integrated along the motion with the row's
+    own numbers and given per alpha.
+    """
+
+    loop: float = 1.0
+    skew: float = 0.0
+    exponent: float = 1.0
+    unit_N: float = 1.0
+    alpha: float = 1.0
+    name: ClassVar[str] = "bouc_wen"
+    kind: ClassVar = "state"
+    parameters: ClassVar[tuple[Parameter, ...]] = (
+        _ALPHA, _LOOP, _SKEW,
+        Parameter("exponent", "", r"\nu", lower=1.0, upper=8.0),
+        Parameter("unit_N", "N", "u", lower=_LEAST),
+    )  # fmt: skip
+    slots: ClassVar[Mapping[str, str]] = {
+        "alpha_N_per_m": "bw_a", "loop": "bw_g", "skew": "bw_d", "exponent": "bw_n", "unit_N": "bw_unit",
+    }  # fmt: skip
+    constants: ClassVar[Mapping[str, float]] = {"memory": BOUC_WEN}
+    held_unless_asked: ClassVar[tuple[str, ...]] = ("unit_N",)
+    law: ClassVar[str] = "z, z' = alpha v - (loop |v| z + skew v |z|) (|z| / u)^(n-1)"
+    latex: ClassVar[str] = (
+        r"z,\ \dot z=\alpha\dot x-(\beta\gamma|\dot x|z+\beta\delta\,\dot x|z|)(|z|/u)^{\nu-1}"
+    )
+    source: ClassVar[str] = "Wen 1976, doi:10.1061/JMCEA3.0002106; Noel and Schoukens 2016"
+    left_out: ClassVar[str] = "loops in force against displacement whose width grows with amplitude, at any speed"
+
+    def force(self, x: Array, v: Array, a: Array, t: Array) -> Array:
+        """z / alpha in m along the displacement from z = 0 at t[0], one straight step a sample."""
+        z, out = 0.0, np.zeros(x.size)
+        for i, move in enumerate(np.diff(x)):
+            bent = (abs(z) / self.unit_N) ** (self.exponent - 1.0)
+            z += self.alpha * move - (self.loop * abs(move) * z + self.skew * move * abs(z)) * bent
+            out[i + 1] = z
+        return out / self.alpha
+
+
+@dataclass(frozen=True)
+class Pinched(Term):
+    """Bouc and Wen's hysteresis of exponent one that slips where it passes z = 0: F = z with
+    z' = (1 - P exp(-(z / W)^2)) (alpha v - G |v| z - D v |z|).
+
+    Foliente's pinching of the slip-lock element of Baber and Noori, without its shift and without degradation: the
+    form of fewest numbers. P is 0 for Bouc and Wen's loop, and near 1 for a joint with play.
+    """
+
+    loop: float = 1.0
+    skew: float = 0.0
+    pinch: float = 0.0
+    width_N: float = 1.0
+    alpha: float = 1.0
+    name: ClassVar[str] = "pinched"
+    kind: ClassVar = "state"
+    parameters: ClassVar[tuple[Parameter, ...]] = (
+        _ALPHA, _LOOP, _SKEW,
+        Parameter("pinch", "", "P", lower=0.0, upper=0.999),
+        Parameter("width_N", "N", "W", lower=_LEAST),
+    )  # fmt: skip
+    slots: ClassVar[Mapping[str, str]] = {
+        "alpha_N_per_m": "bw_a", "loop": "bw_g", "skew": "bw_d", "pinch": "pinch", "width_N": "pinch_w",
+    }  # fmt: skip
+    constants: ClassVar[Mapping[str, float]] = {"memory": PINCHED, "bw_n": 1.0, "bw_unit": 1.0}
+    law: ClassVar[str] = "z, z' = (1 - P exp(-(z / W)^2)) (alpha v - loop |v| z - skew v |z|)"
+    latex: ClassVar[str] = (
+        r"z,\ \dot z=(1-Pe^{-(z/W)^2})(\alpha\dot x-\beta\gamma|\dot x|z-\beta\delta\,\dot x|z|)"
+    )
+    source: ClassVar[str] = (
+        "Baber and Noori 1986, doi:10.1115/1.3269364; Foliente 1995, doi:10.1061/(ASCE)0733-9445(1995)121:6(1013)"
+    )
+    left_out: ClassVar[str] = "loops that are narrow and soft in their middle, as of joints with play"
+
+    def force(self, x: Array, v: Array, a: Array, t: Array) -> Array:
+        """z / alpha in m along the displacement from z = 0 at t[0], one straight step a sample."""
+        z, out = 0.0, np.zeros(x.size)
+        for i, move in enumerate(np.diff(x)):
+            slack = 1.0 - self.pinch * np.exp(-((z / self.width_N) ** 2))
+            z += slack * (self.alpha * move - self.loop * abs(move) * z - self.skew * move * abs(z))
+            out[i + 1] = z
+        return out / self.alpha
+
+
+@dataclass(frozen=True)
+class LuGre(Term):
+    """Friction by bristles that bend before they slip: F = z + sigma1 q with z' = sigma0 q, q = v (1 - sign(v) z / g),
+    g = F_c + F_s exp(-(v / v_s)^2).
+
+    z is the force of the bristles, sigma0 times their deflection, whose rate is q; F_c + F_s is the static force of the
+    literature. It takes the place of Coulomb's friction and of Stribeck's, which it becomes where sigma0 grows beyond
+    all bounds; the literature's sigma2 v is `viscous_damping`. With it the force is passive where that damping is above
+    sigma1 F_s / F_c (Barahanov and Ortega 2000, doi:10.1016/S0167-6911(00)00033-6).
+    """
+
+    coulomb_N: float = 1.0
+    static_N: float = 0.0
+    velocity_m_per_s: float = 0.01
+    sigma1_Ns_per_m: float = 0.0
+    name: ClassVar[str] = "lugre"
+    kind: ClassVar = "state"
+    parameters: ClassVar[tuple[Parameter, ...]] = (
+        Parameter("sigma0_N_per_m", "N/m", r"\sigma_0", lower=_LEAST),
+        Parameter("coulomb_N", "N", "F_c", lower=_LEAST),
+        Parameter("static_N", "N", "F_s", lower=0.0),
+        Parameter("velocity_m_per_s", "m/s", "v_s", lower=1e-5),
+        Parameter("sigma1_Ns_per_m", "N s/m", r"\sigma_1", lower=0.0),
+    )
+    slots: ClassVar[Mapping[str, str]] = {
+        "sigma0_N_per_m": "bw_a", "coulomb_N": "lg_c", "static_N": "lg_r", "velocity_m_per_s": "lg_v",
+        "sigma1_Ns_per_m": "lg_m",
+    }  # fmt: skip
+    constants: ClassVar[Mapping[str, float]] = {"memory": LUGRE}
+    takes_the_place_of: ClassVar[tuple[str, ...]] = ("coulomb_friction", "stribeck_friction")
+    law: ClassVar[str] = (
+        "z + sigma1 q, z' = sigma0 q, q = v (1 - sign(v) z / g(v)), g = F_c + F_s exp(-(v / v_s)^2)"
+    )
+    latex: ClassVar[str] = (
+        r"z+\sigma_1q,\ \dot z=\sigma_0q,\ q=\dot x(1-\mathrm{sgn}(\dot x)z/g),\ g=F_c+F_se^{-(\dot x/v_s)^2}"
+    )
+    source: ClassVar[str] = "Canudas de Wit et al. 1995, doi:10.1109/9.376053"
+    left_out: ClassVar[str] = "a body that gives way before it slips, and lags more at low speed"
+
+    def force(self, x: Array, v: Array, a: Array, t: Array) -> Array:
+        """F / sigma0 in m with sigma0 of 1 N/m along the motion from z = 0 at t[0], exact along a straight step."""
+        z, out = 0.0, np.zeros(x.size)
+        size = self.coulomb_N + self.static_N * np.exp(-((v / self.velocity_m_per_s) ** 2))
+        for i, move in enumerate(np.diff(x)):
+            limit = size[i + 1] * np.sign(move)
+            z = limit + (z - limit) * np.exp(-abs(move) / size[i + 1])
+            out[i + 1] = z + self.sigma1_Ns_per_m * v[i + 1] * (1.0 - np.sign(v[i + 1]) * z / size[i + 1])
+        return out
+
+
+@dataclass(frozen=True)
+class Iwan(Term):
+    """Springs that slip one after the other, F = sum of s_i with s_i = k_i (x - x_i) up to f_i.
+
+    Stiffness is spread over ways to slip phi as phi^chi up to a largest (chi 0: Iwan's uniform distribution; Segalman's
+    four-parameter joint without its last jump). K is the stiffness of all, F_s the force at which all slip. Ten sliders
+    stand for the distribution, each slip at its instant.
+    """
+
+    slip_N: float = 1.0
+    chi: float = 0.0
+    name: ClassVar[str] = "iwan"
+    kind: ClassVar = "state"
+    parameters: ClassVar[tuple[Parameter, ...]] = (
+        Parameter("stiffness_N_per_m", "N/m", "K", lower=_LEAST),
+        Parameter("slip_N", "N", "F_s", lower=_LEAST),
+        Parameter("chi", "", r"\chi", lower=-0.9, upper=4.0),
+    )
+    slots: ClassVar[Mapping[str, str]] = {"stiffness_N_per_m": "bw_a", "slip_N": "iw_f", "chi": "iw_x"}
+    constants: ClassVar[Mapping[str, float]] = {"memory": IWAN}
+    held_unless_asked: ClassVar[tuple[str, ...]] = ("chi",)
+    law: ClassVar[str] = "sum of s_i, s_i' = k_i v up to |s_i| = f_i, k_i and f_i from K, F_s, chi"
+    latex: ClassVar[str] = r"\sum_is_i,\ \dot s_i=k_i\dot x\ \mathrm{to}\ |s_i|=f_i"
+    source: ClassVar[str] = "Iwan 1966, doi:10.1115/1.3625199; Segalman 2005, doi:10.1115/1.1867982"
+    left_out: ClassVar[str] = "loops that begin with the smallest motion and close in force at no yield point"
+
+    def force(self, x: Array, v: Array, a: Array, t: Array) -> Array:
+        """F / K in m with K of 1 N/m along the displacement from s = 0 at t[0]."""
+        stiffness, limit = sliders(self.chi)
+        s, out = np.zeros(SLIDERS), np.zeros(x.size)
+        for i, move in enumerate(np.diff(x)):
+            s = np.clip(s + stiffness * move, -self.slip_N * limit, self.slip_N * limit)
+            out[i + 1] = float(np.sum(s))
+        return out
+
+
+def sliders(chi: float, many: int = SLIDERS) -> tuple[Array, Array]:
+    """Shares (many,) of stiffness and of slip force of Iwan's sliders, those with short ways first; each sums to 1.
+
+    >>> sliders(0.0, 2)
+    (array([0.5, 0.5]), array([0.25, 0.75]))
+    """
+    edges = np.arange(many + 1) / many
+    return np.diff(edges ** (chi + 1.0)), np.diff(edges ** (chi + 2.0))
+
+
+HYSTERESES: tuple[type[Term], ...] = (BoucWen, Pinched, LuGre, Iwan)

@@ -68,7 +68,7 @@ def body(kind: str, seed: int, missing: str = "") -> Body:
         }  # fmt: skip
         more = {
             "asymmetric_damping": (sign * 40.0,), "position_damping": (sign * 400.0,),
-            "stribeck_friction": (10.0, 0.02), "bouc_wen": (2e4, 2e3, 0.0, 1.0), "cubic_stiffness": (3000.0,),
+            "stribeck_friction": (10.0, 0.02), "bouc_wen": (2e4, 2e3, 0.0, 1.0, 1.0), "cubic_stiffness": (3000.0,),
         }  # fmt: skip
     else:
         mass = 4.0 * rng.uniform(0.6, 1.6)
@@ -80,7 +80,7 @@ def body(kind: str, seed: int, missing: str = "") -> Body:
         }  # fmt: skip
         more = {
             "asymmetric_damping": (sign,), "position_damping": (2.0 * sign,), "stribeck_friction": (2.0, 0.1),
-            "bouc_wen": (0.5 * stiffness, 4.0, 0.0, 1.0), "cubic_stiffness": (30.0,),
+            "bouc_wen": (0.5 * stiffness, 4.0, 0.0, 1.0, 1.0), "cubic_stiffness": (30.0,),
         }  # fmt: skip
     if missing:
         own = places([find_driven(missing)])

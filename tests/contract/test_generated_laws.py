@@ -12,7 +12,17 @@ import sympy as sp
 
 from tests.contract.registry_cases import CASES
 from undertow.compiling import mark_of
-from undertow.equation import algebra, columns, driven_forces, driven_kernel, driven_slots, generate, kernel, registry
+from undertow.equation import (
+    algebra,
+    columns,
+    driven_forces,
+    driven_kernel,
+    driven_memory,
+    driven_slots,
+    generate,
+    kernel,
+    registry,
+)
 from undertow.equation.code_text import SIDE, D, V, X, directed, nested, slope, text
 from undertow.equation.hidden import HiddenResonator, Relaxation
 from undertow.equation.structure import CubicStiffness
@@ -44,7 +54,7 @@ def test_a_compiled_integrator_is_kept_with_a_mark_of_the_generated_text(tmp_pat
     other.write_text(generate.TARGET.read_text() + "\n")
     assert mark_of(SimpleNamespace(__file__=other)) != mark
     (driven,) = (cell.cell_contents for cell in driven_kernel._drive.py_func.__closure__)
-    assert driven == mark_of(algebra, kernel, driven_slots, driven_forces)
+    assert driven == mark_of(algebra, kernel, driven_slots, driven_memory, driven_forces)
 
 
 def test_columns_are_those_of_formulas_written_by_hand():

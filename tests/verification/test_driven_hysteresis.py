@@ -1,4 +1,4 @@
-"""The family of hystereses: motions against scipy's integrators, a law at a time, and sensitivities against differences.
+"""The family of hystereses: motions against scipy's integrators, sensitivities against differences, a law at a time.
 
 The references have right-hand sides of their own, and split at knots, at reversals and where a slider slips.
 """
@@ -99,7 +99,7 @@ def reference(name, numbers, drive, count, own):
         for _ in range(60):
             d = np.sign(y[1]) or 1.0
 
-            def slope(s, state, d=d, i=i, begin=begin, end=end):
+            def slope(s, state, d=d, on=on, i=i, begin=begin, end=end):
                 u = np.polyval(drive.pieces[i][::-1], (s - begin) / (end - begin))
                 x, v, z = state[0], state[1], state[2:]
                 a = (u - BODY["k1"] * x - BODY["c1"] * v - force(v, z, d, on)) / BODY["mass"]
@@ -116,8 +116,7 @@ def reference(name, numbers, drive, count, own):
             which = next(j for j, times in enumerate(got.t_events) if times.size)
             if which == 0:
                 y[1], on = 0.0, np.zeros(SLIDERS, dtype=bool)
-                a = slope(t, y)[1]
-                y[1] = np.sign(a) * 1e-15
+                y[1] = np.sign(slope(t, y)[1]) * 1e-15
             else:
                 on = on.copy()
                 on[which - 1], y[1 + which] = True, d * limits[which - 1]

@@ -14,7 +14,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from itertools import pairwise
 
 import numpy as np
@@ -23,10 +23,12 @@ from undertow.conditioning.driven import DrivenTrial
 from undertow.errors import IdentificationError
 from undertow.likelihood.driven import DrivenLaws
 from undertow.likelihood.output_error import SearchEffort
-from undertow.methods.driven import fit_driven, free_run
+from undertow.methods.driven import DrivenFit, fit_driven, free_run
 from undertow.methods.driven_begin import START_SAMPLES
 from undertow.recording.recording import Array
 
+CLOSER = 0.02
+"""Share by which the free run over unseen samples must come closer: below that nobody would miss the law."""
 FOLDS = 5
 WINDOWS_A_FOLD = 4
 """Free runs that a part left out is cut into: 20 windows show their scatter to a sixth of itself."""
@@ -44,6 +46,18 @@ CLOSER_WINDOWS = 0.75
 """Share of the windows that must come closer, 15 of 20: a law that is there acts in all of them, and by chance 2 in 100
 laws would. Set on synthetic carriages whose drive wanders, where a hysteresis brought 11 and 13 of 20 closer, a few of
 these by so much that the sum fell by 5 and by 20 standard errors; proof on others: docs/driven.md."""
+
+
+@dataclass(frozen=True)
+class Tried:
+    """A suspect that was fitted: evidence (natural log of the Bayes factor by Schwarz 1978, which decides nothing), rms
+    on unseen samples before and after."""
+
+    name: str
+    evidence: float
+    before: float
+    after: float
+    because: str = ""
 
 
 def fold_errors(training: Sequence[DrivenTrial], laws: DrivenLaws) -> Array:
@@ -103,3 +117,15 @@ def come_closer(before: Array, after: Array) -> str:
         f"parts left out in turn come no surely closer: {sums[1]:.4g} after {sums[0]:.4g}, their squares "
         f"{ratio:.3g} +- {error:.2g} of what they were, where {DEVIATIONS:g} standard errors below 1 are asked for"
     )
+
+
+def validation_rms(unseen: Sequence[DrivenTrial], fitted: DrivenFit) -> float:
+    """RMS of the free run over trials that nobody fitted, from their first samples; inf where it has no bounds."""
+    total, count = 0.0, 0
+    for trial in unseen:
+        try:
+            away = (free_run(trial, fitted, START_SAMPLES) - trial.outputs[trial.main])[START_SAMPLES:]
+        except IdentificationError:
+            return math.inf
+        total, count = total + float(away @ away), count + away.size
+    return math.sqrt(total / count)

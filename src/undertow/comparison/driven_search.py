@@ -12,24 +12,26 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
+from undertow.comparison.driven_folds import CLOSER as CLOSER
 from undertow.comparison.driven_folds import TRYING, come_closer, fold_errors
+from undertow.comparison.driven_folds import Tried as Tried
+from undertow.comparison.driven_folds import validation_rms as validation_rms
+from undertow.comparison.driven_hysteresis import REMEMBERED, Contest, contest, remembers
 from undertow.conditioning.driven import DrivenTrial
 from undertow.equation.driven_laws import find_driven
 from undertow.errors import IdentificationError
 from undertow.likelihood.driven import MASS, DrivenLaws, drive_for, driven_problem, extent_of
 from undertow.likelihood.output_error import residuals
 from undertow.likelihood.problem import Problem
-from undertow.methods.driven import DrivenFit, fit_driven, free_run, memory_samples
+from undertow.methods.driven import DrivenFit, fit_driven, memory_samples
 from undertow.methods.driven_begin import START_SAMPLES as START_SAMPLES
 from undertow.methods.driven_begin import begun_beyond
 from undertow.recording.recording import Array
 
-CLOSER = 0.02
-"""Share by which the free run over unseen samples must come closer: below that nobody would miss the law."""
 HELD_BACK = 0.2
 """Share of the record, its end, that proof comes from."""
 FEW_EFFECTIVE = 200.0
@@ -53,22 +55,12 @@ Numbers = Mapping[str, float]
 
 
 @dataclass(frozen=True)
-class Tried:
-    """A suspect that was fitted: evidence (natural log of the Bayes factor by Schwarz 1978, which decides nothing), rms
-    on unseen samples before and after."""
-
-    name: str
-    evidence: float
-    before: float
-    after: float
-    because: str = ""
-
-
-@dataclass(frozen=True)
 class DrivenFound:
     """The equation as given and with what it lacked, both fitted to everything, and how that was decided.
 
-    ``validation`` is the rms of the free run over samples that were held back, of both; ``added`` the laws' names.
+    ``validation`` is the rms of the free run over samples that were held back, of both; ``added`` the laws' names;
+    ``rivals`` the hystereses that the record cannot tell from the one that was added, ``members`` fits of all that
+    competed, to what was not held back.
     """
 
     baseline: DrivenFit
@@ -76,6 +68,8 @@ class DrivenFound:
     added: tuple[str, ...]
     tried: tuple[Tried, ...]
     validation: tuple[float, float]
+    rivals: tuple[str, ...] = ()
+    members: Mapping[str, DrivenFit] = field(default_factory=dict)
 
 
 def suspects_for(trial: DrivenTrial, fitted: DrivenFit) -> list[tuple[str, list[Numbers]]]:
@@ -98,7 +92,9 @@ def suspects_for(trial: DrivenTrial, fitted: DrivenFit) -> list[tuple[str, list[
     known = {"damping_ratio": 0.03}
     tones: list[Numbers] = [{"natural_frequency_rad_per_s": f * rate, **known} for f in (0.5, 0.8, 1.25, 2.0)]
     grid.append(("hidden_resonator", tones))
-    own = {term.name for term in fitted.laws.terms}
+    own = {name for term in fitted.laws.terms for name in (term.name, *term.takes_the_place_of)}
+    if fitted.laws.memory:
+        own.add("bouc_wen")
     return [(name, inner) for name, inner in grid if name not in own]
 
 
@@ -129,13 +125,22 @@ def discover_driven(
     progress(f"{', '.join(t.name for t in laws.terms)}: fitted")
     current, lowest = base, validation_rms(unseen, base)
     first, tried, added = lowest, list[Tried](), list[str]()
+    family: Contest | None = None
     for _ in range(ROUNDS):
         step = _round(training, unseen, current, lowest, suspects, progress)
         tried += step[0]
-        if step[1] is None:
+        if step[1] is not None:
+            current, lowest = step[1], step[2]
+            added.append(step[0][-1].name)
+        if family is None and remembers(current) and (step[1] is None or added[-1] in REMEMBERED):
+            family = contest(training, unseen, (current, lowest), suspects, progress)
+            tried += family.tried
+            changed, (current, lowest) = family.fitted is not current, (family.fitted, family.rms)
+            added = _names_added(added, base, current)
+        elif step[1] is None:
             break
-        current, lowest = step[1], step[2]
-        added.append(step[0][-1].name)
+        if step[1] is None and not changed:
+            break
     for name in added[:-1]:
         leaner = without_law(training, unseen, current, name, lowest)
         if leaner is not None:
@@ -144,7 +149,14 @@ def discover_driven(
             progress(f"{name}: needless beside {', '.join(added)}")
     baseline = _on_everything(trials, laws, base)
     augmented = _on_everything(trials, current.started, current) if added else None
-    return DrivenFound(baseline, augmented, tuple(added), tuple(tried), (first, lowest))
+    kinds = (family.rivals, family.members) if family else ((), {})
+    return DrivenFound(baseline, augmented, tuple(added), tuple(tried), (first, lowest), *kinds)
+
+
+def _names_added(added: Sequence[str], base: DrivenFit, current: DrivenFit) -> list[str]:
+    """Laws that were added and still stand, and behind them those that took the place of others."""
+    given, now = ({term.name for term in one.laws.terms} for one in (base, current))
+    return [*(n for n in added if n in now), *(t.name for t in current.laws.terms if t.name in now - given - {*added})]
 
 
 def _on_everything(trials: Sequence[DrivenTrial], laws: DrivenLaws, fitted: DrivenFit) -> DrivenFit:
@@ -172,18 +184,6 @@ def without_law(
         return None
     after = validation_rms(unseen, fitted)
     return (fitted, after) if after <= (1.0 + CLOSER) * lowest else None
-
-
-def validation_rms(unseen: Sequence[DrivenTrial], fitted: DrivenFit) -> float:
-    """RMS of the free run over trials that nobody fitted, from their first samples; inf where it has no bounds."""
-    total, count = 0.0, 0
-    for trial in unseen:
-        try:
-            away = (free_run(trial, fitted, START_SAMPLES) - trial.outputs[trial.main])[START_SAMPLES:]
-        except IdentificationError:
-            return math.inf
-        total, count = total + float(away @ away), count + away.size
-    return math.sqrt(total / count)
 
 
 def _round(

@@ -120,9 +120,9 @@ class LuGre(Term):
     g = F_c + F_s exp(-(v / v_s)^2).
 
     z is the force of the bristles, sigma0 times their deflection, whose rate is q; F_c + F_s is the static force of the
-    literature. It takes the place of Coulomb's friction and of Stribeck's, which it becomes where sigma0 grows beyond
-    all bounds; the literature's sigma2 v is `viscous_damping`. With it the force is passive where that damping is above
-    sigma1 F_s / F_c (Barahanov and Ortega 2000, doi:10.1016/S0167-6911(00)00033-6).
+    literature, whose sigma2 v is `viscous_damping`. The law takes the place of Coulomb's friction and of Stribeck's,
+    which it becomes where sigma0 grows beyond all bounds. sigma1 is 0 unless a start value is given; the force is
+    passive where sigma2 is above sigma1 F_s / F_c (Barahanov and Ortega 2000, doi:10.1016/S0167-6911(00)00033-6).
     """
 
     coulomb_N: float = 1.0
@@ -143,6 +143,7 @@ class LuGre(Term):
         "sigma1_Ns_per_m": "lg_m",
     }  # fmt: skip
     constants: ClassVar[Mapping[str, float]] = {"memory": LUGRE}
+    held_unless_asked: ClassVar[tuple[str, ...]] = ("sigma1_Ns_per_m",)
     takes_the_place_of: ClassVar[tuple[str, ...]] = ("coulomb_friction", "stribeck_friction")
     law: ClassVar[str] = (
         "z + sigma1 q, z' = sigma0 q, q = v (1 - sign(v) z / g(v)), g = F_c + F_s exp(-(v / v_s)^2)"

@@ -103,7 +103,8 @@ def _bristle(th, v, z, d):
     g = th[_LC] + th[_LR] * e
     by_g = d * v * z / (g * g)
     free = 1.0 - d * z / g
-    return v * free, free - by_g * 2.0 * r / th[_LV] * th[_LR] * e, -d * v / g, by_g, e, 2.0 * r * r / th[_LV] * th[_LR] * e
+    by_v = free - by_g * 2.0 * r / th[_LV] * th[_LR] * e
+    return v * free, by_v, -d * v / g, by_g, e, 2.0 * r * r / th[_LV] * th[_LR] * e
 
 
 @njit(inline="always", **WITHIN)
@@ -200,7 +201,7 @@ def _held_by(th, slot, i):
 
 @njit(**WITHIN)
 def _sliders_turn(th, y, iz, d):
-    """How many sliders slip where the body sets out in the direction d; the distance to the next slip into the state."""
+    """How many sliders slip where the body sets out in the direction d; the way to the next slip into the state."""
     many = 0
     if d != 0.0:
         while many < _N and y[0, iz + 1 + many] * d >= th[_SHARE_F + many] * th[_IF] * _SLIPS:

@@ -80,8 +80,8 @@ class Term:
     compiled integrator tells apart (0: it adds them up), ``present_by`` the parameter whose positive value tells it
     that a hidden state is there, ``missing_as`` the law whose name missing physics bears instead of this one's.
 
-    ``constants`` are slots of the driven integrator that say what the law is, ``held_unless_asked`` the parameters that a
-    driven fit holds at the row's value, ``takes_the_place_of`` the laws that it contains and that leave an equation
+    ``constants`` are slots of the driven integrator that say what the law is, ``held_unless_asked`` the parameters that
+    a driven fit holds at the row's value, ``takes_the_place_of`` the laws that it contains and that leave an equation
     when it comes.
 
     ``words`` are what a sentence says where it is missing; ``words_unplaced`` where nobody knows that the water does

@@ -99,7 +99,10 @@ def sentence_of(name: str, training: Sequence[DrivenTrial], found: DrivenFound) 
         return f"{name}: the given equation misses {before:.3g} % {unit} it never saw, and no law that was tried helps."
     names = ", ".join(found.added)
     left = "" if _adequate(training, found.augmented or found.baseline) else "; more than noise is left"
-    return f"{name}: the given equation misses {before:.3g} % {unit} it never saw; with {names} {after:.3g} %{left}."
+    kept = found.augmented.laws.memory.split(".")[0] if found.augmented else ""
+    alike = f" The record cannot tell {kept} from {' or '.join(found.rivals)}." if kept and found.rivals else ""
+    said = f"{name}: the given equation misses {before:.3g} % {unit} it never saw; with {names} {after:.3g} %{left}."
+    return said + alike
 
 
 def _size(trials: Sequence[DrivenTrial]) -> float:

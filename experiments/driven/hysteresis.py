@@ -139,7 +139,7 @@ def table(rows: Sequence[Sequence[str]]) -> str:
         "|---|---|---|---|---|---|---|",
     ]
     named = [dict(zip(HEADER, one, strict=True)) for one in rows]
-    for truth in dict.fromkeys(one["truth"] for one in named):
+    for truth in TRUTHS:
         own = [one for one in named if one["truth"] == truth]
         right = [one for one in own if one["added"] == truth.split()[0]]
         wrong = ", ".join(one["added"] for one in own if one not in right) or "none"

@@ -232,6 +232,13 @@ def _best_start(
             continue
         if fitted.solution.chi2 < lowest and not _unsound(law, fitted):
             best, lowest = fitted.started, fitted.solution.chi2
+    if _hysteresis_of(current) is None and best is not None:
+        plain = fit_driven([part], current.started, drives, WINDOWS, TRYING).solution.chi2
+        if lowest > (1.0 - CLOSER) ** 2 * plain:
+            raise IdentificationError(
+                f"{law} in the place of dry friction comes no closer to the first {part.t.size} samples; "
+                "keep dry friction"
+            )
     if best is None:
         raise IdentificationError(
             f"none of {len(grid)} starts of {law} leads to a bounded motion inside its bounds; give start values"

@@ -15,7 +15,7 @@ from undertow.equation.algebra import MAX_HIDDEN
 from undertow.equation.base_motion import seen_from_earth
 from undertow.equation.columns import fading, most_damped, stiffest
 from undertow.equation.driven_kernel import DRIVEN_SLOT, drive
-from undertow.equation.driven_slots import MOVING
+from undertow.equation.driven_slots import LUGRE, MOVING
 from undertow.equation.input import Drive, MotionSize
 from undertow.equation.simulate import MOST_STIFF, STABLE
 from undertow.equation.term import Array
@@ -31,6 +31,11 @@ NO_MOTION = 1e3
 MOST_STEPS_A_SAMPLE = 200.0
 """Steps a sample beyond which a body is too stiff for its record: its fastest mode would have some 17 periods in a
 sample. A search that tries a mass of nearly nothing would else integrate for hours."""
+
+
+MOST_BENDS_A_SAMPLE = 50.0
+"""Ways over which LuGre's bristles bend, g / sigma0, that a body at its largest speed may go in a sample: beyond them
+bristles are dry friction, and steps would follow what no record shows."""
 
 
 @dataclass(frozen=True)
@@ -96,6 +101,8 @@ def driven_motion(
             f"{longest / step / times.size:.3g} steps a sample, above {MOST_STEPS_A_SAMPLE:g}; give the mass a start "
             "value, or record at a higher rate"
         )
+    if theta[DRIVEN_SLOT["memory"]] == LUGRE:
+        _must_bend(theta, extent, longest / times.size)
     instants = np.ascontiguousarray(times, dtype=np.float64)
     theta = np.array(theta, dtype=np.float64)
     theta[DRIVEN_SLOT["moving"]] = MOVING[drive_in.mover]
@@ -110,3 +117,15 @@ def driven_motion(
             f"the driven motion leaves every bound after {-count} steps; a coefficient has the wrong sign"
         )
     return DrivenMotion(*seen_from_earth(theta, active, drive_in, instants, (x, v, a)), hidden, int(count))
+
+
+def _must_bend(theta: Array, extent: MotionSize, sample_s: float) -> None:
+    """IdentificationError where LuGre's bristles are so stiff that no sample sees them bend."""
+    stiffness, friction = (float(theta[DRIVEN_SLOT[slot]]) for slot in ("bw_a", "lg_c"))
+    bends = extent.speed * sample_s * stiffness / friction
+    if bends > MOST_BENDS_A_SAMPLE:
+        raise IdentificationError(
+            f"lugre with sigma0 {stiffness:.3g} N/m bends over {friction / stiffness:.3g} m, and the body goes "
+            f"{bends:.3g} times as far in a sample, above {MOST_BENDS_A_SAMPLE:g}: its friction is dry; use "
+            "coulomb_friction, or record at a higher rate"
+        )

@@ -17,7 +17,7 @@ from undertow.equation.input import MotionSize, drive_of
 from undertow.errors import ConfigError, IdentificationError
 
 STEP, SAMPLES = 0.01, 400
-EXTENT = MotionSize(1.0, 4.0)
+EXTENT = MotionSize(1.0, 0.5)
 NOTHING = np.zeros(0, dtype=np.int64)
 BODY = {"mass": 4.0, "gain": 1.0, "k1": 60.0, "c1": 2.0, "x0": 0.05, "v0": 0.2}
 CASES = {
@@ -212,6 +212,13 @@ def test_a_law_that_goes_on_where_it_has_no_slope_ends():
     t, u = random_input()
     theta = theta_of("bouc_wen", {"alpha_N_per_m": 150.0, "loop": 4.0, "skew": 0.0, "exponent": 0.5})
     with pytest.raises(IdentificationError, match="leaves every bound after"):
+        driven_motion(theta, NOTHING, drive_of(t, u, "first"), t, EXTENT)
+
+
+def test_bristles_that_no_sample_sees_bend_are_refused_as_dry_friction():
+    t, u = random_input()
+    theta = theta_of("lugre", {**CASES["lugre"][1], "sigma0_N_per_m": 1e8})
+    with pytest.raises(IdentificationError, match=r"sigma0 1e\+08 N/m bends over 1.5e-07 m.*its friction is dry"):
         driven_motion(theta, NOTHING, drive_of(t, u, "first"), t, EXTENT)
 
 

@@ -213,7 +213,8 @@ def _best_start(
     """The numbers of the closest fit to the first part of a record, begun from the `BEGUN` starts whose free runs come
     closest to it.
 
-    Raises IdentificationError where none has a bounded motion.
+    Raises IdentificationError where none has a bounded motion, and where a member with as many numbers as what stands,
+    or more, comes no closer to that part.
     """
     part = trial.part(0, min(trial.t.size, START_PART))
     drives, costs = {part.name: drive_for(part)}, list[tuple[float, int]]()
@@ -224,23 +225,23 @@ def _best_start(
         got = residuals(problem.trials[0], np.array([u.start for u in problem.unknowns]))
         if got is not None:
             costs.append((float(got[0] @ got[0]), i))
-    best, lowest = None, math.inf
+    best: DrivenFit | None = None
     for _, i in sorted(costs)[:BEGUN]:
         try:
             fitted = fit_driven([part], starts[i], drives, WINDOWS, TRYING)
         except IdentificationError:
             continue
-        if fitted.solution.chi2 < lowest and not _unsound(law, fitted):
-            best, lowest = fitted.started, fitted.solution.chi2
-    if _hysteresis_of(current) is None and best is not None:
-        plain = fit_driven([part], current.started, drives, WINDOWS, TRYING).solution.chi2
-        if lowest > (1.0 - CLOSER) ** 2 * plain:
-            raise IdentificationError(
-                f"{law} in the place of dry friction comes no closer to the first {part.t.size} samples; "
-                "keep dry friction"
-            )
+        if (best is None or fitted.solution.chi2 < best.solution.chi2) and not _unsound(law, fitted):
+            best = fitted
     if best is None:
         raise IdentificationError(
             f"none of {len(grid)} starts of {law} leads to a bounded motion inside its bounds; give start values"
         )
-    return best
+    if len(best.names) >= len(current.names):
+        plain = fit_driven([part], current.started, drives, WINDOWS, TRYING)
+        if best.solution.chi2 > (1.0 - CLOSER) ** 2 * plain.solution.chi2:
+            raise IdentificationError(
+                f"{law} comes no closer to the first {part.t.size} samples than what stands: their squares are "
+                f"{best.solution.chi2 / plain.solution.chi2:.3g} of what they were; leave it out"
+            )
+    return best.started

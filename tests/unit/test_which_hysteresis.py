@@ -10,6 +10,9 @@ import numpy as np
 import pytest
 
 from experiments.driven import hysteresis as experiment
+from experiments.driven.bodies import GIVEN as SPRUNG
+from experiments.driven.bodies import body
+from experiments.driven.bodies import record as sprung_record
 from experiments.driven.hysteresis import GIVEN, NOISE_M, away, numbers_of, record
 from undertow import fit_driven
 from undertow.campaign.driven.run import sentence_of
@@ -109,6 +112,21 @@ def test_bristles_take_the_place_of_dry_friction():
     assert found.added == ("lugre",)
     assert [term.name for term in found.augmented.laws.terms] == [*GIVEN, "lugre"]
     assert found.validation[1] < 1.2 * NOISE_M < 0.1 * found.validation[0]
+
+
+def test_dry_friction_stays_where_bristles_come_no_closer():
+    laws = DrivenLaws(tuple(find_driven(name) for name in SPRUNG["random"]))
+    found = discover_driven([sprung_record(body("random", SEED))], laws, ["lugre"])
+    assert found.added == ()
+    (tried,) = found.tried
+    assert "lugre comes no closer to the first 3200 samples than what stands" in tried.because
+
+
+def test_a_member_without_a_sound_start_is_not_tried_further(monkeypatch):
+    monkeypatch.setattr(driven_hysteresis, "_unsound", lambda law, fitted: "on a bound")
+    laws = DrivenLaws(tuple(find_driven(name) for name in SPRUNG["random"]))
+    found = discover_driven([sprung_record(body("random", SEED))], laws, ["lugre"])
+    assert "none of 6 starts of lugre leads to a bounded motion inside its bounds" in found.tried[0].because
 
 
 @pytest.mark.parametrize("truth", experiment.TRUTHS)

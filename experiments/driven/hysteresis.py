@@ -146,7 +146,8 @@ def table(rows: Sequence[Sequence[str]]) -> str:
         numbers = np.array([float(n) for one in right for n in one["deviations"].split()] or [np.nan])
 
         def middle(key: str, own: Sequence[Mapping[str, str]] = own) -> str:
-            return f"{float(np.median([float(one[key]) for one in own])):.3g}"
+            values = [float(one[key]) for one in own]
+            return "none" if np.any(np.isnan(values)) else f"{float(np.median(values)):.3g}"
 
         shown = [", ".join(middle(f"{key}{size}") for key in ("", "given_", "member_")) for size in ("half", "double")]
         size = f"{float(np.sqrt(np.mean(numbers**2))):.2g} ({float(np.max(np.abs(numbers))):.2g})"

@@ -213,8 +213,8 @@ def _best_start(
     """The numbers of the closest fit to the first part of a record, begun from the `BEGUN` starts whose free runs come
     closest to it.
 
-    Raises IdentificationError where none has a bounded motion, and where a member with as many numbers as what stands,
-    or more, comes no closer to that part.
+    Raises IdentificationError where none has a bounded motion, and where a member comes no closer to that part than
+    what stands, or, with fewer numbers, not as close.
     """
     part = trial.part(0, min(trial.t.size, START_PART))
     drives, costs = {part.name: drive_for(part)}, list[tuple[float, int]]()
@@ -237,11 +237,11 @@ def _best_start(
         raise IdentificationError(
             f"none of {len(grid)} starts of {law} leads to a bounded motion inside its bounds; give start values"
         )
-    if len(best.names) >= len(current.names):
-        plain = fit_driven([part], current.started, drives, WINDOWS, TRYING)
-        if best.solution.chi2 > (1.0 - CLOSER) ** 2 * plain.solution.chi2:
-            raise IdentificationError(
-                f"{law} comes no closer to the first {part.t.size} samples than what stands: their squares are "
-                f"{best.solution.chi2 / plain.solution.chi2:.3g} of what they were; leave it out"
-            )
+    plain = fit_driven([part], current.started, drives, WINDOWS, TRYING)
+    allowed = 1.0 + CLOSER if len(best.names) < len(current.names) else 1.0 - CLOSER
+    if best.solution.chi2 > allowed**2 * plain.solution.chi2:
+        raise IdentificationError(
+            f"{law} comes no closer to the first {part.t.size} samples than what stands: their squares are "
+            f"{best.solution.chi2 / plain.solution.chi2:.3g} of what they were; leave it out"
+        )
     return best.started

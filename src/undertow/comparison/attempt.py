@@ -95,7 +95,7 @@ def from_starts(
         return None
     ahead = sorted(quick, key=lambda f: f.criterion)[: (REFINED if len(starts) * len(waters) > 1 else 1)]
     fit = min((_refined(level, f) for f in ahead), key=lambda f: f.criterion)
-    return Candidate((*best.suspects, suspect), fit, prior, doubt(level, fit))
+    return Candidate((*best.suspects, suspect), fit, prior, doubt(level, fit, best.fit))
 
 
 def from_places(
@@ -113,7 +113,7 @@ def from_places(
     if not fits:
         return None
     ahead = min((_refined(level, f) for f in fits), key=lambda f: f.criterion)
-    return Candidate((*best.suspects, suspect), ahead, prior, doubt(level, ahead))
+    return Candidate((*best.suspects, suspect), ahead, prior, doubt(level, ahead, best.fit))
 
 
 def as_radiation(level: Level, candidate: Candidate) -> Candidate:
@@ -128,7 +128,7 @@ def as_radiation(level: Level, candidate: Candidate) -> Candidate:
         fit = fit_joint(level, (*others, kernel), fit.memory, fit.values, fit.misfit, growing=False)
     except IdentificationError:
         return candidate
-    return Candidate((*candidate.suspects[:-1], RADIATION), fit, candidate.log_prior, doubt(level, fit))
+    return Candidate((*candidate.suspects[:-1], RADIATION), fit, candidate.log_prior, doubt(level, fit, candidate.fit))
 
 
 def without(level: Level, candidate: Candidate, place: int, prior: float) -> Candidate | None:
@@ -143,7 +143,7 @@ def without(level: Level, candidate: Candidate, place: int, prior: float) -> Can
         fit = fit_joint(level, addends, fit.memory, fit.values, fit.misfit, growing=False)
     except IdentificationError:
         return None
-    return Candidate(tuple(candidate.suspects[i] for i in kept), fit, prior, doubt(level, fit))
+    return Candidate(tuple(candidate.suspects[i] for i in kept), fit, prior, doubt(level, fit, candidate.fit))
 
 
 def penalty_of(level: Level, fit: JointFit, suspect: Suspect) -> float:

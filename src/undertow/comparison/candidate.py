@@ -172,8 +172,9 @@ def strengths(diagnosis: LevelDiagnosis) -> Mapping[str, float]:
     return {c.suspects[0].label: c.score - diagnosis.null.score for c in diagnosis.candidates if len(c.suspects) == 1}
 
 
-def doubt(level: Level, fit: JointFit) -> str:
-    """Why a candidate's numbers mean nothing: a bound, or a coefficient not distinct from zero; empty where they do."""
+def doubt(level: Level, fit: JointFit, before: JointFit | None = None) -> str:
+    """Why a candidate's numbers mean nothing: a bound, a coefficient not distinct from zero, or a law of the equation
+    that would feed the motion, and did not in the fit ``before``; empty where they do."""
     for addend in fit.addends:
         if addend in level.standing:
             continue
@@ -204,21 +205,22 @@ def doubt(level: Level, fit: JointFit) -> str:
             continue  # mass and a free start trade places: the evidence says whether it is there, not its size
         if addend.additions and not addend.additions[0].inner and strongest < SIGNIFICANT:
             return f"{addend.prefix} is {strongest:.1f} standard errors from zero"
-    return _feeds(level, fit)
+    return _feeds(level, fit, before)
 
 
-def _feeds(level: Level, fit: JointFit) -> str:
+def _feeds(level: Level, fit: JointFit, before: JointFit | None) -> str:
     """Which law of the prescribed equation would have to feed energy into the motion beside what was added, in words:
     that is no explanation, only another description of what was seen."""
-    known = fit.values
+
+    def fed(one: JointFit, name: str) -> bool:
+        return name in one.values and one.value(name) < -SIGNIFICANT * one.solution.stderr(name)
+
     for member in level.members:
         dissipating = {term.name for term in member.model.terms if term.dissipates}
         for c in member.model.coefficients:
-            name = c.name if c.name in known else f"{c.name}@{member.label}"
-            if c.term not in dissipating or name not in known:
-                continue
-            value, error = fit.value(name), fit.solution.stderr(name)
-            if value < -SIGNIFICANT * error:
+            name = c.name if c.name in fit.values else f"{c.name}@{member.label}"
+            if c.term in dissipating and fed(fit, name) and not (before is not None and fed(before, name)):
+                value, error = fit.value(name), fit.solution.stderr(name)
                 return f"beside it {name} = {value:.3g} +- {error:.2g} {c.unit} would feed energy into the motion"
     return ""
 

@@ -26,7 +26,7 @@ from undertow.comparison.driven_folds import (
     validation_rms,
 )
 from undertow.conditioning.driven import DrivenTrial
-from undertow.equation.driven_hysteresis import HYSTERESES, BoucWen
+from undertow.equation.driven_hysteresis import HYSTERESES, BoucWen, LuGre
 from undertow.equation.driven_laws import find_driven
 from undertow.errors import IdentificationError
 from undertow.likelihood.driven import DrivenLaws, drive_for, driven_problem, extent_of
@@ -35,7 +35,8 @@ from undertow.methods.driven import DrivenFit, fit_driven
 from undertow.methods.driven_begin import begun_beyond
 from undertow.recording.recording import Array
 
-REMEMBERED = ("bouc_wen", "coulomb_friction", "stribeck_friction")
+SLIDING = LuGre.takes_the_place_of
+REMEMBERED = (BoucWen.name, *SLIDING)
 """Laws that open the contest where they stand in an equation."""
 WITH_EXPONENT = "bouc_wen with exponent"
 """How Bouc and Wen's law is called where its exponent is found, not one."""
@@ -154,7 +155,7 @@ def _members(trial: DrivenTrial, current: DrivenFit) -> Iterator[tuple[str, str,
     to the friction."""
     extent, numbers = extent_of(trial), current.numbers
     speeds = [share * extent.speed for share in (0.05, 0.2)]
-    friction = numbers.get("coulomb_friction.force_N", 0.0)
+    friction = numbers.get(f"{SLIDING[0]}.force_N", 0.0)
     if _hysteresis_of(current) != "bouc_wen":
         stiffness = friction / (BEND * extent.size)
         yield "lugre", "lugre", [

@@ -52,6 +52,12 @@ ROUNDS = 4
 """Laws that are added at most."""
 
 Numbers = Mapping[str, float]
+STATIC = (
+    "constant_force", "stiffness", "viscous_damping", "coulomb_friction", "asymmetric_stiffness", "cubic_stiffness",
+    "quintic_stiffness", "quadratic_stiffness", "quadratic_drag", "cubic_damping", "position_damping",
+    "van_der_pol_damping", "variable_normal_force", "asymmetric_damping",
+)  # fmt: skip
+"""Laws of x and v without inner numbers that may be missing."""
 
 
 @dataclass(frozen=True)
@@ -77,11 +83,7 @@ def suspects_for(trial: DrivenTrial, fitted: DrivenFit) -> list[tuple[str, list[
     extent = extent_of(trial)
     size = float(np.std(trial.outputs[trial.main])) if trial.main == "displacement" else extent.size
     rate = 2.0 * math.pi * _dominant_hz(trial)
-    static = [
-        "constant_force", "stiffness", "viscous_damping", "coulomb_friction", "asymmetric_stiffness", "cubic_stiffness",
-        "quintic_stiffness", "quadratic_stiffness", "quadratic_drag", "cubic_damping", "position_damping",
-        "van_der_pol_damping", "variable_normal_force", "asymmetric_damping",
-    ]  # fmt: skip
+    static = [*STATIC]
     if trial.mover == "water":
         static += ["froude_krylov", "added_mass", "linear_damping"]
     grid: list[tuple[str, list[Numbers]]] = [(name, [{}]) for name in static]

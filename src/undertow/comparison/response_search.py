@@ -17,9 +17,10 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 from scipy.stats import chi2
 
-from undertow.comparison.driven_search import CLOSER, ROUNDS, SURE, Tried
+from undertow.comparison.driven_search import CLOSER, ROUNDS, STATIC, SURE, Tried
 from undertow.conditioning.harmonic import HarmonicSet
 from undertow.equation.driven_laws import find_driven, places
+from undertow.equation.structure import StribeckFriction
 from undertow.equation.term import Array, Term
 from undertow.errors import IdentificationError
 from undertow.methods.harmonic_set import HarmonicFit, fit_harmonic_set, missed_at
@@ -35,11 +36,7 @@ ENOUGH = 0.01
 DRAWS = 4999
 """Draws of signs that what is left is held against."""
 
-STATIC = (
-    "stiffness", "viscous_damping", "coulomb_friction", "cubic_stiffness", "quintic_stiffness", "quadratic_stiffness",
-    "quadratic_drag", "cubic_damping", "van_der_pol_damping", "variable_normal_force",
-)  # fmt: skip
-COSTLY = ("stribeck_friction",)
+COSTLY = (StribeckFriction.name,)
 """Tried where it is named: a fit takes a hundred times as long."""
 UNSEEN_LAWS = ("asymmetric_stiffness", "asymmetric_damping", "position_damping", "constant_force")
 """Laws that by symmetry have no part at the drive's frequency in first order: amplitude and phase hardly show them."""
@@ -96,7 +93,8 @@ def every_fifth(along: Sequence[Sweep], points: int) -> np.ndarray:
 
 def suspects_for(measured: HarmonicSet, terms: Sequence[Term], named: Sequence[str] | None) -> list[str]:
     """Laws of x and v that may be missing: all that act at the drive's frequency, or those of them that are named."""
-    every = [*STATIC, *(["linear_damping"] if measured.mover == "base" else []), *(COSTLY if named else [])]
+    every = [name for name in STATIC if name not in UNSEEN_LAWS]
+    every += (["linear_damping"] if measured.mover == "base" else []) + ([*COSTLY] if named else [])
     own = {term.name for term in terms}
     return [name for name in every if name not in own and (named is None or name in named)]
 
@@ -121,7 +119,8 @@ def discover_response(
         base, nothing = fit_harmonic_set(measured, terms, held, {}), (math.nan, math.nan)
         none, p_value = np.zeros(unseen.size, dtype=bool), _p_value(base, measured, along, seed)
         return ResponseFound(base, None, (), (), (), nothing, none, p_value, lacking)
-    search = _Search(measured.part(~unseen), measured.part(unseen), _folds(along, unseen), held, suspects, progress)
+    folds = _folds(along, unseen)
+    search = _PointSearch(measured.part(~unseen), measured.part(unseen), folds, held, suspects, progress)
     first = current = search.fitted(tuple(terms))
     tried, added, rivals = list[Tried](), list[str](), list[tuple[str, str]]()
     for _ in range(ROUNDS):
@@ -187,7 +186,7 @@ class _Candidate:
 
 
 @dataclass(frozen=True)
-class _Search:
+class _PointSearch:
     """One law after the other on training points; ``proof`` are the points that nobody fitted."""
 
     training: HarmonicSet

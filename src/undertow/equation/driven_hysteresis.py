@@ -15,6 +15,7 @@ from typing import ClassVar
 import numpy as np
 
 from undertow.equation.driven_slots import BOUC_WEN, IWAN, LUGRE, PINCHED, SLIDERS
+from undertow.equation.structure import CoulombFriction, StribeckFriction
 from undertow.equation.term import Array, Term
 from undertow.quantities import Parameter
 
@@ -144,7 +145,7 @@ class LuGre(Term):
     }  # fmt: skip
     constants: ClassVar[Mapping[str, float]] = {"memory": LUGRE}
     held_unless_asked: ClassVar[tuple[str, ...]] = ("sigma1_Ns_per_m",)
-    takes_the_place_of: ClassVar[tuple[str, ...]] = ("coulomb_friction", "stribeck_friction")
+    takes_the_place_of: ClassVar[tuple[str, ...]] = (CoulombFriction.name, StribeckFriction.name)
     law: ClassVar[str] = (
         "z + sigma1 q, z' = sigma0 q, q = v (1 - sign(v) z / g(v)), g = F_c + F_s exp(-(v / v_s)^2)"
     )

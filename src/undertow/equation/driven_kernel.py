@@ -221,8 +221,7 @@ def _travel(th, active, knots, pieces, times, h_max, bound, state, rows, dims, p
     iz, ir = places
     rubs, sharp, bent, turning = flags
     n, m, cols, zero = dims[0], times.size, y.shape[0], _int(0)
-    t = times[0]
-    piece = _int(0)
+    t, piece = times[0], _int(0)
     while piece < knots.size - 2 and knots[piece + 1] + th[_TAU] <= t:
         piece += 1
     at = (piece, knots[piece] + th[_TAU])
@@ -250,9 +249,7 @@ def _travel(th, active, knots, pieces, times, h_max, bound, state, rows, dims, p
         ends = h >= whole * (1.0 - 1e-12)
         if h > h_max * _INSTANT:
             _driven_step(th, active, y, out, k, cols, dims, t, h, d, side, world, sens, jac)
-            event, length = _driven_event(
-                th, active, y, out, k, cols, dims, t, h, d, side, world, sens, jac, watch
-            )  # fmt: skip
+            event, length = _driven_event(th, active, y, out, k, cols, dims, t, h, d, side, world, sens, jac, watch)
             ends = ends and length == h
             t = end if ends else t + length
             for c in range(cols):

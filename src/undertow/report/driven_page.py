@@ -40,7 +40,7 @@ class DrawnRun:
 
 
 @dataclass(frozen=True)
-class Part:
+class PagePart:
     """One group of a page: its sentence, its figures (HTML), its equation, and tables: heading -> list of rows, the
     first the header."""
 
@@ -50,7 +50,7 @@ class Part:
     tables: Mapping[str, Any]
 
 
-def page_html(title: str, groups: Sequence[Part]) -> str:
+def page_html(title: str, groups: Sequence[PagePart]) -> str:
     """The page as HTML, group by group."""
     parts = [f"<h1>{escape(title)}</h1>", *(_group(one) for one in groups)]
     return (
@@ -60,7 +60,7 @@ def page_html(title: str, groups: Sequence[Part]) -> str:
     )
 
 
-def _group(one: Part) -> str:
+def _group(one: PagePart) -> str:
     """One group of the page."""
     parts = [f"<p><strong>{escape(one.sentence)}</strong></p>", *one.figures]
     parts.append("<h2>Equation</h2><p>" + "<br>".join(escape(line) for line in one.equation.split("; ")) + "</p>")

@@ -29,7 +29,7 @@ from undertow.discrepancy.findings import FailedTrial, Findings
 from undertow.errors import UndertowError
 from undertow.methods.driven import DrivenFit, free_run
 from undertow.methods.driven_equations import equation_text, written
-from undertow.report.driven_page import DrawnRun, Part, page_html, run_picture, write_page
+from undertow.report.driven_page import DrawnRun, PagePart, page_html, run_picture, write_page
 from undertow.report.verdict_file import CONTRACT, plain
 from undertow.report.writing import write_text
 
@@ -153,7 +153,7 @@ def _write(
     if told.table():
         tables["Numbers by the instrument, beside output error"] = told.table()
     figures = [run_picture(run) for run in runs]
-    write_page(folder, page_html(config.name, [Part(sentence, figures, equation, tables)]))
+    write_page(folder, page_html(config.name, [PagePart(sentence, figures, equation, tables)]))
 
 
 def _shown(trial: DrivenTrial, fitted: DrivenFit) -> DrawnRun:

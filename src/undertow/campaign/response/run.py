@@ -31,7 +31,7 @@ from undertow.methods.driven_equations import equation_text
 from undertow.methods.harmonic_set import MASS, HarmonicFit
 from undertow.quantities import OK
 from undertow.recording.recording import Condition
-from undertow.report.driven_page import Part, page_html, write_page
+from undertow.report.driven_page import PagePart, page_html, write_page
 from undertow.report.response_page import set_picture
 from undertow.report.verdict_file import CONTRACT, plain
 from undertow.report.writing import write_text
@@ -155,7 +155,7 @@ def _write(
         tried = [("law", "rms before", "rms after", "because")]
         tried += [(t.name, f"{t.before:.4g}", f"{t.after:.4g}", t.because or "added") for t in one.tried]
         tables = {"What was tried, on points nobody fitted": tried} if one.tried else {}
-        parts.append(Part(said, [set_picture(each) for each in drawn], entry["equation"], tables))
+        parts.append(PagePart(said, [set_picture(each) for each in drawn], entry["equation"], tables))
     write_page(folder, page_html(config.name, parts))
 
 

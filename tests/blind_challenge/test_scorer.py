@@ -269,7 +269,7 @@ def test_the_page_is_made_from_rows_of_both_contracts_and_from_rows_without_verd
     t = score.tables(cases, [])
     text = page.page(t, {"seed": 1, "cases": 4, "rows": 4, "revisions": ["abc"]}, "x.svg")
     assert "neither of the two named seeds" in text
-    assert "1 of 4 slower than 60 s (stopped: c0)" in text
+    assert "1 of 4 over 60 s of processor time (stopped: c0)" in text
     assert "Too few verdicts with a confidence" in text
     assert figures.figure(t).axes[0].get_xlabel().startswith("strength")
 

@@ -16,7 +16,7 @@ from experiments.driven.bodies import record as sprung_record
 from experiments.driven.hysteresis import GIVEN, NOISE_M, away, numbers_of, record
 from undertow import fit_driven
 from undertow.campaign.driven.run import sentence_of
-from undertow.comparison import driven_hysteresis
+from undertow.comparison import driven_hysteresis, driven_search
 from undertow.comparison.driven_folds import Tried
 from undertow.comparison.driven_hysteresis import _decided, remembers
 from undertow.comparison.driven_search import discover_driven
@@ -114,7 +114,14 @@ def test_bristles_take_the_place_of_dry_friction():
     assert found.validation[1] < 1.2 * NOISE_M < 0.1 * found.validation[0]
 
 
-def test_dry_friction_stays_where_bristles_come_no_closer():
+def test_no_member_is_tried_where_a_free_run_is_at_the_noise():
+    laws = DrivenLaws(tuple(find_driven(name) for name in SPRUNG["random"]))
+    found = discover_driven([sprung_record(body("random", SEED))], laws, ["lugre"])
+    assert (found.added, found.tried, dict(found.members)) == ((), (), {})
+
+
+def test_dry_friction_stays_where_bristles_come_no_closer(monkeypatch):
+    monkeypatch.setattr(driven_search, "AT_NOISE", 0.0)
     laws = DrivenLaws(tuple(find_driven(name) for name in SPRUNG["random"]))
     found = discover_driven([sprung_record(body("random", SEED))], laws, ["lugre"])
     assert found.added == ()
@@ -123,6 +130,7 @@ def test_dry_friction_stays_where_bristles_come_no_closer():
 
 
 def test_a_member_without_a_sound_start_is_not_tried_further(monkeypatch):
+    monkeypatch.setattr(driven_search, "AT_NOISE", 0.0)
     monkeypatch.setattr(driven_hysteresis, "_unsound", lambda law, fitted: "on a bound")
     laws = DrivenLaws(tuple(find_driven(name) for name in SPRUNG["random"]))
     found = discover_driven([sprung_record(body("random", SEED))], laws, ["lugre"])

@@ -48,6 +48,9 @@ SURE = 2.0
 which a hysteresis of 15 +- 16 N/m was added: a force that fades along the record, and no law."""
 ON_BOUND = "on a bound: "
 """How a fit's outcome begins where numbers ended at the edge of what they may be."""
+AT_NOISE = 1.5
+"""A free run over unseen samples that misses by no more than so many times the sensor's noise leaves a contest of
+hystereses little to decide: members differ where there is more, by ten times the noise on bodies that are known."""
 ROUNDS = 4
 """Laws that are added at most."""
 
@@ -128,13 +131,15 @@ def discover_driven(
     current, lowest = base, validation_rms(unseen, base)
     first, tried, added = lowest, list[Tried](), list[str]()
     family: Contest | None = None
+    noise = max(trial.noise()[trial.main] for trial in unseen)
     for _ in range(ROUNDS):
         step = _round(training, unseen, current, lowest, suspects, progress)
         tried += step[0]
         if step[1] is not None:
             current, lowest = step[1], step[2]
             added.append(step[0][-1].name)
-        if family is None and remembers(current) and (step[1] is None or added[-1] in REMEMBERED):
+        due = step[1] is None or added[-1] in REMEMBERED
+        if family is None and due and remembers(current) and lowest > AT_NOISE * noise:
             family = contest(training, unseen, (current, lowest), suspects, progress)
             tried += family.tried
             changed, (current, lowest) = family.fitted is not current, (family.fitted, family.rms)

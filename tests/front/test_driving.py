@@ -7,7 +7,8 @@ import pytest
 from scipy.signal import lsim
 
 import undertow
-from undertow.comparison.driven_search import validation_rms, without_law
+from undertow.comparison.driven_folds import validation_rms
+from undertow.comparison.driven_search import without_law
 from undertow.equation.driven_laws import find_driven
 from undertow.errors import IdentificationError, RecordingError
 from undertow.front.driving import _trial

@@ -6,7 +6,7 @@ from dataclasses import replace
 from functools import cache
 from pathlib import Path
 from types import SimpleNamespace
-from typing import Any
+from typing import Any, cast
 
 import numpy as np
 import pytest
@@ -14,11 +14,18 @@ import pytest
 from experiments.eq15_campaign.motion import Body
 from tests.short_trials import LONG, released
 from undertow.campaign.config import RunConfig, load
+from undertow.campaign.run import judgement
+from undertow.campaign.run.course import Course, Read
 from undertow.campaign.run.repeating import scatter_seen
+from undertow.campaign.run.rig import with_known
 from undertow.campaign.run.tasks import group_task, structures_of, with_scatter
+from undertow.comparison.level import Addend, Member
+from undertow.comparison.suspect import Addition
 from undertow.conditioning.condition import condition
 from undertow.conditioning.motion import Motion
+from undertow.equation.kernel import SLOT
 from undertow.likelihood.fit import Fit
+from undertow.likelihood.problem import TrialOptions
 from undertow.methods.baseline import terms_by_name
 from undertow.methods.dry import DEFAULT_SCATTER, Scatter
 from undertow.methods.repeated import repetitions, scatter_of_repetitions
@@ -162,3 +169,43 @@ def test_two_dry_trials_count_beside_repetitions(tmp_path: Path) -> None:
     seen = scatter_seen(config, groups, terms, structures_of(config, groups, terms))
     assert isinstance(seen, Scatter)
     assert seen.freedom == 4.0
+
+
+def said_of(folder: Path, groups: dict[Any, list[Motion]]) -> dict[int, str]:
+    """Why the run says no more of each water than it does."""
+    config = configured(folder, CONFIG + "discrepancy: {suspects: [cubic_damping]}\n")
+    motions = tuple(m for group in groups.values() for m in group)
+    (part,) = Course(config, jobs=1, given=Read(motions, ())).parts()
+    return {int(str(group.key["level"])): group.verdict.because for group in part.groups}
+
+
+def test_a_run_asks_no_group_for_repetitions_that_another_one_has(tmp_path: Path) -> None:
+    asks = "3 dry trials of a spring, 3 releases of one size"
+    assert said_of(tmp_path, campaign(1, 1, 0.005))[2].startswith(asks)
+    assert not any(because.startswith(asks) for because in said_of(tmp_path, campaign(1, 4, 0.005)).values())
+
+
+def test_few_repetitions_that_look_alike_are_pooled_with_published_rigs() -> None:
+    theta = np.zeros(len(SLOT))
+    theta[[SLOT["k1"], SLOT["c1"]]] = 400.0, 20.0
+    equation = SimpleNamespace(compiled=True, theta=lambda _: theta)
+    group: Any = SimpleNamespace(equation=equation, trials=(1,))
+    lone: Any = SimpleNamespace(scatter={"k": 1e-4, "c": 0.5, "mu": 0.0}, freedom=2.0)
+    blank = Member("all", cast(Any, SimpleNamespace(fixed=None)), (), TrialOptions(), False)
+    member = judgement._with_scatter(blank, lone, group)
+    assert member.spread["k1"] == pytest.approx(np.sqrt((2.0 * 1e-8 + DEFAULT_SCATTER["k"] ** 2) / 3.0))
+    assert (member.spread["c1"], member.sizes["k1"], member.freedom) == (0.5, 400.0, 2.0)
+
+
+def test_what_dry_trials_need_does_not_forget_what_repetitions_showed(tmp_path: Path) -> None:
+    config, groups, terms = configured(tmp_path), campaign(1, 6, 0.02), terms_by_name(TERMS)
+    structures = structures_of(config, groups, terms)
+    seen = scatter_seen(config, groups, terms, structures)
+    assert seen is not None
+    tasks = [group_task(config, key, one, terms, with_scatter(structures, seen), seen) for key, one in groups.items()]
+    harder = Addition("N_per_m3", "N/m^3", "k3", 0.0, 1.0, scope="spring", by_spring=(("all", 1e4, 1e3),))
+    rigs = with_known(config, tasks, [Addend("cubic_stiffness", (harder,))])
+    rig = rigs[("level", 2),]
+    assert rig is not None
+    assert rig.model.fixed is not None
+    assert (rig.model.fixed.scatter["k"], rig.model.fixed.scatter_freedom) == (seen.values["k"], seen.freedom)

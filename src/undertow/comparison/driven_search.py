@@ -16,10 +16,7 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
-from undertow.comparison.driven_folds import CLOSER as CLOSER
-from undertow.comparison.driven_folds import TRYING, come_closer, fold_errors
-from undertow.comparison.driven_folds import Tried as Tried
-from undertow.comparison.driven_folds import validation_rms as validation_rms
+from undertow.comparison.driven_folds import CLOSER, TRYING, Tried, come_closer, fold_errors, validation_rms
 from undertow.comparison.driven_hysteresis import REMEMBERED, Contest, contest, remembers
 from undertow.conditioning.driven import DrivenTrial
 from undertow.equation.driven_laws import find_driven
@@ -28,7 +25,6 @@ from undertow.likelihood.driven import MASS, DrivenLaws, drive_for, driven_probl
 from undertow.likelihood.output_error import residuals
 from undertow.likelihood.problem import Problem
 from undertow.methods.driven import DrivenFit, fit_driven, memory_samples
-from undertow.methods.driven_begin import START_SAMPLES as START_SAMPLES
 from undertow.methods.driven_begin import begun_beyond
 from undertow.recording.recording import Array
 

@@ -17,7 +17,8 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 from scipy.stats import chi2
 
-from undertow.comparison.driven_search import CLOSER, ROUNDS, STATIC, SURE, Tried
+from undertow.comparison.driven_folds import CLOSER, Tried
+from undertow.comparison.driven_search import ROUNDS, STATIC, SURE
 from undertow.conditioning.harmonic import HarmonicSet
 from undertow.equation.driven_laws import find_driven, places
 from undertow.equation.structure import StribeckFriction

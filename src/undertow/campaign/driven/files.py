@@ -10,7 +10,7 @@ from collections.abc import Mapping, Sequence
 from io import StringIO
 from typing import Any
 
-from undertow.comparison.driven_search import Tried
+from undertow.comparison.driven_folds import Tried
 from undertow.recording.recording import Condition
 
 

@@ -22,12 +22,13 @@ from undertow.campaign.driven.files import group_entry, rows_csv
 from undertow.campaign.driven.trials import driven_laws, driven_trials, named_apart
 from undertow.campaign.run.manifest import manifest
 from undertow.campaign.run.workers import Progress, silent
-from undertow.comparison.driven_search import START_SAMPLES, DrivenFound, discover_driven
+from undertow.comparison.driven_search import DrivenFound, discover_driven
 from undertow.comparison.response_search import ResponseFound
 from undertow.conditioning.driven import DrivenTrial
 from undertow.discrepancy.findings import FailedTrial, Findings
 from undertow.errors import UndertowError
 from undertow.methods.driven import DrivenFit, free_run
+from undertow.methods.driven_begin import START_SAMPLES
 from undertow.methods.driven_equations import equation_text, written
 from undertow.report.driven_page import DrawnRun, PagePart, page_html, run_picture, write_page
 from undertow.report.verdict_file import CONTRACT, plain

@@ -21,7 +21,7 @@ from undertow.methods.baseline import as_fit, fit_group, group_model
 from undertow.methods.dry import DEFAULT_SCATTER, Scatter
 from undertow.methods.repeated import FEWEST, pooled, repetitions, scatter_of_repetitions
 
-JOINT_AT_MOST = 60
+REPEATED_AT_MOST = 60
 """Repetitions of one size that are fitted: the scatter is then known within a tenth."""
 
 
@@ -38,7 +38,7 @@ def scatter_seen(
         return None
     known = Scatter(dry.scatter, dry.scatter_freedom) if dry is not None else Scatter(DEFAULT_SCATTER, 0.0)
     sets = [
-        _fits(config, key, together[:JOINT_AT_MOST], terms, structures)
+        _fits(config, key, together[:REPEATED_AT_MOST], terms, structures)
         for key, motions in groups.items()
         if not (dry is not None and config.is_dry(motions[0].recording.conditions))
         for together in repetitions(motions)

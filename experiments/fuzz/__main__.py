@@ -26,6 +26,7 @@ from multiprocessing.connection import Connection
 from pathlib import Path
 
 import numpy as np
+import scipy.io
 
 from experiments.processor_time import spent
 from tests.lab_files import WRITERS, write_csv
@@ -100,12 +101,14 @@ def whole(name: str, folder: Path) -> bytes:
     path = folder / name
     if name.endswith(".gz"):
         write_gzip(path)
+    elif name == "plain.mat":
+        scipy.io.savemat(path, {"run": {"time": t, "disp": x, "cells": np.array([x, "m"], dtype=object)}, "acc": a})
     else:
         WRITERS[name](path, t, {"disp": (x, "m"), "acc": (a, "m/s^2")})
     return path.read_bytes()
 
 
-FILES = (*WRITERS, "r.csv.gz")
+FILES = (*WRITERS, "r.csv.gz", "plain.mat")
 
 
 def used(path: Path) -> bool:

@@ -28,7 +28,7 @@ from undertow.likelihood.fit import Fit
 from undertow.likelihood.problem import TrialOptions
 from undertow.methods.baseline import terms_by_name
 from undertow.methods.dry import DEFAULT_SCATTER, Scatter
-from undertow.methods.repeated import repetitions, scatter_of_repetitions
+from undertow.methods.repeated import pooled, repetitions, scatter_of_repetitions
 from undertow.quantities import Estimate
 
 DRY = Body(2637.4, 590.0, 109592.0, 170.0, 0.0)
@@ -99,6 +99,14 @@ def test_two_degrees_of_freedom_are_needed_wherever_they_come_from(trials: int, 
     assert (scatter_of_repetitions([one], known) is not None) == shown
 
 
+def test_two_sights_of_one_scatter_count_by_their_degrees_of_freedom() -> None:
+    both = pooled(Scatter({"k": 0.01, "c": 0.3}, 3.0), Scatter({"k": 0.02, "mu": 0.1}, 1.0))
+    assert both.freedom == 4.0
+    assert both.values["k"] == pytest.approx(np.sqrt((3.0 * 0.01**2 + 0.02**2) / 4.0))
+    assert both.values["c"] == 0.3
+    assert both.values["mu"] == pytest.approx(0.05)  # the first saw none
+
+
 @cache
 def motion(body: Body, level: int, at: int, k: float, x0_m: float = 0.1) -> Motion:
     body = replace(body, k_N_per_m=k * body.k_N_per_m)
@@ -154,6 +162,7 @@ def test_without_dry_trials_every_group_takes_what_the_campaign_repeats(tmp_path
     [
         (3, 8, CONFIG),
         (1, 8, CONFIG.replace("0.5}", "0.5, scatter: {k: 0.01, c: 0.1, mu: 0.1}}")),
+        (0, 8, CONFIG.replace("0.5}", "0.5, scatter: {k: 0.01, c: 0.1, mu: 0.1}}")),
         (1, 1, CONFIG),
     ],
 )

@@ -10,26 +10,26 @@ from __future__ import annotations
 import struct
 import zlib
 from collections.abc import Collection
+from dataclasses import replace
+from functools import partial
 from pathlib import Path
-from typing import Any, BinaryIO
+from typing import Any
 
 from undertow.errors import RecordingError
 from undertow.recording.hdf5 import DEEPEST, OBJECTS_AT_MOST, allow_dataset, walk
 from undertow.recording.limits import Limits
+from undertow.recording.mat_elements import COMPRESSED, MATRIX, Folded, Plain, Variable
 
 HEADER_BYTES = 128
 """A v5 file's header; its last two bytes tell the byte order (MATLAB's MAT-file format, section 1)."""
 
-_COMPRESSED, _MATRIX = 15, 14
 _HDF5 = b"\x89HDF\r\n\x1a\n"
 _HEAD = 4096  # unfolded bytes in which flags, dimensions and name of a variable stand
-_CHUNK = 1 << 20
 
 
 def allow(path: Path, limits: Limits, wanted: Collection[str] | None) -> None:
-    """RecordingError where the wanted variables of a file (all where None) take more than the limit, in either format.
-
-    What is damaged is left to the reader, which says so.
+    """RecordingError where the wanted variables of a file (all where None) take more than the limit, in either format,
+    and where elements of a v5 file are damaged; what else is damaged is left to the reader, which says so.
     """
     with path.open("rb") as stream:
         start = stream.read(512 + len(_HDF5))
@@ -83,46 +83,58 @@ class _Count:
 
 
 def _allow_v5(path: Path, limits: Limits, wanted: Collection[str] | None) -> None:
-    """The same for v5, whose variables are packed one by one."""
+    """The same for v5, whose variables are packed one by one; RecordingError too where one is damaged."""
+    whole = path.stat().st_size
     with path.open("rb") as stream:
         header = stream.read(HEADER_BYTES)
         order = {b"IM": "<", b"MI": ">"}.get(header[126:128])
         if order is None:
-            limits.allow_bytes(path, path.stat().st_size, "its variables")
+            limits.allow_bytes(path, whole, "its variables")
             return
         total = 0
         while len(tag := stream.read(8)) == 8:
             kind, size = struct.unpack(f"{order}II", tag)
             start = stream.tell()
-            if kind == _COMPRESSED:
-                total += _unfolded(stream, size, order, limits.bytes - total, wanted)
-            elif kind == _MATRIX and (wanted is None or _name(stream.read(min(size, _HEAD)), order) in wanted):
-                total += size
-            if total > limits.bytes:
-                raise RecordingError(
-                    f"{path} unfolds to more than the {limits.megabytes:g} MB that recordings.limits.megabytes allows; "
-                    "is it the right file? raise the limit if it is"
-                )
+            there = min(size, whole - start)
+            if kind == COMPRESSED:
+                folded = Folded(stream, there, partial(_allow_unfolded, path, limits, total))
+                total += folded.total if _checked(path, folded, order, wanted) else 0
+            elif kind == MATRIX:
+                plain = Plain(stream, there)
+                name = _name(plain.peek(_HEAD), order)
+                if wanted is None or name in wanted:
+                    _allow_unfolded(path, limits, total, size)
+                    Variable(path, name or "", plain, order).check(size)
+                    total += size
             stream.seek(start + size)
 
 
-def _unfolded(stream: BinaryIO, size: int, order: str, most: int, wanted: Collection[str] | None) -> int:
-    """Bytes that a compressed variable unfolds to, counted until there are more than ``most``; 0 if not wanted."""
-    folded = zlib.decompressobj()
-    left, total, first = size, 0, b""
+def _allow_unfolded(path: Path, limits: Limits, before: int, size: int) -> None:
+    if before + size > limits.bytes:
+        raise RecordingError(
+            f"{path} unfolds to more than the {limits.megabytes:g} MB that recordings.limits.megabytes allows; "
+            "is it the right file? raise the limit if it is"
+        )
+
+
+def _checked(path: Path, folded: Folded, order: str, wanted: Collection[str] | None) -> bool:
+    """Whether a compressed variable is wanted; it is then unfolded to its end, where its checksum stands."""
+    variable = Variable(path, "", folded, order)
     try:
-        while left > 0 and (chunk := stream.read(min(left, _CHUNK))):
-            left -= len(chunk)
-            while chunk and total <= most:
-                part = folded.decompress(chunk, _CHUNK)
-                total += len(part)
-                first = first or part
-                chunk = folded.unconsumed_tail
-            if total > most or (wanted is not None and _name(first[8 : _HEAD + 8], order) not in wanted):
-                break
-    except zlib.error:
-        return total
-    return total if wanted is None or _name(first[8 : _HEAD + 8], order) in wanted else 0
+        name = _name(folded.peek(_HEAD + 8)[8:], order)
+        if wanted is not None and name not in wanted:
+            return False
+        variable = replace(variable, name=name or "")
+        kind, size = struct.unpack(f"{order}II", folded.peek(8).ljust(8, b"\0"))
+        folded.skip(8)
+        if kind != MATRIX:
+            raise variable.damaged(f"has an element of kind {kind} where a matrix should be")
+        variable.check(size)
+        while folded.skip(_HEAD):
+            pass
+    except zlib.error as error:
+        raise variable.damaged(f"does not unfold ({error})") from error
+    return True
 
 
 def _name(matrix: bytes, order: str) -> str | None:

@@ -6,9 +6,11 @@ import numpy as np
 import pytest
 
 import undertow
-from undertow.comparison.response_search import discover_response, every_fifth
+from undertow.comparison.driven_folds import Tried
+from undertow.comparison.response_search import _PointSearch, _unsure, discover_response, every_fifth
 from undertow.conditioning.harmonic import HarmonicSet
 from undertow.equation.driven_laws import find_driven
+from undertow.methods.harmonic_set import fit_harmonic_set
 
 FREQUENCIES = np.linspace(0.55, 1.2, 30)
 NOISE = 1e-3
@@ -73,3 +75,26 @@ def test_laws_that_these_points_cannot_tell_apart_are_named_as_alternatives():
     found = discover_response(measured, [np.arange(30)], given, {"mass_kg": 2.0}, ("quadratic_drag", "cubic_damping"))
     assert {*found.added, *(name for _, name in found.alternatives)} == {"quadratic_drag", "cubic_damping"}
     assert len(found.added) == 1
+
+
+def test_what_stood_in_for_another_law_is_taken_out(clean, monkeypatch):
+    """Rounds that add a drag, which is not there, before the hardening, which is."""
+    given = [find_driven(name) for name in ("stiffness", "viscous_damping")]
+    left = ["quadratic_drag", "cubic_stiffness"]
+
+    def round_of(search, current):
+        name = left.pop(0) if left else ""
+        more = [Tried(name, 0.0, 1.0, 0.5)] if name else []
+        return (search.fitted((*current.fit.terms, find_driven(name))) if name else None), (), more
+
+    monkeypatch.setattr(_PointSearch, "round", round_of)
+    found = discover_response(noisy(clean, 4), [np.arange(30)], given, {})
+    assert found.added == ("cubic_stiffness",)
+    assert [term.name for term in found.best.terms] == ["stiffness", "viscous_damping", "cubic_stiffness"]
+
+
+def test_a_coefficient_that_may_be_zero_is_no_law(clean):
+    terms = [find_driven(name) for name in (*LAWS, "quadratic_drag")]
+    fitted = fit_harmonic_set(noisy(clean, 5), terms, {}, {})
+    assert "within 2 standard errors of 0" in _unsure("quadratic_drag", fitted)
+    assert _unsure("cubic_stiffness", fitted) == ""

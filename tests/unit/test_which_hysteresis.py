@@ -18,7 +18,7 @@ from undertow import fit_driven
 from undertow.campaign.driven.run import sentence_of
 from undertow.comparison import driven_hysteresis, driven_search
 from undertow.comparison.driven_folds import Tried
-from undertow.comparison.driven_hysteresis import _decided, remembers
+from undertow.comparison.driven_hysteresis import _decided, _unsound, remembers
 from undertow.comparison.driven_search import discover_driven
 from undertow.equation.driven_laws import find_driven
 from undertow.likelihood.driven import DrivenLaws
@@ -169,3 +169,18 @@ def test_the_table_of_the_experiment_is_that_of_its_rows():
     assert experiment.table(experiment.read(experiment.RESULT)) in (
         (experiment.RESULT.parents[2] / "docs" / "driven.md").read_text()
     )
+
+
+@pytest.mark.parametrize(
+    ("outcome", "sound"),
+    [
+        ("ok", True),
+        ("on a bound: lugre.static_N", False),
+        ("on a bound: viscous_damping.c_Ns_per_m", True),  # no number of its own
+        ("not identifiable: lugre.sigma0_N_per_m", False),
+    ],
+)
+def test_a_member_whose_own_number_is_on_a_bound_is_no_law(monkeypatch, outcome, sound):
+    monkeypatch.setattr(driven_hysteresis, "begun_beyond", lambda problem, values: "")
+    solution = SimpleNamespace(problem=None, values=None)
+    assert (_unsound("lugre", SimpleNamespace(outcome=outcome, solution=solution)) == "") == sound

@@ -97,7 +97,7 @@ def test_green_is_for_levels_like_their_null_in_which_little_can_hide(null, stat
         assert "only 0.4 % stand out as much" in said.sentence
 
 
-@pytest.mark.parametrize(("p_value", "names"), [(0.05, ("unknown",)), (0.2, ("linear_damping",))])
+@pytest.mark.parametrize(("p_value", "names"), [(0.3, ("unknown",)), (0.5, ("linear_damping",))])
 def test_what_is_small_has_a_name_where_no_other_stands_out_nearly_as_much(p_value, names):
     other = SuspectTest("hidden_resonator (amplitude-dependent)", p_value, 1.0, 0.5, 0.5)
     null = beside(0.004)
@@ -264,12 +264,41 @@ def test_a_name_less_likely_than_something_that_was_excluded_is_no_answer():
     assert judged(NAMED, case(), near, True).status == "explained"
 
 
+PROVED = replace(NAMED, augmented=Described(0.01, 0.045))
+"""An unseen trial within the 5 % by which repetitions differ."""
+
+
 def test_a_description_need_not_be_the_likeliest():
     describes = candidate("linear_damping", 20.0, misfit=30.0)
     for score, status in ((32.0, "explained"), (36.0, "unknown")):
         more = candidate("hidden_resonator", score, "it is 0.9 standard errors from zero")
         both = diagnosis(True, best=describes, candidates=(describes, more))
-        assert judged(NAMED, case(), both, True).status == status
+        assert judged(PROVED, case(), both, True).status == status
+
+
+@pytest.mark.parametrize(
+    ("after", "facts", "misfit", "said"),
+    [
+        (0.045, {}, 30.0, ""),
+        (0.06, {}, 30.0, "unseen trials come no closer than 6.0 %, where repetitions differ by 5.0 %"),
+        (math.nan, {}, 30.0, "no trial that it never saw proves it"),
+        (0.045, {"assumed": "nobody repeated it"}, 30.0, "no trial that it never saw proves it"),
+        (math.nan, {}, 2.0, ""),
+    ],
+)
+def test_what_leaves_more_than_noise_is_an_answer_where_unseen_trials_prove_it(after, facts, misfit, said):
+    describes = candidate("linear_damping", 20.0, misfit=misfit)
+    named = replace(NAMED, augmented=Described(0.01, after), alternatives=(("cubic_damping",),))
+    for status in ("explained", "not_identifiable"):
+        verdict = judged(replace(named, status=status), case(**facts), diagnosis(True, best=describes), True)
+        if said:
+            assert (verdict.status, verdict.verdict) == ("unknown", ("linear_damping", "unknown"))
+            assert verdict.parameters == {"linear_damping": {}}
+            assert verdict.augmented is not None
+            assert f"But this is not the answer: {said}" in verdict.sentence
+            assert "one of them held out" in verdict.next_test
+        else:
+            assert verdict.status == status
 
 
 def test_what_the_free_run_hardly_shows_outweighs_nothing():

@@ -20,8 +20,12 @@ from undertow.conditioning.motion import Motion
 from undertow.equation.kernel import SLOT
 from undertow.methods.dry import DEFAULT_SCATTER
 
-RIVAL_ODDS = 20.0
-"""A rival whose posterior odds against the answer are better than 1 to this is named beside it."""
+NAMING_PROBABILITY = 0.99
+"""Posterior probability from which a name is said."""
+
+RIVAL_ODDS = NAMING_PROBABILITY / (1.0 - NAMING_PROBABILITY)
+"""A rival whose posterior odds against the answer are better than 1 to this (99) is named beside it: a name alone is as
+probable, among the sets that are answers, as a name must be beside nothing."""
 
 SIGNIFICANT = 3.0
 """A suspect's coefficient must be this many standard errors from zero."""

@@ -3,7 +3,7 @@
 Every suspect is added to the prescribed equation and everything is refitted, jointly over the level's training trials
 and springs. The criterion (joint.py) is turned into probabilities with a stated prior: half that nothing is missing,
 half shared equally among the suspects, and a hundredth of that for each further effect. A suspect whose numbers mean
-nothing (on a bound, not distinct from zero) is out. Rivals within odds of 20 to 1 are named beside the answer.
+nothing (on a bound, not distinct from zero) is out. Rivals within odds of 99 to 1 are named beside the answer.
 
 Belongs here: the search. Does not belong here: what is believed beforehand (joining.py) and of its results
 (candidate.py), what it explains (explained.py), a first look at small effects (score_test.py), the proof on held-out
@@ -17,7 +17,7 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 
 from undertow.comparison.attempt import REFINED, as_radiation, from_places, from_starts, penalty_of, plain_fit
-from undertow.comparison.candidate import Candidate, LevelDiagnosis, Screened, conclude
+from undertow.comparison.candidate import NAMING_PROBABILITY, Candidate, LevelDiagnosis, Screened, conclude
 from undertow.comparison.explained import (
     ALL,
     FAR_ABOVE_NOISE,
@@ -38,9 +38,6 @@ from undertow.comparison.score_test import GridPlace, Stands, peaks, places
 from undertow.comparison.suspect import Suspect
 from undertow.likelihood.budget import BudgetError, metered
 from undertow.likelihood.noise import residual_memory
-
-NAMING_PROBABILITY = 0.99
-"""Posterior probability from which a name is said."""
 
 EVIDENCE_ALONE = 10.0
 """Gain in log posterior that a suspect must have shown alone to be tried beside another."""

@@ -8,12 +8,12 @@ from __future__ import annotations
 
 import math
 
-from undertow.comparison.candidate import RIVAL_ODDS, Candidate, LevelDiagnosis, probability
+from undertow.comparison.candidate import NAMING_PROBABILITY, RIVAL_ODDS, Candidate, LevelDiagnosis, probability
 from undertow.comparison.explained import FAR_ABOVE_NOISE
 from undertow.comparison.joint import free_run_error
 from undertow.comparison.level import Level
 from undertow.comparison.null_test import NullTest
-from undertow.comparison.search import NAMING_PROBABILITY, OVERWHELMING, WORTH
+from undertow.comparison.search import OVERWHELMING, WORTH
 from undertow.discrepancy.calibration import LEFT
 from undertow.discrepancy.case import Case
 from undertow.discrepancy.dry_check import CERTAIN, DryAnswer
@@ -65,7 +65,8 @@ def gates(
         _flag("scatter_known", "reasons why nobody knows how much trials differ", case.assumed, GREEN, "assumed"),
     )  # fmt: skip
     hidden = () if diagnosis.named or not math.isfinite(tested.p_value) else (_upper_bound(tested),)
-    named = (*_unseen(verdict, case, diagnosis), *_outweighed(diagnosis), *_borne_out(diagnosis, in_air))
+    named = (*_unseen(verdict, case, diagnosis), *_outweighed(diagnosis), *_described(verdict, case, diagnosis))
+    named = (*named, *_borne_out(diagnosis, in_air))
     return (*found, *hidden, *named, *_with_twice_the_scatter(verdict, case, holds_doubled))
 
 
@@ -89,7 +90,7 @@ def evidence(level: Level, case: Case, diagnosis: LevelDiagnosis) -> tuple[Gate,
         Gate("numbers", f"reasons why the numbers of {names} mean nothing", float(bool(best.out)), 0.0, not best.out,
              best.out),
         Gate("free_run_closer", f"free run closer with {names}, in repeatabilities", closer, WORTH, closer > WORTH),
-        Gate("rivals", f"other sets of names within odds of {RIVAL_ODDS:g}", float(rivals), 0.0, not rivals),
+        Gate("rivals", f"other sets of names within odds of {RIVAL_ODDS:.0f}", float(rivals), 0.0, not rivals),
         Gate("posterior", f"posterior probability of {names}, excluded candidates included", posterior(diagnosis, best),
              NAMING_PROBABILITY, posterior(diagnosis, best) >= NAMING_PROBABILITY),
         Gate(LEFT, f"mean squared residual over noise with {names}", best.fit.misfit, FAR_ABOVE_NOISE,
@@ -195,7 +196,26 @@ def _outweighed(diagnosis: LevelDiagnosis) -> tuple[Gate, ...]:
     statistic = "probability of the names that are said, excluded candidates included"
     bars = ("explained", "not_identifiable")
     least = OUTWEIGHED if diagnosis.best.fit.misfit > FAR_ABOVE_NOISE else MORE_LIKELY
+    because = f"its probability is {percent(likely)}, and most probable is {because}"
     return (Gate("outweighed", statistic, likely, least, likely >= least, because, "outweighed", bars),)
+
+
+def _described(verdict: Verdict, case: Case, diagnosis: LevelDiagnosis) -> tuple[Gate, ...]:
+    """Whether a name that leaves more than noise is an answer: it is where unseen trials come as close with it as
+    repetitions are, by what was measured of them. Else it describes what is unknown."""
+    if not diagnosis.named or diagnosis.best.fit.misfit <= FAR_ABOVE_NOISE:
+        return ()
+    unseen = math.nan if verdict.augmented is None else verdict.augmented.held_out_nrmse
+    measured = math.isfinite(unseen) and not case.assumed
+    because = (
+        f"unseen trials come no closer than {percent(unseen)}, where repetitions differ by {percent(case.allowed)}"
+        if measured
+        else "no trial that it never saw proves it, beside repetitions that were measured"
+    )
+    proved = measured and unseen <= case.allowed
+    statistic = "free run of unseen trials over repeatability, where more than noise is left"
+    bars = ("explained", "not_identifiable")
+    return (Gate("described", statistic, unseen / case.allowed, 1.0, proved, because, "described", bars),)
 
 
 def _borne_out(diagnosis: LevelDiagnosis, in_air: DryAnswer) -> tuple[Gate, ...]:

@@ -13,12 +13,12 @@ import math
 from collections.abc import Mapping
 from dataclasses import replace
 
-from undertow.comparison.candidate import RIVAL_ODDS, Candidate, LevelDiagnosis
+from undertow.comparison.candidate import NAMING_PROBABILITY, RIVAL_ODDS, Candidate, LevelDiagnosis
 from undertow.comparison.explained import beyond_doubt, biases
 from undertow.comparison.joint import fit_joint, free_run_error
 from undertow.comparison.level import Level, Member
 from undertow.comparison.null_test import NullTest
-from undertow.comparison.search import NAMING_PROBABILITY, WORTH
+from undertow.comparison.search import WORTH
 from undertow.discrepancy.case import Case
 from undertow.discrepancy.decision import DOUBLED, NO_ANSWER, gates
 from undertow.discrepancy.dry_check import DryAnswer
@@ -34,6 +34,7 @@ NEXT: Mapping[str, str] = {
     "more": "more releases of this spring in this water, and larger ones",
     "unseen": "more releases: what these trials show does not carry over to the ones held out",
     "outweighed": "more releases of different size in this water, recorded from before the release until after rest",
+    "described": "three releases of the same size in this water, one of them held out",
     "dry": "more releases of different size in this water, some from rest to rest, and the same in air once more",
     "search": "look at the trials that could not be fitted; a start or a window in the config may help",
 }
@@ -55,7 +56,7 @@ def earned(
             return _small(verdict, case, diagnosis, diagnosis.small, in_air)
         if gate.lacking == "stands_out":
             return _standing_out(verdict, case, diagnosis, tested, in_air)
-        if gate.lacking in ("outweighed", "dry"):
+        if gate.lacking in ("outweighed", "described", "dry"):
             return _not_the_answer(verdict, gate)
         said = without_answer(verdict, case, gate.because, gate.lacking)
         return replace(said, contradicted=bool(case.contradiction))
@@ -63,9 +64,9 @@ def earned(
 
 
 def _not_the_answer(verdict: Verdict, gate: Gate) -> Verdict:
-    """``unknown`` after the names: what was excluded explains far more, or the dry trials contradict them."""
-    why = f"its probability is {percent(gate.value)}, and most probable is " if gate.lacking == "outweighed" else ""
-    text = f"{verdict.sentence} But this is not the answer: {why}{gate.because}. What is missing is unknown."
+    """``unknown`` after the names: what was excluded explains far more, nothing proves what leaves more than noise, or
+    the dry trials contradict them."""
+    text = f"{verdict.sentence} But this is not the answer: {gate.because}. What is missing is unknown."
     said = replace(
         verdict, status="unknown", alternatives=(), origin="undetermined", next_test=NEXT[gate.lacking], sentence=text
     )

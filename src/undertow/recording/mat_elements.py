@@ -117,7 +117,9 @@ class Variable:
         values = 0
         if kind != _OPAQUE:
             left, dims = self._element(left, _DIMENSIONS)
-            values = math.prod(struct.unpack(f"{self.order}{len(dims) // 4}I", dims[: len(dims) // 4 * 4]))
+            if len(dims) < 8 or len(dims) % 4:
+                raise self.damaged(f"has {len(dims)} bytes of dimensions")
+            values = math.prod(struct.unpack(f"{self.order}{len(dims) // 4}I", dims))
         left, _ = self._element(left, _TEXTS)
         if kind in _DENSE and values > left:
             raise self.damaged(f"is said to hold {values} values in {left} bytes")

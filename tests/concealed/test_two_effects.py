@@ -111,8 +111,24 @@ def test_what_leaves_the_equation_feeding_energy_into_the_motion_is_no_answer():
         values[fit.solution.problem.names.index("cubic_damping.Ns3_per_m3")] = 50.0 * fit.solution.stderr(
             "cubic_damping.Ns3_per_m3"
         )
-        fed = doubt(level, replace(fit, solution=replace(fit.solution, values=values)))
+        feeding = replace(fit, solution=replace(fit.solution, values=values))
+        fed = doubt(level, feeding)
         assert (f"beside it {drag.name} =" in fed and "would feed energy into the motion" in fed) == said
+        assert "beside it" not in doubt(level, feeding, feeding)  # it fed the motion before anything was added
+
+
+def test_a_law_that_takes_no_energy_may_have_any_sign_beside_what_was_added():
+    """An added mass below zero is no motor."""
+    level = make_level([member("short", SHORT, 5000)])
+    damping = next(s for s in SUSPECTS if s.name == "cubic_damping")
+    addend = Addend("cubic_damping", damping.additions(level.scales, damping.starts(level.scales)[0]))
+    fit = fit_joint(level, (addend,), 1.0, {}, 10.0, growing=False, quick=True)
+    (mass,) = (c for c in level.members[0].model.coefficients if c.term == "added_mass")
+    values = fit.solution.values.copy()
+    names = fit.solution.problem.names
+    values[names.index(mass.name)] = -5.0 * fit.solution.stderr(mass.name)
+    values[names.index("cubic_damping.Ns3_per_m3")] = 50.0 * fit.solution.stderr("cubic_damping.Ns3_per_m3")
+    assert "beside it" not in doubt(level, replace(fit, solution=replace(fit.solution, values=values)))
 
 
 def test_a_force_at_the_bodys_own_rate_is_its_own_motion_only_where_phases_are_locked_to_the_release():

@@ -168,6 +168,8 @@ def test_a_name_needs_a_level_that_stands_out():
     assert said.next_test.startswith("more releases")
     other = diagnosis(True, best=replace_label(named, "presliding"))
     assert judged(NAMED, case(), other, True, beside(0.2)).status == "explained"  # a law that was not tested
+    two = SimpleNamespace(**{**vars(named), "suspects": (*other.best.suspects, *named.suspects)})
+    assert judged(NAMED, case(), diagnosis(True, best=two), True, beside(0.2)).status == "cannot_tell"
 
 
 def test_a_search_that_ended_on_known_scatter_stays_green():

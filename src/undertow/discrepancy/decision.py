@@ -122,13 +122,13 @@ def _without_a_null(diagnosis: LevelDiagnosis) -> Gate:
 
 def _beside_its_null(verdict: Verdict, diagnosis: LevelDiagnosis, tested: NullTest) -> tuple[Gate, ...]:
     """Whether the level stands out among replicas of itself with nothing missing, as a name needs and green must not:
-    how much trials differ, if it was assumed, is as uncertain in the replicas."""
+    how much trials differ, if it was assumed, is as uncertain in the replicas. A bad release alone is in no replica."""
     if not math.isfinite(tested.p_value):
         return (_without_a_null(diagnosis),)
     p, asked = tested.p_value, "probability that a level with nothing missing stands out as much"
     if verdict.status == "nothing_missing":
         return (Gate("p_value", asked, p, tested.limit, not tested.significant, "", "stands_out", GREEN),)
-    if diagnosis.named and {s.label for s in diagnosis.best.suspects} <= {t.label for t in tested.tests}:
+    if diagnosis.named and {s.label for s in diagnosis.best.suspects} & {t.label for t in tested.tests}:
         said = f"{percent(p)} of such levels with nothing missing stand out as much"
         bars = ("explained", "not_identifiable")
         return (Gate("p_value", asked, p, tested.limit, tested.significant, said, "more", bars),)

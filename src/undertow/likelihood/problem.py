@@ -137,8 +137,24 @@ class TrialOptions:
     end_s: float = math.inf
 
 
+COARSE = 0.3
+"""By so much of a cell's noise its mean may miss the motion's where samples are instants: their mean is that of the
+span but for (w dt)^2 / 24, the same share in all channels of a sine, not of the overtones of drag and friction."""
+
+
+def _samples_a_cell(motion: Motion, period_s: float, dt: float) -> float:
+    """How many samples a cell of a fiftieth of the period has, no whole number; 1 where so few and so quiet ones do not
+    show the mean over a cell."""
+    wanted = period_s / SAMPLES_PER_PERIOD / dt
+    rate = 2.0 * math.pi / period_s
+    sizes = {"displacement": 1.0, "velocity": rate, "acceleration": rate**2}
+    missed = (rate * dt) ** 2 / 24.0 * motion.amplitude * math.sqrt(max(wanted, 1.0))
+    quiet = any(missed * sizes[q] > COARSE * noise for q, noise in motion.noise.items() if q in sizes)
+    return 1.0 if quiet else wanted
+
+
 def cells(motion: Motion, period_s: float, end_s: float = math.inf) -> tuple[np.ndarray, int]:
-    """Indices (n_cells, m) of the window's samples, m consecutive ones a cell, and m.
+    """Indices (n_cells, m) of the window's samples, m consecutive ones a cell, and m (`COARSE`: else one).
 
     What follows the window fills its last cell, so that no rate loses more of the motion's end than another. Cells in
     which samples are missing are left out: the mean of what is left is of no span of the motion. Raises
@@ -147,7 +163,7 @@ def cells(motion: Motion, period_s: float, end_s: float = math.inf) -> tuple[np.
     dt = float(np.median(np.diff(motion.t)))
     # a sample stands for half a step before it too: that of the first one must lie in the motion
     chosen = np.flatnonzero(motion.inside & (motion.t >= 0.5 * dt) & (motion.t <= end_s))
-    wanted = period_s / SAMPLES_PER_PERIOD / dt
+    wanted = _samples_a_cell(motion, period_s, dt)
     widths = range(max(1, round(0.9 * wanted)), max(1, round(1.1 * wanted)) + 1)
     m = min(widths, key=lambda m: (-chosen.size % m, abs(m - wanted)))
     first = int(chosen[0]) if chosen.size else 0

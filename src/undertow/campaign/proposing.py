@@ -18,7 +18,10 @@ from ruamel.yaml import YAML
 
 from undertow.campaign.config import RunConfig
 from undertow.campaign.run.checking import Checked, Checker
+from undertow.equation.driven_laws import FroudeKrylov
+from undertow.equation.hydrodynamics import QuadraticDrag
 from undertow.equation.registry import catalogue
+from undertow.equation.structure import Stiffness, ViscousDamping
 from undertow.recording.catalogue import ChannelSpec, TimeSpec, TimeWindow
 from undertow.recording.gather import gather
 from undertow.recording.layout import FileFormat
@@ -30,7 +33,7 @@ TERMS = tuple(law.name for law in catalogue() if law.structural)
 """What every body that swings may have: the equation that a proposal begins with."""
 
 DRIVEN_TERMS = ("stiffness", "viscous_damping", "constant_force")
-WAVE_TERMS = ("stiffness", "viscous_damping", "quadratic_drag", "froude_krylov")
+WAVE_TERMS = tuple(law.name for law in (Stiffness, ViscousDamping, QuadraticDrag, FroudeKrylov))
 """The equation that a proposal for a driven body begins with."""
 
 NO_TEXT = frozenset({"null", "true", "false"})

@@ -69,6 +69,11 @@ class CaseResult:
         return any(g.outcome == "false" for g in self.groups)
 
     @property
+    def accused(self) -> bool:
+        """The same of an effect that counts: `present_but_small` says that what is there does not."""
+        return any(g.outcome == "false" and g.said.get("status") != "present_but_small" for g in self.groups)
+
+    @property
     def detected(self) -> bool:
         """Whether a group with an effect was said to have one."""
         return any(g.outcome in FOUND for g in self.groups if g.effects)

@@ -66,6 +66,7 @@ def nulls(cases: list[CaseResult]) -> Table:
     and p-values."""
     held = [c for c in cases if c.kind == "nothing" and c.answered]
     false = [c for c in held if c.false]
+    accused = sum(c.accused for c in held)
     strata: dict[str, Table] = {}
     for key in (
         "dry",
@@ -89,6 +90,8 @@ def nulls(cases: list[CaseResult]) -> Table:
         "n": len(held),
         "false": len(false),
         "upper": st.upper_limit(len(false), len(held)),
+        "accused": accused,
+        "accused_upper": st.upper_limit(accused, len(held)),
         "cases": [_short(c) for c in false],
         "strata": strata,
         "nothing_said": share(sum(_all_nothing(c) for c in held), len(held)),
@@ -221,11 +224,12 @@ def _by_reason(cases: list[CaseResult]) -> dict[str, Table]:
 
 
 def _outside_right(case: CaseResult) -> bool:
-    """`unknown`, or a description that says so and predicts unseen trials within 1.5 times repeatability."""
+    """`unknown`, with names before it or not, or a description that says so and predicts unseen trials within 1.5 times
+    repeatability."""
     group = case.deciding
     if group is None:
         return False
-    if group.outcome == "unknown":
+    if group.outcome == "unknown" or group.said.get("status") == "unknown":
         return True
     says = "descri" in json.dumps([group.said.get(k) for k in ("sentence", "because", "origin")]).lower()
     ratio = _held_out_ratio(group)

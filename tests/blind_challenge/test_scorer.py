@@ -116,7 +116,9 @@ def test_a_false_positive_is_counted_with_the_limit_of_clopper_and_pearson() -> 
     cases = [case(nothing, said("nothing_missing", p_value=(i + 0.5) / 200)) for i in range(199)]
     cases.append(case(nothing, said("explained", ["clipping"], p_value=0.001)))
     found = score.nulls(cases)
-    assert (found["n"], found["false"]) == (200, 1)
+    assert (found["n"], found["false"], found["accused"]) == (200, 1, 1)
+    small = score.nulls([case(nothing, said("present_but_small"))])
+    assert (small["false"], small["accused"], small["accused_upper"]) == (1, 0, pytest.approx(0.95))
     assert found["upper"] == pytest.approx(0.0235, abs=5e-4)  # exact limit of 1 of 200
     assert found["nothing_said_sharp"]["share"] == 199 / 200
     assert found["p"]["ks_p"] > 0.9
@@ -234,6 +236,7 @@ def test_a_description_outside_the_catalogue_counts_where_it_says_so_and_predict
     assert not score._outside_right(case(truth("outside", [iwan]), {**good, "sentence": "It is hysteresis."}))
     assert not score._outside_right(case(truth("outside", [iwan]), {**good, "augmented": {"held_out_nrmse": 0.05}}))
     assert score._outside_right(case(truth("outside", [iwan]), said("unknown", ["unknown"])))
+    assert score._outside_right(case(truth("outside", [iwan]), said("unknown", ["cubic_damping", "unknown"])))
 
 
 def test_the_error_after_repair_is_compared_with_peers_by_group() -> None:

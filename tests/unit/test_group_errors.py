@@ -21,16 +21,7 @@ from undertow.likelihood.priors import GAIN_STD
 from undertow.likelihood.problem import TrialOptions
 from undertow.likelihood.scale import choose_anchor, to_physical, trial_stiffness
 from undertow.methods.baseline import fit_group, group_model, terms_by_name
-from undertow.methods.dry import (
-    DEFAULT_SCATTER,
-    Scatter,
-    believed,
-    dry_fits,
-    pooled_scatter,
-    structural_terms,
-    structure_from,
-    uneven,
-)
+from undertow.methods.dry import DEFAULT_SCATTER, dry_fits, pooled_scatter, structural_terms, structure_from, uneven
 from undertow.quantities import Estimate
 
 OPTIONS = TrialOptions(rest_offset_std=1e-3)
@@ -190,16 +181,6 @@ def test_dry_means_carry_the_freedom_they_were_seen_with():
     both = pooled_scatter([fits, fits])
     assert both.freedom == 4.0
     assert structure_from(fits, both).c.stderr < structure.c.stderr  # pooled over springs: less widened
-
-
-def test_two_dry_trials_that_look_alike_may_both_be_far_from_the_mean_of_many():
-    _, fits, _ = trials()
-    two = dict(list(fits.items())[:2])
-    alike = Scatter({"k": 1e-6, "c": 1e-6, "mu": 1e-6}, 1.0)
-    c = structure_from(two, alike).c
-    assert c.stderr > believed(alike.values, 1.0, "c") / np.sqrt(2.0) * c.value
-    stated = structure_from(two, Scatter(alike.values, np.inf)).c
-    assert stated.stderr < 0.1 * c.stderr
 
 
 def test_scatter_is_the_standard_deviation_where_noise_is_small():

@@ -27,7 +27,7 @@ from undertow.equation.kernel import SLOT
 from undertow.likelihood.fit import Fit
 from undertow.likelihood.problem import TrialOptions
 from undertow.methods.baseline import terms_by_name
-from undertow.methods.dry import DEFAULT_SCATTER, Scatter
+from undertow.methods.dry import DEFAULT_SCATTER, Scatter, believed
 from undertow.methods.repeated import pooled, repetitions, scatter_of_repetitions
 from undertow.quantities import Estimate
 
@@ -103,7 +103,9 @@ def test_two_sights_of_one_scatter_count_by_their_degrees_of_freedom() -> None:
     both = pooled(Scatter({"k": 0.01, "c": 0.3}, 3.0), Scatter({"k": 0.02, "mu": 0.1}, 1.0))
     assert both.freedom == 4.0
     assert both.values["k"] == pytest.approx(np.sqrt((3.0 * 0.01**2 + 0.02**2) / 4.0))
-    assert both.values["c"] == 0.3
+    assert both.values["c"] == pytest.approx(0.3)  # unseen the second time, and more than rigs scatter
+    few = pooled(Scatter({"k": 0.01, "c": 0.01}, 1.0), Scatter({"k": 0.01}, 11.0))
+    assert few.values["c"] == believed({"c": 0.01}, 1.0, "c") > 0.1  # eleven more degrees of freedom say nothing of c
     assert both.values["mu"] == pytest.approx(0.05)  # the first saw none
 
 

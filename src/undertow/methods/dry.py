@@ -226,13 +226,12 @@ def _values(fits: Mapping[str, GroupFit], symbol: str) -> list[Estimate]:
 
 
 def _mean(fits: Mapping[str, GroupFit], symbol: str, scatter: Scatter) -> Estimate:
-    """Mean over one spring's dry trials with the scatter pooled over springs, as it is `believed`, and as wide as its
-    freedom asks: two trials that look alike may both be far from the mean of many."""
+    """Mean over one spring's dry trials with the scatter pooled over springs, and as wide as its freedom asks."""
     found = [e for e in _values(fits, symbol) if math.isfinite(e.value)]
     if not found:
         return Estimate(0.0, 0.0, unit=_UNITS[symbol], source="not in the equation")
     numbers = np.array([e.value for e in found])
-    between = believed(scatter.values, scatter.freedom, symbol) * abs(float(np.mean(numbers)))
+    between = scatter.values[symbol] * abs(float(np.mean(numbers)))
     mean, error = weighted_mean(numbers, noise_of(found), between)
     freedom = scatter.freedom if scatter.freedom > 0.0 else ASSUMED_FREEDOM
     said = f"mean of {len(found)} dry trials"

@@ -15,7 +15,7 @@ import numpy as np
 
 from undertow.conditioning.motion import Motion
 from undertow.likelihood.fit import Fit
-from undertow.methods.dry import Scatter
+from undertow.methods.dry import Scatter, believed
 from undertow.uncertainty.repeats import noise_of, scatter_between
 
 FEWEST = 3
@@ -60,17 +60,18 @@ def scatter_of_repetitions(sets: Sequence[Sequence[Fit]], known: float = 0.0) ->
 
 
 def pooled(one: Scatter, other: Scatter) -> Scatter:
-    """Two sights of one scatter, each counted by its degrees of freedom; what the second did not see is the first's.
+    """Two sights of one scatter, each counted by its degrees of freedom; what the second did not see is `believed` as
+    by the first alone, for the freedom that is said of all holds it too.
 
     >>> from undertow.methods.dry import Scatter
-    >>> both = pooled(Scatter({"k": 0.01, "c": 0.2}, 1.0), Scatter({"k": 0.02}, 3.0))
-    >>> round(both.values["k"], 4), both.values["c"], both.freedom
-    (0.018, 0.2, 4.0)
+    >>> both = pooled(Scatter({"k": 0.01, "c": 0.1}, 1.0), Scatter({"k": 0.02}, 3.0))
+    >>> round(both.values["k"], 4), round(both.values["c"], 4), both.freedom
+    (0.018, 0.1581, 4.0)
     """
     freedom = one.freedom + other.freedom
-    values = dict(one.values)
+    values = {symbol: believed(one.values, one.freedom, symbol) for symbol in one.values}
     for symbol, value in other.values.items():
-        square = one.freedom * values.get(symbol, 0.0) ** 2 + other.freedom * value**2
+        square = one.freedom * one.values.get(symbol, 0.0) ** 2 + other.freedom * value**2
         values[symbol] = math.sqrt(square / freedom)
     return Scatter(values, freedom)
 

@@ -77,6 +77,7 @@ def test_a_cell_in_which_samples_are_missing_is_left_out(truth: Truth, full: Rec
         ({"displacement": 3e-4, "acceleration": 1e-4}, 94.0, 1),  # the quietest channel decides
         ({"displacement": 1e-5, "spring_force": 1e-9}, 1000.0, 20),
         ({"displacement": 1e-9}, 60.0, 1),
+        ({"displacement": 1e-9}, 250.0, 5),
     ],
 )
 def test_quiet_samples_are_taken_together_only_where_their_mean_is_that_of_the_span(noise, samples, a_cell):

@@ -142,6 +142,10 @@ COARSE = 0.3
 span but for (w dt)^2 / 24, the same share in all channels of a sine, not of the overtones of drag and friction."""
 
 
+FEW = 4.0
+"""From so many samples a cell on their mean is near enough that of the span for any sensor (4e-5 of the motion)."""
+
+
 def _samples_a_cell(motion: Motion, period_s: float, dt: float) -> float:
     """How many samples a cell of a fiftieth of the period has, no whole number; 1 where so few and so quiet ones do not
     show the mean over a cell."""
@@ -150,7 +154,7 @@ def _samples_a_cell(motion: Motion, period_s: float, dt: float) -> float:
     sizes = {"displacement": 1.0, "velocity": rate, "acceleration": rate**2}
     missed = (rate * dt) ** 2 / 24.0 * motion.amplitude * math.sqrt(max(wanted, 1.0))
     quiet = any(missed * sizes[q] > COARSE * noise for q, noise in motion.noise.items() if q in sizes)
-    return 1.0 if quiet else wanted
+    return 1.0 if quiet and wanted < FEW else wanted
 
 
 def cells(motion: Motion, period_s: float, end_s: float = math.inf) -> tuple[np.ndarray, int]:

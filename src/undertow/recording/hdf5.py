@@ -17,6 +17,7 @@ import pandas as pd
 
 from undertow.errors import MisnamedError, RecordingError
 from undertow.recording.foreign import parsing
+from undertow.recording.hdf5_guard import GUARD
 from undertow.recording.layout import Column, FileFormat, pick
 from undertow.recording.limits import LIMITS, Limits
 from undertow.recording.vectors import alike, chosen_table, matrix_columns, table
@@ -38,18 +39,22 @@ def read_hdf5(path: Path, layout: FileFormat, columns: Sequence[Column] | None) 
 
     Raises RecordingError where the file is damaged or too large, the table is missing, or a column holds no numbers.
     """
-    import h5py
-
-    with parsing(path, "HDF5 file", _ADVICE), h5py.File(path, "r") as file:
+    with parsing(path, "HDF5 file", _ADVICE), checked(path) as file:
         return _table_at(path, _found(path, file, layout.variable), layout, columns)
 
 
 def hdf5_tables(path: Path, limits: Limits = LIMITS) -> tuple[str, ...]:
     """Paths of everything in a file that can be read as a table; "" is the file's own vectors."""
+    with parsing(path, "HDF5 file", _ADVICE), checked(path) as file:
+        return _tables(path, file)
+
+
+def checked(path: Path) -> Any:
+    """The file, open for reading, after another process looked at it (hdf5_guard.py)."""
     import h5py
 
-    with parsing(path, "HDF5 file", _ADVICE), h5py.File(path, "r") as file:
-        return _tables(path, file)
+    GUARD.check(path)
+    return h5py.File(path, "r")
 
 
 def walk(path: Path, group: Any, above: str = "", depth: int = 0) -> Iterator[tuple[str, Any]]:

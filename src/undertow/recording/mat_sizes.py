@@ -16,7 +16,7 @@ from pathlib import Path
 from typing import Any
 
 from undertow.errors import RecordingError
-from undertow.recording.hdf5 import DEEPEST, OBJECTS_AT_MOST, allow_dataset, walk
+from undertow.recording.hdf5 import DEEPEST, OBJECTS_AT_MOST, allow_dataset, checked, walk
 from undertow.recording.limits import Limits
 from undertow.recording.mat_elements import COMPRESSED, MATRIX, Folded, Plain, Variable
 
@@ -41,9 +41,7 @@ def allow(path: Path, limits: Limits, wanted: Collection[str] | None) -> None:
 
 def _allow_v73(path: Path, limits: Limits, wanted: Collection[str] | None) -> None:
     """The same for 7.3, which is HDF5: cells are references, and one referred to twice is read twice."""
-    import h5py
-
-    with h5py.File(path, "r") as file:
+    with checked(path) as file:
         for _ in walk(path, file):  # refuses what leads out of the file
             pass
         count = _Count(path, file, limits)

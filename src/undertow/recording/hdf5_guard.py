@@ -1,0 +1,130 @@
+"""HDF5 files are looked at by another process first: on some damaged ones their library ends or hangs its process.
+
+One such process serves all files of this one; it starts with the first file and ends with its input. Where none can be
+started files are read without.
+
+Belongs here: that process, its answers. Does not belong here: what it does with a file (hdf5_child.py).
+"""
+
+from __future__ import annotations
+
+import atexit
+import contextlib
+import json
+import os
+import queue
+import subprocess
+import sys
+import threading
+from pathlib import Path
+
+from undertow.errors import RecordingError
+
+CHILD = Path(__file__).with_name("hdf5_child.py")
+LONGEST_WAIT_S = 300.0
+"""Where the system limits no process's time, and on a machine with much other work."""
+
+SOUND_AT_MOST = 10_000
+"""Files that are remembered as looked at."""
+
+
+class Guard:
+    """The process that looks at files; another one where it ends."""
+
+    def __init__(self, command: tuple[str, ...] = (sys.executable, "-P", str(CHILD))) -> None:
+        self._command = command
+        self._lock = threading.Lock()
+        self._sound: set[tuple[str, int, int]] = set()
+        self._process: subprocess.Popen[str] | None = None
+        self._answers: queue.SimpleQueue[str] = queue.SimpleQueue()
+        self._listener: threading.Thread | None = None
+        self._owner, self._able = os.getpid(), True
+
+    def check(self, path: Path) -> None:
+        """RecordingError where the HDF5 library does not survive this file; OSError where there is none."""
+        status = path.stat()
+        known = (str(path.absolute()), status.st_mtime_ns, status.st_size)
+        with self._lock:
+            if known in self._sound or not self._able:
+                return
+            if not self._ask(known[0]):
+                raise RecordingError(
+                    f"{path} is damaged: the library that reads HDF5 does not come to an end with it; copy the file "
+                    "again, or save it again"
+                )
+            if len(self._sound) >= SOUND_AT_MOST:
+                self._sound.clear()
+            self._sound.add(known)
+
+    def close(self) -> None:
+        """End the process."""
+        process, self._process = self._process, None
+        if process is None or self._owner != os.getpid():
+            return
+        process.kill()
+        process.wait()
+        if self._listener is not None:
+            self._listener.join()
+        for stream in (process.stdin, process.stdout):
+            if stream is not None:
+                with contextlib.suppress(OSError):  # what it was never told
+                    stream.close()
+
+    def _ask(self, path: str) -> bool:
+        """Whether the process survives a file; one that had ended before is started again, once."""
+        for _ in range(2):
+            process = self._running()
+            if process is None:
+                return True
+            try:
+                assert process.stdin is not None
+                process.stdin.write(json.dumps(path) + "\n")
+                process.stdin.flush()
+            except OSError:
+                self.close()
+                continue
+            if self._answer():
+                return True
+            break
+        self.close()
+        return False
+
+    def _answer(self) -> str:
+        """The next line that the process says; empty where it ends or takes too long."""
+        try:
+            return self._answers.get(timeout=LONGEST_WAIT_S)
+        except queue.Empty:
+            return ""
+
+    def _running(self) -> subprocess.Popen[str] | None:
+        """The process, started anew where there is none, or where it is that of the process this one was copied from;
+        None, now and ever after, where none can be started."""
+        if self._process is None or self._owner != os.getpid() or self._process.poll() is not None:
+            self.close()
+            self._owner, self._answers = os.getpid(), queue.SimpleQueue()
+            try:
+                self._process = subprocess.Popen(
+                    self._command, stdin=subprocess.PIPE, stdout=subprocess.PIPE, stderr=subprocess.DEVNULL, text=True
+                )
+            except OSError:
+                self._able = False
+                return None
+            self._listener = threading.Thread(target=_listen, args=(self._process, self._answers), daemon=True)
+            self._listener.start()
+            self._able = bool(self._answer())
+            if not self._able:
+                self.close()
+        return self._process
+
+
+def _listen(process: subprocess.Popen[str], answers: queue.SimpleQueue[str]) -> None:
+    """Pass on every line that a process says, and an empty one when it ends."""
+    assert process.stdout is not None
+    for line in process.stdout:
+        answers.put(line)
+    process.wait()
+    answers.put("")
+
+
+GUARD = Guard()
+atexit.register(GUARD.close)

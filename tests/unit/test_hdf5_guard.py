@@ -1,0 +1,125 @@
+"""Files on which the HDF5 library ends or hangs are a sentence, and cost no more than a look by another process."""
+
+from __future__ import annotations
+
+import os
+import signal
+import struct
+import subprocess
+import sys
+from pathlib import Path
+
+import h5py
+import numpy as np
+import pytest
+
+from tests.lab_files import WRITERS
+from tests.small_campaign import recorded
+from undertow.errors import RecordingError
+from undertow.recording import hdf5_child, hdf5_guard
+from undertow.recording.hdf5_guard import Guard
+from undertow.recording.readers import read_table, tables_in
+
+GONE = r"r\.h5 is damaged: the library that reads HDF5 does not come to an end with it; copy the file again"
+
+
+@pytest.fixture
+def sound(tmp_path: Path) -> Path:
+    """A file with units, which are texts of any length: they lie in a heap of their own."""
+    t, x, a = recorded(0.04, 0)[:200].T
+    WRITERS["r.h5"](tmp_path / "r.h5", t, {"disp": (x, "m"), "acc": (a, "m/s^2")})
+    return tmp_path / "r.h5"
+
+
+def endless(path: Path) -> None:
+    """Free space of no size in the heap of texts, by which the library steps on for ever."""
+    content = bytearray(path.read_bytes())
+    at = content.index(b"GCOL")
+    (size,) = struct.unpack_from("<Q", content, at + 8)
+    first = struct.pack("<HHIQ", 1, 0, 0, 1) + b"s".ljust(8, b"\0")
+    content[at + 16 : at + size] = first + bytes(size - 16 - len(first))
+    path.write_bytes(content)
+
+
+def test_a_sound_file_is_looked_at_once(sound: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    asked: list[str] = []
+    own = Guard._ask
+    monkeypatch.setattr(Guard, "_ask", lambda guard, path: asked.append(path) or own(guard, path))
+    assert len(read_table(sound)) == 200
+    assert tables_in(sound) == ("trial",)
+    assert asked == [str(sound)]
+    os.utime(sound, ns=(1, 1))
+    read_table(sound)
+    assert len(asked) == 2
+
+
+def test_a_file_that_hangs_the_library_is_refused(sound: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    endless(sound)
+    quick = Path(sound.parent / "quick.py")
+    quick.write_text(hdf5_guard.CHILD.read_text().replace("BYTES_A_SECOND = 20.0", "BYTES_A_SECOND = 1.0"))
+    guard = Guard((sys.executable, "-P", str(quick)))
+    monkeypatch.setattr("undertow.recording.hdf5.GUARD", guard)
+    for work in (read_table, tables_in):
+        with pytest.raises(RecordingError, match=GONE):
+            work(sound)
+    guard.close()
+
+
+def test_a_process_that_ended_is_started_again(sound: Path) -> None:
+    guard = Guard()
+    guard.check(sound)
+    process = guard._process
+    assert process is not None
+    os.kill(process.pid, signal.SIGKILL)
+    process.wait()
+    os.utime(sound, ns=(2, 2))
+    guard.check(sound)
+    assert guard._process is not None
+    assert guard._process.pid != process.pid
+    guard.close()
+    assert guard._process is None
+
+
+@pytest.mark.parametrize("command", [("no_such_program",), (sys.executable, "-c", "import no_such_library")])
+def test_where_no_process_can_be_started_files_are_read_without(sound: Path, command: tuple[str, ...]) -> None:
+    guard = Guard(command)
+    guard.check(sound)
+    guard.check(sound)
+    assert not guard._able
+
+
+def test_a_process_that_ends_on_a_file_says_so(sound: Path) -> None:
+    guard = Guard((sys.executable, "-c", "print('ready', flush=True); input()"))
+    with pytest.raises(RecordingError, match=GONE):
+        guard.check(sound)
+    with pytest.raises(FileNotFoundError):
+        guard.check(sound.with_name("none.h5"))
+
+
+def test_the_look_ends_with_its_input_and_survives_what_is_no_file(sound: Path, tmp_path: Path) -> None:
+    (tmp_path / "text.h5").write_text("no HDF5")
+    lines = "".join(f'"{path}"\n' for path in (sound, tmp_path / "text.h5", tmp_path / "none.h5"))
+    done = subprocess.run(
+        [sys.executable, "-P", str(hdf5_guard.CHILD)], input=lines, capture_output=True, text=True, timeout=60
+    )
+    assert done.stdout.split() == ["ready", "seen", "seen", "seen"]
+    assert done.returncode == 0
+
+
+def test_the_look_touches_what_a_reader_may(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    path = tmp_path / "r.h5"
+    with h5py.File(path, "w") as file:
+        file.attrs["by"] = "me"
+        group = file.create_group("a/b")
+        group["x"] = np.arange(9.0)
+        group["x"].attrs["unit"] = "m"
+        group.create_dataset("long", shape=(10**9,), dtype="f8", chunks=(1000,))
+        group["self"] = group
+        file["out"] = h5py.ExternalLink("other.h5", "/x")
+    seen: list[str] = []
+    attributes, values = hdf5_child._attributes, hdf5_child._values
+    monkeypatch.setattr(hdf5_child, "_attributes", lambda node: seen.append(node.name) or attributes(node))
+    monkeypatch.setattr(hdf5_child, "_values", lambda node: seen.append(f"{node.name} values") or values(node))
+    hdf5_child.look(str(path))
+    assert {"/", "/a", "/a/b", "/a/b/x", "/a/b/x values", "/a/b/long values"} <= set(seen)
+    assert len(seen) < 10 * hdf5_child.DEEPEST  # a group within itself

@@ -380,3 +380,77 @@ def test_inspect_maps_no_instrument_of_a_body_that_nothing_drives():
     proposal = propose_mapping(pd.DataFrame({"time_s": t, "disp_m": t, "target_m": t}))
     assert "instrument" not in proposal.channels
     assert "column 'target_m' is not mapped" in proposal.remarks
+
+
+def write_decay(path, seed, x0_m=0.5, samples=900, held=60):
+    """The same body, held for a while and let go; its file has no force."""
+    t = np.arange(samples) * 0.01
+    theta = np.zeros(N_DRIVEN)
+    numbers = {"mass": 4.0, "k1": 100.0, "c1": 3.0, "q": 8.0, "x0": x0_m, "bw_unit": 1.0, "bw_n": 1.0}
+    for name, value in numbers.items():
+        theta[DRIVEN_SLOT[name]] = value
+    drive = drive_of(t, np.zeros(samples))
+    x = driven_motion(theta, np.zeros(0, dtype=np.int64), drive, t, MotionSize(), 40).x[:, 0]
+    x = np.concatenate([np.full(held, x0_m), x]) + NOISE * np.random.default_rng(seed).normal(size=held + samples)
+    pd.DataFrame({"time_s": np.arange(x.size) * 0.01, "position_m": x}).to_csv(path, index=False)
+
+
+@pytest.fixture(scope="module")
+def with_decays(tmp_path_factory):
+    """A folder with a driven record and two decays of one body, and its finished run."""
+    folder = tmp_path_factory.mktemp("both")
+    (folder / "data").mkdir()
+    write_record(folder / "data/train.csv", 1)
+    write_record(folder / "data/test.csv", 2)
+    for seed in (3, 4):
+        write_decay(folder / f"data/decay_{seed}.csv", seed)
+    text = CONFIG.replace("files: train.csv", "files: data/*.csv")
+    (folder / "both.yaml").write_text(text + 'trials: {decays: ["decay_*"], hold_out: [test.csv]}\n')
+    run_to_folder(folder / "both.yaml", out=folder / "run")
+    return folder
+
+
+def test_decays_run_beside_driven_records(with_decays):
+    (group,) = json.loads((with_decays / "run/verdict.json").read_text())["groups"]
+    assert group["status"] == "explained"
+    assert group["verdict"] == ["quadratic_drag"]
+    assert set(group["trials"]) == {"train", "decay_3", "decay_4"}
+    assert group["held_out"] == ["test"]
+    numbers = group["augmented"]["parameters"]
+    for name, true in (("mass_kg", 4.0), ("stiffness.k_N_per_m", 100.0), ("quadratic_drag.drag_Ns2_per_m2", 8.0)):
+        assert abs(numbers[name]["value"] - true) < 4.0 * numbers[name]["stderr"]
+    page = (with_decays / "run/report.html").read_text()
+    assert "Standard errors by kind of record" in page
+    assert "<td>open</td>" in page  # of a decay alone forces are known per mass
+
+
+def test_a_run_with_decays_predicts_a_decay_and_a_driven_record(with_decays, capsys):
+    write_decay(with_decays / "decay_5.csv", 5, 0.4)
+    for file in ("data/test.csv", "decay_5.csv"):
+        said = command(capsys, "predict", with_decays / "run", "--recording", with_decays / file)
+        assert said.code == 0, said.err
+
+
+@pytest.mark.parametrize(
+    ("change", "sentence"),
+    [
+        (("decay_*", "drop_*"), "trials.decays names 'drop_*', which fits none of 4 trials"),
+        (("    force: {column: force_N, unit: N, hold: first}\n", ""), "trials.decays is for decays beside driven"),
+        (('"decay_*"', '"*"'), "nothing drives any of"),
+    ],
+)
+def test_decays_that_make_no_sense_are_a_sentence(with_decays, change, sentence, capsys):
+    text = (with_decays / "both.yaml").read_text()
+    assert change[0] in text
+    (with_decays / "wrong.yaml").write_text(text.replace(*change))
+    said = command(capsys, "run", with_decays / "wrong.yaml", "--out", with_decays / "wrong")
+    assert said.code in (1, 2, 3)
+    assert sentence in said.err
+
+
+def test_a_decay_that_is_not_said_to_be_one_lacks_its_input(with_decays, capsys):
+    text = (with_decays / "both.yaml").read_text().replace('decays: ["decay_*"], ', "")
+    (with_decays / "silent.yaml").write_text(text)
+    said = command(capsys, "run", with_decays / "silent.yaml", "--out", with_decays / "silent")
+    assert said.code == 3
+    assert "trials.decays" in said.err + said.out

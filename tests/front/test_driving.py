@@ -9,9 +9,9 @@ from scipy.signal import lsim
 import undertow
 from undertow.comparison.driven_folds import validation_rms
 from undertow.comparison.driven_search import without_law
+from undertow.conditioning.driven_records import driven_record
 from undertow.equation.driven_laws import find_driven
 from undertow.errors import IdentificationError, RecordingError
-from undertow.front.driving import _trial
 from undertow.likelihood.driven import DrivenLaws
 from undertow.methods.driven import fit_driven
 
@@ -53,7 +53,7 @@ def test_discover_takes_an_input_as_pysindy_does():
     driven = found.fit(x, t=t, u=u).driven_
     assert driven.added == ()
     assert driven.baseline.numbers["mass_kg"] == pytest.approx(2.0, rel=0.01)
-    with pytest.raises(IdentificationError, match="u has 2000 samples but t is None"):
+    with pytest.raises(IdentificationError, match="u is given but t is None; give the times"):
         found.fit(x, u=u)
 
 
@@ -68,7 +68,7 @@ def test_arrays_that_do_not_fit_together_are_refused():
 def test_a_law_that_another_makes_needless_goes_and_one_that_is_needed_stays():
     t, u, x = shaken(0)
     terms = [find_driven(name) for name in ("stiffness", "viscous_damping", "quadratic_drag")]
-    trial = _trial(x, t, u, "first")
+    trial = driven_record(x, t, u, "first")
     training, unseen = [trial.part(0, 1600)], [trial.part(1600, 2000)]
     current = fit_driven(training, DrivenLaws(tuple(terms)))
     lowest = validation_rms(unseen, current)

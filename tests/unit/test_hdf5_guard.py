@@ -56,7 +56,7 @@ def test_a_sound_file_is_looked_at_once(sound: Path, monkeypatch: pytest.MonkeyP
 def test_a_file_that_hangs_the_library_is_refused(sound: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     endless(sound)
     quick = Path(sound.parent / "quick.py")
-    quick.write_text(hdf5_guard.CHILD.read_text().replace("BYTES_A_SECOND = 20.0", "BYTES_A_SECOND = 1.0"))
+    quick.write_text(hdf5_guard.CHILD.read_text().replace("BYTES_A_SECOND = 5.0", "BYTES_A_SECOND = 1.0"))
     guard = Guard((sys.executable, "-P", str(quick)))
     monkeypatch.setattr("undertow.recording.hdf5.GUARD", guard)
     for work in (read_table, tables_in):

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
-from typing import Literal, cast
+from typing import cast
 
 import numpy as np
 from numpy.typing import NDArray
@@ -21,11 +21,12 @@ from undertow.comparison.stepwise_selection import Rules
 from undertow.comparison.structure import Effort, FoundStructure, find_structure
 from undertow.comparison.structure_report import Outside, as_html, as_text, equation_text
 from undertow.conditioning.condition import condition
-from undertow.conditioning.driven import DrivenTrial
+from undertow.conditioning.driven_records import Inputs, Records, Times, driven_records
 from undertow.conditioning.motion import Motion
 from undertow.equation import registry
 from undertow.equation.driven_laws import find_driven
 from undertow.equation.equation import Equation
+from undertow.equation.input import Hold
 from undertow.equation.kernel import SLOT
 from undertow.equation.term import Term
 from undertow.errors import IdentificationError, NotFittedError
@@ -123,18 +124,19 @@ class Discovery(BaseEstimator):  # type: ignore[misc]
         trials: Sequence[Trial] | Array,
         y: object = None,
         *,
-        t: Array | float | None = None,
-        u: Array | None = None,
-        hold: Literal["zero", "first", "band_limited"] = "first",
+        t: Times | None = None,
+        u: Inputs | None = None,
+        hold: Hold = "first",
     ) -> Discovery:
         """Find the equation of ``trials``, recordings or conditioned motions; ``y`` is there for scikit-learn alone.
 
         With ``u`` (n,) the body is driven: ``trials`` is then its displacement (n,), ``t`` the times (n,) s or the
-        step, ``hold`` what u is between samples. The search begins with ``known`` (stiffness and viscous damping where
-        that is empty) and adds laws of the library; the result is ``driven_`` (driven_search.py), not ``structure_``.
+        step, ``hold`` what u is between samples, or lists of these, with None as u of a decay. The search begins with
+        ``known`` (stiffness and viscous damping where that is empty) and adds laws of the library; the result is
+        ``driven_`` (driven_search.py), not ``structure_``.
         """
         if u is not None:
-            self.driven_: DrivenFound = self._fit_driven(np.asarray(trials, dtype=np.float64), t, u, hold)
+            self.driven_: DrivenFound = self._fit_driven(cast(Records, trials), t, u, hold)
             return self
         trials = cast(Sequence[Trial], trials)
         library = self._library()
@@ -163,19 +165,15 @@ class Discovery(BaseEstimator):  # type: ignore[misc]
         self._fitted()
         return None if self.outside_ is None else self.outside_.adequate
 
-    def _fit_driven(
-        self, x: Array, t: Array | float | None, u: Array, hold: Literal["zero", "first", "band_limited"]
-    ) -> DrivenFound:
-        """The search on one driven record; IdentificationError without times."""
+    def _fit_driven(self, x: Records, t: Times | None, u: Inputs, hold: Hold) -> DrivenFound:
+        """The search on driven records, decays beside them or not; IdentificationError without times."""
         if t is None:
-            raise IdentificationError(f"u has {np.size(u)} samples but t is None; give the times, or the step in s")
-        given = np.asarray(t, dtype=np.float64)
-        times: Array = np.array(np.arange(x.size) * float(given) if given.ndim == 0 else given, dtype=np.float64)
-        trial = DrivenTrial("x", times, np.asarray(u, dtype=np.float64), {"displacement": x}, hold=hold)
+            raise IdentificationError("u is given but t is None; give the times, or the step in s")
+        trials = driven_records(x, t, u, hold)
         begin = tuple(self.known) or ("stiffness", "viscous_damping")
         library = [term.name for term in self._library() if term.name not in begin]
         suspects = None if self.terms is None else library
-        return discover_driven([trial], DrivenLaws(tuple(find_driven(name) for name in begin)), suspects)
+        return discover_driven(trials, DrivenLaws(tuple(find_driven(name) for name in begin)), suspects)
 
     def _library(self) -> tuple[Term, ...]:
         given = registry.TEN_TERMS if self.terms is None else self.terms

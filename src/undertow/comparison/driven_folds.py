@@ -61,10 +61,10 @@ class Tried:
 
 
 def fold_errors(training: Sequence[DrivenTrial], laws: DrivenLaws) -> Array:
-    """Mean squared error (windows,) of free runs over parts of the longest trial, the equation fitted to all but the
-    fifth that they are in; inf where a fit or a run has no bounds. Empty where the trial is too short for a window in
-    each fifth."""
-    longest = max(training, key=lambda trial: trial.t.size)
+    """Mean squared error (windows,) of free runs over parts of the longest driven trial, the equation fitted to all but
+    the fifth that they are in; inf where a fit or a run has no bounds. Empty where the trial is too short for a window
+    in each fifth."""
+    longest = max(training, key=lambda trial: (not trial.free, trial.t.size))
     if longest.t.size < FOLDS * SHORTEST_WINDOW:
         return np.zeros(0)
     others = [trial for trial in training if trial is not longest]

@@ -117,11 +117,13 @@ def discover_driven(
 ) -> DrivenFound:
     """The equation's numbers, and which laws it lacks, proved on ``held_out`` trials or on the records' last fifth.
 
-    ``suspects`` names the laws that may be added (None: all that fit, empty: none).
+    ``suspects`` names the laws that may be added (None: all that fit, empty: none). Of decays, whose ends are noise,
+    nothing is held back.
     """
-    ends = [t.t.size if held_out else int((1.0 - HELD_BACK) * t.t.size) for t in trials]
+    trials = sorted(trials, key=lambda trial: trial.free)
+    ends = [t.t.size if held_out or t.free else int((1.0 - HELD_BACK) * t.t.size) for t in trials]
     training = [t.part(0, end) for t, end in zip(trials, ends, strict=True)]
-    unseen = list(held_out) or [t.part(end, t.t.size) for t, end in zip(trials, ends, strict=True)]
+    unseen = list(held_out) or [t.part(end, t.t.size) for t, end in zip(trials, ends, strict=True) if not t.free]
     base = fit_driven(training, laws)
     progress(f"{', '.join(t.name for t in laws.terms)}: fitted")
     current, lowest = base, validation_rms(unseen, base)

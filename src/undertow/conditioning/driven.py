@@ -41,7 +41,8 @@ class DrivenTrial:
     ``quantity`` says what the input is (`Quantity`), ``hold`` what it is between samples: zero, first, band_limited.
     Where a base moves, ``frames`` says of each output whether it is recorded against the earth (absolute) or against
     the base (relative). ``instrument`` (n,) is a signal that moves the body and that no noise of it reaches (the target
-    of a controller), where there is one. Raises RecordingError where lengths differ, a value is not finite, time does
+    of a controller), where there is one. ``free`` says that nothing drives it: a decay of the
+    same body, whose input is 0. Raises RecordingError where lengths differ, a value is not finite, time does
     not rise, nothing that moved is there, input or instrument never change, or a frame is not said or cannot be had
     from what was recorded.
     """
@@ -55,6 +56,7 @@ class DrivenTrial:
     conditions: Mapping[str, Condition] = field(default_factory=dict)
     frames: Mapping[str, Frame] = field(default_factory=dict)
     instrument: Array | None = None
+    free: bool = False
 
     def __post_init__(self) -> None:
         if self.instrument is not None:
@@ -104,7 +106,13 @@ class DrivenTrial:
                 "one side"
             )
         self._check_frames()
-        if _stands(self.u):
+        if self.free and np.any(self.u):
+            most = float(np.max(np.abs(self.u)))
+            raise RecordingError(
+                f"trial {self.name}: its input {self.quantity} is up to {most:.3g} in a decay, "
+                "which nothing drives; cut the window to what follows the release, or take it for a driven trial"
+            )
+        if not self.free and _stands(self.u):
             raise RecordingError(
                 f"trial {self.name}: the input {self.quantity} stays at {self.u[0]:g}; an input that never moves shows "
                 "nothing of the equation: map the column that does, or leave the input out"
@@ -156,7 +164,7 @@ class DrivenTrial:
         return DrivenTrial(
             self.name, self.t[cut], self.u[cut], {name: values[cut] for name, values in self.outputs.items()},
             self.quantity, self.hold, self.conditions, self.frames,
-            None if self.instrument is None else self.instrument[cut],
+            None if self.instrument is None else self.instrument[cut], self.free,
         )  # fmt: skip
 
     def thinned(self, steps: int) -> DrivenTrial:
@@ -166,7 +174,7 @@ class DrivenTrial:
         return DrivenTrial(
             self.name, self.t[:n:steps], self.u[:n].reshape(-1, steps).mean(axis=1),
             {name: values[:n:steps] for name, values in self.outputs.items()}, self.quantity, "zero", self.conditions,
-            self.frames, instrument,
+            self.frames, instrument, self.free,
         )  # fmt: skip
 
     def slowness(self, samples: int) -> int:

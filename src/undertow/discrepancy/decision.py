@@ -24,8 +24,9 @@ from undertow.discrepancy.words import percent
 DOUBLED = 2.0
 """An assumed scatter may be wrong by this factor."""
 
-WORSE = 1.0
-"""What is named is not proved where it takes unseen trials further away by more than repeating a test does."""
+WORSE, WORSE_SHARE = 1.0, 0.02
+"""What is named is not proved where it takes unseen trials further away by more than repeating a test does, or by more
+than this share of the motion."""
 
 MORE_LIKELY = 0.5
 """Probability, among all that was fitted and excluded or not, above which a name that leaves no more than noise is
@@ -122,17 +123,24 @@ def _without_a_null(diagnosis: LevelDiagnosis) -> Gate:
 
 def _beside_its_null(verdict: Verdict, diagnosis: LevelDiagnosis, tested: NullTest) -> tuple[Gate, ...]:
     """Whether the level stands out among replicas of itself with nothing missing, as a name needs and green must not:
-    how much trials differ, if it was assumed, is as uncertain in the replicas. A bad release alone is in no replica."""
+    how much trials differ, if it was assumed, is as uncertain in the replicas. A bad release is in no replica, and what
+    nobody knows is in all of them."""
     if not math.isfinite(tested.p_value):
         return (_without_a_null(diagnosis),)
     p, asked = tested.p_value, "probability that a level with nothing missing stands out as much"
     if verdict.status == "nothing_missing":
         return (Gate("p_value", asked, p, tested.limit, not tested.significant, "", "stands_out", GREEN),)
-    if diagnosis.named and {s.label for s in diagnosis.best.suspects} & {t.label for t in tested.tests}:
+    if diagnosis.named and _stands_in(diagnosis.best, tested):
         said = f"{percent(p)} of such levels with nothing missing stand out as much"
         bars = ("explained", "not_identifiable")
         return (Gate("p_value", asked, p, tested.limit, tested.significant, said, "more", bars),)
     return (_more_than_noise(diagnosis, tested),) if verdict.verdict == ("unknown",) else ()
+
+
+def _stands_in(best: Candidate, tested: NullTest) -> bool:
+    """Whether the replicas have what is named: all of it, or some of it where it leaves no more than noise."""
+    labels, known = {s.label for s in best.suspects}, {t.label for t in tested.tests}
+    return labels <= known or bool(labels & known and best.fit.misfit <= FAR_ABOVE_NOISE)
 
 
 def _more_than_noise(diagnosis: LevelDiagnosis, tested: NullTest) -> Gate:
@@ -173,8 +181,9 @@ def _unseen(verdict: Verdict, case: Case, diagnosis: LevelDiagnosis) -> tuple[Ga
     rose = f"the trials it never saw went from {percent(before)} to {percent(after)}"
     said = f"{names} would be named, but {rose}"
     away = math.sqrt(max(after**2 - before**2, 0.0)) / case.allowed
-    statistic, bars = "free run of unseen trials further away, in repeatabilities", ("explained",)
-    return (Gate("unseen_trials", statistic, away, WORSE, away <= WORSE, said, "unseen", bars),)
+    statistic, bars = "free run of unseen trials further away, in repeatabilities", ("explained", "not_identifiable")
+    passed = away <= WORSE and after - before <= WORSE_SHARE
+    return (Gate("unseen_trials", statistic, away, WORSE, passed, said, "unseen", bars),)
 
 
 def _outweighed(diagnosis: LevelDiagnosis) -> tuple[Gate, ...]:

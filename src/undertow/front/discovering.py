@@ -15,6 +15,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from undertow.comparison.discover import Discovery as Estimator
 from undertow.comparison.structure_report import Outside
+from undertow.conditioning.driven_records import Inputs
 from undertow.conditioning.motion import Motion
 from undertow.equation.equation import Equation
 from undertow.equation.input import Hold
@@ -89,7 +90,7 @@ class Discover(HandOver, Estimator):
         y: object = None,
         *,
         t: ArrayLike | Sequence[ArrayLike] | None = None,
-        u: ArrayLike | None = None,
+        u: Inputs | None = None,
         hold: Hold = "first",
         columns: Columns | None = None,
         units: Units | None = None,
@@ -100,14 +101,12 @@ class Discover(HandOver, Estimator):
         library moves as the body.
 
         With ``u`` (n,) the body is driven, as pysindy's users write it: ``trials`` is then its displacement (n,), with
-        its velocity beside it or not, ``t`` the times or the step (s), ``hold`` what u is between samples. The search
+        its velocity beside it or not, ``t`` the times or the step (s), ``hold`` what u is between samples. Several
+        records of the body are lists of these, with None as u of a decay, which nothing drives. The search
         begins with ``known`` and gives ``driven_``: what was added, both equations, errors on unseen samples.
         """
         if u is not None:
-            moved = np.asarray(trials, dtype=np.float64)
-            column = moved[:, 0] if moved.ndim == 2 else moved
-            times = None if t is None else np.asarray(t, dtype=np.float64)
-            super().fit(column, t=times, u=np.asarray(u, dtype=np.float64), hold=hold)
+            super().fit(trials, t=t, u=u, hold=hold)
             return self
         self.trials_: Trials = read(trials, columns, units, t=t)
         super().fit(self.trials_)

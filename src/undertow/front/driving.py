@@ -12,6 +12,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from undertow.conditioning.driven import DrivenTrial, Frame, Quantity
+from undertow.conditioning.driven_records import Inputs, Records, Times, driven_record, driven_records
 from undertow.equation.driven_laws import find_driven
 from undertow.equation.input import Hold
 from undertow.equation.term import Term
@@ -21,16 +22,27 @@ from undertow.methods.driven import DrivenFit
 from undertow.methods.driven import fit_driven as fit_trials
 from undertow.methods.driven_equations import DrivenEquation, DrivenPrediction, predict_driven
 from undertow.methods.driven_instrument import BesideInstrument, beside_instrument
+from undertow.methods.driven_shares import Told, told
 from undertow.quantities import Estimate
-from undertow.recording.recording import Array
 
 
 @dataclass(frozen=True)
 class Driven:
-    """A fitted driven equation: ``fit`` with everything, ``trial`` what it was fitted to."""
+    """A fitted driven equation: ``fit`` with everything, ``trials`` what it was fitted to."""
 
     fit: DrivenFit
-    trial: DrivenTrial
+    trials: tuple[DrivenTrial, ...]
+
+    @property
+    def trial(self) -> DrivenTrial:
+        """The first record that is driven."""
+        return next(trial for trial in self.trials if not trial.free)
+
+    @property
+    def told(self) -> Mapping[str, Told]:
+        """Standard errors of each number from all records, from driven ones and from decays alone; empty without
+        decays."""
+        return told(self.trials, self.fit)
 
     @property
     def numbers(self) -> Mapping[str, Estimate]:
@@ -42,7 +54,7 @@ class Driven:
 
     @property
     def rms(self) -> float:
-        """RMS of the free run over the record that was fitted, unit of x."""
+        """RMS of the free run over the first driven record, unit of x."""
         return self.fit.rms[self.trial.name]
 
     def by_instrument(self) -> BesideInstrument:
@@ -51,7 +63,7 @@ class Driven:
 
     def predict(self, x: ArrayLike, *, t: ArrayLike | float, u: ArrayLike, start: int = 50) -> DrivenPrediction:
         """The free run under another input, from the first ``start`` samples of x alone, with its 90 % band."""
-        other = _trial(x, t, u, self.trial.hold, self.trial.quantity, self.trial.frames.get("displacement"))
+        other = driven_record(x, t, u, self.trial.hold, self.trial.quantity, self.trial.frames.get("displacement"))
         size = float(np.std(self.trial.outputs["displacement"]))
         equation = DrivenEquation(
             self.fit.started, self.fit.names, self.fit.values, self.fit.covariance, self.rms, size,
@@ -61,10 +73,10 @@ class Driven:
 
 
 def fit_driven(
-    x: ArrayLike,
+    x: Records,
     *,
-    t: ArrayLike | float,
-    u: ArrayLike,
+    t: Times,
+    u: Inputs,
     equation: Sequence[str | Term] = ("stiffness", "viscous_damping"),
     hold: Hold = "first",
     starts: Mapping[str, float] | None = None,
@@ -76,12 +88,13 @@ def fit_driven(
     """The numbers of M x'' + sum of laws = u(t) by output error: one free run over the whole record.
 
     ``x`` (n,) displacement, ``t`` (n,) times or the step in s, ``u`` (n,) the measured force, ``hold`` what it is
-    between samples. ``starts`` gives start values by ``mass_kg`` and law.parameter, ``held`` what is known; a
-    hysteresis needs starts. ``quantity`` says what u is where it is motion of the base (base_displacement,
-    base_velocity, base_acceleration) or of the water (water_velocity, water_acceleration), ``frame`` whether x is
-    absolute or relative to a base that moves; where no number is held then, all forces are per mass. ``instrument``
-    (n,) is a signal that moves the body and that no noise of it reaches (the target of a controller that makes the
-    force): `Driven.by_instrument` then gives the numbers by it.
+    between samples. Several records of one body are lists of these (``t`` may be one step for all); of a decay, from
+    its release on, u is None: nothing drives it. ``starts`` gives start values by ``mass_kg`` and law.parameter,
+    ``held`` what is known; a hysteresis needs starts. ``quantity`` says what u is where it is motion of the base
+    (base_displacement, base_velocity, base_acceleration) or of the water (water_velocity, water_acceleration),
+    ``frame`` whether x is absolute or relative to a base that moves; where no number is held then, all forces are per
+    mass. ``instrument`` (n,) is a signal that moves the body and that no noise of it reaches (the target of a
+    controller that makes the force): `Driven.by_instrument` then gives the numbers by it.
 
     Raises RecordingError where the arrays do not fit together, IdentificationError where no start has bounds.
 
@@ -96,24 +109,5 @@ def fit_driven(
     if not len(equation):
         raise IdentificationError(f"equation names {len(equation)} terms; give at least one law beside the inertia")
     terms = tuple(find_driven(term) if isinstance(term, str) else term for term in equation)
-    trial = _trial(x, t, u, hold, quantity, frame, instrument)
-    return Driven(fit_trials([trial], DrivenLaws(terms, dict(held or {}), dict(starts or {}))), trial)
-
-
-def _trial(
-    x: ArrayLike,
-    t: ArrayLike | float,
-    u: ArrayLike,
-    hold: Hold,
-    quantity: Quantity = "force",
-    frame: Frame | None = None,
-    instrument: ArrayLike | None = None,
-) -> DrivenTrial:
-    moved = np.asarray(x, dtype=np.float64)
-    given = np.asarray(t, dtype=np.float64)
-    times: Array = np.array(np.arange(moved.size) * float(given) if given.ndim == 0 else given, dtype=np.float64)
-    frames: dict[str, Frame] = {} if frame is None else {"displacement": frame}
-    return DrivenTrial(
-        "x", times, np.asarray(u, dtype=np.float64), {"displacement": moved}, quantity, hold, frames=frames,
-        instrument=None if instrument is None else np.asarray(instrument, dtype=np.float64),
-    )  # fmt: skip
+    trials = driven_records(x, t, u, hold, quantity, frame, instrument)
+    return Driven(fit_trials(trials, DrivenLaws(terms, dict(held or {}), dict(starts or {}))), trials)

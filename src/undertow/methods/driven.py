@@ -80,10 +80,15 @@ def fit_driven(
 ) -> DrivenFit:
     """The equation's numbers from driven trials by output error.
 
-    ``laws.starts`` hold start values (none: from the first trial itself, for laws that are linear in their numbers);
+    ``laws.starts`` hold start values (none: from the first trial that is driven, for laws that are linear in their
+    numbers); decays of the same body, which nothing drives, count beside trials that are driven.
     ``windows`` 0 goes to the whole record at once, ``effort`` is how far the search on it goes. Raises
-    IdentificationError where no start has a bounded motion.
+    IdentificationError where no start has a bounded motion, or no trial is driven.
     """
+    if all(trial.free for trial in trials):
+        raise IdentificationError(
+            f"nothing drives any of {len(trials)} trials: decays alone are fitted without an input; leave the input out"
+        )
     coarse = _coarse(trials, laws, windows, effort)
     if coarse is not None:
         laws, windows = coarse.started, 0
@@ -91,7 +96,7 @@ def fit_driven(
     for trial in trials:
         drives.setdefault(trial.name, drive_for(trial))
     laws = anchored(trials, replace(laws, fixed={**laws.usual, **laws.fixed}))
-    laws = laws if MASS in laws.starts else _own_starts(trials[0], laws, drives)
+    laws = laws if MASS in laws.starts else _own_starts(next(t for t in trials if not t.free), laws, drives)
     noise = {trial.name: trial.noise() for trial in trials}
     if windows:
         shorter = [t.part(0, min(t.t.size, FIRST_SAMPLES)) for t in trials]

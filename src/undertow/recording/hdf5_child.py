@@ -19,7 +19,7 @@ OBJECTS_AT_MOST, DEEPEST = 100_000, 32
 WHOLE_BYTES = 4_000_000
 """A dataset up to this size is read whole, a larger one at its ends."""
 
-SECONDS, BYTES_A_SECOND = 20.0, 5e7
+SECONDS, BYTES_A_SECOND = 5.0, 1e6
 """Processor time that a file may take: this, and its size at this rate."""
 
 MEMORY = 2_000_000_000

@@ -93,13 +93,15 @@ def _patterns(config: RunConfig, entries: Entries, excluded: Entries) -> Iterato
         ("recordings", "layouts"): said.layouts,
         ("trials", "window"): trials.window if isinstance(trials.window, Mapping) else (),
         ("trials", "conditions"): trials.conditions,
+        ("trials", "decays"): trials.decays,
     }
     everything = [*entries, *excluded]
     for at in _unfitting(exclude, excluded):
         yield ("recordings", "exclude", exclude.index(at)), _fits_none("recordings.exclude", at, everything)
     for (section, key), patterns in by_key.items():
         for pattern in _unfitting(patterns, everything):
-            yield (section, key, pattern), _fits_none(f"{section}.{key}", pattern, everything)
+            place = trials.decays.index(pattern) if key == "decays" else pattern
+            yield (section, key, place), _fits_none(f"{section}.{key}", pattern, everything)
     for one in (missing := _unfitting(held, entries)):
         where = ("trials", "hold_out", held.index(one))
         if one in _unfitting(missing, excluded):

@@ -48,6 +48,9 @@ def contradictions(config: RunConfig) -> list[tuple[Location, str]]:
         wrong += _unusable_channels(for_pattern(said, pattern), ("recordings", "layouts", pattern), coordinate)
     wrong += unphysical(config)
     wrong += _driving(said.channels)
+    if config.trials.decays and not said.channels.driven_by:
+        text = "trials.decays is for decays beside driven trials, and no input is mapped: all are decays; leave it out"
+        wrong.append((("trials", "decays"), text))
     driver = said.driven_by
     for at, name in enumerate(config.equation.terms):
         try:

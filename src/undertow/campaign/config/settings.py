@@ -129,6 +129,10 @@ class TrialsSettings(Section):
         by_kind("auto", "table"),
     ] = Field(default="auto", description="auto, or the part to be used by file name pattern; the last that fits wins.")
     conditions: dict[str, dict[str, Value]] = Field(default={}, description="Conditions by file name pattern.")
+    decays: tuple[str, ...] = Field(
+        default=(),
+        description="Beside driven trials: those that nothing drives after their release, by file name pattern.",
+    )
     hidden_at_release: Literal["rest", "free"] = Field(
         default="rest", description="State of hidden water at the release."
     )

@@ -15,7 +15,7 @@ from typing import Any
 import numpy as np
 
 from undertow.campaign.config import load
-from undertow.campaign.driven.trials import driven_trial, recording_alone
+from undertow.campaign.driven.trials import recording_alone, trial_of
 from undertow.conditioning.driven import DrivenTrial
 from undertow.errors import ConfigError
 from undertow.methods.driven_equations import DrivenPrediction, predict_driven, read_back
@@ -85,7 +85,7 @@ def predict_recording(
     if not recording.exists():
         raise ConfigError(f"{recording} is not there; give the path of a recording")
     settings, entry = recording_alone(load(config or run / "config.yaml"), recording)
-    trial = driven_trial(settings, read_trial(entry, settings.catalogue()))
+    trial = trial_of(settings, entry, read_trial(entry, settings.catalogue()))
     if not 3 <= start < trial.t.size:
         raise ConfigError(f"--start is {start} of {trial.t.size} samples; give at least 3, and fewer than there are")
     said = getattr(settings.recordings.channels, trial.main).unit

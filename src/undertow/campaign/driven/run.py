@@ -30,6 +30,7 @@ from undertow.errors import UndertowError
 from undertow.methods.driven import DrivenFit, free_run
 from undertow.methods.driven_begin import START_SAMPLES
 from undertow.methods.driven_equations import equation_text, written
+from undertow.methods.driven_shares import told
 from undertow.report.driven_page import DrawnRun, PagePart, page_html, run_picture, write_page
 from undertow.report.verdict_file import CONTRACT, plain
 from undertow.report.writing import write_text
@@ -153,8 +154,20 @@ def _write(
     tables: dict[str, Sequence[Any]] = {"What was tried, on samples nobody fitted": tried}
     if told.table():
         tables["Numbers by the instrument, beside output error"] = told.table()
+    if shares := told_by(training, fit):
+        tables["Standard errors by kind of record"] = shares
     figures = [run_picture(run) for run in runs]
     write_page(folder, page_html(config.name, [PagePart(sentence, figures, equation, tables)]))
+
+
+def told_by(trials: Sequence[DrivenTrial], fitted: DrivenFit) -> list[tuple[str, ...]]:
+    """What decays and driven records tell of each number, as a table for the page; empty without decays."""
+    units = {place.name: place.parameter.unit for place in fitted.laws.places} | {"mass_kg": "kg"}
+    rows = [
+        (name, units.get(name, ""), *(f"{e:.2g}" if math.isfinite(e) else "open" for e in vars(one).values()))
+        for name, one in told(trials, fitted).items()
+    ]
+    return [("number", "unit", "all trials", "driven alone", "decays alone"), *rows] if rows else []
 
 
 def _shown(trial: DrivenTrial, fitted: DrivenFit) -> DrawnRun:

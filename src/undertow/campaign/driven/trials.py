@@ -13,6 +13,7 @@ from undertow.campaign.config import RunConfig
 from undertow.campaign.config.matching import planned
 from undertow.campaign.config.recording_settings import InputSettings
 from undertow.conditioning.driven import OUTPUTS, DrivenTrial
+from undertow.conditioning.release import find_window
 from undertow.conditioning.water import one_velocity
 from undertow.equation.driven_laws import find_driven, places
 from undertow.errors import ConfigError, RecordingError
@@ -20,6 +21,7 @@ from undertow.likelihood.driven import DrivenLaws
 from undertow.quantities import mover_of
 from undertow.recording.catalogue import Entry, cut, read_trial
 from undertow.recording.parts import UNCALIBRATED
+from undertow.recording.patterns import patterns_of
 from undertow.recording.recording import INPUTS, Array, Recording
 
 SATURATED_SHARE = 0.05
@@ -81,12 +83,19 @@ def driven_trials(config: RunConfig) -> tuple[tuple[DrivenTrial, ...], dict[str,
     catalogue, out, failed = config.catalogue(), list[DrivenTrial](), dict[str, str]()
     for entry in planned(config).entries:
         try:
-            trial = driven_trial(config, cut(read_trial(entry, catalogue), entry.window))
-            must_drive(trial.name, trial.quantity, trial.u)
+            trial = trial_of(config, entry, cut(read_trial(entry, catalogue), entry.window))
+            if not trial.free:
+                must_drive(trial.name, trial.quantity, trial.u)
             out.append(trial)
         except RecordingError as reason:
             failed[entry.name] = str(reason)
     return tuple(out), failed
+
+
+def trial_of(config: RunConfig, entry: Entry, recording: Recording) -> DrivenTrial:
+    """One recording as a driven trial, or as a decay where the config says so; RecordingError where it is neither."""
+    decays = patterns_of(config.trials.decays).fit(entry.name, str(entry.file))
+    return (free_trial if decays else driven_trial)(config, recording)
 
 
 def driven_trial(config: RunConfig, recording: Recording) -> DrivenTrial:
@@ -99,10 +108,14 @@ def driven_trial(config: RunConfig, recording: Recording) -> DrivenTrial:
     if lost:
         raise RecordingError(
             f"trial {recording.name}: the input and the motion do not belong to the same instants: {lost}; give both "
-            "one clock (channels.time, or a time of the input's own), or end trials.window where the input ends"
+            "one clock (channels.time, or one of the input's own), end trials.window where the input ends, or list a "
+            "trial that nothing drives in trials.decays"
         )
     if name not in recording.channels:
-        raise RecordingError(f"trial {recording.name}: the input {name} is not in its file; map its column")
+        raise RecordingError(
+            f"trial {recording.name}: the input {name} is not in its file; map its column, or list the trial in "
+            "trials.decays if nothing drives it"
+        )
     u = recording.channels[name] * (said.gain.value if said.gain is not None else 1.0)
     second = config.recordings.channels.water_acceleration
     if second is not None and name != "water_acceleration" and "water_acceleration" in recording.channels:
@@ -115,6 +128,25 @@ def driven_trial(config: RunConfig, recording: Recording) -> DrivenTrial:
         recording.name, recording.time, u, outputs, name, said.hold, recording.conditions,  # type: ignore[arg-type]
         {output: frame for output, frame in frames.items() if frame is not None},
         recording.channels.get("instrument"),
+    )  # fmt: skip
+
+
+def free_trial(config: RunConfig, recording: Recording) -> DrivenTrial:
+    """A decay of the same body from its release on, until it comes to rest: nothing drives it, whatever its file has
+    for the input.
+
+    Raises RecordingError where nothing is released.
+    """
+    name, said = input_settings(config)
+    window = find_window(recording)
+    inside = (recording.time >= window.start_s) & (recording.time <= window.end_s)
+    outputs = {output: recording.channels[output][inside] for output in OUTPUTS if output in recording.channels}
+    channels = config.recordings.channels
+    frames = {output: getattr(channels, output).frame for output in outputs}
+    time = recording.time[inside]
+    return DrivenTrial(
+        recording.name, time, np.zeros(time.size), outputs, name, said.hold, recording.conditions,  # type: ignore[arg-type]
+        {output: frame for output, frame in frames.items() if frame is not None}, free=True,
     )  # fmt: skip
 
 
@@ -139,8 +171,11 @@ def recording_alone(config: RunConfig, file: Path) -> tuple[RunConfig, Entry]:
     channels = one.channels.model_copy(update={"instrument": None})  # a free run asks for none
     one = one.model_copy(update={"channels": channels})
     trials = config.trials.model_copy(
-        update={"window": "auto", "hold_out": "auto", "conditions": {}, "group_by": (), "dry": None}
-    )
+        update={
+            "window": "auto", "hold_out": "auto", "conditions": {}, "group_by": (), "dry": None,
+            "decays": ("*",) if patterns_of(config.trials.decays).fit(file.stem, str(file)) else (),
+        }
+    )  # fmt: skip
     specimen = type(config.specimen)()  # what goes by conditions would match nothing here
     here = config.model_copy(update={"recordings": one, "trials": trials, "specimen": specimen})
     entries = planned(here).entries

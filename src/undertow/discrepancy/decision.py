@@ -226,7 +226,7 @@ def _described(verdict: Verdict, case: Case, diagnosis: LevelDiagnosis) -> tuple
     )
     proved = measured and unseen <= PROVED * case.allowed
     statistic = "free run of unseen trials over repeatability, where more than noise is left"
-    bars = ("explained", "not_identifiable")
+    bars = ("explained",)  # rivals that are named beside each other are descriptions all
     return (Gate("described", statistic, unseen / case.allowed, PROVED, proved, because, "described", bars),)
 
 

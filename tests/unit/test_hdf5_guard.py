@@ -59,9 +59,13 @@ def test_a_file_that_hangs_the_library_is_refused(sound: Path, monkeypatch: pyte
     quick.write_text(hdf5_guard.CHILD.read_text().replace("BYTES_A_SECOND = 5.0", "BYTES_A_SECOND = 1.0"))
     guard = Guard((sys.executable, "-P", str(quick)))
     monkeypatch.setattr("undertow.recording.hdf5.GUARD", guard)
+    asked: list[str] = []
+    own = Guard._ask
+    monkeypatch.setattr(Guard, "_ask", lambda guard, path: asked.append(path) or own(guard, path))
     for work in (read_table, tables_in):
         with pytest.raises(RecordingError, match=GONE):
             work(sound)
+    assert len(asked) == 1  # it takes its time once
     guard.close()
 
 

@@ -24,7 +24,7 @@ CHILD = Path(__file__).with_name("hdf5_child.py")
 LONGEST_WAIT_S = 300.0
 """Where the system limits no process's time, and on a machine with much other work."""
 
-SOUND_AT_MOST = 10_000
+SEEN_AT_MOST = 10_000
 """Files that are remembered as looked at."""
 
 
@@ -34,7 +34,7 @@ class Guard:
     def __init__(self, command: tuple[str, ...] = (sys.executable, "-P", str(CHILD))) -> None:
         self._command = command
         self._lock = threading.Lock()
-        self._sound: set[tuple[str, int, int]] = set()
+        self._sound: dict[tuple[str, int, int], bool] = {}
         self._process: subprocess.Popen[str] | None = None
         self._answers: queue.SimpleQueue[str] = queue.SimpleQueue()
         self._listener: threading.Thread | None = None
@@ -45,16 +45,17 @@ class Guard:
         status = path.stat()
         known = (str(path.absolute()), status.st_mtime_ns, status.st_size)
         with self._lock:
-            if known in self._sound or not self._able:
+            if not self._able:
                 return
-            if not self._ask(known[0]):
+            if known not in self._sound:
+                if len(self._sound) >= SEEN_AT_MOST:
+                    self._sound.clear()
+                self._sound[known] = self._ask(known[0])
+            if not self._sound[known]:
                 raise RecordingError(
                     f"{path} is damaged: the library that reads HDF5 does not come to an end with it; copy the file "
                     "again, or save it again"
                 )
-            if len(self._sound) >= SOUND_AT_MOST:
-                self._sound.clear()
-            self._sound.add(known)
 
     def close(self) -> None:
         """End the process."""

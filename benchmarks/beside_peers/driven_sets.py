@@ -14,7 +14,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from undertow.equation.input import Hold
+from undertow.quantities import Hold
 
 Array = NDArray[np.float64]
 

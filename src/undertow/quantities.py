@@ -17,6 +17,8 @@ _PLAIN_BELOW = 1e7
 """A number without an error is written without a power of ten below this."""
 
 
+Hold = Literal["zero", "first", "band_limited"]
+"""What a measured input is between its samples."""
 Mover = Literal["force", "base", "water"]
 """What a measured input is: a force, or the motion of what the body stands on or in."""
 MovingQuantity = Literal[

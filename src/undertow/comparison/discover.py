@@ -26,14 +26,13 @@ from undertow.conditioning.motion import Motion
 from undertow.equation import registry
 from undertow.equation.driven_laws import find_driven
 from undertow.equation.equation import Equation
-from undertow.equation.input import Hold
 from undertow.equation.kernel import SLOT
 from undertow.equation.term import Term
 from undertow.errors import IdentificationError, NotFittedError
 from undertow.likelihood.driven import DrivenLaws
 from undertow.likelihood.free_run import FreeRun, free_run
 from undertow.methods.library import label
-from undertow.quantities import Estimate
+from undertow.quantities import Estimate, Hold
 from undertow.recording.recording import Recording
 
 Array = NDArray[np.float64]

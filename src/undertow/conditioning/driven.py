@@ -15,7 +15,7 @@ from typing import Literal
 import numpy as np
 
 from undertow.errors import RecordingError
-from undertow.quantities import Mover, MovingQuantity, mover_of
+from undertow.quantities import Hold, Mover, MovingQuantity, mover_of
 from undertow.recording.recording import Array, Condition, read_only
 
 Quantity = Literal["force"] | MovingQuantity
@@ -52,7 +52,7 @@ class DrivenTrial:
     u: Array
     outputs: Mapping[str, Array]
     quantity: Quantity = "force"
-    hold: Literal["zero", "first", "band_limited"] = "first"
+    hold: Hold = "first"
     conditions: Mapping[str, Condition] = field(default_factory=dict)
     frames: Mapping[str, Frame] = field(default_factory=dict)
     instrument: Array | None = None

@@ -11,8 +11,8 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from undertow.conditioning.driven import DrivenTrial, Frame, Quantity
-from undertow.equation.input import Hold
 from undertow.errors import RecordingError
+from undertow.quantities import Hold
 from undertow.recording.recording import Array
 
 Records = ArrayLike | Sequence[ArrayLike]

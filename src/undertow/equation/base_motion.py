@@ -13,10 +13,10 @@ from dataclasses import replace
 import numpy as np
 
 from undertow.equation.driven_slots import DRIVEN_SLOT
-from undertow.equation.input import Drive, Hold, drive_of
+from undertow.equation.input import Drive, drive_of
 from undertow.equation.term import Array
 from undertow.errors import UndertowError
-from undertow.quantities import MovingQuantity, mover_of
+from undertow.quantities import Hold, MovingQuantity, mover_of
 
 ACCELERATES: dict[str, tuple[Hold, ...]] = {
     "displacement": ("band_limited",),

@@ -18,15 +18,13 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import Literal
 
 import numpy as np
 
 from undertow.equation.term import Array
 from undertow.errors import UndertowError
-from undertow.quantities import Mover
+from undertow.quantities import Hold, Mover
 
-Hold = Literal["zero", "first", "band_limited"]
 HOLDS: tuple[Hold, ...] = ("zero", "first", "band_limited")
 
 EVEN_SHARE = 0.01

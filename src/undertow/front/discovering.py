@@ -18,7 +18,6 @@ from undertow.comparison.structure_report import Outside
 from undertow.conditioning.driven_records import Inputs
 from undertow.conditioning.motion import Motion
 from undertow.equation.equation import Equation
-from undertow.equation.input import Hold
 from undertow.equation.registry import catalogue
 from undertow.errors import IdentificationError, UndertowError
 from undertow.front.columns import Columns, Units
@@ -31,6 +30,7 @@ from undertow.front.tables import parameter_table
 from undertow.front.to_arviz import to_arviz
 from undertow.front.trials import Trials
 from undertow.likelihood.free_run import FreeRun
+from undertow.quantities import Hold
 from undertow.recording.recording import Array
 from undertow.report.trial_curves import Axes, draw_intervals, draw_pairs, draw_run, draw_run_residual, new_axes
 from undertow.uncertainty.confidence import INTERVAL_LEVEL, half_width

@@ -14,7 +14,6 @@ from numpy.typing import ArrayLike
 from undertow.conditioning.driven import DrivenTrial, Frame, Quantity
 from undertow.conditioning.driven_records import Inputs, Records, Times, driven_record, driven_records
 from undertow.equation.driven_laws import find_driven
-from undertow.equation.input import Hold
 from undertow.equation.term import Term
 from undertow.errors import IdentificationError
 from undertow.likelihood.driven import DrivenLaws, extent_of
@@ -23,7 +22,7 @@ from undertow.methods.driven import fit_driven as fit_trials
 from undertow.methods.driven_equations import DrivenEquation, DrivenPrediction, predict_driven
 from undertow.methods.driven_instrument import BesideInstrument, beside_instrument
 from undertow.methods.driven_shares import Told, told
-from undertow.quantities import Estimate
+from undertow.quantities import Estimate, Hold
 
 
 @dataclass(frozen=True)

@@ -35,8 +35,9 @@ def told(trials: Sequence[DrivenTrial], fitted: DrivenFit) -> Mapping[str, Told]
     """
     if not any(trial.free for trial in trials):
         return {}
-    pairs = list(zip(trials, range(len(trials)), strict=True))
-    parts = ([i for t, i in pairs if not t.free], [i for t, i in pairs if t.free])
+    free = {trial.name for trial in trials if trial.free}
+    fitted_trials = list(enumerate(fitted.solution.problem.trials))  # in the fit's own order
+    parts = ([i for i, t in fitted_trials if t.name not in free], [i for i, t in fitted_trials if t.name in free])
     together = np.sqrt(np.maximum(np.diag(fitted.covariance), 0.0))
     alone = [_errors(fitted, part) for part in parts]
     return {

@@ -11,8 +11,8 @@ from experiments.names.studies import STUDIES, hidden_case
 from experiments.names.verdicts import judge
 from tests.concealed.test_diagnosis import SHORT, member
 from undertow.comparison.candidate import doubt
-from undertow.comparison.joint import fit_joint
-from undertow.comparison.level import Addend, make_level
+from undertow.comparison.joint import JointFit, fit_joint
+from undertow.comparison.level import Addend, Level, make_level
 from undertow.comparison.suspects import SUSPECTS
 from undertow.conditioning.period import dominant_period
 
@@ -85,11 +85,16 @@ def test_a_sensor_that_drifts_across_zero_after_the_motion_does_not_lengthen_the
     assert dominant_period(drifted) == pytest.approx(dominant_period(died), rel=1e-12)
 
 
-def test_a_damping_that_would_feed_the_motion_is_no_answer():
+def with_cubic_damping() -> tuple[Level, JointFit]:
+    """A level and its equation fitted with a damping that is not there."""
     level = make_level([member("short", SHORT, 5000)])
     damping = next(s for s in SUSPECTS if s.name == "cubic_damping")
     addend = Addend("cubic_damping", damping.additions(level.scales, damping.starts(level.scales)[0]))
-    fit = fit_joint(level, (addend,), 1.0, {}, 10.0, growing=False, quick=True)
+    return level, fit_joint(level, (addend,), 1.0, {}, 10.0, growing=False, quick=True)
+
+
+def test_a_damping_that_would_feed_the_motion_is_no_answer():
+    level, fit = with_cubic_damping()
     values = fit.solution.values.copy()
     place = fit.solution.problem.names.index("cubic_damping.Ns3_per_m3")
     values[place] = -20.0 * fit.solution.stderr("cubic_damping.Ns3_per_m3")
@@ -98,10 +103,7 @@ def test_a_damping_that_would_feed_the_motion_is_no_answer():
 
 
 def test_what_leaves_the_equation_feeding_energy_into_the_motion_is_no_answer():
-    level = make_level([member("short", SHORT, 5000)])
-    damping = next(s for s in SUSPECTS if s.name == "cubic_damping")
-    addend = Addend("cubic_damping", damping.additions(level.scales, damping.starts(level.scales)[0]))
-    fit = fit_joint(level, (addend,), 1.0, {}, 10.0, growing=False, quick=True)
+    level, fit = with_cubic_damping()
     (drag,) = (c for c in level.members[0].model.coefficients if c.term == "quadratic_drag")
     place = fit.solution.problem.names.index(drag.name)
     error = fit.solution.stderr(drag.name)
@@ -119,10 +121,7 @@ def test_what_leaves_the_equation_feeding_energy_into_the_motion_is_no_answer():
 
 def test_a_law_that_takes_no_energy_may_have_any_sign_beside_what_was_added():
     """An added mass below zero is no motor."""
-    level = make_level([member("short", SHORT, 5000)])
-    damping = next(s for s in SUSPECTS if s.name == "cubic_damping")
-    addend = Addend("cubic_damping", damping.additions(level.scales, damping.starts(level.scales)[0]))
-    fit = fit_joint(level, (addend,), 1.0, {}, 10.0, growing=False, quick=True)
+    level, fit = with_cubic_damping()
     (mass,) = (c for c in level.members[0].model.coefficients if c.term == "added_mass")
     values = fit.solution.values.copy()
     names = fit.solution.problem.names

@@ -53,7 +53,7 @@ def test_discover_takes_an_input_as_pysindy_does():
     driven = found.fit(x, t=t, u=u).driven_
     assert driven.added == ()
     assert driven.baseline.numbers["mass_kg"] == pytest.approx(2.0, rel=0.01)
-    with pytest.raises(IdentificationError, match="u is given but t is None; give the times"):
+    with pytest.raises(IdentificationError, match="u has 2000 samples but t is None; give the times"):
         found.fit(x, u=u)
 
 

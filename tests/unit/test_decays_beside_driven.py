@@ -17,7 +17,7 @@ from undertow.equation.input import MotionSize, drive_of
 from undertow.errors import IdentificationError, RecordingError
 from undertow.likelihood.driven import DrivenLaws
 from undertow.methods.driven import fit_driven
-from undertow.methods.driven_shares import told
+from undertow.methods.driven_shares import shares_of
 
 STEP_S = 0.01
 NOTHING = np.zeros(0, dtype=np.int64)
@@ -44,7 +44,7 @@ def test_one_equation_of_both_is_the_truth_and_narrower_than_of_either():
         shaken, free = record(one).part(0, 3000), decay(one, seed)
         laws = replace(LAWS, fixed={"mass_kg": one.numbers["mass_kg"]})
         both, alone = fit_driven([shaken, free], laws), fit_driven([shaken], laws)
-        said = told([shaken, free], both)
+        said = shares_of([shaken, free], both)
         for name, error in errors(both).items():
             z.append((both.numbers[name] - one.numbers[name]) / error)
             narrower.append(error / errors(alone)[name])  # both are widened by what their residuals look like
@@ -66,8 +66,8 @@ def test_a_decay_tells_the_gain_of_an_input_in_volts():
     starts = {name: 0.8 * value for name, value in one.numbers.items() if name != "mass_kg"} | {"input_gain": 5.0}
     found = fit_driven([volts, free], replace(LAWS, fixed=known, starts=starts | known))
     assert found.numbers["input_gain"] == pytest.approx(7.3, abs=4.0 * errors(found)["input_gain"])
-    assert told([volts, free], found)["input_gain"].decays == np.inf
-    assert np.isfinite(told([volts, free], found)["stiffness.k_N_per_m"].decays)
+    assert shares_of([volts, free], found)["input_gain"].decays == np.inf
+    assert np.isfinite(shares_of([volts, free], found)["stiffness.k_N_per_m"].decays)
 
 
 def test_what_is_missing_is_found_with_decays_beside():

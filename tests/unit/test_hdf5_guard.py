@@ -16,7 +16,7 @@ import pytest
 from tests.lab_files import WRITERS
 from tests.small_campaign import recorded
 from undertow.errors import RecordingError
-from undertow.recording import hdf5_child, hdf5_guard
+from undertow.recording import hdf5, hdf5_child, hdf5_guard
 from undertow.recording.hdf5_guard import Guard
 from undertow.recording.readers import read_table, tables_in
 
@@ -127,3 +127,9 @@ def test_the_look_touches_what_a_reader_may(tmp_path: Path, monkeypatch: pytest.
     hdf5_child.look(str(path))
     assert {"/", "/a", "/a/b", "/a/b/x", "/a/b/x values", "/a/b/long values"} <= set(seen)
     assert len(seen) < 10 * hdf5_child.DEEPEST  # a group within itself
+
+
+def test_the_look_goes_as_far_as_the_reader() -> None:
+    """A script that imports nothing of the package states the reader's limits again."""
+    assert hdf5_child.OBJECTS_AT_MOST == hdf5.OBJECTS_AT_MOST
+    assert hdf5_child.DEEPEST == hdf5.DEEPEST

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
-from typing import cast
+from typing import Any, cast
 
 import numpy as np
 from numpy.typing import NDArray
@@ -167,7 +167,8 @@ class Discovery(BaseEstimator):  # type: ignore[misc]
     def _fit_driven(self, x: Records, t: Times | None, u: Inputs, hold: Hold) -> DrivenFound:
         """The search on driven records, decays beside them or not; IdentificationError without times."""
         if t is None:
-            raise IdentificationError("u is given but t is None; give the times, or the step in s")
+            samples = sum(map(np.size, x)) if isinstance(x, list | tuple) else np.size(cast(Any, x))
+            raise IdentificationError(f"u has {samples} samples but t is None; give the times, or the step in s")
         trials = driven_records(x, t, u, hold)
         begin = tuple(self.known) or ("stiffness", "viscous_damping")
         library = [term.name for term in self._library() if term.name not in begin]

@@ -21,7 +21,7 @@ from undertow.methods.driven import DrivenFit
 from undertow.methods.driven import fit_driven as fit_trials
 from undertow.methods.driven_equations import DrivenEquation, DrivenPrediction, predict_driven
 from undertow.methods.driven_instrument import BesideInstrument, beside_instrument
-from undertow.methods.driven_shares import Told, told
+from undertow.methods.driven_shares import Told, shares_of
 from undertow.quantities import Estimate, Hold
 
 
@@ -41,12 +41,12 @@ class Driven:
     def told(self) -> Mapping[str, Told]:
         """Standard errors of each number from all records, from driven ones and from decays alone; empty without
         decays."""
-        return told(self.trials, self.fit)
+        return shares_of(self.trials, self.fit)
 
     @property
     def numbers(self) -> Mapping[str, Estimate]:
         """Every number with its standard error and unit, by ``mass_kg`` and law.parameter."""
-        units = {place.name: place.parameter.unit for place in self.fit.laws.places} | {"mass_kg": "kg"}
+        units = self.fit.laws.units
         errors = np.sqrt(np.maximum(np.diag(self.fit.covariance), 0.0))
         pairs = zip(self.fit.names, self.fit.values, errors, strict=True)
         return {name: Estimate(float(v), float(e), unit=units.get(name, "")) for name, v, e in pairs}

@@ -52,6 +52,11 @@ class DrivenLaws:
         return places(self.terms)
 
     @property
+    def units(self) -> Mapping[str, str]:
+        """Unit of the inertia and of every parameter, by the unknown's name."""
+        return {MASS: "kg"} | {place.name: place.parameter.unit for place in self.places}
+
+    @property
     def memory(self) -> str:
         """Name of the number that is the stiffness of a small loop of the hysteresis; empty where there is none."""
         return next((place.name for place in self.places if place.slots == ("bw_a",)), "")

@@ -119,7 +119,7 @@ def beside_instrument(trial: DrivenTrial, fitted: DrivenFit) -> BesideInstrument
     u = trial.u if delay == 0.0 else drive.at(trial.t - delay)
     felt = replace(trial, u=numbers.get("input_gain", 1.0) * u, outputs={"displacement": trial.outputs["displacement"]})
     coefficients = {MASS: MASS, **{term.name: f"{term.name}.{term.coefficient.name}" for term in terms}}
-    units = {place.name: place.parameter.unit for place in fitted.laws.places} | {MASS: "kg"}
+    units = fitted.laws.units
     held = {short: numbers[name] for short, name in coefficients.items() if name in fitted.laws.fixed}
     shadow = replace(felt, outputs={"displacement": copy})
     tried = [_by_bumps(felt, shadow, terms, half, held) for half in half_lengths(trial.t.size)]

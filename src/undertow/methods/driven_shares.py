@@ -28,7 +28,7 @@ class Told:
     decays: float
 
 
-def told(trials: Sequence[DrivenTrial], fitted: DrivenFit) -> Mapping[str, Told]:
+def shares_of(trials: Sequence[DrivenTrial], fitted: DrivenFit) -> Mapping[str, Told]:
     """Number -> what each kind of trial says of it, at the equation that was found; empty without decays.
 
     Of a decay alone forces are known per mass: it tells all of them once one of them, or the mass, is held.

@@ -16,6 +16,7 @@ from collections.abc import Iterator
 from typing import Any
 
 OBJECTS_AT_MOST, DEEPEST = 100_000, 32
+"""As in hdf5.py, which a script that imports nothing else cannot ask."""
 WHOLE_BYTES = 4_000_000
 """A dataset up to this size is read whole, a larger one at its ends."""
 

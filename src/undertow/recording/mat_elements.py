@@ -8,6 +8,7 @@ Belongs here: elements, their kinds and lengths. Does not belong here: sizes of 
 
 from __future__ import annotations
 
+import io
 import math
 import struct
 import zlib
@@ -111,16 +112,8 @@ class Variable:
             raise self.damaged(f"holds more than {DEEPEST} levels of structures")
         if size == 0:
             return  # an empty one has no flags either
-        left, flags = self._element(size, _FLAGS)
-        (bits,) = struct.unpack(f"{self.order}I", flags[:4].ljust(4, b"\0"))
+        left, bits, values, _ = self.heading(size)
         kind, parts = bits & 0xFF, 2 if bits & _COMPLEX else 1
-        values = 0
-        if kind != _OPAQUE:
-            left, dims = self._element(left, _DIMENSIONS)
-            if len(dims) < 8 or len(dims) % 4:
-                raise self.damaged(f"has {len(dims)} bytes of dimensions")
-            values = math.prod(struct.unpack(f"{self.order}{len(dims) // 4}I", dims))
-        left, _ = self._element(left, _TEXTS)
         if kind in _DENSE and values > left:
             raise self.damaged(f"is said to hold {values} values in {left} bytes")
         if kind in (_CELL, _STRUCT, _OBJECT):
@@ -137,6 +130,20 @@ class Variable:
         else:
             raise self.damaged(f"is of class {kind}, which MATLAB does not write")
         self.content.skip(left)
+
+    def heading(self, size: int) -> tuple[int, int, int, bytes]:
+        """What every matrix begins with: how many of its bytes are left after that, its flags, how many values its
+        dimensions make (0 where its class has none), its name."""
+        left, flags = self._element(size, _FLAGS)
+        (bits,) = struct.unpack(f"{self.order}I", flags[:4].ljust(4, b"\0"))
+        values = 0
+        if bits & 0xFF != _OPAQUE:
+            left, dims = self._element(left, _DIMENSIONS)
+            if len(dims) < 8 or len(dims) % 4:
+                raise self.damaged(f"has {len(dims)} bytes of dimensions")
+            values = math.prod(struct.unpack(f"{self.order}{len(dims) // 4}I", dims))
+        left, name = self._element(left, _TEXTS)
+        return left, bits, values, name
 
     def damaged(self, how: str) -> RecordingError:
         """What a user is told of a variable that is no longer what MATLAB wrote."""
@@ -185,3 +192,11 @@ class Variable:
         if self.content.skip(size) < length:
             raise self.damaged("ends early")
         return room - size, first
+
+
+def name_of(head: bytes, order: str) -> str | None:
+    """The name of a variable from its first bytes after its tag; None where they hold none."""
+    try:
+        return Variable(Path(), "", Plain(io.BytesIO(head), len(head)), order).heading(len(head))[-1].decode("latin-1")
+    except RecordingError:
+        return None

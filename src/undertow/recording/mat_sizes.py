@@ -18,7 +18,7 @@ from typing import Any
 from undertow.errors import RecordingError
 from undertow.recording.hdf5 import DEEPEST, OBJECTS_AT_MOST, allow_dataset, checked, walk
 from undertow.recording.limits import Limits
-from undertow.recording.mat_elements import COMPRESSED, MATRIX, Folded, Plain, Variable
+from undertow.recording.mat_elements import COMPRESSED, MATRIX, Folded, Plain, Variable, name_of
 
 HEADER_BYTES = 128
 """A v5 file's header; its last two bytes tell the byte order (MATLAB's MAT-file format, section 1)."""
@@ -99,7 +99,7 @@ def _allow_v5(path: Path, limits: Limits, wanted: Collection[str] | None) -> Non
                 total += folded.total if _checked(path, folded, order, wanted) else 0
             elif kind == MATRIX:
                 plain = Plain(stream, there)
-                name = _name(plain.peek(_HEAD), order)
+                name = name_of(plain.peek(_HEAD), order)
                 if wanted is None or name in wanted:
                     _allow_unfolded(path, limits, total, size)
                     Variable(path, name or "", plain, order).check(size)
@@ -119,7 +119,7 @@ def _checked(path: Path, folded: Folded, order: str, wanted: Collection[str] | N
     """Whether a compressed variable is wanted; it is then unfolded to its end, where its checksum stands."""
     variable = Variable(path, "", folded, order)
     try:
-        name = _name(folded.peek(_HEAD + 8)[8:], order)
+        name = name_of(folded.peek(_HEAD + 8)[8:], order)
         if wanted is not None and name not in wanted:
             return False
         variable = replace(variable, name=name or "")
@@ -133,18 +133,3 @@ def _checked(path: Path, folded: Folded, order: str, wanted: Collection[str] | N
     except zlib.error as error:
         raise variable.damaged(f"does not unfold ({error})") from error
     return True
-
-
-def _name(matrix: bytes, order: str) -> str | None:
-    """The name of a matrix element from the bytes after its tag; None where they hold none."""
-    try:
-        at = 16  # array flags: a tag and 8 bytes
-        (size,) = struct.unpack_from(f"{order}I", matrix, at + 4)
-        at += 8 + size + (-size) % 8
-        (word,) = struct.unpack_from(f"{order}I", matrix, at)
-        if word >> 16:  # a small element: kind and size in one word, its bytes in the next
-            return matrix[at + 4 : at + 4 + (word >> 16)].decode("latin-1")
-        (size,) = struct.unpack_from(f"{order}I", matrix, at + 4)
-        return matrix[at + 8 : at + 8 + size].decode("latin-1")
-    except struct.error:
-        return None

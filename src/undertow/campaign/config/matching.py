@@ -100,7 +100,7 @@ def _patterns(config: RunConfig, entries: Entries, excluded: Entries) -> Iterato
         yield ("recordings", "exclude", exclude.index(at)), _fits_none("recordings.exclude", at, everything)
     for (section, key), patterns in by_key.items():
         for pattern in _unfitting(patterns, everything):
-            place = trials.decays.index(pattern) if key == "decays" else pattern
+            place = patterns.index(pattern) if isinstance(patterns, tuple) else pattern
             yield (section, key, place), _fits_none(f"{section}.{key}", pattern, everything)
     for one in (missing := _unfitting(held, entries)):
         where = ("trials", "hold_out", held.index(one))

@@ -30,7 +30,7 @@ from undertow.errors import UndertowError
 from undertow.methods.driven import DrivenFit, free_run
 from undertow.methods.driven_begin import START_SAMPLES
 from undertow.methods.driven_equations import equation_text, written
-from undertow.methods.driven_shares import told
+from undertow.methods.driven_shares import shares_of
 from undertow.report.driven_page import DrawnRun, PagePart, page_html, run_picture, write_page
 from undertow.report.verdict_file import CONTRACT, plain
 from undertow.report.writing import write_text
@@ -162,10 +162,10 @@ def _write(
 
 def told_by(trials: Sequence[DrivenTrial], fitted: DrivenFit) -> list[tuple[str, ...]]:
     """What decays and driven records tell of each number, as a table for the page; empty without decays."""
-    units = {place.name: place.parameter.unit for place in fitted.laws.places} | {"mass_kg": "kg"}
+    units = fitted.laws.units
     rows = [
         (name, units.get(name, ""), *(f"{e:.2g}" if math.isfinite(e) else "open" for e in vars(one).values()))
-        for name, one in told(trials, fitted).items()
+        for name, one in shares_of(trials, fitted).items()
     ]
     return [("number", "unit", "all trials", "driven alone", "decays alone"), *rows] if rows else []
 
@@ -209,7 +209,7 @@ def _version(fit: DrivenFit, validation: float, size: float) -> Mapping[str, Any
 
 def _numbers(fit: DrivenFit, law: str) -> Mapping[str, Any]:
     """Value, standard error and unit of each number of a law (all laws where empty)."""
-    units = {place.name: place.parameter.unit for place in fit.laws.places} | {"mass_kg": "kg"}
+    units = fit.laws.units
     errors = np.sqrt(np.maximum(np.diag(fit.covariance), 0.0))
     out = {}
     for name, value, error in zip(fit.names, fit.values, errors, strict=True):

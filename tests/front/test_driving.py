@@ -57,6 +57,12 @@ def test_discover_takes_an_input_as_pysindy_does():
         found.fit(x, u=u)
 
 
+def test_velocity_beside_displacement_is_left_alone():
+    t, u, x = shaken(0)
+    both = undertow.fit_driven(np.column_stack([x, np.gradient(x, t)]), t=t, u=u)
+    assert both.numbers == undertow.fit_driven(x, t=t, u=u).numbers
+
+
 def test_arrays_that_do_not_fit_together_are_refused():
     t, u, x = shaken(0)
     with pytest.raises(RecordingError, match="force has 1999 samples but time has 2000"):

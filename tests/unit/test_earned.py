@@ -172,6 +172,7 @@ def test_a_name_needs_a_level_that_stands_out():
     assert judged(NAMED, case(), diagnosis(True, best=two), True, beside(0.2)).status == "cannot_tell"
     two.fit.misfit = 30.0  # the replicas hold what is left, and tell nothing
     assert judged(PROVED, case(), diagnosis(True, best=two), True, beside(0.2)).status == "explained"
+    assert judged(PROVED, case(), search, True, beside(0.2)).status == "cannot_tell"  # but all of this one
 
 
 def test_a_search_that_ended_on_known_scatter_stays_green():

@@ -8,6 +8,7 @@ import struct
 import subprocess
 import sys
 from pathlib import Path
+from types import SimpleNamespace
 
 import h5py
 import numpy as np
@@ -127,6 +128,72 @@ def test_the_look_touches_what_a_reader_may(tmp_path: Path, monkeypatch: pytest.
     hdf5_child.look(str(path))
     assert {"/", "/a", "/a/b", "/a/b/x", "/a/b/x values", "/a/b/long values"} <= set(seen)
     assert len(seen) < 10 * hdf5_child.DEEPEST  # a group within itself
+
+
+@pytest.mark.parametrize("kind", ["in another file", "put together", "texts", "chunks of 4 GB"])
+def test_the_look_leaves_values_alone_that_lie_elsewhere_or_are_too_large(tmp_path: Path, kind: str) -> None:
+    with h5py.File(tmp_path / "r.h5", "w") as file:
+        if kind == "in another file":
+            node = file.create_dataset("x", (8,), dtype="f8", external=[("other.bin", 0, 64)])
+        elif kind == "put together":
+            layout = h5py.VirtualLayout(shape=(8,), dtype="f8")
+            layout[:] = h5py.VirtualSource("other.h5", "x", shape=(8,))
+            node = file.create_virtual_dataset("x", layout)
+        elif kind == "texts":
+            node = file.create_dataset("x", data=["a", "b"], dtype=h5py.string_dtype())
+        else:
+            node = file.create_dataset("x", (5 * 10**8,), dtype="f8", chunks=(5 * 10**8,))
+        shape = ("shape", "size", "dtype", "chunks", "external", "is_virtual")
+        hdf5_child._values(Unread(**{name: getattr(node, name) for name in shape}))
+
+
+class Unread(SimpleNamespace):
+    """A dataset whose values nobody may read."""
+
+    def __getitem__(self, place: object) -> None:
+        raise AssertionError(f"values are read at {place}")
+
+
+def test_the_look_limits_its_memory_before_it_begins(monkeypatch: pytest.MonkeyPatch) -> None:
+    done: list[str] = []
+    monkeypatch.setattr(hdf5_child, "limit_memory", lambda: done.append("limited"))
+    monkeypatch.setattr("builtins.print", lambda text, flush: done.append(text))
+    monkeypatch.setattr("sys.stdin", [])
+    hdf5_child.main()
+    assert done == ["limited", "ready"]
+
+
+@pytest.mark.skipif(sys.platform != "linux", reason="memory is limited where /proc tells how much there is")
+def test_the_limit_of_memory_holds() -> None:
+    code = f"import runpy; runpy.run_path({str(hdf5_guard.CHILD)!r})['limit_memory'](); bytearray(2_100_000_000)"
+    done = subprocess.run([sys.executable, "-P", "-c", code], capture_output=True, text=True, timeout=60)
+    assert done.returncode == 1
+    assert "MemoryError" in done.stderr
+
+
+def test_a_copy_of_this_process_asks_a_process_of_its_own(sound: Path) -> None:
+    guard = Guard()
+    guard.check(sound)
+    first = guard._process
+    assert first is not None
+    guard._owner = -1  # as in a process that was forked
+    os.utime(sound, ns=(2, 2))
+    guard.check(sound)
+    assert guard._process is not None
+    assert guard._process.pid != first.pid
+    assert first.poll() is None  # it still serves the process that started it
+    guard.close()
+    first.kill()
+    first.communicate()
+
+
+def test_a_file_that_ends_the_process_is_asked_for_once(sound: Path, tmp_path: Path) -> None:
+    asked = tmp_path / "asked"
+    code = f"print('ready', flush=True); open({str(asked)!r}, 'a').write(input())"
+    guard = Guard((sys.executable, "-c", code))
+    with pytest.raises(RecordingError, match=GONE):
+        guard.check(sound)
+    assert asked.read_text().count("r.h5") == 1
 
 
 def test_the_look_goes_as_far_as_the_reader() -> None:

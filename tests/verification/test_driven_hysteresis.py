@@ -230,6 +230,22 @@ def test_pinching_of_nothing_is_bouc_and_wens_loop():
     assert np.max(np.abs(Pinched(loop=3.0, skew=1.0, pinch=0.5).force(x, x, x, t) - loop)) > 0.05
 
 
+@pytest.mark.parametrize(
+    "row",
+    [
+        BoucWen(loop=60.0, skew=80.0, alpha=1000.0),
+        BoucWen(loop=9.0, skew=-4.0, exponent=2.0, unit_N=5.0, alpha=1000.0),
+        Pinched(loop=60.0, skew=10.0, pinch=0.8, width_N=5.0, alpha=1000.0),
+    ],
+)
+def test_a_memory_stays_the_same_where_samples_are_far_apart(row):
+    """A record of a fast motion moves by many times the way over which a loop forgets, from one sample to the next."""
+    corners = np.array([0.0, 0.4, -0.3, 0.25, 0.2, 0.8, -0.6])
+    dense = np.interp(np.linspace(0.0, 6.0, 60001), np.arange(7.0), corners)
+    wanted = row.force(dense, dense, dense, dense)[::10000]
+    assert row.force(corners, corners, corners, corners) == pytest.approx(wanted, rel=0.02)
+
+
 def test_bristles_that_slip_carry_the_friction_at_their_speed():
     t = np.linspace(0.0, 2.0, 4001)
     force = LuGre(coulomb_N=0.01, static_N=0.005, velocity_m_per_s=0.5).force(0.4 * t, 0 * t + 0.4, 0 * t, t)

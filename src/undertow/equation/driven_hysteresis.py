@@ -8,7 +8,8 @@ Belongs here: their rows, and their force along a motion. Does not belong here: 
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+import math
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from typing import ClassVar
 
@@ -24,6 +25,8 @@ _LOOP = Parameter("loop", "1/m", r"\beta\gamma")
 _SKEW = Parameter("skew", "1/m", r"\beta\delta")
 _LEAST = 1e-9
 """Lower bound of what a law divides by, in its own unit."""
+STEPS_AT_MOST = 1000
+"""Between two samples of a column."""
 
 
 @dataclass(frozen=True)
@@ -62,13 +65,16 @@ class BoucWen(Term):
     left_out: ClassVar[str] = "loops in force against displacement whose width grows with amplitude, at any speed"
 
     def force(self, x: Array, v: Array, a: Array, t: Array) -> Array:
-        """z / alpha in m along the displacement from z = 0 at t[0], one straight step a sample."""
-        z, out = 0.0, np.zeros(x.size)
-        for i, move in enumerate(np.diff(x)):
-            bent = (abs(z) / self.unit_N) ** (self.exponent - 1.0)
-            z += self.alpha * move - (self.loop * abs(move) * z + self.skew * move * abs(z)) * bent
-            out[i + 1] = z
-        return out / self.alpha
+        """z / alpha in m along the displacement from z = 0 at t[0], straight from sample to sample."""
+
+        def slope(z: float, way: float) -> float:
+            bent = math.pow(abs(z) / self.unit_N, self.exponent - 1.0)
+            return self.alpha - (self.loop * z * way + self.skew * abs(z)) * bent
+
+        most = abs(self.loop) + abs(self.skew)
+        if self.exponent > 1.0 and most > 0.0:  # its force is at most about (alpha / most)^(1 / n)
+            most *= self.exponent * (self.alpha / most / self.unit_N) ** (1.0 - 1.0 / self.exponent)
+        return _along(x, slope, most) / self.alpha
 
 
 @dataclass(frozen=True)
@@ -106,13 +112,14 @@ class Pinched(Term):
     left_out: ClassVar[str] = "loops that are narrow and soft in their middle, as of joints with play"
 
     def force(self, x: Array, v: Array, a: Array, t: Array) -> Array:
-        """z / alpha in m along the displacement from z = 0 at t[0], one straight step a sample."""
-        z, out = 0.0, np.zeros(x.size)
-        for i, move in enumerate(np.diff(x)):
-            slack = 1.0 - self.pinch * np.exp(-((z / self.width_N) ** 2))
-            z += slack * (self.alpha * move - self.loop * abs(move) * z - self.skew * move * abs(z))
-            out[i + 1] = z
-        return out / self.alpha
+        """z / alpha in m along the displacement from z = 0 at t[0], straight from sample to sample."""
+
+        def slope(z: float, way: float) -> float:
+            slack = 1.0 - self.pinch * math.exp(-((z / self.width_N) ** 2))
+            return slack * (self.alpha - self.loop * z * way - self.skew * abs(z))
+
+        most = abs(self.loop) + abs(self.skew) + self.alpha * self.pinch / self.width_N
+        return _along(x, slope, most) / self.alpha
 
 
 @dataclass(frozen=True)
@@ -200,6 +207,22 @@ class Iwan(Term):
             s = np.clip(s + stiffness * move, -self.slip_N * limit, self.slip_N * limit)
             out[i + 1] = float(np.sum(s))
         return out
+
+
+def _along(x: Array, slope: Callable[[float, float], float], most: float) -> Array:
+    """A memory z along a displacement from z = 0: dz/dx = ``slope`` (z, way), way being 1 forth and -1 back.
+
+    ``most`` bounds how fast the slope changes with z: steps are halves of its inverse at most, whatever lies between
+    two samples, or the memory of a fast motion would leave all bounds.
+    """
+    z, out = 0.0, np.zeros(x.size)
+    for i, move in enumerate(np.diff(x).tolist()):
+        many = min(max(1, math.ceil(2.0 * abs(move) * most)), STEPS_AT_MOST)
+        step, way = move / many, math.copysign(1.0, move)
+        for _ in range(many):
+            z += step * slope(z + 0.5 * step * slope(z, way), way)
+        out[i + 1] = z
+    return out
 
 
 def sliders(chi: float, many: int = SLIDERS) -> tuple[Array, Array]:

@@ -8,7 +8,7 @@ import pytest
 from experiments.eq15_campaign.motion import simulate
 from tests.exact_motions import LONG, SHORT, exact_motion
 from undertow.conditioning.condition import condition
-from undertow.conditioning.cycles import equilibrium, find_cycles
+from undertow.conditioning.cycles import Cycles, equilibrium, find_cycles
 from undertow.conditioning.fusion import fuse
 from undertow.conditioning.release import find_window
 from undertow.errors import RecordingError
@@ -186,6 +186,33 @@ def test_equilibrium_is_the_centre_not_where_the_body_stops():
     stops = float(np.mean(recording.channels["displacement"][-100:]))
     assert abs(centre.value - 1e-4) < 4.0 * centre.stderr + 2e-5
     assert abs(stops - 1e-4) > 10.0 * abs(centre.value - 1e-4)
+
+
+def turning_points(positions: list[float]) -> Cycles:
+    p = np.array(positions)
+    amplitude = 0.5 * np.abs(np.diff(p))
+    time = np.arange(p.size, dtype=float)
+    return Cycles(time, p, np.full(p.size, 1e-6), amplitude, 0.5 / np.diff(time), amplitude[1:])
+
+
+@pytest.mark.parametrize("law", ["constant", "in proportion", "with the square"])
+@pytest.mark.parametrize("count", [3, 4, 6])
+def test_the_centre_of_a_motion_that_dies_within_few_swings_is_as_unsure_as_its_law(law, count):
+    """Linear damping of a quarter of critical, the same loss by friction, and by drag: the rest position is 0."""
+    swings = [1.0]
+    while len(swings) < count:
+        a = swings[-1]
+        swings.append(a - 0.12 if law == "constant" else 0.45 * a if law == "in proportion" else a / (1.0 + 1.2 * a))
+    found = equilibrium(turning_points([a * (-1) ** i for i, a in enumerate(swings)]))
+    assert abs(found.value) < 1.5 * found.stderr
+    assert found.stderr < {3: 0.05, 4: 0.01, 6: 0.0025}[count]
+
+
+def test_a_light_damping_leaves_the_centre_of_a_long_decay_sure():
+    swings = [0.95**i * (-1) ** i for i in range(30)]
+    found = equilibrium(turning_points(swings))
+    assert found.stderr < 1e-4
+    assert abs(found.value) < found.stderr
 
 
 def test_two_turning_points_make_no_cycles():

@@ -30,6 +30,9 @@ probable, among the sets that are answers, as a name must be beside nothing."""
 SIGNIFICANT = 3.0
 """A suspect's coefficient must be this many standard errors from zero."""
 
+UNTOLD = 3.0
+"""An inner number whose error is so many times its value is one that the data say nothing of."""
+
 OVERDAMPED = 0.25
 """From this damping ratio on a resonator has no beat of its own: it looks like memory that relaxes."""
 
@@ -195,6 +198,8 @@ def doubt(level: Level, fit: JointFit, before: JointFit | None = None) -> str:
                 value, error = fit.value(name), fit.solution.stderr(name)
                 if value >= a.upper * 0.999 or (a.lower > 0.0 and value <= a.lower * 1.001):
                     return f"{name} = {value:.4g} {a.unit} sits on its bound"
+                if a.inner and a.lower > 0.0 and not error < UNTOLD * value:
+                    return f"{name} = {value:.4g} +- {error:.2g} {a.unit} could be anything"
                 if a.inner or a is not addend.additions[0]:
                     continue
                 if a.takes and value < -2.0 * error:

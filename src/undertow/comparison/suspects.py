@@ -154,11 +154,17 @@ def _relaxation(s: Scales, start: float) -> tuple[Addition, ...]:
     )
 
 
+WIDEST_YIELD = 2.0
+"""Force at which a joint yields over the spring's largest force: one that does not yield then holds the body fast, or
+is a spring."""
+
+
 def _hysteresis(s: Scales, start: float) -> tuple[Addition, ...]:
     k = 0.02 * s.mass * s.rate**2
+    most = WIDEST_YIELD * s.mass * s.rate**2 * s.size
     return (
         Addition("stiffness_N_per_m", "N/m", "kb", k, k, lower=0.0),
-        Addition("yield_force_N", "N", "fb", k * start, k * start, lower=1e-3 * k * s.size, inner=True),
+        Addition("yield_force_N", "N", "fb", k * start, k * start, 1e-3 * k * s.size, most, inner=True),
     )
 
 

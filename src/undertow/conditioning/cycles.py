@@ -14,6 +14,10 @@ from undertow.errors import RecordingError
 from undertow.quantities import Estimate
 from undertow.recording.recording import Array
 
+LOSS, VARIES = (0.85, 0.6), 0.2
+"""Share of b, mean and standard deviation: 0 for friction, 1 for linear damping, 1.7 for drag; and by how much it may
+be another one from swing to swing, as where more than one of them takes energy."""
+
 
 @dataclass(frozen=True)
 class Cycles:
@@ -53,17 +57,37 @@ def find_cycles(t: Array, x: Array, v: Array, x_std: Array) -> Cycles:
 
 
 def equilibrium(cycles: Cycles, friction_halfwidth: float = 0.0) -> Estimate:
-    """Where the oscillation is centred, in the sensor's scale, m: mean of (p1 + 2 p2 + p3) / 4 over turning points.
+    """Where the oscillation is centred, in the sensor's scale, m, by each three turning points in a row.
 
-    That combination is free of the amplitude and of a constant loss a half cycle (Coulomb friction shifts the centre
-    of each half cycle by +-x_f, alternately). The standard error comes from the values' own scatter, with the turning
-    points' errors as its least. ``friction_halfwidth`` (mu N / k) is added where a body's rest, not its centre, counts.
+    (p1 + 2 p2 + p3) / 4 is free of the amplitude and of a constant loss a half cycle (Coulomb friction shifts the
+    centre of each half cycle by +-x_f, alternately). It is off by b = (p1 - p3)^2 / (4 (p1 - 2 p2 + p3)) where the
+    loss goes with the swing (linear damping: Aitken's extrapolation), by some 1.7 b where it goes with the swing's
+    square (drag); of a body damped by a quarter of critical b is a fifteenth of the swing. Centre and share of b are
+    found together: b has another sign every time, and of few swings `LOSS` is believed of the share. The standard error
+    holds what the share is not known, the values' own scatter, and the turning points' errors as its least.
+    ``friction_halfwidth`` (mu N / k) is added where a body's rest, not its centre, counts.
     """
     p = cycles.position
     centres = 0.25 * (p[:-2] + 2.0 * p[1:-1] + p[2:])
+    turned = p[:-2] - 2.0 * p[1:-1] + p[2:]
+    bent = 0.25 * (p[:-2] - p[2:]) ** 2 / np.where(turned == 0.0, 1e-300, turned)
     weights = 1.0 / (cycles.amplitude[:-1] + float(np.min(cycles.amplitude)) + 1e-300)
-    value = float(np.sum(weights * centres) / np.sum(weights))
-    scatter = math.sqrt(float(np.sum(weights * (centres - value) ** 2) / np.sum(weights)))
-    least = float(np.median(cycles.position_std)) * math.sqrt(6.0) / 4.0
-    error = max(scatter / math.sqrt(max(centres.size / 2.0, 1.0)), least / math.sqrt(centres.size))
-    return Estimate(value, math.hypot(error, friction_halfwidth), unit="m", source="centre of the oscillation")
+    weights /= float(np.mean(weights))
+    least = max(float(np.median(cycles.position_std)) * math.sqrt(6.0) / 4.0, 1e-12 * float(np.ptp(p)))
+    error, found = least, np.zeros(2)
+    design = np.column_stack([np.ones(p.size - 2), bent])
+    for _ in range(2):  # the scatter is that beside what the first pass found
+        found, variance = _believing(design, centres, 1.0 / (error**2 / weights + (VARIES * bent) ** 2))
+        left = centres - found[0] - found[1] * bent
+        error = max(math.sqrt(float(np.mean(weights * left**2))), least)
+    shared = 2.0 if centres.size > 1 else 1.0  # neighbours have turning points in common
+    stderr = math.hypot(math.sqrt(shared * variance), friction_halfwidth)
+    return Estimate(float(found[0]), stderr, unit="m", source="centre of the oscillation")
+
+
+def _believing(design: Array, values: Array, weights: Array) -> tuple[Array, float]:
+    """Least squares for the centre and the share of b, which is believed to be `LOSS`; the centre's variance."""
+    share, width = LOSS
+    normal = (design.T * weights) @ design + np.diag([0.0, 1.0 / width**2])
+    inverse = np.linalg.inv(normal)
+    return inverse @ (design.T @ (weights * values) + np.array([0.0, share / width**2])), float(inverse[0, 0])

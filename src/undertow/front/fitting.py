@@ -23,17 +23,13 @@ from undertow.front.reading import Source, agreeing, read
 from undertow.front.trials import Trials
 from undertow.likelihood.fit import Specimen, Structure
 from undertow.likelihood.problem import TrialOptions
-from undertow.likelihood.scale import Anchor, choose_anchor
+from undertow.likelihood.scale import Anchor, choose_anchor, on_load_cells
 from undertow.methods.baseline import GroupFit, fit_alone, fit_group, group_model
 from undertow.methods.decay import load_cell_stiffness
 from undertow.methods.dry import dry_fits, pooled_scatter, structural_terms, structure_from
-from undertow.quantities import Estimate
 from undertow.uncertainty.disagreement import OF_ONE_TRIAL, grown
 from undertow.uncertainty.growth import grown_words
 from undertow.uncertainty.intervals import mean_of_trials
-
-SCALING = ("kg", "N")
-"""How the units of what scales with an anchor's stiffness begin: masses and forces."""
 
 
 def fit(
@@ -75,8 +71,7 @@ def fit(
     motions = sorted(used, key=lambda m: (m.amplitude, m.name))
     structure = None if dry is None else _structure(read(dry), terms, specimen)
     anchor, notes = _anchor(specimen, structure, motions, terms)
-    if anchor.kind == "load cells":
-        specimen = replace(specimen, stiffness_N_per_m=anchor.stiffness.value)
+    specimen = on_load_cells(specimen, anchor)
     model = group_model(terms, motions, specimen, structure, dry=False, anchored=anchor.known)
     if not model.coefficients:
         raise IdentificationError(
@@ -90,7 +85,7 @@ def fit(
     found, differ = _grown(found, motions, options)
     ordered = replace(used, motions=tuple(motions))
     notes += differ + tuple(f"not used: {one.reason}" for one in used.failed)
-    return Fitted(ordered, _with_anchor_error(found, anchor), anchor, structure, notes)
+    return Fitted(ordered, found, anchor, structure, notes)
 
 
 def _grown(found: GroupFit, motions: Sequence[Motion], options: TrialOptions) -> tuple[GroupFit, tuple[str, ...]]:
@@ -136,17 +131,3 @@ def _anchor(
     if structure is not None:
         notes.append(f"k, c and mu are held as {structure.source} gave them, with their scatter")
     return anchor, tuple(notes)
-
-
-def _with_anchor_error(found: GroupFit, anchor: Anchor) -> GroupFit:
-    """The fit with a load cell stiffness' error in every mass and force."""
-    value = anchor.stiffness.value
-    relative = anchor.stiffness.total_stderr / value if anchor.kind == "load cells" and value > 0.0 else 0.0
-    if not relative > 0.0:
-        return found
-    estimates: dict[str, Estimate] = {}
-    for name, e in found.estimates.items():
-        scales = e.unit.startswith(SCALING) or name in ("mu", "drag_coefficient")
-        size = abs(e.value) + (found.model.specimen.mass_kg if name == "added_mass_kg" else 0.0)
-        estimates[name] = replace(e, systematic=math.hypot(e.systematic, relative * size)) if scales else e
-    return replace(found, estimates=estimates)

@@ -103,7 +103,7 @@ def group_model(
     rate = 2.0 * math.pi / period
     known_mass = math.isfinite(specimen.mass_kg)
     known_k = structure is not None or math.isfinite(specimen.stiffness_N_per_m)
-    anchored = anchored and (known_mass or known_k)  # what load cells say of k is applied to numbers per mass
+    anchored = anchored and (known_mass or known_k)
     kept = tuple(t for t in terms if not (dry and t.of_water) and (anchored or not t.is_inertia))
     base = np.zeros(N_SLOTS)
     mass = specimen.mass_kg if known_mass and anchored else 1.0

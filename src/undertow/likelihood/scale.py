@@ -78,11 +78,38 @@ def choose_anchor(
         return Anchor("stiffness", k, f"stiffness {stated:g} N/m from the config", doubts)
     if math.isfinite(specimen.mass_kg) and not added_mass:
         return Anchor("mass", nothing, f"mass {specimen.mass_kg:g} kg, as given")
-    if load_cells is not None and math.isfinite(load_cells.value):
+    if load_cells is not None and load_cells.value > 0.0:
         gain = GAIN_STD * load_cells.value  # nothing else says k, so that it is as wrong as their gain
         anchor = replace(load_cells, systematic=math.hypot(load_cells.systematic, gain))
         return Anchor("load cells", anchor, f"stiffness {anchor} from the load cells")
     return Anchor("none", nothing, "no anchor: coefficients are per total mass")
+
+
+def on_load_cells(specimen: Specimen, anchor: Anchor) -> Specimen:
+    """The specimen with the stiffness that load cells give and its error, where nothing else gives kilograms."""
+    if anchor.kind != "load cells":
+        return specimen
+    k = anchor.stiffness
+    return replace(specimen, stiffness_N_per_m=k.value, stiffness_error_N_per_m=k.total_stderr)
+
+
+def with_stiffness_error(estimates: Mapping[str, Estimate], specimen: Specimen) -> dict[str, Estimate]:
+    """The estimates by name with the stiffness' error in every mass and force, which go with it.
+
+    >>> told = Specimen(stiffness_N_per_m=1000.0, stiffness_error_N_per_m=10.0)
+    >>> with_stiffness_error({"c_Ns_per_m": Estimate(50.0, 0.1, unit="N s/m")}, told)["c_Ns_per_m"].systematic
+    0.5
+    """
+    if not specimen.stiffness_error_N_per_m > 0.0:
+        return dict(estimates)
+    relative = specimen.stiffness_error_N_per_m / specimen.stiffness_N_per_m
+    out = {}
+    for name, e in estimates.items():
+        scales = e.unit.startswith(("kg", "N")) or name in ("mu", "drag_coefficient")
+        of_body = specimen.mass_kg if name == "added_mass_kg" and math.isfinite(specimen.mass_kg) else 0.0
+        away = relative * (abs(e.value) + of_body) if scales else 0.0
+        out[name] = replace(e, systematic=math.hypot(e.systematic, away))
+    return out
 
 
 def _disagreements(value: float, source: str, others: Mapping[str, float]) -> tuple[str, ...]:

@@ -25,6 +25,7 @@ from undertow.likelihood.group import Coefficient, GroupModel, group_model, term
 from undertow.likelihood.lone_samples import as_recorded
 from undertow.likelihood.output_error import Solution
 from undertow.likelihood.problem import Link, Problem, ProblemBuilder, TrialOptions
+from undertow.likelihood.scale import with_stiffness_error
 from undertow.quantities import OK, Estimate
 from undertow.recording.recording import Array
 from undertow.uncertainty.confidence import as_stderr, widening
@@ -235,7 +236,7 @@ def _group_fit(model: GroupModel, solution: Solution) -> GroupFit:
             value = float(solution.values[i])
             outcome, parts = f"{c.name} on its bound {value:.4g} {c.unit}", (math.nan, 0.0)
         estimates[c.name] = Estimate(value, *parts, c.unit, "output error", outcome)
-    return GroupFit(model, solution, estimates, solution.outcome)
+    return GroupFit(model, solution, with_stiffness_error(estimates, model.specimen), solution.outcome)
 
 
 def _with_structure(model: GroupModel, structure: Structure, solution: Solution) -> tuple[Array, Array, Array]:
@@ -289,6 +290,10 @@ def as_fit(group: GroupFit, method: str, trials: Sequence[str], anchor: str) -> 
     if group.model.fixed is not None:
         held = group.model.fixed
         parameters |= {"k_N_per_m": held.k, "c_Ns_per_m": held.c, "mu": held.mu}
+    elif group.model.anchored and "k_N_per_m" not in parameters and math.isfinite(specimen.stiffness_N_per_m):
+        error = specimen.stiffness_error_N_per_m
+        said = "load cells" if error > 0.0 else "config"
+        parameters["k_N_per_m"] = Estimate(specimen.stiffness_N_per_m, 0.0, error, "N/m", said)
     return Fit(method, tuple(trials), {}, parameters, group.outcome, (), anchor)
 
 

@@ -22,7 +22,7 @@ from undertow.equation.term import Term
 from undertow.errors import RecordingError
 from undertow.likelihood.fit import Specimen, Structure
 from undertow.likelihood.problem import TrialOptions
-from undertow.likelihood.scale import choose_anchor, trial_stiffness
+from undertow.likelihood.scale import choose_anchor, on_load_cells, trial_stiffness
 from undertow.methods.baseline import GroupFit
 from undertow.methods.decay import load_cell_stiffness
 from undertow.methods.dry import Scatter, dry_fits, pooled_scatter, structural_terms, structure_from, uneven
@@ -194,6 +194,7 @@ def group_task(
     slopes = {m.name: s for m in motions if (s := _slope(m)) is not None}
     mean_slope = mean_of_trials(list(slopes.values()), "N/m", "load cells") if slopes else None
     anchor = choose_anchor(specimen, structure, mean_slope, dry, added_mass=any(t.is_inertia for t in terms))
+    specimen = on_load_cells(specimen, anchor)
     stiffness = {}
     if found is not None and slopes and not dry and math.isfinite(found.ratio.value):
         stiffness = trial_stiffness(found.structure.k, slopes, found.ratio, found.structure.scatter["k"])

@@ -1,0 +1,51 @@
+"""Wet trials alone, no stated spring: load cells give the stiffness, and with it all masses and forces."""
+
+from __future__ import annotations
+
+import csv
+
+import numpy as np
+import pytest
+
+from tests.small_campaign import BODY, Campaign, make_campaign, recorded, write_table
+from undertow.campaign.run.folder import run_to_folder
+
+WET = "equation:\n  terms: [stiffness, viscous_damping, coulomb_friction, added_mass]"
+
+
+@pytest.fixture(scope="module", params=["mass_kg: 2000", "submerged_volume_m3: 0.0"], ids=["a mass", "no mass"])
+def rows(request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFactory) -> dict[str, dict[str, str]]:
+    """levels.csv by method, of a body whose dry mass is 2,000 kg, stated or not."""
+    campaign: Campaign = make_campaign(tmp_path_factory.mktemp("wet"), (0.05, 0.08, 0.11))
+    for seed, (file, x0) in enumerate(zip(campaign.files, (0.05, 0.08, 0.11), strict=True)):
+        table = recorded(x0, seed)
+        noise = 5.0 * np.random.default_rng(50 + seed).standard_normal(len(table))
+        force = 1e-3 * (BODY.k_N_per_m * recorded(x0, 0)[:, 1] + noise)
+        write_table(campaign.folder / file, np.column_stack([table, force]), "t,x,a,f")
+    campaign.edit("equation:\n  terms: [stiffness, viscous_damping, coulomb_friction]", WET)
+    campaign.edit("mass_kg: 2637.4", request.param)
+    campaign.edit("trials:", "    spring_force: {column: f, unit: kN}\ntrials:")
+    campaign.edit("identify: [sindy]", "identify: [sindy, output_error]")
+    run_to_folder(campaign.config, out=campaign.folder / "out")
+    with (campaign.folder / "out" / "levels.csv").open(newline="") as stream:
+        return {row["method"]: row for row in csv.DictReader(stream)}
+
+
+@pytest.mark.parametrize("method", ["baseline", "output_error", "sindy"])
+def test_kilograms_are_those_of_the_load_cells(rows: dict[str, dict[str, str]], method: str) -> None:
+    row = rows[method]
+    assert float(row["c_Ns_per_m"]) == pytest.approx(BODY.c_Ns_per_m, rel=0.05)
+    if row.get("total_mass_kg"):
+        assert float(row["total_mass_kg"]) == pytest.approx(BODY.inertia_kg, rel=0.005)
+        assert float(row["total_mass_kg_stderr"]) > 0.005 * BODY.inertia_kg  # a gain of load cells
+    if row.get("added_mass_kg"):
+        assert float(row["added_mass_kg"]) == pytest.approx(BODY.inertia_kg - 2000.0, rel=0.02)
+        assert float(row["added_mass_kg_stderr"]) > 0.005 * BODY.inertia_kg
+    assert row.get("total_mass_kg") or row["added_mass_kg"]
+
+
+def test_the_stiffness_is_told_beside_them(rows: dict[str, dict[str, str]]) -> None:
+    for method in ("output_error", "sindy"):
+        row = rows[method]
+        assert float(row["k_N_per_m"]) == pytest.approx(BODY.k_N_per_m, rel=0.002)
+        assert float(row["k_N_per_m_stderr"]) == pytest.approx(0.005 * BODY.k_N_per_m, rel=0.1)

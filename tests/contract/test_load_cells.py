@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import csv
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -14,8 +15,8 @@ WET = "equation:\n  terms: [stiffness, viscous_damping, coulomb_friction, added_
 
 
 @pytest.fixture(scope="module", params=["mass_kg: 2000", "submerged_volume_m3: 0.0"], ids=["a mass", "no mass"])
-def rows(request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFactory) -> dict[str, dict[str, str]]:
-    """levels.csv by method, of a body whose dry mass is 2,000 kg, stated or not."""
+def finished(request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """The run's folder, of a body whose dry mass is 2,000 kg, stated or not."""
     campaign: Campaign = make_campaign(tmp_path_factory.mktemp("wet"), (0.05, 0.08, 0.11))
     for seed, (file, x0) in enumerate(zip(campaign.files, (0.05, 0.08, 0.11), strict=True)):
         table = recorded(x0, seed)
@@ -27,8 +28,19 @@ def rows(request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFactor
     campaign.edit("trials:", "    spring_force: {column: f, unit: kN}\ntrials:")
     campaign.edit("identify: [sindy]", "identify: [sindy, output_error]")
     run_to_folder(campaign.config, out=campaign.folder / "out")
-    with (campaign.folder / "out" / "levels.csv").open(newline="") as stream:
+    return campaign.folder / "out"
+
+
+@pytest.fixture(scope="module")
+def rows(finished: Path) -> dict[str, dict[str, str]]:
+    """levels.csv by method."""
+    with (finished / "levels.csv").open(newline="") as stream:
         return {row["method"]: row for row in csv.DictReader(stream)}
+
+
+def test_the_page_says_where_kilograms_come_from(finished: Path) -> None:
+    page = (finished / "report.html").read_text(encoding="utf-8")
+    assert "kilograms and newtons rest on the stiffness 109600" in page
 
 
 @pytest.mark.parametrize("method", ["baseline", "output_error", "sindy"])

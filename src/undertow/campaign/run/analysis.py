@@ -118,7 +118,8 @@ def analyse(task: GroupTask, progress: Callable[[str], None] = lambda _: None) -
     return GroupFindings(
         task.key, task.dry, trials, task.specimen, task.structure, fits, equation, baseline.equation_errors(),
         unsearched_verdict(task.key, task.held_out, trials, baseline.estimates),
-        task.anchor.doubts + _assumed(task) + _apart(task) + alone + _drifts(task, trials), (*too, *differ),
+        (*task.anchor.doubts, *_weighed(task), *_assumed(task), *_apart(task), *alone, *_drifts(task, trials)),
+        (*too, *differ),
     )  # fmt: skip
 
 
@@ -144,6 +145,13 @@ def _apart(task: GroupTask) -> tuple[str, ...]:
 def _drifts(task: GroupTask, trials: Sequence[TrialFindings]) -> tuple[str, ...]:
     """Parameters of single trials that go with amplitude, in words."""
     return tuple(drift.sentence for drift in amplitude_drifts(trials, group_title(task.key)))
+
+
+def _weighed(task: GroupTask) -> tuple[str, ...]:
+    """That load cells alone give kilograms, in words."""
+    if task.anchor.kind != "load cells":
+        return ()
+    return (f"kilograms and newtons rest on the {task.anchor.sentence}",)
 
 
 def _assumed(task: GroupTask) -> tuple[str, ...]:

@@ -153,3 +153,13 @@ def _counts(estimate: Estimate) -> bool:
 
 OF_ONE_TRIAL = "one trial: every interval is of this trial, how much another would differ is not in it"
 """What is to be known of errors that no repetition stands behind."""
+
+
+def of_one_trial(scatter: Mapping[str, float]) -> str:
+    """The same where how much trials differ, relative and by symbol, is known from elsewhere.
+
+    >>> of_one_trial({"k": 0.005, "mu": 0.1})
+    'one trial: intervals hold that another would differ by 0.5 % in k, 10 % in mu'
+    """
+    parts = ", ".join(f"{100.0 * share:.2g} % in {symbol}" for symbol, share in scatter.items())
+    return f"one trial: intervals hold that another would differ by {parts}" if parts else OF_ONE_TRIAL

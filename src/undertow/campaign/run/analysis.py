@@ -11,7 +11,7 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
-from undertow.campaign.run.differing import baseline_grown, with_grown_errors
+from undertow.campaign.run.differing import baseline_grown, of_any_trial, with_grown_errors
 from undertow.campaign.run.unsearched import unsearched_verdict
 from undertow.conditioning.motion import Motion
 from undertow.discrepancy.drifts import amplitude_drifts
@@ -45,7 +45,7 @@ from undertow.methods.dry import DEFAULT_SCATTER
 from undertow.methods.sindy import SindyResult, discover
 from undertow.quantities import OK, Estimate
 from undertow.recording.recording import Condition
-from undertow.uncertainty.disagreement import OF_ONE_TRIAL
+from undertow.uncertainty.disagreement import of_one_trial
 from undertow.uncertainty.intervals import mean_of_trials
 
 PER_TRIAL = ("decay", "sindy", "method1", "method2", "output_error")
@@ -111,7 +111,9 @@ def analyse(task: GroupTask, progress: Callable[[str], None] = lambda _: None) -
         fits["output_error"] = _mean_structure(fits["output_error"], singles)
     fits, differ = with_grown_errors(fits, singles, {m.name: m.amplitude for m in task.motions})
     baseline, too = baseline_grown(baseline, training, singles)
-    alone = (OF_ONE_TRIAL,) if len(training) == 1 else ()
+    if scatter := _of_any_trial(task):
+        baseline = of_any_trial(baseline, scatter)
+    alone = (of_one_trial(scatter),) if len(training) == 1 else ()
     trials = tuple(_trial(task, model, baseline, motion, singles[motion.name], progress) for motion in task.motions)
     trials = _with_shares(task, trials, baseline)
     equation = baseline.equation()
@@ -145,6 +147,11 @@ def _apart(task: GroupTask) -> tuple[str, ...]:
 def _drifts(task: GroupTask, trials: Sequence[TrialFindings]) -> tuple[str, ...]:
     """Parameters of single trials that go with amplitude, in words."""
     return tuple(drift.sentence for drift in amplitude_drifts(trials, group_title(task.key)))
+
+
+def _of_any_trial(task: GroupTask) -> Mapping[str, float]:
+    """How much another trial would differ from the only one, where that is known and the fit does not hold it."""
+    return task.scatter if len(task.joint) == 1 and task.structure is None else {}
 
 
 def _weighed(task: GroupTask) -> tuple[str, ...]:
@@ -199,6 +206,7 @@ def _group_fits(task: GroupTask, model: GroupModel, baseline: GroupFit) -> dict[
     fits: dict[str, Fit] = {}
     if "output_error" in task.methods:
         joint = fit_group(model, task.joint, task.options, "trials and means")
+        joint = of_any_trial(joint, scatter) if (scatter := _of_any_trial(task)) else joint
         fits["output_error"] = as_fit(joint, "output_error", names, task.anchor.sentence)
     if "sindy" in task.methods:
         fits["sindy"] = _attempt("sindy", tuple(names), lambda: _sindy(task, task.joint))

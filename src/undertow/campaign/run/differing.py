@@ -17,6 +17,7 @@ import numpy as np
 from undertow.conditioning.motion import Motion
 from undertow.discrepancy.drifts import METHOD, STRUCTURE, WATER, own_number
 from undertow.discrepancy.findings import GroupFindings
+from undertow.equation.kernel import SLOT
 from undertow.likelihood.fit import Fit
 from undertow.methods.baseline import GroupFit
 from undertow.quantities import Estimate
@@ -36,6 +37,9 @@ JOINT = ("output_error", "sindy")
 
 MEAN = "mean over trials"
 """How the note of a fit begins whose numbers are means of single fits: scatter is in their errors already."""
+
+SCATTERING = {"k1": "k", "c1": "c", "fc": "mu"}
+"""Slot -> symbol of what differs from trial to trial on any rig."""
 
 Singles = Mapping[str, Mapping[str, Fit]]
 """Trial -> method -> its fit of that trial alone."""
@@ -71,6 +75,19 @@ def baseline_grown(
     alone = [singles[m.name][METHOD].parameters for m in compared]
     estimates, found = grown(baseline.estimates, alone, [m.amplitude for m in compared])
     return replace(baseline, estimates=estimates), found
+
+
+def of_any_trial(fit: GroupFit, scatter: Mapping[str, float]) -> GroupFit:
+    """The fit of a single trial with errors that hold how much another would differ: ``scatter`` of k, c, mu in
+    themselves, and that of k in the mass where k is held."""
+    estimates = dict(fit.estimates)
+    whole = fit.model.theta({name: e.value for name, e in estimates.items()})
+    for c in fit.model.coefficients:
+        held = c.slot == "mass" and not fit.model.weighed
+        relative = scatter.get("k" if held else SCATTERING.get(c.slot, ""), 0.0)
+        size = float(whole[SLOT["mass"]]) if held else estimates[c.name].value
+        estimates[c.name] = with_scatter(estimates[c.name], relative * abs(size))
+    return replace(fit, estimates=estimates)
 
 
 def grown_between(groups: Sequence[GroupFindings], water: Collection[str]) -> list[GroupFindings]:

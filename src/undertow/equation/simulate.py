@@ -31,7 +31,14 @@ SPLIT_TOLERANCE = 1e-10
 MOST_REVERSALS = 100_000
 """A motion that turns more often is left to the path in Python, which says what is wrong."""
 
-MOST_STIFF = 20.0
+HIDDEN_SHARE, OUTSIDE_SHARE = 0.6, 0.4
+"""Of a body's steps a period, those of a hidden oscillator, and of what acts from outside or fades: their errors reach
+the body only through the force on it, and are smaller there (tests/unit/test_steps.py)."""
+
+STEPS_OF_BRISTLES = 16
+"""Steps that bristles need, by the rate over `STABLE`: with twelve they are stable, and then exact to 1e-8."""
+
+MOST_STIFF = 50.0
 """Bristles that follow this many times faster than the body swings are sliding friction; steps get no shorter."""
 
 
@@ -54,6 +61,19 @@ def fastest_frequency(theta: Array) -> float:
     Amplitude enters through the hardening terms at the initial displacement, and through the speed at which bristles
     bend: they follow with kb |v| / fb, an explicit step with `STABLE` times its own rate.
     """
+    return max(_rates(theta)) or 1.0
+
+
+def step_of_motion(theta: Array, steps_per_period: int) -> float:
+    """Largest step of a parameter vector's motion, s: ``steps_per_period`` of the body's, and the share that what
+    swings beside it or acts on it needs."""
+    own, bristles, hidden, outside = _rates(theta)
+    rate = max(own, HIDDEN_SHARE * hidden, OUTSIDE_SHARE * outside) or 1.0
+    return 2.0 * math.pi / max(rate * steps_per_period, bristles * STEPS_OF_BRISTLES)
+
+
+def _rates(theta: Array) -> tuple[float, float, float, float]:
+    """Fastest rates of the body, its bristles, hidden oscillators, and what acts from outside or fades."""
     from undertow.equation.algebra import MAX_HIDDEN, SLOT
 
     def at(slot: str) -> float:
@@ -61,14 +81,15 @@ def fastest_frequency(theta: Array) -> float:
         return abs(float(theta[SLOT[slot]]))
 
     size = abs(theta[SLOT["x0"]] - theta[SLOT["xe"]])
-    rates = [math.sqrt(stiffest(at, size) / theta[SLOT["mass"]]), theta[SLOT["omega"]], *fading(at)]
+    own = math.sqrt(stiffest(at, size) / theta[SLOT["mass"]])
+    hidden = bristles = 0.0
     for i in range(1, MAX_HIDDEN + 1):
         share = max(theta[SLOT[f"hm{i}"]], 0.0) / theta[SLOT["mass"]]
-        rates.append(theta[SLOT[f"hw{i}"]] * math.sqrt(1.0 + share))
+        hidden = max(hidden, theta[SLOT[f"hw{i}"]] * math.sqrt(1.0 + share))
     if theta[SLOT["fb"]] > 0.0:
-        speed = abs(theta[SLOT["v0"]]) + size * rates[0]
-        rates.append(min(abs(theta[SLOT["kb"]]) * speed / theta[SLOT["fb"]] / STABLE, MOST_STIFF * rates[0]))
-    return float(max(rates)) or 1.0
+        speed = abs(theta[SLOT["v0"]]) + size * own
+        bristles = min(at("kb") * speed / theta[SLOT["fb"]] / STABLE, MOST_STIFF * own)
+    return float(own), float(bristles), float(hidden), float(max(theta[SLOT["omega"]], *fading(at)))
 
 
 def simulate(

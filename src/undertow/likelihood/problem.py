@@ -78,7 +78,8 @@ class TrialProblem:
     width of a cell, 0 for instants that stand alone, and ``averaged`` whether several samples make up a cell
     (observation_model.py).
     ``laws`` holds all terms where the compiled integrator lacks one (equation/general.py), else nothing. ``drive`` is
-    the measured input of a driven trial (None: a decay), ``extent`` how far and how fast its body moves.
+    the measured input of a driven trial (None: a decay), ``extent`` how far and how fast its body moves;
+    ``steps_a_period`` those of a decay's integrator.
     """
 
     name: str
@@ -93,6 +94,7 @@ class TrialProblem:
     averaged: bool = True
     drive: Drive | None = None
     extent: MotionSize = field(default_factory=MotionSize)
+    steps_a_period: int = TRAJECTORY_STEPS_PER_PERIOD
 
     @property
     def slots(self) -> np.ndarray:

@@ -9,14 +9,12 @@ motion (observation_model.py), the search (output_error.py, descent.py).
 
 from __future__ import annotations
 
-import math
-
 import numpy as np
 
 from undertow.equation.general import general_trajectory
 from undertow.equation.input import Drive
 from undertow.equation.kernel import SLOT, integrate
-from undertow.equation.simulate import fastest_frequency
+from undertow.equation.simulate import step_of_motion
 from undertow.errors import IdentificationError
 from undertow.likelihood.budget import spend
 from undertow.likelihood.eq15 import unknowns_of
@@ -39,20 +37,19 @@ def parameter_vector(trial: TrialProblem, values: Array) -> Array:
 
 def trajectory(
     theta: Array, slots: np.ndarray, times: Array, steps_per_period: int = TRAJECTORY_STEPS_PER_PERIOD,
-    fastest: float = math.inf,
+    shortest: float = 0.0,
 ) -> tuple[Array, Array, Array]:
     """x, v, a, each (n, 1 + p), of a parameter vector at ``times`` (n,): motion and derivatives by ``slots`` (p,).
 
-    Raises IdentificationError where the total mass is not positive, something swings faster than ``fastest`` (rad/s)
-    or the motion leaves every bound.
+    Raises IdentificationError where the total mass is not positive, something swings so fast that steps would be
+    shorter than ``shortest`` (s), or the motion leaves every bound.
     """
     mass = float(theta[SLOT["mass"]])
     if not mass > 0.0 or not np.all(np.isfinite(theta)):
         raise IdentificationError(f"a trajectory needs a positive total mass and finite parameters, got {mass:g} kg")
-    rate = fastest_frequency(theta)
-    if rate > fastest:
-        raise IdentificationError(f"something would swing at {rate:.3g} rad/s, above {fastest:.3g} rad/s")
-    step = 2.0 * math.pi / rate / steps_per_period
+    step = step_of_motion(theta, steps_per_period)
+    if step < shortest:
+        raise IdentificationError(f"something swings so fast that steps are {step:.3g} s, below {shortest:.3g} s")
     x, v, a, _, count = integrate(theta, slots, np.array(times, dtype=np.float64), step)
     spend(abs(count) * (1.0 + slots.size))
     if count < 0:
@@ -70,7 +67,8 @@ def motion_of(trial: TrialProblem, values: Array, times: Array) -> tuple[Array, 
         return _driven(trial, trial.drive, theta, slots, times)
     if trial.laws:
         return general_trajectory(theta, trial.laws, slots, times)
-    return trajectory(theta, slots, times, fastest=2.0 * math.pi * MOST_STIFFENED / trial.period_s)
+    shortest = trial.period_s / MOST_STIFFENED / trial.steps_a_period
+    return trajectory(theta, slots, times, trial.steps_a_period, shortest)
 
 
 def _driven(

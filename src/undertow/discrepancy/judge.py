@@ -36,7 +36,7 @@ from undertow.discrepancy.validation import addition_parameters, check_cell, rms
 from undertow.discrepancy.verdict import Described, PhysicalCheck, Rejected, Status, Verdict
 from undertow.discrepancy.words import percent
 from undertow.likelihood.free_run import FreeRun, error_as_measured
-from undertow.likelihood.scale import with_stiffness_error
+from undertow.likelihood.scale import with_scale_error
 from undertow.quantities import Estimate, unit_in_rotation
 
 STILL_MISSING = 2.0
@@ -176,7 +176,7 @@ def _verdict(
     if not case.member.model.anchored:
         found = {name: [_per_mass(one) for one in many] for name, many in found.items()}
     specimen = case.member.model.specimen
-    found = {name: [with_stiffness_error(one, specimen) for one in many] for name, many in found.items()}
+    found = {name: [with_scale_error(one, specimen) for one in many] for name, many in found.items()}
     if case.rotation:
         found = {name: [_turned(one) for one in many] for name, many in found.items()}
     status: Status = "not_identifiable" if diagnosis.rivals else "explained"
@@ -306,7 +306,7 @@ def _all_parameters(
         if name not in fit.solution.problem.names:
             continue  # an addition took its place
         numbers[c.name] = Estimate(fit.value(name), fit.solution.stderr(name), 0.0, c.unit, "joint fit")
-    numbers = with_stiffness_error(numbers, case.member.model.specimen)
+    numbers = with_scale_error(numbers, case.member.model.specimen)
     for name, many in found.items():
         for i, one in enumerate(many):
             suffix = f"#{i + 1}" if i else ""

@@ -79,10 +79,18 @@ def choose_anchor(
     if math.isfinite(specimen.mass_kg) and not added_mass:
         return Anchor("mass", nothing, f"mass {specimen.mass_kg:g} kg, as given")
     if load_cells is not None and load_cells.value > 0.0:
-        gain = GAIN_STD * load_cells.value  # nothing else says k, so that it is as wrong as their gain
-        anchor = replace(load_cells, systematic=math.hypot(load_cells.systematic, gain))
+        anchor = with_gain(load_cells)
         return Anchor("load cells", anchor, f"stiffness {anchor} from the load cells")
     return Anchor("none", nothing, "no anchor: coefficients are per total mass")
+
+
+def with_gain(load_cells: Estimate) -> Estimate:
+    """A stiffness that load cells alone give, as wrong as their gain.
+
+    >>> round(with_gain(Estimate(1000.0, 1.0, unit="N/m")).systematic, 6)
+    5.0
+    """
+    return replace(load_cells, systematic=math.hypot(load_cells.systematic, GAIN_STD * load_cells.value))
 
 
 def on_load_cells(specimen: Specimen, anchor: Anchor) -> Specimen:
@@ -93,21 +101,27 @@ def on_load_cells(specimen: Specimen, anchor: Anchor) -> Specimen:
     return replace(specimen, stiffness_N_per_m=k.value, stiffness_error_N_per_m=k.total_stderr)
 
 
-def with_stiffness_error(estimates: Mapping[str, Estimate], specimen: Specimen) -> dict[str, Estimate]:
-    """The estimates by name with the stiffness' error in every mass and force, which go with it.
+def with_scale_error(estimates: Mapping[str, Estimate], specimen: Specimen) -> dict[str, Estimate]:
+    """The estimates by name with the error of what gives kilograms (stiffness or mass) in every mass and force, which
+    go with it.
 
     >>> told = Specimen(stiffness_N_per_m=1000.0, stiffness_error_N_per_m=10.0)
-    >>> with_stiffness_error({"c_Ns_per_m": Estimate(50.0, 0.1, unit="N s/m")}, told)["c_Ns_per_m"].systematic
+    >>> with_scale_error({"c_Ns_per_m": Estimate(50.0, 0.1, unit="N s/m")}, told)["c_Ns_per_m"].systematic
     0.5
+    >>> weighed = Specimen(mass_kg=4.0, mass_error_kg=0.04)
+    >>> with_scale_error({"added_mass_kg": Estimate(2.0, 0.1, unit="kg")}, weighed)["added_mass_kg"].systematic
+    0.02
     """
-    if not specimen.stiffness_error_N_per_m > 0.0:
+    by_spring = specimen.stiffness_error_N_per_m / specimen.stiffness_N_per_m
+    by_spring = by_spring if specimen.stiffness_error_N_per_m > 0.0 else 0.0
+    by_mass = specimen.mass_error_kg / specimen.mass_kg if specimen.mass_error_kg > 0.0 else 0.0
+    if by_spring == by_mass == 0.0:
         return dict(estimates)
-    relative = specimen.stiffness_error_N_per_m / specimen.stiffness_N_per_m
     out = {}
     for name, e in estimates.items():
         scales = e.unit.startswith(("kg", "N")) or name in ("mu", "drag_coefficient")
         of_body = specimen.mass_kg if name == "added_mass_kg" and math.isfinite(specimen.mass_kg) else 0.0
-        away = relative * (abs(e.value) + of_body) if scales else 0.0
+        away = math.hypot(by_spring * (abs(e.value) + of_body), by_mass * abs(e.value)) if scales else 0.0
         out[name] = replace(e, systematic=math.hypot(e.systematic, away))
     return out
 
@@ -143,7 +157,8 @@ def to_physical(
     kappa = float(per_mass[index["stiffness"]])
     k_error = anchor.stiffness.total_stderr / anchor.stiffness.value if anchor.stiffness.value > 0.0 else 0.0
     weighed = anchor.kind == "mass" and (dry or not math.isfinite(anchor.stiffness.value))
-    k_error = 0.0 if weighed or not math.isfinite(k_error) else k_error
+    k_error = specimen.mass_error_kg / specimen.mass_kg if weighed else k_error
+    k_error = k_error if math.isfinite(k_error) else 0.0
     mass = specimen.mass_kg if weighed else anchor.stiffness.value / kappa
     found: dict[str, Estimate] = {}
     for name, i in index.items():

@@ -25,7 +25,7 @@ from undertow.likelihood.group import Coefficient, GroupModel, group_model, term
 from undertow.likelihood.lone_samples import as_recorded
 from undertow.likelihood.output_error import Solution
 from undertow.likelihood.problem import Link, Problem, ProblemBuilder, TrialOptions
-from undertow.likelihood.scale import with_stiffness_error
+from undertow.likelihood.scale import with_scale_error
 from undertow.quantities import OK, Estimate
 from undertow.recording.recording import Array
 from undertow.uncertainty.confidence import as_stderr, widening
@@ -236,7 +236,7 @@ def _group_fit(model: GroupModel, solution: Solution) -> GroupFit:
             value = float(solution.values[i])
             outcome, parts = f"{c.name} on its bound {value:.4g} {c.unit}", (math.nan, 0.0)
         estimates[c.name] = Estimate(value, *parts, c.unit, "output error", outcome)
-    return GroupFit(model, solution, with_stiffness_error(estimates, model.specimen), solution.outcome)
+    return GroupFit(model, solution, with_scale_error(estimates, model.specimen), solution.outcome)
 
 
 def _with_structure(model: GroupModel, structure: Structure, solution: Solution) -> tuple[Array, Array, Array]:
@@ -286,7 +286,9 @@ def as_fit(group: GroupFit, method: str, trials: Sequence[str], anchor: str) -> 
         added = parameters["added_mass_kg"]
         parameters["total_mass_kg"] = replace(added, value=added.value + specimen.mass_kg)
     elif group.model.anchored and "total_mass_kg" not in parameters and math.isfinite(specimen.mass_kg):
-        parameters["total_mass_kg"] = Estimate(specimen.mass_kg, 0.0, unit="kg", source="config")
+        error = specimen.mass_error_kg
+        said = "load cells" if error > 0.0 else "config"
+        parameters["total_mass_kg"] = Estimate(specimen.mass_kg, 0.0, error, "kg", said)
     if group.model.fixed is not None:
         held = group.model.fixed
         parameters |= {"k_N_per_m": held.k, "c_Ns_per_m": held.c, "mu": held.mu}

@@ -58,6 +58,7 @@ class RunConfig(Section):
     seed: int = Field(default=0, strict=True, ge=0, description="Seed of everything random.")
     _folder: Path = PrivateAttr(default=Path("."))
     _source: Source | None = PrivateAttr(default=None)
+    _mass_error_kg: float = PrivateAttr(default=0.0)
 
     @property
     def folder(self) -> Path:
@@ -97,6 +98,12 @@ class RunConfig(Section):
                 raise ConfigError(f"trials.group_by: a trial has no condition {column!r}; it has {have}")
         return tuple((column, conditions[column]) for column in self.trials.group_by)
 
+    def with_mass(self, mass_kg: float, error_kg: float) -> RunConfig:
+        """The same config with a mass that was found, and its standard error, kg."""
+        known = self.model_copy(update={"specimen": self.specimen.model_copy(update={"mass_kg": mass_kg})})
+        known._mass_error_kg = error_kg
+        return known
+
     def specimen_for(self, conditions: Mapping[str, Condition]) -> Specimen:
         """What is known of the specimen under these conditions; nan where nothing is.
 
@@ -120,6 +127,7 @@ class RunConfig(Section):
             known.water_density_kg_per_m3,
             look_up("submerged_volume_m3", volume, conditions, no_table),
             known.gravity_m_per_s2,
+            mass_error_kg=self._mass_error_kg,
             published=self._published(conditions),
         )
 

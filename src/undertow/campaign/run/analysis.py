@@ -293,7 +293,8 @@ def _mean_structure(pooled: Fit, singles: Mapping[str, Mapping[str, Fit]]) -> Fi
     for name, one in pooled.parameters.items():
         found = [fit.parameters[name] for fit in alone if name in fit.parameters]
         if len(found) > 1 and any(estimate.stderr > 0.0 for estimate in found):
-            parameters[name] = mean_of_trials(found, one.unit, f"mean of {len(found)} trials")
+            mean = mean_of_trials(found, one.unit, f"mean of {len(found)} trials")
+            parameters[name] = replace(mean, systematic=one.systematic)
     return replace(pooled, parameters=parameters, notes=(*pooled.notes, "mean over trials, each fitted alone"))
 
 

@@ -22,7 +22,7 @@ from undertow.equation.term import Term
 from undertow.errors import RecordingError
 from undertow.likelihood.fit import Specimen, Structure
 from undertow.likelihood.problem import TrialOptions
-from undertow.likelihood.scale import choose_anchor, on_load_cells, trial_stiffness
+from undertow.likelihood.scale import choose_anchor, on_load_cells, trial_stiffness, with_gain
 from undertow.methods.baseline import GroupFit
 from undertow.methods.decay import load_cell_stiffness
 from undertow.methods.dry import Scatter, dry_fits, pooled_scatter, structural_terms, structure_from, uneven
@@ -88,30 +88,41 @@ Structures = Mapping[GroupKey, Dry]
 def weighed(
     config: RunConfig, groups: Mapping[GroupKey, Sequence[Motion]], terms: Sequence[Term]
 ) -> tuple[RunConfig, tuple[str, ...]]:
-    """The config with the mass that a stated stiffness and dry trials give, k / w^2, where it states none, and a note;
-    as it is where springs give masses that differ by more than `MASSES_AGREE`."""
+    """The config with the mass that dry trials give, k / w^2, where it states none, and a note: k is the stated
+    stiffness, or what load cells show; as it is where springs give masses that differ by more than `MASSES_AGREE`."""
     if config.specimen.mass_kg is not None:
         return config, ()
-    found: dict[GroupKey, float] = {}
+    found: dict[GroupKey, Estimate] = {}
     for key, motions in groups.items():
         specimen = config.specimen_for(motions[0].recording.conditions)
-        if not (config.is_dry(motions[0].recording.conditions) and specimen.stiffness_N_per_m > 0.0):
+        k = _known_stiffness(specimen, motions) if config.is_dry(motions[0].recording.conditions) else None
+        if k is None:
             continue
         unit = replace(specimen, mass_kg=1.0, stiffness_N_per_m=math.nan)
         fits = dry_fits(motions, structural_terms(terms), unit, TrialOptions()).values()
-        rates = [k.value for fit in fits if (k := fit.estimates.get("k_N_per_m")) is not None and k.value > 0.0]
+        rates = [rate.value for fit in fits if (rate := fit.estimates.get("k_N_per_m")) and rate.value > 0.0]
         if rates:
-            found[_spring(config, key)] = specimen.stiffness_N_per_m / float(np.mean(rates))
+            found[_spring(config, key)] = k.scaled(1.0 / float(np.mean(rates)), "kg")
     if not found:
         return config, ()
-    each = ", ".join(f"{mass:.6g} kg{_of_spring(spring)}" for spring, mass in found.items())
-    if max(found.values()) > (1.0 + MASSES_AGREE) * min(found.values()):
-        said = f"the stated stiffnesses and the dry trials give different masses ({each}); state specimen.mass_kg"
+    masses = [mass.value for mass in found.values()]
+    each = ", ".join(f"{mass.value:.6g} kg{_of_spring(spring)}" for spring, mass in found.items())
+    sources = " and ".join(sorted({mass.source for mass in found.values()}))
+    if max(masses) > (1.0 + MASSES_AGREE) * min(masses):
+        said = f"{sources} and the dry trials give different masses ({each}); state specimen.mass_kg"
         return config, (said,)
-    mass = float(np.mean(list(found.values())))
-    specimen_settings = config.specimen.model_copy(update={"mass_kg": mass})
-    said = f"mass {mass:.6g} kg from the stated stiffness and the dry trials' frequency ({each})"
-    return config.model_copy(update={"specimen": specimen_settings}), (said,)
+    mass, error = float(np.mean(masses)), max(mass.total_stderr for mass in found.values())
+    said = f"mass {mass:.6g} kg from {sources} and the dry trials' frequency ({each})"
+    return config.with_mass(mass, error), (said,)
+
+
+def _known_stiffness(specimen: Specimen, motions: Sequence[Motion]) -> Estimate | None:
+    """The spring's stiffness, N/m, as stated or as load cells show it; None where nothing says it."""
+    if specimen.stiffness_N_per_m > 0.0:
+        return Estimate(specimen.stiffness_N_per_m, unit="N/m", source="the stated stiffness")
+    slopes = [slope for motion in motions if (slope := _slope(motion)) is not None]
+    mean = mean_of_trials(slopes, "N/m", "the load cells") if slopes else None
+    return with_gain(mean) if mean is not None and mean.value > 0.0 else None
 
 
 def _of_spring(spring: GroupKey) -> str:

@@ -119,6 +119,21 @@ def test_what_leaves_the_equation_feeding_energy_into_the_motion_is_no_answer():
         assert "beside it" not in doubt(level, feeding, feeding)  # it fed the motion before anything was added
 
 
+def test_an_added_mass_that_takes_nearly_all_of_the_bodys_is_no_answer():
+    level, fit = with_cubic_damping()
+    (mass,) = (c for c in level.members[0].model.coefficients if c.term == "added_mass")
+    place = fit.solution.problem.names.index(mass.name)
+    values, covariance = fit.solution.values.copy(), fit.solution.covariance.copy()
+    values[place], covariance[place, place] = mass.lower, 0.0
+    values[fit.solution.problem.names.index("cubic_damping.Ns3_per_m3")] = 50.0 * fit.solution.stderr(
+        "cubic_damping.Ns3_per_m3"
+    )
+    ended = replace(fit, solution=replace(fit.solution, values=values, covariance=covariance))
+    assert f"beside it {mass.name} =" in doubt(level, ended)
+    assert "would lie on its bound" in doubt(level, ended)
+    assert "on its bound" not in doubt(level, ended, ended)
+
+
 def test_a_law_that_takes_no_energy_may_have_any_sign_beside_what_was_added():
     """An added mass below zero is no motor."""
     level, fit = with_cubic_damping()

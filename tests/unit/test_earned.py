@@ -38,9 +38,14 @@ def candidate(name: str, score: float, out: str = "", aside: bool = False, misfi
     return SimpleNamespace(names=(name,), suspects=(name,), score=score, out=out, aside=aside, fit=fit)
 
 
+def no_trial(misfit: float) -> SimpleNamespace:
+    """A fit of no trial at all that leaves so much."""
+    return SimpleNamespace(misfit=misfit, solution=SimpleNamespace(problem=SimpleNamespace(trials=()), residuals=()))
+
+
 def diagnosis(named: bool = False, **facts: object) -> SimpleNamespace:
     """A search that ended and found nothing, unless told otherwise."""
-    null = SimpleNamespace(names=(), suspects=(), score=0.0, out="", aside=False)
+    null = SimpleNamespace(names=(), suspects=(), score=0.0, out="", aside=False, fit=no_trial(1.0))
     plain = {"named": named, "looked": 20, "unfinished": (), "small": None, "null": null, "screened": ()}
     plain |= {"best": candidate("linear_damping", 20.0), "rivals": ()} | facts
     weak = candidate("linear_damping", 3.0, "brings the free run no closer by what counts", aside=True)
@@ -66,6 +71,16 @@ def test_a_name_that_dry_trials_contradict_is_not_the_answer():
     assert "But this is not the answer: the dry trials of the same spring show none." in said.sentence
     assert "once more" in said.next_test
     assert earned(NAMED, case(), named, plain, True, DryAnswer()).status == "explained"
+
+
+def test_a_name_beside_a_structure_that_lacks_what_nobody_knows_is_not_the_answer():
+    puzzled = case(dry_unknown="something that nobody knows is missing in the dry trials too (spring short, dry)")
+    said = judged(NAMED, puzzled, diagnosis(named=True), True)
+    assert (said.status, said.verdict) == ("unknown", ("linear_damping", "unknown"))
+    assert "is missing in the dry trials too (spring short, dry)" in said.sentence
+    assert "more dry releases" in said.next_test
+    green = judged(GREEN, puzzled, diagnosis(), True, beside(0.4))
+    assert (green.status, green.because) == ("cannot_tell", puzzled.dry_unknown)
 
 
 def test_what_is_small_has_no_name_that_dry_trials_contradict():
@@ -122,9 +137,20 @@ def test_a_gain_beyond_every_replica_still_says_what_it_is_most_like():
     assert "most like linear damping" in said.sentence
 
 
-def no_trial(misfit: float) -> SimpleNamespace:
-    """A fit of no trial at all that leaves so much."""
-    return SimpleNamespace(misfit=misfit, solution=SimpleNamespace(problem=SimpleNamespace(trials=()), residuals=()))
+@pytest.mark.parametrize(
+    ("share", "status"), [(0.05, "unknown"), (0.022, "present_but_small"), (0.01, "nothing_missing")]
+)
+def test_what_is_left_far_above_noise_is_no_green_however_much_trials_differ(monkeypatch, share, status):
+    null = SimpleNamespace(names=(), suspects=(), score=0.0, out="", aside=False, fit=no_trial(400.0))
+    monkeypatch.setattr("undertow.discrepancy.decision.left_share", lambda fit: share)
+    said = judged(GREEN, case(), diagnosis(null=null), True, beside(0.4))
+    assert said.status == status
+    if status != "nothing_missing":
+        assert said.verdict == ("unknown",)
+        assert f"leave {100 * share:.1f} % of the motion, 20 times the sensors' noise" in said.sentence
+        monkeypatch.setattr("undertow.discrepancy.decision.wanders", lambda fit: True)
+        said = judged(GREEN, case(), diagnosis(null=null), True, beside(0.4))
+        assert (said.status, "a sensor that wanders" in said.because) == ("cannot_tell", True)
 
 
 def test_what_wanders_is_no_unknown_physics(monkeypatch):

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from scipy.signal import lfilter
 
-from undertow.discrepancy.wandering import wanders
+from undertow.discrepancy.wandering import left_share, wanders
 
 T = np.arange(2000) / 100.0  # 20 s: ten periods of 2 s
 
@@ -40,3 +40,16 @@ def test_what_swings_with_the_body_does_not(shape):
 
 def test_a_record_too_short_for_slower_rates_tells_nothing():
     assert not wanders(left(np.random.default_rng(1).standard_normal(300)))
+
+
+def test_what_is_left_is_a_share_of_the_recorded_motion():
+    motion = np.cos(np.pi * T)
+    channels = tuple(
+        SimpleNamespace(quantity=quantity, sigma=sigma, values=size * motion)
+        for quantity, sigma, size in (("acceleration", 0.5, 10.0), ("displacement", 0.01, 1.0))
+    )
+    trial = SimpleNamespace(t=T, period_s=2.0, channels=channels)
+    residual = np.concatenate([np.full(T.size, 7.0), np.full(T.size, 5.0)])
+    solution = SimpleNamespace(problem=SimpleNamespace(trials=(trial, trial)), residuals=(residual, 3.0 * residual))
+    expected = 0.05 * np.sqrt((1.0 + 9.0) / 2.0) / np.std(motion)
+    assert left_share(SimpleNamespace(solution=solution)) == pytest.approx(expected)

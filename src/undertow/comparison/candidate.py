@@ -60,6 +60,10 @@ LOCKED = 0.7
 the equation leaves is; of phases drawn at random, those of three trials do so in 27 of 100 campaigns, of six in 5."""
 
 
+ON_A_BOUND = 1e-3
+"""Share of a bound within which a number of the equation sits on it."""
+
+
 @dataclass(frozen=True)
 class Candidate:
     """A set of suspects as fitted on one level; ``out`` says why it cannot be the answer (empty: it can),
@@ -218,19 +222,21 @@ def doubt(level: Level, fit: JointFit, before: JointFit | None = None) -> str:
 
 
 def _feeds(level: Level, fit: JointFit, before: JointFit | None) -> str:
-    """Which law of the prescribed equation would have to feed energy into the motion beside what was added, in words:
-    that is no explanation, only another description of what was seen."""
+    """Which law of the prescribed equation would have to feed energy into the motion beside what was added, or ends on
+    its bound (an added mass that takes nearly all of the body's), in words: that is no explanation, only another
+    description of what was seen."""
 
-    def fed(one: JointFit, name: str) -> bool:
-        return name in one.values and one.value(name) < -SIGNIFICANT * one.solution.stderr(name)
+    def below(one: JointFit, name: str, limit: float) -> bool:
+        return name in one.values and one.value(name) < limit - SIGNIFICANT * one.solution.stderr(name)
 
     for member in level.members:
         dissipating = {term.name for term in member.model.terms if term.dissipates}
         for c in member.model.coefficients:
             name = c.name if c.name in fit.values else f"{c.name}@{member.label}"
-            if c.term in dissipating and fed(fit, name) and not (before is not None and fed(before, name)):
-                value, error = fit.value(name), fit.solution.stderr(name)
-                return f"beside it {name} = {value:.3g} +- {error:.2g} {c.unit} would feed energy into the motion"
+            limit = 0.0 if c.term in dissipating else c.lower + ON_A_BOUND * abs(c.lower)
+            if below(fit, name, limit) and not (before is not None and below(before, name, limit)):
+                said = f"beside it {name} = {fit.value(name):.3g} +- {fit.solution.stderr(name):.2g} {c.unit} would "
+                return said + ("feed energy into the motion" if c.term in dissipating else "lie on its bound")
     return ""
 
 

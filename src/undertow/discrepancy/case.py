@@ -21,7 +21,7 @@ class Case:
 
     What forbids a green verdict, each in words and empty where it does not: ``contradiction`` of the channels,
     ``no_dry`` (the config names dry trials, this spring has none), ``assumed`` (nobody measured or stated how much
-    trials differ).
+    trials differ). ``dry_unknown``: what the dry trials of this spring lack and nobody knows, in words.
     """
 
     key: Mapping[str, str | float]
@@ -40,6 +40,7 @@ class Case:
     contradiction: str = ""
     no_dry: str = ""
     assumed: str = ""
+    dry_unknown: str = ""
 
     @property
     def trials(self) -> tuple[str, ...]:

@@ -19,6 +19,7 @@ from undertow.comparison.joint import fit_joint, free_run_error
 from undertow.comparison.level import Level, Member
 from undertow.comparison.null_test import NullTest
 from undertow.comparison.search import WORTH
+from undertow.comparison.sizes import COUNTS_IN_REPEATABILITY
 from undertow.discrepancy.case import Case
 from undertow.discrepancy.decision import DOUBLED, NO_ANSWER, gates
 from undertow.discrepancy.dry_check import DryAnswer
@@ -36,9 +37,13 @@ NEXT: Mapping[str, str] = {
     "outweighed": "more releases of different size in this water, recorded from before the release until after rest",
     "described": "three releases of the same size in this water, one of them held out",
     "dry": "more releases of different size in this water, some from rest to rest, and the same in air once more",
+    "structure": "more dry releases of different size, some from rest to rest: what the structure lacks comes first",
     "search": "look at the trials that could not be fitted; a start or a window in the config may help",
 }
 """What would lead to an answer, by what is lacking."""
+
+NO_ANSWER_BUT = ("outweighed", "described", "dry", "structure")
+"""What is lacking where names are kept and what is missing is unknown."""
 
 
 def earned(
@@ -54,9 +59,11 @@ def earned(
             continue
         if gate.lacking in ("small", "stands_out") and diagnosis.small is not None:
             return _small(verdict, case, diagnosis, diagnosis.small, in_air)
+        if gate.lacking == "left":
+            return _left(verdict, case, gate)
         if gate.lacking == "stands_out":
             return _standing_out(verdict, case, diagnosis, tested, in_air)
-        if gate.lacking in ("outweighed", "described", "dry"):
+        if gate.lacking in NO_ANSWER_BUT and verdict.status != "nothing_missing":
             return _not_the_answer(verdict, gate)
         said = without_answer(verdict, case, gate.because, gate.lacking)
         return replace(said, contradicted=bool(case.contradiction))
@@ -64,8 +71,8 @@ def earned(
 
 
 def _not_the_answer(verdict: Verdict, gate: Gate) -> Verdict:
-    """``unknown`` after the names: what was excluded explains far more, nothing proves what leaves more than noise, or
-    the dry trials contradict them."""
+    """``unknown`` after the names: what was excluded explains far more, nothing proves what leaves more than noise, the
+    dry trials contradict them, or lack something that nobody knows."""
     text = f"{verdict.sentence} But this is not the answer: {gate.because}. What is missing is unknown."
     said = replace(
         verdict, status="unknown", alternatives=(), origin="undetermined", next_test=NEXT[gate.lacking], sentence=text
@@ -103,6 +110,19 @@ def _small(
     )
     name = likely[0] if len(likely) == 1 and not in_air.because else "unknown"
     return replace(verdict, status="present_but_small", verdict=(name,), sentence=text)
+
+
+def _left(verdict: Verdict, case: Case, gate: Gate) -> Verdict:
+    """``unknown``, or ``present_but_small`` where what is left is under half of repeatability: something is there that
+    no suspect explains."""
+    small = gate.value < COUNTS_IN_REPEATABILITY * case.allowed
+    status: Status = "present_but_small" if small else "unknown"
+    text = (
+        f"{case.label}: the equation misses {percent(case.baseline.nrmse)} of the motion (repeatability "
+        f"{percent(case.allowed)}), no more than repetitions differ; but {gate.because}: something is there, and no "
+        "suspect explains it."
+    )
+    return replace(verdict, status=status, verdict=("unknown",), sentence=text)
 
 
 def _but(in_air: DryAnswer) -> str:

@@ -3,10 +3,13 @@
 What a law leaves out swings at the body's rate and its multiples. Noise that is correlated from sample to sample has
 as much power or more at slower rates than at the body's, and many times what single samples scatter by.
 
-Belongs here: that comparison. Does not belong here: what follows from it (decision.py).
+Belongs here: that comparison, and how much of the motion is left. Does not belong here: what follows from it
+(decision.py).
 """
 
 from __future__ import annotations
+
+import math
 
 import numpy as np
 
@@ -37,3 +40,15 @@ def wanders(fit: JointFit) -> bool:
     if min(len(slower), len(swinging)) < FEWEST:
         return False
     return bool(SWINGS * np.median(slower) >= np.median(swinging))
+
+
+def left_share(fit: JointFit) -> float:
+    """RMS of what the equation leaves of the displacement (a velocity where none is recorded), k, c, mu of each trial's
+    own, over the RMS of the motion; of all trials together."""
+    squares = []
+    for trial, r in zip(fit.solution.problem.trials, fit.solution.residuals, strict=True):
+        quantities = [channel.quantity for channel in trial.channels]
+        at = next((i for i, quantity in enumerate(quantities) if quantity in ("displacement", "velocity")), 0)
+        channel, n = trial.channels[at], trial.t.size
+        squares.append(channel.sigma**2 * float(np.mean(r[at * n : (at + 1) * n] ** 2)) / float(np.var(channel.values)))
+    return math.sqrt(float(np.mean(squares)))

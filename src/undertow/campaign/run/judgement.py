@@ -75,6 +75,7 @@ def judged(
     if standing:
         again = with_known(config, tasks, standing)
         cases = [_with_rig(case, again[tuple(case.key.items())]) for case in cases]
+    cases = _beside_unknown(cases, first)
     waters: dict[tuple[object, ...], _Together] = {}
     for case, task in zip(cases, tasks, strict=True):
         if not case.dry:
@@ -113,6 +114,18 @@ def _cases(
     return cases, told, failed
 
 
+def _beside_unknown(cases: Sequence[Case], dry: Sequence[Judged]) -> list[Case]:
+    """The cases, wet ones with what the dry trials of their spring lack and nobody knows: it is there in water too."""
+    puzzling = {
+        label: f"something that nobody knows is missing in the dry trials too ({group_title(verdict.group)})"
+        for judged in dry for label, verdict in zip(judged.labels, judged.verdicts, strict=True)
+        if verdict.status == "unknown"
+    }  # fmt: skip
+    return [
+        case if case.dry else replace(case, dry_unknown=puzzling.get(case.member.label, "")) for case in cases
+    ]
+
+
 @dataclass(frozen=True)
 class _Together:
     """Groups of one water, as the judge sees them and as they were analysed."""
@@ -145,7 +158,8 @@ class _Judge:
             return self._judged(level, standing)
         free = [c.member.free_start for c in level.cases]
         cells = [dict(c.cell) for c in level.cases]
-        also = repr((sorted(s.label for s in self.suspects), standing, free, cells, self.budget, self.levels))
+        said = (free, cells, [c.dry_unknown for c in level.cases])
+        also = repr((sorted(s.label for s in self.suspects), standing, *said, self.budget, self.levels))
         path = self.folder / f"verdict-{checkpoints.level_digest(level.tasks, also)}.json"
         labels = tuple(c.member.label for c in level.cases)
         kept = checkpoints.load_verdicts(level.tasks, labels, path) if self.resume else None

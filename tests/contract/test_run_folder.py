@@ -357,3 +357,15 @@ def test_an_interrupt_that_compiled_code_wraps_is_an_interrupt(
     monkeypatch.setattr("undertow.campaign.run.folder.run_to_folder", wrapped)
     said = undertow(capsys, "run", small.config, "--out", small.folder.parent / "elsewhere")
     assert (said.code, said.err.startswith("undertow: interrupted")) == (INTERRUPTED, True)
+
+
+def test_numbers_that_run_out_of_bounds_between_the_groups_end_a_run_in_a_sentence(
+    capsys: Capture, small: Campaign, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def beyond(*said: object) -> object:
+        raise OverflowError(34, "Numerical result out of range")
+
+    monkeypatch.setattr("undertow.campaign.run.course.structures_of", beyond)
+    said = run(capsys, small, tmp_path / "run")
+    assert said.code == 1
+    assert re.search(r"undertow: numbers ran out of bounds \(.*out of range.*\); look at the recordings", said.err)

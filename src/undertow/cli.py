@@ -35,7 +35,8 @@ class _Commands(TyperGroup):
 
     def invoke(self, ctx: Any) -> Any:
         try:
-            return super().invoke(ctx)
+            with _terminable():
+                return super().invoke(ctx)
         except ConfigError as error:
             _say(f"undertow: {error}")
             raise typer.Exit(USAGE) from error
@@ -50,7 +51,8 @@ class _Commands(TyperGroup):
         except (KeyboardInterrupt, SystemError) as interruption:
             if isinstance(interruption, SystemError) and not isinstance(interruption.__cause__, KeyboardInterrupt):
                 raise  # compiled code that a signal interrupts says so by a system error about the interrupt
-            _say(f"undertow: interrupted{_GOES_ON.get(ctx.invoked_subcommand, '')}")
+            noted = "; ".join(getattr(interruption, "__notes__", ()))
+            _say("; ".join(filter(None, ("undertow: interrupted", noted or _GOES_ON.get(ctx.invoked_subcommand, "")))))
             raise typer.Exit(INTERRUPTED) from interruption
 
 
@@ -58,8 +60,8 @@ _IDLE_WORKER = "A worker stopped while some jobs were given to the executor"
 """What joblib warns of where a worker was idle for minutes and ended itself: it starts another one."""
 
 _GOES_ON = {
-    "run": "; finished groups are kept in the run folder, the same command with --resume goes on from there",
-    "fetch": "; what was fetched is kept, the same command goes on from there",
+    "run": "finished groups are kept in the run folder, the same command with --resume goes on from there",
+    "fetch": "what was fetched is kept, the same command goes on from there",
 }
 
 app = typer.Typer(
@@ -170,7 +172,7 @@ def run(
 ) -> None:
     """The whole way, from recordings to report; prints a table of verdicts."""
     _one_voice(quiet, verbose)
-    with _terminable(), warnings.catch_warnings():
+    with warnings.catch_warnings():
         from undertow.campaign.run.cluster import on_cluster
         from undertow.campaign.run.folder import run_to_folder
         warnings.filterwarnings("ignore", _IDLE_WORKER)
@@ -198,10 +200,9 @@ def init(
     quiet: Quiet = False,
 ) -> None:
     """A config for all recordings of a folder that runs as it is: layouts, channels, conditions from names."""
-    with _terminable():
-        from undertow.campaign.starting import start
-        with _progress(quiet) as progress:
-            started = start(folder, out, progress)
+    from undertow.campaign.starting import start
+    with _progress(quiet) as progress:
+        started = start(folder, out, progress)
     typer.echo(started.summary)
 
 
@@ -307,9 +308,8 @@ def predict(
     out: Annotated[Path | None, typer.Option("--out", metavar="FILE.csv", help="The table with its 90 % band.")] = None,
 ) -> None:
     """The equation found in a run, run free on a recording that nobody fitted."""
-    with _terminable():
-        from undertow.front.run_prediction import predict_any
-        made = predict_any(run, recording, (x0, duration, rate), group, start, config, out)
+    from undertow.front.run_prediction import predict_any
+    made = predict_any(run, recording, (x0, duration, rate), group, start, config, out)
     if out is not None:
         _say(f"written: {out}")
     if math.isfinite(made.rms):
@@ -356,10 +356,9 @@ def audit(
     quiet: Quiet = False,
 ) -> None:
     """Published tables: what physics their trends and disagreements betray; writes audit.json and audit.html."""
-    with _terminable():
-        from undertow.campaign.audit.published import audit_to_folder
-        with _progress(quiet) as progress:
-            findings, folder = audit_to_folder(config, out, overrides or (), progress)
+    from undertow.campaign.audit.published import audit_to_folder
+    with _progress(quiet) as progress:
+        findings, folder = audit_to_folder(config, out, overrides or (), progress)
     if as_json:
         typer.echo((folder / "audit.json").read_text(encoding="utf-8").rstrip())
         return

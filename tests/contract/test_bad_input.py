@@ -125,6 +125,7 @@ def test_a_file_that_is_no_table_is_said(capsys: Capture, campaign: Campaign, co
 @pytest.mark.parametrize(
     ("name", "sentence"),
     [
+        ("r" * 3000, r"the index names .r{200}\.\.\.., but such a file is not there; copy it or drop the row"),
         ("gone.csv", r"the index names 'gone\.csv', but .*gone\.csv is not there; copy it or drop the row"),
         ("../r00.csv", r"the index names the file '\.\./r00\.csv'; it must lie in the index's folder"),
         ("/etc/passwd", r"the index names the file '/etc/passwd'; it must lie in the index's folder"),

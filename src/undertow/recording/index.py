@@ -11,6 +11,7 @@ from __future__ import annotations
 
 import csv
 import difflib
+import os
 import re
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass, field
@@ -66,8 +67,8 @@ def read_index(path: Path, separator: str = "auto", decimal: str = "auto") -> In
 
     Raises ConfigError where there is none, it is no table, has a column twice, or its commas may part thousands.
     """
-    if not path.is_file():
-        beside = [one.name for one in path.parent.iterdir()] if path.parent.is_dir() else []
+    if not os.path.isfile(path):
+        beside = [one.name for one in path.parent.iterdir()] if os.path.isdir(path.parent) else []
         near = difflib.get_close_matches(path.name, beside, n=1)
         hint = f"; did you mean {near[0]!r}?" if near else ""
         raise ConfigError(f"recordings.index {path} is not there; paths are relative to the config's folder{hint}")

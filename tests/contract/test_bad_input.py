@@ -171,6 +171,9 @@ def test_a_mistake_in_the_config_is_named_with_its_line(
 @pytest.mark.parametrize(
     ("words", "code", "sentence"),
     [
+        (["--set", "recordings.separator=((("], USAGE, r"separator is '\(\(\('; give one character, tab"),
+        (["--set", r'recordings.separator="\n"'], USAGE, r"recordings\.separator.*separator is '\\n'; give one char"),
+        (["--set", r'recordings.index_separator="\""'], USAGE, r"index_separator is '\"'; give one character, tab"),
         (["--set", "nonsense"], USAGE, r"--set nonsense: it must read key\.key=value"),
         (["--set", "seed=-1"], USAGE, r"--set seed=-1: seed is -1 but should be greater than or equal to 0"),
         (["--set", "specimen.mas_kg=1"], USAGE, r"--set specimen\.mas_kg=1: unknown key 'mas_kg' in specimen; did you"),

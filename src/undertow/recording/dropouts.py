@@ -30,9 +30,9 @@ def find_dropouts(values: Array, step: float) -> list[Stretch]:
     A body comes to rest and leaves it smoothly; its displacement, its velocity and the force in its springs cannot
     jump. What stands still up to the first or the last sample is a hold or a rest, and none.
 
-    >>> x = np.cos(np.linspace(0.0, 20.0, 400)); x[100:120] = 0.0; x[300:330] = x[300]
+    >>> x = np.cos(np.linspace(0.0, 20.0, 400)); x[100:120] = 0.0; x[330:345] = x[330]
     >>> find_dropouts(x, 0.0)
-    [(100, 120), (300, 330)]
+    [(100, 120), (330, 345)]
     """
     edges = np.flatnonzero(np.diff(np.concatenate([[False], np.diff(values) == 0.0, [False]]).astype(np.int8)))
     found = []

@@ -27,6 +27,7 @@ SEPARATORS = {"tab": "\t", "space": " "}
 """Separators that have a name in a config."""
 
 _SNIFFED_LINES = 20
+_SPACES = r"\s+"  # as a table's separator is written that stands for any number of blanks
 _COMMA = re.compile(r"[+-]?([0-9]*,[0-9]+|[0-9]+,)([eE][+-]?[0-9]+)?")
 _POINT = re.compile(r"[+-]?([0-9]*\.[0-9]+|[0-9]+\.)([eE][+-]?[0-9]+)?")
 _THOUSANDS = re.compile(r"[+-]?[1-9][0-9]{0,2},[0-9]{3}")
@@ -60,6 +61,15 @@ class Index:
         """A cell as a condition, with its column's decimal mark; a number with the other mark stays a text."""
         other = _POINT if column in self.commas else _COMMA
         return text.strip() if other.fullmatch(text.strip()) else condition(text)
+
+
+def is_separator(text: str) -> bool:
+    r"""Whether a text can part the cells of a line: one character that ends no line and opens no quotation, or ``\s+``.
+
+    >>> is_separator("|"), is_separator("(("), is_separator("\n")
+    (True, False, False)
+    """
+    return text == _SPACES or (len(text) == 1 and text not in '\n\r"')
 
 
 def read_index(path: Path, separator: str = "auto", decimal: str = "auto") -> Index:

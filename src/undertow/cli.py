@@ -236,17 +236,19 @@ def compare(
 ) -> None:
     """Runs side by side: what changed in verdicts, errors, prescribed and repaired parameters."""
     from undertow.front.terminal.changes import comparison_json, comparison_text
+    from undertow.report.foreign import as_runs_write_them
 
-    if as_json:
-        _print_json(comparison_json(runs))
-    else:
-        typer.echo(comparison_text(runs, whole, *_width_and_colour()))
-    if out is not None:
-        from undertow.report.compare import comparison_html
-        from undertow.report.writing import write_text
+    with as_runs_write_them(runs):
+        if as_json:
+            _print_json(comparison_json(runs))
+        else:
+            typer.echo(comparison_text(runs, whole, *_width_and_colour()))
+        if out is not None:
+            from undertow.report.compare import comparison_html
+            from undertow.report.writing import write_text
 
-        write_text(out, comparison_html(runs))
-        _say(f"written: {out}")
+            write_text(out, comparison_html(runs))
+            _say(f"written: {out}")
 
 
 @app.command("open")
@@ -270,11 +272,13 @@ def explain(
 ) -> None:
     """Every condition behind each verdict: statistic, value, limit, passed."""
     from undertow.report.explain import explain_text, explained
+    from undertow.report.foreign import as_runs_write_them
 
-    if as_json:
-        _print_json(explained(run, group))
-    else:
-        typer.echo(explain_text(run, group))
+    with as_runs_write_them([run]):
+        if as_json:
+            _print_json(explained(run, group))
+        else:
+            typer.echo(explain_text(run, group))
 
 
 @app.command()

@@ -35,7 +35,8 @@ class _Commands(TyperGroup):
 
     def invoke(self, ctx: Any) -> Any:
         try:
-            return super().invoke(ctx)
+            with _terminable():
+                return super().invoke(ctx)
         except ConfigError as error:
             _say(f"undertow: {error}")
             raise typer.Exit(USAGE) from error
@@ -50,7 +51,8 @@ class _Commands(TyperGroup):
         except (KeyboardInterrupt, SystemError) as interruption:
             if isinstance(interruption, SystemError) and not isinstance(interruption.__cause__, KeyboardInterrupt):
                 raise  # compiled code that a signal interrupts says so by a system error about the interrupt
-            _say(f"undertow: interrupted{_GOES_ON.get(ctx.invoked_subcommand, '')}")
+            noted = "; ".join(getattr(interruption, "__notes__", ()))
+            _say("; ".join(filter(None, ("undertow: interrupted", noted or _GOES_ON.get(ctx.invoked_subcommand, "")))))
             raise typer.Exit(INTERRUPTED) from interruption
 
 
@@ -58,8 +60,8 @@ _IDLE_WORKER = "A worker stopped while some jobs were given to the executor"
 """What joblib warns of where a worker was idle for minutes and ended itself: it starts another one."""
 
 _GOES_ON = {
-    "run": "; finished groups are kept in the run folder, the same command with --resume goes on from there",
-    "fetch": "; what was fetched is kept, the same command goes on from there",
+    "run": "finished groups are kept in the run folder, the same command with --resume goes on from there",
+    "fetch": "what was fetched is kept, the same command goes on from there",
 }
 
 app = typer.Typer(
@@ -170,7 +172,7 @@ def run(
 ) -> None:
     """The whole way, from recordings to report; prints a table of verdicts."""
     _one_voice(quiet, verbose)
-    with _terminable(), warnings.catch_warnings():
+    with warnings.catch_warnings():
         from undertow.campaign.run.cluster import on_cluster
         from undertow.campaign.run.folder import run_to_folder
         warnings.filterwarnings("ignore", _IDLE_WORKER)
@@ -198,10 +200,9 @@ def init(
     quiet: Quiet = False,
 ) -> None:
     """A config for all recordings of a folder that runs as it is: layouts, channels, conditions from names."""
-    with _terminable():
-        from undertow.campaign.starting import start
-        with _progress(quiet) as progress:
-            started = start(folder, out, progress)
+    from undertow.campaign.starting import start
+    with _progress(quiet) as progress:
+        started = start(folder, out, progress)
     typer.echo(started.summary)
 
 
@@ -235,17 +236,19 @@ def compare(
 ) -> None:
     """Runs side by side: what changed in verdicts, errors, prescribed and repaired parameters."""
     from undertow.front.terminal.changes import comparison_json, comparison_text
+    from undertow.report.foreign import as_runs_write_them
 
-    if as_json:
-        _print_json(comparison_json(runs))
-    else:
-        typer.echo(comparison_text(runs, whole, *_width_and_colour()))
-    if out is not None:
-        from undertow.report.compare import comparison_html
-        from undertow.report.writing import write_text
+    with as_runs_write_them(runs):
+        if as_json:
+            _print_json(comparison_json(runs))
+        else:
+            typer.echo(comparison_text(runs, whole, *_width_and_colour()))
+        if out is not None:
+            from undertow.report.compare import comparison_html
+            from undertow.report.writing import write_text
 
-        write_text(out, comparison_html(runs))
-        _say(f"written: {out}")
+            write_text(out, comparison_html(runs))
+            _say(f"written: {out}")
 
 
 @app.command("open")
@@ -269,11 +272,13 @@ def explain(
 ) -> None:
     """Every condition behind each verdict: statistic, value, limit, passed."""
     from undertow.report.explain import explain_text, explained
+    from undertow.report.foreign import as_runs_write_them
 
-    if as_json:
-        _print_json(explained(run, group))
-    else:
-        typer.echo(explain_text(run, group))
+    with as_runs_write_them([run]):
+        if as_json:
+            _print_json(explained(run, group))
+        else:
+            typer.echo(explain_text(run, group))
 
 
 @app.command()
@@ -307,9 +312,8 @@ def predict(
     out: Annotated[Path | None, typer.Option("--out", metavar="FILE.csv", help="The table with its 90 % band.")] = None,
 ) -> None:
     """The equation found in a run, run free on a recording that nobody fitted."""
-    with _terminable():
-        from undertow.front.run_prediction import predict_any
-        made = predict_any(run, recording, (x0, duration, rate), group, start, config, out)
+    from undertow.front.run_prediction import predict_any
+    made = predict_any(run, recording, (x0, duration, rate), group, start, config, out)
     if out is not None:
         _say(f"written: {out}")
     if math.isfinite(made.rms):
@@ -356,10 +360,9 @@ def audit(
     quiet: Quiet = False,
 ) -> None:
     """Published tables: what physics their trends and disagreements betray; writes audit.json and audit.html."""
-    with _terminable():
-        from undertow.campaign.audit.published import audit_to_folder
-        with _progress(quiet) as progress:
-            findings, folder = audit_to_folder(config, out, overrides or (), progress)
+    from undertow.campaign.audit.published import audit_to_folder
+    with _progress(quiet) as progress:
+        findings, folder = audit_to_folder(config, out, overrides or (), progress)
     if as_json:
         typer.echo((folder / "audit.json").read_text(encoding="utf-8").rstrip())
         return

@@ -125,6 +125,7 @@ def test_a_file_that_is_no_table_is_said(capsys: Capture, campaign: Campaign, co
 @pytest.mark.parametrize(
     ("name", "sentence"),
     [
+        ("r" * 3000, r"the index names .r{200}\.\.\.., but such a file is not there; copy it or drop the row"),
         ("gone.csv", r"the index names 'gone\.csv', but .*gone\.csv is not there; copy it or drop the row"),
         ("../r00.csv", r"the index names the file '\.\./r00\.csv'; it must lie in the index's folder"),
         ("/etc/passwd", r"the index names the file '/etc/passwd'; it must lie in the index's folder"),
@@ -170,6 +171,9 @@ def test_a_mistake_in_the_config_is_named_with_its_line(
 @pytest.mark.parametrize(
     ("words", "code", "sentence"),
     [
+        (["--set", "recordings.separator=((("], USAGE, r"separator is '\(\(\('; give one character, tab"),
+        (["--set", r'recordings.separator="\n"'], USAGE, r"recordings\.separator.*separator is '\\n'; give one char"),
+        (["--set", r'recordings.index_separator="\""'], USAGE, r"index_separator is '\"'; give one character, tab"),
         (["--set", "nonsense"], USAGE, r"--set nonsense: it must read key\.key=value"),
         (["--set", "seed=-1"], USAGE, r"--set seed=-1: seed is -1 but should be greater than or equal to 0"),
         (["--set", "specimen.mas_kg=1"], USAGE, r"--set specimen\.mas_kg=1: unknown key 'mas_kg' in specimen; did you"),

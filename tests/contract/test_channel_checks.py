@@ -112,3 +112,23 @@ def test_where_nothing_is_doubted_the_page_says_nothing_of_doubts(capsys: Captur
     assert said.code == DONE
     assert "doubt: " not in said.out
     assert "Doubts about" not in (campaign.folder / "run/report.html").read_text()
+
+
+def test_spikes_and_lost_values_are_doubts_in_the_terminal_until_the_config_accepts_them(
+    capsys: Capture, campaign: Campaign
+) -> None:
+    table = recorded(0.03, 0)
+    table[[200, 300, 420], 1] += 0.01
+    write_table(campaign.folder / "r00.csv", table)
+    table = recorded(0.04, 1)
+    table[250:270, 1] = table[250, 1]
+    write_table(campaign.folder / "r01.csv", table)
+    said = run(capsys, campaign)
+    assert said.code == DONE, said.err
+    assert re.search(r"doubt: spring long, r00: displacement: \d samples look like spikes; state recordings", said.out)
+    assert re.search(r"doubt: spring long, r01: displacement stands still at .*: values were lost; leave", said.out)
+    campaign.edit("  index:", "  accept: {r00: [spikes], r01: [gaps]}\n  index:")
+    said = run(capsys, campaign)
+    assert said.code == DONE, said.err
+    assert "doubt" not in said.out
+    assert "accepted (spikes): displacement" in (campaign.folder / "run" / "report.html").read_text()

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import re
 
 import numpy as np
 import pandas as pd
@@ -11,9 +12,11 @@ import pytest
 from experiments.driven.bodies import body, record
 from tests.command_line import undertow as command
 from undertow.campaign.config import load
+from undertow.campaign.driven import trials
 from undertow.campaign.driven.predict import equations_of, predict_recording
 from undertow.campaign.driven.trials import driven_trials, must_drive
 from undertow.campaign.inspection import inspect_file
+from undertow.campaign.run.claim import claimed
 from undertow.campaign.run.folder import run_to_folder
 from undertow.equation.base_motion import moving_drive
 from undertow.equation.driven import driven_motion
@@ -459,3 +462,99 @@ def test_a_decay_that_is_not_said_to_be_one_lacks_its_input(with_decays, capsys)
     said = command(capsys, "run", with_decays / "silent.yaml", "--out", with_decays / "silent")
     assert said.code == 3
     assert "trials.decays" in said.err + said.out
+
+
+PLAIN = CONFIG.replace("[quadratic_drag, cubic_stiffness]", "[]")
+
+
+@pytest.fixture
+def small(tmp_path):
+    """A short record and a config that asks for no law besides its own."""
+    write_record(tmp_path / "train.csv", 1, samples=1200)
+    (tmp_path / "shaken.yaml").write_text(PLAIN)
+    return tmp_path
+
+
+def test_where_nothing_was_looked_for_nothing_is_said_to_be_missing_or_not(small, capsys, monkeypatch):
+    monkeypatch.setattr("undertow.campaign.driven.run.ADEQUATE", 1e9)  # as if the equation left noise alone
+    said = command(capsys, "run", small / "shaken.yaml", "--out", small / "run")
+    assert said.code == 0, said.err
+    (group,) = json.loads((small / "run" / "verdict.json").read_text())["groups"]
+    assert (group["status"], group["verdict"]) == ("cannot_tell", [])
+    assert group["because"] == "discrepancy.suspects names no law that can be tried on a driven body"
+    assert "it never saw; nothing was checked: discrepancy.suspects names no law" in group["sentence"]
+
+
+def test_a_driven_run_beside_another_in_one_folder_is_refused(small, capsys):
+    (small / "run").mkdir()
+    with claimed(small / "run"):
+        said = command(capsys, "run", small / "shaken.yaml", "--out", small / "run")
+    assert said.code == 1
+    assert re.search(r"undertow: run folder .*run is in use by another run .*choose another with --out", said.err)
+    assert list((small / "run").iterdir()) == []
+
+
+def contents(folder):
+    """Every file below a folder with its bytes."""
+    return {path.relative_to(folder): path.read_bytes() for path in folder.rglob("*") if path.is_file()}
+
+
+def test_an_older_driven_run_stays_whole_until_the_new_one_is_written_and_moves_away_where_it_fails(
+    small, capsys, monkeypatch
+):
+    words = ("run", small / "shaken.yaml", "--out", small / "run")
+    assert command(capsys, *words).code == 0
+    before = contents(small / "run")
+
+    def full(*said, **how):
+        raise OSError(28, "No space left on device")
+
+    with monkeypatch.context() as patched:
+        patched.setattr("undertow.campaign.driven.run._tables", full)  # after verdict.json, before the page
+        said = command(capsys, *words, "--set", "seed=9")
+    assert said.code == 1
+    assert re.search(r"run folder .*run cannot be written: No space left on device .*another with --out$", said.err)
+    assert contents(small / "run") == before
+    with monkeypatch.context() as patched:
+        patched.setattr("undertow.campaign.driven.run.discover_driven", lambda *said: np.linalg.cholesky([[-1.0]]))
+        said = command(capsys, *words)
+    assert said.code == 1
+    assert re.search(r"undertow: numbers ran out of bounds \(.*\); look at the recordings and the specimen", said.err)
+    assert (small / "run" / "earlier_run" / "verdict.json").exists()
+    assert not (small / "run" / "verdict.json").exists()
+
+
+def test_an_interrupted_driven_run_does_not_promise_kept_parts(small, capsys, monkeypatch):
+    def interrupted(*said):
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr("undertow.campaign.driven.run.discover_driven", interrupted)
+    said = command(capsys, "run", small / "shaken.yaml", "--out", small / "run", "--resume")
+    assert said.code == 130
+    assert said.err.splitlines()[-1] == (
+        "undertow: interrupted; a campaign of driven bodies keeps no parts: the same command begins anew"
+    )
+
+
+def test_a_driven_trial_that_a_library_cannot_calculate_fails_alone(small, monkeypatch):
+    write_record(small / "train2.csv", 3, samples=1200)
+    (small / "shaken.yaml").write_text(PLAIN.replace("files: train.csv", 'files: "train*.csv"'))
+    read = trials.read_trial
+
+    def odd(entry, catalogue):
+        if entry.name == "train2":
+            raise ValueError("math domain error")
+        return read(entry, catalogue)
+
+    monkeypatch.setattr(trials, "read_trial", odd)
+    usable, failed = driven_trials(load(small / "shaken.yaml"))
+    assert [trial.name for trial in usable] == ["train"]
+    assert failed["train2"].startswith("numbers ran out of bounds (math domain error)")
+
+
+def test_no_cell_of_a_driven_table_is_a_formula(small, capsys):
+    (small / "train.csv").rename(small / "=cmd.csv")
+    (small / "shaken.yaml").write_text(PLAIN.replace("train.csv", '"=cmd.csv"'))
+    assert command(capsys, "run", small / "shaken.yaml", "--out", small / "run").code == 0
+    for name in ("trials.csv", "mismatch.csv"):
+        assert (small / "run" / name).read_text().splitlines()[1].startswith("'=cmd,")

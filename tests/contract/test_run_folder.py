@@ -357,3 +357,38 @@ def test_an_interrupt_that_compiled_code_wraps_is_an_interrupt(
     monkeypatch.setattr("undertow.campaign.run.folder.run_to_folder", wrapped)
     said = undertow(capsys, "run", small.config, "--out", small.folder.parent / "elsewhere")
     assert (said.code, said.err.startswith("undertow: interrupted")) == (INTERRUPTED, True)
+
+
+def test_numbers_that_run_out_of_bounds_between_the_groups_end_a_run_in_a_sentence(
+    capsys: Capture, small: Campaign, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def beyond(*said: object) -> object:
+        raise OverflowError(34, "Numerical result out of range")
+
+    monkeypatch.setattr("undertow.campaign.run.course.structures_of", beyond)
+    said = run(capsys, small, tmp_path / "run")
+    assert said.code == 1
+    assert re.search(r"undertow: numbers ran out of bounds \(.*out of range.*\); look at the recordings", said.err)
+
+
+@pytest.mark.parametrize("spoilt", [None, "x", [], {}, -1, [[]], {"a": 1}])
+def test_a_verdict_that_somebody_changed_ends_compare_and_explain_in_a_sentence_or_is_shown(
+    capsys: Capture, small: Campaign, tmp_path: Path, spoilt: object
+) -> None:
+    assert run(capsys, small, tmp_path / "run").code == 0
+    path = tmp_path / "run" / "verdict.json"
+    whole = json.loads(path.read_text())
+    keys = [("groups",), ("across_groups",), ("contract",), *(("groups", 0, key) for key in whole["groups"][0])]
+    refused = 0
+    for *above, last in keys:
+        changed = json.loads(json.dumps(whole))
+        place = changed
+        for key in above:
+            place = place[key]
+        place[last] = spoilt
+        path.write_text(json.dumps(changed))
+        for words in (["explain", tmp_path / "run"], ["compare", tmp_path / "run", tmp_path / "run"]):
+            said = undertow(capsys, *words)
+            assert said.code in (0, 1), (last, words[0], said.err)
+            refused += said.code
+    assert refused > 0

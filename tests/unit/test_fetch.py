@@ -3,6 +3,10 @@
 from __future__ import annotations
 
 import json
+import os
+import subprocess
+import sys
+import time
 from collections.abc import Iterator
 from pathlib import Path
 
@@ -268,3 +272,22 @@ def test_a_records_description_that_is_none_is_said(server: Server, tmp_path: Pa
     server.files["/records/12"] = body
     with pytest.raises(UndertowError, match=r"record 12.*(gives no JSON|not known|gives the checksum|names a file)"):
         got("10.5281/zenodo.12", tmp_path, api=server.base)
+
+
+@pytest.mark.skipif(os.name != "posix", reason="sends SIGTERM")
+def test_a_stopped_fetch_says_that_what_was_fetched_is_kept(server: Server, tmp_path: Path) -> None:
+    server.endless = (b"x" * 1000, 0.05)
+    words = ["fetch", f"{server.base}/data/run.csv", "--into", str(tmp_path)]
+    with subprocess.Popen([sys.executable, "-m", "undertow", *words], stderr=subprocess.PIPE, text=True) as process:
+        part = tmp_path / ".run.csv.part"
+        until = time.monotonic() + 60.0
+        while not part.exists() and time.monotonic() < until:
+            time.sleep(0.02)
+        process.terminate()
+        assert process.stderr is not None
+        said = process.stderr.read()
+    assert process.returncode == 130
+    assert said.splitlines()[-1] == (
+        "undertow: interrupted; what was fetched is kept, the same command goes on from there"
+    )
+    assert part.exists()

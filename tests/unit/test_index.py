@@ -103,3 +103,8 @@ def test_numbers_are_equal_by_their_own_size() -> None:
     assert same_condition(0.0, "0,0")
     assert same_condition(" long", "long")
     assert not same_condition(None, "None")
+
+
+def test_an_index_whose_name_no_file_system_takes_is_not_there(tmp_path: Path) -> None:
+    with pytest.raises(ConfigError, match=r"recordings\.index .*x+ is not there; paths are relative"):
+        read_index(tmp_path / ("x" * 3000))

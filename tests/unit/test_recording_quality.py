@@ -6,9 +6,11 @@ import numpy as np
 import pandas as pd
 import pytest
 
+from tests.decays import any_decay, exact
 from undertow.errors import ClippedError, RecordingError
+from undertow.recording.dropouts import find_dropouts
 from undertow.recording.propose import name_and_unit, propose_mapping
-from undertow.recording.quality import check, levels, noise, plateaus, quantum, summary
+from undertow.recording.quality import check, doubts, levels, noise, plateaus, quantum, summary
 from undertow.recording.recording import Array, Recording
 from undertow.recording.spikes import despike, find_spikes
 
@@ -248,3 +250,55 @@ def test_the_jump_of_the_acceleration_at_a_release_is_no_spike() -> None:
     t, x = decay()
     a = np.where(t < 0.6, 0.0, -144.0 * x) + np.random.default_rng(14).normal(0.0, 0.01, t.size)
     assert not find_spikes(a).any()
+
+
+def test_spikes_are_not_seen_at_the_edges_of_a_gap_in_time() -> None:
+    t, x = decay()
+    keep = np.r_[0:900, 1020:1500, 1630 : t.size]
+    said = summary(recording(x[keep] + np.random.default_rng(15).normal(0.0, 3e-5, keep.size), t[keep]))
+    assert said.channels["displacement"].spikes == 0
+    assert not any("spikes" in doubt for doubt in said.doubts)
+
+
+@pytest.mark.parametrize("filled", [0.0, "last", -0.02])
+@pytest.mark.parametrize("step", [0.0, 1e-4])
+def test_values_that_were_lost_and_filled_are_a_doubt_that_gaps_accepts(filled: float | str, step: float) -> None:
+    t, x = decay()
+    x = x + np.random.default_rng(16).normal(0.0, 3e-5, x.size)
+    x = rounded(x, step) if step else x
+    for start in (700, 1310):
+        x[start : start + 25] = x[start] if filled == "last" else filled
+    (doubt,) = (one for one in doubts(recording(x, t)) if one.kind == "gaps")
+    assert doubt.channel == "displacement"
+    level = x[700] if filled == "last" else filled
+    assert f"displacement stands still 2 times, the longest at {level:.5g} m, from {t[700]:.4g} to" in doubt.sentence
+    assert "list gaps in recordings.accept" in doubt.sentence
+
+
+def test_a_number_that_means_no_value_is_refused_as_such_and_not_as_clipping() -> None:
+    t, x = decay()
+    for start in (700, 1310):
+        x[start : start + 25] = -9999.0
+    with pytest.raises(RecordingError, match=r"trial r1: displacement stands still 2 times, the longest at -9999 m"):
+        check(recording(x, t))
+    assert any("values were lost" in said for said in check(recording(x, t), ("gaps",)))
+
+
+@pytest.mark.parametrize("step", [0.0, 1e-4, 3e-3])
+def test_holds_peaks_rests_and_a_slow_sensor_written_several_times_are_no_lost_values(step: float) -> None:
+    t, x = decay()
+    x[t < 0.6] = x[0]
+    x[t > 10.0] = 0.001  # it sticks
+    for kept in (1, 6):
+        slow = np.repeat(x[::kept], kept)[: x.size]
+        assert find_dropouts(rounded(slow, step) if step else slow, step) == []
+
+
+def test_any_honest_decay_has_no_lost_values() -> None:
+    rng = np.random.default_rng(17)
+    for _ in range(200):
+        planted = any_decay(rng)
+        for name, values in exact(planted)[1].items():
+            step = float(rng.choice([0.0, 10.0 ** rng.uniform(-4.0, -1.5)])) * float(np.ptp(values))
+            kept = rounded(values, step) if step else values
+            assert name == "acceleration" or find_dropouts(kept, step) == [], planted

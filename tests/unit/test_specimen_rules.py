@@ -26,6 +26,8 @@ def folder(tmp_path: Path) -> Path:
     ("changes", "said"),
     [
         ([(MASS, "mass_kg: 0")], r"line 16: specimen\.mass_kg is 0 kg but must be larger than 0; correct it, or leave"),
+        ([(MASS, "mass_kg: 1e300")], r"line 16: specimen\.mass_kg is 1e\+300 kg, which nothing has; correct it, or"),
+        ([(MASS, "mass_kg: {by: spring, long: 3000, short: 1e-300}")], r"mass_kg is 1e-300 kg for spring short, which"),
         ([(MASS, "mass_kg: -5")], r"line 16: specimen\.mass_kg is -5 kg but must be larger than 0"),
         ([(MASS, "mass_kg: {by: spring, long: 3000, short: 0}")], r"specimen\.mass_kg is 0 kg for spring short but mu"),
         ([(VOLUME, VOLUME.replace("2.43: 0.3", "1.63: 0.3"))], r"line 19: specimen\.submerged_volume_m3 is 0\.3 m\^3 "

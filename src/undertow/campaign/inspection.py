@@ -120,7 +120,7 @@ def inspect_file(path: Path) -> str:
         spikes = f", {c.spikes} spikes" if c.spikes else ""
         lines.append(f"  {name}: {c.minimum:.5g} to {c.maximum:.5g} {c.unit}, noise {c.noise:.2g}{steps}{spikes}")
     proposed = propose_config(seen.path, seen.layout, seen.proposal, seen.motion is not None)
-    lines += [f"  doubt: {doubt}" for doubt in (*s.doubts, *proposed.doubts)]
+    lines += [f"  doubt: {doubt}" for doubt in dict.fromkeys((*s.doubts, *proposed.doubts))]
     lines += [f"  note: {remark}" for remark in seen.remarks]
     lines.append(_motion_line(seen))
     lines += [f"  {remark}" for remark in seen.proposal.remarks]

@@ -7,6 +7,7 @@ Belongs here: names, paths, conditions, what patterns say of a trial. Does not b
 from __future__ import annotations
 
 import glob
+import os
 import re
 from collections import Counter
 from collections.abc import Mapping, Sequence
@@ -26,6 +27,9 @@ from undertow.recording.recording import Condition
 
 NAMES_SHOWN = 8
 """File names in a message at most."""
+
+NAME_SHOWN = 200
+"""Characters of one in a message at most; a file system takes some 255 bytes."""
 
 _FIELD = re.compile(r"\{(\w+)\}")
 _Known = dict[tuple[tuple[str, Condition], ...], Mapping[str, Condition]]
@@ -113,10 +117,10 @@ def _row_entry(row: Mapping[str, str], catalogue: Catalogue, index: Index, known
         return replace(entry, file=path, name=trial_name(path), problem=problem)
     if link := refused(entry.file, folder):
         return replace(entry, problem=f"the index names {name!r}, {link}")
-    if not entry.path.is_file():
-        return replace(
-            entry, problem=f"the index names {name!r}, but {entry.path} is not there; copy it or drop the row"
-        )
+    if not os.path.isfile(entry.path):  # also where no file system takes the name
+        where = name if len(name) <= NAME_SHOWN else f"{name[:NAME_SHOWN]}..."
+        there = f"{entry.path if where == name else 'such a file'} is not there"
+        return replace(entry, problem=f"the index names {where!r}, but {there}; copy it or drop the row")
     return entry
 
 
@@ -136,7 +140,7 @@ def _from_names(catalogue: Catalogue) -> list[Entry]:
     found: dict[str, str] = {}
     for one in given:
         pattern = str(catalogue.folder / one)
-        fitting = [path for path in glob.glob(pattern, recursive=True) if Path(path).is_file()]
+        fitting = [path for path in glob.glob(pattern, recursive=True) if os.path.isfile(path)]
         if not fitting:
             raise ConfigError(f"recordings.files {one!r} fits no file ({pattern}); correct the glob")
         home = _folder_of(pattern)

@@ -11,6 +11,7 @@ from __future__ import annotations
 
 import csv
 import difflib
+import os
 import re
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass, field
@@ -26,6 +27,7 @@ SEPARATORS = {"tab": "\t", "space": " "}
 """Separators that have a name in a config."""
 
 _SNIFFED_LINES = 20
+_SPACES = r"\s+"  # as a table's separator is written that stands for any number of blanks
 _COMMA = re.compile(r"[+-]?([0-9]*,[0-9]+|[0-9]+,)([eE][+-]?[0-9]+)?")
 _POINT = re.compile(r"[+-]?([0-9]*\.[0-9]+|[0-9]+\.)([eE][+-]?[0-9]+)?")
 _THOUSANDS = re.compile(r"[+-]?[1-9][0-9]{0,2},[0-9]{3}")
@@ -61,13 +63,22 @@ class Index:
         return text.strip() if other.fullmatch(text.strip()) else condition(text)
 
 
+def is_separator(text: str) -> bool:
+    r"""Whether a text can part the cells of a line: one character that ends no line and opens no quotation, or ``\s+``.
+
+    >>> is_separator("|"), is_separator("(("), is_separator("\n")
+    (True, False, False)
+    """
+    return text == _SPACES or (len(text) == 1 and text not in '\n\r"')
+
+
 def read_index(path: Path, separator: str = "auto", decimal: str = "auto") -> Index:
     """An index; ``separator`` is a character, tab, space or auto, ``decimal`` ".", "," or auto.
 
     Raises ConfigError where there is none, it is no table, has a column twice, or its commas may part thousands.
     """
-    if not path.is_file():
-        beside = [one.name for one in path.parent.iterdir()] if path.parent.is_dir() else []
+    if not os.path.isfile(path):
+        beside = [one.name for one in path.parent.iterdir()] if os.path.isdir(path.parent) else []
         near = difflib.get_close_matches(path.name, beside, n=1)
         hint = f"; did you mean {near[0]!r}?" if near else ""
         raise ConfigError(f"recordings.index {path} is not there; paths are relative to the config's folder{hint}")

@@ -5,6 +5,7 @@ Belongs here: what the samples say of the sensor. Does not belong here: what the
 
 from __future__ import annotations
 
+import itertools
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
@@ -13,6 +14,8 @@ from types import MappingProxyType
 import numpy as np
 
 from undertow.errors import ClippedError, RangeEnd, RecordingError
+from undertow.recording.doubt_kinds import DoubtKind
+from undertow.recording.dropouts import find_dropouts
 from undertow.recording.recording import INPUTS, Array, Recording
 from undertow.recording.spikes import find_spikes
 
@@ -60,8 +63,21 @@ UNEVEN_SHARE = 0.05
 SNAP_SAMPLES = 20
 """Spikes that all lie within so many samples are one event, the release most of all, and no faulty sensor."""
 
+FILLED_REACH = 1.5
+"""A number this many ranges from the middle of the others is one that loggers write for no value, such as -9999."""
+
 _MAD_TO_SIGMA = 1.4826  # of a normal distribution: 1 / 0.6745
 _ORDERS = range(2, 9)  # differences of these orders: each removes the motion better than the one before
+
+
+@dataclass(frozen=True)
+class Doubt:
+    """One sentence about the samples of a ``channel`` ("time" for its steps); ``kind`` is what a config accepts it as,
+    None where it is a note alone."""
+
+    sentence: str
+    channel: str
+    kind: DoubtKind | None = None
 
 
 @dataclass(frozen=True)
@@ -199,7 +215,12 @@ def _bend(top: Array) -> float:
 
 
 def check(recording: Recording, accepted: Sequence[str] = ()) -> tuple[str, ...]:
-    """Doubts about a recording, in sentences; with "clipping" among what is ``accepted`` a cut channel is one of them.
+    """Doubts about a recording, in sentences; raises as `doubts` does."""
+    return tuple(doubt.sentence for doubt in doubts(recording, accepted))
+
+
+def doubts(recording: Recording, accepted: Sequence[str] = ()) -> tuple[Doubt, ...]:
+    """Doubts about a recording; with "clipping" among what is ``accepted`` a cut channel is one of them.
 
     Raises RecordingError where an answer would be wrong (too few samples, a constant channel), ClippedError for a
     channel that is cut off.
@@ -209,23 +230,24 @@ def check(recording: Recording, accepted: Sequence[str] = ()) -> tuple[str, ...]
             f"trial {recording.name} has {recording.time.size} samples; at least {FEWEST_SAMPLES} are needed for three "
             "cycles: is it the right file, or a cut copy?"
         )
-    doubts = list(_doubts_of_time(recording))
+    found = [Doubt(sentence, "time") for sentence in _doubts_of_time(recording)]
     for name, values in recording.channels.items():
         try:
-            doubts += _doubts_of_channel(recording, name, values)
+            found += _doubts_of_channel(recording, name, values, accepted)
         except ClippedError as cut:
             if "clipping" not in accepted:
                 raise
-            doubts.append(f"accepted (clipping): {str(cut).removeprefix(f'trial {recording.name}: ')}")
-    return tuple(doubts)
+            said = str(cut).removeprefix(f"trial {recording.name}: ")
+            found.append(Doubt(f"accepted (clipping): {said}", name))
+    return tuple(found)
 
 
 def summary(recording: Recording) -> RecordingSummary:
     """What is in a recording, for ``undertow inspect``; what `check` would raise stands among the doubts."""
     try:
-        doubts = check(recording)
+        said = check(recording)
     except RecordingError as error:
-        doubts = (str(error),)
+        said = (str(error),)
     steps = np.diff(recording.time)
     usual = float(np.median(steps)) if steps.size else math.nan
     gaps = steps[steps > GAP_STEPS * usual]
@@ -233,7 +255,7 @@ def summary(recording: Recording) -> RecordingSummary:
     return RecordingSummary(
         recording.name, recording.time.size, recording.duration_s, 1.0 / usual, gaps.size,
         float(np.max(gaps, initial=0.0)), float(np.std(even) / usual) if even.size else math.nan,
-        {name: _channel_summary(recording, name, values) for name, values in recording.channels.items()}, doubts,
+        {name: _channel_summary(recording, name, values) for name, values in recording.channels.items()}, said,
     )  # fmt: skip
 
 
@@ -241,7 +263,7 @@ def _channel_summary(recording: Recording, name: str, values: Array) -> ChannelS
     step = quantum(values)
     return ChannelSummary(
         recording.unit(name), float(np.min(values)), float(np.max(values)), noise(values), step,
-        int(np.count_nonzero(find_spikes(values))), plateaus(values, step),
+        len(_spikes(recording, values)), plateaus(values, step),
     )  # fmt: skip
 
 
@@ -263,14 +285,16 @@ def _doubts_of_time(recording: Recording) -> list[str]:
     return doubts
 
 
-def _doubts_of_channel(recording: Recording, name: str, values: Array) -> list[str]:
+def _doubts_of_channel(recording: Recording, name: str, whole: Array, accepted: Sequence[str]) -> list[Doubt]:
     unit = recording.unit(name)
-    low, high = float(np.min(values)), float(np.max(values))
+    low, high = float(np.min(whole)), float(np.max(whole))
     if low == high:
         raise RecordingError(
             f"trial {recording.name}: {name} is constant at {low:.6g} {unit} over {recording.duration_s:.3g} s; "
             "was the sensor connected? take it out of recordings.channels or exclude the trial"
         )
+    found, values = _without_lost(recording, name, whole, accepted)
+    low, high = float(np.min(values)), float(np.max(values))
     step = quantum(values)
     cut = plateaus(values, step)
     held = _longest_hold(values)
@@ -287,17 +311,64 @@ def _doubts_of_channel(recording: Recording, name: str, values: Array) -> list[s
             f"trial {recording.name}: {name} is clipped between {low:.6g} and {high:.6g} {unit}: {said}; widen the "
             "sensor's range, take it out of recordings.channels, or start trials.window later", name, flat
         )  # fmt: skip
-    doubts = []
     if cut == 1:
-        doubts.append(f"{name}: one peak looks cut at its extreme, between {low:.6g} and {high:.6g} {unit}")
-    places = np.flatnonzero(find_spikes(values))
-    spikes = places.size
-    if spikes and places[-1] - places[0] > SNAP_SAMPLES:
-        doubts.append(f"{name}: {spikes} samples look like spikes; state recordings.despike if they are")
+        found.append(Doubt(f"{name}: one peak looks cut at its extreme, between {low:.6g} and {high:.6g} {unit}", name))
+    spikes = _spikes(recording, whole)
+    if spikes and spikes[-1] - spikes[0] > SNAP_SAMPLES:
+        said = f"{name}: {len(spikes)} samples look like spikes; state recordings.despike if they are"
+        found.append(Doubt(said, name, "spikes" if _is_steady(name) else None))
     if high - low < 10.0 * sigma:
-        doubts.append(f"{name}: its range of {high - low:.3g} {unit} is less than ten times its noise of "
-                      f"{sigma:.2g} {unit}")  # fmt: skip
-    return doubts
+        said = f"{name}: its range of {high - low:.3g} {unit} is less than ten times its noise of {sigma:.2g} {unit}"
+        found.append(Doubt(said, name))
+    return found
+
+
+def _is_steady(name: str) -> bool:
+    """Whether a channel of a body cannot jump: friction and impacts let an acceleration jump, a shaker its input."""
+    return name != "acceleration" and name not in INPUTS
+
+
+def _without_lost(
+    recording: Recording, name: str, values: Array, accepted: Sequence[str]
+) -> tuple[list[Doubt], Array]:
+    """The doubt about values that were lost and filled with one number, and the other values.
+
+    Raises RecordingError where that number lies so far outside that it can only mean none.
+    """
+    lost = _dropouts(recording, values) if _is_steady(name) else []
+    if not lost:
+        return [], values
+    others = np.delete(values, np.concatenate([np.arange(start, end) for start, end in lost]))
+    start, end = max(lost, key=lambda one: one[1] - one[0])
+    times = "" if len(lost) == 1 else f"{len(lost)} times, the longest "
+    said = (
+        f"{name} stands still {times}at {values[start]:.5g} {recording.unit(name)}, from {recording.time[start]:.4g} "
+        f"to {recording.time[end - 1]:.4g} s, and jumps there: values were lost; leave them blank in the file, set "
+        "trials.window, or list gaps in recordings.accept"
+    )
+    middle, reach = 0.5 * float(np.max(others) + np.min(others)), float(np.ptp(others))
+    if "gaps" not in accepted and any(abs(values[first] - middle) > FILLED_REACH * reach for first, _ in lost):
+        raise RecordingError(f"trial {recording.name}: {said}")
+    return [Doubt(said, name, "gaps")], others
+
+
+def _stretches(recording: Recording) -> list[slice]:
+    """Samples between gaps in time: across one a motion jumps."""
+    steps = np.diff(recording.time)
+    cuts = (np.flatnonzero(steps > GAP_STEPS * np.median(steps)) + 1).tolist() if steps.size else []
+    return [slice(a, b) for a, b in itertools.pairwise([0, *cuts, recording.time.size])]
+
+
+def _spikes(recording: Recording, values: Array) -> list[int]:
+    """Samples that look like spikes."""
+    return [int(i) + one.start for one in _stretches(recording) for i in np.flatnonzero(find_spikes(values[one]))]
+
+
+def _dropouts(recording: Recording, values: Array) -> list[tuple[int, int]]:
+    """Stretches of samples that were lost and filled with one number."""
+    step = quantum(values)
+    parts = ((one.start, find_dropouts(values[one], step)) for one in _stretches(recording))
+    return [(first + start, first + end) for first, found in parts for start, end in found]
 
 
 def _rough(values: Array) -> float:

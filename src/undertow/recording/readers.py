@@ -7,6 +7,7 @@ excel.py, ...), what a column means (catalogue.py).
 
 from __future__ import annotations
 
+import os
 from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from types import MappingProxyType
@@ -149,8 +150,8 @@ def count_trials(path: Path, layout: FileFormat) -> int:
 
 def _reader(path: Path) -> Reader:
     suffix = suffix_of(path)
-    if not path.is_file():
-        kind = "a folder" if path.is_dir() else "not there"
+    if not os.path.isfile(path):
+        kind = "a folder" if os.path.isdir(path) else "not there"
         raise RecordingError(f"{path} is {kind}; check the path, which is relative to the config or the index")
     if suffix in _PICKLED:
         raise RecordingError(f"{path}: {suffix} can carry code and is never read; save it as CSV, MAT or HDF5")

@@ -22,7 +22,7 @@ from undertow.errors import ConfigError, RecordingError, UndertowError
 from undertow.quantities import mover_of
 from undertow.recording.channels import LARGEST
 from undertow.recording.doubt_kinds import DOUBT_KINDS
-from undertow.recording.index import SEPARATORS
+from undertow.recording.index import SEPARATORS, is_separator
 from undertow.recording.parts import ALONE
 from undertow.recording.recording import BESIDE, CHANNELS, INPUTS, Coordinate
 from undertow.recording.units import factor_to_si
@@ -160,7 +160,7 @@ def _without_effect(config: RunConfig) -> list[tuple[Location, str]]:
         ((*place, "accept", pattern), f"accept names no kind of doubt for {pattern!r}; give {', '.join(DOUBT_KINDS)}")
         for pattern, kinds in said.accept.items() if not kinds
     ]  # fmt: skip
-    if len(said.index_separator) > 1 and said.index_separator not in ("auto", *SEPARATORS):
+    if said.index_separator not in ("auto", *SEPARATORS) and not is_separator(said.index_separator):
         text = f"index_separator is {said.index_separator!r}; give one character, {', '.join(SEPARATORS)} or auto"
         wrong.append(((*place, "index_separator"), text))
     return wrong
@@ -186,12 +186,21 @@ def _unusable_channels(said: RecordingsSettings, above: Location, coordinate: Co
             wrong.append(((*place, name), text))
         if one.time is not None:
             wrong += _clock(one.time, (*place, name, "time"), coordinate)
+    return [*wrong, *_written(said, above)]
+
+
+def _written(said: RecordingsSettings, above: Location) -> list[tuple[Location, str]]:
+    """An encoding that is not known, and a separator that no table can have."""
+    wrong: list[tuple[Location, str]] = []
     if said.encoding is not None:
         try:
             codecs.lookup(said.encoding)
         except (LookupError, ValueError):
             text = f"encoding {said.encoding!r} is not known; write utf-8, utf-16, cp1252, shift_jis, ..."
             wrong.append(((*above, "encoding"), text))
+    if said.separator not in ("auto", *SEPARATORS) and not is_separator(said.separator):
+        text = f"separator is {said.separator!r}; give one character, {', '.join(SEPARATORS)} or auto"
+        wrong.append(((*above, "separator"), text))
     return wrong
 
 

@@ -15,6 +15,7 @@ from undertow.campaign.config.settings import Quantity, Table
 from undertow.campaign.config.situations import Situation, listed, written
 from undertow.campaign.config.source import Location
 from undertow.errors import ConfigError
+from undertow.recording.channels import LARGEST
 from undertow.recording.conditions import number, same_condition
 from undertow.recording.recording import Condition
 
@@ -161,9 +162,14 @@ def _refused(config: RunConfig, name: str, value: float, zero: bool, where: str 
     if name.startswith(PUBLISHED):
         return ""
     may_be_zero = name in MAY_BE_ZERO and (zero or name != "area_m2")
-    if value > 0.0 or (value == 0.0 and may_be_zero):
+    if 1.0 / LARGEST < value < LARGEST or (value == 0.0 and may_be_zero):
         return ""
     unit = UNITS[name][config.equation.coordinate == "rotation"]
+    if value > 0.0:
+        return (
+            f"specimen.{name} is {value:.6g} {unit}{where}, which nothing has; correct it, or leave it out where it is "
+            "not known"
+        )
     rule = "must not be negative" if may_be_zero else "must be larger than 0"
     advice = ": dry trials have 0 by themselves" if name == "area_m2" and value == 0.0 else " where it is not known"
     return f"specimen.{name} is {value:.6g} {unit}{where} but {rule}; correct it, or leave it out{advice}"

@@ -5,13 +5,12 @@ Belongs here: their shape. Does not belong here: what stands in them (run.py, re
 
 from __future__ import annotations
 
-import csv
 from collections.abc import Mapping, Sequence
-from io import StringIO
 from typing import Any
 
 from undertow.comparison.driven_folds import Tried
 from undertow.recording.recording import Condition
+from undertow.report.tables import csv_pieces
 
 
 def group_entry(
@@ -44,10 +43,9 @@ def group_entry(
 
 
 def rows_csv(rows: Sequence[Mapping[str, Any]]) -> str:
-    """Rows as CSV, the columns of all of them."""
-    columns = list(dict.fromkeys(key for row in rows for key in row))
-    stream = StringIO()
-    writer = csv.DictWriter(stream, columns, lineterminator="\n")
-    writer.writeheader()
-    writer.writerows(rows)
-    return stream.getvalue()
+    """Rows as CSV, the columns of all of them; written as the tables of decays are (`csv_pieces`).
+
+    >>> rows_csv([{"file": "=1+1", "nrmse": 0.1}, {"k": 2.0}])
+    "file,nrmse,k\\n'=1+1,0.1,\\n,,2\\n"
+    """
+    return "".join(csv_pieces(list(dict.fromkeys(key for row in rows for key in row)), rows))

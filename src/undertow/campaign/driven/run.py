@@ -35,6 +35,9 @@ from undertow.report.driven_page import DrawnRun, PagePart, page_html, run_pictu
 from undertow.report.verdict_file import CONTRACT, plain
 from undertow.report.writing import write_text
 
+UNCHECKED = "discrepancy.suspects names no law that can be tried on a driven body"
+"""Why nothing can be said of what is missing."""
+
 ADEQUATE = 1.5
 """Free-run error over white noise up to which nothing more is said to be missing."""
 
@@ -63,7 +66,7 @@ def run_driven(
     overrides: Sequence[str] = (),
     progress: Progress = silent,
 ) -> DrivenFinished:
-    """Fit, search, prove, and write the run folder (``text`` is the resolved config).
+    """Fit, search, prove, and write the files into ``folder`` (``text`` is the resolved config).
 
     Raises UndertowError where no trial can be used.
     """
@@ -81,7 +84,6 @@ def run_driven(
     progress("identification", 0, 1)
     found = discover_driven(training, driven_laws(config), suspects, unseen)
     progress("identification", 1, 1)
-    folder.mkdir(parents=True, exist_ok=True)
     told = by_instruments(training, found.augmented or found.baseline)
     sentence = sentence_of(config.name, training, found) + told.sentences
     _write(folder, config, text, training, unseen, found, sentence, told)
@@ -98,7 +100,8 @@ def sentence_of(name: str, training: Sequence[DrivenTrial], found: DrivenFound) 
     size, unit = _size(training), "of the motion"
     before, after = (100.0 * rms / size for rms in found.validation)
     if not found.added:
-        return f"{name}: the given equation misses {before:.3g} % {unit} it never saw, and no law that was tried helps."
+        said = ", and no law that was tried helps" if found.tried else f"; nothing was checked: {UNCHECKED}"
+        return f"{name}: the given equation misses {before:.3g} % {unit} it never saw{said}."
     names = ", ".join(found.added)
     left = "" if _adequate(training, found.augmented or found.baseline) else "; more than noise is left"
     kept = found.augmented.laws.memory.split(".")[0] if found.augmented else ""
@@ -188,9 +191,12 @@ def _verdict(
     good = _adequate(training, fit)
     named = (*found.added, *(() if good else ("unknown",)))
     status = ("explained" if found.added else "nothing_missing") if good else "unknown"
+    because = "" if good else "more than noise is left"
+    if not found.tried:
+        status, because, named = "cannot_tell", UNCHECKED, ()
     group = group_entry(
         {}, [t.name for t in training], [t.name for t in unseen], status, named, found.tried, sentence,
-        statistic="rms on unseen samples", because="" if good else "more than noise is left",
+        statistic="rms on unseen samples", because=because,
         parameters={name: _numbers(fit, name) for name in found.added},
         baseline=_version(found.baseline, found.validation[0], size),
         augmented=None if found.augmented is None else _version(found.augmented, found.validation[1], size),

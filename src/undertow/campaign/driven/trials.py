@@ -16,7 +16,7 @@ from undertow.conditioning.driven import OUTPUTS, DrivenTrial
 from undertow.conditioning.release import find_window
 from undertow.conditioning.water import one_velocity
 from undertow.equation.driven_laws import find_driven, places
-from undertow.errors import ConfigError, RecordingError
+from undertow.errors import FAILURES, ConfigError, RecordingError, failure
 from undertow.likelihood.driven import DrivenLaws
 from undertow.quantities import mover_of
 from undertow.recording.catalogue import Entry, cut, read_trial
@@ -87,8 +87,10 @@ def driven_trials(config: RunConfig) -> tuple[tuple[DrivenTrial, ...], dict[str,
             if not trial.free:
                 must_drive(trial.name, trial.quantity, trial.u)
             out.append(trial)
-        except RecordingError as reason:
-            failed[entry.name] = str(reason)
+        except ConfigError:
+            raise
+        except FAILURES as reason:
+            failed[entry.name] = failure(reason)
     return tuple(out), failed
 
 

@@ -48,7 +48,7 @@ def run_response(
     overrides: Sequence[str] = (),
     progress: Progress = silent,
 ) -> DrivenFinished:
-    """Fit, search, prove, and write the run folder (``text`` is the resolved config).
+    """Fit, search, prove, and write the files into ``folder`` (``text`` is the resolved config).
 
     Raises UndertowError where no trial can be used.
     """
@@ -64,7 +64,6 @@ def run_response(
         progress("identification", done, len(groups))
         found.append(_found(config, group))
     progress("identification", len(groups), len(groups))
-    folder.mkdir(parents=True, exist_ok=True)
     pairs = list(zip(groups, found, strict=True))
     sentences = [sentence_of(_title(config, group), group, one) for group, one in pairs]
     _write(folder, config, text, pairs, sentences)

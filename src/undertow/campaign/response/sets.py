@@ -17,7 +17,7 @@ from undertow.campaign.config.matching import planned
 from undertow.campaign.config.response_settings import DriveSettings, ErrorSettings, ResponseSettings, SweepSettings
 from undertow.campaign.config.settings import Table
 from undertow.conditioning.harmonic import HarmonicSet, on_base
-from undertow.errors import RecordingError
+from undertow.errors import FAILURES, ConfigError, RecordingError, failure
 from undertow.recording.catalogue import Entry
 from undertow.recording.patterns import patterns_of
 from undertow.recording.recording import Array, Condition, Coordinate
@@ -119,8 +119,10 @@ def sweeps(config: RunConfig) -> tuple[list[Sweeps], dict[str, str]]:
                 raise RecordingError(f"trial {entry.name}: {entry.problem}")
             table, measured, unit = one_set(config, entry.name, entry.path, entry.conditions)
             must_take_power(table.name, measured)
-        except RecordingError as reason:
-            failed[entry.name] = str(reason)
+        except ConfigError:
+            raise
+        except FAILURES as reason:
+            failed[entry.name] = failure(reason)
             continue
         groups.setdefault(config.group_key(entry.conditions), []).append((entry, table, measured))
     return [_together(config, key, trials, unit) for key, trials in groups.items()], failed

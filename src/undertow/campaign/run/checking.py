@@ -27,7 +27,7 @@ from undertow.discrepancy.findings import FailedTrial
 from undertow.discrepancy.words import count, group_title
 from undertow.errors import FAILURES, ClippedError, ConfigError, MisnamedError, failure
 from undertow.recording.catalogue import Catalogue, Entry, read_trial
-from undertow.recording.quality import check, noise
+from undertow.recording.quality import doubts, noise
 from undertow.recording.recording import Condition, Recording
 
 CONTRADICTED_SHARE = 0.5
@@ -74,11 +74,13 @@ class Checker:
         """A recording that was read already, checked and conditioned; ``entry`` has its window and known doubts."""
         found: tuple[Disagreement, ...] = ()
         try:
-            recording = replace(recording, notes=recording.notes + check(recording, entry.accepted))
+            said = doubts(recording, entry.accepted)
+            recording = replace(recording, notes=recording.notes + tuple(d.sentence for d in said if d.kind is None))
             levels = {name: noise(values) for name, values in recording.channels.items()}
             window = find_window(recording, entry.window.start_s, entry.window.end_s, levels)
             here = self.catalogue.for_entry(entry)
-            found, known = self._compared(recording, here, window, levels, entry.accepted)
+            also = [Disagreement(d.kind, (d.channel,), 1.0, False, d.sentence) for d in said if d.kind]
+            found, known = self._compared(recording, here, window, levels, entry.accepted, also)
             refuse_no_decay(recording, window, levels, entry.accepted, entry.window.end_s)
             motion = _conditioned(recording, found, window, levels)
             dominant_period(motion)  # a motion that does not swing is this trial's failure, not its group's
@@ -109,10 +111,11 @@ class Checker:
         window: Window,
         levels: Mapping[str, float],
         accepted: Sequence[str],
+        also: Sequence[Disagreement] = (),
     ) -> tuple[tuple[Disagreement, ...], tuple[str, ...]]:
-        """Disagreements that nobody accepted, and a note on those that somebody did."""
+        """Disagreements, and what was found ``also``, that nobody accepted; and a note on those that somebody did."""
         stated = stated_for(self.config, here, recording.conditions)
-        found = disagreements(recording, window, stated, levels)
+        found = (*also, *disagreements(recording, window, stated, levels))
         held = hold_not_cut(recording, window, levels)
         if held is not None:
             found = (*found, Disagreement("hold", ("displacement",), held.end_s, False, held.sentence))

@@ -6,10 +6,11 @@ Belongs here: names and order of files. Does not belong here: their content (rep
 from __future__ import annotations
 
 import json
+import logging
 import time
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from contextlib import contextmanager
-from dataclasses import dataclass, field
+from contextlib import contextmanager, suppress
+from dataclasses import dataclass, field, replace
 from io import StringIO
 from pathlib import Path
 from tempfile import TemporaryDirectory
@@ -17,7 +18,8 @@ from typing import Any
 
 from ruamel.yaml import YAML
 
-from undertow.campaign.config import load
+from undertow.campaign.config import RunConfig, load
+from undertow.campaign.config.matching import planned
 from undertow.campaign.driven.run import DrivenFinished, run_driven
 from undertow.campaign.driven.trials import is_driven
 from undertow.campaign.response.run import run_response
@@ -30,7 +32,7 @@ from undertow.campaign.run.portions import group_order
 from undertow.campaign.run.workers import Progress, on_processes, silent
 from undertow.discrepancy.findings import FailedTrial, Findings
 from undertow.discrepancy.words import count
-from undertow.errors import UndertowError
+from undertow.errors import FAILURES, UndertowError, failure
 from undertow.report.extent import Extent
 from undertow.report.html import write_report
 from undertow.report.tables import RunTables
@@ -42,6 +44,9 @@ RESULTS = (
 """What is moved into `EARLIER` when a later run in the same folder fails."""
 
 EARLIER = "earlier_run"
+
+NO_PARTS = "a campaign of driven bodies keeps no parts: the same command begins anew"
+"""What is said of one that was interrupted."""
 
 DOUBTS_PRINTED = 10
 """Doubts about the recordings that the terminal shows."""
@@ -98,11 +103,9 @@ def run_to_folder(
     config = load(config_path, overrides)
     folder = out or Path("runs") / safe_name(config.name)
     text = yaml_text(config.resolved())
-    if config.recordings.response is not None:
-        return run_response(config, config_path, folder, text, overrides, progress)
-    if is_driven(config):
-        return run_driven(config, config_path, folder, text, overrides, progress)
     try:
+        if config.recordings.response is not None or is_driven(config):
+            return _of_driven(config, config_path, folder, text, overrides, resume, progress)
         stages = (folder / STAGES).absolute()  # workers of a cluster have other working directories
         course, gathered = Course(config, jobs, progress, stages, resume), Gathered(config)
         folder.mkdir(parents=True, exist_ok=True)  # a config that does not match its trials leaves no folder
@@ -129,6 +132,38 @@ def run_to_folder(
         what = f"{reason.strerror or reason} ({reason.filename or folder})"
         raise UndertowError(f"run folder {folder} cannot be written: {what}; choose another with --out") from reason
     return Finished(folder, findings, gathered.extent, tuple(gathered.contradicted))
+
+
+def _of_driven(
+    config: RunConfig, config_path: Path, folder: Path, text: str, overrides: Sequence[str], resume: bool,
+    progress: Progress,
+) -> DrivenFinished:  # fmt: skip
+    """A campaign of driven bodies into the folder, which is claimed and takes the new files as one of decays does."""
+    planned(config)  # a config that does not match its trials leaves no folder
+    if resume:
+        logging.getLogger("undertow").warning("--resume: a campaign of driven bodies keeps no parts; it is made again")
+    work, fresh = run_driven if config.recordings.response is None else run_response, not folder.exists()
+    folder.mkdir(parents=True, exist_ok=True)
+    try:
+        with claimed(folder), _new_results(folder) as new:
+            _prepare(folder, config_path, text)
+            with _whole_or_aside(folder):
+                done = work(config, config_path, new, text, overrides, progress)
+    except UndertowError:
+        if fresh:
+            _leave_none(folder)
+        raise
+    except (KeyboardInterrupt, SystemError) as interruption:
+        interruption.add_note(NO_PARTS)
+        raise
+    return replace(done, folder=folder)
+
+
+def _leave_none(folder: Path) -> None:
+    """Take away a folder that holds a config alone: of a run that found nothing to write."""
+    (folder / "config.yaml").unlink(missing_ok=True)
+    with suppress(OSError):  # it holds more
+        folder.rmdir()
 
 
 @dataclass(frozen=True)
@@ -184,11 +219,20 @@ def _prepare(folder: Path, config_path: Path, text: str) -> None:
 
 def _or_set_aside(parts: Iterator[PortionFindings], folder: Path) -> Iterator[PortionFindings]:
     """The parts of a run; an older run's results are set aside where none comes."""
-    try:
+    with _whole_or_aside(folder):
         yield from parts
-    except UndertowError:
+
+
+@contextmanager
+def _whole_or_aside(folder: Path) -> Iterator[None]:
+    """Where the block fails, an older run's results are set aside; a library's error becomes a sentence."""
+    try:
+        yield
+    except FAILURES as reason:
         _set_aside(folder)
-        raise
+        if isinstance(reason, UndertowError):
+            raise
+        raise UndertowError(failure(reason)) from reason
 
 
 def _set_aside(folder: Path) -> None:

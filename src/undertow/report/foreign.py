@@ -1,0 +1,30 @@
+"""Files of a run folder that somebody changed: what does not have a run's shape ends in a sentence.
+
+Belongs here: that sentence. Does not belong here: what the files hold (verdict_file.py), texts that are no JSON.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
+from pathlib import Path
+
+from undertow.errors import UndertowError
+
+
+@contextmanager
+def as_runs_write_them(runs: Sequence[Path]) -> Iterator[None]:
+    """Within the block files of these run folders are read and shown, nothing else.
+
+    Raises UndertowError where a value is missing or of another kind than a run writes.
+    """
+    try:
+        yield
+    except UndertowError:
+        raise
+    except (LookupError, TypeError, AttributeError, ValueError) as reason:
+        named = ", ".join(str(run) for run in runs)
+        raise UndertowError(
+            f"run folder {named}: verdict.json is not as a run writes it ({type(reason).__name__}: {reason}); was it "
+            "changed? run again"
+        ) from reason

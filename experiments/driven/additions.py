@@ -36,8 +36,11 @@ LACKING = (
     ("random", "position_damping"), ("random", "stribeck_friction"), ("random", "bouc_wen"),
     ("random", "cubic_stiffness"), ("swept", "asymmetric_damping"), ("swept", "position_damping"),
     ("swept", "stribeck_friction"), ("swept", "bouc_wen"), ("swept", "cubic_stiffness"),
+    ("random", "quadratic_drag"), ("swept", "quadratic_drag"), ("random", "hidden_resonator"),
+    ("swept", "hidden_resonator"), ("random", "hidden_resonator"), ("swept", "hidden_resonator"),
 )  # fmt: skip
-"""Bodies that lack one law."""
+"""Bodies that lack one law. The first two with a hidden oscillator (seeds 51, 52, 53 and 17, 18) showed that its start
+must be fitted and its numbers of amplitude held; the last two are proof."""
 
 
 def cases(first: int) -> Iterator[tuple[Body, float]]:
@@ -74,7 +77,9 @@ def table(rows: Sequence[Sequence[str]]) -> str:
         added = [() if one["added"] == "nothing" else tuple(one["added"].split()) for one in own]
         right = sum(names == ((missing,) if missing != "nothing" else ()) for names in added)
         wrong = sum(any(name != missing for name in names) for names in added)
-        who = (kind or "all kinds") + (f", drive wanders {wander} N in a second" if float(wander) else "")
+        kinds = list(dict.fromkeys(one["kind"] for one in own))
+        who = "all kinds" if len(kinds) == len(GIVEN) else ", ".join(kinds)
+        who += f", drive wanders {wander} N in a second" if float(wander) else ""
         lines.append(f"| {len(own)} {who} | {missing} | {right} | {wrong} | {sum(not n for n in added)} |")
     return "\n".join(lines)
 

@@ -80,7 +80,8 @@ def body(kind: str, seed: int, missing: str = "") -> Body:
         }  # fmt: skip
         more = {
             "asymmetric_damping": (sign,), "position_damping": (2.0 * sign,), "stribeck_friction": (2.0, 0.1),
-            "bouc_wen": (0.5 * stiffness, 4.0, 0.0, 1.0, 1.0), "cubic_stiffness": (30.0,),
+            "bouc_wen": (0.5 * stiffness, 4.0, 0.0, 1.0, 1.0), "cubic_stiffness": (30.0,), "quadratic_drag": (4.0,),
+            "hidden_resonator": (0.2 * mass, 1.6 * np.sqrt(stiffness / mass), 0.04, 0.0, 0.0),
         }  # fmt: skip
     if missing:
         own = places([find_driven(missing)])
@@ -89,18 +90,25 @@ def body(kind: str, seed: int, missing: str = "") -> Body:
 
 
 def record(
-    one: Body, wanders_N: float = 0.0, pushed_N: float = 0.0, samples: int = CARRIAGE_SAMPLES
+    one: Body,
+    wanders_N: float = 0.0,
+    pushed_N: float = 0.0,
+    samples: int = CARRIAGE_SAMPLES,
+    force: float = 1.0,
+    again: int = 0,
 ) -> DrivenTrial:
     """The body's record with white noise. A carriage's drive may wander: a random walk of that size in a second, which
     the recorded force does not hold; or it is pushed by a random force of the rms ``pushed_N`` that fades over
-    PUSHED_S and is not recorded either, so that the controller answers to it. ``samples`` is a carriage's length."""
-    rng = np.random.default_rng([one.seed, 99])
+    PUSHED_S and is not recorded either, so that the controller answers to it. ``samples`` is a carriage's length.
+    A sprung body's force is so many times as large by ``force``; ``again`` counts fresh records of it."""
+    rng = np.random.default_rng([one.seed, 99 + again])
     if one.kind == "carriage":
         return _carriage(one, rng, wanders_N, pushed_N, samples)
     t = np.arange(SPRUNG_SAMPLES) / SPRUNG_RATE_HZ
     u = np.convolve(rng.normal(size=t.size + 30), np.hanning(30), "same")[: t.size] * 12.0
     if one.kind == "swept":
         u = 25.0 * np.sin(2.0 * np.pi * (0.2 * t + 0.5 * 1.6 / t[-1] * t**2))
+    u = force * u
     x = driven_motion(one.theta(), NOTHING, drive_of(t, u, "first"), t, MotionSize(), 60).x[:, 0]
     return DrivenTrial(one.kind, t, u, {"displacement": x + SPRUNG_NOISE_M * rng.normal(size=t.size)}, hold="first")
 

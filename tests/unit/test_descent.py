@@ -89,6 +89,22 @@ def test_a_search_is_no_finer_than_the_errors_as_they_are():
     assert one.values == pytest.approx(fine.values, abs=1e-5)
 
 
+def test_a_step_that_damping_cut_short_does_not_end_a_search_while_it_gains():
+    # beside 99 residuals of 0.33 that nothing moves, steps below 0.018 standard errors are short: the first that leads
+    # down is 0.012 long, because arctan's full step from 100 overshoots to -15,500, and it gains more than one of 0.36
+    def bent(values):
+        return np.append(np.full(99, 0.33), math.atan(values[0]))
+
+    def slope(values):
+        return np.append(np.zeros(99), 1.0 / (1.0 + values[0] ** 2))[:, None]
+
+    near, start = looker(bent, slope), np.array([100.0])
+    bounds = (np.array([-math.inf]), np.array([math.inf]))
+    end = descend(near, start, near(start), bounds, Rule(40, 0.05), lambda place: place.cost / 100.0)
+    assert end.converged
+    assert abs(end.values[0]) < 0.1
+
+
 def test_a_step_that_leads_up_is_not_taken_and_the_next_one_is_shorter():
     costs, seen = [], []
     look = looker(valley, valley_slopes, seen)

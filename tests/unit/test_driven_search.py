@@ -78,7 +78,9 @@ def test_a_law_whose_coefficient_may_as_well_be_nothing_is_refused():
     assert _unsure("coulomb_friction", carriage({})) == ""
 
 
-@pytest.mark.parametrize(("kind", "missing"), [("random", ""), ("swept", "asymmetric_damping")])
+@pytest.mark.parametrize(
+    ("kind", "missing"), [("random", ""), ("swept", "asymmetric_damping"), ("random", "hidden_resonator")]
+)
 def test_the_search_adds_what_a_body_lacks_and_nothing_else(kind, missing):
     assert row(body(kind, 2000, missing), 0.0)[3:5] == ((missing or "nothing"),) * 2
 

@@ -9,7 +9,8 @@ import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
 
-from undertow.equation.driven import driven_motion
+from tests.differences import slope, step_of
+from undertow.equation.driven import STEPS_PER_PERIOD, driven_motion
 from undertow.equation.driven_hysteresis import BoucWen, Iwan, LuGre, Pinched, sliders
 from undertow.equation.driven_laws import find_driven, places
 from undertow.equation.driven_slots import DRIVEN_SLOT, N_DRIVEN, SLIDERS
@@ -142,13 +143,17 @@ def stops(name, d, begin, limits, on):
 
 @pytest.mark.parametrize("hold", ["zero", "band_limited"])
 @pytest.mark.parametrize("case", CASES)
-def test_motion_is_that_of_scipys_integrators_to_a_millionth(case, hold):
+def test_motion_is_that_of_scipys_integrators_to_a_millionth_and_of_short_steps_to_a_tenth_of_it(case, hold):
     name, numbers = CASES[case]
     t, u = random_input()
     drive = drive_of(t, u, hold)
     x = reference(name, numbers, drive, 100, [0.0] * (SLIDERS if name == "iwan" else 1))
-    motion = driven_motion(theta_of(name, numbers), NOTHING, drive, drive.knots[:100], EXTENT)
-    assert np.max(np.abs(motion.x[:, 0] - x)) < 1e-6 * np.max(np.abs(x))
+    usual, fine = (
+        driven_motion(theta_of(name, numbers), NOTHING, drive, drive.knots[:100], EXTENT, steps).x[:, 0]
+        for steps in (STEPS_PER_PERIOD, 160)
+    )
+    assert np.max(np.abs(usual - x)) < 1e-6 * np.max(np.abs(x))
+    assert np.max(np.abs(fine - x)) < 1e-7 * np.max(np.abs(x))
 
 
 @pytest.mark.parametrize("beside", ["alone", "beside friction"])
@@ -165,15 +170,9 @@ def test_sensitivities_are_those_of_differences(case, beside):
     active = np.array([DRIVEN_SLOT[slot] for slot in ("mass", "k1", "x0", "v0", *body, *own)])
     motion = driven_motion(theta, active, drive, t[:120], EXTENT, fine)
     for column, slot in enumerate(active, 1):
-        step = 1e-5 * max(abs(theta[slot]), 0.1)
-        ends = []
-        for sign in (1.0, -1.0):
-            other = theta.copy()
-            other[slot] += sign * step
-            ends.append(driven_motion(other, NOTHING, drive, t[:120], EXTENT, fine).x[:, 0])
-        difference = (ends[0] - ends[1]) / (2.0 * step)
-        # 2e-6: bristles of 0.1 m/s at a difference of 1e-6 m/s; 2e-14 m: rounding of the two motions
-        assert np.max(np.abs(difference - motion.x[:, column])) < 2e-6 * np.max(np.abs(difference)) + 2e-14 / step
+        difference = slope(lambda one: driven_motion(one, NOTHING, drive, t[:120], EXTENT, fine).x[:, 0], theta, slot)
+        rounding = 2e-14 / step_of(theta, slot)  # of two motions of 0.1 m after hundreds of steps
+        assert np.max(np.abs(difference - motion.x[:, column])) < 1e-6 * np.max(np.abs(difference)) + rounding
 
 
 @pytest.mark.parametrize("case", CASES)

@@ -100,6 +100,7 @@ class HiddenResonator(Term):
     left_out: ClassVar[str] = "beats in every trial with the release's phase; an added mass that depends on the spring"
     held_by_kernel: ClassVar[int] = 3
     present_by: ClassVar[str] = "natural_frequency_rad_per_s"
+    held_unless_asked: ClassVar[tuple[str, ...]] = ("quadratic_damping_per_m", "cubic_stiffness_per_m2_s2")
     words: ClassVar[str] = "water that oscillates by itself"
     words_unplaced: ClassVar[str] = "something that was not recorded and oscillates by itself"
     next_test: ClassVar[str] = "a release at the same level with a third stiffness, or a wave gauge between the girders"

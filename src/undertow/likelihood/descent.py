@@ -98,7 +98,8 @@ def descend(
     ``evaluate`` gives the place of other values, or None where there is none or as soon as its cost is known to be
     above the number given. An unknown on a bound stays there while the gradient points outwards. ``widened`` says how
     much larger the unknowns' variances are at a place than its normal matrix has them: ``rule.stop`` is of those, and
-    the search also ends with a step that gains less than one of that length would.
+    the search also ends with a step that gains less than one of that length would. One as short that gains what a whole
+    standard error would was cut short by damping, and the search goes on.
     """
     lower, upper = bounds
     damping = rule.damping
@@ -116,7 +117,8 @@ def descend(
             values, place = ahead, candidate
             damping = max(damping * rule.lower, LEAST_DAMPING)
             least = max(LEAST_RELATIVE_GAIN * place.cost, wide * rule.stop**2 if widened else 0.0)
-            if still or gained < least:
+            cut_short = widened is not None and gained > wide  # by damping: a step of one standard error gains as much
+            if gained < least or (still and not cut_short):
                 return Descent(values, place, iteration, True)
         else:
             damping = max(damping * rule.higher, RAISED_DAMPING)

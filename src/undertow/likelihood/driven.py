@@ -32,6 +32,12 @@ SLOPE_SAMPLES = 7
 MASS = "mass_kg"
 """Name of the inertia among the unknowns."""
 
+OSCILLATING = "hm"
+"""Slot of a hidden oscillator's mass, before its number."""
+SWINGS = 10.0
+"""How far a hidden oscillator may swing where a record begins, in extents of the body's motion: a prior that hardly
+acts, since one with 5 % of critical damping goes so far at its resonance."""
+
 
 @dataclass(frozen=True)
 class DrivenLaws:
@@ -60,6 +66,12 @@ class DrivenLaws:
     def memory(self) -> str:
         """Name of the number that is the stiffness of a small loop of the hysteresis; empty where there is none."""
         return next((place.name for place in self.places if place.slots == ("bw_a",)), "")
+
+    @property
+    def oscillators(self) -> tuple[str, ...]:
+        """Numbers of the hidden oscillators' slots; in the middle of a record these do not begin at rest."""
+        inertias = (slot for place in self.places for slot in place.slots if slot[:-1] == OSCILLATING)
+        return tuple(slot.removeprefix(OSCILLATING) for slot in inertias)
 
     @property
     def usual(self) -> dict[str, float]:
@@ -208,9 +220,9 @@ def _start_state(
     base_speed: float,
     held: Mapping[str, float],
 ) -> tuple[Link, ...]:
-    """Start displacement, velocity and hysteresis of a window: unknowns, from the samples where it begins; and what the
-    velocity of base or water is beyond an integral, where ``base_speed`` is not 0. What is ``held``, by slot, is no
-    unknown."""
+    """Start displacement, velocity, hysteresis and hidden motions of a window: unknowns, from the samples where it
+    begins; and what the velocity of base or water is beyond an integral, where ``base_speed`` is not 0. What is
+    ``held``, by slot, is no unknown."""
     x0, v0 = begins
     links: list[Link] = []
 
@@ -227,6 +239,9 @@ def _start_state(
         stiffness = laws.fixed.get(laws.memory, laws.starts.get(laws.memory, 1.0))
         pull = abs(stiffness) * extent.size or 1.0
         own("bw_z0", "z0_N", 0.0, pull, pull)
+    for number in laws.oscillators:
+        own(f"hs{number}", f"s0_m_{number}", 0.0, SWINGS * extent.size, extent.size)
+        own(f"hu{number}", f"s0_m_per_s_{number}", 0.0, SWINGS * extent.speed, extent.speed)
     if base_speed > 0.0:
         own("absolute_v0", "base_v0_m_per_s", 0.0, base_speed, base_speed)
     return tuple(links)

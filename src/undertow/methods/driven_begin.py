@@ -53,8 +53,8 @@ def begin_of(
     samples: int = START_SAMPLES,
     noise: Mapping[str, float] | None = None,
 ) -> Begin:
-    """The start state (x0, v0 and what a hysteresis remembers) that the first ``samples`` say, with the equation's
-    ``numbers`` held.
+    """The start state (x0, v0, what a hysteresis remembers, hidden motions) that the first ``samples`` say, with the
+    equation's ``numbers`` held.
 
     Raises IdentificationError where the motion leaves every bound.
     """

@@ -313,7 +313,10 @@ def predict(
 ) -> None:
     """The equation found in a run, run free on a recording that nobody fitted."""
     from undertow.front.run_prediction import predict_any
-    made = predict_any(run, recording, (x0, duration, rate), group, start, config, out)
+    from undertow.report.foreign import as_runs_write_them
+
+    with as_runs_write_them([run], "equations.json"):
+        made = predict_any(run, recording, (x0, duration, rate), group, start, config, out)
     if out is not None:
         _say(f"written: {out}")
     if math.isfinite(made.rms):

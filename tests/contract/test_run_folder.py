@@ -392,3 +392,32 @@ def test_a_verdict_that_somebody_changed_ends_compare_and_explain_in_a_sentence_
             assert said.code in (0, 1), (last, words[0], said.err)
             refused += said.code
     assert refused > 0
+
+
+@pytest.mark.parametrize("spoilt", [None, "x", [], {}, -1, [[]], {"a": 1}])
+def test_equations_that_somebody_changed_end_predict_in_a_sentence_or_are_used(
+    capsys: Capture, small: Campaign, tmp_path: Path, spoilt: object
+) -> None:
+    assert run(capsys, small, tmp_path / "run").code == 0
+    path = tmp_path / "run" / "equations.json"
+    whole = json.loads(path.read_text())
+    group = whole["groups"][0]
+    keys = [("groups",), ("contract",), *(("groups", 0, key) for key in group)]
+    keys += [("groups", 0, "versions", "baseline", key) for key in group["versions"]["baseline"]]
+    refused = 0
+    for *above, last in keys:
+        changed = json.loads(json.dumps(whole))
+        place = changed
+        for key in above:
+            place = place[key]
+        place[last] = spoilt
+        path.write_text(json.dumps(changed))
+        said = undertow(capsys, "predict", tmp_path / "run", "--x0", "0.04", "--duration", "2", "--rate", "50",
+                        "--group", "spring=long")  # fmt: skip
+        assert said.code in (0, 1, 2), (last, said.err)
+        refused += said.code > 0
+    assert refused > 0
+    path.write_text("{")
+    said = undertow(capsys, "predict", tmp_path / "run", "--x0", "0.04", "--duration", "2", "--rate", "50")
+    assert said.code == 1
+    assert "equations.json is not as a run writes it" in said.err

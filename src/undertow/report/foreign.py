@@ -13,8 +13,8 @@ from undertow.errors import UndertowError
 
 
 @contextmanager
-def as_runs_write_them(runs: Sequence[Path]) -> Iterator[None]:
-    """Within the block files of these run folders are read and shown, nothing else.
+def as_runs_write_them(runs: Sequence[Path], file: str = "verdict.json") -> Iterator[None]:
+    """Within the block that file of these run folders is read and used, nothing else.
 
     Raises UndertowError where a value is missing or of another kind than a run writes.
     """
@@ -25,6 +25,6 @@ def as_runs_write_them(runs: Sequence[Path]) -> Iterator[None]:
     except (LookupError, TypeError, AttributeError, ValueError) as reason:
         named = ", ".join(str(run) for run in runs)
         raise UndertowError(
-            f"run folder {named}: verdict.json is not as a run writes it ({type(reason).__name__}: {reason}); was it "
+            f"run folder {named}: {file} is not as a run writes it ({type(reason).__name__}: {reason}); was it "
             "changed? run again"
         ) from reason

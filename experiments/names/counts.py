@@ -8,6 +8,9 @@ from __future__ import annotations
 from collections import Counter
 from collections.abc import Mapping, Sequence
 
+import numpy as np
+from scipy.stats import kstest
+
 from experiments.names.effects import EFFECTS, verdict_name
 from experiments.names.verdicts import names_in, outcome
 
@@ -36,10 +39,40 @@ def nulls(rows: Sequence[Row]) -> Numbers:
     names = Counter(" and ".join(f"{w} {r[w]}" for w in ("dry", "wet") if r[w]) for r in wrong)
     return {
         "campaigns": len(rows),
+        "green": sum(r["status"] == "nothing_missing" and r.get("dry_status") == "nothing_missing" for r in rows),
+        "uniform": {label: _uniform(mine) for label, mine in _strata(rows).items()},
         "false_positives": len(wrong),
         "false_positives_of": dict(names.most_common()),
         "seeds": [int(r["seed"]) for r in wrong],
     }
+
+
+def _strata(rows: Sequence[Row]) -> dict[str, list[Row]]:
+    """Nulls by rig, springs and whether the config states the scatter."""
+    found: dict[str, list[Row]] = {"all": list(rows)}
+    for row in rows:
+        stated = "stated" if int(row["seed"]) % 2 else "from the dry trials"
+        for label in (f"scatter of {row['scatter']}", f"springs {row['springs']}", f"scatter {stated}"):
+            found.setdefault(label, []).append(row)
+    return found
+
+
+def _uniform(rows: Sequence[Row]) -> Numbers:
+    """p-values of campaigns with nothing missing beside the uniform law."""
+    p = np.array([float(r["p_value"]) for r in rows if r.get("p_value")])
+    if not p.size:
+        return {"campaigns": 0}
+    ks = kstest(p, "uniform")
+    return {
+        "campaigns": int(p.size), "mean": round(float(np.mean(p)), 3), "below .01": int(np.sum(p < 0.01)),
+        "below .05": int(np.sum(p < 0.05)), "below .1": int(np.sum(p < 0.1)), "ks": round(float(ks.statistic), 3),
+        "ks_p": float(f"{ks.pvalue:.2g}"),
+    }  # fmt: skip
+
+
+def near(rows: Sequence[Row]) -> Numbers:
+    """Forces near the body's own rate: outcomes, and how many were called a resonator, alone or beside others."""
+    return _counted(rows) | {"called_a_resonator": sum("hidden_resonator" in names_in(r["wet"]) for r in rows)}
 
 
 def by_name(rows: Sequence[Row]) -> Numbers:

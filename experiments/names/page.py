@@ -49,8 +49,8 @@ largest reading cut off.
 
 def make_page(results: Path, docs: Path) -> None:
     """Write docs/confusion.md, .json and .svg from the rows of all studies."""
-    rows = {study: read(results / f"{study}.csv")
-            for study in ("nulls", "confusion", "pairs", "inseparable", "seiche", "invariance")}  # fmt: skip
+    studies = ("nulls", "confusion", "pairs", "inseparable", "seiche", "near_seiche", "invariance")
+    rows = {study: read(results / f"{study}.csv") for study in studies}
     found: dict[str, Any] = {
         "revisions": sorted({r["revision"] for many in rows.values() for r in many}),
         "nulls": counts.nulls(rows["nulls"]),
@@ -58,6 +58,7 @@ def make_page(results: Path, docs: Path) -> None:
         "pairs": counts.by_name(rows["pairs"]),
         "inseparable": counts.inseparable(rows["inseparable"]),
         "seiche": counts.seiche(rows["seiche"]),
+        "near_seiche": counts.near(rows["near_seiche"]),
         "invariance": counts.invariance(rows["invariance"]),
     }
     (docs / "confusion.json").write_text(json.dumps(found, indent=1) + "\n", encoding="utf-8")
@@ -75,6 +76,8 @@ def page_text(found: Mapping[str, Any]) -> str:
         parts.append(_inseparable(found["inseparable"]))
     if any(part["campaigns"] for part in found["seiche"].values()):
         parts.append(_seiche(found["seiche"]))
+    if found["near_seiche"]["campaigns"]:
+        parts.append(_near(found["near_seiche"]))
     if found["invariance"]:
         parts.append(_invariance(found["invariance"]))
     parts.append(READING.read_text(encoding="utf-8"))
@@ -114,7 +117,22 @@ def _nulls(null: Mapping[str, Any]) -> str:
     if null["false_positives"]:
         said = "; ".join(f"{name} ({count})" for name, count in null["false_positives_of"].items())
         text += f": {said}. Seeds {', '.join(map(str, null['seeds']))}"
-    return text + ".\n"
+    return text + ".\n" + _p_values(null)
+
+
+def _p_values(null: Mapping[str, Any]) -> str:
+    """How often all groups are green, and p-values beside the uniform law."""
+    if not null["uniform"]["all"]["campaigns"]:
+        return ""
+    lines = [
+        "", f"All groups are `nothing_missing` in {null['green']} of {null['campaigns']}. p-values of the campaigns "
+        "beside the uniform law (Kolmogorov-Smirnov):", "",
+        "| nulls | campaigns | mean | below .01 | below .05 | below .1 | distance | its p |", "|---|" + "---|" * 7,
+    ]  # fmt: skip
+    for label, one in null["uniform"].items():
+        numbers = (one[k] for k in ("campaigns", "mean", "below .01", "below .05", "below .1", "ks", "ks_p"))
+        lines.append(f"| {label} | " + " | ".join(f"{n:g}" for n in numbers) + " |")
+    return "\n".join([*lines, ""])
 
 
 def _names(title: str, found: Mapping[str, Any], picture: bool) -> str:
@@ -175,6 +193,14 @@ def _seiche(found: Mapping[str, Any]) -> str:
     for name, one in found.items():
         lines.append(f"| {name} | {one['campaigns']} | {one['confused']} | {_cell(one)} |")
     return "\n".join([*lines, ""])
+
+
+def _near(found: Mapping[str, Any]) -> str:
+    return "\n".join([
+        "## A force near the body's own rate", "",
+        f"{found['campaigns']} forces with a clock of their own at 0.85 to 1.2 of the body's rate: {_cell(found)}. "
+        f"Called a resonator, alone or beside others: {found['called_a_resonator']}.", "",
+    ])  # fmt: skip
 
 
 def _invariance(found: Mapping[str, Any]) -> str:

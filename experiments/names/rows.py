@@ -11,7 +11,8 @@ from pathlib import Path
 
 COLUMNS = (
     *("study", "hidden", "strength", "seed", "size", "reached", "view", "decay_per_s", "springs", "trials", "rate_hz"),
-    *("scatter", "outcome", "wet", "rivals", "dry", "status", "confidence", "nrmse", "augmented", "repeatability"),
+    *("scatter", "outcome", "wet", "rivals", "dry", "status", "dry_status", "p_value"),
+    *("confidence", "nrmse", "augmented", "repeatability"),
     *("trials_failed", "cpu_s", "failed", "revision"),
 )
 IDENTITY = ("study", "hidden", "strength", "seed", "view")
@@ -36,11 +37,11 @@ def read(path: Path) -> list[dict[str, str]]:
 
 
 def append(path: Path, row: Mapping[str, object]) -> None:
-    """Add one row at the end of a study's file."""
+    """Add one row at the end of a study's file, in the columns that it has."""
     path.parent.mkdir(parents=True, exist_ok=True)
-    new = not path.exists()
+    columns = path.read_text(encoding="utf-8").partition("\n")[0].split(",") if path.exists() else COLUMNS
     with path.open("a", encoding="utf-8", newline="") as stream:
-        writer = csv.DictWriter(stream, COLUMNS, restval="", lineterminator="\n")
-        if new:
+        writer = csv.DictWriter(stream, columns, restval="", extrasaction="ignore", lineterminator="\n")
+        if columns is COLUMNS:
             writer.writeheader()
         writer.writerow(row)

@@ -6,9 +6,10 @@ depends on them. Does not belong here: which campaigns (studies.py).
 
 from __future__ import annotations
 
+import math
 import tempfile
 import time
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 
 from experiments.names.effects import verdict_name
@@ -44,6 +45,8 @@ def judge(campaign: Campaign, view: View | None = None) -> Row:
         "wet": _different([_said(v) for v in wet]),
         "rivals": _different(["; ".join("+".join(a) for a in v.alternatives) for v in wet]),
         "status": _different([v.status for v in wet]),
+        "dry_status": _different([v.status for v in dry]),
+        "p_value": _of_the_campaign([*dry, *wet]),
         "confidence": round(min((v.confidence for v in wet), default=float("nan")), 4),
         "nrmse": round(max(sizes, default=float("nan")), 4),
         "augmented": round(max(after), 4) if after else "",
@@ -63,6 +66,13 @@ def _ends(campaign: Campaign, config: Path, cycles: float) -> dict[str, float]:
 
 def _said(verdict: Verdict) -> str:
     return "+".join(dict.fromkeys(verdict.verdict))
+
+
+def _of_the_campaign(verdicts: Sequence[Verdict]) -> str:
+    """The campaign's p-value from those of its levels (groups of one water have one): how often the smallest of so many
+    would be as small where nothing is missing; empty where no level was held against its null."""
+    found = {v.p_value for v in verdicts if math.isfinite(v.p_value)}
+    return f"{-math.expm1(len(found) * math.log1p(-min(found))):.4g}" if found and min(found) < 1.0 else ""
 
 
 def _different(texts: list[str]) -> str:

@@ -194,6 +194,33 @@ def test_a_null_campaign_gives_no_name_and_linear_damping_of_linear_damping():
     assert "linear_damping" in str(damped["wet"]) + str(damped["rivals"])
 
 
+def test_p_values_of_nulls_are_held_against_the_uniform_law():
+    grid = [
+        {"wet": "", "dry": "", "seed": str(i), "status": "nothing_missing", "dry_status": "nothing_missing",
+         "scatter": "report", "springs": "long", "p_value": f"{(i + 0.5) / 40:g}"} for i in range(40)
+    ]  # fmt: skip
+    found = counts.nulls(grid)
+    assert (found["green"], found["false_positives"]) == (40, 0)
+    assert found["uniform"]["all"]["ks_p"] > 0.99
+    assert found["uniform"]["all"]["below .1"] == 4
+    assert found["uniform"]["scatter stated"]["campaigns"] == 20
+    high = [row | {"p_value": f"{float(row['p_value']) ** 0.25:g}"} for row in grid]
+    assert counts.nulls(high)["uniform"]["all"]["ks_p"] < 0.01
+
+
+def test_a_force_near_the_bodys_rate_that_is_called_a_resonator_is_counted():
+    row = {"hidden": "external_forcing", "dry": "", "rivals": "", "failed": ""}
+    found = counts.near([row | {"wet": w} for w in ("external_forcing", "hidden_resonator+unknown", "unknown")])
+    assert (found["campaigns"], found["called_a_resonator"], found["right"]) == (3, 1, 1)
+
+
+def test_a_row_fits_a_file_that_has_fewer_columns(tmp_path):
+    path = tmp_path / "nulls.csv"
+    path.write_text("study,hidden,strength,seed,view,wet\nnulls,,0.0,1,,\n")
+    rows.append(path, {"study": "nulls", "hidden": "", "strength": 0.0, "seed": 2, "wet": "unknown", "p_value": "0.5"})
+    assert [row["wet"] for row in rows.read(path)] == ["", "unknown"]
+
+
 def test_the_page_is_made_from_the_rows_that_are_committed():
     found = {
         "revisions": [],
@@ -202,6 +229,7 @@ def test_the_page_is_made_from_the_rows_that_are_committed():
         "pairs": counts.by_name(rows.read(RESULTS / "pairs.csv")),
         "inseparable": counts.inseparable(rows.read(RESULTS / "inseparable.csv")),
         "seiche": counts.seiche(rows.read(RESULTS / "seiche.csv")),
+        "near_seiche": counts.near(rows.read(RESULTS / "near_seiche.csv")),
         "invariance": counts.invariance(rows.read(RESULTS / "invariance.csv")),
     }
     page = (RESULTS.parents[2] / "docs" / "confusion.md").read_text(encoding="utf-8")

@@ -18,6 +18,7 @@ from experiments.names.page import page_text
 from experiments.names.recordings import record
 from experiments.names.rigs import FLUME, Plan
 from experiments.names.scenes import Campaign
+from experiments.names.seen import SLOTS, size_of
 from experiments.names.strength import size_for
 from experiments.names.studies import STUDIES, plan_of
 from experiments.names.verdicts import judge, outcome
@@ -219,6 +220,15 @@ def test_a_row_fits_a_file_that_has_fewer_columns(tmp_path):
     path.write_text("study,hidden,strength,seed,view,wet\nnulls,,0.0,1,,\n")
     rows.append(path, {"study": "nulls", "hidden": "", "strength": 0.0, "seed": 2, "wet": "unknown", "p_value": "0.5"})
     assert [row["wet"] for row in rows.read(path)] == ["", "unknown"]
+
+
+@pytest.mark.parametrize("name", sorted(SLOTS))
+def test_a_planted_effect_has_the_size_that_a_null_says_it_would_see(name):
+    campaign = Campaign(SMALL)
+    trial = next(t for t in SMALL.trials() if t.wet)
+    planted = replace(campaign, sizes={name: size_of(campaign, name, 12.5)})
+    before, after = (one.numbers(trial).get(SLOTS[name], 0.0) for one in (campaign, planted))
+    assert abs(after - before) == pytest.approx(12.5)
 
 
 def test_the_page_is_made_from_the_rows_that_are_committed():

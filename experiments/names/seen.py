@@ -1,0 +1,142 @@
+"""Whether `detectable` is true: effects planted at 1.5 times and at half of the size that a campaign with nothing in it
+says it would have seen, and how many of them are.
+
+    python -m experiments.names.seen --seeds 10 --first 910000 --jobs 2
+
+A campaign of a seed is judged with nothing hidden in it; of every suspect its wet groups then say the smallest effect
+that 90 % of their replicas would show (the largest of these, where groups differ). The same campaign is made again with
+that law in it, 1.5 times and half as large, and judged. Rows go to results/seen.csv, one a campaign.
+
+Belongs here: that study. Does not belong here: campaigns (scenes.py), what a verdict is worth (verdicts.py).
+"""
+
+from __future__ import annotations
+
+import argparse
+import csv
+import sys
+import tempfile
+import time
+from collections import Counter
+from collections.abc import Iterator
+from dataclasses import replace
+from pathlib import Path
+
+from joblib import Parallel, delayed
+
+from experiments.names.__main__ import _revision
+from experiments.names.folder import View, write
+from experiments.names.rows import append
+from experiments.names.scenes import Campaign
+from experiments.names.studies import HIDDEN_IN, plan_of
+from undertow.campaign.config import load
+from undertow.campaign.run import run
+from undertow.discrepancy.verdict import Verdict
+from undertow.errors import UndertowError
+
+SLOTS = {
+    "linear_damping": "c", "cubic_damping": "c3", "cubic_stiffness": "k3", "quintic_stiffness": "k5",
+    "asymmetric_stiffness": "k2", "variable_normal_force": "n", "hidden_resonator": "hm", "relaxation": "rk",
+    "delayed_echo": "ge", "external_forcing": "A",
+}  # fmt: skip
+"""The number of the campaign's equation that a suspect's first number is."""
+
+DOSES = (0.5, 1.5)
+SEEN = ("explained", "not_identifiable", "unknown", "present_but_small")
+RESULTS = Path(__file__).resolve().parent / "results" / "seen.csv"
+
+Row = dict[str, str | float | int]
+
+
+def verdicts_of(campaign: Campaign, view: View) -> list[Verdict]:
+    """What is said of every group of a campaign."""
+    with tempfile.TemporaryDirectory() as folder:
+        return [g.verdict for g in run(load(write(campaign, Path(folder), view)), jobs=1).groups]
+
+
+def wet_of(campaign: Campaign, verdicts: list[Verdict]) -> list[Verdict]:
+    """Those of the groups in water."""
+    wet = {t.file for t in campaign.plan.trials() if t.wet}
+    return [v for v in verdicts if {Path(t).stem for t in v.trials} & {Path(w).stem for w in wet}]
+
+
+def size_of(campaign: Campaign, name: str, value: float) -> float:
+    """The size of an effect that makes its number so large: all of these grow in proportion."""
+    trial = next(t for t in campaign.plan.trials() if t.wet)
+    slot, one = SLOTS[name], replace(campaign, sizes={name: 1.0})
+    before = campaign.numbers(trial, scattered=False).get(slot, 0.0)
+    return abs(value / (one.numbers(trial, scattered=False)[slot] - before))
+
+
+def rows_of(seed: int) -> list[Row]:
+    """One seed: the campaign with nothing hidden, then with every suspect at both doses."""
+    campaign = Campaign(plan_of(seed, most=HIDDEN_IN))
+    view, base = View(stated=seed % 2 == 1), {"study": "seen", "seed": seed, "revision": _revision()}
+    out: list[Row] = []
+    try:
+        wet = wet_of(campaign, verdicts_of(campaign, view))
+    except UndertowError as reason:
+        return [base | {"failed": str(reason)[:200]}]
+    for name in SLOTS:
+        found = [d for v in wet for d in v.detectable if d.name == name]
+        if not found:
+            continue
+        smallest = max(found, key=lambda d: d.value)
+        for dose in DOSES:
+            began, value = time.process_time(), dose * smallest.value
+            row = base | {"hidden": name, "strength": dose, "size": f"{value:.4g}"}
+            planted = replace(campaign, sizes={name: size_of(campaign, name, value)})
+            try:
+                said = verdicts_of(planted, view)
+                water = wet_of(planted, said)
+            except UndertowError as reason:
+                out.append(row | {"failed": str(reason)[:200]})
+                continue
+            seen = any(v.status in SEEN for v in said)
+            names = {n for v in water for n in v.verdict} | {n for v in water for a in v.alternatives for n in a}
+            out.append(row | {
+                "reached": f"{smallest.share_of_motion:.4g}", "outcome": "seen" if seen else "not seen",
+                "wet": "|".join(dict.fromkeys("+".join(v.verdict) for v in water)),
+                "status": "|".join(dict.fromkeys(v.status for v in water)), "rivals": "named" if name in names else "",
+                "p_value": min((v.p_value for v in said), default=float("nan")),
+                "cpu_s": round(time.process_time() - began, 1),
+            })  # fmt: skip
+    return out
+
+
+def counted(path: Path) -> str:
+    """A table: seen of all, by suspect and dose."""
+    with path.open(encoding="utf-8", newline="") as stream:
+        rows = [r for r in csv.DictReader(stream) if not r["failed"]]
+    total = Counter((r["hidden"], float(r["strength"])) for r in rows)
+    seen = Counter((r["hidden"], float(r["strength"])) for r in rows if r["outcome"] == "seen")
+    lines = ["| suspect | seen at half of it | seen at 1.5 times |", "|---|---|---|"]
+    for name in (*SLOTS, ""):
+        cells = []
+        for dose in DOSES:
+            mine = [k for k in total if k[1] == dose and name in ("", k[0])]
+            cells.append(f"{sum(seen[k] for k in mine)} of {sum(total[k] for k in mine)}")
+        lines.append(f"| {name or '**all**'} | " + " | ".join(cells) + " |")
+    return "\n".join(lines)
+
+
+def main() -> int:
+    """Run the seeds, append rows as they come, print the table."""
+    parser = argparse.ArgumentParser(description="Effects at 1.5 times and half of what a null says it would see.")
+    parser.add_argument("--seeds", type=int, default=1)
+    parser.add_argument("--first", type=int, default=0)
+    parser.add_argument("--jobs", type=int, default=1)
+    parser.add_argument("--out", type=Path, default=RESULTS)
+    options = parser.parse_args()
+    tasks = (delayed(rows_of)(options.first + i) for i in range(options.seeds))
+    done: Iterator[list[Row]] = Parallel(options.jobs, return_as="generator")(tasks)
+    for many in done:
+        for row in many:
+            append(options.out, row)
+            print(row.get("hidden"), row.get("strength"), row.get("outcome", row.get("failed")), flush=True)
+    print(counted(options.out))
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())

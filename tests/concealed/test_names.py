@@ -227,7 +227,7 @@ def test_a_planted_effect_has_the_size_that_a_null_says_it_would_see(name):
     campaign = Campaign(SMALL)
     trial = next(t for t in SMALL.trials() if t.wet)
     planted = replace(campaign, sizes={name: size_of(campaign, name, 12.5)})
-    before, after = (one.numbers(trial).get(SLOTS[name], 0.0) for one in (campaign, planted))
+    before, after = (one.numbers(trial, scattered=False).get(SLOTS[name], 0.0) for one in (campaign, planted))
     assert abs(after - before) == pytest.approx(12.5)
 
 

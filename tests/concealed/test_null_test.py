@@ -150,6 +150,18 @@ def test_at_another_noise_residuals_and_derivatives_are_weighed_alike():
     assert left_by(at_noise_of(fit, other), other)[0] == pytest.approx(solution.residuals[0])
 
 
+def test_what_a_fit_gained_counts_only_where_its_numbers_mean_something():
+    level, fit = quiet()
+    suspects = (found("cubic_stiffness"), found("cubic_damping"))
+    strong = replace(fit, solution=replace(fit.solution, cost=fit.solution.cost - 120.0))
+    for several in (suspects[:1], suspects):
+        plain = null_test(level, suspects, fit, (Candidate((), fit, 0.0),))
+        bound = null_test(level, suspects, fit, (Candidate(several, strong, 0.0, out="it sits on its bound"),))
+        small = null_test(level, suspects, fit, (Candidate(several, strong, 0.0, out="too small", aside=True),))
+        assert bound.p_value == plain.p_value > 0.05
+        assert small.p_value < 1e-3
+
+
 def test_two_effects_together_stand_out_by_what_both_gained():
     level, fit = quiet()
     suspects = (found("cubic_stiffness"), found("cubic_damping"))

@@ -163,7 +163,8 @@ def null_test(
     """A level, one of so many, against its null: ``null`` is the prescribed equation as fitted, ``found`` every
     candidate that was, ``looks`` places of suspects' grids as seen from that fit already, by label.
 
-    Where a step from the null is too short to tell what a suspect gains, its fit tells. What makes trials differ (a
+    Where a step from the null is too short to tell what a suspect gains, its fit tells, if its numbers mean something: no
+    replica is fitted, and a joint that hardly yields follows a sensor that wanders. What makes trials differ (a
     mass of each trial's own) is not tested: it is scatter, of which as much is there as there is.
     """
     closest = min((null, *(c.fit for c in found)), key=lambda fit: fit.misfit)
@@ -187,8 +188,9 @@ def null_test(
     stack = Stack.of(stands, every)
     sizes = Sizes.on(level, stands, _reported(null))
     scored = _scored(level, stack, sizes, left_by(null, closest), np.random.default_rng(level.trials))
-    alone = {p.label: [c.fit for c in found if [s.label for s in c.suspects] == [p.label]] for p in every}
-    together = {n: [c.fit for c in found if len(c.suspects) == n] for n in {len(c.suspects) for c in found} - {0, 1}}
+    sound = [c for c in found if c.aside or not c.out]
+    alone = {p.label: [c.fit for c in sound if [s.label for s in c.suspects] == [p.label]] for p in every}
+    together = {n: [c.fit for c in sound if len(c.suspects) == n] for n in {len(c.suspects) for c in sound} - {0, 1}}
     fitted = {label: _fitted_gain(null, fits) for label, fits in alone.items()}
     shown = {s.place.label for s in scored}
     if not shown:

@@ -163,9 +163,9 @@ def null_test(
     """A level, one of so many, against its null: ``null`` is the prescribed equation as fitted, ``found`` every
     candidate that was, ``looks`` places of suspects' grids as seen from that fit already, by label.
 
-    Where a step from the null is too short to tell what a suspect gains, its fit tells, if its numbers mean something: no
-    replica is fitted, and a joint that hardly yields follows a sensor that wanders. What makes trials differ (a
-    mass of each trial's own) is not tested: it is scatter, of which as much is there as there is.
+    Where a step from the null is too short to tell what a suspect gains, its fit tells, if its numbers mean something:
+    no replica is fitted, and a joint that hardly yields follows a sensor that wanders. What makes trials differ (a mass
+    of each trial's own) is not tested: it is scatter, of which as much is there as there is.
     """
     closest = min((null, *(c.fit for c in found)), key=lambda fit: fit.misfit)
     before, null = null, at_noise_of(null, closest)

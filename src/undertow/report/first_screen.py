@@ -107,6 +107,8 @@ def _what(verdict: Verdict) -> str:
     if verdict.status == "cannot_tell":
         return f"these data cannot tell whether anything is missing: {verdict.because.rstrip('.')}"
     if verdict.status == "present_but_small":
+        if not names:
+            return "something smaller than repetitions differ is there, and nothing that was tried explains it"
         return f"smaller than repetitions differ, the equation leaves out {names}"
     if not names:
         return "something is missing and nothing that was tried explains it"

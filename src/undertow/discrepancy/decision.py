@@ -70,9 +70,7 @@ def gates(
         Gate("search_ended", "suspects not tried to the end", float(len(diagnosis.unfinished)), 0.0,
              not diagnosis.unfinished, f"not tried to the end within discrepancy.budget: {left}", "search", unsearched),
         *_beside_its_null(verdict, diagnosis, tested),
-        _flag("structure_known", "reasons why the dry trials do not tell the structure", case.no_dry, GREEN, "no_dry"),
-        _flag("structure_explained", "dry groups of this spring with something that nobody knows", case.dry_unknown,
-              (*GREEN, "explained", "not_identifiable"), "structure"),
+        _structure(case),
         _flag("scatter_known", "reasons why nobody knows how much trials differ", case.assumed, GREEN, "assumed"),
     )  # fmt: skip
     if verdict.status == "nothing_missing":
@@ -123,6 +121,14 @@ def posterior(diagnosis: LevelDiagnosis, one: Candidate | None = None) -> float:
 
 def _flag(gate: str, statistic: str, reason: str, bars: tuple[str, ...], lacking: str) -> Gate:
     return Gate(gate, statistic, float(bool(reason)), 0.0, not reason, reason, lacking, bars)
+
+
+def _structure(case: Case) -> Gate:
+    """Whether the dry trials tell the structure: none is no green, and what they lack, and nobody knows, is there in
+    water too, where any name can be a description of it."""
+    bars = GREEN if case.no_dry or not case.dry_unknown else (*GREEN, "explained", "not_identifiable")
+    lacking, reason = "no_dry" if case.no_dry else "structure", case.no_dry or case.dry_unknown
+    return _flag("structure_known", "reasons why the dry trials do not tell the structure", reason, bars, lacking)
 
 
 def _without_a_null(diagnosis: LevelDiagnosis) -> Gate:

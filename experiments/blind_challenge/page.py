@@ -180,6 +180,11 @@ def page(t: dict[str, Any], marks: dict[str, Any], picture: str) -> str:
         "What is said holds (nothing as large as what counts is missing, something is, or every name is of an effect "
         "that is there or describes it):\n", _sure(t["held"]),
         "Names complete and exact, nothing missing at all:\n", _sure(t["sure"]), "## Held-out error\n", _peers(t),
+        "## Gates\n",
+        "Groups that one gate alone turned, decided again without it (names that had been found, or nothing missing); "
+        "docs/discrepancy.md has what each asks.\n",
+        table(["gate", "turned", "right without it", "wrong without it"],
+            [(k, v["turned"], v["right without"], v["wrong without"]) for k, v in t["gates"].items()]),
         "## Seconds\n",
         f"Median {number(sec['median'])} s, 90 % below {number(sec['q90'])} s, {sec['slow']} of {sec['n']} "
         "over 60 s of processor time "

@@ -12,6 +12,7 @@ from pathlib import Path
 import numpy as np
 
 from experiments.blind_challenge import estimates as st
+from experiments.blind_challenge.gates import worth
 from experiments.blind_challenge.judge import (
     FOUND,
     NAMED,
@@ -384,6 +385,7 @@ def tables(cases: list[CaseResult], peers: list[dict[str, object]], frequency: d
         "held": lambda: sureness(cases, frequency, exact=False),
         "repair": lambda: repair(cases, peers),
         "seconds": lambda: seconds(cases),
+        "gates": lambda: worth(cases),
     }
     kinds = {k: sum(c.kind == k for c in cases) for k in ("nothing", "one", "two", "outside", "cannot")}
     return {"kinds": kinds, "power": strength, **{name: make() for name, make in parts.items()}}

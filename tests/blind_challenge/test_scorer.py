@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from experiments.blind_challenge import __main__ as entry
-from experiments.blind_challenge import estimates, figures, judge, page, score
+from experiments.blind_challenge import estimates, figures, gates, judge, page, score
 
 
 def effect(
@@ -179,6 +179,36 @@ def test_intervals_cover_where_the_truth_lies_within_their_ninety_percent() -> N
     blind = {**truth("one", [known]), "knows": []}
     found = score.coverage([case(blind, said("explained", ["hidden_resonator"], parameters=numbers))])
     assert (found["all"]["n"], found["without_number"]) == (0, 1)  # a mass per mass is no mass
+
+
+def decided(status: str, names: list[str], *failed: str, found: str = "", extra: tuple[str, ...] = ()) -> dict:
+    """A verdict with its gates: those ``failed`` not passed; ``found`` had been named."""
+    have = ("channels_agree", "search_ended", "p_value", "structure_known", *extra)
+    rows = [{"gate": g, "value": float(g in failed), "passed": g not in failed} for g in (*have, *failed)]
+    if found:
+        rows.append({"gate": "evidence", "statistic": f"log odds of {found} over nothing", "passed": True})
+        rows.append({"gate": "outweighed", "passed": "outweighed" not in failed})
+    return said(status, names, decision=rows)
+
+
+@pytest.mark.parametrize(
+    ("kind", "effects", "verdict", "worth"),
+    [
+        ("one", ["relaxation"], decided("unknown", ["unknown"], "p_value", found="relaxation"), ("p_value", 1, 0)),
+        ("one", ["relaxation"], decided("unknown", ["unknown"], "p_value", found="hysteresis"), ("p_value", 0, 1)),
+        ("nothing", [], decided("cannot_tell", [], "upper_bound", extra=("nothing_left",)), ("upper_bound", 1, 0)),
+        ("one", ["relaxation"], decided("present_but_small", ["unknown"], "nothing_left"), ("nothing_left", 0, 1)),
+        ("nothing", [], decided("cannot_tell", [], "upper_bound", "search_ended", extra=("nothing_left",)), None),
+        ("nothing", [], decided("nothing_missing", [], extra=("nothing_left",)), None),
+    ],
+)
+def test_a_gate_is_worth_the_groups_that_it_alone_turns(kind, effects, verdict, worth):
+    found = gates.worth([case(truth(kind, [effect([name]) for name in effects]), verdict)])
+    if worth is None:
+        assert found == {}
+    else:
+        name, right, wrong = worth
+        assert found == {name: {"turned": 1, "right without": right, "wrong without": wrong}}
 
 
 def test_the_frequency_of_kinds_weighs_the_calibration() -> None:

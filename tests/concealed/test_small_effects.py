@@ -56,7 +56,7 @@ def test_a_start_that_takes_too_many_steps_is_none(monkeypatch):
     level = make_level([member("short", SHORT, 2000, ((registry.find("linear_damping"), 250.0),))])
     stand, damping = Candidate((), stands(level), 0.0), found("cubic_damping")
     assert from_starts(level, stand, damping, 0.0) is not None
-    with metered(1.0), pytest.raises(BudgetError):  # what all suspects together may spend is another matter
+    with metered(1.0), pytest.raises(BudgetError, match="integrator steps"):  # all suspects together are another matter
         from_starts(level, stand, damping, 0.0)
     monkeypatch.setattr(attempt, "QUICK_LOOKS", 0.5)
     assert from_starts(level, stand, damping, 0.0) is None

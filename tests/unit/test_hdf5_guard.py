@@ -97,7 +97,7 @@ def test_a_process_that_ends_on_a_file_says_so(sound: Path) -> None:
     guard = Guard((sys.executable, "-c", "print('ready', flush=True); input()"))
     with pytest.raises(RecordingError, match=GONE):
         guard.check(sound)
-    with pytest.raises(FileNotFoundError, match="none.h5"):
+    with pytest.raises(FileNotFoundError, match=r"none\.h5"):
         guard.check(sound.with_name("none.h5"))
 
 

@@ -23,6 +23,7 @@ from undertow.comparison.null_test import (
     NullTest,
     SuspectTest,
     _fitted_gain,
+    _looked_at,
     _slightly_wrong,
     null_test,
 )
@@ -42,7 +43,7 @@ from undertow.comparison.sizes import Sizes
 from undertow.comparison.suspects import SUSPECTS
 from undertow.comparison.tail import Tail
 from undertow.equation import registry
-from undertow.likelihood.problem import Problem
+from undertow.likelihood.problem import Problem, Unknown
 
 LOOKED_FOR = ("linear_damping", "cubic_stiffness", "cubic_damping", "hidden_resonator", "external_forcing")
 
@@ -160,6 +161,21 @@ def test_what_a_fit_gained_counts_only_where_its_numbers_mean_something():
         small = null_test(level, suspects, fit, (Candidate(several, strong, 0.0, out="too small", aside=True),))
         assert bound.p_value == plain.p_value > 0.05
         assert small.p_value < 1e-3
+
+
+@pytest.mark.parametrize(("share", "counts"), [(0.2, False), (0.6, True), (2.3, True), (5.0, True)])
+def test_what_a_fit_gained_far_slower_than_replicas_are_looked_at_does_not_count(share, counts):
+    level, fit = quiet()
+    suspect = found("hidden_resonator")
+    additions = suspect.additions(level.scales, share * level.scales.fastest)
+    frequency = next(a for a in additions if a.name == "natural_frequency_rad_per_s")
+    problem = fit.solution.problem
+    unknowns = (*problem.unknowns, Unknown(f"hidden_resonator.{frequency.name}", frequency.start))
+    solution = replace(
+        fit.solution, problem=Problem(unknowns, problem.trials), values=np.append(fit.solution.values, frequency.start)
+    )
+    fitted = replace(fit, addends=(Addend("hidden_resonator", additions),), solution=solution)
+    assert _looked_at(level, Candidate((suspect,), fitted, 0.0)) == counts
 
 
 def test_two_effects_together_stand_out_by_what_both_gained():

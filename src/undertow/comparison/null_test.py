@@ -163,9 +163,10 @@ def null_test(
     """A level, one of so many, against its null: ``null`` is the prescribed equation as fitted, ``found`` every
     candidate that was, ``looks`` places of suspects' grids as seen from that fit already, by label.
 
-    Where a step from the null is too short to tell what a suspect gains, its fit tells, if its numbers mean something:
-    no replica is fitted, and a joint that hardly yields follows a sensor that wanders. What makes trials differ (a mass
-    of each trial's own) is not tested: it is scatter, of which as much is there as there is.
+    Where a step from the null is too short to tell what a suspect gains, its fit tells, if its numbers mean something
+    and are no slower than its grid: no replica is fitted, and a joint that hardly yields, or a resonator far slower
+    than the body, follows a sensor that wanders. What makes trials differ (a mass of each trial's own) is not tested:
+    it is scatter, of which as much is there as there is.
     """
     closest = min((null, *(c.fit for c in found)), key=lambda fit: fit.misfit)
     before, null = null, at_noise_of(null, closest)
@@ -188,7 +189,7 @@ def null_test(
     stack = Stack.of(stands, every)
     sizes = Sizes.on(level, stands, _reported(null))
     scored = _scored(level, stack, sizes, left_by(null, closest), np.random.default_rng(level.trials))
-    sound = [c for c in found if c.aside or not c.out]
+    sound = [c for c in found if (c.aside or not c.out) and _looked_at(level, c)]
     alone = {p.label: [c.fit for c in sound if [s.label for s in c.suspects] == [p.label]] for p in every}
     together = {n: [c.fit for c in sound if len(c.suspects) == n] for n in {len(c.suspects) for c in sound} - {0, 1}}
     fitted = {label: _fitted_gain(null, fits) for label, fits in alone.items()}
@@ -198,6 +199,21 @@ def null_test(
     fitted = {label: gain for label, gain in fitted.items() if label in shown}
     sets = {n: _fitted_gain(null, fits) for n, fits in together.items()}
     return _ranked(scored, stack, sizes, fitted, sets, levels)
+
+
+def _looked_at(level: Level, candidate: Candidate) -> bool:
+    """Whether what a candidate has inside is no slower than replicas are looked at: a frequency below its suspect's
+    grid, or a time beyond, by more than a step, is a sensor's that wanders."""
+    own = candidate.fit.addends[len(candidate.fit.addends) - len(candidate.suspects) :]
+    for suspect, addend in zip(candidate.suspects, own, strict=False):
+        for a in (a for a in addend.additions if a.inner and a.unit in ("rad/s", "s")):
+            on_grid = sorted({b.start for place in suspect.grid(level.scales) for b in place if b.name == a.name})
+            value = candidate.fit.values.get(f"{addend.prefix}.{a.name}", math.nan)
+            if len(on_grid) < 2 or not math.isfinite(value):
+                continue
+            if value < on_grid[0] ** 2 / on_grid[1] if a.unit == "rad/s" else value > on_grid[-1] ** 2 / on_grid[-2]:
+                return False
+    return True
 
 
 def _reported(null: JointFit) -> dict[str, float]:

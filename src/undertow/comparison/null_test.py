@@ -247,7 +247,7 @@ def _ranked(
     ordered = np.sort(np.array(list(largest.values())), axis=0)[::-1]
     every = largest | {str(n): np.sum(ordered[:n], axis=0) for n in sets}
     tails = {label: Tail.of(values) for label, values in every.items()}
-    least = np.min(np.array([tails[label].log_p(values) for label, values in every.items()]), axis=0)
+    least = _least(every)
     gains = observed | {str(n): gain for n, gain in sets.items()}
     mine = {label: float(tails[label].log_p(np.array([gain]))[0]) for label, gain in gains.items()}
     together = Tail.of(-least)
@@ -266,6 +266,17 @@ def _ranked(
     scores = Histogram.of(-least, -min(mine.values()), -threshold)
     p_value, smallest_counts = min(max(p_value, LEAST_P), 1.0), COUNTS_IN_REPEATABILITY * sizes.allowed
     return NullTest(p_value, ordered_tests, smallest_counts, levels, scores)
+
+
+def _least(every: Mapping[str, Array]) -> Array:
+    """The smallest log p-value over suspects of every replica, (draws,), each half by the tails of the other: the
+    recordings had no part in the tails either."""
+    stacked = np.array(list(every.values()))
+    half = stacked.shape[1] // 2
+    parts = ((stacked[:, :half], stacked[:, half:]), (stacked[:, half:], stacked[:, :half]))
+    return np.concatenate(
+        [np.min([Tail.of(o).log_p(m) for m, o in zip(mine, others, strict=True)], axis=0) for mine, others in parts]
+    )
 
 
 def _scored(level: Level, stack: Stack, sizes: Sizes, left: Sequence[Array], rng: np.random.Generator) -> list[Scored]:

@@ -13,8 +13,9 @@ import numpy as np
 from undertow.recording.recording import Array
 
 TAIL = 0.02
-"""Share of the replicas by which the tail of a statistic is found: beyond, it is taken to fall exponentially. Scatter
-that few dry trials show has a tail that falls slower, so that no more of it is extrapolated than must be."""
+"""Share of the replicas by which the tail of a statistic is found: beyond, it is taken to fall exponentially, as surely
+as so many values tell. Scatter that few dry trials show has a tail that falls slower, so that no more of it is
+extrapolated than must be."""
 
 BINS = 32
 """Bins of the histogram that is kept of a level's replicas."""
@@ -29,11 +30,16 @@ LEAST_FALL = 1e-9
 @dataclass(frozen=True)
 class Tail:
     """The distribution of a statistic among replicas: ``values`` sorted, exponential with mean excess ``fall`` above
-    ``start``, which a share `TAIL` exceeds."""
+    ``start``, which a share `TAIL` exceeds: ``count`` of them.
+
+    Another value, which had no part in the mean, exceeds x with probability (1 + (x - start) / (count fall))^-count
+    (the predictive distribution of an exponential, with a prior of 1 / fall), not with exp(-(x - start) / fall).
+    """
 
     values: Array
     start: float
     fall: float
+    count: int
 
     @classmethod
     def of(cls, values: Array) -> Tail:
@@ -42,22 +48,24 @@ class Tail:
         start = float(np.quantile(ordered, 1.0 - TAIL))
         excess = ordered[ordered > start] - start
         fall = float(np.mean(excess)) if excess.size else 0.0
-        return cls(ordered, start, max(fall, LEAST_FALL * max(start, LEAST_FALL)))
+        count = max(excess.size, round(TAIL * ordered.size), 1)
+        return cls(ordered, start, max(fall, LEAST_FALL * max(start, LEAST_FALL)), count)
 
     def log_p(self, x: Array) -> Array:
         """Logarithm of the probability that a replica has at least ``x`` (n,)."""
         above = self.values.size - np.searchsorted(self.values, x, side="left")
         ranked = np.log(np.maximum(above, 0.5) / self.values.size)
-        tail = math.log(TAIL) - (x - self.start) / self.fall
+        beyond = np.maximum(x - self.start, 0.0) / (self.count * self.fall)
+        tail = math.log(TAIL) - self.count * np.log1p(beyond)
         return np.asarray(np.where(x > self.start, tail, ranked), dtype=np.float64)
 
     def quantile(self, p: float) -> float:
         """What a replica exceeds with probability ``p`` (at most `TAIL`)."""
-        return self.start + self.fall * math.log(TAIL / p)
+        return self.at(math.log(p))
 
     def at(self, log_p: float) -> float:
         """The value that has this log probability (below log `TAIL`)."""
-        return self.start + self.fall * max(math.log(TAIL) - log_p, 0.0)
+        return self.start + self.count * self.fall * math.expm1(max(math.log(TAIL) - log_p, 0.0) / self.count)
 
 
 @dataclass(frozen=True)

@@ -153,8 +153,8 @@ def test_at_another_noise_residuals_and_derivatives_are_weighed_alike():
 
 
 def test_p_values_in_the_tail_are_as_frequent_as_they_say():
-    """Eight statistics of 1,000 replicas, and of recordings like them; with tails that hold the replicas themselves, 2.6 %
-    of 1,500 were below .01 (twenty statistics), now 1.5 %."""
+    """Eight statistics of 1,000 replicas, and of recordings like them; with tails that hold the replicas themselves 2.6
+    % of 1,500 were below .01 (twenty statistics), now 1.5 %."""
     rng = np.random.default_rng(3)
     p = []
     for _ in range(1500):

@@ -7,6 +7,7 @@ the page's shape (report/driven_page.py).
 from __future__ import annotations
 
 import json
+import logging
 import math
 import time
 from collections.abc import Mapping, Sequence
@@ -17,15 +18,18 @@ from typing import Any
 import numpy as np
 
 from undertow.campaign.config import RunConfig
+from undertow.campaign.config.driven_rules import unused
 from undertow.campaign.driven.closed_loop import ByInstruments, by_instruments
 from undertow.campaign.driven.files import group_entry, rows_csv
+from undertow.campaign.driven.regression import Regressed, beside_output_error, regressions
 from undertow.campaign.driven.trials import driven_laws, driven_trials, named_apart
 from undertow.campaign.run.manifest import manifest
 from undertow.campaign.run.workers import Progress, silent
-from undertow.comparison.driven_search import DrivenFound, discover_driven
+from undertow.comparison.driven_search import DrivenFound, discover_driven, suspects_for
 from undertow.comparison.response_search import ResponseFound
 from undertow.conditioning.driven import DrivenTrial
 from undertow.discrepancy.findings import FailedTrial, Findings
+from undertow.equation.driven_hysteresis import HYSTERESES
 from undertow.errors import UndertowError
 from undertow.methods.driven import DrivenFit, free_run
 from undertow.methods.driven_begin import START_SAMPLES
@@ -58,6 +62,22 @@ class DrivenFinished:
         return f"{self.sentence}\nreport: {self.folder / 'report.html'}"
 
 
+@dataclass(frozen=True)
+class Beside:
+    """What stands beside output error: numbers by instruments and by regression, suspects that no search here tries."""
+
+    instruments: ByInstruments
+    regressed: tuple[Regressed, ...]
+    untried: tuple[str, ...]
+
+    @property
+    def sentences(self) -> str:
+        """What is to be said of it, each with a space before it."""
+        names = ", ".join(self.untried)
+        not_tried = f" Not tried on this body, because its search knows no such law: {names}." if names else ""
+        return self.instruments.sentences + not_tried
+
+
 def run_driven(
     config: RunConfig,
     config_path: Path,
@@ -82,17 +102,29 @@ def run_driven(
     training, unseen = named_apart(trials, held)
     suspects = None if config.discrepancy.suspects == "all" else config.discrepancy.suspects
     progress("identification", 0, 1)
-    found = discover_driven(training, driven_laws(config), suspects, unseen)
+    laws = driven_laws(config)
+    if keys := unused(config, tuple(laws.fixed)):
+        logging.getLogger("undertow").warning("a driven campaign does not use %s", ", ".join(keys))
+    found = discover_driven(training, laws, suspects, unseen)
+    regressed = regressions(training, found.baseline) if "sindy" in config.methods else ()
     progress("identification", 1, 1)
     told = by_instruments(training, found.augmented or found.baseline)
-    sentence = sentence_of(config.name, training, found) + told.sentences
-    _write(folder, config, text, training, unseen, found, sentence, told)
+    beside = Beside(told, regressed, not_tried(training[0], found, suspects or ()))
+    sentence = sentence_of(config.name, training, found) + beside.sentences
+    _write(folder, config, text, training, unseen, found, sentence, beside)
     seconds = {"identification": time.perf_counter() - begun}
-    methods, coordinate = config.identify, config.equation.coordinate
+    methods, coordinate = config.methods, config.equation.coordinate
     findings = Findings(config.name, (), failed, methods, coordinate, seconds)
     made = manifest(findings, config, config_path, overrides)
     write_text(folder / "manifest.json", json.dumps(plain(made), indent=1))
     return DrivenFinished(folder, sentence, found, failed)
+
+
+def not_tried(trial: DrivenTrial, found: DrivenFound, suspects: Sequence[str]) -> tuple[str, ...]:
+    """Names among the ``suspects`` that no search on this body tries: laws of another kind of body, or of decays."""
+    may = {name for name, _ in suspects_for(trial, found.baseline)} | {law.name for law in HYSTERESES}
+    given = {law.name for law in found.baseline.laws.terms}
+    return tuple(name for name in suspects if name not in {*may, *given, *found.added})
 
 
 def sentence_of(name: str, training: Sequence[DrivenTrial], found: DrivenFound) -> str:
@@ -126,7 +158,7 @@ def _write(
     unseen: Sequence[DrivenTrial],
     found: DrivenFound,
     sentence: str,
-    told: ByInstruments,
+    beside: Beside,
 ) -> None:
     """All files but the manifest."""
     size = _size(training)
@@ -146,8 +178,9 @@ def _write(
     }  # fmt: skip
     write_text(folder / "config.yaml", text)
     write_text(folder / "equations.json", json.dumps(plain(equations), indent=1))
-    write_text(folder / "verdict.json", json.dumps(plain(_verdict(training, unseen, found, sentence, told)), indent=1))
-    _tables(folder, training, found)
+    verdict = _verdict(training, unseen, found, sentence, beside)
+    write_text(folder / "verdict.json", json.dumps(plain(verdict), indent=1))
+    _tables(folder, training, found, beside.regressed)
     fit = found.augmented or found.baseline
     runs = [_shown(trial, fit) for trial in (*training, *unseen)]
     tried = [("law", "ln evidence", "rms before", "rms after", "because")]
@@ -155,8 +188,10 @@ def _write(
         (t.name, f"{t.evidence:.4g}", f"{t.before:.4g}", f"{t.after:.4g}", t.because or "added") for t in found.tried
     ]
     tables: dict[str, Sequence[Any]] = {"What was tried, on samples nobody fitted": tried}
-    if told.table():
-        tables["Numbers by the instrument, beside output error"] = told.table()
+    if regressed := beside_output_error(beside.regressed, found.baseline):
+        tables["Numbers of the given equation by regression, beside output error"] = regressed
+    if by_target := beside.instruments.table():
+        tables["Numbers by the instrument, beside output error"] = by_target
     if shares := told_by(training, fit):
         tables["Standard errors by kind of record"] = shares
     figures = [run_picture(run) for run in runs]
@@ -184,7 +219,7 @@ def _verdict(
     unseen: Sequence[DrivenTrial],
     found: DrivenFound,
     sentence: str,
-    told: ByInstruments,
+    beside: Beside,
 ) -> Mapping[str, Any]:
     """verdict.json as the contract has it; what was not computed for a driven campaign is null."""
     fit, size = found.augmented or found.baseline, _size(training)
@@ -200,7 +235,8 @@ def _verdict(
         parameters={name: _numbers(fit, name) for name in found.added},
         baseline=_version(found.baseline, found.validation[0], size),
         augmented=None if found.augmented is None else _version(found.augmented, found.validation[1], size),
-        sensor_floor_nrmse=max(t.noise()[t.main] for t in training) / size, by_instrument=told.plain(),
+        sensor_floor_nrmse=max(t.noise()[t.main] for t in training) / size, by_instrument=beside.instruments.plain(),
+        not_testable=list(beside.untried),
     )  # fmt: skip
     return {"contract": CONTRACT, "groups": [group], "across_groups": {"verdict": list(named), "sentence": sentence}}
 
@@ -225,7 +261,9 @@ def _numbers(fit: DrivenFit, law: str) -> Mapping[str, Any]:
     return out
 
 
-def _tables(folder: Path, training: Sequence[DrivenTrial], found: DrivenFound) -> None:
+def _tables(
+    folder: Path, training: Sequence[DrivenTrial], found: DrivenFound, regressed: Sequence[Regressed]
+) -> None:
     """trials.csv, levels.csv and mismatch.csv, a row a trial and version."""
     versions = {"baseline": found.baseline} | ({"augmented": found.augmented} if found.augmented else {})
     rows: list[dict[str, Any]] = []
@@ -239,6 +277,7 @@ def _tables(folder: Path, training: Sequence[DrivenTrial], found: DrivenFound) -
              "nrmse": fit.rms[t.name] / float(np.std(t.outputs[t.main])), "outcome": fit.outcome}
             for t in training
         ]  # fmt: skip
+    rows += [one.row() for one in regressed]
     for name in ("trials.csv", "levels.csv"):
         write_text(folder / name, rows_csv(rows))
     last = [

@@ -14,10 +14,12 @@ from tests.command_line import undertow as command
 from undertow.campaign.config import load
 from undertow.campaign.driven import trials
 from undertow.campaign.driven.predict import equations_of, predict_recording
+from undertow.campaign.driven.run import far_away
 from undertow.campaign.driven.trials import driven_trials, must_drive
 from undertow.campaign.inspection import inspect_file
 from undertow.campaign.run.claim import claimed
 from undertow.campaign.run.folder import run_to_folder
+from undertow.conditioning.driven import DrivenTrial
 from undertow.equation.base_motion import moving_drive
 from undertow.equation.driven import driven_motion
 from undertow.equation.driven_kernel import DRIVEN_SLOT, N_DRIVEN
@@ -628,3 +630,11 @@ def test_what_a_driven_run_leaves_unused_is_said(finished, tmp_path, caplog, reg
     run_to_folder(tmp_path / "c.yaml", out=tmp_path / "run", jobs=2)
     assert "a driven campaign does not use specimen.area_m2, specimen.stiffness_N_per_m" in caplog.text
     assert "--jobs 2: a campaign of driven bodies runs in one process" in caplog.text
+
+
+def test_a_run_that_misses_most_of_the_motion_speaks_of_its_columns():
+    trial = record(body("random", 12000))
+    assert far_away([trial], 0.4) == ""
+    assert far_away([trial], 0.6).startswith(" More than half of the motion is missed: look whether the columns")
+    turned = DrivenTrial("run", trial.t, -trial.u, trial.outputs)
+    assert "On average force takes energy from the body instead of giving it." in far_away([turned], 0.6)

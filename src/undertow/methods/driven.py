@@ -24,7 +24,8 @@ from undertow.likelihood.driven import MASS, DrivenLaws, drive_for, driven_probl
 from undertow.likelihood.output_error import SearchEffort, Solution, fit, residuals
 from undertow.likelihood.problem import Problem
 from undertow.methods.driven_begin import begin_of, begins_held
-from undertow.methods.driven_start import half_lengths, must_not_be_swapped, start_values
+from undertow.methods.driven_order import must_not_be_swapped
+from undertow.methods.driven_start import half_lengths, start_values
 from undertow.recording.recording import Array
 
 FIRST_SAMPLES = 6000

@@ -34,6 +34,7 @@ from undertow.errors import UndertowError
 from undertow.methods.driven import DrivenFit, free_run
 from undertow.methods.driven_begin import START_SAMPLES
 from undertow.methods.driven_equations import equation_text, written
+from undertow.methods.driven_order import TAKES_ENERGY, power_given
 from undertow.methods.driven_shares import shares_of
 from undertow.report.driven_page import DrawnRun, PagePart, page_html, run_picture, write_page
 from undertow.report.verdict_file import CONTRACT, plain
@@ -44,6 +45,9 @@ UNCHECKED = "discrepancy.suspects names no law that can be tried on a driven bod
 
 ADEQUATE = 1.5
 """Free-run error over white noise up to which nothing more is said to be missing."""
+
+FAR = 0.5
+"""Share of the motion from which on a run that misses it speaks of its columns."""
 
 
 @dataclass(frozen=True)
@@ -130,16 +134,30 @@ def not_tried(trial: DrivenTrial, found: DrivenFound, suspects: Sequence[str]) -
 def sentence_of(name: str, training: Sequence[DrivenTrial], found: DrivenFound) -> str:
     """What was found, in words."""
     size, unit = _size(training), "of the motion"
+    far = far_away(training, found.validation[1] / size)
     before, after = (100.0 * rms / size for rms in found.validation)
     if not found.added:
         said = ", and no law that was tried helps" if found.tried else f"; nothing was checked: {UNCHECKED}"
-        return f"{name}: the given equation misses {before:.3g} % {unit} it never saw{said}."
+        return f"{name}: the given equation misses {before:.3g} % {unit} it never saw{said}.{far}"
     names = ", ".join(found.added)
     left = "" if _adequate(training, found.augmented or found.baseline) else "; more than noise is left"
     kept = found.augmented.laws.memory.split(".")[0] if found.augmented else ""
     alike = f" The record cannot tell {kept} from {' or '.join(found.rivals)}." if kept and found.rivals else ""
     said = f"{name}: the given equation misses {before:.3g} % {unit} it never saw; with {names} {after:.3g} %{left}."
-    return said + alike
+    return said + alike + far
+
+
+def far_away(training: Sequence[DrivenTrial], missed: float) -> str:
+    """What to look for where a free run misses so much of the motion that the columns may be wrong; else empty."""
+    if not missed > FAR:
+        return ""
+    trial = next(t for t in training if not t.free)
+    takes = trial.mover == "force" and "displacement" in trial.outputs and power_given(trial) < -TAKES_ENERGY
+    energy = f" On average {trial.quantity} takes energy from the body instead of giving it." if takes else ""
+    return (
+        f"{energy} More than half of the motion is missed: look whether the columns of input and output are exchanged, "
+        "and at the input's sign, unit, gain and delay."
+    )
 
 
 def _size(trials: Sequence[DrivenTrial]) -> float:

@@ -638,3 +638,25 @@ def test_a_run_that_misses_most_of_the_motion_speaks_of_its_columns():
     assert far_away([trial], 0.6).startswith(" More than half of the motion is missed: look whether the columns")
     turned = DrivenTrial("run", trial.t, -trial.u, trial.outputs)
     assert "On average force takes energy from the body instead of giving it." in far_away([turned], 0.6)
+
+
+def test_what_trials_differ_by_stands_beside_what_is_missed(finished, regressed, tmp_path):
+    unknown = json.loads((finished[0] / "run" / "verdict.json").read_text())["groups"][0]
+    assert unknown["repeatability_nrmse"] is None
+    assert "no two trials had the same input" in unknown["repeatability_because"]
+    table = pd.read_csv(finished[0] / "run" / "mismatch.csv")
+    assert np.all(np.isnan(table["repeatability_nrmse"]))
+    assert np.all(np.isnan(table["missing"]))
+    text = CONFIG.replace("train.csv", str(finished[0] / "train.csv"))
+    text = text.replace("[quadratic_drag, cubic_stiffness]", "[]")
+    (tmp_path / "c.yaml").write_text(text + "specimen: {scatter: {k: 0.02, c: 0.1}}\n")
+    run_to_folder(tmp_path / "c.yaml", out=tmp_path / "run")
+    known = json.loads((tmp_path / "run" / "verdict.json").read_text())["groups"][0]
+    row = pd.read_csv(tmp_path / "run" / "mismatch.csv").iloc[0]
+    assert known["repeatability_because"] == "specimen.scatter"
+    assert row["repeatability_nrmse"] == pytest.approx(known["repeatability_nrmse"])
+    assert known["repeatability_nrmse"] > known["sensor_floor_nrmse"] > 0.0
+    assert row["missing"] == (row["nrmse"] > row["repeatability_nrmse"])
+    score = pd.read_csv(tmp_path / "run" / "trials.csv").iloc[0]
+    assert score["repeatability_nrmse"] == pytest.approx(row["repeatability_nrmse"])
+    assert "What is missed, and what may be" in (tmp_path / "run" / "report.html").read_text()

@@ -21,6 +21,7 @@ from undertow.campaign.config import RunConfig
 from undertow.campaign.config.driven_rules import unused
 from undertow.campaign.driven.closed_loop import ByInstruments, by_instruments
 from undertow.campaign.driven.files import group_entry, rows_csv
+from undertow.campaign.driven.floors import Floors, floors_of
 from undertow.campaign.driven.regression import Regressed, beside_output_error, regressions
 from undertow.campaign.driven.trials import driven_laws, driven_trials, named_apart
 from undertow.campaign.run.manifest import manifest
@@ -68,10 +69,12 @@ class DrivenFinished:
 
 @dataclass(frozen=True)
 class Beside:
-    """What stands beside output error: numbers by instruments and by regression, suspects that no search here tries."""
+    """What stands beside output error: numbers by instruments and by regression, floors, suspects that no search here
+    tries."""
 
     instruments: ByInstruments
     regressed: tuple[Regressed, ...]
+    floors: Floors
     untried: tuple[str, ...]
 
     @property
@@ -113,7 +116,8 @@ def run_driven(
     regressed = regressions(training, found.baseline) if "sindy" in config.methods else ()
     progress("identification", 1, 1)
     told = by_instruments(training, found.augmented or found.baseline)
-    beside = Beside(told, regressed, not_tried(training[0], found, suspects or ()))
+    floors = floors_of(config, training, unseen, found.augmented or found.baseline)
+    beside = Beside(told, regressed, floors, not_tried(training[0], found, suspects or ()))
     sentence = sentence_of(config.name, training, found) + beside.sentences
     _write(folder, config, text, training, unseen, found, sentence, beside)
     seconds = {"identification": time.perf_counter() - begun}
@@ -198,7 +202,7 @@ def _write(
     write_text(folder / "equations.json", json.dumps(plain(equations), indent=1))
     verdict = _verdict(training, unseen, found, sentence, beside)
     write_text(folder / "verdict.json", json.dumps(plain(verdict), indent=1))
-    _tables(folder, training, found, beside.regressed)
+    _tables(folder, training, found, beside)
     fit = found.augmented or found.baseline
     runs = [_shown(trial, fit) for trial in (*training, *unseen)]
     tried = [("law", "ln evidence", "rms before", "rms after", "because")]
@@ -206,6 +210,7 @@ def _write(
         (t.name, f"{t.evidence:.4g}", f"{t.before:.4g}", f"{t.after:.4g}", t.because or "added") for t in found.tried
     ]
     tables: dict[str, Sequence[Any]] = {"What was tried, on samples nobody fitted": tried}
+    tables["What is missed, and what may be"] = beside.floors.table()
     if regressed := beside_output_error(beside.regressed, found.baseline):
         tables["Numbers of the given equation by regression, beside output error"] = regressed
     if by_target := beside.instruments.table():
@@ -254,7 +259,8 @@ def _verdict(
         baseline=_version(found.baseline, found.validation[0], size),
         augmented=None if found.augmented is None else _version(found.augmented, found.validation[1], size),
         sensor_floor_nrmse=max(t.noise()[t.main] for t in training) / size, by_instrument=beside.instruments.plain(),
-        not_testable=list(beside.untried),
+        not_testable=list(beside.untried), repeatability_nrmse=beside.floors.worst_repeatability,
+        repeatability_because=beside.floors.because,
     )  # fmt: skip
     return {"contract": CONTRACT, "groups": [group], "across_groups": {"verdict": list(named), "sentence": sentence}}
 
@@ -279,9 +285,7 @@ def _numbers(fit: DrivenFit, law: str) -> Mapping[str, Any]:
     return out
 
 
-def _tables(
-    folder: Path, training: Sequence[DrivenTrial], found: DrivenFound, regressed: Sequence[Regressed]
-) -> None:
+def _tables(folder: Path, training: Sequence[DrivenTrial], found: DrivenFound, beside: Beside) -> None:
     """trials.csv, levels.csv and mismatch.csv, a row a trial and version."""
     versions = {"baseline": found.baseline} | ({"augmented": found.augmented} if found.augmented else {})
     rows: list[dict[str, Any]] = []
@@ -292,15 +296,11 @@ def _tables(
             numbers |= {name: float(value), f"{name}_stderr": float(error)}
         rows += [
             {"file": t.name, "method": f"output_error_{version}", **numbers,
-             "nrmse": fit.rms[t.name] / float(np.std(t.outputs[t.main])), "outcome": fit.outcome}
+             "nrmse": fit.rms[t.name] / float(np.std(t.outputs[t.main])), **beside.floors.scores(t.name),
+             "outcome": fit.outcome}
             for t in training
         ]  # fmt: skip
-    rows += [one.row() for one in regressed]
+    rows += [one.row() | beside.floors.scores(one.trial) for one in beside.regressed]
     for name in ("trials.csv", "levels.csv"):
         write_text(folder / name, rows_csv(rows))
-    last = [
-        {"file": t.name, "nrmse": (found.augmented or found.baseline).rms[t.name] / float(np.std(t.outputs[t.main])),
-         "sensor_floor_nrmse": t.noise()[t.main] / float(np.std(t.outputs[t.main]))}
-        for t in training
-    ]  # fmt: skip
-    write_text(folder / "mismatch.csv", rows_csv(last))
+    write_text(folder / "mismatch.csv", rows_csv(beside.floors.rows()))

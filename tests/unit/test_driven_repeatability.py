@@ -6,10 +6,11 @@ import numpy as np
 import pytest
 
 from tests.unit.test_driven_trials import NOISE, recorded
+from undertow.campaign.driven.floors import sensor_noise
 from undertow.conditioning.driven import DrivenTrial
 from undertow.equation.driven_laws import find_driven
-from undertow.likelihood.driven import DrivenLaws
-from undertow.methods.driven import fit_driven
+from undertow.likelihood.driven import DrivenLaws, drive_for
+from undertow.methods.driven import fit_driven, motion_from
 from undertow.methods.driven_repeatability import repeatability_by_repeats, repeatability_by_scatter, scattered
 
 LAWS = DrivenLaws(tuple(find_driven(name) for name in ("stiffness", "viscous_damping")))
@@ -35,3 +36,19 @@ def test_trials_of_the_same_input_show_what_they_differ_by():
     away = NOISE * np.random.default_rng(3).normal(size=x.size)
     noisy = DrivenTrial("noisy", trial.t, trial.u, {"displacement": x + away})
     assert repeatability_by_repeats([trial, noisy])["run"] == pytest.approx(NOISE / np.sqrt(2.0) / np.std(x), rel=0.05)
+
+
+def test_a_fast_motion_is_not_taken_for_noise_of_the_sensor():
+    slow = recorded(noise=1e-5)
+    rng = np.random.default_rng(5)
+    t = np.arange(3000) * 0.01
+    u = 20.0 * np.convolve(rng.normal(size=t.size), np.hanning(7), "same")
+    starts = {"mass_kg": 0.02, "stiffness.k_N_per_m": 100.0, "viscous_damping.c_Ns_per_m": 0.3}
+    laws = DrivenLaws(LAWS.terms, starts=starts)
+    still = DrivenTrial("fast", t, u, {"displacement": 1e-3 * rng.normal(size=t.size)})
+    x = motion_from(still, laws, starts, {"x0": 0.0, "v0": 0.0}, drive_for(still))
+    fast = DrivenTrial("fast", t, u, {"displacement": x + 1e-5 * rng.normal(size=t.size)})
+    assert fast.noise()["displacement"] > 10e-5  # a dozen samples a cycle
+    assert sensor_noise(fast, fit_driven([fast], laws)) == pytest.approx(1e-5, rel=0.1)
+    terms = tuple(find_driven(name) for name in ("coulomb_friction", "quadratic_drag"))
+    assert sensor_noise(slow, fit_driven([slow], DrivenLaws((*LAWS.terms, *terms)))) == pytest.approx(1e-5, rel=0.1)

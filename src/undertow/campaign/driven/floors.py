@@ -13,8 +13,9 @@ from typing import Any
 import numpy as np
 
 from undertow.campaign.config import RunConfig
-from undertow.conditioning.driven import DrivenTrial
-from undertow.methods.driven import DrivenFit
+from undertow.conditioning.driven import DrivenTrial, white_noise
+from undertow.methods.driven import DrivenFit, free_run
+from undertow.methods.driven_begin import START_SAMPLES
 from undertow.methods.driven_repeatability import repeatability_by_repeats, repeatability_by_scatter, scattered
 
 UNKNOWN = (
@@ -62,6 +63,15 @@ class Floors:
         return [("trial", "missed of the motion", "by the sensor's noise alone", "between trials", "known from"), *rows]
 
 
+def sensor_noise(trial: DrivenTrial, fitted: DrivenFit) -> float:
+    """White noise of the main output, 1 sigma: of the record, or of what the free run leaves of it where that is less.
+
+    A motion with few samples a cycle looks like noise in the record; what is left of it does not.
+    """
+    left = trial.outputs[trial.main] - free_run(trial, fitted, START_SAMPLES)
+    return min(trial.noise()[trial.main], white_noise(left))
+
+
 def floors_of(
     config: RunConfig, trials: Sequence[DrivenTrial], unseen: Sequence[DrivenTrial], fitted: DrivenFit
 ) -> Floors:
@@ -69,7 +79,7 @@ def floors_of(
     held-out ones too."""
     size = {t.name: float(np.std(t.outputs[t.main])) for t in trials}
     nrmse = {t.name: fitted.rms[t.name] / size[t.name] for t in trials}
-    sensor = {t.name: t.noise()[t.main] / size[t.name] for t in trials}
+    sensor = {t.name: sensor_noise(t, fitted) / size[t.name] for t in trials}
     stated = {} if config.specimen.scatter is None else dict(config.specimen.scatter)
     if scattered(fitted, stated):
         drawn = {t.name: repeatability_by_scatter(t, fitted, stated, sensor[t.name], config.seed) for t in trials}

@@ -258,7 +258,7 @@ def _verdict(
         parameters={name: _numbers(fit, name) for name in found.added},
         baseline=_version(found.baseline, found.validation[0], size),
         augmented=None if found.augmented is None else _version(found.augmented, found.validation[1], size),
-        sensor_floor_nrmse=max(t.noise()[t.main] for t in training) / size, by_instrument=beside.instruments.plain(),
+        sensor_floor_nrmse=max(beside.floors.sensor.values()), by_instrument=beside.instruments.plain(),
         not_testable=list(beside.untried), repeatability_nrmse=beside.floors.worst_repeatability,
         repeatability_because=beside.floors.because,
     )  # fmt: skip

@@ -18,7 +18,7 @@ Belongs here: that estimate, its comparison with output error. Does not belong h
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -128,10 +128,15 @@ def beside_instrument(trial: DrivenTrial, fitted: DrivenFit) -> BesideInstrument
 
 
 def regressed(
-    trial: DrivenTrial, fitted: DrivenFit, terms: tuple[Term, ...], motion: Mapping[str, Array]
+    trial: DrivenTrial,
+    fitted: DrivenFit,
+    terms: tuple[Term, ...],
+    motion: Mapping[str, Array],
+    cost: Callable[[Mapping[str, float]], float] | None = None,
 ) -> dict[str, Estimate] | None:
     """The mass and each law's coefficient by the equation in weak form, solved against the same laws at ``motion``;
-    held ones, gain and delay are the fit's. None where no bump tells the numbers apart.
+    held ones, gain and delay are the fit's. Of the bumps' lengths that one is taken whose numbers have the least
+    ``cost``; without one, which knows them best. None where no bump tells the numbers apart at a finite cost.
 
     A sum over samples has the integral of w x'' exactly, but not that of w u where u is straight in between: its
     corners lie (w dt)^2 / 12 beyond it, which a weight of 1/12 to each neighbour takes away.
@@ -147,7 +152,12 @@ def regressed(
     held = {short: numbers[name] for short, name in coefficients.items() if name in fitted.laws.fixed}
     shadow = replace(felt, outputs=motion)
     tried = [_by_bumps(felt, shadow, terms, half, held) for half in half_lengths(trial.t.size)]
-    best = _surest([found for found in tried if found is not None])
+
+    def cost_of(found: Numbers) -> float:
+        """Cost of the numbers by their full names."""
+        return log_errors(found) if cost is None else cost({coefficients[k]: v for k, (v, _) in found.items()})
+
+    best = _surest([found for found in tried if found is not None], cost_of)
     if best is None:
         return None
     units = fitted.laws.units
@@ -157,22 +167,22 @@ def regressed(
     }
 
 
-def _surest(tried: list[Numbers]) -> Numbers | None:
-    """The numbers by the bumps that know them best (the least sum of logarithms of errors), with errors that hold what
-    the surer one of the next lengths says otherwise: sums over samples are no integrals, and a motion sampled coarsely
-    shows it there. None where nothing was tried."""
+def log_errors(found: Numbers) -> float:
+    """Sum of the logarithms of all errors."""
+    return sum(math.log(error) for _, error in found.values())
 
-    def size(found: Numbers) -> float:
-        """Sum of the logarithms of all errors."""
-        return sum(math.log(error) for _, error in found.values())
 
-    if not tried:
+def _surest(tried: list[Numbers], cost_of: Callable[[Numbers], float]) -> Numbers | None:
+    """The numbers of least cost, with errors that hold what the surer one of the next lengths says otherwise: sums over
+    samples are no integrals, and a motion sampled coarsely shows it there. None where none has a finite cost."""
+    costs = [cost_of(found) for found in tried]
+    if not any(math.isfinite(cost) for cost in costs):
         return None
-    place = min(range(len(tried)), key=lambda i: size(tried[i]))
+    place = int(np.argmin(costs))
     best, beside = tried[place], [*tried[max(place - 1, 0) : place], *tried[place + 1 : place + 2]]
     if not beside:
         return best
-    other = min(beside, key=size)
+    other = min(beside, key=log_errors)
     return {name: (value, math.hypot(error, value - other[name][0])) for name, (value, error) in best.items()}
 
 

@@ -2,19 +2,24 @@
 
     M <w'', x> + sum_i c_i <w, force_i(x, v)> = <w, u>
 
-by least squares over bumps w, the length of which is the one that knows the numbers best (weak SINDy: Messenger and
-Bortz 2021, doi:10.1016/j.jcp.2021.110525). Errors are those of blocks of the record, and hold what bumps of another
-length say. Inner numbers of laws, gain and delay of the input are those of output error. Noise of x makes columns
-larger than they are, so that numbers of a noisy record are drawn to 0.
+by least squares over bumps w (weak SINDy: Messenger and Bortz 2021, doi:10.1016/j.jcp.2021.110525), of the length
+whose numbers follow the record best in free runs over windows. Errors are those of blocks of the record, and hold what
+bumps of another length say. Inner numbers of laws, gain and delay of the input are those of output error. Noise of x
+makes columns larger than they are, so that numbers of a noisy record are drawn to 0.
 
 Belongs here: that estimate. Does not belong here: the weak form (driven_start.py), output error (driven.py).
 """
 
 from __future__ import annotations
 
+import math
+from collections.abc import Mapping
+from dataclasses import replace
+
 from undertow.conditioning.driven import DrivenTrial
 from undertow.errors import IdentificationError
-from undertow.methods.driven import DrivenFit
+from undertow.likelihood.driven import MASS, drive_for
+from undertow.methods.driven import FIRST_SAMPLES, DrivenFit, window_cost
 from undertow.methods.driven_instrument import regressed, with_inner_numbers
 from undertow.quantities import Estimate
 
@@ -39,7 +44,20 @@ def by_regression(trial: DrivenTrial, fitted: DrivenFit) -> dict[str, Estimate]:
             f"trial {trial.name}: {', '.join(states)} has a state of its own, which no column shows; take the numbers "
             "of output error"
         )
-    found = regressed(trial, fitted, with_inner_numbers(fitted), trial.outputs)
+    short = trial.part(0, min(trial.t.size, FIRST_SAMPLES))
+    drives = {trial.name: drive_for(trial)}
+
+    def missed(numbers: Mapping[str, float]) -> float:
+        """By how much free runs over windows miss the record with these numbers; inf where they are no body's."""
+        tried = {**fitted.laws.starts, **fitted.numbers, **numbers}
+        if not tried[MASS] > 0.0:
+            return math.inf
+        try:
+            return window_cost(short, replace(fitted.laws, starts=tried), drives)
+        except IdentificationError:
+            return math.inf
+
+    found = regressed(trial, fitted, with_inner_numbers(fitted), trial.outputs, missed)
     if found is None:
         raise IdentificationError(
             f"trial {trial.name}: {1 + len(fitted.laws.terms)} numbers are not told apart by regression; give a longer "

@@ -14,10 +14,12 @@ from tests.command_line import undertow as command
 from undertow.campaign.config import load
 from undertow.campaign.driven import trials
 from undertow.campaign.driven.predict import equations_of, predict_recording
+from undertow.campaign.driven.run import far_away
 from undertow.campaign.driven.trials import driven_trials, must_drive
 from undertow.campaign.inspection import inspect_file
 from undertow.campaign.run.claim import claimed
 from undertow.campaign.run.folder import run_to_folder
+from undertow.conditioning.driven import DrivenTrial
 from undertow.equation.base_motion import moving_drive
 from undertow.equation.driven import driven_motion
 from undertow.equation.driven_kernel import DRIVEN_SLOT, N_DRIVEN
@@ -558,3 +560,114 @@ def test_no_cell_of_a_driven_table_is_a_formula(small, capsys):
     assert command(capsys, "run", small / "shaken.yaml", "--out", small / "run").code == 0
     for name in ("trials.csv", "mismatch.csv"):
         assert (small / "run" / name).read_text().splitlines()[1].startswith("'=cmd,")
+
+
+@pytest.mark.parametrize(
+    ("before", "after", "sentence"),
+    [
+        ("[output_error]", "[output_error, method1]",
+         "method1 does not apply to a driven body; give sindy, output_error, or leave identify out"),
+        ("[output_error]", "[decay]", "decay does not apply to a driven body"),
+        ("identify:", "trials: {hold_out: {largest: 1}}\nidentify:",
+         "trials.hold_out goes by amplitudes of releases; of driven trials give auto"),
+        ("identify:", "trials: {dry: {wet: no}}\nidentify:", "trials.dry has no effect: all trials"),
+        ("identify:", "trials: {group_by: [spring]}\nidentify:", "trials.group_by is spring, but all trials"),
+        ("discrepancy: {", "discrepancy: {budget: 2.0, ", "discrepancy.budget has no effect on a driven body"),
+        ("identify:", "specimen: {mass_kg: {by: spring, long: 2.0}}\nidentify:",
+         "mass_kg goes by 'spring', but all trials of a driven campaign are one body; give a number"),
+        ("quadratic_drag,", "quadratic_drug,", "'quadratic_drug' is none of"),
+    ],
+)  # fmt: skip
+def test_a_key_that_a_driven_run_cannot_follow_stops_with_a_sentence(tmp_path, before, after, sentence):
+    assert before in CONFIG
+    (tmp_path / "c.yaml").write_text(CONFIG.replace(before, after, 1))
+    with pytest.raises(ConfigError, match=sentence):
+        load(tmp_path / "c.yaml")
+
+
+def test_a_driven_run_uses_the_methods_that_take_an_input_and_says_so_in_its_config(tmp_path):
+    (tmp_path / "c.yaml").write_text(CONFIG.replace("identify: [output_error]\n", ""))
+    resolved = load(tmp_path / "c.yaml").resolved()
+    assert resolved["identify"] == ["sindy", "output_error"]
+    assert resolved["trials"]["hidden_at_release"] == "free"
+
+
+@pytest.fixture(scope="module")
+def regressed(finished, tmp_path_factory):
+    """The finished campaign with SINDy, keys that nothing uses, and suspects of another body; its run and log."""
+    folder, out = finished[0], tmp_path_factory.mktemp("regressed")
+    text = CONFIG.replace("train.csv", str(folder / "train.csv")).replace("[output_error]", "[sindy, output_error]")
+    text = text.replace("[stiffness, viscous_damping]", "[stiffness, viscous_damping, quadratic_drag]")
+    text = text.replace("[quadratic_drag, cubic_stiffness]", "[time_shift, asymmetric_damping]")
+    (out / "c.yaml").write_text(text + "specimen: {area_m2: 0.5, stiffness_N_per_m: 100.0}\n")
+    return out, run_to_folder(out / "c.yaml", out=out / "run", jobs=2)
+
+
+def test_sindy_with_the_measured_input_stands_beside_output_error(regressed):
+    out, _ = regressed
+    for name in ("trials.csv", "levels.csv"):
+        table = pd.read_csv(out / "run" / name).set_index("method")
+        assert list(table.index) == ["output_error_baseline", "sindy"]
+        row = table.loc["sindy"]
+        assert row["outcome"] == "ok"
+        truth = {"mass_kg": 4.0, "stiffness.k_N_per_m": 100.0, "viscous_damping.c_Ns_per_m": 3.0,
+                 "quadratic_drag.drag_Ns2_per_m2": 8.0}  # fmt: skip
+        for number, true in truth.items():
+            # four standard errors of noise alone, which are under a twentieth of each number
+            assert abs(row[number] - true) < 4.0 * row[f"{number}_stderr"] < 0.05 * true
+        # output error misses the noise of 0.1 mm; numbers by regression, and a start by 50 samples, may miss half more
+        assert row["nrmse"] < 1.5 * table.loc["output_error_baseline", "nrmse"]
+    assert "by regression, beside output error" in (out / "run" / "report.html").read_text()
+
+
+def test_what_a_driven_run_leaves_unused_is_said(finished, tmp_path, caplog, regressed):
+    verdict = json.loads((regressed[0] / "run" / "verdict.json").read_text())["groups"][0]
+    assert verdict["not_testable"] == ["time_shift"]
+    assert "Not tried on this body, because its search knows no such law: time_shift." in regressed[1].summary
+    text = CONFIG.replace("train.csv", str(finished[0] / "train.csv"))
+    text = text.replace("[quadratic_drag, cubic_stiffness]", "[]")
+    (tmp_path / "c.yaml").write_text(text + "specimen: {area_m2: 0.5, stiffness_N_per_m: 100.0}\n")
+    run_to_folder(tmp_path / "c.yaml", out=tmp_path / "run", jobs=2)
+    assert "a driven campaign does not use specimen.area_m2, specimen.stiffness_N_per_m" in caplog.text
+    assert "--jobs 2: a campaign of driven bodies runs in one process" in caplog.text
+
+
+def test_a_run_that_misses_most_of_the_motion_speaks_of_its_columns():
+    trial = record(body("random", 12000))
+    assert far_away([trial], 0.4) == ""
+    assert far_away([trial], 0.6).startswith(" More than half of the motion is missed: look whether the columns")
+    turned = DrivenTrial("run", trial.t, -trial.u, trial.outputs)
+    assert "On average force takes energy from the body instead of giving it." in far_away([turned], 0.6)
+
+
+def test_what_trials_differ_by_stands_beside_what_is_missed(finished, regressed, tmp_path):
+    unknown = json.loads((finished[0] / "run" / "verdict.json").read_text())["groups"][0]
+    assert unknown["repeatability_nrmse"] is None
+    assert "no two trials had the same input" in unknown["repeatability_because"]
+    table = pd.read_csv(finished[0] / "run" / "mismatch.csv")
+    assert np.all(np.isnan(table["repeatability_nrmse"]))
+    assert np.all(np.isnan(table["missing"]))
+    text = CONFIG.replace("train.csv", str(finished[0] / "train.csv"))
+    text = text.replace("[quadratic_drag, cubic_stiffness]", "[]")
+    (tmp_path / "c.yaml").write_text(text + "specimen: {scatter: {k: 0.02, c: 0.1}}\n")
+    run_to_folder(tmp_path / "c.yaml", out=tmp_path / "run")
+    known = json.loads((tmp_path / "run" / "verdict.json").read_text())["groups"][0]
+    row = pd.read_csv(tmp_path / "run" / "mismatch.csv").iloc[0]
+    assert known["repeatability_because"] == "specimen.scatter"
+    assert row["repeatability_nrmse"] == pytest.approx(known["repeatability_nrmse"])
+    assert known["repeatability_nrmse"] > known["sensor_floor_nrmse"] > 0.0
+    assert row["missing"] == (row["nrmse"] > row["repeatability_nrmse"])
+    score = pd.read_csv(tmp_path / "run" / "trials.csv").iloc[0]
+    assert score["repeatability_nrmse"] == pytest.approx(row["repeatability_nrmse"])
+    assert "What is missed, and what may be" in (tmp_path / "run" / "report.html").read_text()
+
+
+def test_differ_says_that_it_takes_decays_alone(finished, capsys):
+    folder, _ = finished
+    pair = ("--simulation", folder / "test.csv", "--recording", folder / "train.csv")
+    said = command(capsys, "differ", *pair)
+    assert said.code == 1
+    assert "test.csv is driven (force); undertow differ takes decays alone; run both files" in said.err
+    said = command(capsys, "differ", *pair, "--config", folder / "shaken.yaml")
+    assert said.code == 2
+    assert "describes a body that is driven (force); undertow differ takes decays alone" in said.err

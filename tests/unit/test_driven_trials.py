@@ -14,7 +14,8 @@ from undertow.equation.input import MotionSize, drive_of
 from undertow.errors import ConfigError, IdentificationError, RecordingError, UndertowError
 from undertow.likelihood.driven import DrivenLaws, against_base
 from undertow.methods.driven import fit_driven, free_run
-from undertow.methods.driven_start import half_lengths, must_not_be_swapped, start_values
+from undertow.methods.driven_order import must_not_be_swapped, power_given
+from undertow.methods.driven_start import half_lengths, start_values
 
 NOISE = 1e-4
 TRUTH = {"mass": 4.0, "k1": 100.0, "c1": 3.0, "fc": 5.0, "q": 4.0}
@@ -118,13 +119,41 @@ def test_start_values_come_from_the_record_itself():
     assert half_lengths(200) == [4, 8]
 
 
-@pytest.mark.parametrize("more", [{}, {"swept": True}, {"truth": {"mass": 95.0, "c1": 200.0, "fc": 20.0}}])
+def exchanged(trial):
+    """The trial with force and displacement in each other's columns."""
+    return DrivenTrial("run", trial.t, trial.outputs["displacement"], {"displacement": trial.u})
+
+
+LOOP = {"mass": 4.0, "k1": 100.0, "c1": 3.0, "bw_a": 50.0, "bw_g": 4.0}
+
+
+@pytest.mark.parametrize(
+    "more",
+    [
+        {}, {"swept": True}, {"truth": {"mass": 95.0, "c1": 200.0, "fc": 20.0}},
+        {"truth": LOOP},  # a hysteresis: the force is no sum of the displacement and its rates
+        {"truth": {"mass": 0.04, "k1": 100.0, "c1": 0.3}},  # follows its force without delay
+        {"samples": 300}, {"noise": 1e-2}, {"delay": 0.02},
+    ],
+)  # fmt: skip
 def test_swapped_columns_are_told_from_a_force_and_what_it_moves(more):
     trial = recorded(**more)
-    swapped = DrivenTrial("run", trial.t, trial.outputs["displacement"], {"displacement": trial.u})
     must_not_be_swapped(trial)
     with pytest.raises(IdentificationError, match=r"trial run: the input follows the output: .* exchange them"):
-        fit_driven([swapped], DrivenLaws(TERMS))
+        fit_driven([exchanged(trial)], DrivenLaws(TERMS))
+
+
+@pytest.mark.parametrize("more", [{}, {"truth": LOOP}, {"delay": 0.2}, {"delay": 0.1, "swept": True}])
+def test_a_turned_sign_or_a_delay_is_not_taken_for_swapped_columns(more):
+    trial = recorded(**more)
+    must_not_be_swapped(trial)
+    must_not_be_swapped(DrivenTrial("run", trial.t, -trial.u, trial.outputs))
+
+
+def test_a_force_gives_energy_and_exchanged_columns_take_it():
+    trial = recorded()
+    assert power_given(trial) > 3.0
+    assert power_given(exchanged(trial)) < -3.0
 
 
 def test_a_record_with_a_hole_is_refused():

@@ -19,6 +19,7 @@ import numpy as np
 from undertow.comparison.driven_folds import CLOSER, TRYING, Tried, come_closer, fold_errors, validation_rms
 from undertow.comparison.driven_hysteresis import REMEMBERED, Contest, contest, remembers
 from undertow.conditioning.driven import DrivenTrial
+from undertow.equation.driven_hysteresis import HYSTERESES
 from undertow.equation.driven_laws import find_driven
 from undertow.errors import IdentificationError
 from undertow.likelihood.driven import MASS, DrivenLaws, drive_for, driven_problem, extent_of
@@ -57,6 +58,12 @@ STATIC = (
     "van_der_pol_damping", "variable_normal_force", "asymmetric_damping",
 )  # fmt: skip
 """Laws of x and v without inner numbers that may be missing."""
+OF_WATER = ("froude_krylov", "added_mass", "linear_damping")
+"""Laws that may be missing where the water moves."""
+SUSPECTS_IN_TIME = (
+    *STATIC, *OF_WATER, "stribeck_friction", "relaxation", "hidden_resonator", *(law.name for law in HYSTERESES),
+)  # fmt: skip
+"""Every law that the search may add, to one body or another."""
 
 
 @dataclass(frozen=True)
@@ -84,7 +91,7 @@ def suspects_for(trial: DrivenTrial, fitted: DrivenFit) -> list[tuple[str, list[
     rate = 2.0 * math.pi * _dominant_hz(trial)
     static = [*STATIC]
     if trial.mover == "water":
-        static += ["froude_krylov", "added_mass", "linear_damping"]
+        static += OF_WATER
     grid: list[tuple[str, list[Numbers]]] = [(name, [{}]) for name in static]
     grid.append(("stribeck_friction", [{"velocity_m_per_s": s * extent.speed} for s in (0.02, 0.05, 0.15)]))
     grid.append(("relaxation", [{"time_s": s / rate} for s in (0.2, 1.0, 5.0)]))

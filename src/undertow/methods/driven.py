@@ -24,7 +24,8 @@ from undertow.likelihood.driven import MASS, DrivenLaws, drive_for, driven_probl
 from undertow.likelihood.output_error import SearchEffort, Solution, fit, residuals
 from undertow.likelihood.problem import Problem
 from undertow.methods.driven_begin import begin_of, begins_held
-from undertow.methods.driven_start import half_lengths, must_not_be_swapped, start_values
+from undertow.methods.driven_order import must_not_be_swapped
+from undertow.methods.driven_start import half_lengths, start_values
 from undertow.recording.recording import Array
 
 FIRST_SAMPLES = 6000
@@ -271,13 +272,20 @@ def free_run(trial: DrivenTrial, fitted: DrivenFit, start: int) -> Array:
 
     Raises IdentificationError where the motion leaves every bound.
     """
+    drive = drive_for(trial)
+    begin = begin_of(trial, fitted.laws, fitted.numbers, drive, start)
+    return motion_from(trial, fitted.laws, fitted.numbers, begin.state, drive)
+
+
+def motion_from(
+    trial: DrivenTrial, laws: DrivenLaws, numbers: Mapping[str, float], state: Mapping[str, float], drive: Drive
+) -> Array:
+    """The motion of the trial's main output (n,) with those numbers from a start state (by slot)."""
     from undertow.equation.driven import driven_motion
     from undertow.likelihood.output_error import parameter_vector
 
-    drive = drive_for(trial)
-    begin = begin_of(trial, fitted.laws, fitted.numbers, drive, start)
-    held = replace(fitted.laws, fixed=fitted.numbers)
-    piece = driven_problem([trial], held, 1, None, {trial.name: drive}, None, {trial.name: begin.state}).trials[0]
+    held = replace(laws, fixed=dict(numbers))
+    piece = driven_problem([trial], held, 1, None, {trial.name: drive}, None, {trial.name: state}).trials[0]
     theta = parameter_vector(piece, np.zeros(0))
     motion = driven_motion(theta, np.zeros(0, dtype=np.int64), drive, piece.t, piece.extent)
     column = {"displacement": motion.x, "velocity": motion.v, "acceleration": motion.a}[trial.main]

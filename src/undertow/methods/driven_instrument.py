@@ -18,6 +18,7 @@ Belongs here: that estimate, its comparison with output error. Does not belong h
 from __future__ import annotations
 
 import math
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -26,7 +27,7 @@ from scipy.stats import t as student
 from undertow.conditioning.driven import DrivenTrial
 from undertow.equation.term import Term
 from undertow.errors import IdentificationError
-from undertow.likelihood.driven import MASS, drive_for
+from undertow.likelihood.driven import MASS, against_base, drive_for
 from undertow.methods.driven import DrivenFit, memory_samples
 from undertow.methods.driven_start import half_lengths, row_step, weak_form
 from undertow.quantities import Estimate
@@ -113,48 +114,75 @@ def beside_instrument(trial: DrivenTrial, fitted: DrivenFit) -> BesideInstrument
             f"trial {trial.name}: the instrument explains {100.0 * strength:.2g} % of the velocity's power, under "
             f"{100.0 * WEAK_SHARE:g} %; map the controller's target"
         )
-    numbers = fitted.numbers
-    drive = drive_for(trial)
-    delay = numbers.get("input_delay_s", 0.0)
-    u = trial.u if delay == 0.0 else drive.at(trial.t - delay)
-    felt = replace(trial, u=numbers.get("input_gain", 1.0) * u, outputs={"displacement": trial.outputs["displacement"]})
-    coefficients = {MASS: MASS, **{term.name: f"{term.name}.{term.coefficient.name}" for term in terms}}
-    units = fitted.laws.units
-    held = {short: numbers[name] for short, name in coefficients.items() if name in fitted.laws.fixed}
-    shadow = replace(felt, outputs={"displacement": copy})
-    tried = [_by_bumps(felt, shadow, terms, half, held) for half in half_lengths(trial.t.size)]
-    best = _surest([found for found in tried if found is not None])
-    if best is None:
+    alone = replace(trial, outputs={"displacement": trial.outputs["displacement"]})
+    found = regressed(alone, fitted, terms, {"displacement": copy})
+    if found is None:
         raise IdentificationError(
-            f"trial {trial.name}: where the instrument moves, {len(coefficients)} numbers are not told apart; give a "
+            f"trial {trial.name}: where the instrument moves, {1 + len(terms)} numbers are not told apart; give a "
             "longer record, with motion both ways and at several speeds"
         )
+    numbers = fitted.numbers
     errors = dict(zip(fitted.names, np.sqrt(np.maximum(np.diag(fitted.covariance), 0.0)).tolist(), strict=True))
-    names = [coefficients[short] for short in best]
-    by_output = {name: Estimate(numbers[name], errors[name], unit=units[name]) for name in names}
-    by_instrument = {
+    by_output = {name: Estimate(numbers[name], errors[name], unit=one.unit) for name, one in found.items()}
+    return BesideInstrument(trial.name, by_output, found, strength)
+
+
+def regressed(
+    trial: DrivenTrial,
+    fitted: DrivenFit,
+    terms: tuple[Term, ...],
+    motion: Mapping[str, Array],
+    cost: Callable[[Mapping[str, float]], float] | None = None,
+) -> dict[str, Estimate] | None:
+    """The mass and each law's coefficient by the equation in weak form, solved against the same laws at ``motion``;
+    held ones, gain and delay are the fit's. Of the bumps' lengths that one is taken whose numbers have the least
+    ``cost``; without one, which knows them best. None where no bump tells the numbers apart at a finite cost.
+
+    A sum over samples has the integral of w x'' exactly, but not that of w u where u is straight in between: its
+    corners lie (w dt)^2 / 12 beyond it, which a weight of 1/12 to each neighbour takes away.
+    """
+    numbers = fitted.numbers
+    delay = numbers.get("input_delay_s", 0.0)
+    u = trial.u if delay == 0.0 else drive_for(trial).at(trial.t - delay)
+    if trial.mover == "force" and trial.hold == "first":
+        padded = np.concatenate([u[:1], u, u[-1:]])
+        u = (padded[:-2] + 10.0 * padded[1:-1] + padded[2:]) / 12.0
+    felt = replace(trial, u=numbers.get("input_gain", 1.0) * u)
+    coefficients = {MASS: MASS, **{term.name: f"{term.name}.{term.coefficient.name}" for term in terms}}
+    held = {short: numbers[name] for short, name in coefficients.items() if name in fitted.laws.fixed}
+    shadow = replace(felt, outputs=motion)
+    tried = [_by_bumps(felt, shadow, terms, half, held) for half in half_lengths(trial.t.size)]
+
+    def cost_of(found: Numbers) -> float:
+        """Cost of the numbers by their full names."""
+        return log_errors(found) if cost is None else cost({coefficients[k]: v for k, (v, _) in found.items()})
+
+    best = _surest([found for found in tried if found is not None], cost_of)
+    if best is None:
+        return None
+    units = fitted.laws.units
+    return {
         coefficients[short]: Estimate(value, error, unit=units[coefficients[short]])
         for short, (value, error) in best.items()
     }
-    return BesideInstrument(trial.name, by_output, by_instrument, strength)
 
 
-def _surest(tried: list[Numbers]) -> Numbers | None:
-    """The numbers by the bumps that know them best (the least sum of logarithms of errors), with errors that hold what
-    the surer one of the next lengths says otherwise: sums over samples are no integrals, and a motion sampled coarsely
-    shows it there. None where nothing was tried."""
+def log_errors(found: Numbers) -> float:
+    """Sum of the logarithms of all errors."""
+    return sum(math.log(error) for _, error in found.values())
 
-    def size(found: Numbers) -> float:
-        """Sum of the logarithms of all errors."""
-        return sum(math.log(error) for _, error in found.values())
 
-    if not tried:
+def _surest(tried: list[Numbers], cost_of: Callable[[Numbers], float]) -> Numbers | None:
+    """The numbers of least cost, with errors that hold what the surer one of the next lengths says otherwise: sums over
+    samples are no integrals, and a motion sampled coarsely shows it there. None where none has a finite cost."""
+    costs = [cost_of(found) for found in tried]
+    if not any(math.isfinite(cost) for cost in costs):
         return None
-    place = min(range(len(tried)), key=lambda i: size(tried[i]))
+    place = int(np.argmin(costs))
     best, beside = tried[place], [*tried[max(place - 1, 0) : place], *tried[place + 1 : place + 2]]
     if not beside:
         return best
-    other = min(beside, key=size)
+    other = min(beside, key=log_errors)
     return {name: (value, math.hypot(error, value - other[name][0])) for name, (value, error) in best.items()}
 
 
@@ -173,6 +201,11 @@ def _explicit_laws(trial: DrivenTrial, fitted: DrivenFit) -> tuple[Term, ...]:
             f"trial {trial.name}: {', '.join(states)} has a state of its own, which no instrument shows; compare the "
             "equation without it"
         )
+    return with_inner_numbers(fitted)
+
+
+def with_inner_numbers(fitted: DrivenFit) -> tuple[Term, ...]:
+    """The fit's laws with the inner numbers that it found."""
     numbers = fitted.numbers
     return tuple(
         replace(term, **{name: numbers[f"{term.name}.{name}"] for name in term.inner}) for term in fitted.laws.terms
@@ -255,8 +288,9 @@ def _block_errors(inverse: Array, left: Array, residual: Array) -> Array:
 def _moving(copy: DrivenTrial, terms: tuple[Term, ...], half: int, rows: int) -> Array:
     """1 for rows that can be used, 0 for those in which the instrument's motion stands or turns under a law whose force
     jumps there."""
-    x = copy.outputs["displacement"]
-    v = np.gradient(x, copy.t)
+    own = against_base(copy)
+    x = own.outputs[own.main]
+    v = x if own.main == "velocity" else np.gradient(x, copy.t)
     speed = float(np.max(np.abs(v)))
     here, full = np.array([float(np.std(x))]), np.array([speed])
     nothing, now = np.zeros(1), np.zeros(1)

@@ -32,10 +32,6 @@ SHORTEST = 4
 LENGTHS = 9
 """Test functions tried, each twice as long as the one before."""
 ROWS_A_BUMP = 4
-SWAPPED_LEAST = 0.03
-SWAPPED_SHARE = 0.15
-"""Columns are swapped where the equation's linear part leaves more than the first of the input's power unexplained, and
-with input and output exchanged less than the second of that."""
 SMOOTHED_SHARE = 0.5
 """Length of the cubic that a velocity is taken from, as a share of the test function."""
 
@@ -134,41 +130,6 @@ def _between_samples(trial: DrivenTrial) -> Array:
     if trial.mover != "force" or trial.hold != "zero":
         return trial.u
     return np.asarray(0.5 * (trial.u + np.concatenate([trial.u[:1], trial.u[:-1]])))
-
-
-def must_not_be_swapped(trial: DrivenTrial) -> None:
-    """IdentificationError where a force and a displacement are each other's columns.
-
-    In their places, the force is a sum of the displacement and its rates at the same instant, and the displacement
-    remembers what the force was; exchanged, it is the other way round.
-    """
-    if trial.mover != "force" or "displacement" not in trial.outputs:
-        return
-    moved = trial.outputs["displacement"]
-    given, swapped = _unexplained(trial, trial.u, moved), _unexplained(trial, moved, trial.u)
-    if given > SWAPPED_LEAST and swapped < SWAPPED_SHARE * given:
-        raise IdentificationError(
-            f"trial {trial.name}: the input follows the output: {trial.quantity} is no sum of the displacement and its "
-            f"rates ({100.0 * given:.0f} % is left), but the displacement is one of {trial.quantity} and its rates "
-            f"({100.0 * swapped:.2g} % is left), as where the two columns are swapped; exchange them"
-        )
-
-
-def _unexplained(trial: DrivenTrial, force: Array, x: Array) -> float:
-    """Share of the force's power that no sum of x, x' and x'' explains, in weak form; the least of all bumps."""
-    step = float(np.median(np.diff(trial.t)))
-    least = 1.0
-    for half in half_lengths(trial.t.size):
-        parts = [bump(half, step)[order] for order in (0, 1, 2)]
-        rows = [fftconvolve(x, w[::-1], "valid")[:: max(1, half // ROWS_A_BUMP)] for w in parts]
-        wanted = fftconvolve(force, parts[0][::-1], "valid")[:: max(1, half // ROWS_A_BUMP)]
-        design = np.column_stack([*rows, np.ones(wanted.size)])
-        scale = np.sqrt(np.mean(design**2, axis=0))
-        scale[scale == 0.0] = 1.0
-        left = wanted - design / scale @ np.linalg.lstsq(design / scale, wanted, rcond=None)[0]
-        power = float(np.var(wanted))
-        least = min(least, float(np.mean(left**2)) / power if power > 0.0 else 1.0)
-    return least
 
 
 def _motion(

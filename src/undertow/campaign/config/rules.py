@@ -10,10 +10,12 @@ import re
 from typing import TYPE_CHECKING
 
 from undertow.campaign.config.described import for_pattern
+from undertow.campaign.config.driven_rules import driven_wrong
 from undertow.campaign.config.recording_settings import ChannelsSettings, RecordingsSettings, TimeSettings
 from undertow.campaign.config.response_rules import response_wrong
 from undertow.campaign.config.source import Location
 from undertow.campaign.config.specimen_rules import unphysical
+from undertow.comparison.driven_search import SUSPECTS_IN_TIME
 from undertow.comparison.suspects import chosen
 from undertow.equation import registry
 from undertow.equation.base_motion import must_accelerate
@@ -42,6 +44,7 @@ def contradictions(config: RunConfig) -> list[tuple[Location, str]]:
     wrong += _without_effect(config)
     coordinate = config.equation.coordinate
     wrong += response_wrong(config)
+    wrong += driven_wrong(config)
     if said.response is None:
         wrong += _unusable_channels(said, ("recordings",), coordinate)
     for pattern in said.layouts if said.response is None else ():
@@ -69,7 +72,8 @@ def contradictions(config: RunConfig) -> list[tuple[Location, str]]:
     suspects = config.discrepancy.suspects
     for at, name in enumerate(() if suspects == "all" else suspects):
         try:
-            chosen((name,))
+            if not (driver and name in SUSPECTS_IN_TIME):
+                chosen((name,))
         except ConfigError as error:
             wrong.append((("discrepancy", "suspects", at), str(error)))
     for name, one in said.despike.items():

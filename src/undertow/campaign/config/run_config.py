@@ -15,6 +15,7 @@ from typing import Any, Literal
 from pydantic import Field, PrivateAttr, ValidationError
 
 from undertow.campaign.config.described import ByPattern, described
+from undertow.campaign.config.driven_rules import methods_of
 from undertow.campaign.config.recording_settings import RecordingsSettings
 from undertow.campaign.config.rules import contradictions
 from undertow.campaign.config.settings import (
@@ -50,7 +51,7 @@ class RunConfig(Section):
     identify: tuple[Method, ...] = Field(
         default=("decay", "sindy", "method1", "method2", "output_error"),
         min_length=1,
-        description="Identifiers that are run.",
+        description="Identifiers that are run; of driven bodies sindy and output_error, of harmonic sets output_error.",
     )
     discrepancy: DiscrepancySettings = Field(
         default=DiscrepancySettings(), description="What is looked for where something is unexplained."
@@ -64,6 +65,11 @@ class RunConfig(Section):
     def folder(self) -> Path:
         """Folder of the config's file, which its paths are relative to."""
         return self._folder
+
+    @property
+    def methods(self) -> tuple[str, ...]:
+        """Identifiers that a run uses: those named, else all that apply to its trials."""
+        return methods_of(self)
 
     def place(self, location: Location) -> str:
         """Where a key was written: ``config.yaml line 12``, ``--set seed=x``; ``config`` where it came from no file."""
@@ -149,6 +155,9 @@ class RunConfig(Section):
         """The whole config with defaults, as plain values; paths are absolute, so that it can be run from anywhere."""
         plain: dict[str, Any] = self.model_dump(mode="json", exclude_none=True)
         recordings = plain["recordings"]
+        if self.recordings.driven_by:
+            plain["identify"] = list(self.methods)
+            plain["trials"]["hidden_at_release"] = "free"
         if "response" in recordings:
             del recordings["channels"]
         if "index" in recordings:

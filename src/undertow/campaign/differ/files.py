@@ -22,7 +22,8 @@ from undertow.errors import ConfigError, RecordingError, UndertowError
 from undertow.likelihood.fit import Specimen
 from undertow.recording.catalogue import Catalogue, Entry, TimeWindow, read_trial
 from undertow.recording.gather import gather
-from undertow.recording.recording import Condition
+from undertow.recording.patterns import patterns_of
+from undertow.recording.recording import INPUTS, Condition
 from undertow.report.difference import write_difference
 
 MOTION_CHANNELS = ("displacement", "velocity", "acceleration")
@@ -30,6 +31,13 @@ MOTION_CHANNELS = ("displacement", "velocity", "acceleration")
 
 FEWEST_SAMPLES = 20
 """Samples that a motion window needs; a file with fewer is no release."""
+
+
+DECAYS_ALONE = (
+    "undertow differ takes decays alone; run both files as campaigns of their own (undertow run), see their numbers "
+    "side by side (undertow compare), or run the one's equation on the other (undertow predict)"
+)
+"""Why a driven body is not compared, and what to do."""
 
 
 @dataclass(frozen=True)
@@ -88,6 +96,9 @@ def _guessed(simulation: Path, recording: Path) -> FilePair:
     motions = []
     for what, path in (("simulation", simulation), ("recording", recording)):
         seen = inspect(path)
+        driver = next((name for name in INPUTS if name in seen.proposal.channels), "")
+        if driver:
+            raise RecordingError(f"{what} {path} is driven ({driver}); {DECAYS_ALONE}")
         if seen.motion is None:
             raise RecordingError(f"{what} {path}: {seen.reason}")
         motions.append(_named(seen.motion, what))
@@ -105,6 +116,9 @@ def _configured(simulation: Path, recording: Path, config_path: Path) -> FilePai
     config = load(config_path)
     catalogue = config.catalogue()
     entry = _entry(catalogue, recording)
+    driver = config.recordings.driven_by
+    if driver and not patterns_of(config.trials.decays).fit(entry.name, str(entry.file)):
+        raise ConfigError(f"{config_path} describes a body that is driven ({driver}); {DECAYS_ALONE}")
     channels = {name: spec for name, spec in catalogue.channels.items() if name in MOTION_CHANNELS}
     motion_only = replace(catalogue, channels=channels)
     made = replace(entry, name=simulation.name, file=simulation, window=TimeWindow())

@@ -7,6 +7,7 @@ the page's shape (report/driven_page.py).
 from __future__ import annotations
 
 import json
+import logging
 import math
 import time
 from collections.abc import Mapping, Sequence
@@ -17,19 +18,24 @@ from typing import Any
 import numpy as np
 
 from undertow.campaign.config import RunConfig
+from undertow.campaign.config.driven_rules import unused
 from undertow.campaign.driven.closed_loop import ByInstruments, by_instruments
 from undertow.campaign.driven.files import group_entry, rows_csv
+from undertow.campaign.driven.floors import Floors, floors_of
+from undertow.campaign.driven.regression import Regressed, beside_output_error, regressions
 from undertow.campaign.driven.trials import driven_laws, driven_trials, named_apart
 from undertow.campaign.run.manifest import manifest
 from undertow.campaign.run.workers import Progress, silent
-from undertow.comparison.driven_search import DrivenFound, discover_driven
+from undertow.comparison.driven_search import DrivenFound, discover_driven, suspects_for
 from undertow.comparison.response_search import ResponseFound
 from undertow.conditioning.driven import DrivenTrial
 from undertow.discrepancy.findings import FailedTrial, Findings
+from undertow.equation.driven_hysteresis import HYSTERESES
 from undertow.errors import UndertowError
 from undertow.methods.driven import DrivenFit, free_run
 from undertow.methods.driven_begin import START_SAMPLES
 from undertow.methods.driven_equations import equation_text, written
+from undertow.methods.driven_order import TAKES_ENERGY, power_given
 from undertow.methods.driven_shares import shares_of
 from undertow.report.driven_page import DrawnRun, PagePart, page_html, run_picture, write_page
 from undertow.report.verdict_file import CONTRACT, plain
@@ -40,6 +46,9 @@ UNCHECKED = "discrepancy.suspects names no law that can be tried on a driven bod
 
 ADEQUATE = 1.5
 """Free-run error over white noise up to which nothing more is said to be missing."""
+
+FAR = 0.5
+"""Share of the motion from which on a run that misses it speaks of its columns."""
 
 
 @dataclass(frozen=True)
@@ -56,6 +65,24 @@ class DrivenFinished:
     def summary(self) -> str:
         """The sentence, and where the report is."""
         return f"{self.sentence}\nreport: {self.folder / 'report.html'}"
+
+
+@dataclass(frozen=True)
+class Beside:
+    """What stands beside output error: numbers by instruments and by regression, floors, suspects that no search here
+    tries."""
+
+    instruments: ByInstruments
+    regressed: tuple[Regressed, ...]
+    floors: Floors
+    untried: tuple[str, ...]
+
+    @property
+    def sentences(self) -> str:
+        """What is to be said of it, each with a space before it."""
+        names = ", ".join(self.untried)
+        not_tried = f" Not tried on this body, because its search knows no such law: {names}." if names else ""
+        return self.instruments.sentences + not_tried
 
 
 def run_driven(
@@ -82,32 +109,59 @@ def run_driven(
     training, unseen = named_apart(trials, held)
     suspects = None if config.discrepancy.suspects == "all" else config.discrepancy.suspects
     progress("identification", 0, 1)
-    found = discover_driven(training, driven_laws(config), suspects, unseen)
+    laws = driven_laws(config)
+    if keys := unused(config, tuple(laws.fixed)):
+        logging.getLogger("undertow").warning("a driven campaign does not use %s", ", ".join(keys))
+    found = discover_driven(training, laws, suspects, unseen)
+    regressed = regressions(training, found.baseline) if "sindy" in config.methods else ()
     progress("identification", 1, 1)
     told = by_instruments(training, found.augmented or found.baseline)
-    sentence = sentence_of(config.name, training, found) + told.sentences
-    _write(folder, config, text, training, unseen, found, sentence, told)
+    floors = floors_of(config, training, unseen, found.augmented or found.baseline)
+    beside = Beside(told, regressed, floors, not_tried(training[0], found, suspects or ()))
+    sentence = sentence_of(config.name, training, found) + beside.sentences
+    _write(folder, config, text, training, unseen, found, sentence, beside)
     seconds = {"identification": time.perf_counter() - begun}
-    methods, coordinate = config.identify, config.equation.coordinate
+    methods, coordinate = config.methods, config.equation.coordinate
     findings = Findings(config.name, (), failed, methods, coordinate, seconds)
     made = manifest(findings, config, config_path, overrides)
     write_text(folder / "manifest.json", json.dumps(plain(made), indent=1))
     return DrivenFinished(folder, sentence, found, failed)
 
 
+def not_tried(trial: DrivenTrial, found: DrivenFound, suspects: Sequence[str]) -> tuple[str, ...]:
+    """Names among the ``suspects`` that no search on this body tries: laws of another kind of body, or of decays."""
+    may = {name for name, _ in suspects_for(trial, found.baseline)} | {law.name for law in HYSTERESES}
+    given = {law.name for law in found.baseline.laws.terms}
+    return tuple(name for name in suspects if name not in {*may, *given, *found.added})
+
+
 def sentence_of(name: str, training: Sequence[DrivenTrial], found: DrivenFound) -> str:
     """What was found, in words."""
     size, unit = _size(training), "of the motion"
+    far = far_away(training, found.validation[1] / size)
     before, after = (100.0 * rms / size for rms in found.validation)
     if not found.added:
         said = ", and no law that was tried helps" if found.tried else f"; nothing was checked: {UNCHECKED}"
-        return f"{name}: the given equation misses {before:.3g} % {unit} it never saw{said}."
+        return f"{name}: the given equation misses {before:.3g} % {unit} it never saw{said}.{far}"
     names = ", ".join(found.added)
     left = "" if _adequate(training, found.augmented or found.baseline) else "; more than noise is left"
     kept = found.augmented.laws.memory.split(".")[0] if found.augmented else ""
     alike = f" The record cannot tell {kept} from {' or '.join(found.rivals)}." if kept and found.rivals else ""
     said = f"{name}: the given equation misses {before:.3g} % {unit} it never saw; with {names} {after:.3g} %{left}."
-    return said + alike
+    return said + alike + far
+
+
+def far_away(training: Sequence[DrivenTrial], missed: float) -> str:
+    """What to look for where a free run misses so much of the motion that the columns may be wrong; else empty."""
+    if not missed > FAR:
+        return ""
+    trial = next(t for t in training if not t.free)
+    takes = trial.mover == "force" and "displacement" in trial.outputs and power_given(trial) < -TAKES_ENERGY
+    energy = f" On average {trial.quantity} takes energy from the body instead of giving it." if takes else ""
+    return (
+        f"{energy} More than half of the motion is missed: look whether the columns of input and output are exchanged, "
+        "and at the input's sign, unit, gain and delay."
+    )
 
 
 def _size(trials: Sequence[DrivenTrial]) -> float:
@@ -126,7 +180,7 @@ def _write(
     unseen: Sequence[DrivenTrial],
     found: DrivenFound,
     sentence: str,
-    told: ByInstruments,
+    beside: Beside,
 ) -> None:
     """All files but the manifest."""
     size = _size(training)
@@ -146,8 +200,9 @@ def _write(
     }  # fmt: skip
     write_text(folder / "config.yaml", text)
     write_text(folder / "equations.json", json.dumps(plain(equations), indent=1))
-    write_text(folder / "verdict.json", json.dumps(plain(_verdict(training, unseen, found, sentence, told)), indent=1))
-    _tables(folder, training, found)
+    verdict = _verdict(training, unseen, found, sentence, beside)
+    write_text(folder / "verdict.json", json.dumps(plain(verdict), indent=1))
+    _tables(folder, training, found, beside)
     fit = found.augmented or found.baseline
     runs = [_shown(trial, fit) for trial in (*training, *unseen)]
     tried = [("law", "ln evidence", "rms before", "rms after", "because")]
@@ -155,8 +210,11 @@ def _write(
         (t.name, f"{t.evidence:.4g}", f"{t.before:.4g}", f"{t.after:.4g}", t.because or "added") for t in found.tried
     ]
     tables: dict[str, Sequence[Any]] = {"What was tried, on samples nobody fitted": tried}
-    if told.table():
-        tables["Numbers by the instrument, beside output error"] = told.table()
+    tables["What is missed, and what may be"] = beside.floors.table()
+    if regressed := beside_output_error(beside.regressed, found.baseline):
+        tables["Numbers of the given equation by regression, beside output error"] = regressed
+    if by_target := beside.instruments.table():
+        tables["Numbers by the instrument, beside output error"] = by_target
     if shares := told_by(training, fit):
         tables["Standard errors by kind of record"] = shares
     figures = [run_picture(run) for run in runs]
@@ -184,7 +242,7 @@ def _verdict(
     unseen: Sequence[DrivenTrial],
     found: DrivenFound,
     sentence: str,
-    told: ByInstruments,
+    beside: Beside,
 ) -> Mapping[str, Any]:
     """verdict.json as the contract has it; what was not computed for a driven campaign is null."""
     fit, size = found.augmented or found.baseline, _size(training)
@@ -200,7 +258,9 @@ def _verdict(
         parameters={name: _numbers(fit, name) for name in found.added},
         baseline=_version(found.baseline, found.validation[0], size),
         augmented=None if found.augmented is None else _version(found.augmented, found.validation[1], size),
-        sensor_floor_nrmse=max(t.noise()[t.main] for t in training) / size, by_instrument=told.plain(),
+        sensor_floor_nrmse=max(beside.floors.sensor.values()), by_instrument=beside.instruments.plain(),
+        not_testable=list(beside.untried), repeatability_nrmse=beside.floors.worst_repeatability,
+        repeatability_because=beside.floors.because,
     )  # fmt: skip
     return {"contract": CONTRACT, "groups": [group], "across_groups": {"verdict": list(named), "sentence": sentence}}
 
@@ -225,7 +285,7 @@ def _numbers(fit: DrivenFit, law: str) -> Mapping[str, Any]:
     return out
 
 
-def _tables(folder: Path, training: Sequence[DrivenTrial], found: DrivenFound) -> None:
+def _tables(folder: Path, training: Sequence[DrivenTrial], found: DrivenFound, beside: Beside) -> None:
     """trials.csv, levels.csv and mismatch.csv, a row a trial and version."""
     versions = {"baseline": found.baseline} | ({"augmented": found.augmented} if found.augmented else {})
     rows: list[dict[str, Any]] = []
@@ -236,14 +296,11 @@ def _tables(folder: Path, training: Sequence[DrivenTrial], found: DrivenFound) -
             numbers |= {name: float(value), f"{name}_stderr": float(error)}
         rows += [
             {"file": t.name, "method": f"output_error_{version}", **numbers,
-             "nrmse": fit.rms[t.name] / float(np.std(t.outputs[t.main])), "outcome": fit.outcome}
+             "nrmse": fit.rms[t.name] / float(np.std(t.outputs[t.main])), **beside.floors.scores(t.name),
+             "outcome": fit.outcome}
             for t in training
         ]  # fmt: skip
+    rows += [one.row() | beside.floors.scores(one.trial) for one in beside.regressed]
     for name in ("trials.csv", "levels.csv"):
         write_text(folder / name, rows_csv(rows))
-    last = [
-        {"file": t.name, "nrmse": (found.augmented or found.baseline).rms[t.name] / float(np.std(t.outputs[t.main])),
-         "sensor_floor_nrmse": t.noise()[t.main] / float(np.std(t.outputs[t.main]))}
-        for t in training
-    ]  # fmt: skip
-    write_text(folder / "mismatch.csv", rows_csv(last))
+    write_text(folder / "mismatch.csv", rows_csv(beside.floors.rows()))

@@ -68,7 +68,7 @@ def run_response(
     sentences = [sentence_of(_title(config, group), group, one) for group, one in pairs]
     _write(folder, config, text, pairs, sentences)
     seconds = {"identification": time.perf_counter() - begun}
-    findings = Findings(config.name, (), failed, config.identify, config.equation.coordinate, seconds)
+    findings = Findings(config.name, (), failed, config.methods, config.equation.coordinate, seconds)
     made = manifest(findings, config, config_path, overrides)
     write_text(folder / "manifest.json", json.dumps(plain(made), indent=1))
     return DrivenFinished(folder, "\n".join(sentences), tuple(found), failed)

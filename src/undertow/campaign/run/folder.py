@@ -105,6 +105,9 @@ def run_to_folder(
     text = yaml_text(config.resolved())
     try:
         if config.recordings.response is not None or is_driven(config):
+            if jobs > 1:
+                said = "--jobs %d: a campaign of driven bodies runs in one process"
+                logging.getLogger("undertow").warning(said, jobs)
             return _of_driven(config, config_path, folder, text, overrides, resume, progress)
         stages = (folder / STAGES).absolute()  # workers of a cluster have other working directories
         course, gathered = Course(config, jobs, progress, stages, resume), Gathered(config)

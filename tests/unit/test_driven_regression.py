@@ -9,7 +9,7 @@ import pytest
 
 from experiments.driven.bodies import GIVEN, body, record
 from tests.unit.test_driven_trials import recorded
-from undertow.comparison.driven_search import STATIC
+from undertow.comparison.driven_suspects import STATIC
 from undertow.conditioning.driven import DrivenTrial
 from undertow.equation.driven import driven_motion
 from undertow.equation.driven_laws import find_driven

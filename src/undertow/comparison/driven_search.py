@@ -5,7 +5,8 @@ and where those over parts that were left out in turn do so surely, against thei
 first number of a law enters linearly, so that one Gauss-Newton step over its inner numbers' grid says what it may be
 worth.
 
-Belongs here: the list of suspects, ranking, judging, the order. Does not belong here: fits (methods/driven.py), words.
+Belongs here: ranking, judging, the order. Does not belong here: which laws are suspected
+(driven_suspects.py), fits (methods/driven.py), words.
 """
 
 from __future__ import annotations
@@ -18,8 +19,8 @@ import numpy as np
 
 from undertow.comparison.driven_folds import CLOSER, TRYING, Tried, come_closer, fold_errors, validation_rms
 from undertow.comparison.driven_hysteresis import REMEMBERED, Contest, contest, remembers
+from undertow.comparison.driven_suspects import OF_WATER, STATIC
 from undertow.conditioning.driven import DrivenTrial
-from undertow.equation.driven_hysteresis import HYSTERESES
 from undertow.equation.driven_laws import find_driven
 from undertow.errors import IdentificationError
 from undertow.likelihood.driven import MASS, DrivenLaws, drive_for, driven_problem, extent_of
@@ -52,18 +53,6 @@ ROUNDS = 4
 """Laws that are added at most."""
 
 Numbers = Mapping[str, float]
-STATIC = (
-    "constant_force", "stiffness", "viscous_damping", "coulomb_friction", "asymmetric_stiffness", "cubic_stiffness",
-    "quintic_stiffness", "quadratic_stiffness", "quadratic_drag", "cubic_damping", "position_damping",
-    "van_der_pol_damping", "variable_normal_force", "asymmetric_damping",
-)  # fmt: skip
-"""Laws of x and v without inner numbers that may be missing."""
-OF_WATER = ("froude_krylov", "added_mass", "linear_damping")
-"""Laws that may be missing where the water moves."""
-SUSPECTS_IN_TIME = (
-    *STATIC, *OF_WATER, "stribeck_friction", "relaxation", "hidden_resonator", *(law.name for law in HYSTERESES),
-)  # fmt: skip
-"""Every law that the search may add, to one body or another."""
 
 
 @dataclass(frozen=True)

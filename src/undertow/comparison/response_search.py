@@ -18,7 +18,8 @@ import numpy as np
 from scipy.stats import chi2
 
 from undertow.comparison.driven_folds import CLOSER, Tried
-from undertow.comparison.driven_search import ROUNDS, STATIC, SURE
+from undertow.comparison.driven_search import ROUNDS, SURE
+from undertow.comparison.driven_suspects import STATIC
 from undertow.conditioning.harmonic import HarmonicSet
 from undertow.equation.driven_laws import find_driven, places
 from undertow.equation.structure import StribeckFriction

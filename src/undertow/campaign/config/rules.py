@@ -15,7 +15,7 @@ from undertow.campaign.config.recording_settings import ChannelsSettings, Record
 from undertow.campaign.config.response_rules import response_wrong
 from undertow.campaign.config.source import Location
 from undertow.campaign.config.specimen_rules import unphysical
-from undertow.comparison.driven_search import SUSPECTS_IN_TIME
+from undertow.comparison.driven_suspects import SUSPECTS_IN_TIME
 from undertow.comparison.suspects import chosen
 from undertow.equation import registry
 from undertow.equation.base_motion import must_accelerate

@@ -37,6 +37,7 @@ from undertow.comparison.replicas import (
     replicas,
     spectrum_of,
     surely_wrong,
+    within_reason,
 )
 from undertow.comparison.score_stack import Stack
 from undertow.comparison.score_test import GridPlace, Stands, peaks, places, renumbered
@@ -99,6 +100,19 @@ def quiet() -> tuple[Level, JointFit]:
     """Two trials with nothing missing, and the prescribed equation fitted to them."""
     level = make_level([member("short", SHORT[:2], 2300)])
     return level, stands(level)
+
+
+def test_replicas_that_grow_without_end_give_no_p_value():
+    level, fit = quiet()
+    drawn = replicas(level, fit.solution, fit.solution.residuals, 20, np.random.default_rng(0))
+    assert within_reason(fit.solution, drawn)
+    assert not within_reason(fit.solution, [1e5 * r for r in drawn])
+    few = [found("cubic_stiffness")]
+    none = (Candidate((), fit, 0.0),)
+    assert 0.0 < null_test(level, few, fit, none).p_value <= 1.0
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(null_module, "replicas", lambda *given: [1e5 * r for r in replicas(*given)])
+        assert math.isnan(null_test(level, few, fit, none).p_value)
 
 
 @cache

@@ -348,6 +348,16 @@ def test_a_rival_that_was_excluded_outweighs_nothing():
     assert judged(NAMED, case(), both, True).status == "explained"
 
 
+@pytest.mark.parametrize(
+    ("names", "status"), [(("linear_damping", "external_forcing"), "explained"), (("hysteresis",), "unknown")]
+)
+def test_a_set_that_holds_what_is_said_does_not_speak_against_it(names, status):
+    more = candidate(names[0], 300.0, "it leaves too much")
+    more = SimpleNamespace(**(vars(more) | {"names": names}))
+    both = diagnosis(True, candidates=(candidate("linear_damping", 20.0), more))
+    assert judged(NAMED, case(), both, True).status == status
+
+
 def test_a_small_effect_has_a_name_where_nothing_else_is_nearly_as_probable():
     small, other = candidate("cubic_stiffness", 40.0), candidate("quintic_stiffness", 38.0, "it sits on a bound")
     far = diagnosis(small=small, candidates=(small, replace_score(other, 30.0)))

@@ -39,6 +39,11 @@ LARGER = 1.1
 """A size that a fit finds is taken over where it is larger by this factor."""
 
 
+def one_look(fit: JointFit) -> float:
+    """Steps of one look at a fit's recordings with its unknowns: the unit of budgets."""
+    return float(sum(trial.t.size * (1 + trial.slots.size) for trial in fit.solution.problem.trials))
+
+
 def plain_fit(level: Level) -> JointFit:
     """The prescribed equation alone: one water for all springs, or each spring's own added mass and drag, whichever the
     data prefer. A suspect has to beat both.
@@ -116,6 +121,32 @@ def from_places(
     return Candidate((*best.suspects, suspect), ahead, prior, doubt(level, ahead, best.fit))
 
 
+def from_pair(
+    level: Level, null: Candidate, alone: Sequence[Candidate], suspects: tuple[Suspect, Suspect],
+    additions: Sequence[tuple[Addition, ...]], prior: float, budget: float,
+) -> list[Candidate]:
+    """The equation with two suspects at once, from where one step in both leads; one whose fits begin at starts of its
+    own beside the other as fitted ``alone``. Nothing without a motion, or where it takes more than its budget."""
+    level = replace(level, shared_water=null.fit.shared_water)
+    one = Addend(suspects[0].name, additions[0])
+    other = Addend(suspects[1].name, renumbered(additions[1], (*null.fit.addends, one)))
+    first, second = sorted(zip(suspects, (one, other), strict=True), key=lambda pair: pair[0].look is not None)
+    own = second[0].look is not None
+    with metered(budget):
+        try:
+            beside = next((c for c in alone if c.suspects == first[:1]), None) if own else None
+            if beside is None:
+                fit = _with(level, null, first[1:] if own else (one, other), null.fit.values, growing=False)
+                if fit is None:
+                    return []
+                fit = fit if own else _refined(level, fit)
+                beside = Candidate(first[:1] if own else suspects, fit, prior, doubt(level, fit, null.fit))
+            found = from_starts(level, beside, second[0], prior) if own else beside
+            return [] if found is None else [found]
+        except BudgetError:
+            return []
+
+
 def as_radiation(level: Level, candidate: Candidate) -> Candidate:
     """The same model with its last resonator, which hardly rings, as a kernel of damping."""
     fit = candidate.fit
@@ -178,26 +209,28 @@ def _attempt(level: Level, best: Candidate, suspect: Suspect, start: float) -> J
     known = best.fit.values if best.suspects or not suspect.memory else {}
     new = suspect.memory or suspect.late > 0.0 or not level.shares(best.fit.solution.problem.names)
     ways = (True, False) if new and not best.suspects else (False,)
-    fits = [f for growing in ways if (f := _with(level, best, addend, known, growing)) is not None]
+    fits = [f for growing in ways if (f := _with(level, best, (addend,), known, growing)) is not None]
     return min(fits, key=lambda f: f.criterion, default=None)
 
 
 def _from_place(level: Level, best: Candidate, suspect: Suspect, additions: tuple[Addition, ...]) -> JointFit | None:
     """One fit from a place of the grid, everything else where it stands; None where it gives no motion."""
     addend = Addend(_prefix(best, suspect), additions, suspect.frees)
-    return _with(level, best, addend, best.fit.values, growing=level.shared_water != best.fit.shared_water)
+    return _with(level, best, (addend,), best.fit.values, growing=level.shared_water != best.fit.shared_water)
 
 
-def _with(level: Level, best: Candidate, addend: Addend, known: Mapping[str, float], growing: bool) -> JointFit | None:
-    """A quick fit of what stands with one addend more; None where it gives no motion, or takes so many steps that it is
-    no start: of hysteresis that yields at next to nothing, which is dry friction.
+def _with(
+    level: Level, best: Candidate, more: tuple[Addend, ...], known: Mapping[str, float], growing: bool
+) -> JointFit | None:
+    """A quick fit of what stands with one addend more, or two; None where it gives no motion, or takes so many steps
+    that it is no start: of hysteresis that yields at next to nothing, which is dry friction.
 
     The error that a sensor has in all trials is found with wide priors first, then each trial's own about it.
     """
-    look = sum(trial.t.size * (1 + trial.slots.size) for trial in best.fit.solution.problem.trials)
-    with metered(QUICK_LOOKS * look) as meter:
+    with metered(QUICK_LOOKS * one_look(best.fit)) as meter:
         try:
-            fit = fit_joint(level, (*best.fit.addends, addend), best.fit.memory, known, best.fit.misfit, growing, True)
+            fit = fit_joint(level, (*best.fit.addends, *more), best.fit.memory, known, best.fit.misfit, growing, True)
+            addend = more[-1]
             if addend.frees not in COMMON:
                 return fit
             mine = [value for name, value in fit.values.items() if name.startswith(f"{addend.frees}[")]

@@ -23,7 +23,7 @@ from undertow.comparison.candidate import Candidate
 from undertow.comparison.joining import has_room
 from undertow.comparison.joint import JointFit
 from undertow.comparison.level import Level
-from undertow.comparison.replicas import at_noise_of, left_by, noise_over, replicas, surely_wrong
+from undertow.comparison.replicas import at_noise_of, left_by, noise_over, replicas, surely_wrong, within_reason
 from undertow.comparison.score_stack import Scored, Stack
 from undertow.comparison.score_test import GridPlace, Stands, places, reweighed
 from undertow.comparison.sizes import COUNTS_IN_REPEATABILITY, Sizes
@@ -280,10 +280,13 @@ def _least(every: Mapping[str, Array]) -> Array:
 
 
 def _scored(level: Level, stack: Stack, sizes: Sizes, left: Sequence[Array], rng: np.random.Generator) -> list[Scored]:
-    """Every place with the scores of the recordings and of all replicas; ``left`` as in `replicas.left_by`."""
+    """Every place with the scores of the recordings and of all replicas, none where replicas are no motions; ``left``
+    as in `replicas.left_by`."""
     draws = int(min(DRAWS, max(FEWEST_DRAWS, ROOM / sum(r.size for r in left))))
     stands = stack.stands
     residuals = replicas(level, stands.fit.solution, left, draws, rng)
+    if not within_reason(stands.fit.solution, residuals):
+        return []
     noise = stack.scores(residuals, stands.pulled(residuals))
     observed = stack.scores([r[:, None] for r in stands.fit.solution.residuals], stands.gradient[:, None])[:, 0]
     measures = [sizes.measure(place) for place in stack.places]

@@ -27,6 +27,10 @@ OF_THE_MOTION = 4.0
 WANDERING = 0.5
 """Up to so many times the body's rate sensors wander."""
 
+BEYOND = 10.0
+"""A replica whose residual is so many times the recorded motion is none: where the equation's numbers let swings grow,
+what differs from trial to trial grows without end, and nothing linear holds."""
+
 FEWEST_FAST = 10
 """Frequencies beyond, fewer than which do not show the noise: it is taken as stated."""
 
@@ -132,6 +136,13 @@ def replicas(
         drawn = [_drawn(r[cut], rate, own[cut], draws, rng) for cut in cuts]
         out.append(np.vstack(drawn) + jac @ moved[used])
     return out
+
+
+def within_reason(solution: Solution, drawn: Sequence[Array]) -> bool:
+    """Whether replicas are motions at all: half of them leave less than `BEYOND` times the motion."""
+    trials = solution.problem.trials
+    motion = sum(float(c.values @ c.values) / c.sigma**2 for trial in trials for c in trial.channels)
+    return float(np.median(sum(np.sum(r * r, axis=0) for r in drawn))) < BEYOND**2 * motion
 
 
 def _scatter_factors(level: Level, draws: int, rng: np.random.Generator) -> dict[str, Array]:

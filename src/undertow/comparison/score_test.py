@@ -135,8 +135,13 @@ def _place(level: Level, stands: Stands, label: str, additions: tuple[Addition, 
             return GridPlace(label, additions, 0.0)
         columns.append((got[1], got[2]))
     cross, own, step, gain = _stepped(stands, columns, len(names))
-    started = tuple(a if a.inner else replace(a, start=_start(a, names, step)) for a in additions)
-    return GridPlace(label, started, gain, tuple(columns), cross, own)
+    return GridPlace(label, started(level, additions, step), gain, tuple(columns), cross, own)
+
+
+def started(level: Level, additions: tuple[Addition, ...], step: Array) -> tuple[Addition, ...]:
+    """A place's additions, its coefficients where a step (width,) leads."""
+    names = _coefficient_names(level, additions)
+    return tuple(a if a.inner else replace(a, start=_start(a, names, step)) for a in additions)
 
 
 def _switched(level: Level, stands: Stands, label: str, additions: tuple[Addition, ...]) -> GridPlace:

@@ -16,8 +16,9 @@ import math
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 
-from undertow.comparison.attempt import REFINED, as_radiation, from_places, from_starts, penalty_of, plain_fit
-from undertow.comparison.candidate import NAMING_PROBABILITY, Candidate, LevelDiagnosis, Screened, conclude
+from undertow.comparison import attempt
+from undertow.comparison.attempt import REFINED, from_pair, from_places, from_starts, penalty_of, plain_fit
+from undertow.comparison.candidate import RIVAL_ODDS, Candidate, LevelDiagnosis, Screened, conclude
 from undertow.comparison.explained import (
     ALL,
     FAR_ABOVE_NOISE,
@@ -36,6 +37,7 @@ from undertow.comparison.level import Level
 from undertow.comparison.needless import leanest, shorter_sets
 from undertow.comparison.score_test import GridPlace, Stands, peaks, places
 from undertow.comparison.suspect import Suspect
+from undertow.comparison.two_effects import best_pairs
 from undertow.likelihood.budget import BudgetError, metered
 from undertow.likelihood.noise import residual_memory
 
@@ -51,8 +53,11 @@ WORTH = 0.5
 BESIDE = 2
 """Where no single effect is enough, so many of the most probable ones are tried with another."""
 
+PAIRS = 6
+"""Pairs that are fitted of those that one linear step in both shows to be best."""
+
 SLIDING = 0.1
-"""Sliding friction over a hysteresis' yield force below which the hysteresis is what friction has become."""
+"""Sliding friction over a hysteresis' yield force below which it is what friction has become."""
 
 FINE = 2.0
 """Up to this many times repeatability the free run's error is small enough for one linear step to show a gain."""
@@ -61,25 +66,22 @@ LINEAR = 0.1
 """Share of the motion that the free run may miss for a linear step to be trusted, however wide repeatability is."""
 
 NEAR = 10.0
-"""Mean squared residual, in units of the sensors' noise, of a fit so near that the free run's share does not matter:
-trials differ in k, c, mu."""
+"""Mean squared residual over noise of a fit so near that the free run's share does not matter: trials differ."""
 
 SUSPECT_BUDGET = 3000.0
-"""What one suspect may spend, in looks at the level with the prescribed equation: the dearest that was named took 2000
-(a resonator that depends on its amplitude on one ship's decay)."""
-
 LEVEL_BUDGET = 8000.0
-"""The same for all suspects of a level together."""
+"""What one suspect, and all of a level together, may spend, in looks at the level with the prescribed equation: the
+dearest that was named took 2000 (a resonator that depends on its amplitude)."""
 
 TRIALS_A_BUDGET = 4.0
 """So many trials more double what may be spent: each brings unknowns of its own, and fits take more steps."""
 
-OVERWHELMING = math.log(1e6)
-"""Log odds from which an effect is there though the free run hardly shows it: nothing is then no answer."""
+ODDS, OVERWHELMING = math.log(RIVAL_ODDS), math.log(1e6)
+"""Log odds from which a set has a name, and from which an effect is there though the free run hardly shows it."""
 
 LEAST_GAIN = 5.0
-"""A linear step that raises the log evidence by less than this cannot lead to a name: half of what one needs. What a
-missing law leaves swings for long; judged at half its memory (`_at_own_memory`) the step is worth more."""
+"""A linear step that raises the log evidence by less cannot lead to a name: half of what one needs. What a missing law
+leaves swings for long; judged at half its memory (`_at_own_memory`) the step is worth more."""
 
 
 @dataclass
@@ -94,11 +96,11 @@ class _Search:
 
     def __post_init__(self) -> None:
         self.unfinished: list[str] = []
-        self.best = self.null
-        self.found = [self.null]
+        self.best, self.found = self.null, [self.null]
         self.screened: dict[str, Screened] = {}
         self.small: list[Candidate] = []
         self.stands: Stands | None = None
+        self.looked: Stands | None = None
         self.looks: dict[str, tuple[GridPlace, ...]] = {}
         self.error = free_run_error(self.level, self.null.fit)
         self.left = LEVEL_BUDGET * self._one_look()
@@ -107,15 +109,12 @@ class _Search:
         """Add effects one after the other until none is worth it, or the level's budget is spent."""
         self._grow()
         small = None if self.best.suspects else self._overwhelming()
-        screened, looked = list(self.screened.values()), len(self.suspects)
-        return conclude(self.null, self.best, self.found, screened, small, looked, self.unfinished, self.looks)
+        rest = list(self.screened.values()), small, len(self.suspects), self.unfinished, self.looks
+        return conclude(self.null, self.best, self.found, *rest)
 
     def _one_look(self) -> float:
-        """Steps of one look at the level with the prescribed equation's unknowns, times what the config and the number
-        of trials give: the unit of budgets."""
-        trials = self.null.fit.solution.problem.trials
-        more = 1.0 + (len(trials) - 1.0) / TRIALS_A_BUDGET
-        return self.budget * more * float(sum(trial.t.size * (1 + trial.slots.size) for trial in trials))
+        """One look at the level with the prescribed equation, times what the config and the number of trials give."""
+        return self.budget * (1.0 + (self.level.trials - 1.0) / TRIALS_A_BUDGET) * attempt.one_look(self.null.fit)
 
     def _grow(self) -> None:
         for depth in range(MOST_EFFECTS):
@@ -124,22 +123,21 @@ class _Search:
                 break
             tried = self._at_own_memory(self._as_far_as_possible(depth), depth)
             self.found += tried
-            odds = math.log(NAMING_PROBABILITY / (1.0 - NAMING_PROBABILITY))
             possible = sorted((c for c in tried if not c.out), key=lambda c: -c.score)
-            probable = [c for c in possible if c.score > self.best.score + odds]
+            probable = [c for c in possible if c.score > self.best.score + ODDS]
             ahead = self._worthwhile(probable, REMAINING if depth else 1.0)
             if ahead is None and not depth:
-                self._worthwhile([c for c in possible if abs(c.score - self.best.score) <= odds], 1.0)
+                self._worthwhile([c for c in possible if abs(c.score - self.best.score) <= ODDS], 1.0)
             if ahead is None:
-                ahead = self._without_earlier(tried, odds) if depth else self._two_at_once(tried, odds)
+                ahead = self._without_earlier(tried, ODDS) if depth else self._two_at_once(tried, ODDS)
             if ahead is None:
                 break
             ahead = self._leaner(*ahead, ahead[0].score) or ahead
             self.best, self.error = self._plainer(ahead, probable)
+        self.best, self.error = self._two_that_leave_noise() or (self.best, self.error)
 
     def _overwhelming(self) -> Candidate | None:
-        """The most probable single law whose numbers mean something and whose evidence nothing but its size speaks
-        against; None where there is none."""
+        """The most probable single law against which nothing but its size speaks; None where there is none."""
         able = [c for c in self.small if c.score - self.null.score > OVERWHELMING]
         return max(able, key=lambda c: c.score, default=None)
 
@@ -187,6 +185,23 @@ class _Search:
         ahead = self._worthwhile(probable, REMAINING)
         return ahead or (self._worthwhile([lean[0]], 1.0) if lean and lean[0].score > most else None)
 
+    def _two_that_leave_noise(self) -> tuple[Candidate, float] | None:
+        """Two effects that explain nearly all, with the free run's error, where one leaves more, however close to the
+        motion: two that mask each other are both weak alone."""
+        if len(self.best.suspects) > 1 or self.looked is None:
+            return None
+        pairs: list[Candidate] = []
+        by = {s.label: s for s in self.suspects if s.of_the_body}
+        for look in best_pairs(self.level, self.looked, [p for n in by for p in self.looks.get(n, ())], PAIRS):
+            if (look.gain - look.alone) * math.sqrt(self.null.fit.memory) > LEAST_GAIN:
+                both, spent = (by[look.labels[0]], by[look.labels[1]]), SUSPECT_BUDGET * self._one_look()
+                prior = self._prior(both)
+                pairs += from_pair(self.level, self.null, self.found, both, look.additions, prior, spent)
+        self.found += pairs
+        least = max(c.score for c in self.found if len(c.suspects) < 2 and (c.aside or not c.out)) + ODDS
+        able = [c for c in pairs if not c.out and c.score > least and explains(self.null, c, ALL)]
+        return max(((c, free_run_error(self.level, c.fit)) for c in able), key=lambda pair: pair[0].score, default=None)
+
     def _at_own_memory(self, tried: list[Candidate], depth: int) -> list[Candidate]:
         """The candidates, and what stands, valued at the memory between that of the equation's residual and that of the
         closest candidate's: what a missing law leaves swings for long, and would pass for few samples of noise."""
@@ -231,7 +246,7 @@ class _Search:
                 candidate = self._small(suspect, prior, depth) if small else self._large(suspect, prior)
                 if candidate is None or not (depth and fading(candidate)):
                     return candidate
-                return as_radiation(self.level, candidate)
+                return attempt.as_radiation(self.level, candidate)
             except BudgetError as out:
                 if out.meter is not meter:
                     raise
@@ -267,13 +282,12 @@ class _Search:
             self.stands = Stands.of(self.best.fit)
         seen = places(self.level, self.stands, suspect)
         if not self.best.suspects:
-            self.looks[suspect.label] = seen
+            self.looks[suspect.label], self.looked = seen, self.stands
         return peaks(seen)
 
     def _screen_out(self, suspect: Suspect, prior: float, gain: float) -> None:
         """Keep what a suspect could gain at most, with the penalty of its unknowns."""
-        penalty = penalty_of(self.level, self.null.fit, suspect)
-        relative = prior - self.null.log_prior + gain - penalty
+        relative = prior - self.null.log_prior + gain - penalty_of(self.level, self.null.fit, suspect)
         self.screened[suspect.label] = Screened(suspect, gain, self.null.score + relative, relative)
 
     def _promising(self, suspect: Suspect) -> bool:
@@ -318,13 +332,10 @@ class _Search:
 
     def _too_small(self, candidate: Candidate) -> None:
         """Set a candidate aside because the free run hardly shows it."""
-        self._set_aside([candidate], self._no_closer(candidate))
+        gain = f"e^{candidate.score - self.best.score:.0f}"
+        self._set_aside([candidate], f"brings the free run no closer by what counts, at evidence of {gain} for it")
         if not self.best.suspects and len(candidate.suspects) == 1:
             self.small.append(candidate)
-
-    def _no_closer(self, candidate: Candidate) -> str:
-        odds = candidate.score - self.best.score
-        return f"brings the free run no closer by what counts, at evidence of e^{odds:.0f} for it"
 
     def _plainer(self, ahead: tuple[Candidate, float], probable: Sequence[Candidate]) -> tuple[Candidate, float]:
         """Linear damping instead of a memory that does not ring, where the free run cannot tell them apart; bristles in
@@ -334,8 +345,7 @@ class _Search:
         spring's frequency. It is then called damping that depends on frequency, with the reason. A memory that is more
         probable than damping stays its rival.
         """
-        candidate, error = ahead
-        bent = candidate.suspects[-1].without_sliding
+        (candidate, error), bent = ahead, ahead[0].suspects[-1].without_sliding
         if bent and slides(candidate) < SLIDING:
             bristles = [c for c in probable if c.names == (*candidate.names[:-1], bent)]
             return (bristles[0], free_run_error(self.level, bristles[0].fit)) if bristles else ahead
@@ -355,7 +365,7 @@ class _Search:
                 self._set_aside([c for c in self.found if single_fading(c) and c.score <= other.score], reason)
                 if not fading(candidate) or stands <= error:
                     return other, stands
-                radiation = as_radiation(self.level, candidate)
+                radiation = attempt.as_radiation(self.level, candidate)
                 self.found.append(radiation)
                 return radiation, free_run_error(self.level, radiation.fit)
         return ahead

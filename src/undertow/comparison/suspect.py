@@ -145,6 +145,12 @@ class Suspect:
         return any(a.of_its_own for a in self.additions(UNIT, 1.0))
 
     @property
+    def of_the_body(self) -> bool:
+        """Whether it is a law of the body and its water: no sensor, no release, nothing of every trial's own."""
+        own = any(a.scope == "trial" for a in self.additions(UNIT, 1.0))
+        return not (self.frees or self.of_the_release or own)
+
+    @property
     def shown_by_free_run(self) -> bool:
         """Whether what it adds can bring a free run of the displacement closer (x0, v0 are adjusted anyway)."""
         return not (self.frees or self.of_the_release)

@@ -7,6 +7,7 @@ becomes of a verdict that is barred (earned.py), words of effects (sentence.py).
 from __future__ import annotations
 
 import math
+from collections import Counter
 
 from undertow.comparison.candidate import NAMING_PROBABILITY, RIVAL_ODDS, Candidate, LevelDiagnosis, probability
 from undertow.comparison.explained import FAR_ABOVE_NOISE
@@ -222,18 +223,21 @@ def _unseen(verdict: Verdict, case: Case, diagnosis: LevelDiagnosis) -> tuple[Ga
 
 
 def _outweighed(diagnosis: LevelDiagnosis) -> tuple[Gate, ...]:
-    """Whether what is said, the answer or one of its rivals, is more likely than all else that was fitted together,
-    what was excluded for its numbers included: else something looks like it that nobody knows.
+    """Whether what is said, the answer or one of its rivals, alone or beside more, is more likely than all else that
+    was fitted together, what was excluded for its numbers included: else something looks like it that nobody knows.
 
-    What was set aside because the free run hardly shows it is no better answer than one that it shows. A name that
-    leaves more than noise describes, and need not be the likeliest description."""
+    A set that holds what is said does not speak against it. What was set aside because the free run hardly shows it is
+    no better answer than one that it shows. A name that leaves more than noise describes, and need not be the likeliest
+    description."""
     if not diagnosis.named:
         return ()
-    said = {tuple(sorted(names)) for names in (diagnosis.best.names, *diagnosis.rivals)}
-    considered = [c for c in diagnosis.candidates if not c.aside or tuple(sorted(c.names)) in said]
+    said = [Counter(names) for names in (diagnosis.best.names, *diagnosis.rivals)]
+    names = {tuple(sorted(names)) for names in (diagnosis.best.names, *diagnosis.rivals)}
+    considered = [c for c in diagnosis.candidates if not c.aside or tuple(sorted(c.names)) in names]
     sets = {tuple(sorted(c.names)): c for c in considered}
-    likely = sum(probability(sets[n], considered, diagnosis.screened, excluded=True) for n in said & sets.keys())
-    others = (c for c in considered if tuple(sorted(c.names)) not in said)
+    holds = {n for n in sets if any(one <= Counter(n) for one in said)}
+    likely = sum(probability(sets[n], considered, diagnosis.screened, excluded=True) for n in holds)
+    others = (c for c in considered if tuple(sorted(c.names)) not in holds)
     other = max(others, key=lambda c: c.score, default=diagnosis.null)
     because = " and ".join(other.names).replace("_", " ") or "the equation as it is"
     because += f", excluded because {other.out}" if other.out else ""

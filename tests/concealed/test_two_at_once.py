@@ -1,0 +1,104 @@
+"""Two laws that mask each other: one step in both shows them, and the search names them together."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from functools import cache
+
+import numpy as np
+import pytest
+
+from tests.concealed.test_diagnosis import member
+from tests.concealed.test_small_effects import found, stands
+from undertow.comparison.candidate import LevelDiagnosis
+from undertow.comparison.level import Level, make_level
+from undertow.comparison.score_test import Stands, places
+from undertow.comparison.search import diagnose
+from undertow.comparison.suspects import chosen
+from undertow.comparison.two_effects import best_pairs
+from undertow.equation import registry
+
+LOOKED_FOR = ("linear_damping", "cubic_stiffness", "quintic_stiffness", "hysteresis", "relaxation")
+HARD, JOINT, YIELD = 5e7, 33e3, 0.011
+"""A spring that hardens (N/m^3) beside a joint that yields (N/m, m): together the period hardly goes with amplitude."""
+
+
+def masked() -> Level:
+    """Three releases of both, in a campaign that repeats so badly that the free run hides them."""
+    hidden = (
+        (registry.find("cubic_stiffness"), HARD),
+        (registry.find("hysteresis", yield_displacement_m=YIELD), JOINT),
+    )
+    return make_level([replace(member("short", (0.014, 0.02, 0.03), 6100, hidden), allowed=0.3)])
+
+
+@cache
+def searched() -> LevelDiagnosis:
+    return diagnose(masked(), chosen(LOOKED_FOR))
+
+
+def test_two_laws_that_mask_each_other_are_named_together_with_their_numbers():
+    said = searched()
+    assert sorted(said.best.names) == ["cubic_stiffness", "hysteresis"]
+    assert said.best.fit.misfit < 1.1
+    for name, truth in (
+        ("cubic_stiffness.N_per_m3@short", HARD),
+        ("hysteresis.stiffness_N_per_m", JOINT),
+        ("hysteresis.yield_force_N", JOINT * YIELD),
+    ):
+        error = said.best.fit.solution.stderr(name)
+        assert abs(said.best.fit.value(name) - truth) < 3.0 * error
+        assert error < 0.1 * truth
+
+
+def test_neither_of_them_alone_leaves_noise_and_the_free_run_asks_for_no_more():
+    said = searched()
+    alone = [c for c in said.candidates if len(c.suspects) == 1]
+    assert {"linear_damping", "relaxation"} <= {c.names[0] for c in alone}
+    assert min(c.fit.misfit for c in alone) > 3.0
+    most = max(c.score for c in alone)
+    assert said.best.score > most + 50.0
+
+
+def test_one_law_is_not_named_twice_over_where_it_leaves_noise():
+    hidden = ((registry.find("cubic_stiffness"), HARD),)
+    level = make_level([replace(member("short", (0.014, 0.02, 0.03), 6200, hidden), allowed=0.3)])
+    assert diagnose(level, chosen(LOOKED_FOR)).best.names == ("cubic_stiffness",)
+
+
+def test_the_gain_of_a_pair_is_that_of_one_step_in_all_its_coefficients():
+    level = masked()
+    fit = stands(level)
+    at = Stands.of(fit)
+    first, second = (found(n) for n in ("cubic_stiffness", "quintic_stiffness"))
+    seen = [p for s in (first, second) for p in places(level, at, s)]
+    (look,) = best_pairs(level, at, seen, 5)
+    assert look.labels == ("cubic_stiffness", "quintic_stiffness")
+    solution = fit.solution
+    rows = [
+        np.hstack([a[0], b[0]]) for a, b in zip(seen[0].columns, seen[1].columns, strict=True)
+    ]  # fmt: skip
+    normal, slope = np.diag(at.precision).astype(float), at.precision * 0.0
+    slope = at.precision * (solution.values - np.array([u.start for u in solution.problem.unknowns]))
+    n = normal.shape[0]
+    whole = np.zeros((n + 2, n + 2))
+    whole[:n, :n] = normal
+    gradient = np.concatenate([slope, np.zeros(2)])
+    for jac, mine, used, r in zip(solution.jacobians, rows, solution.used, solution.residuals, strict=True):
+        both, where = np.hstack([jac, mine]), np.concatenate([used, [n, n + 1]])
+        whole[np.ix_(where, where)] += both.T @ both
+        gradient[where] += both.T @ r
+    standing = 0.5 * float(gradient[:n] @ np.linalg.solve(whole[:n, :n], gradient[:n]))
+    gain = 0.5 * float(gradient @ np.linalg.solve(whole, gradient)) - standing
+    assert look.gain == pytest.approx(gain, rel=1e-3)
+    assert look.alone == pytest.approx(max(p.gain for p in seen))
+
+
+def test_a_step_against_a_sign_is_no_pair_and_one_suspect_makes_none():
+    level = masked()
+    at = Stands.of(stands(level))
+    only = places(level, at, found("cubic_stiffness"))
+    assert best_pairs(level, at, only, 5) == []
+    seen = [*only, *places(level, at, found("hidden_resonator"))]
+    for look in best_pairs(level, at, seen, 5):
+        assert all(a.start >= 0.0 for a in look.additions[1] if a.name == "mass_kg")

@@ -178,6 +178,20 @@ def damping_ratio(fit: JointFit) -> float:
     return max(found, default=0.0)
 
 
+def evidence_by_name(diagnosis: LevelDiagnosis) -> dict[str, float]:
+    """Log posteriors of single laws of the body and its water, up to a constant, where one of them or nothing is named:
+    which law another water of the same rig lacks. Empty elsewhere."""
+    if len(diagnosis.best.suspects) > 1 or not all(s.of_the_body for s in diagnosis.best.suspects):
+        return {}
+    alone = [c for c in diagnosis.candidates if len(c.suspects) == 1 and (c.aside or not c.out)]
+    pairs = [*((c.suspects[0], c.score) for c in alone), *((s.suspect, s.score) for s in diagnosis.screened)]
+    found: dict[str, float] = {}
+    for suspect, score in pairs:
+        if suspect.of_the_body:
+            found[suspect.name] = max(found.get(suspect.name, -math.inf), score - diagnosis.null.score)
+    return found
+
+
 def strengths(diagnosis: LevelDiagnosis) -> Mapping[str, float]:
     """By how much the log posterior of each single suspect exceeds that of the prescribed equation alone."""
     return {c.suspects[0].label: c.score - diagnosis.null.score for c in diagnosis.candidates if len(c.suspects) == 1}

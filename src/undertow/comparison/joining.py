@@ -6,7 +6,7 @@ Belongs here: room for a suspect, and priors. Does not belong here: the search (
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 
 from undertow.comparison.candidate import Candidate
 from undertow.comparison.joint import JointFit
@@ -22,6 +22,9 @@ FURTHER_EFFECT_PRIOR = 0.01
 
 MOST_EFFECTS = 3
 """Effects named on one level, and hidden oscillators in one equation, at most."""
+
+LAWS_DIFFER = 0.01
+"""Prior probability that what one water of a rig lacks is another law than what another water does."""
 
 STRUCTURE_WHEN_DRY_IS_CLEAN = 0.01
 """Prior odds of a structural effect where dry trials of the same rig show nothing missing."""
@@ -63,6 +66,24 @@ def may_join(best: Candidate, suspect: Suspect) -> bool:
     if suspect.swings:
         return not best.suspects or (not suspect.variant and memories < MOST_EFFECTS)
     return suspect.name not in best.names
+
+
+def told_by_other_waters(evidence: Sequence[Mapping[str, float]], names: Sequence[str]) -> dict[str, float]:
+    """By how much the log prior of each of these laws rises with what other waters of one rig say: which law is missing
+    is the same in all of them but for a share `LAWS_DIFFER`. ``evidence`` are their log posteriors by name.
+
+    >>> told = told_by_other_waters([{"cubic_damping": 8.0, "relaxation": 0.0}], ("cubic_damping", "relaxation"))
+    >>> {name: round(by, 2) for name, by in told.items()}
+    {'cubic_damping': 0.69, 'relaxation': -4.54}
+    """
+    told = dict.fromkeys(names, 0.0)
+    for one in evidence:
+        most = max(one.values())
+        weights = {name: math.exp(score - most) for name, score in one.items()}
+        for name in told:
+            share = weights.get(name, 0.0) / sum(weights.values())
+            told[name] += math.log((1.0 - LAWS_DIFFER) * share * len(names) + LAWS_DIFFER)
+    return told
 
 
 def log_prior(suspects: Sequence[Suspect], count: int, clean_when_dry: bool) -> float:

@@ -13,24 +13,13 @@ trials (validation.py), words (judge.py).
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Sequence
-from dataclasses import dataclass, replace
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, field, replace
 
-from undertow.comparison import attempt
+from undertow.comparison import attempt, explained
 from undertow.comparison.attempt import REFINED, from_pair, from_places, from_starts, penalty_of, plain_fit
 from undertow.comparison.candidate import RIVAL_ODDS, Candidate, LevelDiagnosis, Screened, conclude
-from undertow.comparison.explained import (
-    ALL,
-    FAR_ABOVE_NOISE,
-    NEARLY_ALL,
-    asked,
-    beyond_doubt,
-    biases,
-    explains,
-    fading,
-    single_fading,
-    slides,
-)
+from undertow.comparison.explained import ALL, FAR_ABOVE_NOISE, NEARLY_ALL, asked, beyond_doubt, biases, explains
 from undertow.comparison.joining import MOST_EFFECTS, PRIOR_NOTHING, has_room, log_prior, may_join
 from undertow.comparison.joint import at_memory, free_run_error, missed_share
 from undertow.comparison.level import Level
@@ -93,6 +82,7 @@ class _Search:
     null: Candidate
     clean_when_dry: bool
     budget: float = 1.0
+    told: Mapping[str, float] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
         self.unfinished: list[str] = []
@@ -142,7 +132,8 @@ class _Search:
         return max(able, key=lambda c: c.score, default=None)
 
     def _prior(self, suspects: Sequence[Suspect]) -> float:
-        return log_prior(suspects, len(self.suspects), self.clean_when_dry)
+        told = sum(self.told.get(name, 0.0) for name in {s.name for s in suspects})
+        return log_prior(suspects, len(self.suspects), self.clean_when_dry) + told
 
     def _forced_beyond(self) -> bool:
         """Whether an outside force has brought the free run as close as repetitions are, by numbers that every trial
@@ -244,7 +235,7 @@ class _Search:
         with metered(SUSPECT_BUDGET * self._one_look()) as meter:
             try:
                 candidate = self._small(suspect, prior, depth) if small else self._large(suspect, prior)
-                if candidate is None or not (depth and fading(candidate)):
+                if candidate is None or not (depth and explained.fading(candidate)):
                     return candidate
                 return attempt.as_radiation(self.level, candidate)
             except BudgetError as out:
@@ -346,24 +337,25 @@ class _Search:
         probable than damping stays its rival.
         """
         (candidate, error), bent = ahead, ahead[0].suspects[-1].without_sliding
-        if bent and slides(candidate) < SLIDING:
+        if bent and explained.slides(candidate) < SLIDING:
             bristles = [c for c in probable if c.names == (*candidate.names[:-1], bent)]
             return (bristles[0], free_run_error(self.level, bristles[0].fit)) if bristles else ahead
-        if not single_fading(candidate):
+        if not explained.single_fading(candidate):
             return ahead
         for other in (c for c in probable if len(c.suspects) == 1 and c.suspects[0].plain):
             stands = free_run_error(self.level, other.fit)
             far = other.fit.misfit > FAR_ABOVE_NOISE or candidate.score - other.score > OVERWHELMING
             doubtless = far and explains(other, candidate, NEARLY_ALL)
-            if doubtless and not fading(candidate):
+            if doubtless and not explained.fading(candidate):
                 continue
             if stands < self.error and (stands <= 1.0 or stands**2 - error**2 < WORTH**2):
                 reason = (
                     "a memory that fades within a cycle or two brings the free run no closer than linear damping does "
                     f"({error:.2g} against {stands:.2g} times repeatability)"
                 )
-                self._set_aside([c for c in self.found if single_fading(c) and c.score <= other.score], reason)
-                if not fading(candidate) or stands <= error:
+                memories = [c for c in self.found if explained.single_fading(c) and c.score <= other.score]
+                self._set_aside(memories, reason)
+                if not explained.fading(candidate) or stands <= error:
                     return other, stands
                 radiation = attempt.as_radiation(self.level, candidate)
                 self.found.append(radiation)
@@ -380,7 +372,8 @@ class _Search:
 
 
 def diagnose(
-    level: Level, suspects: Sequence[Suspect], clean_when_dry: bool = False, budget: float = 1.0
+    level: Level, suspects: Sequence[Suspect], clean_when_dry: bool = False, budget: float = 1.0,
+    told: Mapping[str, float] | None = None,
 ) -> LevelDiagnosis:
     """Search one level for what its equation lacks.
 
@@ -391,10 +384,10 @@ def diagnose(
     must also bring the free run of the training trials closer by `WORTH` of what repeating the test allows
     (each group's own `Member.allowed`). The search for further effects ends where the free run is as close as
     repetitions are to each other. ``budget`` multiplies what one suspect and the whole level may spend
-    (`SUSPECT_BUDGET`, `LEVEL_BUDGET`).
+    (`SUSPECT_BUDGET`, `LEVEL_BUDGET`); ``told`` is what other waters add to log priors (`told_by_other_waters`).
 
     Raises IdentificationError where not even the prescribed equation can be fitted.
     """
     null = Candidate((), plain_fit(level), math.log(PRIOR_NOTHING))
     usable = [s for s in suspects if has_room(level, s, null.fit)]
-    return _Search(level, usable, null, clean_when_dry, budget).run()
+    return _Search(level, usable, null, clean_when_dry, budget, told or {}).run()

@@ -13,7 +13,7 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 from undertow.comparison.attempt import at_its_own_sizes
-from undertow.comparison.candidate import Candidate, LevelDiagnosis
+from undertow.comparison.candidate import Candidate, LevelDiagnosis, evidence_by_name
 from undertow.comparison.explained import FAR_ABOVE_NOISE
 from undertow.comparison.joint import free_run_error
 from undertow.comparison.level import Addend, Level, Member, full_name, make_level, member_rate
@@ -53,14 +53,15 @@ part of the spring."""
 
 @dataclass(frozen=True)
 class Judged:
-    """Verdicts of one level's groups, what was added to its equation (nothing where nothing is named), and by trial the
-    free run with all that is named."""
+    """Verdicts of one level's groups, what was added to its equation (nothing where nothing is named), by trial the
+    free run with all that is named, and log posteriors of single laws by name."""
 
     verdicts: tuple[Verdict, ...]
     labels: tuple[str, ...]
     addends: tuple[Addend, ...] = ()
     values: Mapping[str, tuple[float, float]] = field(default_factory=dict)
     runs: Mapping[str, AugmentedRun] = field(default_factory=dict)
+    evidence: Mapping[str, float] = field(default_factory=dict)
 
 
 def judge(cases: Sequence[Case], suspects: Sequence[Suspect], standing: Sequence[Addend] = ()) -> tuple[Verdict, ...]:
@@ -70,14 +71,14 @@ def judge(cases: Sequence[Case], suspects: Sequence[Suspect], standing: Sequence
 
 def judge_level(
     cases: Sequence[Case], suspects: Sequence[Suspect], standing: Sequence[Addend] = (), budget: float = 1.0,
-    levels: int = 1, dry: Sequence[Case] = (),
+    levels: int = 1, dry: Sequence[Case] = (), told: Mapping[str, float] | None = None,
 ) -> Judged:
     """As `judge`, with what was added: what dry trials need, their wet groups need too. ``budget`` as in `diagnose`,
     ``levels`` of how many of the campaign this is one: each may stand out by chance; ``dry`` are the campaign's dry
-    groups to whose equation nothing was added."""
+    groups to whose equation nothing was added, ``told`` what other waters say of laws (`joining`)."""
     level = at_its_own_sizes(make_level([_member(c) for c in cases], standing))
     clean = all(c.has_dry and not c.dry for c in cases) and not standing
-    diagnosis = diagnose(level, suspects, clean, budget)
+    diagnosis = diagnose(level, suspects, clean, budget, told)
     tested = null_test(level, suspects, diagnosis.null.fit, diagnosis.candidates, levels, diagnosis.looks)
     moved = ({},) * len(cases) if not diagnosis.named else from_other_springs(
         level, diagnosis.best.fit, [(*c.member.motions, *c.held) for c in cases]
@@ -94,11 +95,12 @@ def judge_level(
     )
     labels = tuple(c.member.label for c in cases)
     if not any(set(diagnosis.best.names) <= set(verdict.verdict) for verdict in verdicts if diagnosis.named):
-        return Judged(verdicts, labels, runs=runs)  # what is not said does not stand in water
+        # what is not said does not stand in water
+        return Judged(verdicts, labels, runs=runs, evidence=evidence_by_name(diagnosis))
     fit = diagnosis.best.fit
     errors = {n: fit.solution.stderr(n) for n in fit.solution.problem.names}
     numbers = {n: (v, errors[n]) for n, v in fit.values.items() if "." in n}
-    return Judged(verdicts, labels, fit.addends, numbers, runs)
+    return Judged(verdicts, labels, fit.addends, numbers, runs, evidence_by_name(diagnosis))
 
 
 def _with_evidence(

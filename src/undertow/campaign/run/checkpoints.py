@@ -79,7 +79,7 @@ def level_digest(tasks: Sequence[GroupTask], also: str) -> str:
 def save_verdicts(judged: Judged, path: Path) -> None:
     """Write the verdicts of one level, its trials' free runs and what was added to its equation."""
     kept = {name: [run.nrmse, run.residual.tolist(), run.as_measured] for name, run in judged.runs.items()}
-    added = {"addends": _plain(judged.addends), "values": _plain(judged.values)}
+    added = {"addends": _plain(judged.addends), "values": _plain(judged.values), "evidence": dict(judged.evidence)}
     write_part(path, {"verdicts": [_plain(v) for v in judged.verdicts], "runs": kept, **added})
 
 
@@ -92,7 +92,8 @@ def load_verdicts(tasks: Sequence[GroupTask], labels: Sequence[str], path: Path)
         verdicts = tuple(_verdict(one, task) for one, task in zip(data["verdicts"], tasks, strict=True))
         runs = {name: AugmentedRun(run[0], np.array(run[1]), run[2]) for name, run in data["runs"].items()}
         values = {name: (float(value), float(error)) for name, (value, error) in data["values"].items()}
-        return Judged(verdicts, tuple(labels), tuple(_addend(one) for one in data["addends"]), values, runs)
+        evidence = {name: float(score) for name, score in data["evidence"].items()}
+        return Judged(verdicts, tuple(labels), tuple(_addend(one) for one in data["addends"]), values, runs, evidence)
     except (LookupError, TypeError, ValueError, AttributeError):
         return None
 

@@ -23,6 +23,7 @@ from undertow.campaign.run.rig import (
     with_known,
 )
 from undertow.campaign.run.workers import Progress, on_processes
+from undertow.comparison.joining import told_by_other_waters
 from undertow.comparison.level import Addend, Member
 from undertow.comparison.suspect import Suspect
 from undertow.comparison.suspects import chosen
@@ -86,6 +87,9 @@ def judged(
     clean = tuple(one.cases[0] for one, said in pairs if not (said.addends or said.verdicts[0].status == "unknown"))
     judge = _Judge(suspects, standing, folder, resume, dry_specimens(config, tasks), budget, levels, clean)
     wet = on_processes(judge, list(waters.values()), jobs, "wet: what is missing", progress, _together_name)
+    told = _told(list(waters.values()), wet)
+    more = on_processes(judge, list(told.values()), jobs, "wet: beside other waters", progress, _together_name)
+    wet = [*wet, *(_with_the_reason(one, wet[i]) for i, one in zip(told, more, strict=True))]
     said = failed | {tuple(v.group.items()): v for judged in (*first, *wet) for v in judged.verdicts}
     runs = {name: run for judged in (*first, *wet) for name, run in judged.runs.items()}
     return [
@@ -128,10 +132,39 @@ def _beside_unknown(cases: Sequence[Case], dry: Sequence[Judged]) -> list[Case]:
 
 @dataclass(frozen=True)
 class _Together:
-    """Groups of one water, as the judge sees them and as they were analysed."""
+    """Groups of one water, as the judge sees them and as they were analysed; ``told`` is what other waters say."""
 
     cases: tuple[Case, ...]
     tasks: tuple[GroupTask, ...]
+    told: tuple[tuple[str, float], ...] = ()
+
+
+def _told(waters: Sequence[_Together], said: Sequence[Judged]) -> dict[int, _Together]:
+    """Waters that cannot tell one law from another, by their place, with what the other waters say of these laws."""
+    out = {}
+    for i, (water, judged) in enumerate(zip(waters, said, strict=True)):
+        others = [other.evidence for j, other in enumerate(said) if j != i and other.evidence]
+        rivals = any(
+            v.status == "not_identifiable" and all(set(names) <= judged.evidence.keys() for names in v.alternatives)
+            for v in judged.verdicts
+        )
+        if others and rivals:
+            told = told_by_other_waters(others, sorted(judged.evidence))
+            out[i] = replace(water, told=tuple(sorted(told.items())))
+    return out
+
+
+def _with_the_reason(judged: Judged, alone: Judged) -> Judged:
+    """Verdicts beside other waters; one that says another thing than alone says why."""
+    verdicts = []
+    for now, before in zip(judged.verdicts, alone.verdicts, strict=True):
+        if (now.status, now.verdict, now.alternatives) != (before.status, before.verdict, before.alternatives):
+            sets = [" and ".join(names) for names in (before.verdict, *before.alternatives)]
+            words = ", or ".join(sets).replace("_", " ")
+            text = f"This water alone could not tell {words} from each other; the campaign's others help."
+            now = replace(now, sentence=f"{now.sentence} {text}")
+        verdicts.append(now)
+    return replace(judged, verdicts=tuple(verdicts))
 
 
 def _together_name(one: _Together) -> str:
@@ -159,7 +192,7 @@ class _Judge:
         free = [c.member.free_start for c in level.cases]
         cells = [dict(c.cell) for c in level.cases]
         said = (free, cells, [c.dry_unknown for c in level.cases])
-        also = repr((sorted(s.label for s in self.suspects), standing, *said, self.budget, self.levels))
+        also = repr((sorted(s.label for s in self.suspects), standing, *said, self.budget, self.levels, level.told))
         path = self.folder / f"verdict-{checkpoints.level_digest(level.tasks, also)}.json"
         labels = tuple(c.member.label for c in level.cases)
         kept = checkpoints.load_verdicts(level.tasks, labels, path) if self.resume else None
@@ -178,7 +211,9 @@ class _Judge:
         reason = ""
         for standing in dict.fromkeys((here, sliding)):
             try:
-                return judge_level(level.cases, self.suspects, standing, self.budget, self.levels, self.clean)
+                return judge_level(
+                    level.cases, self.suspects, standing, self.budget, self.levels, self.clean, dict(level.told)
+                )
             except FAILURES as one:
                 reason = reason or failure(one).rstrip(".")
         return undecided(level.cases, reason)

@@ -1,0 +1,75 @@
+"""What other waters of a campaign say of a law that one of them cannot tell from another."""
+
+from __future__ import annotations
+
+import math
+from types import SimpleNamespace
+
+import pytest
+
+from undertow.campaign.run.judgement import _Together, _told, _with_the_reason
+from undertow.comparison.candidate import evidence_by_name
+from undertow.comparison.joining import LAWS_DIFFER, told_by_other_waters
+from undertow.comparison.suspects import SUSPECTS
+from undertow.discrepancy.judge import Judged
+from undertow.discrepancy.verdict import Verdict
+
+NAMES = ("cubic_damping", "drag_exponent", "linear_damping")
+
+
+def said(status: str, verdict=(), alternatives=(), evidence=None, sentence="Something.") -> Judged:
+    one = Verdict({}, (), (), status=status, verdict=verdict, alternatives=alternatives, sentence=sentence)
+    return Judged((one,), ("short",), evidence=evidence or {})
+
+
+UNTOLD = said("not_identifiable", ("drag_exponent",), (("linear_damping",),), dict.fromkeys(NAMES, 20.0))
+SURE = said("explained", ("linear_damping",), (), {"linear_damping": 30.0, "drag_exponent": 20.0})
+
+
+def test_only_a_water_that_cannot_tell_is_judged_beside_the_others():
+    waters = [_Together((), ()), _Together((), ())]
+    (place,) = _told(waters, [UNTOLD, SURE])
+    assert place == 0
+    told = dict(_told(waters, [UNTOLD, SURE])[0].told)
+    assert told["linear_damping"] == pytest.approx(math.log(3.0), abs=0.02)
+    assert told["drag_exponent"] == pytest.approx(math.log(LAWS_DIFFER + 3.0 * math.exp(-10.0)), abs=0.02)
+    assert _told(waters, [UNTOLD, said("cannot_tell")]) == {}
+    assert _told(waters, [SURE, SURE]) == {}
+    class_of_rivals = said("not_identifiable", ("added_mass",), (("hidden_resonator",),), {"added_mass": 5.0})
+    assert _told(waters, [class_of_rivals, SURE]) == {}  # no free decay separates them: no other water does
+
+
+def test_waters_that_say_nothing_leave_all_as_it_was_and_each_counts_once():
+    nothing = told_by_other_waters([dict.fromkeys(NAMES, 3.0)], NAMES)
+    assert list(nothing.values()) == pytest.approx([0.0, 0.0, 0.0], abs=1e-12)
+    once = told_by_other_waters([SURE.evidence], NAMES)
+    twice = told_by_other_waters([SURE.evidence, SURE.evidence], NAMES)
+    assert twice == pytest.approx({name: 2.0 * by for name, by in once.items()})
+    assert min(once.values()) == pytest.approx(math.log(LAWS_DIFFER), abs=0.02)
+
+
+def test_a_verdict_that_other_waters_changed_says_so_and_another_does_not():
+    now = _with_the_reason(SURE, UNTOLD).verdicts[0].sentence
+    assert now.endswith(
+        "This water alone could not tell drag exponent, or linear damping from each other; the campaign's others help."
+    )
+    assert _with_the_reason(UNTOLD, UNTOLD).verdicts[0].sentence == "Something."
+
+
+def candidate(name: str, score: float, out: str = "", aside: bool = False) -> SimpleNamespace:
+    suspect = next(s for s in SUSPECTS if s.name == name)
+    return SimpleNamespace(suspects=(suspect,), names=(name,), score=score, out=out, aside=aside)
+
+
+def test_evidence_is_of_laws_of_the_body_with_sound_numbers():
+    null = SimpleNamespace(suspects=(), score=10.0, out="", aside=False)
+    damping, force = candidate("linear_damping", 30.0), candidate("external_forcing", 90.0)
+    unsound, small = candidate("relaxation", 50.0, "on its bound"), candidate("cubic_damping", 15.0, "small", True)
+    screened = SimpleNamespace(suspect=candidate("cubic_stiffness", 0.0).suspects[0], score=8.0)
+    every = (null, damping, force, unsound, small)
+    found = SimpleNamespace(null=null, best=damping, candidates=every, screened=(screened,))
+    assert evidence_by_name(found) == {"linear_damping": 20.0, "cubic_damping": 5.0, "cubic_stiffness": -2.0}
+    found.best = force
+    assert evidence_by_name(found) == {}
+    found.best = SimpleNamespace(suspects=(*damping.suspects, *small.suspects))
+    assert evidence_by_name(found) == {}

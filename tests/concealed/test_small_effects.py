@@ -191,7 +191,7 @@ def test_behind_what_hides_within_repeatability_another_must_show_in_the_free_ru
     def worthwhile(probable: list[SimpleNamespace]) -> object:
         null = SimpleNamespace(suspects=(), score=0.0, fit=SimpleNamespace(misfit=1.1, miss=0.9))
         state = SimpleNamespace(level=None, null=null, best=null, error=0.9, small=[], found=list(probable))
-        for name in ("_too_small", "_set_aside", "_no_closer"):
+        for name in ("_too_small", "_set_aside"):
             setattr(state, name, partial(getattr(search._Search, name), state))
         monkeypatch.setattr(search, "replace", lambda c, **new: SimpleNamespace(**(vars(c) | new)))
         return search._Search._worthwhile(state, probable, 1.0)

@@ -175,6 +175,25 @@ def test_odds_that_are_too_small_are_said(varying, monkeypatch):
         vary_by_stroke([trial], fitted)
 
 
+def test_numbers_beyond_their_bounds_are_refused(varying, monkeypatch):
+    _, trial, fitted, _ = varying
+    bounded = find_driven("coulomb_friction")
+    own = replace(bounded.parameters[0], lower=1e3)
+    monkeypatch.setattr(type(bounded), "parameters", (own, *bounded.parameters[1:]))
+    with pytest.raises(IdentificationError, match=r"differ by stroke coulomb_friction.force_N leaves its bounds"):
+        vary_by_stroke([trial], fitted)
+
+
+def test_a_push_that_nobody_records_no_longer_biases_output_error_in_closed_loop():
+    one = body("carriage", 4002)
+    trial = record(one, 0.0, 5.0, 20000)
+    fitted = fit_driven([trial], laws_of(*GIVEN["carriage"]))
+    found, name = vary_by_stroke([trial], fitted), "viscous_damping.c_Ns_per_m"
+    truth, error = one.numbers[name], np.sqrt(found.covariance[found.names.index(name), found.names.index(name)])
+    assert fitted.numbers[name] > 1.5 * truth
+    assert abs(found.numbers[name] - truth) < 3.0 * error < 0.3 * truth
+
+
 def test_fresh_records_lie_in_the_band_that_holds_deviations_and_not_in_the_other(varying):
     one, trial, fitted, found = varying
     inside = {}

@@ -20,7 +20,7 @@ import numpy as np
 
 from undertow.conditioning.driven import DrivenTrial
 from undertow.errors import IdentificationError
-from undertow.likelihood.driven import drive_for, extent_of
+from undertow.likelihood.driven import MASS, drive_for, extent_of
 from undertow.likelihood.driven_strokes import (
     Course,
     Reach,
@@ -43,8 +43,9 @@ AT_NOISE = 1.5
 """Free-run error over white noise up to which nothing is left to vary."""
 SURE = 3.0
 """Natural logarithm of the odds (20 to 1) from which on a record asks for deviations by stroke."""
-FIRST_SHARE = 0.02
-"""Where the search for both standard deviations begins, as a share of the input's."""
+FIRST_SHARE = 0.2
+"""Where the search for both standard deviations begins, as a share of the input's: from above, because small deviations
+that leave a residual with a long memory look as if they were none."""
 ROUNDS = 60
 SETTLED = 0.01
 """The search ends where neither standard deviation moves by this share of the larger one."""
@@ -109,12 +110,24 @@ def vary_by_stroke(trials: Sequence[DrivenTrial], fitted: DrivenFit) -> DrivenFi
     values = _Values(np.array([numbers[name] for name in fitted.names]), states, nothing)
     first = FIRST_SHARE * max(float(np.std(one.reach.trial.u)) for one in records)
     found, spreads, noise = _likeliest(records, fitted, values, np.full(2, first))
+    outside = _outside(fitted, found.values.numbers)
+    if outside:
+        raise IdentificationError(f"with offsets and frictions that differ by stroke {outside} leaves its bounds")
     evidence = _evidence(records, fitted, values, found, noise)
     if not evidence > SURE:
         raise IdentificationError(
             f"the odds for offsets and frictions that differ by stroke are exp({evidence:.2g}), under exp({SURE:g})"
         )
     return _with_deviations(records, fitted, found, spreads, evidence)
+
+
+def _outside(fitted: DrivenFit, values: Array) -> str:
+    """Names of numbers that a search without bounds took beyond them."""
+    bounds = {place.name: (place.parameter.lower, place.parameter.upper) for place in fitted.laws.places}
+    bounds |= {MASS: (0.0, math.inf)}
+    pairs = zip(fitted.names, values.tolist(), strict=True)
+    free = (-math.inf, math.inf)
+    return ", ".join(n for n, value in pairs if not bounds.get(n, free)[0] <= value <= bounds.get(n, free)[1])
 
 
 def _with_deviations(
@@ -285,13 +298,12 @@ def _inverse(normal: Array) -> Array:
 def _evidence(
     records: Sequence[_Record], fitted: DrivenFit, values: _Values, found: _Point, noise: Sequence[float]
 ) -> float:
-    """Natural logarithm of the odds for deviations by stroke: what they take from the residual, over the memory that it
-    has without them, less what so many free deviations cost (Laplace's approximation)."""
+    """Natural logarithm of the odds for deviations by stroke: what they take from the slow part of the residuals, less
+    what so many free deviations cost (Laplace's approximation)."""
     gained = 0.0
     for i, (one, after) in enumerate(zip(records, found.residuals, strict=True)):
         before = one.measured - _motion(one, fitted, values, i).x
-        samples = before.size / memory_samples(before)
-        gained += 0.5 * samples * math.log(float(np.mean(before**2)) / float(np.mean(after**2)))
+        gained += slow_gain(before, after, len(one.course.ways))
     own = np.concatenate(found.values.deviations)
     first = found.prior.size - own.size
     precision = found.prior[first:]
@@ -301,3 +313,19 @@ def _evidence(
     without = np.linalg.slogdet(scaled[:first, :first])[1]
     cost = whole - without + float(np.sum(np.log(size[first:] ** 2 / precision)))
     return float(gained - 0.5 * cost - 0.5 * float(precision @ own**2))
+
+
+def slow_gain(before: Array, after: Array, strokes: int) -> float:
+    """Natural logarithm of the likelihood ratio of two residuals (n,), by their first ``strokes`` frequencies
+    (Whittle's likelihood, powers averaged over octaves). Forces that differ by stroke make no faster residual, and one
+    that wanders says as little as it has slow frequencies, however many its samples.
+
+    >>> t = np.linspace(0.0, 1.0, 400)
+    >>> round(slow_gain(np.cos(6.0 * t), 0.1 * np.cos(6.0 * t), 8) / (8.0 * np.log(100.0)), 6)
+    1.0
+    """
+    power = [np.abs(np.fft.rfft(one - np.mean(one))[1 : strokes + 1]) ** 2 for one in (before, after)]
+    octaves = [2**i - 1 for i in range(strokes.bit_length())]
+    many = np.diff([*octaves, strokes])
+    means = [np.add.reduceat(one, octaves) / many for one in power]
+    return float(np.sum(many * np.log(means[0] / means[1])))

@@ -321,7 +321,7 @@ def slow_gain(before: Array, after: Array, strokes: int) -> float:
     that wanders says as little as it has slow frequencies, however many its samples.
 
     >>> t = np.linspace(0.0, 1.0, 400)
-    >>> round(slow_gain(np.cos(6.0 * t), 0.1 * np.cos(6.0 * t), 8) / (8.0 * np.log(100.0)), 6)
+    >>> round(slow_gain(np.cos(6.0 * t), 0.1 * np.cos(6.0 * t), 8) / (8.0 * math.log(100.0)), 6)
     1.0
     """
     power = [np.abs(np.fft.rfft(one - np.mean(one))[1 : strokes + 1]) ** 2 for one in (before, after)]

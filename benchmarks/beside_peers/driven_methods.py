@@ -60,7 +60,7 @@ def undertow_discover(data: DrivenSet) -> Run:
     x = data.training[0]
     found = undertow.Discover(known=data.equation).fit(x, **_given(data)).driven_
     trial = DrivenTrial("x", np.arange(x.size) * data.step, data.training[1], {"displacement": x}, "force", data.hold)
-    return _runs(data, Driven(found.augmented or found.baseline, trial))
+    return _runs(data, Driven(found.augmented or found.baseline, (trial,)))
 
 
 # ---------------------------------------------------------------- pysindy

@@ -96,14 +96,16 @@ def record(
     samples: int = CARRIAGE_SAMPLES,
     force: float = 1.0,
     again: int = 0,
+    varies_N: tuple[float, float] = (0.0, 0.0),
 ) -> DrivenTrial:
     """The body's record with white noise. A carriage's drive may wander: a random walk of that size in a second, which
     the recorded force does not hold; or it is pushed by a random force of the rms ``pushed_N`` that fades over
     PUSHED_S and is not recorded either, so that the controller answers to it. ``samples`` is a carriage's length.
-    A sprung body's force is so many times as large by ``force``; ``again`` counts fresh records of it."""
+    A carriage's offset and friction vary from one pair of strokes, there and back, to the next by ``varies_N`` (1
+    sigma). A sprung body's force is so many times as large by ``force``; ``again`` counts fresh records of a body."""
     rng = np.random.default_rng([one.seed, 99 + again])
     if one.kind == "carriage":
-        return _carriage(one, rng, wanders_N, pushed_N, samples)
+        return _carriage(one, rng, wanders_N, pushed_N, samples, varies_N)
     t = np.arange(SPRUNG_SAMPLES) / SPRUNG_RATE_HZ
     u = np.convolve(rng.normal(size=t.size + 30), np.hanning(30), "same")[: t.size] * 12.0
     if one.kind == "swept":
@@ -122,8 +124,20 @@ def target_m(t: Array) -> Array:
     return np.asarray(STROKE_M * speed * np.where(number % 2 == 0, smooth, 1.0 - smooth))
 
 
+def by_stroke_N(t: Array, varies_N: tuple[float, float], rng: np.random.Generator) -> Array:
+    """Force (n,) against a carriage that offset and friction beyond their means give, those of each pair of strokes."""
+    stroke = np.floor(t / STROKE_S).astype(int)
+    drawn = rng.normal(size=(2, int(stroke[-1]) // 2 + 1)) * np.array(varies_N)[:, None]
+    return np.asarray(drawn[0][stroke // 2] + np.where(stroke % 2 == 0, 1.0, -1.0) * drawn[1][stroke // 2])
+
+
 def _carriage(
-    one: Body, rng: np.random.Generator, wanders_N: float, pushed_N: float, samples: int
+    one: Body,
+    rng: np.random.Generator,
+    wanders_N: float,
+    pushed_N: float,
+    samples: int,
+    varies_N: tuple[float, float],
 ) -> DrivenTrial:
     """A carriage whose force a controller makes of the recorded position, a step of the logger at a time."""
     step = 1.0 / CARRIAGE_RATE_HZ
@@ -135,6 +149,8 @@ def _carriage(
         kept = np.exp(-step / PUSHED_S)
         fresh = np.sqrt(1.0 - kept**2) * rng.normal(size=t.size)
         lost = lost + pushed_N * lfilter([1.0], [1.0, -kept], fresh)
+    if any(varies_N):
+        lost = lost - by_stroke_N(t, varies_N, rng)
     stiff, damped = mass * 30.0**2, mass * 2.0 * 30.0
     state, u, x = (0.0, 0.0, 0.0), np.zeros(t.size), np.zeros(t.size)
     before = wanted[0]

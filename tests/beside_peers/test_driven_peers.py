@@ -42,6 +42,7 @@ def test_a_score_is_the_rms_beyond_the_samples_that_a_start_may_use(swept):
     ("method", "share"),
     [
         ("undertow, the obvious equation", 1e-3),
+        ("undertow, with what it lacks", 1e-3),
         ("pysindy, the equation's columns, smoothed, least squares", 0.15),
         ("pysindy, discrete time, cubic library, STLSQ 0.001", 0.15),
     ],

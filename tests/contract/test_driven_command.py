@@ -660,14 +660,3 @@ def test_what_trials_differ_by_stands_beside_what_is_missed(finished, regressed,
     score = pd.read_csv(tmp_path / "run" / "trials.csv").iloc[0]
     assert score["repeatability_nrmse"] == pytest.approx(row["repeatability_nrmse"])
     assert "What is missed, and what may be" in (tmp_path / "run" / "report.html").read_text()
-
-
-def test_differ_says_that_it_takes_decays_alone(finished, capsys):
-    folder, _ = finished
-    pair = ("--simulation", folder / "test.csv", "--recording", folder / "train.csv")
-    said = command(capsys, "differ", *pair)
-    assert said.code == 1
-    assert "test.csv is driven (force); undertow differ takes decays alone; run both files" in said.err
-    said = command(capsys, "differ", *pair, "--config", folder / "shaken.yaml")
-    assert said.code == 2
-    assert "describes a body that is driven (force); undertow differ takes decays alone" in said.err

@@ -20,6 +20,7 @@ import numpy as np
 from undertow.comparison.driven_folds import CLOSER, TRYING, Tried, come_closer, fold_errors, validation_rms
 from undertow.comparison.driven_hysteresis import REMEMBERED, Contest, contest, remembers
 from undertow.comparison.driven_suspects import OF_WATER, STATIC
+from undertow.comparison.driven_varying import by_stroke
 from undertow.conditioning.driven import DrivenTrial
 from undertow.equation.driven_laws import find_driven
 from undertow.errors import IdentificationError
@@ -150,6 +151,8 @@ def discover_driven(
             progress(f"{name}: needless beside {', '.join(added)}")
     baseline = _on_everything(trials, laws, base)
     augmented = _on_everything(trials, current.started, current) if added else None
+    best, lowest = by_stroke(augmented or baseline, (trials, training, unseen), current, lowest)
+    baseline, augmented, first = (baseline, best, first) if added else (best, None, lowest)
     kinds = (family.rivals, family.members) if family else ((), {})
     return DrivenFound(baseline, augmented, tuple(added), tuple(tried), (first, lowest), *kinds)
 

@@ -22,6 +22,7 @@ from undertow.methods.driven import fit_driven as fit_trials
 from undertow.methods.driven_equations import DrivenEquation, DrivenPrediction, predict_driven
 from undertow.methods.driven_instrument import BesideInstrument, beside_instrument
 from undertow.methods.driven_shares import Told, shares_of
+from undertow.methods.driven_strokes import vary_by_stroke
 from undertow.quantities import Estimate, Hold
 
 
@@ -60,13 +61,21 @@ class Driven:
         """The numbers beside those that the instrument gives; IdentificationError where the record has none."""
         return beside_instrument(self.trial, self.fit)
 
+    def by_stroke(self) -> Driven:
+        """The same equation with an offset and a friction that vary from stroke to stroke: ``fit.strokes`` says by how
+        much, ``numbers`` and `predict`'s band are beside that. IdentificationError where the record does not ask for
+        it."""
+        return Driven(vary_by_stroke(self.trials, self.fit), self.trials)
+
     def predict(self, x: ArrayLike, *, t: ArrayLike | float, u: ArrayLike, start: int = 50) -> DrivenPrediction:
         """The free run under another input, from the first ``start`` samples of x alone, with its 90 % band."""
         other = driven_record(x, t, u, self.trial.hold, self.trial.quantity, self.trial.frames.get("displacement"))
         size = float(np.std(self.trial.outputs["displacement"]))
+        varying = self.fit.strokes
         equation = DrivenEquation(
-            self.fit.started, self.fit.names, self.fit.values, self.fit.covariance, self.rms, size,
-            self.trial.noise()["displacement"], extent_of(self.trial),
+            self.fit.started, self.fit.names, self.fit.values, self.fit.covariance,
+            self.rms if varying is None else varying.beyond, size, self.trial.noise()["displacement"],
+            extent_of(self.trial), {}, (0.0, 0.0) if varying is None else varying.spreads,
         )  # fmt: skip
         return predict_driven(other, equation, start)
 

@@ -21,6 +21,7 @@ from undertow.equation.driven_laws import felt
 from undertow.equation.input import Drive
 from undertow.errors import IdentificationError, UndertowError
 from undertow.likelihood.driven import MASS, DrivenLaws, drive_for, driven_problem
+from undertow.likelihood.driven_strokes import Strokes
 from undertow.likelihood.output_error import SearchEffort, Solution, fit, residuals
 from undertow.likelihood.problem import Problem
 from undertow.methods.driven_begin import begin_of, begins_held
@@ -49,7 +50,7 @@ class DrivenFit:
 
     ``values`` and ``covariance`` (p, p) of the equation's ``names``; ``rms`` of the free run over what was fitted, a
     trial's main output; ``solution`` the search's end with the start states; ``begun`` names the trials whose start
-    state was taken from their first samples.
+    state was taken from their first samples; ``strokes`` what differs from stroke to stroke, where that was asked.
     """
 
     laws: DrivenLaws
@@ -60,6 +61,7 @@ class DrivenFit:
     solution: Solution
     outcome: str
     begun: tuple[str, ...] = ()
+    strokes: Strokes | None = None
 
     @property
     def numbers(self) -> dict[str, float]:

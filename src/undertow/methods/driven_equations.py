@@ -14,8 +14,10 @@ import numpy as np
 
 from undertow.conditioning.driven import DrivenTrial
 from undertow.equation.driven_laws import find_driven
+from undertow.equation.driven_slots import DRIVEN_SLOT
 from undertow.equation.input import MotionSize
 from undertow.likelihood.driven import DrivenLaws, drive_for, driven_problem, extent_of
+from undertow.likelihood.driven_strokes import STATE, Reach, variance_by_stroke
 from undertow.likelihood.output_error import fit, parameter_vector
 from undertow.likelihood.problem import Problem
 from undertow.methods.driven import DrivenFit
@@ -41,7 +43,9 @@ with 1 their bands held 84 % at 1.5 times the force, with 2 90 %; on other bodie
 class DrivenEquation:
     """An equation with its numbers: laws (all numbers as starts), names, values, covariance; ``error`` the rms of its
     free run on samples that nobody fitted, at motions of the rms ``motion``; ``noise`` the main output's, ``extent``
-    how far and fast the body moved, ``noises`` those of all outputs."""
+    how far and fast the body moved, ``noises`` those of all outputs. ``spreads`` are the standard deviations of offset
+    and friction from stroke to stroke, N, as wide as few strokes make them; ``error`` is then what is missed beyond
+    them."""
 
     laws: DrivenLaws
     names: tuple[str, ...]
@@ -52,6 +56,7 @@ class DrivenEquation:
     noise: float
     extent: MotionSize
     noises: Mapping[str, float] = field(default_factory=dict)
+    spreads: tuple[float, float] = (0.0, 0.0)
 
 
 @dataclass(frozen=True)
@@ -85,13 +90,17 @@ def written(fitted: DrivenFit, error: float, motion: float, trial: DrivenTrial) 
         }
         for place in fitted.laws.places
     ]  # fmt: skip
+    varying = fitted.strokes
     return {
         "terms": [term.name for term in fitted.laws.terms], "mass_kg": numbers["mass_kg"], "rows": rows,
         "names": list(fitted.names), "values": fitted.values.tolist(), "covariance": fitted.covariance.tolist(),
         "fixed": dict(fitted.laws.fixed), "free_run_error": error, "motion_rms": motion, "outcome": fitted.outcome,
         "input": trial.quantity, "frames": dict(trial.frames), "noise": trial.noise()[trial.main],
-        "noises": trial.noise(),
-        "extent": [extent.size, extent.speed],
+        "noises": trial.noise(), "extent": [extent.size, extent.speed],
+        "by_stroke": None if varying is None else {
+            "offset_N": varying.offset_N, "friction_N": varying.friction_N, "spreads_N": list(varying.spreads),
+            "free_run_error_beyond": varying.beyond,
+        },
     }  # fmt: skip
 
 
@@ -103,17 +112,21 @@ def read_back(entry: Mapping[str, Any]) -> DrivenEquation:
     starts = dict(zip(names, values.tolist(), strict=True))
     laws = DrivenLaws(terms, dict(entry["fixed"]), starts)
     covariance = np.array(entry["covariance"], dtype=np.float64).reshape(values.size, values.size)
+    varying = entry.get("by_stroke")
+    error = varying["free_run_error_beyond"] if varying else entry["free_run_error"]
     return DrivenEquation(
-        laws, names, values, covariance, float(entry["free_run_error"]), float(entry["motion_rms"]),
-        float(entry["noise"]), MotionSize(*entry["extent"]), entry.get("noises", {}),
+        laws, names, values, covariance, float(error), float(entry["motion_rms"]), float(entry["noise"]),
+        MotionSize(*entry["extent"]), entry.get("noises", {}),
+        tuple(varying["spreads_N"]) if varying else (0.0, 0.0),
     )  # fmt: skip
 
 
 def predict_driven(trial: DrivenTrial, equation: DrivenEquation, start: int) -> DrivenPrediction:
     """The free run from the trial's first ``start`` samples, with its standard error.
 
-    The error holds the numbers' covariance, the start state's, and what the free run missed on samples nobody fitted,
-    enlarged where this trial moves further than those. Raises IdentificationError where the motion has no bounds.
+    The error holds the numbers' covariance, the start state's, what offset and friction differ by from stroke to
+    stroke, and what the free run missed on samples nobody fitted, enlarged where this trial moves further than those.
+    Raises IdentificationError where the motion has no bounds.
     """
     from undertow.equation.driven import driven_motion
 
@@ -142,6 +155,10 @@ def predict_driven(trial: DrivenTrial, equation: DrivenEquation, start: int) -> 
     order = [link.unknown for link in piece.links]
     variance = np.einsum("ij,jk,ik->i", by_number, equation.covariance, by_number)
     variance += np.einsum("ij,jk,ik->i", by_start, found.covariance[np.ix_(order, order)], by_start)
+    if any(equation.spreads):
+        state = np.array([theta[DRIVEN_SLOT[name]] for name in STATE])
+        reach = Reach(trial, held, (), drives[trial.name])
+        variance += variance_by_stroke(reach, held.fixed, state, equation.spreads)
     wider = max(1.0, float(np.std(column[:, 0])) / equation.motion) if equation.motion > 0.0 else 1.0
     white = min(equation.noise, equation.error) ** 2  # noise does not grow with the motion, what a law lacks does
     missed = (equation.error**2 - white) * wider ** (2.0 * GROWTH)

@@ -292,16 +292,17 @@ def _moving(copy: DrivenTrial, terms: tuple[Term, ...], half: int, rows: int) ->
     x = own.outputs[own.main]
     v = x if own.main == "velocity" else np.gradient(x, copy.t)
     speed = float(np.max(np.abs(v)))
-    here, full = np.array([float(np.std(x))]), np.array([speed])
-    nothing, now = np.zeros(1), np.zeros(1)
-
-    def jumps(term: Term) -> bool:
-        """Whether the force changes at once with the direction of motion."""
-        ahead, back = (float(term.force(here, way * 1e-9 * full, nothing, now)[0]) for way in (1.0, -1.0))
-        return abs(ahead - back) > JUMPS_SHARE * abs(float(term.force(here, full, nothing, now)[0]))
-
-    if not any(jumps(term) for term in terms):
+    size = float(np.std(x))
+    if not any(jumps(term, size, speed) for term in terms):
         return np.ones(rows)
     standing = np.concatenate([[0], np.cumsum(np.abs(v) < STANDING_SHARE * speed)])
     begins = np.arange(rows) * row_step(half)
     return np.asarray(standing[begins + 2 * half + 1] == standing[begins], dtype=np.float64)
+
+
+def jumps(term: Term, size: float, speed: float) -> bool:
+    """Whether a law's force changes at once with the direction of motion, at a displacement of that ``size`` (m) and
+    beside its force at that ``speed`` (m/s)."""
+    here, full, nothing = np.array([size]), np.array([speed]), np.zeros(1)
+    ahead, back = (float(term.force(here, way * 1e-9 * full, nothing, nothing)[0]) for way in (1.0, -1.0))
+    return abs(ahead - back) > JUMPS_SHARE * abs(float(term.force(here, full, nothing, nothing)[0]))

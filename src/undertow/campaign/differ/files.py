@@ -12,6 +12,7 @@ from pathlib import Path
 
 from undertow.campaign.config import RunConfig, load
 from undertow.campaign.differ.compare import compare_motions
+from undertow.campaign.differ.driven import DrivenDifference, differ_driven, write_driven
 from undertow.campaign.differ.lacking import UNKNOWN
 from undertow.campaign.inspection import inspect
 from undertow.campaign.run.folder import safe_name
@@ -33,11 +34,8 @@ FEWEST_SAMPLES = 20
 """Samples that a motion window needs; a file with fewer is no release."""
 
 
-DECAYS_ALONE = (
-    "undertow differ takes decays alone; run both files as campaigns of their own (undertow run), see their numbers "
-    "side by side (undertow compare), or run the one's equation on the other (undertow predict)"
-)
-"""Why a driven body is not compared, and what to do."""
+BY_CONFIG = "say with --config which column drives it, in which unit, and which equation it begins from"
+"""What a driven body needs beside two files."""
 
 
 @dataclass(frozen=True)
@@ -57,7 +55,7 @@ class Compared:
     """What ``undertow differ`` says when it is done: the folder and the difference in it."""
 
     folder: Path
-    difference: Difference
+    difference: Difference | DrivenDifference
 
     @property
     def summary(self) -> str:
@@ -69,7 +67,8 @@ def differ(simulation: Path, recording: Path, config_path: Path | None = None, o
     """Compare two files and write ``differ.json`` and ``differ.html`` into a folder (default ``runs/differ_...``).
 
     With a config both files are read with its mapping of columns, and its terms, specimen and scatter count; without,
-    the mapping is guessed from each file's column names, as ``undertow inspect`` shows it.
+    the mapping is guessed from each file's column names, as ``undertow inspect`` shows it. A body that is driven needs
+    a config.
 
     Raises ConfigError where a path or the config is wrong, RecordingError where a file cannot be used, UndertowError
     where no equation can be found or the folder cannot be written.
@@ -77,18 +76,35 @@ def differ(simulation: Path, recording: Path, config_path: Path | None = None, o
     for what, path in (("simulation", simulation), ("recording", recording)):
         if not path.is_file():
             raise ConfigError(f"--{what} {path} is no file; give the path of one trial's table")
-    pair = _guessed(simulation, recording) if config_path is None else _configured(simulation, recording, config_path)
-    found = compare_motions(
-        pair.simulation, pair.recording, pair.terms, pair.specimen, dict(pair.scatter) or None, pair.seed
-    )
+    found: Difference | DrivenDifference
+    if config_path is not None and _are_driven(config_path, recording):
+        found = differ_driven(simulation, recording, load(config_path))
+    else:
+        both = simulation, recording
+        pair = _guessed(*both) if config_path is None else _configured(*both, config_path)
+        found = compare_motions(
+            pair.simulation, pair.recording, pair.terms, pair.specimen, dict(pair.scatter) or None, pair.seed
+        )
     folder = out or Path("runs") / safe_name(f"differ_{simulation.stem}_{recording.stem}")
     try:
         folder.mkdir(parents=True, exist_ok=True)
-        write_difference(found, folder)
+        if isinstance(found, DrivenDifference):
+            write_driven(found, folder)
+        else:
+            write_difference(found, folder)
     except OSError as reason:
         what = f"{reason.strerror or reason} ({reason.filename or folder})"
         raise UndertowError(f"folder {folder} cannot be written: {what}; choose another with --out") from reason
     return Compared(folder, found)
+
+
+def _are_driven(config_path: Path, recording: Path) -> bool:
+    """Whether the config describes a body that is driven, and the recording is none of its decays."""
+    config = load(config_path)
+    if config.recordings.response is not None:
+        raise ConfigError(f"{config_path} describes harmonic sets (response); undertow differ takes records in time")
+    decays = patterns_of(config.trials.decays).fit(recording.stem, str(recording))
+    return bool(config.recordings.driven_by) and not decays
 
 
 def _guessed(simulation: Path, recording: Path) -> FilePair:
@@ -98,7 +114,7 @@ def _guessed(simulation: Path, recording: Path) -> FilePair:
         seen = inspect(path)
         driver = next((name for name in INPUTS if name in seen.proposal.channels), "")
         if driver:
-            raise RecordingError(f"{what} {path} is driven ({driver}); {DECAYS_ALONE}")
+            raise RecordingError(f"{what} {path} is driven ({driver}); {BY_CONFIG}")
         if seen.motion is None:
             raise RecordingError(f"{what} {path}: {seen.reason}")
         motions.append(_named(seen.motion, what))
@@ -118,7 +134,7 @@ def _configured(simulation: Path, recording: Path, config_path: Path) -> FilePai
     entry = _entry(catalogue, recording)
     driver = config.recordings.driven_by
     if driver and not patterns_of(config.trials.decays).fit(entry.name, str(entry.file)):
-        raise ConfigError(f"{config_path} describes a body that is driven ({driver}); {DECAYS_ALONE}")
+        raise ConfigError(f"{config_path} describes a body that is driven ({driver}); {BY_CONFIG}")
     channels = {name: spec for name, spec in catalogue.channels.items() if name in MOTION_CHANNELS}
     motion_only = replace(catalogue, channels=channels)
     made = replace(entry, name=simulation.name, file=simulation, window=TimeWindow())

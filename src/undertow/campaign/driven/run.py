@@ -24,6 +24,7 @@ from undertow.campaign.driven.files import group_entry, rows_csv
 from undertow.campaign.driven.floors import Floors, floors_of
 from undertow.campaign.driven.regression import Regressed, beside_output_error, regressions
 from undertow.campaign.driven.trials import driven_laws, driven_trials, named_apart
+from undertow.campaign.driven.varying import strokes_plain, strokes_sentence, strokes_table
 from undertow.campaign.run.manifest import manifest
 from undertow.campaign.run.workers import Progress, silent
 from undertow.comparison.driven_search import DrivenFound, discover_driven, suspects_for
@@ -119,6 +120,7 @@ def run_driven(
     floors = floors_of(config, training, unseen, found.augmented or found.baseline)
     beside = Beside(told, regressed, floors, not_tried(training[0], found, suspects or ()))
     sentence = sentence_of(config.name, training, found) + beside.sentences
+    sentence += strokes_sentence(found.augmented or found.baseline)
     _write(folder, config, text, training, unseen, found, sentence, beside)
     seconds = {"identification": time.perf_counter() - begun}
     methods, coordinate = config.methods, config.equation.coordinate
@@ -215,6 +217,8 @@ def _write(
         tables["Numbers of the given equation by regression, beside output error"] = regressed
     if by_target := beside.instruments.table():
         tables["Numbers by the instrument, beside output error"] = by_target
+    if varying := strokes_table(fit):
+        tables["Offset and friction by stroke, each pair there and back with its own"] = varying
     if shares := told_by(training, fit):
         tables["Standard errors by kind of record"] = shares
     figures = [run_picture(run) for run in runs]
@@ -259,8 +263,8 @@ def _verdict(
         baseline=_version(found.baseline, found.validation[0], size),
         augmented=None if found.augmented is None else _version(found.augmented, found.validation[1], size),
         sensor_floor_nrmse=max(beside.floors.sensor.values()), by_instrument=beside.instruments.plain(),
-        not_testable=list(beside.untried), repeatability_nrmse=beside.floors.worst_repeatability,
-        repeatability_because=beside.floors.because,
+        by_stroke=strokes_plain(fit), not_testable=list(beside.untried),
+        repeatability_nrmse=beside.floors.worst_repeatability, repeatability_because=beside.floors.because,
     )  # fmt: skip
     return {"contract": CONTRACT, "groups": [group], "across_groups": {"verdict": list(named), "sentence": sentence}}
 

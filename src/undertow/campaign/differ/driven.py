@@ -1,0 +1,200 @@
+"""A simulation of a driven body against its recording: laws that one of them lacks, numbers that differ, and how far
+the simulation's equation, run free under the recording's input, is from what was recorded.
+
+Both have inputs of their own. The config's equation is given to each, and each is searched for what it lacks as a
+run does (comparison/driven_search.py); with the laws of both, both are fitted again and compared number by number.
+
+Belongs here: that comparison, its sentence, its files. Does not belong here: decays (compare.py), the search, fits.
+"""
+
+from __future__ import annotations
+
+import json
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from undertow.campaign.config import RunConfig
+from undertow.campaign.differ.words import FAR
+from undertow.campaign.driven.trials import driven_laws, must_drive, recording_alone, trial_of
+from undertow.comparison.driven_search import discover_driven
+from undertow.conditioning.driven import DrivenTrial
+from undertow.discrepancy.difference import TermRow
+from undertow.discrepancy.naming import in_words
+from undertow.discrepancy.words import percent
+from undertow.equation.driven_laws import find_driven
+from undertow.errors import ConfigError
+from undertow.likelihood.driven import DrivenLaws
+from undertow.methods.driven import DrivenFit, fit_driven, free_run
+from undertow.methods.driven_begin import START_SAMPLES
+from undertow.quantities import Estimate
+from undertow.recording.catalogue import read_trial
+from undertow.recording.recording import Array
+from undertow.report.driven_page import DrawnRun, PagePart, page_html, run_picture
+from undertow.report.verdict_file import plain
+from undertow.report.writing import write_text
+
+VERSION = 1
+"""Version of differ.json's shape for driven bodies."""
+
+
+@dataclass(frozen=True)
+class DrivenDifference:
+    """``lacks``: laws that the recording asks for and the simulation does not; ``extra``: the other way; ``rows``: the
+    numbers of both with the laws of both; ``run`` (n,): the simulation's own equation under the recording's input, that
+    misses ``missed`` of the motion (rms over rms) beyond its start, where the recording's own misses ``own``."""
+
+    simulation: DrivenFit
+    recording: DrivenFit
+    lacks: tuple[str, ...]
+    extra: tuple[str, ...]
+    rows: tuple[TermRow, ...]
+    trial: DrivenTrial
+    run: Array
+    missed: float
+    own: float
+
+    @property
+    def far(self) -> tuple[str, ...]:
+        """Names of the numbers that are more than `FAR` standard errors apart."""
+        return tuple(row.name for row in self.rows if row.sigmas > FAR)
+
+    @property
+    def sentence(self) -> str:
+        """What the simulation lacks, which numbers differ, how far its free run is away."""
+        words = [f"lacks {_listed(self.lacks)}" if self.lacks else "lacks no law that this recording shows"]
+        if self.extra:
+            words.append(f"has {_listed(self.extra)}, which the recording does not show")
+        said = [
+            f"{row.name} ({row.simulation} there, {row.recording} in the recording, {row.sigmas:.2g} standard errors)"
+            for row in self.rows if row.sigmas > FAR
+        ]  # fmt: skip
+        if said:
+            words.append(f"differs in {', '.join(said)}")
+        return (
+            f"The simulation {', and '.join(words)}: under the recording's input its equation misses "
+            f"{percent(self.missed)} of the motion, the recording's own {percent(self.own)}."
+        )
+
+
+def _listed(names: Sequence[str]) -> str:
+    return " and ".join(in_words(name, alone=True) for name in names)
+
+
+def compare_driven(
+    simulation: DrivenTrial,
+    recording: DrivenTrial,
+    laws: DrivenLaws,
+    suspects: Sequence[str] | None = None,
+    seed: int = 0,
+) -> DrivenDifference:
+    """A driven simulation against a recording of the same body, whatever input either had.
+
+    The simulation is given the recording's noise: what no recording could show is not looked for. Raises ConfigError
+    where the two do not have the same input quantity and outputs, IdentificationError where a fit has no bounds.
+    """
+    both = simulation, recording
+    if (simulation.quantity, *simulation.outputs) != (recording.quantity, *recording.outputs):
+        have = [f"{one.quantity} and {', '.join(one.outputs)}" for one in both]
+        raise ConfigError(f"the simulation has {have[0]}, the recording {have[1]}; give both the same columns")
+    simulation = _as_noisy(simulation, recording.noise(), seed)
+    found = [discover_driven([one], laws, suspects) for one in (simulation, recording)]
+    mine, theirs = ([t.name for t in (one.augmented or one.baseline).laws.terms] for one in found)
+    lacks, extra = (tuple(n for n in one if n not in other) for one, other in ((theirs, mine), (mine, theirs)))
+    first, second = (
+        _with((one.augmented or one.baseline), trial, missing)
+        for one, trial, missing in zip(found, (simulation, recording), (lacks, extra), strict=True)
+    )
+    own = found[0].augmented or found[0].baseline
+    run = free_run(recording, own, START_SAMPLES)
+    rest = free_run(recording, found[1].augmented or found[1].baseline, START_SAMPLES)
+    missed, left = (_missed(recording, one) for one in (run, rest))
+    return DrivenDifference(first, second, lacks, extra, _rows(first, second), recording, run, missed, left)
+
+
+def _as_noisy(trial: DrivenTrial, noise: Mapping[str, float], seed: int) -> DrivenTrial:
+    """The trial with white noise that brings its outputs to the standard deviations ``noise``."""
+    rng, own = np.random.default_rng(seed), trial.noise()
+    more = {name: math.sqrt(max(noise[name] ** 2 - own[name] ** 2, 0.0)) for name in trial.outputs}
+    return replace(
+        trial, outputs={name: x + more[name] * rng.standard_normal(x.size) for name, x in trial.outputs.items()}
+    )
+
+
+def _with(fitted: DrivenFit, trial: DrivenTrial, missing: Sequence[str]) -> DrivenFit:
+    """The fit with the laws that the other file asks for beside its own, where these are laws of x and v; a law with
+    a state of its own has no start there, and is left to one of the two."""
+    terms = [term for term in map(find_driven, missing) if term.kind == "force"]
+    if not terms:
+        return fitted
+    laws = fitted.started
+    starts = {f"{term.name}.{term.coefficient.name}": max(0.0, term.coefficient.lower) for term in terms}
+    return fit_driven([trial], replace(laws, terms=(*laws.terms, *terms), starts={**starts, **laws.starts}), windows=0)
+
+
+def _rows(first: DrivenFit, second: DrivenFit) -> tuple[TermRow, ...]:
+    """Numbers of both fits, name by name."""
+    mine, theirs = (_estimates(one) for one in (first, second))
+    rows = []
+    for name in dict.fromkeys([*mine, *theirs]):
+        one, other = mine.get(name), theirs.get(name)
+        sigmas = math.nan
+        if one is not None and other is not None:
+            sigmas = abs(other.value - one.value) / math.hypot(one.stderr, other.stderr)
+        rows.append(TermRow(name, one, other, sigmas))
+    return tuple(rows)
+
+
+def _estimates(fit: DrivenFit) -> dict[str, Estimate]:
+    errors = np.sqrt(np.maximum(np.diag(fit.covariance), 0.0)).tolist()
+    return {
+        name: Estimate(value, error, unit=fit.laws.units.get(name, ""))
+        for name, value, error in zip(fit.names, fit.values.tolist(), errors, strict=True)
+    }
+
+
+def _missed(trial: DrivenTrial, run: Array) -> float:
+    """RMS of what a free run misses beyond its start, over the motion's."""
+    x = trial.outputs[trial.main][START_SAMPLES:]
+    return float(np.sqrt(np.mean((run[START_SAMPLES:] - x) ** 2)) / np.std(x))
+
+
+def differ_driven(simulation: Path, recording: Path, config: RunConfig) -> DrivenDifference:
+    """Both files read by the config's mapping, its equation given to both; as `compare_driven`."""
+    trials = []
+    for what, path in (("simulation", simulation), ("recording", recording)):
+        here, entry = recording_alone(config, path)
+        trial = trial_of(here, entry, read_trial(entry, here.catalogue()))
+        must_drive(trial.name, trial.quantity, trial.u)
+        trials.append(replace(trial, name=what))
+    suspects = None if config.discrepancy.suspects == "all" else config.discrepancy.suspects
+    return compare_driven(trials[0], trials[1], driven_laws(config), suspects, config.seed)
+
+
+def write_driven(found: DrivenDifference, folder: Path) -> None:
+    """differ.json and differ.html."""
+    rows = [
+        {"name": row.name, "simulation": plain(row.simulation), "recording": plain(row.recording),
+         "sigmas": plain(row.sigmas)}
+        for row in found.rows
+    ]  # fmt: skip
+    said: dict[str, Any] = {
+        "version": VERSION, "driven": True, "sentence": found.sentence, "lacks": list(found.lacks),
+        "extra": list(found.extra), "differs_in_number": list(found.far), "nrmse": plain(found.missed),
+        "nrmse_of_its_own_equation": plain(found.own), "terms": rows,
+    }  # fmt: skip
+    write_text(folder / "differ.json", json.dumps(said, indent=1, allow_nan=False, ensure_ascii=False))
+    table = [("number", "simulation", "recording", "standard errors apart")]
+    for row in found.rows:
+        shown = (str(one) if one is not None else "-" for one in (row.simulation, row.recording))
+        table.append((row.name, *shown, f"{row.sigmas:.1f}" if math.isfinite(row.sigmas) else ""))  # type: ignore[arg-type]
+    t, x = found.trial.t, found.trial.outputs[found.trial.main]
+    unit = {"displacement": "m", "velocity": "m/s", "acceleration": "m/s^2"}[found.trial.main]
+    picture = run_picture(DrawnRun("recording, and the simulation's equation", t, x, found.run, unit))
+    equation = "M x'' + " + " + ".join(term.law for term in found.recording.laws.terms) + f" = {found.trial.quantity}"
+    part = PagePart(found.sentence, [picture], equation, {"Numbers, with the laws of both": table})
+    write_text(folder / "differ.html", page_html("A simulation against a recording", [part]))

@@ -13,6 +13,7 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 from undertow.comparison.attempt import at_its_own_sizes
+from undertow.comparison.by_trials import FEWEST_TRIALS, with_errors_by_trials
 from undertow.comparison.candidate import Candidate, LevelDiagnosis, evidence_by_name
 from undertow.comparison.explained import FAR_ABOVE_NOISE
 from undertow.comparison.joint import free_run_error
@@ -88,6 +89,7 @@ def judge_level(
     doubled = holds_with_twice_the_scatter(level, diagnosis) if asked else True
     springs, likely = {one.member.label for one in cases}, tested.tests[0].name if tested.tests else ""
     in_air = dry_answer(diagnosis, likely, [c for c in dry if clean and c.member.label in springs])
+    diagnosis = replace(diagnosis, best=replace(diagnosis.best, fit=with_errors_by_trials(diagnosis.best.fit)))
     said = (_verdict(level, case, diagnosis, to, runs) for case, to in zip(cases, moved, strict=True))
     verdicts = tuple(
         _with_evidence(level, earned(verdict, case, diagnosis, tested, doubled, in_air), case, diagnosis, tested)
@@ -220,9 +222,11 @@ def _left(diagnosis: LevelDiagnosis) -> str:
     left = diagnosis.best.fit.misfit
     if left <= FAR_ABOVE_NOISE:
         return ""
+    several = len(diagnosis.best.fit.solution.problem.trials) >= FEWEST_TRIALS
+    errors = "; its numbers' errors hold by how much they move without one trial or another" if several else ""
     return (
         " It is a description rather than the law: even with k, c and mu of each trial's own it leaves "
-        f"{math.sqrt(left):.2g} times the sensors' noise."
+        f"{math.sqrt(left):.2g} times the sensors' noise{errors}."
     )
 
 

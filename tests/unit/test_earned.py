@@ -417,7 +417,12 @@ def test_a_kernel_of_radiated_waves_has_no_frequency_to_be_held_against_a_cell()
 
 
 def test_a_name_that_leaves_more_than_noise_says_that_it_describes():
-    describes, law = (SimpleNamespace(best=SimpleNamespace(fit=SimpleNamespace(misfit=m))) for m in (36.0, 1.2))
-    assert "a description rather than the law" in _left(describes)
-    assert "of each trial's own it leaves 6 times the sensors' noise." in _left(describes)
-    assert _left(law) == ""
+    def left(misfit: float, trials: int) -> str:
+        problem = SimpleNamespace(trials=[None] * trials)
+        fit = SimpleNamespace(misfit=misfit, solution=SimpleNamespace(problem=problem))
+        return _left(SimpleNamespace(best=SimpleNamespace(fit=fit)))
+
+    assert "a description rather than the law" in left(36.0, 2)
+    assert left(36.0, 2).endswith("of each trial's own it leaves 6 times the sensors' noise.")
+    assert left(36.0, 3).endswith("noise; its numbers' errors hold by how much they move without one trial or another.")
+    assert left(1.2, 3) == ""

@@ -35,6 +35,9 @@ def test_only_a_water_that_cannot_tell_is_judged_beside_the_others():
     assert told["drag_exponent"] == pytest.approx(math.log(LAWS_DIFFER + 3.0 * math.exp(-10.0)), abs=0.02)
     assert _told(waters, [UNTOLD, said("cannot_tell")]) == {}
     assert _told(waters, [SURE, SURE]) == {}
+    other = said("explained", ("drag_exponent",), (), {"linear_damping": 4.0, "drag_exponent": 14.0})
+    assert sorted(_told(waters, [other, SURE])) == [0, 1]  # each is improbable to the other
+    assert sorted(_told(waters, [said("cannot_tell", evidence=other.evidence), SURE])) == [1]
     class_of_rivals = said("not_identifiable", ("added_mass",), (("hidden_resonator",),), {"added_mass": 5.0})
     assert _told(waters, [class_of_rivals, SURE]) == {}  # no free decay separates them: no other water does
 
@@ -53,6 +56,8 @@ def test_a_verdict_that_other_waters_changed_says_so_and_another_does_not():
     assert now.endswith(
         "This water alone could not tell drag exponent, or linear damping from each other; the campaign's others help."
     )
+    other = said("explained", ("drag_exponent",))
+    assert "This water alone showed drag exponent; the" in _with_the_reason(SURE, other).verdicts[0].sentence
     assert _with_the_reason(UNTOLD, UNTOLD).verdicts[0].sentence == "Something."
 
 

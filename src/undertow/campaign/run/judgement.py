@@ -23,6 +23,7 @@ from undertow.campaign.run.rig import (
     with_known,
 )
 from undertow.campaign.run.workers import Progress, on_processes
+from undertow.comparison.candidate import RIVAL_ODDS
 from undertow.comparison.joining import told_by_other_waters
 from undertow.comparison.level import Addend, Member
 from undertow.comparison.suspect import Suspect
@@ -140,18 +141,26 @@ class _Together:
 
 
 def _told(waters: Sequence[_Together], said: Sequence[Judged]) -> dict[int, _Together]:
-    """Waters that cannot tell one law from another, by their place, with what the other waters say of these laws."""
+    """Waters that cannot tell one law from another, or name one that the others make improbable, by their place, with
+    what the other waters say of these laws."""
     out = {}
     for i, (water, judged) in enumerate(zip(waters, said, strict=True)):
         others = [other.evidence for j, other in enumerate(said) if j != i and other.evidence]
-        rivals = any(
-            v.status == "not_identifiable" and all(set(names) <= judged.evidence.keys() for names in v.alternatives)
-            for v in judged.verdicts
-        )
-        if others and rivals:
-            told = told_by_other_waters(others, sorted(judged.evidence))
+        told = told_by_other_waters(others, sorted(set(judged.evidence).union(*others)))
+        if others and any(_doubtful(verdict, told) for verdict in judged.verdicts):
             out[i] = replace(water, told=tuple(sorted(told.items())))
     return out
+
+
+def _doubtful(verdict: Verdict, told: Mapping[str, float]) -> bool:
+    """Whether what other waters say can change a verdict: it names a law of the body, and another one is as likely, or
+    99 times as likely beforehand."""
+    named = [name for name in verdict.verdict if name != "unknown"]
+    if len(named) != 1 or named[0] not in told:
+        return False
+    if verdict.status == "not_identifiable":
+        return all(set(names) <= told.keys() for names in verdict.alternatives)
+    return max(told.values()) - told[named[0]] > math.log(RIVAL_ODDS)
 
 
 def _with_the_reason(judged: Judged, alone: Judged) -> Judged:
@@ -161,7 +170,8 @@ def _with_the_reason(judged: Judged, alone: Judged) -> Judged:
         if (now.status, now.verdict, now.alternatives) != (before.status, before.verdict, before.alternatives):
             sets = [" and ".join(names) for names in (before.verdict, *before.alternatives)]
             words = ", or ".join(sets).replace("_", " ")
-            text = f"This water alone could not tell {words} from each other; the campaign's others help."
+            found = f"could not tell {words} from each other" if len(sets) > 1 else f"showed {words}"
+            text = f"This water alone {found}; the campaign's others help."
             now = replace(now, sentence=f"{now.sentence} {text}")
         verdicts.append(now)
     return replace(judged, verdicts=tuple(verdicts))

@@ -219,6 +219,8 @@ def test_names_of_laboratories_are_understood() -> None:
     assert name_and_unit("sensor1[mm]") == ("sensor1", "mm")
     assert name_and_unit("loadcell1_N") == ("loadcell1", "N")
     assert name_and_unit("Force (kN)") == ("Force", "kN")
+    endless = "( " * 400_000  # a search for a unit took the square of the name's length: hours
+    assert name_and_unit(endless) == (endless, "")
 
 
 def test_a_mapping_is_proposed_from_names_and_units() -> None:

@@ -19,6 +19,7 @@ from types import MappingProxyType
 from undertow.errors import ConfigError, RecordingError
 from undertow.recording.catalogue import Catalogue, Entry, TimeWindow
 from undertow.recording.conditions import condition
+from undertow.recording.expressions import found_in
 from undertow.recording.index import Index, read_index
 from undertow.recording.links import refused
 from undertow.recording.patterns import Patterns
@@ -146,17 +147,16 @@ def _from_names(catalogue: Catalogue) -> list[Entry]:
         home = _folder_of(pattern)
         found.update((path, refused(path, home)) for path in fitting)
     paths = [Path(path) for path in sorted(found)]
-    try:
-        expression = re.compile(catalogue.pattern) if catalogue.pattern else None
-    except re.error as error:
-        raise ConfigError(f"recordings.pattern {catalogue.pattern!r} is no regular expression: {error}") from error
-    entries = [_name_entry(path, expression, found[str(path)]) for path in paths]
-    if expression is not None and not any(expression.search(path.name) for path in paths):
+    if not catalogue.pattern:
+        return [_name_entry(path, found[str(path)]) for path in paths]
+    named = found_in(catalogue.pattern, tuple(path.name for path in paths)).by_name
+    if all(groups is None for groups in named):
         shown = ", ".join(path.name for path in paths[:NAMES_SHOWN])
         raise ConfigError(
             f"recordings.pattern {catalogue.pattern!r} fits none of {len(paths)} file names ({shown}); correct it"
         )
-    return entries
+    pairs = zip(paths, named, strict=True)
+    return [_patterned(_name_entry(path, found[str(path)]), groups, catalogue.pattern) for path, groups in pairs]
 
 
 def _folder_of(pattern: str) -> Path:
@@ -166,18 +166,18 @@ def _folder_of(pattern: str) -> Path:
     return Path(*parts[:fixed])
 
 
-def _name_entry(path: Path, expression: re.Pattern[str] | None, link: str) -> Entry:
-    entry = Entry(trial_name(path), path)
-    if link:
-        return replace(entry, problem=f"{path.name} is {link}")
-    if expression is None:
+def _name_entry(path: Path, link: str) -> Entry:
+    return Entry(trial_name(path), path, problem=f"{path.name} is {link}" if link else "")
+
+
+def _patterned(entry: Entry, groups: Mapping[str, str | None] | None, pattern: str) -> Entry:
+    """The entry with the named groups of ``pattern`` as its conditions; not fitting is its problem."""
+    if entry.problem:
         return entry
-    match = expression.search(path.name)
-    if match is None:
-        problem = f"its name does not fit recordings.pattern {expression.pattern!r}; narrow recordings.files"
+    if groups is None:
+        problem = f"its name does not fit recordings.pattern {pattern!r}; narrow recordings.files"
         return replace(entry, problem=problem)
-    found = {key: condition(value) for key, value in match.groupdict().items() if value is not None}
-    return replace(entry, conditions=found)
+    return replace(entry, conditions={key: condition(value) for key, value in groups.items() if value is not None})
 
 
 def _unique(entries: Sequence[Entry], folder: Path) -> list[Entry]:

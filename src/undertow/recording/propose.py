@@ -41,6 +41,9 @@ _NAMES: Mapping[str, str] = MappingProxyType(
 SPRING_FOLLOWS = 0.7
 """Correlation with the displacement from which on a force is a spring's; dampers and inertia leave it above that."""
 
+LONGEST_NAME = 400
+"""Characters of a column's name in which a unit is looked for; the search takes the square of them."""
+
 _UNIT_IN_NAME = re.compile(r"^(?P<stem>.*?)\s*(?:[\[(]\s*(?P<bracket>[^\])]*)\s*[\])]|_(?P<tail>[A-Za-z°%/^0-9]+))\s*$")
 _ROTATION = re.compile(r"angle|angular|roll|phi|theta|pitch|gyro|omega", re.IGNORECASE)
 
@@ -70,7 +73,7 @@ def name_and_unit(column: Column) -> tuple[str, str]:
     >>> name_and_unit("Time[s]"), name_and_unit("accel_mps2"), name_and_unit("angular_velocity")
     (('Time', 's'), ('accel', 'mps2'), ('angular_velocity', ''))
     """
-    match = _UNIT_IN_NAME.match(str(column))
+    match = _UNIT_IN_NAME.match(str(column)) if len(str(column)) <= LONGEST_NAME else None
     if match is None:
         return str(column), ""
     unit = match["bracket"] if match["bracket"] is not None else match["tail"]

@@ -1,0 +1,87 @@
+"""`recordings.pattern` held against file names, in a process of its own with a time limit.
+
+Configs come from elsewhere, and a regular expression of seven characters can search a name for years. No look at an
+expression says for sure how long it takes; a process can be ended.
+
+Belongs here: that process, its sentences. Does not belong here: what the named groups are for (gather.py).
+"""
+
+from __future__ import annotations
+
+import json
+import subprocess
+import sys
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from functools import lru_cache
+from typing import Any
+
+from undertow.errors import ConfigError
+
+SECONDS = 10.0
+"""For all names of a campaign: ten thousand take some 50 ms, a Python that starts on a busy machine a second."""
+
+LONGEST = 1000
+"""Characters of a pattern: a file system takes names of 255."""
+
+_SHOWN = 100  # characters of a pattern in a message
+_CHILD = """
+import json, re, sys
+pattern, names = json.load(sys.stdin)
+try:
+    expression = re.compile(pattern)
+except (re.error, RecursionError, OverflowError) as error:
+    answer = {"error": str(error)}
+else:
+    found = [expression.search(name) for name in names]
+    groups = [None if one is None else one.groupdict() for one in found]
+    answer = {"groups": list(expression.groupindex), "found": groups}
+json.dump(answer, sys.stdout)
+"""
+
+
+@dataclass(frozen=True)
+class Found:
+    """The names of an expression's groups, and for each file name what they hold; None where it does not fit."""
+
+    groups: tuple[str, ...]
+    by_name: tuple[Mapping[str, str | None] | None, ...]
+
+
+@lru_cache(maxsize=8)
+def found_in(pattern: str, names: tuple[str, ...] = ()) -> Found:
+    """What an expression finds in file names; without names it is only looked at.
+
+    Raises ConfigError where it is none, is longer than `LONGEST` or takes longer than `SECONDS`.
+
+    >>> found_in(r"_(?P<depth>[0-9]+)m", ("disc_2m.csv", "notes.txt")).by_name
+    ({'depth': '2'}, None)
+    """
+    shown = repr(pattern if len(pattern) <= _SHOWN else f"{pattern[:_SHOWN]}...")
+    if len(pattern) > LONGEST:
+        raise ConfigError(f"recordings.pattern {shown} has {len(pattern)} characters, and {LONGEST} are allowed")
+    answer = _asked(shown, pattern, names)
+    if "error" in answer:
+        raise ConfigError(f"recordings.pattern {shown} is no regular expression: {answer['error']}")
+    return Found(tuple(answer["groups"]), tuple(answer["found"]))
+
+
+def _asked(shown: str, pattern: str, names: Sequence[str]) -> Mapping[str, Any]:
+    """The child's answer."""
+    try:
+        done = subprocess.run(
+            [sys.executable, "-I", "-S", "-c", _CHILD],
+            input=json.dumps([pattern, list(names)]), capture_output=True, text=True, timeout=SECONDS, check=True,
+        )  # fmt: skip
+    except subprocess.TimeoutExpired as error:
+        raise ConfigError(
+            f"recordings.pattern {shown} takes more than {SECONDS:g} s for {len(names)} file names; a repeat within a "
+            "repeat, like (a+)+, or several .* can be tried in endless ways: write what stands between the groups"
+        ) from error
+    except (OSError, subprocess.CalledProcessError) as error:
+        raise ConfigError(
+            f"recordings.pattern {shown} cannot be tried in a process of its own ({error}); give the conditions in "
+            "recordings.index"
+        ) from error
+    answer: Mapping[str, Any] = json.loads(done.stdout)
+    return answer

@@ -13,10 +13,10 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 
 from undertow.errors import RecordingError
-from undertow.recording.excel import MISSING, first_rows
+from undertow.recording.excel import EXCEL, MISSING, first_rows
 from undertow.recording.layout import FileFormat
 from undertow.recording.propose import is_unit
-from undertow.recording.readers import EXCEL, suffix_of
+from undertow.recording.readers import suffix_of
 from undertow.recording.text import sniff, text_of
 
 LINES_LOOKED_AT = 200

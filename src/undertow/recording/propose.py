@@ -114,6 +114,9 @@ def propose_mapping(table: pd.DataFrame, units: Mapping[Column, str] | None = No
         if not np.isfinite(table[column].to_numpy(dtype=np.float64)).any():
             remarks.append(f"column {column!r} has no values")
             continue
+        if not str(column).strip():
+            remarks.append("a column without a name is not mapped; name it in the header if it is needed")
+            continue
         quantity = _quantity(stem, unit, column, table)
         if quantity is None:
             remarks.append(f"column {column!r} is not mapped")
@@ -134,17 +137,23 @@ def propose_mapping(table: pd.DataFrame, units: Mapping[Column, str] | None = No
         )
     remarks += _instruments_without_input(found)
     coordinate = _coordinate(found)
-    time = None
-    if "time" in found:
-        time = TimeSpec(found["time"][0][0], found["time"][0][1] or "s")
-    else:
-        remarks.append("no column looks like time; give channels.time: {rate_hz: ...}")
+    time, more = _clock(found.get("time", []))
+    remarks += more
     channels = {}
     for channel in (*CHANNELS, *INPUTS, *BESIDE):
         if channel in found:
             channels[channel], more = _spec(channel, found[channel], table, coordinate)
             remarks += more
     return Proposal(time, channels, coordinate, tuple(remarks))
+
+
+def _clock(found: Sequence[tuple[Column, str]]) -> tuple[TimeSpec | None, list[str]]:
+    """The column whose name speaks of time; else one that only rises, as a row's number does as well."""
+    if not found:
+        return None, ["no column looks like time; give channels.time: {rate_hz: ...}"]
+    named = [one for one in found if re.search(_NAMES["time"], name_and_unit(one[0])[0].strip(), re.IGNORECASE)]
+    column, unit = (named or found)[0]
+    return TimeSpec(column, unit or "s"), [f"column {one!r} is not mapped" for one, _ in found if one != column]
 
 
 def _told_from_springs(found: dict[str, list[tuple[Column, str]]], table: pd.DataFrame) -> list[str]:

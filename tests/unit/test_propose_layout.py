@@ -60,7 +60,7 @@ def test_units_are_told_from_names() -> None:
 def test_time_stamps_in_a_text_are_named_with_the_next_step(tmp_path: Path, stamp: str) -> None:
     path = tmp_path / "stamps.csv"
     path.write_text("Time,disp [mm]\n" + "".join(f"{stamp.format(10 * at)},{0.1 * at:.3f}\n" for at in range(9)))
-    with pytest.raises(RecordingError, match=r"\.080' in line 10 is a time stamp, which is not read from text: write rec"):
+    with pytest.raises(RecordingError, match=r"\.080' in line 10 is a time stamp, which is not read from text: write"):
         propose_layout(path)
 
 

@@ -17,7 +17,6 @@ import gzip
 import io
 import multiprocessing
 import resource
-import subprocess
 import sys
 import tempfile
 import time
@@ -32,6 +31,7 @@ import numpy as np
 import scipy.io
 
 from experiments.processor_time import spent
+from experiments.revision import revision
 from tests.lab_files import WRITERS, write_csv
 from tests.small_campaign import recorded
 from undertow.errors import UndertowError
@@ -66,12 +66,6 @@ class Score:
     longest_s: float = 0.0
     largest_mb: float = 0.0
     revision: str = ""
-
-
-def revision() -> str:
-    """The git revision that is run, with a + where files differ from it."""
-    said = ["git", "-C", str(HERE), "describe", "--always", "--dirty=+", "--exclude=*"]
-    return subprocess.run(said, capture_output=True, text=True, check=True).stdout.strip()
 
 
 def changed(whole: bytes, rng: np.random.Generator) -> bytes:

@@ -32,6 +32,9 @@ NAMES_SHOWN = 8
 NAME_SHOWN = 200
 """Characters of one in a message at most; a file system takes some 255 bytes."""
 
+DEEP_AT_MOST = 2
+"""``**`` in a glob: with each further one, a folder is looked at as often as it has folders above it."""
+
 _FIELD = re.compile(r"\{(\w+)\}")
 _Known = dict[tuple[tuple[str, Condition], ...], Mapping[str, Condition]]
 
@@ -140,7 +143,7 @@ def _from_names(catalogue: Catalogue) -> list[Entry]:
     given = (catalogue.files,) if isinstance(catalogue.files, str) else tuple(catalogue.files or ())
     found: dict[str, str] = {}
     for one in given:
-        pattern = str(catalogue.folder / one)
+        pattern = str(catalogue.folder / _plainer(one))
         fitting = [path for path in glob.glob(pattern, recursive=True) if os.path.isfile(path)]
         if not fitting:
             raise ConfigError(f"recordings.files {one!r} fits no file ({pattern}); correct the glob")
@@ -157,6 +160,21 @@ def _from_names(catalogue: Catalogue) -> list[Entry]:
         )
     pairs = zip(paths, named, strict=True)
     return [_patterned(_name_entry(path, found[str(path)]), groups, catalogue.pattern) for path, groups in pairs]
+
+
+def _plainer(files: str) -> str:
+    """A glob that looks at no folder again and again: no ``..`` below a wildcard, no ``**`` after ``**``.
+
+    Raises ConfigError where one goes up from a wildcard or has more than `DEEP_AT_MOST` ``**``.
+    """
+    parts = [part for part in files.split("/") if part not in ("", ".")]
+    kept = [part for at, part in enumerate(parts) if part != "**" or parts[at - 1 : at] != ["**"]]
+    wild = next((at for at, part in enumerate(kept) if glob.has_magic(part)), len(kept))
+    if ".." in kept[wild:]:
+        raise ConfigError(f"recordings.files {files!r} goes up (..) from a wildcard; give each folder its own glob")
+    if kept.count("**") > DEEP_AT_MOST:
+        raise ConfigError(f"recordings.files {files!r} has {kept.count('**')} times **; {DEEP_AT_MOST} are allowed")
+    return ("/" if files.startswith("/") else "") + "/".join(kept)
 
 
 def _folder_of(pattern: str) -> Path:

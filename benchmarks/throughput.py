@@ -87,7 +87,7 @@ def main() -> int:
             new = measure(engine, trials, kind) | {"revision": revision()}
             print(json.dumps(new), flush=True)
             older = json.loads(RESULTS.read_text()) if RESULTS.exists() else []
-            same = ("kind", "engine", "trials")
+            same = ("kind", "engine", "trials", "revision")
             rows = [one for one in older if any(one[k] != new[k] for k in same)] + [new]
             RESULTS.write_text(json.dumps(sorted(rows, key=lambda r: [r[k] for k in same]), indent=1) + "\n")
     return 0

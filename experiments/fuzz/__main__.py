@@ -13,6 +13,7 @@ Belongs here: changes, children, the page. Does not belong here: files as they s
 from __future__ import annotations
 
 import csv
+import gc
 import gzip
 import io
 import multiprocessing
@@ -166,6 +167,7 @@ def child(pipe: Connection, folder: str) -> None:
             has = int(Path("/proc/self/statm").read_text().split()[0]) * resource.getpagesize()
             most = has + round(LARGEST_MB * 1e6)
             resource.setrlimit(resource.RLIMIT_AS, (most, most))
+            gc.freeze()  # a reader that searches memory after damage need not look at what was imported
         first = False
         pipe.send((said, resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1000.0))
 

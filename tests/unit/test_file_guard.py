@@ -245,6 +245,30 @@ def test_records_shorter_than_their_channels_are_damage(measured: Path) -> None:
         read_table(measured)
 
 
+def test_a_mark_of_invalid_values_beyond_the_record_is_damage(tmp_path: Path) -> None:
+    import asammdf
+
+    t = 0.01 * np.arange(50.0)
+    marks = np.arange(50) > 44
+    with asammdf.MDF(version="4.10") as file:
+        signal = asammdf.Signal(np.sin(t), t, name="x", invalidation_bits=marks)
+        file.append([signal])
+        path = Path(file.save(tmp_path / "r.mf4"))
+    whole = path.read_bytes()
+    sound = read_table(path)["x"].to_numpy()
+    np.testing.assert_array_equal(np.isnan(sound), marks)  # a gap, as an empty cell
+    np.testing.assert_array_equal(sound[~marks], np.sin(t)[~marks])
+    for number in range(whole.count(b"##CN")):
+        path.write_bytes(whole)
+        changed_block(path, b"CN", 16, 2**20, "<I", number)  # a bit's place, where values are marked at all
+        try:
+            table = read_table(path)
+        except RecordingError as error:
+            assert "is damaged: channel 'x' ends at byte 16 of records of 16 bytes" in str(error)  # noqa: PT017
+        else:
+            assert len(table) == 50
+
+
 def test_a_channel_of_texts_is_no_channel(measured: Path) -> None:
     changed_block(measured, b"CN", 2, 7, "<B", 2)
     assert list(read_table(measured).columns) == ["time", "disp"]

@@ -26,6 +26,9 @@ TIME = "time"
 _VIRTUAL, _LOOKED_UP = (3, 6), (1, 5, 7)
 """Kinds of channel in MDF 4: without bytes, and with bytes of any length elsewhere."""
 
+_INVALID = 3
+"""Flags of a channel in MDF 4 some of whose values, or all, are marked as invalid by a bit behind the record."""
+
 _LAST_NUMBER, _TEXTS_3 = 5, (7, 8)
 """Data types: whole and floating numbers come first in MDF 4; texts and bytes in MDF 3."""
 
@@ -58,8 +61,9 @@ def read_mdf(path: Path, layout: FileFormat, columns: Sequence[Column] | None) -
                 if columns is not None:
                     raise RecordingError(f"{path}: channel {column!r} holds texts or bytes; only numbers are read")
                 continue
-            signal = file.get(str(column), group=number, index=channels[str(column)])
-            values = np.asarray(signal.samples)
+            place = {"group": number, "index": channels[str(column)]}
+            signal = file.get(str(column), ignore_invalidation_bits=True, **place)
+            values = _with_gaps(np.asarray(signal.samples), signal.invalidation_bits)
             if columns is not None or (values.dtype.kind in "fiu" and values.ndim == 1):
                 vectors[column], units[column] = values, str(signal.unit or "")
         frame = table(path, vectors, units)
@@ -70,6 +74,13 @@ def mdf_tables(path: Path, limits: Limits = LIMITS) -> tuple[str, ...]:
     """Names of the channel groups that hold more than a clock."""
     with _opened(path) as file:
         return tuple(name for name, (_, channels) in _groups(file).items() if channels)
+
+
+def _with_gaps(values: Any, marks: Any) -> Any:
+    """A channel's values, NaN where they are marked as invalid; left out they would not fit the clock."""
+    if marks is None or values.ndim != 1 or values.dtype.kind not in "fiub":
+        return values
+    return np.where(np.asarray(marks, dtype=bool), np.nan, values.astype(np.float64))
 
 
 def _must_fit(path: Path, group: Any) -> None:
@@ -84,7 +95,8 @@ def _must_fit(path: Path, group: Any) -> None:
         else:
             bit = one.bit_offset
         end = 0 if _is_virtual(one) else first + -(-(bit + one.bit_count) // 8)
-        if end > record or (invalid and int(getattr(one, "pos_invalidation_bit", 0)) >= invalid):
+        marked = invalid and one.flags & _INVALID
+        if end > record or (marked and one.pos_invalidation_bit >= invalid):
             raise RecordingError(
                 f"{path} is damaged: channel {one.name!r} ends at byte {end} of records of {record} bytes; copy the "
                 "file again, or export it again"

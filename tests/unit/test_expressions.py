@@ -26,7 +26,7 @@ def test_named_groups_are_found_in_names_of_any_bytes() -> None:
 def test_a_pattern_that_would_search_for_years_ends_in_a_sentence(
     pattern: str, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(expressions, "SECONDS", 1.0)
+    monkeypatch.setattr(expressions, "SECONDS", 1)
     begun = time.perf_counter()
     with pytest.raises(
         ConfigError, match=r"recordings\.pattern .* takes more than 1 s for 1 file names; a repeat with"
@@ -47,6 +47,16 @@ def test_a_pattern_that_would_search_for_years_ends_in_a_sentence(
 def test_a_pattern_that_is_none_is_refused_with_its_reason(pattern: str, said: str) -> None:
     with pytest.raises(ConfigError, match=said):
         found_in(pattern, ("a.csv",))
+
+
+def test_a_process_that_answers_nothing_is_said(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(expressions, "_CHILD", "raise SystemExit(3)")
+    with pytest.raises(ConfigError, match=r"cannot be tried in a process of its own \(exit code 3\); give the cond"):
+        found_in("(?P<asked_once>x)", ("a.csv",))
+    monkeypatch.setattr(expressions, "_CHILD", "import time; time.sleep(60)")
+    monkeypatch.setattr(expressions, "LONGEST_WAIT_S", 1.0)
+    with pytest.raises(ConfigError, match=r"takes more than 5 s for 1 file names"):
+        found_in("(?P<asked_again>x)", ("a.csv",))
 
 
 def test_where_no_process_can_be_started_that_is_said(monkeypatch: pytest.MonkeyPatch) -> None:

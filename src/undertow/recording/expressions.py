@@ -9,6 +9,7 @@ Belongs here: that process, its sentences. Does not belong here: what the named 
 from __future__ import annotations
 
 import json
+import signal
 import subprocess
 import sys
 from collections.abc import Mapping, Sequence
@@ -18,16 +19,25 @@ from typing import Any
 
 from undertow.errors import ConfigError
 
-SECONDS = 10.0
-"""For all names of a campaign: ten thousand take some 50 ms, a Python that starts on a busy machine a second."""
+SECONDS = 5
+"""Of processor time, for all names of a campaign: ten thousand take some 50 ms, a Python that starts 20 ms."""
+
+LONGEST_WAIT_S = 60.0
+"""On a machine with much other work, and where the system limits no process's time."""
 
 LONGEST = 1000
 """Characters of a pattern: a file system takes names of 255."""
 
+_NO_PROCESS, _INSTEAD = "cannot be tried in a process of its own", "give the conditions in recordings.index"
 _SHOWN = 100  # characters of a pattern in a message
 _CHILD = """
 import json, re, sys
-pattern, names = json.load(sys.stdin)
+seconds, pattern, names = json.load(sys.stdin)
+try:
+    import resource
+    resource.setrlimit(resource.RLIMIT_CPU, (seconds, seconds + 1))
+except (ImportError, OSError, ValueError):
+    pass
 try:
     expression = re.compile(pattern)
 except (re.error, RecursionError, OverflowError) as error:
@@ -71,17 +81,19 @@ def _asked(shown: str, pattern: str, names: Sequence[str]) -> Mapping[str, Any]:
     try:
         done = subprocess.run(
             [sys.executable, "-I", "-S", "-c", _CHILD],
-            input=json.dumps([pattern, list(names)]), capture_output=True, text=True, timeout=SECONDS, check=True,
+            input=json.dumps([SECONDS, pattern, list(names)]), capture_output=True, text=True, timeout=LONGEST_WAIT_S,
         )  # fmt: skip
-    except subprocess.TimeoutExpired as error:
+        late = done.returncode == -getattr(signal, "SIGXCPU", 0) != 0
+    except subprocess.TimeoutExpired:
+        late = True
+    except OSError as error:
+        raise ConfigError(f"recordings.pattern {shown} {_NO_PROCESS} ({error}); {_INSTEAD}") from error
+    if late:
         raise ConfigError(
             f"recordings.pattern {shown} takes more than {SECONDS:g} s for {len(names)} file names; a repeat within a "
             "repeat, like (a+)+, or several .* can be tried in endless ways: write what stands between the groups"
-        ) from error
-    except (OSError, subprocess.CalledProcessError) as error:
-        raise ConfigError(
-            f"recordings.pattern {shown} cannot be tried in a process of its own ({error}); give the conditions in "
-            "recordings.index"
-        ) from error
+        )
+    if done.returncode != 0:
+        raise ConfigError(f"recordings.pattern {shown} {_NO_PROCESS} (exit code {done.returncode}); {_INSTEAD}")
     answer: Mapping[str, Any] = json.loads(done.stdout)
     return answer

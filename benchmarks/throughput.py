@@ -22,6 +22,7 @@ from pathlib import Path
 from typing import Any
 
 from benchmarks import campaign_scale as scale
+from experiments.revision import revision
 from tests.local_cluster import local_cluster
 from undertow.campaign.config import load
 from undertow.campaign.run import run
@@ -83,10 +84,10 @@ def main() -> int:
     asked = [("light", n) for n in options.trials] + [("full", n) for n in options.search]
     for kind, trials in asked:
         for engine in (options.only,) if options.only else ENGINES:
-            new = measure(engine, trials, kind)
+            new = measure(engine, trials, kind) | {"revision": revision()}
             print(json.dumps(new), flush=True)
             older = json.loads(RESULTS.read_text()) if RESULTS.exists() else []
-            same = ("kind", "engine", "trials")
+            same = ("kind", "engine", "trials", "revision")
             rows = [one for one in older if any(one[k] != new[k] for k in same)] + [new]
             RESULTS.write_text(json.dumps(sorted(rows, key=lambda r: [r[k] for k in same]), indent=1) + "\n")
     return 0

@@ -48,6 +48,18 @@ def linked_by_glob(folder: Path) -> None:
     edit(folder / "config.yaml", "trials:\n  group_by: [spring]\n", "")
 
 
+def endless_pattern(folder: Path) -> None:
+    """A pattern that tries a file's name in more ways than there are seconds."""
+    (folder / "r00.csv").replace(folder / f"{'a' * 120}!.csv")
+    edit(folder / "config.yaml", "index: campaign.csv", 'files: "a*.csv"\n  pattern: "(?P<spring>(a+)+)$"')
+
+
+def old_workbook(folder: Path) -> None:
+    """An index as Excel saved it before 2007."""
+    (folder / "campaign.xls").write_bytes(b"\xd0\xcf\x11\xe0\xa1\xb1\x1a\xe1" + bytes(504))
+    edit(folder / "config.yaml", "campaign.csv", "campaign.xls")
+
+
 def deep(levels: int) -> str:
     """A list in a list in a list."""
     return "[" * levels + "]" * levels
@@ -77,6 +89,14 @@ CASES = (
     one("a YAML tag", "name: bad", "name: !!python/object/apply:os.system [ls]", r"line 1: a tag .* is not read"),
     one("a YAML alias", "name: bad", "name: &a bad\nseed: *a", r"an alias \(\*\.\.\.\) is not read"),
     one("an index that is not there", "campaign.csv", "nope.csv", r"recordings\.index .*nope\.csv is not there"),
+    Case("a pattern that searches for ever", endless_pattern, r"takes more than 5 s for 1 file names; a repeat within",
+         USAGE, slow=True),
+    one("a glob that goes up again and again", "index: campaign.csv", 'files: "*/../*/../*/../r*.csv"',
+        r"recordings\.files .* goes up \(\.\.\) from a wildcard; give each folder its own glob"),
+    one("a term named twice", "[stiffness, viscous_damping]", "[stiffness, stiffness]",
+        r"equation\.terms names 'stiffness' twice; take one of them out"),
+    Case("an index of Excel before 2007", old_workbook, r"is an old or foreign spreadsheet; save it as \.xlsx or CSV",
+         USAGE),
     one("a glob that fits nothing", "index: campaign.csv", 'files: "*.tsv"', r"recordings\.files '\*\.tsv' fits no"),
     Case("100,000 keys", written(CONFIG + "".join(f"k{i}: 0\n" for i in range(100_000))),
          r"has \d+ bytes, more than 1000000|more than 100000 keys", USAGE),

@@ -13,6 +13,7 @@ Belongs here: changes, children, the page. Does not belong here: files as they s
 from __future__ import annotations
 
 import csv
+import gc
 import gzip
 import io
 import multiprocessing
@@ -31,9 +32,11 @@ import numpy as np
 import scipy.io
 
 from experiments.processor_time import spent
+from experiments.revision import revision
 from tests.lab_files import WRITERS, write_csv
 from tests.small_campaign import recorded
 from undertow.errors import UndertowError
+from undertow.recording.index import read_index
 from undertow.recording.propose_file import propose_file
 from undertow.recording.readers import read_table, tables_in
 
@@ -63,6 +66,7 @@ class Score:
     wrong: int = 0
     longest_s: float = 0.0
     largest_mb: float = 0.0
+    revision: str = ""
 
 
 def changed(whole: bytes, rng: np.random.Generator) -> bytes:
@@ -130,9 +134,14 @@ PACKED = (".xlsx", ".gz")
 def used(path: Path) -> bool:
     """Whether a file could be read by all that read it: its table, its tables' names, what is proposed for it."""
     sound = True
-    for work in (read_table, tables_in, propose_file):
+    for work in (read_table, tables_in, propose_file, *((_index,) if path.suffix == ".xlsx" else ())):
         sound &= _done(work, path)
     return sound
+
+
+def _index(path: Path) -> object:
+    """A workbook as the index of a campaign."""
+    return list(read_index(path).rows())
 
 
 def _done(work: Callable[[Path], object], path: Path) -> bool:
@@ -158,6 +167,7 @@ def child(pipe: Connection, folder: str) -> None:
             has = int(Path("/proc/self/statm").read_text().split()[0]) * resource.getpagesize()
             most = has + round(LARGEST_MB * 1e6)
             resource.setrlimit(resource.RLIMIT_AS, (most, most))
+            gc.freeze()  # a reader that searches memory after damage need not look at what was imported
         first = False
         pipe.send((said, resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1000.0))
 
@@ -208,7 +218,7 @@ class Reader:
 
 def fuzz(name: str, seconds: float, seed: int) -> Score:
     """Files of one kind for so many seconds."""
-    score, rng = Score(name), np.random.default_rng(seed)
+    score, rng = Score(name, revision=revision()), np.random.default_rng(seed)
     with tempfile.TemporaryDirectory() as scratch:
         folder = Path(scratch)
         sound = whole(name, folder)
@@ -270,11 +280,12 @@ HEAD = f"""\
 Ten minutes a reader is the command's default; the seconds that were run stand in the table. Each file has one to eight
 changes: bytes, bits, lost and doubled stretches, lengths of 0 to 2^64, a cut; half of them in the first 600 bytes. In
 .xlsx and .gz seven of ten files are changed before they are packed, so that their checksums hold. A reader reads the
-table, the names of the tables, and what `init` proposes. *Wrong*: a crash, another error than undertow's, over
+table, the names of the tables, and what `init` proposes; .xlsx are read as an index besides. *Wrong*: a crash, another
+error than undertow's, over
 {LONGEST_S:g} s of processor time or over {LARGEST_MB:g} MB more than it has to begin with.
 
-| file | s | given | read | refused | wrong | longest, s | peak of the process, MB |
-|---|---|---|---|---|---|---|---|
+| file | s | given | read | refused | wrong | longest, s | peak of the process, MB | revision |
+|---|---|---|---|---|---|---|---|---|
 """
 
 
@@ -282,7 +293,7 @@ def write_page(rows: list[dict[str, str]]) -> None:
     """fuzz.md, from fuzz.csv."""
     lines = [
         f"| {r['file']} | {float(r['seconds']):.0f} | {r['given']} | {r['read']} | {r['refused']} | {r['wrong']} | "
-        f"{float(r['longest_s']):.1f} | {float(r['largest_mb']):.0f} |"
+        f"{float(r['longest_s']):.1f} | {float(r['largest_mb']):.0f} | {r['revision']} |"
         for r in rows
     ]
     (HERE / "fuzz.md").write_text(HEAD + "\n".join(lines) + "\n")

@@ -28,6 +28,7 @@ from pathlib import Path
 import numpy as np
 
 from experiments.eq15_campaign.motion import simulate
+from experiments.revision import revision
 from tests.small_campaign import BODY, HOLD_S, RATE_HZ, Campaign, Table, make_campaign, write_table
 from undertow.campaign.run import folder as run_folder
 
@@ -48,6 +49,7 @@ SCATTER = "  scatter: {k: 0.003, c: 0.06, mu: 0.05}\n"
 TABLES = ("trials.csv", "levels.csv", "mismatch.csv", "verdict.json", "config.yaml")
 COLUMNS = (
     "seed", "jobs", "kills", "after_s", "parts_of", "parts_at_kill", "parts_kept", "lost_s", "exit_code", "same_tables",
+    "revision",
 )  # fmt: skip
 
 
@@ -153,7 +155,7 @@ def killed(made: Campaign, whole: Path, whole_s: Mapping[int, float], seed: int)
     row = {
         "seed": seed, "jobs": jobs, "kills": times, "after_s": " ".join(f"{m:.2f}" for m in moments),
         "parts_of": len(now), "parts_at_kill": had, "parts_kept": kept, "lost_s": f"{lost:.1f}", "exit_code": code,
-        "same_tables": code == 0 and tables(out) == tables(whole),
+        "same_tables": code == 0 and tables(out) == tables(whole), "revision": revision(),
     }  # fmt: skip
     shutil.rmtree(out)
     return row
@@ -203,6 +205,7 @@ def write_page(whole_s: float) -> None:
     same, kept = (sum(row[name] == "True" for row in rows) for name in ("same_tables", "parts_kept"))
     some = sum(0 < int(row["parts_at_kill"]) < int(row["parts_of"]) for row in rows)
     lost = sorted(float(row["lost_s"]) for row in rows)
+    revisions = ", ".join(dict.fromkeys(row["revision"] for row in rows))
     PAGE.write_text(f"""\
 # Runs killed at random moments
 
@@ -217,6 +220,7 @@ def write_page(whole_s: float) -> None:
 | seconds between the last finished part (or the start) and the kill: median, largest | {lost[len(lost) // 2]:.1f}, \
 {lost[-1]:.1f} |
 | processor time of the uninterrupted run without imports and page, s | {whole_s:.1f} |
+| revision | {revisions} |
 
 A kill before the first part loses reading and that part; one after the last loses the tables. `kills.csv` has a row a
 run. The campaign has {len(SPRINGS)} springs of {len(RELEASES_M)} trials with a drag that the equation lacks, each

@@ -170,6 +170,11 @@ def test_without_dry_trials_no_trial_is_dry(tmp_path: Path, dry: str) -> None:
             r"line 2: equation\.terms has viscous_damping, asymmetric_stiffness and nothing that pulls the body back",
         ),
         (
+            "name: small",
+            "name: small\nequation: {terms: [stiffness, viscous_damping, stiffness]}",
+            r"line 2: equation\.terms names 'stiffness' twice; take one of them out",
+        ),
+        (
             "  group_by",
             "  hold_out: {evry: 3}\n  group_by",
             r"line 9: unknown key 'evry' in trials\.hold_out; did you mean 'every'",

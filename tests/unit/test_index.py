@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import datetime
 from pathlib import Path
 
+import openpyxl
 import pytest
 
 from undertow.errors import ConfigError
@@ -108,3 +110,59 @@ def test_numbers_are_equal_by_their_own_size() -> None:
 def test_an_index_whose_name_no_file_system_takes_is_not_there(tmp_path: Path) -> None:
     with pytest.raises(ConfigError, match=r"recordings\.index .*x+ is not there; paths are relative"):
         read_index(tmp_path / ("x" * 3000))
+
+
+def workbook(path: Path, rows: list[list[object]], **more: list[list[object]]) -> Path:
+    """An index as Excel saves it; ``more`` are further sheets."""
+    book = openpyxl.Workbook()
+    for row in rows:
+        book.active.append(row)
+    for name, others in more.items():
+        sheet = book.create_sheet(name)
+        for row in others:
+            sheet.append(row)
+    book.save(path)
+    return path
+
+
+def test_an_index_of_excel_is_read_as_the_same_table_of_text(tmp_path: Path) -> None:
+    day = datetime.datetime(2026, 11, 24, 9, 30)
+    rows: list[list[object]] = [
+        ["file", "spring", "depth_m", "trial", "day", "note"],
+        ["a.csv", "long", 1.63, 1, day, "lids, two\nof them"],
+        [],
+        ["b.csv", "long", 2.36, 2.0, day, None],
+        ["c.csv", " long ", 0.1 + 0.2, 12, day, "#N/A"],
+    ]
+    index = read_index(workbook(tmp_path / "campaign.xlsx", rows, other=[["x"], [1]]))
+    assert index.columns == ("file", "spring", "depth_m", "trial", "day", "note")
+    when = "2026-11-24 09:30:00"
+    assert [[index.value(key, text) for key, text in row.items()] for row in index.rows()] == [
+        ["a.csv", "long", 1.63, 1.0, when, "lids, two of them"],
+        ["b.csv", "long", 2.36, 2.0, when, ""],
+        ["c.csv", "long", 0.3, 12.0, when, ""],
+    ]
+
+
+def test_an_index_of_excel_that_is_none_ends_in_a_sentence(tmp_path: Path) -> None:
+    wide = workbook(tmp_path / "wide.xlsx", [["file", "x"], ["a.csv", 1, 2]])
+    with pytest.raises(ConfigError, match=r"wide\.xlsx line 2 has 3 cells but the header has 2; name its column, or"):
+        list(read_index(wide).rows())
+    with pytest.raises(ConfigError, match=r"index_separator is ';', but wide\.xlsx is a workbook; leave it out"):
+        read_index(wide, separator=";")
+    (tmp_path / "broken.xlsx").write_bytes(b"PK\x03\x04 and no more")
+    with pytest.raises(ConfigError, match=r"recordings\.index: .*broken\.xlsx is no readable Excel workbook"):
+        read_index(tmp_path / "broken.xlsx")
+    (tmp_path / "old.xls").write_bytes(b"\xd0\xcf\x11\xe0")
+    with pytest.raises(ConfigError, match=r"old\.xls is an old or foreign spreadsheet; save it as \.xlsx or CSV"):
+        read_index(tmp_path / "old.xls")
+    empty = workbook(tmp_path / "empty.xlsx", [])
+    assert list(read_index(empty).rows()) == []
+
+
+def test_numbers_typed_with_a_comma_into_a_workbook_are_read_or_asked_about(tmp_path: Path) -> None:
+    texts = read_index(workbook(tmp_path / "texts.xlsx", [["file", "depth_m"], ["a.csv", "1,63"], ["b.csv", "2,36"]]))
+    assert [texts.value("depth_m", row["depth_m"]) for row in texts.rows()] == [1.63, 2.36]
+    mixed = workbook(tmp_path / "mixed.xlsx", [["file", "depth_m"], ["a.csv", "1,63"], ["b.csv", 2.36]])
+    with pytest.raises(ConfigError, match=r"mixed\.xlsx: column 'depth_m' has 1,63 and 2\.36, where a comma may be"):
+        read_index(mixed)

@@ -9,6 +9,7 @@ import pytest
 from undertow.errors import RecordingError
 from undertow.recording.layout import FileFormat
 from undertow.recording.propose import is_unit
+from undertow.recording.propose_file import propose_file
 from undertow.recording.propose_layout import propose_layout
 from undertow.recording.readers import read_table
 
@@ -53,3 +54,18 @@ def test_a_text_without_a_table_is_said_to_be_none(tmp_path: Path, text: str) ->
 def test_units_are_told_from_names() -> None:
     assert all(is_unit(text) for text in ("s", "[mm]", "kN", "m/s^2", "deg"))
     assert not any(is_unit(text) for text in ("pot1", "time", "load cell"))
+
+
+@pytest.mark.parametrize("stamp", ["2026-11-24 09:30:00.{:03d}", "09:30:00.{:03d}", "24.11.2026 9:30:00.{:03d}"])
+def test_time_stamps_in_a_text_are_named_with_the_next_step(tmp_path: Path, stamp: str) -> None:
+    path = tmp_path / "stamps.csv"
+    path.write_text("Time,disp [mm]\n" + "".join(f"{stamp.format(10 * at)},{0.1 * at:.3f}\n" for at in range(9)))
+    with pytest.raises(RecordingError, match=r"\.080' in line 10 is a time stamp, which is not read from text: write"):
+        propose_layout(path)
+
+
+def test_a_name_longer_than_any_field_ends_in_a_sentence(tmp_path: Path) -> None:
+    path = tmp_path / "long.csv"
+    path.write_text("t,x," + "( " * 200_000 + "\n" + "0.1,2,3\n" * 9)
+    with pytest.raises(RecordingError, match=r"is no row of a table \(field larger than field limit"):
+        propose_file(path)

@@ -116,6 +116,16 @@ def test_a_value_in_a_made_name_is_no_path(folder: Path) -> None:
     assert "must lie in" in gather(replace(catalogue(folder), file="{id}.csv"))[0].problem
 
 
+def test_a_folder_is_looked_at_once_however_often_a_glob_says_so(folder: Path) -> None:
+    deep = folder.joinpath(*["d"] * 40)
+    deep.mkdir(parents=True)
+    (deep / "z.csv").write_text("t,x\n")
+    said = replace(catalogue(folder), index=None, files="./" + "**/" * 12 + "z.csv")  # 10^11 ways down
+    assert [entry.name for entry in gather(said)] == ["z"]
+    above = replace(catalogue(folder), folder=folder / "d", index=None, files="../data/[a]*.csv")
+    assert [entry.name for entry in gather(above)] == ["a"]
+
+
 def test_names_give_conditions_by_a_pattern(folder: Path) -> None:
     said = replace(catalogue(folder), index=None, files="data/[abc].csv", pattern=r"(?P<letter>[ab])\.csv")
     entries = gather(said)
@@ -160,6 +170,8 @@ def test_trials_of_one_name_carry_their_folder(folder: Path) -> None:
         ({"file": "{idd}.csv"}, "has no column 'idd'"),
         ({"index": None, "files": "data/*.dat"}, r"recordings\.files 'data/\*\.dat' fits no file"),
         ({"index": None, "files": "data/*.csv", "pattern": "("}, "is no regular expression"),
+        ({"index": None, "files": "*/../" * 30 + "data/*.csv"}, r"goes up \(\.\.\) from a wildcard; give each"),
+        ({"index": None, "files": "**/a/**/a/**/*.csv"}, r"has 3 times \*\*; 2 are allowed"),
         ({"files": "data/*.csv"}, "give exactly one"),
         ({"exclude": ("*",)}, "leaves no trial"),
     ],

@@ -219,6 +219,8 @@ def test_names_of_laboratories_are_understood() -> None:
     assert name_and_unit("sensor1[mm]") == ("sensor1", "mm")
     assert name_and_unit("loadcell1_N") == ("loadcell1", "N")
     assert name_and_unit("Force (kN)") == ("Force", "kN")
+    endless = "( " * 400_000  # a search for a unit took the square of the name's length: hours
+    assert name_and_unit(endless) == (endless, "")
 
 
 def test_a_mapping_is_proposed_from_names_and_units() -> None:
@@ -231,6 +233,18 @@ def test_a_mapping_is_proposed_from_names_and_units() -> None:
     assert proposal.channels["acceleration"].unit == "mps2"
     assert proposal.channels["spring_force"].columns == ("loadcell1_N", "loadcell2_N")
     assert proposal.remarks == ("column 'temperature_C' is not mapped",)
+
+
+def test_a_rows_number_is_not_taken_for_the_time_beside_it() -> None:
+    t = np.arange(10.0)
+    for first, said in (("nr", "column 'nr' is not mapped"), ("", "a column without a name is not mapped; name it")):
+        proposal = propose_mapping(pd.DataFrame({first: t, "t": 0.01 * t, "disp_m": t * t}))
+        assert proposal.time is not None
+        assert proposal.time.column == "t"
+        assert any(said in remark for remark in proposal.remarks)
+    alone = propose_mapping(pd.DataFrame({"": t, "disp_m": t * t}))
+    assert alone.time is None
+    assert "no column looks like time" in alone.remarks[-1]
 
 
 def test_a_rate_gyro_is_a_rotation_and_its_unit_an_assumption() -> None:

@@ -9,6 +9,7 @@ import os
 from collections.abc import Callable
 from pathlib import Path
 
+import openpyxl
 import pytest
 from hypothesis import HealthCheck, example, given, settings
 from hypothesis import strategies as st
@@ -67,6 +68,16 @@ def test_any_text_is_an_index_or_refused(tmp_path: Path, text: str, separator: s
     path = tmp_path / "index.csv"
     path.write_text(text, encoding="utf-8", newline="")
     in_a_sentence(lambda: [*read_index(path, separator, decimal).rows()])
+
+
+@settings(usual, max_examples=max(EXAMPLES // 10, 6))
+@given(rows=st.lists(st.lists(CELLS.filter(lambda cell: cell != "\0"), max_size=6), max_size=8))
+def test_any_sheet_is_an_index_or_refused(tmp_path: Path, rows: list[list[str]]) -> None:
+    book = openpyxl.Workbook()
+    for row in rows:
+        book.active.append([float(cell) if cell in ("1.5", "-2e-3") else cell for cell in row])
+    book.save(tmp_path / "index.xlsx")
+    in_a_sentence(lambda: [*read_index(tmp_path / "index.xlsx").rows()])
 
 
 @usual

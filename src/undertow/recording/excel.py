@@ -21,6 +21,9 @@ from undertow.recording.layout import Column, FileFormat, pick
 from undertow.recording.limits import Limits
 from undertow.recording.vectors import chosen_table
 
+EXCEL = (".xlsx", ".xlsm")
+"""Suffixes of workbooks."""
+
 ROWS_LOOKED_AT = 200
 """Rows below the skipped ones in which header and data must begin."""
 
@@ -69,6 +72,32 @@ def first_rows(path: Path, layout: FileFormat) -> list[Row]:
     with parsing(path, "Excel workbook", _ADVICE, cycles=True), _sheet(path, layout) as sheet:
         rows = sheet.iter_rows(values_only=True, max_row=ROWS_LOOKED_AT, max_col=layout.limits.columns)
         return [tuple(row) for row in rows]
+
+
+def text_rows(path: Path, limits: Limits) -> list[list[str]]:
+    """All rows of the first sheet as texts, empty ones among them: whole numbers without a point, others with the 15
+    digits that Excel shows, dates as ISO 8601, cells without a value empty.
+
+    Raises RecordingError where the file is damaged or too large.
+    """
+    texts: list[list[str]] = []
+    with parsing(path, "Excel workbook", _ADVICE, cycles=True), _sheet(path, FileFormat(limits=limits)) as sheet:
+        width = 0
+        for rows, row in enumerate(sheet.iter_rows(values_only=True, max_col=limits.columns + 1), 1):
+            filled = _trimmed(row)
+            width = max(width, len(filled))
+            limits.allow_columns(path, width)
+            limits.allow_bytes(path, 8.0 * rows * max(width, 1), f"sheet {sheet.title!r}")
+            texts.append([_text(cell) for cell in filled])
+    return texts
+
+
+def _text(cell: Any) -> str:
+    if cell is None or (isinstance(cell, str) and cell.strip() in MISSING[:3]):
+        return ""
+    if isinstance(cell, float):
+        return f"{cell:.15g}"
+    return " ".join(str(cell).split())
 
 
 @contextmanager

@@ -19,6 +19,7 @@ from types import MappingProxyType
 from undertow.errors import ConfigError, RecordingError
 from undertow.recording.catalogue import Catalogue, Entry, TimeWindow
 from undertow.recording.conditions import condition
+from undertow.recording.expressions import found_in
 from undertow.recording.index import Index, read_index
 from undertow.recording.links import refused
 from undertow.recording.patterns import Patterns
@@ -30,6 +31,9 @@ NAMES_SHOWN = 8
 
 NAME_SHOWN = 200
 """Characters of one in a message at most; a file system takes some 255 bytes."""
+
+DEEP_AT_MOST = 2
+"""``**`` in a glob: with each further one, a folder is looked at as often as it has folders above it."""
 
 _FIELD = re.compile(r"\{(\w+)\}")
 _Known = dict[tuple[tuple[str, Condition], ...], Mapping[str, Condition]]
@@ -139,24 +143,38 @@ def _from_names(catalogue: Catalogue) -> list[Entry]:
     given = (catalogue.files,) if isinstance(catalogue.files, str) else tuple(catalogue.files or ())
     found: dict[str, str] = {}
     for one in given:
-        pattern = str(catalogue.folder / one)
+        pattern = str(catalogue.folder / _plainer(one))
         fitting = [path for path in glob.glob(pattern, recursive=True) if os.path.isfile(path)]
         if not fitting:
             raise ConfigError(f"recordings.files {one!r} fits no file ({pattern}); correct the glob")
         home = _folder_of(pattern)
         found.update((path, refused(path, home)) for path in fitting)
     paths = [Path(path) for path in sorted(found)]
-    try:
-        expression = re.compile(catalogue.pattern) if catalogue.pattern else None
-    except re.error as error:
-        raise ConfigError(f"recordings.pattern {catalogue.pattern!r} is no regular expression: {error}") from error
-    entries = [_name_entry(path, expression, found[str(path)]) for path in paths]
-    if expression is not None and not any(expression.search(path.name) for path in paths):
+    if not catalogue.pattern:
+        return [_name_entry(path, found[str(path)]) for path in paths]
+    named = found_in(catalogue.pattern, tuple(path.name for path in paths)).by_name
+    if all(groups is None for groups in named):
         shown = ", ".join(path.name for path in paths[:NAMES_SHOWN])
         raise ConfigError(
             f"recordings.pattern {catalogue.pattern!r} fits none of {len(paths)} file names ({shown}); correct it"
         )
-    return entries
+    pairs = zip(paths, named, strict=True)
+    return [_patterned(_name_entry(path, found[str(path)]), groups, catalogue.pattern) for path, groups in pairs]
+
+
+def _plainer(files: str) -> str:
+    """A glob that looks at no folder again and again: no ``..`` below a wildcard, no ``**`` after ``**``.
+
+    Raises ConfigError where one goes up from a wildcard or has more than `DEEP_AT_MOST` ``**``.
+    """
+    parts = [part for part in files.split("/") if part not in ("", ".")]
+    kept = [part for at, part in enumerate(parts) if part != "**" or parts[at - 1 : at] != ["**"]]
+    wild = next((at for at, part in enumerate(kept) if glob.has_magic(part)), len(kept))
+    if ".." in kept[wild:]:
+        raise ConfigError(f"recordings.files {files!r} goes up (..) from a wildcard; give each folder its own glob")
+    if kept.count("**") > DEEP_AT_MOST:
+        raise ConfigError(f"recordings.files {files!r} has {kept.count('**')} times **; {DEEP_AT_MOST} are allowed")
+    return ("/" if files.startswith("/") else "") + "/".join(kept)
 
 
 def _folder_of(pattern: str) -> Path:
@@ -166,18 +184,18 @@ def _folder_of(pattern: str) -> Path:
     return Path(*parts[:fixed])
 
 
-def _name_entry(path: Path, expression: re.Pattern[str] | None, link: str) -> Entry:
-    entry = Entry(trial_name(path), path)
-    if link:
-        return replace(entry, problem=f"{path.name} is {link}")
-    if expression is None:
+def _name_entry(path: Path, link: str) -> Entry:
+    return Entry(trial_name(path), path, problem=f"{path.name} is {link}" if link else "")
+
+
+def _patterned(entry: Entry, groups: Mapping[str, str | None] | None, pattern: str) -> Entry:
+    """The entry with the named groups of ``pattern`` as its conditions; not fitting is its problem."""
+    if entry.problem:
         return entry
-    match = expression.search(path.name)
-    if match is None:
-        problem = f"its name does not fit recordings.pattern {expression.pattern!r}; narrow recordings.files"
+    if groups is None:
+        problem = f"its name does not fit recordings.pattern {pattern!r}; narrow recordings.files"
         return replace(entry, problem=problem)
-    found = {key: condition(value) for key, value in match.groupdict().items() if value is not None}
-    return replace(entry, conditions=found)
+    return replace(entry, conditions={key: condition(value) for key, value in groups.items() if value is not None})
 
 
 def _unique(entries: Sequence[Entry], folder: Path) -> list[Entry]:

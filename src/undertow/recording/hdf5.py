@@ -16,8 +16,8 @@ import numpy as np
 import pandas as pd
 
 from undertow.errors import MisnamedError, RecordingError
+from undertow.recording.file_guard import HDF5_GUARD
 from undertow.recording.foreign import parsing
-from undertow.recording.hdf5_guard import GUARD
 from undertow.recording.layout import Column, FileFormat, pick
 from undertow.recording.limits import LIMITS, Limits
 from undertow.recording.vectors import alike, chosen_table, matrix_columns, table
@@ -53,7 +53,7 @@ def checked(path: Path) -> Any:
     """The file, open for reading, after another process looked at it (hdf5_guard.py)."""
     import h5py
 
-    GUARD.check(path)
+    HDF5_GUARD.check(path)
     return h5py.File(path, "r")
 
 

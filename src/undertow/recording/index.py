@@ -1,4 +1,5 @@
-"""The index of a campaign: a table of texts with one row a trial, its own separator and its own decimal mark.
+"""The index of a campaign: a table of texts with one row a trial, its own separator and its own decimal mark; in a file
+of text or on the first sheet of an Excel workbook.
 
 A column's numbers are read with one decimal mark. Found by itself ("auto") it is a comma where a column has numbers
 with commas and none with points; in a table parted by commas (cells like "1,63" then stand in quotes) every cell of the
@@ -11,6 +12,7 @@ from __future__ import annotations
 
 import csv
 import difflib
+import io
 import os
 import re
 from collections.abc import Iterable, Iterator, Sequence
@@ -19,6 +21,8 @@ from pathlib import Path
 
 from undertow.errors import ConfigError, RecordingError
 from undertow.recording.conditions import condition, number
+from undertow.recording.excel import EXCEL, text_rows
+from undertow.recording.limits import LIMITS
 from undertow.recording.links import refused
 from undertow.recording.recording import Condition
 from undertow.recording.text import sniff, text_of
@@ -26,6 +30,7 @@ from undertow.recording.text import sniff, text_of
 SEPARATORS = {"tab": "\t", "space": " "}
 """Separators that have a name in a config."""
 
+_SAVED_AGAIN = (".xls", ".xlsb", ".ods", ".numbers")
 _SNIFFED_LINES = 20
 _SPACES = r"\s+"  # as a table's separator is written that stands for any number of blanks
 _COMMA = re.compile(r"[+-]?([0-9]*,[0-9]+|[0-9]+,)([eE][+-]?[0-9]+)?")
@@ -50,10 +55,13 @@ class Index:
         """
         for line, cells in _cells(self.lines, self.separator, self.path, above=1):
             if any(cells[len(self.columns) :]):
+                advice = "name its column, or clear the cell"
+                if not _is_workbook(self.path):
+                    mark = _named(self.separator)
+                    advice = f"put a cell with a {mark} in it into quotes, or set recordings.index_separator"
                 raise ConfigError(
                     f"recordings.index {self.path.name} line {line} has {len(cells)} cells but the header has "
-                    f"{len(self.columns)}; put a cell with a {_named(self.separator)} in it into quotes, or set "
-                    "recordings.index_separator"
+                    f"{len(self.columns)}; {advice}"
                 )
             yield dict(zip(self.columns, cells, strict=False))
 
@@ -84,11 +92,17 @@ def read_index(path: Path, separator: str = "auto", decimal: str = "auto") -> In
         raise ConfigError(f"recordings.index {path} is not there; paths are relative to the config's folder{hint}")
     if link := refused(path, path.parent):
         raise ConfigError(f"recordings.index {path} is {link}")
+    workbook = _is_workbook(path)
+    if workbook and separator != "auto":
+        raise ConfigError(f"recordings.index_separator is {separator!r}, but {path.name} is a workbook; leave it out")
+    if path.suffix.lower() in _SAVED_AGAIN:
+        raise ConfigError(f"recordings.index {path} is an old or foreign spreadsheet; save it as .xlsx or CSV")
     try:
-        lines = text_of(path).splitlines()
+        lines = _sheet_lines(path) if workbook else text_of(path).splitlines()
     except RecordingError as error:
         raise ConfigError(f"recordings.index: {error}") from error
-    parted = _found_separator(lines) if separator == "auto" else SEPARATORS.get(separator, separator)
+    found = "," if workbook else _found_separator(lines)
+    parted = found if separator == "auto" else SEPARATORS.get(separator, separator)
     _, head = next(_cells(lines, parted, path), (1, []))
     twice = next((name for name in head if name and head.count(name) > 1), None)
     if twice is not None:
@@ -96,6 +110,21 @@ def read_index(path: Path, separator: str = "auto", decimal: str = "auto") -> In
     index = Index(path, tuple(head), parted, frozenset(), lines)
     commas = _comma_columns(index) if decimal == "auto" else frozenset(head if decimal == "," else ())
     return Index(path, tuple(head), parted, commas, lines)
+
+
+def _is_workbook(path: Path) -> bool:
+    return path.suffix.lower() in EXCEL
+
+
+def _sheet_lines(path: Path) -> list[str]:
+    """The rows of a workbook's first sheet as lines of CSV, none shorter than the header."""
+    rows, lines = text_rows(path, LIMITS), []
+    width = next((len(row) for row in rows if row), 0)
+    for row in rows:
+        line = io.StringIO()
+        csv.writer(line, lineterminator="").writerow([*row, *[""] * (width - len(row))])
+        lines.append(line.getvalue())
+    return lines
 
 
 def _found_separator(lines: Sequence[str]) -> str:

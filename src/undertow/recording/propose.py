@@ -41,6 +41,9 @@ _NAMES: Mapping[str, str] = MappingProxyType(
 SPRING_FOLLOWS = 0.7
 """Correlation with the displacement from which on a force is a spring's; dampers and inertia leave it above that."""
 
+LONGEST_NAME = 400
+"""Characters of a column's name in which a unit is looked for; the search takes the square of them."""
+
 _UNIT_IN_NAME = re.compile(r"^(?P<stem>.*?)\s*(?:[\[(]\s*(?P<bracket>[^\])]*)\s*[\])]|_(?P<tail>[A-Za-z°%/^0-9]+))\s*$")
 _ROTATION = re.compile(r"angle|angular|roll|phi|theta|pitch|gyro|omega", re.IGNORECASE)
 
@@ -70,7 +73,7 @@ def name_and_unit(column: Column) -> tuple[str, str]:
     >>> name_and_unit("Time[s]"), name_and_unit("accel_mps2"), name_and_unit("angular_velocity")
     (('Time', 's'), ('accel', 'mps2'), ('angular_velocity', ''))
     """
-    match = _UNIT_IN_NAME.match(str(column))
+    match = _UNIT_IN_NAME.match(str(column)) if len(str(column)) <= LONGEST_NAME else None
     if match is None:
         return str(column), ""
     unit = match["bracket"] if match["bracket"] is not None else match["tail"]
@@ -111,6 +114,9 @@ def propose_mapping(table: pd.DataFrame, units: Mapping[Column, str] | None = No
         if not np.isfinite(table[column].to_numpy(dtype=np.float64)).any():
             remarks.append(f"column {column!r} has no values")
             continue
+        if not str(column).strip():
+            remarks.append("a column without a name is not mapped; name it in the header if it is needed")
+            continue
         quantity = _quantity(stem, unit, column, table)
         if quantity is None:
             remarks.append(f"column {column!r} is not mapped")
@@ -131,17 +137,23 @@ def propose_mapping(table: pd.DataFrame, units: Mapping[Column, str] | None = No
         )
     remarks += _instruments_without_input(found)
     coordinate = _coordinate(found)
-    time = None
-    if "time" in found:
-        time = TimeSpec(found["time"][0][0], found["time"][0][1] or "s")
-    else:
-        remarks.append("no column looks like time; give channels.time: {rate_hz: ...}")
+    time, more = _clock(found.get("time", []))
+    remarks += more
     channels = {}
     for channel in (*CHANNELS, *INPUTS, *BESIDE):
         if channel in found:
             channels[channel], more = _spec(channel, found[channel], table, coordinate)
             remarks += more
     return Proposal(time, channels, coordinate, tuple(remarks))
+
+
+def _clock(found: Sequence[tuple[Column, str]]) -> tuple[TimeSpec | None, list[str]]:
+    """The column whose name speaks of time; else one that only rises, as a row's number does as well."""
+    if not found:
+        return None, ["no column looks like time; give channels.time: {rate_hz: ...}"]
+    named = [one for one in found if re.search(_NAMES["time"], name_and_unit(one[0])[0].strip(), re.IGNORECASE)]
+    column, unit = (named or found)[0]
+    return TimeSpec(column, unit or "s"), [f"column {one!r} is not mapped" for one, _ in found if one != column]
 
 
 def _told_from_springs(found: dict[str, list[tuple[Column, str]]], table: pd.DataFrame) -> list[str]:

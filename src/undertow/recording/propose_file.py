@@ -13,12 +13,13 @@ from pathlib import Path
 import pandas as pd
 
 from undertow.errors import RecordingError
+from undertow.recording.excel import EXCEL
 from undertow.recording.layout import FileFormat
 from undertow.recording.parts import FOLLOWED
 from undertow.recording.propose import Proposal, propose_mapping
 from undertow.recording.propose_layout import propose_layout
 from undertow.recording.propose_response import ResponseProposal, propose_response
-from undertow.recording.readers import EXCEL, READERS, read_table, suffix_of, tables_in
+from undertow.recording.readers import READERS, read_table, suffix_of, tables_in
 from undertow.recording.text import read_text
 
 TABLES_LOOKED_AT = 12

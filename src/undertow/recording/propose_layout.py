@@ -8,15 +8,16 @@ from __future__ import annotations
 
 import csv
 import datetime
+import re
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 
 from undertow.errors import RecordingError
-from undertow.recording.excel import MISSING, first_rows
+from undertow.recording.excel import EXCEL, MISSING, first_rows
 from undertow.recording.layout import FileFormat
 from undertow.recording.propose import is_unit
-from undertow.recording.readers import EXCEL, suffix_of
+from undertow.recording.readers import suffix_of
 from undertow.recording.text import sniff, text_of
 
 LINES_LOOKED_AT = 200
@@ -24,6 +25,9 @@ LINES_LOOKED_AT = 200
 
 FEWEST_ROWS = 3
 """Rows of numbers in a row that make a table: two may be a header's own numbers."""
+
+_STAMP = re.compile(r"[0-9]{1,4}([-./:])[0-9]{1,2}\1[0-9]{1,4}")
+_SHOWN = 40  # characters of a cell in a message
 
 
 @dataclass(frozen=True)
@@ -54,6 +58,19 @@ def propose_layout(path: Path, variable: str | None = None) -> FileFormat:
     raise RecordingError(
         f"{path}: no table of numbers begins in its first {looked_at} lines; is it a recording? set "
         f"recordings.skip_rows where its data begin later; fewer than {FEWEST_ROWS} rows are no table"
+        + _about_stamps(rows("."))
+    )
+
+
+def _about_stamps(rows: Sequence[_Row]) -> str:
+    """What to do where the last row holds a date or a time of day, which a text file's reader does not take."""
+    cells = rows[-1].cells if len(rows) > FEWEST_ROWS else ()
+    stamp = next((cell[:_SHOWN] for cell in cells if _STAMP.match(cell)), None)
+    if stamp is None:
+        return ""
+    return (
+        f"; {stamp!r} in line {rows[-1].number} is a time stamp, which is not read from text: write "
+        "recordings.channels by hand, with time: {rate_hz: ...}, or save seconds"
     )
 
 
@@ -121,7 +138,11 @@ def _split(text: str, separator: str) -> list[str]:
     plain = text.lstrip("#").strip()
     if len(separator) > 1:
         return plain.split()
-    return [field.strip() for field in next(csv.reader([plain], delimiter=separator, skipinitialspace=True), [])]
+    try:
+        fields = next(csv.reader([plain], delimiter=separator, skipinitialspace=True), [])
+    except csv.Error:  # a field longer than any in a table
+        fields = plain.split(separator)
+    return [field.strip() for field in fields]
 
 
 def _are_numbers(fields: Sequence[str], decimal: str) -> bool:

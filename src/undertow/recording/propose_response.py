@@ -16,7 +16,7 @@ import pandas as pd
 
 from undertow.errors import RecordingError
 from undertow.recording.layout import Column
-from undertow.recording.propose import looks_harmonic, name_and_unit
+from undertow.recording.propose import LONGEST_NAME, looks_harmonic, name_and_unit
 from undertow.recording.recording import Coordinate
 from undertow.recording.units import factor_to_si, phase_factor, rate_factor
 
@@ -91,7 +91,7 @@ def propose_response(table: pd.DataFrame, units: Mapping[Column, str] | None = N
 def _parted(column: Column, said: str) -> tuple[str, str]:
     """A column's name and unit: as the unit row says, as recordings write it, or a unit of frequency at its end."""
     stem, unit = name_and_unit(column)
-    found = _SPLIT.match(str(column))
+    found = _SPLIT.match(str(column)) if len(str(column)) <= LONGEST_NAME else None
     if not unit and found is not None and (_reads(found["unit"], "frequency") or _reads(found["unit"], "force")):
         stem, unit = found["stem"], found["unit"]
     return stem, said or unit

@@ -16,7 +16,7 @@ import pandas as pd
 
 from undertow.errors import RecordingError
 from undertow.recording.arrow import read_feather, read_parquet
-from undertow.recording.excel import excel_tables, read_excel
+from undertow.recording.excel import EXCEL, excel_tables, read_excel
 from undertow.recording.hdf5 import hdf5_tables, read_hdf5
 from undertow.recording.labview import read_lvm, read_tdms, tdms_tables
 from undertow.recording.layout import Column, FileFormat
@@ -25,9 +25,6 @@ from undertow.recording.matlab import matlab_tables, read_cells, read_matlab
 from undertow.recording.mdf import mdf_tables, read_mdf
 from undertow.recording.text import read_text
 from undertow.recording.universal_file import read_universal
-
-EXCEL = (".xlsx", ".xlsm")
-"""Suffixes of workbooks."""
 
 Reader = Callable[[Path, FileFormat, Sequence[Column] | None], pd.DataFrame]
 

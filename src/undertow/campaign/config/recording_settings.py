@@ -170,7 +170,7 @@ class RecordingsSettings(FileSettings):
     """Where the recordings are and how they are read; paths are relative to the config."""
 
     index: str | None = Field(
-        default=None, description="Table with one row a trial; its columns are the trial's conditions."
+        default=None, description="Table (text or .xlsx) with one row a trial; its columns are the trial's conditions."
     )
     index_column: str = Field(default="file", description="Column of the index that names the file.")
     file: str | None = Field(default=None, description="File name made from the index's columns: test_{id}.csv.")

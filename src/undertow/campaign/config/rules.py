@@ -6,7 +6,6 @@ Belongs here: rules across keys. Does not belong here: types and ranges of one k
 from __future__ import annotations
 
 import codecs
-import re
 from typing import TYPE_CHECKING
 
 from undertow.campaign.config.described import for_pattern
@@ -24,6 +23,7 @@ from undertow.errors import ConfigError, RecordingError, UndertowError
 from undertow.quantities import mover_of
 from undertow.recording.channels import LARGEST
 from undertow.recording.doubt_kinds import DOUBT_KINDS
+from undertow.recording.expressions import found_in
 from undertow.recording.index import SEPARATORS, is_separator
 from undertow.recording.parts import ALONE
 from undertow.recording.recording import BESIDE, CHANNELS, INPUTS, Coordinate
@@ -31,7 +31,6 @@ from undertow.recording.units import factor_to_si
 
 if TYPE_CHECKING:
     from undertow.campaign.config.run_config import RunConfig
-
 
 
 def contradictions(config: RunConfig) -> list[tuple[Location, str]]:
@@ -62,6 +61,8 @@ def contradictions(config: RunConfig) -> list[tuple[Location, str]]:
                 without_memory([find_driven(name)])
         except ConfigError as error:
             wrong.append((("equation", "terms", at), str(error)))
+        if name in config.equation.terms[:at]:
+            wrong.append((("equation", "terms", at), f"equation.terms names {name!r} twice; take one of them out"))
     pulled = any(law.pulls_back for law in registry.catalogue() if law.name in config.equation.terms)
     if not pulled and (not driver or said.response is not None):
         text = (
@@ -155,11 +156,11 @@ def _without_effect(config: RunConfig) -> list[tuple[Location, str]]:
         ]  # fmt: skip
     if said.pattern is not None and said.index is None:
         try:
-            if not re.compile(said.pattern).groupindex:
+            if not found_in(said.pattern).groups:
                 text = f"pattern {said.pattern!r} has no named group, so it gives no condition; write (?P<name>...)"
                 wrong.append(((*place, "pattern"), text))
-        except re.error as error:
-            wrong.append(((*place, "pattern"), f"pattern {said.pattern!r} is no regular expression: {error}"))
+        except ConfigError as error:
+            wrong.append(((*place, "pattern"), str(error).removeprefix("recordings.")))
     wrong += [
         ((*place, "accept", pattern), f"accept names no kind of doubt for {pattern!r}; give {', '.join(DOUBT_KINDS)}")
         for pattern, kinds in said.accept.items() if not kinds

@@ -1,15 +1,18 @@
-"""A process that opens HDF5 files before the reader does, for their library can end or hang on a damaged one.
+"""A process that opens HDF5 or MDF files before the reader does, for their libraries can end or hang on a damaged one.
 
-Started as a script, so that it imports nothing but h5py: a file's path a line on its input, as JSON; a line on its
-output when everything in that file was looked at. What the library says of a file does not matter here.
+Started as a script with the kind of file, so that it imports nothing but h5py or asammdf: a file's path a line on its
+input, as JSON; a line on its output when everything in that file was looked at. What the library says of a file does
+not matter here.
 
-Belongs here: that look. Does not belong here: who asks (hdf5_guard.py), what is read (hdf5.py, matlab.py).
+Belongs here: that look. Does not belong here: who asks (file_guard.py), what is read (hdf5.py, matlab.py, mdf.py).
 """
 
 from __future__ import annotations
 
 import contextlib
+import importlib
 import json
+import logging
 import os
 import sys
 from collections.abc import Iterator
@@ -18,7 +21,10 @@ from typing import Any
 OBJECTS_AT_MOST, DEEPEST = 100_000, 32
 """As in hdf5.py, which a script that imports nothing else cannot ask."""
 WHOLE_BYTES = 4_000_000
-"""A dataset up to this size is read whole, a larger one at its ends."""
+"""A dataset up to this size is read whole, a larger one at its ends; of a larger channel group the first record."""
+
+CHANNELS_AT_MOST = 4096
+"""As recordings.limits.columns."""
 
 SECONDS, BYTES_A_SECOND = 5.0, 1e6
 """Processor time that a file may take: this, and its size at this rate."""
@@ -47,7 +53,38 @@ def limit_time(size: int) -> None:
         resource.setrlimit(resource.RLIMIT_CPU, (int(end) + 1, resource.getrlimit(resource.RLIMIT_CPU)[1]))
 
 
-def look(path: str) -> None:
+def look_at_mdf(path: str) -> None:
+    """Every clock and channel of every channel group; a file that unfolds to more than `MEMORY` ends the process."""
+    asammdf = importlib.import_module("asammdf")
+    try:
+        with asammdf.MDF(path) as file:
+            seen, groups = 0, file.groups
+            for number, group in enumerate(groups):
+                head = group.channel_group
+                count = None if head.cycles_nr * head.samples_byte_nr <= WHOLE_BYTES else 1
+                with _or_memory():
+                    file.get_master(number, record_offset=0, record_count=count)
+                for at, channel in enumerate(group.channels):
+                    seen += 1
+                    if seen <= CHANNELS_AT_MOST:
+                        with _or_memory():
+                            file.get(channel.name, group=number, index=at, record_offset=0, record_count=count)
+    except MemoryError:
+        os._exit(1)
+
+
+@contextlib.contextmanager
+def _or_memory() -> Iterator[None]:
+    """A block whose errors do not matter, but for a lack of memory."""
+    try:
+        yield
+    except MemoryError:
+        raise
+    except Exception:  # noqa: BLE001 - whatever a parser says of damaged bytes
+        pass
+
+
+def look_at_hdf5(path: str) -> None:
     """Everything that a reader may touch: groups, attributes, shapes, and values of datasets."""
     import h5py
 
@@ -102,10 +139,11 @@ def _values(node: Any) -> None:
 
 
 def main() -> None:
-    """Say that it can look, then look at files until the input ends."""
-    import h5py  # noqa: F401 - before memory is limited
-
+    """Say that it can look, then look at files of the kind that is named until the input ends."""
+    look = {"HDF5": look_at_hdf5, "MDF": look_at_mdf}[sys.argv[1]]
+    importlib.import_module({"HDF5": "h5py", "MDF": "asammdf"}[sys.argv[1]])  # before memory is limited
     limit_memory()
+    logging.disable(logging.CRITICAL)
     print("ready", flush=True)
     for line in sys.stdin:
         path = json.loads(line)

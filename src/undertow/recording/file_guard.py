@@ -1,9 +1,9 @@
-"""HDF5 files are looked at by another process first: on some damaged ones their library ends or hangs its process.
+"""HDF5 and MDF files are looked at by another process first: on some damaged ones their libraries end or hang theirs.
 
-One such process serves all files of this one; it starts with the first file and ends with its input. Where none can be
+One such process serves all files of a kind; it starts with the first file and ends with its input. Where none can be
 started files are read without.
 
-Belongs here: that process, its answers. Does not belong here: what it does with a file (hdf5_child.py).
+Belongs here: that process, its answers. Does not belong here: what it does with a file (file_child.py).
 """
 
 from __future__ import annotations
@@ -20,7 +20,7 @@ from pathlib import Path
 
 from undertow.errors import RecordingError
 
-CHILD = Path(__file__).with_name("hdf5_child.py")
+CHILD = Path(__file__).with_name("file_child.py")
 LONGEST_WAIT_S = 300.0
 """Where the system limits no process's time, and on a machine with much other work."""
 
@@ -29,19 +29,25 @@ SEEN_AT_MOST = 10_000
 
 
 class Guard:
-    """The process that looks at files; another one where it ends."""
+    """The process that looks at files of a kind (HDF5, MDF); another one where it ends."""
 
-    def __init__(self, command: tuple[str, ...] = (sys.executable, "-P", str(CHILD))) -> None:
-        self._command = command
+    def __init__(self, kind: str = "HDF5", command: tuple[str, ...] | None = None) -> None:
+        self._kind, self._command = kind, command or (sys.executable, "-P", str(CHILD), kind)
         self._lock = threading.Lock()
         self._sound: dict[tuple[str, int, int], bool] = {}
         self._process: subprocess.Popen[str] | None = None
         self._answers: queue.SimpleQueue[str] = queue.SimpleQueue()
         self._listener: threading.Thread | None = None
-        self._owner, self._able = os.getpid(), True
+        self._owner, self._able, self._ready = os.getpid(), True, False
+
+    def begin(self) -> None:
+        """Start the process without waiting for it, where none was started before."""
+        with self._lock:
+            if self._able and self._process is None:
+                self._start()
 
     def check(self, path: Path) -> None:
-        """RecordingError where the HDF5 library does not survive this file; OSError where there is none."""
+        """RecordingError where the library does not survive this file; OSError where there is none."""
         status = path.stat()
         known = (str(path.absolute()), status.st_mtime_ns, status.st_size)
         with self._lock:
@@ -53,8 +59,8 @@ class Guard:
                 self._sound[known] = self._ask(known[0])
             if not self._sound[known]:
                 raise RecordingError(
-                    f"{path} is damaged: the library that reads HDF5 does not come to an end with it; copy the file "
-                    "again, or save it again"
+                    f"{path} is damaged: the library that reads {self._kind} does not come to an end with it; copy the "
+                    "file again, or save it again"
                 )
 
     def close(self) -> None:
@@ -101,21 +107,26 @@ class Guard:
         """The process, started anew where there is none, or where it is that of the process this one was copied from;
         None, now and ever after, where none can be started."""
         if self._process is None or self._owner != os.getpid() or self._process.poll() is not None:
-            self.close()
-            self._owner, self._answers = os.getpid(), queue.SimpleQueue()
-            try:
-                self._process = subprocess.Popen(
-                    self._command, stdin=subprocess.PIPE, stdout=subprocess.PIPE, stderr=subprocess.DEVNULL, text=True
-                )
-            except OSError:
-                self._able = False
-                return None
-            self._listener = threading.Thread(target=_listen, args=(self._process, self._answers), daemon=True)
-            self._listener.start()
-            self._able = bool(self._answer())
+            self._start()
+        if self._process is not None and not self._ready:
+            self._able = self._ready = bool(self._answer())
             if not self._able:
                 self.close()
         return self._process
+
+    def _start(self) -> None:
+        """A new process, which is not waited for."""
+        self.close()
+        self._owner, self._answers, self._ready = os.getpid(), queue.SimpleQueue(), False
+        try:
+            self._process = subprocess.Popen(
+                self._command, stdin=subprocess.PIPE, stdout=subprocess.PIPE, stderr=subprocess.DEVNULL, text=True
+            )
+        except OSError:
+            self._able = False
+            return
+        self._listener = threading.Thread(target=_listen, args=(self._process, self._answers), daemon=True)
+        self._listener.start()
 
 
 def _listen(process: subprocess.Popen[str], answers: queue.SimpleQueue[str]) -> None:
@@ -127,5 +138,6 @@ def _listen(process: subprocess.Popen[str], answers: queue.SimpleQueue[str]) -> 
     answers.put("")
 
 
-GUARD = Guard()
-atexit.register(GUARD.close)
+HDF5_GUARD, MDF_GUARD = Guard("HDF5"), Guard("MDF")
+atexit.register(HDF5_GUARD.close)
+atexit.register(MDF_GUARD.close)

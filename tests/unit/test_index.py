@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import datetime
+import zipfile
 from pathlib import Path
 
 import openpyxl
@@ -150,6 +151,14 @@ def test_an_index_of_excel_that_is_none_ends_in_a_sentence(tmp_path: Path) -> No
         list(read_index(wide).rows())
     with pytest.raises(ConfigError, match=r"index_separator is ';', but wide\.xlsx is a workbook; leave it out"):
         read_index(wide, separator=";")
+    damaged = workbook(tmp_path / "below.xlsx", [["file"], ["a.csv"], ["b.csv"]])
+    with zipfile.ZipFile(damaged) as parts:
+        kept = {part.filename: parts.read(part).replace(b'r="3"', b'r="900000000"') for part in parts.infolist()}
+    with zipfile.ZipFile(damaged, "w") as parts:
+        for name, data in kept.items():
+            parts.writestr(name, data)
+    with pytest.raises(ConfigError, match=r"below\.xlsx: a row lies below row 1048576, the last of any"):
+        read_index(damaged)
     (tmp_path / "broken.xlsx").write_bytes(b"PK\x03\x04 and no more")
     with pytest.raises(ConfigError, match=r"recordings\.index: .*broken\.xlsx is no readable Excel workbook"):
         read_index(tmp_path / "broken.xlsx")

@@ -27,6 +27,9 @@ EXCEL = (".xlsx", ".xlsm")
 ROWS_LOOKED_AT = 200
 """Rows below the skipped ones in which header and data must begin."""
 
+MOST_ROWS = 1_048_576
+"""Rows of a sheet, at most: Excel has no more."""
+
 MISSING = ("", "#N/A", "#N/A N/A", "#NA", "NA", "NaN", "nan", "-")
 """Texts of a cell that holds no value: Excel's own #N/A and what loggers write."""
 
@@ -83,7 +86,10 @@ def text_rows(path: Path, limits: Limits) -> list[list[str]]:
     texts: list[list[str]] = []
     with parsing(path, "Excel workbook", _ADVICE, cycles=True), _sheet(path, FileFormat(limits=limits)) as sheet:
         width = 0
-        for rows, row in enumerate(sheet.iter_rows(values_only=True, max_col=limits.columns + 1), 1):
+        # without max_col: rows are not filled up to it, and a damaged row number asks for a million empty ones
+        for rows, row in enumerate(sheet.iter_rows(values_only=True, max_row=MOST_ROWS + 1), 1):
+            if rows > MOST_ROWS:
+                raise RecordingError(f"{path}: a row lies below row {MOST_ROWS}, the last of any workbook; {_ADVICE}")
             filled = _trimmed(row)
             width = max(width, len(filled))
             limits.allow_columns(path, width)

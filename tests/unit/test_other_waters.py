@@ -22,11 +22,12 @@ def said(status: str, verdict=(), alternatives=(), evidence=None, sentence="Some
     return Judged((one,), ("short",), evidence=evidence or {})
 
 
-UNTOLD = said("not_identifiable", ("drag_exponent",), (("linear_damping",),), dict.fromkeys(NAMES, 20.0))
+NEAR = {"drag_exponent": 20.0, "linear_damping": 17.0, "cubic_damping": 3.0}
+UNTOLD = said("not_identifiable", ("drag_exponent",), (("linear_damping",),), NEAR)
 SURE = said("explained", ("linear_damping",), (), {"linear_damping": 30.0, "drag_exponent": 20.0})
 
 
-def test_only_a_water_that_cannot_tell_is_judged_beside_the_others():
+def test_only_a_water_of_which_the_others_change_what_is_likely_is_judged_beside_them():
     waters = [_Together((), ()), _Together((), ())]
     (place,) = _told(waters, [UNTOLD, SURE])
     assert place == 0
@@ -35,11 +36,17 @@ def test_only_a_water_that_cannot_tell_is_judged_beside_the_others():
     assert told["drag_exponent"] == pytest.approx(math.log(LAWS_DIFFER + 3.0 * math.exp(-10.0)), abs=0.02)
     assert _told(waters, [UNTOLD, said("cannot_tell")]) == {}
     assert _told(waters, [SURE, SURE]) == {}
-    other = said("explained", ("drag_exponent",), (), {"linear_damping": 4.0, "drag_exponent": 14.0})
-    assert sorted(_told(waters, [other, SURE])) == [0, 1]  # each is improbable to the other
-    assert sorted(_told(waters, [said("cannot_tell", evidence=other.evidence), SURE])) == [1]
-    class_of_rivals = said("not_identifiable", ("added_mass",), (("hidden_resonator",),), {"added_mass": 5.0})
-    assert 0 not in _told(waters, [class_of_rivals, SURE])  # no free decay separates them: no other water does
+    agrees = said("not_identifiable", ("linear_damping",), (("relaxation",),), {"linear_damping": 9.0})
+    assert _told(waters, [agrees, SURE]) == {}  # no free decay separates them: no other water does
+    by_more_than_evidence = said("explained", ("drag_exponent",), (), {"drag_exponent": 9.0, "linear_damping": 15.0})
+    assert _told(waters, [by_more_than_evidence, SURE]) == {}
+
+
+def test_a_name_that_the_others_make_improbable_is_judged_again_and_one_far_ahead_is_not():
+    waters = [_Together((), ()), _Together((), ())]
+    for ahead, again in ((6.0, [0]), (14.0, [])):
+        other = said("explained", ("drag_exponent",), (), {"linear_damping": 4.0, "drag_exponent": 4.0 + ahead})
+        assert sorted(_told(waters, [other, SURE])) == again
 
 
 def test_waters_that_say_nothing_leave_all_as_it_was_and_each_counts_once():

@@ -141,26 +141,30 @@ class _Together:
 
 
 def _told(waters: Sequence[_Together], said: Sequence[Judged]) -> dict[int, _Together]:
-    """Waters that cannot tell one law from another, or name one that the others make improbable, by their place, with
-    what the other waters say of these laws."""
+    """Waters that name one law of the body, of which the others would change what is likely, by their place, with what
+    the other waters say of these laws."""
     out = {}
     for i, (water, judged) in enumerate(zip(waters, said, strict=True)):
         others = [other.evidence for j, other in enumerate(said) if j != i and other.evidence]
-        told = told_by_other_waters(others, sorted(set(judged.evidence).union(*others)))
-        if others and any(_doubtful(verdict, told) for verdict in judged.verdicts):
+        told = told_by_other_waters(others, sorted(judged.evidence)) if others else {}
+        if any(_doubtful(verdict, judged.evidence, told) for verdict in judged.verdicts):
             out[i] = replace(water, told=tuple(sorted(told.items())))
     return out
 
 
-def _doubtful(verdict: Verdict, told: Mapping[str, float]) -> bool:
-    """Whether what other waters say can change a verdict: it names a law of the body, and another one is as likely, or
-    99 times as likely beforehand."""
+def _doubtful(verdict: Verdict, evidence: Mapping[str, float], told: Mapping[str, float]) -> bool:
+    """Whether what other waters say changes which laws are within the odds of rivals of the likeliest, which is the one
+    that is named (what else decided its name stands)."""
     named = [name for name in verdict.verdict if name != "unknown"]
-    if len(named) != 1 or named[0] not in told:
+    if not told or len(named) != 1 or named[0] != _likeliest(evidence)[0]:
         return False
-    if verdict.status == "not_identifiable":
-        return all(set(names) <= told.keys() for names in verdict.alternatives)
-    return max(told.values()) - told[named[0]] > math.log(RIVAL_ODDS)
+    return _likeliest(evidence) != _likeliest({name: score + told[name] for name, score in evidence.items()})
+
+
+def _likeliest(evidence: Mapping[str, float]) -> list[str]:
+    """Laws within the odds of rivals of the likeliest, the likeliest first."""
+    order = sorted(evidence, key=lambda name: -evidence[name])
+    return [name for name in order if evidence[order[0]] - evidence[name] < math.log(RIVAL_ODDS)]
 
 
 def _with_the_reason(judged: Judged, alone: Judged) -> Judged:

@@ -179,7 +179,8 @@ class _Search:
     def _two_that_leave_noise(self) -> tuple[Candidate, float] | None:
         """Two effects that explain nearly all, with the free run's error, where one leaves more, however close to the
         motion: two that mask each other are both weak alone."""
-        if len(self.best.suspects) > 1 or self.looked is None:
+        far = missed_share(self.level, self.null.fit) > LINEAR  # one linear step tells nothing
+        if far or self.looked is None or len(self.best.suspects) > 1:
             return None
         pairs: list[Candidate] = []
         by = {s.label: s for s in self.suspects if s.of_the_body}

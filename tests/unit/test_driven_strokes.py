@@ -24,8 +24,8 @@ from undertow.equation.driven_laws import find_driven
 from undertow.errors import IdentificationError
 from undertow.likelihood.driven import DrivenLaws, drive_for
 from undertow.likelihood.driven_strokes import (
-    Course,
     Reach,
+    StrokeCourse,
     course_of,
     motion_by_stroke,
     motion_from_state,
@@ -73,7 +73,7 @@ def test_a_carriage_s_strokes_are_those_of_its_target(varying):
 
 
 def test_a_pair_has_its_offset_both_ways_and_its_friction_against_the_motion():
-    course = Course((10, 20), (1, -1, 1))
+    course = StrokeCourse((10, 20), (1, -1, 1))
     assert course.forces @ np.array([1.0, 0.25, 3.0, 0.5]) == pytest.approx([1.25, 0.75, 3.5])
 
 

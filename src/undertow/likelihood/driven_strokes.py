@@ -72,7 +72,7 @@ def widened(pairs: int) -> float:
 
 
 @dataclass(frozen=True)
-class Course:
+class StrokeCourse:
     """Strokes of one motion: samples at which one ends and the next begins (s - 1,), and the direction of each (s,)."""
 
     turns: tuple[int, ...]
@@ -88,7 +88,7 @@ class Course:
         return out
 
 
-def course_of(t: Array, x: Array) -> Course:
+def course_of(t: Array, x: Array) -> StrokeCourse:
     """The strokes of a displacement x (n,) at times t (n,): it turns half way between two parts in which it moves.
 
     >>> t = np.linspace(0.0, 3.0, 3001)
@@ -102,7 +102,7 @@ def course_of(t: Array, x: Array) -> Course:
     way = np.sign(v[moving]).astype(int)
     changes = np.flatnonzero(np.diff(way))
     turns = tuple(int(moving[i] + moving[i + 1]) // 2 for i in changes)
-    return Course(turns, (int(way[0]), *(int(way[i + 1]) for i in changes)))
+    return StrokeCourse(turns, (int(way[0]), *(int(way[i + 1]) for i in changes)))
 
 
 @dataclass(frozen=True)
@@ -126,7 +126,7 @@ class Reach:
     drive: Drive
 
     def strokes(
-        self, numbers: Mapping[str, float], state: Array, course: Course, forces: Array
+        self, numbers: Mapping[str, float], state: Array, course: StrokeCourse, forces: Array
     ) -> Iterator[tuple[slice, Array]]:
         """Samples of each stroke, and x and v there (2, n, 1 + p + 3) with their derivatives by the numbers, by x0 and
         v0 at its beginning, and by a force of this stroke alone; it begins where the last one ended."""
@@ -162,7 +162,7 @@ class Reach:
 
 
 def motion_by_stroke(
-    reach: Reach, numbers: Mapping[str, float], state: Array, course: Course, deviations: Array
+    reach: Reach, numbers: Mapping[str, float], state: Array, course: StrokeCourse, deviations: Array
 ) -> StrokeMotion:
     """The motion from ``state`` (x0, v0), each pair of strokes with its own ``deviations`` (2 pairs,), N.
 
@@ -206,5 +206,5 @@ def variance_by_stroke(
 def motion_from_state(reach: Reach, numbers: Mapping[str, float], state: Array) -> Array:
     """Displacement (n,) from ``state`` (x0, v0), all strokes alike."""
     alone = replace(reach, names=())
-    ((_, columns),) = alone.strokes(numbers, state, Course((), (1,)), np.zeros(1))
+    ((_, columns),) = alone.strokes(numbers, state, StrokeCourse((), (1,)), np.zeros(1))
     return np.array(columns[0, :, 0])

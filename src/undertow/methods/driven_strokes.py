@@ -22,8 +22,8 @@ from undertow.conditioning.driven import DrivenTrial
 from undertow.errors import IdentificationError
 from undertow.likelihood.driven import MASS, drive_for, extent_of
 from undertow.likelihood.driven_strokes import (
-    Course,
     Reach,
+    StrokeCourse,
     StrokeMotion,
     Strokes,
     course_of,
@@ -60,7 +60,7 @@ class _Record:
     """One trial of the fit: how it is integrated, its strokes, and whether its start state is held."""
 
     reach: Reach
-    course: Course
+    course: StrokeCourse
     held: bool
 
     @property

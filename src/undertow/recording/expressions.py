@@ -51,7 +51,7 @@ json.dump(answer, sys.stdout)
 
 
 @dataclass(frozen=True)
-class Found:
+class FoundNames:
     """The names of an expression's groups, and for each file name what they hold; None where it does not fit."""
 
     groups: tuple[str, ...]
@@ -59,7 +59,7 @@ class Found:
 
 
 @lru_cache(maxsize=8)
-def found_in(pattern: str, names: tuple[str, ...] = ()) -> Found:
+def found_in(pattern: str, names: tuple[str, ...] = ()) -> FoundNames:
     """What an expression finds in file names; without names it is only looked at.
 
     Raises ConfigError where it is none, is longer than `LONGEST` or takes longer than `SECONDS`.
@@ -73,7 +73,7 @@ def found_in(pattern: str, names: tuple[str, ...] = ()) -> Found:
     answer = _asked(shown, pattern, names)
     if "error" in answer:
         raise ConfigError(f"recordings.pattern {shown} is no regular expression: {answer['error']}")
-    return Found(tuple(answer["groups"]), tuple(answer["found"]))
+    return FoundNames(tuple(answer["groups"]), tuple(answer["found"]))
 
 
 def _asked(shown: str, pattern: str, names: Sequence[str]) -> Mapping[str, Any]:

@@ -14,6 +14,7 @@ import numpy as np
 
 from undertow.comparison.explained import FAR_ABOVE_NOISE
 from undertow.comparison.joint import JointFit
+from undertow.comparison.score_test import scaled_inverse
 from undertow.recording.recording import Array
 
 FEWEST_TRIALS = 3
@@ -48,10 +49,6 @@ def jackknife(fit: JointFit) -> Array:
         gradient[used] = jac.T @ r * common[used]  # the trial's own are at rest, priors included
         normal = normal + mine
         parts.append((mine, gradient))
-    scale = 1.0 / np.sqrt(np.maximum(np.diag(normal), 1e-300))
-    both, count = np.outer(scale, scale), len(parts)
-    steps = [
-        scale * (np.linalg.pinv((normal - mine) * both, rcond=1e-9, hermitian=True) @ (scale * gradient))
-        for mine, gradient in parts
-    ]
+    count = len(parts)
+    steps = [scaled_inverse(normal - mine, 1e-9) @ gradient for mine, gradient in parts]
     return np.asarray(np.sqrt((count - 1.0) / count * np.sum(np.square(steps), axis=0)) * common)

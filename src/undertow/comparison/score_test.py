@@ -111,9 +111,7 @@ class Stands:
         for jac, r, used in zip(solution.jacobians, solution.residuals, solution.used, strict=True):
             normal[np.ix_(used, used)] += jac.T @ jac
             gradient[used] += jac.T @ r
-        scale = 1.0 / np.sqrt(np.maximum(np.diag(normal), 1e-300))
-        inverse = np.linalg.pinv(normal * np.outer(scale, scale), rcond=1e-12, hermitian=True)
-        return cls(fit, precision, inverse * np.outer(scale, scale), gradient)
+        return cls(fit, precision, scaled_inverse(normal, 1e-12), gradient)
 
     def pulled(self, residuals: Sequence[Array]) -> Array:
         """Gradients (unknowns, n) of the unknowns that stand, at residuals (rows, n) of every trial."""
@@ -121,6 +119,14 @@ class Stands:
         for jac, r, used in zip(self.fit.solution.jacobians, residuals, self.fit.solution.used, strict=True):
             out[used] += jac.T @ r
         return out
+
+
+def scaled_inverse(matrix: Array, rcond: float) -> Array:
+    """Inverse of a normal matrix, its unknowns in units of their own information: without directions that have less
+    than a share ``rcond`` of the largest."""
+    scale = 1.0 / np.sqrt(np.maximum(np.diag(matrix), 1e-300))
+    both = np.outer(scale, scale)
+    return np.asarray(np.linalg.pinv(matrix * both, rcond=rcond, hermitian=True) * both)
 
 
 def _place(level: Level, stands: Stands, label: str, additions: tuple[Addition, ...]) -> GridPlace:

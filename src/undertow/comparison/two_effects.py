@@ -16,7 +16,7 @@ import numpy as np
 
 from undertow.comparison.level import Level
 from undertow.comparison.score_stack import SHOWN, Stack
-from undertow.comparison.score_test import GridPlace, Stands, started
+from undertow.comparison.score_test import GridPlace, Stands, scaled_inverse, started
 from undertow.comparison.suspect import Addition
 from undertow.recording.recording import Array
 
@@ -77,7 +77,7 @@ def _padded(stack: Stack, shown: Sequence[int]) -> tuple[np.ndarray, np.ndarray]
 
 def _gains_beside(stack: Stack, score: Array, at: slice, index: np.ndarray, filled: np.ndarray) -> Array:
     """Gain of one place together with every other, (places,)."""
-    own = _inverse(stack.information[at, at])
+    own = scaled_inverse(stack.information[at, at], RCOND)
     alone = 0.5 * float(score[at] @ own @ score[at])
     across = stack.information[at][:, index] * filled  # (q, places, widest)
     slope = (score[index] - np.einsum("qpw,q->pw", across, own @ score[at])) * filled
@@ -91,13 +91,6 @@ def _gains_beside(stack: Stack, score: Array, at: slice, index: np.ndarray, fill
     return np.asarray(alone + 0.5 * np.einsum("pw,pwv,pv->p", turned, inverse, turned), dtype=np.float64)
 
 
-def _inverse(information: Array) -> Array:
-    """Inverse of a place's information, or of two places', without directions that hardly show."""
-    scale = 1.0 / np.sqrt(np.maximum(np.diag(information), 1e-300))
-    both = np.outer(scale, scale)
-    return np.asarray(np.linalg.pinv(information * both, rcond=RCOND, hermitian=True) * both)
-
-
 def _first_of_each(labels: np.ndarray, gains: Array) -> list[int]:
     """Index of the largest gain of every label that has one."""
     order = np.argsort(-gains)
@@ -108,7 +101,7 @@ def _first_of_each(labels: np.ndarray, gains: Array) -> list[int]:
 def _look(level: Level, stack: Stack, score: Array, gain: float, i: int, j: int) -> PairLook | None:
     """The pair where its joint step leads; None where that is against a sign."""
     both = np.concatenate([np.arange(stack.slices[n].start, stack.slices[n].stop) for n in (i, j)])
-    step = -_inverse(stack.information[np.ix_(both, both)]) @ score[both]
+    step = -scaled_inverse(stack.information[np.ix_(both, both)], RCOND) @ score[both]
     cut = stack.places[i].width
     moved = []
     for place, mine in ((stack.places[i], step[:cut]), (stack.places[j], step[cut:])):

@@ -3,9 +3,11 @@ says it would have seen, and how many of them are.
 
     python -m experiments.names.seen --seeds 10 --first 910000 --jobs 2
 
-A campaign of a seed is judged with nothing hidden in it; of every suspect its wet groups then say the smallest effect
-that 90 % of their replicas would show (the largest of these, where groups differ). The same campaign is made again with
-that law in it, 1.5 times and half as large, and judged. Rows go to results/seen.csv, one a campaign.
+A campaign of a seed is judged with nothing hidden in it; of every suspect each group that it acts on then says the
+smallest effect that 90 % of its replicas would show. The smallest of these is what the campaign would have seen: half
+of it is at most half of what any group says. The same campaign is made again with that law in it, 1.5 times and half as
+large, and judged; it is seen where any of those groups has a p-value at which a campaign of so many groups accuses.
+Rows go to results/seen.csv, one a campaign.
 
 Belongs here: that study. Does not belong here: campaigns (scenes.py), what a verdict is worth (verdicts.py).
 """
@@ -14,6 +16,7 @@ from __future__ import annotations
 
 import argparse
 import csv
+import math
 import sys
 import tempfile
 import time
@@ -25,12 +28,14 @@ from pathlib import Path
 from joblib import Parallel, delayed
 
 from experiments.names.__main__ import _revision
+from experiments.names.effects import find
 from experiments.names.folder import View, write
 from experiments.names.rows import append
 from experiments.names.scenes import Campaign
 from experiments.names.studies import HIDDEN_IN, plan_of
 from undertow.campaign.config import load
 from undertow.campaign.run import run
+from undertow.comparison.null_test import limit
 from undertow.discrepancy.verdict import Verdict
 from undertow.errors import UndertowError
 
@@ -41,8 +46,13 @@ SLOTS = {
 }  # fmt: skip
 """The number of the campaign's equation that a suspect's first number is."""
 
+INSIDE = {
+    "hidden_resonator": {"natural_frequency_rad_per_s": "hw", "damping_ratio": "hz"}, "relaxation": {"time_s": "rt"},
+    "delayed_echo": {"delay_s": "te"}, "external_forcing": {"frequency_rad_per_s": "om"},
+}  # fmt: skip
+"""The numbers of the campaign's equation that a suspect's inner numbers are: what is planted is what was said."""
+
 DOSES = (0.5, 1.5)
-SEEN = ("explained", "not_identifiable", "unknown", "present_but_small")
 RESULTS = Path(__file__).resolve().parent / "results" / "seen.csv"
 
 Row = dict[str, str | float | int]
@@ -74,31 +84,36 @@ def rows_of(seed: int) -> list[Row]:
     view, base = View(stated=seed % 2 == 1), {"study": "seen", "seed": seed, "revision": _revision()}
     out: list[Row] = []
     try:
-        wet = wet_of(campaign, verdicts_of(campaign, view))
+        everywhere = verdicts_of(campaign, view)
+        wet = wet_of(campaign, everywhere)
     except UndertowError as reason:
         return [base | {"failed": str(reason)[:200]}]
     for name in SLOTS:
-        found = [d for v in wet for d in v.detectable if d.name == name]
+        everywhere_too = find(name).place == "structure"
+        found = [d for v in (everywhere if everywhere_too else wet) for d in v.detectable if d.name == name]
         if not found:
             continue
-        smallest = max(found, key=lambda d: d.value)
+        smallest = min(found, key=lambda d: d.value)
         for dose in DOSES:
             began, value = time.process_time(), dose * smallest.value
             row = base | {"hidden": name, "strength": dose, "size": f"{value:.4g}"}
-            planted = replace(campaign, sizes={name: size_of(campaign, name, value)})
+            inside = {slot: smallest.at[inner] for inner, slot in INSIDE.get(name, {}).items()}
+            planted = replace(campaign, sizes={name: size_of(campaign, name, value)}, extra=inside)
             try:
                 said = verdicts_of(planted, view)
                 water = wet_of(planted, said)
             except UndertowError as reason:
                 out.append(row | {"failed": str(reason)[:200]})
                 continue
-            seen = any(v.status in SEEN for v in said)
+            acted_on = said if everywhere_too else water
+            least = min((v.p_value for v in acted_on), default=math.nan)
+            seen = least <= limit(len(said))
             names = {n for v in water for n in v.verdict} | {n for v in water for a in v.alternatives for n in a}
             out.append(row | {
                 "reached": f"{smallest.share_of_motion:.4g}", "outcome": "seen" if seen else "not seen",
                 "wet": "|".join(dict.fromkeys("+".join(v.verdict) for v in water)),
                 "status": "|".join(dict.fromkeys(v.status for v in water)), "rivals": "named" if name in names else "",
-                "p_value": min((v.p_value for v in said), default=float("nan")),
+                "p_value": least,
                 "cpu_s": round(time.process_time() - began, 1),
             })  # fmt: skip
     return out

@@ -38,6 +38,14 @@ def test_an_idea_stands_only_where_it_is_at_home(idea):
     assert {name for name, text in TEXTS.items() if re.search(pattern, text, re.MULTILINE)} == homes
 
 
+def test_no_class_name_stands_twice():
+    where: dict[str, list[str]] = {}
+    for file, text in TEXTS.items():
+        for name in re.findall(r"^class (\w+)", text, re.MULTILINE):
+            where.setdefault(name, []).append(file)
+    assert {name: files for name, files in where.items() if len(files) > 1} == {}
+
+
 def test_modules_are_short_but_for_the_integrators():
     long = {name for name, text in TEXTS.items() if text.count("\n") > 400}
     assert long <= {"equation/kernel.py", "equation/driven_kernel.py"}

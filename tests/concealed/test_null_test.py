@@ -11,15 +11,16 @@ import pytest
 
 from tests.concealed.test_diagnosis import SHORT, member
 from tests.concealed.test_small_effects import found, stands
+from undertow.comparison import detectable as detectable_module
 from undertow.comparison import null_test as null_module
 from undertow.comparison.attempt import from_places
 from undertow.comparison.candidate import Candidate
+from undertow.comparison.detectable import Detectable, _first_number
 from undertow.comparison.joint import JointFit
 from undertow.comparison.level import Addend, Level, make_level
 from undertow.comparison.null_test import (
     LEAST_P,
     SIGNIFICANT,
-    Detectable,
     NullTest,
     SuspectTest,
     _fitted_gain,
@@ -293,14 +294,14 @@ def test_less_power_asks_for_a_smaller_effect_and_a_twin_for_a_larger_one_to_be_
     pair = [found("cubic_stiffness"), found("quintic_stiffness")]
     (alone,) = null_test(level, pair[:1], fit, ()).detectable
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(null_module, "POWER", 0.5)
+        patch.setattr(detectable_module, "POWER", 0.5)
         (weaker,) = null_test(level, pair[:1], fit, ()).detectable
     assert weaker.value < 0.95 * alone.value
     beside = {d.name: d for d in null_test(level, pair, fit, ()).detectable}
     assert beside["cubic_stiffness"].named_value > 1.05 * beside["cubic_stiffness"].value
     assert alone.named_value >= alone.value
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(null_module, "NAMED", 0.0)
+        patch.setattr(detectable_module, "NAMED", 0.0)
         (seen,) = null_test(level, pair[:1], fit, ()).detectable
     assert seen.named_value == pytest.approx(alone.value)
 
@@ -451,6 +452,19 @@ def test_where_nothing_can_be_tested_there_is_no_probability():
     wide = Detectable("b", "mass_kg", 44.0, "kg", 330.0)
     both = NullTest(0.5, (SuspectTest("a", 0.5, 1.0, 0.1, 0.5), SuspectTest("b (x)", 0.5, 1.0, 0.1, 9.0, wide)), 0.03)
     assert (both.not_testable, both.detectable, both.upper_bound) == (("b",), (), 0.5 * 0.03)
+
+
+def test_what_each_trial_has_of_its_own_is_told_by_the_root_of_its_mean_square():
+    level, fit = quiet()
+    tone = places(level, Stands.of(fit), found("external_forcing"))[0]
+    trials = len(fit.solution.problem.trials)
+    assert tone.width == 2 * trials  # a cosine and a sine each
+    assert _first_number(tone, np.ones(tone.width)) == pytest.approx(math.sqrt(2.0))
+    once = np.zeros(tone.width)
+    once[tone.columns[0][1]] = 3.0
+    assert _first_number(tone, once) == pytest.approx(3.0 * math.sqrt(2.0 / trials))
+    (shared, *_) = places(level, Stands.of(fit), found("linear_damping", "one for all springs"))
+    assert _first_number(shared, 5.0 * np.ones(shared.width)) == 1.0
 
 
 def test_bristles_that_are_there_are_seen_as_they_are():

@@ -9,7 +9,7 @@ import pytest
 
 from tests.command_line import undertow
 from tests.findings_fixture import small_findings
-from undertow.comparison.null_test import Detectable
+from undertow.comparison.detectable import Detectable
 from undertow.discrepancy.verdict import Gate, Rejected
 from undertow.report.verdict_file import write_verdict
 
@@ -26,7 +26,8 @@ def run(tmp_path: Path) -> Path:
     """A folder with the verdicts of two groups, of which the second one has gates."""
     findings = small_findings()
     first, second = findings.groups
-    seen = Detectable("hidden_resonator", "mass_kg", 4.13, "kg", 0.011, 7.9)
+    inside = {"natural_frequency_rad_per_s": 5.234, "damping_ratio": 0.02}
+    seen = Detectable("hidden_resonator", "mass_kg", 4.13, "kg", 0.011, 7.9, inside)
     said = replace(
         second.verdict, decision=DECISION, rejected=(Rejected("relaxation", "on its bound"),), detectable=(seen,),
         not_testable=("rest_offset",),
@@ -46,7 +47,8 @@ def test_every_gate_is_a_line_with_value_limit_and_whether_it_is_passed(run, cap
     assert "unseen_trials: it went up" in lines
     assert "search_ended: not tried: none" not in lines  # a reason is that of a gate that is not passed
     assert "relaxation: on its bound" in lines
-    assert "hidden_resonator: from 4.1 kg, 1.1 % of the motion" in lines
+    at = "natural frequency 5.2 rad/s, damping ratio 0.020"
+    assert f"hidden_resonator, {at}: from 4.1 kg, 1.1 % of the motion" in lines
     assert "not testable here: rest_offset" in lines
 
 

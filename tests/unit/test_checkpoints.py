@@ -13,8 +13,8 @@ from tests.findings_fixture import MARKUP
 from tests.small_campaign import recorded
 from undertow.campaign.run import checkpoints
 from undertow.campaign.run.analysis import GroupTask, analyse
+from undertow.comparison.detectable import Detectable
 from undertow.comparison.level import Addend
-from undertow.comparison.null_test import Detectable
 from undertow.comparison.suspect import Addition
 from undertow.comparison.tail import Histogram
 from undertow.conditioning.condition import condition

@@ -12,7 +12,7 @@ import pytest
 from matplotlib.figure import Figure
 
 from tests.findings_fixture import MARKUP, bare_findings, make_findings, named, small_findings
-from undertow.comparison.null_test import Detectable
+from undertow.comparison.detectable import Detectable
 from undertow.discrepancy.findings import AugmentedRun, Findings, GroupFindings, TrialFindings
 from undertow.discrepancy.verdict import Described, Gate, Verdict
 from undertow.quantities import Estimate
@@ -276,10 +276,11 @@ def test_a_probability_among_the_conditions_is_never_printed_as_certain():
 
 def test_what_would_have_been_seen_stands_in_words_the_smallest_share_first():
     large = Detectable("cubic_damping", "coefficient_kg_s_per_m2", 310.0, "kg s/m^2", 0.02)
-    small = Detectable("hidden_resonator", "mass_kg", 4.13, "kg", 0.011, 7.9)
+    small = Detectable("hidden_resonator", "mass_kg", 4.13, "kg", 0.011, 7.9, {"natural_frequency_rad_per_s": 5.234})
     first, second = seen_rows(Verdict({}, (), detectable=(large, small)))
     assert first == {
-        "effect": "hidden resonator", "seen": "4.1 kg", "share": "1.1 %", "named": "7.9 kg",
+        "effect": "hidden resonator, natural frequency 5.2 rad/s", "seen": "4.1 kg",
+        "share": "1.1 %", "named": "7.9 kg",
     }  # fmt: skip
     assert (second["effect"], second["named"]) == ("cubic damping", "-")
 

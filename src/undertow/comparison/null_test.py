@@ -7,19 +7,20 @@ recordings are scored alike: for every suspect the largest gain of one Gauss-New
 recordings also what a fit gained. A suspect's gain counts by its rank among the replicas, the level by the smallest of
 these (Westfall and Young 1993): many suspects and fine grids, scatter, few trials and slow noise are all in it.
 
-Belongs here: p-values, what would be seen and what can still hide. Does not belong here: residuals of replicas
-(replicas.py), sums over places (score_stack.py), what is said (discrepancy/).
+Belongs here: p-values and what can still hide. Does not belong here: what would be seen (detectable.py), residuals of
+replicas (replicas.py), sums over places (score_stack.py), what is said (discrepancy/).
 """
 
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
 from undertow.comparison.candidate import Candidate
+from undertow.comparison.detectable import Detectable, detectable
 from undertow.comparison.joining import has_room
 from undertow.comparison.joint import JointFit
 from undertow.comparison.level import Level
@@ -41,29 +42,8 @@ ROOM = 2e7
 SIGNIFICANT = 0.01
 """Share of campaigns with nothing missing of which a level is said not to be like its null."""
 
-POWER = 0.9
-"""Power with which an effect that is called visible would be seen."""
-
 LEAST_P = 1e-6
 """Smallest p-value that is said: no tail of so many replicas is known further."""
-
-NAMED = math.log(99.0)
-"""Log odds over every other suspect from which an effect has a name."""
-
-HALVINGS = 40
-
-
-@dataclass(frozen=True)
-class Detectable:
-    """The smallest effect of a suspect that would be detected with 90 % power: its first number, what share of the
-    motion it moves, and the size from which on it would be told from every other suspect (nan: never)."""
-
-    name: str
-    parameter: str
-    value: float
-    unit: str
-    share_of_motion: float
-    named_value: float = math.nan
 
 
 @dataclass(frozen=True)
@@ -256,8 +236,7 @@ def _ranked(
     tests = []
     for label, own in by_label.items():
         best = max(own, key=lambda s: s.gain)
-        smallest = _smallest_whole if best.place.whole else _smallest
-        seen = _detectable(stack, scored, *smallest(own, best, tails[label].at(threshold)), sizes.allowed)
+        seen = detectable(stack, scored, own, best, tails[label].at(threshold), sizes.allowed)
         common = any(a.scope != "trial" for a in best.place.additions if not a.inner)
         hidden = max(s.hidden for s in own) if common else math.nan
         size = float(best.measure.of(best.step[:, None])[0])
@@ -322,69 +301,3 @@ def _slightly_wrong(stack: Stack, square: float, draws: int, rng: np.random.Gene
         found = np.einsum("wn,wv,vn->n", moved, stack.information[at, at], moved)
         out[at, mine] = moved * np.sqrt(square * rng.uniform(size=mine.size) / np.maximum(found, 1e-300))
     return out
-
-
-def _seen(scored: Scored, along: Array, threshold: float) -> Callable[[float], bool]:
-    """Whether an effect so many times ``along`` would be detected with `POWER`."""
-    if scored.place.whole:
-        there = np.maximum(0.5 * scored.information[0, 0] - scored.draws[0], 0.0)
-        return lambda size: float(np.mean(there > threshold)) >= POWER
-    push = scored.inverse @ (scored.information @ along)
-    across, square = push @ scored.draws, 0.5 * float(along @ scored.information @ push)
-    gains = scored.gains
-    return lambda size: float(np.mean(gains + size * across + size**2 * square > threshold)) >= POWER
-
-
-def _smallest(own: Sequence[Scored], best: Scored, threshold: float) -> tuple[Scored, Array, float]:
-    """A suspect's best place, the direction of its effect there and the smallest size that would be detected."""
-    along = best.step if np.any(best.step) else np.ones(best.place.width)
-    along = along / np.max(np.abs(along), initial=1e-300)
-    square = 0.5 * float(along @ best.information @ along)
-    seen = _seen(best, along, threshold)
-    low, high = 0.0, math.sqrt(max(2.0 * threshold, 0.0) / max(square, 1e-300)) or 1.0
-    for _ in range(HALVINGS):
-        if seen(high):
-            break
-        low, high = high, 2.0 * high
-    for _ in range(HALVINGS):
-        middle = 0.5 * (low + high)
-        low, high = (low, middle) if seen(middle) else (middle, high)
-    return best, along, high
-
-
-def _smallest_whole(own: Sequence[Scored], best: Scored, threshold: float) -> tuple[Scored, Array, float]:
-    """The same of a law that is there or not: the place of the smallest effect that would be detected; size nan where
-    none would be."""
-    able = [s for s in own if _seen(s, np.ones(1), threshold)(1.0)]
-    place = min(able, key=lambda s: float(s.information[0, 0]), default=best)
-    return place, np.ones(1), 1.0 if able else math.nan
-
-
-def _detectable(
-    stack: Stack, scored: Sequence[Scored], best: Scored, along: Array, size: float, allowed: float
-) -> Detectable | None:
-    """What a suspect's smallest effect that would be detected is called; None where there is none."""
-    place = best.place
-    if not place.additions or math.isnan(size):
-        return None
-    first = next(a for a in place.additions if not a.inner)
-    share = float(best.measure.of_free_run(size * along[:, None])[0]) * allowed
-    named = max(size, _told_apart(stack, scored, best, along))
-    value = first.start if place.whole else size
-    told = math.isfinite(named) and not (place.whole and named > size)
-    told_from = value / size * named if told else math.nan
-    return Detectable(place.label.partition(" (")[0], first.name, value, first.unit, share, told_from)
-
-
-def _told_apart(stack: Stack, scored: Sequence[Scored], best: Scored, along: Array) -> float:
-    """The amplitude along a direction from which on its evidence exceeds every other suspect's by `NAMED`; inf where
-    another takes all of it."""
-    name = best.place.label.partition(" (")[0]
-    push = stack.information[:, best.at] @ along
-    mine = 0.5 * float(along @ best.information @ along)
-    others = 0.0
-    for other in scored:
-        if other.place.label.partition(" (")[0] != name:
-            others = max(others, 0.5 * float(push[other.at] @ other.inverse @ push[other.at]))
-    margin = mine - others
-    return math.sqrt(NAMED / margin) if margin > 1e-9 * mine else math.inf

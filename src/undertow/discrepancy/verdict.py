@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Literal
 from undertow.quantities import Estimate
 
 if TYPE_CHECKING:  # the search: reading and checking files, which hold verdicts' names alone, does not wait for it
-    from undertow.comparison.null_test import Detectable
+    from undertow.comparison.detectable import Detectable
     from undertow.comparison.suspect import Origin
     from undertow.comparison.tail import Histogram
 

@@ -79,7 +79,7 @@ class _Values:
 
 
 @dataclass(frozen=True)
-class _Point:
+class _StrokePoint:
     """Where a search stands: values, residuals (m - x) by trial, the normal matrix without and the precision of priors,
     its gradient, the cost."""
 
@@ -131,7 +131,7 @@ def _outside(fitted: DrivenFit, values: Array) -> str:
 
 
 def _with_deviations(
-    records: Sequence[_Record], fitted: DrivenFit, found: _Point, spreads: Array, evidence: float
+    records: Sequence[_Record], fitted: DrivenFit, found: _StrokePoint, spreads: Array, evidence: float
 ) -> DrivenFit:
     """The fit with the numbers, errors and deviations that were found."""
     covariance = _inverse(found.normal + np.diag(found.prior))[: len(fitted.names), : len(fitted.names)]
@@ -184,7 +184,7 @@ def _begun(one: _Record, fitted: DrivenFit) -> Array:
 
 def _likeliest(
     records: Sequence[_Record], fitted: DrivenFit, values: _Values, spreads: Array
-) -> tuple[_Point, Array, tuple[float, ...]]:
+) -> tuple[_StrokePoint, Array, tuple[float, ...]]:
     """Values, both spreads (2,) and every trial's noise, widened for its memory, that make the records most likely."""
     noise = _noise(tuple(one.measured - _motion(one, fitted, values, i).x for i, one in enumerate(records)))
     for _ in range(ROUNDS):
@@ -211,7 +211,7 @@ def _motion(one: _Record, fitted: DrivenFit, values: _Values, index: int) -> Str
 
 def _searched(
     records: Sequence[_Record], fitted: DrivenFit, values: _Values, spreads: Array, noise: Sequence[float]
-) -> _Point:
+) -> _StrokePoint:
     """Gauss-Newton's end with spreads and noise as they are, steps halved where the cost does not fall."""
     point = _at(records, fitted, values, spreads, noise)
     for _ in range(STEPS):
@@ -248,7 +248,7 @@ def _moved(values: _Values, step: Array, records: Sequence[_Record]) -> _Values:
 
 def _at(
     records: Sequence[_Record], fitted: DrivenFit, values: _Values, spreads: Array, noise: Sequence[float]
-) -> _Point:
+) -> _StrokePoint:
     """Cost, residuals and normal equations of all trials at these values."""
     p, states = values.numbers.size, 2 * sum(not one.held for one in records)
     size = p + states + sum(own.size for own in values.deviations)
@@ -274,7 +274,7 @@ def _at(
     precision = np.tile(1.0 / spreads**2, own.size // 2)
     gradient[size - own.size :] -= precision * own
     prior = np.concatenate([np.zeros(size - own.size), precision])
-    return _Point(values, tuple(residuals), normal, prior, gradient, cost + float(precision @ own**2))
+    return _StrokePoint(values, tuple(residuals), normal, prior, gradient, cost + float(precision @ own**2))
 
 
 def _beyond(
@@ -296,7 +296,7 @@ def _inverse(normal: Array) -> Array:
 
 
 def _evidence(
-    records: Sequence[_Record], fitted: DrivenFit, values: _Values, found: _Point, noise: Sequence[float]
+    records: Sequence[_Record], fitted: DrivenFit, values: _Values, found: _StrokePoint, noise: Sequence[float]
 ) -> float:
     """Natural logarithm of the odds for deviations by stroke: what they take from the slow part of the residuals, less
     what so many free deviations cost (Laplace's approximation)."""

@@ -27,6 +27,7 @@ from undertow.report.wording import (
     printed_unit,
     problem_of,
     reason_words,
+    values_in_words,
 )
 
 PROBABILITY_GATE = "posterior"
@@ -53,7 +54,7 @@ def seen_rows(verdict: Verdict) -> list[Mapping[str, str]]:
     ``named``, all in words."""
     return [
         {
-            "effect": one.name.replace("_", " "),
+            "effect": ", ".join(filter(None, (one.name.replace("_", " "), values_in_words(one.at)))),
             "seen": f"{plain_number(one.value, 2)} {printed_unit(one.unit)}".strip(),
             "share": f"{100.0 * one.share_of_motion:.2g} %",
             "named": "-" if math.isnan(one.named_value)

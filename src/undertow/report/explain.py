@@ -12,6 +12,7 @@ from typing import Any
 
 from undertow.discrepancy.words import group_title
 from undertow.errors import UndertowError
+from undertow.report.wording import values_in_words
 
 PASSED, FAILED = "passed", "NOT passed"
 
@@ -66,7 +67,8 @@ def _explained(title: str, one: Mapping[str, Any]) -> str:
     if one["detectable"]:
         lines.append("  would have been seen, with 90 % power:")
         lines += [
-            f"    {d['name']}: from {d['value']:.2g} {d['unit']}, {100.0 * d['share_of_motion']:.2g} % of the motion"
+            f"    {', '.join(filter(None, (d['name'], values_in_words(d.get('at', {})))))}: "
+            f"from {d['value']:.2g} {d['unit']}, {100.0 * d['share_of_motion']:.2g} % of the motion"
             for d in one["detectable"]
         ]
         lines.append(f"  not testable here: {', '.join(one['not_testable'])}")

@@ -109,6 +109,21 @@ def parameter_words(name: str) -> str:
     return f"{effect.replace('_', ' ').replace('#', ' ')}: {parameter_name(parameter).words}"
 
 
+def values_in_words(values: Mapping[str, float]) -> str:
+    """Numbers by their names in the contract, in words with their units; empty where there are none.
+
+    >>> values_in_words({"frequency_rad_per_s": 5.234, "damping_ratio": 0.02})
+    'frequency 5.2 rad/s, damping ratio 0.020'
+    """
+    def unit(name: str) -> str:
+        found = _UNIT_AT_END.search(name)
+        return printed_unit(found.group()[1:].replace("_per_", "/")) if found else ""
+
+    return ", ".join(
+        f"{parameter_name(name).words} {plain_number(value, 2)} {unit(name)}".strip() for name, value in values.items()
+    )
+
+
 def method_label(method: str) -> str:
     """What the reader calls a method.
 

@@ -21,8 +21,8 @@ from undertow import __version__
 from undertow.campaign.run.analysis import GroupTask
 from undertow.campaign.run.manifest import package_versions, source_digest
 from undertow.campaign.run.part_files import FORMAT, read_part, write_part
+from undertow.comparison.detectable import Detectable
 from undertow.comparison.level import Addend
-from undertow.comparison.null_test import Detectable
 from undertow.comparison.suspect import Addition
 from undertow.comparison.tail import Histogram
 from undertow.conditioning.motion import Motion

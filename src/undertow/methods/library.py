@@ -146,6 +146,23 @@ class Design:
     period_s: float
     drift_order: int = DRIFT_ORDER
 
+    @classmethod
+    def of(
+        cls,
+        parts: Sequence[Array],
+        terms: Sequence[Term],
+        motions: Sequence[Motion],
+        lengths_s: tuple[float, float, float],
+        drift_order: int = DRIFT_ORDER,
+    ) -> Design:
+        """From the rows of every trial: columns, response, time (n, p + 2); ``lengths_s`` are those of a test function,
+        of a step and of a period."""
+        every = np.vstack(parts)
+        return cls(
+            every[:, :-2], every[:, -2], np.repeat(np.arange(len(parts)), [len(part) for part in parts]), every[:, -1],
+            tuple(label(term) for term in terms), tuple(motion.name for motion in motions), *lengths_s, drift_order,
+        )  # fmt: skip
+
     @property
     def lengths(self) -> tuple[int, ...]:
         """Rows of each trial."""
@@ -197,18 +214,7 @@ def build_design(
     length_s = periods * period_s
     step_s = length_s / ROWS_PER_TEST_FUNCTION
     parts = [_trial_rows(motion, terms, length_s, step_s) for motion in motions]
-    return Design(
-        columns=np.vstack([part[:, :-2] for part in parts]),
-        response=np.concatenate([part[:, -2] for part in parts]),
-        trial=np.repeat(np.arange(len(parts)), [part.shape[0] for part in parts]),
-        time=np.concatenate([part[:, -1] for part in parts]),
-        names=tuple(label(term) for term in terms),
-        trials=tuple(motion.name for motion in motions),
-        length_s=length_s,
-        step_s=step_s,
-        period_s=period_s,
-        drift_order=drift_order,
-    )
+    return Design.of(parts, terms, motions, (length_s, step_s, period_s), drift_order)
 
 
 def _trial_rows(motion: Motion, terms: Sequence[Term], length_s: float, step_s: float) -> Array:

@@ -23,7 +23,7 @@ from scipy.stats import f as fisher
 from undertow.conditioning.motion import Motion
 from undertow.equation.term import Term
 from undertow.errors import IdentificationError
-from undertow.methods.library import DRIFT_ORDER, MIN_ROWS, Design, evaluate, label, motion_period
+from undertow.methods.library import MIN_ROWS, Design, evaluate, motion_period
 from undertow.methods.sindy import LeastSquares, solve_design
 
 Array = NDArray[np.float64]
@@ -76,18 +76,7 @@ def measured_design(
     period = float(np.median([motion_period(motion) for motion in motions]))
     length, step = WINDOW_PERIODS * period, WINDOW_PERIODS * period / ROWS_PER_WINDOW
     parts = [_rows(motion, terms, length, step, (clocks or {}).get(motion.name, 0.0)) for motion in motions]
-    return Design(
-        columns=np.vstack([part[:, :-2] for part in parts]),
-        response=np.concatenate([part[:, -2] for part in parts]),
-        trial=np.repeat(np.arange(len(parts)), [part.shape[0] for part in parts]),
-        time=np.concatenate([part[:, -1] for part in parts]),
-        names=tuple(label(term) for term in terms),
-        trials=tuple(motion.name for motion in motions),
-        length_s=length,
-        step_s=step,
-        period_s=period,
-        drift_order=DRIFT_ORDER,
-    )
+    return Design.of(parts, terms, motions, (length, step, period))
 
 
 def response_channel(motion: Motion) -> str:

@@ -6,7 +6,9 @@ says it would have seen, and how many of them are.
 A campaign of a seed is judged with nothing hidden in it; of every suspect each group that it acts on then says the
 smallest effect that 90 % of its replicas would show. The smallest of these is what the campaign would have seen: half
 of it is at most half of what any group says. The same campaign is made again with that law in it, 1.5 times and half as
-large, and judged; it is seen where any of those groups has a p-value at which a campaign of so many groups accuses.
+large, with noise and scatter of its own (what was said is said of a repetition: of the same noise the place that shows
+most is the one where it happens to push), and judged; it is seen where any of those groups has a p-value at which a
+campaign of so many groups accuses.
 Rows go to results/seen.csv, one a campaign.
 
 Belongs here: that study. Does not belong here: campaigns (scenes.py), what a verdict is worth (verdicts.py).
@@ -51,6 +53,9 @@ INSIDE = {
     "delayed_echo": {"delay_s": "te"}, "external_forcing": {"frequency_rad_per_s": "om"},
 }  # fmt: skip
 """The numbers of the campaign's equation that a suspect's inner numbers are: what is planted is what was said."""
+
+REPEATED = 500_000_000
+"""How far the seed of a repetition's noise and scatter is from that of its campaign."""
 
 DOSES = (0.5, 1.5)
 RESULTS = Path(__file__).resolve().parent / "results" / "seen.csv"
@@ -98,7 +103,8 @@ def rows_of(seed: int) -> list[Row]:
             began, value = time.process_time(), dose * smallest.value
             row = base | {"hidden": name, "strength": dose, "size": f"{value:.4g}"}
             inside = {slot: smallest.at[inner] for inner, slot in INSIDE.get(name, {}).items()}
-            planted = replace(campaign, sizes={name: size_of(campaign, name, value)}, extra=inside)
+            again = replace(campaign, plan=replace(campaign.plan, seed=seed + REPEATED))
+            planted = replace(again, sizes={name: size_of(again, name, value)}, extra=inside)
             try:
                 said = verdicts_of(planted, view)
                 water = wet_of(planted, said)

@@ -85,6 +85,15 @@ def test_the_search_adds_what_a_body_lacks_and_nothing_else(kind, missing):
     assert row(body(kind, 2000, missing), 0.0)[3:5] == ((missing or "nothing"),) * 2
 
 
+def test_bristles_of_half_a_millimetre_beside_dry_friction_are_found_on_strokes_of_200_mm():
+    trial = record(body("carriage", 303, "bouc_wen"))
+    laws = DrivenLaws(tuple(find_driven(name) for name in GIVEN["carriage"]))
+    found = discover_driven([trial], laws, ["bouc_wen"])
+    assert found.added == ("bouc_wen",)
+    assert found.validation[1] < 1.2 * trial.noise()["displacement"] < 0.1 * found.validation[0]
+    assert found.augmented.numbers["bouc_wen.alpha_N_per_m"] == pytest.approx(2e4, rel=0.05)
+
+
 def test_a_carriage_in_closed_loop_whose_drive_wanders_lacks_no_law():
     assert row(body("carriage", 9), 0.1)[4] == "nothing"
 

@@ -280,8 +280,8 @@ HEAD = f"""\
 Ten minutes a reader is the command's default; the seconds that were run stand in the table. Each file has one to eight
 changes: bytes, bits, lost and doubled stretches, lengths of 0 to 2^64, a cut; half of them in the first 600 bytes. In
 .xlsx and .gz seven of ten files are changed before they are packed, so that their checksums hold. A reader reads the
-table, the names of the tables, and what `init` proposes; .xlsx are read as an index besides, which this sheet is not: none
-counts as read. *Wrong*: a crash, another error than undertow's, over
+table, the names of the tables, and what `init` proposes; .xlsx are read as an index besides, which this sheet is not:
+none counts as read. *Wrong*: a crash, another error than undertow's, over
 {LONGEST_S:g} s of processor time or over {LARGEST_MB:g} MB more than it has to begin with.
 
 | file | s | given | read | refused | wrong | longest, s | peak of the process, MB | revision |

@@ -75,12 +75,16 @@ def wet_of(campaign: Campaign, verdicts: list[Verdict]) -> list[Verdict]:
     return [v for v in verdicts if {Path(t).stem for t in v.trials} & {Path(w).stem for w in wet}]
 
 
-def size_of(campaign: Campaign, name: str, value: float) -> float:
-    """The size of an effect that makes its number so large: all of these grow in proportion."""
-    trial = next(t for t in campaign.plan.trials() if t.wet)
+def size_of(campaign: Campaign, verdict: Verdict, name: str, value: float) -> float:
+    """The size of an effect that makes its number so large in a group's water, on the spring where it is the largest:
+    all of these grow in proportion."""
     slot, one = SLOTS[name], replace(campaign, sizes={name: 1.0})
-    before = campaign.numbers(trial, scattered=False).get(slot, 0.0)
-    return abs(value / (one.numbers(trial, scattered=False)[slot] - before))
+    trials = campaign.plan.trials()
+    own = {Path(t).stem for t in verdict.trials}
+    wet = any(t.wet for t in trials if Path(t.file).stem in own)
+    level = [t for t in trials if t.wet == wet and (wet or Path(t.file).stem in own)]
+    reached = max(abs(one.numbers(t, False)[slot] - campaign.numbers(t, False).get(slot, 0.0)) for t in level)
+    return value / reached
 
 
 def rows_of(seed: int) -> list[Row]:
@@ -95,16 +99,17 @@ def rows_of(seed: int) -> list[Row]:
         return [base | {"failed": str(reason)[:200]}]
     for name in SLOTS:
         everywhere_too = find(name).place == "structure"
-        found = [d for v in (everywhere if everywhere_too else wet) for d in v.detectable if d.name == name]
+        acting = everywhere if everywhere_too else wet
+        again = replace(campaign, plan=replace(campaign.plan, seed=seed + REPEATED))
+        found = [(size_of(again, v, name, d.value), d) for v in acting for d in v.detectable if d.name == name]
         if not found:
             continue
-        smallest = min(found, key=lambda d: d.value)
+        size, smallest = min(found, key=lambda one: one[0])
         for dose in DOSES:
-            began, value = time.process_time(), dose * smallest.value
-            row = base | {"hidden": name, "strength": dose, "size": f"{value:.4g}"}
+            began = time.process_time()
+            row = base | {"hidden": name, "strength": dose, "size": f"{dose * smallest.value:.4g}"}
             inside = {slot: smallest.at[inner] for inner, slot in INSIDE.get(name, {}).items()}
-            again = replace(campaign, plan=replace(campaign.plan, seed=seed + REPEATED))
-            planted = replace(again, sizes={name: size_of(again, name, value)}, extra=inside)
+            planted = replace(again, sizes={name: dose * size}, extra=inside)
             try:
                 said = verdicts_of(planted, view)
                 water = wet_of(planted, said)

@@ -24,6 +24,7 @@ from experiments.names.studies import STUDIES, plan_of
 from experiments.names.verdicts import judge, outcome
 from undertow.campaign.config import load
 from undertow.campaign.run import read_and_condition
+from undertow.discrepancy.verdict import Verdict
 from undertow.equation import registry
 from undertow.equation.equation import Equation
 from undertow.equation.simulate import simulate as undertow_simulate
@@ -225,10 +226,22 @@ def test_a_row_fits_a_file_that_has_fewer_columns(tmp_path):
 @pytest.mark.parametrize("name", sorted(SLOTS))
 def test_a_planted_effect_has_the_size_that_a_null_says_it_would_see(name):
     campaign = Campaign(SMALL)
-    trial = next(t for t in SMALL.trials() if t.wet)
-    planted = replace(campaign, sizes={name: size_of(campaign, name, 12.5)})
-    before, after = (one.numbers(trial, scattered=False).get(SLOTS[name], 0.0) for one in (campaign, planted))
-    assert abs(after - before) == pytest.approx(12.5)
+    wet = [t for t in SMALL.trials() if t.wet]
+    planted = replace(campaign, sizes={name: size_of(campaign, Verdict({}, (wet[0].file,)), name, 12.5)})
+    before, after = (
+        [one.numbers(trial, scattered=False).get(SLOTS[name], 0.0) for trial in wet] for one in (campaign, planted)
+    )
+    assert max(abs(a - b) for a, b in zip(after, before, strict=True)) == pytest.approx(12.5)
+
+
+def test_a_size_said_of_dry_trials_is_that_on_their_own_spring():
+    campaign = Campaign(replace(SMALL, springs=("short", "long")))
+    dry = {t.spring: t for t in campaign.plan.trials() if not t.wet}
+    sizes = {s: size_of(campaign, Verdict({}, (t.file,)), "cubic_stiffness", 1e3) for s, t in dry.items()}
+    for spring, trial in dry.items():
+        planted = replace(campaign, sizes={"cubic_stiffness": sizes[spring]})
+        assert abs(planted.numbers(trial, scattered=False)["k3"]) == pytest.approx(1e3)
+    assert sizes["long"] > 5.0 * sizes["short"]  # 38 times: k over the square of the largest release
 
 
 def test_the_page_is_made_from_the_rows_that_are_committed():

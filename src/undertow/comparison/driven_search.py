@@ -221,7 +221,7 @@ def _round(
     fits: dict[str, DrivenFit] = {}
     for _, starts, name in ranked[: FITTED_WHERE_FEW if few else FITTED_AT_MOST]:
         try:
-            fits[name] = _tried(training, _with(current, name, starts), CONTINUED if name == BoucWen.name else 0)
+            fits[name] = _fitted(training, _with(current, name, starts), CONTINUED if name == BoucWen.name else 0)
         except IdentificationError as reason:
             tried.append(Tried(name, -math.inf, lowest, math.inf, str(reason)))
             continue
@@ -236,7 +236,7 @@ def _round(
     return [*(one for one in tried if one is not best), best], fits[best.name], best.after
 
 
-def _tried(training: Sequence[DrivenTrial], laws: DrivenLaws, continued: int) -> DrivenFit:
+def _fitted(training: Sequence[DrivenTrial], laws: DrivenLaws, continued: int) -> DrivenFit:
     """A suspect's fit by `TRYING`, ``continued`` by `FARTHER` while that still takes away `STILL_FALLS` of its cost."""
     fitted = fit_driven(training, laws, windows=0, effort=TRYING)
     for _ in range(continued):

@@ -20,7 +20,7 @@ HOMES: dict[str, tuple[str, set[str]]] = {
     ),
     # weighted residuals of a recorded channel by the unknowns; the second is the first one compiled for Eq. 15
     "a channel's residual": (
-        r"\bgain \* weight\b|\* gain \* weight", {"likelihood/residuals.py", "likelihood/eq15_rows.py"}
+        r"\bgain \* weight\b|\* gain \* weight", {"likelihood/channel_rows.py", "likelihood/eq15_rows.py"}
     ),
     # an autocorrelation; drawn in a figure, and of driven records up to where it first vanishes
     "an autocorrelation": (

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from undertow.equation.kernel import N_SLOTS, SLOT, integrate
-from undertow.likelihood.observation_model import instants, signal, swell
+from undertow.likelihood.observation_model import signal, swell
 from undertow.likelihood.output_error import residuals
 from undertow.likelihood.problem import Channel, Link, TrialProblem
 
@@ -41,7 +41,7 @@ def trial(first_s: float, width_s: float = CELL_S, count: int = 250, averaged: b
 
 def seen(of: TrialProblem, quantity: str, late_s: float = 0.0) -> tuple[np.ndarray, np.ndarray]:
     """Signal and rate of change, (n,) each, of a channel whose clock is late."""
-    times = instants(of)[0] + late_s
+    times = of.instants[0] + late_s
     level, rate = signal(of, quantity, motion(times), times, of.base, NONE)
     return level[:, 0], rate
 
@@ -118,7 +118,7 @@ def test_a_sample_on_its_own_is_the_motion_there():
 def test_cells_that_do_not_touch_have_their_own_edges():
     cells = trial(0.05)
     gap = replace(cells, t=np.delete(cells.t, slice(40, 60)))
-    assert (instants(cells)[1], instants(gap)[1]) == (1, 2)
+    assert (cells.instants[1], gap.instants[1]) == (1, 2)
     for quantity in ("displacement", "velocity", "acceleration"):
         for mine, other in zip(seen(gap, quantity), seen(cells, quantity), strict=True):
             assert mine == pytest.approx(np.delete(other, slice(40, 60)), abs=1e-9)
@@ -126,7 +126,7 @@ def test_cells_that_do_not_touch_have_their_own_edges():
 
 def test_instants_that_stand_alone_are_compared_with_the_motion_itself():
     lone = replace(trial(0.05), width_s=0.0)
-    assert instants(lone) == (lone.t, 0)
+    assert lone.instants == (lone.t, 0)
     for quantity, part in zip(("displacement", "velocity", "acceleration"), motion(lone.t), strict=True):
         assert np.array_equal(seen(lone, quantity)[0], part[:, 0])
 

@@ -68,11 +68,11 @@ def test_slopes_are_the_derivatives_of_the_forces(plain, seed):
 def test_explicit_derivatives_are_those_of_the_forces_by_every_number(plain, seed):
     rng = np.random.default_rng(100 + seed)
     th, (x, v, d, side, t, echo) = _theta(rng), _point(rng)
-    y = rng.normal(size=(1, 8))
+    y = rng.normal(size=(8, 1))
 
     def with_oscillators(theta: np.ndarray) -> float:
         pulls = sum(
-            theta[SLOT[f"hm{i + 1}"]] * plain._hidden_restoring(theta, i, y[0, 2 + 2 * i], y[0, 3 + 2 * i])
+            theta[SLOT[f"hm{i + 1}"]] * plain._hidden_restoring(theta, i, y[2 + 2 * i, 0], y[3 + 2 * i, 0])
             for i in range(3)
         )
         return pulls - _total(plain, theta, x, v, d, side, t, echo)
@@ -111,24 +111,24 @@ def test_columns_of_memories_are_the_derivatives_of_their_rates(plain, seed):
     th, (x, v, d, side, t, _) = _theta(rng), _point(rng)
     dims = plain._dimensions(th)
     first, many = 2 + 2 * dims[1], dims[2]
-    y = rng.normal(size=(2, dims[0]))
+    y = rng.normal(size=(dims[0], 2))
 
     def rates(theta: np.ndarray, shift: float) -> np.ndarray:
-        moved = y[:1] + shift * y[1:]
+        moved = y[:, :1] + shift * y[:, 1:]
         k = np.zeros((1, dims[0], 1))
-        plain._memory_rates(theta, moved, k, 0, dims, x + shift * y[1, 0], v + shift * y[1, 1], d, side, t)
+        plain._memory_rates(theta, moved, k, 0, dims, x + shift * y[0, 1], v + shift * y[1, 1], d, side, t)
         return k[0, first : first + many, 0]
 
     for slot in range(N_SLOTS):
-        k = np.zeros((2, dims[0], 1))
-        plain._memory_column(th, slot, y, k, 0, 1, dims, x, v, d, side, t, y[1, 0], y[1, 1])
+        k = np.zeros((1, dims[0], 2))
+        plain._memory_column(th, slot, y, k, 0, 1, dims, x, v, d, side, t, y[0, 1], y[1, 1])
 
         def along(shift: float, slot: int = slot) -> np.ndarray:
             theta = th.copy()
             theta[slot] += shift
             return rates(theta, shift)
 
-        assert k[1, first : first + many, 0] == pytest.approx(_difference(along, 0.0), rel=1e-6, abs=1e-9), SLOTS[slot]
+        assert k[0, first : first + many, 1] == pytest.approx(_difference(along, 0.0), rel=1e-6, abs=1e-9), SLOTS[slot]
 
 
 @pytest.mark.parametrize("row", MOTIONS, ids=lambda row: "-".join(list(row["theta"])[:6]))

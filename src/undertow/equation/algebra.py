@@ -201,8 +201,8 @@ def _explicit_force(th, slot, y, nh, t, d, side, x, v, a, fx, echo):
         o = _HM + i * _NH
         if slot >= o and slot < o + _NH:
             if slot == o:
-                return _hidden_restoring(th, i, y[0, 2 + 2 * i], y[0, 3 + 2 * i])
-            return th[o] * _explicit_hidden(th, slot, i, y[0, 2 + 2 * i], y[0, 3 + 2 * i])
+                return _hidden_restoring(th, i, y[2 + 2 * i, 0], y[3 + 2 * i, 0])
+            return th[o] * _explicit_hidden(th, slot, i, y[2 + 2 * i, 0], y[3 + 2 * i, 0])
     return 0.0
 
 
@@ -296,12 +296,12 @@ def _memory_rates(th, y, k, stage, dims, x, v, d, side, t):
     at = 2 + 2 * dims[1]
     for j in range(dims[3]):
         o = _RK + j * 2
-        z = y[0, at]
-        k[0, at, stage] = th[o] * v - z / th[o + 1]
+        z = y[at, 0]
+        k[stage, at, 0] = th[o] * v - z / th[o + 1]
         at += 1
     if dims[4] > 0:
-        z = y[0, at]
-        k[0, at, stage] = th[_KB] * v * (-d * z / th[_FB] + 1.0)
+        z = y[at, 0]
+        k[stage, at, 0] = th[_KB] * v * (-d * z / th[_FB] + 1.0)
         at += 1
 
 
@@ -311,20 +311,20 @@ def _memory_column(th, slot, y, k, stage, c, dims, x, v, d, side, t, dx, dv):
     at = 2 + 2 * dims[1]
     for j in range(dims[3]):
         o = _RK + j * 2
-        z = y[0, at]
-        rate = dv * th[o] + -y[c, at] / th[o + 1]
+        z = y[at, 0]
+        rate = dv * th[o] + -y[at, c] / th[o + 1]
         if slot == o:
             rate += v
         elif slot == o + 1:
             rate += z / (th[o + 1] * th[o + 1])
-        k[c, at, stage] = rate
+        k[stage, at, c] = rate
         at += 1
     if dims[4] > 0:
-        z = y[0, at]
-        rate = dv * th[_KB] * (-d * z / th[_FB] + 1.0) + -d * th[_KB] * v * y[c, at] / th[_FB]
+        z = y[at, 0]
+        rate = dv * th[_KB] * (-d * z / th[_FB] + 1.0) + -d * th[_KB] * v * y[at, c] / th[_FB]
         if slot == _KB:
             rate += v * (-d * z / th[_FB] + 1.0)
         elif slot == _FB:
             rate += d * th[_KB] * z * v / (th[_FB] * th[_FB])
-        k[c, at, stage] = rate
+        k[stage, at, c] = rate
         at += 1

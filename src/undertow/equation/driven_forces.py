@@ -67,10 +67,10 @@ def _push(th, active, y, cols, u, du, iz, ir, d, rside, sens):
         lever, inertia = -th[_MASS], _MASS
     elif th[_MOVING] < 0.0:
         lever, inertia = th[_WAVE], _WAVE
-    sens[0] = th[_OFF] - lever * th[_GAIN] * u + th[_CA] * d * y[0, 1]
+    sens[0] = th[_OFF] - lever * th[_GAIN] * u + th[_CA] * d * y[1, 0]
     for c in range(1, cols):
         slot = active[c - 1]
-        s = th[_CA] * d * y[c, 1]
+        s = th[_CA] * d * y[1, c]
         if slot == _GAIN:
             s -= lever * u
         elif slot == _TAU:
@@ -78,7 +78,7 @@ def _push(th, active, y, cols, u, du, iz, ir, d, rside, sens):
         elif slot == _OFF:
             s += 1.0
         elif slot == _CA:
-            s += d * y[0, 1]
+            s += d * y[1, 0]
         elif slot == inertia:
             s += th[_MOVING] * th[_GAIN] * u
         sens[c] = s
@@ -91,12 +91,12 @@ def _push(th, active, y, cols, u, du, iz, ir, d, rside, sens):
 @njit(**WITHIN)
 def _drag(th, active, y, cols, ir, rside, sens):
     """Forces of the water where it or the base moves, and their derivatives: added to sens."""
-    r = y[0, ir]
+    r = y[ir, 0]
     sens[0] += r * (th[_WC] + th[_WQ] * r * rside + th[_W3] * r * r)
     by_r = th[_WC] + 2.0 * th[_WQ] * r * rside + 3.0 * th[_W3] * r * r
     for c in range(1, cols):
         slot = active[c - 1]
-        s = by_r * y[c, ir]
+        s = by_r * y[ir, c]
         if slot == _WC:
             s += r
         elif slot == _WQ:
@@ -110,26 +110,26 @@ def _drag(th, active, y, cols, ir, rside, sens):
 def _rhs_alone(th, active, y, k, stage, cols, t, d, side, sens):
     """kernel.py's right-hand side for a body without hidden states: the same laws, without a look for any state."""
     x = y[0, 0] - th[_XE]
-    v = y[0, 1]
+    v = y[1, 0]
     mass = th[_MASS]
     if d == 0.0:
         for c in range(cols):
-            k[c, 0, stage] = 0.0
-            k[c, 1, stage] = 0.0
+            k[stage, 0, c] = 0.0
+            k[stage, 1, c] = 0.0
         return
     a = -(_smooth_force(th, x, v, d, side) + sens[0] + _resisting(th, x, v, d, side) * d) / mass
-    k[0, 0, stage] = v
-    k[0, 1, stage] = a
+    k[stage, 0, 0] = v
+    k[stage, 1, 0] = a
     if cols > 1:
         fx, fv = _slopes(th, x, v, d, side, t)
         for c in range(1, cols):
             slot = active[c - 1]
-            dv = y[c, 1]
-            force = -fx * y[c, 0] - fv * dv - sens[c]
+            dv = y[1, c]
+            force = -fx * y[0, c] - fv * dv - sens[c]
             if slot < N_SLOTS and slot != _X0 and slot != _V0:
                 force += _explicit_force(th, slot, y, 0, t, d, side, x, v, a, fx, 0.0)
-            k[c, 0, stage] = dv
-            k[c, 1, stage] = force / mass
+            k[stage, 0, c] = dv
+            k[stage, 1, c] = force / mass
 
 
 @njit(**WITHIN)
@@ -147,14 +147,14 @@ def _carried(th, active, k, stage, cols, dims, u, du, ir):
             moved = -th[_GAIN] * du
         if th[_MOVING] > 0.0:
             for i in range(dims[1]):
-                k[c, 3 + 2 * i, stage] -= moved
+                k[stage, 3 + 2 * i, c] -= moved
         if ir > 0:
-            k[c, ir, stage] = k[c, 1, stage] + th[_MOVING] * moved
+            k[stage, ir, c] = k[stage, 1, c] + th[_MOVING] * moved
 
 
 @njit(**WITHIN)
 def _slope(th, active, y, k, stage, cols, dims, t, h, d, side, world, sens, jac):
-    """d(state)/dt at a stage of the step of length h from t, into k[:, :, stage]."""
+    """d(state)/dt at a stage of the step of length h from t, into k[stage]."""
     piece, begin, knots, pieces, iz, ir, zside, rside = world
     now = t + _C[stage] * h
     u, du = _input(knots, pieces, piece, (now - begin) / (knots[piece + 1] - knots[piece]))
@@ -174,7 +174,7 @@ def _push_before(th, active, y, dims, t, h, world, sens):
     """What acts from outside where a step of length h from t begins, into sens[0]."""
     piece, begin, knots, pieces, iz, ir, _, rside = world
     u, du = _input(knots, pieces, piece, (t - begin) / (knots[piece + 1] - knots[piece]))
-    d = 1.0 if y[0, 1] > 0.0 else -1.0
+    d = 1.0 if y[1, 0] > 0.0 else -1.0
     _push(th, active, y, _int(1), u, du, iz, ir, d, rside, sens)
 
 
@@ -183,23 +183,23 @@ def _begin(th, active, y, cols, dims, iz, ir, rate):
     """The start state and its sensitivities; ``rate`` is the input at the start."""
     _start(th, active, y, cols, dims)
     if iz > 0:
-        y[0, iz] = th[_BZ]
+        y[iz, 0] = th[_BZ]
         if th[_KIND] == IWAN:
             _sliders_begin(th, active, y, cols, iz)
     if ir > 0:
-        y[0, ir] = th[_V0] + th[_MOVING] * (th[_GAIN] * th[_W0] + th[_R0])
+        y[ir, 0] = th[_V0] + th[_MOVING] * (th[_GAIN] * th[_W0] + th[_R0])
     for c in range(1, cols):
         slot = active[c - 1]
         if iz > 0 and slot == _BZ and th[_KIND] != IWAN:
-            y[c, iz] = 1.0
+            y[iz, c] = 1.0
         if ir > 0 and slot == _V0:
-            y[c, ir] = 1.0
+            y[ir, c] = 1.0
         elif ir > 0 and slot == _R0:
-            y[c, ir] = th[_MOVING]
+            y[ir, c] = th[_MOVING]
         elif ir > 0 and slot == _GAIN:
-            y[c, ir] = th[_MOVING] * th[_W0]
+            y[ir, c] = th[_MOVING] * th[_W0]
         elif ir > 0 and slot == _TAU:
-            y[c, ir] = -th[_MOVING] * th[_GAIN] * rate
+            y[ir, c] = -th[_MOVING] * th[_GAIN] * rate
 
 
 @njit(**WITHIN)

@@ -49,6 +49,7 @@ from undertow.equation.kernel import (
     _stepping,
     _watched,
     _watching,
+    whole_lanes,
 )
 from undertow.equation.term import Array
 
@@ -104,10 +105,10 @@ def _flags(th, active, iz, broken):
 @njit(**WITHIN)
 def _mode(th, active, y, dims, t, iz, ir, at, knots, pieces, sens, rubs):
     """Direction of motion, sides of the rest position, of z and of r where the motion begins."""
-    side = 1.0 if y[0, 0] > th[_XE] or (y[0, 0] == th[_XE] and y[0, 1] > 0.0) else -1.0
-    rside = 1.0 if ir == 0 or y[0, ir] >= 0.0 else -1.0
-    d = 1.0 if y[0, 1] > 0.0 else -1.0
-    if y[0, 1] == 0.0:
+    side = 1.0 if y[0, 0] > th[_XE] or (y[0, 0] == th[_XE] and y[1, 0] > 0.0) else -1.0
+    rside = 1.0 if ir == 0 or y[ir, 0] >= 0.0 else -1.0
+    d = 1.0 if y[1, 0] > 0.0 else -1.0
+    if y[1, 0] == 0.0:
         world = (at[0], at[1], knots, pieces, iz, ir, 1.0, rside)
         _push_before(th, active, y, dims, t, 0.0, world, sens)
         excess, way = _excess(th, y, dims, t, side, sens[0])
@@ -124,11 +125,11 @@ def _mode(th, active, y, dims, t, iz, ir, at, knots, pieces, sens, rubs):
 def _through_side(y, k, ir, before):
     """Side of zero of the velocity through water, or the one it goes to: in still water it vanishes at every reversal,
     where one event hides the other. The drag itself is zero there, so that no slope changes."""
-    if ir == 0 or (y[0, ir] == 0.0 and k[0, ir, 0] == 0.0):
+    if ir == 0 or (y[ir, 0] == 0.0 and k[0, ir, 0] == 0.0):
         return before
-    if y[0, ir] == 0.0:
+    if y[ir, 0] == 0.0:
         return 1.0 if k[0, ir, 0] > 0.0 else -1.0
-    return 1.0 if y[0, ir] > 0.0 else -1.0
+    return 1.0 if y[ir, 0] > 0.0 else -1.0
 
 
 # ---------------------------------------------------------------- one step
@@ -138,10 +139,10 @@ def _step_length(th, y, k, iz, whole, h_max, sharp, bent):
     parts = math.ceil(whole / h_max * (1.0 - 1e-9))
     h = whole / parts if parts > 1 else whole
     if sharp:
-        h = min(h, _short_near_reversal(th, abs(y[0, 1]), abs(k[0, 1, 0]), h))
+        h = min(h, _short_near_reversal(th, abs(y[1, 0]), abs(k[0, 1, 0]), h))
     if bent:
         full = abs(k[0, iz, 0]) * h
-        change = min(full, _BENT_SHARE * abs(y[0, iz]) + full / _BENT_FINEST)
+        change = min(full, _BENT_SHARE * abs(y[iz, 0]) + full / _BENT_FINEST)
         h = h if change >= full else change / abs(k[0, iz, 0])
     if iz > 0:
         h = _memory_step(th, y, k, iz, h)
@@ -154,9 +155,9 @@ def _after_event(th, active, y, k, cols, dims, t, d, side, world, sens, jac, eve
     zero = _int(0)
     piece, begin, knots, pieces, iz, ir, zside, rside = world
     if event >= 0:
-        y[0, event] = th[_XE] if event == 0 else 0.0
+        y[event, 0] = th[_XE] if event == 0 else 0.0
     if event == 0:
-        side = 1.0 if y[0, 1] > 0.0 else -1.0
+        side = 1.0 if y[1, 0] > 0.0 else -1.0
     elif iz > 0 and event == iz and th[_KIND] == IWAN:
         zside = _slider_slips(th, active, y, cols, iz, d, zside)
     elif iz > 0 and event == iz:
@@ -187,7 +188,7 @@ def _cross_knot(th, active, y, k, cols, dims, t, d, side, world, sens, jac):
     zero = _int(0)
     for c in range(cols):
         for i in range(dims[0]):
-            k[c, i, 6] = k[c, i, 0]
+            k[6, i, c] = k[0, i, c]
     if d == 0.0:
         _push_before(th, active, y, dims, t, 0.0, world, sens)
         excess, way = _excess(th, y, dims, t, side, sens[0])
@@ -196,7 +197,7 @@ def _cross_knot(th, active, y, k, cols, dims, t, d, side, world, sens, jac):
     for c in range(1, cols):
         if active[c - 1] == _TAU:
             for i in range(dims[0]):
-                y[c, i] += k[0, i, 6] - k[0, i, 0]
+                y[i, c] += k[6, i, 0] - k[0, i, 0]
     _slope(th, active, y, k, zero, cols, dims, t, 0.0, d, side, world, sens, jac)
     return d
 
@@ -205,11 +206,11 @@ def _cross_knot(th, active, y, k, cols, dims, t, d, side, world, sens, jac):
 def _write(y, k, cols, n, d, row, ox, ov, oa, os):
     """The state at a sample into its row."""
     for c in range(cols):
-        ox[row, c] = y[c, 0]
-        ov[row, c] = y[c, 1] if d != 0.0 else 0.0
-        oa[row, c] = k[c, 1, 0]
+        ox[row, c] = y[0, c]
+        ov[row, c] = y[1, c] if d != 0.0 else 0.0
+        oa[row, c] = k[0, 1, c]
     for i in range(2, n):
-        os[row, i - 2] = y[0, i]
+        os[row, i - 2] = y[i, 0]
 
 
 # ---------------------------------------------------------------- the whole motion
@@ -220,7 +221,7 @@ def _travel(th, active, knots, pieces, times, h_max, bound, state, rows, dims, p
     ox, ov, oa, os = rows
     iz, ir = places
     rubs, sharp, bent, turning = flags
-    n, m, cols, zero = dims[0], times.size, y.shape[0], _int(0)
+    n, m, cols, zero = dims[0], times.size, sens.size, _int(0)
     t, piece = times[0], _int(0)
     while piece < knots.size - 2 and knots[piece + 1] + th[_TAU] <= t:
         piece += 1
@@ -254,8 +255,8 @@ def _travel(th, active, knots, pieces, times, h_max, bound, state, rows, dims, p
             t = end if ends else t + length
             for c in range(cols):
                 for i in range(n):
-                    y[c, i] = out[c, i]
-                    k[c, i, 0] = k[c, i, 6]
+                    y[i, c] = out[i, c]
+                    k[0, i, c] = k[6, i, c]
         else:
             t = end
         steps += 1
@@ -300,8 +301,9 @@ def _with_mark(mark: int) -> Callable[..., Any]:
         n, iz, ir = _states(th, active, own[0])
         dims = (n, *own[1:])
         rows = (np.zeros((m, cols)), np.zeros((m, cols)), np.zeros((m, cols)), np.zeros((m, n - 2)))
+        width = whole_lanes(cols)
         state = (
-            np.zeros((cols, n)), np.zeros((cols, n)), np.zeros((cols, n, 7)),
+            np.zeros((n, width)), np.zeros((n, width)), np.zeros((7, n, width)),
             np.zeros(2 * MAX_HIDDEN), np.zeros(cols),
         )  # fmt: skip
         watch = np.empty(5 + MAX_HIDDEN, np.int64)

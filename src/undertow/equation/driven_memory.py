@@ -61,8 +61,8 @@ def _pinching(th, z):
 @njit(**WITHIN)
 def _bouc_wen_rates(th, active, y, k, stage, cols, d, zside, iz):
     """Rate of z and of its sensitivities; |v| and |z| continued smoothly in the directions d and zside."""
-    v = y[0, 1] if d != 0.0 else 0.0
-    z = y[0, iz]
+    v = y[1, 0] if d != 0.0 else 0.0
+    z = y[iz, 0]
     n = th[_BN]
     size = z * zside
     p = 1.0
@@ -71,12 +71,12 @@ def _bouc_wen_rates(th, active, y, k, stage, cols, d, zside, iz):
     loop = -th[_BG] * d * z - th[_BD] * size
     h, by_h, e = _pinching(th, z)
     plain = th[_BA] + p * loop
-    k[0, iz, stage] = h * v * plain
+    k[stage, iz, 0] = h * v * plain
     by_z = v * (h * n * p * (-th[_BG] * d - th[_BD] * zside) + by_h * plain)
     for c in range(1, cols):
         slot = active[c - 1]
-        dv = y[c, 1] if d != 0.0 else 0.0
-        rate = dv * h * plain + by_z * y[c, iz]
+        dv = y[1, c] if d != 0.0 else 0.0
+        rate = dv * h * plain + by_z * y[iz, c]
         if slot == _BA:
             rate += h * v
         elif slot == _BG:
@@ -91,7 +91,7 @@ def _bouc_wen_rates(th, active, y, k, stage, cols, d, zside, iz):
             rate -= v * e * plain
         elif slot == _PW:
             rate -= v * plain * 2.0 * th[_PP] * e * z * z / th[_PW] ** 3
-        k[c, iz, stage] = rate
+        k[stage, iz, c] = rate
 
 
 # ---------------------------------------------------------------- LuGre
@@ -122,28 +122,28 @@ def _explicit_bristle(slot, by_g, e, by_vs):
 @njit(**WITHIN)
 def _bristle_rates(th, active, y, k, stage, cols, d, iz):
     """Rate of LuGre's z and of its sensitivities."""
-    v = y[0, 1] if d != 0.0 else 0.0
-    q, by_v, by_z, by_g, e, by_vs = _bristle(th, v, y[0, iz], d)
-    k[0, iz, stage] = th[_BA] * q
+    v = y[1, 0] if d != 0.0 else 0.0
+    q, by_v, by_z, by_g, e, by_vs = _bristle(th, v, y[iz, 0], d)
+    k[stage, iz, 0] = th[_BA] * q
     for c in range(1, cols):
         slot = active[c - 1]
-        dv = y[c, 1] if d != 0.0 else 0.0
-        rate = th[_BA] * (by_v * dv + by_z * y[c, iz] + _explicit_bristle(slot, by_g, e, by_vs))
+        dv = y[1, c] if d != 0.0 else 0.0
+        rate = th[_BA] * (by_v * dv + by_z * y[iz, c] + _explicit_bristle(slot, by_g, e, by_vs))
         if slot == _BA:
             rate += q
-        k[c, iz, stage] = rate
+        k[stage, iz, c] = rate
 
 
 @njit(**WITHIN)
 def _bristle_force(th, active, y, cols, d, iz, sens):
     """LuGre's force and its derivatives, added to sens."""
-    v = y[0, 1] if d != 0.0 else 0.0
-    q, by_v, by_z, by_g, e, by_vs = _bristle(th, v, y[0, iz], d)
-    sens[0] += y[0, iz] + th[_LM] * q
+    v = y[1, 0] if d != 0.0 else 0.0
+    q, by_v, by_z, by_g, e, by_vs = _bristle(th, v, y[iz, 0], d)
+    sens[0] += y[iz, 0] + th[_LM] * q
     for c in range(1, cols):
         slot = active[c - 1]
-        dv = y[c, 1] if d != 0.0 else 0.0
-        s = y[c, iz] + th[_LM] * (by_v * dv + by_z * y[c, iz] + _explicit_bristle(slot, by_g, e, by_vs))
+        dv = y[1, c] if d != 0.0 else 0.0
+        s = y[iz, c] + th[_LM] * (by_v * dv + by_z * y[iz, c] + _explicit_bristle(slot, by_g, e, by_vs))
         if slot == _LM:
             s += q
         sens[c] += s
@@ -178,15 +178,15 @@ def _sliders_begin(th, active, y, cols, iz):
         pulled = th[_SHARE_K + i] * drawn
         held = th[_SHARE_F + i] * th[_IF]
         slips = abs(pulled) >= held
-        y[0, iz + 1 + i] = way * held if slips else pulled
+        y[iz + 1 + i, 0] = way * held if slips else pulled
         for c in range(1, cols):
             slot = active[c - 1]
             if slips:
-                y[c, iz + 1 + i] = way * _held_by(th, slot, i)
+                y[iz + 1 + i, c] = way * _held_by(th, slot, i)
             elif slot == _BZ:
-                y[c, iz + 1 + i] = th[_SHARE_K + i]
+                y[iz + 1 + i, c] = th[_SHARE_K + i]
             elif slot == _IX:
-                y[c, iz + 1 + i] = th[_BY_K + i] * drawn
+                y[iz + 1 + i, c] = th[_BY_K + i] * drawn
 
 
 @njit(inline="always", **WITHIN)
@@ -204,7 +204,7 @@ def _sliders_turn(th, y, iz, d):
     """How many sliders slip where the body sets out in the direction d; the way to the next slip into the state."""
     many = 0
     if d != 0.0:
-        while many < _N and y[0, iz + 1 + many] * d >= th[_SHARE_F + many] * th[_IF] * _SLIPS:
+        while many < _N and y[iz + 1 + many, 0] * d >= th[_SHARE_F + many] * th[_IF] * _SLIPS:
             many += 1
     _next_slip(th, y, iz, d, many)
     return float(many)
@@ -213,10 +213,10 @@ def _sliders_turn(th, y, iz, d):
 @njit(**WITHIN)
 def _next_slip(th, y, iz, d, many):
     """Distance to the next slip, negative in the direction of motion, into the state."""
-    y[0, iz] = -_NEVER if d >= 0.0 else _NEVER
+    y[iz, 0] = -_NEVER if d >= 0.0 else _NEVER
     if many < _N and d != 0.0 and th[_BA] > 0.0:
-        room = th[_SHARE_F + many] * th[_IF] - d * y[0, iz + 1 + many]
-        y[0, iz] = -d * room / (th[_SHARE_K + many] * th[_BA])
+        room = th[_SHARE_F + many] * th[_IF] - d * y[iz + 1 + many, 0]
+        y[iz, 0] = -d * room / (th[_SHARE_K + many] * th[_BA])
 
 
 @njit(**WITHIN)
@@ -225,10 +225,10 @@ def _slider_slips(th, active, y, cols, iz, d, zside):
     loop closes: they have their forces from here on. Gives how many slip."""
     i = int(zside)
     first = i
-    while i < _N and (i == first or y[0, iz + 1 + i] * d >= th[_SHARE_F + i] * th[_IF] * _SLIPS):
-        y[0, iz + 1 + i] = d * th[_SHARE_F + i] * th[_IF]
+    while i < _N and (i == first or y[iz + 1 + i, 0] * d >= th[_SHARE_F + i] * th[_IF] * _SLIPS):
+        y[iz + 1 + i, 0] = d * th[_SHARE_F + i] * th[_IF]
         for c in range(1, cols):
-            y[c, iz + 1 + i] = d * _held_by(th, active[c - 1], i)
+            y[iz + 1 + i, c] = d * _held_by(th, active[c - 1], i)
         i += 1
     _next_slip(th, y, iz, d, i)
     return float(i)
@@ -237,24 +237,24 @@ def _slider_slips(th, active, y, cols, iz, d, zside):
 @njit(**WITHIN)
 def _slider_rates(th, active, y, k, stage, cols, d, zside, iz):
     """Rates of the sliders that stick and of their sensitivities; of the distance to the next slip."""
-    v = y[0, 1] if d != 0.0 else 0.0
+    v = y[1, 0] if d != 0.0 else 0.0
     slipping = int(zside)
-    k[0, iz, stage] = v
+    k[stage, iz, 0] = v
     for c in range(1, cols):
-        k[c, iz, stage] = 0.0
+        k[stage, iz, c] = 0.0
     for i in range(_N):
         at = iz + 1 + i
         sticks = 0.0 if i < slipping else 1.0
         stiffness = sticks * th[_SHARE_K + i] * th[_BA]
-        k[0, at, stage] = stiffness * v
+        k[stage, at, 0] = stiffness * v
         for c in range(1, cols):
             slot = active[c - 1]
-            rate = stiffness * y[c, 1] if d != 0.0 else 0.0
+            rate = stiffness * y[1, c] if d != 0.0 else 0.0
             if slot == _BA:
                 rate += sticks * th[_SHARE_K + i] * v
             elif slot == _IX:
                 rate += sticks * th[_BY_K + i] * th[_BA] * v
-            k[c, at, stage] = rate
+            k[stage, at, c] = rate
 
 
 # ---------------------------------------------------------------- whichever it is
@@ -271,7 +271,7 @@ def _memory_force(th, active, y, cols, d, iz, sens):
         last = first + _N
     for c in range(cols):
         for i in range(first, last):
-            sens[c] += y[c, i]
+            sens[c] += y[i, c]
 
 
 @njit(**WITHIN)
@@ -289,11 +289,11 @@ def _memory_slope(th, active, y, k, stage, cols, d, zside, iz):
 def _memory_step(th, y, k, iz, h):
     """Length of a step that follows LuGre's bristles, or the pinching of a loop."""
     if th[_KIND] == _LUGRE:
-        speed = abs(y[0, 1])
+        speed = abs(y[1, 0])
         slope = abs(k[0, 1, 0])
         r = speed / th[_LV]
         g = th[_LC] + th[_LR] * math.exp(-r * r)
-        left = abs(1.0 - abs(y[0, iz]) / g) if y[0, 1] * y[0, iz] > 0.0 else 1.0
+        left = abs(1.0 - abs(y[iz, 0]) / g) if y[1, 0] * y[iz, 0] > 0.0 else 1.0
         share = _BRISTLE_SHARE * (left + 1e-5) ** (-1.0 / 6.0)
         reach = min(share, _BRISTLE_STABLE) * g / th[_BA]
         h = min(h, 2.0 * reach / (speed + math.sqrt(speed * speed + 2.0 * slope * reach)))
@@ -302,7 +302,7 @@ def _memory_step(th, y, k, iz, h):
             h = change / slope
     elif th[_KIND] == _PINCHED:
         slope = abs(k[0, iz, 0])
-        change = _PINCH_SHARE * th[_PW] + max(abs(y[0, iz]) - _PEAK_REACH * th[_PW], 0.0)
+        change = _PINCH_SHARE * th[_PW] + max(abs(y[iz, 0]) - _PEAK_REACH * th[_PW], 0.0)
         if change < slope * h:
             h = change / slope
     return h

@@ -70,8 +70,8 @@ class Oscillator:
         """Lines of the derivative of the body's force by the parameters of its oscillators."""
         return [
             "for i in range(nh):", f"    {self.first}", "    if slot >= o and slot < o + _NH:", "        if slot == o:",
-            "            return _hidden_restoring(th, i, y[0, 2 + 2 * i], y[0, 3 + 2 * i])",
-            "        return th[o] * _explicit_hidden(th, slot, i, y[0, 2 + 2 * i], y[0, 3 + 2 * i])",
+            "            return _hidden_restoring(th, i, y[2 + 2 * i, 0], y[3 + 2 * i, 0])",
+            "        return th[o] * _explicit_hidden(th, slot, i, y[2 + 2 * i, 0], y[3 + 2 * i, 0])",
         ]  # fmt: skip
 
 
@@ -139,13 +139,13 @@ class Lanes:
             first = [f"for j in range(dims[{3 + number}]):", f"    o = {place(self.slots[0])} + j * {len(self.slots)}"]
         else:
             first = [f"if dims[{3 + number}] > 0:"]
-        return [*first, "    z = y[0, at]", *(f"    {line}" for line in lines), "    at += 1"]
+        return [*first, "    z = y[at, 0]", *(f"    {line}" for line in lines), "    at += 1"]
 
 
 def _column(one: Lanes) -> list[str]:
     """Lines of a state's sensitivity."""
     names = one.names
-    by_state = ((V, "dv"), (one.state, "y[c, at]"), (X, "dx"))
+    by_state = ((V, "dv"), (one.state, "y[at, c]"), (X, "dx"))
     parts = [(slope(one.rate, of), sp.Symbol(times)) for of, times in by_state]
     rate = " + ".join(text(sp.factor_terms(by) * times, names) for by, times in parts if by != 0)
     lines = [f"rate = {rate}"]
@@ -154,7 +154,7 @@ def _column(one: Lanes) -> list[str]:
     found = [(where, by) for where, by in own if by != 0]
     for i, (where, by) in enumerate(found):
         lines += [f"{'el' if i else ''}if slot == {where}:", f"    rate += {text(sp.factor_terms(by), names)}"]
-    return [*lines, "k[c, at, stage] = rate"]
+    return [*lines, "k[stage, at, c] = rate"]
 
 
 def lanes_text(oscillator: Oscillator, lanes: Sequence[Lanes]) -> str:
@@ -170,7 +170,7 @@ def lanes_text(oscillator: Oscillator, lanes: Sequence[Lanes]) -> str:
                       f"        n{number} = j + 1"]  # fmt: skip
         else:
             count.append(f"n{number} = 1 if th[{place(one.present)}] > 0.0 else 0")
-        rates += one.loop(number, [f"k[0, at, stage] = {text(sp.factor_terms(one.rate), one.names)}"])
+        rates += one.loop(number, [f"k[stage, at, 0] = {text(sp.factor_terms(one.rate), one.names)}"])
         columns += one.loop(number, _column(one))
     many = " + ".join(f"n{i}" for i in range(len(lanes))) or "0"
     each = "".join(f", n{i}" for i in range(len(lanes)))

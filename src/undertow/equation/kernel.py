@@ -9,7 +9,7 @@ Forces, slopes, rates and derivatives by parameters are algebra.py, generated fr
 Method: explicit Runge-Kutta of order 5 (Tsitouras 2011, doi:10.1016/j.camwa.2011.06.002) with a fixed largest step;
 a step that crosses a velocity reversal is repeated up to the reversal (Newton on the step's length), so that every
 step sees a smooth right-hand side. Samples in between come from the quintic through x, v, a at both ends. The state
-is an array y[column, i]: column 0 the motion, columns 1.. d(state)/d(parameter); across an event these jump by
+is an array y[i, column]: column 0 the motion, columns 1.. d(state)/d(parameter); across an event these jump by
 (f_minus - f_plus) dt*/dp. Each step runs in one mode: ``d`` the direction of motion (+1, -1; 0 stuck), ``side`` the
 side of the rest position (+1, -1). Laws with a kink are continued smoothly beyond their side, so that a stage that
 oversteps an event by rounding does not see the other branch. An echo's kinks, a delay after each event, end steps too.
@@ -67,6 +67,7 @@ from undertow.equation.algebra import (
 from undertow.equation.algebra import N_SLOTS as N_SLOTS
 from undertow.equation.algebra import SLOT as SLOT
 from undertow.equation.algebra import SLOTS as SLOTS
+from undertow.equation.lanes import LANES, load, plus_times, store, times
 from undertow.equation.term import Array
 
 _EVENT_TOLERANCE = 1e-10
@@ -91,6 +92,7 @@ _A = np.array(
 )  # fmt: skip
 _C = np.array([0.0, 0.161, 0.327, 0.9, 0.9800255409045097, 1.0, 1.0])
 
+_u = np.uint64
 _int = np.int64
 """Written around an integer constant that is passed on: numba compiles a function once more for a literal's type."""
 _STRIBECK_REACH = 3.0
@@ -113,6 +115,12 @@ _STEPS_SPARE = 10_000
 laws. More comes from a law too stiff for the step, whose velocity turns at every one of them."""
 
 
+@njit(inline="always", **WITHIN)
+def whole_lanes(cols):
+    """Columns of an array whose rows hold ``cols`` and are computed four at a time."""
+    return LANES * ((cols + LANES - 1) // LANES)
+
+
 # ---------------------------------------------------------------- right-hand side
 @njit(inline="always", **WITHIN)
 def _pull(th, y, dims, t, d, side, echo, v):
@@ -120,62 +128,77 @@ def _pull(th, y, dims, t, d, side, echo, v):
     x = y[0, 0] - th[_XE]
     f = -_smooth_force(th, x, v, d, side) - _outside_force(th, x, v, d, side, t, echo)
     for i in range(dims[1]):
-        f += th[_HM + i * _NH] * _hidden_restoring(th, i, y[0, 2 + 2 * i], y[0, 3 + 2 * i])
+        f += th[_HM + i * _NH] * _hidden_restoring(th, i, y[2 + 2 * i, 0], y[3 + 2 * i, 0])
     for j in range(2 + 2 * dims[1], 2 + 2 * dims[1] + dims[2]):
-        f -= y[0, j]
+        f -= y[j, 0]
     return f
 
 
 @njit(**WITHIN)
 def _rhs(th, active, y, k, stage, cols, dims, t, d, side, sens, jac):
-    """d(state)/dt of the first ``cols`` columns of y into k[:, :, stage].
+    """d(state)/dt of the first ``cols`` columns of y into k[stage].
 
     dims: state length, hidden oscillators, memories, each memory. sens[0] is v(t - tau), sens[1:] its sensitivities;
     jac is room for the hidden oscillators' slopes.
     """
     x = y[0, 0] - th[_XE]
-    v = y[0, 1]
+    v = y[1, 0]
     speed = 0.0
     a = 0.0
+    per_mass = 1.0 / th[_MASS]
     if d != 0.0:
         speed = v
-        a = (_pull(th, y, dims, t, d, side, sens[0], v) - _resisting(th, x, v, d, side) * d) / th[_MASS]
-    k[0, 0, stage] = speed
-    k[0, 1, stage] = a
-    for i in range(dims[1]):
-        k[0, 2 + 2 * i, stage] = y[0, 3 + 2 * i]
-        k[0, 3 + 2 * i, stage] = -a - _hidden_restoring(th, i, y[0, 2 + 2 * i], y[0, 3 + 2 * i])
-    _memory_rates(th, y, k, stage, dims, x, speed, d, side, t)
+        a = (_pull(th, y, dims, t, d, side, sens[0], v) - _resisting(th, x, v, d, side) * d) * per_mass
     if cols > 1:
         fx, fv = _slopes(th, x, v, d, side, t)
         for i in range(dims[1]):
-            _hidden_slopes(th, i, y[0, 2 + 2 * i], y[0, 3 + 2 * i], jac)
-        for c in range(1, cols):
-            _rhs_column(th, active[c - 1], y, k, stage, c, dims, t, d, side, x, speed, a, fx, fv, sens[0], sens[c], jac)
+            _hidden_slopes(th, i, y[2 + 2 * i, 0], y[3 + 2 * i, 0], jac)
+        if d != 0.0:
+            for c in range(1, cols):
+                by = _explicit_force(th, active[c - 1], y, dims[1], t, d, side, x, speed, a, fx, sens[0])
+                k[stage, 1, c] = by - th[_GE] * sens[c]
+        _sweep(th, y, k[stage], cols, dims, d, per_mass, fx, fv, jac)
+        if dims[0] > 2:
+            for c in range(1, cols):
+                dv = y[1, c] if d != 0.0 else 0.0
+                for i in range(dims[1]):
+                    by = _explicit_hidden(th, active[c - 1], i, y[2 + 2 * i, 0], y[3 + 2 * i, 0])
+                    k[stage, 3 + 2 * i, c] -= by
+                _memory_column(th, active[c - 1], y, k, stage, c, dims, x, speed, d, side, t, y[0, c], dv)
+    k[stage, 0, 0] = speed
+    k[stage, 1, 0] = a
+    for i in range(dims[1]):
+        k[stage, 2 + 2 * i, 0] = y[3 + 2 * i, 0]
+        k[stage, 3 + 2 * i, 0] = -a - _hidden_restoring(th, i, y[2 + 2 * i, 0], y[3 + 2 * i, 0])
+    _memory_rates(th, y, k, stage, dims, x, speed, d, side, t)
 
 
-@njit(inline="always", **WITHIN)
-def _rhs_column(th, slot, y, k, stage, c, dims, t, d, side, x, v, a, fx, fv, echo, echo_by, jac):
-    """The column c of y: Jacobian times sensitivity, plus the explicit derivative by its slot."""
+@njit(**WITHIN)
+def _sweep(th, y, slopes, cols, dims, d, per_mass, fx, fv, jac):
+    """Jacobian times sensitivity into ``slopes`` for the first ``cols`` columns of y, four at a time; its row 1 holds
+    the explicit derivatives of the force. A body that sticks has none."""
     nh = dims[1]
-    base = 2 + 2 * nh
-    da = 0.0
-    dv = 0.0
-    if d != 0.0:
-        dv = y[c, 1]
-        da = -fx * y[c, 0] - fv * dv - th[_GE] * echo_by
+    moves = 1.0 if d != 0.0 else 0.0
+    of_mass = per_mass * moves
+    for block in range(0, cols, LANES):
+        at = _u(block)
+        speed = load(y, _u(1), at)
+        force = plus_times(load(slopes, _u(1), at), -fx, load(y, _u(0), at))
+        force = plus_times(force, -fv, speed)
         for i in range(nh):
-            da += th[_HM + i * _NH] * (jac[2 * i] * y[c, 2 + 2 * i] + jac[2 * i + 1] * y[c, 3 + 2 * i])
-        for j in range(base, base + dims[2]):
-            da -= y[c, j]
-        da = (da + _explicit_force(th, slot, y, nh, t, d, side, x, v, a, fx, echo)) / th[_MASS]
-    k[c, 0, stage] = dv
-    k[c, 1, stage] = da
-    for i in range(nh):
-        dr = jac[2 * i] * y[c, 2 + 2 * i] + jac[2 * i + 1] * y[c, 3 + 2 * i]
-        k[c, 2 + 2 * i, stage] = y[c, 3 + 2 * i]
-        k[c, 3 + 2 * i, stage] = -da - dr - _explicit_hidden(th, slot, i, y[0, 2 + 2 * i], y[0, 3 + 2 * i])
-    _memory_column(th, slot, y, k, stage, c, dims, x, v, d, side, t, y[c, 0], dv)
+            mass = th[_HM + i * _NH]
+            force = plus_times(force, mass * jac[2 * i], load(y, _u(2 + 2 * i), at))
+            force = plus_times(force, mass * jac[2 * i + 1], load(y, _u(3 + 2 * i), at))
+        for j in range(2 + 2 * nh, 2 + 2 * nh + dims[2]):
+            force = plus_times(force, -1.0, load(y, _u(j), at))
+        slope = times(of_mass, force)
+        store(slopes, _u(0), at, times(moves, speed))
+        store(slopes, _u(1), at, slope)
+        for i in range(nh):
+            rate = load(y, _u(3 + 2 * i), at)
+            against = plus_times(times(-1.0, slope), -jac[2 * i], load(y, _u(2 + 2 * i), at))
+            store(slopes, _u(2 + 2 * i), at, rate)
+            store(slopes, _u(3 + 2 * i), at, plus_times(against, -jac[2 * i + 1], rate))
 
 
 # ---------------------------------------------------------------- history for the delayed echo
@@ -186,12 +209,12 @@ def _remember(past, at, y, out, k, cols, dims, t, h):
     ends[at, 0] = t
     ends[at, 1] = t + h
     for c in range(cols):
-        states[at, 0, c] = y[c, 0]
-        states[at, 1, c] = y[c, 1]
-        states[at, 2, c] = k[c, 1, 0]
-        states[at, 3, c] = out[c, 0]
-        states[at, 4, c] = out[c, 1]
-        states[at, 5, c] = k[c, 1, 6]
+        states[at, 0, c] = y[0, c]
+        states[at, 1, c] = y[1, c]
+        states[at, 2, c] = k[0, 1, c]
+        states[at, 3, c] = out[0, c]
+        states[at, 4, c] = out[1, c]
+        states[at, 5, c] = k[6, 1, c]
 
 
 @njit(**WITHIN)
@@ -282,7 +305,7 @@ def _stepping(slope: Any) -> Any:
     """One Runge-Kutta step over the right-hand side ``slope``, which takes a stage of a step and a ``world``.
 
     `step` goes from y to out by the length h, for the first ``cols`` columns. The slope of stage s stands at
-    k[:, :, s]; that of y (s = 0) must be there, that of out is left there (s = 6).
+    k[s]; that of y (s = 0) must be there, that of out is left there (s = 6).
     """
 
     @njit(**WITHIN)
@@ -291,12 +314,22 @@ def _stepping(slope: Any) -> Any:
         for stage in range(1, 7):
             w0, w1, w2 = h * _A[stage, 0], h * _A[stage, 1], h * _A[stage, 2]
             w3, w4, w5 = h * _A[stage, 3], h * _A[stage, 4], h * _A[stage, 5]
-            for c in range(cols):
-                for i in range(n):
-                    out[c, i] = (
-                        y[c, i] + w0 * k[c, i, 0] + w1 * k[c, i, 1] + w2 * k[c, i, 2] + w3 * k[c, i, 3]
-                        + w4 * k[c, i, 4] + w5 * k[c, i, 5]
-                    )  # fmt: skip
+            for i in range(n):
+                row = _u(i)
+                for block in range(0, cols, LANES):
+                    at = _u(block)
+                    moved = plus_times(load(y, row, at), w0, load(k[0], row, at))
+                    if stage > 1:
+                        moved = plus_times(moved, w1, load(k[1], row, at))
+                    if stage > 2:
+                        moved = plus_times(moved, w2, load(k[2], row, at))
+                    if stage > 3:
+                        moved = plus_times(moved, w3, load(k[3], row, at))
+                    if stage > 4:
+                        moved = plus_times(moved, w4, load(k[4], row, at))
+                    if stage > 5:
+                        moved = plus_times(moved, w5, load(k[5], row, at))
+                    store(out, row, at, moved)
             slope(th, active, out, k, stage, cols, dims, t, h, d, side, world, sens, jac)
 
     return step
@@ -352,7 +385,7 @@ def _gauge(th, y, dims, t, side, echo, which):
     """What is zero at an event: state ``which`` (x from rest, or a velocity); _SLIP: a stuck body's excess pull."""
     if which == _SLIP:
         return _excess(th, y, dims, t, side, echo)[0]
-    return y[0, which] - (th[_XE] if which == 0 else 0.0)
+    return y[which, 0] - (th[_XE] if which == 0 else 0.0)
 
 
 def _locating(step: Any) -> Any:
@@ -375,7 +408,7 @@ def _locating(step: Any) -> Any:
         if f0 * f_hi < 0.0:
             guess = h * f0 / (f0 - f_hi)
             if which != _SLIP:
-                guess = _cubic_root(f0, f_hi, h * k[0, which, 0], h * k[0, which, 6], guess / h) * h
+                guess = _cubic_root(f0, f_hi, h * k[0, which, 0], h * k[6, which, 0], guess / h) * h
         length = h
         for _ in range(80):
             if not (guess > lo and guess < hi):
@@ -394,7 +427,7 @@ def _locating(step: Any) -> Any:
             if which == _SLIP:
                 guess = lo + (hi - lo) * f_lo / (f_lo - f_hi) if f_lo != f_hi else 0.5 * (lo + hi)
             else:
-                slope = k[0, which, 6]
+                slope = k[6, which, 0]
                 guess = length - f / slope if slope != 0.0 else 0.5 * (lo + hi)
         if cols > 1:
             step(th, active, y, out, k, cols, dims, t, length, d, side, world, sens, jac)
@@ -415,7 +448,7 @@ def _watching(step: Any, before: Any) -> Any:
     def first(th, active, y, out, k, cols, dims, t, h, d, side, world, sens, jac, watch):
         event = _NONE
         for which in watch:
-            f0 = y[0, which] - (th[_XE] if which == 0 else 0.0)
+            f0 = y[which, 0] - (th[_XE] if which == 0 else 0.0)
             if which == 1 and d == 0.0:
                 which = _SLIP
                 crossed = _excess(th, out, dims, t + h, side, sens[0])[0] > 0.0
@@ -425,9 +458,9 @@ def _watching(step: Any, before: Any) -> Any:
                     f0 = _excess(th, y, dims, t, side, sens[0])[0]
                     sens[0] = behind
             elif which == 1:
-                crossed = out[0, 1] * d < 0.0
+                crossed = out[1, 0] * d < 0.0
             else:
-                crossed = f0 * (out[0, which] - (th[_XE] if which == 0 else 0.0)) < 0.0
+                crossed = f0 * (out[which, 0] - (th[_XE] if which == 0 else 0.0)) < 0.0
             if crossed:
                 h = locate(
                     th, active, y, out, k, cols, dims, t, h, d, side, world, sens, jac, which, f0
@@ -468,12 +501,12 @@ def _jump(y, k, cols, dims, which):
     f_minus stands at slope 6, f_plus at slope 0.
     """
     n = dims[0]
-    if k[0, which, 6] == 0.0:
+    if k[6, which, 0] == 0.0:
         return
     for c in range(1, cols):
-        dt = -y[c, which] / k[0, which, 6]
+        dt = -y[which, c] / k[6, which, 0]
         for i in range(n):
-            y[c, i] += (k[0, i, 6] - k[0, i, 0]) * dt
+            y[i, c] += (k[6, i, 0] - k[0, i, 0]) * dt
 
 
 @njit(**WITHIN)
@@ -490,7 +523,7 @@ def _cross_break(th, active, y, k, cols, dims, t, h, d, side, past, stored, sens
         for c in range(1, cols):
             if active[c - 1] == _TAU_E:
                 for i in range(n):
-                    y[c, i] += k[0, i, 6] - k[0, i, 0]
+                    y[i, c] += k[6, i, 0] - k[0, i, 0]
         _rhs(th, active, y, k, zero, cols, dims, t, d, side, sens, jac)
 
 
@@ -518,20 +551,20 @@ def _sample(y, out, k, cols, dims, h, r, row, ox, ov, oa, os):
     ep2 = 1.0 - 9.0 * r + 18.0 * r2 - 10.0 * r3
     eq2 = 3.0 * r - 12.0 * r2 + 10.0 * r3
     for c in range(cols):
-        dx = out[c, 0] - y[c, 0]
-        v0 = y[c, 1]
-        v1 = out[c, 1]
-        a0 = k[c, 1, 0]
-        a1 = k[c, 1, 6]
-        ox[row, c] = y[c, 0] + b * dx + p1 * v0 + q1 * v1 + p2 * a0 + q2 * a1
+        dx = out[0, c] - y[0, c]
+        v0 = y[1, c]
+        v1 = out[1, c]
+        a0 = k[0, 1, c]
+        a1 = k[6, 1, c]
+        ox[row, c] = y[0, c] + b * dx + p1 * v0 + q1 * v1 + p2 * a0 + q2 * a1
         ov[row, c] = db * dx + dp1 * v0 + dq1 * v1 + dp2 * a0 + dq2 * a1
         oa[row, c] = eb * dx + ep1 * v0 + eq1 * v1 + ep2 * a0 + eq2 * a1
     for i in range(2, 2 + 2 * dims[1], 2):
-        ds = out[0, i] - y[0, i]
+        ds = out[i, 0] - y[i, 0]
         os[row, i - 2] = (
-            y[0, i] + b * ds + p1 * y[0, i + 1] + q1 * out[0, i + 1] + p2 * k[0, i + 1, 0] + q2 * k[0, i + 1, 6]
+            y[i, 0] + b * ds + p1 * y[i + 1, 0] + q1 * out[i + 1, 0] + p2 * k[0, i + 1, 0] + q2 * k[6, i + 1, 0]
         )  # fmt: skip
-        os[row, i - 1] = db * ds + dp1 * y[0, i + 1] + dq1 * out[0, i + 1] + dp2 * k[0, i + 1, 0] + dq2 * k[0, i + 1, 6]
+        os[row, i - 1] = db * ds + dp1 * y[i + 1, 0] + dq1 * out[i + 1, 0] + dp2 * k[0, i + 1, 0] + dq2 * k[6, i + 1, 0]
 
 
 @njit(**WITHIN)
@@ -539,21 +572,21 @@ def _start(th, active, y, cols, dims):
     """Initial state and its sensitivities by x0, v0 and the hidden oscillators' initial states."""
     nh = dims[1]
     y[0, 0] = th[_X0]
-    y[0, 1] = th[_V0]
+    y[1, 0] = th[_V0]
     for i in range(nh):
-        y[0, 2 + 2 * i] = th[_HM + i * _NH + _START]
-        y[0, 3 + 2 * i] = th[_HM + i * _NH + _START + 1]
+        y[2 + 2 * i, 0] = th[_HM + i * _NH + _START]
+        y[3 + 2 * i, 0] = th[_HM + i * _NH + _START + 1]
     for c in range(1, cols):
         slot = active[c - 1]
         if slot == _X0:
-            y[c, 0] = 1.0
+            y[0, c] = 1.0
         elif slot == _V0:
-            y[c, 1] = 1.0
+            y[1, c] = 1.0
         for i in range(nh):
             if slot == _HM + i * _NH + _START:
-                y[c, 2 + 2 * i] = 1.0
+                y[2 + 2 * i, c] = 1.0
             elif slot == _HM + i * _NH + _START + 1:
-                y[c, 3 + 2 * i] = 1.0
+                y[3 + 2 * i, c] = 1.0
 
 
 @njit(**WITHIN)
@@ -588,9 +621,10 @@ def _with_mark(mark: int) -> Any:
         oa = np.zeros((m, cols))
         os = np.zeros((m, 2 * nh))
         n = dims[0]
-        y = np.zeros((cols, n))
-        out = np.zeros((cols, n))
-        k = np.zeros((cols, n, 7))
+        width = whole_lanes(cols)
+        y = np.zeros((n, width))
+        out = np.zeros((n, width))
+        k = np.zeros((7, n, width))
         jac = np.zeros(2 * MAX_HIDDEN)
         sens = np.zeros(cols)
         delayed = th[_GE] != 0.0
@@ -615,9 +649,9 @@ def _with_mark(mark: int) -> Any:
         steps = 0
         limit = _bound(th, dims)
         most = min(_MOST_STEPS, _STEPS_SPARE + _STEPS_A_STRETCH * int(times[m - 1] / h_max))
-        side = 1.0 if y[0, 0] > th[_XE] or (y[0, 0] == th[_XE] and y[0, 1] > 0.0) else -1.0
-        d = 1.0 if y[0, 1] > 0.0 else -1.0
-        if y[0, 1] == 0.0:
+        side = 1.0 if y[0, 0] > th[_XE] or (y[0, 0] == th[_XE] and y[1, 0] > 0.0) else -1.0
+        d = 1.0 if y[1, 0] > 0.0 else -1.0
+        if y[1, 0] == 0.0:
             excess, way = _excess(th, y, dims, t, side, 0.0)
             d = way if excess > 0.0 or not rubs else 0.0
         _rhs(th, active, y, k, zero, cols, dims, t, d, side, sens, jac)
@@ -625,11 +659,11 @@ def _with_mark(mark: int) -> Any:
             if d == 0.0 and not driven:
                 for r in range(row, m):
                     for c in range(cols):
-                        ox[r, c] = y[c, 0]
+                        ox[r, c] = y[0, c]
                 break
             h = h_max
             if sharp:
-                h = _short_near_reversal(th, abs(y[0, 1]), abs(k[0, 1, 0]), h_max)
+                h = _short_near_reversal(th, abs(y[1, 0]), abs(k[0, 1, 0]), h_max)
             on_kink = next_kink < n_kinks and kinks[next_kink, 0] < t + h * (1.0 + 1e-9)
             if on_kink:
                 h = kinks[next_kink, 0] - t
@@ -652,16 +686,16 @@ def _with_mark(mark: int) -> Any:
                 _remember(past, stored, y, out, k, cols, dims, t, h)
                 stored += 1
             t = kinks[next_kink, 0] if on_kink else t + h
-            for c in range(cols):
-                for i in range(n):
-                    y[c, i] = out[c, i]
-                    k[c, i, 0] = k[c, i, 6]
+            for i in range(n):
+                for c in range(cols):
+                    y[i, c] = out[i, c]
+                    k[0, i, c] = k[6, i, c]
             if event != _NONE:
                 if event == 0:
                     y[0, 0] = th[_XE]
-                    side = 1.0 if y[0, 1] > 0.0 else -1.0
+                    side = 1.0 if y[1, 0] > 0.0 else -1.0
                 elif event > 0:
-                    y[0, event] = 0.0
+                    y[event, 0] = 0.0
                 if event == 1 or event == _SLIP:
                     excess, way = _excess(th, y, dims, t, side, sens[0])
                     d = way if event == _SLIP or excess > 0.0 or not rubs else 0.0

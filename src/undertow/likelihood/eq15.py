@@ -6,7 +6,6 @@ Belongs here: which problems the compiled search can do, and their arrays. Does 
 
 from __future__ import annotations
 
-import math
 from collections.abc import Callable
 from itertools import pairwise
 from typing import Any, NamedTuple
@@ -16,8 +15,9 @@ import numpy as np
 from undertow.equation.kernel import N_SLOTS, SLOT
 from undertow.equation.taylor_series import LAWS
 from undertow.likelihood import eq15_search as arc_search
+from undertow.likelihood.channel_rows import QUANTITIES
 from undertow.likelihood.observation_model import swell
-from undertow.likelihood.problem import Problem, TrialProblem
+from undertow.likelihood.problem import Problem
 from undertow.recording.recording import Array
 
 PLACES = np.array([SLOT[name] for name in LAWS], dtype=np.int64)
@@ -25,7 +25,6 @@ PLACES = np.array([SLOT[name] for name in LAWS], dtype=np.int64)
 
 _PLACE = {int(slot): place for place, slot in enumerate(PLACES)}
 _OTHERS = np.setdiff1d(np.arange(N_SLOTS), PLACES)
-_QUANTITIES = {"displacement": 0, "velocity": 1, "acceleration": 2}
 
 
 class Found(NamedTuple):
@@ -51,7 +50,7 @@ def is_plain(problem: Problem) -> bool:
     for trial in problem.trials:
         if trial.drive is not None or trial.base[_OTHERS].any() or not all(link.slot in _PLACE for link in trial.links):
             return False
-        if trial.t.size < 3 or trial.laws or any(c.quantity not in _QUANTITIES for c in trial.channels):
+        if trial.t.size < 3 or trial.laws or any(c.quantity not in QUANTITIES for c in trial.channels):
             return False
     return True
 
@@ -103,17 +102,17 @@ def _sheet(problem: Problem) -> tuple[tuple[Any, ...], np.ndarray, tuple[np.ndar
     cell = row = value = 0
     for trial in trials:
         n = trial.t.size
-        own = _unknowns_of(trial)
+        own = trial.used.tolist()
         place = dict(zip(own, range(len(own)), strict=True))
         columns.append([place.get(j, -1) for j in range(len(unknowns))])
-        used.append(np.array(own, dtype=np.int64))
+        used.append(trial.used)
         n_links, n_channels = len(links), len(channels)
         links += [(_PLACE[link.slot], link.unknown) for link in trial.links]
         factors += [link.factor for link in trial.links]
         for c in trial.channels:
-            channels.append((_QUANTITIES[c.quantity], c.offset, c.drift, c.shift, c.gain, value))
+            channels.append((QUANTITIES[c.quantity], c.offset, c.drift, c.shift, c.gain, value))
             sigmas.append(c.sigma)
-            data.append(c.values if c.unsure is None else np.where(c.unsure, math.nan, c.values))
+            data.append(c.data)
             value += n
         places.append((cell, cell + n, n_links, len(links), n_channels, len(channels), trial.shift, row))
         cell += n
@@ -137,17 +136,3 @@ def _sheet(problem: Problem) -> tuple[tuple[Any, ...], np.ndarray, tuple[np.ndar
         box,
     )
     return sheet, np.array(columns, dtype=np.int64), tuple(used)
-
-
-def unknowns_of(trial: TrialProblem) -> np.ndarray:
-    """Indices (k,) of the unknowns that a trial's residuals depend on, rising."""
-    return np.array(_unknowns_of(trial), dtype=np.int64)
-
-
-def _unknowns_of(trial: TrialProblem) -> list[int]:
-    wanted = {link.unknown for link in trial.links}
-    for channel in trial.channels:
-        wanted |= {channel.offset, channel.drift, channel.shift, channel.gain}
-    wanted.add(trial.shift)
-    wanted.discard(-1)
-    return sorted(wanted)

@@ -30,7 +30,7 @@ from undertow.equation.taylor_series import (
     slopes_at,
 )
 from undertow.equation.term import Array
-from undertow.likelihood.observation_model import EVEN
+from undertow.likelihood.problem import EVEN
 
 Arrays = tuple[Any, ...]
 """A sheet (eq15.py), the room that integration needs, a point of the search: arrays by their places."""

@@ -10,6 +10,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, field
+from functools import cached_property
 
 import numpy as np
 
@@ -27,6 +28,10 @@ SAMPLES_PER_PERIOD = 50
 
 TRAJECTORY_STEPS_PER_PERIOD = 40
 """Largest step in fits: error under 1e-7 of x0 (docs/performance.md), far below any sensor."""
+
+
+EVEN = 1e-4
+"""Cells whose centres are a cell's width apart within this share of it share their edges."""
 
 
 @dataclass(frozen=True)
@@ -69,6 +74,12 @@ class Channel:
     gain: int = -1
     unsure: np.ndarray | None = None
 
+    @cached_property
+    def data(self) -> Array:
+        """The values, not a number where cells say nothing, (n,)."""
+        said = self.values if self.unsure is None else np.where(self.unsure, math.nan, self.values)
+        return np.require(said, np.float64, ["C", "W"])
+
 
 @dataclass(frozen=True)
 class TrialProblem:
@@ -96,10 +107,57 @@ class TrialProblem:
     extent: MotionSize = field(default_factory=MotionSize)
     steps_a_period: int = TRAJECTORY_STEPS_PER_PERIOD
 
-    @property
+    @cached_property
     def slots(self) -> np.ndarray:
         """Distinct slots that an unknown reaches, sorted, (p,) int64: the integrator's ``active``."""
         return np.array(sorted({link.slot for link in self.links}), dtype=np.int64)
+
+    @cached_property
+    def used(self) -> np.ndarray:
+        """Indices (k,) of the unknowns that the trial's residuals depend on, rising."""
+        wanted = {self.shift, *(link.unknown for link in self.links)}
+        for c in self.channels:
+            wanted |= {c.offset, c.drift, c.shift, c.gain}
+        return np.array(sorted(wanted - {-1}), dtype=np.int64)
+
+    @cached_property
+    def linked(self) -> tuple[np.ndarray, Array]:
+        """Of every link slot, unknown, and their columns in a motion and in a Jacobian, (l, 4); factors (l,)."""
+        place = {slot: column for column, slot in enumerate(self.slots.tolist(), start=1)}
+        column = {unknown: c for c, unknown in enumerate(self.used.tolist())}
+        rows = [(link.slot, link.unknown, place[link.slot], column[link.unknown]) for link in self.links]
+        return np.array(rows, dtype=np.int64).reshape(-1, 4), np.array([float(link.factor) for link in self.links])
+
+    @cached_property
+    def nuisance_columns(self) -> tuple[np.ndarray, ...]:
+        """Of every channel, the Jacobian's columns of the trial's clock, its own, offset, drift and gain (-1: none)."""
+        column = {-1: -1, **{unknown: c for c, unknown in enumerate(self.used.tolist())}}
+        wanted = [(self.shift, c.shift, c.offset, c.drift, c.gain) for c in self.channels]
+        return tuple(np.array([column[j] for j in one], dtype=np.int64) for one in wanted)
+
+    @cached_property
+    def edges_are_shared(self) -> bool:
+        """Whether each cell ends where the next one begins: no gap, and an even clock."""
+        return bool(np.all(np.abs(np.diff(self.t) - self.width_s) <= EVEN * self.width_s))
+
+    @cached_property
+    def instants(self) -> tuple[Array, int]:
+        """Instants (k,) s at which the motion is needed, and how far apart two cells' beginnings stand in them.
+
+        Lone instants: themselves, 0. Cells: n + 1 edges, 1, where they touch; else beginnings and ends in turns, 2.
+        """
+        half = 0.5 * self.width_s
+        if half <= 0.0:
+            return self.t, 0
+        if self.edges_are_shared:
+            return np.append(self.t - half, self.t[-1] + half), 1
+        return np.column_stack([self.t - half, self.t + half]).ravel(), 2
+
+    @cached_property
+    def line(self) -> Array:
+        """What a drift of one is at each cell, (n,): a straight line through zero at the window's middle."""
+        straight: Array = (self.t - self.t[0]) / (self.t[-1] - self.t[0]) - 0.5
+        return straight
 
 
 @dataclass(frozen=True)

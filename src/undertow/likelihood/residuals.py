@@ -17,8 +17,8 @@ from undertow.equation.kernel import SLOT, integrate
 from undertow.equation.simulate import step_of_motion
 from undertow.errors import IdentificationError
 from undertow.likelihood.budget import spend
-from undertow.likelihood.eq15 import unknowns_of
-from undertow.likelihood.observation_model import instants, signal
+from undertow.likelihood.channel_rows import weigh
+from undertow.likelihood.observation_model import signal
 from undertow.likelihood.problem import TRAJECTORY_STEPS_PER_PERIOD, Channel, TrialProblem
 from undertow.recording.recording import Array
 
@@ -30,8 +30,8 @@ metres and 10^5 m/s took as long as all others, and more than a level may spend.
 def parameter_vector(trial: TrialProblem, values: Array) -> Array:
     """The integrator's parameter vector of one trial at the unknowns' values."""
     theta = trial.base.copy()
-    for link in trial.links:
-        theta[link.slot] += link.factor * values[link.unknown]
+    rows, factors = trial.linked
+    np.add.at(theta, rows[:, 0], factors * values[rows[:, 1]])
     return theta
 
 
@@ -85,9 +85,8 @@ def _driven(
 def residuals(trial: TrialProblem, values: Array) -> tuple[Array, Array, np.ndarray] | None:
     """Weighted residuals (n,), their Jacobian (n, p) and the indices (p,) of the unknowns it belongs to; None where
     the motion leaves every bound."""
-    slots = trial.slots
     shift = values[trial.shift] if trial.shift >= 0 else 0.0
-    times = instants(trial)[0] + shift
+    times = trial.instants[0] + shift
     rows = [_grid(times, channel, values) for channel in trial.channels]
     merged, orders = _merge(rows)
     since = merged if trial.drive is not None else np.maximum(merged, 0.0)
@@ -95,28 +94,26 @@ def residuals(trial: TrialProblem, values: Array) -> tuple[Array, Array, np.ndar
         motion = motion_of(trial, values, since)
     except IdentificationError:  # a step of a search that went too far, not an error
         return None
-    used, column = _columns(trial)
     n = trial.t.size
     r = np.empty(n * len(trial.channels))
-    jac = np.zeros((r.size, used.size))
+    jac = np.empty((r.size, trial.used.size))
     theta = parameter_vector(trial, values)
     for i, channel in enumerate(trial.channels):
         at = slice(i * n, (i + 1) * n)
-        own = (motion[0][orders[i]], motion[1][orders[i]], motion[2][orders[i]])
-        seen = signal(trial, channel.quantity, own, rows[i], theta, slots)
-        r[at] = _one_channel(trial, channel, seen, values, jac[at], column, slots)
-    return r, jac, used
+        seen = signal(trial, channel.quantity, motion, rows[i], theta, trial.slots, orders[i])
+        _one_channel(trial, i, seen, values, r[at], jac[at])
+    return r, jac, trial.used
 
 
 def _grid(times: Array, channel: Channel, values: Array) -> Array:
     return times + values[channel.shift] if channel.shift >= 0 else times
 
 
-def _merge(rows: list[Array]) -> tuple[Array, list[np.ndarray | slice]]:
-    """One rising time grid for all channels, and where each channel's instants stand in it."""
+def _merge(rows: list[Array]) -> tuple[Array, list[np.ndarray | None]]:
+    """One rising time grid for all channels, and where each channel's instants stand in it (None: in order)."""
     first = rows[0]
-    if all(row is first for row in rows) and not np.any(np.diff(first) < 0.0):
-        return first, [slice(None)] * len(rows)
+    if all(row is first for row in rows) and not np.any(first[1:] < first[:-1]):
+        return first, [None] * len(rows)
     every = np.concatenate(rows)
     order = np.argsort(every, kind="stable")
     place = np.empty(order.size, dtype=np.int64)
@@ -124,42 +121,15 @@ def _merge(rows: list[Array]) -> tuple[Array, list[np.ndarray | slice]]:
     return every[order], [place[i * first.size : (i + 1) * first.size] for i in range(len(rows))]
 
 
-def _columns(trial: TrialProblem) -> tuple[np.ndarray, dict[int, int]]:
-    used = unknowns_of(trial)
-    return used, {int(j): c for c, j in enumerate(used)}
-
-
 def _one_channel(
-    trial: TrialProblem,
-    channel: Channel,
-    seen: tuple[Array, Array],
-    values: Array,
-    jac: Array,
-    column: dict[int, int],
-    slots: np.ndarray,
-) -> Array:
-    """Weighted residual of one channel; fills its rows of the Jacobian."""
-    level_and_slopes, rate = seen
-    gain = 1.0 + (values[channel.gain] if channel.gain >= 0 else 0.0)
-    level = level_and_slopes[:, 0]
-    predicted = gain * level
-    weight = 1.0 / channel.sigma
-    place = {int(slot): c for c, slot in enumerate(slots)}
-    for link in trial.links:
-        jac[:, column[link.unknown]] += (link.factor * gain * weight) * level_and_slopes[:, 1 + place[link.slot]]
-    for index in (trial.shift, channel.shift):
-        if index >= 0:
-            jac[:, column[index]] += gain * weight * rate
-    if channel.offset >= 0:
-        predicted = predicted + values[channel.offset]
-        jac[:, column[channel.offset]] += weight
-    if channel.drift >= 0:
-        line = (trial.t - trial.t[0]) / (trial.t[-1] - trial.t[0]) - 0.5
-        predicted = predicted + values[channel.drift] * line
-        jac[:, column[channel.drift]] += weight * line
-    if channel.gain >= 0:
-        jac[:, column[channel.gain]] += weight * level
-    residual = (predicted - channel.values) * weight
-    if channel.unsure is not None:
-        residual[channel.unsure], jac[channel.unsure] = 0.0, 0.0
-    return residual
+    trial: TrialProblem, number: int, seen: tuple[Array, Array], values: Array, r: Array, jac: Array
+) -> None:
+    """Weighted residual (n,) of one channel and its rows (n, p) of the Jacobian, filled in."""
+    channel = trial.channels[number]
+    nuisances = np.array([values[j] if j >= 0 else 0.0 for j in (channel.offset, channel.drift, channel.gain)])
+    rows, factors = trial.linked
+    levels, rates = (np.ascontiguousarray(one) for one in seen)
+    weigh(
+        levels, rates, channel.data, trial.line, rows, factors, trial.nuisance_columns[number], nuisances,
+        1.0 / channel.sigma, r, jac,
+    )  # fmt: skip

@@ -22,7 +22,7 @@ import numpy as np
 
 from undertow.errors import IdentificationError
 from undertow.likelihood import eq15, output_error
-from undertow.likelihood.observation_model import instants, signal
+from undertow.likelihood.observation_model import signal
 from undertow.likelihood.output_error import Solution, parameter_vector, trajectory
 from undertow.likelihood.problem import Problem, TrialProblem
 from undertow.recording.recording import Array
@@ -208,7 +208,7 @@ def _trial(trial: TrialProblem, values: Array) -> float:
     late = values[trial.shift] if trial.shift >= 0 else 0.0
     total = 0.0
     for channel in trial.channels:
-        times = instants(trial)[0] + late + (values[channel.shift] if channel.shift >= 0 else 0.0)
+        times = trial.instants[0] + late + (values[channel.shift] if channel.shift >= 0 else 0.0)
         motion = trajectory(theta, NOTHING, np.maximum(times, 0.0))
         seen = signal(trial, channel.quantity, motion, times, theta, NOTHING)[0][:, 0]
         seen = seen * (1.0 + (values[channel.gain] if channel.gain >= 0 else 0.0))

@@ -3,6 +3,7 @@
     python -m experiments.blind_challenge generate --seed 2102001 --cases 100 --out runs/calibration
     python -m experiments.blind_challenge run --out runs/calibration --jobs 2
     python -m experiments.calibration runs/calibration [FOLDER ...]
+    python -m experiments.calibration runs/calibration [FOLDER ...] --fresh runs/fresh --page docs/calibration.md
 
 Sealed campaigns of one or more seeds (2101501, 2101801, 2101901 and 2102001, of the last four revisions of the rules),
 which are calibration from then on. Cases that data cannot tell are left out: no statement about them is right or wrong.
@@ -15,6 +16,7 @@ exact, is `judge.statement_right` and stands in docs/blind_challenge.md.
 
 from __future__ import annotations
 
+import argparse
 import json
 import sys
 from collections import Counter
@@ -24,7 +26,8 @@ from typing import Any
 
 from experiments.blind_challenge.judge import holds, judge_case
 from experiments.blind_challenge.run_cases import read_rows
-from undertow.discrepancy.calibration import LEFT, kind_of
+from experiments.calibration.page import PICTURE, conditions_of, page, verdicts_of
+from undertow.discrepancy.calibration import kind_of
 
 TARGET = Path(__file__).resolve().parents[2] / "src" / "undertow" / "discrepancy" / "calibration.json"
 
@@ -59,14 +62,29 @@ def kinds_of(row: Mapping[str, Any], truth: Mapping[str, Any]) -> Iterator[tuple
         is_right = holds(group)
         if is_right is None:
             continue
-        left = next((g["value"] for g in group.said["decision"] if g["gate"] == LEFT), float("nan"))
-        yield kind_of(str(group.said["status"]), list(group.said["verdict"]), float(left)), is_right
+        yield kind_of(str(group.said["status"]), list(group.said["verdict"]), conditions_of(group.said)), is_right
 
 
 def main(arguments: list[str]) -> int:
-    """Count and write."""
-    TARGET.write_text(json.dumps(counted([Path(one) for one in arguments]), indent=1) + "\n", encoding="utf-8")
-    print(TARGET.read_text(encoding="utf-8"))
+    """Count and write; with a page, write that instead, from the counts as they stand."""
+    parser = argparse.ArgumentParser(prog="python -m experiments.calibration")
+    parser.add_argument("folders", nargs="+", type=Path, help="calibration: folders of the blind challenge")
+    parser.add_argument("--fresh", type=Path, help="a folder of a seed that nobody had looked at")
+    parser.add_argument("--page", type=Path, help="where the page goes; needs --fresh")
+    options = parser.parse_args(arguments)
+    if options.page is None:
+        TARGET.write_text(json.dumps(counted(options.folders), indent=1) + "\n", encoding="utf-8")
+        print(TARGET.read_text(encoding="utf-8"))
+        return 0
+    if options.fresh is None:
+        parser.error("--page needs --fresh, a folder of a seed that nobody had looked at")
+    rows = read_rows(options.fresh / "rows.jsonl")
+    marks = sorted({f"seed {row['seed']}, revision {row['revision']}" for row in rows})
+    calibration = [one for folder in options.folders for one in verdicts_of(folder)]
+    counts = json.loads(TARGET.read_text(encoding="utf-8"))
+    text, picture = page(counts, calibration, verdicts_of(options.fresh), f"{len(rows)} cases of {'; '.join(marks)}.")
+    picture.savefig(options.page.parent / PICTURE)
+    options.page.write_text(text, encoding="utf-8")
     return 0
 
 

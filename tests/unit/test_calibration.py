@@ -8,25 +8,29 @@ import math
 import pytest
 
 from experiments.blind_challenge.judge import GroupResult, holds
-from experiments.calibration.__main__ import TARGET, counted
-from undertow.discrepancy.calibration import LEFT, Record, kind_of, record_of
+from experiments.calibration.__main__ import TARGET, counted, main
+from experiments.calibration.page import Said, by_counts, conditions_of, left_out, measured
+from undertow.discrepancy.calibration import HIDES, LEFT, STANDS_OUT, Record, kind_of, record_of
 from undertow.discrepancy.verdict import Gate, Verdict
 
 
 @pytest.mark.parametrize(
-    ("status", "names", "left", "kind"),
+    ("status", "names", "decision", "kind"),
     [
-        ("cannot_tell", (), math.nan, ""),
-        ("nothing_missing", (), math.nan, "nothing_missing"),
-        ("explained", ("relaxation",), 2.4, "explained, to the noise"),
-        ("explained", ("relaxation",), 2.6, "explained, more than noise is left"),
-        ("present_but_small", ("unknown",), math.nan, "present_but_small, not named"),
-        ("present_but_small", ("relaxation",), math.nan, "present_but_small, named"),
-        ("unknown", ("relaxation", "unknown"), 9.0, "unknown"),
+        ("cannot_tell", (), {}, ""),
+        ("nothing_missing", (), {}, "nothing_missing"),
+        ("nothing_missing", (), {STANDS_OUT: (0.04, 0.01), HIDES: (0.005, 0.04)}, "nothing_missing"),
+        ("nothing_missing", (), {STANDS_OUT: (0.04, 0.01), HIDES: (0.003, 0.04)}, "nothing_missing, seen sharply"),
+        ("nothing_missing", (), {STANDS_OUT: (0.02, 0.01), HIDES: (0.003, 0.04)}, "nothing_missing, nearly stands out"),
+        ("explained", ("relaxation",), {LEFT: (2.4, 2.5)}, "explained, to the noise"),
+        ("explained", ("relaxation",), {LEFT: (2.6, 2.5)}, "explained, more than noise is left"),
+        ("present_but_small", ("unknown",), {}, "present_but_small, not named"),
+        ("present_but_small", ("relaxation",), {STANDS_OUT: (0.001, 0.01)}, "present_but_small, named"),
+        ("unknown", ("relaxation", "unknown"), {LEFT: (9.0, 2.5)}, "unknown"),
     ],
 )
-def test_a_verdict_has_a_kind(status, names, left, kind):
-    assert kind_of(status, names, left) == kind
+def test_a_verdict_has_a_kind(status, names, decision, kind):
+    assert kind_of(status, names, decision) == kind
 
 
 def test_a_record_is_no_certainty():
@@ -102,3 +106,75 @@ def test_campaigns_are_counted_by_what_was_said_and_what_is_so(tmp_path):
     assert (found["seeds"], found["revisions"], found["campaigns"]) == ([1], ["r"], 2)
     both = counted([tmp_path, tmp_path])
     assert (both["seeds"], both["campaigns"], both["records"][0]["said"]) == ([1], 4, 2)
+
+
+def _said(family: str, kind: str, right: bool, speaks: bool = True) -> Said:
+    return Said(frozenset({family}), kind, right, right, speaks)
+
+
+def test_a_family_is_given_the_counts_of_the_others():
+    many = [
+        *(_said("relaxation", "unknown", right=False) for _ in range(9)),
+        *(_said("hysteresis", "unknown", right=True) for _ in range(4)),
+        _said("hysteresis", "unknown", right=True, speaks=False),
+    ]
+    found = left_out(many)
+    assert len(found) == 13
+    assert found[0] == (5.5 / 6.0, False)  # of five others all held
+    assert found[-1] == (0.5 / 10.0, True)  # of nine others none
+    assert left_out(many[:1]) == []  # nothing else was seen
+
+
+def test_probabilities_are_those_of_the_counts_and_unknown_kinds_have_none():
+    records = {"unknown": Record("unknown", 9, 9)}
+    verdicts = [_said("a", "unknown", right=True), _said("a", "explained, to the noise", right=True)]
+    assert by_counts(verdicts, records) == [(0.95, True)]
+    wrong = [Said(frozenset({"a"}), "unknown", True, False, True)]
+    assert by_counts(wrong, records, exact=True) == [(0.95, False)]
+
+
+def test_a_calibrated_forecaster_has_slope_one_and_a_sure_one_less():
+    pairs = [(chance, i < round(100 * chance)) for chance in (0.6, 0.8, 0.95) for i in range(100)]
+    fit = measured(pairs)["fit"]
+    assert fit["slope"] == pytest.approx(1.0, abs=0.05)
+    assert fit["intercept"] == pytest.approx(0.0, abs=0.05)
+    sure = measured([(c**2 / (c**2 + (1.0 - c) ** 2), right) for c, right in pairs])["fit"]  # twice the log odds
+    assert sure["slope"] == pytest.approx(0.5, abs=0.05)
+
+
+def test_conditions_that_are_held_against_nothing_are_no_numbers():
+    (pair,) = conditions_of({"decision": [{"gate": LEFT, "value": 1.0, "limit": None}]}).values()
+    assert pair[0] == 1.0
+    assert math.isnan(pair[1])
+
+
+def test_the_page_is_made_of_the_counts_and_of_a_fresh_folder(tmp_path, capsys):
+    effect = {"key": "relaxation", "names": ["relaxation"], "near": [], "groups": [
+        {"present": True, "strength": 9.0, "size": 2.0},
+    ]}  # fmt: skip
+    said = [
+        {"status": "explained", "verdict": ["relaxation"], "decision": [{"gate": LEFT, "value": 1.2, "limit": 2.5}]},
+        {"status": "nothing_missing", "verdict": [], "decision": [{"gate": STANDS_OUT, "value": 0.4, "limit": 0.01}]},
+    ]
+    (tmp_path / "sealed").mkdir()
+    (tmp_path / "pictures").mkdir()
+    rows = []
+    for i in range(24):
+        truth = {
+            "kind": "one", "reason": "", "seed": 7, "groups": [{"group": {"spring": "a"}}],
+            "measures": {"effects": [effect]},
+        }  # fmt: skip
+        (tmp_path / "sealed" / f"c{i}.json").write_text(json.dumps(truth), encoding="utf-8")
+        groups = [{"group": {"spring": "a"}, **said[i % 2]}]
+        rows.append(json.dumps({"case": f"c{i}", "seed": 7, "revision": "r", "verdict": {"groups": groups}}))
+    (tmp_path / "rows.jsonl").write_text("\n".join(rows), encoding="utf-8")
+    path = tmp_path / "calibration.md"
+    assert main([str(tmp_path), "--fresh", str(tmp_path), "--page", str(path)]) == 0
+    text = path.read_text(encoding="utf-8")
+    assert "24 cases of seed 7, revision r." in text
+    assert "| explained, to the noise | 0.88 | 12 of 12 |" in text
+    assert "| nothing_missing | 0.96 | 0 of 12 |" in text
+    assert (tmp_path / "pictures" / "calibration.svg").stat().st_size > 1000
+    with pytest.raises(SystemExit):
+        main([str(tmp_path), "--page", str(path)])
+    assert "--page needs --fresh" in capsys.readouterr().err

@@ -22,8 +22,15 @@ from importlib.resources import files
 from undertow.comparison.explained import FAR_ABOVE_NOISE
 from undertow.discrepancy.verdict import Verdict
 
-LEFT = "left_above_noise"
-"""The condition that tells whether what is named leaves no more than noise, or describes and leaves more."""
+LEFT, STANDS_OUT, HIDES = "left_above_noise", "p_value", "upper_bound"
+"""The conditions that tell kinds apart: whether what is named leaves no more than noise, or describes and leaves more;
+how often such a level with nothing missing stands out as much; how much can still hide in it."""
+
+NEARLY = 0.03
+"""A level of which nothing is said that stands out more than that share of its replicas nearly stands out."""
+
+SHARP = 0.1
+"""A level is seen sharply where no more than that share of what counts can hide."""
 
 
 @dataclass(frozen=True)
@@ -44,26 +51,36 @@ class Record:
         return (self.right + 0.5) / (self.said + 1.0) if self.said else math.nan
 
 
-def kind_of(status: str, names: Sequence[str], left: float) -> str:
-    """The kind of a verdict: its status, and of one with a name whether that leaves more than noise (``left``, mean
-    squared residual over noise; nan: not known); empty where nothing is said.
+def kind_of(status: str, names: Sequence[str], decision: Mapping[str, tuple[float, float]]) -> str:
+    """The kind of a verdict: its status; of one with a name whether that leaves more than noise, of one that nothing is
+    missing whether the level nearly stands out, or is seen sharply. Empty where nothing is said. ``decision`` has
+    values and limits of conditions by name.
 
-    >>> kind_of("explained", ("linear_damping",), 1.1), kind_of("unknown", ("linear_damping", "unknown"), 9.0)
-    ('explained, to the noise', 'unknown')
+    >>> kind_of("explained", ("linear_damping",), {LEFT: (1.1, 2.5)})
+    'explained, to the noise'
+    >>> kind_of("nothing_missing", (), {STANDS_OUT: (0.02, 0.01), HIDES: (0.001, 0.04)})
+    'nothing_missing, nearly stands out'
     """
+    nothing = (math.nan, math.nan)
     if status == "cannot_tell":
         return ""
     if status == "explained":
+        left = decision.get(LEFT, nothing)[0]
         return f"explained, {'more than noise is left' if left > FAR_ABOVE_NOISE else 'to the noise'}"
     if status == "present_but_small":
         return f"present_but_small, {'named' if set(names) - {'unknown'} else 'not named'}"
+    if status == "nothing_missing":
+        hidden, limit = decision.get(HIDES, nothing)
+        if decision.get(STANDS_OUT, nothing)[0] < NEARLY:
+            return "nothing_missing, nearly stands out"
+        return "nothing_missing, seen sharply" if hidden < SHARP * limit else "nothing_missing"
     return status
 
 
 def record_of(verdict: Verdict) -> Record | None:
     """The record of verdicts like this one; None where nothing is said or none was seen."""
-    left = next((gate.value for gate in verdict.decision if gate.gate == LEFT), math.nan)
-    return _records().get(kind_of(verdict.status, verdict.verdict, left))
+    decision = {gate.gate: (gate.value, gate.limit) for gate in verdict.decision}
+    return _records().get(kind_of(verdict.status, verdict.verdict, decision))
 
 
 @cache

@@ -1,0 +1,165 @@
+"""The page about the probability that stands beside a verdict: its counts, a family of truths left out at a time, and
+verdicts on a seed that nobody had looked at.
+
+Belongs here: those two tests, the page and its figure. Does not belong here: counts (__main__.py), fits and bands
+(blind_challenge/estimates.py).
+"""
+
+from __future__ import annotations
+
+import json
+import math
+from collections import Counter
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from matplotlib.figure import Figure
+
+from experiments.blind_challenge import estimates
+from experiments.blind_challenge.figures import reliability_axes
+from experiments.blind_challenge.judge import GroupResult, holds, judge_case, statement_right
+from experiments.blind_challenge.page import number, table
+from experiments.blind_challenge.run_cases import read_rows
+from undertow.discrepancy.calibration import NEARLY, Record, kind_of
+
+PICTURE = "pictures/calibration.svg"
+
+
+@dataclass(frozen=True)
+class Said:
+    """One verdict on a group of known truth: its campaign's families of truths, its kind, whether it holds, whether its
+    names are complete and exact, whether it speaks for its campaign."""
+
+    families: frozenset[str]
+    kind: str
+    right: bool
+    exact: bool
+    speaks: bool
+
+
+def verdicts_of(folder: Path) -> list[Said]:
+    """All verdicts of a folder of sealed campaigns that say something; those that data cannot tell are left out."""
+    found = []
+    for row in (row for row in read_rows(folder / "rows.jsonl") if row.get("verdict")):
+        truth = json.loads((folder / "sealed" / f"{row['case']}.json").read_text(encoding="utf-8"))
+        if truth["kind"] == "cannot":
+            continue
+        case = judge_case(row, truth)
+        families = frozenset(str(e["key"]) for e in truth["measures"]["effects"]) or {f"nothing, seed {row['seed']}"}
+        found += [_said(g, case.kind, frozenset(families), g is case.deciding) for g in case.groups]
+    return [one for one in found if one is not None]
+
+
+def conditions_of(said: Mapping[str, Any]) -> dict[str, tuple[float, float]]:
+    """Values and limits of a verdict's conditions, by name; of one that is not held against anything, not a number."""
+    numbers = ((g["gate"], g.get("value"), g.get("limit")) for g in said["decision"])
+    return {name: tuple(math.nan if x is None else float(x) for x in (value, limit)) for name, value, limit in numbers}
+
+
+def _said(group: GroupResult, kind: str, families: frozenset[str], speaks: bool) -> Said | None:
+    right = holds(group)
+    if right is None:
+        return None
+    name = kind_of(str(group.said["status"]), list(group.said["verdict"]), conditions_of(group.said))
+    exact = bool(statement_right(group, kind))
+    return Said(families, name, right, exact, speaks)
+
+
+def left_out(verdicts: Sequence[Said]) -> list[tuple[float, bool]]:
+    """Probability and truth of the verdict that speaks for each campaign, counted without all campaigns that share a
+    family of truths with it; a seed of campaigns with nothing missing is such a family."""
+    found = []
+    for one in (v for v in verdicts if v.speaks):
+        others = [v for v in verdicts if v.kind == one.kind and not v.families & one.families]
+        chance = Record(one.kind, len(others), sum(v.right for v in others)).probability
+        if math.isfinite(chance):
+            found.append((chance, one.right))
+    return found
+
+
+def by_counts(verdicts: Sequence[Said], records: Mapping[str, Record], exact: bool = False) -> list[tuple[float, bool]]:
+    """The probability that the counts give the verdict that speaks for each campaign, and whether it holds (``exact``:
+    whether its names are complete and exact)."""
+    known = (v for v in verdicts if v.speaks and v.kind in records)
+    return [(records[v.kind].probability, v.exact if exact else v.right) for v in known]
+
+
+def measured(pairs: Sequence[tuple[float, bool]]) -> dict[str, Any]:
+    """Slope, intercept and scores of probabilities beside truths, and their reliability curve."""
+    chances, right = [c for c, _ in pairs], [r for _, r in pairs]
+    return {"fit": estimates.calibration(chances, right), "curve": estimates.reliability(chances, right)}
+
+
+def figure(first: Mapping[str, Any], fresh: Mapping[str, Any], exact: Mapping[str, Any]) -> Figure:
+    """Both reliability curves beside each other."""
+    made = Figure(figsize=(10.5, 4.2), layout="constrained")
+    left, right = made.subplots(1, 2)
+    reliability_axes(left, first["curve"], [])
+    left.set_title("a family of truths left out at a time")
+    reliability_axes(right, fresh["curve"], exact["curve"])
+    right.set_title("a fresh seed")
+    return made
+
+
+def _test(found: Mapping[str, Any]) -> str:
+    fit = found["fit"]
+    if fit is None:
+        return "Too few verdicts, or none that is wrong: no slope.\n"
+    rows = [
+        (f"{b['n']:.0f}", number(b["confidence"]), number(b["right"]), f"{number(b['low'])} to {number(b['high'])}")
+        for b in found["curve"]
+    ]
+    return (
+        f"{fit['n']:.0f} campaigns, the verdict of the group with the strongest effect each. "
+        f"Slope {fit['slope']:.2f} (0.8 to 1.25 asked), intercept {fit['intercept']:+.2f} (within 0.3), log score "
+        f"{fit['log_score']:.3f}; a calibrated forecaster with these probabilities has "
+        f"{fit['calibrated_log_score']:.3f}.\n\n"
+        + table(["verdicts", "mean probability", "share that holds", "90 % band"], rows)
+    )
+
+
+def _by_kind(verdicts: Sequence[Said], records: Mapping[str, Record]) -> str:
+    said, right = Counter(v.kind for v in verdicts), Counter(v.kind for v in verdicts if v.right)
+    rows = []
+    for kind in sorted(said):
+        low, high = estimates.interval(right[kind], said[kind])
+        chance = f"{records[kind].probability:.2f}" if kind in records else ""
+        rows.append((kind, chance, f"{right[kind]} of {said[kind]}", f"{low:.2f} to {high:.2f}"))
+    return table(["verdict", "probability", "held", "90 % interval of that share"], rows)
+
+
+def page(
+    counts: Mapping[str, Any], calibration: Sequence[Said], fresh: Sequence[Said], which: str
+) -> tuple[str, Figure]:
+    """The page in Markdown and its figure; ``which`` says what the fresh verdicts are of."""
+    records = {r["kind"]: Record(r["kind"], r["said"], r["right"]) for r in counts["records"]}
+    first, last, exact = (
+        measured(pairs)
+        for pairs in (left_out(calibration), by_counts(fresh, records), by_counts(fresh, records, exact=True))
+    )
+    rows = [(r.kind, r.said, r.right, f"{r.probability:.2f}") for r in records.values()]
+    seeds = ", ".join(str(seed) for seed in counts["seeds"])
+    parts = [
+        "# The probability beside a verdict\n",
+        "After this page you know what the percentage beside a verdict means, and how it was tested.\n",
+        "It is how often verdicts of that kind held on sealed campaigns of known truth (docs/blind_challenge.md), not "
+        "a posterior among the models that were fitted: that stands beside it as `posterior`. A verdict holds where "
+        "nothing as large as what counts is missing, something is, or every name is of an effect that is there or "
+        "describes it; a further effect without a name does not count against it. Of s verdicts, r of which held, the "
+        "next one holds with (r + 1/2) / (s + 1) (Jeffreys). `nothing_missing` is of three kinds: a level that nearly "
+        f"stands out (p below {NEARLY}), one that is seen sharply (no more than a tenth of what counts can hide), and "
+        "all others.\n",
+        "    python -m experiments.calibration runs/a runs/b                                  # the counts\n"
+        "    python -m experiments.calibration runs/a runs/b --fresh runs/c --page docs/calibration.md\n",
+        "## Counts\n", f"{counts['campaigns']} campaigns of seeds {seeds}.\n",
+        table(["verdict", "said", "held", "probability"], rows),
+        "## A family of truths left out at a time\n",
+        "The same campaigns; each is given the counts of those that share no effect with it (a seed of campaigns with "
+        "nothing missing counts as such a family).\n", _test(first),
+        f"## A fresh seed\n\n{which}\n", _test(last), "By kind, all groups:\n", _by_kind(fresh, records),
+        "Names complete and exact, nothing missing at all (what the number does not promise):\n", _test(exact),
+        f"![Share of verdicts that hold against the probability beside them]({PICTURE})\n",
+    ]  # fmt: skip
+    return "\n".join(parts), figure(first, last, exact)

@@ -8,9 +8,10 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from tests.findings_fixture import small_findings
-from undertow.discrepancy.calibration import record_of
+from undertow.discrepancy.calibration import LEFT, record_of
 from undertow.discrepancy.findings import AugmentedRun, TrialFindings
-from undertow.discrepancy.verdict import Described
+from undertow.discrepancy.verdict import Described, Gate
+from undertow.front.terminal.verdicts import probability_words
 from undertow.report.blocks import likelihood_words, overview, unseen_words, verdict_block
 from undertow.report.html import page, page_figures
 from undertow.report.style import GREEN
@@ -71,10 +72,32 @@ def test_a_group_says_its_proof_on_unseen_trials_and_how_probable_it_is():
     record = record_of(verdict)
     assert record is not None
     assert f"of {record.said} such verdicts (explained, to the noise) on sealed campaigns" in text
-    assert "which makes 91 % (docs/blind_challenge.md). Among everything that was fitted alone it would be 72 %" in text
+    assert "which makes 91 % (docs/calibration.md). Among everything that was fitted alone it would be 72 %" in text
     assert likelihood_words(replace(verdict, confidence=float("nan"))) == ""
     assert verdict_block(replace(verdict, status="unknown"))["posterior"] == ""  # its names are no answer
     assert likelihood_words(replace(verdict, status="not_identifiable")) == ""
+
+
+def test_few_verdicts_are_counted_and_make_no_percentage():
+    found = small_findings()
+    group = found.groups[-1]
+    left = Gate(LEFT, "mean squared residual over noise", 30.0, 2.5, False)
+    verdict = replace(
+        group.verdict, status="explained", verdict=("hidden_resonator",), confidence=0.58, decision=(left,),
+        augmented=Described(0.05, 0.06),
+    )  # fmt: skip
+    record = record_of(verdict)
+    assert record is not None
+    assert record.few == f"{record.right} of {record.said}"
+    assert likelihood_words(verdict) == record.few
+    assert verdict_block(verdict)["confidence"] == ""
+    said = replace(found, groups=(replace(group, verdict=verdict),))
+    text = page(said, page_figures(said), {})
+    assert "which makes" not in text
+    assert "such answers held on sealed campaigns of known truth: too few for a percentage" in text
+    gates = [{"gate": LEFT, "value": 30.0, "limit": 2.5}]
+    entry = {"status": "explained", "verdict": ["hidden_resonator"], "confidence": 0.58, "decision": gates}
+    assert probability_words(entry) == record.few
 
 
 def test_names_that_the_data_cannot_tell_apart_stand_together():

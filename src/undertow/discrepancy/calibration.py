@@ -29,6 +29,9 @@ how often such a level with nothing missing stands out as much; how much can sti
 NEARLY = 0.03
 """A level of which nothing is said that stands out more than that share of its replicas nearly stands out."""
 
+FEW = 10
+"""Of fewer verdicts the count itself is said, not a percentage."""
+
 SHARP = 0.1
 """A level is seen sharply where no more than that share of what counts can hide."""
 
@@ -49,6 +52,15 @@ class Record:
         0.95
         """
         return (self.right + 0.5) / (self.said + 1.0) if self.said else math.nan
+
+    @property
+    def few(self) -> str:
+        """Its counts in words where they are too few for a percentage; else empty.
+
+        >>> Record("explained, more than noise is left", 5, 3).few, Record("unknown", 44, 40).few
+        ('3 of 5', '')
+        """
+        return f"{self.right} of {self.said}" if 0 < self.said < FEW else ""
 
 
 def kind_of(status: str, names: Sequence[str], decision: Mapping[str, tuple[float, float]]) -> str:
@@ -80,7 +92,12 @@ def kind_of(status: str, names: Sequence[str], decision: Mapping[str, tuple[floa
 def record_of(verdict: Verdict) -> Record | None:
     """The record of verdicts like this one; None where nothing is said or none was seen."""
     decision = {gate.gate: (gate.value, gate.limit) for gate in verdict.decision}
-    return _records().get(kind_of(verdict.status, verdict.verdict, decision))
+    return record_for(verdict.status, verdict.verdict, decision)
+
+
+def record_for(status: str, names: Sequence[str], decision: Mapping[str, tuple[float, float]]) -> Record | None:
+    """The record of verdicts of that kind (`kind_of`); None where nothing is said or none was seen."""
+    return _records().get(kind_of(status, names, decision))
 
 
 @cache

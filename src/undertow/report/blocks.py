@@ -251,7 +251,7 @@ def verdict_block(verdict: Verdict) -> Block:
     check = verdict.physical_check
     return {
         "sentence": verdict.sentence,
-        "confidence": likelihood_words(verdict),
+        "confidence": sure if (sure := likelihood_words(verdict)).endswith("%") else "",
         "record": record_words(verdict),
         "posterior": confidence_words(verdict.posterior) if verdict.status == "explained" else "",
         "rivals": " or ".join(rival_words(verdict)),
@@ -266,14 +266,15 @@ def verdict_block(verdict: Verdict) -> Block:
 
 def likelihood_words(verdict: Verdict) -> str:
     """How often such a verdict holds; empty where the data cannot tell names apart (one of them alone has no
-    probability worth printing), or nothing was found out.
+    probability worth printing), or nothing was found out. Where few such verdicts were counted, the counts.
 
     >>> likelihood_words(Verdict({}, (), status="explained", posterior=0.99, confidence=0.72))
     '72 %'
     """
     if verdict.status not in ("explained", "nothing_missing", "unknown"):
         return ""
-    return confidence_words(verdict.confidence)
+    record = record_of(verdict)
+    return record.few if record and record.few else confidence_words(verdict.confidence)
 
 
 def record_words(verdict: Verdict) -> str:

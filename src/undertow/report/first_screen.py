@@ -11,6 +11,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
+from undertow.discrepancy.calibration import record_of
 from undertow.discrepancy.findings import Findings, GroupFindings, TrialFindings
 from undertow.discrepancy.naming import in_words
 from undertow.discrepancy.repaired import named_laws
@@ -188,7 +189,10 @@ def trial_block(shown: Shown, anchors: Sequence[str]) -> Block:
 
 
 def likelihood_of(verdict: Verdict) -> str:
-    """Of what the probability that stands with a verdict is."""
+    """Of what the probability that stands with a verdict is, or the counts where they are few."""
+    record = record_of(verdict)
+    if record is not None and record.few:
+        return "such answers held on sealed campaigns of known truth: too few for a percentage"
     what = "that nothing is missing" if verdict.status == "nothing_missing" else "of this answer"
     return f"probability {what}: as often as such verdicts held on sealed campaigns of known truth"
 

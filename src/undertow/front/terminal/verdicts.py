@@ -19,6 +19,7 @@ from rich.text import Text
 
 from undertow.campaign.driven.run import DrivenFinished
 from undertow.campaign.run.folder import DOUBTS_PRINTED, Finished
+from undertow.discrepancy.calibration import record_for
 from undertow.discrepancy.findings import Findings
 from undertow.discrepancy.words import count, group_title, percent
 from undertow.report.blocks import STATUS_WORDS, no_gain_words
@@ -85,7 +86,8 @@ def missing_words(entry: Entry) -> str:
 
 
 def probability_words(entry: Entry) -> str:
-    """How probable what is said is; "-" where it is not said (none is calibrated, or the status claims nothing).
+    """How probable what is said is, or of few such verdicts how many held; "-" where it is not said (none is
+    calibrated, or the status claims nothing).
 
     >>> [probability_words({"status": "explained", "confidence": p}) for p in (0.973, 0.9999, None)]
     ['97 %', 'over 99 %', '-']
@@ -93,6 +95,10 @@ def probability_words(entry: Entry) -> str:
     sure = _number(entry["confidence"])
     if not math.isfinite(sure) or entry["status"] in ("cannot_tell", "not_identifiable"):
         return "-"
+    decision = {g["gate"]: (_number(g["value"]), _number(g["limit"])) for g in entry.get("decision", ())}
+    record = record_for(entry["status"], entry.get("verdict", ()), decision)
+    if record is not None and record.few:
+        return record.few
     return "over 99 %" if sure > CERTAIN else percent(sure)
 
 

@@ -38,7 +38,6 @@ from undertow.comparison.replicas import (
     replicas,
     spectrum_of,
     surely_wrong,
-    wander_of,
     within_reason,
 )
 from undertow.comparison.score_stack import Stack
@@ -389,56 +388,6 @@ def test_noise_is_that_of_fast_frequencies_where_fits_take_it_up_and_a_wandering
     assert float(np.mean(found(taken_up)[slow])) == pytest.approx(white, rel=0.1)
     assert float(np.mean(found(wave)[slow & ~wandering])) == pytest.approx(9.0 * white, rel=0.2)
     assert float(np.mean(found(spectrum, wanders)[wandering])) > 10.0 * white
-
-
-def _with_a_slow_wave(fit, amplitude: float, share: float):
-    """A fit whose displacements also hold a wave at that share of the body's rate, of so many times their noise."""
-    left = []
-    for trial, r in zip(fit.solution.problem.trials, fit.solution.residuals, strict=True):
-        wave = amplitude * np.sin(2.0 * np.pi * share / trial.period_s * trial.t)
-        left.append(r + np.concatenate([wave, np.zeros(r.size - wave.size)]))
-    chi2 = sum(float(r @ r) for r in left)
-    cost = fit.solution.cost - fit.solution.chi2 + chi2
-    return replace(fit, solution=replace(fit.solution, residuals=tuple(left), chi2=chi2, cost=cost))
-
-
-def test_a_sensor_wanders_in_water_by_no_more_than_dry_trials_show():
-    rng = np.random.default_rng(9)
-    rate = np.fft.rfftfreq(4000)[1:] * 50.0
-    series = rng.standard_normal(4000)
-    spectrum = np.fft.rfft(series)
-    spectrum[1:][rate <= 0.5] *= 20.0
-    plain = np.fft.irfft(spectrum, 4000)
-    variance = {
-        most: float(np.sum(spectrum_of(series, rate, plain, most)[1:][rate <= 0.5])) * 2.0 / 4000**2
-        for most in (math.inf, 0.5, 0.0)
-    }
-    assert variance[math.inf] > 2.0
-    assert variance[0.5] == pytest.approx(0.5, abs=0.05)
-    assert variance[0.0] < 0.05  # as the series itself, which is white
-
-
-def test_what_is_slower_than_the_motion_counts_where_dry_trials_did_not_wander():
-    level, fit = quiet()
-    dry = wander_of([fit.solution])
-    assert set(dry) == {"displacement", "acceleration"}
-    wave = replace(_with_a_slow_wave(fit, 3.0, 0.4), misfit=5.0 * fit.misfit)
-    noise = fit.solution.problem.trials[0].channels[0].sigma
-    assert dry["displacement"] < 4.0 * (0.5 * noise) ** 2
-    assert wander_of([wave.solution])["displacement"] == pytest.approx(4.0 * 4.5 * noise**2, rel=0.4)
-    few = replace(fit.solution, problem=replace(fit.solution.problem, trials=fit.solution.problem.trials[:1]))
-    few = replace(few, problem=Problem(few.problem.unknowns, tuple(
-        replace(t, period_s=t.t[-1] / 4.0) for t in few.problem.trials
-    )), residuals=few.residuals[:1])  # fmt: skip
-    assert wander_of([few]) == {}  # two frequencies are below the motion
-
-    def p_value(wander) -> float:
-        only = [found("external_forcing"), found("cubic_stiffness"), found("hidden_resonator")]
-        explained = (Candidate((), wave, 0.0), Candidate((), fit, 0.0))  # the second leaves no wave
-        return null_test(level, only, wave, explained, wander=wander).p_value
-
-    assert p_value(None) > 0.05
-    assert p_value(dry) < 0.01
 
 
 def test_scatter_that_few_dry_trials_showed_is_itself_uncertain():

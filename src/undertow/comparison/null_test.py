@@ -139,11 +139,9 @@ def null_test(
     found: Sequence[Candidate],
     levels: int = 1,
     looks: Mapping[str, Sequence[GridPlace]] | None = None,
-    wander: Mapping[str, float] | None = None,
 ) -> NullTest:
     """A level, one of so many, against its null: ``null`` is the prescribed equation as fitted, ``found`` every
-    candidate that was, ``looks`` places of suspects' grids as seen from that fit already, by label, ``wander`` how far
-    each quantity's sensor may wander by its dry trials (`replicas.wander_of`).
+    candidate that was, ``looks`` places of suspects' grids as seen from that fit already, by label.
 
     Where a step from the null is too short to tell what a suspect gains, its fit tells, if its numbers mean something
     and are no slower than its grid: no replica is fitted, and a joint that hardly yields, or a resonator far slower
@@ -170,7 +168,7 @@ def null_test(
         return NullTest(math.nan)
     stack = Stack.of(stands, every)
     sizes = Sizes.on(level, stands, _reported(null))
-    scored = _scored(level, stack, sizes, left_by(null, closest), np.random.default_rng(level.trials), wander)
+    scored = _scored(level, stack, sizes, left_by(null, closest), np.random.default_rng(level.trials))
     sound = [c for c in found if (c.aside or not c.out) and _looked_at(level, c)]
     alone = {p.label: [c.fit for c in sound if [s.label for s in c.suspects] == [p.label]] for p in every}
     together = {n: [c.fit for c in sound if len(c.suspects) == n] for n in {len(c.suspects) for c in sound} - {0, 1}}
@@ -260,15 +258,12 @@ def _least(every: Mapping[str, Array]) -> Array:
     )
 
 
-def _scored(
-    level: Level, stack: Stack, sizes: Sizes, left: Sequence[Array], rng: np.random.Generator,
-    wander: Mapping[str, float] | None,
-) -> list[Scored]:
+def _scored(level: Level, stack: Stack, sizes: Sizes, left: Sequence[Array], rng: np.random.Generator) -> list[Scored]:
     """Every place with the scores of the recordings and of all replicas, none where replicas are no motions; ``left``
     as in `replicas.left_by`."""
     draws = int(min(DRAWS, max(FEWEST_DRAWS, ROOM / sum(r.size for r in left))))
     stands = stack.stands
-    residuals = replicas(level, stands.fit.solution, left, draws, rng, wander)
+    residuals = replicas(level, stands.fit.solution, left, draws, rng)
     if not within_reason(stands.fit.solution, residuals):
         return []
     noise = stack.scores(residuals, stands.pulled(residuals))

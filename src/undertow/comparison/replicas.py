@@ -10,7 +10,7 @@ Belongs here: those residuals. Does not belong here: what is made of them (null_
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -26,13 +26,6 @@ OF_THE_MOTION = 4.0
 
 WANDERING = 0.5
 """Up to so many times the body's rate sensors wander."""
-
-WANDERS_MORE = 4.0
-"""In water a sensor wanders with at most so many times the variance that it has in the dry trial where it wanders most:
-what is slower than the motion and more than that is no sensor's."""
-
-FEWEST_SLOW = 4
-"""Frequencies of all dry trials together below the motion, fewer than which do not show how sensors wander."""
 
 BEYOND = 10.0
 """A replica whose residual is so many times the recorded motion is none: where the equation's numbers let swings grow,
@@ -110,23 +103,6 @@ def surely_wrong(solution: Solution, left: Sequence[Array]) -> float:
     return max(excess - ONE_SIDED * math.sqrt(variance), 0.0)
 
 
-def wander_of(solutions: Sequence[Solution]) -> dict[str, float]:
-    """The most that a quantity's sensor may wander, a variance in SI, by what the prescribed equation leaves below the
-    motion in dry trials that it explains; nothing of a quantity of which they do not tell."""
-    most: dict[str, float] = {}
-    shown: dict[str, int] = {}
-    for solution in solutions:
-        for trial, r in zip(solution.problem.trials, solution.residuals, strict=True):
-            n, rate = trial.t.size, _rate(trial)
-            for i, channel in enumerate(trial.channels):
-                power = _power(r[i * n : (i + 1) * n])
-                slow, name = rate <= WANDERING, channel.quantity
-                excess = np.sum(np.maximum(power[slow] - _above_noise(power, rate)[0], 0.0))
-                shown[name] = shown.get(name, 0) + int(np.count_nonzero(slow))
-                most[name] = max(most.get(name, 0.0), float(excess) * 2.0 / n**2 * channel.sigma**2)
-    return {name: WANDERS_MORE * variance for name, variance in most.items() if shown[name] >= FEWEST_SLOW}
-
-
 def _power(series: Array) -> Array:
     """Power of a series (n,) at every frequency of its transform but zero: n on average for white noise of one."""
     return np.asarray(np.abs(np.fft.rfft(series)[1:]) ** 2, dtype=np.float64)
@@ -142,10 +118,9 @@ def _above_noise(power: Array, rate: Array) -> tuple[float, float, float]:
 
 
 def replicas(
-    level: Level, solution: Solution, noise: Sequence[Array], draws: int, rng: np.random.Generator,
-    wander: Mapping[str, float] | None = None,
+    level: Level, solution: Solution, noise: Sequence[Array], draws: int, rng: np.random.Generator
 ) -> list[Array]:
-    """Residuals of every trial in every replica, each (rows, draws), weighed as the fit's; ``wander``: `wander_of`."""
+    """Residuals of every trial in every replica, each (rows, draws), weighed as the fit's."""
     unknowns = solution.problem.unknowns
     width = np.array([u.prior_std if math.isfinite(u.prior_std) else 0.0 for u in unknowns])
     moved = width[:, None] * rng.standard_normal((width.size, draws))
@@ -157,11 +132,8 @@ def replicas(
         solution.problem.trials, noise, solution.residuals, solution.jacobians, solution.used, strict=True
     ):
         n, rate = trial.t.size, _rate(trial)
-        drawn = []
-        for i, channel in enumerate(trial.channels):
-            cut = slice(i * n, (i + 1) * n)
-            most = (wander or {}).get(channel.quantity, math.inf) / channel.sigma**2
-            drawn.append(_drawn(r[cut], rate, own[cut], draws, rng, most))
+        cuts = [slice(i * n, (i + 1) * n) for i in range(len(trial.channels))]
+        drawn = [_drawn(r[cut], rate, own[cut], draws, rng) for cut in cuts]
         out.append(np.vstack(drawn) + jac @ moved[used])
     return out
 
@@ -187,13 +159,12 @@ def _scatter_factors(level: Level, draws: int, rng: np.random.Generator) -> dict
     }
 
 
-def spectrum_of(series: Array, rate: Array, plain: Array, most: float = math.inf) -> Array:
+def spectrum_of(series: Array, rate: Array, plain: Array) -> Array:
     """Power of a series (n,) at every frequency of its transform, smoothed over a quarter of the frequency to either
     side; ``rate`` are the frequencies but zero over the body's.
 
     Where the motion is, fits take noise up: there it is that of all faster frequencies, unless there is surely more.
-    Below the motion sensors wander: there it is no less than what the ``plain`` equation leaves, (n,), up to a variance
-    of ``most``, and no less than the series.
+    Below the motion sensors wander: there it is no less than what the ``plain`` equation leaves, (n,).
     """
     power = _power(series)
     count = power.size
@@ -206,18 +177,14 @@ def spectrum_of(series: Array, rate: Array, plain: Array, most: float = math.inf
     smooth = (total[above] - total[below]) / (above - below)
     floor, excess, deviation = _above_noise(power, rate)
     moving = np.maximum(smooth, floor) if excess > ONE_SIDED * deviation else floor
-    slow = rate <= WANDERING
-    excess_of = [np.where(slow, np.maximum(one - floor, 0.0), 0.0) for one in (_power(plain), power)]
-    variance = 2.0 / series.size**2 * float(np.sum(excess_of[0]))
-    kept = excess_of[0] if variance <= most else np.maximum(excess_of[0] * (most / variance), excess_of[1])
-    wandering = kept + floor
-    found = np.where(slow, wandering, np.where(rate <= OF_THE_MOTION, moving, smooth))
+    wandering = np.maximum(_power(plain), floor)
+    found = np.where(rate <= WANDERING, wandering, np.where(rate <= OF_THE_MOTION, moving, smooth))
     return np.concatenate([found[:1], found])
 
 
-def _drawn(series: Array, rate: Array, plain: Array, draws: int, rng: np.random.Generator, most: float) -> Array:
+def _drawn(series: Array, rate: Array, plain: Array, draws: int, rng: np.random.Generator) -> Array:
     """Gaussian noise with the smoothed spectrum of a series (n,), (n, draws)."""
-    power = spectrum_of(series, rate, plain, most)
+    power = spectrum_of(series, rate, plain)
     parts = rng.standard_normal((2, power.size, draws))
     parts[0, 0] *= math.sqrt(2.0)  # frequency zero, and of an even number the highest, are real
     if series.size % 2 == 0:

@@ -16,10 +16,9 @@ from undertow.comparison.attempt import at_its_own_sizes
 from undertow.comparison.by_trials import FEWEST_TRIALS, with_errors_by_trials
 from undertow.comparison.candidate import Candidate, LevelDiagnosis, evidence_by_name
 from undertow.comparison.explained import FAR_ABOVE_NOISE
-from undertow.comparison.joint import fit_standing, free_run_error
+from undertow.comparison.joint import free_run_error
 from undertow.comparison.level import Addend, Level, Member, full_name, make_level, member_rate
 from undertow.comparison.null_test import NullTest, null_test
-from undertow.comparison.replicas import wander_of
 from undertow.comparison.search import diagnose
 from undertow.comparison.sizes import COUNTS_IN_STDERR
 from undertow.comparison.suspect import Origin, Suspect
@@ -37,9 +36,7 @@ from undertow.discrepancy.transfer import from_other_springs
 from undertow.discrepancy.validation import addition_parameters, check_cell, rms, shared_run
 from undertow.discrepancy.verdict import Described, PhysicalCheck, Rejected, Status, Verdict
 from undertow.discrepancy.words import percent
-from undertow.errors import IdentificationError
 from undertow.likelihood.free_run import FreeRun, error_as_measured
-from undertow.likelihood.output_error import Solution
 from undertow.likelihood.scale import with_scale_error
 from undertow.quantities import Estimate, unit_in_rotation
 
@@ -83,8 +80,7 @@ def judge_level(
     level = at_its_own_sizes(make_level([_member(c) for c in cases], standing))
     clean = all(c.has_dry and not c.dry for c in cases) and not standing
     diagnosis = diagnose(level, suspects, clean, budget, told)
-    wander = wander_of(_dry_fits(dry)) if clean else {}
-    tested = null_test(level, suspects, diagnosis.null.fit, diagnosis.candidates, levels, diagnosis.looks, wander)
+    tested = null_test(level, suspects, diagnosis.null.fit, diagnosis.candidates, levels, diagnosis.looks)
     moved = ({},) * len(cases) if not diagnosis.named else from_other_springs(
         level, diagnosis.best.fit, [(*c.member.motions, *c.held) for c in cases]
     )  # fmt: skip
@@ -107,17 +103,6 @@ def judge_level(
     errors = {n: fit.solution.stderr(n) for n in fit.solution.problem.names}
     numbers = {n: (v, errors[n]) for n, v in fit.values.items() if "." in n}
     return Judged(verdicts, labels, fit.addends, numbers, runs, evidence_by_name(diagnosis))
-
-
-def _dry_fits(dry: Sequence[Case]) -> list[Solution]:
-    """The prescribed equation on each group of dry trials to which nothing was added."""
-    found = []
-    for case in dry:
-        try:
-            found.append(fit_standing(make_level([_member(case)])).solution)
-        except IdentificationError:
-            continue
-    return found
 
 
 def _with_evidence(

@@ -38,8 +38,9 @@ def reliability_axes(axes: Axes, curve: list[dict[str, float]], exact: list[dict
     )
     axes.plot([0, 1], [0, 1], "k:", lw=1)
     axes.plot(c, [b["right"] for b in curve], "o-", label="what is said holds")
-    strict = [b["right"] for b in exact]
-    axes.plot([b["confidence"] for b in exact], strict, ".:", color="0.4", label="names complete and exact")
+    if exact:
+        strict = [b["right"] for b in exact]
+        axes.plot([b["confidence"] for b in exact], strict, ".:", color="0.4", label="names complete and exact")
     axes.set(xlabel="confidence", ylabel="share right", xlim=(0, 1.02), ylim=(0, 1.02))
     axes.legend(loc="upper left")
     return axes

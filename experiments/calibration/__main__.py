@@ -20,49 +20,26 @@ import argparse
 import json
 import sys
 from collections import Counter
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Sequence
 from pathlib import Path
-from typing import Any
 
-from experiments.blind_challenge.judge import holds, judge_case
 from experiments.blind_challenge.run_cases import read_rows
-from experiments.calibration.page import PICTURE, conditions_of, page, verdicts_of
-from undertow.discrepancy.calibration import kind_of
+from experiments.calibration.page import PICTURE, page, verdicts_of
 
 TARGET = Path(__file__).resolve().parents[2] / "src" / "undertow" / "discrepancy" / "calibration.json"
 
 
 def counted(folders: Sequence[Path]) -> dict[str, object]:
     """Counts by kind with seeds, revisions and number of campaigns."""
-    said: Counter[str] = Counter()
-    right: Counter[str] = Counter()
-    seeds, revisions, campaigns = set(), set(), 0
-    for folder in folders:
-        for row in (row for row in read_rows(folder / "rows.jsonl") if row.get("verdict")):
-            seeds.add(row["seed"])
-            revisions.add(str(row["revision"]))
-            campaigns += 1
-            truth = json.loads((folder / "sealed" / f"{row['case']}.json").read_text(encoding="utf-8"))
-            for kind, is_right in kinds_of(row, truth):
-                said[kind] += 1
-                right[kind] += is_right
+    verdicts = [one for folder in folders for one in verdicts_of(folder)]
+    said, right = Counter(v.kind for v in verdicts), Counter(v.kind for v in verdicts if v.right)
+    rows = [row for folder in folders for row in read_rows(folder / "rows.jsonl") if row.get("verdict")]
     return {
-        "seeds": sorted(seeds),
-        "revisions": sorted(revisions),
-        "campaigns": campaigns,
+        "seeds": sorted({row["seed"] for row in rows}),
+        "revisions": sorted({str(row["revision"]) for row in rows}),
+        "campaigns": len(rows),
         "records": [{"kind": kind, "said": said[kind], "right": right[kind]} for kind in sorted(said)],
     }
-
-
-def kinds_of(row: Mapping[str, Any], truth: Mapping[str, Any]) -> Iterator[tuple[str, bool]]:
-    """The kind of every verdict of a case, and whether it holds; nothing where the data cannot tell."""
-    if truth["kind"] == "cannot":
-        return
-    for group in judge_case(row, truth).groups:
-        is_right = holds(group)
-        if is_right is None:
-            continue
-        yield kind_of(str(group.said["status"]), list(group.said["verdict"]), conditions_of(group.said)), is_right
 
 
 def main(arguments: list[str]) -> int:
@@ -83,6 +60,7 @@ def main(arguments: list[str]) -> int:
     calibration = [one for folder in options.folders for one in verdicts_of(folder)]
     counts = json.loads(TARGET.read_text(encoding="utf-8"))
     text, picture = page(counts, calibration, verdicts_of(options.fresh), f"{len(rows)} cases of {'; '.join(marks)}.")
+    (options.page.parent / PICTURE).parent.mkdir(parents=True, exist_ok=True)
     picture.savefig(options.page.parent / PICTURE)
     options.page.write_text(text, encoding="utf-8")
     return 0

@@ -1,8 +1,8 @@
 """The page about the probability that stands beside a verdict: its counts, a family of truths left out at a time, and
 verdicts on a seed that nobody had looked at.
 
-Belongs here: those two tests, the page and its figure. Does not belong here: counts (__main__.py), fits and bands
-(blind_challenge/estimates.py).
+Belongs here: the one walk over rows and truths, those two tests, page and figure. Does not belong here: the file
+of the counts (__main__.py), fits and bands (blind_challenge/estimates.py).
 """
 
 from __future__ import annotations
@@ -22,7 +22,7 @@ from experiments.blind_challenge.figures import reliability_axes
 from experiments.blind_challenge.judge import GroupResult, holds, judge_case, statement_right
 from experiments.blind_challenge.page import number, table
 from experiments.blind_challenge.run_cases import read_rows
-from undertow.discrepancy.calibration import NEARLY, Record, kind_of
+from undertow.discrepancy.calibration import NEARLY, Record, conditions_of, kind_of
 
 PICTURE = "pictures/calibration.svg"
 
@@ -52,17 +52,11 @@ def verdicts_of(folder: Path) -> list[Said]:
     return [one for one in found if one is not None]
 
 
-def conditions_of(said: Mapping[str, Any]) -> dict[str, tuple[float, float]]:
-    """Values and limits of a verdict's conditions, by name; of one that is not held against anything, not a number."""
-    numbers = ((g["gate"], g.get("value"), g.get("limit")) for g in said["decision"])
-    return {name: tuple(math.nan if x is None else float(x) for x in (value, limit)) for name, value, limit in numbers}
-
-
 def _said(group: GroupResult, kind: str, families: frozenset[str], speaks: bool) -> Said | None:
     right = holds(group)
     if right is None:
         return None
-    name = kind_of(str(group.said["status"]), list(group.said["verdict"]), conditions_of(group.said))
+    name = kind_of(str(group.said["status"]), list(group.said["verdict"]), conditions_of(group.said["decision"]))
     exact = bool(statement_right(group, kind))
     return Said(families, name, right, exact, speaks)
 

@@ -9,8 +9,8 @@ import pytest
 
 from experiments.blind_challenge.judge import GroupResult, holds
 from experiments.calibration.__main__ import TARGET, counted, main
-from experiments.calibration.page import Said, by_counts, conditions_of, left_out, measured
-from undertow.discrepancy.calibration import HIDES, LEFT, STANDS_OUT, Record, kind_of, record_of
+from experiments.calibration.page import Said, by_counts, left_out, measured
+from undertow.discrepancy.calibration import HIDES, LEFT, STANDS_OUT, Record, conditions_of, kind_of, record_of
 from undertow.discrepancy.verdict import Gate, Verdict
 
 
@@ -84,7 +84,7 @@ def test_a_verdict_holds_where_what_it_says_is_so(outcome, size, held):
 def test_campaigns_are_counted_by_what_was_said_and_what_is_so(tmp_path):
     groups = [{"group": {"spring": "a"}}, {"group": {"spring": "b"}}]
     effect = {
-        "names": ["relaxation"], "near": [], "groups": [
+        "key": "relaxation", "names": ["relaxation"], "near": [], "groups": [
             {"present": True, "strength": 9.0, "size": 2.0}, {"present": False, "strength": 0.0, "size": 0.0},
         ],
     }  # fmt: skip
@@ -143,7 +143,7 @@ def test_a_calibrated_forecaster_has_slope_one_and_a_sure_one_less():
 
 
 def test_conditions_that_are_held_against_nothing_are_no_numbers():
-    (pair,) = conditions_of({"decision": [{"gate": LEFT, "value": 1.0, "limit": None}]}).values()
+    (pair,) = conditions_of([{"gate": LEFT, "value": 1.0, "limit": None}]).values()
     assert pair[0] == 1.0
     assert math.isnan(pair[1])
 
@@ -175,6 +175,6 @@ def test_the_page_is_made_of_the_counts_and_of_a_fresh_folder(tmp_path, capsys):
     assert "| explained, to the noise | 0.88 | 12 of 12 |" in text
     assert "| nothing_missing | 0.96 | 0 of 12 |" in text
     assert (tmp_path / "pictures" / "calibration.svg").stat().st_size > 1000
-    with pytest.raises(SystemExit):
+    with pytest.raises(SystemExit, match="2"):
         main([str(tmp_path), "--page", str(path)])
     assert "--page needs --fresh" in capsys.readouterr().err

@@ -18,6 +18,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import cache
 from importlib.resources import files
+from typing import Any
 
 from undertow.comparison.explained import FAR_ABOVE_NOISE
 from undertow.discrepancy.verdict import Verdict
@@ -87,6 +88,19 @@ def kind_of(status: str, names: Sequence[str], decision: Mapping[str, tuple[floa
             return "nothing_missing, nearly stands out"
         return "nothing_missing, seen sharply" if hidden < SHARP * limit else "nothing_missing"
     return status
+
+
+def conditions_of(decision: Sequence[Mapping[str, Any]]) -> dict[str, tuple[float, float]]:
+    """Values and limits of a verdict's conditions as verdict.json has them, by name; what is not said is not a number.
+
+    >>> conditions_of([{"gate": "p_value", "value": 0.2, "limit": 0.01}])
+    {'p_value': (0.2, 0.01)}
+    """
+    return {one["gate"]: (_number(one.get("value")), _number(one.get("limit"))) for one in decision}
+
+
+def _number(value: float | None) -> float:
+    return math.nan if value is None else float(value)
 
 
 def record_of(verdict: Verdict) -> Record | None:

@@ -116,7 +116,7 @@ laws. More comes from a law too stiff for the step, whose velocity turns at ever
 
 
 @njit(inline="always", **WITHIN)
-def whole_lanes(cols):
+def whole_lanes(cols: int) -> int:
     """Columns of an array whose rows hold ``cols`` and are computed four at a time."""
     return LANES * ((cols + LANES - 1) // LANES)
 

@@ -11,6 +11,8 @@ from __future__ import annotations
 import math
 
 from undertow.compiling import OPTIONS, compiled
+from undertow.equation.taylor_series import Places
+from undertow.recording.recording import Array
 
 QUANTITIES = {"displacement": 0, "velocity": 1, "acceleration": 2}
 """Numbers of the quantities that a motion has by itself."""
@@ -19,7 +21,10 @@ QUANTITIES = {"displacement": 0, "velocity": 1, "acceleration": 2}
 @compiled(
     "void(i8, b1, i8, f8, f8, f8[::1], i8[::1], f8[:,::1], f8[:,::1], f8[:,::1], f8[:,::1], f8[::1])", **OPTIONS
 )
-def in_cells(quantity, averaged, stride, width, swell, times, place, x, v, a, levels, rates):
+def in_cells(
+    quantity: int, averaged: bool, stride: int, width: float, swell: float, times: Array, place: Places,
+    x: Array, v: Array, a: Array, levels: Array, rates: Array,
+) -> None:
     """Fill ``levels`` (n, 1 + p) and ``rates`` (n,) with what a channel sees in cells of ``width`` s.
 
     ``times`` (k,) are the cells' edges by the channel's clock, begins ``stride`` apart; ``place`` (k,) is where each
@@ -66,7 +71,10 @@ def in_cells(quantity, averaged, stride, width, swell, times, place, x, v, a, le
     "void(f8[:,::1], f8[::1], f8[::1], f8[::1], i8[:,::1], f8[::1], i8[::1], f8[::1], f8, f8[::1], f8[:,::1])",
     **OPTIONS,
 )
-def weigh(levels, rates, data, line, links, factors, columns, nuisances, weight, r, jac):
+def weigh(
+    levels: Array, rates: Array, data: Array, line: Array, links: Places, factors: Array, columns: Places,
+    nuisances: Array, weight: float, r: Array, jac: Array,
+) -> None:
     """Fill the residual ``r`` (n,) of one channel and its rows ``jac`` (n, unknowns).
 
     ``links`` (l, 4) end with the columns of the motion and of the Jacobian, with ``factors`` (l,); ``columns`` (5,) are

@@ -251,7 +251,7 @@ def verdict_block(verdict: Verdict) -> Block:
     check = verdict.physical_check
     return {
         "sentence": verdict.sentence,
-        "confidence": sure if (sure := likelihood_words(verdict)).endswith("%") else "",
+        "confidence": "" if few_words(verdict) else likelihood_words(verdict),
         "record": record_words(verdict),
         "posterior": confidence_words(verdict.posterior) if verdict.status == "explained" else "",
         "rivals": " or ".join(rival_words(verdict)),
@@ -273,8 +273,13 @@ def likelihood_words(verdict: Verdict) -> str:
     """
     if verdict.status not in ("explained", "nothing_missing", "unknown"):
         return ""
+    return few_words(verdict) or confidence_words(verdict.confidence)
+
+
+def few_words(verdict: Verdict) -> str:
+    """Of how many such verdicts how many held, where they are too few for a percentage; else empty."""
     record = record_of(verdict)
-    return record.few if record and record.few else confidence_words(verdict.confidence)
+    return record.few if record is not None else ""
 
 
 def record_words(verdict: Verdict) -> str:

@@ -11,7 +11,6 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
-from undertow.discrepancy.calibration import record_of
 from undertow.discrepancy.findings import Findings, GroupFindings, TrialFindings
 from undertow.discrepancy.naming import in_words
 from undertow.discrepancy.repaired import named_laws
@@ -19,7 +18,15 @@ from undertow.discrepancy.verdict import Verdict
 from undertow.discrepancy.words import condition_words, percent
 from undertow.report.arrange import Span, spanning_conditions
 from undertow.report.behind import adjusted_words
-from undertow.report.blocks import NO_BREAK, Block, as_measured_words, identity, likelihood_words, unseen_words
+from undertow.report.blocks import (
+    NO_BREAK,
+    Block,
+    as_measured_words,
+    few_words,
+    identity,
+    likelihood_words,
+    unseen_words,
+)
 from undertow.report.wording import unbroken
 
 SENTENCES_AT_MOST = 8
@@ -190,8 +197,7 @@ def trial_block(shown: Shown, anchors: Sequence[str]) -> Block:
 
 def likelihood_of(verdict: Verdict) -> str:
     """Of what the probability that stands with a verdict is, or the counts where they are few."""
-    record = record_of(verdict)
-    if record is not None and record.few:
+    if few_words(verdict):
         return "such answers held on sealed campaigns of known truth: too few for a percentage"
     what = "that nothing is missing" if verdict.status == "nothing_missing" else "of this answer"
     return f"probability {what}: as often as such verdicts held on sealed campaigns of known truth"

@@ -19,7 +19,7 @@ from rich.text import Text
 
 from undertow.campaign.driven.run import DrivenFinished
 from undertow.campaign.run.folder import DOUBTS_PRINTED, Finished
-from undertow.discrepancy.calibration import record_for
+from undertow.discrepancy.calibration import conditions_of, record_for
 from undertow.discrepancy.findings import Findings
 from undertow.discrepancy.words import count, group_title, percent
 from undertow.report.blocks import STATUS_WORDS, no_gain_words
@@ -95,8 +95,7 @@ def probability_words(entry: Entry) -> str:
     sure = _number(entry["confidence"])
     if not math.isfinite(sure) or entry["status"] in ("cannot_tell", "not_identifiable"):
         return "-"
-    decision = {g["gate"]: (_number(g["value"]), _number(g["limit"])) for g in entry.get("decision", ())}
-    record = record_for(entry["status"], entry.get("verdict", ()), decision)
+    record = record_for(entry["status"], entry.get("verdict", ()), conditions_of(entry.get("decision", ())))
     if record is not None and record.few:
         return record.few
     return "over 99 %" if sure > CERTAIN else percent(sure)

@@ -115,6 +115,17 @@ def test_a_sample_on_its_own_is_the_motion_there():
     assert swell(samples) == pytest.approx(1.0 + (2.0 * np.pi / PERIOD_S * 0.012) ** 2 / 24.0)
 
 
+def test_a_step_in_which_the_body_turns_has_its_mean_enlarged_as_a_logger_that_smooths_would():
+    samples = trial(0.05, 0.012, averaged=False)
+    v = motion(samples.instants[0])[1][:, 0]
+    turns = v[:-1] * v[1:] <= 0.0
+    assert np.count_nonzero(turns) > 3
+    mean = np.diff(v) / samples.width_s
+    level = seen(samples, "acceleration")[0]
+    assert level[turns] == pytest.approx(swell(samples) * mean[turns], rel=1e-9)
+    assert np.max(np.abs(level[turns] / mean[turns] - 1.0)) > 1e-4
+
+
 def test_cells_that_do_not_touch_have_their_own_edges():
     cells = trial(0.05)
     gap = replace(cells, t=np.delete(cells.t, slice(40, 60)))

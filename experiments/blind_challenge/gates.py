@@ -12,7 +12,7 @@ from dataclasses import replace
 
 from experiments.blind_challenge.judge import CaseResult, holds, judge
 
-OF_NAMES = ("p_value", "unseen_trials", "outweighed", "described", "dry_trials_agree", "twice_the_scatter")
+OF_NAMES = ("p_value", "comes_closer", "outweighed", "described", "dry_trials_agree", "twice_the_scatter")
 OF_GREEN = (
     "suspects_tried", "search_ended", "p_value", "nothing_overwhelming", "structure_known", "scatter_known",
     "nothing_left", "upper_bound",

@@ -39,7 +39,12 @@ _LAWS = ("contract/test_generated_laws.py", "unit/test_equation.py", "contract/t
 TESTS: dict[str, tuple[str, ...]] = {
     "likelihood/descent.py": ("unit/test_descent.py", "unit/test_frozen_numbers.py"),
     "likelihood/noise.py": ("unit/test_noise.py", "unit/test_subset.py"),
-    "likelihood/residuals.py": ("unit/test_frozen_numbers.py", "unit/test_trajectories.py", "unit/test_free_run.py"),
+    "likelihood/residuals.py": (
+        "unit/test_frozen_numbers.py",
+        "unit/test_trajectories.py",
+        "unit/test_free_run.py",
+        "unit/test_budget.py",
+    ),
     "likelihood/priors.py": ("unit/test_frozen_numbers.py", "unit/test_trajectories.py"),
     "likelihood/free_run.py": ("unit/test_free_run.py",),
     "likelihood/budget.py": ("unit/test_budget.py",),

@@ -25,6 +25,7 @@ from undertow.comparison.null_test import (
     SuspectTest,
     _fitted_gain,
     _least,
+    _log_weight,
     _looked_at,
     _slightly_wrong,
     null_test,
@@ -34,6 +35,7 @@ from undertow.comparison.replicas import (
     _rate,
     _scatter_factors,
     at_noise_of,
+    is_of_instrument,
     left_by,
     replicas,
     spectrum_of,
@@ -57,6 +59,37 @@ def beside_its_null(*hidden: object, seed: int = 2000) -> NullTest:
     fit = stands(level)
     suspects = [found(name, "one for all springs" if name == "linear_damping" else "") for name in LOOKED_FOR]
     return null_test(level, suspects, fit, (Candidate((), fit, 0.0),))
+
+
+INSTRUMENTS = ("time_shift", "gain_error", "sensor_drift", "imperfect_release")
+
+
+def test_suspects_of_which_replicas_show_what_instruments_are_believed_to_do_hardly_count():
+    level, fit = quiet()
+    seen = []
+    with pytest.MonkeyPatch.context() as patch:
+        ranked = null_module._ranked
+        patch.setattr(null_module, "_ranked", lambda scored, *rest: (seen.extend(scored), ranked(scored, *rest))[1])
+        laws = [found(name) for name in ("cubic_stiffness", "cubic_damping", "stribeck_friction")]
+        alone = null_test(level, laws, fit, ())
+        seen.clear()
+        beside = null_test(level, [*laws, *(found(name) for name in INSTRUMENTS)], fit, ())
+    share = {s.place.label: s.of_instruments for s in seen}
+    assert all(share[s.label] < 0.2 for s in laws)
+    assert all(share[name] > 0.5 for name in INSTRUMENTS)
+    assert _log_weight([s for s in seen if s.place.label == "time_shift"]) < math.log(0.3)
+    assert _log_weight(()) == 0.0
+    assert beside.p_value == pytest.approx(alone.p_value, rel=0.15)  # seven suspects that counted alike would be 2.3
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(null_module, "LEAST_WEIGHT", 1.0)
+        assert null_test(level, [*laws, *(found(n) for n in INSTRUMENTS)], fit, ()).p_value > 1.2 * alone.p_value
+
+
+def test_instruments_within_belief_are_of_single_trials_alone():
+    _, fit = quiet()
+    kinds = {u.name.partition("[")[0] for u in fit.solution.problem.unknowns if is_of_instrument(u)}
+    assert {"shift_s", "rest_m", "drift_m", "acceleration_gain"} <= kinds
+    assert not kinds & {"k", "c", "mu", "x0_m", "k_mean@short"}
 
 
 def test_a_level_with_nothing_missing_is_like_its_replicas():
@@ -176,7 +209,7 @@ def test_p_values_in_the_tail_are_as_frequent_as_they_say():
         drawn = rng.exponential(size=(8, 1001))
         tails = [Tail.of(row[1:]) for row in drawn]
         own = min(tail.log_p(row[:1])[0] for tail, row in zip(tails, drawn, strict=True))
-        together = Tail.of(-_least({str(i): row[1:] for i, row in enumerate(drawn)}))
+        together = Tail.of(-_least({str(i): row[1:] for i, row in enumerate(drawn)}, dict.fromkeys("01234567", 0.0)))
         p.append(math.exp(together.log_p(np.array([-own]))[0]))
     small = np.array(p)
     assert 0.005 < np.mean(small < 0.01) < 0.016  # 15 of 1,500, 4 standard deviations either way

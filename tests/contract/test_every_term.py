@@ -98,6 +98,13 @@ def test_sensitivity_of_a_power_law_holds_at_other_exponents(exponent):
         assert _largest_gap(theta, slot, columns[:, j], h) < tolerance
 
 
+@pytest.mark.parametrize("name", [name for name in ALL if registry.find(name).kind == "force"])
+def test_a_law_pulls_back_where_its_force_at_rest_has_the_sign_of_the_displacement(name):
+    law, at_rest = registry.find(name, **CASES[name][1]), np.zeros(2)
+    x = np.array([-0.1, 0.1])
+    assert law.pulls_back == (not law.is_inertia and bool(np.all(law.force(x, at_rest, at_rest, at_rest) * x > 0.0)))
+
+
 def _column(name: str, steps_per_period: int = 200):
     """A simulated motion with the term, and the term's column of that motion: force per unit coefficient."""
     t = np.arange(0.0, 4.0, 0.001)

@@ -15,7 +15,7 @@ from undertow.report.verdict_file import write_verdict
 
 DECISION = (
     Gate("free_run", "free-run error over repeatability", 1.8, 1.0, False),
-    Gate("unseen_trials", "error of unseen trials after over before", 1.42, 1.2, False, "it went up", "unseen"),
+    Gate("comes_closer", "error of unseen trials after over before", 1.42, 1.2, False, "it went up", "unseen"),
     Gate("search_ended", "suspects not tried to the end", 0.0, 0.0, True, "not tried: none", "search"),
     Gate("posterior", "posterior probability", float("nan"), 0.99, False),
 )
@@ -41,10 +41,10 @@ def test_every_gate_is_a_line_with_value_limit_and_whether_it_is_passed(run, cap
     assert said.code == 0
     lines = [" ".join(line.split()) for line in said.out.splitlines()]
     assert "free_run free-run error over repeatability 1.8 1 NOT passed" in lines
-    assert "unseen_trials error of unseen trials after over before 1.42 1.2 NOT passed" in lines
+    assert "comes_closer error of unseen trials after over before 1.42 1.2 NOT passed" in lines
     assert "search_ended suspects not tried to the end 0 0 passed" in lines
     assert "posterior posterior probability - 0.99 NOT passed" in lines
-    assert "unseen_trials: it went up" in lines
+    assert "comes_closer: it went up" in lines
     assert "search_ended: not tried: none" not in lines  # a reason is that of a gate that is not passed
     assert "relaxation: on its bound" in lines
     at = "natural frequency 5.2 rad/s, damping ratio 0.020"
@@ -55,7 +55,7 @@ def test_every_gate_is_a_line_with_value_limit_and_whether_it_is_passed(run, cap
 def test_one_group_is_taken_by_words_of_its_title_and_others_are_refused(run, capsys):
     dry = undertow(capsys, "explain", run, "--group", "1.63")
     assert "water depth 1.63 m" in dry.out
-    assert "unseen_trials" not in dry.out
+    assert "comes_closer" not in dry.out
     nowhere = undertow(capsys, "explain", run, "--group", "9.99")
     assert nowhere.code == 1
     assert "has no group '9.99'; it has spring short, water depth 1.63 m; spring short" in nowhere.err

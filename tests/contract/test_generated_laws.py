@@ -191,6 +191,20 @@ def test_a_memory_whose_force_is_not_its_state_is_refused():
         _read(row)
 
 
+@pytest.mark.parametrize(
+    ("friction", "rate"),
+    [(lambda s: s["rk"], lambda q: q.v), (lambda s: 0, lambda q: q.a)],
+    ids=["friction beside its state", "a rate of the acceleration"],
+)
+def test_a_memory_with_friction_or_with_a_rate_of_the_acceleration_is_refused(friction, rate):
+    z = sp.Symbol("z", real=True)
+    row = _row(
+        lambda s, q: Share(smooth=z, friction=friction(s), states=(("z", rate(q)),)), Relaxation, present_by="time_s"
+    )
+    with pytest.raises(UndertowError, match=r"own: a law with one state .* a rate of x, v, t and the state; its force"):
+        _read(row)
+
+
 def _pendulum(pull):
     """A second kind of hidden oscillator."""
     s, u = sp.Symbol("s", real=True), sp.Symbol("u", real=True)

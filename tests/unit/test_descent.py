@@ -184,6 +184,12 @@ def test_a_singular_matrix_gives_a_finite_step_in_the_direction_it_knows():
     assert step == pytest.approx([-0.5, -0.5], rel=1e-6)
 
 
+def test_an_unknown_that_moves_nothing_stays_and_leaves_the_others_their_step():
+    here = Here(np.diag([4.0, 0.0]), np.array([4.0, 0.0]), 1.0)
+    step = damped_step(here, 1.0, np.ones(2, dtype=bool), np.array([0.5, 1e150]))
+    assert step == pytest.approx([-0.5, 0.0], rel=1e-14)  # a singular matrix would be damped by 1e-9 more
+
+
 def test_an_unknown_that_is_held_does_not_move():
     here = Here(np.diag([4.0, 9.0]), np.array([4.0, 9.0]), 1.0)
     step = damped_step(here, 1.0, np.array([True, False]), np.array([0.5, 1.0 / 3.0]))

@@ -288,6 +288,21 @@ def test_a_name_that_makes_unseen_trials_worse_is_not_proved(after, status):
         assert f"linear damping would be named, but the trials it never saw {went}" in said.because
 
 
+@pytest.mark.parametrize("status", ["explained", "not_identifiable", "unknown"])
+@pytest.mark.parametrize(("after", "names"), [(0.02, ("linear_damping",)), (0.059, ("linear_damping",)), (0.061, ())])
+def test_a_name_that_takes_its_own_trials_further_away_is_none_beside_unknown_either(after, names, status):
+    rest = ("unknown",) if status == "unknown" else ()
+    named = replace(NAMED, status=status, verdict=("linear_damping", *rest), augmented=Described(after, math.nan))
+    said = judged(named, case(), diagnosis(True), True)
+    if names:
+        assert (said.status, said.verdict) == (status, (*names, *rest))
+    else:
+        assert (said.status, said.verdict, said.parameters) == ("unknown", ("unknown",), {})
+        assert said.augmented is None
+        went = "with linear damping the trials it was fitted to go from 4.0 % to 6.1 %"
+        assert f"But this is not the answer: {went}. What is missing is unknown." in said.sentence
+
+
 def test_a_name_less_likely_than_something_that_was_excluded_is_no_answer():
     more = candidate("external_forcing", 22.0, "its phases are locked to the release")
     said = judged(NAMED, case(), diagnosis(True, candidates=(candidate("linear_damping", 20.0), more)), True)

@@ -217,6 +217,11 @@ def test_a_hidden_resonators_numbers_have_the_bounds_within_which_it_swings():
     assert bounds["quadratic_damping_per_m"] == (0.0, math.inf)
 
 
+def test_no_coefficient_has_to_be_above_zero():
+    # per unit mass the same law's coefficient is thousands of times smaller
+    assert {law.parameters[0].lower for law in registry.catalogue()} == {0.0, -math.inf}
+
+
 def test_laws_of_the_water_are_those_that_a_dry_group_does_not_have():
     of_water = {law.name for law in registry.catalogue() if law.of_water}
     assert of_water == {"added_mass", "quadratic_drag", "linear_damping", "cubic_damping", "drag_exponent"}

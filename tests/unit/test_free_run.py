@@ -17,7 +17,7 @@ from undertow.likelihood import free_run as freerun
 from undertow.likelihood import output_error
 from undertow.likelihood.fit import Specimen
 from undertow.likelihood.free_run import error_as_measured, free_run, repeatability, sensor_floor
-from undertow.likelihood.problem import TrialOptions
+from undertow.likelihood.problem import Channel, Link, TrialOptions, TrialProblem
 from undertow.methods.baseline import GroupFit, fit_group, group_model, terms_by_name
 from undertow.quantities import Estimate
 from undertow.recording.recording import Recording
@@ -89,6 +89,16 @@ def test_repeatability_without_scatter_is_the_sensors_floor():
     assert repeatability(run, {"c1": 0.0}, floor, "displacement", seed=0) == floor
 
 
+def test_repetitions_of_an_accelerometer_alone_scatter_as_those_of_the_displacement():
+    motion, floors, spread = released(), [], {"c1": 0.1 * linear_theta()[SLOT["c1"]]}
+    for quantity, values in (("displacement", motion.x), ("acceleration", motion.a)):
+        seen = replace(motion, recording=Recording("r", motion.t, {quantity: values}), noise={quantity: 1e-5})
+        run = free_run(seen, linear_theta(), 1e-3)
+        floors.append(repeatability(run, spread, 0.0, quantity, seed=3))
+    # of a linear decay every derivative is the same wave with another phase
+    assert floors[1] == pytest.approx(floors[0], rel=0.05)
+
+
 def test_fewer_samples_and_longer_steps_give_the_same_repeatability(monkeypatch):
     truth = plant("short", 2.36)
     motion = condition(record(truth, 0.024, "N3", np.random.default_rng(4), "r"))
@@ -146,6 +156,16 @@ def test_before_the_release_the_body_is_held_where_it_was_let_go():
     run = free_run(released(late_s=0.035), linear_theta(), 1e-3)
     assert run.simulated[:3] == pytest.approx(run.theta[SLOT["x0"]], rel=1e-12)
     assert run.simulated[6] < run.simulated[0]
+
+
+def test_a_residual_before_the_release_is_that_of_the_body_where_it_was_let_go():
+    theta, t = linear_theta(), 0.01 * np.arange(1, 7)
+    theta[SLOT["x0"]] = 0.05
+    seen = Channel("displacement", np.full(t.size, 0.05), 1.0)
+    trial = TrialProblem("r", t, theta, (Link(SLOT["k1"], 0),), (seen,), shift=1)
+    r, _, _ = output_error.residuals(trial, np.array([0.0, -0.035]))
+    assert r[:3] == pytest.approx(0.0, abs=1e-15)
+    assert np.all(np.diff(r[2:]) < 0.0)
 
 
 def drawn_values(monkeypatch: pytest.MonkeyPatch, slot: str, spread: float, freedom: float = math.inf) -> np.ndarray:

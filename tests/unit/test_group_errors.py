@@ -112,6 +112,12 @@ def test_load_cells_alone_know_k_as_well_as_their_gain():
     assert anchor.stiffness.total_stderr == pytest.approx(math.hypot(1.0, 5.0))
 
 
+@pytest.mark.parametrize("slope", [-1000.0, 0.0, math.nan])
+def test_load_cells_whose_force_does_not_rise_with_the_displacement_give_no_kilograms(slope):
+    anchor = choose_anchor(Specimen(), None, Estimate(slope, 1.0, unit="N/m"))
+    assert (anchor.kind, anchor.known) == ("none", False)
+
+
 @pytest.mark.parametrize(
     ("cells", "said"),
     [(1020.0, ("stiffness from config is 1000 N/m but from load cells 1020 N/m (+2.0 %)",)), (1009.0, ()), (991.0, ())],
@@ -147,6 +153,28 @@ def test_coefficients_over_mass_become_kilograms_with_the_anchors_error():
     assert found["added_mass_kg"].value == pytest.approx(1.0)
     assert found["added_mass_kg"].stderr == pytest.approx(4.0 * 0.5 / 250.0)
     assert found["added_mass_kg"].systematic == pytest.approx(0.08)
+
+
+def test_in_water_a_weighed_body_beside_dry_trials_has_the_dry_stiffness_over_the_frequency_for_its_mass():
+    _, fits, _ = trials()
+    structure = replace(structure_from(fits, pooled_scatter([fits])), k=Estimate(1000.0, 0.0, unit="N/m"))
+    specimen, names = Specimen(mass_kg=3.0), ["stiffness", "viscous_damping"]
+    anchor = choose_anchor(specimen, structure)
+    assert anchor.kind == "mass"
+    wet = to_physical(names, np.array([250.0, 0.3]), np.zeros((2, 2)), anchor, specimen, dry=False)
+    assert {name: one.value for name, one in wet.items()} == pytest.approx(
+        {"k_N_per_m": 1000.0, "c_Ns_per_m": 1.2, "total_mass_kg": 4.0, "added_mass_kg": 1.0}
+    )
+    dry = to_physical(names, np.array([330.0, 0.3]), np.zeros((2, 2)), anchor, specimen, dry=True)
+    assert {name: one.value for name, one in dry.items()} == pytest.approx(
+        {"k_N_per_m": 990.0, "c_Ns_per_m": 0.9, "total_mass_kg": 3.0}
+    )
+
+
+def test_in_air_a_stated_stiffness_gives_kilograms_where_nothing_was_weighed():
+    anchor = choose_anchor(Specimen(stiffness_N_per_m=1000.0), None, dry=True)
+    found = to_physical(["stiffness"], np.array([250.0]), np.zeros((1, 1)), anchor, Specimen(), dry=True)
+    assert {name: one.value for name, one in found.items()} == {"k_N_per_m": 1000.0, "total_mass_kg": 4.0}
 
 
 def test_a_mass_gives_kilograms_where_the_equation_has_no_added_mass_and_not_beside_one():

@@ -30,7 +30,22 @@ def trial():
 
 
 def test_derivatives_are_differences_of_the_residual(trial):
-    book, own = laws(TERMS), trial.start + np.array([0.0, 0.01, 0.002, 0.003, 0.02])
+    differences_agree(trial, trial.start + np.array([0.0, 0.01, 0.002, 0.003, 0.02]))
+
+
+def test_derivatives_of_an_accelerometer_alone_and_of_a_release_that_was_not_held_are_differences_too():
+    motion = exact_motion(LONG, 0.1, rate_hz=200.0, a_noise=0.02)
+    channels = {"acceleration": motion.recording.channels["acceleration"]}
+    alone = in_cells(replace(motion, recording=Recording("r1", motion.recording.time, channels)))
+    unheld = in_cells(replace(motion, window=replace(motion.window, held=False)))
+    assert (alone.names, unheld.names) == (("x0", "shift"), ("x0", "v0", "clock", "gain"))
+    differences_agree(alone, alone.start + np.array([0.0, 0.01]))
+    differences_agree(unheld, unheld.start + np.array([0.0, 0.01, 0.002, 0.003]))
+
+
+def differences_agree(trial, own):
+    """Derivatives by every number of the laws and of the trial are central differences of its residual."""
+    book = laws(TERMS)
     rows = trial_rows(trial, book, VALUES, own, range(len(VALUES)))
     for place, value in enumerate(VALUES):
         step = 1e-5 * value

@@ -7,6 +7,11 @@ recordings are scored alike: for every suspect the largest gain of one Gauss-New
 recordings also what a fit gained. A suspect's gain counts by its rank among the replicas, the level by the smallest of
 these (Westfall and Young 1993): many suspects and fine grids, scatter, few trials and slow noise are all in it.
 
+Ranks are weighed (Genovese, Roeder and Wasserman 2006, doi:10.1093/biomet/93.3.509): a suspect of which replicas show
+what sensors, clocks and releases are believed to do shows that in no recording whose instruments are better than
+believed, and would make every such level look more like its null than it is. It counts by the share of its spread in
+replicas that is not theirs; an instrument further off than believed is far off.
+
 Belongs here: p-values and what can still hide. Does not belong here: what would be seen (detectable.py), residuals of
 replicas (replicas.py), sums over places (score_stack.py), what is said (discrepancy/).
 """
@@ -24,9 +29,17 @@ from undertow.comparison.detectable import Detectable, detectable
 from undertow.comparison.joining import has_room
 from undertow.comparison.joint import JointFit
 from undertow.comparison.level import Level
-from undertow.comparison.replicas import at_noise_of, left_by, noise_over, replicas, surely_wrong, within_reason
+from undertow.comparison.replicas import (
+    at_noise_of,
+    is_of_instrument,
+    left_by,
+    noise_over,
+    replicas,
+    surely_wrong,
+    within_reason,
+)
 from undertow.comparison.score_stack import Scored, Stack
-from undertow.comparison.score_test import GridPlace, Stands, places, reweighed
+from undertow.comparison.score_test import GridPlace, Stands, places, reweighed, scaled_inverse
 from undertow.comparison.sizes import COUNTS_IN_REPEATABILITY, Sizes
 from undertow.comparison.suspect import Suspect
 from undertow.comparison.tail import Histogram, Tail
@@ -41,6 +54,9 @@ ROOM = 2e7
 
 SIGNIFICANT = 0.01
 """Share of campaigns with nothing missing of which a level is said not to be like its null."""
+
+LEAST_WEIGHT = 0.01
+"""Smallest weight of a suspect's rank."""
 
 LEAST_P = 1e-6
 """Smallest p-value that is said: no tail of so many replicas is known further."""
@@ -227,16 +243,17 @@ def _ranked(
     ordered = np.sort(np.array(list(largest.values())), axis=0)[::-1]
     every = largest | {str(n): np.sum(ordered[:n], axis=0) for n in sets}
     tails = {label: Tail.of(values) for label, values in every.items()}
-    least = _least(every)
+    weights = {label: _log_weight(by_label.get(label, ())) for label in every}
+    least = _least(every, weights)
     gains = observed | {str(n): gain for n, gain in sets.items()}
-    mine = {label: float(tails[label].log_p(np.array([gain]))[0]) for label, gain in gains.items()}
+    mine = {n: min(float(tails[n].log_p(np.array([gain]))[0]) - weights[n], 0.0) for n, gain in gains.items()}
     together = Tail.of(-least)
     p_value = math.exp(float(together.log_p(np.array([-min(mine.values())]))[0]))
     threshold = -together.quantile(limit(levels))
     tests = []
     for label, own in by_label.items():
         best = max(own, key=lambda s: s.gain)
-        seen = detectable(stack, scored, own, best, tails[label].at(threshold), sizes.allowed)
+        seen = detectable(stack, scored, own, best, tails[label].at(threshold + weights[label]), sizes.allowed)
         common = any(a.scope != "trial" for a in best.place.additions if not a.inner)
         hidden = max(s.hidden for s in own) if common else math.nan
         size = float(best.measure.of(best.step[:, None])[0])
@@ -247,15 +264,23 @@ def _ranked(
     return NullTest(p_value, ordered_tests, smallest_counts, levels, scores)
 
 
-def _least(every: Mapping[str, Array]) -> Array:
-    """The smallest log p-value over suspects of every replica, (draws,), each half by the tails of the other: the
-    recordings had no part in the tails either."""
-    stacked = np.array(list(every.values()))
+def _log_weight(places: Sequence[Scored]) -> float:
+    """Logarithm of a suspect's weight, from its places: of a set of suspects, without any, 0."""
+    theirs = float(np.mean([s.of_instruments for s in places])) if places else 0.0
+    return math.log(max(1.0 - theirs, LEAST_WEIGHT))
+
+
+def _least(every: Mapping[str, Array], weights: Mapping[str, float]) -> Array:
+    """The smallest weighed log p-value over suspects of every replica, (draws,), each half by the tails of the other:
+    the recordings had no part in the tails either."""
+    stacked, weighed = np.array(list(every.values())), np.array([weights[label] for label in every])
     half = stacked.shape[1] // 2
     parts = ((stacked[:, :half], stacked[:, half:]), (stacked[:, half:], stacked[:, :half]))
-    return np.concatenate(
-        [np.min([Tail.of(o).log_p(m) for m, o in zip(mine, others, strict=True)], axis=0) for mine, others in parts]
+    least = (
+        np.min([Tail.of(o).log_p(m) - w for m, o, w in zip(mine, others, weighed, strict=True)], axis=0)
+        for mine, others in parts
     )
+    return np.asarray(np.minimum(np.concatenate(list(least)), 0.0), dtype=np.float64)
 
 
 def _scored(level: Level, stack: Stack, sizes: Sizes, left: Sequence[Array], rng: np.random.Generator) -> list[Scored]:
@@ -279,8 +304,20 @@ def _scored(level: Level, stack: Stack, sizes: Sizes, left: Sequence[Array], rng
         scale = 1.0 / np.sqrt(np.maximum(np.diag(place.own), 1e-300))
         both = np.outer(scale, scale)
         inverse = np.linalg.pinv(information * both, rcond=1e-6, hermitian=True) * both
-        out.append(Scored(place, own, observed[own], drawn[own], noise[own], information, inverse, measure))
+        theirs = _of_instruments(stack, own, noise[own])
+        out.append(Scored(place, own, observed[own], drawn[own], noise[own], information, inverse, measure, theirs))
     return out
+
+
+def _of_instruments(stack: Stack, own: slice, noise: Array) -> float:
+    """Share of the variance of replicas' scores (q, draws) at a place that is what instruments are believed to do.
+
+    A standard deviation of an unknown moves the scores by what the fit, which believes it small, does not take up."""
+    unknowns = stack.stands.fit.solution.problem.unknowns
+    mine = [i for i, u in enumerate(unknowns) if is_of_instrument(u)]
+    moved = stack.away[own, mine] / np.array([unknowns[i].prior_std for i in mine])
+    inverse = scaled_inverse(np.atleast_2d(np.cov(noise)), 1e-6)
+    return float(np.einsum("qi,qv,vi->", moved, inverse, moved)) / len(noise)
 
 
 def _slightly_wrong(stack: Stack, square: float, draws: int, rng: np.random.Generator) -> Array:

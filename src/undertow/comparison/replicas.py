@@ -18,7 +18,7 @@ import numpy as np
 from undertow.comparison.joint import JointFit
 from undertow.comparison.level import Level
 from undertow.likelihood.output_error import Solution
-from undertow.likelihood.problem import Problem, TrialProblem
+from undertow.likelihood.problem import Problem, TrialProblem, Unknown
 from undertow.recording.recording import Array
 
 OF_THE_MOTION = 4.0
@@ -42,6 +42,9 @@ FEWEST_SMOOTHED = 2
 
 ONE_SIDED = 1.645
 """Standard deviations of a one-sided 95 % bound."""
+
+SCATTERS = ("k", "c", "mu")
+"""What each trial has of its own in the equation."""
 
 RIGS_WITHIN = 2.0
 """Rigs differ in how much their trials scatter by this factor, to either side (a standard deviation of its logarithm):
@@ -155,8 +158,14 @@ def _scatter_factors(level: Level, draws: int, rng: np.random.Generator) -> dict
     density = -freedom * (logs + 0.5 * np.exp(-2.0 * logs)) - 0.5 * (logs / math.log(RIGS_WITHIN)) ** 2
     chance = np.cumsum(np.exp(density - np.max(density)))
     return {
-        symbol: np.exp(np.interp(rng.uniform(0.0, chance[-1], draws), chance, logs)) for symbol in ("k", "c", "mu")
+        symbol: np.exp(np.interp(rng.uniform(0.0, chance[-1], draws), chance, logs)) for symbol in SCATTERS
     }
+
+
+def is_of_instrument(unknown: Unknown) -> bool:
+    """Whether an unknown is what a trial's sensors, clock, release or rest may be off by, as is believed of them."""
+    kind, of_a_trial, _ = unknown.name.partition("[")
+    return bool(of_a_trial) and "." not in kind and kind not in SCATTERS and math.isfinite(unknown.prior_std)
 
 
 def spectrum_of(series: Array, rate: Array, plain: Array) -> Array:

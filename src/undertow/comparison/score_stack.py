@@ -66,7 +66,8 @@ class Stack:
 @dataclass(frozen=True)
 class Scored:
     """One place scored: its slice in the stack, the recordings' score (q,), replicas' (q, draws), the same without the
-    tolerance, information (q, q) and its inverse, and how large effects are."""
+    tolerance, information (q, q) and its inverse, how large effects are, and what share of the replicas' variance is
+    what instruments are believed to do."""
 
     place: GridPlace
     at: slice
@@ -76,6 +77,7 @@ class Scored:
     information: Array
     inverse: Array
     measure: Measure
+    of_instruments: float = 0.0
 
     @property
     def gains(self) -> Array:

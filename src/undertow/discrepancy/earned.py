@@ -34,6 +34,7 @@ NEXT: Mapping[str, str] = {
     "assumed": "three releases in air, or three of the same size in this water, or state specimen.scatter",
     "more": "more releases of this spring in this water, and larger ones",
     "unseen": "more releases: what these trials show does not carry over to the ones held out",
+    "further": "more releases of different size in this water, from before the release until after rest",
     "outweighed": "more releases of different size in this water, recorded from before the release until after rest",
     "described": "three releases of the same size in this water, one of them held out",
     "dry": "more releases of different size in this water, some from rest to rest, and the same in air once more",
@@ -42,7 +43,7 @@ NEXT: Mapping[str, str] = {
 }
 """What would lead to an answer, by what is lacking."""
 
-NO_ANSWER_BUT = ("outweighed", "described", "dry", "structure")
+NO_ANSWER_BUT = ("further", "outweighed", "described", "dry", "structure")
 """What is lacking where names are kept and what is missing is unknown."""
 
 
@@ -77,7 +78,7 @@ def _not_the_answer(verdict: Verdict, gate: Gate) -> Verdict:
     said = replace(
         verdict, status="unknown", alternatives=(), origin="undetermined", next_test=NEXT[gate.lacking], sentence=text
     )
-    if gate.lacking == "outweighed":  # less likely than not: no name
+    if gate.lacking in ("further", "outweighed"):  # describes nothing, or less likely than not: no name
         return replace(said, verdict=("unknown",), parameters={}, augmented=None)
     names = verdict.verdict if "unknown" in verdict.verdict else (*verdict.verdict, "unknown")
     return replace(said, verdict=names)

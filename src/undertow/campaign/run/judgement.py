@@ -219,18 +219,27 @@ class _Judge:
     def _judged(self, level: _Together, here: tuple[Addend, ...]) -> Judged:
         """A level's verdicts; one that cannot be searched says so and does not stop the others.
 
-        Where no motion comes of bristles in friction's place (with what was taken for sliding), it is searched without.
+        Where no motion comes of bristles in friction's place (with what was taken for sliding), it is searched without;
+        where none comes of what else the dry trials need either, without all of it, as beside what nobody knows.
         """
         sliding = tuple(d for d in here if not any(a.moves for a in d.additions))
         reason = ""
-        for standing in dict.fromkeys((here, sliding)):
+        for standing in dict.fromkeys((here, sliding, ())):
+            cases = level.cases if standing or not sliding else _unused(level.cases, sliding)
             try:
                 return judge_level(
-                    level.cases, self.suspects, standing, self.budget, self.levels, self.clean, dict(level.told)
+                    cases, self.suspects, standing, self.budget, self.levels, self.clean, dict(level.told)
                 )
             except FAILURES as one:
                 reason = reason or failure(one).rstrip(".")
         return undecided(level.cases, reason)
+
+
+def _unused(cases: Sequence[Case], standing: Sequence[Addend]) -> tuple[Case, ...]:
+    """Groups that are judged without what their dry trials need, and say so."""
+    names = " and ".join(addend.prefix.partition(".")[0].replace("_", " ") for addend in standing)
+    because = f"no motion in this water comes of what the dry trials need ({names})"
+    return tuple(replace(case, dry_unknown=because) for case in cases)
 
 
 def _loosened(structure: Structure | None, task: GroupTask) -> Structure | None:

@@ -1,0 +1,67 @@
+"""What dry trials need and no motion in water comes of: the level is judged without it, and says so."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from types import SimpleNamespace
+
+import pytest
+
+from undertow.campaign.run import judgement
+from undertow.discrepancy.case import Case
+from undertow.discrepancy.verdict import Described
+from undertow.errors import IdentificationError
+
+
+@dataclass(frozen=True)
+class Part:
+    """A law's number; bristles move friction's coefficient elsewhere."""
+
+    moves: bool = False
+
+
+@dataclass(frozen=True)
+class Needed:
+    """Something that the dry trials need."""
+
+    prefix: str
+    additions: tuple[Part, ...]
+
+
+BRISTLES, JOINT = Needed("presliding", (Part(moves=True),)), Needed("hysteresis", (Part(),))
+
+
+@pytest.mark.parametrize(
+    ("standing", "bearable", "used", "said"),
+    [
+        ((JOINT,), ((JOINT,),), (JOINT,), ""),
+        ((BRISTLES, JOINT), ((JOINT,),), (JOINT,), ""),
+        ((BRISTLES,), ((),), (), ""),
+        ((BRISTLES, JOINT), ((),), (), "no motion in this water comes of what the dry trials need (hysteresis)"),
+    ],
+)
+def test_a_level_that_does_not_bear_what_dry_trials_need_is_judged_without(monkeypatch, standing, bearable, used, said):
+    def judge_level(cases, suspects, here, *rest):
+        if here not in bearable:
+            raise IdentificationError("the motion leaves every bound")
+        return cases, here
+
+    monkeypatch.setattr(judgement, "judge_level", judge_level)
+    case = Case({"spring": "short"}, "spring short", None, (), Described(0.3, math.nan), 0.01, 0.05, 1, False, True)
+    level = SimpleNamespace(cases=(case,), told=())
+    (found,), here = judgement._Judge(())._judged(level, standing)
+    assert here == used
+    assert found.dry_unknown == said
+
+
+def test_a_level_that_bears_nothing_says_why(monkeypatch):
+    def judge_level(*_):
+        raise IdentificationError("the motion leaves every bound")
+
+    monkeypatch.setattr(judgement, "judge_level", judge_level)
+    member = SimpleNamespace(label="short", motions=())
+    case = Case({"spring": "short"}, "spring short", member, (), Described(0.3, math.nan), 0.01, 0.05, 1, False, True)
+    level = SimpleNamespace(cases=(case,), told=())
+    (said,) = judgement._Judge(())._judged(level, (BRISTLES, JOINT)).verdicts
+    assert (said.status, said.because) == ("cannot_tell", "no suspect could be tried: the motion leaves every bound")

@@ -288,6 +288,14 @@ def test_a_name_that_makes_unseen_trials_worse_is_not_proved(after, status):
         assert f"linear damping would be named, but the trials it never saw {went}" in said.because
 
 
+def test_a_name_that_takes_its_own_trials_further_away_is_none_beside_an_unknown_structure_either():
+    puzzled = case(dry_unknown="something that nobody knows is missing in the dry trials too")
+    named = replace(NAMED, augmented=Described(0.061, math.nan))
+    said = judged(named, puzzled, diagnosis(True), True)
+    assert (said.status, said.verdict) == ("unknown", ("unknown",))
+    assert [gate.gate for gate in said.decision].count("comes_closer") == 1
+
+
 @pytest.mark.parametrize("status", ["explained", "not_identifiable", "unknown"])
 @pytest.mark.parametrize(("after", "names"), [(0.02, ("linear_damping",)), (0.059, ("linear_damping",)), (0.061, ())])
 def test_a_name_that_takes_its_own_trials_further_away_is_none_beside_unknown_either(after, names, status):

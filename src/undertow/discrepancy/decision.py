@@ -61,6 +61,8 @@ def gates(
     """
     left = ", ".join(label.replace("_", " ") for label in diagnosis.unfinished)
     unsearched = GREEN if set(verdict.verdict) - {"unknown"} else (*GREEN, "unknown")
+    closer = _comes_closer(verdict, case, diagnosis)
+    none = tuple(gate for gate in closer if not gate.passed and gate.lacking == "further")
     found = (
         _flag("channels_agree", "groups of channels that contradict each other", case.contradiction, EVERY,
               "contradiction"),
@@ -69,13 +71,14 @@ def gates(
         Gate("search_ended", "suspects not tried to the end", float(len(diagnosis.unfinished)), 0.0,
              not diagnosis.unfinished, f"not tried to the end within discrepancy.budget: {left}", "search", unsearched),
         *_beside_its_null(verdict, diagnosis, tested),
+        *none,
         _structure(case),
         _flag("scatter_known", "reasons why nobody knows how much trials differ", case.assumed, GREEN, "assumed"),
     )  # fmt: skip
     if verdict.status == "nothing_missing":
         found = (*found, _left_over(case, diagnosis))
     hidden = () if diagnosis.named or not math.isfinite(tested.p_value) else (_upper_bound(tested),)
-    named = (*_comes_closer(verdict, case, diagnosis), *_outweighed(diagnosis), *_described(verdict, case, diagnosis))
+    named = (*(() if none else closer), *_outweighed(diagnosis), *_described(verdict, case, diagnosis))
     named = (*named, *_borne_out(diagnosis, in_air))
     return (*found, *hidden, *named, *_with_twice_the_scatter(verdict, case, holds_doubled))
 

@@ -10,7 +10,7 @@ import pytest
 
 from tests.concealed.test_diagnosis import member
 from tests.concealed.test_small_effects import found, stands
-from undertow.comparison.by_trials import jackknife, with_errors_by_trials
+from undertow.comparison.by_trials import FEWEST_HALVED, between_sizes, jackknife, with_errors_by_trials
 from undertow.comparison.joint import JointFit, fit_joint
 from undertow.comparison.level import Addend, Level, make_level
 from undertow.equation import registry
@@ -51,12 +51,41 @@ def test_one_step_gives_the_jackknife_of_fits_without_each_trial():
     assert exact > 2.0 * fit.solution.stderr("linear_damping.c_Ns_per_m")  # trials differ by more than is stated
 
 
+def without(level: Level, fit: JointFit, kept: slice) -> float:
+    """The damping that these trials alone give."""
+    (whole,) = level.members
+    fewer = make_level([replace(whole, motions=whole.motions[kept])])
+    gone = {m.name for m in whole.motions} - {m.name for m in whole.motions[kept]}
+    start = {name: value for name, value in fit.values.items() if not any(trial in name for trial in gone)}
+    again = fit_joint(fewer, fit.addends, fit.memory, start, fit.misfit, growing=False)
+    return again.value("linear_damping.c_Ns_per_m")
+
+
+def test_numbers_that_go_with_the_size_of_the_motion_differ_by_half_of_what_small_and_large_releases_say():
+    level, fit = described()
+    place = fit.solution.problem.names.index("linear_damping.c_Ns_per_m")
+    small, large = (without(level, fit, kept) for kept in (slice(0, 2), slice(2, 4)))
+    assert large < 1.3 * small < 0.0  # beside a drag that takes up too much of the cube
+    assert between_sizes(fit)[place] == pytest.approx(0.5 * (small - large), rel=0.5)
+    assert between_sizes(fit)[place] > jackknife(fit)[place]
+    own = [i for i, n in enumerate(fit.solution.problem.names) if n.endswith("]")]
+    assert np.all(between_sizes(fit)[own] == 0.0)
+
+
+def test_three_trials_have_no_small_and_large_half():
+    level, _ = described()
+    (whole,) = level.members
+    few = with_linear_damping(make_level([replace(whole, motions=whole.motions[: FEWEST_HALVED - 1])]))
+    assert np.all(between_sizes(few) == 0.0)
+    assert np.any(jackknife(few) > 0.0)
+
+
 def test_a_descriptions_errors_grow_and_its_correlations_stay():
     _, fit = described()
     grown = with_errors_by_trials(fit)
     name = "linear_damping.c_Ns_per_m"
     place = fit.solution.problem.names.index(name)
-    assert grown.solution.stderr(name) == pytest.approx(jackknife(fit)[place])
+    assert grown.solution.stderr(name) == pytest.approx(max(jackknife(fit)[place], between_sizes(fit)[place]))
     before, after = (
         c / np.sqrt(np.outer(np.diag(c), np.diag(c))) for c in (fit.solution.covariance, grown.solution.covariance)
     )

@@ -2,11 +2,12 @@
 
     python -m experiments.blind_challenge generate --seed 2102001 --cases 100 --out runs/calibration
     python -m experiments.blind_challenge run --out runs/calibration --jobs 2
-    python -m experiments.calibration runs/calibration [FOLDER ...]
+    python -m experiments.calibration runs/calibration [FOLDER ...]            # --add: beside the counts that stand
     python -m experiments.calibration runs/calibration [FOLDER ...] --fresh runs/fresh --page docs/calibration.md
 
-Sealed campaigns of one or more seeds (2101501, 2101801, 2101901 and 2102001, of the last four revisions of the rules),
-which are calibration from then on. Cases that data cannot tell are left out: no statement about them is right or wrong.
+Sealed campaigns of one or more seeds (2101501, 2101801, 2101901 and 2102001, of four revisions of the rules; added to
+them 2106001 and 2106501 of the present ones), which are calibration from then on. Cases that data cannot tell are left
+out: no statement about them is right or wrong.
 
 A verdict holds where what it says is so: nothing as large as what counts is missing (`nothing_missing`), something is
 (`unknown`, or small without a name), every name is of an effect that is there or, of an effect in no catalogue,
@@ -22,14 +23,17 @@ import sys
 from collections import Counter
 from collections.abc import Sequence
 from pathlib import Path
+from typing import Any
 
 from experiments.blind_challenge.run_cases import read_rows
 from experiments.calibration.page import PICTURE, page, verdicts_of
 
+Counts = dict[str, Any]
+
 TARGET = Path(__file__).resolve().parents[2] / "src" / "undertow" / "discrepancy" / "calibration.json"
 
 
-def counted(folders: Sequence[Path]) -> dict[str, object]:
+def counted(folders: Sequence[Path]) -> Counts:
     """Counts by kind with seeds, revisions and number of campaigns."""
     verdicts = [one for folder in folders for one in verdicts_of(folder)]
     said, right = Counter(v.kind for v in verdicts), Counter(v.kind for v in verdicts if v.right)
@@ -42,15 +46,35 @@ def counted(folders: Sequence[Path]) -> dict[str, object]:
     }
 
 
+def together(one: Counts, other: Counts) -> Counts:
+    """Two sets of counts as one; of a seed that both have none is counted twice."""
+    twice = sorted(set(one["seeds"]) & set(other["seeds"]))
+    if twice:
+        raise ValueError(f"seeds {twice} are counted already")
+    records: dict[str, Counter[str]] = {}
+    for row in (*one["records"], *other["records"]):
+        records.setdefault(row["kind"], Counter()).update({"said": row["said"], "right": row["right"]})
+    return {
+        "seeds": sorted({*one["seeds"], *other["seeds"]}),
+        "revisions": sorted({*one["revisions"], *other["revisions"]}),
+        "campaigns": one["campaigns"] + other["campaigns"],
+        "records": [{"kind": kind, **found} for kind, found in sorted(records.items())],
+    }
+
+
 def main(arguments: list[str]) -> int:
     """Count and write; with a page, write that instead, from the counts as they stand."""
     parser = argparse.ArgumentParser(prog="python -m experiments.calibration")
     parser.add_argument("folders", nargs="+", type=Path, help="calibration: folders of the blind challenge")
+    parser.add_argument("--add", action="store_true", help="add to the counts that stand instead of replacing them")
     parser.add_argument("--fresh", type=Path, help="a folder of a seed that nobody had looked at")
     parser.add_argument("--page", type=Path, help="where the page goes; needs --fresh")
     options = parser.parse_args(arguments)
     if options.page is None:
-        TARGET.write_text(json.dumps(counted(options.folders), indent=1) + "\n", encoding="utf-8")
+        found = counted(options.folders)
+        if options.add:
+            found = together(json.loads(TARGET.read_text(encoding="utf-8")), found)
+        TARGET.write_text(json.dumps(found, indent=1) + "\n", encoding="utf-8")
         print(TARGET.read_text(encoding="utf-8"))
         return 0
     if options.fresh is None:

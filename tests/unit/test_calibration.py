@@ -8,7 +8,7 @@ import math
 import pytest
 
 from experiments.blind_challenge.judge import GroupResult, holds
-from experiments.calibration.__main__ import TARGET, counted, main
+from experiments.calibration.__main__ import TARGET, counted, main, together
 from experiments.calibration.page import Said, by_counts, left_out, measured
 from undertow.discrepancy.calibration import HIDES, LEFT, STANDS_OUT, Record, conditions_of, kind_of, record_of
 from undertow.discrepancy.verdict import Gate, Verdict
@@ -172,9 +172,20 @@ def test_the_page_is_made_of_the_counts_and_of_a_fresh_folder(tmp_path, capsys):
     assert main([str(tmp_path), "--fresh", str(tmp_path), "--page", str(path)]) == 0
     text = path.read_text(encoding="utf-8")
     assert "24 cases of seed 7, revision r." in text
-    assert "| explained, to the noise | 0.88 | 12 of 12 |" in text
+    assert "| explained, to the noise | 0.94 | 12 of 12 |" in text
     assert "| nothing_missing | 0.96 | 0 of 12 |" in text
     assert (tmp_path / "pictures" / "calibration.svg").stat().st_size > 1000
     with pytest.raises(SystemExit, match="2"):
         main([str(tmp_path), "--page", str(path)])
     assert "--page needs --fresh" in capsys.readouterr().err
+
+
+def test_counts_of_two_runs_are_added_and_no_seed_is_counted_twice():
+    one = {"seeds": [1], "revisions": ["a"], "campaigns": 4, "records": [{"kind": "unknown", "said": 3, "right": 2}]}
+    more = [{"kind": "explained", "said": 1, "right": 1}, {"kind": "unknown", "said": 5, "right": 4}]
+    other = {"seeds": [2], "revisions": ["a"], "campaigns": 6, "records": more}
+    both = together(one, other)
+    assert (both["seeds"], both["revisions"], both["campaigns"]) == ([1, 2], ["a"], 10)
+    assert both["records"] == [more[0], {"kind": "unknown", "said": 8, "right": 6}]
+    with pytest.raises(ValueError, match=r"seeds \[1\] are counted already"):
+        together(one, one)

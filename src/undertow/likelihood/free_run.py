@@ -128,11 +128,12 @@ def _at_samples(motion: Motion, problem: Problem, values: Array, quantity: str, 
     theta = output_error.parameter_vector(trial, values)
     shift = float(values[trial.shift]) if trial.shift >= 0 else 0.0
     x, v, a = motion_of(trial, values, np.maximum(t + shift, 0.0))
-    signal, rate = {"displacement": (x, v), "velocity": (v, a), "acceleration": (a, a)}[quantity]
+    signal = {"displacement": x, "velocity": v, "acceleration": a}[quantity]
     simulated = signal[:, 0]
     columns = [signal[:, 1:], np.ones((t.size, 1))]
     if trial.shift >= 0:
-        columns.append(rate[:, :1])
+        rate = {"displacement": v[:, 0], "velocity": a[:, 0]}.get(quantity)
+        columns.append((np.gradient(simulated, t) if rate is None else rate)[:, None])
     score = float(np.sqrt(np.mean((measured - simulated) ** 2) / np.mean(measured**2)))
     compiled = np.zeros(0) if trial.laws else theta
     return FreeRun(t, measured, simulated, score, compiled, np.hstack(columns), outcome)

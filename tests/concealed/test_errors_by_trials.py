@@ -95,6 +95,19 @@ def test_a_descriptions_errors_grow_and_its_correlations_stay():
     assert grown.solution.covariance[own, own] == pytest.approx(fit.solution.covariance[own, own])
 
 
+@pytest.mark.filterwarnings("error")
+def test_a_number_on_its_bound_keeps_its_error():
+    _, fit = described()
+    place = fit.solution.problem.names.index("linear_damping.c_Ns_per_m")
+    for held in (0.0, 5e-324, 1e-40):
+        covariance = fit.solution.covariance.copy()
+        covariance[place], covariance[:, place] = 0.0, 0.0
+        covariance[place, place] = held
+        grown = with_errors_by_trials(replace(fit, solution=replace(fit.solution, covariance=covariance)))
+        assert np.all(np.isfinite(grown.solution.covariance))
+        assert grown.solution.covariance[place, place] == held
+
+
 def test_errors_of_a_law_and_of_two_trials_stay_as_stated():
     level, fit = described()
     assert with_errors_by_trials(replace(fit, misfit=2.4)) is not None

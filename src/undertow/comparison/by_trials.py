@@ -22,6 +22,9 @@ from undertow.recording.recording import Array
 FEWEST_TRIALS = 3
 """Trials of a level from which leaving one out says something."""
 
+LEAST_KNOWN = 1e-6
+"""Stated error over how far a number moves below which it sits on a bound: what it could be is not known so."""
+
 FEWEST_HALVED = 4
 """Trials of a level from which leaving half of them out does."""
 
@@ -35,7 +38,9 @@ def with_errors_by_trials(fit: JointFit) -> JointFit:
         return fit
     stated = np.sqrt(np.maximum(np.diag(solution.covariance), 0.0))
     away = np.maximum(jackknife(fit), between_sizes(fit))
-    grown = np.where(stated > 0.0, np.maximum(away / np.maximum(stated, 1e-300), 1.0), 1.0)
+    grown = np.ones_like(stated)
+    np.divide(away, stated, out=grown, where=stated > np.maximum(LEAST_KNOWN * away, 1e-150))
+    grown = np.maximum(grown, 1.0)
     return replace(fit, solution=replace(solution, covariance=solution.covariance * np.outer(grown, grown)))
 
 

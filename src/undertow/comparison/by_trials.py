@@ -26,7 +26,7 @@ LEAST_KNOWN = 1e-6
 """Stated error over how far a number moves below which it sits on a bound: what it could be is not known so."""
 
 FEWEST_HALVED = 4
-"""Trials of a level from which leaving half of them out does."""
+"""Trials of each spring from which leaving half of them out does: one alone leaves what goes with its size open."""
 
 
 def with_errors_by_trials(fit: JointFit) -> JointFit:
@@ -57,7 +57,7 @@ def jackknife(fit: JointFit) -> Array:
 def between_sizes(fit: JointFit) -> Array:
     """Half the difference (unknowns,) between where the fit would be without the smaller half of each spring's releases
     and without the larger, by one Gauss-Newton step each: the standard deviation of numbers that go with the size of
-    the motion, and where they do not about their own error. Zero for levels of fewer than four trials."""
+    the motion, and where they do not about their own error. Zero where a spring has fewer than four trials."""
     problem = fit.solution.problem
     alike: dict[tuple[int, ...], list[int]] = {}
     for i, used in enumerate(fit.solution.used):
@@ -65,9 +65,9 @@ def between_sizes(fit: JointFit) -> Array:
         alike.setdefault(tuple(shared), []).append(i)
     sizes = [float(np.max(np.abs(trial.channels[0].values))) for trial in problem.trials]
     ordered = [sorted(own, key=lambda i: sizes[i]) for own in alike.values()]
-    small = [i for own in ordered for i in own[: len(own) // 2]]
-    if len(sizes) < FEWEST_HALVED or not small:
+    if min(len(own) for own in ordered) < FEWEST_HALVED:
         return np.zeros(len(problem.unknowns))
+    small = [i for own in ordered for i in own[: len(own) // 2]]
     without_small, without_large = _without(fit, [small, [i for i in range(len(sizes)) if i not in small]])
     return np.asarray(0.5 * np.abs(without_small - without_large))
 

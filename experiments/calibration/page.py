@@ -145,13 +145,13 @@ def page(
         "next one holds with (r + 1/2) / (s + 1) (Jeffreys). `nothing_missing` is of three kinds: a level that nearly "
         f"stands out (p below {NEARLY}), one that is seen sharply (no more than a tenth of what counts can hide), and "
         "all others.\n",
-        "    python -m experiments.calibration runs/a runs/b                                  # the counts\n"
+        "    python -m experiments.calibration runs/a runs/b         # the counts; --add: to those that stand\n"
         "    python -m experiments.calibration runs/a runs/b --fresh runs/c --page docs/calibration.md\n",
         "## Counts\n", f"{counts['campaigns']} campaigns of seeds {seeds}.\n",
         table(["verdict", "said", "held", "probability"], rows),
         "## A family of truths left out at a time\n",
-        "The same campaigns; each is given the counts of those that share no effect with it (a seed of campaigns with "
-        "nothing missing counts as such a family).\n", _test(first),
+        "Campaigns of the folders that were given; each has the counts of those that share no effect with it (a seed "
+        "of campaigns with nothing missing counts as such a family).\n", _test(first),
         f"## A fresh seed\n\n{which}\n", _test(last), "By kind, all groups:\n", _by_kind(fresh, records),
         "Names complete and exact, nothing missing at all (what the number does not promise):\n", _test(exact),
         f"![Share of verdicts that hold against the probability beside them]({PICTURE})\n",

@@ -4,20 +4,23 @@ from __future__ import annotations
 
 import math
 from dataclasses import replace
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
 
 from tests.concealed.test_diagnosis import LONG, SCATTER, SHORT, member
+from undertow.comparison.candidate import Candidate
 from undertow.comparison.joining import has_room
 from undertow.comparison.joint import build, fit_joint, fit_standing, shared_theta
 from undertow.comparison.level import Addend, Member, make_level
 from undertow.comparison.search import diagnose
+from undertow.comparison.suspect import Scales
 from undertow.comparison.suspects import SUSPECTS, chosen
 from undertow.discrepancy.case import Case
 from undertow.discrepancy.judge import judge, undecided
 from undertow.discrepancy.transfer import from_other_springs
-from undertow.discrepancy.validation import addition_parameters
+from undertow.discrepancy.validation import addition_parameters, shared_run
 from undertow.discrepancy.verdict import Described
 from undertow.equation import registry
 from undertow.equation.kernel import SLOT
@@ -259,3 +262,23 @@ def test_an_added_mass_is_no_suspect_where_nothing_gives_kilograms(plain):
     assert has_room(without, suspect("added_mass"), fit)
     scaled = replace(without, members=(replace(one, model=replace(model, anchored=False)),))
     assert not has_room(scaled, suspect("added_mass"), fit)
+
+
+def test_a_description_hears_what_trials_in_water_say_of_the_dry_means(plain):
+    fit, (member,) = fit_standing(plain), plain.members
+    motion = member.motions[0]
+    told, learned = (shared_theta(plain, member, fit, motion.name, asked) for asked in (False, True))
+    assert told[SLOT["k1"]] == member.model.trial_base(motion.name)[SLOT["k1"]]
+    assert fit.value("k_mean@short") != 0.0
+    assert learned[SLOT["k1"]] - told[SLOT["k1"]] == pytest.approx(fit.value("k_mean@short"), rel=1e-6)
+    run = shared_run(plain, member, fit, motion, member.options.rest_offset_std)
+    assert run.theta[SLOT["k1"]] == learned[SLOT["k1"]]
+
+
+@pytest.mark.parametrize(("speed", "called"), [(0.05, "stribeck_friction"), (0.1, "coulomb_friction")])
+def test_friction_that_fades_no_more_within_the_speeds_of_the_motion_is_dry_friction(speed, called):
+    (found,) = chosen(("stribeck_friction",))
+    additions = found.additions(Scales(1.0, 1.0, 0.2, 1.0, 1.0, 1.0), 0.006)
+    values = {"stribeck_friction.static_force_N": 3.0, "stribeck_friction.velocity_m_per_s": speed}
+    fit = SimpleNamespace(addends=(Addend(found.name, additions),), values=values)
+    assert Candidate((found,), fit, 0.0).amounts_to == (called,)

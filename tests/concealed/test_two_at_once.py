@@ -102,3 +102,12 @@ def test_a_step_against_a_sign_is_no_pair_and_one_suspect_makes_none():
     seen = [*only, *places(level, at, found("hidden_resonator"))]
     for look in best_pairs(level, at, seen, 5):
         assert all(a.start >= 0.0 for a in look.additions[1] if a.name == "mass_kg")
+
+
+def test_a_second_law_is_looked_for_where_the_first_leaves_more_than_noise_though_repetitions_differ_by_more():
+    resonator = registry.find("hidden_resonator", natural_frequency_rad_per_s=8.4, damping_ratio=0.02)
+    hidden = ((resonator, 150.0), (registry.find("linear_damping"), 2500.0))
+    level = make_level([replace(member("short", (0.01, 0.02, 0.03), 6300, hidden), allowed=0.9)])
+    said = diagnose(level, chosen(("linear_damping", "hidden_resonator", "relaxation")))
+    assert sorted(said.best.names) == ["hidden_resonator", "linear_damping"]
+    assert said.best.fit.misfit < 1.2

@@ -32,10 +32,15 @@ def case(**facts: object) -> Case:
     )
 
 
-def candidate(name: str, score: float, out: str = "", aside: bool = False, misfit: float = 1.0) -> SimpleNamespace:
-    """A set of one suspect with its log evidence, which leaves so much (mean square over noise)."""
-    fit = SimpleNamespace(misfit=misfit)
-    return SimpleNamespace(names=(name,), suspects=(name,), score=score, out=out, aside=aside, fit=fit)
+def candidate(
+    name: str, score: float, out: str = "", aside: bool = False, misfit: float = 1.0, becomes: str = ""
+) -> SimpleNamespace:
+    """A set of one suspect with its log evidence, which leaves so much (mean square over noise), and what it becomes on
+    its bound."""
+    fit, amounts_to = SimpleNamespace(misfit=misfit), (becomes or name,)
+    return SimpleNamespace(
+        names=(name,), suspects=(name,), score=score, out=out, aside=aside, fit=fit, amounts_to=amounts_to
+    )
 
 
 def no_trial(misfit: float) -> SimpleNamespace:
@@ -45,7 +50,7 @@ def no_trial(misfit: float) -> SimpleNamespace:
 
 def diagnosis(named: bool = False, **facts: object) -> SimpleNamespace:
     """A search that ended and found nothing, unless told otherwise."""
-    null = SimpleNamespace(names=(), suspects=(), score=0.0, out="", aside=False, fit=no_trial(1.0))
+    null = SimpleNamespace(names=(), suspects=(), score=0.0, out="", aside=False, fit=no_trial(1.0), amounts_to=())
     plain = {"named": named, "looked": 20, "unfinished": (), "small": None, "null": null, "screened": ()}
     plain |= {"best": candidate("linear_damping", 20.0), "rivals": ()} | facts
     weak = candidate("linear_damping", 3.0, "brings the free run no closer by what counts", aside=True)
@@ -256,8 +261,8 @@ def test_unknown_is_not_said_by_a_search_that_did_not_end():
 
 
 def test_the_posterior_counts_what_is_excluded_and_the_confidence_does_not():
-    said = SimpleNamespace(names=("linear_damping",), score=0.0, out="")
-    excluded = SimpleNamespace(names=("relaxation",), score=math.log(3.0), out="on its bound")
+    said = candidate("linear_damping", 0.0)
+    excluded = candidate("relaxation", math.log(3.0), "on its bound")
     assert probability(said, [said, excluded], []) == pytest.approx(1.0)
     cut = SimpleNamespace(best=said, candidates=(said, excluded), screened=())
     assert posterior(cut) == pytest.approx(0.25)
@@ -359,6 +364,15 @@ def test_what_leaves_more_than_noise_is_an_answer_where_unseen_trials_prove_it(a
             assert verdict.status == status
 
 
+def test_what_leaves_more_than_noise_is_no_answer_where_unseen_trials_come_no_closer():
+    describes = diagnosis(True, best=candidate("linear_damping", 20.0, misfit=30.0))
+    for before, status in ((0.03, "unknown"), (0.05, "explained")):
+        named = replace(NAMED, augmented=Described(0.01, 0.04))
+        said = judged(named, case(baseline=Described(0.04, before)), describes, True)
+        assert said.status == status
+        assert ("unseen trials come no closer than 3.0 %, where" in said.sentence) == (status == "unknown")
+
+
 def test_what_the_free_run_hardly_shows_outweighs_nothing():
     echo = candidate("delayed_echo", 200.0, "brings the free run no closer by what counts", aside=True)
     both = diagnosis(True, candidates=(candidate("linear_damping", 20.0), echo))
@@ -376,7 +390,7 @@ def test_a_rival_that_was_excluded_outweighs_nothing():
 )
 def test_a_set_that_holds_what_is_said_does_not_speak_against_it(names, status):
     more = candidate(names[0], 300.0, "it leaves too much")
-    more = SimpleNamespace(**(vars(more) | {"names": names}))
+    more = SimpleNamespace(**(vars(more) | {"names": names, "amounts_to": names}))
     both = diagnosis(True, candidates=(candidate("linear_damping", 20.0), more))
     assert judged(NAMED, case(), both, True).status == status
 
@@ -389,6 +403,36 @@ def test_a_small_effect_has_a_name_where_nothing_else_is_nearly_as_probable():
     both = judged(GREEN, case(), diagnosis(small=small, candidates=(small, other)), True, beside(0.004))
     assert (both.status, both.verdict) == ("present_but_small", ("unknown",))
     assert "most probably cubic stiffness, or quintic stiffness." in both.sentence
+
+
+def test_a_law_on_its_bound_speaks_for_the_simpler_one_which_it_becomes_there():
+    bound = candidate("stribeck_friction", 42.0, "its speed sits on its bound", becomes="coulomb_friction")
+    plain = candidate("coulomb_friction", 40.0)
+    said = judged(GREEN, case(), diagnosis(small=plain, candidates=(plain, bound)), True, beside(0.004))
+    assert (said.status, said.verdict) == ("present_but_small", ("coulomb_friction",))
+    named = replace(NAMED, verdict=("coulomb_friction",))
+    assert judged(named, case(), diagnosis(True, best=plain, candidates=(plain, bound)), True).status == "explained"
+    sliding = candidate("stribeck_friction", 42.0, "its force is 1.0 standard errors from zero")
+    assert judged(named, case(), diagnosis(True, best=plain, candidates=(plain, sliding)), True).status == "unknown"
+
+
+def test_a_set_that_holds_the_small_effect_is_no_other_name_for_it():
+    small, more = candidate("cubic_stiffness", 40.0), candidate("hysteresis", 41.0)
+    pair = ("cubic_stiffness", "hysteresis")
+    more = SimpleNamespace(**(vars(more) | {"names": pair, "amounts_to": pair}))
+    said = judged(GREEN, case(), diagnosis(small=small, candidates=(small, more)), True, beside(0.004))
+    assert said.verdict == ("cubic_stiffness",)
+
+
+@pytest.mark.parametrize(("away", "names"), [(1.4, ("linear_damping", "unknown")), (1.6, ("unknown",))])
+def test_what_leaves_the_trials_of_its_own_water_far_away_is_no_description(away, names):
+    level = diagnosis(True, best=candidate("linear_damping", 20.0, misfit=12.0))
+    for verdict in (NAMED, replace(NAMED, status="unknown", verdict=("linear_damping", "unknown"))):
+        said = earned(verdict, case(), level, NullTest(math.nan), True, DryAnswer(), away)
+        assert (said.status, said.verdict) == ("unknown", names)
+        assert ("1.6 times as far away as repetitions are" in said.sentence) == (away > 1.5)
+    level = diagnosis(True, best=candidate("linear_damping", 20.0, misfit=1.2))
+    assert earned(NAMED, case(), level, NullTest(math.nan), True, DryAnswer(), away).status == "explained"
 
 
 def replace_label(one: SimpleNamespace, label: str) -> SimpleNamespace:

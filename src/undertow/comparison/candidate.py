@@ -60,6 +60,9 @@ LOCKED = 0.7
 the equation leaves is; of phases drawn at random, those of three trials do so in 27 of 100 campaigns, of six in 5."""
 
 
+BOUNDED = 0.999
+"""Share of an upper bound from which a number of what was added sits on it."""
+
 ON_A_BOUND = 1e-3
 """Share of a bound within which a number of the equation sits on it."""
 
@@ -84,6 +87,17 @@ class Candidate:
     def names(self) -> tuple[str, ...]:
         """Names of the set, in the order they were found."""
         return tuple(s.name for s in self.suspects)
+
+    @property
+    def amounts_to(self) -> tuple[str, ...]:
+        """Names of the set, of a law on its bound that of the simpler one which it becomes there."""
+        if not any(s.becomes for s in self.suspects):
+            return self.names
+        own = self.fit.addends[len(self.fit.addends) - len(self.suspects) :]
+        return tuple(
+            s.becomes if s.becomes and _on_its_upper_bound(self.fit, addend) else s.name
+            for s, addend in zip(self.suspects, own, strict=True)
+        )
 
 
 @dataclass(frozen=True)
@@ -148,10 +162,16 @@ def probability(
     ``excluded`` among those too whose numbers mean nothing."""
     considered = [c for c in found if excluded or not c.out or c is one]
     scores = np.array([*(c.score for c in considered), *(s.score for s in screened)])
-    names = [*(tuple(sorted(c.names)) for c in considered), *((s.suspect.name,) for s in screened)]
+    names = [*(tuple(sorted(c.amounts_to)) for c in considered), *((s.suspect.name,) for s in screened)]
     weights = np.exp(scores - scores.max())
-    mine = sum(w for w, n in zip(weights, names, strict=True) if n == tuple(sorted(one.names)))
+    mine = sum(w for w, n in zip(weights, names, strict=True) if n == tuple(sorted(one.amounts_to)))
     return float(mine / weights.sum())
+
+
+def _on_its_upper_bound(fit: JointFit, addend: Addend) -> bool:
+    """Whether what a law has inside (a time, a speed) lies on its upper bound."""
+    inner = {f"{addend.prefix}.{a.name}": a.upper for a in addend.additions if a.inner}
+    return any(fit.values.get(name, -math.inf) >= BOUNDED * upper for name, upper in inner.items())
 
 
 def _rivals(best: Candidate, found: Sequence[Candidate]) -> tuple[tuple[str, ...], ...]:
@@ -214,7 +234,7 @@ def doubt(level: Level, fit: JointFit, before: JointFit | None = None) -> str:
             names = [n for n in fit.solution.problem.names if n == full or n.startswith((f"{full}@", f"{full}["))]
             for name in names:
                 value, error = fit.value(name), fit.solution.stderr(name)
-                if value >= a.upper * 0.999 or (a.lower > 0.0 and value <= a.lower * 1.001):
+                if value >= a.upper * BOUNDED or (a.lower > 0.0 and value <= a.lower * 1.001):
                     return f"{name} = {value:.4g} {a.unit} sits on its bound"
                 if a.inner and a.lower > 0.0 and not error < UNTOLD * value:
                     return f"{name} = {value:.4g} +- {error:.2g} {a.unit} could be anything"

@@ -271,13 +271,13 @@ def _error(level: Level, member: Member, fit: JointFit, motion: Motion) -> float
         return math.inf
 
 
-def shared_theta(level: Level, member: Member, fit: JointFit, trial: str) -> Array:
+def shared_theta(level: Level, member: Member, fit: JointFit, trial: str, learned: bool = False) -> Array:
     """Parameter vector of one trial from what all trials share: no deviations of this trial, and of the dry means only
-    where they are the group's own."""
+    where they are the group's own, or where what trials in water say of them too is asked for (``learned``)."""
     known = fit.values
     theta = member.model.trial_base(trial)
     replaced = frozenset().union(*(addend.replaced for addend in fit.addends))
-    if member.own_means:
+    if member.own_means or learned:
         for symbol, slot, factor in (("k", "k1", 1.0), ("c", "c1", 1.0), ("mu", "fc", _normal_force(member))):
             theta[SLOT[slot]] += factor * known.get(f"{symbol}_mean@{member.label}", 0.0)
     for c in member.model.coefficients:

@@ -108,7 +108,7 @@ class _Search:
 
     def _grow(self) -> None:
         for depth in range(MOST_EFFECTS):
-            near = self.error <= 1.0 and not self._forced_beyond()
+            near = self.error <= 1.0 and self.best.fit.misfit <= FAR_ABOVE_NOISE
             if depth and (near or len(self.best.suspects) == MOST_EFFECTS):
                 break
             tried = self._at_own_memory(self._as_far_as_possible(depth), depth)
@@ -134,12 +134,6 @@ class _Search:
     def _prior(self, suspects: Sequence[Suspect]) -> float:
         told = sum(self.told.get(name, 0.0) for name in {s.name for s in suspects})
         return log_prior(suspects, len(self.suspects), self.clean_when_dry) + told
-
-    def _forced_beyond(self) -> bool:
-        """Whether an outside force has brought the free run as close as repetitions are, by numbers that every trial
-        has of its own, and leaves a residual far above noise: that is no reason to look no further."""
-        forced = any(last.has_its_own_clock for last in self.best.suspects[-1:])
-        return forced and self.best.fit.misfit > FAR_ABOVE_NOISE
 
     def _leaner(self, candidate: Candidate, error: float, least: float) -> tuple[Candidate, float] | None:
         """The same last effect without an earlier one that it makes needless (needless.py), and its error."""
@@ -384,8 +378,9 @@ def diagnose(
     Evidence alone would name effects that no free run shows (a gram of water, an amplifier's smoothing): what is named
     must also bring the free run of the training trials closer by `WORTH` of what repeating the test allows
     (each group's own `Member.allowed`). The search for further effects ends where the free run is as close as
-    repetitions are to each other. ``budget`` multiplies what one suspect and the whole level may spend
-    (`SUSPECT_BUDGET`, `LEVEL_BUDGET`); ``told`` is what other waters add to log priors (`told_by_other_waters`).
+    repetitions are to each other and no more than noise is left. ``budget`` multiplies what one suspect and the whole
+    level may spend (`SUSPECT_BUDGET`, `LEVEL_BUDGET`); ``told`` is what other waters add to log priors
+    (`told_by_other_waters`).
 
     Raises IdentificationError where not even the prescribed equation can be fitted.
     """

@@ -89,7 +89,8 @@ class Suspect:
     with the release shows there and nowhere else.
 
     ``swings`` by itself, so that several may stand in one equation, and where it is damped strongly it cannot be told
-    from what ``overdamped_as`` names; ``fades``: a memory that rings in nothing; ``plain``: damping, which is what such
+    from what ``overdamped_as`` names; on the upper bound of what it has inside it ``becomes`` a law that is simpler;
+    ``fades``: a memory that rings in nothing; ``plain``: damping, which is what such
     a memory amounts to at one frequency. ``like`` names what no decay tells it from; ``without_sliding`` what it is
     called where no friction slides beside it; ``often_beside`` another effect of the same water, so that it is tried
     there without evidence of its own; ``of_angles``: it has a meaning where an angle is the coordinate. ``words`` and
@@ -112,6 +113,7 @@ class Suspect:
     plain: bool = False
     often_beside: bool = False
     overdamped_as: str = ""
+    becomes: str = ""
     like: tuple[str, ...] = ()
     without_sliding: str = ""
     of_angles: bool = False

@@ -263,7 +263,8 @@ SUSPECTS: tuple[Suspect, ...] = (
     _plain(AsymmetricStiffness, "structure", lambda s: _share(s, 2), "spring"),
     replace(_plain(CoulombFriction, "structure", lambda s: 2e-3 * s.force, "spring"), often_beside=True),
     _plain(VariableNormalForce, "structure", lambda s: 0.01 * s.force / s.size),
-    Suspect(StribeckFriction.name, "structure", _stribeck, lambda s: (0.03 * s.speed,), fine=_fine_speeds),
+    Suspect(StribeckFriction.name, "structure", _stribeck, lambda s: (0.03 * s.speed,), fine=_fine_speeds,
+            becomes=CoulombFriction.name),
     _RESONATOR,
     replace(_RESONATOR, additions=_resonator(True), variant="amplitude-dependent"),
     Suspect(

@@ -49,11 +49,11 @@ NO_ANSWER_BUT = ("further", "outweighed", "described", "dry", "structure")
 
 def earned(
     verdict: Verdict, case: Case, diagnosis: LevelDiagnosis, tested: NullTest, holds_doubled: bool,
-    in_air: DryAnswer = NO_ANSWER,
+    in_air: DryAnswer = NO_ANSWER, away: float = 0.0,
 ) -> Verdict:
     """The verdict itself, ``cannot_tell`` with what is lacking, or ``present_but_small``: the first of its `gates` that
     is not passed and bars its status decides."""
-    decision = gates(verdict, case, diagnosis, tested, holds_doubled, in_air)
+    decision = gates(verdict, case, diagnosis, tested, holds_doubled, in_air, away)
     verdict = replace(verdict, decision=decision)
     for gate in decision:
         if gate.passed or verdict.status not in gate.bars:
@@ -99,10 +99,11 @@ def _small(
     verdict: Verdict, case: Case, diagnosis: LevelDiagnosis, small: Candidate, in_air: DryAnswer
 ) -> Verdict:
     """``present_but_small``: evidence far beyond doubt for an effect that a free run hardly shows. It has a name where
-    no other that was fitted, excluded or not, is nearly as probable."""
+    no other that was fitted, excluded or not, is nearly as probable; a set that holds it is no other."""
     odds = (small.score - diagnosis.null.score) / math.log(10.0)
     near = [c for c in diagnosis.candidates if c.suspects and small.score - c.score < math.log(RIVAL_ODDS)]
-    likely = list(dict.fromkeys((small.names[0], *(" and ".join(c.names) for c in near))))
+    other = [c.amounts_to for c in near if not set(small.names) <= set(c.amounts_to)]
+    likely = list(dict.fromkeys((small.names[0], *(" and ".join(names) for names in other))))
     words = ", or ".join(name.replace("_", " ") for name in likely[:3])
     text = (
         f"{case.label}: the equation misses {percent(case.baseline.nrmse)} of the motion (repeatability "

@@ -33,7 +33,7 @@ from undertow.discrepancy.findings import AugmentedRun
 from undertow.discrepancy.naming import next_test
 from undertow.discrepancy.sentence import late_words, sentence_of, transfer_words
 from undertow.discrepancy.transfer import from_other_springs
-from undertow.discrepancy.validation import addition_parameters, check_cell, rms, shared_run
+from undertow.discrepancy.validation import addition_parameters, check_cell, learned_structure, rms, shared_run
 from undertow.discrepancy.verdict import Described, PhysicalCheck, Rejected, Status, Verdict
 from undertow.discrepancy.words import percent
 from undertow.likelihood.free_run import FreeRun, error_as_measured
@@ -90,9 +90,10 @@ def judge_level(
     springs, likely = {one.member.label for one in cases}, tested.tests[0].name if tested.tests else ""
     in_air = dry_answer(diagnosis, likely, [c for c in dry if clean and c.member.label in springs])
     diagnosis = replace(diagnosis, best=replace(diagnosis.best, fit=with_errors_by_trials(diagnosis.best.fit)))
+    away = rms([runs[m.name].nrmse / case.allowed for case in cases for m in case.member.motions if m.name in runs])
     said = (_verdict(level, case, diagnosis, to, runs) for case, to in zip(cases, moved, strict=True))
     verdicts = tuple(
-        _with_evidence(level, earned(verdict, case, diagnosis, tested, doubled, in_air), case, diagnosis, tested)
+        _with_evidence(level, earned(verdict, case, diagnosis, tested, doubled, in_air, away), case, diagnosis, tested)
         for verdict, case in zip(said, cases, strict=True)
     )
     labels = tuple(c.member.label for c in cases)
@@ -312,7 +313,7 @@ def _all_parameters(
         if name not in fit.solution.problem.names:
             continue  # an addition took its place
         numbers[c.name] = Estimate(fit.value(name), fit.solution.stderr(name), 0.0, c.unit, "joint fit")
-    numbers = with_scale_error(numbers, case.member.model.specimen)
+    numbers = with_scale_error(numbers | learned_structure(case.member, fit), case.member.model.specimen)
     for name, many in found.items():
         for i, one in enumerate(many):
             suffix = f"#{i + 1}" if i else ""

@@ -15,8 +15,10 @@ from undertow.comparison.joint import JointFit, shared_theta
 from undertow.comparison.level import Addend, Level, Member, full_name, seen_by
 from undertow.conditioning.motion import Motion
 from undertow.discrepancy.verdict import PhysicalCheck
+from undertow.equation.structure import CoulombFriction, Stiffness, ViscousDamping
 from undertow.errors import IdentificationError
 from undertow.likelihood.free_run import FreeRun, free_run
+from undertow.likelihood.scale import contract_name
 from undertow.quantities import Estimate
 from undertow.recording.recording import Array
 from undertow.uncertainty.intervals import mean_of_trials
@@ -25,6 +27,9 @@ STANDARD_GRAVITY_M_PER_S2 = 9.81
 
 FINITE_AMPLITUDE_MARGIN = 0.05
 """Relative error within which a frequency still counts as above its lower bound: finite amplitude and the fit."""
+
+STRUCTURE = (("k", Stiffness), ("c", ViscousDamping), ("mu", CoulombFriction))
+"""The laws of a structure by the symbols of their coefficients."""
 
 SOFTENING_RATIO = 0.34
 """Depth over width above which sloshing softens with amplitude, below which it hardens (Tadjbakhsh and Keller 1960)."""
@@ -39,15 +44,30 @@ def score(level: Level, member: Member, fit: JointFit, motion: Motion, rest_std:
 def shared_run(
     level: Level, member: Member, fit: JointFit, motion: Motion, rest_std: float, unseen: bool = False
 ) -> FreeRun | None:
-    """One trial's free run with what all trials share; None where there is no motion.
+    """One trial's free run with what all trials share, k, c, mu as dry trials and these say; None where there is no
+    motion.
 
     Of a trial that is ``unseen`` what every trial has of its own (an outside force's size and phase) is fitted to it.
     """
     own = {a.slot: a.scale for addend in fit.addends for a in addend.additions if a.of_its_own} if unseen else {}
     try:
-        return free_run(seen_by(fit.addends, motion), shared_theta(level, member, fit, motion.name), rest_std, own)
+        theta = shared_theta(level, member, fit, motion.name, learned=True)
+        return free_run(seen_by(fit.addends, motion), theta, rest_std, own)
     except IdentificationError:
         return None
+
+
+def learned_structure(member: Member, fit: JointFit) -> dict[str, Estimate]:
+    """The structure's k, c, mu as dry trials and those in water together say, by their names in the contract: with
+    these the free runs of what is named were made."""
+    fixed, found = member.model.fixed, {}
+    for symbol, term in () if fixed is None else STRUCTURE:
+        name = f"{symbol}_mean@{member.label}"
+        if name in fit.values:
+            key, unit, _ = contract_name(term.name, member.model.specimen)
+            value = getattr(fixed, symbol).value + fit.value(name)
+            found[key] = Estimate(value, fit.solution.stderr(name), 0.0, unit, "joint fit")
+    return found
 
 
 def rms(values: Sequence[float]) -> float:

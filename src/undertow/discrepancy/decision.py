@@ -257,9 +257,9 @@ def _outweighed(diagnosis: LevelDiagnosis) -> tuple[Gate, ...]:
 
 def _described(verdict: Verdict, case: Case, diagnosis: LevelDiagnosis, away: float) -> tuple[Gate, ...]:
     """Whether a name that leaves more than noise is an answer: it is where unseen trials come closer with it, about as
-    close as repetitions are, by what was measured of them. Else it describes what is unknown, if the level's own trials come
-    so close: of 17 names that did (seeds 2103001, 2104001, 2107001) 12 were of the effect or described it, of 6 that
-    did not (and 3981000) none."""
+    close as repetitions are, by what was measured of them. Else it describes what is unknown, if the level's own trials
+    come so close: of 18 names that did (seeds 2106001, 2106501, 2107001) 13 were of the effect or described it, of 5
+    that did not (one there, four near the body's rate, 3981000) none."""
     if not diagnosis.named or diagnosis.best.fit.misfit <= FAR_ABOVE_NOISE:
         return ()
     if away > PROVED:

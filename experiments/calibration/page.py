@@ -11,7 +11,7 @@ import json
 import math
 from collections import Counter
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
@@ -22,7 +22,7 @@ from experiments.blind_challenge.figures import reliability_axes
 from experiments.blind_challenge.judge import GroupResult, holds, judge_case, statement_right
 from experiments.blind_challenge.page import number, table
 from experiments.blind_challenge.run_cases import read_rows
-from undertow.discrepancy.calibration import NEARLY, Record, conditions_of, kind_of
+from undertow.discrepancy.calibration import BEYOND, LEANS, NEARLY, Record, conditions_of, kind_of
 
 PICTURE = "pictures/calibration.svg"
 
@@ -30,7 +30,8 @@ PICTURE = "pictures/calibration.svg"
 @dataclass(frozen=True)
 class Said:
     """One verdict on a group of known truth: its campaign's families of truths, its kind, whether it holds, whether its
-    names are complete and exact, whether it speaks for its campaign."""
+    names are complete and exact, whether it speaks for its campaign (one group of each, by the case's number: the
+    probability is that of any group's verdict, and the one with the strongest effect is easier to get wrong)."""
 
     families: frozenset[str]
     kind: str
@@ -48,17 +49,21 @@ def verdicts_of(folder: Path) -> list[Said]:
             continue
         case = judge_case(row, truth)
         families = frozenset(str(e["key"]) for e in truth["measures"]["effects"]) or {f"nothing, seed {row['seed']}"}
-        found += [_said(g, case.kind, frozenset(families), g is case.deciding) for g in case.groups]
-    return [one for one in found if one is not None]
+        said = [one for g in case.groups if (one := _said(g, case.kind, families)) is not None]
+        if said:
+            chosen = int(str(row["case"]).lstrip("c")) % len(said)
+            said[chosen] = replace(said[chosen], speaks=True)
+        found += said
+    return found
 
 
-def _said(group: GroupResult, kind: str, families: frozenset[str], speaks: bool) -> Said | None:
+def _said(group: GroupResult, kind: str, families: frozenset[str]) -> Said | None:
     right = holds(group)
     if right is None:
         return None
     name = kind_of(str(group.said["status"]), list(group.said["verdict"]), conditions_of(group.said["decision"]))
     exact = bool(statement_right(group, kind))
-    return Said(families, name, right, exact, speaks)
+    return Said(families, name, right, exact, speaks=False)
 
 
 def left_out(verdicts: Sequence[Said]) -> list[tuple[float, bool]]:
@@ -106,7 +111,7 @@ def _test(found: Mapping[str, Any]) -> str:
         for b in found["curve"]
     ]
     return (
-        f"{fit['n']:.0f} campaigns, the verdict of the group with the strongest effect each. "
+        f"{fit['n']:.0f} campaigns, the verdict of one group each, chosen by the case's number. "
         f"Slope {fit['slope']:.2f} (0.8 to 1.25 asked), intercept {fit['intercept']:+.2f} (within 0.3), log score "
         f"{fit['log_score']:.3f}; a calibrated forecaster with these probabilities has "
         f"{fit['calibrated_log_score']:.3f}.\n\n"
@@ -142,9 +147,10 @@ def page(
         "a posterior among the models that were fitted: that stands beside it as `posterior`. A verdict holds where "
         "nothing as large as what counts is missing, something is, or every name is of an effect that is there or "
         "describes it; a further effect without a name does not count against it. Of s verdicts, r of which held, the "
-        "next one holds with (r + 1/2) / (s + 1) (Jeffreys). `nothing_missing` is of three kinds: a level that nearly "
-        f"stands out (p below {NEARLY}), one that is seen sharply (no more than a tenth of what counts can hide), and "
-        "all others.\n",
+        "next one holds with (r + 1/2) / (s + 1) (Jeffreys). `nothing_missing` is of five kinds: a level that nearly "
+        f"stands out (p below {NEARLY}), one that leans to it (below {LEANS}) or does not, each seen sharply (no more "
+        "than a tenth of what counts can hide) or not; something small without a name of two: beyond every replica "
+        f"(p below {BEYOND}) or not.\n",
         "    python -m experiments.calibration runs/a runs/b         # the counts; --add: to those that stand\n"
         "    python -m experiments.calibration runs/a runs/b --fresh runs/c --page docs/calibration.md\n",
         "## Counts\n", f"{counts['campaigns']} campaigns of seeds {seeds}.\n",

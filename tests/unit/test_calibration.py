@@ -9,7 +9,7 @@ import pytest
 
 from experiments.blind_challenge.judge import GroupResult, holds
 from experiments.calibration.__main__ import TARGET, counted, main, together
-from experiments.calibration.page import Said, by_counts, left_out, measured
+from experiments.calibration.page import Said, by_counts, left_out, measured, verdicts_of
 from undertow.discrepancy.calibration import HIDES, LEFT, STANDS_OUT, Record, conditions_of, kind_of, record_of
 from undertow.discrepancy.verdict import Gate, Verdict
 
@@ -19,16 +19,21 @@ from undertow.discrepancy.verdict import Gate, Verdict
     [
         ("cannot_tell", (), {}, ""),
         ("nothing_missing", (), {}, "nothing_missing"),
-        ("nothing_missing", (), {STANDS_OUT: (0.04, 0.01), HIDES: (0.005, 0.04)}, "nothing_missing"),
-        ("nothing_missing", (), {STANDS_OUT: (0.04, 0.01), HIDES: (0.003, 0.04)}, "nothing_missing, seen sharply"),
+        ("nothing_missing", (), {STANDS_OUT: (0.4, 0.01), HIDES: (0.005, 0.04)}, "nothing_missing"),
+        ("nothing_missing", (), {STANDS_OUT: (0.04, 0.01)}, "nothing_missing, leans to standing out"),
+        ("nothing_missing", (), {STANDS_OUT: (0.4, 0.01), HIDES: (0.003, 0.04)}, "nothing_missing, seen sharply"),
+        ("nothing_missing", (), {STANDS_OUT: (0.2, 0.01), HIDES: (0.003, 0.04)},
+         "nothing_missing, seen sharply, leans to standing out"),
         ("nothing_missing", (), {STANDS_OUT: (0.02, 0.01), HIDES: (0.003, 0.04)}, "nothing_missing, nearly stands out"),
         ("explained", ("relaxation",), {LEFT: (2.4, 2.5)}, "explained, to the noise"),
         ("explained", ("relaxation",), {LEFT: (2.6, 2.5)}, "explained, more than noise is left"),
-        ("present_but_small", ("unknown",), {}, "present_but_small, not named"),
+        ("present_but_small", ("unknown",), {STANDS_OUT: (2e-5, 0.01)}, "present_but_small, not named"),
+        ("present_but_small", ("unknown",), {STANDS_OUT: (2e-6, 0.01)},
+         "present_but_small, not named, beyond every replica"),
         ("present_but_small", ("relaxation",), {STANDS_OUT: (0.001, 0.01)}, "present_but_small, named"),
         ("unknown", ("relaxation", "unknown"), {LEFT: (9.0, 2.5)}, "unknown"),
     ],
-)
+)  # fmt: skip
 def test_a_verdict_has_a_kind(status, names, decision, kind):
     assert kind_of(status, names, decision) == kind
 
@@ -112,6 +117,22 @@ def _said(family: str, kind: str, right: bool, speaks: bool = True) -> Said:
     return Said(frozenset({family}), kind, right, right, speaks)
 
 
+def test_one_group_of_each_campaign_speaks_for_it_whichever_has_the_strongest_effect(tmp_path):
+    groups = [{"group": {"spring": name}} for name in "abc"]
+    truth = {"kind": "nothing", "reason": "", "groups": groups, "measures": {"effects": []}}
+    (tmp_path / "sealed").mkdir()
+    rows = []
+    for case in ("c0003", "c0004"):
+        (tmp_path / "sealed" / f"{case}.json").write_text(json.dumps(truth), encoding="utf-8")
+        said = [{**one, "status": status, "verdict": [], "decision": []}
+                for one, status in zip(groups, ("nothing_missing", "cannot_tell", "unknown"), strict=True)]  # fmt: skip
+        rows.append(json.dumps({"case": case, "seed": 1, "revision": "r", "verdict": {"groups": said}}))
+    (tmp_path / "rows.jsonl").write_text("\n".join(rows), encoding="utf-8")
+    spoken = [(v.kind, v.speaks) for v in verdicts_of(tmp_path)]
+    green, other = "nothing_missing", "unknown"
+    assert spoken == [(green, False), (other, True), (green, True), (other, False)]
+
+
 def test_a_family_is_given_the_counts_of_the_others():
     many = [
         *(_said("relaxation", "unknown", right=False) for _ in range(9)),
@@ -172,8 +193,9 @@ def test_the_page_is_made_of_the_counts_and_of_a_fresh_folder(tmp_path, capsys):
     assert main([str(tmp_path), "--fresh", str(tmp_path), "--page", str(path)]) == 0
     text = path.read_text(encoding="utf-8")
     assert "24 cases of seed 7, revision r." in text
-    assert "| explained, to the noise | 0.94 | 12 of 12 |" in text
-    assert "| nothing_missing | 0.96 | 0 of 12 |" in text
+    counts = {r["kind"]: Record(**r).probability for r in json.loads(TARGET.read_text(encoding="utf-8"))["records"]}
+    assert f"| explained, to the noise | {counts['explained, to the noise']:.2f} | 12 of 12 |" in text
+    assert f"| nothing_missing | {counts['nothing_missing']:.2f} | 0 of 12 |" in text
     assert (tmp_path / "pictures" / "calibration.svg").stat().st_size > 1000
     with pytest.raises(SystemExit, match="2"):
         main([str(tmp_path), "--page", str(path)])

@@ -26,7 +26,7 @@ from undertow.comparison.suspects import SUSPECTS
 from undertow.conditioning.motion import Motion
 from undertow.discrepancy.calibration import record_of
 from undertow.discrepancy.case import Case
-from undertow.discrepancy.decision import evidence, posterior
+from undertow.discrepancy.decision import Reach, evidence, posterior
 from undertow.discrepancy.dry_check import dry_answer
 from undertow.discrepancy.earned import earned, holds_with_twice_the_scatter, without_answer
 from undertow.discrepancy.findings import AugmentedRun
@@ -90,10 +90,10 @@ def judge_level(
     springs, likely = {one.member.label for one in cases}, tested.tests[0].name if tested.tests else ""
     in_air = dry_answer(diagnosis, likely, [c for c in dry if clean and c.member.label in springs])
     diagnosis = replace(diagnosis, best=replace(diagnosis.best, fit=with_errors_by_trials(diagnosis.best.fit)))
-    away = rms([runs[m.name].nrmse / case.allowed for case in cases for m in case.member.motions if m.name in runs])
+    reach = _reach(cases, runs)
     said = (_verdict(level, case, diagnosis, to, runs) for case, to in zip(cases, moved, strict=True))
     verdicts = tuple(
-        _with_evidence(level, earned(verdict, case, diagnosis, tested, doubled, in_air, away), case, diagnosis, tested)
+        _with_evidence(level, earned(verdict, case, diagnosis, tested, doubled, in_air, reach), case, diagnosis, tested)
         for verdict, case in zip(said, cases, strict=True)
     )
     labels = tuple(c.member.label for c in cases)
@@ -148,6 +148,15 @@ def _runs(level: Level, case: Case, diagnosis: LevelDiagnosis) -> dict[str, Augm
     runs |= {m.name: shared_run(level, member, fit, m, width, unseen=True) for m in case.held}
     motions = {m.name: m for m in (*member.motions, *case.held)}
     return {name: _augmented(run, motions[name]) for name, run in runs.items() if run is not None}
+
+
+def _reach(cases: Sequence[Case], runs: Mapping[str, AugmentedRun]) -> Reach:
+    """How far what is named reaches on the level's trials, in their groups' repeatabilities."""
+    own = [runs[m.name].nrmse / case.allowed for case in cases for m in case.member.motions if m.name in runs]
+    told = [(case, rms([runs[m.name].nrmse for m in case.held if m.name in runs])) for case in cases]
+    pairs = [(case.baseline.held_out_nrmse / case.allowed, after / case.allowed) for case, after in told]
+    before, after = (rms([pair[i] for pair in pairs if np.all(np.isfinite(pair))]) for i in (0, 1))
+    return Reach(rms(own), 1.0 - (after / before) ** 2 if before > 0.0 else math.nan)
 
 
 def _augmented(run: FreeRun, motion: Motion) -> AugmentedRun:

@@ -8,6 +8,7 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from tests.findings_fixture import small_findings
+from undertow.discrepancy import calibration
 from undertow.discrepancy.calibration import LEFT, record_of
 from undertow.discrepancy.findings import AugmentedRun, TrialFindings
 from undertow.discrepancy.verdict import Described, Gate
@@ -78,7 +79,9 @@ def test_a_group_says_its_proof_on_unseen_trials_and_how_probable_it_is():
     assert likelihood_words(replace(verdict, status="not_identifiable")) == ""
 
 
-def test_few_verdicts_are_counted_and_make_no_percentage():
+def test_few_verdicts_are_counted_and_make_no_percentage(monkeypatch):
+    kind = "explained, more than noise is left"
+    monkeypatch.setattr(calibration, "_records", lambda: {kind: calibration.Record(kind, 7, 5)})
     found = small_findings()
     group = found.groups[-1]
     left = Gate(LEFT, "mean squared residual over noise", 30.0, 2.5, False)
@@ -88,7 +91,7 @@ def test_few_verdicts_are_counted_and_make_no_percentage():
     )  # fmt: skip
     record = record_of(verdict)
     assert record is not None
-    assert record.few == f"{record.right} of {record.said}"
+    assert record.few == "5 of 7"
     assert likelihood_words(verdict) == record.few
     assert verdict_block(verdict)["confidence"] == ""
     said = replace(found, groups=(replace(group, verdict=verdict),))

@@ -12,7 +12,7 @@ from undertow.comparison.candidate import Candidate, probability
 from undertow.comparison.null_test import NullTest, SuspectTest
 from undertow.comparison.search import _Search
 from undertow.discrepancy.case import Case
-from undertow.discrepancy.decision import Reach, posterior
+from undertow.discrepancy.decision import Closeness, posterior
 from undertow.discrepancy.dry_check import DryAnswer
 from undertow.discrepancy.earned import earned
 from undertow.discrepancy.judge import _left, _physics
@@ -434,11 +434,12 @@ def test_a_set_that_holds_the_small_effect_is_no_other_name_for_it():
 def test_what_leaves_the_trials_of_its_own_water_far_away_is_no_description(away, told, names):
     level = diagnosis(True, best=candidate("linear_damping", 20.0, misfit=12.0))
     for verdict in (NAMED, replace(NAMED, status="unknown", verdict=("linear_damping", "unknown"))):
-        said = earned(verdict, case(), level, NullTest(math.nan), True, DryAnswer(), Reach(away, told))
+        said = earned(verdict, case(), level, NullTest(math.nan), True, DryAnswer(), Closeness(away, told))
         assert (said.status, said.verdict) == ("unknown", names)
         assert ("1.6 times as far away as repetitions are" in said.sentence) == (names == ("unknown",))
     level = diagnosis(True, best=candidate("linear_damping", 20.0, misfit=1.2))
-    assert earned(NAMED, case(), level, NullTest(math.nan), True, DryAnswer(), Reach(away, told)).status == "explained"
+    near = earned(NAMED, case(), level, NullTest(math.nan), True, DryAnswer(), Closeness(away, told))
+    assert near.status == "explained"
 
 
 def replace_label(one: SimpleNamespace, label: str) -> SimpleNamespace:

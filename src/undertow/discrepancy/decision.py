@@ -45,7 +45,7 @@ names with less, on campaigns of known truth, 8 were wrong, of 31 with more 3; o
 noise, 3 of 4 and 3 of 21."""
 
 @dataclass(frozen=True)
-class Reach:
+class Closeness:
     """How far what is named reaches on a level: how many repeatabilities its training trials are away with it, and the
     share of the squared error of unseen trials that it explains (nan where there are none)."""
 
@@ -53,7 +53,7 @@ class Reach:
     explained: float = math.nan
 
 
-NEAR = Reach()
+NEAR = Closeness()
 """What reaches all trials."""
 
 NO_ANSWER = DryAnswer()
@@ -65,7 +65,7 @@ EVERY = ("nothing_missing", "explained", "not_identifiable", "unknown")
 
 def gates(
     verdict: Verdict, case: Case, diagnosis: LevelDiagnosis, tested: NullTest, holds_doubled: bool,
-    in_air: DryAnswer = NO_ANSWER, reach: Reach = NEAR,
+    in_air: DryAnswer = NO_ANSWER, reach: Closeness = NEAR,
 ) -> tuple[Gate, ...]:
     """What a verdict must pass to be said, in order: the first that is not passed and bars its status decides.
 
@@ -268,7 +268,7 @@ def _outweighed(diagnosis: LevelDiagnosis) -> tuple[Gate, ...]:
     return (Gate("outweighed", statistic, likely, MORE_LIKELY, passed, because, "outweighed", bars),)
 
 
-def _described(verdict: Verdict, case: Case, diagnosis: LevelDiagnosis, reach: Reach) -> tuple[Gate, ...]:
+def _described(verdict: Verdict, case: Case, diagnosis: LevelDiagnosis, reach: Closeness) -> tuple[Gate, ...]:
     """Whether a name that leaves more than noise is an answer: it is where unseen trials come closer with it, about as
     close as repetitions are, by what was measured of them. Else it describes what is unknown, if the level's own trials
     come so close, or unseen ones show three quarters less of it (in variance): of 18 names with which they came so

@@ -21,7 +21,7 @@ from undertow.comparison.null_test import NullTest
 from undertow.comparison.search import WORTH
 from undertow.comparison.sizes import COUNTS_IN_REPEATABILITY
 from undertow.discrepancy.case import Case
-from undertow.discrepancy.decision import DOUBLED, NEAR, NO_ANSWER, Reach, gates
+from undertow.discrepancy.decision import DOUBLED, NEAR, NO_ANSWER, Closeness, gates
 from undertow.discrepancy.dry_check import DryAnswer
 from undertow.discrepancy.verdict import Gate, Status, Verdict
 from undertow.discrepancy.words import percent
@@ -49,7 +49,7 @@ NO_ANSWER_BUT = ("further", "outweighed", "described", "dry", "structure")
 
 def earned(
     verdict: Verdict, case: Case, diagnosis: LevelDiagnosis, tested: NullTest, holds_doubled: bool,
-    in_air: DryAnswer = NO_ANSWER, reach: Reach = NEAR,
+    in_air: DryAnswer = NO_ANSWER, reach: Closeness = NEAR,
 ) -> Verdict:
     """The verdict itself, ``cannot_tell`` with what is lacking, or ``present_but_small``: the first of its `gates` that
     is not passed and bars its status decides."""

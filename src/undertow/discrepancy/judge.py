@@ -26,7 +26,7 @@ from undertow.comparison.suspects import SUSPECTS
 from undertow.conditioning.motion import Motion
 from undertow.discrepancy.calibration import record_of
 from undertow.discrepancy.case import Case
-from undertow.discrepancy.decision import Reach, evidence, posterior
+from undertow.discrepancy.decision import Closeness, evidence, posterior
 from undertow.discrepancy.dry_check import dry_answer
 from undertow.discrepancy.earned import earned, holds_with_twice_the_scatter, without_answer
 from undertow.discrepancy.findings import AugmentedRun
@@ -150,13 +150,13 @@ def _runs(level: Level, case: Case, diagnosis: LevelDiagnosis) -> dict[str, Augm
     return {name: _augmented(run, motions[name]) for name, run in runs.items() if run is not None}
 
 
-def _reach(cases: Sequence[Case], runs: Mapping[str, AugmentedRun]) -> Reach:
+def _reach(cases: Sequence[Case], runs: Mapping[str, AugmentedRun]) -> Closeness:
     """How far what is named reaches on the level's trials, in their groups' repeatabilities."""
     own = [runs[m.name].nrmse / case.allowed for case in cases for m in case.member.motions if m.name in runs]
     told = [(case, rms([runs[m.name].nrmse for m in case.held if m.name in runs])) for case in cases]
     pairs = [(case.baseline.held_out_nrmse / case.allowed, after / case.allowed) for case, after in told]
     before, after = (rms([pair[i] for pair in pairs if np.all(np.isfinite(pair))]) for i in (0, 1))
-    return Reach(rms(own), 1.0 - (after / before) ** 2 if before > 0.0 else math.nan)
+    return Closeness(rms(own), 1.0 - (after / before) ** 2 if before > 0.0 else math.nan)
 
 
 def _augmented(run: FreeRun, motion: Motion) -> AugmentedRun:

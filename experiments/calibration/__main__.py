@@ -5,8 +5,8 @@
     python -m experiments.calibration runs/calibration [FOLDER ...]            # --add: beside the counts that stand
     python -m experiments.calibration runs/calibration [FOLDER ...] --fresh runs/fresh --page docs/calibration.md
 
-Sealed campaigns of one or more seeds (2101501, 2101801, 2101901 and 2102001, of four revisions of the rules; added to
-them 2106001 and 2106501 of the present ones), which are calibration from then on. Cases that data cannot tell are left
+Sealed campaigns of one or more seeds (2106001, 2106501 and 2107001, of two revisions of the rules), which are
+calibration from then on. Cases that data cannot tell are left
 out: no statement about them is right or wrong.
 
 A verdict holds where what it says is so: nothing as large as what counts is missing (`nothing_missing`), something is

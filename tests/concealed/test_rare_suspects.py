@@ -20,7 +20,7 @@ from undertow.comparison.suspects import SUSPECTS, chosen
 from undertow.discrepancy.case import Case
 from undertow.discrepancy.judge import judge, undecided
 from undertow.discrepancy.transfer import from_other_springs
-from undertow.discrepancy.validation import addition_parameters, shared_run
+from undertow.discrepancy.validation import addition_parameters, learned_structure, shared_run
 from undertow.discrepancy.verdict import Described
 from undertow.equation import registry
 from undertow.equation.kernel import SLOT
@@ -273,6 +273,11 @@ def test_a_description_hears_what_trials_in_water_say_of_the_dry_means(plain):
     assert learned[SLOT["k1"]] - told[SLOT["k1"]] == pytest.approx(fit.value("k_mean@short"), rel=1e-6)
     run = shared_run(plain, member, fit, motion, member.options.rest_offset_std)
     assert run.theta[SLOT["k1"]] == learned[SLOT["k1"]]
+    said = learned_structure(member, fit)
+    assert set(said) == {"k_N_per_m", "c_Ns_per_m", "mu"}
+    assert said["k_N_per_m"].value == pytest.approx(learned[SLOT["k1"]])
+    assert said["mu"].value * member.model.specimen.normal_force_N == pytest.approx(learned[SLOT["fc"]])
+    assert said["c_Ns_per_m"].stderr == fit.solution.stderr("c_mean@short")
 
 
 @pytest.mark.parametrize(("speed", "called"), [(0.05, "stribeck_friction"), (0.1, "coulomb_friction")])

@@ -15,7 +15,7 @@ from undertow.discrepancy.case import Case
 from undertow.discrepancy.decision import Closeness, posterior
 from undertow.discrepancy.dry_check import DryAnswer
 from undertow.discrepancy.earned import earned
-from undertow.discrepancy.judge import _left, _physics
+from undertow.discrepancy.judge import _left, _physics, _reach
 from undertow.discrepancy.verdict import Described, Verdict
 from undertow.quantities import Estimate
 
@@ -412,6 +412,9 @@ def test_a_law_on_its_bound_speaks_for_the_simpler_one_which_it_becomes_there():
     assert (said.status, said.verdict) == ("present_but_small", ("coulomb_friction",))
     named = replace(NAMED, verdict=("coulomb_friction",))
     assert judged(named, case(), diagnosis(True, best=plain, candidates=(plain, bound)), True).status == "explained"
+    pair = {"names": ("stribeck_friction", "hysteresis"), "amounts_to": ("coulomb_friction", "hysteresis"), "score": 300.0}
+    more = SimpleNamespace(**(vars(bound) | pair))  # a set that holds what is said, by what it amounts to
+    assert judged(named, case(), diagnosis(True, best=plain, candidates=(plain, more)), True).status == "explained"
     sliding = candidate("stribeck_friction", 42.0, "its force is 1.0 standard errors from zero")
     assert judged(named, case(), diagnosis(True, best=plain, candidates=(plain, sliding)), True).status == "unknown"
 
@@ -440,6 +443,18 @@ def test_what_leaves_the_trials_of_its_own_water_far_away_is_no_description(away
     level = diagnosis(True, best=candidate("linear_damping", 20.0, misfit=1.2))
     near = earned(NAMED, case(), level, NullTest(math.nan), True, DryAnswer(), Closeness(away, told))
     assert near.status == "explained"
+
+
+def test_what_is_named_reaches_as_far_as_its_groups_together():
+    runs = {"a": 0.06, "b": 0.06, "c": 0.08, "d": 0.03}
+    runs = {name: SimpleNamespace(nrmse=error) for name, error in runs.items()}
+    held = tuple(SimpleNamespace(name=name) for name in "d")
+    near = replace(case(baseline=Described(0.04, 0.06)), held=held)
+    alone = case(allowed=0.1)
+    reach = _reach((near, alone), runs)  # three trials of 1.2, 1.2 and 1.6 repeatabilities, the same of half that
+    assert reach.away == pytest.approx(math.sqrt((1.2**2 + 1.2**2 + 1.6**2) * (1.0 + 0.25) / 6.0))
+    assert reach.explained == pytest.approx(0.75)
+    assert math.isnan(_reach((alone,), runs).explained)
 
 
 def replace_label(one: SimpleNamespace, label: str) -> SimpleNamespace:

@@ -15,7 +15,6 @@ from undertow.comparison.joint import JointFit, shared_theta
 from undertow.comparison.level import Addend, Level, Member, full_name, seen_by
 from undertow.conditioning.motion import Motion
 from undertow.discrepancy.verdict import PhysicalCheck
-from undertow.equation.structure import CoulombFriction, Stiffness, ViscousDamping
 from undertow.errors import IdentificationError
 from undertow.likelihood.free_run import FreeRun, free_run
 from undertow.likelihood.scale import contract_name
@@ -27,9 +26,6 @@ STANDARD_GRAVITY_M_PER_S2 = 9.81
 
 FINITE_AMPLITUDE_MARGIN = 0.05
 """Relative error within which a frequency still counts as above its lower bound: finite amplitude and the fit."""
-
-STRUCTURE = (("k", Stiffness), ("c", ViscousDamping), ("mu", CoulombFriction))
-"""The laws of a structure by the symbols of their coefficients."""
 
 SOFTENING_RATIO = 0.34
 """Depth over width above which sloshing softens with amplitude, below which it hardens (Tadjbakhsh and Keller 1960)."""
@@ -61,11 +57,11 @@ def learned_structure(member: Member, fit: JointFit) -> dict[str, Estimate]:
     """The structure's k, c, mu as dry trials and those in water together say, by their names in the contract: with
     these the free runs of what is named were made."""
     fixed, found = member.model.fixed, {}
-    for symbol, term in () if fixed is None else STRUCTURE:
-        name = f"{symbol}_mean@{member.label}"
+    for term in () if fixed is None else member.model.terms:
+        name = f"{term.structural}_mean@{member.label}"
         if name in fit.values:
             key, unit, _ = contract_name(term.name, member.model.specimen)
-            value = getattr(fixed, symbol).value + fit.value(name)
+            value = getattr(fixed, term.structural).value + fit.value(name)
             found[key] = Estimate(value, fit.solution.stderr(name), 0.0, unit, "joint fit")
     return found
 

@@ -413,7 +413,7 @@ def test_a_law_on_its_bound_speaks_for_the_simpler_one_which_it_becomes_there():
     named = replace(NAMED, verdict=("coulomb_friction",))
     assert judged(named, case(), diagnosis(True, best=plain, candidates=(plain, bound)), True).status == "explained"
     pair = {"names": ("stribeck_friction", "hysteresis"), "amounts_to": ("coulomb_friction", "hysteresis")}
-    more = SimpleNamespace(**(vars(bound) | pair | {"score": 300.0}))  # a set that holds what is said, by what it amounts to
+    more = SimpleNamespace(**(vars(bound) | pair | {"score": 300.0}))  # holds what is said, by what it amounts to
     assert judged(named, case(), diagnosis(True, best=plain, candidates=(plain, more)), True).status == "explained"
     sliding = candidate("stribeck_friction", 42.0, "its force is 1.0 standard errors from zero")
     assert judged(named, case(), diagnosis(True, best=plain, candidates=(plain, sliding)), True).status == "unknown"

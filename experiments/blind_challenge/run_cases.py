@@ -61,7 +61,7 @@ def _exit_code(stop: SystemExit) -> int:
 
 def _campaign(config: str, out: str, log: str, module: str) -> int:
     """Run the program's command in this process; its exit code. Messages go to `log`."""
-    sys.argv = [module, "run", config, "--out", out, "--jobs", "1"]
+    sys.argv = [module, "run", config, "--out", out, "--jobs", "1", "--no-page"]
     with (
         open(log, "w", encoding="utf-8") as stream,
         contextlib.redirect_stdout(stream),

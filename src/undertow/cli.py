@@ -169,6 +169,7 @@ def run(
     scheduler: Annotated[
         str, typer.Option("--scheduler", metavar="ADDRESS", help="A Dask cluster's, such as tcp://host:8786.")
     ] = "",
+    page: Annotated[bool, typer.Option("--page/--no-page", help="Without: tables and verdicts alone.")] = True,
 ) -> None:
     """The whole way, from recordings to report; prints a table of verdicts."""
     _one_voice(quiet, verbose)
@@ -176,8 +177,8 @@ def run(
         from undertow.campaign.run.cluster import on_cluster
         from undertow.campaign.run.folder import run_to_folder
         warnings.filterwarnings("ignore", _IDLE_WORKER)
-        with on_cluster(scheduler), _progress(quiet, verbose) as progress:
-            finished = run_to_folder(config, overrides or (), out, jobs=jobs, resume=resume, progress=progress)
+        with on_cluster(scheduler), _progress(quiet, verbose) as say:
+            finished = run_to_folder(config, overrides or (), out, jobs=jobs, resume=resume, progress=say, page=page)
     from undertow.front.terminal.verdicts import last_line, run_json, run_text
     if as_json:
         _print_json(run_json(finished))

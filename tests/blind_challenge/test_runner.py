@@ -11,7 +11,7 @@ ROOT = Path(__file__).resolve().parents[2]
 PROGRAM = """
 import json, pathlib, sys, time
 config, out = pathlib.Path(sys.argv[2]), pathlib.Path(sys.argv[4])
-assert sys.argv[1] == "run" and sys.argv[5:] == ["--jobs", "1"]
+assert sys.argv[1] == "run" and sys.argv[5:] == ["--jobs", "1", "--no-page"]
 what = config.read_text().strip()
 print("seen: " + what + " beside " + ",".join(sorted(p.name for p in config.parent.iterdir())))
 while what == "slow":

@@ -263,6 +263,22 @@ def test_an_older_run_stays_whole_until_the_new_one_is_finished(
     assert files_of(tmp_path / "run") == before
 
 
+def test_without_a_page_tables_are_the_same_and_an_older_page_shows_no_other_numbers(
+    capsys: Capture, small: Campaign, tmp_path: Path
+) -> None:
+    whole, bare = tmp_path / "whole", tmp_path / "bare"
+    run(capsys, small, whole)
+    for _ in range(2):
+        run(capsys, small, bare)
+        said = run(capsys, small, bare, "--no-page")
+    assert said.code == 0
+    assert said.out.rstrip().endswith(f"report: {bare / 'verdict.json'}")
+    assert tables(bare) == tables(whole)
+    assert {p.name for p in bare.iterdir()} == FILES - {"report.html", "figures"} | {"earlier_run"}
+    assert (bare / "earlier_run" / "report.html").is_file()
+    assert any((bare / "earlier_run" / "figures").iterdir())
+
+
 def test_a_run_beside_another_in_one_folder_is_refused(capsys: Capture, small: Campaign, tmp_path: Path) -> None:
     (tmp_path / "run").mkdir()
     with claimed(tmp_path / "run"):

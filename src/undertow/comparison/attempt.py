@@ -27,6 +27,8 @@ COMMON = frozenset({"acceleration_shift_s", "acceleration_gain"})
 REFINED = 2
 """Of several starts, so many of the best are followed to their end."""
 
+SAME_END = 0.01
+"""Quick fits of one model whose criteria differ by less ended at the same place."""
 
 QUICK_LOOKS = 300.0
 """What one start may spend, in looks at the level as it stands: those of laws that were named took under 200."""
@@ -99,7 +101,7 @@ def from_starts(
     if not quick:
         return None
     ahead = sorted(quick, key=lambda f: f.criterion)[: (REFINED if len(starts) * len(waters) > 1 else 1)]
-    fit = min((_refined(level, f) for f in ahead), key=lambda f: f.criterion)
+    fit = min((_refined(level, f) for f in _apart(ahead)), key=lambda f: f.criterion)
     return Candidate((*best.suspects, suspect), fit, prior, doubt(level, fit, best.fit))
 
 
@@ -117,7 +119,7 @@ def from_places(
     fits = [f for w, p in tried if (f := _from_place(w, best, suspect, p.additions)) is not None]
     if not fits:
         return None
-    ahead = min((_refined(level, f) for f in fits), key=lambda f: f.criterion)
+    ahead = min((_refined(level, f) for f in _apart(fits)), key=lambda f: f.criterion)
     return Candidate((*best.suspects, suspect), ahead, prior, doubt(level, ahead, best.fit))
 
 
@@ -242,6 +244,15 @@ def _with(
             if out.meter is not meter:
                 raise
             return None
+
+
+def _apart(fits: Sequence[JointFit]) -> list[JointFit]:
+    """Quick fits without those that ended where an earlier one did: all would be followed to the same end."""
+    found: list[JointFit] = []
+    for fit in fits:
+        if not any(fit.shared_water == f.shared_water and abs(fit.criterion - f.criterion) < SAME_END for f in found):
+            found.append(fit)
+    return found
 
 
 def _refined(level: Level, fit: JointFit) -> JointFit:

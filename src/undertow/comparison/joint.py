@@ -34,8 +34,8 @@ from undertow.recording.recording import Array
 LAST_SWINGS = 3.0
 """Swings count down to this many times mu N / k."""
 
-REFITS = 4
-"""Fits of one model at its own noise: the noise is found after two or three."""
+COARSE_FITS = 3
+"""Fits of one model by which its own noise is found, at most, before the last one, which goes to the end."""
 
 SETTLED = 0.2
 """A trial's noise is found when its logarithm moves by less than this from fit to fit."""
@@ -320,19 +320,17 @@ def fit_joint(
     problem = build(level, addends)
     values = np.array([start.get(u.name, u.start) for u in problem.unknowns])
     misfits = {t.name: misfit for t in problem.trials}
-    solution: Solution | None = None
-    effort = output_error.QUICK if quick else output_error.FULL
-    for i in range(1 if quick else REFITS):
+    efforts = (output_error.QUICK,) if quick else (*[output_error.COARSE] * COARSE_FITS, output_error.CLOSE)
+    settled = False
+    for i, effort in enumerate(efforts):
+        if settled and effort is not efforts[-1]:
+            continue
         hot = tempered(problem, misfits, memory)
         solution = output_error.fit(hot, values, growing=growing and i == 0, effort=effort)
         values = solution.values
         found = trial_misfits(solution, misfits, memory)
         settled = max(abs(math.log(found[name] / misfits[name])) for name in found) < SETTLED
         misfits = found
-        if settled:
-            break
-    if solution is None:
-        raise IdentificationError(f"{REFITS} fits gave no solution")
     typical = math.exp(float(np.mean(np.log(list(misfits.values())))))
     samples = max(solution.n_data / memory, 2.0)
     worth = criterion(solution, misfits, memory) + _width(problem, addends, samples)

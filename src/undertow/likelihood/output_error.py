@@ -149,10 +149,21 @@ class SearchEffort:
     as_left: bool = False
     steps_a_period: int = TRAJECTORY_STEPS_PER_PERIOD
 
+    @property
+    def thorough(self) -> bool:
+        """Whether what ends far from the recordings is tried again from its start, on the whole record at once."""
+        return self.iterations >= MAX_ITERATIONS
+
 
 FULL = SearchEffort()
 QUICK = SearchEffort(12, 0.05, steps_a_period=24)
 """Enough to tell a good start from a bad one; motions are within 3e-6 of the release."""
+
+CLOSE = SearchEffort(stop_in_stderr=0.01)
+"""Enough to compare models: a hundredth of a standard error changes a log evidence by 1e-4."""
+
+COARSE = SearchEffort(stop_in_stderr=0.05, steps_a_period=24)
+"""Enough to find what noise a model leaves: as QUICK, but followed to where it comes to rest."""
 
 
 def _search(problem: Problem, values: Array, effort: SearchEffort = FULL) -> Descent[_Point]:
@@ -210,8 +221,8 @@ def fit(
         end = _search(problem, first, effort)  # what fits a window ran away in the next
     iterations += end.iterations
     n_data = sum(r.size for r in end.place.residuals)
-    if growing and effort is FULL and (not end.converged or end.place.chi2 > POOR_FIT * n_data):
-        second = _search(problem, first)
+    if growing and effort.thorough and (not end.converged or end.place.chi2 > POOR_FIT * n_data):
+        second = _search(problem, first, effort)
         iterations += second.iterations
         end = second if second.place.cost < end.place.cost else end
     return _solution(problem, end.values, end.place, iterations, end.converged)
@@ -224,7 +235,7 @@ def _compiled(problem: Problem, values: Array, windows: list[float], effort: Sea
     if found is None:
         return None
     n_data = sum([r.size for r in found.residuals])
-    if windows and effort is FULL and (not found.converged or found.chi2 > POOR_FIT * n_data):
+    if windows and effort.thorough and (not found.converged or found.chi2 > POOR_FIT * n_data):
         second = sheet.search(problem, values, np.array([math.inf]), *limits)
         if second is not None and second.cost < found.cost:
             found = second

@@ -63,9 +63,14 @@ class DrivenFinished:
     contradicted: tuple[str, ...] = ()
 
     @property
+    def told(self) -> Path:
+        """The file that tells most: the page."""
+        return self.folder / "report.html"
+
+    @property
     def summary(self) -> str:
         """The sentence, and where the report is."""
-        return f"{self.sentence}\nreport: {self.folder / 'report.html'}"
+        return f"{self.sentence}\nreport: {self.told}"
 
 
 @dataclass(frozen=True)

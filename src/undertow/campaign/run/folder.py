@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import json
 import logging
+import shutil
 import time
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager, suppress
@@ -38,10 +39,15 @@ from undertow.report.html import write_report
 from undertow.report.tables import RunTables
 from undertow.report.writing import write_pieces, write_text
 
+PAGE = "report.html"
+
 RESULTS = (
-    "report.html", "verdict.json", "trials.csv", "levels.csv", "mismatch.csv", "equations.json", "manifest.json",
+    PAGE, "verdict.json", "trials.csv", "levels.csv", "mismatch.csv", "equations.json", "manifest.json",
 )  # fmt: skip
 """What is moved into `EARLIER` when a later run in the same folder fails."""
+
+FIGURES = "figures"
+"""What stands beside the page."""
 
 EARLIER = "earlier_run"
 
@@ -63,11 +69,17 @@ class Finished:
     findings: Findings
     extent: Extent = field(default_factory=Extent)
     contradicted: tuple[str, ...] = ()
+    page: bool = True
 
     @property
     def failed(self) -> tuple[FailedTrial, ...]:
         """Trials that could not be used."""
         return self.findings.failed
+
+    @property
+    def told(self) -> Path:
+        """The file that tells most: the page, or verdict.json where none was asked for."""
+        return self.folder / (PAGE if self.page else "verdict.json")
 
     @property
     def summary(self) -> str:
@@ -77,8 +89,8 @@ class Finished:
             lines.append(f"{count(more, 'more group')}: {self.folder / 'verdict.json'}")
         doubts = [f"doubt: {one}" for one in self.findings.doubts[:DOUBTS_PRINTED]]
         if more := len(self.findings.doubts) - len(doubts):
-            doubts.append(f"{count(more, 'more doubt')}: {self.folder / 'report.html'}")
-        return "\n".join([*lines, self.findings.across_groups, *doubts, f"report: {self.folder / 'report.html'}"])
+            doubts.append(f"{count(more, 'more doubt')}: {self.told}")
+        return "\n".join([*lines, self.findings.across_groups, *doubts, f"report: {self.told}"])
 
 
 def run_to_folder(
@@ -89,8 +101,12 @@ def run_to_folder(
     jobs: int = 0,
     resume: bool = False,
     progress: Progress = silent,
+    page: bool = True,
 ) -> Finished | DrivenFinished:
     """Run a campaign and write its folder (default ``runs/<name>``); finished groups are kept as they come.
+
+    Without ``page`` tables, verdicts and equations are all that is written, in about half of the time; the page of an
+    older run goes to `EARLIER`, for it would show other numbers. A campaign of driven bodies always has its page.
 
     An older run's files stay until the new ones are ready, and are moved into `EARLIER` where the new run fails.
     ``config.yaml`` is there from the start, unless an older one is, so that an interrupted run can go on from its
@@ -128,13 +144,16 @@ def run_to_folder(
                 entries = [entry for _, entry in sorted(equations, key=lambda one: str(one[0]))]
                 write_json(new / "equations.json", equations_file(entries, config))
             made = provenance(findings, config, config_path, overrides)
-            write_report(findings, new, made | {"config_text": text}, gathered.extent, _Drawing(jobs))
+            if page:
+                write_report(findings, new, made | {"config_text": text}, gathered.extent, _Drawing(jobs))
+            else:
+                _set_aside(folder, (PAGE, FIGURES))
             made["wall_time_s"]["report"] = round(time.perf_counter() - start, 3)
             write_pieces(new / "manifest.json", manifest_pieces(made, config))
     except OSError as reason:
         what = f"{reason.strerror or reason} ({reason.filename or folder})"
         raise UndertowError(f"run folder {folder} cannot be written: {what}; choose another with --out") from reason
-    return Finished(folder, findings, gathered.extent, tuple(gathered.contradicted))
+    return Finished(folder, findings, gathered.extent, tuple(gathered.contradicted), page)
 
 
 def _of_driven(
@@ -238,14 +257,17 @@ def _whole_or_aside(folder: Path) -> Iterator[None]:
         raise UndertowError(failure(reason)) from reason
 
 
-def _set_aside(folder: Path) -> None:
-    """Move an older run's results out of the way of one that failed: nobody takes them for its own."""
-    found = [path for path in (folder / name for name in RESULTS) if path.exists()]
+def _set_aside(folder: Path, names: Sequence[str] = RESULTS) -> None:
+    """Move an older run's results out of the way of one that failed, or makes none of these: nobody takes them for its
+    own."""
+    found = [path for path in (folder / name for name in names) if path.exists()]
     if not found or not (folder / "manifest.json").exists():
         return
     earlier = folder / EARLIER
     earlier.mkdir(exist_ok=True)
     for path in found:
+        if (earlier / path.name).is_dir():
+            shutil.rmtree(earlier / path.name)
         path.replace(earlier / path.name)
 
 

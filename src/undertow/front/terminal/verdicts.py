@@ -125,7 +125,7 @@ def run_text(finished: Finished | DrivenFinished, width: int = 0, colour: bool =
     listed = doubts if verbose else doubts[:DOUBTS_PRINTED]
     lines += [f"doubt: {one}" for one in listed]
     if more := len(doubts) - len(listed):
-        lines.append(f"{count(more, 'more doubt')}: {finished.folder / 'report.html'}")
+        lines.append(f"{count(more, 'more doubt')}: {finished.told}")
     return "\n".join([*lines, last_line(finished)])
 
 
@@ -135,8 +135,8 @@ def no_gain_lines(findings: Findings) -> list[str]:
 
 
 def last_line(finished: Finished | DrivenFinished) -> str:
-    """Where the page is: the last line of `undertow run`, and the only one with ``--quiet``."""
-    return f"report: {finished.folder / 'report.html'}"
+    """Where the page is (without one, verdict.json): the last line of `undertow run`, the only one with ``--quiet``."""
+    return f"report: {finished.told}"
 
 
 def run_json(finished: Finished | DrivenFinished) -> dict[str, Any]:
@@ -144,7 +144,7 @@ def run_json(finished: Finished | DrivenFinished) -> dict[str, Any]:
     return {
         **read_verdicts(finished.folder),
         "folder": str(finished.folder),
-        "report": str(finished.folder / "report.html"),
+        "report": str(finished.told),
         "failed": [{"trial": one.name, "because": one.reason} for one in finished.failed],
         "contradicted": list(finished.contradicted),
         "doubts": [] if isinstance(finished, DrivenFinished) else list(finished.findings.doubts),

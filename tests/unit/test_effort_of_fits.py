@@ -1,4 +1,4 @@
-"""Where a suspect's fits spend their steps: no end is followed twice, and only the last fit of a model goes to its end."""
+"""Where a suspect's fits spend their steps: no end is followed twice, only a model's last fit goes to its end."""
 
 from __future__ import annotations
 

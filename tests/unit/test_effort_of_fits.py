@@ -8,7 +8,7 @@ import pytest
 
 from undertow.comparison import joint
 from undertow.comparison.attempt import SAME_END, _apart
-from undertow.likelihood.output_error import CLOSE, COARSE, QUICK
+from undertow.likelihood.output_error import CLOSE, COARSE, FULL, QUICK
 
 
 def quick(criterion: float, shared_water: bool = True) -> SimpleNamespace:
@@ -66,3 +66,7 @@ def test_where_the_noise_is_known_one_coarse_fit_goes_before_the_last(efforts):
 def test_a_quick_fit_is_one_fit(efforts):
     joint.fit_joint(LEVEL, (), 1.0, {}, 10.0, growing=True, quick=True)
     assert efforts == [(True, QUICK)]
+
+
+def test_only_a_quick_fit_is_not_tried_again_from_its_start():
+    assert [effort.thorough for effort in (FULL, CLOSE, COARSE, QUICK)] == [True, True, True, False]

@@ -26,8 +26,10 @@ from undertow.conditioning.period import dominant_period
         pytest.param(("hidden_resonator", "linear_damping"), 4.0, 34, marks=pytest.mark.slow),
         # a force with a phase of its own in every trial takes up much of what the resonator does
         pytest.param(("hidden_resonator", "linear_damping"), 1.5, 33, marks=pytest.mark.slow),
+        # two resonators come first, then the damping, beside which the first of them could be anything
+        pytest.param(("hidden_resonator", "linear_damping"), 4.0, 3995801, marks=pytest.mark.slow),
     ],
-    ids=["behind an echo", "both or none", "not a force"],
+    ids=["behind an echo", "both or none", "not a force", "behind two resonators"],
 )
 def test_two_effects_are_named_together(hidden, strength, seed):
     case = hidden_case("pairs", hidden, strength, seed)

@@ -7,7 +7,10 @@ from types import SimpleNamespace
 import pytest
 
 from undertow.comparison import needless
+from undertow.comparison.attempt import closed_up
+from undertow.comparison.level import Addend
 from undertow.comparison.needless import leanest, shorter_sets
+from undertow.comparison.suspect import Addition
 
 
 def shorter(score: float, error: float, out: str = "") -> tuple[SimpleNamespace, float]:
@@ -47,7 +50,6 @@ def asked(monkeypatch) -> list[tuple[int, tuple[int, ...]]]:
     left = SimpleNamespace(fit=None)
     monkeypatch.setattr(needless, "without", lambda _level, _c, place, prior: seen.append((place, prior)) or left)
     monkeypatch.setattr(needless, "free_run_error", lambda _level, _fit: 0.7)
-    monkeypatch.setattr(needless, "swings", lambda addend: addend.additions[0].slot.startswith("hm"))
     return seen
 
 
@@ -60,9 +62,18 @@ def test_every_earlier_effect_is_left_out_in_turn_and_the_last_one_never(asked):
     assert [error for _, error in found] == [0.7, 0.7]
 
 
-def test_what_swings_stays_while_something_else_swings(asked):
+def test_what_swings_may_be_needless_beside_something_else_that_swings(asked):
     shorter_sets(LEVEL, candidate("hm1", "q", "hm2"), tuple)
-    assert [place for place, _ in asked] == [1]
+    assert [place for place, _ in asked] == [0, 1]
+
+
+def addend(*slots: str) -> Addend:
+    return Addend("law", tuple(Addition("number", "kg", slot, 1.0, 1.0) for slot in slots))
+
+
+def test_resonators_close_up_and_keep_their_order_and_nothing_else_is_renumbered():
+    found = closed_up((addend("hm2", "hw2", "hz2"), addend("c3"), addend("hm3", "hw3")))
+    assert [[a.slot for a in one.additions] for one in found] == [["hm1", "hw1", "hz1"], ["c3"], ["hm2", "hw2"]]
 
 
 def test_effects_that_stood_before_the_search_are_not_counted(asked):

@@ -12,6 +12,7 @@ from dataclasses import replace
 import numpy as np
 
 from undertow.comparison.candidate import Candidate, doubt
+from undertow.comparison.explained import swings
 from undertow.comparison.joint import WIDER, JointFit, fit_joint, fit_standing, shared_theta
 from undertow.comparison.level import Addend, Level, Member
 from undertow.comparison.score_test import GridPlace, renumbered
@@ -171,12 +172,23 @@ def without(level: Level, candidate: Candidate, place: int, prior: float) -> Can
     kept = [i for i in range(len(candidate.suspects)) if i != place]
     own = fit.addends[len(level.standing) :]
     level = replace(level, shared_water=fit.shared_water)
-    addends = (*level.standing, *(own[i] for i in kept))
+    addends = closed_up((*level.standing, *(own[i] for i in kept)))
     try:
         fit = fit_joint(level, addends, fit.memory, fit.values, fit.misfit, growing=False)
     except IdentificationError:
         return None
     return Candidate(tuple(candidate.suspects[i] for i in kept), fit, prior, doubt(level, fit, candidate.fit))
+
+
+def closed_up(addends: Sequence[Addend]) -> tuple[Addend, ...]:
+    """Addends whose resonators take the integrator's places one after the other, without one that is left empty."""
+    found: list[Addend] = []
+    for addend in addends:
+        if swings(addend):
+            place = str(1 + sum(swings(earlier) for earlier in found))
+            addend = replace(addend, additions=tuple(replace(a, slot=a.slot[:-1] + place) for a in addend.additions))
+        found.append(addend)
+    return tuple(found)
 
 
 def penalty_of(level: Level, fit: JointFit, suspect: Suspect) -> float:

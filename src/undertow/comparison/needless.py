@@ -10,7 +10,6 @@ from collections.abc import Callable, Sequence
 
 from undertow.comparison.attempt import without
 from undertow.comparison.candidate import Candidate
-from undertow.comparison.explained import swings
 from undertow.comparison.joint import free_run_error
 from undertow.comparison.level import Level
 from undertow.comparison.suspect import Suspect
@@ -21,14 +20,10 @@ def shorter_sets(
 ) -> list[tuple[Candidate, float]]:
     """The candidate refitted without each of its earlier effects in turn, with the free run's error.
 
-    ``prior`` gives the log prior of a set. What swings is numbered in the order in which it was found, and stays while
-    something else swings too.
+    ``prior`` gives the log prior of a set.
     """
     found = []
-    carried = [swings(addend) for addend in candidate.fit.addends[len(level.standing) :]]
     for place in range(len(candidate.suspects) - 1):
-        if carried[place] and sum(carried) > 1:
-            continue
         others = (*candidate.suspects[:place], *candidate.suspects[place + 1 :])
         shorter = without(level, candidate, place, prior(others))
         if shorter is not None:

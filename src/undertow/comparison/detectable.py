@@ -1,6 +1,6 @@
 """What a level would have seen: for every suspect the smallest effect that nine in ten replicas would show.
 
-Belongs here: that size, what it is called, and from which size on it would be told from every other. Does not belong
+Belongs here: that size, what it is called, and from which size on it is distinguished from every other. Does not belong
 here: p-values and replicas (null_test.py), words (report/).
 """
 

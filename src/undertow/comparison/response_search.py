@@ -243,7 +243,7 @@ class _PointSearch:
             because[name] = _not_surely(current.left_out, fits[name].left_out)
             if first and not because[name]:
                 told = not _not_surely(fits[name].left_out, fits[first].left_out, SURE)
-                because[name] = f"{first} comes closer" if told else f"not to be told from {first}"
+                because[name] = f"{first} comes closer" if told else f"not distinguishable from {first}"
                 alike += [] if told else [name]
             first = first or ("" if because[name] else name)
         tried = [Tried(name, math.nan, before, fits[name].unseen_rms if name in fits else math.inf, because[name])

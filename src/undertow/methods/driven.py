@@ -141,7 +141,7 @@ def anchored(trials: Sequence[DrivenTrial], laws: DrivenLaws) -> DrivenLaws:
     """The laws with a mass of 1 where base or water alone drives and no number that forces go with is known: then every
     force is per mass, because motion says nothing of their size.
 
-    Raises IdentificationError where added mass is asked for beside it and cannot be told from the body's own, and where
+    Raises IdentificationError where added mass is asked for beside it, not distinct from the body's own, and where
     water moves that no law feels.
     """
     movers = {trial.mover for trial in trials}

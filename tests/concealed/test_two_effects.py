@@ -11,7 +11,7 @@ from experiments.names.studies import STUDIES, hidden_case
 from experiments.names.verdicts import judge
 from tests.concealed.test_diagnosis import SHORT, member
 from undertow.comparison.candidate import doubt
-from undertow.comparison.joint import JointFit, fit_joint
+from undertow.comparison.joint import FAR_ABOVE_NOISE, JointFit, fit_joint
 from undertow.comparison.level import Addend, Level, make_level
 from undertow.comparison.suspects import SUSPECTS
 from undertow.conditioning.period import dominant_period
@@ -46,8 +46,9 @@ def test_one_effect_is_not_named_twice_as_a_force_and_a_resonator(hidden):
     assert judge(case.campaign, case.view)["wet"] == hidden
 
 
-def forced(level, sizes, phases, rate=17.0):
-    """A fit of cubic damping and an outside force of this rate (rad/s), with these forces (N) and phases in trials."""
+def forced(level, sizes, phases, rate=17.0, left=2.0 * FAR_ABOVE_NOISE):
+    """A fit of cubic damping and an outside force of this rate (rad/s), with these forces (N) and phases in trials,
+    that leaves so much over the noise."""
     damping = next(s for s in SUSPECTS if s.name == "cubic_damping")
     force = next(s for s in SUSPECTS if s.name == "external_forcing")
     addends = (
@@ -62,7 +63,7 @@ def forced(level, sizes, phases, rate=17.0):
         values[names.index(f"external_forcing.sine_N[{motion.name}]")] = size * np.sin(phase)
     values[names.index("external_forcing.frequency_rad_per_s")] = rate
     values[names.index("cubic_damping.Ns3_per_m3")] = 1e6
-    return replace(fit, solution=replace(fit.solution, values=values))
+    return replace(fit, solution=replace(fit.solution, values=values), misfit=left)
 
 
 def test_a_force_whose_phase_goes_with_the_release_is_what_the_other_effect_leaves():
@@ -70,6 +71,8 @@ def test_a_force_whose_phase_goes_with_the_release_is_what_the_other_effect_leav
     released = np.array([m.amplitude for m in level.members[0].motions])
     tied = doubt(level, forced(level, 3000.0 * released, np.full(released.size, 0.4)))
     assert "tied to the release: phases and sizes agree in all trials by 100 %" in tied
+    pure = doubt(level, forced(level, 3000.0 * released, np.full(released.size, 0.4), left=FAR_ABOVE_NOISE))
+    assert pure == "", "three phases agree by chance; what a memory leaves is no pure tone"
     own = doubt(level, forced(level, np.full(released.size, 60.0), 2.0 * np.pi * np.arange(released.size) / 3.0))
     assert own == ""
     once = doubt(level, forced(level, np.array([60.0, 0.0, 0.0]), np.zeros(released.size)))

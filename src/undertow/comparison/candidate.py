@@ -12,12 +12,11 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from undertow.comparison.joint import WIDER, JointFit, shared_theta
+from undertow.comparison.clock import SIGNIFICANT, no_clock
+from undertow.comparison.joint import WIDER, JointFit
 from undertow.comparison.level import Addend, Level
 from undertow.comparison.score_test import GridPlace
 from undertow.comparison.suspect import Suspect
-from undertow.conditioning.motion import Motion
-from undertow.equation.kernel import SLOT
 from undertow.methods.dry import DEFAULT_SCATTER
 
 NAMING_PROBABILITY = 0.99
@@ -26,9 +25,6 @@ NAMING_PROBABILITY = 0.99
 RIVAL_ODDS = NAMING_PROBABILITY / (1.0 - NAMING_PROBABILITY)
 """A rival whose posterior odds against the answer are better than 1 to this (99) is named beside it: a name alone is as
 probable, among the sets that are answers, as a name must be beside nothing."""
-
-SIGNIFICANT = 3.0
-"""A suspect's coefficient must be this many standard errors from zero."""
 
 UNTOLD = 3.0
 """An inner number whose error is so many times its value is one that the data say nothing of."""
@@ -41,23 +37,6 @@ BENT = 5.0
 
 UNUSUAL = 3.0
 """A sensor is named where it errs by more than this many times its prior."""
-
-TIED = 0.2
-"""A force named beside another effect has phases of its own: were they drawn at random, they would agree from trial to
-trial as much as they do in at least this share of draws. Fewer, and it is what the other effect leaves."""
-
-DRAWS = 2000
-"""Random phases drawn for that share."""
-
-CLOCKED = 2
-"""Trials in which an outside force must be distinct from zero: in one alone a clock explains whatever is left."""
-
-OWN_FREQUENCY = 0.1
-"""A force this close (relative) to the body's own frequency may be the body's own motion: its phases decide."""
-
-LOCKED = 0.7
-"""Twice the phases agree by at least this where a force near the body's own frequency is locked to the release, as what
-the equation leaves is; of phases drawn at random, those of three trials do so in 27 of 100 campaigns, of six in 5."""
 
 
 BOUNDED = 0.999
@@ -148,7 +127,7 @@ def conclude(
 ) -> LevelDiagnosis:
     """The diagnosis with its confidence and rivals."""
     likely = probability(best, found, screened)
-    rivals = _rivals(best, found)
+    rivals = rivals_of(best, found)
     left = tuple(dict.fromkeys(unfinished))
     return LevelDiagnosis(
         null, best, tuple(found), likely, rivals, tuple(screened), small, looked, left, looks or {}
@@ -174,7 +153,7 @@ def _on_its_upper_bound(fit: JointFit, addend: Addend) -> bool:
     return any(fit.values.get(name, -math.inf) >= BOUNDED * upper for name, upper in inner.items())
 
 
-def _rivals(best: Candidate, found: Sequence[Candidate]) -> tuple[tuple[str, ...], ...]:
+def rivals_of(best: Candidate, found: Sequence[Candidate]) -> tuple[tuple[str, ...], ...]:
     """Other sets of names of the same size within `RIVAL_ODDS`."""
     near = [
         c.names for c in found
@@ -224,7 +203,7 @@ def doubt(level: Level, fit: JointFit, before: JointFit | None = None) -> str:
         if addend in level.standing:
             continue
         beside = addend is fit.addends[-1] and len(fit.addends) > len(level.standing) + 1
-        if addend.has_its_own_clock and (said := _no_clock(level, fit, addend, beside)):
+        if addend.has_its_own_clock and (said := no_clock(level, fit, addend, beside)):
             return said
         if addend.frees and (said := _usual(fit, addend)):
             return said
@@ -296,95 +275,3 @@ def _usual(fit: JointFit, addend: Addend) -> str:
     if error < UNUSUAL * usual:
         return f"{addend.frees} of {error:.2g} is no more than {UNUSUAL:g} times what sensors usually err ({usual:.2g})"
     return ""
-
-
-def at_a_resonance(fit: JointFit) -> bool:
-    """Whether an outside force has the frequency of a resonator that the same fit holds."""
-    clock = _clock(fit, next(addend for addend in fit.addends if addend.has_its_own_clock))
-    swings = [v for name, v in fit.values.items() if name.split("@")[0].endswith("natural_frequency_rad_per_s")]
-    return any(abs(clock / swing - 1.0) < OWN_FREQUENCY for swing in swings)
-
-
-def _clock(fit: JointFit, force: Addend) -> float:
-    """Frequency of an outside force, rad/s."""
-    return fit.value(f"{force.prefix}.frequency_rad_per_s")
-
-
-def _parts(force: Addend, motion: Motion) -> list[str]:
-    """Names of an outside force's size and phase in one trial: its cosine and its sine."""
-    return [f"{force.prefix}.{a.name}[{motion.name}]" for a in force.additions if a.of_its_own]
-
-
-def _no_clock(level: Level, fit: JointFit, force: Addend, beside: bool) -> str:
-    """Why an outside force has no clock of its own, in words; empty where it has. ``beside``: something was named
-    before it, whose memory may be what is left."""
-    said = _own_motion(level, fit, force) or _in_one_trial(level, fit, force)
-    return said or (_tied(level, fit, force) if beside else "")
-
-
-def _own_motion(level: Level, fit: JointFit, force: Addend) -> str:
-    """Whether an outside force at the body's own frequency is what the equation leaves of the motion itself, in words:
-    that keeps its phase to the release."""
-    clock = _clock(fit, force)
-    for member in level.members:
-        theta = shared_theta(level, member, fit, member.motions[0].name)
-        own = math.sqrt(max(theta[SLOT["k1"]] + theta[SLOT["ks"]], 0.0) / theta[SLOT["mass"]])
-        if own > 0.0 and abs(clock / own - 1.0) < OWN_FREQUENCY:
-            agree = _locked(level, fit, force)
-            if agree >= LOCKED:
-                return (
-                    f"{force.prefix} at {clock:.3g} rad/s is the body's own motion of {own:.3g} rad/s: its phases in "
-                    f"the trials are locked to the release by {100 * agree:.0f} %"
-                )
-    return ""
-
-
-def _locked(level: Level, fit: JointFit, force: Addend) -> float:
-    """How far the phases of an outside force agree from trial to trial on each spring, their sign left out: 1 where
-    every trial has the same or the opposite one, as what an equation leaves of the body's own motion has."""
-    total, trials = 0.0, 0
-    for member in level.members:
-        sizes = [complex(*(fit.value(name) for name in _parts(force, m))) for m in member.motions]
-        turned = [(one / abs(one)) ** 2 for one in sizes if abs(one) > 0.0]
-        total, trials = total + abs(sum(turned)), trials + len(turned)
-    return total / trials if trials > len(level.members) else 1.0
-
-
-def _in_one_trial(level: Level, fit: JointFit, force: Addend) -> str:
-    """Whether an outside force is distinct from zero in fewer than two trials, in words: one trial knows no clock."""
-    told = 0
-    for motion in (m for member in level.members for m in member.motions):
-        parts = [fit.value(n) / max(fit.solution.stderr(n), 1e-300) for n in _parts(force, motion)]
-        told += math.hypot(*parts) > SIGNIFICANT
-    if told >= CLOCKED:
-        return ""
-    return f"{force.prefix} is distinct from zero in {told} of {level.trials} trials; {CLOCKED} show a clock of its own"
-
-
-def _tied(level: Level, fit: JointFit, force: Addend) -> str:
-    """Whether an outside force's phase is tied to the release on each spring, in words: sizes in units of the release
-    and phases that agree are a memory's."""
-
-    def phased_size(motion: Motion) -> complex:
-        cosine, sine = (fit.value(name) for name in _parts(force, motion))
-        return complex(cosine, sine) / motion.amplitude
-
-    forces = [np.array([phased_size(motion) for motion in member.motions]) for member in level.members]
-    total = sum(float(np.sum(np.abs(own) ** 2)) for own in forces)
-    if total == 0.0:
-        return ""
-
-    def agreement(phased: list[np.ndarray]) -> np.ndarray:
-        """Share (draws,) of the forces' squares that one force a spring, in units of the release, holds."""
-        return np.asarray(sum(np.abs(own.sum(axis=-1)) ** 2 / own.shape[-1] for own in phased)) / total
-
-    rng = np.random.default_rng(0)
-    drawn = [own * np.exp(2j * math.pi * rng.random((DRAWS, own.size))) for own in forces]
-    seen = float(agreement(forces))
-    chance = float(np.mean(agreement(drawn) >= seen * (1.0 - 1e-12)))
-    if chance >= TIED:
-        return ""
-    return (
-        f"{force.prefix} is tied to the release: phases and sizes agree in all trials by {100 * seen:.0f} %, as "
-        f"phases of its own would in {100 * chance:.0f} of 100 campaigns"
-    )

@@ -8,14 +8,13 @@ from __future__ import annotations
 
 import numpy as np
 
-from undertow.comparison.candidate import Candidate, at_a_resonance, damping_ratio
+from undertow.comparison.candidate import Candidate, damping_ratio
+from undertow.comparison.clock import at_a_resonance
+from undertow.comparison.joint import FAR_ABOVE_NOISE
 from undertow.comparison.level import Addend
 from undertow.comparison.sizes import COUNTS_IN_STDERR
 from undertow.comparison.suspects import RINGS
 from undertow.equation.kernel import SLOT
-
-FAR_ABOVE_NOISE = 2.5
-"""Mean squared residual, in units of the sensors' noise, from which a law is missing whatever a free run allows."""
 
 NEARLY_ALL = 0.75
 """Share of the residual above noise that such a law must explain."""

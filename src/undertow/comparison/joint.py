@@ -40,6 +40,9 @@ COARSE_FITS = 3
 SETTLED = 0.2
 """A trial's noise is found when its logarithm moves by less than this from fit to fit."""
 
+FAR_ABOVE_NOISE = 2.5
+"""Mean squared residual, in units of the sensors' noise, from which a law is missing whatever a free run allows."""
+
 WIDER = 20.0
 """How much wider than a sensor's prior its shift, gain or drift may be where the sensor is suspected."""
 

@@ -19,9 +19,9 @@ from dataclasses import dataclass, field, replace
 from undertow.comparison import attempt, explained
 from undertow.comparison.attempt import REFINED, from_pair, from_places, from_starts, penalty_of, plain_fit
 from undertow.comparison.candidate import RIVAL_ODDS, Candidate, LevelDiagnosis, Screened, conclude
-from undertow.comparison.explained import ALL, FAR_ABOVE_NOISE, NEARLY_ALL, asked, beyond_doubt, biases, explains
+from undertow.comparison.explained import ALL, NEARLY_ALL, asked, beyond_doubt, biases, explains
 from undertow.comparison.joining import MOST_EFFECTS, PRIOR_NOTHING, has_room, log_prior, may_join
-from undertow.comparison.joint import at_memory, free_run_error, missed_share
+from undertow.comparison.joint import FAR_ABOVE_NOISE, at_memory, free_run_error, missed_share
 from undertow.comparison.level import Level
 from undertow.comparison.needless import leanest, shorter_sets
 from undertow.comparison.score_test import GridPlace, Stands, peaks, places

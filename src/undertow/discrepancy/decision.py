@@ -7,15 +7,15 @@ becomes of a verdict that is barred (earned.py), words of effects (sentence.py).
 from __future__ import annotations
 
 import math
-from collections import Counter
 from dataclasses import dataclass
 
 from undertow.comparison.candidate import NAMING_PROBABILITY, RIVAL_ODDS, Candidate, LevelDiagnosis, probability
-from undertow.comparison.explained import FAR_ABOVE_NOISE, NEARLY_ALL
-from undertow.comparison.joint import free_run_error
+from undertow.comparison.explained import NEARLY_ALL
+from undertow.comparison.joint import FAR_ABOVE_NOISE, free_run_error
 from undertow.comparison.level import Level
 from undertow.comparison.null_test import NullTest
 from undertow.comparison.search import OVERWHELMING, WORTH
+from undertow.comparison.support import MORE_LIKELY, support
 from undertow.discrepancy.calibration import LEFT
 from undertow.discrepancy.case import Case
 from undertow.discrepancy.dry_check import CERTAIN, DryAnswer
@@ -38,11 +38,6 @@ of which wanders."""
 
 PROVED = 1.5
 """Up to so many times repeatability unseen trials prove a name that leaves more than noise."""
-
-MORE_LIKELY = 0.5
-"""Probability of a name, alone or beside more, among all that was fitted, excluded or not, above which it is said: of 9
-names with less, on campaigns of known truth, 8 were wrong, of 31 with more 3; of descriptions, which leave more than
-noise, 3 of 4 and 3 of 21."""
 
 @dataclass(frozen=True)
 class Closeness:
@@ -251,14 +246,8 @@ def _outweighed(diagnosis: LevelDiagnosis) -> tuple[Gate, ...]:
     no better answer than one that it shows."""
     if not diagnosis.named:
         return ()
-    said = [Counter(names) for names in (diagnosis.best.names, *diagnosis.rivals)]
-    names = {tuple(sorted(names)) for names in (diagnosis.best.names, *diagnosis.rivals)}
-    considered = [c for c in diagnosis.candidates if not c.aside or tuple(sorted(c.names)) in names]
-    sets = {tuple(sorted(c.amounts_to)): c for c in considered}
-    holds = {n for n in sets if any(one <= Counter(n) for one in said)}
-    likely = sum(probability(sets[n], considered, diagnosis.screened, excluded=True) for n in holds)
-    others = (c for c in considered if tuple(sorted(c.amounts_to)) not in holds)
-    other = max(others, key=lambda c: c.score, default=diagnosis.null)
+    found = support(diagnosis)
+    likely, other = found.likely, found.other
     because = " and ".join(other.names).replace("_", " ") or "the equation as it is"
     because += f", excluded because {other.out}" if other.out else ""
     statistic = "probability of the names that are said, excluded candidates included"

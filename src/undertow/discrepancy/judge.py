@@ -15,12 +15,12 @@ import numpy as np
 from undertow.comparison.attempt import at_its_own_sizes
 from undertow.comparison.by_trials import FEWEST_TRIALS, with_errors_by_trials
 from undertow.comparison.candidate import Candidate, LevelDiagnosis, evidence_by_name
-from undertow.comparison.explained import FAR_ABOVE_NOISE
-from undertow.comparison.joint import free_run_error
+from undertow.comparison.joint import FAR_ABOVE_NOISE, free_run_error
 from undertow.comparison.level import Addend, Level, Member, full_name, make_level, member_rate
 from undertow.comparison.null_test import NullTest, null_test
 from undertow.comparison.search import diagnose
 from undertow.comparison.sizes import COUNTS_IN_STDERR
+from undertow.comparison.support import supported
 from undertow.comparison.suspect import Origin, Suspect
 from undertow.comparison.suspects import SUSPECTS
 from undertow.conditioning.motion import Motion
@@ -79,7 +79,7 @@ def judge_level(
     groups to whose equation nothing was added, ``told`` what other waters say of laws (`joining`)."""
     level = at_its_own_sizes(make_level([_member(c) for c in cases], standing))
     clean = all(c.has_dry and not c.dry for c in cases) and not standing
-    diagnosis = diagnose(level, suspects, clean, budget, told)
+    diagnosis = supported(diagnose(level, suspects, clean, budget, told))
     tested = null_test(level, suspects, diagnosis.null.fit, diagnosis.candidates, levels, diagnosis.looks)
     moved = ({},) * len(cases) if not diagnosis.named else from_other_springs(
         level, diagnosis.best.fit, [(*c.member.motions, *c.held) for c in cases]

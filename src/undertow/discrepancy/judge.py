@@ -15,6 +15,7 @@ import numpy as np
 from undertow.comparison.attempt import at_its_own_sizes
 from undertow.comparison.by_trials import FEWEST_TRIALS, with_errors_by_trials
 from undertow.comparison.candidate import Candidate, LevelDiagnosis, evidence_by_name
+from undertow.comparison.common_gains import with_common_gains
 from undertow.comparison.joint import FAR_ABOVE_NOISE, free_run_error
 from undertow.comparison.level import Addend, Level, Member, full_name, make_level, member_rate
 from undertow.comparison.null_test import NullTest, null_test
@@ -89,7 +90,8 @@ def judge_level(
     doubled = holds_with_twice_the_scatter(level, diagnosis) if asked else True
     springs, likely = {one.member.label for one in cases}, tested.tests[0].name if tested.tests else ""
     in_air = dry_answer(diagnosis, likely, [c for c in dry if clean and c.member.label in springs])
-    diagnosis = replace(diagnosis, best=replace(diagnosis.best, fit=with_errors_by_trials(diagnosis.best.fit)))
+    fit = with_errors_by_trials(with_common_gains(diagnosis.best.fit))
+    diagnosis = replace(diagnosis, best=replace(diagnosis.best, fit=fit))
     reach = _reach(cases, runs)
     said = (_verdict(level, case, diagnosis, to, runs) for case, to in zip(cases, moved, strict=True))
     verdicts = tuple(
@@ -100,7 +102,6 @@ def judge_level(
     if not any(set(diagnosis.best.names) <= set(verdict.verdict) for verdict in verdicts if diagnosis.named):
         # what is not said does not stand in water
         return Judged(verdicts, labels, runs=runs, evidence=evidence_by_name(diagnosis))
-    fit = diagnosis.best.fit
     errors = {n: fit.solution.stderr(n) for n in fit.solution.problem.names}
     numbers = {n: (v, errors[n]) for n, v in fit.values.items() if "." in n}
     return Judged(verdicts, labels, fit.addends, numbers, runs, evidence_by_name(diagnosis))

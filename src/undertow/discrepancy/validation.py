@@ -142,15 +142,20 @@ def _of_trials(fit: JointFit, addend: Addend) -> dict[str, Estimate]:
     for a in (a for a in addend.additions if a.differs):
         mine = [n for n in names if n.startswith(f"{addend.prefix}.{a.name}[")]
         return {a.name: Estimate(*fit.apart(mine), 0.0, a.unit, "larger and smaller trials")}
-    pairs = [
-        (fit.value(n), fit.value(n.replace(".cosine_N[", ".sine_N["))) for n in names
-        if n.startswith(f"{addend.prefix}.cosine_N[")
-    ]  # fmt: skip
-    if not pairs:
-        return {}
-    sizes = np.hypot(*np.transpose(pairs))
-    error = float(np.std(sizes, ddof=1)) / math.sqrt(sizes.size) if sizes.size > 1 else math.nan
-    return {"amplitude_N": Estimate(float(np.mean(sizes)), error, 0.0, "N", "mean of trials")}
+    cosines = [n for n in names if n.startswith(f"{addend.prefix}.cosine_N[")]
+    return {"amplitude_N": _mean_amplitude(fit, cosines)} if cosines else {}
+
+
+def _mean_amplitude(fit: JointFit, cosines: Sequence[str]) -> Estimate:
+    """A force's amplitude, the mean over trials: its error is what the trials differ by, and no less than the fit's
+    own, in which a sensor's gain is off by the same in all of them."""
+    index = [fit.solution.problem.names.index(n) for c in cosines for n in (c, c.replace(".cosine_N[", ".sine_N["))]
+    parts = fit.solution.values[index].reshape(-1, 2)
+    sizes = np.hypot(*parts.T)
+    slope = (parts / np.maximum(sizes, 1e-300)[:, None] / sizes.size).ravel()
+    stated = math.sqrt(max(float(slope @ fit.solution.covariance[np.ix_(index, index)] @ slope), 0.0))
+    differ = float(np.std(sizes, ddof=1)) / math.sqrt(sizes.size) if sizes.size > 1 else math.nan
+    return Estimate(float(np.mean(sizes)), max(differ, stated), 0.0, "N", "mean of trials")
 
 
 def closed_cell_frequency(width_m: float, depth_m: float, mode: int = 1) -> float:

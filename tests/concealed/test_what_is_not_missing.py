@@ -172,15 +172,14 @@ def test_which_number_an_effect_moves_most_is_said():
 def test_a_step_of_a_search_that_stiffens_the_body_a_hundredfold_is_no_motion():
     level = make_level([without_dry()])
     trial = build(level, ()).trials[0]
-    none = np.zeros(0)
     base = trial.base.copy()
     for slot, value in (("mass", 2937.0), ("k1", 403000.0), ("x0", 0.02)):
         base[SLOT[slot]] = value
     alone = replace(trial, links=())
     with metered(math.inf) as meter:
-        motion_of(replace(alone, base=base), none, np.linspace(0.0, 9.0, 100))
+        motion_of(alone, base, np.linspace(0.0, 9.0, 100))
         usual = meter.spent
         base[SLOT["k3"]] = 403000.0 * 1e5 / 0.02**2  # its period is 1 / 270 of what was seen
         with pytest.raises(IdentificationError, match=r"swings so fast that steps are .* below"):
-            motion_of(replace(alone, base=base), none, np.linspace(0.0, 9.0, 100))
+            motion_of(alone, base, np.linspace(0.0, 9.0, 100))
         assert meter.spent == usual

@@ -104,10 +104,9 @@ class Stands:
     def of(cls, fit: JointFit) -> Stands:
         """From a fit's Jacobians and residuals, priors included."""
         solution = fit.solution
-        unknowns = solution.problem.unknowns
-        precision = np.array([1.0 / u.prior_std**2 for u in unknowns])
+        centres, precision = solution.problem.believed
         normal = np.diag(precision)
-        gradient = precision * (solution.values - np.array([u.start for u in unknowns]))
+        gradient = precision * (solution.values - centres)
         for jac, r, used in zip(solution.jacobians, solution.residuals, solution.used, strict=True):
             normal[np.ix_(used, used)] += jac.T @ jac
             gradient[used] += jac.T @ r
@@ -199,8 +198,8 @@ def _stepped(
     solution = stands.fit.solution
     cross, own, slope = np.zeros((len(solution.values), width)), np.zeros((width, width)), np.zeros(width)
     for (mine, where), jac, used, r in zip(columns, solution.jacobians, solution.used, solution.residuals, strict=True):
-        cross[np.ix_(used, where)] += jac.T @ mine
-        own[np.ix_(where, where)] += mine.T @ mine
+        cross[used[:, None], where] += jac.T @ mine
+        own[where[:, None], where] += mine.T @ mine
         slope[where] += mine.T @ r
     schur = own - cross.T @ stands.inverse @ cross
     slope = slope - cross.T @ stands.inverse @ stands.gradient

@@ -132,7 +132,7 @@ def damped_step(place: Normals, damping: float, free: np.ndarray, scale: Array) 
     step = np.zeros(place.gradient.size)
     index = np.flatnonzero(free)
     s = scale[index]
-    a = place.normal[np.ix_(index, index)] * np.outer(s, s)
+    a = place.normal[index[:, None], index] * (s[:, None] * s)
     diagonal = np.maximum(np.diag(a), LEAST_PIVOT)
     a[np.diag_indices(index.size)] += damping * diagonal
     try:

@@ -29,7 +29,7 @@ from undertow.likelihood.problem import (
     ProblemBuilder,
     TrialOptions,
 )
-from undertow.likelihood.residuals import motion_of
+from undertow.likelihood.residuals import motion_of, parameter_vector
 from undertow.recording.recording import Array
 
 DRAWS = 200
@@ -127,7 +127,7 @@ def _at_samples(motion: Motion, problem: Problem, values: Array, quantity: str, 
     measured = motion.recorded(quantity)[motion.inside] - rest
     theta = output_error.parameter_vector(trial, values)
     shift = float(values[trial.shift]) if trial.shift >= 0 else 0.0
-    x, v, a = motion_of(trial, values, np.maximum(t + shift, 0.0))
+    x, v, a = motion_of(trial, parameter_vector(trial, values), np.maximum(t + shift, 0.0))
     signal = {"displacement": x, "velocity": v, "acceleration": a}[quantity]
     simulated = signal[:, 0]
     columns = [signal[:, 1:], np.ones((t.size, 1))]

@@ -33,7 +33,6 @@ from undertow.recording.recording import Array
 Motion3 = tuple[Array, Array, Array]
 
 
-@np.errstate(invalid="ignore", over="ignore")
 def signal(
     trial: TrialProblem, quantity: str, motion: Motion3, times: Array, theta: Array, slots: np.ndarray,
     place: np.ndarray | None = None,
@@ -42,7 +41,7 @@ def signal(
 
     ``motion`` is x, v, a, each (m, 1 + p); ``times`` (k,) the trial's instants by the channel's own clock, ``place``
     (k,) where they stand in the motion (None: all in order). Before the release, at 0, the body is held. Of a motion
-    that leaves every bound the values are not finite.
+    that leaves every bound the values are not finite, and numpy's warnings are the caller's.
     """
     at = np.arange(times.size) if place is None else place
     if trial.width_s <= 0.0:

@@ -96,27 +96,26 @@ class _Point:
     used: tuple[np.ndarray, ...]
 
 
+@np.errstate(over="ignore", invalid="ignore")
 def _evaluate(problem: Problem, values: Array, above: float = math.inf) -> _Point | None:
     """Everything at ``values``; None where a motion leaves every bound, or as soon as the cost is known to be
     ``above`` what stands."""
     size = len(problem.unknowns)
-    precision = np.array([1.0 / u.prior_std**2 for u in problem.unknowns])
-    away = values - np.array([u.start for u in problem.unknowns])
-    with np.errstate(over="ignore", invalid="ignore"):
-        asked = float(precision @ away**2)
+    centres, precision = problem.believed
+    away = values - centres
+    asked = float(precision @ away**2)
     normal, gradient = np.zeros((size, size)), np.zeros(size)
     chi2 = 0.0
     all_r, all_j, all_used = [], [], []
     for trial in problem.trials:
-        with np.errstate(over="ignore", invalid="ignore"):
-            got = residuals(trial, values)
-            if got is None:
-                return None
-            r, jac, used = got
-            square, slope, size_of_r = jac.T @ jac, jac.T @ r, float(r @ r)
-        if not (np.all(np.isfinite(square)) and np.all(np.isfinite(slope)) and math.isfinite(size_of_r)):
+        got = residuals(trial, values)
+        if got is None:
+            return None
+        r, jac, used = got
+        square, slope, size_of_r = jac.T @ jac, jac.T @ r, float(r @ r)
+        if not (np.isfinite(square).all() and np.isfinite(slope).all() and math.isfinite(size_of_r)):
             return None  # a motion that all but leaves every bound: no place to step from
-        normal[np.ix_(used, used)] += square
+        normal[used[:, None], used] += square
         gradient[used] += slope
         chi2 += size_of_r
         if chi2 + asked > above:
@@ -170,7 +169,10 @@ def _search(problem: Problem, values: Array, effort: SearchEffort = FULL) -> Des
     """Levenberg-Marquardt from ``values``; IdentificationError where the start itself has no bounds."""
     lower, upper = _bounds(problem)
     values = np.clip(values, lower, upper)
-    trials = tuple(replace(trial, steps_a_period=effort.steps_a_period) for trial in problem.trials)
+    trials = tuple(
+        trial if trial.steps_a_period == effort.steps_a_period else replace(trial, steps_a_period=effort.steps_a_period)
+        for trial in problem.trials
+    )
     problem = Problem(problem.unknowns, trials)
     point = _evaluate(problem, values)
     if point is None:

@@ -172,6 +172,12 @@ class Problem:
         """Names of the unknowns, in order."""
         return tuple(u.name for u in self.unknowns)
 
+    @cached_property
+    def believed(self) -> tuple[Array, Array]:
+        """Centres and precisions of the unknowns' priors, each (p,)."""
+        centres, widths = (np.array([getattr(u, which) for u in self.unknowns]) for which in ("start", "prior_std"))
+        return centres, 1.0 / widths**2
+
 
 @dataclass(frozen=True)
 class TrialOptions:

@@ -59,10 +59,10 @@ def trajectory(
     return x, v, a
 
 
-def motion_of(trial: TrialProblem, values: Array, times: Array) -> tuple[Array, Array, Array]:
-    """x, v, a, each (n, 1 + p), of a trial at the unknowns' values and ``times`` (n,): by the integrator that knows its
-    laws. Raises IdentificationError where the motion leaves every bound."""
-    theta, slots = parameter_vector(trial, values), trial.slots
+def motion_of(trial: TrialProblem, theta: Array, times: Array) -> tuple[Array, Array, Array]:
+    """x, v, a, each (n, 1 + p), of a trial with its parameter vector at ``times`` (n,): by the integrator that knows
+    its laws. Raises IdentificationError where the motion leaves every bound."""
+    slots = trial.slots
     if trial.drive is not None:
         return _driven(trial, trial.drive, theta, slots, times)
     if trial.laws:
@@ -82,6 +82,7 @@ def _driven(
     return motion.x, motion.v, motion.a
 
 
+@np.errstate(invalid="ignore", over="ignore")
 def residuals(trial: TrialProblem, values: Array) -> tuple[Array, Array, np.ndarray] | None:
     """Weighted residuals (n,), their Jacobian (n, p) and the indices (p,) of the unknowns it belongs to; None where
     the motion leaves every bound."""
@@ -90,14 +91,14 @@ def residuals(trial: TrialProblem, values: Array) -> tuple[Array, Array, np.ndar
     rows = [_grid(times, channel, values) for channel in trial.channels]
     merged, orders = _merge(rows)
     since = merged if trial.drive is not None else np.maximum(merged, 0.0)
+    theta = parameter_vector(trial, values)
     try:
-        motion = motion_of(trial, values, since)
+        motion = motion_of(trial, theta, since)
     except IdentificationError:  # a step of a search that went too far, not an error
         return None
     n = trial.t.size
     r = np.empty(n * len(trial.channels))
     jac = np.empty((r.size, trial.used.size))
-    theta = parameter_vector(trial, values)
     for i, channel in enumerate(trial.channels):
         at = slice(i * n, (i + 1) * n)
         seen = signal(trial, channel.quantity, motion, rows[i], theta, trial.slots, orders[i])

@@ -200,6 +200,7 @@ def _general(problem: Problem) -> Callable[[Array], float]:
     return chi2
 
 
+@np.errstate(invalid="ignore", over="ignore")
 def _trial(trial: TrialProblem, values: Array) -> float:
     if trial.laws:
         found = output_error.residuals(trial, values)

@@ -76,7 +76,7 @@ def _rates(theta: Array) -> tuple[float, float, float, float]:
     """Fastest rates of the body, its bristles, hidden oscillators, and what acts from outside or fades."""
     from undertow.equation.algebra import MAX_HIDDEN, SLOT
 
-    numbers: list[float] = theta.tolist()  # floats of Python are read ten times as fast, and every step of a search asks
+    numbers: list[float] = theta.tolist()  # floats are read ten times as fast, and every step of a search asks
 
     def at(slot: str) -> float:
         """Size of a slot's number."""

@@ -1,11 +1,15 @@
 """docs/blind_challenge.md from the tables: target beside what was reached, and every miss by its case."""
 
 from collections.abc import Iterable
+from pathlib import Path
 from typing import Any
 
 from experiments.blind_challenge.composition import CALIBRATION_SEED, TEST_SEED
 
 Rows = Iterable[Iterable[object]]
+
+READINGS = Path(__file__).resolve().parent / "readings"
+"""What the rows of a seed show, written by hand after its cases were looked into: SEED.md."""
 
 
 def table(head: list[str], rows: Rows) -> str:
@@ -192,7 +196,8 @@ def page(t: dict[str, Any], marks: dict[str, Any], picture: str) -> str:
         f"{sec['total_hours']:.2f} h in all.\n",
         "## What the rows do not hold\n", "\n".join(_missing(t)) + "\n",
     ]  # fmt: skip
-    return "\n".join(parts)
+    read = READINGS / f"{marks['seed']}.md"
+    return "\n".join([*parts, read.read_text(encoding="utf-8")] if read.is_file() else parts)
 
 
 def _uniform(p: dict[str, Any]) -> str:

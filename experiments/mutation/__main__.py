@@ -50,6 +50,8 @@ TESTS: dict[str, tuple[str, ...]] = {
     "likelihood/budget.py": ("unit/test_budget.py",),
     "likelihood/scale.py": ("unit/test_group_errors.py",),
     "comparison/needless.py": ("unit/test_needless.py",),
+    "comparison/support.py": ("unit/test_support.py",),
+    "comparison/common_gains.py": ("unit/test_common_gains.py",),
     "comparison/trajectories.py": ("unit/test_trajectories.py", "unit/test_frozen_numbers.py"),
     "comparison/polish.py": ("unit/test_trajectories.py", "unit/test_frozen_numbers.py"),
     "comparison/laws.py": ("unit/test_trajectories.py",),

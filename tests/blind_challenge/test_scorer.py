@@ -292,7 +292,11 @@ def test_rows_of_another_seed_or_without_a_truth_are_refused(tmp_path: Path) -> 
         score.load([{"case": "c0", "seed": 2}], tmp_path)
 
 
-def test_the_page_is_made_from_rows_of_both_contracts_and_from_rows_without_verdicts() -> None:
+def test_the_page_is_made_from_rows_of_both_contracts_and_from_rows_without_verdicts(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(page, "READINGS", tmp_path)
+    (tmp_path / "1.md").write_text("## What this run was\n", encoding="utf-8")
     cases = [
         case(truth("nothing", []), said("nothing_missing", confidence=0.9)),
         case(truth("one", [SLOSH]), said("explained", ["hidden_resonator"], confidence=0.99, p_value=0.001)),
@@ -302,6 +306,9 @@ def test_the_page_is_made_from_rows_of_both_contracts_and_from_rows_without_verd
     t = score.tables(cases, [])
     text = page.page(t, {"seed": 1, "cases": 4, "rows": 4, "revisions": ["abc"]}, "x.svg")
     assert "neither of the two named seeds" in text
+    assert text.endswith("## What this run was\n")
+    other = page.page(t, {"seed": 2, "cases": 4, "rows": 4, "revisions": ["abc"]}, "x.svg")
+    assert "What this run was" not in other
     assert "1 of 4 over 60 s of processor time (stopped: c0)" in text
     assert "Too few verdicts with a confidence" in text
     assert figures.figure(t).axes[0].get_xlabel().startswith("strength")

@@ -201,3 +201,26 @@ def test_behind_what_hides_within_repeatability_another_must_show_in_the_free_ru
     assert worthwhile([one("delayed_echo", 45.0, 0.85, biases=True)]) is not None
     shown = one("cubic_damping", 40.0, 0.2, biases=False)
     assert worthwhile([stiffness, shown])[0] is shown
+
+
+@pytest.mark.parametrize(("left", "answer"), [(30.0, "relaxation"), (1.1, "hysteresis")])
+def test_what_leaves_no_more_than_noise_is_not_passed_over_for_a_description_that_comes_closer(
+    monkeypatch, left, answer
+):
+    """A memory beyond doubt, of which trials whose k differs come no closer, and a loop that leaves five times noise."""
+    monkeypatch.setattr(search, "free_run_error", lambda _, fit: fit.miss)
+    monkeypatch.setattr(search, "beyond_doubt", lambda *_: True)
+    monkeypatch.setattr(search, "replace", lambda c, **new: SimpleNamespace(**(vars(c) | new)))
+
+    def one(name: str, score: float, misfit: float, miss: float) -> SimpleNamespace:
+        fit = SimpleNamespace(misfit=misfit, miss=miss)
+        return SimpleNamespace(suspects=(found(name),), names=(name,), score=score, fit=fit, out="", aside=False)
+
+    null = SimpleNamespace(suspects=(), score=0.0, fit=SimpleNamespace(misfit=7000.0, miss=3.4))
+    probable = [one("relaxation", 660.0, 1.1, 4.5), one("hysteresis", 350.0, left, 1.0)]
+    state = SimpleNamespace(level=None, null=null, best=null, error=3.4, small=[], found=list(probable))
+    for name in ("_too_small", "_set_aside"):
+        setattr(state, name, partial(getattr(search._Search, name), state))
+    assert search._Search._worthwhile(state, probable, 1.0)[0].names == (answer,)
+    aside = {c.names[0]: c.out for c in state.found if c.aside}
+    assert ("relaxation leaves no more than noise" in aside.get("hysteresis", "")) == (answer == "relaxation")

@@ -288,7 +288,7 @@ class _Search:
         a size and a phase of its own in every trial, which takes up what a memory leaves.
 
         Those before it that do not are set aside. Behind one that the free run hardly shows another is an answer only
-        if the free run shows that.
+        if the free run shows that, and if it too leaves no more than noise where the one beyond doubt does.
         """
         doubtless: tuple[Candidate, float] | None = None
         behind = False
@@ -304,6 +304,9 @@ class _Search:
                 continue
             if place and last.has_its_own_clock:
                 self._set_aside([candidate], f"{probable[0].suspects[-1].label} is the more probable answer")
+                continue
+            if doubtless is not None and doubtless[0].fit.misfit <= FAR_ABOVE_NOISE < candidate.fit.misfit:
+                self._set_aside([candidate], f"{doubtless[0].suspects[-1].label} leaves no more than noise")
                 continue
             if counts or not (behind or last.shown_by_free_run or (place and last.frees)):
                 if doubtless is not None:

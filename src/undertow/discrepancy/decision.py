@@ -216,8 +216,9 @@ def _upper_bound(tested: NullTest) -> Gate:
 
 
 def _comes_closer(verdict: Verdict, case: Case, diagnosis: LevelDiagnosis) -> tuple[Gate, ...]:
-    """Whether what is named carries over to the trials that it never saw, and describes those that it was fitted to:
-    a name with which they are further away than without is none, also beside what is unknown."""
+    """Whether what is named carries over to the trials that it never saw, and describes those that it was fitted to: a
+    description with which they are further away than without is none, also beside what is unknown; a name that leaves
+    no more than noise of them stays beside it, since repetitions alone may differ by as much."""
     named = [name.replace("_", " ") for name in dict.fromkeys(verdict.verdict) if name != "unknown"]
     if not named or verdict.augmented is None:
         return ()
@@ -229,7 +230,9 @@ def _comes_closer(verdict: Verdict, case: Case, diagnosis: LevelDiagnosis) -> tu
 
     went = f"with {names} the trials it was fitted to go from {percent(own)} to {percent(verdict.augmented.nrmse)}"
     further = (verdict.augmented.nrmse - own) / WORSE_SHARE
-    found = [gate(further, went, "further", EVERY)] if math.isfinite(further) else []
+    to_the_noise = diagnosis.named and diagnosis.best.fit.misfit <= FAR_ABOVE_NOISE
+    lacking = "unseen" if to_the_noise else "further"
+    found = [gate(further, went, lacking, EVERY)] if math.isfinite(further) else []
     after = verdict.augmented.held_out_nrmse
     if diagnosis.named and math.isfinite(unseen) and math.isfinite(after) and unseen > 0.0:
         away = max(math.sqrt(max(after**2 - unseen**2, 0.0)) / case.allowed, (after - unseen) / WORSE_SHARE)

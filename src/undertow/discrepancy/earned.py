@@ -43,7 +43,7 @@ NEXT: Mapping[str, str] = {
 }
 """What would lead to an answer, by what is lacking."""
 
-NO_ANSWER_BUT = ("further", "outweighed", "described", "dry", "structure")
+NO_ANSWER_BUT = ("unseen", "further", "outweighed", "described", "dry", "structure")
 """What is lacking where names are kept and what is missing is unknown."""
 
 
@@ -72,16 +72,17 @@ def earned(
 
 
 def _not_the_answer(verdict: Verdict, gate: Gate) -> Verdict:
-    """``unknown`` after the names: what was excluded explains far more, nothing proves what leaves more than noise, the
-    dry trials contradict them, or lack something that nobody knows."""
-    text = f"{verdict.sentence} But this is not the answer: {gate.because}. What is missing is unknown."
+    """``unknown`` after the names: what was excluded explains far more, nothing proves what leaves more than noise,
+    trials come no closer (no free run is offered then), the dry trials contradict them, or lack what nobody knows."""
+    but = "this is not proved" if gate.lacking == "unseen" else "this is not the answer"
+    text = f"{verdict.sentence} But {but}: {gate.because}. What is missing is unknown."
     said = replace(
         verdict, status="unknown", alternatives=(), origin="undetermined", next_test=NEXT[gate.lacking], sentence=text
     )
     if gate.lacking in ("further", "outweighed"):  # describes nothing, or less likely than not: no name
         return replace(said, verdict=("unknown",), parameters={}, augmented=None)
     names = verdict.verdict if "unknown" in verdict.verdict else (*verdict.verdict, "unknown")
-    return replace(said, verdict=names)
+    return replace(said, verdict=names, augmented=None if gate.lacking == "unseen" else said.augmented)
 
 
 def without_answer(verdict: Verdict, case: Case, because: str, lacking: str) -> Verdict:

@@ -122,7 +122,7 @@ def _cases(
 def _beside_unknown(cases: Sequence[Case], dry: Sequence[Judged]) -> list[Case]:
     """The cases, wet ones with what the dry trials of their spring lack and nobody knows: it is there in water too."""
     puzzling = {
-        label: f"something that nobody knows is missing in the dry trials too ({group_title(verdict.group)})"
+        label: f"nobody knows for sure what is missing in the dry trials too ({group_title(verdict.group)})"
         for judged in dry for label, verdict in zip(judged.labels, judged.verdicts, strict=True)
         if verdict.status == "unknown"
     }  # fmt: skip

@@ -207,7 +207,7 @@ def test_behind_what_hides_within_repeatability_another_must_show_in_the_free_ru
 def test_what_leaves_no_more_than_noise_is_not_passed_over_for_a_description_that_comes_closer(
     monkeypatch, left, answer
 ):
-    """A memory beyond doubt, of which trials whose k differs come no closer, and a loop that leaves five times noise."""
+    """A memory beyond doubt that brings trials no closer, whose k differ, and a loop that leaves five times noise."""
     monkeypatch.setattr(search, "free_run_error", lambda _, fit: fit.miss)
     monkeypatch.setattr(search, "beyond_doubt", lambda *_: True)
     monkeypatch.setattr(search, "replace", lambda c, **new: SimpleNamespace(**(vars(c) | new)))

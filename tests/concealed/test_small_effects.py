@@ -224,3 +224,32 @@ def test_what_leaves_no_more_than_noise_is_not_passed_over_for_a_description_tha
     assert search._Search._worthwhile(state, probable, 1.0)[0].names == (answer,)
     aside = {c.names[0]: c.out for c in state.found if c.aside}
     assert ("relaxation leaves no more than noise" in aside.get("hysteresis", "")) == (answer == "relaxation")
+
+
+@pytest.mark.parametrize(
+    ("error", "left", "score", "answer"),
+    [(6.0, 4000.0, 60.0, "external_forcing"), (0.9, 4000.0, 60.0, ""), (6.0, 900.0, 60.0, ""), (6.0, 4000.0, 16.0, "")],
+)
+def test_two_strong_effects_are_found_from_another_first_one(monkeypatch, error, left, score, answer):
+    """An echo took up a third of what a force and a resonator leave; the pair is looked for beside the force."""
+    monkeypatch.setattr(search, "free_run_error", lambda _, fit: fit.miss)
+
+    def one(names: tuple[str, ...], score: float, misfit: float) -> SimpleNamespace:
+        suspects = tuple(found(name) for name in names)
+        return SimpleNamespace(suspects=suspects, score=score, fit=SimpleNamespace(misfit=misfit, miss=0.5), out="")
+
+    null, echo, force = one((), 0.0, 12000.0), one(("delayed_echo",), 15.0, left), one(("external_forcing",), 12.0, 3e3)
+    tried: list[object] = []
+
+    def beside(depth: int) -> list[SimpleNamespace]:
+        tried.append(state.best)
+        return [one(("external_forcing", "hidden_resonator"), score, 1.0)]
+
+    state = SimpleNamespace(
+        level=None, null=null, best=echo, error=error, found=[null, echo, force], _as_far_as_possible=beside
+    )
+    state._beside = partial(search._Search._beside, state)
+    ahead = search._Search._from_another_first(state)
+    assert ("" if ahead is None else ahead[0].suspects[0].name) == answer
+    assert state.best is echo
+    assert tried == ([force] if error > 1.0 and left > 3000.0 else [])

@@ -163,6 +163,25 @@ def test_swings_about_a_place_that_drifts_are_never_called_no_crossings():
     assert abs(seen.half_period_s - 0.5) < 0.04  # a slope of two thirds of the motion moves turns by 0.03
 
 
+@pytest.mark.parametrize("frequency", FREQUENCIES_HZ)
+def test_a_body_that_stops_within_one_swing_is_released_from_its_hold(frequency):
+    """Damped to one overshoot; it then lies still, and its sensor drifts by a percent until the record ends."""
+    since = np.maximum(T - HELD, 0.0)
+    shape = np.exp(-3.0 * since) * (np.cos(2.0 * np.pi * since) + 0.48 * np.sin(2.0 * np.pi * since))
+    shape = np.where(since > 0.75, -0.05, shape) + 0.002 * np.maximum(since - 0.75, 0.0)
+    window = find_window(record(shape, frequency, noise=1e-4))
+    assert window.held
+    assert window.release_s * frequency == pytest.approx(HELD, abs=0.05)
+
+
+def test_the_pause_of_a_beat_is_no_half_period():
+    """Crossings half a period apart and two: an oscillator takes the motion up and gives it back."""
+    side = np.select([T < 0.5, T < 1.0, T < 3.0, T < 3.5], [1.0, -1.0, 0.5, -0.5], 0.0)
+    assert half_period(T, side, 1e-6) == pytest.approx(0.5, abs=0.03)  # of 0.5 and 2.0
+    even = np.select([T < 0.5, T < 1.0, T < 1.6, T < 2.1], [1.0, -1.0, 0.5, -0.5], 0.0)
+    assert half_period(T, even, 1e-6) == pytest.approx(0.55, abs=0.03)  # of 0.5 and 0.6 the middle
+
+
 def test_the_period_of_a_motion_that_drifts_is_that_of_its_turns():
     recording = record(free(T, held=0.0) + 0.5 * T**2 / PERIODS)
     window = find_window(recording)

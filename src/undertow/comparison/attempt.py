@@ -42,6 +42,15 @@ LARGER = 1.1
 """A size that a fit finds is taken over where it is larger by this factor."""
 
 
+SUSPECT_BUDGET = 3000.0
+LEVEL_BUDGET = 8000.0
+"""What one suspect, and all of a level together, may spend, in looks at the level with the prescribed equation: the
+dearest that was named took 2000 (a resonator that depends on its amplitude)."""
+
+TRIALS_A_BUDGET = 4.0
+"""So many trials more double what may be spent: each brings unknowns of its own, and fits take more steps."""
+
+
 def one_look(fit: JointFit) -> float:
     """Steps of one look at a fit's recordings with its unknowns: the unit of budgets."""
     return float(sum(trial.t.size * (1 + trial.slots.size) for trial in fit.solution.problem.trials))

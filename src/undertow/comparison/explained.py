@@ -19,6 +19,9 @@ from undertow.equation.kernel import SLOT
 NEARLY_ALL = 0.75
 """Share of the residual above noise that such a law must explain."""
 
+SLIDING = 0.1
+"""Sliding friction over a hysteresis' yield force below which it is what friction has become."""
+
 ALL = 0.95
 """Share of the residual above noise that a bad release must explain (in later cycles it leaves none), and two effects
 that neither is enough alone."""

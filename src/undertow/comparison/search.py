@@ -19,14 +19,14 @@ from dataclasses import dataclass, field, replace
 from undertow.comparison import attempt, explained
 from undertow.comparison.attempt import REFINED, from_pair, from_places, from_starts, penalty_of, plain_fit
 from undertow.comparison.candidate import RIVAL_ODDS, Candidate, LevelDiagnosis, Screened, conclude
-from undertow.comparison.explained import ALL, NEARLY_ALL, asked, beyond_doubt, biases, explains
+from undertow.comparison.explained import ALL, NEARLY_ALL, SLIDING, asked, beyond_doubt, biases, explains
 from undertow.comparison.joining import MOST_EFFECTS, PRIOR_NOTHING, has_room, log_prior, may_join
 from undertow.comparison.joint import FAR_ABOVE_NOISE, at_memory, free_run_error, missed_share
 from undertow.comparison.level import Level
 from undertow.comparison.needless import leanest, shorter_sets
 from undertow.comparison.score_test import GridPlace, Stands, peaks, places
 from undertow.comparison.suspect import Suspect
-from undertow.comparison.two_effects import best_pairs
+from undertow.comparison.two_effects import PAIRS, best_pairs
 from undertow.likelihood.budget import BudgetError, metered
 from undertow.likelihood.noise import residual_memory
 
@@ -42,12 +42,6 @@ WORTH = 0.5
 BESIDE = 2
 """Where no single effect is enough, so many of the most probable ones are tried with another."""
 
-PAIRS = 6
-"""Pairs that are fitted of those that one linear step in both shows to be best."""
-
-SLIDING = 0.1
-"""Sliding friction over a hysteresis' yield force below which it is what friction has become."""
-
 FINE = 2.0
 """Up to this many times repeatability the free run's error is small enough for one linear step to show a gain."""
 
@@ -56,14 +50,6 @@ LINEAR = 0.1
 
 NEAR = 10.0
 """Mean squared residual over noise of a fit so near that the free run's share does not matter: trials differ."""
-
-SUSPECT_BUDGET = 3000.0
-LEVEL_BUDGET = 8000.0
-"""What one suspect, and all of a level together, may spend, in looks at the level with the prescribed equation: the
-dearest that was named took 2000 (a resonator that depends on its amplitude)."""
-
-TRIALS_A_BUDGET = 4.0
-"""So many trials more double what may be spent: each brings unknowns of its own, and fits take more steps."""
 
 ODDS, OVERWHELMING = math.log(RIVAL_ODDS), math.log(1e6)
 """Log odds from which a set has a name, and from which an effect is there though the free run hardly shows it."""
@@ -93,7 +79,7 @@ class _Search:
         self.looked: Stands | None = None
         self.looks: dict[str, tuple[GridPlace, ...]] = {}
         self.error = free_run_error(self.level, self.null.fit)
-        self.left = LEVEL_BUDGET * self._one_look()
+        self.left = attempt.LEVEL_BUDGET * self._one_look()
 
     def run(self) -> LevelDiagnosis:
         """Add effects one after the other until none is worth it, or the level's budget is spent."""
@@ -104,7 +90,8 @@ class _Search:
 
     def _one_look(self) -> float:
         """One look at the level with the prescribed equation, times what the config and the number of trials give."""
-        return self.budget * (1.0 + (self.level.trials - 1.0) / TRIALS_A_BUDGET) * attempt.one_look(self.null.fit)
+        trials = 1.0 + (self.level.trials - 1.0) / attempt.TRIALS_A_BUDGET
+        return self.budget * trials * attempt.one_look(self.null.fit)
 
     def _grow(self) -> None:
         for depth in range(MOST_EFFECTS):
@@ -125,6 +112,7 @@ class _Search:
             ahead = self._leaner(*ahead, ahead[0].score) or ahead
             self.best, self.error = self._plainer(ahead, probable)
         self.best, self.error = self._two_that_leave_noise() or (self.best, self.error)
+        self.best, self.error = self._from_another_first() or (self.best, self.error)
 
     def _overwhelming(self) -> Candidate | None:
         """The most probable single law against which nothing but its size speaks; None where there is none."""
@@ -154,14 +142,7 @@ class _Search:
         single one that the free run hardly shows. Where repetitions differ as much, two must explain nearly all."""
         if self.null.fit.misfit <= FAR_ABOVE_NOISE:
             return None
-        able = [c for c in tried if not c.suspects[0].of_the_release]
-        firsts = sorted(able, key=lambda c: -c.score)[:BESIDE]
-        pairs: list[Candidate] = []
-        for first in firsts:
-            self.best = first
-            pairs += self._as_far_as_possible(1)
-        self.best = self.null
-        self.found += pairs
+        pairs = self._beside(tried)
         most = max([self.null.score + least, *(c.score for c in self.small)])
         probable = sorted((c for c in pairs if not c.out and c.score > most), key=lambda c: -c.score)
         lean = self._without_earlier(pairs, least)
@@ -169,6 +150,30 @@ class _Search:
             probable = [c for c in probable if explains(self.null, c, ALL)]
         ahead = self._worthwhile(probable, REMAINING)
         return ahead or (self._worthwhile([lean[0]], 1.0) if lean and lean[0].score > most else None)
+
+    def _beside(self, singles: Sequence[Candidate]) -> list[Candidate]:
+        """Further effects beside the most probable of these, whether a gate excludes it alone or not."""
+        able, stands = [c for c in singles if not c.suspects[0].of_the_release], self.best
+        pairs: list[Candidate] = []
+        for first in sorted(able, key=lambda c: -c.score)[:BESIDE]:
+            self.best = first
+            pairs += self._as_far_as_possible(1)
+        self.best = stands
+        self.found += pairs
+        return pairs
+
+    def _from_another_first(self) -> tuple[Candidate, float] | None:
+        """Two effects, with the free run's error, that are more probable than an answer which leaves much of what lies
+        far above noise, and more than repetitions differ by: of two strong effects either may hide what the other alone
+        would explain."""
+        near = self.error <= 1.0 or self.best.fit.misfit <= FAR_ABOVE_NOISE
+        if near or not self.best.suspects or explains(self.null, self.best, NEARLY_ALL):
+            return None
+        first = self.best.suspects[0]
+        pairs = self._beside([c for c in self.found if len(c.suspects) == 1 and c.suspects[0] != first])
+        able = [c for c in pairs if not c.out and c.score > self.best.score + ODDS]
+        ahead = max(able, key=lambda c: c.score, default=None)
+        return None if ahead is None else (ahead, free_run_error(self.level, ahead.fit))
 
     def _two_that_leave_noise(self) -> tuple[Candidate, float] | None:
         """Two effects that explain nearly all, with the free run's error, where one leaves more, however close to the
@@ -180,7 +185,7 @@ class _Search:
         by = {s.label: s for s in self.suspects if s.of_the_body}
         for look in best_pairs(self.level, self.looked, [p for n in by for p in self.looks.get(n, ())], PAIRS):
             if (look.gain - look.alone) * math.sqrt(self.null.fit.memory) > LEAST_GAIN:
-                both, spent = (by[look.labels[0]], by[look.labels[1]]), SUSPECT_BUDGET * self._one_look()
+                both, spent = (by[look.labels[0]], by[look.labels[1]]), attempt.SUSPECT_BUDGET * self._one_look()
                 prior = self._prior(both)
                 pairs += from_pair(self.level, self.null, self.found, both, look.additions, prior, spent)
         self.found += pairs
@@ -227,7 +232,7 @@ class _Search:
     def _within_budget(self, suspect: Suspect, small: bool, depth: int) -> Candidate | None:
         """A suspect tried, unless that takes more than one suspect may."""
         prior = self._prior((*self.best.suspects, suspect))
-        with metered(SUSPECT_BUDGET * self._one_look()) as meter:
+        with metered(attempt.SUSPECT_BUDGET * self._one_look()) as meter:
             try:
                 candidate = self._small(suspect, prior, depth) if small else self._large(suspect, prior)
                 if candidate is None or not (depth and explained.fading(candidate)):
@@ -382,7 +387,7 @@ def diagnose(
     must also bring the free run of the training trials closer by `WORTH` of what repeating the test allows
     (each group's own `Member.allowed`). The search for further effects ends where the free run is as close as
     repetitions are to each other and no more than noise is left. ``budget`` multiplies what one suspect and the whole
-    level may spend (`SUSPECT_BUDGET`, `LEVEL_BUDGET`); ``told`` is what other waters add to log priors
+    level may spend (`attempt.SUSPECT_BUDGET`, `attempt.LEVEL_BUDGET`); ``told`` is what other waters add to log priors
     (`told_by_other_waters`).
 
     Raises IdentificationError where not even the prescribed equation can be fitted.

@@ -23,6 +23,9 @@ from undertow.recording.recording import Array
 WIDEST = 6
 """Coefficients of a place at most: those of every trial's own are no law of the body."""
 
+PAIRS = 6
+"""Pairs that are fitted of those that one linear step in both shows to be best."""
+
 RCOND = 1e-4
 """Directions of less than this share of a place's information are taken up by the other one."""
 

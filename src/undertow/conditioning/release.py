@@ -379,8 +379,12 @@ def half_period(time: Array, values: Array, level: float) -> float:
 
 
 def _between_crossings(time: Array, away: Array, margin: float) -> float:
-    """Median time from one side beyond ``margin`` to the other, s; nan with fewer than two crossings."""
+    """Median time from one side beyond ``margin`` to the other, s; nan with fewer than two crossings. Of two unlike
+    times in the middle the shorter: a motion that beats pauses between crossings."""
     side = np.where(away > margin, 1, np.where(away < -margin, -1, 0))
     instants, marked = time[side != 0], side[side != 0]
-    crossings = instants[np.flatnonzero(np.diff(marked) != 0)]
-    return float(np.median(np.diff(crossings))) if crossings.size > 1 else math.nan
+    apart = np.sort(np.diff(instants[np.flatnonzero(np.diff(marked) != 0)]))
+    if not apart.size:
+        return math.nan
+    lower, upper = (float(apart[i]) for i in ((apart.size - 1) // 2, apart.size // 2))
+    return lower if upper > OTHER_PERIOD * lower else 0.5 * (lower + upper)

@@ -8,6 +8,7 @@ Belongs here: turns, swings between them, their period. Does not belong here: wh
 
 from __future__ import annotations
 
+import itertools
 import math
 from dataclasses import dataclass
 
@@ -25,9 +26,20 @@ MEDIAN_OF = 3
 """Samples whose running median is followed, so that a single spike is no turn."""
 
 
+END = 0.2
+"""Share of a swing at either end in which the body may have stopped."""
+
+BETWEEN = 1.0 - 2.0 * math.acos(1.0 - 2.0 * END) / math.pi
+"""Of a cosine's half period, the time between these ends."""
+
+PAUSED = 1.5
+"""Time from one turn to the next, over what its middle part says, from which on the body stopped between them."""
+
+
 @dataclass(frozen=True)
 class Swings:
-    """Turns of a record: ``time`` (n,) s and ``position`` (n,) in the channel's unit, the record's two ends among them.
+    """Turns of a record: ``time`` (n,) s and ``position`` (n,) in the channel's unit, the record's two ends among them;
+    ``took`` (n - 1,) s from each to the next, without the time at which a body lay still and its sensor drifted.
 
     >>> t = np.arange(0.0, 3.0, 0.01)
     >>> s = find_swings(t, np.cos(2.0 * np.pi * t) + 0.2 * t, 1e-6)
@@ -37,6 +49,7 @@ class Swings:
 
     time: Array
     position: Array
+    took: Array
 
     @property
     def size(self) -> Array:
@@ -58,7 +71,7 @@ class Swings:
     @property
     def half_period_s(self) -> float:
         """Median duration of the whole swings, s; nan without one."""
-        return float(np.median(np.diff(self.time)[self.whole])) if self.count else math.nan
+        return float(np.median(self.took[self.whole])) if self.count else math.nan
 
     @property
     def centre(self) -> Array:
@@ -75,7 +88,22 @@ def find_swings(time: Array, values: Array, level: float) -> Swings:
     largest = float(np.max(np.abs(np.diff(smooth[turns])), initial=0.0))
     if LARGE_SHARE * largest > least:
         turns = _turns(smooth, LARGE_SHARE * largest)
-    return Swings(time[turns], smooth[turns])
+    return Swings(time[turns], smooth[turns], _took(time, smooth, turns))
+
+
+def _took(time: Array, values: Array, turns: np.ndarray) -> Array:
+    """Time from each turn to the next, (n - 1,), s; of one that takes `PAUSED` times as long as it moves, what its
+    middle part says: the body stopped, and what its sensor drifted by passed for the way to the next turn."""
+    took = np.diff(time[turns])
+    for i, (begin, end) in enumerate(itertools.pairwise(turns.tolist())):
+        way = values[end] - values[begin]
+        if way == 0.0:
+            continue
+        share = (values[begin : end + 1] - values[begin]) / way
+        first, last = (begin + int(np.argmax(share >= part)) for part in (END, 1.0 - END))
+        moved = float(time[last] - time[first]) / BETWEEN
+        took[i] = moved if took[i] > PAUSED * moved > 0.0 else took[i]
+    return np.asarray(took)
 
 
 def _running_median(values: Array) -> Array:

@@ -182,6 +182,18 @@ def test_what_a_fit_gained_and_the_noise_it_leaves_count():
     assert _fitted_gain(weighed, []) == 0.0
 
 
+def test_the_closest_model_is_one_of_the_same_samples():
+    """A bad release is fitted without the first periods: what it leaves is less, and says nothing of the others."""
+    suspect = found("cubic_stiffness")
+    closer = hardening()[2]
+    shorter = tuple(r[40:] for r in closer.solution.residuals)
+    fewer = replace(closer.solution, residuals=shorter, n_data=sum(r.size for r in shorter))
+    release = Candidate((found("imperfect_release"),), replace(closer, misfit=0.1 * closer.misfit, solution=fewer), 0.0)
+    after, beside = (judged(Candidate((suspect,), closer, 0.0), *late) for late in ((), (release,)))
+    assert beside.p_value == after.p_value
+    assert [test.gain for test in beside.tests] == [test.gain for test in after.tests]
+
+
 def test_at_another_noise_residuals_and_derivatives_are_weighed_alike():
     _, fit = quiet()
     solution = fit.solution

@@ -164,7 +164,8 @@ def null_test(
     than the body, follows a sensor that wanders. What makes trials differ (a mass of each trial's own) is not tested:
     it is scatter, of which as much is there as there is.
     """
-    closest = min((null, *(c.fit for c in found)), key=lambda fit: fit.misfit)
+    whole = [c.fit for c in found if c.fit.solution.n_data == null.solution.n_data]  # a late one leaves out a beginning
+    closest = min((null, *whole), key=lambda fit: fit.misfit)
     before, null = null, at_noise_of(null, closest)
     stands = Stands.of(null)
     factors = [noise_over(*pair) for pair in zip(*(f.solution.problem.trials for f in (before, null)), strict=True)]

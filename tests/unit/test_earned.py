@@ -327,9 +327,10 @@ def test_a_description_that_takes_its_own_trials_further_away_is_none_beside_unk
 def test_a_name_that_leaves_no_more_than_noise_is_kept_where_its_own_trials_go_further_away(status):
     rest = ("unknown",) if status == "unknown" else ()
     named = replace(NAMED, status=status, verdict=("linear_damping", *rest), augmented=Described(0.061, math.nan))
-    said = judged(named, case(), diagnosis(True), True)
-    assert (said.status, said.verdict) == ("unknown", ("linear_damping", "unknown"))
-    assert (said.parameters, said.augmented) == (named.parameters, None)
+    for level in (diagnosis(True), diagnosis()):  # also of what the dry trials need, with nothing else named
+        said = judged(named, case(), level, True)
+        assert (said.status, said.verdict) == ("unknown", ("linear_damping", "unknown"))
+        assert (said.parameters, said.augmented) == (named.parameters, None)
 
 
 def test_a_name_less_likely_than_something_that_was_excluded_is_no_answer():

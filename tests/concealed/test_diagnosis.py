@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -13,6 +14,7 @@ from undertow.comparison.level import Member, make_level
 from undertow.comparison.search import diagnose
 from undertow.comparison.suspects import SUSPECTS, chosen
 from undertow.conditioning.condition import condition
+from undertow.discrepancy import judge as judging
 from undertow.discrepancy.case import Case
 from undertow.discrepancy.judge import judge
 from undertow.discrepancy.validation import check_cell, closed_cell_frequency
@@ -125,6 +127,27 @@ def test_verdict_proves_on_trials_it_never_saw():
     assert {d.name for d in verdict.detectable} >= {"cubic_stiffness", "linear_damping"}
     assert verdict.not_testable[:2] == ("rest_offset", "support_compliance")
     assert {r.name for r in verdict.rejected} >= {"cubic_stiffness", "linear_damping"}
+
+
+def test_a_verdict_is_of_what_is_supported_with_errors_of_common_gains(monkeypatch):
+    """Nothing that is outweighed is said, and a covariance nine times as large gives errors three times as large."""
+    stiff = ((registry.find("cubic_stiffness"), 3.0e7),)
+    group = member("short", SHORT, 1200, stiff)
+    case = Case({"spring": "short"}, "spring short", group, (), Described(0.4), 0.004, 0.05, 4, False, True)
+
+    def error() -> float:
+        (verdict,) = judge([case], chosen(("cubic_stiffness",)))
+        return verdict.parameters["cubic_stiffness"]["N_per_m3"].stderr
+
+    plain = error()
+    monkeypatch.setattr(
+        judging, "with_common_gains",
+        lambda fit: replace(fit, solution=replace(fit.solution, covariance=9.0 * fit.solution.covariance)),
+    )  # fmt: skip
+    assert error() == pytest.approx(3.0 * plain, rel=0.01)  # a scale's error beside it stays
+    monkeypatch.setattr(judging, "supported", lambda found: replace(found, best=found.null, rivals=()))
+    (verdict,) = judge([case], chosen(("cubic_stiffness",)))
+    assert "cubic_stiffness" not in verdict.parameters
 
 
 def test_closed_cell_is_the_lower_bound_of_its_slosh_mode():

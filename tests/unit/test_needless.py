@@ -6,11 +6,12 @@ from types import SimpleNamespace
 
 import pytest
 
-from undertow.comparison import needless
+from undertow.comparison import attempt, needless
 from undertow.comparison.attempt import closed_up
-from undertow.comparison.level import Addend
+from undertow.comparison.level import Addend, Level
 from undertow.comparison.needless import leanest, shorter_sets
-from undertow.comparison.suspect import Addition
+from undertow.comparison.suspect import Addition, Scales
+from undertow.errors import IdentificationError
 
 
 def shorter(score: float, error: float, out: str = "") -> tuple[SimpleNamespace, float]:
@@ -87,3 +88,19 @@ def test_effects_that_stood_before_the_search_are_not_counted(asked):
 def test_a_set_without_a_motion_is_no_shorter_set(asked, monkeypatch):
     monkeypatch.setattr(needless, "without", lambda *_: None)
     assert shorter_sets(LEVEL, candidate("c3", "q"), tuple) == []
+
+
+def test_what_is_left_out_leaves_no_empty_place_to_the_integrator(monkeypatch):
+    fitted: list[list[str]] = []
+
+    def refused(_level: object, addends: tuple[Addend, ...], *_: object, **__: object) -> None:
+        fitted.append([a.slot for one in addends for a in one.additions])
+        raise IdentificationError("no motion")
+
+    monkeypatch.setattr(attempt, "fit_joint", refused)
+    own = (addend("hm1", "hw1"), addend("hm2", "hw2"), addend("c3"))
+    fit = SimpleNamespace(addends=own, shared_water=True, memory=1.0, values={}, misfit=1.0)
+    candidate = SimpleNamespace(suspects=("one", "two", "three"), fit=fit)
+    level = Level((), Scales(1.0, 1.0, 1.0, 1.0, 1.0, 1.0))
+    assert attempt.without(level, candidate, 0, 0.0) is None
+    assert fitted == [["hm1", "hw1", "c3"]]

@@ -41,7 +41,6 @@ SETTLING = 3
 LARGER = 1.1
 """A size that a fit finds is taken over where it is larger by this factor."""
 
-
 SUSPECT_BUDGET = 3000.0
 LEVEL_BUDGET = 8000.0
 """What one suspect, and all of a level together, may spend, in looks at the level with the prescribed equation: the

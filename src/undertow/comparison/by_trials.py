@@ -76,7 +76,7 @@ def _without(fit: JointFit, left_out: Sequence[Sequence[int]]) -> list[Array]:
     solution = fit.solution
     unknowns = solution.problem.unknowns
     common = np.array([not u.name.endswith("]") for u in unknowns])
-    normal, parts = np.diag([1.0 / u.prior_std**2 for u in unknowns]), []
+    normal, parts = np.diag(solution.problem.believed[1]), []
     for jac, r, used in zip(solution.jacobians, solution.residuals, solution.used, strict=True):
         mine, gradient = np.zeros_like(normal), np.zeros(len(unknowns))
         mine[np.ix_(used, used)] = jac.T @ jac

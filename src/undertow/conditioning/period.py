@@ -8,11 +8,8 @@ from __future__ import annotations
 import numpy as np
 
 from undertow.conditioning.motion import Motion
-from undertow.conditioning.swings import find_swings
+from undertow.conditioning.swings import PAUSED, find_swings
 from undertow.errors import IdentificationError
-
-PAUSE = 1.5
-"""Time between two crossings, over the usual one, from which on the motion paused between them."""
 
 
 def dominant_period(motion: Motion) -> float:
@@ -43,4 +40,4 @@ def dominant_period(motion: Motion) -> float:
         )
     half = np.diff(crossings)
     usual = np.sort(half)[(half.size - 1) // 2]
-    return float(2.0 * np.mean(half[half <= PAUSE * usual]))
+    return float(2.0 * np.mean(half[half <= PAUSED * usual]))

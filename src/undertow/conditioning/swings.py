@@ -33,7 +33,8 @@ BETWEEN = 1.0 - 2.0 * math.acos(1.0 - 2.0 * END) / math.pi
 """Of a cosine's half period, the time between these ends."""
 
 PAUSED = 1.5
-"""Time from one turn to the next, over what its middle part says, from which on the body stopped between them."""
+"""Time between two turns, over what its middle part says, or between two crossings, over the usual one, from which on
+the motion paused between them."""
 
 
 @dataclass(frozen=True)

@@ -74,8 +74,9 @@ def earned(
 def _not_the_answer(verdict: Verdict, gate: Gate) -> Verdict:
     """``unknown`` after the names: what was excluded explains far more, nothing proves what leaves more than noise,
     trials come no closer (no free run is offered then), the dry trials contradict them, or lack what nobody knows."""
-    but = "this is not proved" if gate.lacking == "unseen" else "this is not the answer"
-    text = f"{verdict.sentence} But {but}: {gate.because}. What is missing is unknown."
+    but = f"this is not the answer: {gate.because}. What is missing is unknown"
+    but = f"this is not proved: {gate.because}" if gate.lacking == "unseen" else but
+    text = f"{verdict.sentence} But {but}."
     said = replace(
         verdict, status="unknown", alternatives=(), origin="undetermined", next_test=NEXT[gate.lacking], sentence=text
     )

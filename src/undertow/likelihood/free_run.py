@@ -125,9 +125,9 @@ def _at_samples(motion: Motion, problem: Problem, values: Array, quantity: str, 
     offset = trial.channels[0].offset
     rest = float(values[offset]) if offset >= 0 else 0.0
     measured = motion.recorded(quantity)[motion.inside] - rest
-    theta = output_error.parameter_vector(trial, values)
+    theta = parameter_vector(trial, values)
     shift = float(values[trial.shift]) if trial.shift >= 0 else 0.0
-    x, v, a = motion_of(trial, parameter_vector(trial, values), np.maximum(t + shift, 0.0))
+    x, v, a = motion_of(trial, theta, np.maximum(t + shift, 0.0))
     signal = {"displacement": x, "velocity": v, "acceleration": a}[quantity]
     simulated = signal[:, 0]
     columns = [signal[:, 1:], np.ones((t.size, 1))]

@@ -41,9 +41,8 @@ def noise_covariance(solution: Solution) -> Array:
             scores += np.add.reduceat(weighted, edges[:-1], axis=0)
         spent = max(1.0, blocks / max(blocks - used.size, 1.0))
         meat[np.ix_(used, used)] += spent * (scores.T @ scores)
-    precision = np.array([1.0 / u.prior_std**2 for u in solution.problem.unknowns])
     bread = solution.covariance
-    covariance: Array = bread @ (meat + np.diag(precision)) @ bread
+    covariance: Array = bread @ (meat + np.diag(solution.problem.believed[1])) @ bread
     return covariance
 
 

@@ -136,12 +136,12 @@ def _proposals(
 def _given_scales(best: Solution, scales: Array, cells: np.ndarray, noise: Array) -> tuple[Array, Array]:
     """Candidates (n, p) of the normal distribution about the best point with priors ``scales[cell]`` times as wide, and
     the logarithm of their density (n,)."""
-    unknowns = best.problem.unknowns
+    centres, precision = best.problem.believed
     unit = np.sqrt(np.diag(best.covariance))
     unit[~(unit > 0.0)] = 1.0  # stiffness and friction coefficient are seven decades apart: in standard errors instead
     normal = np.linalg.pinv(best.covariance / np.outer(unit, unit), hermitian=True)
-    pull, start = normal @ (best.values / unit), np.array([u.start for u in unknowns]) / unit
-    precision = np.array([1.0 / u.prior_std**2 for u in unknowns]) * unit**2
+    pull, start = normal @ (best.values / unit), centres / unit
+    precision = precision * unit**2
     out, density = np.empty(noise.shape), np.empty(noise.shape[0])
     for cell in np.unique(cells):
         wider = precision * (1.0 / scales[cell] ** 2 - 1.0)
@@ -163,8 +163,7 @@ def _target(problem: Problem, scale: Array) -> Callable[[int, Array], float]:
     """Logarithm of likelihood times prior of candidate i at its values, up to a constant; -inf out of bounds."""
     lower = np.array([u.lower for u in problem.unknowns])
     upper = np.array([u.upper for u in problem.unknowns])
-    start = np.array([u.start for u in problem.unknowns])
-    precision = np.array([1.0 / u.prior_std**2 for u in problem.unknowns])
+    start, precision = problem.believed
     scatters = np.any(scale != 1.0, axis=0)
     chi2 = _compiled(problem) if eq15.is_plain(problem) else _general(problem)
 

@@ -124,9 +124,20 @@ def test_the_tail_of_a_statistic_goes_on_as_an_exponential():
     assert math.exp(tail.log_p(np.array([20.0]))[0]) == pytest.approx(math.exp(-10.0), rel=0.3)
     assert math.exp(tail.log_p(np.array([1.0]))[0]) == pytest.approx(math.exp(-0.5), rel=0.02)
     assert tail.at(float(tail.log_p(np.array([15.0]))[0])) == pytest.approx(15.0)
-    alike = Tail.of(np.zeros(1000))
-    assert np.all(alike.log_p(np.array([1e-3, 1e6])) < -100.0)
     assert tail.quantile(0.001) == pytest.approx(2.0 * math.log(1000.0), rel=0.05)
+
+
+def test_replicas_that_are_nearly_all_alike_tell_little_of_the_next():
+    # a law that may only add has no gain in most replicas: one of 500 that shows 16 is no event of e^-400
+    alike = Tail.of(np.zeros(500))
+    assert alike.log_p(np.array([16.0, 1e6])) == pytest.approx([-9.7, -20.7], abs=0.1)
+    assert alike.at(float(alike.log_p(np.array([16.0]))[0])) == pytest.approx(16.0)
+    lone = Tail.of(np.append(np.zeros(499), 16.0))
+    assert lone.log_p(np.array([16.0]))[0] == pytest.approx(math.log(1.0 / 500.0 / 2.0))
+    assert lone.at(float(lone.log_p(np.array([100.0]))[0])) == pytest.approx(100.0)
+    drawn = np.random.default_rng(0).exponential(1.0, 1000)
+    rare = np.append(np.zeros(999), 16.0)
+    assert float(np.min(_least({"some": drawn, "rare": rare}, {"some": 0.0, "rare": 0.0}))) > -12.0
 
 
 @cache

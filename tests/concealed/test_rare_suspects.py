@@ -287,3 +287,12 @@ def test_friction_that_fades_no_more_within_the_speeds_of_the_motion_is_dry_fric
     values = {"stribeck_friction.static_force_N": 3.0, "stribeck_friction.velocity_m_per_s": speed}
     fit = SimpleNamespace(addends=(Addend(found.name, additions),), values=values)
     assert Candidate((found,), fit, 0.0).amounts_to == (called,)
+
+
+@pytest.mark.parametrize(("time", "called"), [(0.3, "relaxation"), (0.25, "linear_damping"), (10.0, "relaxation")])
+def test_a_relaxation_that_forgets_at_once_is_damping(time, called):
+    (found,) = chosen(("relaxation",))
+    additions = found.additions(Scales(1.0, 1.0, 0.2, 1.0, 1.0, 1.0), 1.0)
+    values = {"relaxation.stiffness_N_per_m": 3.0, "relaxation.time_s": time}
+    fit = SimpleNamespace(addends=(Addend(found.name, additions),), values=values)
+    assert Candidate((found,), fit, 0.0).amounts_to == (called,)

@@ -12,7 +12,7 @@ import pytest
 
 from tests.concealed.test_diagnosis import LONG, SHORT, member
 from undertow.comparison import attempt, search
-from undertow.comparison.attempt import from_places, from_starts
+from undertow.comparison.attempt import beyond_starts, from_places, from_starts
 from undertow.comparison.candidate import Candidate
 from undertow.comparison.explained import asked, explains
 from undertow.comparison.joint import JointFit, fit_joint, fit_standing
@@ -50,6 +50,34 @@ def test_the_linear_step_foresees_the_gain_of_the_fit():
     gained = 0.5 * (fit.criterion - candidate.fit.criterion + math.log(cells))  # without the new unknown's penalty
     assert ahead[0].gain > 5.0
     assert ahead[0].gain == pytest.approx(gained, rel=0.4)  # the noise is found anew by the fit, not by the step
+
+
+def test_water_that_swings_at_twice_the_bodys_rate_is_offered_its_own_line(monkeypatch):
+    # as a long spring has it in the flume: no fit from the resonator's starts comes there
+    suspect = found("hidden_resonator")
+    level = make_level([member("long", LONG, 2000)])
+    frequency = 2.1 * level.scales.rate
+    assert suspect.starts(level.scales)[-1] < frequency / 1.2
+    water = registry.find("hidden_resonator", natural_frequency_rad_per_s=frequency, damping_ratio=0.003)
+    level = make_level([member("long", LONG, 2000, ((water, 300.0),))])
+    seen = peaks(places(level, Stands.of(stands(level)), suspect))[:1]
+    assert beyond_starts(level, suspect, seen) == pytest.approx([frequency], rel=0.08)
+    offered = []
+    monkeypatch.setattr(search, "FINE", 0.0)  # where little is missing every place of the grid is looked at
+    monkeypatch.setattr(search, "WORTH", 0.0)
+    monkeypatch.setattr(search, "from_starts", lambda *given: offered.append(given[-1]))
+    diagnose(level, [suspect])
+    assert offered == [beyond_starts(level, suspect, seen)]
+
+
+def test_no_line_within_the_starts_is_offered_twice():
+    suspect, level = found("hidden_resonator"), make_level([member("long", LONG, 2000)])
+    seen = peaks(places(level, Stands.of(stands(level)), suspect))
+    rates = [next(a.start for a in place.additions if a.unit == "rad/s") for place in seen]
+    starts = suspect.starts(level.scales)
+    within = [place for place, w in zip(seen, rates, strict=True) if starts[0] <= w <= starts[-1]]
+    assert within
+    assert beyond_starts(level, suspect, within) == ()
 
 
 def test_a_start_that_takes_too_many_steps_is_none(monkeypatch):

@@ -17,7 +17,8 @@ STUDY = json.loads((DOCS / "differ.json").read_text(encoding="utf-8"))
 def test_a_pair_is_still_named_as_the_study_says(tmp_path, name):
     kept = next(row for row in STUDY if row["pair"] == name)
     found = result(next(pair for pair in pairs(tmp_path) if pair.name == name), tmp_path)
-    assert found["lacks"] == kept["lacks"] == found["truth"]
+    assert found["lacks"] == kept["lacks"]
+    assert [n for n in found["lacks"] if n != "unknown"] == found["truth"]  # one recording proves no law of water
     assert found["nrmse"] == pytest.approx(kept["nrmse"], rel=0.05)  # the smoother may change from version to version
 
 

@@ -16,11 +16,13 @@ RECORDINGS = Path(__file__).resolve().parents[2] / ".." / "shared" / "recordings
 def test_a_tanker_given_a_straight_spring_lacks_its_hardening():
     case = next(c for c in CASES if c.config == "kvlcc2")
     found, _ = verdicts(case, exact=False)
-    assert [v.verdict[0] for v in found] == ["quintic_stiffness", "quintic_stiffness"]  # k5 of the published equation
-    for verdict in found:
-        assert verdict.augmented is not None
-        assert verdict.augmented.nrmse < 0.3 * verdict.baseline.nrmse
-        assert said(verdict) in PAGE.read_text(encoding="utf-8")
+    at_rest, ahead = found  # at rest something else is missing too: damping that sets in above 5.5 degrees
+    assert at_rest.verdict == ("unknown",)
+    assert "fifth power of the displacement explains it" in at_rest.sentence
+    assert ahead.verdict == ("quintic_stiffness", "unknown")  # k5 of the published equation; no trial is unseen
+    assert ahead.augmented is not None
+    assert ahead.augmented.nrmse < 0.3 * ahead.baseline.nrmse
+    assert all(said(verdict) in PAGE.read_text(encoding="utf-8") for verdict in found)
 
 
 def test_every_case_has_its_rows_on_the_page():

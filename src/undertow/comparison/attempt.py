@@ -35,6 +35,9 @@ QUICK_LOOKS = 300.0
 """What one start may spend, in looks at the level as it stands: those of laws that were named took under 200."""
 
 
+OUT_OF_REACH = 1.2
+"""A fit finds a line from a start within this ratio of its frequency."""
+
 SETTLING = 3
 """Fits after which sizes are taken as they are."""
 
@@ -99,11 +102,12 @@ def _resized(level: Level, member: Member, fit: JointFit) -> Member:
 
 
 def from_starts(
-    level: Level, best: Candidate, suspect: Suspect, prior: float, most: float = math.inf
+    level: Level, best: Candidate, suspect: Suspect, prior: float, most: float = math.inf,
+    further: Sequence[float] = (),
 ) -> Candidate | None:
-    """The best candidate with one more suspect, from several starts; None where no start gives a motion, or none a
-    criterion under ``most`` in a quick fit."""
-    starts = suspect.starts(level.scales)
+    """The best candidate with one more suspect, from its own starts and ``further`` ones; None where no start gives a
+    motion, or none a criterion under ``most`` in a quick fit."""
+    starts = (*suspect.starts(level.scales), *further)
     waters = _waters(level, best, suspect)
     quick = [f for w in waters for start in starts if (f := _attempt(w, best, suspect, start)) is not None]
     quick = [f for f in quick if f.criterion < most]
@@ -112,6 +116,13 @@ def from_starts(
     ahead = sorted(quick, key=lambda f: f.criterion)[: (REFINED if len(starts) * len(waters) > 1 else 1)]
     fit = min((_refined(level, f) for f in _apart(ahead)), key=lambda f: f.criterion)
     return Candidate((*best.suspects, suspect), fit, prior, doubt(level, fit, best.fit))
+
+
+def beyond_starts(level: Level, suspect: Suspect, seen: Sequence[GridPlace]) -> tuple[float, ...]:
+    """Frequencies of places of a suspect's grid to which no fit from its starts would come."""
+    starts = suspect.starts(level.scales)
+    found = (a.start for place in seen for a in place.additions if a.unit == "rad/s")
+    return tuple(w for w in found if not starts[0] / OUT_OF_REACH <= w <= starts[-1] * OUT_OF_REACH)
 
 
 def from_places(

@@ -70,13 +70,10 @@ class Candidate:
     @property
     def amounts_to(self) -> tuple[str, ...]:
         """Names of the set, of a law on its bound that of the simpler one which it becomes there."""
-        if not any(s.becomes for s in self.suspects):
+        if not any(any(s.becomes) for s in self.suspects):
             return self.names
         own = self.fit.addends[len(self.fit.addends) - len(self.suspects) :]
-        return tuple(
-            s.becomes if s.becomes and _on_its_upper_bound(self.fit, addend) else s.name
-            for s, addend in zip(self.suspects, own, strict=True)
-        )
+        return tuple(_at_its_bound(self.fit, addend, s) for s, addend in zip(self.suspects, own, strict=True))
 
 
 @dataclass(frozen=True)
@@ -147,10 +144,16 @@ def probability(
     return float(mine / weights.sum())
 
 
-def _on_its_upper_bound(fit: JointFit, addend: Addend) -> bool:
-    """Whether what a law has inside (a time, a speed) lies on its upper bound."""
-    inner = {f"{addend.prefix}.{a.name}": a.upper for a in addend.additions if a.inner}
-    return any(fit.values.get(name, -math.inf) >= BOUNDED * upper for name, upper in inner.items())
+def _at_its_bound(fit: JointFit, addend: Addend, suspect: Suspect) -> str:
+    """The name of a law, of one whose inner number (a time, a speed) lies on a bound that of what it becomes there."""
+    short, long = suspect.becomes
+    for a in (a for a in addend.additions if a.inner):
+        value = fit.values.get(f"{addend.prefix}.{a.name}", math.nan)
+        if short and value * BOUNDED <= a.lower:
+            return short
+        if long and value >= BOUNDED * a.upper:
+            return long
+    return suspect.name
 
 
 def rivals_of(best: Candidate, found: Sequence[Candidate]) -> tuple[tuple[str, ...], ...]:

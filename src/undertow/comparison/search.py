@@ -17,7 +17,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 
 from undertow.comparison import attempt, explained
-from undertow.comparison.attempt import REFINED, from_pair, from_places, from_starts, penalty_of, plain_fit
+from undertow.comparison.attempt import REFINED, beyond_starts, from_pair, from_places, from_starts
 from undertow.comparison.candidate import RIVAL_ODDS, Candidate, LevelDiagnosis, Screened, conclude
 from undertow.comparison.explained import ALL, NEARLY_ALL, SLIDING, asked, beyond_doubt, biases, explains
 from undertow.comparison.joining import MOST_EFFECTS, PRIOR_NOTHING, has_room, log_prior, may_join
@@ -259,11 +259,12 @@ class _Search:
         return from_places(self.level, self.best, suspect, ahead, prior)
 
     def _large(self, suspect: Suspect, prior: float) -> Candidate | None:
-        """A suspect where much is missing: from several starts; a line that leaves the fit no way to it but a start on
-        it (a clock) from the peaks of its grid."""
+        """A suspect where much is missing: from several starts, and where its own line lies beyond them from that; a
+        line that leaves the fit no way to it but a start on it (a clock) from the peaks of its grid."""
         if not suspect.on_a_line:
             most = self.best.fit.criterion if suspect.has_no_zero else math.inf
-            return from_starts(self.level, self.best, suspect, prior, most)
+            seen = self._peaks(suspect)[:1] if suspect.swings and not self.best.suspects else ()
+            return from_starts(self.level, self.best, suspect, prior, most, beyond_starts(self.level, suspect, seen))
         ahead = self._peaks(suspect)[: REFINED + 1]
         return from_places(self.level, self.best, suspect, ahead, prior) if ahead else None
 
@@ -278,7 +279,7 @@ class _Search:
 
     def _screen_out(self, suspect: Suspect, prior: float, gain: float) -> None:
         """Keep what a suspect could gain at most, with the penalty of its unknowns."""
-        relative = prior - self.null.log_prior + gain - penalty_of(self.level, self.null.fit, suspect)
+        relative = prior - self.null.log_prior + gain - attempt.penalty_of(self.level, self.null.fit, suspect)
         self.screened[suspect.label] = Screened(suspect, gain, self.null.score + relative, relative)
 
     def _promising(self, suspect: Suspect) -> bool:
@@ -392,6 +393,6 @@ def diagnose(
 
     Raises IdentificationError where not even the prescribed equation can be fitted.
     """
-    null = Candidate((), plain_fit(level), math.log(PRIOR_NOTHING))
+    null = Candidate((), attempt.plain_fit(level), math.log(PRIOR_NOTHING))
     usable = [s for s in suspects if has_room(level, s, null.fit)]
     return _Search(level, usable, null, clean_when_dry, budget, told or {}).run()

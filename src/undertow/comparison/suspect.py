@@ -89,7 +89,8 @@ class Suspect:
     with the release shows there and nowhere else.
 
     ``swings`` by itself, so that several may stand in one equation, and where it is damped strongly it cannot be told
-    from what ``overdamped_as`` names; on the upper bound of what it has inside it ``becomes`` a law that is simpler;
+    from what ``overdamped_as`` names; on the lower and on the upper bound of what it has inside it ``becomes`` a law
+    that is simpler, each named where there is one;
     ``fades``: a memory that rings in nothing; ``plain``: damping, which is what such
     a memory amounts to at one frequency. ``like`` names what no decay tells it from; ``without_sliding`` what it is
     called where no friction slides beside it; ``often_beside`` another effect of the same water, so that it is tried
@@ -113,7 +114,7 @@ class Suspect:
     plain: bool = False
     often_beside: bool = False
     overdamped_as: str = ""
-    becomes: str = ""
+    becomes: tuple[str, str] = ("", "")
     like: tuple[str, ...] = ()
     without_sliding: str = ""
     of_angles: bool = False

@@ -264,13 +264,14 @@ SUSPECTS: tuple[Suspect, ...] = (
     replace(_plain(CoulombFriction, "structure", lambda s: 2e-3 * s.force, "spring"), often_beside=True),
     _plain(VariableNormalForce, "structure", lambda s: 0.01 * s.force / s.size),
     Suspect(StribeckFriction.name, "structure", _stribeck, lambda s: (0.03 * s.speed,), fine=_fine_speeds,
-            becomes=CoulombFriction.name),
+            becomes=("", CoulombFriction.name)),
     _RESONATOR,
     replace(_RESONATOR, additions=_resonator(True), variant="amplitude-dependent"),
     Suspect(
         Relaxation.name, "water", _relaxation, lambda s: (0.5 / s.slowest, 1.2 / s.slowest, 4.0 / s.slowest), True,
         fine=_fine_times,
         fades=True,
+        becomes=(LinearDamping.name, ""),
     ),
     Suspect(
         Hysteresis.name, "structure", _hysteresis, lambda s: (0.1 * s.size, 0.3 * s.size), True, fine=_fine_yields,

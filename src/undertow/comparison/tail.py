@@ -23,14 +23,15 @@ BINS = 32
 WIDEST = 100.0
 """Largest over smallest edge of that histogram: smaller values are counted in its first bin."""
 
-LEAST_FALL = 1e-9
-"""The same mean excess over where the tail starts, at least: replicas that are all alike have none."""
+UNSEEN, FALL_UNSEEN = 0.5, 1.0
+"""Where no replica exceeds the start, for most are alike (a law that may only add has no gain in them): half a replica
+is taken to, and the mean excess to be that of half a squared standard normal number, as sure as one value tells."""
 
 
 @dataclass(frozen=True)
 class Tail:
     """The distribution of a statistic among replicas: ``values`` sorted, exponential with mean excess ``fall`` above
-    ``start``, which a share `TAIL` exceeds: ``count`` of them.
+    ``start``, which a ``share`` exceeds: ``count`` of them, `TAIL` of all, or fewer where many are alike.
 
     Another value, which had no part in the mean, exceeds x with probability (1 + (x - start) / (count fall))^-count
     (the predictive distribution of an exponential, with a prior of 1 / fall), not with exp(-(x - start) / fall).
@@ -40,6 +41,7 @@ class Tail:
     start: float
     fall: float
     count: int
+    share: float
 
     @classmethod
     def of(cls, values: Array) -> Tail:
@@ -47,25 +49,25 @@ class Tail:
         ordered = np.sort(values)
         start = float(np.quantile(ordered, 1.0 - TAIL))
         excess = ordered[ordered > start] - start
-        fall = float(np.mean(excess)) if excess.size else 0.0
-        count = max(excess.size, round(TAIL * ordered.size), 1)
-        return cls(ordered, start, max(fall, LEAST_FALL * max(start, LEAST_FALL)), count)
+        fall = float(np.mean(excess)) if excess.size else FALL_UNSEEN
+        share = min(max(excess.size, UNSEEN) / ordered.size, TAIL)
+        return cls(ordered, start, fall, max(excess.size, 1), share)
 
     def log_p(self, x: Array) -> Array:
         """Logarithm of the probability that a replica has at least ``x`` (n,)."""
         above = self.values.size - np.searchsorted(self.values, x, side="left")
         ranked = np.log(np.maximum(above, 0.5) / self.values.size)
         beyond = np.maximum(x - self.start, 0.0) / (self.count * self.fall)
-        tail = math.log(TAIL) - self.count * np.log1p(beyond)
+        tail = math.log(self.share) - self.count * np.log1p(beyond)
         return np.asarray(np.where(x > self.start, tail, ranked), dtype=np.float64)
 
     def quantile(self, p: float) -> float:
-        """What a replica exceeds with probability ``p`` (at most `TAIL`)."""
+        """What a replica exceeds with probability ``p`` (at most its ``share``)."""
         return self.at(math.log(p))
 
     def at(self, log_p: float) -> float:
-        """The value that has this log probability (below log `TAIL`)."""
-        return self.start + self.count * self.fall * math.expm1(max(math.log(TAIL) - log_p, 0.0) / self.count)
+        """The value that has this log probability (below that of its ``share``)."""
+        return self.start + self.count * self.fall * math.expm1(max(math.log(self.share) - log_p, 0.0) / self.count)
 
 
 @dataclass(frozen=True)

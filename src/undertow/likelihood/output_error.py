@@ -161,7 +161,7 @@ QUICK = SearchEffort(12, 0.05, steps_a_period=24)
 CLOSE = SearchEffort(stop_in_stderr=0.01)
 """Enough to compare models: a hundredth of a standard error changes a log evidence by 1e-4."""
 
-COARSE = SearchEffort(stop_in_stderr=0.05, steps_a_period=24)
+COARSE = SearchEffort(stop_in_stderr=0.05, as_left=True, steps_a_period=24)
 """Enough to find what noise a model leaves: as QUICK, but followed to where it comes to rest."""
 
 

@@ -159,3 +159,15 @@ def test_a_force_at_the_bodys_own_rate_is_its_own_motion_only_where_phases_are_l
     assert "is the body's own motion of" in opposite
     assert "its phases in the trials are locked to the release by" in opposite
     assert "body's own motion" not in doubt(level, forced(level, sizes, np.array([0.0, 1.05, 2.1]), own))
+
+
+@pytest.mark.parametrize(
+    ("left", "stood", "refused"), [(1.2, 1000.0, False), (1.2, 15.0, True), (2.6, 1000.0, True)],
+    ids=["a tone to the noise", "as much as trials differ by", "more than noise is left"],
+)  # fmt: skip
+def test_phases_that_agree_say_nothing_of_a_tone_that_leaves_only_noise_of_what_lay_far_above_it(left, stood, refused):
+    level = make_level([member("short", SHORT, 5000)])
+    own = 2.0 * np.pi / dominant_period(level.members[0].motions[0])
+    locked = forced(level, np.full(3, 60.0), np.array([0.4, 0.4 + np.pi, 0.5]), own, left)
+    said = doubt(level, locked, replace(locked, misfit=stood))
+    assert ("is the body's own motion of" in said) == refused

@@ -206,7 +206,7 @@ def doubt(level: Level, fit: JointFit, before: JointFit | None = None) -> str:
         if addend in level.standing:
             continue
         beside = addend is fit.addends[-1] and len(fit.addends) > len(level.standing) + 1
-        if addend.has_its_own_clock and (said := no_clock(level, fit, addend, beside)):
+        if addend.has_its_own_clock and (said := no_clock(level, fit, addend, beside, before)):
             return said
         if addend.frees and (said := _usual(fit, addend)):
             return said

@@ -35,6 +35,11 @@ LOCKED = 0.7
 the equation leaves is; of phases drawn at random, those of three trials do so in 27 of 100 campaigns, of six in 5."""
 
 
+PURE = 0.99
+"""Share of what lies above noise that a force with a size and a phase of its own in every trial explains, down to the
+noise, only if it is one: what an equation leaves of the body's own motion dies out with it and is no tone."""
+
+
 def at_a_resonance(fit: JointFit) -> bool:
     """Whether an outside force has the frequency of a resonator that the same fit holds."""
     clock = _clock(fit, next(addend for addend in fit.addends if addend.has_its_own_clock))
@@ -52,13 +57,20 @@ def _parts(force: Addend, motion: Motion) -> list[str]:
     return [f"{force.prefix}.{a.name}[{motion.name}]" for a in force.additions if a.of_its_own]
 
 
-def no_clock(level: Level, fit: JointFit, force: Addend, beside: bool) -> str:
+def no_clock(level: Level, fit: JointFit, force: Addend, beside: bool, before: JointFit | None) -> str:
     """Why an outside force has no clock of its own, in words; empty where it has. ``beside``: something was named
     before it, whose memory may be what is left, unless no more than noise is: a memory leaves no tone so pure that has
-    another size and phase in every trial, and one with the same is a resonator."""
-    said = _own_motion(level, fit, force) or _in_one_trial(level, fit, force)
+    another size and phase in every trial, and one with the same is a resonator. ``before`` is the fit without it."""
+    said = "" if before is not None and _pure(fit, before) else _own_motion(level, fit, force)
+    said = said or _in_one_trial(level, fit, force)
     left = beside and fit.misfit > FAR_ABOVE_NOISE
     return said or (_tied(level, fit, force) if left else "")
+
+
+def _pure(fit: JointFit, before: JointFit) -> bool:
+    """Whether an outside force leaves only noise of what lay far above it: phases that agree, as those of two or three
+    trials often do by chance, then say nothing."""
+    return fit.misfit <= FAR_ABOVE_NOISE and before.misfit - fit.misfit > PURE * (before.misfit - 1.0)
 
 
 def _own_motion(level: Level, fit: JointFit, force: Addend) -> str:

@@ -49,22 +49,22 @@ def asked(monkeypatch) -> list[tuple[int, tuple[int, ...]]]:
     """Places that are left out, and what is left, instead of fits."""
     seen = []
     left = SimpleNamespace(fit=None)
-    monkeypatch.setattr(needless, "without", lambda _level, _c, place, prior: seen.append((place, prior)) or left)
+    monkeypatch.setattr(needless, "without", lambda _l, _n, _c, place, prior: seen.append((place, prior)) or left)
     monkeypatch.setattr(needless, "free_run_error", lambda _level, _fit: 0.7)
     return seen
 
 
-LEVEL = SimpleNamespace(standing=())
+LEVEL, NULL = SimpleNamespace(standing=()), SimpleNamespace(misfit=100.0)
 
 
 def test_every_earlier_effect_is_left_out_in_turn_and_the_last_one_never(asked):
-    found = shorter_sets(LEVEL, candidate("c3", "q", "hm1"), tuple)
+    found = shorter_sets(LEVEL, NULL, candidate("c3", "q", "hm1"), tuple)
     assert asked == [(0, (1, 2)), (1, (0, 2))]
     assert [error for _, error in found] == [0.7, 0.7]
 
 
 def test_what_swings_may_be_needless_beside_something_else_that_swings(asked):
-    shorter_sets(LEVEL, candidate("hm1", "q", "hm2"), tuple)
+    shorter_sets(LEVEL, NULL, candidate("hm1", "q", "hm2"), tuple)
     assert [place for place, _ in asked] == [0, 1]
 
 
@@ -81,13 +81,13 @@ def test_effects_that_stood_before_the_search_are_not_counted(asked):
     level = SimpleNamespace(standing=(1,))
     both = candidate("hm1", "hm2")
     both.fit.addends = (candidate("hm3").fit.addends[0], *candidate("q", "hm2").fit.addends)
-    shorter_sets(level, both, tuple)
+    shorter_sets(level, NULL, both, tuple)
     assert [place for place, _ in asked] == [0]
 
 
 def test_a_set_without_a_motion_is_no_shorter_set(asked, monkeypatch):
     monkeypatch.setattr(needless, "without", lambda *_: None)
-    assert shorter_sets(LEVEL, candidate("c3", "q"), tuple) == []
+    assert shorter_sets(LEVEL, NULL, candidate("c3", "q"), tuple) == []
 
 
 def test_what_is_left_out_leaves_no_empty_place_to_the_integrator(monkeypatch):
@@ -102,5 +102,16 @@ def test_what_is_left_out_leaves_no_empty_place_to_the_integrator(monkeypatch):
     fit = SimpleNamespace(addends=own, shared_water=True, memory=1.0, values={}, misfit=1.0)
     candidate = SimpleNamespace(suspects=("one", "two", "three"), fit=fit)
     level = Level((), Scales(1.0, 1.0, 1.0, 1.0, 1.0, 1.0))
-    assert attempt.without(level, candidate, 0, 0.0) is None
+    assert attempt.without(level, NULL, candidate, 0, 0.0) is None
     assert fitted == [["hm1", "hw1", "c3"]]
+
+
+@pytest.mark.parametrize(("others", "before"), [(1, 100.0), (2, 1.0)])
+def test_one_effect_alone_is_judged_beside_the_prescribed_equation(monkeypatch, others, before):
+    asked: list[float] = []
+    monkeypatch.setattr(attempt, "doubt", lambda _level, _fit, stood: asked.append(stood.misfit) or "")
+    fit = SimpleNamespace(addends=(addend("c3"),) * (others + 1), shared_water=True, memory=1.0, values={}, misfit=1.0)
+    monkeypatch.setattr(attempt, "fit_joint", lambda *_, **__: fit)
+    level = Level((), Scales(1.0, 1.0, 1.0, 1.0, 1.0, 1.0))
+    attempt.without(level, NULL, SimpleNamespace(suspects=("a", "b", "c")[: others + 1], fit=fit), 0, 0.0)
+    assert asked == [before]

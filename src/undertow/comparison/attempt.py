@@ -184,9 +184,9 @@ def as_radiation(level: Level, candidate: Candidate) -> Candidate:
     return Candidate((*candidate.suspects[:-1], RADIATION), fit, candidate.log_prior, doubt(level, fit, candidate.fit))
 
 
-def without(level: Level, candidate: Candidate, place: int, prior: float) -> Candidate | None:
+def without(level: Level, null: JointFit, candidate: Candidate, place: int, prior: float) -> Candidate | None:
     """The same model without the effect at ``place``, refitted from where the others are; None where that gives no
-    motion."""
+    motion. Its numbers are judged beside what stood before: of one effect alone the prescribed equation, ``null``."""
     fit = candidate.fit
     kept = [i for i in range(len(candidate.suspects)) if i != place]
     own = fit.addends[len(level.standing) :]
@@ -196,7 +196,8 @@ def without(level: Level, candidate: Candidate, place: int, prior: float) -> Can
         fit = fit_joint(level, addends, fit.memory, fit.values, fit.misfit, growing=False)
     except IdentificationError:
         return None
-    return Candidate(tuple(candidate.suspects[i] for i in kept), fit, prior, doubt(level, fit, candidate.fit))
+    before = null if len(kept) == 1 else candidate.fit
+    return Candidate(tuple(candidate.suspects[i] for i in kept), fit, prior, doubt(level, fit, before))
 
 
 def closed_up(addends: Sequence[Addend]) -> tuple[Addend, ...]:

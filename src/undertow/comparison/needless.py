@@ -10,22 +10,22 @@ from collections.abc import Callable, Sequence
 
 from undertow.comparison.attempt import without
 from undertow.comparison.candidate import Candidate
-from undertow.comparison.joint import free_run_error
+from undertow.comparison.joint import JointFit, free_run_error
 from undertow.comparison.level import Level
 from undertow.comparison.suspect import Suspect
 
 
 def shorter_sets(
-    level: Level, candidate: Candidate, prior: Callable[[Sequence[Suspect]], float]
+    level: Level, null: JointFit, candidate: Candidate, prior: Callable[[Sequence[Suspect]], float]
 ) -> list[tuple[Candidate, float]]:
     """The candidate refitted without each of its earlier effects in turn, with the free run's error.
 
-    ``prior`` gives the log prior of a set.
+    ``prior`` gives the log prior of a set, ``null`` is the prescribed equation as fitted.
     """
     found = []
     for place in range(len(candidate.suspects) - 1):
         others = (*candidate.suspects[:place], *candidate.suspects[place + 1 :])
-        shorter = without(level, candidate, place, prior(others))
+        shorter = without(level, null, candidate, place, prior(others))
         if shorter is not None:
             found.append((shorter, free_run_error(level, shorter.fit)))
     return found

@@ -125,7 +125,7 @@ class _Search:
 
     def _leaner(self, candidate: Candidate, error: float, least: float) -> tuple[Candidate, float] | None:
         """The same last effect without an earlier one that it makes needless (needless.py), and its error."""
-        shorter = shorter_sets(self.level, candidate, self._prior)
+        shorter = shorter_sets(self.level, self.null.fit, candidate, self._prior)
         self.found += [one for one, _ in shorter]
         return leanest(shorter, error, least)
 

@@ -12,7 +12,7 @@ import pytest
 
 from tests.concealed.test_diagnosis import LONG, SHORT, member
 from undertow.comparison import attempt, search
-from undertow.comparison.attempt import beyond_starts, from_places, from_starts
+from undertow.comparison.attempt import beyond_starts, from_places, from_starts, own_rates
 from undertow.comparison.candidate import Candidate
 from undertow.comparison.explained import asked, explains
 from undertow.comparison.joint import JointFit, fit_joint, fit_standing
@@ -78,6 +78,25 @@ def test_no_line_within_the_starts_is_offered_twice():
     within = [place for place, w in zip(seen, rates, strict=True) if starts[0] <= w <= starts[-1]]
     assert within
     assert beyond_starts(level, suspect, within) == ()
+
+
+@pytest.mark.parametrize(("slow", "fast", "rates"), [(5.0, 12.0, (5.0, 12.0)), (11.6, 11.7, (11.7,))])
+def test_a_force_at_the_bodys_own_rate_is_tried_in_growing_windows_from_there(monkeypatch, slow, fast, rates):
+    suspect, level = found("external_forcing"), make_level([member("short", SHORT, 2000)])
+    level = replace(level, scales=replace(level.scales, slowest=slow, fastest=fast))
+    assert own_rates(level) == rates
+    offered, windows = [], []
+    monkeypatch.setattr(search, "FINE", 0.0)
+    monkeypatch.setattr(search, "WORTH", 0.0)
+    monkeypatch.setattr(search, "from_places", lambda *given: offered.append(given[-1]))
+    diagnose(level, [suspect])
+    assert offered == [rates]
+    best = Candidate((), stands(level), 0.0)
+    monkeypatch.setattr(
+        attempt, "_with", lambda *given, growing: windows.append((given[2][0].additions[0].start, growing))
+    )
+    assert from_places(level, best, suspect, (), 0.0, rates) is None
+    assert windows == [(rate, True) for rate in rates]
 
 
 def test_a_start_that_takes_too_many_steps_is_none(monkeypatch):

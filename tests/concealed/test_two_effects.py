@@ -46,6 +46,13 @@ def test_one_effect_is_not_named_twice_as_a_force_and_a_resonator(hidden):
     assert judge(case.campaign, case.view)["wet"] == hidden
 
 
+@pytest.mark.slow
+@pytest.mark.parametrize("seed", [4002501, 4002509], ids=["phases agree by chance", "no peak leads to it"])
+def test_a_force_near_the_bodys_rate_is_named(seed):
+    case = next(iter(STUDIES["near_seiche"](range(seed, seed + 1))))
+    assert judge(case.campaign, case.view)["wet"] == "external_forcing"
+
+
 def forced(level, sizes, phases, rate=17.0, left=2.0 * FAR_ABOVE_NOISE):
     """A fit of cubic damping and an outside force of this rate (rad/s), with these forces (N) and phases in trials,
     that leaves so much over the noise."""

@@ -125,10 +125,18 @@ def beyond_starts(level: Level, suspect: Suspect, seen: Sequence[GridPlace]) -> 
     return tuple(w for w in found if not starts[0] / OUT_OF_REACH <= w <= starts[-1] * OUT_OF_REACH)
 
 
+def own_rates(level: Level) -> tuple[float, ...]:
+    """The body's rates on its springs, the slowest and the fastest, one where they are alike."""
+    slow, fast = level.scales.slowest, level.scales.fastest
+    return (slow, fast) if fast > slow * OUT_OF_REACH else (fast,)
+
+
 def from_places(
-    level: Level, best: Candidate, suspect: Suspect, places: Sequence[GridPlace], prior: float
+    level: Level, best: Candidate, suspect: Suspect, places: Sequence[GridPlace], prior: float,
+    further: Sequence[float] = (),
 ) -> Candidate | None:
-    """The best candidate with one more suspect whose effect is small, from places of its grid; None without a motion.
+    """The best candidate with one more suspect, from places of its grid, and in growing windows from ``further`` starts
+    of its own; None without a motion.
 
     Water that swings by itself may be what kept the springs apart: it is also tried with one water for all.
     """
@@ -137,6 +145,7 @@ def from_places(
     if suspect.memory and suspect.origin == "water" and not best.suspects and stands != level:
         tried.append((level, places[0]))
     fits = [f for w, p in tried if (f := _from_place(w, best, suspect, p.additions)) is not None]
+    fits += [f for start in further if (f := _in_windows(stands, best, suspect, start)) is not None]
     if not fits:
         return None
     ahead = min((_refined(level, f) for f in _apart(fits)), key=lambda f: f.criterion)
@@ -245,6 +254,12 @@ def _attempt(level: Level, best: Candidate, suspect: Suspect, start: float) -> J
     ways = (True, False) if new and not best.suspects else (False,)
     fits = [f for growing in ways if (f := _with(level, best, (addend,), known, growing)) is not None]
     return min(fits, key=lambda f: f.criterion, default=None)
+
+
+def _in_windows(level: Level, best: Candidate, suspect: Suspect, start: float) -> JointFit | None:
+    """One fit from a start, everything in growing windows; None where it gives no motion."""
+    addend = Addend(_prefix(best, suspect), renumbered(suspect.additions(level.scales, start), best.fit.addends))
+    return _with(level, best, (addend,), {}, growing=True)
 
 
 def _from_place(level: Level, best: Candidate, suspect: Suspect, additions: tuple[Addition, ...]) -> JointFit | None:

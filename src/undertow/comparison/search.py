@@ -17,7 +17,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 
 from undertow.comparison import attempt, explained
-from undertow.comparison.attempt import REFINED, beyond_starts, from_pair, from_places, from_starts
+from undertow.comparison.attempt import REFINED, beyond_starts, from_pair, from_places, from_starts, own_rates
 from undertow.comparison.candidate import RIVAL_ODDS, Candidate, LevelDiagnosis, Screened, conclude
 from undertow.comparison.explained import ALL, NEARLY_ALL, SLIDING, asked, beyond_doubt, biases, explains
 from undertow.comparison.joining import MOST_EFFECTS, PRIOR_NOTHING, has_room, log_prior, may_join
@@ -260,13 +260,15 @@ class _Search:
 
     def _large(self, suspect: Suspect, prior: float) -> Candidate | None:
         """A suspect where much is missing: from several starts, and where its own line lies beyond them from that; a
-        line that leaves the fit no way to it but a start on it (a clock) from the peaks of its grid."""
+        line that leaves the fit no way to it but a start on it (a clock) from the peaks of its grid, and from the
+        body's own rate, where what is far from the motion has no peak."""
         if not suspect.on_a_line:
             most = self.best.fit.criterion if suspect.has_no_zero else math.inf
             seen = self._peaks(suspect)[:1] if suspect.swings and not self.best.suspects else ()
             return from_starts(self.level, self.best, suspect, prior, most, beyond_starts(self.level, suspect, seen))
         ahead = self._peaks(suspect)[: REFINED + 1]
-        return from_places(self.level, self.best, suspect, ahead, prior) if ahead else None
+        further = () if self.best.suspects else own_rates(self.level)
+        return from_places(self.level, self.best, suspect, ahead, prior, further) if ahead else None
 
     def _peaks(self, suspect: Suspect) -> tuple[GridPlace, ...]:
         """The best places of a suspect's grid as seen from what stands; looks from the prescribed equation are kept."""

@@ -464,8 +464,8 @@ def test_what_leaves_the_trials_of_its_own_water_far_away_is_no_description(away
     assert near.status == "explained"
 
 
-@pytest.mark.parametrize(("left", "names"), [(24.0, ("linear_damping", "unknown")), (27.0, ("unknown",))])
-def test_where_no_trial_is_unseen_a_description_leaves_a_quarter_of_what_its_own_fit_had_left(left, names):
+@pytest.mark.parametrize(("left", "names"), [(4.0, ("linear_damping", "unknown")), (6.0, ("unknown",))])
+def test_where_no_trial_is_unseen_a_description_leaves_a_twentieth_of_what_the_equation_had_left(left, names):
     null = SimpleNamespace(names=(), suspects=(), score=0.0, out="", aside=False, fit=no_trial(101.0), amounts_to=())
     level = diagnosis(True, null=null, best=candidate("linear_damping", 20.0, misfit=1.0 + left))
     said = earned(NAMED, case(), level, NullTest(math.nan), True, DryAnswer(), Closeness(3.0, math.nan))

@@ -48,6 +48,9 @@ class Closeness:
     explained: float = math.nan
 
 
+OF_ITS_OWN = 0.95
+"""Share of what the equation's own fit leaves above noise that a description explains where no trial is unseen."""
+
 NEAR = Closeness()
 """What reaches all trials."""
 
@@ -263,13 +266,13 @@ def _outweighed(diagnosis: LevelDiagnosis) -> tuple[Gate, ...]:
 def _described(verdict: Verdict, case: Case, diagnosis: LevelDiagnosis, reach: Closeness) -> tuple[Gate, ...]:
     """Whether a name that leaves more than noise is an answer: it is where unseen trials come closer with it, about as
     close as repetitions are, by what was measured of them. Else it describes what is unknown, if the level's own trials
-    come so close, or unseen ones show three quarters less of it (in variance), or, where none is unseen, its fit leaves
-    so much less: of 18 names with which they came so
+    come so close, or unseen ones show three quarters less of it (in variance), or, where none is unseen, their
+    own fit leaves a twentieth: of 18 names with which they came so
     close (seeds 2106001, 2106501, 2107001) 13 were of the effect or described it, of 5 others (one there, four near the
     body's rate, 3981000) none; a slosh mode that no law of ours is halves the error of unseen trials."""
     if not diagnosis.named or diagnosis.best.fit.misfit <= FAR_ABOVE_NOISE:
         return ()
-    describes = explains(diagnosis.null, diagnosis.best, NEARLY_ALL)
+    describes = explains(diagnosis.null, diagnosis.best, OF_ITS_OWN)
     describes = reach.explained >= NEARLY_ALL if math.isfinite(reach.explained) else describes
     if reach.away > PROVED and not describes:
         because = f"with it the trials of this water are {reach.away:.2g} times as far away as repetitions are"

@@ -7,15 +7,16 @@ here: the compiled integrator (driven_kernel.py), holds of the input (input.py),
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
 from undertow.equation.algebra import MAX_HIDDEN
 from undertow.equation.base_motion import seen_from_earth
 from undertow.equation.columns import fading, most_damped, stiffest
-from undertow.equation.driven_kernel import DRIVEN_SLOT, drive
-from undertow.equation.driven_slots import LUGRE, MOVING
+from undertow.equation.driven_slots import DRIVEN_SLOT, LUGRE, MOVING
 from undertow.equation.input import Drive, MotionSize
 from undertow.equation.simulate import MOST_STIFF, STABLE
 from undertow.equation.term import Array
@@ -36,6 +37,13 @@ sample. A search that tries a mass of nearly nothing would else integrate for ho
 MOST_BENDS_A_SAMPLE = 50.0
 """Ways over which LuGre's bristles bend, g / sigma0, that a body at its largest speed may go in a sample: beyond them
 bristles are dry friction, and steps would follow what no record shows."""
+
+
+def compiled_integrator() -> Callable[..., Any]:
+    """The integrator of driven bodies, compiled where one is asked for first: no campaign of decays waits for it."""
+    from undertow.equation.driven_kernel import drive
+
+    return drive
 
 
 @dataclass(frozen=True)
@@ -80,7 +88,7 @@ def driven_motion(
     extent: MotionSize,
     steps_per_period: int = STEPS_PER_PERIOD,
 ) -> DrivenMotion:
-    """The motion of a parameter vector (driven_kernel.DRIVEN_SLOTS) from times[0], with its sensitivities.
+    """The motion of a parameter vector (driven_slots.DRIVEN_SLOTS) from times[0], with its sensitivities.
 
     ``active`` (p,) slots, ``times`` (n,) s, rising. Raises IdentificationError where the mass is not positive, the
     motion leaves every bound, or the body is so stiff that it takes over `MOST_STEPS_A_SAMPLE`.
@@ -108,7 +116,7 @@ def driven_motion(
     theta[DRIVEN_SLOT["moving"]] = MOVING[drive_in.mover]
     if drive_in.velocity is not None:
         theta[DRIVEN_SLOT["base_v0"]] = drive_in.velocity_at(instants[:1] - theta[DRIVEN_SLOT["delay"]])[0]
-    x, v, a, hidden, count = drive(
+    x, v, a, hidden, count = compiled_integrator()(
         theta, np.ascontiguousarray(active, dtype=np.int64), drive_in.knots, drive_in.pieces,
         drive_in.broken, instants, min(step, longest), NO_MOTION * extent.size,
     )  # fmt: skip

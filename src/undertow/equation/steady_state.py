@@ -21,7 +21,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from undertow.equation.driven import driven_motion
-from undertow.equation.driven_kernel import DRIVEN_SLOT
+from undertow.equation.driven_slots import DRIVEN_SLOT
 from undertow.equation.input import MotionSize, harmonic
 from undertow.equation.term import Array
 from undertow.errors import IdentificationError

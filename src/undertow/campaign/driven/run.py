@@ -31,6 +31,7 @@ from undertow.comparison.driven_search import DrivenFound, discover_driven, susp
 from undertow.comparison.response_search import ResponseFound
 from undertow.conditioning.driven import DrivenTrial
 from undertow.discrepancy.findings import FailedTrial, Findings
+from undertow.equation.driven import compiled_integrator
 from undertow.equation.driven_hysteresis import HYSTERESES
 from undertow.errors import UndertowError
 from undertow.methods.driven import DrivenFit, free_run
@@ -104,6 +105,7 @@ def run_driven(
     Raises UndertowError where no trial can be used.
     """
     begun = time.perf_counter()
+    compiled_integrator()  # before any worker process would compile it for itself
     progress("read and condition", 0, 1)
     trials, reasons = driven_trials(config)
     failed = tuple(FailedTrial(name, reason) for name, reason in reasons.items())

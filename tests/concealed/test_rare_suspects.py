@@ -280,19 +280,21 @@ def test_a_description_hears_what_trials_in_water_say_of_the_dry_means(plain):
     assert said["c_Ns_per_m"].stderr == fit.solution.stderr("c_mean@short")
 
 
-@pytest.mark.parametrize(("speed", "called"), [(0.05, "stribeck_friction"), (0.1, "coulomb_friction")])
-def test_friction_that_fades_no_more_within_the_speeds_of_the_motion_is_dry_friction(speed, called):
-    (found,) = chosen(("stribeck_friction",))
-    additions = found.additions(Scales(1.0, 1.0, 0.2, 1.0, 1.0, 1.0), 0.006)
-    values = {"stribeck_friction.static_force_N": 3.0, "stribeck_friction.velocity_m_per_s": speed}
-    fit = SimpleNamespace(addends=(Addend(found.name, additions),), values=values)
-    assert Candidate((found,), fit, 0.0).amounts_to == (called,)
-
-
-@pytest.mark.parametrize(("time", "called"), [(0.3, "relaxation"), (0.25, "linear_damping"), (10.0, "relaxation")])
-def test_a_relaxation_that_forgets_at_once_is_damping(time, called):
-    (found,) = chosen(("relaxation",))
-    additions = found.additions(Scales(1.0, 1.0, 0.2, 1.0, 1.0, 1.0), 1.0)
-    values = {"relaxation.stiffness_N_per_m": 3.0, "relaxation.time_s": time}
-    fit = SimpleNamespace(addends=(Addend(found.name, additions),), values=values)
+@pytest.mark.parametrize(
+    ("name", "values", "called"),
+    [
+        ("stribeck_friction", {"static_force_N": 3.0, "velocity_m_per_s": 0.05}, "stribeck_friction"),
+        ("stribeck_friction", {"static_force_N": 3.0, "velocity_m_per_s": 0.1}, "coulomb_friction"),
+        ("relaxation", {"stiffness_N_per_m": 3.0, "time_s": 0.3}, "relaxation"),
+        ("relaxation", {"stiffness_N_per_m": 3.0, "time_s": 0.25}, "linear_damping"),
+        ("relaxation", {"stiffness_N_per_m": 3.0, "time_s": 10.0}, "relaxation"),
+    ],
+)
+def test_a_law_on_its_bound_is_called_what_it_has_become(name, values, called):
+    """Friction that fades no more within the speeds of the motion is dry friction, a relaxation that forgets at once damping."""
+    (found,) = chosen((name,))
+    additions = found.additions(Scales(1.0, 1.0, 0.2, 1.0, 1.0, 1.0), 0.006 if name == "stribeck_friction" else 1.0)
+    fit = SimpleNamespace(
+        addends=(Addend(found.name, additions),), values={f"{name}.{slot}": value for slot, value in values.items()}
+    )
     assert Candidate((found,), fit, 0.0).amounts_to == (called,)

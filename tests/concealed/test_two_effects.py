@@ -169,8 +169,8 @@ def test_a_force_at_the_bodys_own_rate_is_its_own_motion_only_where_phases_are_l
 
 
 @pytest.mark.parametrize(
-    ("left", "stood", "refused"), [(1.2, 1000.0, False), (1.2, 15.0, True), (2.6, 1000.0, True)],
-    ids=["a tone to the noise", "as much as trials differ by", "more than noise is left"],
+    ("left", "stood", "refused"), [(1.2, 1000.0, False), (1.2, 15.0, True), (2.6, 1000.0, True), (2.4, 147.0, True)],
+    ids=["a tone to the noise", "as much as trials differ by", "more than noise is left", "a stiffness that drifts"],
 )  # fmt: skip
 def test_phases_that_agree_say_nothing_of_a_tone_that_leaves_only_noise_of_what_lay_far_above_it(left, stood, refused):
     level = make_level([member("short", SHORT, 5000)])

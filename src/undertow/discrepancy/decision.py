@@ -49,8 +49,8 @@ class Closeness:
 
 
 OF_ITS_OWN = 0.95
-"""Share of what the equation's own fit leaves above noise that a description explains where no trial is unseen. Set on the
-virtual flume's six releases that `differ` reads and on a disc in air with a linear law."""
+"""Share of what the equation's own fit leaves above noise that a description explains where no trial is unseen. Set
+on the virtual flume's six releases that `differ` reads and on a disc in air with a linear law."""
 
 NEAR = Closeness()
 """What reaches all trials."""

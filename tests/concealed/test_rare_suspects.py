@@ -291,7 +291,7 @@ def test_a_description_hears_what_trials_in_water_say_of_the_dry_means(plain):
     ],
 )
 def test_a_law_on_its_bound_is_called_what_it_has_become(name, values, called):
-    """Friction that fades no more within the motion's speeds is dry friction, a relaxation that forgets at once damping."""
+    """Friction that fades no more within the motion's speeds is dry, a relaxation that forgets at once is damping."""
     (found,) = chosen((name,))
     additions = found.additions(Scales(1.0, 1.0, 0.2, 1.0, 1.0, 1.0), 0.006 if name == "stribeck_friction" else 1.0)
     fit = SimpleNamespace(

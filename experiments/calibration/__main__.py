@@ -5,9 +5,8 @@
     python -m experiments.calibration runs/calibration [FOLDER ...]            # --add: beside the counts that stand
     python -m experiments.calibration runs/calibration [FOLDER ...] --fresh runs/fresh --page docs/calibration.md
 
-Sealed campaigns of one or more seeds (2106001, 2106501 and 2107001, of two revisions of the rules), which are
-calibration from then on. Cases that data cannot tell are left
-out: no statement about them is right or wrong.
+Sealed campaigns of one or more seeds (1,162 of 2109001, of one revision), which are calibration from then on. Cases
+that data cannot tell are left out: no statement about them is right or wrong.
 
 A verdict holds where what it says is so: nothing as large as what counts is missing (`nothing_missing`), something is
 (`unknown`, or small without a name), every name is of an effect that is there or, of an effect in no catalogue,

@@ -1,4 +1,4 @@
-"""The page about the probability that stands beside a verdict: its counts, a family of truths left out at a time, and
+"""The page about the probability that stands beside a verdict: its counts, families of truths left out, and
 verdicts on a seed that nobody had looked at.
 
 Belongs here: the one walk over rows and truths, those two tests, page and figure. Does not belong here: the file
@@ -26,6 +26,12 @@ from undertow.discrepancy.calibration import BEYOND, LEANS, NEARLY, Record, cond
 
 PICTURE = "pictures/calibration.svg"
 
+TENTHS = 10
+"""Parts of the campaigns with nothing missing, each of them a family of truths."""
+
+PARTS = 5
+"""Parts into which families are dealt, one left out at a time."""
+
 
 @dataclass(frozen=True)
 class Said:
@@ -48,7 +54,8 @@ def verdicts_of(folder: Path) -> list[Said]:
         if truth["kind"] == "cannot":
             continue
         case = judge_case(row, truth)
-        families = frozenset(str(e["key"]) for e in truth["measures"]["effects"]) or {f"nothing, seed {row['seed']}"}
+        families = frozenset(str(e["key"]) for e in truth["measures"]["effects"])
+        families |= frozenset() if families else {f"nothing, {int(str(row['case']).lstrip('c')) % TENTHS}"}
         said = [one for g in case.groups if (one := _said(g, case.kind, families)) is not None]
         if said:
             chosen = int(str(row["case"]).lstrip("c")) % len(said)
@@ -68,13 +75,17 @@ def _said(group: GroupResult, kind: str, families: frozenset[str]) -> Said | Non
 
 def left_out(verdicts: Sequence[Said]) -> list[tuple[float, bool]]:
     """Probability and truth of the verdict that speaks for each campaign, counted without all campaigns that share a
-    family of truths with it; a seed of campaigns with nothing missing is such a family."""
+    family of truths with its part. Families are dealt into `PARTS`, so that truths of all kinds are held against the
+    same counts: with one left out at a time those of missed effects would lack what they alone show."""
+    families = sorted({family for v in verdicts for family in v.families})
     found = []
-    for one in (v for v in verdicts if v.speaks):
-        others = [v for v in verdicts if v.kind == one.kind and not v.families & one.families]
-        chance = Record(one.kind, len(others), sum(v.right for v in others)).probability
-        if math.isfinite(chance):
-            found.append((chance, one.right))
+    for part in range(PARTS):
+        here = set(families[part::PARTS])
+        others = [v for v in verdicts if not v.families & here]
+        mine = [v for v in verdicts if v.speaks and min(v.families) in here]
+        said, right = Counter(v.kind for v in others), Counter(v.kind for v in others if v.right)
+        chances = [(Record(v.kind, said[v.kind], right[v.kind]).probability, v.right) for v in mine]
+        found += [pair for pair in chances if math.isfinite(pair[0])]
     return found
 
 
@@ -96,7 +107,7 @@ def figure(first: Mapping[str, Any], fresh: Mapping[str, Any], exact: Mapping[st
     made = Figure(figsize=(10.5, 4.2), layout="constrained")
     left, right = made.subplots(1, 2)
     reliability_axes(left, first["curve"], [])
-    left.set_title("a family of truths left out at a time")
+    left.set_title("families of truths left out")
     reliability_axes(right, fresh["curve"], exact["curve"])
     right.set_title("a fresh seed")
     return made
@@ -155,9 +166,10 @@ def page(
         "    python -m experiments.calibration runs/a runs/b --fresh runs/c --page docs/calibration.md\n",
         "## Counts\n", f"{counts['campaigns']} campaigns of seeds {seeds}.\n",
         table(["verdict", "said", "held", "probability"], rows),
-        "## A family of truths left out at a time\n",
-        "Campaigns of the folders that were given; each has the counts of those that share no effect with it (a seed "
-        "of campaigns with nothing missing counts as such a family).\n", _test(first),
+        "## Families of truths left out\n",
+        f"Campaigns of the folders that were given, their families of truths dealt into {PARTS} parts (a tenth of the "
+        "campaigns with nothing missing counts as such a family); each part has the counts of campaigns that share no "
+        "effect with it.\n", _test(first),
         f"## A fresh seed\n\n{which}\n", _test(last), "By kind, all groups:\n", _by_kind(fresh, records),
         "Names complete and exact, nothing missing at all (what the number does not promise):\n", _test(exact),
         f"![Share of verdicts that hold against the probability beside them]({PICTURE})\n",

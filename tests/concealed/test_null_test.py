@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from dataclasses import replace
 from functools import cache
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -535,3 +536,16 @@ def test_bristles_that_are_there_are_seen_as_they_are():
     left = float(there.own[0, 0] - there.cross[:, 0] @ stand.inverse @ there.cross[:, 0])
     assert there.gain == pytest.approx(0.5 * left, rel=0.2)
     assert soft.gain < 0.1 * there.gain
+
+
+@pytest.mark.parametrize(("information", "told"), [(0.0, 1.0), (4.0, 0.0), (4.0, 1.0)])
+def test_an_effect_that_no_size_would_show_has_no_smallest_size(information, told):
+    """The recordings do not hold it at all, or everything of it is taken up by what is free."""
+    own = SimpleNamespace(
+        place=SimpleNamespace(width=1, whole=False), step=np.zeros(1), information=np.full((1, 1), information),
+        inverse=np.full((1, 1), told / 4.0), draws=np.zeros((1, 20)), gains=np.zeros(20),
+    )  # fmt: skip
+    _, _, size = detectable_module._smallest((), own, 2.0)
+    assert math.isnan(size) == (information * told == 0.0)
+    if information * told > 0.0:
+        assert size == pytest.approx(1.0, rel=1e-6)

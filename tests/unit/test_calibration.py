@@ -25,13 +25,17 @@ from undertow.discrepancy.verdict import Gate, Verdict
         ("nothing_missing", (), {STANDS_OUT: (0.2, 0.01), HIDES: (0.003, 0.04)},
          "nothing_missing, seen sharply, leans to standing out"),
         ("nothing_missing", (), {STANDS_OUT: (0.02, 0.01), HIDES: (0.003, 0.04)}, "nothing_missing, nearly stands out"),
-        ("explained", ("relaxation",), {LEFT: (2.4, 2.5)}, "explained, to the noise"),
+        ("explained", ("relaxation",), {LEFT: (1.2, 2.5)}, "explained, to the noise"),
+        ("explained", ("relaxation",), {LEFT: (2.4, 2.5)}, "explained, nearly to the noise"),
+        ("explained", ("relaxation", "stribeck_friction"), {LEFT: (2.4, 2.5)}, "explained, several effects"),
         ("explained", ("relaxation",), {LEFT: (2.6, 2.5)}, "explained, more than noise is left"),
         ("present_but_small", ("unknown",), {STANDS_OUT: (2e-5, 0.01)}, "present_but_small, not named"),
         ("present_but_small", ("unknown",), {STANDS_OUT: (2e-6, 0.01)},
          "present_but_small, not named, beyond every replica"),
         ("present_but_small", ("relaxation",), {STANDS_OUT: (0.001, 0.01)}, "present_but_small, named"),
-        ("unknown", ("relaxation", "unknown"), {LEFT: (9.0, 2.5)}, "unknown"),
+        ("unknown", ("unknown",), {}, "unknown, not named"),
+        ("unknown", ("relaxation", "unknown"), {LEFT: (9.0, 2.5)}, "unknown, beside a name"),
+        ("unknown", ("relaxation", "stop", "unknown"), {LEFT: (9.0, 2.5)}, "unknown, beside several names"),
     ],
 )  # fmt: skip
 def test_a_verdict_has_a_kind(status, names, decision, kind):
@@ -129,7 +133,7 @@ def test_one_group_of_each_campaign_speaks_for_it_whichever_has_the_strongest_ef
         rows.append(json.dumps({"case": case, "seed": 1, "revision": "r", "verdict": {"groups": said}}))
     (tmp_path / "rows.jsonl").write_text("\n".join(rows), encoding="utf-8")
     spoken = [(v.kind, v.speaks) for v in verdicts_of(tmp_path)]
-    green, other = "nothing_missing", "unknown"
+    green, other = "nothing_missing", "unknown, not named"
     assert spoken == [(green, False), (other, True), (green, True), (other, False)]
 
 
@@ -140,10 +144,18 @@ def test_a_family_is_given_the_counts_of_the_others():
         _said("hysteresis", "unknown", right=True, speaks=False),
     ]
     found = left_out(many)
-    assert len(found) == 13
-    assert found[0] == (5.5 / 6.0, False)  # of five others all held
-    assert found[-1] == (0.5 / 10.0, True)  # of nine others none
+    assert sorted(found) == [(0.5 / 10.0, True)] * 4 + [(5.5 / 6.0, False)] * 9  # of nine none held, of five all
     assert left_out(many[:1]) == []  # nothing else was seen
+
+
+def test_truths_that_are_left_out_together_have_the_same_counts():
+    """Six families in five parts: the first and the last share one, and each verdict is tested once."""
+    families = "abcdef"
+    many = [_said(family, "unknown", right=family != "f") for family in families for _ in range(3)]
+    found = left_out(many)
+    assert len(found) == 18
+    assert found[:6] == [(12.5 / 13.0, True)] * 3 + [(12.5 / 13.0, False)] * 3  # "a" and "f" without each other
+    assert found[6:] == [(12.5 / 16.0, True)] * 12  # of fifteen others "f" did not hold
 
 
 def test_probabilities_are_those_of_the_counts_and_unknown_kinds_have_none():

@@ -62,16 +62,21 @@ def detectable(
 
 
 def _smallest(own: Sequence[Scored], best: Scored, threshold: float) -> tuple[Scored, Array, float]:
-    """A suspect's best place, the direction of its effect there and the smallest size that would be detected."""
+    """A suspect's best place, the direction of its effect there and the smallest size that would be detected; nan where
+    none would be."""
     along = best.step if np.any(best.step) else np.ones(best.place.width)
     along = along / np.max(np.abs(along), initial=1e-300)
     square = 0.5 * float(along @ best.information @ along)
     seen = _seen(best, along, threshold)
-    low, high = 0.0, math.sqrt(max(2.0 * threshold, 0.0) / max(square, 1e-300)) or 1.0
+    if not square > 0.0:
+        return best, along, math.nan
+    low, high = 0.0, math.sqrt(max(2.0 * threshold, 0.0) / square) or 1.0
     for _ in range(HALVINGS):
         if seen(high):
             break
         low, high = high, 2.0 * high
+    else:
+        return best, along, math.nan
     for middle in (0.5 * (low + high) for _ in range(HALVINGS)):
         low, high = (low, middle) if seen(middle) else (middle, high)
     return best, along, high

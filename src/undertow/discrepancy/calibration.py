@@ -41,6 +41,10 @@ others."""
 FEW = 10
 """Of fewer verdicts the count itself is said, not a percentage."""
 
+NEARLY_NOISE = 1.3
+"""An explanation that leaves more over the noise than that explains it nearly: of 22 such (seed 2109001) 15 held, of
+242 others 235."""
+
 SHARP = 0.1
 """A level is seen sharply where no more than that share of what counts can hide."""
 
@@ -57,7 +61,7 @@ class Record:
     def probability(self) -> float:
         """The probability that one more is right: the mean of Jeffreys' posterior; nan where none was seen.
 
-        >>> Record("unknown", 9, 9).probability
+        >>> Record("unknown, not named", 9, 9).probability
         0.95
         """
         return (self.right + 0.5) / (self.said + 1.0) if self.said else math.nan
@@ -66,17 +70,17 @@ class Record:
     def few(self) -> str:
         """Its counts in words where they are too few for a percentage; else empty.
 
-        >>> Record("explained, more than noise is left", 5, 3).few, Record("unknown", 44, 40).few
+        >>> Record("explained, more than noise is left", 5, 3).few, Record("nothing_missing", 44, 40).few
         ('3 of 5', '')
         """
         return f"{self.right} of {self.said}" if 0 < self.said < FEW else ""
 
 
 def kind_of(status: str, names: Sequence[str], decision: Mapping[str, tuple[float, float]]) -> str:
-    """The kind of a verdict: its status; of one with a name whether that leaves more than noise, of one that nothing is
-    missing whether the level nearly stands out, leans to it, is seen sharply, of something small without a name whether
-    it stands out beyond every replica. Empty where nothing is said. ``decision`` has values and limits of conditions by
-    name.
+    """The kind of a verdict: its status; of an explanation whether it has several effects, else how near it comes to
+    the noise, of what is unknown how many names stand beside it, of one that nothing is missing whether the level
+    nearly stands out, leans to it, is seen sharply, of something small without a name whether it stands out beyond
+    every replica. Empty where nothing is said. ``decision`` has values and limits of conditions by name.
 
     >>> kind_of("explained", ("linear_damping",), {LEFT: (1.1, 2.5)})
     'explained, to the noise'
@@ -87,11 +91,13 @@ def kind_of(status: str, names: Sequence[str], decision: Mapping[str, tuple[floa
     p_value = decision.get(STANDS_OUT, nothing)[0]
     if status == "cannot_tell":
         return ""
+    effects = len(set(names) - {"unknown"})
     if status == "explained":
-        left = decision.get(LEFT, nothing)[0]
-        return f"explained, {'more than noise is left' if left > FAR_ABOVE_NOISE else 'to the noise'}"
+        return f"explained, {'several effects' if effects > 1 else _left(decision.get(LEFT, nothing)[0])}"
+    if status == "unknown":
+        return f"unknown, {('not named', 'beside a name', 'beside several names')[min(effects, 2)]}"
     if status == "present_but_small":
-        if set(names) - {"unknown"}:
+        if effects:
             return "present_but_small, named"
         return f"present_but_small, not named{', beyond every replica' if p_value < BEYOND else ''}"
     if status == "nothing_missing":
@@ -101,6 +107,13 @@ def kind_of(status: str, names: Sequence[str], decision: Mapping[str, tuple[floa
         sharp = "nothing_missing, seen sharply" if hidden < SHARP * limit else "nothing_missing"
         return f"{sharp}, leans to standing out" if p_value < LEANS else sharp
     return status
+
+
+def _left(left: float) -> str:
+    """How much an explanation leaves, in words; ``left`` is the mean squared residual over noise."""
+    if left > FAR_ABOVE_NOISE:
+        return "more than noise is left"
+    return "nearly to the noise" if left > NEARLY_NOISE else "to the noise"
 
 
 def conditions_of(decision: Sequence[Mapping[str, Any]]) -> dict[str, tuple[float, float]]:

@@ -22,7 +22,8 @@ from experiments.blind_challenge.figures import reliability_axes
 from experiments.blind_challenge.judge import GroupResult, holds, judge_case, statement_right
 from experiments.blind_challenge.page import number, table
 from experiments.blind_challenge.run_cases import read_rows
-from undertow.discrepancy.calibration import BEYOND, LEANS, NEARLY, Record, conditions_of, kind_of
+from undertow.comparison.joint import FAR_ABOVE_NOISE
+from undertow.discrepancy.calibration import BEYOND, LEANS, NEARLY, NEARLY_NOISE, Record, conditions_of, kind_of
 
 PICTURE = "pictures/calibration.svg"
 
@@ -75,17 +76,18 @@ def _said(group: GroupResult, kind: str, families: frozenset[str]) -> Said | Non
 
 def left_out(verdicts: Sequence[Said]) -> list[tuple[float, bool]]:
     """Probability and truth of the verdict that speaks for each campaign, counted without all campaigns that share a
-    family of truths with its part. Families are dealt into `PARTS`, so that truths of all kinds are held against the
-    same counts: with one left out at a time those of missed effects would lack what they alone show."""
+    family of truths with it or with its part. Families are dealt into `PARTS`, so that truths of all kinds are held
+    against the same counts: with one left out at a time those of missed effects would lack what they alone show."""
     families = sorted({family for v in verdicts for family in v.families})
     found = []
     for part in range(PARTS):
         here = set(families[part::PARTS])
         others = [v for v in verdicts if not v.families & here]
-        mine = [v for v in verdicts if v.speaks and min(v.families) in here]
-        said, right = Counter(v.kind for v in others), Counter(v.kind for v in others if v.right)
-        chances = [(Record(v.kind, said[v.kind], right[v.kind]).probability, v.right) for v in mine]
-        found += [pair for pair in chances if math.isfinite(pair[0])]
+        for one in (v for v in verdicts if v.speaks and min(v.families) in here):
+            alike = [v.right for v in others if v.kind == one.kind and not v.families & one.families]
+            chance = Record(one.kind, len(alike), sum(alike)).probability
+            if math.isfinite(chance):
+                found.append((chance, one.right))
     return found
 
 
@@ -158,7 +160,9 @@ def page(
         "a posterior among the models that were fitted: that stands beside it as `posterior`. A verdict holds where "
         "nothing as large as what counts is missing, something is, or every name is of an effect that is there or "
         "describes it; a further effect without a name does not count against it. Of s verdicts, r of which held, the "
-        "next one holds with (r + 1/2) / (s + 1) (Jeffreys). `nothing_missing` is of five kinds: a level that nearly "
+        "next one holds with (r + 1/2) / (s + 1) (Jeffreys). `explained` is of four kinds: several effects, or "
+        f"one that leaves at most {NEARLY_NOISE} times the noise (in variance), at most {FAR_ABOVE_NOISE} times, or "
+        "more; `unknown` of three: none, one or several names stand beside it. `nothing_missing` is of five kinds: a level that nearly "
         f"stands out (p below {NEARLY}), one that leans to it (below {LEANS}) or does not, each seen sharply (no more "
         "than a tenth of what counts can hide) or not; something small without a name of two: beyond every replica "
         f"(p below {BEYOND}) or not.\n",

@@ -28,6 +28,7 @@ from undertow.discrepancy.verdict import Gate, Verdict
         ("explained", ("relaxation",), {LEFT: (1.2, 2.5)}, "explained, to the noise"),
         ("explained", ("relaxation",), {LEFT: (2.4, 2.5)}, "explained, nearly to the noise"),
         ("explained", ("relaxation", "stribeck_friction"), {LEFT: (2.4, 2.5)}, "explained, several effects"),
+        ("explained", ("hidden_resonator", "hidden_resonator"), {LEFT: (1.2, 2.5)}, "explained, several effects"),
         ("explained", ("relaxation",), {LEFT: (2.6, 2.5)}, "explained, more than noise is left"),
         ("present_but_small", ("unknown",), {STANDS_OUT: (2e-5, 0.01)}, "present_but_small, not named"),
         ("present_but_small", ("unknown",), {STANDS_OUT: (2e-6, 0.01)},
@@ -156,6 +157,10 @@ def test_truths_that_are_left_out_together_have_the_same_counts():
     assert len(found) == 18
     assert found[:6] == [(12.5 / 13.0, True)] * 3 + [(12.5 / 13.0, False)] * 3  # "a" and "f" without each other
     assert found[6:] == [(12.5 / 16.0, True)] * 12  # of fifteen others "f" did not hold
+    both = Said(frozenset("af"), "unknown", True, True, False)
+    assert left_out([*many, both])[6:9] == [(13.5 / 17.0, True)] * 3  # "b" with the pair, which shares nothing with it
+    two = Said(frozenset("bc"), "unknown", True, True, True)
+    assert left_out([*many, two])[9] == (9.5 / 13.0, True)  # its part is that of "b", and "c" is out too
 
 
 def test_probabilities_are_those_of_the_counts_and_unknown_kinds_have_none():

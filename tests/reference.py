@@ -23,11 +23,11 @@ class Reference:
     def __init__(self, equation: Equation) -> None:
         pairs = list(zip(equation.terms, equation.coefficients, strict=True))
         self.mass, self.rest = equation.total_mass_kg, equation.rest_m
-        self.algebraic = [(t, c) for t, c in pairs if t.kind == "force" and t.name != "added_mass"]
+        self.algebraic = [(t, c) for t, c in pairs if t.kind in ("force", "input") and t.name != "added_mass"]
         self.oscillators = [(t, c) for t, c in pairs if t.name == "hidden_resonator"]
         self.relaxations = [(t, c) for t, c in pairs if t.name == "relaxation"]
         self.hystereses = [(t, c) for t, c in pairs if t.name == "hysteresis"]
-        self.forcings = [(t, c) for t, c in pairs if t.name == "external_forcing"]
+        self.timed = any(t.kind == "input" for t, _ in pairs)
         self.echoes = [(t, c) for t, c in pairs if t.name == "delayed_echo"]
         self.past = None
         self.n = 2 + 2 * len(self.oscillators) + len(self.relaxations) + len(self.hystereses)
@@ -49,8 +49,6 @@ class Reference:
             total += m * self.oscillator(term, y[2 + 2 * i], y[3 + 2 * i])
         base = 2 + 2 * len(self.oscillators)
         total -= float(np.sum(y[base:]))
-        for term, c in self.forcings:
-            total -= c * float(term.force(one, one, one, one * t)[0])
         for term, c in self.echoes:
             total -= c * self.past(t - term.delay_s)
         return total
@@ -144,7 +142,7 @@ def reference(equation: Equation, x0: float, times, v0: float = 0.0, rtol: float
             y[1] = 0.0
             d = model.side(t, y) if d != 0 else (1.0 if model.force(t, y, 0.0, False) > 0 else -1.0)
             breaks.append(t + delay)
-        if d == 0 and not (model.oscillators or model.relaxations or model.forcings or model.echoes):
+        if d == 0 and not (model.oscillators or model.relaxations or model.timed or model.echoes):
             out[0, times > t] = y[0]
             break
     return out

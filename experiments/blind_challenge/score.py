@@ -365,7 +365,7 @@ def seconds(cases: list[CaseResult]) -> Table:
         "n": len(rows),
         "median": float(np.median(times)) if rows else None,
         "q90": float(np.quantile(times, 0.9)) if rows else None,
-        "slow": sum(bool(r["stopped"]) or float(r["seconds"]) > SLOW for r in rows),  # type: ignore[arg-type]
+        "slow": [str(r["case"]) for r in rows if r["stopped"] or float(r["seconds"]) > SLOW],  # type: ignore[arg-type]
         "stopped": [str(c.row["case"]) for c in cases if c.row["stopped"]],
         "failed": [str(c.row["case"]) for c in cases if not c.answered and not c.row["stopped"]],
         "total_hours": float(sum(float(c.row["seconds"]) for c in cases)) / 3600.0,  # type: ignore[arg-type]

@@ -162,10 +162,10 @@ def page(
         "describes it; a further effect without a name does not count against it. Of s verdicts, r of which held, the "
         "next one holds with (r + 1/2) / (s + 1) (Jeffreys). `explained` is of four kinds: several effects, or "
         f"one that leaves at most {NEARLY_NOISE} times the noise (in variance), at most {FAR_ABOVE_NOISE} times, or "
-        "more; `unknown` of three: none, one or several names stand beside it. `nothing_missing` is of five kinds: a level that nearly "
-        f"stands out (p below {NEARLY}), one that leans to it (below {LEANS}) or does not, each seen sharply (no more "
-        "than a tenth of what counts can hide) or not; something small without a name of two: beyond every replica "
-        f"(p below {BEYOND}) or not.\n",
+        "more; `unknown` of three: none, one or several names stand beside it. `nothing_missing` is of five kinds: a "
+        f"level that nearly stands out (p below {NEARLY}), one that leans to it (below {LEANS}) or does not, each seen "
+        "sharply (no more than a tenth of what counts can hide) or not; something small without a name of two: "
+        f"beyond every replica (p below {BEYOND}) or not.\n",
         "    python -m experiments.calibration runs/a runs/b         # the counts; --add: to those that stand\n"
         "    python -m experiments.calibration runs/a runs/b --fresh runs/c --page docs/calibration.md\n",
         "## Counts\n", f"{counts['campaigns']} campaigns of seeds {seeds}.\n",

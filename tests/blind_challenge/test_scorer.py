@@ -300,7 +300,7 @@ def test_the_page_is_made_from_rows_of_both_contracts_and_from_rows_without_verd
     cases = [
         case(truth("nothing", []), said("nothing_missing", confidence=0.9)),
         case(truth("one", [SLOSH]), said("explained", ["hidden_resonator"], confidence=0.99, p_value=0.001)),
-        case(truth("one", [CUBIC]), None, exit=None, stopped=True, seconds=60.1),
+        case(truth("one", [CUBIC]), None, exit=None, stopped=True, seconds=300.1),
         case(truth("cannot", [], "wrong unit"), None, exit=2, messages="no"),
     ]
     t = score.tables(cases, [])
@@ -309,7 +309,7 @@ def test_the_page_is_made_from_rows_of_both_contracts_and_from_rows_without_verd
     assert text.endswith("## What this run was\n")
     other = page.page(t, {"seed": 2, "cases": 4, "rows": 4, "revisions": ["abc"]}, "x.svg")
     assert "What this run was" not in other
-    assert "1 of 4 over 60 s of processor time (stopped: c0)" in text
+    assert "1 of 4 over 60 s of processor time (c0; stopped at 300 s: c0)" in text
     assert "Too few verdicts with a confidence" in text
     assert figures.figure(t).axes[0].get_xlabel().startswith("strength")
 

@@ -28,6 +28,7 @@ CASES: dict[str, tuple[float, dict[str, float], tuple[str, ...]]] = {
     "cubic_stiffness": (4e7, {}, ()),
     "quintic_stiffness": (4e10, {}, ()),
     "asymmetric_stiffness": (2e6, {}, ()),
+    "stiffness_drift": (-8000.0, {"time_s": 2.0}, ()),
     "quadratic_stiffness": (2e6, {}, ()),
     "sine_restoring": (404000.0, {}, ("stiffness",)),
     "position_damping": (2e4, {}, ()),

@@ -65,8 +65,9 @@ def test_columns_are_those_of_formulas_written_by_hand():
         "stiffness": x, "viscous_damping": v, "linear_damping": v, "coulomb_friction": sign,
         "quadratic_drag": v * abs(v), "cubic_damping": v**3, "drag_exponent": sign * abs(v) ** 1.5,
         "cubic_stiffness": x**3, "quintic_stiffness": x**5, "asymmetric_stiffness": x**2,
-        "quadratic_stiffness": x * abs(x), "sine_restoring": np.sin(x),
-        "position_damping": x * v, "van_der_pol_damping": x**2 * v, "asymmetric_friction": still + 1.0,
+        "stiffness_drift": x * (1.0 - np.exp(-t / 10.0)), "quadratic_stiffness": x * abs(x),
+        "sine_restoring": np.sin(x), "position_damping": x * v,
+        "van_der_pol_damping": x**2 * v, "asymmetric_friction": still + 1.0,
         "stribeck_friction": sign * np.exp(-((v / 0.01) ** 2)), "variable_normal_force": abs(x) * sign,
         "external_forcing": np.cos(5.0 * t),
     }  # fmt: skip

@@ -35,6 +35,7 @@ LAWS = {
     "cubic_stiffness": {"cubic_stiffness": 9000.0},
     "quintic_stiffness": {"quintic_stiffness": 9e5},
     "asymmetric_stiffness": {"asymmetric_stiffness": 600.0},
+    "stiffness_drift": {"stiffness_drift": {"N_per_m": -40.0, "time_s": 1.5}},
     "quadratic_stiffness": {"quadratic_stiffness": 900.0},
     "sine_restoring": {"sine_restoring": 200.0},
     "position_damping": {"position_damping": 20.0},

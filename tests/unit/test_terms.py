@@ -28,6 +28,7 @@ X, V, A, T = (np.array([value]) for value in (0.2, -0.5, 3.0, 0.7))
         ("cubic_stiffness", {}, 0.008),
         ("quintic_stiffness", {}, 0.00032),
         ("asymmetric_stiffness", {}, 0.04),
+        ("stiffness_drift", {"time_s": 0.7}, 0.2 * (1.0 - math.exp(-1.0))),
         ("quadratic_stiffness", {}, 0.04),
         ("sine_restoring", {}, math.sin(0.2)),
         ("position_damping", {}, -0.1),
@@ -45,8 +46,8 @@ def test_force_per_unit_coefficient_has_its_value_by_hand(name, inner, force):
 SYMMETRIC = (
     "stiffness", "viscous_damping", "coulomb_friction", "added_mass", "quadratic_drag", "linear_damping",
     "cubic_damping", "drag_exponent", "cubic_stiffness", "quintic_stiffness", "quadratic_stiffness", "sine_restoring",
-    "van_der_pol_damping", "stribeck_friction", "variable_normal_force", "hidden_resonator", "relaxation",
-    "hysteresis", "delayed_echo",
+    "stiffness_drift", "van_der_pol_damping", "stribeck_friction", "variable_normal_force", "hidden_resonator",
+    "relaxation", "hysteresis", "delayed_echo",
 )  # fmt: skip
 
 

@@ -23,6 +23,7 @@ from undertow.equation.structure import (
     CubicStiffness,
     QuinticStiffness,
     SineRestoring,
+    StiffnessDrift,
     StribeckFriction,
     VariableNormalForce,
 )
@@ -227,6 +228,19 @@ def _drag_exponent(s: Scales, start: float) -> tuple[Addition, ...]:
     )
 
 
+def _drifting_stiffness(s: Scales, start: float) -> tuple[Addition, ...]:
+    """A hundredth of the stiffness, from two swings to far beyond the record: a straight line."""
+    k = 0.01 * s.mass * s.rate**2
+    return (
+        Addition("N_per_m", "N/m", "kd", k, k, scope="spring"),
+        Addition("time_s", "s", "td", start, 0.5 * start, 2.0 / s.slowest, 2000.0 / s.slowest, inner=True),
+    )
+
+
+def _settling_times(s: Scales) -> tuple[float, ...]:
+    return _geometric(10.0 / s.slowest, 300.0 / s.slowest, 2.5)
+
+
 def _sine(s: Scales, start: float) -> tuple[Addition, ...]:
     """A sine instead of a line: what it takes from the line at small angles it gives back."""
     k = 0.05 * s.mass * s.rate**2
@@ -262,6 +276,8 @@ SUSPECTS: tuple[Suspect, ...] = (
     _plain(QuinticStiffness, "structure", lambda s: _share(s, 5), "spring"),
     _plain(AsymmetricStiffness, "structure", lambda s: _share(s, 2), "spring"),
     replace(_plain(CoulombFriction, "structure", lambda s: 2e-3 * s.force, "spring"), often_beside=True),
+    Suspect(StiffnessDrift.name, "undetermined", _drifting_stiffness, lambda s: (30.0 / s.slowest, 150.0 / s.slowest),
+            fine=_settling_times, shape=StiffnessDrift.several_causes),
     _plain(VariableNormalForce, "structure", lambda s: 0.01 * s.force / s.size),
     Suspect(StribeckFriction.name, "structure", _stribeck, lambda s: (0.03 * s.speed,), fine=_fine_speeds,
             becomes=("", CoulombFriction.name)),

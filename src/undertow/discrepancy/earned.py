@@ -20,9 +20,11 @@ from undertow.comparison.level import Level, Member
 from undertow.comparison.null_test import NullTest
 from undertow.comparison.search import WORTH
 from undertow.comparison.sizes import COUNTS_IN_REPEATABILITY
+from undertow.comparison.suspects import SUSPECTS
 from undertow.discrepancy.case import Case
 from undertow.discrepancy.decision import DOUBLED, NEAR, NO_ANSWER, Closeness, gates
 from undertow.discrepancy.dry_check import DryAnswer
+from undertow.discrepancy.naming import in_words, next_test
 from undertow.discrepancy.verdict import Gate, Status, Verdict
 from undertow.discrepancy.words import percent
 from undertow.errors import IdentificationError
@@ -84,6 +86,23 @@ def _not_the_answer(verdict: Verdict, gate: Gate) -> Verdict:
         return replace(said, verdict=("unknown",), parameters={}, augmented=None)
     names = verdict.verdict if "unknown" in verdict.verdict else (*verdict.verdict, "unknown")
     return replace(said, verdict=names, augmented=None if gate.lacking == "unseen" else said.augmented)
+
+
+def of_several_causes(verdict: Verdict) -> Verdict:
+    """``unknown`` in place of a name that is only the shape of what several causes leave: the sentence describes it,
+    and its numbers stay."""
+    shapes = {s.name for s in SUSPECTS if s.shape}
+    said = [name for name in dict.fromkeys(verdict.verdict) if name in shapes]
+    rivals = tuple(tuple("unknown" if n in shapes else n for n in names) for names in verdict.alternatives)
+    if not said:
+        return replace(verdict, alternatives=rivals)
+    names = tuple(name for name in verdict.verdict if name not in (*shapes, "unknown"))
+    words = " and ".join(in_words(name) for name in said)
+    return replace(
+        verdict, status="present_but_small" if verdict.status == "present_but_small" else "unknown",
+        verdict=(*names, "unknown"), alternatives=rivals, origin="undetermined", next_test=next_test(said[0]),
+        sentence=f"{verdict.sentence} That is the shape of {words}; a decay does not tell which: unknown.",
+    )  # fmt: skip
 
 
 def without_answer(verdict: Verdict, case: Case, because: str, lacking: str) -> Verdict:

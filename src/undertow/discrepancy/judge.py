@@ -29,7 +29,7 @@ from undertow.discrepancy.calibration import record_of
 from undertow.discrepancy.case import Case
 from undertow.discrepancy.decision import Closeness, evidence, posterior
 from undertow.discrepancy.dry_check import dry_answer
-from undertow.discrepancy.earned import earned, holds_with_twice_the_scatter, without_answer
+from undertow.discrepancy.earned import earned, holds_with_twice_the_scatter, of_several_causes, without_answer
 from undertow.discrepancy.findings import AugmentedRun
 from undertow.discrepancy.naming import next_test
 from undertow.discrepancy.sentence import late_words, sentence_of, transfer_words
@@ -94,10 +94,11 @@ def judge_level(
     diagnosis = replace(diagnosis, best=replace(diagnosis.best, fit=fit))
     reach = _reach(cases, runs)
     said = (_verdict(level, case, diagnosis, to, runs) for case, to in zip(cases, moved, strict=True))
-    verdicts = tuple(
-        _with_evidence(level, earned(verdict, case, diagnosis, tested, doubled, in_air, reach), case, diagnosis, tested)
+    answers = (
+        of_several_causes(earned(verdict, case, diagnosis, tested, doubled, in_air, reach))
         for verdict, case in zip(said, cases, strict=True)
     )
+    verdicts = tuple(_with_evidence(level, *pair, diagnosis, tested) for pair in zip(answers, cases, strict=True))
     labels = tuple(c.member.label for c in cases)
     if not any(set(diagnosis.best.names) <= set(verdict.verdict) for verdict in verdicts if diagnosis.named):
         # what is not said does not stand in water

@@ -17,10 +17,10 @@ from undertow.compiling import WITHIN
 
 SLOTS: tuple[str, ...] = (
     "mass", "xe", "x0", "v0", "k1", "c1", "fc", "q", "c3", "cp", "p", "k3",
-    "k5", "k2", "ka", "ks", "xv", "xxv", "fs", "vs", "fa", "fn", "fcos", "omega",
-    "fsin", "ge", "tau_e", "kb", "fb", "hm1", "hw1", "hz1", "hb1", "hg1", "hs1", "hu1",
-    "hm2", "hw2", "hz2", "hb2", "hg2", "hs2", "hu2", "hm3", "hw3", "hz3", "hb3", "hg3",
-    "hs3", "hu3", "rk1", "rt1", "rk2", "rt2",
+    "k5", "k2", "kd", "td", "ka", "ks", "xv", "xxv", "fs", "vs", "fa", "fn",
+    "fcos", "omega", "fsin", "ge", "tau_e", "kb", "fb", "hm1", "hw1", "hz1", "hb1", "hg1",
+    "hs1", "hu1", "hm2", "hw2", "hz2", "hb2", "hg2", "hs2", "hu2", "hm3", "hw3", "hz3",
+    "hb3", "hg3", "hs3", "hu3", "rk1", "rt1", "rk2", "rt2",
 )
 """Names of the parameter vector's places, in order: hm1 is the first hidden oscillator's mass."""
 
@@ -41,23 +41,25 @@ _P = 10
 _K3 = 11
 _K5 = 12
 _K2 = 13
-_KA = 14
-_KS = 15
-_XV = 16
-_XXV = 17
-_FS = 18
-_VS = 19
-_FA = 20
-_FN = 21
-_FCOS = 22
-_OMEGA = 23
-_FSIN = 24
-_GE = 25
-_TAU_E = 26
-_KB = 27
-_FB = 28
-_HM = 29
-_RK = 50
+_KD = 14
+_TD = 15
+_KA = 16
+_KS = 17
+_XV = 18
+_XXV = 19
+_FS = 20
+_VS = 21
+_FA = 22
+_FN = 23
+_FCOS = 24
+_OMEGA = 25
+_FSIN = 26
+_GE = 27
+_TAU_E = 28
+_KB = 29
+_FB = 30
+_HM = 31
+_RK = 52
 _NH = 7
 _START = 5
 MAX_HIDDEN = 3
@@ -120,6 +122,9 @@ def _smooth_force(th, x, v, d, side):
 def _outside_force(th, x, v, d, side, t, echo):
     """Forces that the time tells, or an echo, N."""
     f = echo * th[_GE]
+    if th[_KD] != 0.0:
+        w0 = th[_KD] * x
+        f += w0 - w0 * math.exp(-t / th[_TD])
     if th[_FCOS] != 0.0 or th[_FSIN] != 0.0:
         w0 = th[_OMEGA] * t
         f += th[_FCOS] * math.cos(w0) + th[_FSIN] * math.sin(w0)
@@ -143,6 +148,8 @@ def _slopes(th, x, v, d, side, t):
     if th[_FS] != 0.0:
         w0 = 1.0 / (th[_VS] * th[_VS])
         fv -= 2.0 * d * th[_FS] * v * w0 * math.exp(-v * v * w0)
+    if th[_KD] != 0.0:
+        fx += th[_KD] - th[_KD] * math.exp(-t / th[_TD])
     return fx, fv
 
 
@@ -173,6 +180,10 @@ def _explicit_force(th, slot, y, nh, t, d, side, x, v, a, fx, echo):
         return -x * x * x * x * x
     if slot == _K2:
         return -x * x
+    if slot == _KD:
+        return -x + x * math.exp(-t / th[_TD])
+    if slot == _TD:
+        return th[_KD] * t * x * math.exp(-t / th[_TD]) / (th[_TD] * th[_TD])
     if slot == _KA:
         return -side * x * x
     if slot == _KS:
@@ -233,7 +244,7 @@ def _kinks(th, active):
 @njit(inline="always", **WITHIN)
 def _stirs(th, dims):
     """Whether something may move a body that sticks: what has a time of its own."""
-    return dims[1] > 0 or dims[3] > 0 or th[_FCOS] != 0.0 or th[_FSIN] != 0.0
+    return dims[1] > 0 or dims[3] > 0 or th[_KD] != 0.0 or th[_FCOS] != 0.0 or th[_FSIN] != 0.0
 
 
 @njit(inline="always", **WITHIN)

@@ -118,7 +118,10 @@ def linear_in(expression: Expression, symbols: Iterable[Expression]) -> tuple[Ex
 
 
 def nested(expression: Expression, motion: Iterable[Expression] = (V, X)) -> Expression:
-    """A sum of powers of the motion with common factors taken out (Horner's form)."""
+    """A sum of powers of the motion with common factors taken out (Horner's form); what goes with the time is left as
+    it is, for a fraction of exponentials would overflow late in a record."""
+    if expression.has(T):
+        return expression
     gens = [s for s in motion if expression.has(s)]
     others = expression.free_symbols - set(gens)
     if not gens or any(f.free_symbols & set(gens) for f in expression.atoms(sp.Function)) or not others:

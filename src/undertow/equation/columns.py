@@ -56,6 +56,10 @@ def _asymmetric_stiffness(x: Array, v: Array, t: Array, p: Inner) -> Array:
     return x**2
 
 
+def _stiffness_drift(x: Array, v: Array, t: Array, p: Inner) -> Array:
+    return x * (1.0 - np.exp(-t / p["time_s"]))
+
+
 def _quadratic_stiffness(x: Array, v: Array, t: Array, p: Inner) -> Array:
     return x * np.abs(x)
 
@@ -99,6 +103,7 @@ COLUMNS: dict[str, Callable[[Array, Array, Array, Inner], Array]] = {
     "cubic_stiffness": _cubic_stiffness,
     "quintic_stiffness": _quintic_stiffness,
     "asymmetric_stiffness": _asymmetric_stiffness,
+    "stiffness_drift": _stiffness_drift,
     "quadratic_stiffness": _quadratic_stiffness,
     "sine_restoring": _sine_restoring,
     "position_damping": _position_damping,

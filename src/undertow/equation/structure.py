@@ -174,6 +174,42 @@ class AsymmetricStiffness(Term):
 
 
 @dataclass(frozen=True)
+class StiffnessDrift(Term):
+    """Stiffness that changes with the time since the release, F = k_d x (1 - exp(-t / tau_d)).
+
+    A spring that warms up or settles does this; a body that loses or takes on mass shifts its frequency alike, and no
+    decay tells the two apart: a decay knows k / M alone.
+
+    >>> import numpy as np
+    >>> moved = StiffnessDrift(time_s=2.0).force(np.ones(2), np.zeros(2), np.zeros(2), np.array([0.0, 2.0]))
+    >>> moved.round(3).tolist()
+    [0.0, 0.632]
+    """
+
+    time_s: float = 10.0
+    name: ClassVar[str] = "stiffness_drift"
+    kind: ClassVar = "input"
+    parameters: ClassVar[tuple[Parameter, ...]] = (
+        Parameter("N_per_m", "N/m", "k_d"),
+        Parameter("time_s", "s", r"\tau_d", lower=1e-3),
+    )
+    slots: ClassVar[Mapping[str, str]] = {"N_per_m": "kd", "time_s": "td"}
+    law: ClassVar[str] = "k_d x (1 - exp(-t / tau_d))"
+    latex: ClassVar[str] = r"k_d x\,(1-e^{-t/\tau_d})"
+    source: ClassVar[str] = "a first-order change towards a new stiffness"
+    left_out: ClassVar[str] = "frequency shifts with the time since the release, alike in large and small releases"
+    words: ClassVar[str] = "a stiffness or a mass that changes during each trial"
+    next_test: ClassVar[str] = "a small release as soon after a large one as can be, and one after a long rest"
+    several_causes: ClassVar[bool] = True
+
+    def share(self, p: Mapping[str, Expression], q: SymbolPlace, number: str) -> Share:
+        """A spring whose size the time tells."""
+        import sympy as sp
+
+        return Share(smooth=p["N_per_m"] * q.x * (1 - sp.exp(-q.t / p["time_s"])))
+
+
+@dataclass(frozen=True)
 class QuadraticStiffness(Term):
     """F = ka x|x|: symmetric, between linear and cubic."""
 

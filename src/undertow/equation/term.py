@@ -52,7 +52,7 @@ SAID_ANEW = (
     "is_inertia", "own_clock", "dissipates", "pulls_back", "is_spring", "instead_of", "linear", "sprung", "of_water",
     "of_area", "relative_to", "structural", "published", "speed_power", "held_by_kernel", "present_by", "missing_as",
     "words", "words_unplaced", "words_alone", "next_test", "suspect_of", "element", "slot_values", "share", "by_slots",
-    "materials", "start", "constants", "held_unless_asked", "takes_the_place_of",
+    "materials", "start", "constants", "held_unless_asked", "takes_the_place_of", "several_causes",
 )  # fmt: skip
 """What a law does not take over from the law that it is derived from."""
 
@@ -87,7 +87,8 @@ class Term:
     ``words`` are what a sentence says where it is missing; ``words_unplaced`` where nobody knows that the water does
     it, ``words_alone`` where there are neither dry trials nor water; ``next_test`` what would show it plainly.
     ``suspect_of`` says where the effect belongs when it is looked for without a record of its own among the suspects
-    (empty: it is not looked for), ``element`` what stands for it in OpenSees.
+    (empty: it is not looked for), ``element`` what stands for it in OpenSees. ``several_causes`` says that it is the
+    shape of what more than one cause leaves: it is described, and what is missing stays unknown.
     """
 
     name: ClassVar[str]
@@ -125,6 +126,7 @@ class Term:
     next_test: ClassVar[str] = ""
     suspect_of: ClassVar[Literal["", "water", "structure", "outside"]] = ""
     element: ClassVar[Element] = ""
+    several_causes: ClassVar[bool] = False
 
     def __init_subclass__(cls) -> None:
         """A law derived from another under a name of its own is another law: it says anew what others ask of it."""

@@ -1,0 +1,91 @@
+"""A frequency that drifts with the time since release: described, with its size, never called one of its causes."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import pytest
+
+from tests.concealed.test_diagnosis import SHORT, member
+from undertow.comparison.level import make_level
+from undertow.comparison.search import diagnose
+from undertow.comparison.suspects import SUSPECTS, chosen
+from undertow.discrepancy.case import Case
+from undertow.discrepancy.earned import of_several_causes
+from undertow.discrepancy.judge import judge
+from undertow.discrepancy.verdict import Described, Verdict
+from undertow.equation import registry
+
+DRIFT, HARD = -12e3, 3e7
+"""A stiffness that falls by 3 % within seconds (N/m), and a spring that hardens as much at 20 mm (N/m^3)."""
+LIKE_IT = chosen(("stiffness_drift", "cubic_stiffness", "quintic_stiffness", "hysteresis", "linear_damping"))
+SAID = Verdict({"spring": "short"}, ("a",), status="explained", verdict=("stiffness_drift",), sentence="Explained.",
+               origin="structure", parameters={"stiffness_drift": {}})  # fmt: skip
+
+
+def hides(name: str, size: float, seed: int, **inner: float):
+    """A level of three releases with one law, searched for those that look like a drift."""
+    return diagnose(make_level([member("short", SHORT, seed, ((registry.find(name, **inner), size),))]), LIKE_IT)
+
+
+def test_a_drift_in_releases_of_several_sizes_is_no_spring_that_hardens():
+    found = hides("stiffness_drift", DRIFT, 7300, time_s=3.0)
+    assert found.best.names == ("stiffness_drift",)
+    size, error = (
+        found.best.fit.value("stiffness_drift.N_per_m@short"),
+        found.best.fit.solution.stderr("stiffness_drift.N_per_m@short"),
+    )
+    assert abs(size - DRIFT) < 3.0 * error
+    assert error < 0.2 * abs(DRIFT)
+    time = found.best.fit.value("stiffness_drift.time_s")
+    assert time == pytest.approx(3.0, abs=3.0 * found.best.fit.solution.stderr("stiffness_drift.time_s"))
+
+
+def test_a_spring_that_hardens_is_not_taken_for_a_drift():
+    found = hides("cubic_stiffness", HARD, 7320)
+    assert found.best.names == ("cubic_stiffness",)
+    assert "stiffness_drift" not in {name for rival in found.rivals for name in rival.names}
+
+
+def test_the_verdict_describes_a_drift_and_says_unknown():
+    one = member("short", SHORT, 7340, ((registry.find("stiffness_drift", time_s=3.0), DRIFT),))
+    case = Case({"spring": "short"}, "short", one, (), Described(0.4), 0.004, 0.05, 4, False, True)
+    (verdict,) = judge([case], LIKE_IT)
+    assert (verdict.status, verdict.verdict) == ("unknown", ("unknown",))
+    shape = "That is the shape of a stiffness or a mass that changes during each trial"
+    assert verdict.sentence.endswith(f"{shape}; a decay does not tell which: unknown.")
+    assert "after a long rest" in verdict.next_test
+    assert verdict.parameters["stiffness_drift"]["N_per_m"].value == pytest.approx(DRIFT, rel=0.2)
+
+
+def test_only_a_law_of_several_causes_is_described_and_not_named():
+    shapes = {s.name for s in SUSPECTS if s.shape}
+    assert shapes == {name for name in registry.names() if registry.find(name).several_causes} == {"stiffness_drift"}
+
+
+@pytest.mark.parametrize(
+    ("status", "names", "then", "said"),
+    [
+        ("explained", ("stiffness_drift",), "unknown", ("unknown",)),
+        ("present_but_small", ("stiffness_drift",), "present_but_small", ("unknown",)),
+        ("unknown", ("stiffness_drift", "unknown"), "unknown", ("unknown",)),
+        ("explained", ("cubic_damping", "stiffness_drift"), "unknown", ("cubic_damping", "unknown")),
+    ],
+)
+def test_a_shape_becomes_unknown_and_what_is_named_beside_it_stays(status, names, then, said):
+    verdict = of_several_causes(replace(SAID, status=status, verdict=names))
+    assert (verdict.status, verdict.verdict, verdict.origin) == (then, said, "undetermined")
+    assert verdict.parameters == SAID.parameters
+    assert "a stiffness or a mass that changes during each trial" in verdict.sentence
+
+
+def test_a_shape_among_rivals_is_an_unknown_rival():
+    named = replace(SAID, verdict=("cubic_stiffness",), alternatives=(("stiffness_drift",), ("hysteresis",)))
+    verdict = of_several_causes(named)
+    assert verdict.alternatives == (("unknown",), ("hysteresis",))
+    assert replace(verdict, alternatives=named.alternatives) == named
+
+
+def test_a_verdict_without_a_shape_is_as_it_was():
+    named = replace(SAID, verdict=("cubic_stiffness",), sentence="Named.")
+    assert of_several_causes(named) == named

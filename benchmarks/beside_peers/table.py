@@ -138,7 +138,8 @@ with 200 test functions on the largest trial; STLSQ and SR3 with their defaults;
 our signals*: the smoothed x, v, a that undertow regresses, STLSQ with its default threshold, and on columns scaled to
 unit deviation with a threshold of 1 %. SysIdentPy 0.9.0 fits a polynomial NAR model of degree 3 to the largest trial at
 50 Hz; it has no physical terms. undertow selects among the ten terms, by regression or on trajectories (`Discover`), or
-takes Eq. 15's four and finds the number of hidden oscillators itself (hidden states and output error).
+takes Eq. 15's four and searches for what they leave out (`undertow.diagnose`, told that trials repeat, which every
+method assumes).
 
 ## The truth is Eq. 15
 

@@ -27,7 +27,7 @@ from undertow.errors import UndertowError
 
 HEAVY = (
     "undertow.likelihood.eq15_search", "undertow.equation.kernel", "undertow.conditioning.fusion",
-    "undertow.methods.method1", "undertow.comparison.hidden_rows",
+    "undertow.methods.method1",
 )  # fmt: skip
 """Modules with compiled functions, the longest to compile first: where one is needed, all are, but by `alone`."""
 

@@ -9,7 +9,6 @@ import numpy as np
 import pytest
 
 from tests.exact_motions import LONG, exact_group, exact_motion
-from undertow.comparison.hidden_refine import refine_inner
 from undertow.comparison.laws import laws
 from undertow.comparison.polish import Polished, polish
 from undertow.comparison.trajectories import in_cells, trial_rows
@@ -22,6 +21,7 @@ from undertow.likelihood.group import group_model, terms_by_name
 from undertow.likelihood.noise import residual_memory
 from undertow.likelihood.output_error import Solution
 from undertow.likelihood.problem import Link, ProblemBuilder, TrialOptions
+from undertow.methods.variable_projection import refine_inner
 
 SAME = 1e-8
 """Relative: rounding of another processor grows by the searches' few steps to some 1e-11."""

@@ -1,7 +1,7 @@
 """The one Levenberg-Marquardt: damped Gauss-Newton steps between bounds, for whatever has a sum of squares.
 
 Belongs here: steps, damping and when to stop. Does not belong here: residuals (residuals.py, of trajectories;
-hidden_refine.py, of columns) and where a search starts. The compiled twin for Eq. 15 is eq15_search.py.
+methods/variable_projection.py, of columns) and where a search starts. The compiled twin for Eq. 15 is eq15_search.py.
 """
 
 from __future__ import annotations

@@ -14,7 +14,7 @@ import math
 from undertow.conditioning.fusion import CLOCK_RADIANS
 
 __all__ = [
-    "CLOCK_RADIANS", "DRIFT_SHARE", "GAIN_STD", "LATE_RELEASE_RADIANS", "REST_SHARE", "STATE_IN_MOTIONS", "clock_std",
+    "CLOCK_RADIANS", "DRIFT_SHARE", "GAIN_STD", "LATE_RELEASE_RADIANS", "REST_SHARE", "clock_std",
 ]  # fmt: skip
 
 LATE_RELEASE_RADIANS = 0.6
@@ -25,10 +25,6 @@ GAIN_STD = 0.005
 
 DRIFT_SHARE = 0.003
 """Prior of the displacement's drift over a record, relative to the largest release of what is fitted together."""
-
-STATE_IN_MOTIONS = 5.0
-"""Prior of a hidden state where nothing says that it began at rest, in times the body's own motion: near resonance it
-swings wider."""
 
 REST_SHARE = 0.05
 """Prior of the rest position where friction is not known, relative to the trial's largest displacement: with the

@@ -5,8 +5,8 @@ the body's acceleration, which is. `HiddenStateLibrary` computes what such state
 release, so that a plain ``pysindy.SINDy(feature_library=PolynomialLibrary() + HiddenStateLibrary(...))`` finds them
 among other terms. The laws are those of `equation.hidden`, written once.
 
-Belongs here: the columns and their grid. Does not belong here: refining frequencies (hidden_refine.py) and deciding
-how many states there are (hidden_search.py).
+Belongs here: the columns and their grid. Does not belong here: the iteration that refines frequencies
+(variable_projection.py), how many states a motion asks for (comparison/search.py).
 """
 
 from __future__ import annotations
@@ -20,10 +20,10 @@ from pysindy.feature_library.base import BaseFeatureLibrary
 from pysindy.utils import AxesArray
 from sklearn.utils.validation import check_is_fitted
 
-from undertow.comparison.hidden_refine import INNER_BOUNDS, refine_inner
 from undertow.equation.hidden import HiddenResonator, Relaxation
 from undertow.equation.term import Term
 from undertow.errors import IdentificationError
+from undertow.methods.variable_projection import INNER_BOUNDS, refine_inner
 
 Array = NDArray[np.float64]
 REFINING_ROUNDS = 4

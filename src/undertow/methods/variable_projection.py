@@ -9,13 +9,13 @@ Source: Golub and Pereyra 1973, doi:10.1137/0710036; the Jacobian is Kaufman's 1
 leaves out a part that vanishes with the residual.
 
 Belongs here: columns, projected, and their derivatives. Does not belong here: the iteration (likelihood/descent.py),
-what the columns are (hidden_library.py) or which start is taken (hidden_search.py).
+what the columns are (hidden_library.py).
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
@@ -32,24 +32,17 @@ INNER_BOUNDS = ((0.05, 1e-3), (500.0, 0.95))
 DIFFERENCE = 1e-4
 """Step of the derivative in the logarithm of a parameter: a response is smooth in it, rounding stays below 1e-8."""
 
-MAX_ITERATIONS = 30
-RULE = Rule(
-    MAX_ITERATIONS, stop=1e-5, damping=1e-3, lower=0.2, higher=10.0, farthest=0.5, in_own_unit=True
-)  # fmt: skip
+RULE = Rule(30, stop=1e-5, damping=1e-3, lower=0.2, higher=10.0, farthest=0.5, in_own_unit=True)
 """Ends when no parameter moves by 1e-5 of itself, far below any standard error here; a parameter changes by a factor of
 1.6 at once at most, so that a flat start does not fling a frequency away."""
 
 
 @dataclass(frozen=True)
 class Refinement:
-    """Where the iteration ended: ``inner`` (m, k), the columns' ``coefficients`` (m,), the residual's sum of squares,
-    iterations taken, and whether it came to rest."""
+    """Where the iteration ended: ``inner`` (m, k) and the columns' ``coefficients`` (m,)."""
 
     inner: Array
     coefficients: Array
-    squares: float
-    iterations: int
-    converged: bool
 
 
 @dataclass(frozen=True)
@@ -82,7 +75,6 @@ def refine_inner(
     response: Array,
     start: Array,
     bounds: tuple[Array, Array],
-    iterations: int = MAX_ITERATIONS,
 ) -> Refinement:
     """Parameters of ``columns`` that explain ``response`` best beside the ``fixed`` columns.
 
@@ -113,10 +105,9 @@ def refine_inner(
         there = _look(columns, basis, target, numbers, each)
         return there if there.cost <= above else None
 
-    rule = replace(RULE, iterations=iterations)
-    end = descend(look, values, place, (lower, upper), rule)
+    end = descend(look, values, place, (lower, upper), RULE)
     inner: Array = np.exp(end.values).reshape(-1, each)
-    return Refinement(inner, end.place.coefficients, end.place.cost, end.iterations, end.converged)
+    return Refinement(inner, end.place.coefficients)
 
 
 def _look(columns: Callable[[Array], Array], basis: Array, target: Array, values: Array, each: int) -> _Place:

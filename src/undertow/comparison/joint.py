@@ -24,7 +24,7 @@ from undertow.equation.kernel import SLOT
 from undertow.errors import IdentificationError
 from undertow.likelihood import output_error
 from undertow.likelihood.free_run import free_run
-from undertow.likelihood.noise import residual_memory
+from undertow.likelihood.noise import BY_CHANCE, residual_memory
 from undertow.likelihood.output_error import Solution
 from undertow.likelihood.priors import DRIFT_SHARE, GAIN_STD
 from undertow.likelihood.problem import Link, Problem, ProblemBuilder
@@ -376,3 +376,20 @@ def at_memory(fit: JointFit, memory: float) -> JointFit:
     worth = criterion(fit.solution, fit.misfits, memory)
     worth += _width(problem, addends, max(fit.solution.n_data / memory, 2.0)) + _skipped(problem, addends, memory)
     return replace(fit, criterion=worth, memory=memory)
+
+
+def with_own_errors(level: Level, fit: JointFit) -> JointFit:
+    """The fit with numbers and errors at the memory of its own residual, and the evidence that it was compared by.
+
+    Sets are compared at a memory that they share, between the equation's and the closest one's: what a law leaves out
+    swings for long. Of a law that is there the errors would be as many times too large as the root of that memory.
+    """
+    memory = max(residual_memory(fit.solution) - BY_CHANCE, 1.0)
+    if memory >= fit.memory:
+        return fit
+    at = replace(level, shared_water=fit.shared_water)
+    try:
+        own = fit_joint(at, fit.addends, memory, fit.values, fit.misfit, growing=False)
+    except IdentificationError:
+        return fit
+    return replace(own, criterion=fit.criterion, memory=fit.memory)

@@ -16,7 +16,7 @@ from undertow.comparison.attempt import at_its_own_sizes
 from undertow.comparison.by_trials import FEWEST_TRIALS, with_errors_by_trials
 from undertow.comparison.candidate import Candidate, LevelDiagnosis, evidence_by_name
 from undertow.comparison.common_gains import with_common_gains
-from undertow.comparison.joint import FAR_ABOVE_NOISE, free_run_error
+from undertow.comparison.joint import FAR_ABOVE_NOISE, free_run_error, with_own_errors
 from undertow.comparison.level import Addend, Level, Member, full_name, make_level, member_rate
 from undertow.comparison.null_test import NullTest, null_test
 from undertow.comparison.search import diagnose
@@ -90,7 +90,7 @@ def judge_level(
     doubled = holds_with_twice_the_scatter(level, diagnosis) if asked else True
     springs, likely = {one.member.label for one in cases}, tested.tests[0].name if tested.tests else ""
     in_air = dry_answer(diagnosis, likely, [c for c in dry if clean and c.member.label in springs])
-    fit = with_errors_by_trials(with_common_gains(diagnosis.best.fit))
+    fit = with_errors_by_trials(with_common_gains(with_own_errors(level, diagnosis.best.fit)))
     diagnosis = replace(diagnosis, best=replace(diagnosis.best, fit=fit))
     reach = _reach(cases, runs)
     said = (_verdict(level, case, diagnosis, to, runs) for case, to in zip(cases, moved, strict=True))

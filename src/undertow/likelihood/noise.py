@@ -26,11 +26,15 @@ WINDOW_TIMES = 6.0
 """Lags are used up to this many correlation times (Sokal 1997, doi:10.1007/978-1-4899-0319-8_6)."""
 
 
+BY_CHANCE = 0.75
+"""What correlations by chance add to the memory of white noise."""
+
+
 def memory(residual: Array) -> float:
     """Samples of a series (n,) that say as much of its variance as one of white noise: at least 1.
 
     The integrated autocorrelation time of its squared correlations, over half of its lags. Correlations by chance are
-    squared too: white noise gives 1.75, and what decides by this has been set with that.
+    squared too: white noise gives 1 + `BY_CHANCE`, and what decides by this has been set with that.
 
     >>> bool(1.5 < memory(np.random.default_rng(0).standard_normal(4000)) < 2.0)
     True

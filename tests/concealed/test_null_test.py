@@ -17,7 +17,7 @@ from undertow.comparison import null_test as null_module
 from undertow.comparison.attempt import from_places
 from undertow.comparison.candidate import Candidate
 from undertow.comparison.detectable import Detectable, _first_number
-from undertow.comparison.joint import JointFit
+from undertow.comparison.joint import JointFit, missed_share
 from undertow.comparison.level import Addend, Level, make_level
 from undertow.comparison.null_test import (
     LEAST_P,
@@ -509,6 +509,17 @@ def test_where_nothing_can_be_tested_there_is_no_probability():
     wide = Detectable("b", "mass_kg", 44.0, "kg", 330.0)
     both = NullTest(0.5, (SuspectTest("a", 0.5, 1.0, 0.1, 0.5), SuspectTest("b (x)", 0.5, 1.0, 0.1, 9.0, wide)), 0.03)
     assert (both.not_testable, both.detectable, both.upper_bound) == (("b",), (), 0.5 * 0.03)
+
+
+def test_nothing_hides_that_moves_the_free_run_by_more_than_it_misses_and_repetitions_differ():
+    wide = NullTest(0.5, (SuspectTest("a", 0.5, 1.0, 0.1, 30.0),), 0.03)
+    assert wide.upper_bound == pytest.approx(0.9)
+    assert replace(wide, most=0.2).upper_bound == 0.2
+    assert math.isnan(replace(wide, tests=(), most=0.2).upper_bound)
+    level = make_level([member("short", SHORT[:2], 2300)])
+    fit = stands(level)
+    tested = null_test(level, tuple(s for s in SUSPECTS if s.name == "linear_damping"), fit, ())
+    assert tested.most == pytest.approx(missed_share(level, fit) + 0.05)  # repeatability of these members
 
 
 def test_what_each_trial_has_of_its_own_is_told_by_the_root_of_its_mean_square():

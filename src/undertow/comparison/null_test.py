@@ -20,14 +20,14 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from undertow.comparison.candidate import Candidate
 from undertow.comparison.detectable import Detectable, detectable
 from undertow.comparison.joining import has_room
-from undertow.comparison.joint import JointFit
+from undertow.comparison.joint import JointFit, free_run_error
 from undertow.comparison.level import Level
 from undertow.comparison.replicas import (
     at_noise_of,
@@ -93,13 +93,15 @@ def limit(levels: int) -> float:
 @dataclass(frozen=True)
 class NullTest:
     """A level against its own null; ``smallest`` is the free-run error (nrmse) from which on an effect counts,
-    ``levels`` how many the campaign has, ``scores`` the level's largest score among those of its replicas."""
+    ``levels`` how many the campaign has, ``scores`` the level's largest score among those of its replicas, ``most`` the
+    free-run error that is measured and what repetitions differ by: nothing moves the free run by more and hides."""
 
     p_value: float
     tests: tuple[SuspectTest, ...] = ()
     smallest: float = math.nan
     levels: int = 1
     scores: Histogram | None = None
+    most: float = math.inf
 
     @property
     def limit(self) -> float:
@@ -114,7 +116,7 @@ class NullTest:
     @property
     def upper_bound(self) -> float:
         """The largest free-run error (nrmse) that an effect of all trials can still hide; nan where none was tested."""
-        return max((t.hidden for t in self.shared), default=math.nan) * self.smallest
+        return min(max((t.hidden for t in self.shared), default=math.nan) * self.smallest, self.most)
 
     @property
     def hides_best(self) -> str:
@@ -195,7 +197,8 @@ def null_test(
         return NullTest(math.nan)
     fitted = {label: gain for label, gain in fitted.items() if label in shown}
     sets = {n: _fitted_gain(null, fits) for n, fits in together.items()}
-    return _ranked(scored, stack, sizes, fitted, sets, levels)
+    most = (1.0 + free_run_error(level, before)) * sizes.allowed
+    return replace(_ranked(scored, stack, sizes, fitted, sets, levels), most=most)
 
 
 def _looked_at(level: Level, candidate: Candidate) -> bool:

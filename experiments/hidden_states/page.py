@@ -144,7 +144,8 @@ def _counts(rows: Sequence[Row]) -> tuple[int, ...]:
 
 
 def relaxation_table(rows: Sequence[Row]) -> str:
-    """A row a noise: Maxwell elements named, with the median errors of those and their errors over stderr."""
+    """A row a noise: Maxwell elements named, with the median errors of those and their errors over stderr; one that is
+    too small to count has a name without numbers."""
     lines = [
         "| noise | Maxwell elements named | median error of k_r, % | of tau, % | error / stderr (k_r, tau) |",
         "|---|---|---|---|---|",
@@ -152,12 +153,13 @@ def relaxation_table(rows: Sequence[Row]) -> str:
     for noise in NOISE:
         own = [one for one in rows if one["noise"] == noise and one["true_tau_s"]]
         kept = [one for one in own if names(one) == [RELAXATION]]
+        told = [one for one in kept if one["k_r_N_per_m"]]
         percent, ratios = [], []
         for column in ("k_r_N_per_m", "tau_s"):
-            true = [float(one[f"true_{column}"]) for one in kept]
-            away = [float(one[column]) - value for one, value in zip(kept, true, strict=True)]
+            true = [float(one[f"true_{column}"]) for one in told]
+            away = [float(one[column]) - value for one, value in zip(told, true, strict=True)]
             percent.append(_percent([100.0 * abs(d / value) for d, value in zip(away, true, strict=True)]))
-            units = [d / float(one[f"{column}_stderr"]) for one, d in zip(kept, away, strict=True)]
+            units = [d / float(one[f"{column}_stderr"]) for one, d in zip(told, away, strict=True)]
             ratios.append(f"{np.sqrt(np.mean(np.square(units))):.1f}" if units else "-")
         lines.append(f"| {noise} | {len(kept)} of {len(own)} | {' | '.join(percent)} | {', '.join(ratios)} |")
     return "\n".join(lines) + "\n"

@@ -157,6 +157,9 @@ def test_the_committed_rows_are_those_of_fresh_seeds_and_meet_the_limits_set_bef
             mass = page.errors(own, "mass_kg", lambda one: one.mass_kg)
             assert np.median(w) < page.FREQUENCY_LIMIT_PERCENT
             assert np.median(mass) < page.MASS_LIMIT_PERCENT.get(kind, math.inf)
+    # 118 oscillators: the root mean square of sound ratios lies between 0.8 and 1.2 in 99.7 of 100 such tables
+    assert 0.8 < page.spread(rows, "w_rad_per_s", lambda one: one.w) < 1.2
+    assert 0.8 < page.spread(rows, "mass_kg", lambda one: one.mass_kg) < 1.2
 
 
 def test_the_committed_null_campaigns_name_nothing_hidden_that_is_not_there():

@@ -94,8 +94,7 @@ class Suspect:
     ``fades``: a memory that rings in nothing; ``plain``: damping, which is what such
     a memory amounts to at one frequency. ``like`` names what no decay tells it from; ``without_sliding`` what it is
     called where no friction slides beside it; ``often_beside`` another effect of the same water, so that it is tried
-    there without evidence of its own; ``of_angles``: it has a meaning where an angle is the coordinate; ``shape``: it
-    describes what several causes leave, none of which a decay tells. ``words`` and
+    there without evidence of its own; ``of_angles``: it has a meaning where an angle is the coordinate. ``words`` and
     ``next_test`` are those of an effect that is no law of the registry.
     """
 
@@ -119,7 +118,6 @@ class Suspect:
     like: tuple[str, ...] = ()
     without_sliding: str = ""
     of_angles: bool = False
-    shape: bool = False
     words: str = ""
     next_test: str = ""
 

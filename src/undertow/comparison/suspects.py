@@ -277,7 +277,7 @@ SUSPECTS: tuple[Suspect, ...] = (
     _plain(AsymmetricStiffness, "structure", lambda s: _share(s, 2), "spring"),
     replace(_plain(CoulombFriction, "structure", lambda s: 2e-3 * s.force, "spring"), often_beside=True),
     Suspect(StiffnessDrift.name, "undetermined", _drifting_stiffness, lambda s: (30.0 / s.slowest, 150.0 / s.slowest),
-            fine=_settling_times, shape=StiffnessDrift.several_causes),
+            fine=_settling_times),
     _plain(VariableNormalForce, "structure", lambda s: 0.01 * s.force / s.size),
     Suspect(StribeckFriction.name, "structure", _stribeck, lambda s: (0.03 * s.speed,), fine=_fine_speeds,
             becomes=("", CoulombFriction.name)),

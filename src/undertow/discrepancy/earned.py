@@ -20,13 +20,13 @@ from undertow.comparison.level import Level, Member
 from undertow.comparison.null_test import NullTest
 from undertow.comparison.search import WORTH
 from undertow.comparison.sizes import COUNTS_IN_REPEATABILITY
-from undertow.comparison.suspects import SUSPECTS
 from undertow.discrepancy.case import Case
 from undertow.discrepancy.decision import DOUBLED, NEAR, NO_ANSWER, Closeness, gates
 from undertow.discrepancy.dry_check import DryAnswer
 from undertow.discrepancy.naming import in_words, next_test
 from undertow.discrepancy.verdict import Gate, Status, Verdict
 from undertow.discrepancy.words import percent
+from undertow.equation import registry
 from undertow.errors import IdentificationError
 
 NEXT: Mapping[str, str] = {
@@ -91,7 +91,7 @@ def _not_the_answer(verdict: Verdict, gate: Gate) -> Verdict:
 def of_several_causes(verdict: Verdict) -> Verdict:
     """``unknown`` in place of a name that is only the shape of what several causes leave: the sentence describes it,
     and its numbers stay."""
-    shapes = {s.name for s in SUSPECTS if s.shape}
+    shapes = {name for name in registry.names() if registry.find(name).several_causes}
     said = [name for name in dict.fromkeys(verdict.verdict) if name in shapes]
     rivals = tuple(tuple("unknown" if n in shapes else n for n in names) for names in verdict.alternatives)
     if not said:

@@ -286,21 +286,27 @@ def test_the_tolerance_for_wrong_equations_makes_a_gain_less_unusual():
         assert judged(after).p_value > 1e-3
 
 
-def test_a_model_is_surely_wrong_by_what_it_leaves_at_the_rates_of_the_motion_above_noise():
+def test_a_model_is_surely_wrong_by_what_it_leaves_at_the_rates_of_the_motion_while_that_is_large():
     _, fit = quiet()
     rng = np.random.default_rng(3)
     noise = [rng.standard_normal(r.size) for r in fit.solution.residuals]
     assert surely_wrong(fit.solution, noise) == 0.0
 
-    def wave(periods: float) -> list[np.ndarray]:
+    def wave(periods: float, decays: bool) -> list[np.ndarray]:
         return [
-            np.tile(3.0 * np.sin(2.0 * math.pi * trial.t / (periods * trial.period_s)), len(trial.channels))
+            np.tile(3.0 * np.sin(2.0 * math.pi * trial.t / (periods * trial.period_s))
+                    * np.exp(-decays * 12.0 * (trial.t - trial.t[0]) / np.ptp(trial.t)), len(trial.channels))
             for trial in fit.solution.problem.trials
         ]  # fmt: skip
 
-    slow, fast = (surely_wrong(fit.solution, [n + w for n, w in zip(noise, wave(p), strict=True)]) for p in (0.9, 0.15))
-    assert slow == pytest.approx(sum(float(w @ w) for w in wave(0.9)), rel=0.1)
-    assert fast == 0.0
+    def wrong(periods: float, decays: bool) -> float:
+        return surely_wrong(fit.solution, [n + w for n, w in zip(noise, wave(periods, decays), strict=True)])
+
+    squares = sum(float(w @ w) for w in wave(0.9, decays=True))
+    assert 0.6 * squares < wrong(0.9, decays=True) < squares
+    assert wrong(0.15, decays=True) == 0.0  # faster than laws of motion
+    standing = sum(float(w @ w) for w in wave(0.9, decays=False))
+    assert wrong(0.9, decays=False) < 0.1 * standing  # as large when the body hardly moves: a sensor
 
 
 def test_a_place_that_what_stands_takes_up_is_neither_tested_nor_drawn():
@@ -440,6 +446,13 @@ def test_noise_is_that_of_fast_frequencies_where_fits_take_it_up_and_a_wandering
 
     def found(less: np.ndarray, plain: np.ndarray = spectrum) -> np.ndarray:
         return spectrum_of(np.fft.irfft(less, 4000), rate, np.fft.irfft(plain, 4000))[1:]
+
+    red = spectrum.copy()
+    red[1:] *= 10.0 / np.maximum(rate, 0.1)
+    unfitted, moved = red.copy(), (rate > 0.8) & (rate < 1.2)
+    unfitted[1:][moved] *= 0.1  # what a trial's own frequency and damping take up
+    assert float(np.mean(found(unfitted)[moved])) > 0.3 * float(np.mean(found(red)[moved]))
+    assert float(np.min(found(unfitted)[moved])) >= float(np.max(found(unfitted)[(rate > 1.2) & (rate < 4.0)]))
 
     white = float(np.mean(found(spectrum)[~slow]))
     assert float(np.mean(found(taken_up)[slow])) == pytest.approx(white, rel=0.1)

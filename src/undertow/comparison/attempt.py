@@ -21,6 +21,7 @@ from undertow.comparison.suspects import RADIATION, kernel_additions
 from undertow.equation.kernel import SLOT
 from undertow.errors import IdentificationError
 from undertow.likelihood.budget import BudgetError, metered
+from undertow.likelihood.noise import residual_memory
 
 COMMON = frozenset({"acceleration_shift_s", "acceleration_gain"})
 """Errors that a sensor has in all trials alike."""
@@ -30,6 +31,9 @@ REFINED = 2
 
 SAME_END = 0.01
 """Quick fits of one model whose criteria differ by less ended at the same place."""
+
+ENDED_SHORT = 2.0
+"""A fit whose criterion another start betters by more (a unit of log evidence) had ended short of its optimum."""
 
 QUICK_LOOKS = 300.0
 """What one start may spend, in looks at the level as it stands: those of laws that were named took under 200."""
@@ -73,6 +77,25 @@ def plain_fit(level: Level) -> JointFit:
     except IdentificationError:
         return together
     return min((together, apart), key=lambda f: f.criterion)
+
+
+def further_on(level: Level, null: Candidate, tried: Sequence[Candidate]) -> Candidate | None:
+    """The prescribed equation from where the closest excluded suspect left it, if it had ended short of that optimum;
+    else None. A suspect that comes out at nothing may still have led out of a bad place: friction, a dashpot and drag
+    of a single decay trade places, and what is nearer by that alone would pass for something missing."""
+    able = [c for c in tried if len(c.suspects) == 1 and c.out and c.fit.solution.n_data == null.fit.solution.n_data]
+    closest = min(able, key=lambda c: c.fit.misfit, default=null)
+    if closest.score <= null.score:
+        return None
+    level, fit = replace(level, shared_water=null.fit.shared_water), null.fit
+    try:
+        went = fit_joint(level, fit.addends, fit.memory, closest.fit.values, closest.fit.misfit, growing=False)
+        if went.criterion > fit.criterion - ENDED_SHORT:
+            return None
+        memory = residual_memory(went.solution)
+        return replace(null, fit=fit_joint(level, fit.addends, memory, went.values, went.misfit, growing=False))
+    except IdentificationError:
+        return None
 
 
 def at_its_own_sizes(level: Level) -> Level:

@@ -387,14 +387,14 @@ def diagnose(
     shown there.
 
     Evidence alone would name effects that no free run shows (a gram of water, an amplifier's smoothing): what is named
-    must also bring the free run of the training trials closer by `WORTH` of what repeating the test allows
-    (each group's own `Member.allowed`). The search for further effects ends where the free run is as close as
-    repetitions are to each other and no more than noise is left. ``budget`` multiplies what one suspect and the whole
-    level may spend (`attempt.SUSPECT_BUDGET`, `attempt.LEVEL_BUDGET`); ``told`` is what other waters add to log priors
-    (`told_by_other_waters`).
+    must also bring the free run of the training trials closer by `WORTH` of `Member.allowed`. Further effects are
+    looked for until it is as close as repetitions and no more than noise is left; an equation that had ended short of
+    its optimum is searched again. ``budget`` multiplies what may be spent, ``told`` is what other waters add to priors.
 
     Raises IdentificationError where not even the prescribed equation can be fitted.
     """
     null = Candidate((), attempt.plain_fit(level), math.log(PRIOR_NOTHING))
     usable = [s for s in suspects if has_room(level, s, null.fit)]
-    return _Search(level, usable, null, clean_when_dry, budget, told or {}).run()
+    found = _Search(level, usable, null, clean_when_dry, budget, told or {}).run()
+    further = attempt.further_on(level, found.null, found.candidates)
+    return found if further is None else _Search(level, usable, further, clean_when_dry, budget, told or {}).run()

@@ -1,0 +1,66 @@
+"""An equation whose fit ended short of its optimum, and a suspect that came out at nothing beyond it."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import pytest
+
+from tests.concealed.test_diagnosis import SHORT, member
+from tests.concealed.test_small_effects import found, stands
+from undertow.comparison import attempt
+from undertow.comparison.attempt import ENDED_SHORT, further_on
+from undertow.comparison.candidate import Candidate
+from undertow.comparison.joint import JointFit
+from undertow.comparison.level import Level, make_level
+from undertow.comparison.search import diagnose
+
+NOTHING = "cubic_stiffness is 0.1 standard errors from zero"
+
+
+def stuck(fit: JointFit) -> JointFit:
+    """The fit as if it had ended short: its misfit tripled, its criterion worse."""
+    return replace(fit, misfit=3.0 * fit.misfit, criterion=fit.criterion + 20.0 * ENDED_SHORT)
+
+
+@pytest.fixture(scope="module")
+def single() -> tuple[Level, JointFit]:
+    """One trial with nothing missing, and the prescribed equation fitted to it."""
+    level = make_level([member("short", SHORT[:1], 2300)])
+    return level, stands(level)
+
+
+def test_an_equation_that_ended_short_goes_on_from_where_a_suspect_that_is_nothing_led(single):
+    level, fit = single
+    tried = [Candidate((found("cubic_stiffness"),), fit, -3.0, NOTHING)]
+    further = further_on(level, Candidate((), stuck(fit), -0.1), tried)
+    assert further is not None
+    assert (further.suspects, further.log_prior) == ((), -0.1)
+    assert further.fit.criterion == pytest.approx(fit.criterion, abs=0.5)
+    for name, value in fit.values.items():
+        assert further.fit.values[name] == pytest.approx(value, abs=0.2 * fit.solution.stderr(name))
+
+
+def test_an_equation_at_its_optimum_stays_and_one_whose_suspect_means_something_does(single):
+    level, fit = single
+    suspects = (found("cubic_stiffness"),)
+    ahead = replace(fit, criterion=fit.criterion - 20.0)  # excluded, more likely, and the equation cannot follow
+    assert further_on(level, Candidate((), fit, -0.1), [Candidate(suspects, ahead, -3.0, NOTHING)]) is None
+    assert further_on(level, Candidate((), stuck(fit), -0.1), [Candidate(suspects, fit, -3.0)]) is None
+    assert further_on(level, Candidate((), fit, -0.1), ()) is None
+
+
+def test_a_search_begins_again_from_the_better_equation(single, monkeypatch):
+    level, fit = single
+    monkeypatch.setattr(attempt, "plain_fit", lambda level: stuck(fit))
+    asked = []
+
+    def further(*seen):
+        asked.append(seen)
+        return Candidate((), fit, -0.1)
+
+    monkeypatch.setattr(attempt, "further_on", further)
+    diagnosis = diagnose(level, [found("cubic_stiffness")])
+    assert diagnosis.null.fit.criterion == pytest.approx(fit.criterion, abs=0.5)
+    ((_, before, _),) = asked
+    assert before.fit.criterion > fit.criterion + 10.0

@@ -9,6 +9,7 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
+from scipy.signal import lfilter
 
 from tests.concealed.test_diagnosis import SHORT, member
 from tests.concealed.test_small_effects import found, stands
@@ -307,6 +308,12 @@ def test_a_model_is_surely_wrong_by_what_it_leaves_at_the_rates_of_the_motion_wh
     assert wrong(0.15, decays=True) == 0.0  # faster than laws of motion
     standing = sum(float(w @ w) for w in wave(0.9, decays=False))
     assert wrong(0.9, decays=False) < 0.1 * standing  # as large when the body hardly moves: a sensor
+    red = [
+        [lfilter([1.0], [1.0, -0.9], rng.standard_normal(r.size)) for r in fit.solution.residuals] for _ in range(20)
+    ]
+    shares = [surely_wrong(fit.solution, one) / sum(float(r @ r) for r in one) for one in red]
+    assert float(np.median(shares)) == 0.0
+    assert max(shares) < 0.4
 
 
 def test_a_place_that_what_stands_takes_up_is_neither_tested_nor_drawn():

@@ -2,9 +2,9 @@
 
 The prescribed equation is taken as linear about its fit, weighed by the noise that the closest fitted model leaves. To
 the residuals of a replica (replicas.py) comes one law of the catalogue drawn at random, at most as large as what that
-model surely leaves of its own (replicas.surely_wrong): no equation is exact. Replicas and
-recordings are scored alike: for every suspect the largest gain of one Gauss-Newton step over its grid; of the
-recordings also what a fit gained. A suspect's gain counts by its rank among the replicas, the level by the smallest of
+model surely leaves of its own (`replicas.surely_wrong`): no equation is exact. Replicas and recordings are scored
+alike: for every suspect the largest gain of one Gauss-Newton step over its grid; of the recordings also what a fit
+gained. A suspect's gain counts by its rank among the replicas, the level by the smallest of
 these (Westfall and Young 1993): many suspects and fine grids, scatter, few trials and slow noise are all in it.
 
 Ranks are weighed (Genovese, Roeder and Wasserman 2006, doi:10.1093/biomet/93.3.509): a suspect of which replicas show

@@ -104,8 +104,8 @@ def noise_over(one: TrialProblem, other: TrialProblem) -> Array:
 
 def surely_wrong(solution: Solution, left: Sequence[Array]) -> float:
     """Sum of squares that a model surely leaves (95 % where noise is white) at the rates of the motion, above what it
-    leaves at all others and above what it leaves in the quietest quarter of the time: its own error swells and dies with
-    the motion, a sensor's goes on. ``left`` as in `left_by`."""
+    leaves at all others and in the quietest quarter of the time: its own error swells and dies with the motion, a
+    sensor's goes on. ``left`` as in `left_by`."""
     excess = variance = 0.0
     energy, spread = np.zeros(QUARTERS), np.zeros(QUARTERS)
     for trial, r in zip(solution.problem.trials, left, strict=True):

@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 
 from tests.concealed.test_diagnosis import LONG, SCATTER, SHORT, member
+from undertow.comparison import joint
 from undertow.comparison.candidate import Candidate
 from undertow.comparison.joining import has_room
 from undertow.comparison.joint import build, fit_joint, fit_standing, shared_theta
@@ -215,9 +216,17 @@ def test_friction_that_dry_trials_named_scatters_from_trial_to_trial_where_the_e
 def test_what_is_not_asked_for_is_paid_for(plain):
     asked = fit_joint(plain, (), 1.0, {}, 2.0, growing=True)
     spared = fit_joint(plain, (Addend("imperfect_release", (), late=1.0),), 1.0, {}, 2.0, growing=True)
-    period = 2.0 * np.pi / plain.scales.rate
-    cells = sum(len(t.channels) * period / np.median(np.diff(t.t)) for t in asked.solution.problem.trials)
-    assert spared.criterion - asked.criterion > 0.5 * cells * np.log(asked.solution.n_data)
+    steps = 20.0 * len(asked.solution.problem.trials)  # a force held the body for a period in every trial
+    assert spared.criterion - asked.criterion > 0.5 * steps * np.log(asked.solution.n_data)
+
+
+@pytest.mark.parametrize(("memory", "numbers"), [(1.0, 40.0), (4.0, 40.0), (10.0, 20.0)])
+def test_a_skipped_period_costs_a_number_a_step_of_its_force_or_a_sample_that_tells_something(memory, numbers):
+    channels, t = (None, None), np.arange(250) / 100.0
+    trials = tuple(SimpleNamespace(channels=channels, t=t, period_s=p) for p in (0.5, 0.5))
+    cost = joint._skipped(SimpleNamespace(trials=trials), (Addend("imperfect_release", (), late=1.0),), memory)
+    assert cost == pytest.approx(numbers * np.log((2 * 2 * 250 + 2 * 2 * 50) / memory))
+    assert joint._skipped(SimpleNamespace(trials=trials), (), memory) == 0.0
 
 
 def test_a_memory_that_recordings_hold_beyond_doubt_is_not_called_damping():

@@ -38,10 +38,10 @@ def test_a_free_run_as_close_as_repetitions_is_close_enough():
     assert leanest([shorter(11.0, 1.0)], 0.2, 10.0) is not None
 
 
-def candidate(*slots: str) -> SimpleNamespace:
-    """Suspects named by number, whose additions stand at these slots."""
+def candidate(*slots: str, out: str = "") -> SimpleNamespace:
+    """Suspects named by number, whose additions stand at these slots, with a reason against the set."""
     addends = tuple(SimpleNamespace(additions=(SimpleNamespace(slot=slot),)) for slot in slots)
-    return SimpleNamespace(suspects=tuple(range(len(slots))), fit=SimpleNamespace(addends=addends))
+    return SimpleNamespace(suspects=tuple(range(len(slots))), fit=SimpleNamespace(addends=addends), out=out)
 
 
 @pytest.fixture
@@ -61,6 +61,11 @@ def test_every_earlier_effect_is_left_out_in_turn_and_the_last_one_never(asked):
     found = shorter_sets(LEVEL, NULL, candidate("c3", "q", "hm1"), tuple)
     assert asked == [(0, (1, 2)), (1, (0, 2))]
     assert [error for _, error in found] == [0.7, 0.7]
+
+
+def test_the_last_effect_of_an_excluded_set_is_left_out_too(asked):
+    shorter_sets(LEVEL, NULL, candidate("c3", "q", out="q is 0.3 standard errors from zero"), tuple)
+    assert asked == [(0, (1,)), (1, (0,))]
 
 
 def test_what_swings_may_be_needless_beside_something_else_that_swings(asked):

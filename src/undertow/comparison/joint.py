@@ -43,6 +43,10 @@ SETTLED = 0.2
 FAR_ABOVE_NOISE = 2.5
 """Mean squared residual, in units of the sensors' noise, from which a law is missing whatever a free run allows."""
 
+STEPS_A_PERIOD = 20.0
+"""Numbers that a force of which nothing is known has in a period of the motion: two for each line up to ten times the
+body's rate, where the body shows a hundredth of it."""
+
 WIDER = 20.0
 """How much wider than a sensor's prior its shift, gain or drift may be where the sensor is suspected."""
 
@@ -361,13 +365,13 @@ def _width(problem: Problem, addends: Sequence[Addend], samples: float) -> float
 
 
 def _skipped(problem: Problem, addends: Sequence[Addend], memory: float) -> float:
-    """What it costs to ask nothing of the first periods: a number, ln(n_eff), for every n_eff of their samples."""
+    """What it costs to ask nothing of the first periods: a number, ln(n_eff), for every n_eff of their samples, or for
+    every step of a force that may have held the body then, whichever is fewer."""
     periods = max((addend.late for addend in addends), default=0.0)
-    values = sum(
-        len(t.channels) * periods * t.period_s / float(np.median(np.diff(t.t))) for t in problem.trials
-    )
+    values = [len(t.channels) * periods * t.period_s / float(np.median(np.diff(t.t))) for t in problem.trials]
     kept = sum(len(t.channels) * t.t.size for t in problem.trials)
-    return values / memory * math.log(max((kept + values) / memory, 2.0))
+    numbers = sum(min(value / memory, STEPS_A_PERIOD * periods) for value in values)
+    return numbers * math.log(max((kept + sum(values)) / memory, 2.0))
 
 
 def at_memory(fit: JointFit, memory: float) -> JointFit:

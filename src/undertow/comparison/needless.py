@@ -1,6 +1,6 @@
 """Whether a set of effects needs all of them: of two effects the first is chosen before the second is known.
 
-Belongs here: the same set without one earlier effect, and which of those stands. Does not belong here: when that is
+Belongs here: the same set without one of its effects, and which of those stands. Does not belong here: when that is
 asked (search.py), the fit (attempt.py).
 """
 
@@ -18,12 +18,13 @@ from undertow.comparison.suspect import Suspect
 def shorter_sets(
     level: Level, null: JointFit, candidate: Candidate, prior: Callable[[Sequence[Suspect]], float]
 ) -> list[tuple[Candidate, float]]:
-    """The candidate refitted without each of its earlier effects in turn, with the free run's error.
+    """The candidate refitted without each of its earlier effects in turn, with the free run's error; of a set that is
+    excluded also without the last, which may only have led the others out of a bad place.
 
     ``prior`` gives the log prior of a set, ``null`` is the prescribed equation as fitted.
     """
     found = []
-    for place in range(len(candidate.suspects) - 1):
+    for place in range(len(candidate.suspects) - (not candidate.out)):
         others = (*candidate.suspects[:place], *candidate.suspects[place + 1 :])
         shorter = without(level, null, candidate, place, prior(others))
         if shorter is not None:

@@ -106,7 +106,7 @@ class _Search:
             if ahead is None and not depth:
                 self._worthwhile([c for c in possible if abs(c.score - self.best.score) <= ODDS], 1.0)
             if ahead is None:
-                ahead = self._without_earlier(tried, ODDS) if depth else self._two_at_once(tried, ODDS)
+                ahead = self._without_one(tried, ODDS) if depth else self._two_at_once(tried, ODDS)
             if ahead is None:
                 break
             ahead = self._leaner(*ahead, ahead[0].score) or ahead
@@ -129,9 +129,9 @@ class _Search:
         self.found += [one for one, _ in shorter]
         return leanest(shorter, error, least)
 
-    def _without_earlier(self, tried: Sequence[Candidate], least: float) -> tuple[Candidate, float] | None:
+    def _without_one(self, tried: Sequence[Candidate], least: float) -> tuple[Candidate, float] | None:
         """The leanest of the candidates that would be more probable than what stands, by ``least`` in log evidence, but
-        for a number that means nothing any more."""
+        for a number that means nothing: an earlier effect's any more, or the last one's at all."""
         doubted = [c for c in tried if c.out and len(c.suspects) > 1 and c.score > self.best.score + least]
         lean = [found for c in doubted if (found := self._leaner(c, self.error, self.best.score + least)) is not None]
         return max(lean, key=lambda pair: pair[0].score, default=None)
@@ -145,7 +145,7 @@ class _Search:
         pairs = self._beside(tried)
         most = max([self.null.score + least, *(c.score for c in self.small)])
         probable = sorted((c for c in pairs if not c.out and c.score > most), key=lambda c: -c.score)
-        lean = self._without_earlier(pairs, least)
+        lean = self._without_one(pairs, least)
         if self.error <= 1.0:
             probable = [c for c in probable if explains(self.null, c, ALL)]
         ahead = self._worthwhile(probable, REMAINING)

@@ -224,6 +224,12 @@ def test_what_need_explain_no_share_is_not_held_against_a_fit_that_took_it_up():
     assert asked(SimpleNamespace(suspects=(found("added_mass"),))) == 0.0
 
 
+def test_a_bad_release_may_leave_what_noise_is_known_by_and_else_a_twentieth():
+    release = (found("imperfect_release"),)
+    shares = [asked(SimpleNamespace(suspects=release, fit=SimpleNamespace(misfit=m))) for m in (1.4, 1.6)]
+    assert shares == [0.75, 0.95]
+
+
 def test_behind_what_hides_within_repeatability_another_must_show_in_the_free_run(monkeypatch):
     """An echo that would bias a number is no answer where a stiffness is more probable and hardly shows."""
     monkeypatch.setattr(search, "free_run_error", lambda _, fit: fit.miss)

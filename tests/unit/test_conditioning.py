@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from scipy.signal import lfilter
 
 from experiments.eq15_campaign.motion import simulate
 from tests.exact_motions import LONG, SHORT, exact_motion
@@ -12,6 +13,7 @@ from undertow.conditioning.cycles import Cycles, equilibrium, find_cycles
 from undertow.conditioning.fusion import fuse
 from undertow.conditioning.release import find_window
 from undertow.errors import RecordingError
+from undertow.recording.quality import noise
 from undertow.recording.recording import Recording
 
 HOLD_S = 0.7
@@ -72,6 +74,38 @@ def test_the_window_is_the_same_at_every_sampling_rate(body, x0, seed):
     starts, ends = [w.start_s - w.release_s for w in windows], [w.end_s for w in windows]
     assert np.ptp(starts) < 1e-3
     assert np.ptp(ends) < 0.05 * period  # a last swing more or less would be half a period
+
+
+def with_slow_noise(size, until=np.inf, seed=3):
+    """A release with displacement noise of first order (.8 a sample), and what its differences show of it."""
+    recording, _ = released(LONG, 0.08, sx=1e-7)
+    rng = np.random.default_rng(seed)
+    slow = lfilter([0.6], [1.0, -0.8], rng.standard_normal(recording.time.size))
+    values = recording.channels["displacement"] + np.where(recording.time < until, size, 5e-5) * slow
+    made = Recording("r1", recording.time, {**recording.channels, "displacement": values})
+    return made, noise(values)
+
+
+def test_noise_that_is_slow_is_seen_while_the_body_is_held():
+    recording, differences = with_slow_noise(2e-4)
+    assert differences < 1e-4
+    assert condition(recording).noise["displacement"] == pytest.approx(2e-4, rel=0.3)
+    levels = {name: noise(values) for name, values in recording.channels.items()}
+    alone = Recording("r1", recording.time, {"displacement": recording.channels["displacement"]})
+    found = condition(alone, levels=levels).noise  # a channel that was taken away for cause keeps its level
+    assert found["displacement"] == pytest.approx(2e-4, rel=0.3)
+    assert found["acceleration"] == levels["acceleration"]
+
+
+def test_white_noise_a_body_that_trembles_and_a_short_hold_say_nothing_more():
+    white, _ = released(LONG, 0.08)
+    assert dict(condition(white).noise) == {name: noise(values) for name, values in white.channels.items()}
+    trembling, differences = with_slow_noise(2e-3, until=HOLD_S)
+    assert condition(trembling).noise["displacement"] == differences
+    recording, differences = with_slow_noise(2e-4)
+    short = Recording("r1", recording.time[150:], {n: v[150:] for n, v in recording.channels.items()})
+    found = condition(short, window=find_window(recording)).noise["displacement"]
+    assert found == noise(short.channels["displacement"])
 
 
 def test_a_record_in_mid_motion_has_no_hold():

@@ -22,6 +22,9 @@ NEARLY_ALL = 0.75
 SLIDING = 0.1
 """Sliding friction over a hysteresis' yield force below which it is what friction has become."""
 
+NOISE = 1.5
+"""Mean squared residual over noise that may be noise alone: from a hold it is known no better."""
+
 ALL = 0.95
 """Share of the residual above noise that a bad release must explain (in later cycles it leaves none), and two effects
 that neither is enough alone."""
@@ -30,13 +33,13 @@ that neither is enough alone."""
 def asked(candidate: Candidate) -> float:
     """Share of the residual above noise that a candidate's last effect must explain to be named, 0 where it need not
     explain any (k, c, mu of each trial's own may have taken it up, far from what is known of them). A bad release and a
-    force with its own clock leave none; what a resonator leaves that is not quite one (waves that break) swings at the
-    resonator's frequency, and much of it passes for a force of that frequency; and what a force leaves whose waves die
-    out passes for a resonator.
+    force with its own clock leave none, as far as noise is known; what a resonator leaves that is not quite one (waves
+    that break) swings at the resonator's frequency, and much of it passes for a force of that frequency; and what a
+    force leaves whose waves die out passes for a resonator.
     """
     last = candidate.suspects[-1]
     if last.of_the_release:
-        return ALL
+        return ALL if candidate.fit.misfit > NOISE else NEARLY_ALL
     if len(candidate.suspects) == 1 or not any(s.has_its_own_clock for s in candidate.suspects):
         return 0.0
     if at_a_resonance(candidate.fit):

@@ -17,8 +17,16 @@ from undertow.conditioning.release import find_window
 from undertow.quantities import Estimate
 from undertow.recording.quality import noise
 from undertow.recording.recording import Array, Recording
+from undertow.recording.spikes import MAD_TO_SIGMA
 
 MOTION_CHANNELS = ("displacement", "velocity", "acceleration")
+
+FEWEST_HELD = 30
+"""Samples of a hold, fewer than which do not show slow noise."""
+
+SLOW, NOT_AT_REST = 1.5, 4.0
+"""A held channel whose values scatter by between so many times what its differences show has slow noise: less is
+chance, more is a body that is not at rest."""
 
 CLOCK_SIGNIFICANT = 3.0
 """A clock difference of more standard errors than this is said."""
@@ -44,6 +52,8 @@ def condition(
         levels = {name: noise(values) for name, values in recording.channels.items()}
     if window is None:
         window = find_window(recording, start_s, end_s, levels)
+    if window.held:
+        levels = _while_held(recording, window, levels)
     after = recording.time >= window.release_s
     t = recording.time[after] - window.release_s
     channels = {n: recording.channels[n][after] for n in MOTION_CHANNELS if n in recording.channels}
@@ -58,11 +68,33 @@ def condition(
     )  # fmt: skip
 
 
+def _held(recording: Recording, window: Window) -> Array:
+    """Which samples (n,) lie in the hold, as far before the release as the motion is not asked after it."""
+    return np.asarray(recording.time < window.release_s - (window.start_s - window.release_s))
+
+
+def _while_held(recording: Recording, window: Window, levels: Mapping[str, float]) -> Mapping[str, float]:
+    """The noise of every channel with that which is slow: what a channel scatters about a line in the hold (by medians:
+    a hook may let go slowly at its end), where that is surely more than its differences show, and no motion."""
+    hold = _held(recording, window)
+    if np.count_nonzero(hold) < FEWEST_HELD:
+        return levels
+    columns = np.vander(recording.time[hold] - window.release_s, 2)
+    found = dict(levels)
+    for name in levels.keys() & recording.channels.keys():
+        level, held = levels[name], recording.channels[name][hold]
+        left = held - columns @ np.linalg.lstsq(columns, held, rcond=None)[0]
+        scatter = MAD_TO_SIGMA * float(np.median(np.abs(left)))
+        if SLOW * level < scatter < NOT_AT_REST * level:
+            found[name] = scatter
+    return found
+
+
 def _hold_bias(recording: Recording, window: Window, levels: Mapping[str, float]) -> tuple[float, float]:
     """Mean of the acceleration while held, and its standard error with room for drift; (0, 0) without a hold."""
     if not window.held or "acceleration" not in recording.channels:
         return 0.0, 0.0
-    hold = recording.time < window.release_s - (window.start_s - window.release_s)
+    hold = _held(recording, window)
     if np.count_nonzero(hold) < 10:
         return 0.0, 0.0
     values = recording.channels["acceleration"][hold]

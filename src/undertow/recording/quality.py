@@ -17,7 +17,7 @@ from undertow.errors import ClippedError, RangeEnd, RecordingError
 from undertow.recording.doubt_kinds import DoubtKind
 from undertow.recording.dropouts import find_dropouts
 from undertow.recording.recording import INPUTS, Array, Recording
-from undertow.recording.spikes import find_spikes
+from undertow.recording.spikes import MAD_TO_SIGMA, find_spikes
 
 FEWEST_SAMPLES = 50
 """Below this a recording holds less than three cycles at twenty samples each, and a decrement is guesswork."""
@@ -66,7 +66,6 @@ SNAP_SAMPLES = 20
 FILLED_REACH = 1.5
 """A number this many ranges from the middle of the others is one that loggers write for no value, such as -9999."""
 
-_MAD_TO_SIGMA = 1.4826  # of a normal distribution: 1 / 0.6745
 _ORDERS = range(2, 9)  # differences of these orders: each removes the motion better than the one before
 
 
@@ -151,7 +150,7 @@ def noise(values: Array) -> float:
     for order in _ORDERS:
         differences = np.diff(values, n=order)
         if differences.size:
-            size = _MAD_TO_SIGMA * float(np.median(np.abs(differences)))
+            size = MAD_TO_SIGMA * float(np.median(np.abs(differences)))
             sizes.append(size / math.sqrt(math.comb(2 * order, order)))
     return max(min(sizes, default=0.0), floor)
 

@@ -22,7 +22,8 @@ SPIKE_SIGMAS = 8.0
 SPIKE_QUANTA = 4.0
 """... and at least this many of the channel's finest steps off: rounding alone moves the test by 2.6 steps."""
 
-_MAD_TO_SIGMA = 1.4826  # of a normal distribution: 1 / 0.6745
+MAD_TO_SIGMA = 1.4826
+"""Standard deviation of a normal distribution over its median absolute deviation, 1 / 0.6745."""
 
 
 def find_spikes(values: Array, width: int = 7) -> Mask:
@@ -48,7 +49,7 @@ def find_spikes(values: Array, width: int = 7) -> Mask:
     # even cubic through (+-near, +-far), evaluated in the middle: exact for polynomials up to third degree
     cubic = 0.5 * (far**2 * pair_near - near**2 * pair_far) / (far**2 - near**2)
     off_cubic = values[inner] - cubic
-    sigma = _MAD_TO_SIGMA * float(np.median(np.abs(off_cubic - np.median(off_cubic))))
+    sigma = MAD_TO_SIGMA * float(np.median(np.abs(off_cubic - np.median(off_cubic))))
     steps = np.abs(np.diff(values))
     finest = float(np.min(steps[steps > 0.0], initial=np.inf))
     scale = float(np.ptp(values))

@@ -273,6 +273,20 @@ def test_an_added_mass_is_no_suspect_where_nothing_gives_kilograms(plain):
     assert not has_room(scaled, suspect("added_mass"), fit)
 
 
+def test_a_mass_that_differs_is_no_suspect_of_trials_that_alone_show_how_much_trials_differ(plain):
+    fit, (one,) = fit_standing(plain), plain.members
+
+    def room(freedom: float, dry: bool) -> bool:
+        fixed = replace(one.model.fixed, scatter_freedom=freedom)
+        member = replace(one, model=replace(one.model, fixed=fixed), own_means=dry)
+        return has_room(replace(plain, members=(member,)), suspect("mass_change"), fit)
+
+    assert room(math.inf, True)  # stated in the config
+    assert room(2.0, False)  # seen in dry trials, asked of wet ones
+    assert not room(2.0, True)
+    assert not room(0.0, True)
+
+
 def test_a_description_hears_what_trials_in_water_say_of_the_dry_means(plain):
     fit, (member,) = fit_standing(plain), plain.members
     motion = member.motions[0]

@@ -50,6 +50,9 @@ def has_room(level: Level, suspect: Suspect, fit: JointFit) -> bool:
         return False  # the same where kilograms come from the mass alone
     if any(a.scope == "trial" for a in additions) and level.trials < 2:
         return False
+    differing = any(a.slot == "mass" and a.scope == "trial" for a in additions)
+    if differing and all(m.tells_its_scatter for m in level.members):
+        return False  # a decay knows k / M alone: what k scatters by is seen in these very trials
     moved = {SLOT[a.moves[0]] for a in additions if a.moves is not None}
     if any(not fit.theta(trial)[slot] for slot in moved for trial in range(len(fit.solution.problem.trials))):
         return False  # nothing is there that could stand elsewhere

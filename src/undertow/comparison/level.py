@@ -51,6 +51,11 @@ class Member:
         """Degrees of freedom with which it is known how much this group's trials differ."""
         return self.freedom if self.model.fixed is None else self.model.fixed.scatter_freedom
 
+    @property
+    def tells_its_scatter(self) -> bool:
+        """Whether all that is known of how much trials differ comes from these very trials."""
+        return self.own_means and math.isfinite(self.scatter_freedom)
+
 
 @dataclass(frozen=True)
 class Addend:

@@ -98,8 +98,9 @@ def test_noise_that_is_slow_is_seen_while_the_body_is_held():
 
 
 def test_white_noise_a_body_that_trembles_and_a_short_hold_say_nothing_more():
-    white, _ = released(LONG, 0.08)
-    assert dict(condition(white).noise) == {name: noise(values) for name, values in white.channels.items()}
+    for seed in range(1, 6):  # the scatter of a hold is by chance above what differences show in some of them
+        white, _ = released(LONG, 0.08, seed=seed)
+        assert dict(condition(white).noise) == {name: noise(values) for name, values in white.channels.items()}
     trembling, differences = with_slow_noise(2e-3, until=HOLD_S)
     assert condition(trembling).noise["displacement"] == differences
     recording, differences = with_slow_noise(2e-4)

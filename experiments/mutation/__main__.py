@@ -4,7 +4,7 @@
     python -m experiments.mutation --again       # those that survived, once more, after tests were added
 
 A place (module, line, column) is drawn with equal probability, then one of cosmic-ray's operators that change it. Each
-mutant runs against the unit tests of its module alone (TESTS), in place, and the file is put back. What changes nothing
+mutant runs against the tests of its module alone (`tests_of`), in place, and the file is put back. What changes nothing
 but annotations is not drawn. Rows are added to results.csv. Belongs here: the draw and the count. Does not belong here:
 operators (cosmic-ray), tests.
 """
@@ -14,10 +14,11 @@ from __future__ import annotations
 import argparse
 import ast
 import csv
+import re
 import subprocess
 import sys
 import time
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from dataclasses import asdict, dataclass, fields
 from pathlib import Path
 
@@ -29,42 +30,45 @@ from cosmic_ray.operators.provider import OperatorProvider
 ROOT = Path(__file__).resolve().parents[2]
 SOURCE = ROOT / "src" / "undertow"
 RESULTS = Path(__file__).resolve().parent / "results.csv"
-TIMEOUT_S = 240.0
+TIMEOUT_S = 900.0
 FAMILIES = ("ReplaceComparisonOperator", "ReplaceBinaryOperator", "ReplaceUnaryOperator", "NumberReplacer", "AddNot",
             "ReplaceTrueWithFalse", "ReplaceFalseWithTrue", "ReplaceAndWithOr", "ReplaceOrWithAnd", "ReplaceBreakWith",
             "ReplaceContinueWith")  # fmt: skip
 
-_LAWS = ("contract/test_generated_laws.py", "unit/test_equation.py", "contract/test_every_term.py")
+LAWS = (
+    "term", "structure", "hydrodynamics", "hidden", "forcing", "input", "cells", "base_motion", "driven_laws",
+    "driven_hysteresis", "registry", "algebra", "notation", "symbolic", "code_text", "generate", "generate_columns",
+    "generate_states",
+)  # fmt: skip
+"""Modules of equation/ in which laws are stated, looked up and turned into code; compiled motion is held by frozen
+numbers."""
 
-TESTS: dict[str, tuple[str, ...]] = {
-    "likelihood/descent.py": ("unit/test_descent.py", "unit/test_frozen_numbers.py"),
-    "likelihood/noise.py": ("unit/test_noise.py", "unit/test_subset.py"),
-    "likelihood/residuals.py": (
-        "unit/test_frozen_numbers.py",
-        "unit/test_trajectories.py",
-        "unit/test_free_run.py",
-        "unit/test_budget.py",
-    ),
-    "likelihood/priors.py": ("unit/test_frozen_numbers.py", "unit/test_trajectories.py"),
-    "likelihood/free_run.py": ("unit/test_free_run.py",),
-    "likelihood/budget.py": ("unit/test_budget.py",),
-    "likelihood/scale.py": ("unit/test_group_errors.py",),
-    "comparison/needless.py": ("unit/test_needless.py",),
-    "comparison/support.py": ("unit/test_support.py",),
-    "comparison/common_gains.py": ("unit/test_common_gains.py",),
-    "comparison/trajectories.py": ("unit/test_trajectories.py", "unit/test_frozen_numbers.py"),
-    "comparison/polish.py": ("unit/test_trajectories.py", "unit/test_frozen_numbers.py"),
-    "comparison/laws.py": ("unit/test_trajectories.py",),
-    "equation/term.py": _LAWS,
-    "equation/structure.py": _LAWS,
-    "equation/hydrodynamics.py": _LAWS,
-    "equation/code_text.py": ("contract/test_generated_laws.py",),
-    "equation/generate.py": ("contract/test_generated_laws.py",),
-    "equation/generate_columns.py": ("contract/test_generated_laws.py",),
-    "equation/generate_states.py": ("contract/test_generated_laws.py",),
-    "equation/hidden.py": _LAWS,
-}
-"""Modules that are mutated and the tests that are theirs."""
+
+def modules() -> list[str]:
+    """Modules that are mutated: all of likelihood and comparison, and those of the laws."""
+    rooms = [path for room in ("likelihood", "comparison") for path in (SOURCE / room).glob("[a-z]*.py")]
+    return sorted(str(path.relative_to(SOURCE)) for path in (*rooms, *(SOURCE / f"equation/{n}.py" for n in LAWS)))
+
+
+def tests_of(module: str) -> list[Path]:
+    """The tests of a module: those that import it, or, where none does, a module that imports it, and so on."""
+    tests = list((ROOT / "tests").rglob("test_*.py"))
+    asked, seen = {module}, {module}
+    while asked:
+        own = {path for one in asked for path in _importers(one, tests)}
+        if own:
+            return sorted(own)
+        above = (path for one in asked for path in _importers(one, SOURCE.rglob("*.py")))
+        asked = {str(path.relative_to(SOURCE)) for path in above} - seen
+        seen |= asked
+    raise LookupError(f"{module}: no test reaches it")
+
+
+def _importers(module: str, files: Iterable[Path]) -> set[Path]:
+    name = module.removesuffix(".py").replace("/", ".")
+    package, _, last = name.rpartition(".")
+    asked = re.compile(rf"undertow\.{name}\b|from undertow\.{package} import [^\n]*\b{last}\b")
+    return {path for path in files if asked.search(path.read_text(encoding="utf-8"))}
 
 
 @dataclass(frozen=True)
@@ -126,7 +130,7 @@ def drawn(seed: int, count: int) -> Iterator[tuple[Mutant, str]]:
     """Mutants by seed with their text: a place with equal probability, then an operator that changes what is run."""
     rng = np.random.default_rng(seed)
     by_place: dict[tuple[str, tuple[int, int]], list[Mutant]] = {}
-    for module in TESTS:
+    for module in modules():
         for mutant in mutants_of(module):
             by_place.setdefault((module, mutant.place), []).append(mutant)
     places = sorted(by_place)
@@ -159,7 +163,7 @@ def judged(seed: int, mutant: Mutant, changed: str) -> Row:
 def outcome_of(module: str, text: str, changed: str) -> str:
     """What a module's tests say of a changed text; ``text`` is put back whatever happens."""
     path = SOURCE / module
-    tests = [str(ROOT / "tests" / name) for name in TESTS[module]]
+    tests = [str(path) for path in tests_of(module)]
     command = [sys.executable, "-m", "pytest", "-q", "-x", "-n", "0", "-p", "no:cacheprovider", *tests]
     try:
         path.write_text(changed, encoding="utf-8")

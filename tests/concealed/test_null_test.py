@@ -46,6 +46,7 @@ from undertow.comparison.replicas import (
 )
 from undertow.comparison.score_stack import Stack
 from undertow.comparison.score_test import GridPlace, Stands, peaks, places, renumbered
+from undertow.comparison.search import diagnose
 from undertow.comparison.sizes import Sizes
 from undertow.comparison.suspects import SUSPECTS
 from undertow.comparison.tail import Tail
@@ -465,6 +466,34 @@ def test_noise_is_that_of_fast_frequencies_where_fits_take_it_up_and_a_wandering
     assert float(np.mean(found(taken_up)[slow])) == pytest.approx(white, rel=0.1)
     assert float(np.mean(found(wave)[slow & ~wandering])) == pytest.approx(9.0 * white, rel=0.2)
     assert float(np.mean(found(spectrum, wanders)[wandering])) > 10.0 * white
+
+
+def test_a_slow_line_of_cycles_enough_is_no_wander_of_a_sensor():
+    rng = np.random.default_rng(8)
+    noise = np.fft.rfft(rng.standard_normal(4000))
+    rate = np.fft.rfftfreq(4000)[1:] * 100.0  # 40 periods: the first 20 lines are slower than half the body's rate
+    for cycles, is_wander in ((2, True), (3, True), (5, False), (12, False), (19, False)):
+        tone = noise.copy()
+        tone[cycles] *= 30.0 * np.sqrt(4000.0) / np.abs(tone[cycles])
+        found = spectrum_of(np.fft.irfft(noise, 4000), rate, np.fft.irfft(tone, 4000))[cycles]
+        assert (found > 100.0 * 4000.0) == is_wander
+    red = noise.copy()
+    red[1:] *= 10.0 / rate
+    drawn = spectrum_of(np.fft.irfft(noise, 4000), rate, np.fft.irfft(red, 4000))[1:]
+    slow = rate <= 0.5
+    own = np.abs(np.fft.rfft(np.fft.irfft(red, 4000))[1:]) ** 2
+    assert float(np.mean((drawn / own)[slow])) > 0.7  # a sensor that wanders more the slower keeps its power
+    assert 0.5 < float(np.median((rate**2 * drawn)[slow]) / np.mean((rate**2 * own)[slow])) < 2.0
+
+
+@pytest.mark.parametrize(("rate", "size"), [(0.42, 60.0), (3.0, 300.0)])
+def test_a_force_far_slower_or_faster_than_the_body_is_named(rate, size):
+    body = make_level([member("short", SHORT, 2000)]).scales.slowest
+    tone = registry.find("external_forcing", frequency_rad_per_s=rate * body)
+    level = make_level([member("short", (0.03, 0.04, 0.05), 2000, ((tone, size),))])
+    best = diagnose(level, [found(name) for name in LOOKED_FOR[1:]]).best
+    assert best.names == ("external_forcing",)
+    assert best.fit.value("external_forcing.frequency_rad_per_s") == pytest.approx(rate * body, rel=0.01)
 
 
 def test_scatter_that_few_dry_trials_showed_is_itself_uncertain():

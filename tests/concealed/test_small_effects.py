@@ -12,7 +12,7 @@ import pytest
 
 from tests.concealed.test_diagnosis import LONG, SHORT, member
 from undertow.comparison import attempt, search
-from undertow.comparison.attempt import beyond_starts, from_places, from_starts, own_rates
+from undertow.comparison.attempt import beyond_starts, from_pair, from_places, from_starts, from_twin, own_rates
 from undertow.comparison.candidate import Candidate
 from undertow.comparison.explained import asked, explains
 from undertow.comparison.joint import JointFit, fit_joint, fit_standing
@@ -68,6 +68,47 @@ def test_water_that_swings_at_twice_the_bodys_rate_is_offered_its_own_line(monke
     monkeypatch.setattr(search, "from_starts", lambda *given: offered.append(given[-1]))
     diagnose(level, [suspect])
     assert offered == [beyond_starts(level, suspect, seen)]
+
+
+def test_a_wider_form_is_also_fitted_from_where_its_twin_ended():
+    water = registry.find("hidden_resonator", natural_frequency_rad_per_s=9.6, damping_ratio=0.02)
+    level = make_level([member("short", SHORT, 700, ((water, 150.0),))])
+    null, (linear, wider) = Candidate((), stands(level), 0.0), (s for s in SUSPECTS if s.name == "hidden_resonator")
+    twin = from_starts(level, null, linear, 0.0)
+    assert twin is not None
+    lost = Candidate((wider,), replace(twin.fit, criterion=twin.fit.criterion + 500.0), -1.0, "it sits on its bound")
+    assert from_twin(level, null, wider, lost, None) is lost
+    assert from_twin(level, null, wider, None, twin) is None
+    mended = from_twin(level, null, wider, lost, twin)
+    assert mended.suspects == (wider,)
+    assert mended.fit.criterion < twin.fit.criterion + 20.0  # two more numbers that nothing asks for
+    assert mended.fit.value("hidden_resonator.natural_frequency_rad_per_s") == pytest.approx(9.6, rel=0.01)
+    assert "bound" not in mended.out
+    assert from_twin(level, null, wider, mended, twin) is mended
+
+
+def test_a_wider_form_is_offered_what_its_twin_found_that_is_worth_it(monkeypatch):
+    water = registry.find("hidden_resonator", natural_frequency_rad_per_s=9.6, damping_ratio=0.02)
+    pair, offered = [s for s in SUSPECTS if s.swings], []
+    monkeypatch.setattr(attempt, "from_twin", lambda *given: (offered.append((given[2], given[4])), given[3])[1])
+    diagnose(make_level([member("short", SHORT, 700, ((water, 150.0),))]), pair)
+    assert [one for one, _ in offered[:2]] == pair
+    assert offered[0][1] is None
+    assert offered[1][1].suspects == (pair[0],)
+    offered.clear()
+    diagnose(make_level([member("short", SHORT, 700)]), pair)
+    assert all(twin is None for _, twin in offered)
+
+
+def test_two_of_a_kind_at_once_have_numbers_of_their_own():
+    water = registry.find("hidden_resonator", natural_frequency_rad_per_s=9.6, damping_ratio=0.02)
+    level = make_level([member("short", SHORT, 700, ((water, 150.0),))])
+    null, pair = Candidate((), stands(level), 0.0), tuple(s for s in SUSPECTS if s.name == "hidden_resonator")
+    additions = [pair[0].additions(level.scales, 9.6), pair[1].additions(level.scales, 14.0)]
+    (both,) = from_pair(level, null, (), pair, additions, 0.0, math.inf)
+    masses = [f"hidden_resonator{n}.mass_kg" for n in ("", "#2")]
+    assert [f"{a.prefix}.mass_kg" for a in both.fit.addends] == masses
+    assert both.fit.value(masses[0]) != both.fit.value(masses[1])
 
 
 def test_no_line_within_the_starts_is_offered_twice():

@@ -153,6 +153,18 @@ def test_nor_where_its_motion_ends_and_it_may_stop():
     assert not np.any(found[(cells > 0.53) & ~late])  # slow again after a turn is no stop
 
 
+def test_nor_before_a_turn_that_is_the_stop_itself():
+    one = member("short", SHORT, 4300).motions[0]
+    t = np.linspace(0.0, 2.4, 2401)
+    v = np.cos(math.pi * t) * np.where(t < 1.5, 1.0, 0.5)  # turns at .5, 1.5 s; what is smoothed crosses zero at 2.4 s
+    v = np.where(t > 2.38, -1e-3, np.where(t > 2.0, 0.5 * np.exp(-((t - 2.0) ** 2) / 0.01), v))
+    cells = np.arange(0.01, 2.4, 0.02)
+    found = turning(replace(one, t=t, v=v), cells, 0.02)
+    assert np.all(found[cells > 2.12])
+    assert not np.any(found[(cells > 1.6) & (cells < 2.1)])
+    assert np.count_nonzero(found) < 20
+
+
 def test_which_number_an_effect_moves_most_is_said():
     hidden = ((registry.find("linear_damping"), 150.0),)
     level = make_level([member("short", SHORT, 4300, hidden)])

@@ -175,6 +175,22 @@ def from_places(
     return Candidate((*best.suspects, suspect), ahead, prior, doubt(level, ahead, best.fit))
 
 
+def from_twin(
+    level: Level, best: Candidate, suspect: Suspect, found: Candidate | None, twin: Candidate | None
+) -> Candidate | None:
+    """What was found of a suspect, or, if that comes closer, what a fit gives from where its ``twin`` ended, of which
+    it is a wider form: from starts of its own it may end further off than that."""
+    if found is None or twin is None:
+        return found
+    level = replace(level, shared_water=twin.fit.shared_water)
+    additions = renumbered(suspect.additions(level.scales, suspect.starts(level.scales)[0]), best.fit.addends)
+    fit = _with(level, best, (Addend(_prefix(best.suspects, suspect), additions),), twin.fit.values, growing=False)
+    if fit is None or fit.criterion >= found.fit.criterion:
+        return found
+    fit = _refined(level, fit)
+    return replace(found, fit=fit, out=doubt(level, fit, best.fit))
+
+
 def from_pair(
     level: Level, null: Candidate, alone: Sequence[Candidate], suspects: tuple[Suspect, Suspect],
     additions: Sequence[tuple[Addition, ...]], prior: float, budget: float,
@@ -183,7 +199,7 @@ def from_pair(
     own beside the other as fitted ``alone``. Nothing without a motion, or where it takes more than its budget."""
     level = replace(level, shared_water=null.fit.shared_water)
     one = Addend(suspects[0].name, additions[0])
-    other = Addend(suspects[1].name, renumbered(additions[1], (*null.fit.addends, one)))
+    other = Addend(_prefix(suspects[:1], suspects[1]), renumbered(additions[1], (*null.fit.addends, one)))
     first, second = sorted(zip(suspects, (one, other), strict=True), key=lambda pair: pair[0].look is not None)
     own = second[0].look is not None
     with metered(budget):
@@ -271,7 +287,7 @@ def _attempt(level: Level, best: Candidate, suspect: Suspect, start: float) -> J
     What is far from what stands is fitted in growing windows and in one: either can end beside the answer.
     """
     additions = renumbered(suspect.additions(level.scales, start), best.fit.addends)
-    addend = Addend(_prefix(best, suspect), additions, suspect.frees, late=suspect.late)
+    addend = Addend(_prefix(best.suspects, suspect), additions, suspect.frees, late=suspect.late)
     known = best.fit.values if best.suspects or not suspect.memory else {}
     new = suspect.memory or suspect.late > 0.0 or not level.shares(best.fit.solution.problem.names)
     ways = (True, False) if new and not best.suspects else (False,)
@@ -281,13 +297,14 @@ def _attempt(level: Level, best: Candidate, suspect: Suspect, start: float) -> J
 
 def _in_windows(level: Level, best: Candidate, suspect: Suspect, start: float) -> JointFit | None:
     """One fit from a start, everything in growing windows; None where it gives no motion."""
-    addend = Addend(_prefix(best, suspect), renumbered(suspect.additions(level.scales, start), best.fit.addends))
+    additions = renumbered(suspect.additions(level.scales, start), best.fit.addends)
+    addend = Addend(_prefix(best.suspects, suspect), additions)
     return _with(level, best, (addend,), {}, growing=True)
 
 
 def _from_place(level: Level, best: Candidate, suspect: Suspect, additions: tuple[Addition, ...]) -> JointFit | None:
     """One fit from a place of the grid, everything else where it stands; None where it gives no motion."""
-    addend = Addend(_prefix(best, suspect), additions, suspect.frees)
+    addend = Addend(_prefix(best.suspects, suspect), additions, suspect.frees)
     return _with(level, best, (addend,), best.fit.values, growing=level.shared_water != best.fit.shared_water)
 
 
@@ -334,6 +351,6 @@ def _refined(level: Level, fit: JointFit) -> JointFit:
         return fit
 
 
-def _prefix(best: Candidate, suspect: Suspect) -> str:
-    number = sum(n == suspect.name for n in best.names) + 1
+def _prefix(before: Sequence[Suspect], suspect: Suspect) -> str:
+    number = sum(one.name == suspect.name for one in before) + 1
     return suspect.name if number == 1 else f"{suspect.name}#{number}"

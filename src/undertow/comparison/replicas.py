@@ -27,6 +27,9 @@ OF_THE_MOTION = 4.0
 WANDERING = 0.5
 """Up to so many times the body's rate sensors wander."""
 
+FEWEST_CYCLES = 4
+"""In a record, from so many on a slow line is told from a wandering sensor: it stands out of its neighbours."""
+
 BEYOND = 10.0
 """A replica whose residual is so many times the recorded motion is none: where the equation's numbers let swings grow,
 what differs from trial to trial grows without end, and nothing linear holds."""
@@ -39,6 +42,9 @@ SMOOTHED = 0.25
 
 FEWEST_SMOOTHED = 2
 """The same in frequencies, at least."""
+
+NEAR = 3
+"""The same where a line is told from what lies beside it."""
 
 ONE_SIDED = 1.645
 """Standard deviations of a one-sided 95 % bound."""
@@ -192,7 +198,8 @@ def spectrum_of(series: Array, rate: Array, plain: Array) -> Array:
 
     Where the motion is, fits take noise up: there it is that of all faster frequencies, unless there is surely more;
     then it is no less than at any faster one, as sensors' noise falls with frequency. Below the motion sensors wander:
-    there it is no less than what the ``plain`` equation leaves, (n,).
+    there it is no less than what the ``plain`` equation leaves, (n,), and where there are cycles enough to tell a line,
+    than the median of its neighbours: a line is no wander.
     """
     power = _power(series)
     count = power.size
@@ -206,9 +213,16 @@ def spectrum_of(series: Array, rate: Array, plain: Array) -> Array:
     floor, excess, deviation = _above_noise(power, rate)
     falling = np.maximum.accumulate(np.maximum(smooth, floor)[::-1])[::-1]
     moving = falling if excess > ONE_SIDED * deviation else floor
-    wandering = np.maximum(_power(plain), floor)
+    wandering = np.maximum(np.where(at + 1 < FEWEST_CYCLES, _power(plain), _without_lines(_power(plain))), floor)
     found = np.where(rate <= WANDERING, wandering, np.where(rate <= OF_THE_MOTION, moving, smooth))
     return np.concatenate([found[:1], found])
+
+
+def _without_lines(power: Array) -> Array:
+    """The power of noise at every frequency of a transform without zero: the median of those near it."""
+    half = np.maximum(NEAR, (SMOOTHED * np.arange(1, power.size + 1)).astype(int))
+    near = [power[max(i - h, 0) : i + h + 1] for i, h in enumerate(half)]
+    return np.array([np.median(part) for part in near]) / math.log(2.0)
 
 
 def _drawn(series: Array, rate: Array, plain: Array, draws: int, rng: np.random.Generator) -> Array:

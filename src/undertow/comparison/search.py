@@ -5,9 +5,8 @@ and springs. The criterion (joint.py) is turned into probabilities with a stated
 half shared equally among the suspects, and a hundredth of that for each further effect. A suspect whose numbers mean
 nothing (on a bound, not distinct from zero) is out. Rivals within odds of 99 to 1 are named beside the answer.
 
-Belongs here: the search. Does not belong here: what is believed beforehand (joining.py) and of its results
-(candidate.py), what it explains (explained.py), a first look at small effects (score_test.py), the proof on held-out
-trials (validation.py), words (judge.py).
+Belongs here: the search. Does not belong here: beliefs (joining.py, candidate.py), what is explained (explained.py), a
+first look at small effects (score_test.py), the proof on held-out trials (validation.py), words (judge.py).
 """
 
 from __future__ import annotations
@@ -116,7 +115,7 @@ class _Search:
 
     def _overwhelming(self) -> Candidate | None:
         """The most probable single law against which nothing but its size speaks; None where there is none."""
-        able = [c for c in self.small if c.score - self.null.score > OVERWHELMING]
+        able = (c for c in self.small if c.score - self.null.score > OVERWHELMING)
         return max(able, key=lambda c: c.score, default=None)
 
     def _prior(self, suspects: Sequence[Suspect]) -> float:
@@ -221,20 +220,22 @@ class _Search:
 
     def _tried(self, depth: int) -> Iterator[Candidate]:
         near = self.best.fit.misfit <= NEAR or missed_share(self.level, self.best.fit) <= LINEAR
-        small = self.error <= (FINE if near else WORTH)
+        small, twin = self.error <= (FINE if near else WORTH), None
         for suspect in self.suspects:
             if not may_join(self.best, suspect) or (depth and not self._promising(suspect)):
                 continue
-            candidate = self._within_budget(suspect, small, depth)
+            candidate = self._within_budget(suspect, small, depth, twin if suspect.swings else None)
             if candidate is not None:
+                twin = candidate if suspect.swings and candidate.score > self.best.score + ODDS else twin
                 yield candidate
 
-    def _within_budget(self, suspect: Suspect, small: bool, depth: int) -> Candidate | None:
-        """A suspect tried, unless that takes more than one suspect may."""
+    def _within_budget(self, suspect: Suspect, small: bool, depth: int, twin: Candidate | None) -> Candidate | None:
+        """A suspect tried, also from where its ``twin`` ended, unless that takes more than one suspect may."""
         prior = self._prior((*self.best.suspects, suspect))
         with metered(attempt.SUSPECT_BUDGET * self._one_look()) as meter:
             try:
                 candidate = self._small(suspect, prior, depth) if small else self._large(suspect, prior)
+                candidate = attempt.from_twin(self.level, self.best, suspect, candidate, twin)
                 if candidate is None or not (depth and explained.fading(candidate)):
                     return candidate
                 return attempt.as_radiation(self.level, candidate)
@@ -242,7 +243,7 @@ class _Search:
                 if out.meter is not meter:
                     raise
                 self.unfinished.append(suspect.label)
-                return None
+        return None
 
     def _small(self, suspect: Suspect, prior: float, depth: int) -> Candidate | None:
         """A suspect where little is missing: fitted from the best places of its grid, or from its own starts where a
@@ -285,8 +286,7 @@ class _Search:
         self.screened[suspect.label] = Screened(suspect, gain, self.null.score + relative, relative)
 
     def _promising(self, suspect: Suspect) -> bool:
-        """Whether a suspect is tried beside what is there: one with a single start, a second resonator, or one that
-        alone had evidence for it."""
+        """Whether a suspect is tried beside what is there: one that often is, or that alone had evidence for it."""
         alone = (c.score - self.null.score for c in self.found if c.names == (suspect.name,))
         return suspect.often_beside or max(alone, default=0.0) > EVIDENCE_ALONE
 

@@ -121,6 +121,13 @@ def _fine_frequencies(s: Scales) -> tuple[float, ...]:
     return _geometric(0.5 * s.slowest, 2.5 * s.fastest, 1.03)
 
 
+def _force_frequencies(s: Scales) -> tuple[float, ...]:
+    """Frequencies of a force, which is bound to no body: in steps of 3 % of the slowest one below it (a line is as wide
+    at every frequency), and of themselves above."""
+    below = tuple(share * s.slowest for share in np.arange(0.13, 0.985, 0.03))
+    return (*below, *_geometric(s.slowest, 4.0 * s.fastest, 1.03))
+
+
 def _fine_times(s: Scales) -> tuple[float, ...]:
     """Times in steps of 1.3, from where one linear step tells a memory from damping on: a fit may go below."""
     return _geometric(0.5 / s.slowest, 10.0 / s.slowest, 1.3)
@@ -303,7 +310,7 @@ SUSPECTS: tuple[Suspect, ...] = (
         next_test="the body weighed before and after every trial",
     ),
     Suspect(
-        ExternalForcing.name, "outside", _forcing, _resonator_starts, fine=_fine_frequencies, on_a_line=True,
+        ExternalForcing.name, "outside", _forcing, _resonator_starts, fine=_force_frequencies, on_a_line=True,
         often_beside=True,
     ),
     Suspect(DelayedEcho.name, "outside", _echo, _echo_starts, True, fine=_fine_delays, fades=True),

@@ -51,7 +51,14 @@ def turning(motion: Motion, cells: Array, width_s: float) -> np.ndarray:
         return np.zeros(cells.size, dtype=bool)
     after = np.searchsorted(turns, cells).clip(0, turns.size - 1)
     away = np.minimum(np.abs(turns[after] - cells), np.abs(turns[np.maximum(after - 1, 0)] - cells))
-    return np.asarray((away <= near) | _slow_at_the_end(motion, cells, float(turns[-1])))
+    return np.asarray((away <= near) | _slow_at_the_end(motion, cells, _last_well_before(turns, float(cells[-1]))))
+
+
+def _last_well_before(turns: Array, end: float) -> float:
+    """The last turn a quarter of a period before the end: a later one may be where the body stops for good."""
+    quarter = 0.5 * float(np.median(np.diff(turns))) if turns.size > 1 else 0.0
+    before = turns[turns <= end - quarter]
+    return float(before[-1] if before.size else turns[0])
 
 
 def _slow_at_the_end(motion: Motion, cells: Array, turn: float) -> np.ndarray:

@@ -4,6 +4,7 @@ import math
 
 import numpy as np
 from scipy.optimize import minimize
+from scipy.special import expit
 from scipy.stats import beta, binom, kstest, norm
 
 SURE = 1e-3  # confidences are kept this far from 0 and 1
@@ -70,11 +71,12 @@ def calibration(
     w = w / np.mean(w)
     logit = np.log(c / (1.0 - c))
 
-    def loss(p: np.ndarray) -> float:
+    def loss(p: np.ndarray) -> tuple[float, np.ndarray]:
         z = p[0] + p[1] * logit
-        return float(np.sum(w * (np.logaddexp(0.0, z) - y * z)))
+        over = w * (expit(z) - y)
+        return float(np.sum(w * (np.logaddexp(0.0, z) - y * z))), np.array([np.sum(over), over @ logit])
 
-    fit = minimize(loss, np.array([0.0, 1.0]), method="BFGS")
+    fit = minimize(loss, np.array([0.0, 1.0]), method="BFGS", jac=True)
     score = float(np.sum(w * (y * np.log(c) + (1.0 - y) * np.log(1.0 - c))) / np.sum(w))
     ideal = float(np.sum(w * (c * np.log(c) + (1.0 - c) * np.log(1.0 - c))) / np.sum(w))
     return {
@@ -84,6 +86,18 @@ def calibration(
         "log_score": score,
         "calibrated_log_score": ideal,
     }
+
+
+def by_chance(confidence: list[float], draws: int = 100) -> tuple[tuple[float, float], tuple[float, float]] | None:
+    """Ranges that hold slope and intercept of a forecaster whose confidence is true in 90 % of such samples; None where
+    few of them have any."""
+    rng, c = np.random.default_rng(0), np.asarray(confidence, dtype=float)
+    drawn = [calibration(confidence, (rng.random(c.size) < c).tolist()) for _ in range(draws)]
+    fits = [fit for fit in drawn if fit is not None]
+    if 2 * len(fits) < draws:
+        return None
+    slope, intercept = (np.quantile([fit[name] for fit in fits], [0.05, 0.95]) for name in ("slope", "intercept"))
+    return (float(slope[0]), float(slope[1])), (float(intercept[0]), float(intercept[1]))
 
 
 def reliability(confidence: list[float], right: list[bool], bins: int = 8) -> list[dict[str, float]]:

@@ -3,7 +3,7 @@
     python -m experiments.blind_challenge generate --seed 2102001 --cases 100 --out runs/calibration
     python -m experiments.blind_challenge run --out runs/calibration --jobs 2
     python -m experiments.calibration runs/calibration [FOLDER ...]            # --add: beside the counts that stand
-    python -m experiments.calibration runs/calibration [FOLDER ...] --fresh runs/fresh --page docs/calibration.md
+    python -m experiments.calibration FOLDER [...] --fresh FOLDER [...] --page docs/calibration.md
 
 Sealed campaigns of one or more seeds (1,162 of 2109001, of one revision), which are calibration from then on. Cases
 that data cannot tell are left out: no statement about them is right or wrong.
@@ -66,7 +66,7 @@ def main(arguments: list[str]) -> int:
     parser = argparse.ArgumentParser(prog="python -m experiments.calibration")
     parser.add_argument("folders", nargs="+", type=Path, help="calibration: folders of the blind challenge")
     parser.add_argument("--add", action="store_true", help="add to the counts that stand instead of replacing them")
-    parser.add_argument("--fresh", type=Path, help="a folder of a seed that nobody had looked at")
+    parser.add_argument("--fresh", nargs="+", type=Path, help="folders of seeds that nobody had looked at")
     parser.add_argument("--page", type=Path, help="where the page goes; needs --fresh")
     options = parser.parse_args(arguments)
     if options.page is None:
@@ -78,11 +78,12 @@ def main(arguments: list[str]) -> int:
         return 0
     if options.fresh is None:
         parser.error("--page needs --fresh, a folder of a seed that nobody had looked at")
-    rows = read_rows(options.fresh / "rows.jsonl")
+    rows = [row for folder in options.fresh for row in read_rows(folder / "rows.jsonl")]
     marks = sorted({f"seed {row['seed']}, revision {row['revision']}" for row in rows})
     calibration = [one for folder in options.folders for one in verdicts_of(folder)]
     counts = json.loads(TARGET.read_text(encoding="utf-8"))
-    text, picture = page(counts, calibration, verdicts_of(options.fresh), f"{len(rows)} cases of {'; '.join(marks)}.")
+    fresh = [one for folder in options.fresh for one in verdicts_of(folder)]
+    text, picture = page(counts, calibration, fresh, f"{len(rows)} cases of {'; '.join(marks)}.")
     (options.page.parent / PICTURE).parent.mkdir(parents=True, exist_ok=True)
     picture.savefig(options.page.parent / PICTURE)
     options.page.write_text(text, encoding="utf-8")

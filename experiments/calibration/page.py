@@ -101,7 +101,8 @@ def by_counts(verdicts: Sequence[Said], records: Mapping[str, Record], exact: bo
 def measured(pairs: Sequence[tuple[float, bool]]) -> dict[str, Any]:
     """Slope, intercept and scores of probabilities beside truths, and their reliability curve."""
     chances, right = [c for c, _ in pairs], [r for _, r in pairs]
-    return {"fit": estimates.calibration(chances, right), "curve": estimates.reliability(chances, right)}
+    fit, curve = estimates.calibration(chances, right), estimates.reliability(chances, right)
+    return {"fit": fit, "curve": curve, "by_chance": estimates.by_chance(chances)}
 
 
 def figure(first: Mapping[str, Any], fresh: Mapping[str, Any], exact: Mapping[str, Any]) -> Figure:
@@ -111,7 +112,7 @@ def figure(first: Mapping[str, Any], fresh: Mapping[str, Any], exact: Mapping[st
     reliability_axes(left, first["curve"], [])
     left.set_title("families of truths left out")
     reliability_axes(right, fresh["curve"], exact["curve"])
-    right.set_title("a fresh seed")
+    right.set_title("fresh seeds")
     return made
 
 
@@ -119,6 +120,10 @@ def _test(found: Mapping[str, Any]) -> str:
     fit = found["fit"]
     if fit is None:
         return "Too few verdicts, or none that is wrong: no slope.\n"
+    chance = "" if found["by_chance"] is None else (
+        " A forecaster whose probabilities are true has, in 90 % of such samples, a slope of {:.2f} to {:.2f} and an "
+        "intercept of {:+.2f} to {:+.2f}."
+    ).format(*found["by_chance"][0], *found["by_chance"][1])  # fmt: skip
     rows = [
         (f"{b['n']:.0f}", number(b["confidence"]), number(b["right"]), f"{number(b['low'])} to {number(b['high'])}")
         for b in found["curve"]
@@ -127,7 +132,7 @@ def _test(found: Mapping[str, Any]) -> str:
         f"{fit['n']:.0f} campaigns, the verdict of one group each, chosen by the case's number. "
         f"Slope {fit['slope']:.2f} (0.8 to 1.25 asked), intercept {fit['intercept']:+.2f} (within 0.3), log score "
         f"{fit['log_score']:.3f}; a calibrated forecaster with these probabilities has "
-        f"{fit['calibrated_log_score']:.3f}.\n\n"
+        f"{fit['calibrated_log_score']:.3f}.{chance}\n\n"
         + table(["verdicts", "mean probability", "share that holds", "90 % band"], rows)
     )
 
@@ -167,14 +172,14 @@ def page(
         "sharply (no more than a tenth of what counts can hide) or not; something small without a name of two: "
         f"beyond every replica (p below {BEYOND}) or not.\n",
         "    python -m experiments.calibration runs/a runs/b         # the counts; --add: to those that stand\n"
-        "    python -m experiments.calibration runs/a runs/b --fresh runs/c --page docs/calibration.md\n",
+        "    python -m experiments.calibration runs/a runs/b --fresh runs/c runs/d --page docs/calibration.md\n",
         "## Counts\n", f"{counts['campaigns']} campaigns of seeds {seeds}.\n",
         table(["verdict", "said", "held", "probability"], rows),
         "## Families of truths left out\n",
         f"Campaigns of the folders that were given, their families of truths dealt into {PARTS} parts (a tenth of the "
         "campaigns with nothing missing counts as such a family); each part has the counts of campaigns that share no "
         "effect with it.\n", _test(first),
-        f"## A fresh seed\n\n{which}\n", _test(last), "By kind, all groups:\n", _by_kind(fresh, records),
+        f"## Fresh seeds\n\n{which}\n", _test(last), "By kind, all groups:\n", _by_kind(fresh, records),
         "Names complete and exact, nothing missing at all (what the number does not promise):\n", _test(exact),
         f"![Share of verdicts that hold against the probability beside them]({PICTURE})\n",
     ]  # fmt: skip

@@ -7,6 +7,7 @@ import math
 
 import pytest
 
+from experiments.blind_challenge import estimates
 from experiments.blind_challenge.judge import GroupResult, holds
 from experiments.calibration.__main__ import TARGET, counted, main, together
 from experiments.calibration.page import Said, by_counts, left_out, measured, verdicts_of
@@ -180,6 +181,16 @@ def test_a_calibrated_forecaster_has_slope_one_and_a_sure_one_less():
     assert sure["slope"] == pytest.approx(0.5, abs=0.05)
 
 
+def test_how_far_a_true_forecasters_slope_lies_by_chance_is_known():
+    few, many = [0.9, 0.95, 0.99] * 20, [0.6, 0.9, 0.95] * 700
+    (low, high), (under, over) = estimates.by_chance(few)
+    assert low < 1.0 < high
+    assert under < 0.0 < over
+    (closer, close), _ = estimates.by_chance(many)
+    assert 0.8 < closer < 1.0 < close < 1.25 < high
+    assert estimates.by_chance([0.99] * 10) is None
+
+
 def test_conditions_that_are_held_against_nothing_are_no_numbers():
     (pair,) = conditions_of([{"gate": LEFT, "value": 1.0, "limit": None}]).values()
     assert pair[0] == 1.0
@@ -210,6 +221,11 @@ def test_the_page_is_made_of_the_counts_and_of_a_fresh_folder(tmp_path, capsys):
     assert main([str(tmp_path), "--fresh", str(tmp_path), "--page", str(path)]) == 0
     text = path.read_text(encoding="utf-8")
     assert "24 cases of seed 7, revision r." in text
+    assert "A forecaster whose probabilities are true has, in 90 % of such samples, a slope of" in text
+    assert main([str(tmp_path), "--fresh", str(tmp_path), str(tmp_path), "--page", str(path)]) == 0
+    twice = path.read_text(encoding="utf-8")
+    assert "48 cases of seed 7, revision r." in twice
+    assert "| 24 of 24 |" in twice
     counts = {r["kind"]: Record(**r).probability for r in json.loads(TARGET.read_text(encoding="utf-8"))["records"]}
     assert f"| explained, to the noise | {counts['explained, to the noise']:.2f} | 12 of 12 |" in text
     assert f"| nothing_missing | {counts['nothing_missing']:.2f} | 0 of 12 |" in text

@@ -25,6 +25,7 @@ from undertow.discrepancy.judge import judge
 from undertow.discrepancy.validation import kernel_damping
 from undertow.discrepancy.verdict import Described
 from undertow.equation import registry
+from undertow.likelihood import output_error
 from undertow.likelihood.budget import BudgetError, metered
 from undertow.recording.recording import Recording
 
@@ -283,18 +284,70 @@ def test_behind_what_hides_within_repeatability_another_must_show_in_the_free_ru
         )  # fmt: skip
 
     def worthwhile(probable: list[SimpleNamespace]) -> object:
-        null = SimpleNamespace(suspects=(), score=0.0, fit=SimpleNamespace(misfit=1.1, miss=0.9))
+        null = SimpleNamespace(suspects=(), score=7.0, fit=SimpleNamespace(misfit=1.1, miss=0.9))
         state = SimpleNamespace(level=None, null=null, best=null, error=0.9, small=[], found=list(probable))
         for name in ("_too_small", "_set_aside"):
             setattr(state, name, partial(getattr(search._Search, name), state))
         monkeypatch.setattr(search, "replace", lambda c, **new: SimpleNamespace(**(vars(c) | new)))
-        return search._Search._worthwhile(state, probable, 1.0)
+        answer = search._Search._worthwhile(state, probable, 1.0)
+        aside.append({c.names[0]: c.out for c in state.found})
+        return answer
+
+    aside: list[dict[str, str]] = []
 
     stiffness = one("cubic_stiffness", 50.0, 0.85, biases=False)
     assert worthwhile([stiffness, one("delayed_echo", 45.0, 0.85, biases=True)]) is None
+    assert aside[-1]["cubic_stiffness"] == "brings the free run no closer by what counts, at evidence of e^43 for it"
     assert worthwhile([one("delayed_echo", 45.0, 0.85, biases=True)]) is not None
     shown = one("cubic_damping", 40.0, 0.2, biases=False)
     assert worthwhile([stiffness, shown])[0] is shown
+
+
+def test_bristles_stand_for_a_loop_beside_which_nothing_slides_and_what_was_found_before_it_stays(monkeypatch):
+    monkeypatch.setattr(search, "free_run_error", lambda _, fit: fit.miss)
+    monkeypatch.setattr(search.explained, "slides", lambda candidate: candidate.slides)
+
+    def one(names: tuple[str, ...], miss: float, slides: float = 0.0) -> SimpleNamespace:
+        return SimpleNamespace(
+            suspects=tuple(found(n) for n in names), names=names, fit=SimpleNamespace(miss=miss), slides=slides
+        )
+
+    loop = one(("cubic_stiffness", "hysteresis"), 1.0)
+    bristles = [one(names, 2.0 + i) for i, names in enumerate([
+        ("presliding",), ("quintic_stiffness", "presliding"), ("cubic_stiffness", "presliding"),
+    ])]  # fmt: skip
+    plainer = partial(search._Search._plainer, SimpleNamespace(level=None, found=[], error=1.0))
+    assert plainer((loop, 1.0), [loop, *bristles]) == (bristles[-1], 4.0)
+    assert plainer((loop, 1.0), [loop, *bristles[:-1]]) == (loop, 1.0)
+    monkeypatch.setattr(search.explained, "single_fading", lambda _: False)
+    rubs = one(("cubic_stiffness", "hysteresis"), 1.0, slides=1.0)
+    assert plainer((rubs, 1.0), [rubs, *bristles]) == (rubs, 1.0)
+
+
+@pytest.mark.parametrize("spoilt", ["no motion", "no derivatives"])
+def test_a_place_without_a_motion_or_its_derivatives_shows_nothing(monkeypatch, spoilt):
+    level = make_level([member("short", SHORT, 2000)])
+    at, usual = Stands.of(stands(level)), output_error.residuals
+
+    def spoil(trial: object, values: object) -> object:
+        r, jac, used = usual(trial, values)
+        return None if spoilt == "no motion" else (r, np.full_like(jac, np.nan), used)
+
+    damping = found("linear_damping", "one for all springs")
+    (sound,) = places(level, at, damping)
+    assert sound.columns
+    monkeypatch.setattr(output_error, "residuals", spoil)
+    (place,) = places(level, at, damping)
+    assert (place.gain, place.columns) == (0.0, ())
+
+
+def test_a_searched_number_starts_on_both_sides_of_what_the_equation_has():
+    scales = make_level([member("short", SHORT, 2000)]).scales
+    for suspect in SUSPECTS:
+        starts, fine = suspect.starts(scales), (suspect.fine or suspect.starts)(scales)
+        assert min(fine) <= min(starts) <= max(starts) <= max(fine) or suspect.memory or suspect.look, suspect.label
+    exponents = found("drag_exponent").starts(scales)
+    assert min(exponents) < 2.0 < max(exponents)  # a drag of exponent 2 is the equation's own
 
 
 @pytest.mark.parametrize(("left", "answer"), [(30.0, "relaxation"), (1.1, "hysteresis")])

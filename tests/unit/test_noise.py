@@ -55,6 +55,12 @@ def test_autocovariance_ends_at_the_first_lag_that_is_six_correlation_times_away
     assert found[half] == pytest.approx(products[half] / noise.size * 2.0 * (1.0 - share) ** 3)
 
 
+def test_autocovariance_of_a_stated_memory_has_so_many_lags():
+    noise = remembering(0.0, 3000)
+    assert autocovariance(noise, [3000], memory=50).size == 50
+    assert autocovariance(noise, [3000]).size < 20
+
+
 @dataclass(frozen=True)
 class Fitted:
     """What of a solution its memory is taken from."""

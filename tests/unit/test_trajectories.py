@@ -115,6 +115,19 @@ def test_a_start_far_away_finds_its_phase_on_growing_windows():
     assert grown.cost <= alone.cost
 
 
+@pytest.mark.parametrize(("ended", "share", "again"), [(True, 0.5, False), (True, 2.0, True), (False, 0.5, True)])
+def test_a_doubtful_start_is_tried_on_growing_windows_where_it_fits_poorly_or_did_not_end(
+    trial, monkeypatch, ended, share, again
+):
+    found, grown = polish([trial], laws(TERMS[:4]), range(4), VALUES[:4]), []
+    rows = sum(seen.values.size for seen in trial.channels)
+    poor = replace(found, converged=ended, chi2=share * polishing.POOR_FIT * rows)
+    monkeypatch.setattr(polishing, "_search", lambda *_: poor)
+    monkeypatch.setattr(polishing, "_grown", lambda *given: (grown.append(given), (VALUES[:4], []))[1])
+    polish([trial], laws(TERMS[:4]), range(4), VALUES[:4], own=[np.zeros(0)], doubtful=True)
+    assert bool(grown) == again
+
+
 def test_the_linear_picture_predicts_what_a_step_does(trial):
     book = laws(TERMS)
     here = polish([trial], book, range(4), VALUES)

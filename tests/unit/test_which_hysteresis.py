@@ -21,6 +21,7 @@ from undertow.comparison.driven_folds import Tried
 from undertow.comparison.driven_hysteresis import _decided, _unsound, remembers
 from undertow.comparison.driven_search import discover_driven
 from undertow.equation.driven_laws import find_driven
+from undertow.errors import IdentificationError
 from undertow.likelihood.driven import DrivenLaws
 from undertow.methods.driven_equations import predict_driven, read_back, written
 
@@ -127,6 +128,38 @@ def test_dry_friction_stays_where_bristles_come_no_closer(monkeypatch):
     assert found.added == ()
     (tried,) = found.tried
     assert "lugre comes no closer to the first 3200 samples than what stands" in tried.because
+
+
+@pytest.mark.parametrize(
+    ("numbers", "left", "stands"),
+    [(3, 0.99, False), (3, 0.9, True), (2, 1.02, True), (2, 1.2, False)],
+    ids=["as many and hardly closer", "closer", "fewer and as close", "fewer and further off"],
+)
+def test_a_member_must_come_closer_and_with_fewer_numbers_as_close(monkeypatch, numbers, left, stands):
+    current = SimpleNamespace(started="stands", names=("a", "b", "c"))
+    trial = SimpleNamespace(name="r", t=np.arange(9.0))
+    trial.part = lambda begin, end: trial
+
+    class Laws(str):
+        fixed, starts = {}, {}
+
+    def fitted(trials: object, laws: str, *_: object) -> SimpleNamespace:
+        chi2 = 1e4 * (left if laws == "member" else 1.0)
+        return SimpleNamespace(solution=SimpleNamespace(chi2=chi2), names=tuple("abc"[:numbers]), started=laws)
+
+    monkeypatch.setattr(driven_hysteresis, "fit_driven", fitted)
+    monkeypatch.setattr(driven_hysteresis, "drive_for", lambda part: None)
+    monkeypatch.setattr(driven_hysteresis, "_in_its_place", lambda *_: Laws("member"))
+    monkeypatch.setattr(driven_hysteresis, "replace", lambda laws, **_: laws)
+    monkeypatch.setattr(driven_hysteresis, "_unsound", lambda *_: "")
+    problem = SimpleNamespace(trials=(trial,), unknowns=())
+    monkeypatch.setattr(driven_hysteresis, "driven_problem", lambda *_: problem)
+    monkeypatch.setattr(driven_hysteresis, "residuals", lambda *_: (np.ones(9),))
+    if stands:
+        assert driven_hysteresis._best_start(trial, current, "lugre", [{"k": 1.0}], False) == "member"
+        return
+    with pytest.raises(IdentificationError, match=rf"lugre comes no closer .* their squares are {left:.3g} of"):
+        driven_hysteresis._best_start(trial, current, "lugre", [{"k": 1.0}], False)
 
 
 def test_a_member_without_a_sound_start_is_not_tried_further(monkeypatch):

@@ -213,16 +213,20 @@ def spectrum_of(series: Array, rate: Array, plain: Array) -> Array:
     floor, excess, deviation = _above_noise(power, rate)
     falling = np.maximum.accumulate(np.maximum(smooth, floor)[::-1])[::-1]
     moving = falling if excess > ONE_SIDED * deviation else floor
-    wandering = np.maximum(np.where(at + 1 < FEWEST_CYCLES, _power(plain), _without_lines(_power(plain))), floor)
-    found = np.where(rate <= WANDERING, wandering, np.where(rate <= OF_THE_MOTION, moving, smooth))
+    slow = int(np.count_nonzero(rate <= WANDERING))
+    found = np.where(rate <= OF_THE_MOTION, moving, smooth)
+    found[:slow] = np.maximum(_wandering(_power(plain), slow), floor)
     return np.concatenate([found[:1], found])
 
 
-def _without_lines(power: Array) -> Array:
-    """The power of noise at every frequency of a transform without zero: the median of those near it."""
-    half = np.maximum(NEAR, (SMOOTHED * np.arange(1, power.size + 1)).astype(int))
-    near = [power[max(i - h, 0) : i + h + 1] for i, h in enumerate(half)]
-    return np.array([np.median(part) for part in near]) / math.log(2.0)
+def _wandering(power: Array, count: int) -> Array:
+    """The power (count,) of what wanders at the slowest frequencies of a transform without zero: the power itself, and
+    from `FEWEST_CYCLES` on the median of those near it, which a line does not lift."""
+    found = power[:count].copy()
+    for i in range(FEWEST_CYCLES - 1, count):
+        half = max(NEAR, int(SMOOTHED * (i + 1)))
+        found[i] = np.median(power[max(i - half, 0) : i + half + 1]) / math.log(2.0)
+    return found
 
 
 def _drawn(series: Array, rate: Array, plain: Array, draws: int, rng: np.random.Generator) -> Array:

@@ -324,6 +324,45 @@ def test_bristles_stand_for_a_loop_beside_which_nothing_slides_and_what_was_foun
     assert plainer((rubs, 1.0), [rubs, *bristles]) == (rubs, 1.0)
 
 
+def test_of_doubted_pairs_the_leanest_more_probable_by_what_is_asked_goes_on():
+    asked, lean = [], SimpleNamespace(score=42.0)
+
+    def leaner(candidate: SimpleNamespace, error: float, least: float) -> tuple[SimpleNamespace, float] | None:
+        asked.append((candidate, error, least))
+        return (lean, 0.5) if candidate.score > 40.0 else None
+
+    state = SimpleNamespace(best=SimpleNamespace(score=20.0), error=1.5, _leaner=leaner)
+    one = SimpleNamespace(out="any", suspects=(1,), score=99.0)
+    two = SimpleNamespace(out="", suspects=(1, 2), score=99.0)
+    near, far, further = (SimpleNamespace(out="any", suspects=(1, 2), score=score) for score in (24.0, 26.0, 50.0))
+    assert search._Search._without_one(state, [one, two, near, far, further], 5.0) == (lean, 0.5)
+    assert asked == [(far, 1.5, 25.0), (further, 1.5, 25.0)]
+    assert search._Search._without_one(state, [near, far], 5.0) is None
+
+
+@pytest.mark.parametrize(
+    ("before", "memory", "damping", "plain"),
+    [(3.0, 0.8, 0.9, True), (3.0, 0.8, 2.0, False), (3.0, 1.9, 1.95, True), (0.85, 0.8, 0.9, False)],
+    ids=["both within repetitions", "the memory alone comes near", "both as far", "damping comes no closer"],
+)
+def test_damping_stands_for_a_memory_that_fades_where_the_free_run_cannot_tell_them(
+    monkeypatch, before, memory, damping, plain
+):
+    monkeypatch.setattr(search, "free_run_error", lambda _, fit: fit.miss)
+    monkeypatch.setattr(search.explained, "single_fading", lambda candidate: candidate.names == ("relaxation",))
+    monkeypatch.setattr(search.explained, "fading", lambda _: False)
+
+    def one(name: str, variant: str, score: float, miss: float) -> SimpleNamespace:
+        fit = SimpleNamespace(misfit=1.1, miss=miss)
+        return SimpleNamespace(suspects=(found(name, variant),), names=(name,), score=score, fit=fit)
+
+    fades = one("relaxation", "", 50.0, memory)
+    damped = one("linear_damping", "one for all springs", 45.0, damping)
+    state = SimpleNamespace(level=None, found=[fades, damped], error=before, _set_aside=lambda *_: None)
+    answer = search._Search._plainer(state, (fades, memory), [fades, damped])
+    assert answer == ((damped, damping) if plain else (fades, memory))
+
+
 @pytest.mark.parametrize("spoilt", ["no motion", "no derivatives"])
 def test_a_place_without_a_motion_or_its_derivatives_shows_nothing(monkeypatch, spoilt):
     level = make_level([member("short", SHORT, 2000)])

@@ -25,7 +25,7 @@ from pathlib import Path
 from typing import Any
 
 from experiments.blind_challenge.run_cases import read_rows
-from experiments.calibration.page import PICTURE, page, verdicts_of
+from experiments.calibration.page import PICTURE, Said, page, verdicts_of
 
 Counts = dict[str, Any]
 
@@ -61,6 +61,13 @@ def together(one: Counts, other: Counts) -> Counts:
     }
 
 
+def _given(folders: Sequence[Path]) -> tuple[list[Said], str]:
+    """All verdicts of folders, and the words for which cases they are of."""
+    rows = [row for folder in folders for row in read_rows(folder / "rows.jsonl")]
+    marks = sorted({f"seed {row['seed']}, revision {row['revision']}" for row in rows})
+    return [one for folder in folders for one in verdicts_of(folder)], f"{len(rows)} cases of {'; '.join(marks)}"
+
+
 def main(arguments: list[str]) -> int:
     """Count and write; with a page, write that instead, from the counts as they stand."""
     parser = argparse.ArgumentParser(prog="python -m experiments.calibration")
@@ -78,12 +85,8 @@ def main(arguments: list[str]) -> int:
         return 0
     if options.fresh is None:
         parser.error("--page needs --fresh, a folder of a seed that nobody had looked at")
-    rows = [row for folder in options.fresh for row in read_rows(folder / "rows.jsonl")]
-    marks = sorted({f"seed {row['seed']}, revision {row['revision']}" for row in rows})
-    calibration = [one for folder in options.folders for one in verdicts_of(folder)]
     counts = json.loads(TARGET.read_text(encoding="utf-8"))
-    fresh = [one for folder in options.fresh for one in verdicts_of(folder)]
-    text, picture = page(counts, calibration, fresh, f"{len(rows)} cases of {'; '.join(marks)}.")
+    text, picture = page(counts, *_given(options.folders), *_given(options.fresh))
     (options.page.parent / PICTURE).parent.mkdir(parents=True, exist_ok=True)
     picture.savefig(options.page.parent / PICTURE)
     options.page.write_text(text, encoding="utf-8")

@@ -148,9 +148,9 @@ def _by_kind(verdicts: Sequence[Said], records: Mapping[str, Record]) -> str:
 
 
 def page(
-    counts: Mapping[str, Any], calibration: Sequence[Said], fresh: Sequence[Said], which: str
+    counts: Mapping[str, Any], calibration: Sequence[Said], known: str, fresh: Sequence[Said], unseen: str
 ) -> tuple[str, Figure]:
-    """The page in Markdown and its figure; ``which`` says what the fresh verdicts are of."""
+    """The page in Markdown and its figure; ``known`` and ``unseen`` say what the verdicts before them are of."""
     records = {r["kind"]: Record(r["kind"], r["said"], r["right"]) for r in counts["records"]}
     first, last, exact = (
         measured(pairs)
@@ -176,10 +176,10 @@ def page(
         "## Counts\n", f"{counts['campaigns']} campaigns of seeds {seeds}.\n",
         table(["verdict", "said", "held", "probability"], rows),
         "## Families of truths left out\n",
-        f"Campaigns of the folders that were given, their families of truths dealt into {PARTS} parts (a tenth of the "
+        f"{known}; their families of truths dealt into {PARTS} parts (a tenth of the "
         "campaigns with nothing missing counts as such a family); each part has the counts of campaigns that share no "
         "effect with it.\n", _test(first),
-        f"## Fresh seeds\n\n{which}\n", _test(last), "By kind, all groups:\n", _by_kind(fresh, records),
+        f"## Fresh seeds\n\n{unseen}.\n", _test(last), "By kind, all groups:\n", _by_kind(fresh, records),
         "Names complete and exact, nothing missing at all (what the number does not promise):\n", _test(exact),
         f"![Share of verdicts that hold against the probability beside them]({PICTURE})\n",
     ]  # fmt: skip

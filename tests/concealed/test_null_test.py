@@ -477,6 +477,12 @@ def test_a_slow_line_of_cycles_enough_is_no_wander_of_a_sensor():
         tone[cycles] *= 30.0 * np.sqrt(4000.0) / np.abs(tone[cycles])
         found = spectrum_of(np.fft.irfft(noise, 4000), rate, np.fft.irfft(tone, 4000))[cycles]
         assert (found > 100.0 * 4000.0) == is_wander
+    between = np.fft.irfft(noise, 4000) + 50.0 * np.sin(2.0 * np.pi * 5.5 * np.arange(4000) / 4000)
+    found = spectrum_of(np.fft.irfft(noise, 4000), rate, between)[5:7]
+    assert np.all(found < 0.3 * np.abs(np.fft.rfft(between)[5:7]) ** 2)  # nor one between two frequencies
+    white = np.random.default_rng(8).standard_normal((200, 4000))
+    wander = [spectrum_of(one, rate, 5.0 * one)[4:20] for one in white]
+    assert 1.0 < float(np.mean(wander)) / (25.0 * 4000.0) < 1.25  # a median of few is a tenth too large
     red = noise.copy()
     red[1:] *= 10.0 / rate
     drawn = spectrum_of(np.fft.irfft(noise, 4000), rate, np.fft.irfft(red, 4000))[1:]

@@ -221,6 +221,7 @@ def test_the_page_is_made_of_the_counts_and_of_a_fresh_folder(tmp_path, capsys):
     assert main([str(tmp_path), "--fresh", str(tmp_path), "--page", str(path)]) == 0
     text = path.read_text(encoding="utf-8")
     assert "24 cases of seed 7, revision r." in text
+    assert "24 cases of seed 7, revision r; their families of truths" in text
     assert "A forecaster whose probabilities are true has, in 90 % of such samples, a slope of" in text
     assert main([str(tmp_path), "--fresh", str(tmp_path), str(tmp_path), "--page", str(path)]) == 0
     twice = path.read_text(encoding="utf-8")

@@ -102,6 +102,20 @@ def test_a_wider_form_is_offered_what_its_twin_found_that_is_worth_it(monkeypatc
     assert [twin for _, twin in offered[:2]] == [None, None]
 
 
+@pytest.mark.parametrize("away", [-2, 1, 3])
+def test_an_echo_is_found_from_a_place_some_half_periods_off(away):
+    """Its linear steps come in no order in a slow decay: the true one had been the sixth peak of a sealed case."""
+    suspect, delay = found("delayed_echo"), 2.58
+    level = make_level([member("short", SHORT, 7100, ((registry.find("delayed_echo", delay_s=delay), 900.0),))])
+    null, half = Candidate((), stands(level), 0.0), math.pi / level.scales.slowest
+    place = SimpleNamespace(additions=suspect.additions(level.scales, delay + away * half))
+    candidate = from_places(level, null, suspect, [place], 0.0)
+    assert candidate.fit.value("delayed_echo.delay_s") == pytest.approx(delay, abs=0.03)
+    assert candidate.fit.value("delayed_echo.gain@short") == pytest.approx(900.0, rel=0.1)
+    stays = from_places(level, null, replace(suspect, recurs=False), [place], 0.0)
+    assert abs(stays.fit.value("delayed_echo.delay_s") - delay) > 0.5 * half
+
+
 def test_two_of_a_kind_at_once_have_numbers_of_their_own():
     water = registry.find("hidden_resonator", natural_frequency_rad_per_s=9.6, damping_ratio=0.02)
     level = make_level([member("short", SHORT, 700, ((water, 150.0),))])
@@ -302,6 +316,22 @@ def test_behind_what_hides_within_repeatability_another_must_show_in_the_free_ru
     assert worthwhile([one("delayed_echo", 45.0, 0.85, biases=True)]) is not None
     shown = one("cubic_damping", 40.0, 0.2, biases=False)
     assert worthwhile([stiffness, shown])[0] is shown
+
+
+@pytest.mark.parametrize(("error", "closer", "counts"), [(1.03, 0.9, True), (1.03, 1.01, False), (0.9, 0.85, True)])
+def test_what_biases_a_number_counts_where_beside_it_the_free_run_is_within_repeatability(
+    monkeypatch, error, closer, counts
+):
+    """A dashpot that moved drag by nine standard errors was refused: the equation alone missed 1.03 repeatabilities."""
+    monkeypatch.setattr(search, "free_run_error", lambda *_: closer)
+    monkeypatch.setattr(search, "biases", lambda *_: True)
+    monkeypatch.setattr(search, "beyond_doubt", lambda *_: False)
+    null = SimpleNamespace(suspects=(), score=0.0, fit=SimpleNamespace(misfit=1.05))
+    damped = SimpleNamespace(suspects=(found("cubic_damping"),), names=("cubic_damping",), score=7.0, fit=null.fit)
+    aside = []
+    state = SimpleNamespace(level=None, null=null, best=null, error=error, _too_small=aside.append)
+    assert search._Search._worthwhile(state, [damped], 1.0) == ((damped, closer) if counts else None)
+    assert aside == ([] if counts else [damped])
 
 
 def test_bristles_stand_for_a_loop_beside_which_nothing_slides_and_what_was_found_before_it_stays(monkeypatch):

@@ -4,12 +4,15 @@ from __future__ import annotations
 
 from dataclasses import replace
 from functools import cache
+from itertools import combinations
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
 
 from tests.concealed.test_diagnosis import member
 from tests.concealed.test_small_effects import found, stands
+from undertow.comparison import search
 from undertow.comparison.candidate import LevelDiagnosis
 from undertow.comparison.level import Level, make_level
 from undertow.comparison.score_test import Stands, places
@@ -102,6 +105,24 @@ def test_a_step_against_a_sign_is_no_pair_and_one_suspect_makes_none():
     seen = [*only, *places(level, at, found("hidden_resonator"))]
     for look in best_pairs(level, at, seen, 5):
         assert all(a.start >= 0.0 for a in look.additions[1] if a.name == "mass_kg")
+
+
+def test_two_forms_of_one_name_are_no_pair_but_of_what_swings(monkeypatch):
+    tried = []
+    monkeypatch.setattr(search, "from_pair", lambda *given: tried.append([s.name for s in given[3]]) or [])
+    level = make_level([member("short", (0.014, 0.02, 0.03), 6100), member("long", (0.02, 0.03), 6200)])
+    suspects = [s for s in chosen(("linear_damping", "hidden_resonator")) if s.variant != "amplitude-dependent"]
+    suspects.append(replace(suspects[-1], variant="another"))
+
+    def seen(level: Level, stands: Stands, found: object, count: int) -> list[SimpleNamespace]:
+        names = [s.label for s in suspects]
+        return [SimpleNamespace(labels=pair, gain=1e3, alone=0.0, additions=()) for pair in combinations(names, 2)]
+
+    monkeypatch.setattr(search, "best_pairs", seen)
+    diagnose(level, suspects)
+    assert ["linear_damping", "linear_damping"] not in tried
+    assert ["linear_damping", "hidden_resonator"] in tried
+    assert ["hidden_resonator", "hidden_resonator"] in tried
 
 
 def test_a_second_law_is_looked_for_where_the_first_leaves_more_than_noise_though_repetitions_differ_by_more():

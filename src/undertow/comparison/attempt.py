@@ -168,6 +168,8 @@ def from_places(
     if suspect.memory and suspect.origin == "water" and not best.suspects and stands != level:
         tried.append((level, places[0]))
     fits = [f for w, p in tried if (f := _from_place(w, best, suspect, p.additions)) is not None]
+    if suspect.recurs and fits:
+        fits.append(_half_periods_on(stands, best, suspect, min(fits, key=lambda f: f.criterion)))
     fits += [f for start in further if (f := _in_windows(stands, best, suspect, start)) is not None]
     if not fits:
         return None
@@ -306,6 +308,23 @@ def _from_place(level: Level, best: Candidate, suspect: Suspect, additions: tupl
     """One fit from a place of the grid, everything else where it stands; None where it gives no motion."""
     addend = Addend(_prefix(best.suspects, suspect), additions, suspect.frees)
     return _with(level, best, (addend,), best.fit.values, growing=level.shared_water != best.fit.shared_water)
+
+
+def _half_periods_on(level: Level, best: Candidate, suspect: Suspect, fit: JointFit) -> JointFit:
+    """The closest fit to which half a period more, or less, with the coefficient turned, leads step by step: in a slow
+    decay echoes that far apart look much alike, and one linear step puts them in no order."""
+    addend = fit.addends[-1]
+    names = {f"{addend.prefix}.{a.name}" for a in addend.additions if a.unit == "s"}
+    for way in (-math.pi / level.scales.slowest, math.pi / level.scales.slowest):
+        ahead: JointFit | None = fit
+        while ahead is not None:
+            fit, start = ahead, dict(ahead.values)
+            for name in start:
+                if name.startswith(f"{addend.prefix}."):
+                    start[name] = start[name] + way if name in names else -start[name]
+            ahead = _with(level, best, (addend,), start, growing=False)
+            ahead = ahead if ahead is not None and ahead.criterion < fit.criterion - SAME_END else None
+    return fit
 
 
 def _with(

@@ -71,6 +71,11 @@ def may_join(best: Candidate, suspect: Suspect) -> bool:
     return suspect.name not in best.names
 
 
+def may_pair(one: Suspect, other: Suspect) -> bool:
+    """Whether two suspects may be tried at once: of one name only what swings by itself."""
+    return one.name != other.name or one.swings
+
+
 def told_by_other_waters(evidence: Sequence[Mapping[str, float]], names: Sequence[str]) -> dict[str, float]:
     """By how much the log prior of each of these laws rises with what other waters of one rig say: which law is missing
     is the same in all of them but for a share `LAWS_DIFFER`. ``evidence`` are their log posteriors by name.

@@ -19,7 +19,7 @@ from undertow.comparison import attempt, explained
 from undertow.comparison.attempt import REFINED, beyond_starts, from_pair, from_places, from_starts, own_rates
 from undertow.comparison.candidate import RIVAL_ODDS, Candidate, LevelDiagnosis, Screened, conclude
 from undertow.comparison.explained import ALL, NEARLY_ALL, SLIDING, asked, beyond_doubt, biases, explains
-from undertow.comparison.joining import MOST_EFFECTS, PRIOR_NOTHING, has_room, log_prior, may_join
+from undertow.comparison.joining import MOST_EFFECTS, PRIOR_NOTHING, has_room, log_prior, may_join, may_pair
 from undertow.comparison.joint import FAR_ABOVE_NOISE, at_memory, free_run_error, missed_share
 from undertow.comparison.level import Level
 from undertow.comparison.needless import leanest, shorter_sets
@@ -183,9 +183,9 @@ class _Search:
         pairs: list[Candidate] = []
         by = {s.label: s for s in self.suspects if s.of_the_body}
         for look in best_pairs(self.level, self.looked, [p for n in by for p in self.looks.get(n, ())], PAIRS):
-            if (look.gain - look.alone) * math.sqrt(self.null.fit.memory) > LEAST_GAIN:
-                both, spent = (by[look.labels[0]], by[look.labels[1]]), attempt.SUSPECT_BUDGET * self._one_look()
-                prior = self._prior(both)
+            both = by[look.labels[0]], by[look.labels[1]]
+            if may_pair(*both) and (look.gain - look.alone) * math.sqrt(self.null.fit.memory) > LEAST_GAIN:
+                prior, spent = self._prior(both), attempt.SUSPECT_BUDGET * self._one_look()
                 pairs += from_pair(self.level, self.null, self.found, both, look.additions, prior, spent)
         self.found += pairs
         least = max(c.score for c in self.found if len(c.suspects) < 2 and (c.aside or not c.out)) + ODDS
@@ -303,7 +303,7 @@ class _Search:
         for place, candidate in enumerate(probable):
             closer = free_run_error(self.level, candidate.fit)
             counts = closer < remaining * self.error and math.sqrt(self.error**2 - closer**2) > WORTH
-            hides = not (behind or self.best.suspects) and max(self.error, closer) <= 1.0
+            hides = not (behind or self.best.suspects) and closer <= 1.0
             counts = counts or (hides and biases(self.null, candidate))
             last = candidate.suspects[-1]
             if not explains(self.best, candidate, asked(candidate)):

@@ -91,11 +91,11 @@ class Suspect:
     ``swings`` by itself, so that several may stand in one equation, and where it is damped strongly it cannot be told
     from what ``overdamped_as`` names; on the lower and on the upper bound of what it has inside it ``becomes`` a law
     that is simpler, each named where there is one;
-    ``fades``: a memory that rings in nothing; ``plain``: damping, which is what such
-    a memory amounts to at one frequency. ``like`` names what no decay tells it from; ``without_sliding`` what it is
-    called where no friction slides beside it; ``often_beside`` another effect of the same water, so that it is tried
-    there without evidence of its own; ``of_angles``: it has a meaning where an angle is the coordinate. ``words`` and
-    ``next_test`` are those of an effect that is no law of the registry.
+    ``fades``: a memory that rings in nothing; ``recurs``: half a period later, turned, it looks much alike; ``plain``:
+    damping, which is what such a memory amounts to at one frequency. ``like`` names what no decay tells it from;
+    ``without_sliding`` what it is called where no friction slides beside it; ``often_beside`` another effect of the
+    same water, so that it is tried there without evidence of its own; ``of_angles``: an angle is its coordinate.
+    ``words`` and ``next_test`` are those of an effect that is no law of the registry.
     """
 
     name: str
@@ -111,6 +111,7 @@ class Suspect:
     late: float = 0.0
     swings: bool = False
     fades: bool = False
+    recurs: bool = False
     plain: bool = False
     often_beside: bool = False
     overdamped_as: str = ""

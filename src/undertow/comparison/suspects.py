@@ -313,7 +313,7 @@ SUSPECTS: tuple[Suspect, ...] = (
         ExternalForcing.name, "outside", _forcing, _resonator_starts, fine=_force_frequencies, on_a_line=True,
         often_beside=True,
     ),
-    Suspect(DelayedEcho.name, "outside", _echo, _echo_starts, True, fine=_fine_delays, fades=True),
+    Suspect(DelayedEcho.name, "outside", _echo, _echo_starts, True, fine=_fine_delays, fades=True, recurs=True),
     Suspect(SineRestoring.name, "structure", _sine, of_angles=True),
     _RELEASE,
     replace(_RELEASE, additions=_nothing, variant="a hold that fades", late=1.0),

@@ -8,11 +8,11 @@ import pytest
 
 from tests.concealed.test_diagnosis import SHORT, member
 from tests.concealed.test_small_effects import found, stands
-from undertow.comparison import attempt
-from undertow.comparison.attempt import ENDED_SHORT, further_on
+from undertow.comparison import search
 from undertow.comparison.candidate import Candidate
 from undertow.comparison.joint import JointFit
 from undertow.comparison.level import Level, make_level
+from undertow.comparison.prescribed import ENDED_SHORT, further_on
 from undertow.comparison.search import diagnose
 
 NOTHING = "cubic_stiffness is 0.1 standard errors from zero"
@@ -52,14 +52,14 @@ def test_an_equation_at_its_optimum_stays_and_one_whose_suspect_means_something_
 
 def test_a_search_begins_again_from_the_better_equation(single, monkeypatch):
     level, fit = single
-    monkeypatch.setattr(attempt, "plain_fit", lambda level: stuck(fit))
+    monkeypatch.setattr(search, "plain_fit", lambda level: stuck(fit))
     asked = []
 
     def further(*seen):
         asked.append(seen)
         return Candidate((), fit, -0.1)
 
-    monkeypatch.setattr(attempt, "further_on", further)
+    monkeypatch.setattr(search, "further_on", further)
     diagnosis = diagnose(level, [found("cubic_stiffness")])
     assert diagnosis.null.fit.criterion == pytest.approx(fit.criterion, abs=0.5)
     ((_, before, _),) = asked

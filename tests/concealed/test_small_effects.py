@@ -17,7 +17,7 @@ from undertow.comparison.candidate import Candidate
 from undertow.comparison.explained import asked, explains
 from undertow.comparison.joint import JointFit, fit_joint, fit_standing
 from undertow.comparison.level import Addend, Level, make_level
-from undertow.comparison.score_test import Stands, peaks, places
+from undertow.comparison.score_test import GridPlace, Stands, peaks, places
 from undertow.comparison.search import diagnose
 from undertow.comparison.suspects import SUSPECTS, Suspect, chosen, kernel_additions
 from undertow.discrepancy.case import Case
@@ -470,3 +470,56 @@ def test_two_strong_effects_are_found_from_another_first_one(monkeypatch, error,
     assert ("" if ahead is None else ahead[0].suspects[0].name) == answer
     assert state.best is echo
     assert tried == ([force] if error > 1.0 and left > 3000.0 else [])
+
+
+def test_a_place_knows_where_what_stands_goes_beside_its_law():
+    """The same step in both: drag gives to a dashpot what it had taken up of it."""
+    level = make_level([member("short", SHORT, 2000, ((registry.find("linear_damping"), 250.0),))])
+    null, damping = Candidate((), stands(level), 0.0), found("linear_damping", "one for all springs")
+    (place,) = places(level, Stands.of(null.fit), damping)
+    fit = from_places(level, null, damping, [place], 0.0).fit
+    names = [name for name in null.fit.values if name.startswith(("drag", "added_mass"))]
+    assert names
+    at = list(null.fit.values)
+    for name in names:
+        before, after, told = null.fit.values[name], fit.values[name], place.beside[at.index(name)]
+        assert abs(told - after) < 0.2 * abs(before - after) or abs(told - after) < 0.2 * fit.solution.stderr(name)
+    (force, *_) = places(level, Stands.of(null.fit), found("external_forcing"))
+    assert force.beside.size == 0  # sizes of every trial's own start alike: no one step leads there
+
+
+@pytest.mark.parametrize(("left", "asked"), [(1e4, True), (2.0, False)], ids=["lost its way", "came closer"])
+def test_a_fit_that_loses_the_way_is_tried_again_from_where_the_whole_step_leads(monkeypatch, left, asked):
+    """A memory takes over half of a spring: with the spring where it stood its fit ended a hundred times further off
+    than without the memory (a sealed case)."""
+    relaxation, level = found("relaxation"), make_level([member("short", SHORT[:1], 7200)])
+    fit = replace(stands(level), misfit=2.6)
+    null, begun = Candidate((), fit, 0.0), []
+
+    def with_addend(
+        level: Level, best: Candidate, more: tuple[Addend, ...], known: dict[str, float], growing: bool
+    ) -> JointFit:
+        begun.append((known, [a.start for a in more[0].additions]))
+        away = left if len(begun) == 1 else 1.0
+        return replace(fit, misfit=away, criterion=away)
+
+    monkeypatch.setattr(attempt, "_with", with_addend)
+    additions, moved = relaxation.additions(level.scales, 0.2), fit.solution.values + 1.0
+    place = GridPlace("relaxation", additions, 20.0, beside=moved)
+    ended = attempt._from_place(level, null, relaxation, place)
+    assert [known for known, _ in begun] == [fit.values, dict(zip(fit.values, moved, strict=True))][: 1 + asked]
+    assert ended.misfit == (1.0 if asked else left)
+    begun.clear()
+    monkeypatch.setattr(attempt, "_attempt", lambda *_: replace(fit, misfit=left, criterion=left))
+    monkeypatch.setattr(attempt, "_refined", lambda level, fit: fit)
+    assert from_starts(level, null, relaxation, 0.0).fit.misfit == (1.0 if asked else left)
+    small = [(known, starts[0] < 1e-2 * additions[0].scale) for known, starts in begun]
+    assert small == [(fit.values, True)] * (len(relaxation.starts(level.scales)) if asked else 0)
+
+
+def test_no_law_begins_at_no_size_that_nothing_small_leads_to():
+    level = make_level([member("short", SHORT[:1], 7200)])
+    null = Candidate((), stands(level), 0.0)
+    for name in ("presliding", "drag_exponent", "time_shift"):
+        suspect = found(name)
+        assert attempt._from_nothing(level, null, suspect, suspect.starts(level.scales)[0]) is None

@@ -10,11 +10,11 @@ import pytest
 
 from tests.concealed.test_diagnosis import EQ15, SHORT, SPECIMEN, member
 from tests.concealed.test_small_effects import found as found_suspect
-from undertow.comparison.attempt import at_its_own_sizes
 from undertow.comparison.candidate import Candidate
 from undertow.comparison.explained import biases
 from undertow.comparison.joint import build, fit_joint
 from undertow.comparison.level import Addend, Member, make_level
+from undertow.comparison.prescribed import at_its_own_sizes
 from undertow.comparison.sizes import COUNTS_IN_STDERR
 from undertow.comparison.turns import turning
 from undertow.equation import registry

@@ -13,15 +13,13 @@ import numpy as np
 
 from undertow.comparison.candidate import Candidate, doubt
 from undertow.comparison.explained import swings
-from undertow.comparison.joint import WIDER, JointFit, fit_joint, fit_standing, shared_theta
-from undertow.comparison.level import Addend, Level, Member
+from undertow.comparison.joint import WIDER, JointFit, fit_joint
+from undertow.comparison.level import Addend, Level
 from undertow.comparison.score_test import GridPlace, renumbered
 from undertow.comparison.suspect import EACH_SPRING, Addition, Suspect
 from undertow.comparison.suspects import RADIATION, kernel_additions
-from undertow.equation.kernel import SLOT
 from undertow.errors import IdentificationError
 from undertow.likelihood.budget import BudgetError, metered
-from undertow.likelihood.noise import residual_memory
 
 COMMON = frozenset({"acceleration_shift_s", "acceleration_gain"})
 """Errors that a sensor has in all trials alike."""
@@ -32,21 +30,17 @@ REFINED = 2
 SAME_END = 0.01
 """Quick fits of one model whose criteria differ by less ended at the same place."""
 
-ENDED_SHORT = 2.0
-"""A fit whose criterion another start betters by more (a unit of log evidence) had ended short of its optimum."""
-
 QUICK_LOOKS = 300.0
 """What one start may spend, in looks at the level as it stands: those of laws that were named took under 200."""
-
 
 OUT_OF_REACH = 1.2
 """A fit finds a line from a start within this ratio of its frequency."""
 
-SETTLING = 3
-"""Fits after which sizes are taken as they are."""
+OF_NO_SIZE = 1e-3
+"""Share of its scale at which a law's coefficient is as if the law were not there."""
 
-LARGER = 1.1
-"""A size that a fit finds is taken over where it is larger by this factor."""
+FURTHER_OFF = 1.1
+"""A fit that leaves so many times what it left without its last law lost the way: it could have left that law out."""
 
 SUSPECT_BUDGET = 3000.0
 LEVEL_BUDGET = 8000.0
@@ -62,68 +56,6 @@ def one_look(fit: JointFit) -> float:
     return float(sum(trial.t.size * (1 + trial.slots.size) for trial in fit.solution.problem.trials))
 
 
-def plain_fit(level: Level) -> JointFit:
-    """The prescribed equation alone: one water for all springs, or each spring's own added mass and drag, whichever the
-    data prefer. A suspect has to beat both.
-
-    Raises IdentificationError where it has no motion.
-    """
-    together = fit_standing(level)
-    if len(level.members) < 2:
-        return together
-    try:
-        alone = replace(level, shared_water=False)
-        apart = fit_joint(alone, level.standing, together.memory, {}, together.misfit, growing=True)
-    except IdentificationError:
-        return together
-    return min((together, apart), key=lambda f: f.criterion)
-
-
-def further_on(level: Level, null: Candidate, tried: Sequence[Candidate]) -> Candidate | None:
-    """The prescribed equation from where the closest excluded suspect left it, if it had ended short of that optimum;
-    else None. A suspect that comes out at nothing may still have led out of a bad place: friction, a dashpot and drag
-    of a single decay trade places, and what is nearer by that alone would pass for something missing."""
-    able = [c for c in tried if len(c.suspects) == 1 and c.out and c.fit.solution.n_data == null.fit.solution.n_data]
-    closest = min(able, key=lambda c: c.fit.misfit, default=null)
-    if closest.score <= null.score:
-        return None
-    level, fit = replace(level, shared_water=null.fit.shared_water), null.fit
-    try:
-        went = fit_joint(level, fit.addends, fit.memory, closest.fit.values, closest.fit.misfit, growing=False)
-        if went.criterion > fit.criterion - ENDED_SHORT:
-            return None
-        memory = residual_memory(went.solution)
-        return replace(null, fit=fit_joint(level, fit.addends, memory, went.values, went.misfit, growing=False))
-    except IdentificationError:
-        return None
-
-
-def at_its_own_sizes(level: Level) -> Level:
-    """The level with trials that differ by a share of what its own fit finds, where that is more than was known before:
-    a dashpot and a drag that nothing told apart trade places once trials may differ."""
-    for _ in range(SETTLING):
-        if not any(len(m.motions) > 1 and any(m.spread.values()) for m in level.members):
-            return level
-        try:
-            fit = plain_fit(level)
-        except IdentificationError:
-            return level
-        members = tuple(_resized(level, m, fit) for m in level.members)
-        if members == level.members:
-            return level
-        level = replace(level, members=members)
-    return level
-
-
-def _resized(level: Level, member: Member, fit: JointFit) -> Member:
-    """A group with the sizes of k, c, mu that a fit finds where they are surely larger."""
-    theta = shared_theta(level, member, fit, member.motions[0].name)
-    found = {slot: abs(float(theta[SLOT[slot]])) for slot in member.sizes}
-    if all(found[slot] <= LARGER * size for slot, size in member.sizes.items()):
-        return member
-    return replace(member, sizes={slot: max(size, found[slot]) for slot, size in member.sizes.items()})
-
-
 def from_starts(
     level: Level, best: Candidate, suspect: Suspect, prior: float, most: float = math.inf,
     further: Sequence[float] = (),
@@ -133,6 +65,8 @@ def from_starts(
     starts = (*suspect.starts(level.scales), *further)
     waters = _waters(level, best, suspect)
     quick = [f for w in waters for start in starts if (f := _attempt(w, best, suspect, start)) is not None]
+    if all(_lost(best, f) for f in quick):
+        quick += [f for w in waters for start in starts if (f := _from_nothing(w, best, suspect, start)) is not None]
     quick = [f for f in quick if f.criterion < most]
     if not quick:
         return None
@@ -167,7 +101,7 @@ def from_places(
     tried = [(stands, place) for place in places]
     if suspect.memory and suspect.origin == "water" and not best.suspects and stands != level:
         tried.append((level, places[0]))
-    fits = [f for w, p in tried if (f := _from_place(w, best, suspect, p.additions)) is not None]
+    fits = [f for w, p in tried if (f := _from_place(w, best, suspect, p)) is not None]
     if suspect.recurs and fits:
         fits.append(_half_periods_on(stands, best, suspect, min(fits, key=lambda f: f.criterion)))
     fits += [f for start in further if (f := _in_windows(stands, best, suspect, start)) is not None]
@@ -293,8 +227,7 @@ def _attempt(level: Level, best: Candidate, suspect: Suspect, start: float) -> J
     known = best.fit.values if best.suspects or not suspect.memory else {}
     new = suspect.memory or suspect.late > 0.0 or not level.shares(best.fit.solution.problem.names)
     ways = (True, False) if new and not best.suspects else (False,)
-    fits = [f for growing in ways if (f := _with(level, best, (addend,), known, growing)) is not None]
-    return min(fits, key=lambda f: f.criterion, default=None)
+    return _nearer(*(_with(level, best, (addend,), known, growing) for growing in ways))
 
 
 def _in_windows(level: Level, best: Candidate, suspect: Suspect, start: float) -> JointFit | None:
@@ -304,10 +237,35 @@ def _in_windows(level: Level, best: Candidate, suspect: Suspect, start: float) -
     return _with(level, best, (addend,), {}, growing=True)
 
 
-def _from_place(level: Level, best: Candidate, suspect: Suspect, additions: tuple[Addition, ...]) -> JointFit | None:
-    """One fit from a place of the grid, everything else where it stands; None where it gives no motion."""
-    addend = Addend(_prefix(best.suspects, suspect), additions, suspect.frees)
-    return _with(level, best, (addend,), best.fit.values, growing=level.shared_water != best.fit.shared_water)
+def _from_place(level: Level, best: Candidate, suspect: Suspect, place: GridPlace) -> JointFit | None:
+    """One fit from a place of the grid, everything else where it stands, or where that lost the way, where the same
+    step leads it: a memory takes over half of a spring. None where it gives no motion."""
+    addend = Addend(_prefix(best.suspects, suspect), place.additions, suspect.frees)
+    growing = level.shared_water != best.fit.shared_water
+    fit = _with(level, best, (addend,), best.fit.values, growing)
+    if growing or not place.beside.size or not _lost(best, fit):
+        return fit
+    moved = dict(zip(best.fit.values, place.beside.tolist(), strict=True))
+    return _nearer(fit, _with(level, best, (addend,), moved, growing))
+
+
+def _lost(best: Candidate, fit: JointFit | None) -> bool:
+    """Whether a fit with one law more lost the way: it is further off than what stands."""
+    return fit is None or fit.misfit > FURTHER_OFF * best.fit.misfit
+
+
+def _from_nothing(level: Level, best: Candidate, suspect: Suspect, start: float) -> JointFit | None:
+    """One fit from a law of no size, everything else where it stands; None where no small one leads to the law."""
+    additions = renumbered(suspect.additions(level.scales, start), best.fit.addends)
+    if suspect.has_no_zero or not additions or any(a.replaces for a in additions):
+        return None
+    none = tuple(a if a.inner else replace(a, start=OF_NO_SIZE * a.scale) for a in additions)
+    return _with(level, best, (Addend(_prefix(best.suspects, suspect), none),), best.fit.values, growing=False)
+
+
+def _nearer(*fits: JointFit | None) -> JointFit | None:
+    """The fit of the lowest criterion; None where there is none."""
+    return min((fit for fit in fits if fit is not None), key=lambda fit: fit.criterion, default=None)
 
 
 def _half_periods_on(level: Level, best: Candidate, suspect: Suspect, fit: JointFit) -> JointFit:

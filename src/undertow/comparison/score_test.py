@@ -37,7 +37,8 @@ class GridPlace:
     ``columns`` are, a trial, the derivatives (rows, p) of weighed residuals by the place's coefficients and their
     indices (p,); ``cross`` (unknowns, width) and ``own`` (width, width) their products with the fit's columns and each
     other. Empty columns: the motion leaves every bound here. ``whole``: nothing small leads to the law; the one column
-    is the step from nothing to the law as its additions start, to be taken as it is.
+    is the step from nothing to the law as its additions start, to be taken as it is. ``beside`` (unknowns,): where what
+    stands goes beside additions as they start; empty where those differ from trial to trial.
     """
 
     label: str
@@ -47,6 +48,7 @@ class GridPlace:
     cross: Array = field(default_factory=lambda: np.zeros((0, 0)))
     own: Array = field(default_factory=lambda: np.zeros((0, 0)))
     whole: bool = False
+    beside: Array = field(default_factory=lambda: np.zeros(0))
 
     @property
     def width(self) -> int:
@@ -140,7 +142,21 @@ def _place(level: Level, stands: Stands, label: str, additions: tuple[Addition, 
             return GridPlace(label, additions, 0.0)
         columns.append((got[1], got[2]))
     cross, own, step, gain = _stepped(stands, columns, len(names))
-    return GridPlace(label, started(level, additions, step), gain, tuple(columns), cross, own)
+    additions = started(level, additions, step)
+    moved = _beside(stands, additions, names, cross)
+    return GridPlace(label, additions, gain, tuple(columns), cross, own, beside=moved)
+
+
+def _beside(stands: Stands, additions: tuple[Addition, ...], names: list[str], cross: Array) -> Array:
+    """Values of what stands after the step that goes with a place's coefficients as they start, within their bounds."""
+    if any(a.scope == "trial" for a in additions):
+        return np.zeros(0)
+    starts = {f".{a.name}": a.start for a in additions}
+    step = np.array([starts[name.split("@")[0]] for name in names])
+    solution = stands.fit.solution
+    low, high = np.array([(u.lower, u.upper) for u in solution.problem.unknowns]).T
+    moved = solution.values - stands.inverse @ (stands.gradient + cross @ step)
+    return np.asarray(np.clip(moved, low, high), dtype=np.float64)
 
 
 def started(level: Level, additions: tuple[Addition, ...], step: Array) -> tuple[Addition, ...]:

@@ -23,6 +23,7 @@ from undertow.comparison.joining import MOST_EFFECTS, PRIOR_NOTHING, has_room, l
 from undertow.comparison.joint import FAR_ABOVE_NOISE, at_memory, free_run_error, missed_share
 from undertow.comparison.level import Level
 from undertow.comparison.needless import leanest, shorter_sets
+from undertow.comparison.prescribed import further_on, plain_fit
 from undertow.comparison.score_test import GridPlace, Stands, peaks, places
 from undertow.comparison.suspect import Suspect
 from undertow.comparison.two_effects import PAIRS, best_pairs
@@ -303,8 +304,7 @@ class _Search:
         for place, candidate in enumerate(probable):
             closer = free_run_error(self.level, candidate.fit)
             counts = closer < remaining * self.error and math.sqrt(self.error**2 - closer**2) > WORTH
-            hides = not (behind or self.best.suspects) and closer <= 1.0
-            counts = counts or (hides and biases(self.null, candidate))
+            counts = counts or (not (behind or self.best.suspects) and closer <= 1.0 and biases(self.null, candidate))
             last = candidate.suspects[-1]
             if not explains(self.best, candidate, asked(candidate)):
                 before, left = (math.sqrt(c.fit.misfit) for c in (self.best, candidate))
@@ -393,8 +393,8 @@ def diagnose(
 
     Raises IdentificationError where not even the prescribed equation can be fitted.
     """
-    null = Candidate((), attempt.plain_fit(level), math.log(PRIOR_NOTHING))
+    null = Candidate((), plain_fit(level), math.log(PRIOR_NOTHING))
     usable = [s for s in suspects if has_room(level, s, null.fit)]
     found = _Search(level, usable, null, clean_when_dry, budget, told or {}).run()
-    further = attempt.further_on(level, found.null, found.candidates)
+    further = further_on(level, found.null, found.candidates)
     return found if further is None else _Search(level, usable, further, clean_when_dry, budget, told or {}).run()

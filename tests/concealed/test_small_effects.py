@@ -108,7 +108,7 @@ def test_an_echo_is_found_from_a_place_some_half_periods_off(away):
     suspect, delay = found("delayed_echo"), 2.58
     level = make_level([member("short", SHORT, 7100, ((registry.find("delayed_echo", delay_s=delay), 900.0),))])
     null, half = Candidate((), stands(level), 0.0), math.pi / level.scales.slowest
-    place = SimpleNamespace(additions=suspect.additions(level.scales, delay + away * half))
+    place = GridPlace("delayed_echo", suspect.additions(level.scales, delay + away * half), 9.0)
     candidate = from_places(level, null, suspect, [place], 0.0)
     assert candidate.fit.value("delayed_echo.delay_s") == pytest.approx(delay, abs=0.03)
     assert candidate.fit.value("delayed_echo.gain@short") == pytest.approx(900.0, rel=0.1)

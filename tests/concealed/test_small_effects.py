@@ -11,9 +11,10 @@ import numpy as np
 import pytest
 
 from tests.concealed.test_diagnosis import LONG, SHORT, member
-from undertow.comparison import attempt, search
+from undertow.comparison import attempt, candidate, search
 from undertow.comparison.attempt import beyond_starts, from_pair, from_places, from_starts, from_twin, own_rates
 from undertow.comparison.candidate import Candidate
+from undertow.comparison.clock import SIGNIFICANT
 from undertow.comparison.explained import asked, explains
 from undertow.comparison.joint import JointFit, fit_joint, fit_standing
 from undertow.comparison.level import Addend, Level, make_level
@@ -523,3 +524,21 @@ def test_no_law_begins_at_no_size_that_nothing_small_leads_to():
     for name in ("presliding", "drag_exponent", "time_shift"):
         suspect = found(name)
         assert attempt._from_nothing(level, null, suspect, suspect.starts(level.scales)[0]) is None
+
+
+def test_a_vague_memory_is_distinct_from_zero_by_its_stiffness_beside_its_time():
+    """A short memory is known by stiffness times time alone: each of them is vague, and it is there."""
+    memory, level = found("relaxation"), make_level([member("short", SHORT, 7300, (
+        (registry.find("relaxation", time_s=0.035), 10000.0),
+    ))])  # fmt: skip
+    null = Candidate((), stands(level), 0.0)
+    fit = from_starts(level, null, memory, 0.0).fit
+    name, inner = "relaxation.stiffness_N_per_m", "relaxation.time_s"
+    value, error = fit.value(name), fit.solution.stderr(name)
+    beside = candidate._error_beside(fit, name, [inner])
+    at = [fit.solution.problem.names.index(n) for n in (name, inner)]
+    both = np.linalg.inv(fit.solution.covariance[np.ix_(at, at)])
+    assert beside == pytest.approx(both[0, 0] ** -0.5, rel=1e-6)
+    assert candidate._error_beside(fit, name, []) == pytest.approx(error)
+    assert value / error < SIGNIFICANT < value / beside
+    assert candidate.doubt(level, fit, null.fit) == ""

@@ -16,7 +16,7 @@ from undertow.comparison.clock import SIGNIFICANT, no_clock
 from undertow.comparison.joint import WIDER, JointFit
 from undertow.comparison.level import Addend, Level
 from undertow.comparison.score_test import GridPlace
-from undertow.comparison.suspect import Suspect
+from undertow.comparison.suspect import Addition, Suspect
 from undertow.methods.dry import DEFAULT_SCATTER
 
 NAMING_PROBABILITY = 0.99
@@ -211,9 +211,9 @@ def doubt(level: Level, fit: JointFit, before: JointFit | None = None) -> str:
         if addend.frees and (said := _usual(fit, addend)):
             return said
         strongest = 0.0
+        inner = [n for a in addend.additions if a.inner for n in _names_of(fit, addend, a)]
         for a in addend.additions:
-            full = f"{addend.prefix}.{a.name}"
-            names = [n for n in fit.solution.problem.names if n == full or n.startswith((f"{full}@", f"{full}["))]
+            names = _names_of(fit, addend, a)
             for name in names:
                 value, error = fit.value(name), fit.solution.stderr(name)
                 if value >= a.upper * BOUNDED or (a.lower > 0.0 and value <= a.lower * 1.001):
@@ -224,6 +224,7 @@ def doubt(level: Level, fit: JointFit, before: JointFit | None = None) -> str:
                     continue
                 if a.takes and value < -2.0 * error:
                     return f"{name} = {value:.4g} {a.unit} would feed energy into the motion"
+                error = _error_beside(fit, name, inner)
                 strongest = max(strongest, abs(value) / error if error > 0.0 else 0.0)
             if a.differs:
                 difference, error = fit.apart(names)
@@ -235,6 +236,22 @@ def doubt(level: Level, fit: JointFit, before: JointFit | None = None) -> str:
         if addend.additions and not addend.additions[0].inner and strongest < SIGNIFICANT:
             return f"{addend.prefix} is {strongest:.1f} standard errors from zero"
     return _feeds(level, fit, before)
+
+
+def _names_of(fit: JointFit, addend: Addend, a: Addition) -> list[str]:
+    """Names of an addition's unknowns: the shared one, each spring's, each trial's."""
+    full = f"{addend.prefix}.{a.name}"
+    return [n for n in fit.solution.problem.names if n == full or n.startswith((f"{full}@", f"{full}["))]
+
+
+def _error_beside(fit: JointFit, name: str, inner: Sequence[str]) -> float:
+    """Standard error of a coefficient beside what its law has inside as fitted: a memory's stiffness and its time trade
+    places, and both can be vague where the memory is not. (At zero what is inside has no meaning.)"""
+    at = fit.solution.problem.names.index
+    covariance, one, rest = fit.solution.covariance, at(name), [at(n) for n in inner]
+    across, own = covariance[one, rest], covariance[np.ix_(rest, rest)]
+    variance = float(covariance[one, one] - across @ np.linalg.pinv(own, rcond=1e-12, hermitian=True) @ across)
+    return math.sqrt(max(variance, 0.0))
 
 
 def _feeds(level: Level, fit: JointFit, before: JointFit | None) -> str:

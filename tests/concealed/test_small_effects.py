@@ -518,6 +518,21 @@ def test_a_fit_that_loses_the_way_is_tried_again_from_where_the_whole_step_leads
     assert small == [(fit.values, True)] * (len(relaxation.starts(level.scales)) if asked else 0)
 
 
+def test_no_start_of_no_size_is_tried_where_one_found_the_way_nor_a_place_on_another_water(monkeypatch):
+    relaxation, level = found("relaxation"), make_level([member("short", SHORT[:1], 7200)])
+    fit, begun = replace(stands(level), misfit=2.6), []
+    null, ends = Candidate((), fit, 0.0), iter([1e4, 2.0, 1e4])
+    monkeypatch.setattr(attempt, "_with", lambda *given, **_: begun.append(given) or replace(fit, misfit=1e4))
+    monkeypatch.setattr(attempt, "_attempt", lambda *_: replace(fit, misfit=next(ends)))
+    monkeypatch.setattr(attempt, "_refined", lambda level, fit: fit)
+    assert from_starts(level, null, relaxation, 0.0) is not None
+    assert begun == []
+    place = GridPlace("relaxation", relaxation.additions(level.scales, 0.2), 20.0, beside=fit.solution.values)
+    other = replace(level, shared_water=not fit.shared_water)
+    assert attempt._from_place(other, null, relaxation, place).misfit == 1e4
+    assert len(begun) == 1  # in growing windows from starts of its own: nothing that stands is where the step says
+
+
 def test_no_law_begins_at_no_size_that_nothing_small_leads_to():
     level = make_level([member("short", SHORT[:1], 7200)])
     null = Candidate((), stands(level), 0.0)

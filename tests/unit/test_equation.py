@@ -98,6 +98,20 @@ def test_two_resonators_have_their_own_states():
     assert str(equation).startswith("2637.4 x'' + 300 (x'' + s1'') + 200 (x'' + s2'') = 0; s1'' + ")
 
 
+def test_of_two_resonators_states_and_symbols_are_numbered_and_units_are_not():
+    one, two = (
+        registry.find("hidden_resonator", natural_frequency_rad_per_s=w, damping_ratio=0.1) for w in (9.0, 16.0)
+    )
+    equation = Equation((registry.find("stiffness"), one, two), (100.0, 3.0, 4.0), mass_kg=10.0)
+    written = equation.to_latex(numbers=True, errors={"hidden_resonator#2.natural_frequency_rad_per_s": 0.5})
+    assert r"9\,\mathrm{rad/s}\,\dot{s}_1" in written
+    assert r"((16.0 \pm 0.5)\,\mathrm{rad/s})^2\,s_2=-\ddot{x}" in written
+    assert "s_1" not in written.replace(r"\dot{s}_1", "").replace(r"\ddot{s}_1", "").replace(r"\,s_1=", "")
+    symbols = equation.to_latex()
+    assert r"m_{s1}(\ddot{x}+\ddot{s}_1) + m_{s2}(\ddot{x}+\ddot{s}_2)" in symbols
+    assert r"2\,\zeta_{s2}\,\omega_{s2}\,\dot{s}_2" in symbols
+
+
 def test_digits_in_the_text_follow_the_errors():
     text = equation_15(2637.4, 1271.43, 590.0, 109600.0, 170.0, 3924.0).text({"added_mass": 12.2, "mass": 31.0})
     assert text.startswith("2640 x'' + 109600 x")

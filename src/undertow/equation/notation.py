@@ -41,13 +41,13 @@ def term_text(
         for p in term.parameters[1:]
     }
     symbol = plain_symbol(term.coefficient)
-    force, memory = _parted(term.law, ", ")
+    force, memory = _parted(_numbered(term.law, number), ", ")
     sign = "+"
     if _holds(force, symbol):
         sign = "-" if coefficient < 0.0 else "+"
         force = _replaced(force, {symbol: format_number(abs(coefficient), error)})
     memory = _replaced(memory, {symbol: format_number(coefficient, error)} | values)
-    return f"{sign} {_tidy(_numbered(_replaced(force, values), number))}", _tidy(_numbered(memory, number))
+    return f"{sign} {_tidy(_replaced(force, values))}", _tidy(memory)
 
 
 def term_latex(
@@ -62,7 +62,7 @@ def term_latex(
     >>> term_latex(Stiffness(), 109600.0, 300.0)[0]
     '+ (109600 \\\\pm 300)\\\\,\\\\mathrm{N/m}\\\\,x'
     """
-    force, memory = _parted(term.latex, r",\ ")
+    force, memory = _parted(_numbered(term.latex, number), r",\ ")
     sign = "+"
     if coefficient is not None:
         errors = inner or {}
@@ -78,7 +78,20 @@ def term_latex(
         memory = _replaced(memory, {symbol: quantity_latex(coefficient, unit, error)} | values).replace("+-", "-")
         memory = re.sub(r"(?<=[\d})])\\,(?=\(?\d)", r"\\cdot ", memory)
         force = re.sub(r"(\\,\s*)+", r"\\,", _replaced(force, values))
-    return f"{sign} {_numbered(force, number)}", _numbered(memory, number)
+    elif number:
+        symbols = {p.symbol: _symbol_numbered(p.symbol, number) for p in term.parameters}
+        force, memory = _replaced(force, symbols), _replaced(memory, symbols)
+    return f"{sign} {force}", memory
+
+
+def _symbol_numbered(symbol: str, number: str) -> str:
+    """A parameter's symbol where its law stands in an equation more than once.
+
+    >>> _symbol_numbered(r"\\zeta_s", "_2"), _symbol_numbered("G", "_2")
+    ('\\\\zeta_{s2}', 'G_2')
+    """
+    name, below, place = symbol.partition("_")
+    return f"{name}_{{{place.strip('{}')}{number[1:]}}}" if below else f"{symbol}{number}"
 
 
 def _parted(law: str, comma: str) -> tuple[str, str]:
@@ -161,8 +174,11 @@ def _replaced(law: str, values: dict[str, str]) -> str:
 
 
 def _numbered(law: str, number: str) -> str:
-    """The law with its hidden states s, z, r numbered, where there are several."""
-    return re.sub(r"(?<![\\A-Za-z_0-9])([szr])(?![A-Za-z_0-9])", rf"\g<1>{number}", law) if number else law
+    """The law with its hidden states s, z, r numbered, where there are several; numbers and their units come after."""
+    if not number:
+        return law
+    law = re.sub(r"(?<![\\A-Za-z_0-9])([szr])(?![A-Za-z_0-9])", rf"\g<1>{number}", law)
+    return re.sub(rf"\{{([szr]){number}\}}", rf"{{\g<1>}}{number}", law)  # dots stand over the letter alone
 
 
 def _tidy(law: str) -> str:

@@ -44,6 +44,9 @@ QUANTILES = 80
 SUSPECTS_AT_MOST = 14
 """Bars of suspects: the strongest."""
 
+FAR_APART = 30.0
+"""Logarithms of odds beyond which their axis is a logarithm's too."""
+
 HOLDS_DIFFER = 1.5
 """The longest hold must be this many times the shortest before friction is drawn against it."""
 
@@ -62,7 +65,8 @@ def draw_suspects(said: str, others: Sequence[Rejected], figure: Figure) -> Figu
         axes.annotate(words, (value, at), (side, 0), textcoords="offset points", va="center", ha=align, fontsize=7.5)
     axes.axvline(0.0, color=GREY, lw=0.6)
     axes.set_yticks(range(len(rows) + 1), [said, *(r.name.replace("_", " ") for r in rows)])
-    axes.set_xscale("symlog", linthresh=1.0)
+    if max(map(abs, odds), default=0.0) > FAR_APART:
+        axes.set_xscale("symlog", linthresh=1.0)
     axes.margins(x=0.1)
     axes.invert_yaxis()
     axes.grid(axis="y", visible=False)

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
+from itertools import cycle
 
 import numpy as np
 from matplotlib.axes import Axes
@@ -42,6 +43,9 @@ FEWEST_IN_CELL = 3
 
 POORLY_KNOWN = 5.0
 """A cycle whose error is this many times the median one does not widen the frame."""
+
+LETTERS_IN_A_ROW = 45
+"""Letters of three labels that stand side by side over half a figure."""
 
 SHADES = (0.15, 0.3, 0.45, 0.6, 0.75, 0.9)
 """Opacities of the steps of a map, weakest first."""
@@ -133,14 +137,14 @@ def draw_time_frequency(trial: TrialFindings, lines: Mapping[str, float], axes: 
     levels = np.array([*SHADES, 1.0]) * largest
     colours = [to_rgba(NOT_EXPLAINED, shade) for shade in SHADES]
     axes.contourf(time + even[0], frequency[kept], amplitude, levels=levels, colors=colours)
-    for (words, at), style in zip(lines.items(), ("-", "--", ":", "-."), strict=False):
+    for (words, at), style in zip(lines.items(), cycle(("-", "--", ":", "-.")), strict=False):
         if math.isfinite(at):
             axes.axhline(at, color=INK if style == "-" else GREEN, lw=0.9, ls=style, label=f"{words} {at:.3g} Hz")
     axes.set_ylim(0.0, top)
     axes.set_xlabel("time after release (s)")
     axes.set_ylabel("frequency (Hz)")
-    axes.set_title(f"residual as prescribed, up to {_plain(largest)} {shown.unit}", pad=18)
-    _legend_above(axes)
+    rows = _legend_above(axes)
+    axes.set_title(f"residual as prescribed, up to {_plain(largest)} {shown.unit}", pad=4 + 14 * rows)
     return axes
 
 
@@ -231,7 +235,9 @@ def _frame(measured: Array, error: Array, runs: Sequence[Array]) -> tuple[float,
     return low - room, high + room
 
 
-def _legend_above(axes: Axes) -> None:
-    """The legend between the axes and its title, over no curve."""
-    axes.legend(loc="lower left", bbox_to_anchor=(0.0, 1.0), ncols=3, borderaxespad=0.1, borderpad=0.0)
-
+def _legend_above(axes: Axes) -> int:
+    """The legend between the axes and its title, over no curve and no wider than the axes; its number of rows."""
+    words = [str(w) for w in axes.get_legend_handles_labels()[1]]
+    columns = 3 if sum(len(w) for w in words) <= LETTERS_IN_A_ROW else 2
+    axes.legend(loc="lower left", bbox_to_anchor=(0.0, 1.0), ncols=columns, borderaxespad=0.1, borderpad=0.0)
+    return math.ceil(len(words) / columns)

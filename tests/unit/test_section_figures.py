@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 from matplotlib.axes import Axes
 from matplotlib.colors import to_rgba
+from matplotlib.text import Text
 
 from tests.findings_fixture import named, small_findings
 from undertow.comparison.tail import Histogram
@@ -100,6 +101,30 @@ def test_suspects_stand_in_order_and_one_with_more_evidence_but_excluded_is_red(
     assert [t.get_text() for t in panel.get_yticklabels()] == ["hidden resonator", "quintic stiffness", "relaxation"]
     widths = [bar.get_width() for bar in panel.patches]
     assert widths == pytest.approx([3.0 / math.log(10.0), -20.0 / math.log(10.0)])
+
+
+@pytest.mark.parametrize("count", [1, 3, 4, 5])
+def test_the_labels_of_many_lines_stand_between_the_map_and_its_title(axes: Axes, count: int) -> None:
+    words = ["body", "hidden resonator", "hidden resonator 2", "linear damping", "external forcing"][:count]
+    mismatch_figures.draw_time_frequency(
+        one_trial(small_findings(), wet()), {word: 1.0 + i for i, word in enumerate(words)}, axes
+    )  # fmt: skip
+    axes.figure.canvas.draw()
+    legend = axes.get_legend()
+    title = next(c for c in axes.get_children() if isinstance(c, Text) and c.get_text().startswith("residual"))
+    labels, titled, panel = (one.get_window_extent() for one in (legend, title, axes))
+    assert len(legend.get_texts()) == count
+    assert labels.y0 >= panel.y1 - 1.0
+    assert titled.y0 >= labels.y1 - 1.0
+    assert labels.x1 <= panel.x1 + 1.0
+
+
+def test_small_odds_have_a_plain_axis_and_large_ones_a_logarithms() -> None:
+    for most, scale in ((-9.0, "linear"), (-90.0, "symlog")):
+        others = [Rejected("relaxation", "", -2.0), Rejected("late", "", most * math.log(10.0))]
+        with page_style():
+            figure = fit_figures.draw_suspects("hidden resonator", others, new_figure(11.0, 2.0))
+        assert figure.axes[0].get_xscale() == scale
 
 
 def test_the_pair_plot_shows_the_correlation_and_leaves_out_what_has_no_error(axes: Axes) -> None:

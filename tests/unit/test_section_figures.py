@@ -21,7 +21,7 @@ from undertow.quantities import Estimate
 from undertow.report import fit_figures, mismatch_figures
 from undertow.report.captions import captions, quality_rows
 from undertow.report.group_figures import group_figures, marked_lines, one_trial
-from undertow.report.style import GREEN, NOT_EXPLAINED, in_theme, new_figure, page_style
+from undertow.report.style import GREEN, INK, NOT_EXPLAINED, in_theme, new_figure, page_style
 
 TWO = Described(
     parameters={"added_mass_kg": Estimate(500.0, 10.0, unit="kg"), "drag_coefficient": Estimate(2.0, 0.5, unit="1"),
@@ -114,6 +114,7 @@ def test_the_labels_of_many_lines_stand_between_the_map_and_its_title(axes: Axes
     title = next(c for c in axes.get_children() if isinstance(c, Text) and c.get_text().startswith("residual"))
     labels, titled, panel = (one.get_window_extent() for one in (legend, title, axes))
     assert len(legend.get_texts()) == count
+    assert [line.get_color() for line in axes.lines] == [INK, *[GREEN] * (count - 1)]  # the body's alone is black
     assert labels.y0 >= panel.y1 - 1.0
     assert titled.y0 >= labels.y1 - 1.0
     assert labels.x1 <= panel.x1 + 1.0

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
-from itertools import cycle
+from itertools import chain, cycle
 
 import numpy as np
 from matplotlib.axes import Axes
@@ -137,7 +137,7 @@ def draw_time_frequency(trial: TrialFindings, lines: Mapping[str, float], axes: 
     levels = np.array([*SHADES, 1.0]) * largest
     colours = [to_rgba(NOT_EXPLAINED, shade) for shade in SHADES]
     axes.contourf(time + even[0], frequency[kept], amplitude, levels=levels, colors=colours)
-    for (words, at), style in zip(lines.items(), cycle(("-", "--", ":", "-.")), strict=False):
+    for (words, at), style in zip(lines.items(), chain(("-",), cycle(("--", ":", "-."))), strict=False):
         if math.isfinite(at):
             axes.axhline(at, color=INK if style == "-" else GREEN, lw=0.9, ls=style, label=f"{words} {at:.3g} Hz")
     axes.set_ylim(0.0, top)

@@ -156,6 +156,16 @@ def test_masses_that_differ_as_stiffness_does_on_any_rig_are_not_named():
     assert any("no more than stiffness differs" in c.out for c in found.candidates)
 
 
+def test_masses_are_held_against_the_scatter_with_the_trials_that_showed_it():
+    one = heavier(member("short", SHORT, 4100), 250.0, 4102)
+    known, hardly = (replace(one.model.fixed, scatter_freedom=freedom) for freedom in (20.0, 1.0))
+    for fixed, names in ((known, ("mass_change",)), (hardly, ())):
+        level = make_level([replace(one, model=replace(one.model, fixed=fixed))])
+        found = diagnose(level, chosen(("mass_change",)))
+        assert found.best.names == names
+        assert any("no more than stiffness differs" in c.out for c in found.candidates) is not bool(names)
+
+
 def test_a_strong_resonator_is_found_though_repetitions_differ_by_nearly_as_much():
     hidden = ((registry.find("hidden_resonator", natural_frequency_rad_per_s=14.2, damping_ratio=0.018), 600.0),)
     wide = replace(member("short", SHORT, 4400, hidden), allowed=0.13)

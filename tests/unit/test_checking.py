@@ -12,6 +12,7 @@ from tests.small_campaign import Campaign, make_campaign, recorded, write_table
 from undertow.campaign.config import RunConfig, load
 from undertow.campaign.run.checking import Checked, Checker, _stops, sorted_out
 from undertow.campaign.run.cut_off import SeenEnd
+from undertow.discrepancy.findings import FailedTrial
 from undertow.errors import ConfigError, RangeEnd
 from undertow.recording.catalogue import Entry
 from undertow.recording.gather import gather
@@ -187,3 +188,17 @@ def test_a_trial_that_reaches_the_end_of_anothers_range_is_not_used(campaign: Ca
     assert "it is clipped in trial r05" in found.failed[0].reason
     trials = [replace(one, accepted=("clipping",)) if one.name == "r02" else one for one in trials]
     assert sorted_out(config, trials).failed == ()
+
+
+def test_a_level_that_other_trials_pass_accuses_no_sensor(campaign: Campaign) -> None:
+    config = load(campaign.config)
+    trials = checked(config)
+    by_name = {one.name: one.motion for one in trials}
+    assert by_name["r02"] is not None
+    highest = float(np.max(by_name["r02"].recording.channels["displacement"]))
+    seen = SeenEnd("r05", "displacement", RangeEnd(0.8 * highest, True, 0.01 * highest))
+    cut = FailedTrial("r05", "trial r05: clipped", dict(trials[5].conditions), clipped=True)
+    trials = [replace(one, motion=None, failed=cut, ends=(seen,)) if one.name == "r05" else one for one in trials]
+    (only,) = sorted_out(config, trials).failed
+    assert (only.name, only.clipped) == ("r05", False)
+    assert "other trials go beyond" in only.reason

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from tests.findings_fixture import small_findings
-from undertow.campaign.run.cut_off import SeenEnd, reached, with_clipped
+from undertow.campaign.run.cut_off import SeenEnd, common, reached, with_clipped
 from undertow.discrepancy.findings import FailedTrial
 from undertow.errors import ClippedError, RangeEnd
 from undertow.recording.quality import check
@@ -60,10 +60,11 @@ def test_trials_of_other_groups_and_other_faults_say_nothing(group):
 @pytest.mark.parametrize(
     ("value", "upper", "size", "is_cut"),
     [
-        (0.02, True, 0.0199, True),
-        (0.02, True, 0.019, False),
+        (0.02, True, 0.01997, True),
+        (0.02, True, 0.0199, False),  # four standard deviations short of it: a cut swing comes to the level
         (0.02, True, 0.021, False),
         (-0.02, False, 0.0201, True),
+        (-0.02, False, 0.0199, False),
         (-0.02, False, 0.021, False),  # beyond it: its range was another
     ],
 )
@@ -74,6 +75,16 @@ def test_a_trial_that_comes_to_an_end_of_range_seen_elsewhere_is_cut_too(value, 
     assert bool(said) is is_cut
     assert ("trial t02: displacement comes to" in said and "clipped in trial t01" in said) is is_cut
     assert reached(recording, [SeenEnd("t01", "spring_force", RangeEnd(value, upper, 2e-4))]) == ""
+
+
+def test_an_end_beyond_which_other_trials_go_is_none_of_the_sensors():
+    t = np.arange(400) / 100.0
+    high, low = (SeenEnd("t01", "displacement", RangeEnd(end, end > 0.0, 2e-4)) for end in (0.02, -0.02))
+    beside = [Recording("t02", t, {"displacement": 0.0199 * np.cos(6.0 * t)})]
+    assert common([high, low], beside) == (high, low)
+    lopsided = Recording("t03", t, {"displacement": 0.0199 * np.cos(6.0 * t) - 1e-3})
+    assert common([high, low], [*beside, lopsided]) == (high,)
+    assert common([high], [Recording("t04", t, {"acceleration": np.cos(6.0 * t)})]) == (high,)
 
 
 def test_a_recording_cut_at_its_range_says_so_by_its_error():

@@ -11,13 +11,14 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
+from scipy.stats import f as f_distribution
 
 from undertow.comparison.clock import SIGNIFICANT, no_clock
 from undertow.comparison.joint import WIDER, JointFit
 from undertow.comparison.level import Addend, Level
 from undertow.comparison.score_test import GridPlace
 from undertow.comparison.suspect import Addition, Suspect
-from undertow.methods.dry import DEFAULT_SCATTER
+from undertow.methods.dry import DEFAULT_SCATTER, PUBLISHED
 
 NAMING_PROBABILITY = 0.99
 """Posterior probability from which a name is said."""
@@ -38,6 +39,11 @@ BENT = 5.0
 UNUSUAL = 3.0
 """A sensor is named where it errs by more than this many times its prior."""
 
+AS_SCATTER = 0.999
+"""Trials of one mass lie so often within the spread up to which masses that differ are scatter of the stiffness: there
+are several groups in a campaign."""
+MANY = 1e6
+"""Degrees of freedom of a scatter that is stated: as good as infinitely many."""
 
 BOUNDED = 0.999
 """Share of an upper bound from which a number of what was added sits on it."""
@@ -279,8 +285,14 @@ def _as_stiffness(level: Level, fit: JointFit, names: Sequence[str]) -> str:
     spread = float(np.std([fit.value(n) for n in names])) / level.scales.mass
     scatter = [m.model.fixed.scatter.get("k", 0.0) for m in level.members if m.model.fixed is not None]
     usual = max([DEFAULT_SCATTER["k"], *scatter])
-    if spread < UNUSUAL * usual:
-        return f"masses that differ by {100 * spread:.2g} % are no more than stiffness differs ({100 * usual:.2g} %)"
+    shown = PUBLISHED + min(MANY, *(m.scatter_freedom for m in level.members))
+    chance = float(f_distribution.ppf(AS_SCATTER, len(names) - 1, shown))
+    limit = usual * max(UNUSUAL, math.sqrt(chance * (len(names) - 1) / len(names)))
+    if spread < limit:
+        return (
+            f"masses that differ by {100 * spread:.2g} % are no more than stiffness differs ({100 * usual:.2g} % as "
+            f"far as these trials tell, so up to {100 * limit:.2g} %)"
+        )
     bent = [abs(fit.value(u.name)) / u.prior_std for u in fit.solution.problem.unknowns if u.name.startswith("k[")]
     if max(bent, default=0.0) > BENT:
         return f"beside such masses a trial's stiffness would differ by {max(bent):.2g} times its scatter"

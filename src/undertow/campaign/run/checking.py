@@ -13,7 +13,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 
 from undertow.campaign.config import GroupKey, RunConfig
-from undertow.campaign.run.cut_off import SeenEnd, reached
+from undertow.campaign.run.cut_off import SeenEnd, common, reached
 from undertow.campaign.run.neighbours import misplaced
 from undertow.conditioning.agreement import Disagreement, disagreements
 from undertow.conditioning.condition import condition
@@ -195,8 +195,8 @@ def sorted_out(config: RunConfig, checked: Sequence[Checked], stops: bool = True
     sound = {key: [c for c in members if c.motion and not c.contradiction] for key, members in groups.items()}
     elsewhere = misplaced({key: [c.motion for c in members if c.motion] for key, members in sound.items()})
     known = {c.name for c in checked if "conditions" in c.accepted}
-    motions, failed = [], [c.failed for c in checked if c.failed is not None]
-    ends = [end for c in checked for end in c.ends]
+    ends = common([end for c in checked for end in c.ends], [c.motion.recording for c in checked if c.motion])
+    motions, failed = [], [_unused(c, c.failed, ends) for c in checked if c.failed is not None]
     for one in checked:
         if one.motion is None:
             continue
@@ -210,6 +210,13 @@ def sorted_out(config: RunConfig, checked: Sequence[Checked], stops: bool = True
         else:
             motions.append(one.motion)
     return Sorted(tuple(motions), tuple(failed), contradicted, _doubts(groups))
+
+
+def _unused(one: Checked, failed: FailedTrial, ends: Sequence[SeenEnd]) -> FailedTrial:
+    """A trial that cannot be used; no sensor's range is accused of an end beyond which other trials go."""
+    if not one.ends or any(end in ends for end in one.ends):
+        return failed
+    return replace(failed, clipped=False, reason=f"{failed.reason}; other trials go beyond: only this one is left out")
 
 
 def _said_of_group(wrong: Sequence[Checked], trials: int) -> str:

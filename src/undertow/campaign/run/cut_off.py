@@ -17,6 +17,10 @@ from undertow.discrepancy.words import count
 from undertow.errors import RangeEnd
 from undertow.recording.recording import Recording
 
+SHORT_OF = 0.25
+"""An extreme that is further short of an end than this share of the end's band, two standard deviations of the noise,
+was not cut there: a swing that is comes to the level with many samples."""
+
 
 @dataclass(frozen=True)
 class SeenEnd:
@@ -26,16 +30,26 @@ class SeenEnd:
     channel: str
     end: RangeEnd
 
+    def beyond(self, recording: Recording) -> float:
+        """How far a trial's extreme lies beyond this end, in its band; NaN without the channel."""
+        values = recording.channels.get(self.channel)
+        if values is None:
+            return math.nan
+        sign = 1.0 if self.end.upper else -1.0
+        return (sign * float(np.max(sign * values)) - self.end.value) * sign / self.end.band
+
+
+def common(ends: Sequence[SeenEnd], recordings: Sequence[Recording]) -> tuple[SeenEnd, ...]:
+    """The ends beyond which no trial goes: where one does, the range was another, or slow noise looked like a level."""
+    return tuple(seen for seen in ends if not any(seen.beyond(one) > 1.0 for one in recordings))
+
 
 def reached(recording: Recording, ends: Sequence[SeenEnd]) -> str:
     """Why a trial cannot be used whose sensor comes to the end of its range as seen in another; empty where it does
     not, or goes beyond: then its range was another."""
     for seen in ends:
-        values, end = recording.channels.get(seen.channel), seen.end
-        if values is None:
-            continue
-        extreme = float(np.max(values) if end.upper else np.min(values))
-        if abs(extreme - end.value) <= end.band:
+        if -SHORT_OF <= (beyond := seen.beyond(recording)) <= 1.0:
+            extreme = seen.end.value + (beyond if seen.end.upper else -beyond) * seen.end.band
             return (
                 f"trial {recording.name}: {seen.channel} comes to {extreme:.6g} {recording.unit(seen.channel)}, where "
                 f"it is clipped in trial {seen.trial}; widen the sensor's range, or list clipping in recordings.accept"

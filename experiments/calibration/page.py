@@ -22,7 +22,7 @@ from experiments.blind_challenge.figures import reliability_axes
 from experiments.blind_challenge.judge import GroupResult, holds, judge_case, statement_right
 from experiments.blind_challenge.page import number, table
 from experiments.blind_challenge.run_cases import read_rows
-from undertow.comparison.joint import FAR_ABOVE_NOISE
+from undertow.comparison.limits import FAR_ABOVE_NOISE
 from undertow.discrepancy.calibration import BEYOND, LEANS, NEARLY, NEARLY_NOISE, Record, conditions_of, kind_of
 
 PICTURE = "pictures/calibration.svg"

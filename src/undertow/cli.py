@@ -174,6 +174,8 @@ def run(
     """The whole way, from recordings to report; prints a table of verdicts."""
     _one_voice(quiet, verbose)
     with warnings.catch_warnings():
+        from undertow.campaign.config import load
+        load(config, overrides or ())  # what is wrong with it is said before the rest is imported, seconds later
         from undertow.campaign.run.cluster import on_cluster
         from undertow.campaign.run.folder import run_to_folder
         warnings.filterwarnings("ignore", _IDLE_WORKER)
@@ -238,7 +240,6 @@ def compare(
     """Runs side by side: what changed in verdicts, errors, prescribed and repaired parameters."""
     from undertow.front.terminal.changes import comparison_json, comparison_text
     from undertow.report.foreign import as_runs_write_them
-
     with as_runs_write_them(runs):
         if as_json:
             _print_json(comparison_json(runs))
@@ -247,7 +248,6 @@ def compare(
         if out is not None:
             from undertow.report.compare import comparison_html
             from undertow.report.writing import write_text
-
             write_text(out, comparison_html(runs))
             _say(f"written: {out}")
 

@@ -11,8 +11,9 @@ from experiments.names.studies import STUDIES, hidden_case
 from experiments.names.verdicts import judge
 from tests.concealed.test_diagnosis import SHORT, member
 from undertow.comparison.candidate import doubt
-from undertow.comparison.joint import FAR_ABOVE_NOISE, JointFit, fit_joint
+from undertow.comparison.joint import JointFit, fit_joint
 from undertow.comparison.level import Addend, Level, make_level
+from undertow.comparison.limits import FAR_ABOVE_NOISE
 from undertow.comparison.suspects import SUSPECTS
 from undertow.conditioning.period import dominant_period
 

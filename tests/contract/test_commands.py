@@ -47,6 +47,16 @@ def test_a_look_at_one_file_imports_neither_the_search_nor_what_it_calculates_wi
     assert done.stdout.strip() == "[]"
 
 
+@pytest.mark.parametrize(
+    "module", ["undertow.campaign.config", "undertow.front.terminal.changes", "undertow.report.explain"]
+)
+def test_a_config_that_is_wrong_and_runs_that_are_read_wait_for_no_search(module: str) -> None:
+    heavy = ("undertow.comparison.joint", "undertow.equation.kernel", "scipy.stats", "pysindy", "matplotlib")
+    code = f"import sys, {module}; print([name for name in {heavy} if name in sys.modules])"
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    assert done.stdout.strip() == "[]"
+
+
 def test_importing_undertow_imports_no_matplotlib() -> None:
     code = "import sys, undertow.campaign.run.course; print('matplotlib' in sys.modules)"
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)

@@ -6,6 +6,7 @@ import hashlib
 import json
 import os
 import re
+import shutil
 import signal
 import subprocess
 import sys
@@ -20,6 +21,7 @@ from tests.small_campaign import BODY, Campaign, make_campaign, recorded, write_
 from undertow.campaign.config import load
 from undertow.campaign.run import course as campaign_run
 from undertow.campaign.run.claim import claimed
+from undertow.cli import main
 
 Capture = pytest.CaptureFixture[str]
 
@@ -180,17 +182,27 @@ def small(tmp_path: Path) -> Campaign:
     return make_campaign(tmp_path / "small", [0.03, 0.05], springs=SPRINGS)
 
 
+@pytest.fixture(scope="module")
+def bare(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A finished run folder without a page."""
+    folder = tmp_path_factory.mktemp("bare")
+    small = make_campaign(folder / "small", [0.03, 0.05], springs=SPRINGS)
+    with pytest.raises(SystemExit, match=r"^0?$"):
+        main(["run", str(small.config), "--out", str(folder / "run"), "--jobs", "1", "--no-page"])
+    return folder / "run"
+
+
 def test_resume_takes_finished_groups_and_gives_identical_tables(
     capsys: Capture, small: Campaign, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    assert run(capsys, small, tmp_path / "run").code == 0
+    assert run(capsys, small, tmp_path / "run", "--no-page").code == 0
     before, verdict = tables(tmp_path / "run"), (tmp_path / "run" / "verdict.json").read_bytes()
     counted = Counted(monkeypatch)
-    assert run(capsys, small, tmp_path / "run", "--resume").code == 0
+    assert run(capsys, small, tmp_path / "run", "--no-page", "--resume").code == 0
     assert counted.count == 0
     assert tables(tmp_path / "run") == before
     assert (tmp_path / "run" / "verdict.json").read_bytes() == verdict
-    assert run(capsys, small, tmp_path / "run").code == 0
+    assert run(capsys, small, tmp_path / "run", "--no-page").code == 0
     assert counted.count == 2, "without --resume every group is analysed again"
 
 
@@ -389,9 +401,9 @@ def test_numbers_that_run_out_of_bounds_between_the_groups_end_a_run_in_a_senten
 
 @pytest.mark.parametrize("spoilt", [None, "x", [], {}, -1, [[]], {"a": 1}])
 def test_a_verdict_that_somebody_changed_ends_compare_and_explain_in_a_sentence_or_is_shown(
-    capsys: Capture, small: Campaign, tmp_path: Path, spoilt: object
+    capsys: Capture, bare: Path, tmp_path: Path, spoilt: object
 ) -> None:
-    assert run(capsys, small, tmp_path / "run").code == 0
+    shutil.copytree(bare, tmp_path / "run")
     path = tmp_path / "run" / "verdict.json"
     whole = json.loads(path.read_text())
     keys = [("groups",), ("across_groups",), ("contract",), *(("groups", 0, key) for key in whole["groups"][0])]
@@ -412,9 +424,9 @@ def test_a_verdict_that_somebody_changed_ends_compare_and_explain_in_a_sentence_
 
 @pytest.mark.parametrize("spoilt", [None, "x", [], {}, -1, [[]], {"a": 1}])
 def test_equations_that_somebody_changed_end_predict_in_a_sentence_or_are_used(
-    capsys: Capture, small: Campaign, tmp_path: Path, spoilt: object
+    capsys: Capture, bare: Path, tmp_path: Path, spoilt: object
 ) -> None:
-    assert run(capsys, small, tmp_path / "run").code == 0
+    shutil.copytree(bare, tmp_path / "run")
     path = tmp_path / "run" / "equations.json"
     whole = json.loads(path.read_text())
     group = whole["groups"][0]

@@ -50,6 +50,7 @@ def run(capsys: Capture, monkeypatch: pytest.MonkeyPatch, finished: Finished, *w
         progress("read", 1, 1)
         return finished
 
+    monkeypatch.setattr("undertow.campaign.config.load", lambda *said: None)
     monkeypatch.setattr(run_folder, "run_to_folder", done)
     return undertow(capsys, "run", "any.yaml", *words)
 

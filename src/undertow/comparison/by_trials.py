@@ -14,7 +14,8 @@ from dataclasses import replace
 
 import numpy as np
 
-from undertow.comparison.joint import FAR_ABOVE_NOISE, JointFit
+from undertow.comparison.joint import JointFit
+from undertow.comparison.limits import FAR_ABOVE_NOISE
 from undertow.comparison.score_test import scaled_inverse
 from undertow.recording.recording import Array
 

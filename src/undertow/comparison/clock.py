@@ -9,8 +9,9 @@ import math
 
 import numpy as np
 
-from undertow.comparison.joint import FAR_ABOVE_NOISE, JointFit, shared_theta
+from undertow.comparison.joint import JointFit, shared_theta
 from undertow.comparison.level import Addend, Level
+from undertow.comparison.limits import FAR_ABOVE_NOISE
 from undertow.conditioning.motion import Motion
 from undertow.equation.kernel import SLOT
 

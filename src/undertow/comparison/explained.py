@@ -10,8 +10,8 @@ import numpy as np
 
 from undertow.comparison.candidate import Candidate, damping_ratio
 from undertow.comparison.clock import at_a_resonance
-from undertow.comparison.joint import FAR_ABOVE_NOISE
 from undertow.comparison.level import Addend
+from undertow.comparison.limits import FAR_ABOVE_NOISE
 from undertow.comparison.sizes import COUNTS_IN_STDERR
 from undertow.comparison.suspects import RINGS
 from undertow.equation.kernel import SLOT

@@ -40,9 +40,6 @@ COARSE_FITS = 3
 SETTLED = 0.2
 """A trial's noise is found when its logarithm moves by less than this from fit to fit."""
 
-FAR_ABOVE_NOISE = 2.5
-"""Mean squared residual, in units of the sensors' noise, from which a law is missing whatever a free run allows."""
-
 STEPS_A_PERIOD = 20.0
 """Numbers that a force of which nothing is known has in a period of the motion: two for each line up to ten times the
 body's rate, where the body shows a hundredth of it."""

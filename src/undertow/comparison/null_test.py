@@ -29,6 +29,7 @@ from undertow.comparison.detectable import Detectable, detectable
 from undertow.comparison.joining import has_room
 from undertow.comparison.joint import JointFit, free_run_error
 from undertow.comparison.level import Level
+from undertow.comparison.limits import LEAST_P
 from undertow.comparison.replicas import (
     at_noise_of,
     is_of_instrument,
@@ -57,9 +58,6 @@ SIGNIFICANT = 0.01
 
 LEAST_WEIGHT = 0.01
 """Smallest weight of a suspect's rank."""
-
-LEAST_P = 1e-6
-"""Smallest p-value that is said: no tail of so many replicas is known further."""
 
 
 @dataclass(frozen=True)

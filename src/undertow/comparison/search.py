@@ -20,8 +20,9 @@ from undertow.comparison.attempt import REFINED, beyond_starts, from_pair, from_
 from undertow.comparison.candidate import RIVAL_ODDS, Candidate, LevelDiagnosis, Screened, conclude
 from undertow.comparison.explained import ALL, NEARLY_ALL, SLIDING, asked, beyond_doubt, biases, explains
 from undertow.comparison.joining import MOST_EFFECTS, PRIOR_NOTHING, has_room, log_prior, may_join, may_pair
-from undertow.comparison.joint import FAR_ABOVE_NOISE, at_memory, free_run_error, missed_share
+from undertow.comparison.joint import at_memory, free_run_error, missed_share
 from undertow.comparison.level import Level
+from undertow.comparison.limits import FAR_ABOVE_NOISE, OVERWHELMING, WORTH
 from undertow.comparison.needless import leanest, shorter_sets
 from undertow.comparison.prescribed import further_on, plain_fit
 from undertow.comparison.score_test import GridPlace, Stands, peaks, places
@@ -36,9 +37,6 @@ EVIDENCE_ALONE = 10.0
 REMAINING = 0.8
 """A further effect must leave at most this share of the free run's error that stood before it."""
 
-WORTH = 0.5
-"""Share of repeatability by which the free run must come closer (in quadrature) for an effect to be named."""
-
 BESIDE = 2
 """Where no single effect is enough, so many of the most probable ones are tried with another."""
 
@@ -51,8 +49,8 @@ LINEAR = 0.1
 NEAR = 10.0
 """Mean squared residual over noise of a fit so near that the free run's share does not matter: trials differ."""
 
-ODDS, OVERWHELMING = math.log(RIVAL_ODDS), math.log(1e6)
-"""Log odds from which a set has a name, and from which an effect is there though the free run hardly shows it."""
+ODDS = math.log(RIVAL_ODDS)
+"""Log odds from which a set has a name."""
 
 LEAST_GAIN = 5.0
 """A linear step that raises the log evidence by less cannot lead to a name: half of what one needs. What a missing law

@@ -20,7 +20,7 @@ from functools import cache
 from importlib.resources import files
 from typing import Any
 
-from undertow.comparison.joint import FAR_ABOVE_NOISE
+from undertow.comparison.limits import FAR_ABOVE_NOISE
 from undertow.discrepancy.verdict import Verdict
 
 LEFT, STANDS_OUT, HIDES = "left_above_noise", "p_value", "upper_bound"

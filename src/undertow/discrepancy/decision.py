@@ -11,10 +11,10 @@ from dataclasses import dataclass
 
 from undertow.comparison.candidate import NAMING_PROBABILITY, RIVAL_ODDS, Candidate, LevelDiagnosis, probability
 from undertow.comparison.explained import NEARLY_ALL, explains
-from undertow.comparison.joint import FAR_ABOVE_NOISE, free_run_error
+from undertow.comparison.joint import free_run_error
 from undertow.comparison.level import Level
+from undertow.comparison.limits import FAR_ABOVE_NOISE, OVERWHELMING, WORTH
 from undertow.comparison.null_test import NullTest
-from undertow.comparison.search import OVERWHELMING, WORTH
 from undertow.comparison.support import MORE_LIKELY, support
 from undertow.discrepancy.calibration import LEFT
 from undertow.discrepancy.case import Case

@@ -17,8 +17,8 @@ from undertow.comparison.candidate import NAMING_PROBABILITY, RIVAL_ODDS, Candid
 from undertow.comparison.explained import beyond_doubt, biases
 from undertow.comparison.joint import fit_joint, free_run_error
 from undertow.comparison.level import Level, Member
+from undertow.comparison.limits import WORTH
 from undertow.comparison.null_test import NullTest
-from undertow.comparison.search import WORTH
 from undertow.comparison.sizes import COUNTS_IN_REPEATABILITY
 from undertow.discrepancy.case import Case
 from undertow.discrepancy.decision import DOUBLED, NEAR, NO_ANSWER, Closeness, gates

@@ -15,8 +15,9 @@ import numpy as np
 from undertow.comparison.by_trials import FEWEST_TRIALS, with_errors_by_trials
 from undertow.comparison.candidate import Candidate, LevelDiagnosis, evidence_by_name
 from undertow.comparison.common_gains import with_common_gains
-from undertow.comparison.joint import FAR_ABOVE_NOISE, free_run_error, with_own_errors
+from undertow.comparison.joint import free_run_error, with_own_errors
 from undertow.comparison.level import Addend, Level, Member, full_name, make_level, member_rate
+from undertow.comparison.limits import FAR_ABOVE_NOISE
 from undertow.comparison.null_test import NullTest, null_test
 from undertow.comparison.prescribed import at_its_own_sizes
 from undertow.comparison.search import diagnose

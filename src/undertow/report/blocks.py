@@ -23,6 +23,7 @@ from undertow.report.extent import Extent, extent_of
 from undertow.report.figures import amplitude_scale
 from undertow.report.wording import (
     METHOD_NOTES,
+    STATUS_WORDS,
     confidence_words,
     error_parts,
     estimate_text,
@@ -42,15 +43,6 @@ NO_BREAK = "\u00a0"
 
 COLUMNS_AT_MOST = 6
 """Parameters beside each other in the table of all groups."""
-
-STATUS_WORDS: Mapping[str, str] = {
-    "explained": "explained with",
-    "nothing_missing": "nothing missing",
-    "unknown": "not explained",
-    "not_identifiable": "not identifiable",
-    "present_but_small": "something small",
-    "cannot_tell": "cannot tell",
-}
 
 Block = Mapping[str, Any]
 

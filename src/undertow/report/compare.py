@@ -18,9 +18,8 @@ from jinja2 import Environment
 
 from undertow.discrepancy.words import count, group_title, percent
 from undertow.quantities import Estimate
-from undertow.report.blocks import STATUS_WORDS
 from undertow.report.verdict_file import read_verdicts
-from undertow.report.wording import estimate_text
+from undertow.report.wording import STATUS_WORDS, estimate_text
 
 NOTEWORTHY = 2.0
 """Standard errors (of both runs, in quadrature) from which on a parameter counts as changed; contract 2 takes the same

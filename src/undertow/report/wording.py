@@ -12,7 +12,7 @@ import re
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 
-from undertow.comparison.null_test import LEAST_P
+from undertow.comparison.limits import LEAST_P
 from undertow.quantities import OK, Estimate, format_estimate
 
 METHOD_LABELS: Mapping[str, str] = {
@@ -25,6 +25,16 @@ METHOD_LABELS: Mapping[str, str] = {
     "baseline": "Group's equation",
 }
 """What the reader calls each method; a method that is not here is shown by its own name."""
+
+STATUS_WORDS: Mapping[str, str] = {
+    "explained": "explained with",
+    "nothing_missing": "nothing missing",
+    "unknown": "not explained",
+    "not_identifiable": "not identifiable",
+    "present_but_small": "something small",
+    "cannot_tell": "cannot tell",
+}
+"""What the reader calls each status."""
 
 METHOD_NOTES: Mapping[str, str] = {
     "decay": "the envelope of the peaks of a dry decay",

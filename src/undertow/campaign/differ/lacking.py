@@ -14,6 +14,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import replace
 
 from undertow.comparison.level import Member, make_level
+from undertow.comparison.limits import WORTH
 from undertow.comparison.suspect import Scales, Suspect
 from undertow.comparison.suspects import all_suspects
 from undertow.conditioning.motion import Motion
@@ -36,9 +37,6 @@ UNKNOWN = Specimen()
 RESOLUTION = 0.01
 """Share of the motion below which one recording decides nothing: a sensor's gain and linearity, half a per cent each
 way. Scatter from trial to trial is no limit here: the equation is fitted to this very trial."""
-
-WORTH = 0.5
-"""Share of what is allowed by which a law must bring the free run closer (in quadrature) to be named."""
 
 CLOSE = 2.0
 """An equation explains a motion when its free run stays within this many times what is allowed."""

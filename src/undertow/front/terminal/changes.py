@@ -14,7 +14,7 @@ from rich import box
 from rich.table import Table
 from rich.text import Text
 
-from undertow.front.terminal.verdicts import table_text
+from undertow.front.terminal.table import table_text
 from undertow.report.compare import changes_in_words, compare_runs
 
 

@@ -6,14 +6,12 @@ reached (discrepancy/), pages (report/), progress.
 
 from __future__ import annotations
 
-import io
 import math
 from collections import Counter
 from collections.abc import Mapping, Sequence
 from typing import Any
 
 from rich import box
-from rich.console import Console
 from rich.table import Table
 from rich.text import Text
 
@@ -22,9 +20,10 @@ from undertow.campaign.run.folder import DOUBTS_PRINTED, Finished
 from undertow.discrepancy.calibration import conditions_of, record_for
 from undertow.discrepancy.findings import Findings
 from undertow.discrepancy.words import count, group_title, percent
-from undertow.report.blocks import STATUS_WORDS, no_gain_words
+from undertow.front.terminal.table import table_text
+from undertow.report.blocks import no_gain_words
 from undertow.report.verdict_file import group_json, read_verdicts
-from undertow.report.wording import in_plain_words
+from undertow.report.wording import STATUS_WORDS, in_plain_words
 from undertow.uncertainty.growth import grown_words
 
 COLOURS: Mapping[str, str] = {
@@ -32,9 +31,6 @@ COLOURS: Mapping[str, str] = {
     "not_identifiable": "magenta", "unknown": "red",
 }  # fmt: skip
 """Of each status; green is nothing_missing alone."""
-
-NO_TERMINAL_WIDTH = 2000
-"""Characters a line may have where stdout is no terminal: tables are then as wide as their content."""
 
 CERTAIN = 0.99
 """From here on a probability is printed as "over 99 %": calibration says no more."""
@@ -151,19 +147,9 @@ def run_json(finished: Finished | DrivenFinished) -> dict[str, Any]:
     }
 
 
-def table_text(table: Table, width: int = 0, colour: bool = False) -> str:
-    """A table as text; ``width`` 0 lets it be as wide as its content."""
-    stream = io.StringIO()
-    console = Console(
-        file=stream, width=width or NO_TERMINAL_WIDTH, force_terminal=colour, highlight=False, no_color=not colour
-    )
-    console.print(table)
-    return "\n".join(line.rstrip() for line in stream.getvalue().splitlines() if line.strip())
-
-
 def _number(value: float | None) -> float:
     return math.nan if value is None else float(value)
 
 
 __all__ = ["counted", "last_line", "missing_words", "no_gain_lines", "probability_words", "run_json", "run_text",
-           "table_text", "verdict_table"]  # fmt: skip
+           "verdict_table"]  # fmt: skip

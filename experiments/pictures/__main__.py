@@ -53,6 +53,9 @@ CASES: dict[str, tuple[float, dict[str, float]]] = {
     "hidden_resonator": (300.0, {"natural_frequency_rad_per_s": 9.6, "damping_ratio": 0.02}),
     "relaxation": (40000.0, {"time_s": 0.3}), "hysteresis": (60000.0, {"yield_displacement_m": 0.006}),
     "external_forcing": (300.0, {"frequency_rad_per_s": 7.0, "phase_rad": 1.0}),
+    "changing_force": (
+        300.0, {"frequency_rad_per_s": 7.0, "phase_rad": 1.0, "change_per_s": 0.2, "change_phase_rad": 3.5},
+    ),
     "delayed_echo": (-1500.0, {"delay_s": 1.7}),
 }  # fmt: skip
 """Each law's coefficient and inner parameters, large enough to be seen with the eye."""

@@ -50,6 +50,7 @@ from undertow.comparison.search import diagnose
 from undertow.comparison.sizes import Sizes
 from undertow.comparison.suspects import SUSPECTS
 from undertow.comparison.tail import Tail
+from undertow.discrepancy.validation import addition_parameters
 from undertow.equation import registry
 from undertow.likelihood.problem import Problem, Unknown
 
@@ -500,6 +501,27 @@ def test_a_force_far_slower_or_faster_than_the_body_is_named(rate, size):
     best = diagnose(level, [found(name) for name in LOOKED_FOR[1:]]).best
     assert best.names == ("external_forcing",)
     assert best.fit.value("external_forcing.frequency_rad_per_s") == pytest.approx(rate * body, rel=0.01)
+
+
+def test_a_force_whose_size_and_phase_change_along_the_record_is_named_by_its_frequency():
+    body = make_level([member("short", SHORT, 2000)]).scales.slowest
+    rng, parts = np.random.default_rng(3), []
+    for i, x0 in enumerate((0.03, 0.04, 0.05)):
+        phases = dict(zip(("phase_rad", "change_phase_rad", "bend_phase_rad"), rng.uniform(0.0, 6.0, 3), strict=True))
+        force = registry.find(
+            "changing_force", frequency_rad_per_s=0.5 * body, change_per_s=0.4, bend_per_s2=0.04, **phases
+        )
+        parts.append(member("short", (x0,), 2000 + i, ((force, 150.0),)))
+    level = make_level([replace(parts[0], motions=tuple(m for part in parts for m in part.motions))])
+    best = diagnose(level, [found(name) for name in LOOKED_FOR[1:]]).best
+    assert best.names == ("external_forcing",)
+    assert {a.slot for a in best.fit.addends[-1].additions} >= {"gomega", "gcos_t", "gsin_t"}
+    assert best.fit.value("external_forcing.frequency_rad_per_s") == pytest.approx(0.5 * body, rel=0.02)
+    assert best.fit.misfit < 1.3
+    steady = replace(found("external_forcing"), wider=())
+    assert diagnose(level, [steady]).best.fit.misfit > 5.0 * best.fit.misfit
+    amplitude = addition_parameters(best.fit, "short")["external_forcing"][0]["amplitude_N"]
+    assert 100.0 < amplitude.value < 600.0
 
 
 def test_scatter_that_few_dry_trials_showed_is_itself_uncertain():

@@ -87,6 +87,33 @@ def test_a_force_whose_phase_goes_with_the_release_is_what_the_other_effect_leav
     assert once == "external_forcing is distinct from zero in 1 of 3 trials; 2 show a clock of its own"
 
 
+def test_a_force_that_changes_along_the_record_and_goes_with_the_release_is_a_memory():
+    level = make_level([member("short", SHORT, 5000)])
+    (one,) = level.members
+    force = next(s for s in SUSPECTS if s.name == "external_forcing")
+    addend = Addend("external_forcing", force.wider[-1](level.scales, 14.0))
+    fit = fit_joint(level, (addend,), 1.0, {}, 10.0, growing=False, quick=True)
+    names = fit.solution.problem.names
+
+    def said(phases) -> str:
+        values = fit.solution.values.copy()
+        for motion, phase in zip(one.motions, phases, strict=True):
+            at = names.index(f"external_forcing.cosine_N[{motion.name}]"), names.index(
+                f"external_forcing.sine_N[{motion.name}]"
+            )
+            end = float(motion.windowed("t")[-1])
+            values[list(at)] = 3000.0 * motion.amplitude * np.array([np.cos(phase), np.sin(phase)])
+            for part, value in zip(("cosine", "sine"), values[list(at)], strict=True):
+                values[names.index(f"external_forcing.{part}_N_per_s[{motion.name}]")] = -0.9 * value / end
+                values[names.index(f"external_forcing.{part}_N_per_s2[{motion.name}]")] = 0.0
+        values[names.index("external_forcing.frequency_rad_per_s")] = 8.0
+        dying = replace(fit, solution=replace(fit.solution, values=values), misfit=2.0 * FAR_ABOVE_NOISE)
+        return doubt(level, dying)
+
+    assert "tied to the release: phases and sizes agree in all trials by 100 %" in said(np.full(3, 0.4))
+    assert "tied" not in said(2.0 * np.pi * np.arange(3) / 3.0)
+
+
 def test_a_sensor_that_drifts_across_zero_after_the_motion_does_not_lengthen_the_period():
     motion = member("short", SHORT[-1:], 5000).motions[0]
     end = motion.windowed("t")[-1]

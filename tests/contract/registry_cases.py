@@ -49,6 +49,18 @@ CASES: dict[str, tuple[float, dict[str, float], tuple[str, ...]]] = {
     "relaxation": (30000.0, {"time_s": 0.3}, ()),
     "hysteresis": (40000.0, {"yield_displacement_m": 0.004}, ()),
     "external_forcing": (300.0, {"frequency_rad_per_s": 7.0, "phase_rad": 1.0}, ()),
+    "changing_force": (
+        300.0,
+        {
+            "frequency_rad_per_s": 7.0,
+            "phase_rad": 1.0,
+            "change_per_s": -0.2,
+            "change_phase_rad": 0.4,
+            "bend_per_s2": 0.01,
+            "bend_phase_rad": 2.0,
+        },
+        (),
+    ),
     "delayed_echo": (-500.0, {"delay_s": 1.7}, ()),
 }
 

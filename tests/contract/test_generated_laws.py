@@ -69,11 +69,25 @@ def test_columns_are_those_of_formulas_written_by_hand():
         "sine_restoring": np.sin(x), "position_damping": x * v,
         "van_der_pol_damping": x**2 * v, "asymmetric_friction": still + 1.0,
         "stribeck_friction": sign * np.exp(-((v / 0.01) ** 2)), "variable_normal_force": abs(x) * sign,
-        "external_forcing": np.cos(5.0 * t),
+        "external_forcing": np.cos(5.0 * t), "changing_force": np.cos(5.0 * t),
     }  # fmt: skip
     assert set(columns.COLUMNS) == set(by_hand)
     for name, exact in by_hand.items():
         assert registry.find(name).force(x, v, still, t) == pytest.approx(exact, rel=1e-12, abs=1e-300), name
+
+
+def test_a_force_that_changes_is_that_of_its_formula_and_of_its_places():
+    t, still = np.linspace(0.0, 9.0, 50), np.zeros(50)
+    inner = {
+        "frequency_rad_per_s": 2.0, "phase_rad": 0.3, "change_per_s": -0.1, "change_phase_rad": 1.0,
+        "bend_per_s2": 0.02, "bend_phase_rad": -0.5,
+    }  # fmt: skip
+    law = registry.find("changing_force", **inner)
+    by_hand = np.cos(2.0 * t + 0.3) - 0.1 * t * np.cos(2.0 * t + 1.0) + 0.02 * t**2 * np.cos(2.0 * t - 0.5)
+    assert law.force(still, still, still, t) == pytest.approx(by_hand, rel=1e-12, abs=1e-14)
+    s = law.slot_values(7.0)
+    cosine, sine = (s[f"g{part}"] + s[f"g{part}_t"] * t + s[f"g{part}_tt"] * t**2 for part in ("cos", "sin"))
+    assert cosine * np.cos(2.0 * t) + sine * np.sin(2.0 * t) == pytest.approx(7.0 * by_hand, rel=1e-12, abs=1e-13)
 
 
 def test_springs_give_their_force_and_its_slope():

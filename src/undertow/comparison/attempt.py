@@ -15,6 +15,7 @@ from undertow.comparison.candidate import Candidate, doubt
 from undertow.comparison.explained import swings
 from undertow.comparison.joint import WIDER, JointFit, fit_joint
 from undertow.comparison.level import Addend, Level
+from undertow.comparison.limits import FAR_ABOVE_NOISE
 from undertow.comparison.score_test import GridPlace, renumbered
 from undertow.comparison.suspect import EACH_SPRING, Addition, Suspect
 from undertow.comparison.suspects import RADIATION, kernel_additions
@@ -118,9 +119,25 @@ def from_twin(
     it is a wider form: from starts of its own it may end further off than that."""
     if found is None or twin is None:
         return found
-    level = replace(level, shared_water=twin.fit.shared_water)
-    additions = renumbered(suspect.additions(level.scales, suspect.starts(level.scales)[0]), best.fit.addends)
-    fit = _with(level, best, (Addend(_prefix(best.suspects, suspect), additions),), twin.fit.values, growing=False)
+    return _closer(level, best, found, twin, suspect.additions(level.scales, suspect.starts(level.scales)[0]))
+
+
+def widened(level: Level, best: Candidate, suspect: Suspect, found: Candidate | None) -> Candidate | None:
+    """What was found of a suspect, or, while it leaves more than noise, its wider forms from there where they come
+    closer."""
+    for wider in suspect.wider:
+        if found is not None and found.fit.misfit > FAR_ABOVE_NOISE:
+            found = _closer(level, best, found, found, wider(level.scales, suspect.starts(level.scales)[0]))
+    return found
+
+
+def _closer(
+    level: Level, best: Candidate, found: Candidate, start: Candidate, additions: tuple[Addition, ...]
+) -> Candidate:
+    """What was found, or the same with these unknowns, from where ``start`` ended, if that comes closer."""
+    level = replace(level, shared_water=start.fit.shared_water)
+    addend = Addend(start.fit.addends[-1].prefix, renumbered(additions, best.fit.addends))
+    fit = _with(level, best, (addend,), start.fit.values, growing=False)
     if fit is None or fit.criterion >= found.fit.criterion:
         return found
     fit = _refined(level, fit)

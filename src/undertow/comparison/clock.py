@@ -12,8 +12,8 @@ import numpy as np
 from undertow.comparison.joint import JointFit, shared_theta
 from undertow.comparison.level import Addend, Level
 from undertow.comparison.limits import FAR_ABOVE_NOISE
-from undertow.conditioning.motion import Motion
 from undertow.equation.kernel import SLOT
+from undertow.recording.recording import Array
 
 SIGNIFICANT = 3.0
 """A suspect's coefficient must be this many standard errors from zero."""
@@ -35,6 +35,9 @@ LOCKED = 0.7
 """Twice the phases agree by at least this where a force near the body's own frequency is locked to the release, as what
 the equation leaves is; of phases drawn at random, those of three trials do so in 27 of 100 campaigns, of six in 5."""
 
+STEADY = ("cosine_N", "sine_N")
+"""Unknowns of each trial that a force has whose size and phase stay; others say how they change."""
+
 PURE = 0.998
 """Share of what lies above noise that a force with a size and a phase of its own in every trial explains, down to the
 noise, only if it is one: what an equation leaves of the body's own motion dies out with it and is no tone. Of seiches
@@ -54,19 +57,36 @@ def _clock(fit: JointFit, force: Addend) -> float:
     return fit.value(f"{force.prefix}.frequency_rad_per_s")
 
 
-def _parts(force: Addend, motion: Motion) -> list[str]:
-    """Names of an outside force's size and phase in one trial: its cosine and its sine."""
-    return [f"{force.prefix}.{a.name}[{motion.name}]" for a in force.additions if a.of_its_own]
+def parts_of(fit: JointFit, force: Addend, trial: str) -> tuple[list[int], Array]:
+    """An outside force's cosine and sine in the middle of one trial, as a sum of unknowns: their places (n,), and what
+    each counts (2, n)."""
+    names, rows = fit.solution.problem.names, []
+    t = next(one.t for one in fit.solution.problem.trials if one.name == trial)
+    middle = 0.5 * float(t[0] + t[-1])
+    own = [a for a in force.additions if a.of_its_own]
+    for part in STEADY:
+        counts = {part: 1.0, f"{part}_per_s": middle, f"{part}_per_s2": middle**2}
+        rows.append([counts.get(a.name, 0.0) for a in own])
+    return [names.index(f"{force.prefix}.{a.name}[{trial}]") for a in own], np.array(rows)
+
+
+def _size(fit: JointFit, force: Addend, trial: str) -> complex:
+    """An outside force in the middle of one trial: its cosine, and its sine as imaginary part."""
+    places, counts = parts_of(fit, force, trial)
+    return complex(*(counts @ fit.solution.values[places]))
 
 
 def no_clock(level: Level, fit: JointFit, force: Addend, beside: bool, before: JointFit | None) -> str:
     """Why an outside force has no clock of its own, in words; empty where it has. ``beside``: something was named
     before it, whose memory may be what is left, unless no more than noise is: a memory leaves no tone so pure that has
-    another size and phase in every trial, and one with the same is a resonator. ``before`` is the fit without it."""
-    said = "" if before is not None and _pure(fit, before) else _own_motion(level, fit, force)
+    another size and phase in every trial, and one with the same is a resonator. What changes along the record may be a
+    memory too. ``before`` is the fit without it."""
+    pure = before is not None and _pure(fit, before)
+    said = "" if pure else _own_motion(level, fit, force)
     said = said or _in_one_trial(level, fit, force)
+    changing = len([a for a in force.additions if a.of_its_own]) > len(STEADY) and not pure
     left = beside and fit.misfit > FAR_ABOVE_NOISE
-    return said or (_tied(level, fit, force) if left else "")
+    return said or (_tied(level, fit, force) if left or changing else "")
 
 
 def _pure(fit: JointFit, before: JointFit) -> bool:
@@ -97,7 +117,7 @@ def _locked(level: Level, fit: JointFit, force: Addend) -> float:
     every trial has the same or the opposite one, as what an equation leaves of the body's own motion has."""
     total, trials = 0.0, 0
     for member in level.members:
-        sizes = [complex(*(fit.value(name) for name in _parts(force, m))) for m in member.motions]
+        sizes = [_size(fit, force, m.name) for m in member.motions]
         turned = [(one / abs(one)) ** 2 for one in sizes if abs(one) > 0.0]
         total, trials = total + abs(sum(turned)), trials + len(turned)
     return total / trials if trials > len(level.members) else 1.0
@@ -107,8 +127,9 @@ def _in_one_trial(level: Level, fit: JointFit, force: Addend) -> str:
     """Whether an outside force is distinct from zero in fewer than two trials, in words: one trial knows no clock."""
     told = 0
     for motion in (m for member in level.members for m in member.motions):
-        parts = [fit.value(n) / max(fit.solution.stderr(n), 1e-300) for n in _parts(force, motion)]
-        told += math.hypot(*parts) > SIGNIFICANT
+        places, counts = parts_of(fit, force, motion.name)
+        errors = np.sqrt(np.diag(counts @ fit.solution.covariance[np.ix_(places, places)] @ counts.T))
+        told += math.hypot(*(counts @ fit.solution.values[places] / np.maximum(errors, 1e-300))) > SIGNIFICANT
     if told >= CLOCKED:
         return ""
     return f"{force.prefix} is distinct from zero in {told} of {level.trials} trials; {CLOCKED} show a clock of its own"
@@ -117,12 +138,7 @@ def _in_one_trial(level: Level, fit: JointFit, force: Addend) -> str:
 def _tied(level: Level, fit: JointFit, force: Addend) -> str:
     """Whether an outside force's phase is tied to the release on each spring, in words: sizes in units of the release
     and phases that agree are a memory's."""
-
-    def phased_size(motion: Motion) -> complex:
-        cosine, sine = (fit.value(name) for name in _parts(force, motion))
-        return complex(cosine, sine) / motion.amplitude
-
-    forces = [np.array([phased_size(motion) for motion in member.motions]) for member in level.members]
+    forces = [np.array([_size(fit, force, m.name) / m.amplitude for m in one.motions]) for one in level.members]
     total = sum(float(np.sum(np.abs(own) ** 2)) for own in forces)
     if total == 0.0:
         return ""

@@ -235,6 +235,7 @@ class _Search:
             try:
                 candidate = self._small(suspect, prior, depth) if small else self._large(suspect, prior)
                 candidate = attempt.from_twin(self.level, self.best, suspect, candidate, twin)
+                candidate = attempt.widened(self.level, self.best, suspect, candidate)
                 if candidate is None or not (depth and explained.fading(candidate)):
                     return candidate
                 return attempt.as_radiation(self.level, candidate)

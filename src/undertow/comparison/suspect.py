@@ -88,6 +88,9 @@ class Suspect:
     a start within its line only (a clock). ``late`` asks nothing of so many first periods: what is wrong
     with the release shows there and nowhere else.
 
+    ``wider`` gives the same unknowns, and further ones, of wider forms of the law (a force that changes along the
+    record), each tried from where the one before it ended if that leaves more than noise.
+
     ``swings`` by itself, so that several may stand in one equation, and where it is damped strongly it cannot be told
     from what ``overdamped_as`` names; on the lower and on the upper bound of what it has inside it ``becomes`` a law
     that is simpler, each named where there is one;
@@ -119,6 +122,7 @@ class Suspect:
     like: tuple[str, ...] = ()
     without_sliding: str = ""
     of_angles: bool = False
+    wider: tuple[Callable[[Scales, float], tuple[Addition, ...]], ...] = ()
     words: str = ""
     next_test: str = ""
 

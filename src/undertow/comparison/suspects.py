@@ -217,6 +217,28 @@ def _forcing(s: Scales, start: float) -> tuple[Addition, ...]:
     )
 
 
+def _changing(s: Scales, start: float) -> tuple[Addition, ...]:
+    """The same force, whose size and phase change along the record: a narrow band, a seiche that dies out."""
+    slots = {"omega": "gomega", "fcos": "gcos", "fsin": "gsin"}
+    steady = tuple(replace(a, slot=slots[a.slot]) for a in _forcing(s, start))
+    slow = 5e-4 * s.force * s.rate / (2.0 * math.pi)  # a tenth of the size in a period
+    return (
+        *steady,
+        Addition("cosine_N_per_s", "N/s", "gcos_t", 0.0, slow, scope="trial"),
+        Addition("sine_N_per_s", "N/s", "gsin_t", 0.0, slow, scope="trial"),
+    )
+
+
+def _bending(s: Scales, start: float) -> tuple[Addition, ...]:
+    """The same with a further term: a band of more than one wave length in a record."""
+    slow = 5e-5 * s.force * (s.rate / (2.0 * math.pi)) ** 2
+    return (
+        *_changing(s, start),
+        Addition("cosine_N_per_s2", "N/s^2", "gcos_tt", 0.0, slow, scope="trial"),
+        Addition("sine_N_per_s2", "N/s^2", "gsin_tt", 0.0, slow, scope="trial"),
+    )
+
+
 def _echo(s: Scales, start: float) -> tuple[Addition, ...]:
     """An echo comes back after three quarters of the slowest period at the earliest: sooner it is damping. How much of
     a wave comes back depends on its length: each spring has its own gain."""
@@ -311,7 +333,7 @@ SUSPECTS: tuple[Suspect, ...] = (
     ),
     Suspect(
         ExternalForcing.name, "outside", _forcing, _resonator_starts, fine=_force_frequencies, on_a_line=True,
-        often_beside=True,
+        often_beside=True, wider=(_changing, _bending),
     ),
     Suspect(DelayedEcho.name, "outside", _echo, _echo_starts, True, fine=_fine_delays, fades=True, recurs=True),
     Suspect(SineRestoring.name, "structure", _sine, of_angles=True),

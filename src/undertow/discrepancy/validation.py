@@ -11,6 +11,7 @@ from collections.abc import Mapping, Sequence
 
 import numpy as np
 
+from undertow.comparison.clock import parts_of
 from undertow.comparison.joint import JointFit, shared_theta
 from undertow.comparison.level import Addend, Level, Member, full_name, seen_by
 from undertow.conditioning.motion import Motion
@@ -142,17 +143,20 @@ def _of_trials(fit: JointFit, addend: Addend) -> dict[str, Estimate]:
     for a in (a for a in addend.additions if a.differs):
         mine = [n for n in names if n.startswith(f"{addend.prefix}.{a.name}[")]
         return {a.name: Estimate(*fit.apart(mine), 0.0, a.unit, "larger and smaller trials")}
-    cosines = [n for n in names if n.startswith(f"{addend.prefix}.cosine_N[")]
-    return {"amplitude_N": _mean_amplitude(fit, cosines)} if cosines else {}
+    return {"amplitude_N": _mean_amplitude(fit, addend)} if addend.has_its_own_clock else {}
 
 
-def _mean_amplitude(fit: JointFit, cosines: Sequence[str]) -> Estimate:
-    """A force's amplitude, the mean over trials: its error is what the trials differ by, and no less than the fit's
-    own, in which a sensor's gain is off by the same in all of them."""
-    index = [fit.solution.problem.names.index(n) for c in cosines for n in (c, c.replace(".cosine_N[", ".sine_N["))]
-    parts = fit.solution.values[index].reshape(-1, 2)
-    sizes = np.hypot(*parts.T)
-    slope = (parts / np.maximum(sizes, 1e-300)[:, None] / sizes.size).ravel()
+def _mean_amplitude(fit: JointFit, force: Addend) -> Estimate:
+    """A force's amplitude, in the middle of each trial, the mean over trials: its error is what the trials differ by,
+    and no less than the fit's own, in which a sensor's gain is off by the same in all of them."""
+    found = [parts_of(fit, force, trial.name) for trial in fit.solution.problem.trials]
+    index = [place for places, _ in found for place in places]
+    parts = [counts @ fit.solution.values[places] for places, counts in found]
+    sizes = np.hypot(*np.array(parts).T)
+    slope = np.concatenate([
+        part @ counts / max(size, 1e-300) / sizes.size
+        for part, size, (_, counts) in zip(parts, sizes, found, strict=True)
+    ])  # fmt: skip
     stated = math.sqrt(max(float(slope @ fit.solution.covariance[np.ix_(index, index)] @ slope), 0.0))
     differ = float(np.std(sizes, ddof=1)) / math.sqrt(sizes.size) if sizes.size > 1 else math.nan
     return Estimate(float(np.mean(sizes)), max(differ, stated), 0.0, "N", "mean of trials")

@@ -18,9 +18,10 @@ from undertow.compiling import WITHIN
 SLOTS: tuple[str, ...] = (
     "mass", "xe", "x0", "v0", "k1", "c1", "fc", "q", "c3", "cp", "p", "k3",
     "k5", "k2", "kd", "td", "ka", "ks", "xv", "xxv", "fs", "vs", "fa", "fn",
-    "fcos", "omega", "fsin", "ge", "tau_e", "kb", "fb", "hm1", "hw1", "hz1", "hb1", "hg1",
-    "hs1", "hu1", "hm2", "hw2", "hz2", "hb2", "hg2", "hs2", "hu2", "hm3", "hw3", "hz3",
-    "hb3", "hg3", "hs3", "hu3", "rk1", "rt1", "rk2", "rt2",
+    "fcos", "omega", "fsin", "gcos", "gomega", "gsin", "gcos_t", "gsin_t", "gcos_tt", "gsin_tt", "ge", "tau_e",
+    "kb", "fb", "hm1", "hw1", "hz1", "hb1", "hg1", "hs1", "hu1", "hm2", "hw2", "hz2",
+    "hb2", "hg2", "hs2", "hu2", "hm3", "hw3", "hz3", "hb3", "hg3", "hs3", "hu3", "rk1",
+    "rt1", "rk2", "rt2",
 )
 """Names of the parameter vector's places, in order: hm1 is the first hidden oscillator's mass."""
 
@@ -54,12 +55,19 @@ _FN = 23
 _FCOS = 24
 _OMEGA = 25
 _FSIN = 26
-_GE = 27
-_TAU_E = 28
-_KB = 29
-_FB = 30
-_HM = 31
-_RK = 52
+_GCOS = 27
+_GOMEGA = 28
+_GSIN = 29
+_GCOS_T = 30
+_GSIN_T = 31
+_GCOS_TT = 32
+_GSIN_TT = 33
+_GE = 34
+_TAU_E = 35
+_KB = 36
+_FB = 37
+_HM = 38
+_RK = 59
 _NH = 7
 _START = 5
 MAX_HIDDEN = 3
@@ -128,6 +136,12 @@ def _outside_force(th, x, v, d, side, t, echo):
     if th[_FCOS] != 0.0 or th[_FSIN] != 0.0:
         w0 = th[_OMEGA] * t
         f += th[_FCOS] * math.cos(w0) + th[_FSIN] * math.sin(w0)
+    if th[_GCOS] != 0.0 or th[_GSIN] != 0.0 or th[_GCOS_T] != 0.0 or th[_GSIN_T] != 0.0 or th[_GCOS_TT] != 0.0 or th[_GSIN_TT] != 0.0:
+        w0 = th[_GOMEGA] * t
+        w1 = math.cos(w0)
+        w2 = math.sin(w0)
+        w3 = t * t
+        f += th[_GCOS] * w1 + th[_GCOS_T] * t * w1 + th[_GCOS_TT] * w1 * w3 + th[_GSIN] * w2 + th[_GSIN_T] * t * w2 + th[_GSIN_TT] * w2 * w3
     return f
 
 
@@ -206,6 +220,20 @@ def _explicit_force(th, slot, y, nh, t, d, side, x, v, a, fx, echo):
         return th[_FCOS] * t * math.sin(th[_OMEGA] * t) - th[_FSIN] * t * math.cos(th[_OMEGA] * t)
     if slot == _FSIN:
         return -math.sin(th[_OMEGA] * t)
+    if slot == _GCOS:
+        return -math.cos(th[_GOMEGA] * t)
+    if slot == _GOMEGA:
+        return th[_GCOS] * t * math.sin(th[_GOMEGA] * t) + th[_GCOS_T] * t * t * math.sin(th[_GOMEGA] * t) + th[_GCOS_TT] * t * t * t * math.sin(th[_GOMEGA] * t) - th[_GSIN] * t * math.cos(th[_GOMEGA] * t) - th[_GSIN_T] * t * t * math.cos(th[_GOMEGA] * t) - th[_GSIN_TT] * t * t * t * math.cos(th[_GOMEGA] * t)
+    if slot == _GSIN:
+        return -math.sin(th[_GOMEGA] * t)
+    if slot == _GCOS_T:
+        return -t * math.cos(th[_GOMEGA] * t)
+    if slot == _GSIN_T:
+        return -t * math.sin(th[_GOMEGA] * t)
+    if slot == _GCOS_TT:
+        return -t * t * math.cos(th[_GOMEGA] * t)
+    if slot == _GSIN_TT:
+        return -t * t * math.sin(th[_GOMEGA] * t)
     if slot == _GE:
         return -echo
     for i in range(nh):
@@ -244,7 +272,7 @@ def _kinks(th, active):
 @njit(inline="always", **WITHIN)
 def _stirs(th, dims):
     """Whether something may move a body that sticks: what has a time of its own."""
-    return dims[1] > 0 or dims[3] > 0 or th[_KD] != 0.0 or th[_FCOS] != 0.0 or th[_FSIN] != 0.0
+    return dims[1] > 0 or dims[3] > 0 or th[_KD] != 0.0 or th[_FCOS] != 0.0 or th[_FSIN] != 0.0 or th[_GCOS] != 0.0 or th[_GSIN] != 0.0 or th[_GCOS_T] != 0.0 or th[_GSIN_T] != 0.0 or th[_GCOS_TT] != 0.0 or th[_GSIN_TT] != 0.0
 
 
 @njit(inline="always", **WITHIN)

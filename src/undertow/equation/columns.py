@@ -4,6 +4,8 @@ Do not edit: change a law's row (structure.py and its neighbours) and run `pytho
 A test compares.
 """
 
+# ruff: noqa: E501
+
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
@@ -92,6 +94,10 @@ def _external_forcing(x: Array, v: Array, t: Array, p: Inner) -> Array:
     return np.cos(p["frequency_rad_per_s"] * t + p["phase_rad"])
 
 
+def _changing_force(x: Array, v: Array, t: Array, p: Inner) -> Array:
+    return p["bend_per_s2"] * t**2 * np.cos(p["bend_phase_rad"] + p["frequency_rad_per_s"] * t) + p["change_per_s"] * t * np.cos(p["change_phase_rad"] + p["frequency_rad_per_s"] * t) + np.cos(p["frequency_rad_per_s"] * t + p["phase_rad"])
+
+
 COLUMNS: dict[str, Callable[[Array, Array, Array, Inner], Array]] = {
     "stiffness": _stiffness,
     "viscous_damping": _viscous_damping,
@@ -112,6 +118,7 @@ COLUMNS: dict[str, Callable[[Array, Array, Array, Inner], Array]] = {
     "asymmetric_friction": _asymmetric_friction,
     "variable_normal_force": _variable_normal_force,
     "external_forcing": _external_forcing,
+    "changing_force": _changing_force,
 }
 """Force per unit coefficient (n,) by a law's name, at x, v, t and its inner parameters."""
 

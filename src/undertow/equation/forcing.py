@@ -62,6 +62,73 @@ class ExternalForcing(Term):
 
 
 @dataclass(frozen=True)
+class ChangingForce(Term):
+    """A force of one frequency whose size and phase change in the course of a record, as a narrow band's do, or a
+    seiche's that dies out: F = A (cos(W t + phase) + g t cos(W t + psi) + h t^2 cos(W t + chi))."""
+
+    change_per_s: float = 0.0
+    change_phase_rad: float = 0.0
+    bend_per_s2: float = 0.0
+    bend_phase_rad: float = 0.0
+    frequency_rad_per_s: float = 5.0
+    phase_rad: float = 0.0
+    name: ClassVar[str] = "changing_force"
+    kind: ClassVar = "input"
+    relative_to: ClassVar = "earth"
+    parameters: ClassVar[tuple[Parameter, ...]] = (
+        Parameter("amplitude_N", "N", "A", lower=0.0),
+        Parameter("frequency_rad_per_s", "rad/s", r"\Omega", lower=0.05),
+        Parameter("phase_rad", "rad", r"\varphi"),
+        Parameter("change_per_s", "1/s", "g"),
+        Parameter("change_phase_rad", "rad", r"\psi"),
+        Parameter("bend_per_s2", "1/s^2", "h"),
+        Parameter("bend_phase_rad", "rad", r"\chi"),
+    )
+    slots: ClassVar[Mapping[str, str]] = {
+        "amplitude_N": "gcos", "frequency_rad_per_s": "gomega", "phase_rad": "gsin", "change_per_s": "gcos_t",
+        "change_phase_rad": "gsin_t", "bend_per_s2": "gcos_tt", "bend_phase_rad": "gsin_tt",
+    }  # fmt: skip
+    law: ClassVar[str] = "A (cos(Omega t + varphi) + g t cos(Omega t + psi) + h t^2 cos(Omega t + chi))"
+    latex: ClassVar[str] = (
+        r"A\,(\cos(\Omega t+\varphi)+g\,t\cos(\Omega t+\psi)+h\,t^2\cos(\Omega t+\chi))"
+    )
+    source: ClassVar[str] = "a narrow band's envelope, e.g. Vanmarcke 1983 ch. 4, as far as t^2; a seiche that dies out"
+    left_out: ClassVar[str] = "a line of some width, with another phase in each trial; it does not go with the motion"
+    missing_as: ClassVar[str] = ExternalForcing.name
+    own_clock: ClassVar[bool] = True
+    words: ClassVar[str] = "a force with a clock of its own that changes along the record"
+    next_test: ClassVar[str] = ExternalForcing.next_test
+    element: ClassVar[Element] = "drive"
+
+    def slot_values(self, coefficient: float) -> dict[str, float]:
+        """Cosine and sine parts, what both gain with t and with t^2, and the frequency."""
+        sizes = {"": (1.0, self.phase_rad), "_t": (self.change_per_s, self.change_phase_rad),
+                 "_tt": (self.bend_per_s2, self.bend_phase_rad)}  # fmt: skip
+        found = {"gomega": self.frequency_rad_per_s}
+        for order, (size, phase) in sizes.items():
+            found[f"gcos{order}"] = coefficient * size * float(np.cos(phase))
+            found[f"gsin{order}"] = -coefficient * size * float(np.sin(phase))
+        return found
+
+    def share(self, p: Mapping[str, Expression], q: SymbolPlace, number: str) -> Share:
+        """A force of the time alone."""
+        import sympy as sp
+
+        turn = p["frequency_rad_per_s"] * q.t
+        change = p["change_per_s"] * q.t * sp.cos(turn + p["change_phase_rad"])
+        bend = p["bend_per_s2"] * q.t**2 * sp.cos(turn + p["bend_phase_rad"])
+        return Share(smooth=p["amplitude_N"] * (sp.cos(turn + p["phase_rad"]) + change + bend))
+
+    def by_slots(self, s: Mapping[str, Expression], q: SymbolPlace, number: str) -> Share:
+        """The same with cosine and sine parts."""
+        import sympy as sp
+
+        cosine = s["gcos"] + s["gcos_t"] * q.t + s["gcos_tt"] * q.t**2
+        sine = s["gsin"] + s["gsin_t"] * q.t + s["gsin_tt"] * q.t**2
+        return Share(smooth=cosine * sp.cos(s["gomega"] * q.t) + sine * sp.sin(s["gomega"] * q.t))
+
+
+@dataclass(frozen=True)
 class DelayedEcho(Term):
     """What the body radiated comes back after a delay, F = gain v(t - delay); nothing before the release."""
 

@@ -22,6 +22,8 @@ Do not edit: change a law's row (structure.py and its neighbours) and run `pytho
 A test compares.
 """
 
+# ruff: noqa: E501
+
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping

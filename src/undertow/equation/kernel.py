@@ -35,7 +35,9 @@ from undertow.equation.algebra import (
     _FCOS,
     _FS,
     _FSIN,
+    _GCOS,
     _GE,
+    _GSIN,
     _HM,
     _MASS,
     _NH,
@@ -592,7 +594,8 @@ def _start(th, active, y, cols, dims):
 @njit(**WITHIN)
 def _bound(th, dims):
     """A displacement no sound motion reaches, m: a million times what the initial state and the forcing stand for."""
-    size = abs(th[_X0]) + abs(th[_V0]) + abs(th[_XE]) + (abs(th[_FCOS]) + abs(th[_FSIN])) / th[_MASS]
+    outside = abs(th[_FCOS]) + abs(th[_FSIN]) + abs(th[_GCOS]) + abs(th[_GSIN])
+    size = abs(th[_X0]) + abs(th[_V0]) + abs(th[_XE]) + outside / th[_MASS]
     for i in range(dims[1]):
         size += abs(th[_HM + i * _NH + _START]) + abs(th[_HM + i * _NH + _START + 1])
     return 1e6 * size

@@ -58,6 +58,12 @@ LAWS = {
     "external_forcing": {
         "external_forcing": {"amplitude_N": 3.0, "frequency_rad_per_s": 7.0, "phase_rad": 0.5}, "coulomb_friction": 2.0
     },
+    "changing_force": {
+        "changing_force": {
+            "amplitude_N": 3.0, "frequency_rad_per_s": 7.0, "phase_rad": 0.5, "change_per_s": -0.2,
+            "change_phase_rad": 0.3, "bend_per_s2": 0.01, "bend_phase_rad": 2.0,
+        },
+    },
     "delayed_echo": {"delayed_echo": {"gain": 2.0, "delay_s": 0.7}},
 }  # fmt: skip
 """Every term of the registry with what it needs beside it."""

@@ -68,6 +68,23 @@ def test_the_rest_has_rivals_of_its_own():
     assert found.rivals == (("exponent",),)
 
 
+def test_what_is_said_with_more_beside_it_is_no_more_probable_alone():
+    one, more = fitted("damping", 95.0), fitted("damping+kernel", 99.0, "on its bound")
+    found = support(diagnosis(one, more))
+    assert found.likely == pytest.approx(1.0)
+    assert found.exactly == pytest.approx(0.018, rel=0.01)
+    assert found.rather is more
+    twice = support(diagnosis(fitted("mode", 95.0), fitted("mode+mode", 99.0, "out")))
+    assert twice.exactly == pytest.approx(0.018, rel=0.01)
+
+
+def test_rivals_that_are_said_are_part_of_what_is_probable():
+    one, other = fitted("damping", 95.0), fitted("exponent", 97.0)
+    said = diagnosis(one, other)
+    assert support(said).exactly < 0.2
+    assert support(LevelDiagnosis(said.null, one, said.candidates, 0.9, (("exponent",),))).exactly == pytest.approx(1.0)
+
+
 def test_what_was_set_aside_does_not_outweigh():
     one = fitted("damping", 95.0)
     assert support(diagnosis(one, fitted("echo", 120.0, "hardly shows", aside=True))).likely == pytest.approx(1.0)

@@ -21,10 +21,13 @@ noise, 3 of 4 and 3 of 21."""
 
 @dataclass(frozen=True)
 class Support:
-    """The probability of an answer or one of its rivals, alone or beside more, and the most probable set without it."""
+    """The probability of an answer or one of its rivals, alone or beside more, and the most probable set without it;
+    the probability of exactly these, nothing beside them, and the most probable set of other names."""
 
     likely: float
     other: Candidate
+    exactly: float
+    rather: Candidate
 
 
 def support(diagnosis: LevelDiagnosis) -> Support:
@@ -37,9 +40,14 @@ def support(diagnosis: LevelDiagnosis) -> Support:
     considered = [c for c in diagnosis.candidates if not c.aside or tuple(sorted(c.names)) in names]
     sets = {tuple(sorted(c.amounts_to)): c for c in considered}
     holds = {n for n in sets if any(one <= Counter(n) for one in said)}
-    likely = sum(probability(sets[n], considered, diagnosis.screened, excluded=True) for n in holds)
-    others = (c for c in considered if tuple(sorted(c.amounts_to)) not in holds)
-    return Support(likely, max(others, key=lambda c: c.score, default=diagnosis.null))
+
+    def of(these: set[tuple[str, ...]]) -> tuple[float, Candidate]:
+        """How probable some of the sets are, and the most probable of the others."""
+        likely = sum(probability(sets[n], considered, diagnosis.screened, excluded=True) for n in these)
+        others = (c for c in considered if tuple(sorted(c.amounts_to)) not in these)
+        return likely, max(others, key=lambda c: c.score, default=diagnosis.null)
+
+    return Support(*of(holds), *of({n for n in holds if any(one == Counter(n) for one in said)}))
 
 
 def supported(diagnosis: LevelDiagnosis) -> LevelDiagnosis:

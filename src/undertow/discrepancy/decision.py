@@ -249,19 +249,26 @@ def _outweighed(diagnosis: LevelDiagnosis) -> tuple[Gate, ...]:
     """Whether what is said, the answer or one of its rivals, alone or beside more, is more likely than all else that
     was fitted together, what was excluded for its numbers included: else something looks like it that nobody knows.
 
-    A set that holds what is said does not speak against it. What was set aside because the free run hardly shows it is
-    no better answer than one that it shows."""
+    A set that holds what is said does not speak against it, but where it is more probable, and no more than noise is
+    left, what is said is not all: something is beside it that nobody knows. (What leaves more is said to be a
+    description.) What was set aside because the free run hardly shows it is no better answer than one that it shows."""
     if not diagnosis.named:
         return ()
     found = support(diagnosis)
-    likely, other = found.likely, found.other
-    because = " and ".join(other.names).replace("_", " ") or "the equation as it is"
-    because += f", excluded because {other.out}" if other.out else ""
+
+    def gate(name: str, statistic: str, likely: float, other: Candidate, lacking: str) -> Gate:
+        because = " and ".join(other.names).replace("_", " ") or "the equation as it is"
+        because += f", excluded because {other.out}" if other.out else ""
+        because = f"its probability is {percent(likely)}, and most probable is {because}"
+        bars = ("explained", "not_identifiable")
+        return Gate(name, statistic, likely, MORE_LIKELY, likely >= MORE_LIKELY, because, lacking, bars)
+
     statistic = "probability of the names that are said, excluded candidates included"
-    bars = ("explained", "not_identifiable")
-    because = f"its probability is {percent(likely)}, and most probable is {because}"
-    passed = likely >= MORE_LIKELY
-    return (Gate("outweighed", statistic, likely, MORE_LIKELY, passed, because, "outweighed", bars),)
+    held = gate("outweighed", statistic, found.likely, found.other, "outweighed")
+    if diagnosis.best.fit.misfit > FAR_ABOVE_NOISE or not held.passed:
+        return (held,)
+    statistic = "probability of exactly these names, nothing beside them, excluded candidates included"
+    return held, gate("nothing_beside", statistic, found.exactly, found.rather, "beside")
 
 
 def _described(verdict: Verdict, case: Case, diagnosis: LevelDiagnosis, reach: Closeness) -> tuple[Gate, ...]:

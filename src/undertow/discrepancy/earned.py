@@ -38,6 +38,7 @@ NEXT: Mapping[str, str] = {
     "unseen": "more releases: what these trials show does not carry over to the ones held out",
     "further": "more releases of different size in this water, from before the release until after rest",
     "outweighed": "more releases of different size in this water, recorded from before the release until after rest",
+    "beside": "more releases of different size in this water: something beside what is named is not known yet",
     "described": "three releases of the same size in this water, one of them held out",
     "dry": "more releases of different size in this water, some from rest to rest, and the same in air once more",
     "structure": "more dry releases of different size, some from rest to rest: what the structure lacks comes first",
@@ -45,7 +46,7 @@ NEXT: Mapping[str, str] = {
 }
 """What would lead to an answer, by what is lacking."""
 
-NO_ANSWER_BUT = ("unseen", "further", "outweighed", "described", "dry", "structure")
+NO_ANSWER_BUT = ("unseen", "further", "outweighed", "beside", "described", "dry", "structure")
 """What is lacking where names are kept and what is missing is unknown."""
 
 
@@ -78,6 +79,7 @@ def _not_the_answer(verdict: Verdict, gate: Gate) -> Verdict:
     trials come no closer (no free run is offered then), the dry trials contradict them, or lack what nobody knows."""
     but = f"this is not the answer: {gate.because}. What is missing is unknown"
     but = f"this is not proved: {gate.because}" if gate.lacking == "unseen" else but
+    but = f"this is not all: {gate.because}. What is beside it is unknown" if gate.lacking == "beside" else but
     text = f"{verdict.sentence} But {but}."
     said = replace(
         verdict, status="unknown", alternatives=(), origin="undetermined", next_test=NEXT[gate.lacking], sentence=text

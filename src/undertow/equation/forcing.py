@@ -98,7 +98,6 @@ class ChangingForce(Term):
     own_clock: ClassVar[bool] = True
     words: ClassVar[str] = "a force with a clock of its own that changes along the record"
     next_test: ClassVar[str] = ExternalForcing.next_test
-    element: ClassVar[Element] = "drive"
 
     def slot_values(self, coefficient: float) -> dict[str, float]:
         """Cosine and sine parts, what both gain with t and with t^2, and the frequency."""

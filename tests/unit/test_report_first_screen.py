@@ -62,9 +62,15 @@ def named_findings() -> Findings:
 
 
 @cache
+def figures_drawn() -> dict[str, str]:
+    with page_style():
+        return page_figures(named_findings())
+
+
+@cache
 def rendered() -> str:
     with page_style():
-        return page(named_findings(), page_figures(named_findings()), {})
+        return page(named_findings(), figures_drawn(), {})
 
 
 def above_the_overview() -> str:
@@ -85,8 +91,7 @@ def test_the_first_screen_has_sentences_picture_numbers_and_grid_before_any_tabl
 
 
 def test_the_picture_is_one_of_the_campaigns_figures_and_says_what_was_adjusted():
-    with page_style():
-        drawn = page_figures(named_findings())
+    drawn = figures_drawn()
     assert "equation repaired" in drawn["campaign--first"]
     first = above_the_overview()
     assert "Adjusted to this trial, alike for every equation: the release position x0, the clock and the rest" in first
@@ -291,7 +296,7 @@ def test_the_page_says_what_would_have_been_seen_and_what_is_not_testable():
     told = replace(second.verdict, detectable=(small,), not_testable=("rest_offset",))
     findings = replace(small_findings(), groups=(first, replace(second, verdict=told)))
     with page_style():
-        text = page(findings, page_figures(findings), {})
+        text = page(findings, figures_drawn(), {})
     assert '<td>hidden resonator</td><td class="n">4.1 kg</td><td class="n">1.1 %</td><td class="n">7.9 kg</td>' in text
     assert "Not testable here: rest offset." in text
     assert text.count("What would have been seen") == 1
@@ -299,8 +304,7 @@ def test_the_page_says_what_would_have_been_seen_and_what_is_not_testable():
 
 def test_the_repaired_equation_stands_beside_the_prescribed_one_and_is_believed():
     section = rendered().split('<section id="spring-short-water-depth-2-36-m">')[1]
-    with page_style():
-        drawn = page_figures(named_findings())
+    drawn = figures_drawn()
     assert "spring-short-water-depth-2-36-m--repaired" in drawn
     assert "spring-short-water-depth-1-63-m--repaired" not in drawn
     assert "<b>Repaired</b>" in section

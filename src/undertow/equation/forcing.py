@@ -92,7 +92,7 @@ class ChangingForce(Term):
     latex: ClassVar[str] = (
         r"A\,(\cos(\Omega t+\varphi)+g\,t\cos(\Omega t+\psi)+h\,t^2\cos(\Omega t+\chi))"
     )
-    source: ClassVar[str] = "a narrow band's envelope, e.g. Vanmarcke 1983 ch. 4, as far as t^2; a seiche that dies out"
+    source: ClassVar[str] = "the envelope of narrow-band noise, Rice 1945, as far as t^2; a seiche that dies out"
     left_out: ClassVar[str] = "a line of some width, with another phase in each trial; it does not go with the motion"
     missing_as: ClassVar[str] = ExternalForcing.name
     own_clock: ClassVar[bool] = True

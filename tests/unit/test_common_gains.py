@@ -68,11 +68,13 @@ def test_a_mean_amplitude_is_no_surer_than_the_fit_nor_than_its_trials_differ():
     names = tuple(f"external_forcing.{part}_N[r{i}]" for i in range(4) for part in ("cosine", "sine"))
     values = np.array([3.0, 4.0, -4.0, 3.0, 5.0, 0.0, 0.0, -5.0])
     same = 0.1**2 * np.outer(values, values) / 25.0  # all sizes off by the same, .1 N
-    fit = Fit(Solution(SimpleNamespace(names=names), same, values))
-    cosines = [n for n in names if ".cosine_N[" in n]
-    found = _mean_amplitude(fit, cosines)
+    trials = [SimpleNamespace(name=f"r{i}", t=np.array([0.0, 8.0])) for i in range(4)]
+    fit = Fit(Solution(SimpleNamespace(names=names, trials=trials), same, values))
+    own = [SimpleNamespace(name=f"{part}_N", of_its_own=True) for part in ("cosine", "sine")]
+    force = SimpleNamespace(prefix="external_forcing", additions=own)
+    found = _mean_amplitude(fit, force)
     assert (found.value, found.stderr) == pytest.approx((5.0, 0.1))
     sizes = np.array([4.0, 6.0, 5.0, 5.0])
     apart = replace(fit.solution, values=values * np.repeat(sizes / 5.0, 2))
-    found = _mean_amplitude(replace(fit, solution=apart), cosines)
+    found = _mean_amplitude(replace(fit, solution=apart), force)
     assert found.stderr == pytest.approx(float(np.std(sizes, ddof=1)) / 2.0)

@@ -168,6 +168,32 @@ def _slopes(th, x, v, d, side, t):
 
 
 @njit(inline="always", **WITHIN)
+def _explicit_drive(th, slot, t):
+    """d(M a)/d(slot) of forces that the time alone tells, N per unit of the slot."""
+    if slot == _FCOS:
+        return -math.cos(th[_OMEGA] * t)
+    if slot == _OMEGA:
+        return th[_FCOS] * t * math.sin(th[_OMEGA] * t) - th[_FSIN] * t * math.cos(th[_OMEGA] * t)
+    if slot == _FSIN:
+        return -math.sin(th[_OMEGA] * t)
+    if slot == _GCOS:
+        return -math.cos(th[_GOMEGA] * t)
+    if slot == _GOMEGA:
+        return th[_GCOS] * t * math.sin(th[_GOMEGA] * t) + th[_GCOS_T] * t * t * math.sin(th[_GOMEGA] * t) + th[_GCOS_TT] * t * t * t * math.sin(th[_GOMEGA] * t) - th[_GSIN] * t * math.cos(th[_GOMEGA] * t) - th[_GSIN_T] * t * t * math.cos(th[_GOMEGA] * t) - th[_GSIN_TT] * t * t * t * math.cos(th[_GOMEGA] * t)
+    if slot == _GSIN:
+        return -math.sin(th[_GOMEGA] * t)
+    if slot == _GCOS_T:
+        return -t * math.cos(th[_GOMEGA] * t)
+    if slot == _GSIN_T:
+        return -t * math.sin(th[_GOMEGA] * t)
+    if slot == _GCOS_TT:
+        return -t * t * math.cos(th[_GOMEGA] * t)
+    if slot == _GSIN_TT:
+        return -t * t * math.sin(th[_GOMEGA] * t)
+    return 0.0
+
+
+@njit(inline="always", **WITHIN)
 def _explicit_force(th, slot, y, nh, t, d, side, x, v, a, fx, echo):
     """d(M a)/d(slot) at fixed state, N per unit of the slot."""
     if slot == _MASS:
@@ -214,28 +240,10 @@ def _explicit_force(th, slot, y, nh, t, d, side, x, v, a, fx, echo):
         return -1.0
     if slot == _FN:
         return -d * side * x
-    if slot == _FCOS:
-        return -math.cos(th[_OMEGA] * t)
-    if slot == _OMEGA:
-        return th[_FCOS] * t * math.sin(th[_OMEGA] * t) - th[_FSIN] * t * math.cos(th[_OMEGA] * t)
-    if slot == _FSIN:
-        return -math.sin(th[_OMEGA] * t)
-    if slot == _GCOS:
-        return -math.cos(th[_GOMEGA] * t)
-    if slot == _GOMEGA:
-        return th[_GCOS] * t * math.sin(th[_GOMEGA] * t) + th[_GCOS_T] * t * t * math.sin(th[_GOMEGA] * t) + th[_GCOS_TT] * t * t * t * math.sin(th[_GOMEGA] * t) - th[_GSIN] * t * math.cos(th[_GOMEGA] * t) - th[_GSIN_T] * t * t * math.cos(th[_GOMEGA] * t) - th[_GSIN_TT] * t * t * t * math.cos(th[_GOMEGA] * t)
-    if slot == _GSIN:
-        return -math.sin(th[_GOMEGA] * t)
-    if slot == _GCOS_T:
-        return -t * math.cos(th[_GOMEGA] * t)
-    if slot == _GSIN_T:
-        return -t * math.sin(th[_GOMEGA] * t)
-    if slot == _GCOS_TT:
-        return -t * t * math.cos(th[_GOMEGA] * t)
-    if slot == _GSIN_TT:
-        return -t * t * math.sin(th[_GOMEGA] * t)
     if slot == _GE:
         return -echo
+    if slot in (_FCOS, _OMEGA, _FSIN, _GCOS, _GOMEGA, _GSIN, _GCOS_T, _GSIN_T, _GCOS_TT, _GSIN_TT):
+        return _explicit_drive(th, slot, t)
     for i in range(nh):
         o = _HM + i * _NH
         if slot >= o and slot < o + _NH:

@@ -62,7 +62,7 @@ class ExternalForcing(Term):
 
 
 @dataclass(frozen=True)
-class ChangingForce(Term):
+class ChangingForce(ExternalForcing):
     """A force of one frequency whose size and phase change in the course of a record, as a narrow band's do, or a
     seiche's that dies out: F = A (cos(W t + phase) + g t cos(W t + psi) + h t^2 cos(W t + chi))."""
 
@@ -70,15 +70,9 @@ class ChangingForce(Term):
     change_phase_rad: float = 0.0
     bend_per_s2: float = 0.0
     bend_phase_rad: float = 0.0
-    frequency_rad_per_s: float = 5.0
-    phase_rad: float = 0.0
     name: ClassVar[str] = "changing_force"
-    kind: ClassVar = "input"
-    relative_to: ClassVar = "earth"
     parameters: ClassVar[tuple[Parameter, ...]] = (
-        Parameter("amplitude_N", "N", "A", lower=0.0),
-        Parameter("frequency_rad_per_s", "rad/s", r"\Omega", lower=0.05),
-        Parameter("phase_rad", "rad", r"\varphi"),
+        *ExternalForcing.parameters,
         Parameter("change_per_s", "1/s", "g"),
         Parameter("change_phase_rad", "rad", r"\psi"),
         Parameter("bend_per_s2", "1/s^2", "h"),
@@ -95,9 +89,8 @@ class ChangingForce(Term):
     source: ClassVar[str] = "the envelope of narrow-band noise, Rice 1945, as far as t^2; a seiche that dies out"
     left_out: ClassVar[str] = "a line of some width, with another phase in each trial; it does not go with the motion"
     missing_as: ClassVar[str] = ExternalForcing.name
-    own_clock: ClassVar[bool] = True
     words: ClassVar[str] = "a force with a clock of its own that changes along the record"
-    next_test: ClassVar[str] = ExternalForcing.next_test
+    element: ClassVar[Element] = ""
 
     def slot_values(self, coefficient: float) -> dict[str, float]:
         """Cosine and sine parts, what both gain with t and with t^2, and the frequency."""

@@ -218,16 +218,35 @@ def _forces_text(laws: Sequence[Law]) -> str:
 
 
 def _explicit_text(laws: Sequence[Law], oscillator: Oscillator) -> str:
+    clocks = [law for law in laws if law.force.has(T) and not law.force.has(X, V, D, SIDE, ECHO)]
     lines = ["if slot == _MASS:", "    return -a", "if slot == _XE:", "    return fx"]
+    lines += _derivatives([law for law in laws if law not in clocks])
+    lines += [f"if slot in {_among(slot for law in clocks for slot in law.slots)}:",
+              "    return _explicit_drive(th, slot, t)"]  # fmt: skip
+    lines += oscillator.explicit_lines()
+    return function(
+        "_explicit_drive", "th, slot, t", "d(M a)/d(slot) of forces that the time alone tells, N per unit of the slot.",
+        [*_derivatives(clocks), "return 0.0"],
+    ) + function(
+        "_explicit_force", "th, slot, y, nh, t, d, side, x, v, a, fx, echo",
+        "d(M a)/d(slot) at fixed state, N per unit of the slot.", [*lines, "return 0.0"],
+    )  # fmt: skip
+
+
+def _derivatives(laws: Sequence[Law]) -> list[str]:
+    """Lines that give the derivative of each law by each of its slots."""
+    lines: list[str] = []
     for law in laws:
         for slot in law.slots:
             by = -slope(law.force, symbol(slot))
             lines += [f"if slot == {place(slot)}:", f"    return {text(by, _names([law]))}"] if by != 0 else []
-    lines += oscillator.explicit_lines()
-    return function(
-        "_explicit_force", "th, slot, y, nh, t, d, side, x, v, a, fx, echo",
-        "d(M a)/d(slot) at fixed state, N per unit of the slot.", [*lines, "return 0.0"],
-    )  # fmt: skip
+    return lines
+
+
+def _among(slots: Iterable[str]) -> str:
+    """Places of the parameter vector as a tuple."""
+    places = [place(slot) for slot in slots]
+    return f"({', '.join(places)}{',' if len(places) == 1 else ''})"
 
 
 def _events_text(laws: Sequence[Law], lanes: Sequence[Lanes]) -> str:
@@ -240,16 +259,13 @@ def _events_text(laws: Sequence[Law], lanes: Sequence[Lanes]) -> str:
     clocks = [s for law in laws if law.force.has(T) for s in law.linear]
     stirs = ["dims[1] > 0", *(f"dims[{3 + i}] > 0" for i, one in enumerate(lanes) if one.moves_at_rest)]
 
-    def among(slots: Sequence[str]) -> str:
-        return f"({', '.join(map(place, slots))}{',' if len(slots) == 1 else ''})"
-
     return (
         function("_rubs", "th", "Whether friction can hold the body.", [f"return {_present(rubs)}"])
         + function("_turns", "th, active, dims", "Whether a law bends where the body reverses, or would.", [
             f"found = {' or '.join([_present(turns), *either])}", "for slot in active:",
-            f"    found = found or slot in {among(bends)}", "return found"])
+            f"    found = found or slot in {_among(bends)}", "return found"])
         + function("_kinks", "th, active", "Whether a law bends where the body passes its rest position, or would.", [
-            f"found = {_present(kinks)}", "for slot in active:", f"    found = found or slot in {among(kinks)}",
+            f"found = {_present(kinks)}", "for slot in active:", f"    found = found or slot in {_among(kinks)}",
             "return found"])
         + function("_stirs", "th, dims", "Whether something may move a body that sticks: what has a time of its own.", [
             f"return {' or '.join([*stirs, _present(clocks)])}"])

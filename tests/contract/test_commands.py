@@ -57,6 +57,16 @@ def test_a_config_that_is_wrong_and_runs_that_are_read_wait_for_no_search(module
     assert done.stdout.strip() == "[]"
 
 
+def test_a_config_that_is_not_there_is_said_before_the_search_is_imported() -> None:
+    code = (
+        "import sys\nfrom undertow.cli import main\ntry:\n    main(['run', 'nope.yaml'])\nexcept SystemExit as end:\n"
+        "    print(end.code, 'undertow.comparison.joint' in sys.modules)"
+    )
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    assert done.stdout.strip() == "2 False"
+    assert "config nope.yaml cannot be read" in done.stderr
+
+
 def test_importing_undertow_imports_no_matplotlib() -> None:
     code = "import sys, undertow.campaign.run.course; print('matplotlib' in sys.modules)"
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)

@@ -50,6 +50,7 @@ from undertow.comparison.search import diagnose
 from undertow.comparison.sizes import Sizes
 from undertow.comparison.suspects import SUSPECTS
 from undertow.comparison.tail import Tail
+from undertow.discrepancy.sentence import changing_words
 from undertow.discrepancy.validation import addition_parameters
 from undertow.equation import registry
 from undertow.likelihood.problem import Problem, Unknown
@@ -522,6 +523,8 @@ def test_a_force_whose_size_and_phase_change_along_the_record_is_named_by_its_fr
     assert diagnose(level, [steady]).best.fit.misfit > 5.0 * best.fit.misfit
     amplitude = addition_parameters(best.fit, "short")["external_forcing"][0]["amplitude_N"]
     assert 100.0 < amplitude.value < 600.0
+    assert changing_words(best.fit.addends).startswith(" Its size and phase change along each record")
+    assert changing_words((Addend("external_forcing", steady.additions(level.scales, body)),)) == ""
 
 
 def test_scatter_that_few_dry_trials_showed_is_itself_uncertain():

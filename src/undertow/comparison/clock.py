@@ -70,6 +70,11 @@ def parts_of(fit: JointFit, force: Addend, trial: str) -> tuple[list[int], Array
     return [names.index(f"{force.prefix}.{a.name}[{trial}]") for a in own], np.array(rows)
 
 
+def changes(force: Addend) -> bool:
+    """Whether an outside force changes along the record."""
+    return any(a.of_its_own and a.name not in STEADY for a in force.additions)
+
+
 def _size(fit: JointFit, force: Addend, trial: str) -> complex:
     """An outside force in the middle of one trial: its cosine, and its sine as imaginary part."""
     places, counts = parts_of(fit, force, trial)
@@ -84,9 +89,8 @@ def no_clock(level: Level, fit: JointFit, force: Addend, beside: bool, before: J
     pure = before is not None and _pure(fit, before)
     said = "" if pure else _own_motion(level, fit, force)
     said = said or _in_one_trial(level, fit, force)
-    changing = len([a for a in force.additions if a.of_its_own]) > len(STEADY) and not pure
     left = beside and fit.misfit > FAR_ABOVE_NOISE
-    return said or (_tied(level, fit, force) if left or changing else "")
+    return said or (_tied(level, fit, force) if left or (changes(force) and not pure) else "")
 
 
 def _pure(fit: JointFit, before: JointFit) -> bool:

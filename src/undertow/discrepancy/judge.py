@@ -33,7 +33,7 @@ from undertow.discrepancy.dry_check import dry_answer
 from undertow.discrepancy.earned import earned, holds_with_twice_the_scatter, of_several_causes, without_answer
 from undertow.discrepancy.findings import AugmentedRun
 from undertow.discrepancy.naming import next_test
-from undertow.discrepancy.sentence import late_words, sentence_of, transfer_words
+from undertow.discrepancy.sentence import changing_words, late_words, sentence_of, transfer_words
 from undertow.discrepancy.transfer import from_other_springs
 from undertow.discrepancy.validation import addition_parameters, check_cell, learned_structure, rms, shared_run
 from undertow.discrepancy.verdict import Described, PhysicalCheck, Rejected, Status, Verdict
@@ -215,7 +215,7 @@ def _verdict(
         next_test=next_test(names[0]),
         transfer=moved,
         sentence=sentence_of(case, names, diagnosis.rivals, found, training, held, rest, known, own)
-        + transfer_words(moved)
+        + changing_words(fit.addends) + transfer_words(moved)
         + (late_words(fit.addends) if len(names) == 1 and not rest else "")
         + (_biased(diagnosis) + ("" if rest else _left(diagnosis)) if diagnosis.named else ""),
     )

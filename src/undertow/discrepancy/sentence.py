@@ -8,6 +8,7 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping, Sequence
 
+from undertow.comparison.clock import changes
 from undertow.comparison.level import Addend
 from undertow.discrepancy.case import Case
 from undertow.discrepancy.naming import in_words
@@ -66,6 +67,13 @@ def late_words(addends: Sequence[Addend]) -> str:
     """What is left out of the motion, in words."""
     periods = max((addend.late for addend in addends), default=0.0)
     return f" After {periods:g} period{'s' if periods != 1.0 else ''} nothing is missing." if periods else ""
+
+
+def changing_words(addends: Sequence[Addend]) -> str:
+    """That an outside force changes along the record, in words."""
+    if not any(changes(addend) for addend in addends):
+        return ""
+    return " Its size and phase change along each record (as far as the square of time); the size is of its middle."
 
 
 def transfer_words(moved: Mapping[str, float]) -> str:

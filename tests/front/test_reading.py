@@ -126,6 +126,72 @@ def test_a_window_is_of_all_trials_or_of_one(decay):
         assert cut.window.end_s <= 4.0 < undertow.read(decay)[0].window.end_s
 
 
+# ---------------------------------------------------------------- what people hold in memory
+DAY = pd.Timestamp("2026-11-24 09:30:00")
+
+
+def shapes_of(x, t):
+    """One decay as people hold it whose time is no column of seconds."""
+    dates = DAY + pd.to_timedelta(t, unit="s")
+    table = pd.DataFrame({"x": x})
+    return {
+        "index of dates": table.set_index(dates),
+        "index of dates with a name": table.set_index(dates.rename("time")),
+        "index of durations": table.set_index(pd.to_timedelta(t, unit="s")),
+        "index of seconds": table.set_index(pd.Index(t)),
+        "index in ms that says so": table.set_index(pd.Index(1000.0 * t, name="t [ms]")),
+        "index of whole ms that says so": table.set_index(pd.Index(np.round(1000.0 * t).astype(int), name="t [ms]")),
+        "column of dates": table.assign(time=dates),
+        "column of dates of a zone": table.assign(time=dates.tz_localize("Europe/Berlin")),
+        "column of durations": table.assign(time=pd.to_timedelta(t, unit="s")),
+        "series": pd.Series(x, index=t, name="x"),
+        "series without a name": pd.Series(x, index=dates),
+        "columns by name": {"t": t, "x": x},
+        "lists by name": {"t": t.tolist(), "x": x.tolist()},
+        "array beside dates": (x, dates.to_numpy()),
+        "masked array that hides nothing": (np.ma.masked_invalid(x), t),
+    }
+
+
+@pytest.mark.parametrize("shape", shapes_of(np.zeros(1), np.zeros(1)))
+def test_time_is_seconds_however_it_is_held(decay, shape):
+    given = shapes_of(MM * decay.channels["displacement"], decay.time)[shape]
+    trials = undertow.read(given, units={"x": "mm"}, names=["r1"])
+    assert trials.names == ("r1",)
+    assert trials[0].recording.rate_hz == pytest.approx(100.0, rel=1e-6)
+    assert trials[0].x == pytest.approx(undertow.read(decay)[0].x, abs=1e-6)
+
+
+def test_dates_in_a_text_file_are_seconds_too_and_their_unit_cannot_be_another(decay, tmp_path):
+    dates = (DAY + pd.to_timedelta(decay.time, unit="s")).strftime("%d.%m.%Y %H:%M:%S.%f")
+    pd.DataFrame({"Zeit": dates, "Weg [mm]": MM * decay.channels["displacement"]}).to_csv(
+        tmp_path / "r1.csv", sep=";", decimal=",", index=False
+    )
+    assert undertow.read(tmp_path / "r1.csv")[0].x == pytest.approx(undertow.read(decay)[0].x, abs=1e-6)
+    for kind in ("csv", "xlsx", "parquet"):
+        path = tmp_path / f"r2.{kind}"
+        table = pd.DataFrame({"t": pd.to_datetime(dates, format="%d.%m.%Y %H:%M:%S.%f"), "x": decay.time})
+        {"csv": table.to_csv, "xlsx": table.to_excel, "parquet": table.to_parquet}[kind](path, index=False)
+        for given in (path, table):
+            with pytest.raises(RecordingError, match=r"column 't' holds dates or times .* said to be 'ms'; write s"):
+                undertow.read(given, units={"x": "mm", "t": "ms"})
+
+
+def test_tables_by_name_are_trials_of_these_names(decay):
+    tables = {"small": table_of(decay), "large": pd.Series(MM * decay.channels["displacement"], decay.time, name="x")}
+    assert undertow.read(tables, units={"x": "mm"}).names == ("small", "large")
+    assert undertow.read(tables, units={"x": "mm"}, names=["a", "b"]).names == ("a", "b")
+
+
+def test_an_index_that_is_no_time_is_none(decay):
+    table = table_of(decay)
+    for index in (pd.Index(range(50, 50 + len(table))), pd.Index(range(len(table)), name="sample")):
+        with pytest.raises(RecordingError, match="none of the columns 'x' looks like time"):
+            undertow.read(table[["x"]].set_index(index), units={"x": "mm"})
+    beside = undertow.read(table.set_index(pd.Index(2.0 * decay.time)), units={"x": "mm"}, names=["r1"])
+    assert beside[0].recording.rate_hz == pytest.approx(100.0)
+
+
 # ---------------------------------------------------------------- what cannot be used
 def test_a_unit_that_nobody_says_is_refused(decay, tmp_path):
     with pytest.raises(RecordingError, match=r"displacement \(column 'x'\) has no unit; say it, as in units="):
@@ -145,6 +211,9 @@ def test_a_unit_that_nobody_says_is_refused(decay, tmp_path):
         ({"columns": {"displacement": "x"}}, "columns names displacement but no time"),
         ({"units": {"x": "mm"}, "accept": ["noise"]}, "accept names 'noise'; give a list of"),
         ({"units": {"x": "mm"}, "accept": "gain"}, "accept names 'gain'; give a list of"),
+        ({"units": "mm"}, r"units is 'mm'; give a mapping, as in units=\{\"x\": \"mm\"\}"),
+        ({"columns": "x"}, "columns is 'x'; give a mapping, as in columns="),
+        ({"units": {"x": "milimeter"}}, "unit 'milimeter' is not known; the nearest known spelling is 'mm'"),
     ],
 )
 def test_what_is_said_of_a_table_and_is_not_there_is_refused(decay, settings, message):
@@ -173,6 +242,10 @@ def test_a_table_without_a_channel_time_or_numbers_is_refused(decay):
         (np.zeros(5), np.zeros(4), r"X has 5 rows but t has the shape \(4,\); give one instant a row"),
         ([np.zeros(5), np.zeros(5)], [0.1], "X holds 2 trials but t 1; give one time axis a trial"),
         (np.zeros(5), None, "source is of type ndarray; give paths, DataFrames, recordings, or X together with t"),
+        (np.ones(5) * 1j, 0.1, "X holds complex numbers; a recording is real"),
+        (["a", "b"], 0.1, "X holds what is no number"),
+        ({"t": [0.0, 0.1], "x": [1.0]}, None, "the columns 't', 'x' make no table"),
+        (np.ma.masked_greater(np.cos(np.arange(0.0, 60.0, 0.1)), 0.99), 0.01, "displacement has .* not finite"),
         ("no_such_*.csv", None, "the glob 'no_such_.*csv' fits no file; correct it"),
         ([], None, "source holds 0 trials"),
     ],
@@ -226,6 +299,8 @@ def test_trials_are_chosen_by_place_name_slice_and_condition(several):
     assert several["w1"] is several[1]
     assert several[:2].names == several.where(depth=2.36).names == ("w0", "w1")
     assert (several[:1] + several[2:]).names == ("w0", "d")
+    with pytest.raises(IndexError, match="trial 3 is asked for, but there are 3: 0 to 2"):
+        several[3]
     groups = several.groups("depth")
     assert [trials.names for trials in groups.values()] == [("w0", "w1"), ("d",)]
     with pytest.raises(RecordingError, match="no trial is called 'w7'; there are w0, w1, d"):

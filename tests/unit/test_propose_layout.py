@@ -57,10 +57,19 @@ def test_units_are_told_from_names() -> None:
 
 
 @pytest.mark.parametrize("stamp", ["2026-11-24 09:30:00.{:03d}", "09:30:00.{:03d}", "24.11.2026 9:30:00.{:03d}"])
-def test_time_stamps_in_a_text_are_named_with_the_next_step(tmp_path: Path, stamp: str) -> None:
+def test_a_table_with_time_stamps_is_found_with_its_header(tmp_path: Path, stamp: str) -> None:
     path = tmp_path / "stamps.csv"
     path.write_text("Time,disp [mm]\n" + "".join(f"{stamp.format(10 * at)},{0.1 * at:.3f}\n" for at in range(9)))
-    with pytest.raises(RecordingError, match=r"\.080' in line 10 is a time stamp, which is not read from text: write"):
+    layout = propose_layout(path)
+    assert layout == FileFormat()
+    assert read_table(path, layout)["Time"].to_list() == pytest.approx([0.01 * at for at in range(9)])
+
+
+def test_a_date_in_a_column_of_its_own_is_named_with_the_next_step(tmp_path: Path) -> None:
+    path = tmp_path / "stamps.csv"
+    rows = "".join(f"2026-11-24,09:30:00.{10 * at:03d},{0.1 * at:.3f}\n" for at in range(9))
+    path.write_text("Date,Time,disp [mm]\n" + rows)
+    with pytest.raises(RecordingError, match=r"'2026-11-24' in line 10 is a date without a time of day in its column"):
         propose_layout(path)
 
 

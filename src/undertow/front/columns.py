@@ -15,8 +15,9 @@ import pandas as pd
 from undertow.errors import RecordingError
 from undertow.recording.catalogue import ChannelSpec, TimeSpec
 from undertow.recording.layout import Column
-from undertow.recording.propose import name_and_unit, propose_mapping
+from undertow.recording.propose import is_unit, name_and_unit, propose_mapping
 from undertow.recording.recording import CHANNELS, Array, Coordinate
+from undertow.recording.stamps import must_be_seconds
 from undertow.recording.units import factor_to_si, to_si
 
 Columns = Mapping[str, Column | Sequence[Column]]
@@ -55,6 +56,8 @@ def mapped(
     >>> mapped(table, None, {"x": "mm"}).channels["displacement"].unit
     'mm'
     """
+    _must_map("columns", columns, '{"time": "t", "displacement": "x"}')
+    _must_map("units", units, '{"x": "mm"}')
     said = _said(table, units or {})
     if columns is None:
         chosen, time = _guessed(table, said, rate_hz)
@@ -76,12 +79,19 @@ def values_of(table: pd.DataFrame, means: Mapped) -> tuple[Array, dict[str, Arra
     if means.time.column is None:
         time = np.arange(len(table), dtype=np.float64) / float(means.time.rate_hz or np.nan)
     else:
+        must_be_seconds(table, means.time.column, means.time.unit)
         time, _ = to_si(_numbers(table, means.time.column), means.time.unit, "time", means.coordinate)
     channels = {}
     for name, spec in means.channels.items():
         summed = np.sum([_numbers(table, column) for column in spec.columns], axis=0)
         channels[name], _ = to_si(spec.sign * (summed - spec.offset), spec.unit, name, means.coordinate)
     return time, channels
+
+
+def _must_map(name: str, given: object, example: str) -> None:
+    """RecordingError where what is said of columns is no mapping."""
+    if not (given is None or isinstance(given, Mapping)):
+        raise RecordingError(f"{name} is {given!r}; give a mapping, as in {name}={example}")
 
 
 def _numbers(table: pd.DataFrame, column: Column) -> Array:
@@ -116,6 +126,8 @@ def _guessed(
     proposal = propose_mapping(table.select_dtypes("number"), said)
     chosen = {quantity: spec.columns for quantity, spec in proposal.channels.items()}
     if not chosen:
+        for unit in (unit for unit in said.values() if not is_unit(unit)):
+            factor_to_si(unit, "displacement")  # a unit that nobody knows hides what its column is
         raise RecordingError(
             f"none of the columns {_shown(table)} is named like a channel and holds numbers; say which, as in "
             f'columns={{"time": {table.columns[0]!r}, "displacement": {table.columns[-1]!r}}}'

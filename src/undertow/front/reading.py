@@ -26,6 +26,7 @@ from undertow.discrepancy.findings import FailedTrial
 from undertow.discrepancy.words import count
 from undertow.errors import IdentificationError, RecordingError
 from undertow.front.columns import Columns, Mapped, Units, mapped, values_of
+from undertow.front.in_memory import by_name, frame_of, table_of
 from undertow.front.known import checked
 from undertow.front.trials import Trials
 from undertow.recording.catalogue import Entry, TimeWindow
@@ -39,13 +40,12 @@ from undertow.recording.text import read_text
 Conditions = Mapping[str, Condition]
 Path_ = str | PathLike[str]
 Source: TypeAlias = (
-    Path_ | pd.DataFrame | Recording | Motion | Trials | tuple[ArrayLike, ArrayLike]
-    | Sequence[Path_] | Sequence[pd.DataFrame] | Sequence[Recording] | Sequence[Motion]
+    Path_ | pd.DataFrame | pd.Series | Recording | Motion | Trials | tuple[ArrayLike, ArrayLike]
+    | Sequence[Path_] | Sequence[pd.DataFrame] | Sequence[pd.Series] | Sequence[Recording] | Sequence[Motion]
+    | Mapping[str, Any]
 )  # fmt: skip
-"""What `read` takes: a path, glob or several; a DataFrame or several; (X, t); recordings or motions."""
-
-STATES = ("x", "v")
-"""Names of the columns of an array X of one or two columns: displacement, and velocity where it was measured."""
+"""What `read` takes: a path, glob or several; a DataFrame or several, also by name; columns by name; (X, t); recordings
+or motions."""
 
 
 @dataclass(frozen=True)
@@ -76,8 +76,10 @@ def read(
 
     Parameters
     ----------
-    source : a path or glob, several paths, a DataFrame or several, ``(X, t)`` with X (n,) or (n, k) and t (n,) or a
-        time step, or recordings. A text file's separator, decimal comma, header and unit row are found.
+    source : a path or glob, several paths, a DataFrame or Series or several, also by name, as ``{"r1": table}``;
+        columns by name; ``(X, t)`` with X (n,) or (n, k) and t (n,) or a time step; or recordings. A text file's
+        separator, decimal comma, header and unit row are found. An index that is the time needs no column; dates and
+        times of day are seconds since the first.
     columns : quantity -> column, as ``{"time": "t", "displacement": "pot", "spring_force": ["lc1", "lc2"]}``; several
         columns are summed. Without it columns are recognised by their names. An array's are x and v.
     units : column or quantity -> unit, as ``{"x": "mm"}``; may be left out where the table says its units itself
@@ -105,6 +107,9 @@ def read(
         return source
     if t is not None:
         source = (cast(ArrayLike, source), cast(ArrayLike, t))
+    if isinstance(source, Mapping):
+        source, named = by_name(source)
+        names = names or named
     wrong = [one for one in accept if one not in DOUBT_KINDS] if not isinstance(accept, str) else [accept]
     if wrong:
         raise RecordingError(f"accept names {wrong[0]!r}; give a list of {', '.join(DOUBT_KINDS)}")
@@ -218,7 +223,7 @@ def _sources(source: Any) -> list[Any]:
                 raise RecordingError(f"the glob {text!r} fits no file; correct it, it is relative to {Path.cwd()}")
             return [Path(one) for one in found]
         return [Path(text)]
-    if isinstance(source, (pd.DataFrame, Recording, Motion)):
+    if isinstance(source, (pd.DataFrame, pd.Series, Recording, Motion)):
         return [source]
     if isinstance(source, tuple) and len(source) == 2 and not isinstance(source[0], (str, PathLike)):
         X, t = source
@@ -227,11 +232,13 @@ def _sources(source: Any) -> list[Any]:
             if len(steps) != len(X):
                 raise RecordingError(f"X holds {len(X)} trials but t {len(steps)}; give one time axis a trial")
             return list(zip(X, steps, strict=True))
-        if not isinstance(X, (pd.DataFrame, Recording, Motion)):
+        if not isinstance(X, (pd.DataFrame, pd.Series, Recording, Motion)):
             return [(X, t)]
     if isinstance(source, np.ndarray) or not isinstance(source, Sequence):
         kind = type(source).__name__
-        raise RecordingError(f"source is of type {kind}; give paths, DataFrames, recordings, or X together with t")
+        raise RecordingError(
+            f"source is of type {kind}; give paths, DataFrames, recordings, or X together with t to undertow.read"
+        )
     return [one for part in source for one in _sources(part)]
 
 
@@ -269,7 +276,8 @@ def _from_memory(
         recording = one
         config = before or _config("", None, one.coordinate)
     else:
-        table, rate_hz = (one, asked.rate_hz) if isinstance(one, pd.DataFrame) else _table(*one)
+        framed = isinstance(one, pd.DataFrame | pd.Series)
+        table, rate_hz = (frame_of(one), asked.rate_hz) if framed else table_of(*one)
         means = mapped(table, asked.columns, asked.units, rate_hz, asked.coordinate)
         time, channels = values_of(table, means)
         name = said.name(at)
@@ -293,25 +301,6 @@ def _layout(path: Path) -> FileFormat:
     """The layout that a text file's own lines show."""
     text = path.is_file() and READERS.get(suffix_of(path)) is read_text
     return propose_layout(path) if text else FileFormat()
-
-
-def _table(X: ArrayLike, t: ArrayLike) -> tuple[pd.DataFrame, float | None]:
-    """An array as a table with the columns x, v (numbers from 0 where there are more) and t, or its rate."""
-    values = np.asarray(X, dtype=np.float64)
-    values = values[:, None] if values.ndim == 1 else values
-    if values.ndim != 2 or values.size == 0:
-        raise RecordingError(f"X has the shape {np.shape(X)}; give (n,) or (n, k), one row an instant")
-    few = values.shape[1] <= len(STATES)
-    table = pd.DataFrame(values, columns=STATES[: values.shape[1]] if few else range(values.shape[1]))
-    times = np.asarray(t, dtype=np.float64)
-    if times.ndim == 0:
-        if not times > 0.0:
-            raise RecordingError(f"t is {float(times):g} s; a time step must be positive, or give (n,) instants")
-        return table, 1.0 / float(times)
-    if times.shape != (values.shape[0],):
-        raise RecordingError(f"X has {values.shape[0]} rows but t has the shape {times.shape}; give one instant a row")
-    table.insert(0, "t", times)
-    return table, None
 
 
 def _config(file: str, means: Mapped | None, coordinate: str) -> RunConfig:

@@ -72,6 +72,8 @@ class Trials(Sequence[Motion]):
         if isinstance(which, slice):
             return replace(self, motions=self.motions[which])
         if isinstance(which, int):
+            if not -len(self) <= which < len(self):
+                raise IndexError(f"trial {which} is asked for, but there are {len(self)}: 0 to {len(self) - 1}")
             return self.motions[which]
         for motion in self.motions:
             if motion.name == which:

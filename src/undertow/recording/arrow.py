@@ -16,6 +16,7 @@ from undertow.errors import RecordingError
 from undertow.recording.arrow_sizes import feather_bytes
 from undertow.recording.foreign import library, parsing
 from undertow.recording.layout import Column, FileFormat, pick
+from undertow.recording.stamps import STAMPED
 from undertow.recording.vectors import table
 
 _ADVICE = "write it again"
@@ -91,7 +92,10 @@ def _frame(path: Path, read: Any, chosen: Sequence[str], columns: Sequence[Colum
             values = np.asarray(column.cast(pyarrow.float64()).to_pandas(), dtype=np.float64)
         vectors[asked] = values
     units = {field.name: _unit(field) for field in read.schema}
-    return table(path, vectors, {one: units[name] for name, one in zip(chosen, columns or chosen, strict=True)})
+    stamps = {name for name in chosen if _kind(read.column(name).type) == "time"}
+    found = table(path, vectors, {one: units[name] for name, one in zip(chosen, columns or chosen, strict=True)})
+    found.attrs[STAMPED] = tuple(one for name, one in zip(chosen, columns or chosen, strict=True) if name in stamps)
+    return found
 
 
 def _unit(field: Any) -> str:

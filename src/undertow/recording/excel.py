@@ -19,10 +19,13 @@ from undertow.errors import MisnamedError, RecordingError
 from undertow.recording.foreign import parsing
 from undertow.recording.layout import Column, FileFormat, pick
 from undertow.recording.limits import Limits
+from undertow.recording.stamps import STAMPED
 from undertow.recording.vectors import chosen_table
 
 EXCEL = (".xlsx", ".xlsm")
 """Suffixes of workbooks."""
+
+_STAMPS = (datetime.datetime, datetime.time, datetime.timedelta)
 
 ROWS_LOOKED_AT = 200
 """Rows below the skipped ones in which header and data must begin."""
@@ -58,6 +61,7 @@ def read_excel(path: Path, layout: FileFormat, columns: Sequence[Column] | None)
         chosen = [at for at in pick(path, names, columns) if columns is not None or names[at] != ""]
         cells = _columns(path, sheet, first, chosen, layout.limits)
     frame = pd.DataFrame({names[at]: _numbers(path, names[at], cells[at], layout, first) for at in chosen})
+    frame.attrs[STAMPED] = tuple(names[at] for at in chosen if any(isinstance(cell, _STAMPS) for cell in cells[at]))
     if layout.unit_row:
         units = _texts(above[-1], width)
         frame.attrs["units"] = {names[at]: units[at] for at in chosen}

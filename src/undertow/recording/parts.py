@@ -22,6 +22,7 @@ from undertow.recording.layout import Column, FileFormat
 from undertow.recording.readers import read_table
 from undertow.recording.recording import Array, Coordinate
 from undertow.recording.spikes import despike
+from undertow.recording.stamps import must_be_seconds
 from undertow.recording.units import ARBITRARY_LENGTHS, to_si
 
 FOLLOWED = ("displacement", "velocity")
@@ -181,6 +182,7 @@ def _time(table: pd.DataFrame, spec: TimeSpec, coordinate: Coordinate) -> Array:
         return spec.start_s + np.arange(len(table), dtype=np.float64) / float(spec.rate_hz or np.nan)
     stamps = table[spec.column].to_numpy(dtype=np.float64)
     _must_be_measured("time", stamps, spec.unit)
+    must_be_seconds(table, spec.column, spec.unit)
     values, _ = to_si(stamps, spec.unit, "time", coordinate)
     bad = np.flatnonzero(~np.isfinite(values))
     if bad.size:

@@ -82,13 +82,22 @@ def name_and_unit(column: Column) -> tuple[str, str]:
     return match["stem"], unit
 
 
+def speaks_of_time(column: Column) -> bool:
+    """Whether a column's name says that it is the time.
+
+    >>> speaks_of_time("Time[s]"), speaks_of_time("trial")
+    (True, False)
+    """
+    return re.search(_NAMES["time"], name_and_unit(column)[0].strip(), re.IGNORECASE) is not None
+
+
 def looks_harmonic(table: pd.DataFrame) -> bool:
     """Whether a table is a harmonic set: amplitudes by frequency, and no column of times."""
     stems = [name_and_unit(column)[0] for column in table.columns]
     return (
         any(_FREQUENCY.search(stem) for stem in stems)
         and any(_AMPLITUDE.search(stem) for stem in stems)
-        and not any(re.search(_NAMES["time"], stem, re.IGNORECASE) for stem in stems)
+        and not any(speaks_of_time(stem) for stem in stems)
     )
 
 
@@ -151,7 +160,7 @@ def _clock(found: Sequence[tuple[Column, str]]) -> tuple[TimeSpec | None, list[s
     """The column whose name speaks of time; else one that only rises, as a row's number does as well."""
     if not found:
         return None, ["no column looks like time; give channels.time: {rate_hz: ...}"]
-    named = [one for one in found if re.search(_NAMES["time"], name_and_unit(one[0])[0].strip(), re.IGNORECASE)]
+    named = [one for one in found if speaks_of_time(one[0])]
     column, unit = (named or found)[0]
     return TimeSpec(column, unit or "s"), [f"column {one!r} is not mapped" for one, _ in found if one != column]
 

@@ -18,6 +18,7 @@ from undertow.recording.excel import EXCEL, MISSING, first_rows
 from undertow.recording.layout import FileFormat
 from undertow.recording.propose import is_unit
 from undertow.recording.readers import suffix_of
+from undertow.recording.stamps import is_stamp
 from undertow.recording.text import sniff, text_of
 
 LINES_LOOKED_AT = 200
@@ -63,13 +64,13 @@ def propose_layout(path: Path, variable: str | None = None) -> FileFormat:
 
 
 def _about_stamps(rows: Sequence[_Row]) -> str:
-    """What to do where the last row holds a date or a time of day, which a text file's reader does not take."""
+    """What to do where the last row holds a date alone, which a text file's reader does not take."""
     cells = rows[-1].cells if len(rows) > FEWEST_ROWS else ()
     stamp = next((cell[:_SHOWN] for cell in cells if _STAMP.match(cell)), None)
     if stamp is None:
         return ""
     return (
-        f"; {stamp!r} in line {rows[-1].number} is a time stamp, which is not read from text: write "
+        f"; {stamp!r} in line {rows[-1].number} is a date without a time of day in its column: write "
         "recordings.channels by hand, with time: {rate_hz: ...}, or save seconds"
     )
 
@@ -156,8 +157,9 @@ def _are_names(fields: Sequence[str], decimal: str) -> bool:
 
 
 def _is_number(text: str, decimal: str) -> bool:
+    """Whether a cell is a number, or a stamp, which becomes one."""
     try:
         float(text.replace(decimal, ".") if decimal != "." else text)
     except ValueError:
-        return False
+        return is_stamp(text)
     return True

@@ -21,6 +21,7 @@ import pandas as pd
 from undertow.errors import RecordingError
 from undertow.recording.layout import Column, FileFormat, pick
 from undertow.recording.limits import LIMITS, LONGEST_LINE, Limits
+from undertow.recording.stamps import STAMPED, is_stamp, seconds_of_texts
 
 _SEPARATORS = (";", "\t", "|", ",")
 _WHITESPACE = r"\s+"
@@ -113,7 +114,8 @@ class _Head:
 
 
 def read_text(path: Path, layout: FileFormat, columns: Sequence[Column] | None) -> pd.DataFrame:
-    """The asked columns (all where None) of a text table as float64; names are 0, 1, ... without a header.
+    """The asked columns (all where None) of a text table as float64; names are 0, 1, ... without a header. Dates with
+    times, and times of day, become seconds since the first row.
 
     ``frame.attrs["units"]`` holds the unit row, if the layout says that there is one.
 
@@ -134,6 +136,7 @@ def table_of(path: Path, content: bytes, layout: FileFormat, columns: Sequence[C
     chosen = pick(path, names, columns)
     frame = _parse(path, content, head, separator, layout, max(len(names), width))
     table = pd.DataFrame({names[at]: _numbers(path, names[at], frame[at], content, head) for at in chosen})
+    table.attrs[STAMPED] = tuple(names[at] for at in chosen if _holds_stamps(frame[at]))
     if layout.unit_row:
         units = _fields(path, head.above[-1], separator)
         table.attrs["units"] = {names[at]: units[at] for at in chosen if at < len(units)}
@@ -210,7 +213,7 @@ def _is_number(text: str, decimal: str) -> bool:
     try:
         float(text.replace(decimal, "."))
     except ValueError:
-        return False
+        return is_stamp(text)
     return True
 
 
@@ -231,9 +234,11 @@ def _parse(path: Path, content: bytes, head: _Head, separator: str, layout: File
 
 
 def _numbers(path: Path, name: Column, column: pd.Series, content: bytes, head: _Head) -> pd.Series:
-    """A column as float64; the first text in it is the error."""
+    """A column as float64; the first text in it is the error, but for stamps."""
     if column.dtype.kind in "fiu":
         return column.astype("float64")
+    if _holds_stamps(column):
+        return _seconds(path, name, column, content, head)
     try:
         converted = pd.to_numeric(column, errors="coerce")
     except OverflowError:
@@ -249,6 +254,25 @@ def _numbers(path: Path, name: Column, column: pd.Series, content: bytes, head: 
     text = text if len(text) <= _SHOWN else text[: _SHOWN - 3] + "..."
     line = _line_of(path, content, head, at)
     raise RecordingError(f"{path}: column {name!r}, line {line}: {text!r} is not a number; {advice}")
+
+
+def _holds_stamps(column: pd.Series) -> bool:
+    """Whether a column's first cell that is not empty is a stamp."""
+    first = None if column.dtype.kind in "fiub" else column.first_valid_index()
+    return first is not None and is_stamp(str(column.loc[first]))
+
+
+def _seconds(path: Path, name: Column, column: pd.Series, content: bytes, head: _Head) -> pd.Series:
+    """A column of stamps as seconds since its first; the first that is none, or of another zone, is the error."""
+    try:
+        return pd.Series(seconds_of_texts(column), column.index)
+    except ValueError as error:
+        at = int(error.args[0])
+        line, text = _line_of(path, content, head, at), str(column.iloc[at])[:_SHOWN]
+        raise RecordingError(
+            f"{path}: column {name!r}, line {line}: {text!r} is no time stamp like the first, {column.iloc[0]!r}; "
+            "repair the file"
+        ) from error
 
 
 def _float(value: object) -> float:

@@ -82,3 +82,18 @@ def test_a_law_that_another_makes_needless_goes_and_one_that_is_needed_stays():
     lean, after = without_law(training, unseen, current, "quadratic_drag", lowest)
     assert [term.name for term in lean.laws.terms] == ["stiffness", "viscous_damping"]
     assert after < 1.02 * lowest
+
+
+def test_dates_are_times_and_what_is_no_number_is_refused():
+    t, u, x = shaken(0, 600)
+    dates = np.datetime64("2026-03-01") + np.round(1e9 * t).astype("timedelta64[ns]")
+    by_dates = undertow.fit_driven(x, t=dates, u=u)
+    assert by_dates.numbers["mass_kg"].value == pytest.approx(undertow.fit_driven(x, t=t, u=u).numbers["mass_kg"].value)
+    with pytest.raises(RecordingError, match="u holds complex numbers, and is real"):
+        undertow.fit_driven(x, t=t, u=u + 1j)
+    with pytest.raises(RecordingError, match="x holds dates or durations, and no numbers"):
+        undertow.fit_driven(dates, t=t, u=u)
+    with pytest.raises(RecordingError, match="displacement has 40 values that are not finite"):
+        undertow.fit_driven(np.ma.masked_greater(x, 0.9 * np.max(x)), t=t, u=u)
+    with pytest.raises(RecordingError, match="t holds what is no number"):
+        undertow.fit_driven(x, t=["soon"] * x.size, u=u)

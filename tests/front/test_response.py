@@ -242,3 +242,12 @@ def test_a_harmonic_set_is_no_recording_in_time():
         propose_mapping(table)
     beside_time = table.assign(time_s=[0.0, 0.1], disp_mm=[1.0, 2.0])
     assert set(propose_mapping(beside_time).channels) >= {"displacement"}
+
+
+def test_complex_amplitudes_are_refused_and_not_cut_to_their_real_part():
+    table = swept("up").table
+    complex_amplitude = table["amplitude"] * np.exp(1j * table["phase_rad"])
+    with pytest.raises(RecordingError, match="amplitude holds complex numbers, and is real; give real part, absolute"):
+        undertow.fit_response(FREQUENCIES, complex_amplitude, table["phase_rad"], force=FORCE)
+    with pytest.raises(RecordingError, match="force holds complex numbers"):
+        undertow.fit_response(FREQUENCIES, table["amplitude"], table["phase_rad"], force=1j)

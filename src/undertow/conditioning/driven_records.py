@@ -13,6 +13,7 @@ from numpy.typing import ArrayLike
 from undertow.conditioning.driven import DrivenTrial, Frame, Quantity
 from undertow.errors import RecordingError
 from undertow.quantities import Hold
+from undertow.recording.arrays import instants, real_numbers
 from undertow.recording.recording import Array
 
 Records = ArrayLike | Sequence[ArrayLike]
@@ -63,13 +64,13 @@ def driven_record(
     name: str = "x",
 ) -> DrivenTrial:
     """One record; ``u`` None: a decay from its release on."""
-    moved = np.asarray(x, dtype=np.float64)
+    moved = real_numbers(x, "x")
     moved = moved[:, 0] if moved.ndim == 2 else moved
-    given = np.asarray(t, dtype=np.float64)
+    given = instants(t)
     times: Array = np.array(np.arange(moved.size) * float(given) if given.ndim == 0 else given, dtype=np.float64)
     frames: dict[str, Frame] = {} if frame is None else {"displacement": frame}
     return DrivenTrial(
-        name, times, np.zeros(moved.size) if u is None else np.asarray(u, dtype=np.float64), {"displacement": moved},
+        name, times, np.zeros(moved.size) if u is None else real_numbers(u, "u"), {"displacement": moved},
         quantity, hold, frames=frames, free=u is None,
-        instrument=None if instrument is None else np.asarray(instrument, dtype=np.float64),
+        instrument=None if instrument is None else real_numbers(instrument, "instrument"),
     )  # fmt: skip

@@ -14,8 +14,8 @@ import pandas as pd
 from numpy.typing import ArrayLike
 
 from undertow.errors import RecordingError
+from undertow.recording.arrays import instants, real_numbers
 from undertow.recording.propose import speaks_of_time
-from undertow.recording.recording import Array
 from undertow.recording.stamps import STAMPED, seconds_of_clock
 
 STATES = ("x", "v")
@@ -63,14 +63,13 @@ def by_name(given: Mapping[Any, Any]) -> tuple[list[Any], tuple[str, ...] | None
 
 def table_of(X: ArrayLike, t: ArrayLike) -> tuple[pd.DataFrame, float | None]:
     """An array as a table with the columns x, v (numbers from 0 where there are more) and t, or its rate."""
-    values = numbers(X, "X")
+    values = real_numbers(X, "X")
     values = values[:, None] if values.ndim == 1 else values
     if values.ndim != 2 or values.size == 0:
         raise RecordingError(f"X has the shape {np.shape(X)}; give (n,) or (n, k), one row an instant")
     few = values.shape[1] <= len(STATES)
     table = pd.DataFrame(values, columns=STATES[: values.shape[1]] if few else range(values.shape[1]))
-    stamps = None if np.ndim(t) != 1 else seconds_of_clock(pd.Series(np.asarray(t)))
-    times = numbers(t, "t") if stamps is None else stamps
+    times = instants(t)
     if times.ndim == 0:
         if not times > 0.0:
             raise RecordingError(f"t is {float(times):g} s; a time step must be positive, or give (n,) instants")
@@ -79,21 +78,3 @@ def table_of(X: ArrayLike, t: ArrayLike) -> tuple[pd.DataFrame, float | None]:
         raise RecordingError(f"X has {values.shape[0]} rows but t has the shape {times.shape}; give one instant a row")
     table.insert(0, "t", times)
     return table, None
-
-
-def numbers(given: Any, name: str) -> Array:
-    """An array's real numbers; what a mask hides is NaN.
-
-    Raises RecordingError where they are complex or no numbers.
-
-    >>> numbers(np.ma.masked_greater([1.0, 9.0], 5.0), "X")
-    array([ 1., nan])
-    """
-    if np.iscomplexobj(given):
-        raise RecordingError(f"{name} holds complex numbers; a recording is real: give its real part if that is meant")
-    try:
-        if isinstance(given, np.ma.MaskedArray):
-            given = np.where(np.ma.getmaskarray(given), np.nan, np.ma.getdata(given))
-        return np.asarray(given, dtype=np.float64)
-    except (TypeError, ValueError) as error:
-        raise RecordingError(f"{name} holds what is no number ({error}); give numbers, one row an instant") from error

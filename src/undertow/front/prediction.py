@@ -26,6 +26,7 @@ from undertow.front.simulation import equation_of
 from undertow.likelihood.free_run import scored_channel
 from undertow.likelihood.output_error import trajectory
 from undertow.methods.dry import DEFAULT_SCATTER
+from undertow.recording.arrays import instants
 from undertow.recording.recording import Array
 from undertow.report.trial_curves import Axes, Curve, draw_run, new_axes
 from undertow.uncertainty.confidence import INTERVAL_LEVEL, half_width
@@ -167,7 +168,7 @@ def predict(
     if trials is None:
         if x0 is None or times is None:
             raise UndertowError(f"x0 is {x0} and times {'given' if times is not None else None}; give trials or both")
-        run = _run(equation, drawn, "from x0", np.asarray(times, dtype=np.float64), (x0, v0), rest_m, level)
+        run = _run(equation, drawn, "from x0", instants(times, "times"), (x0, v0), rest_m, level)
         return Prediction(equation, (run,), level, notes)
     if x0 is not None:
         raise UndertowError(f"x0 is {x0:g} beside trials, which have their own; give one of the two")

@@ -28,6 +28,7 @@ from undertow.errors import UndertowError
 from undertow.front.simulation import equation_of
 from undertow.methods.harmonic_set import STARTS_AT_ONE, HarmonicFit, fit_harmonic_set
 from undertow.quantities import OK, Estimate, Mover, mover_of
+from undertow.recording.arrays import real_numbers
 from undertow.report.trial_curves import Axes, new_axes
 
 Sweep = Literal["up", "down"]
@@ -115,7 +116,7 @@ def frequency_response(
     without_memory(found.terms)
     if sweep not in ("up", "down"):
         raise UndertowError(f"sweep is {sweep!r}; it is 'up' or 'down'")
-    rates = 2.0 * math.pi * np.atleast_1d(np.asarray(frequency_Hz, dtype=np.float64))
+    rates = 2.0 * math.pi * np.atleast_1d(real_numbers(frequency_Hz, "frequency_Hz"))
     if rates.size == 0 or not np.all(np.isfinite(rates)) or np.any(rates <= 0.0):
         raise UndertowError(f"frequency_Hz: {rates.size} values, not all finite and above zero; give the force's own")
     quantity, given = _drive(force, base_displacement, base_acceleration, frame)
@@ -141,7 +142,7 @@ def _drive(
     every: dict[Quantity, ArrayLike | None] = {
         "force": force, "base_displacement": base_displacement, "base_acceleration": base_acceleration
     }  # fmt: skip
-    given = [(name, np.asarray(value, dtype=np.float64)) for name, value in every.items() if value is not None]
+    given = [(name, real_numbers(value, name)) for name, value in every.items() if value is not None]
     if len(given) != 1:
         have = ", ".join(name for name, _ in given) or "none"
         raise UndertowError(f"of force, base_displacement and base_acceleration {have} is given; give exactly one")
@@ -194,10 +195,10 @@ def fit_response(
     >>> round(found.numbers["stiffness.k_N_per_m"].value, 4), round(found.numbers["mass_kg"].value, 4)
     (50.0, 2.0)
     """
-    rates = 2.0 * math.pi * np.atleast_1d(np.asarray(frequency_Hz, dtype=np.float64))
+    rates = 2.0 * math.pi * np.atleast_1d(real_numbers(frequency_Hz, "frequency_Hz"))
     quantity, given = _drive(force, base_displacement, base_acceleration, frame)
     drives = np.full(rates.size, float(given)) if given.ndim == 0 else given
-    motion = np.asarray(amplitude, dtype=np.float64), np.asarray(phase_rad, dtype=np.float64)
+    motion = real_numbers(amplitude, "amplitude"), real_numbers(phase_rad, "phase_rad")
     errors = _errors(sigma, rates.size)
     if quantity == "force":
         measured = HarmonicSet(rates, drives, *motion, errors)
@@ -213,7 +214,7 @@ def fit_response(
 def _errors(sigma: ArrayLike | None, n: int) -> Array:
     if sigma is None:
         return np.zeros(0)
-    given = np.asarray(sigma, dtype=np.float64)
+    given = real_numbers(sigma, "sigma")
     if not np.all(given > 0.0):
         wrong = int(np.sum(~(given > 0.0)))
         raise UndertowError(f"sigma: {wrong} of {given.size} errors are not above zero; leave it out")

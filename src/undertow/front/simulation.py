@@ -21,6 +21,7 @@ from undertow.equation.simulate import simulate as integrate
 from undertow.equation.term import Array, Term
 from undertow.errors import UndertowError
 from undertow.front.handover import HandOver
+from undertow.recording.arrays import instants
 from undertow.recording.recording import Condition, Coordinate, Recording
 from undertow.report.trial_curves import Axes, Curve, draw_run, new_axes
 
@@ -173,7 +174,7 @@ def simulate(
         raise UndertowError(
             f"times has {np.size(times)} instants and duration_s is {duration_s}, rate_hz {rate_hz}; give times alone"
         )
-    moved = integrate(law, x0, np.asarray(times, dtype=np.float64), v0)
+    moved = integrate(law, x0, instants(times, "times"), v0)
     return Simulation(law, float(x0), float(v0), moved.t, moved.x, moved.v, moved.a, moved.hidden)
 
 

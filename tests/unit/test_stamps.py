@@ -11,7 +11,7 @@ import pytest
 from undertow.errors import RecordingError
 from undertow.recording.layout import FileFormat
 from undertow.recording.readers import read_table
-from undertow.recording.stamps import seconds_of_clock, seconds_of_texts
+from undertow.recording.stamps import is_stamp, seconds_of_clock, seconds_of_texts
 
 
 @pytest.mark.parametrize(
@@ -33,6 +33,11 @@ def test_noon_is_twelve_and_an_empty_cell_no_moment() -> None:
     found = seconds_of_texts(pd.Series(["11:59:59 AM", None, "12:00:01 PM"]))
     assert found[[0, 2]].tolist() == [0.0, 2.0]
     assert np.isnan(found[1])
+
+
+@pytest.mark.parametrize("cell", ["{}", "1{}0", "10:00:00{}x", "T{}T"])
+def test_a_cell_of_any_length_is_looked_at_once(cell: str) -> None:
+    assert not is_stamp(cell.format(" " * 100_000))
 
 
 def test_a_clock_that_steps_back_a_little_is_no_next_day() -> None:

@@ -16,11 +16,12 @@ from undertow.recording.recording import Array
 from undertow.recording.units import factor_to_si
 
 STAMP = re.compile(
-    r"\s*(?P<date>\d{1,4}([-./])\d{1,2}\2\d{1,4}|\d{8})?[ T]*"
+    r"\s{0,3}(?P<date>\d{1,4}([-./])\d{1,2}\2\d{1,4}|\d{8})?[ T]{0,3}"
     r"(?P<hour>\d{1,2}):(?P<minute>\d{2}):(?P<second>\d{2}(?:[.,]\d{1,9})?)"
-    r"\s*(?P<half>[AaPp]\.?[Mm]\.?)?\s*(?P<zone>Z|UTC|[+-]\d{2}:?\d{2})?\s*"
+    r"\s{0,3}(?P<half>[AaPp]\.?[Mm]\.?)?\s{0,3}(?P<zone>Z|UTC|[+-]\d{2}:?\d{2})?\s{0,3}"
 )
-"""A time of day with seconds, and a date before it where there is one, as loggers and spreadsheets write them."""
+"""A time of day with seconds, and a date before it where there is one, as loggers and spreadsheets write them. No part
+is without a limit: a cell of a million spaces is looked at once."""
 
 DAY_S = 86400.0
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from pathlib import Path
 
+import pandas as pd
 import pytest
 
 from undertow.errors import RecordingError
@@ -65,10 +66,48 @@ def test_a_table_with_time_stamps_is_found_with_its_header(tmp_path: Path, stamp
     assert read_table(path, layout)["Time"].to_list() == pytest.approx([0.01 * at for at in range(9)])
 
 
-def test_a_date_in_a_column_of_its_own_is_named_with_the_next_step(tmp_path: Path) -> None:
+@pytest.mark.parametrize(
+    ("header", "row"),
+    [
+        ("Date,Time,disp [mm]", "2026-11-24,09:30:{0:06.3f},{1:.3f}"),
+        ("Time,disp [mm],status", "{0:.3f},{1:.3f},OK"),
+        ("nr;status;Time;disp [mm]", "{2};gut;{0:.3f};{1:.3f}"),
+        ("date Time disp", "2026-11-24 9:30:{0:06.3f} {1:.3f}"),
+    ],
+)
+@pytest.mark.parametrize("comma", [False, True])
+def test_texts_beside_numbers_are_left_out_and_hide_no_table(
+    tmp_path: Path, header: str, row: str, comma: bool
+) -> None:
+    path = tmp_path / "r.csv"
+    lines = [row.format(0.01 * at, 0.1 * at, at) for at in range(30)]
+    text = "\n".join(["a remark", header, *lines]) + "\n"
+    if comma:
+        text = text.replace(",", "\t").replace(".", ",")
+    path.write_text(text)
+    table = read_table(path, propose_layout(path))
+    assert table["Time"].to_list() == pytest.approx([0.01 * at for at in range(30)])
+    assert table.iloc[:, -1].to_list() == pytest.approx([0.1 * at for at in range(30)])
+    assert not {"status", "Date", "date"} & set(table.columns)
+
+
+def test_texts_beside_numbers_of_a_sheet_are_left_out(tmp_path: Path) -> None:
+    path = tmp_path / "r.xlsx"
+    rows = {"Time": [0.01 * at for at in range(9)], "status": ["OK"] * 9, "disp [mm]": [0.1 * at for at in range(9)]}
+    pd.DataFrame(rows).to_excel(path, index=False)
+    assert list(read_table(path, propose_layout(path)).columns) == ["Time", "disp [mm]"]
+
+
+def test_one_column_of_numbers_among_texts_is_no_table(tmp_path: Path) -> None:
+    path = tmp_path / "r.csv"
+    path.write_text("Time,status\n" + "".join(f"{0.01 * at:.2f},OK\n" for at in range(9)))
+    with pytest.raises(RecordingError, match="no table of numbers begins in its first 10 lines"):
+        propose_layout(path)
+
+
+def test_a_date_without_a_time_is_named_with_the_next_step(tmp_path: Path) -> None:
     path = tmp_path / "stamps.csv"
-    rows = "".join(f"2026-11-24,09:30:00.{10 * at:03d},{0.1 * at:.3f}\n" for at in range(9))
-    path.write_text("Date,Time,disp [mm]\n" + rows)
+    path.write_text("Date,disp [mm]\n" + "".join(f"2026-11-24,{0.1 * at:.3f}\n" for at in range(9)))
     with pytest.raises(RecordingError, match=r"'2026-11-24' in line 10 is a date without a time of day in its column"):
         propose_layout(path)
 

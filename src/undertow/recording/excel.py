@@ -43,8 +43,8 @@ Row = Sequence[Any]
 
 
 def read_excel(path: Path, layout: FileFormat, columns: Sequence[Column] | None) -> pd.DataFrame:
-    """The asked columns (all where None) of a sheet as float64; empty cells and #N/A are NaN, blank rows at the end do
-    not count. ``layout.variable`` names the sheet; None: the first.
+    """The asked columns (all but those of texts where None) of a sheet as float64; empty cells and #N/A are NaN, blank
+    rows at the end do not count. ``layout.variable`` names the sheet; None: the first.
 
     Dates and times of day become seconds since the first row, durations seconds.
 
@@ -60,6 +60,8 @@ def read_excel(path: Path, layout: FileFormat, columns: Sequence[Column] | None)
             raise RecordingError(f"{path}: the header row holds numbers ({shown}); set header: none, columns by number")
         chosen = [at for at in pick(path, names, columns) if columns is not None or names[at] != ""]
         cells = _columns(path, sheet, first, chosen, layout.limits)
+    if columns is None and (able := [at for at in chosen if not _all_texts(cells[at], layout.decimal)]):
+        chosen = able
     frame = pd.DataFrame({names[at]: _numbers(path, names[at], cells[at], layout, first) for at in chosen})
     frame.attrs[STAMPED] = tuple(names[at] for at in chosen if any(isinstance(cell, _STAMPS) for cell in cells[at]))
     if layout.unit_row:
@@ -190,6 +192,12 @@ def _columns(path: Path, sheet: Any, first: int, chosen: Sequence[int], limits: 
             if value is not None:
                 last = rows
     return {at: values[:last] for at, values in cells.items()}
+
+
+def _all_texts(cells: Sequence[Any], decimal: str) -> bool:
+    """Whether a column has a text and no number, date or time."""
+    there = [cell for cell in cells if cell is not None and not isinstance(cell, bool)]
+    return len(there) > 0 and not any(isinstance(c, _STAMPS) or _number(c, decimal, None) is not None for c in there)
 
 
 def _numbers(path: Path, name: Column, cells: Sequence[Any], layout: FileFormat, first: int) -> Any:

@@ -24,6 +24,9 @@ from undertow.recording.text import sniff, text_of
 LINES_LOOKED_AT = 200
 """Lines from the beginning in which the data must have begun."""
 
+FEWEST_NUMBERS = 2
+"""Columns of numbers that make a table of rows with texts: a time and a channel."""
+
 FEWEST_ROWS = 3
 """Rows of numbers in a row that make a table: two may be a header's own numbers."""
 
@@ -42,20 +45,23 @@ class _Row:
 def propose_layout(path: Path, variable: str | None = None) -> FileFormat:
     """Where the table of a text file or of a sheet (``variable``) begins: skip_rows, header, unit_row, decimal.
 
-    The table is the last run of rows of numbers with one width among the first `LINES_LOOKED_AT` lines; a row of as
-    many texts above it is its header, with a row of units between them where there is one.
+    The table is the last run of rows of numbers with one width among the first `LINES_LOOKED_AT` lines, or where there
+    is none of rows with texts beside at least `FEWEST_NUMBERS` columns of numbers; a row of as many texts above it is
+    its header, with a row of units between them where there is one.
 
     Raises RecordingError where the file cannot be read or no such table begins there.
     """
     excel = suffix_of(path) in EXCEL
     rows = _sheet_rows(path, variable) if excel else _text_rows(path)
-    looked_at = 0
-    for decimal in (".", ","):
-        head = rows(decimal)
-        looked_at = head[-1].number if head else 0
+    heads = {decimal: rows(decimal) for decimal in (".", ",")}
+    for decimal, head in heads.items():
         start = _table(head, decimal, excel)
         if start is not None:
             return replace(_layout(head, start, decimal), variable=variable)
+    beside = [found for decimal, head in heads.items() if (found := _beside_texts(head, decimal, excel)) is not None]
+    if beside:
+        return replace(max(beside, key=lambda found: (found[0], found[1].header))[1], variable=variable)
+    looked_at = max((head[-1].number for head in heads.values() if head), default=0)
     raise RecordingError(
         f"{path}: no table of numbers begins in its first {looked_at} lines; is it a recording? set "
         f"recordings.skip_rows where its data begin later; fewer than {FEWEST_ROWS} rows are no table"
@@ -107,18 +113,40 @@ def _shown(cell: object) -> str:
     return "" if text in MISSING else text
 
 
-def _table(rows: Sequence[_Row], decimal: str, ragged: bool) -> int | None:
-    """Index of the first row of numbers of the table that goes on to the end of what is looked at.
+def _table(rows: Sequence[_Row], decimal: str, ragged: bool, numeric: Sequence[int] | None = None) -> int | None:
+    """Index of the first row of numbers (of ``numeric`` columns alone, where given) of the table that goes on to the
+    end of what is looked at.
 
     The very last line may be cut and does not count where there are others; ``ragged`` rows may end early.
     """
-    last = len(rows) - 1 if len(rows) > FEWEST_ROWS else len(rows)
-    start = last
-    while start > 0 and _are_numbers(rows[start - 1].cells, decimal):
-        if not ragged and len(rows[start - 1].cells) != len(rows[last - 1].cells):
+    if numeric is not None and len(numeric) < FEWEST_NUMBERS:
+        return None
+    last = start = _end(rows)
+    while start > 0:
+        cells = rows[start - 1].cells
+        asked = cells if numeric is None else [cells[at] for at in numeric if at < len(cells)]
+        if not _are_numbers(asked, decimal) or (not ragged and len(cells) != len(rows[last - 1].cells)):
             break
         start -= 1
     return start if last - start >= FEWEST_ROWS else None
+
+
+def _beside_texts(rows: Sequence[_Row], decimal: str, ragged: bool) -> tuple[int, FileFormat] | None:
+    """The layout of a table with columns of texts beside those of numbers, and the number of these."""
+    numeric = _numeric(rows, decimal)
+    start = _table(rows, decimal, ragged, numeric)
+    return None if start is None else (len(numeric), _layout(rows, start, decimal))
+
+
+def _numeric(rows: Sequence[_Row], decimal: str) -> list[int]:
+    """Columns that hold a number in the last row that counts."""
+    last = rows[_end(rows) - 1].cells if rows else ()
+    return [at for at, cell in enumerate(last) if _is_number(cell, decimal)]
+
+
+def _end(rows: Sequence[_Row]) -> int:
+    """Number of rows that count: without the very last one, which may be cut, where there are others."""
+    return len(rows) - 1 if len(rows) > FEWEST_ROWS else len(rows)
 
 
 def _layout(rows: Sequence[_Row], start: int, decimal: str) -> FileFormat:

@@ -114,8 +114,8 @@ class _Head:
 
 
 def read_text(path: Path, layout: FileFormat, columns: Sequence[Column] | None) -> pd.DataFrame:
-    """The asked columns (all where None) of a text table as float64; names are 0, 1, ... without a header. Dates with
-    times, and times of day, become seconds since the first row.
+    """The asked columns (all but those of texts where None) of a text table as float64; names are 0, 1, ... without a
+    header. Dates with times, and times of day, become seconds since the first row.
 
     ``frame.attrs["units"]`` holds the unit row, if the layout says that there is one.
 
@@ -135,6 +135,8 @@ def table_of(path: Path, content: bytes, layout: FileFormat, columns: Sequence[C
     _check_header(path, named, layout)
     chosen = pick(path, names, columns)
     frame = _parse(path, content, head, separator, layout, max(len(names), width))
+    if columns is None and (able := [at for at in chosen if not _all_texts(frame[at], layout.decimal)]):
+        chosen = able
     table = pd.DataFrame({names[at]: _numbers(path, names[at], frame[at], content, head) for at in chosen})
     table.attrs[STAMPED] = tuple(names[at] for at in chosen if _holds_stamps(frame[at]))
     if layout.unit_row:
@@ -254,6 +256,12 @@ def _numbers(path: Path, name: Column, column: pd.Series, content: bytes, head: 
     text = text if len(text) <= _SHOWN else text[: _SHOWN - 3] + "..."
     line = _line_of(path, content, head, at)
     raise RecordingError(f"{path}: column {name!r}, line {line}: {text!r} is not a number; {advice}")
+
+
+def _all_texts(column: pd.Series, decimal: str) -> bool:
+    """Whether no cell of a column is a number or a stamp, and one is there."""
+    cells = column.dropna()
+    return cells.size > 0 and cells.dtype.kind not in "fiub" and not any(_is_number(str(c), decimal) for c in cells)
 
 
 def _holds_stamps(column: pd.Series) -> bool:

@@ -148,6 +148,7 @@ def shapes_of(x, t):
         "series without a name": pd.Series(x, index=dates),
         "columns by name": {"t": t, "x": x},
         "lists by name": {"t": t.tolist(), "x": x.tolist()},
+        "series by name": {"t": pd.Series(t), "x": pd.Series(x)},
         "array beside dates": (x, dates.to_numpy()),
         "masked array that hides nothing": (np.ma.masked_invalid(x), t),
     }

@@ -49,11 +49,12 @@ def frame_of(given: pd.DataFrame | pd.Series) -> pd.DataFrame:
 
 
 def by_name(given: Mapping[Any, Any]) -> tuple[list[Any], tuple[str, ...] | None]:
-    """Tables by name as a list with their names; columns by name as one table, without.
+    """Tables by name as a list with their names; columns by name, one of which is the time, as one table, without.
 
     Raises RecordingError where columns differ in length.
     """
-    if all(isinstance(one, pd.DataFrame | pd.Series | tuple) for one in given.values()):
+    columns = any(speaks_of_time(name) and not isinstance(one, pd.DataFrame | tuple) for name, one in given.items())
+    if not columns and all(isinstance(one, pd.DataFrame | pd.Series | tuple) for one in given.values()):
         return list(given.values()), tuple(map(str, given))
     try:
         return [pd.DataFrame({name: np.asarray(one) for name, one in given.items()})], None

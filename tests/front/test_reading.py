@@ -178,6 +178,16 @@ def test_dates_in_a_text_file_are_seconds_too_and_their_unit_cannot_be_another(d
                 undertow.read(given, units={"x": "mm", "t": "ms"})
 
 
+def test_a_time_without_a_unit_that_may_be_milliseconds_or_rows_is_asked_for(decay):
+    table = table_of(decay)
+    for t in (MM * decay.time, np.arange(len(table))):
+        with pytest.raises(RecordingError, match=r"time \(column 't'\) has no unit, and in seconds there would"):
+            undertow.read(table.assign(t=t), units={"x": "mm"})
+    assert undertow.read(table.assign(t=MM * decay.time), units={"x": "mm", "t": "ms"})[0].recording.rate_hz > 99.0
+    assert undertow.read(table.assign(t=MM * decay.time), units={"x": "mm", "time": "s"})[0].recording.rate_hz < 0.2
+    assert undertow.read(table.assign(t=0.9 * decay.time / 0.01), units={"x": "mm"})[0].recording.rate_hz > 1.0
+
+
 def test_tables_by_name_are_trials_of_these_names(decay):
     tables = {"small": table_of(decay), "large": pd.Series(MM * decay.channels["displacement"], decay.time, name="x")}
     assert undertow.read(tables, units={"x": "mm"}).names == ("small", "large")

@@ -117,3 +117,12 @@ def test_a_name_longer_than_any_field_ends_in_a_sentence(tmp_path: Path) -> None
     path.write_text("t,x," + "( " * 200_000 + "\n" + "0.1,2,3\n" * 9)
     with pytest.raises(RecordingError, match=r"is no row of a table \(field larger than field limit"):
         propose_file(path)
+
+
+def test_a_clock_without_a_unit_that_may_be_milliseconds_is_remarked(tmp_path: Path) -> None:
+    path = tmp_path / "r.csv"
+    path.write_text("t,x [mm]\n" + "".join(f"{20 * at},{0.1 * at:.2f}\n" for at in range(9)))
+    remarks = propose_file(path).proposal.remarks
+    assert "time: column 't' says no unit; s is assumed, a sample every 20 s: is it ms?" in remarks
+    path.write_text(path.read_text().replace("t,x", "t [s],x"))
+    assert not any("is it ms" in remark for remark in propose_file(path).proposal.remarks)

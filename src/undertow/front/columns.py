@@ -15,7 +15,7 @@ import pandas as pd
 from undertow.errors import RecordingError
 from undertow.recording.catalogue import ChannelSpec, TimeSpec
 from undertow.recording.layout import Column
-from undertow.recording.propose import is_unit, name_and_unit, propose_mapping
+from undertow.recording.propose import is_unit, name_and_unit, propose_mapping, step_in_doubt
 from undertow.recording.recording import CHANNELS, Array, Coordinate
 from undertow.recording.stamps import must_be_seconds
 from undertow.recording.units import factor_to_si, to_si
@@ -48,7 +48,8 @@ def mapped(
 ) -> Mapped:
     """Columns and units of a table, as said in ``columns`` and ``units`` or as its own names and unit row say.
 
-    Time is in seconds where nobody says otherwise; every other unit must be said, in ``units`` or in the table.
+    Time is in seconds where nobody says otherwise and that is at least one sample a second; every other unit must be
+    said, in ``units`` or in the table.
 
     Raises RecordingError where a named column is missing, no column looks like a channel, or a unit is not said.
 
@@ -70,8 +71,13 @@ def mapped(
     channels = {quantity: ChannelSpec(names, wanted[quantity]) for quantity, names in chosen.items()}
     if rate_hz is not None:
         return Mapped(TimeSpec(rate_hz=rate_hz), channels, turned)
-    unit = (units or {}).get("time", said.get(time, "") if time is not None else "") or "s"
-    return Mapped(TimeSpec(time, unit), channels, turned)
+    unit = (units or {}).get("time", said.get(time, "") if time is not None else "")
+    if time is not None and not unit and (step := step_in_doubt(pd.Series(_numbers(table, time)))):
+        raise RecordingError(
+            f"time (column {time!r}) has no unit, and in seconds there would be a sample every {step:g} s; say it, as "
+            f"in units={{{str(time)!r}: \"ms\"}} or \"s\""
+        )
+    return Mapped(TimeSpec(time, unit or "s"), channels, turned)
 
 
 def values_of(table: pd.DataFrame, means: Mapped) -> tuple[Array, dict[str, Array]]:

@@ -41,6 +41,9 @@ _NAMES: Mapping[str, str] = MappingProxyType(
 SPRING_FOLLOWS = 0.7
 """Correlation with the displacement from which on a force is a spring's; dampers and inertia leave it above that."""
 
+SLOW_S = 1.0
+"""Step of a clock whose unit nobody says from which on it may be of milliseconds, or of rows."""
+
 LONGEST_NAME = 400
 """Characters of a column's name in which a unit is looked for; the search takes the square of them."""
 
@@ -146,7 +149,7 @@ def propose_mapping(table: pd.DataFrame, units: Mapping[Column, str] | None = No
         )
     remarks += _instruments_without_input(found)
     coordinate = _coordinate(found)
-    time, more = _clock(found.get("time", []))
+    time, more = _clock(found.get("time", []), table)
     remarks += more
     channels = {}
     for channel in (*CHANNELS, *INPUTS, *BESIDE):
@@ -156,13 +159,29 @@ def propose_mapping(table: pd.DataFrame, units: Mapping[Column, str] | None = No
     return Proposal(time, channels, coordinate, tuple(remarks))
 
 
-def _clock(found: Sequence[tuple[Column, str]]) -> tuple[TimeSpec | None, list[str]]:
+def step_in_doubt(times: pd.Series) -> float:
+    """The step of times (n,) whose unit nobody says, where it would be `SLOW_S` or more: they may be milliseconds, or
+    rows' numbers. 0 where it is shorter.
+
+    >>> step_in_doubt(pd.Series([0.0, 20.0, 40.0])), step_in_doubt(pd.Series([0.0, 0.02, 0.04]))
+    (20.0, 0.0)
+    """
+    steps = np.diff(times.to_numpy(dtype=np.float64))
+    steps = steps[np.isfinite(steps)]
+    step = float(np.median(steps)) if steps.size else 0.0
+    return step if step >= SLOW_S else 0.0
+
+
+def _clock(found: Sequence[tuple[Column, str]], table: pd.DataFrame) -> tuple[TimeSpec | None, list[str]]:
     """The column whose name speaks of time; else one that only rises, as a row's number does as well."""
     if not found:
         return None, ["no column looks like time; give channels.time: {rate_hz: ...}"]
     named = [one for one in found if speaks_of_time(one[0])]
     column, unit = (named or found)[0]
-    return TimeSpec(column, unit or "s"), [f"column {one!r} is not mapped" for one, _ in found if one != column]
+    remarks = [f"column {one!r} is not mapped" for one, _ in found if one != column]
+    if not unit and (step := step_in_doubt(table[column])):
+        remarks.append(f"time: column {column!r} says no unit; s is assumed, a sample every {step:g} s: is it ms?")
+    return TimeSpec(column, unit or "s"), remarks
 
 
 def _told_from_springs(found: dict[str, list[tuple[Column, str]]], table: pd.DataFrame) -> list[str]:

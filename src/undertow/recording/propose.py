@@ -149,13 +149,16 @@ def propose_mapping(table: pd.DataFrame, units: Mapping[Column, str] | None = No
         )
     remarks += _instruments_without_input(found)
     coordinate = _coordinate(found)
-    time, more = _clock(found.get("time", []), table)
+    time, more = _clock(found.get("time", []))
     remarks += more
     channels = {}
     for channel in (*CHANNELS, *INPUTS, *BESIDE):
         if channel in found:
             channels[channel], more = _spec(channel, found[channel], table, coordinate)
             remarks += more
+    clock, told = time.column if time is not None else None, dict(found.get("time", []))
+    if clock is not None and not told[clock] and (step := step_in_doubt(table[clock])):
+        remarks.append(f"time: column {clock!r} says no unit; s is assumed, a sample every {step:g} s: is it ms?")
     return Proposal(time, channels, coordinate, tuple(remarks))
 
 
@@ -172,16 +175,13 @@ def step_in_doubt(times: pd.Series) -> float:
     return step if step >= SLOW_S else 0.0
 
 
-def _clock(found: Sequence[tuple[Column, str]], table: pd.DataFrame) -> tuple[TimeSpec | None, list[str]]:
+def _clock(found: Sequence[tuple[Column, str]]) -> tuple[TimeSpec | None, list[str]]:
     """The column whose name speaks of time; else one that only rises, as a row's number does as well."""
     if not found:
         return None, ["no column looks like time; give channels.time: {rate_hz: ...}"]
     named = [one for one in found if speaks_of_time(one[0])]
     column, unit = (named or found)[0]
-    remarks = [f"column {one!r} is not mapped" for one, _ in found if one != column]
-    if not unit and (step := step_in_doubt(table[column])):
-        remarks.append(f"time: column {column!r} says no unit; s is assumed, a sample every {step:g} s: is it ms?")
-    return TimeSpec(column, unit or "s"), remarks
+    return TimeSpec(column, unit or "s"), [f"column {one!r} is not mapped" for one, _ in found if one != column]
 
 
 def _told_from_springs(found: dict[str, list[tuple[Column, str]]], table: pd.DataFrame) -> list[str]:

@@ -259,9 +259,11 @@ def _numbers(path: Path, name: Column, column: pd.Series, content: bytes, head: 
 
 
 def _all_texts(column: pd.Series, decimal: str) -> bool:
-    """Whether no cell of a column is a number or a stamp, and one is there."""
+    """Whether no cell of a column is a number, with whatever decimal mark, or a stamp, and one is there."""
     cells = column.dropna()
-    return cells.size > 0 and cells.dtype.kind not in "fiub" and not any(_is_number(str(c), decimal) for c in cells)
+    if not cells.size or cells.dtype.kind in "fiub":
+        return False
+    return not any(_is_number(text, decimal) or _DECIMAL_COMMA.match(text) for text in map(str, cells))
 
 
 def _holds_stamps(column: pd.Series) -> bool:

@@ -150,6 +150,7 @@ def shapes_of(x, t):
         "lists by name": {"t": t.tolist(), "x": x.tolist()},
         "series by name": {"t": pd.Series(t), "x": pd.Series(x)},
         "array beside dates": (x, dates.to_numpy()),
+        "array beside dates of a zone": (x, dates.tz_localize("Europe/Berlin")),
         "masked array that hides nothing": (np.ma.masked_invalid(x), t),
     }
 
@@ -176,6 +177,20 @@ def test_dates_in_a_text_file_are_seconds_too_and_their_unit_cannot_be_another(d
         for given in (path, table):
             with pytest.raises(RecordingError, match=r"column 't' holds dates or times .* said to be 'ms'; write s"):
                 undertow.read(given, units={"x": "mm", "t": "ms"})
+
+
+def test_a_clock_is_no_channel(decay, tmp_path):
+    dates = DAY + pd.to_timedelta(decay.time, unit="s")
+    table = table_of(decay).assign(clock=dates)
+    table.to_csv(tmp_path / "r.csv", index=False)
+    for given in (table, tmp_path / "r.csv"):
+        with pytest.raises(RecordingError, match="displacement is said to be in column 'clock', which holds dates"):
+            undertow.read(given, {"time": "t", "displacement": "clock"}, {"displacement": "mm"})
+
+
+def test_a_unit_of_what_is_no_channel_is_not_called_a_channels(decay):
+    with pytest.raises(RecordingError, match="none of the columns 't', 'temp' is named like a channel"):
+        undertow.read(table_of(decay).rename(columns={"x": "temp"}), units={"temp": "degC"})
 
 
 def test_a_time_without_a_unit_that_may_be_milliseconds_or_rows_is_asked_for(decay):

@@ -98,6 +98,13 @@ def test_texts_beside_numbers_of_a_sheet_are_left_out(tmp_path: Path) -> None:
     assert list(read_table(path, propose_layout(path)).columns) == ["Time", "disp [mm]"]
 
 
+def test_texts_of_another_decimal_mark_are_numbers_of_a_sheet(tmp_path: Path) -> None:
+    path = tmp_path / "r.xlsx"
+    pd.DataFrame({"t": [0.0, 0.1, 0.2], "x": ["1,5", "1,4", "1,3"]}).to_excel(path, index=False)
+    with pytest.raises(RecordingError, match="column 'x', row 2: '1,5' is not a number"):
+        read_table(path, FileFormat())
+
+
 def test_one_column_of_numbers_among_texts_is_no_table(tmp_path: Path) -> None:
     path = tmp_path / "r.csv"
     path.write_text("Time,status\n" + "".join(f"{0.01 * at:.2f},OK\n" for at in range(9)))

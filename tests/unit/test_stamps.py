@@ -44,12 +44,22 @@ def test_a_clock_that_steps_back_a_little_is_no_next_day() -> None:
     assert seconds_of_texts(pd.Series(["10:00:01", "10:00:00"])).tolist() == [0.0, -1.0]
 
 
-@pytest.mark.parametrize("wrong", ["10:00", "soon", "10:00:00.1.2", "2026-03-01T10:00:00.2+02:00", "2026-03/1 1:00:00"])
+@pytest.mark.parametrize(
+    "wrong",
+    ["10:00", "soon", "10:00:00.1.2", "2026-03-01T10:00:00.2+02:00", "2026-03/1 1:00:00", "10:61:00", "10:00:61"],
+)
 def test_a_cell_that_is_no_stamp_or_of_another_zone_is_named_by_its_line(tmp_path: Path, wrong: str) -> None:
     path = tmp_path / "r.csv"
     path.write_text("# a remark\nt,x\n2026-03-01T10:00:00.1+01:00,1\n" + wrong + ",2\n")
     with pytest.raises(RecordingError, match=r"r\.csv: column 't', line 4: .* is no time stamp like the first, '2026"):
         read_table(path, FileFormat(skip_rows=1))
+
+
+def test_the_first_stamp_is_shown_also_where_the_first_cell_is_empty(tmp_path: Path) -> None:
+    path = tmp_path / "r.csv"
+    path.write_text("t,x\n,1\n10:00:00.1,1\nsoon,2\n")
+    with pytest.raises(RecordingError, match=r"line 4: 'soon' is no time stamp like the first, '10:00:00.1'; repair"):
+        read_table(path, FileFormat())
 
 
 def test_a_header_that_is_a_row_of_stamps_is_refused(tmp_path: Path) -> None:

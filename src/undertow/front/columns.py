@@ -15,9 +15,9 @@ import pandas as pd
 from undertow.errors import RecordingError
 from undertow.recording.catalogue import ChannelSpec, TimeSpec
 from undertow.recording.layout import Column
-from undertow.recording.propose import is_unit, name_and_unit, propose_mapping, step_in_doubt
+from undertow.recording.propose import name_and_unit, propose_mapping, step_in_doubt
 from undertow.recording.recording import CHANNELS, Array, Coordinate
-from undertow.recording.stamps import must_be_seconds
+from undertow.recording.stamps import must_be_seconds, must_hold_no_stamps
 from undertow.recording.units import factor_to_si, to_si
 
 Columns = Mapping[str, Column | Sequence[Column]]
@@ -89,6 +89,8 @@ def values_of(table: pd.DataFrame, means: Mapped) -> tuple[Array, dict[str, Arra
         time, _ = to_si(_numbers(table, means.time.column), means.time.unit, "time", means.coordinate)
     channels = {}
     for name, spec in means.channels.items():
+        for column in spec.columns:
+            must_hold_no_stamps(table, column, name)
         summed = np.sum([_numbers(table, column) for column in spec.columns], axis=0)
         channels[name], _ = to_si(spec.sign * (summed - spec.offset), spec.unit, name, means.coordinate)
     return time, channels
@@ -129,11 +131,13 @@ def _guessed(
     table: pd.DataFrame, said: Mapping[Column, str], rate_hz: float | None
 ) -> tuple[dict[str, tuple[Column, ...]], Column | None]:
     """Channels and time by the columns' names, as `undertow inspect` proposes them."""
-    proposal = propose_mapping(table.select_dtypes("number"), said)
+    numbers = table.select_dtypes("number")
+    proposal = propose_mapping(numbers, said)
     chosen = {quantity: spec.columns for quantity, spec in proposal.channels.items()}
     if not chosen:
-        for unit in (unit for unit in said.values() if not is_unit(unit)):
-            factor_to_si(unit, "displacement")  # a unit that nobody knows hides what its column is
+        for quantity, spec in propose_mapping(numbers).channels.items():  # a unit that fits no channel hides its own
+            for unit in (said[column] for column in spec.columns if column in said):
+                factor_to_si(unit, quantity)
         raise RecordingError(
             f"none of the columns {_shown(table)} is named like a channel and holds numbers; say which, as in "
             f'columns={{"time": {table.columns[0]!r}, "displacement": {table.columns[-1]!r}}}'

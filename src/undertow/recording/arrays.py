@@ -44,5 +44,5 @@ def instants(given: Any, name: str = "t") -> Array:
     >>> instants(pd.date_range("2026-03-01", periods=3, freq="250ms"))
     array([0.  , 0.25, 0.5 ])
     """
-    stamps = None if np.ndim(given) != 1 else seconds_of_clock(pd.Series(np.asarray(given)))
+    stamps = None if np.ndim(given) != 1 else seconds_of_clock(pd.Series(given))
     return real_numbers(given, name) if stamps is None else stamps

@@ -17,7 +17,7 @@ import pandas as pd
 
 from undertow.errors import MisnamedError, RecordingError
 from undertow.recording.foreign import parsing
-from undertow.recording.layout import Column, FileFormat, pick
+from undertow.recording.layout import DECIMALS, Column, FileFormat, pick
 from undertow.recording.limits import Limits
 from undertow.recording.stamps import STAMPED
 from undertow.recording.vectors import chosen_table
@@ -60,7 +60,7 @@ def read_excel(path: Path, layout: FileFormat, columns: Sequence[Column] | None)
             raise RecordingError(f"{path}: the header row holds numbers ({shown}); set header: none, columns by number")
         chosen = [at for at in pick(path, names, columns) if columns is not None or names[at] != ""]
         cells = _columns(path, sheet, first, chosen, layout.limits)
-    if columns is None and (able := [at for at in chosen if not _all_texts(cells[at], layout.decimal)]):
+    if columns is None and (able := [at for at in chosen if not _all_texts(cells[at])]):
         chosen = able
     frame = pd.DataFrame({names[at]: _numbers(path, names[at], cells[at], layout, first) for at in chosen})
     frame.attrs[STAMPED] = tuple(names[at] for at in chosen if any(isinstance(cell, _STAMPS) for cell in cells[at]))
@@ -194,10 +194,11 @@ def _columns(path: Path, sheet: Any, first: int, chosen: Sequence[int], limits: 
     return {at: values[:last] for at, values in cells.items()}
 
 
-def _all_texts(cells: Sequence[Any], decimal: str) -> bool:
-    """Whether a column has a text and no number, date or time."""
+def _all_texts(cells: Sequence[Any]) -> bool:
+    """Whether a column has a text and no number, with whatever decimal mark, date or time."""
     there = [cell for cell in cells if cell is not None and not isinstance(cell, bool)]
-    return len(there) > 0 and not any(isinstance(c, _STAMPS) or _number(c, decimal, None) is not None for c in there)
+    numbers = (isinstance(c, _STAMPS) or any(_number(c, mark, None) is not None for mark in DECIMALS) for c in there)
+    return len(there) > 0 and not any(numbers)
 
 
 def _numbers(path: Path, name: Column, cells: Sequence[Any], layout: FileFormat, first: int) -> Any:

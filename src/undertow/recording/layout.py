@@ -19,6 +19,10 @@ Column = str | int
 """A column's name, or its number from 0 where there is no header."""
 
 
+DECIMALS = (".", ",")
+"""Decimal marks of texts."""
+
+
 @dataclass(frozen=True)
 class CellLayout:
     """Several trials in one file: a cell array ``variable`` with a trial a row (or a column).

@@ -22,7 +22,7 @@ from undertow.recording.layout import Column, FileFormat
 from undertow.recording.readers import read_table
 from undertow.recording.recording import Array, Coordinate
 from undertow.recording.spikes import despike
-from undertow.recording.stamps import must_be_seconds
+from undertow.recording.stamps import must_be_seconds, must_hold_no_stamps
 from undertow.recording.units import ARBITRARY_LENGTHS, to_si
 
 FOLLOWED = ("displacement", "velocity")
@@ -197,6 +197,8 @@ def _channel(
     name: str, spec: ChannelSpec, table: pd.DataFrame, medians: Mapping[str, int], coordinate: Coordinate
 ) -> tuple[Array, tuple[str, ...]]:
     """A channel (n,) in SI, NaN where it is missing, and what was done to it."""
+    for column in spec.columns:
+        must_hold_no_stamps(table, column, name)
     columns = [table[column].to_numpy(dtype=np.float64) for column in spec.columns]
     for values in columns:
         _must_be_measured(name, values, spec.unit)

@@ -15,7 +15,7 @@ from pathlib import Path
 
 from undertow.errors import RecordingError
 from undertow.recording.excel import EXCEL, MISSING, first_rows
-from undertow.recording.layout import FileFormat
+from undertow.recording.layout import DECIMALS, FileFormat
 from undertow.recording.propose import is_unit
 from undertow.recording.readers import suffix_of
 from undertow.recording.stamps import is_stamp
@@ -30,7 +30,7 @@ FEWEST_NUMBERS = 2
 FEWEST_ROWS = 3
 """Rows of numbers in a row that make a table: two may be a header's own numbers."""
 
-_STAMP = re.compile(r"[0-9]{1,4}([-./:])[0-9]{1,2}\1[0-9]{1,4}")
+_DATE = re.compile(r"[0-9]{1,4}([-./])[0-9]{1,2}\1[0-9]{1,4}")
 _SHOWN = 40  # characters of a cell in a message
 
 
@@ -53,7 +53,7 @@ def propose_layout(path: Path, variable: str | None = None) -> FileFormat:
     """
     excel = suffix_of(path) in EXCEL
     rows = _sheet_rows(path, variable) if excel else _text_rows(path)
-    heads = {decimal: rows(decimal) for decimal in (".", ",")}
+    heads = {decimal: rows(decimal) for decimal in DECIMALS}
     for decimal, head in heads.items():
         start = _table(head, decimal, excel)
         if start is not None:
@@ -65,18 +65,18 @@ def propose_layout(path: Path, variable: str | None = None) -> FileFormat:
     raise RecordingError(
         f"{path}: no table of numbers begins in its first {looked_at} lines; is it a recording? set "
         f"recordings.skip_rows where its data begin later; fewer than {FEWEST_ROWS} rows are no table"
-        + _about_stamps(rows("."))
+        + _about_dates(heads["."])
     )
 
 
-def _about_stamps(rows: Sequence[_Row]) -> str:
+def _about_dates(rows: Sequence[_Row]) -> str:
     """What to do where the last row holds a date alone, which a text file's reader does not take."""
     cells = rows[-1].cells if len(rows) > FEWEST_ROWS else ()
-    stamp = next((cell[:_SHOWN] for cell in cells if _STAMP.match(cell)), None)
-    if stamp is None:
+    date = next((cell[:_SHOWN] for cell in cells if _DATE.match(cell)), None)
+    if date is None:
         return ""
     return (
-        f"; {stamp!r} in line {rows[-1].number} is a date without a time of day in its column: write "
+        f"; {date!r} in line {rows[-1].number} is a date without a time of day in its column: write "
         "recordings.channels by hand, with time: {rate_hz: ...}, or save seconds"
     )
 

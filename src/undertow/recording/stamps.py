@@ -17,7 +17,7 @@ from undertow.recording.units import factor_to_si
 
 STAMP = re.compile(
     r"\s{0,3}(?P<date>\d{1,4}([-./])\d{1,2}\2\d{1,4}|\d{8})?[ T]{0,3}"
-    r"(?P<hour>\d{1,2}):(?P<minute>\d{2}):(?P<second>\d{2}(?:[.,]\d{1,9})?)"
+    r"(?P<hour>\d{1,2}):(?P<minute>[0-5]\d):(?P<second>[0-5]\d(?:[.,]\d{1,9})?)"
     r"\s{0,3}(?P<half>[AaPp]\.?[Mm]\.?)?\s{0,3}(?P<zone>Z|UTC|[+-]\d{2}:?\d{2})?\s{0,3}"
 )
 """A time of day with seconds, and a date before it where there is one, as loggers and spreadsheets write them. No part
@@ -74,6 +74,14 @@ def must_be_seconds(table: pd.DataFrame, column: Column, unit: str) -> None:
         raise RecordingError(
             f"time column {column!r} holds dates or times of day, which are read as seconds since the first, but its "
             f"unit is said to be {unit!r}; write s"
+        )
+
+
+def must_hold_no_stamps(table: pd.DataFrame, column: Column, channel: str) -> None:
+    """RecordingError where a channel's column held stamps: it is a clock, and no reading of a sensor."""
+    if column in table.attrs.get(STAMPED, ()):
+        raise RecordingError(
+            f"{channel} is said to be in column {column!r}, which holds dates or times of day; map another column"
         )
 
 

@@ -19,7 +19,7 @@ from pathlib import Path
 import pandas as pd
 
 from undertow.errors import RecordingError
-from undertow.recording.layout import Column, FileFormat, pick
+from undertow.recording.layout import DECIMALS, Column, FileFormat, pick
 from undertow.recording.limits import LIMITS, LONGEST_LINE, Limits
 from undertow.recording.stamps import STAMPED, is_stamp, seconds_of_texts
 
@@ -135,7 +135,7 @@ def table_of(path: Path, content: bytes, layout: FileFormat, columns: Sequence[C
     _check_header(path, named, layout)
     chosen = pick(path, names, columns)
     frame = _parse(path, content, head, separator, layout, max(len(names), width))
-    if columns is None and (able := [at for at in chosen if not _all_texts(frame[at], layout.decimal)]):
+    if columns is None and (able := [at for at in chosen if not _all_texts(frame[at])]):
         chosen = able
     table = pd.DataFrame({names[at]: _numbers(path, names[at], frame[at], content, head) for at in chosen})
     table.attrs[STAMPED] = tuple(names[at] for at in chosen if _holds_stamps(frame[at]))
@@ -258,12 +258,12 @@ def _numbers(path: Path, name: Column, column: pd.Series, content: bytes, head: 
     raise RecordingError(f"{path}: column {name!r}, line {line}: {text!r} is not a number; {advice}")
 
 
-def _all_texts(column: pd.Series, decimal: str) -> bool:
+def _all_texts(column: pd.Series) -> bool:
     """Whether no cell of a column is a number, with whatever decimal mark, or a stamp, and one is there."""
     cells = column.dropna()
     if not cells.size or cells.dtype.kind in "fiub":
         return False
-    return not any(_is_number(text, decimal) or _DECIMAL_COMMA.match(text) for text in map(str, cells))
+    return not any(_is_number(text, decimal) for text in map(str, cells) for decimal in DECIMALS)
 
 
 def _holds_stamps(column: pd.Series) -> bool:
@@ -280,8 +280,8 @@ def _seconds(path: Path, name: Column, column: pd.Series, content: bytes, head: 
         at = int(error.args[0])
         line, text = _line_of(path, content, head, at), str(column.iloc[at])[:_SHOWN]
         raise RecordingError(
-            f"{path}: column {name!r}, line {line}: {text!r} is no time stamp like the first, {column.iloc[0]!r}; "
-            "repair the file"
+            f"{path}: column {name!r}, line {line}: {text!r} is no time stamp like the first, "
+            f"{column.dropna().iloc[0]!r}; repair the file"
         ) from error
 
 

@@ -35,6 +35,11 @@ def test_noon_is_twelve_and_an_empty_cell_no_moment() -> None:
     assert np.isnan(found[1])
 
 
+@pytest.mark.parametrize("cell", ["10:61:00", "10:00:61", "10:00", "24.11.2026", "2026-11/24 10:00:00"])
+def test_what_no_clock_shows_is_no_stamp(cell: str) -> None:
+    assert not is_stamp(cell)
+
+
 @pytest.mark.parametrize("cell", ["{}", "1{}0", "10:00:00{}x", "T{}T"])
 def test_a_cell_of_any_length_is_looked_at_once(cell: str) -> None:
     assert not is_stamp(cell.format(" " * 100_000))
@@ -46,7 +51,7 @@ def test_a_clock_that_steps_back_a_little_is_no_next_day() -> None:
 
 @pytest.mark.parametrize(
     "wrong",
-    ["10:00", "soon", "10:00:00.1.2", "2026-03-01T10:00:00.2+02:00", "2026-03/1 1:00:00", "10:61:00", "10:00:61"],
+    ["10:00", "soon", "10:00:00.1.2", "2026-03-01T10:00:00.2+02:00", "2026-03/1 1:00:00"],
 )
 def test_a_cell_that_is_no_stamp_or_of_another_zone_is_named_by_its_line(tmp_path: Path, wrong: str) -> None:
     path = tmp_path / "r.csv"

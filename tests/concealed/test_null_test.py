@@ -33,9 +33,12 @@ from undertow.comparison.null_test import (
     null_test,
 )
 from undertow.comparison.replicas import (
+    LeftBy,
     _above_noise,
     _rate,
+    _rises,
     _scatter_factors,
+    _wanders,
     at_noise_of,
     is_of_instrument,
     left_by,
@@ -414,6 +417,12 @@ def test_a_law_that_nothing_small_leads_to_is_tested_as_it_starts():
     assert 0.0 <= tested.hidden < 1.0
 
 
+def spectrum_alone(closest: np.ndarray, rate: np.ndarray, plain: np.ndarray) -> np.ndarray:
+    """`spectrum_of` what is left of one channel, which alone says whether its sensor's noise rises and wanders."""
+    left = LeftBy(closest, plain, rate)
+    return spectrum_of(left, _rises([left]), _wanders([left]))
+
+
 def test_replicas_have_the_spectrum_that_was_left_and_scatter_as_the_fit_believes():
     level, fit = quiet()
     left = left_by(fit, fit)
@@ -424,7 +433,7 @@ def test_replicas_have_the_spectrum_that_was_left_and_scatter_as_the_fit_believe
         half = trial.t.size
         own = residual[:half]
         power = np.mean(np.abs(np.fft.rfft(many[:half], axis=0)) ** 2, axis=1)[1:-1]
-        assert power == pytest.approx(spectrum_of(own, _rate(trial), own)[1:-1], rel=0.35)
+        assert power == pytest.approx(spectrum_alone(own, _rate(trial), own)[1:-1], rel=0.35)
         assert float(np.mean(many[:half] ** 2)) == pytest.approx(float(np.mean(own**2)), rel=0.15)
     silent = [np.zeros_like(r) for r in left]
     for many, jac, used in zip(
@@ -455,7 +464,7 @@ def test_noise_is_that_of_fast_frequencies_where_fits_take_it_up_and_a_wandering
     wanders[1:][wandering] *= 5.0
 
     def found(less: np.ndarray, plain: np.ndarray = spectrum) -> np.ndarray:
-        return spectrum_of(np.fft.irfft(less, 4000), rate, np.fft.irfft(plain, 4000))[1:]
+        return spectrum_alone(np.fft.irfft(less, 4000), rate, np.fft.irfft(plain, 4000))[1:]
 
     red = spectrum.copy()
     red[1:] *= 10.0 / np.maximum(rate, 0.1)
@@ -477,17 +486,17 @@ def test_a_slow_line_of_cycles_enough_is_no_wander_of_a_sensor():
     for cycles, is_wander in ((2, True), (3, True), (5, False), (12, False), (19, False)):
         tone = noise.copy()
         tone[cycles] *= 30.0 * np.sqrt(4000.0) / np.abs(tone[cycles])
-        found = spectrum_of(np.fft.irfft(noise, 4000), rate, np.fft.irfft(tone, 4000))[cycles]
+        found = spectrum_alone(np.fft.irfft(noise, 4000), rate, np.fft.irfft(tone, 4000))[cycles]
         assert (found > 100.0 * 4000.0) == is_wander
     between = np.fft.irfft(noise, 4000) + 50.0 * np.sin(2.0 * np.pi * 5.5 * np.arange(4000) / 4000)
-    found = spectrum_of(np.fft.irfft(noise, 4000), rate, between)[5:7]
+    found = spectrum_alone(np.fft.irfft(noise, 4000), rate, between)[5:7]
     assert np.all(found < 0.3 * np.abs(np.fft.rfft(between)[5:7]) ** 2)  # nor one between two frequencies
     white = np.random.default_rng(8).standard_normal((200, 4000))
-    wander = [spectrum_of(one, rate, 5.0 * one)[4:20] for one in white]
+    wander = [spectrum_alone(one, rate, 5.0 * one)[4:20] for one in white]
     assert 1.0 < float(np.mean(wander)) / (25.0 * 4000.0) < 1.25  # a median of few is a tenth too large
     red = noise.copy()
     red[1:] *= 10.0 / rate
-    drawn = spectrum_of(np.fft.irfft(noise, 4000), rate, np.fft.irfft(red, 4000))[1:]
+    drawn = spectrum_alone(np.fft.irfft(noise, 4000), rate, np.fft.irfft(red, 4000))[1:]
     slow = rate <= 0.5
     own = np.abs(np.fft.rfft(np.fft.irfft(red, 4000))[1:]) ** 2
     assert float(np.mean((drawn / own)[slow])) > 0.7  # a sensor that wanders more the slower keeps its power
@@ -640,3 +649,35 @@ def test_an_effect_that_no_size_would_show_has_no_smallest_size(information, tol
     assert math.isnan(size) == (information * told == 0.0)
     if information * told > 0.0:
         assert size == pytest.approx(1.0, rel=1e-6)
+
+
+def test_replicas_of_white_noise_are_no_louder_than_it_where_the_motion_is_and_below():
+    rng, n, per = np.random.default_rng(4), 1000, 40.0
+    rate = np.fft.rfftfreq(n)[1:] * per
+    below, moving = rate <= 0.5, (rate > 0.5) & (rate <= 4.0)
+    power = np.zeros(rate.size)
+    for _ in range(200):
+        left = [LeftBy(one, one, rate) for one in rng.standard_normal((8, n))]
+        rises, wanders = _rises(left), _wanders(left)
+        power += np.mean([spectrum_of(one, rises, wanders)[1:] for one in left], axis=0) / (200.0 * n)
+    assert float(np.mean(power[below])) == pytest.approx(1.0, abs=0.06)
+    assert float(np.mean(power[moving])) == pytest.approx(1.0, abs=0.03)
+
+
+def test_a_sensor_that_wanders_and_whose_noise_rises_is_known_from_all_its_trials_together():
+    rng, n = np.random.default_rng(5), 1000
+    rate = np.fft.rfftfreq(n)[1:] * 40.0
+    assert float(np.sum(rate <= 0.5)) == 12.0
+    size = np.sqrt(np.where(rate <= 0.5, 1.5, np.where(rate <= 4.0, 1.25, 1.0)))
+
+    def left() -> LeftBy:
+        spectrum = np.fft.rfft(rng.standard_normal(n))
+        spectrum[1:] *= size
+        one = np.fft.irfft(spectrum, n)
+        return LeftBy(one, one, rate)
+
+    trials = [left() for _ in range(200)]
+    alone = [(_rises([one]), _wanders([one])) for one in trials]
+    together = [(_rises(trials[i : i + 20]), _wanders(trials[i : i + 20])) for i in range(0, 200, 20)]
+    assert np.all(np.mean(alone, axis=0) < 0.75)
+    assert np.all(together)

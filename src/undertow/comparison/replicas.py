@@ -11,9 +11,10 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
 import numpy as np
+from scipy.special import gammaincinv
 
 from undertow.comparison.joint import JointFit
 from undertow.comparison.level import Level
@@ -46,8 +47,11 @@ FEWEST_SMOOTHED = 2
 NEAR = 3
 """The same where a line is told from what lies beside it."""
 
+SURELY = 0.95
+"""Probability with which noise is less than what is held to be more than noise."""
+
 ONE_SIDED = 1.645
-"""Standard deviations of a one-sided 95 % bound."""
+"""Standard deviations of that one-sided bound."""
 
 QUARTERS = 4
 """Parts of a trial's time in which what a model leaves is compared."""
@@ -140,8 +144,12 @@ def _above_noise(power: Array, rate: Array) -> tuple[float, float, float]:
     noise is that of faster ones, or as stated where there are few. ``rate``: frequencies over the body's."""
     slow = rate <= OF_THE_MOTION
     stated = 2.0 * rate.size  # a residual is in units of the stated noise, and has twice as many samples
-    floor = float(np.median(power[~slow])) / math.log(2.0) if np.count_nonzero(~slow) > FEWEST_FAST else stated
-    return floor, float(np.sum(power[slow] - floor)), floor * math.sqrt(int(np.count_nonzero(slow)))
+    lines, fast = int(np.count_nonzero(slow)), int(np.count_nonzero(~slow))
+    if fast <= FEWEST_FAST:
+        return stated, float(np.sum(power[slow] - stated)), stated * math.sqrt(lines)
+    floor = float(np.median(power[~slow])) / math.log(2.0)
+    unsure = lines / (math.log(2.0) * math.sqrt(fast))  # a median's standard error, over what it is of
+    return floor, float(np.sum(power[slow] - floor)), floor * math.hypot(math.sqrt(lines), unsure)
 
 
 def replicas(
@@ -154,15 +162,32 @@ def replicas(
     for symbol, factor in _scatter_factors(level, draws, rng).items():
         mine = [i for i, u in enumerate(unknowns) if u.name.startswith(f"{symbol}[")]
         moved[mine] *= factor
+    spectra = _spectra(solution, noise)
     out = []
-    for trial, r, own, jac, used in zip(
-        solution.problem.trials, noise, solution.residuals, solution.jacobians, solution.used, strict=True
+    for trial, own, jac, used in zip(
+        solution.problem.trials, spectra, solution.jacobians, solution.used, strict=True
     ):
-        n, rate = trial.t.size, _rate(trial)
-        cuts = [slice(i * n, (i + 1) * n) for i in range(len(trial.channels))]
-        drawn = [_drawn(r[cut], rate, own[cut], draws, rng) for cut in cuts]
+        drawn = [_drawn(power, trial.t.size, draws, rng) for power in own]
         out.append(np.vstack(drawn) + jac @ moved[used])
     return out
+
+
+def _spectra(solution: Solution, noise: Sequence[Array]) -> list[list[Array]]:
+    """`spectrum_of` what is left of every channel in every trial; whether a sensor's noise rises towards slower
+    frequencies, and whether it wanders, is told from all trials that have it."""
+    trials, cut = solution.problem.trials, []
+    for trial, *both in zip(trials, noise, solution.residuals, strict=True):
+        rows = (np.split(each, len(trial.channels)) for each in both)
+        cut.append([LeftBy(closest, plain, _rate(trial)) for closest, plain in zip(*rows, strict=True)])
+    together: dict[str, list[LeftBy]] = {}
+    for trial, own in zip(trials, cut, strict=True):
+        for channel, left in zip(trial.channels, own, strict=True):
+            together.setdefault(channel.quantity, []).append(left)
+    rises = {quantity: (_rises(left), _wanders(left)) for quantity, left in together.items()}
+    return [
+        [spectrum_of(left, *rises[channel.quantity]) for channel, left in zip(trial.channels, own, strict=True)]
+        for trial, own in zip(trials, cut, strict=True)
+    ]
 
 
 def within_reason(solution: Solution, drawn: Sequence[Array]) -> bool:
@@ -192,16 +217,45 @@ def is_of_instrument(unknown: Unknown) -> bool:
     return bool(of_a_trial) and "." not in kind and kind not in SCATTERS and math.isfinite(unknown.prior_std)
 
 
-def spectrum_of(series: Array, rate: Array, plain: Array) -> Array:
-    """Power of a series (n,) at every frequency of its transform, smoothed over a quarter of the frequency to either
-    side; ``rate`` are the frequencies but zero over the body's.
+@dataclass(frozen=True)
+class LeftBy:
+    """What the closest model and the ``plain`` equation leave of one channel of a trial, (n,) each, and frequencies of
+    its transform, without zero, over the body's."""
 
-    Where the motion is, fits take noise up: there it is that of all faster frequencies, unless there is surely more;
-    then it is no less than at any faster one, as sensors' noise falls with frequency. Below the motion sensors wander:
-    there it is no less than what the ``plain`` equation leaves, (n,), and where there are cycles enough to tell a line,
-    than the median of its neighbours: a line is no wander.
+    closest: Array
+    plain: Array
+    rate: Array
+
+
+def _rises(left: Sequence[LeftBy]) -> bool:
+    """Whether a sensor surely has more noise at the rates of the motion than at faster ones."""
+    found = [_above_noise(_power(one.closest), one.rate) for one in left if one.rate.size]
+    more = sum(excess / floor for floor, excess, _ in found if floor > 0.0)
+    return more > ONE_SIDED * math.sqrt(sum((deviation / floor) ** 2 for floor, _, deviation in found if floor > 0.0))
+
+
+def _wanders(left: Sequence[LeftBy]) -> bool:
+    """Whether a sensor surely has more than noise below the motion: sums of lines of noise are of gamma's law."""
+    more, lines = 0.0, 0
+    for one in left:
+        floor, *_ = _above_noise(_power(one.closest), one.rate) if one.rate.size else (0.0,)
+        slow = _power(one.plain)[one.rate <= WANDERING]
+        if floor > 0.0:
+            more, lines = more + float(np.sum(slow)) / floor, lines + slow.size
+    return lines > 0 and more > float(gammaincinv(lines, SURELY))
+
+
+def spectrum_of(left: LeftBy, rises: bool, wanders: bool) -> Array:
+    """Power of what is left of a channel at every frequency of its transform, smoothed over a quarter of the frequency
+    to either side.
+
+    Where the motion is, fits take noise up: there it is that of all faster frequencies, unless the sensor's noise
+    ``rises``; then it is no less than at any faster one, as sensors' noise falls with frequency. Below the motion
+    sensors may wander: then it is no less than what the plain equation leaves, and where there are cycles enough to
+    tell a line, than the median of its neighbours: a line is no wander. Where nothing tells so it is noise alone: the
+    larger of two numbers that both scatter about it would lift every replica above its recording.
     """
-    power = _power(series)
+    power = _power(left.closest)
     count = power.size
     if not count:
         return np.zeros(1)
@@ -210,12 +264,11 @@ def spectrum_of(series: Array, rate: Array, plain: Array) -> Array:
     below, above = np.maximum(at - half, 0), np.minimum(at + half + 1, count)
     total = np.concatenate([[0.0], np.cumsum(power)])
     smooth = (total[above] - total[below]) / (above - below)
-    floor, excess, deviation = _above_noise(power, rate)
-    falling = np.maximum.accumulate(np.maximum(smooth, floor)[::-1])[::-1]
-    moving = falling if excess > ONE_SIDED * deviation else floor
-    slow = int(np.count_nonzero(rate <= WANDERING))
-    found = np.where(rate <= OF_THE_MOTION, moving, smooth)
-    found[:slow] = np.maximum(_wandering(_power(plain), slow), floor)
+    floor, *_ = _above_noise(power, left.rate)
+    moving = np.maximum.accumulate(np.maximum(smooth, floor)[::-1])[::-1] if rises else floor
+    slow = int(np.count_nonzero(left.rate <= WANDERING))
+    found = np.where(left.rate <= OF_THE_MOTION, moving, smooth)
+    found[:slow] = np.maximum(_wandering(_power(left.plain), slow), floor) if wanders else floor
     return np.concatenate([found[:1], found])
 
 
@@ -229,15 +282,14 @@ def _wandering(power: Array, count: int) -> Array:
     return found
 
 
-def _drawn(series: Array, rate: Array, plain: Array, draws: int, rng: np.random.Generator) -> Array:
-    """Gaussian noise with the smoothed spectrum of a series (n,), (n, draws)."""
-    power = spectrum_of(series, rate, plain)
+def _drawn(power: Array, samples: int, draws: int, rng: np.random.Generator) -> Array:
+    """Gaussian noise of that power at every frequency of the transform of so many samples, (samples, draws)."""
     parts = rng.standard_normal((2, power.size, draws))
     parts[0, 0] *= math.sqrt(2.0)  # frequency zero, and of an even number the highest, are real
-    if series.size % 2 == 0:
+    if samples % 2 == 0:
         parts[0, -1] *= math.sqrt(2.0)
     turned = np.sqrt(0.5 * power)[:, None] * (parts[0] + 1j * parts[1])
-    return np.asarray(np.fft.irfft(turned, series.size, axis=0), dtype=np.float64)
+    return np.asarray(np.fft.irfft(turned, samples, axis=0), dtype=np.float64)
 
 
 def _rate(trial: TrialProblem, samples: int = 0) -> Array:

@@ -13,10 +13,10 @@ from tests.concealed.test_small_effects import found as found_suspect
 from undertow.comparison.candidate import Candidate
 from undertow.comparison.explained import biases
 from undertow.comparison.joint import build, fit_joint
+from undertow.comparison.jumps import released, turning
 from undertow.comparison.level import Addend, Member, make_level
 from undertow.comparison.prescribed import at_its_own_sizes
 from undertow.comparison.sizes import COUNTS_IN_STDERR
-from undertow.comparison.turns import turning
 from undertow.equation import registry
 from undertow.equation.kernel import SLOT
 from undertow.errors import IdentificationError
@@ -109,7 +109,10 @@ def test_an_acceleration_says_nothing_where_a_body_that_rubs_turns():
     terms = terms_by_name(("stiffness", "viscous_damping"))
     smooth = group_model(terms, one.motions, SPECIMEN, None, dry=True, anchored=True)
     without = build(make_level([replace(one, model=smooth)]), ())
-    assert all(c.unsure is None for trial in without.trials for c in trial.channels)
+    for trial, motion in zip(without.trials, one.motions, strict=True):
+        seen = {c.quantity: c.unsure for c in trial.channels}
+        assert seen["displacement"] is None
+        assert np.array_equal(seen["acceleration"], released(motion, trial.t, trial.width_s))
 
 
 def test_cells_that_say_nothing_are_left_out_alike_by_both_integrators():
@@ -132,6 +135,23 @@ def test_cells_that_say_nothing_stay_so_in_a_shorter_window():
     problem = build(make_level([member("short", SHORT, 4300)]), ())
     for short, whole in zip(shortened(problem, 2.0).trials, problem.trials, strict=True):
         assert np.array_equal(short.channels[1].unsure, whole.channels[1].unsure[: short.t.size])
+
+
+def test_nor_where_the_body_may_have_been_let_go():
+    one = member("short", SHORT, 4300).motions[0]
+    step = float(np.median(np.diff(one.t)))
+    cells = np.arange(0.0, 20.0) * 2.0 * step
+    sure, unsure = (replace(one.window, release_stderr_s=error, held=True) for error in (0.0, 3.0 * step))
+    assert np.flatnonzero(released(replace(one, window=sure), cells, 2.0 * step)).tolist() == [0, 1]
+    assert np.flatnonzero(released(replace(one, window=unsure), cells, 2.0 * step)).tolist() == [0, 1, 2, 3, 4]
+    free = replace(one, window=replace(unsure, held=False))
+    assert not np.any(released(free, cells, 2.0 * step))
+    group = member("short", SHORT, 4300)
+    level = make_level([replace(group, motions=tuple(replace(m, window=unsure) for m in group.motions))])
+    for trial in build(level, ()).trials:
+        by_sensor = {c.quantity: c.unsure for c in trial.channels}
+        assert by_sensor["displacement"] is None
+        assert np.all(by_sensor["acceleration"][trial.t < 6.0 * step])
 
 
 def test_a_motion_that_never_turns_has_no_such_cell():

@@ -16,9 +16,9 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 from undertow.comparison.evidence import criterion, tempered, trial_misfits
+from undertow.comparison.jumps import without_jumps
 from undertow.comparison.level import Addend, Level, Member, full_name, seen_by
 from undertow.comparison.suspect import Addition, Scales
-from undertow.comparison.turns import without_turns
 from undertow.conditioning.motion import Motion
 from undertow.equation.kernel import SLOT
 from undertow.errors import IdentificationError
@@ -127,7 +127,7 @@ def build(level: Level, addends: Sequence[Addend]) -> Problem:
             base, links = _moved(addends, member.label, member.model.trial_base(motion.name), links)
             ends = replace(options, end_s=swinging_until(motion, member))
             builder.trial(seen_by(addends, motion), base, tuple(links), ends)
-    return _freed(without_turns(level, builder.build()), addends)
+    return _freed(without_jumps(level, builder.build()), addends)
 
 
 def swinging_until(motion: Motion, member: Member) -> float:

@@ -1,4 +1,5 @@
-"""Where a body that rubs turns or stops its acceleration jumps, and what a sample holds of it only the logger knows.
+"""Where a body is let go, or one that rubs turns or stops, its acceleration jumps, and what a sample holds of it only
+the logger knows.
 
 Belongs here: the cells that are left out for it. Does not belong here: the joint fit (joint.py).
 """
@@ -18,19 +19,34 @@ SLOW = 0.3
 """Share of its last swing's top speed below which a body may be about to stop: a twentieth of a period before."""
 
 
-def without_turns(level: Level, problem: Problem) -> Problem:
-    """The problem without an acceleration's cells in which a body turns whose equation has dry friction."""
-    motions = {m.name: m for member in level.members if _rubs(member) for m in member.motions}
+RELEASE_WITHIN = 2.0
+"""Standard errors of the release's instant within which it may be."""
+
+
+def without_jumps(level: Level, problem: Problem) -> Problem:
+    """The problem without an acceleration's cells in which a body is let go, or turns where its equation has dry
+    friction."""
+    motions = {m.name: (m, _rubs(member)) for member in level.members for m in member.motions}
     trials = []
     for trial in problem.trials:
-        if trial.name in motions and any(c.quantity == "acceleration" for c in trial.channels):
-            turns = turning(motions[trial.name], trial.t, trial.width_s)
+        if any(c.quantity == "acceleration" for c in trial.channels):
+            motion, rubs = motions[trial.name]
+            jumps = released(motion, trial.t, trial.width_s)
+            if rubs:
+                jumps = jumps | turning(motion, trial.t, trial.width_s)
             trial = replace(
                 trial,
-                channels=tuple(replace(c, unsure=turns) if c.quantity == "acceleration" else c for c in trial.channels),
+                channels=tuple(replace(c, unsure=jumps) if c.quantity == "acceleration" else c for c in trial.channels),
             )
         trials.append(trial)
     return replace(problem, trials=tuple(trials))
+
+
+def released(motion: Motion, cells: Array, width_s: float) -> np.ndarray:
+    """Cells (n,), given by their centres, within a sample of which a body that was held may have been let go, (n,): the
+    mean over samples of which some are before and some after is that of no instant in between."""
+    near = 0.5 * width_s + float(np.median(np.diff(motion.t))) + RELEASE_WITHIN * motion.window.release_stderr_s
+    return np.asarray(motion.window.held & (cells <= near))
 
 
 def _rubs(member: Member) -> bool:

@@ -222,9 +222,10 @@ def doubt(level: Level, fit: JointFit, before: JointFit | None = None) -> str:
             names = _names_of(fit, addend, a)
             for name in names:
                 value, error = fit.value(name), fit.solution.stderr(name)
-                if value >= a.upper * BOUNDED or (a.lower > 0.0 and value <= a.lower * 1.001):
+                beyond = value >= a.upper * BOUNDED and not a.endless
+                if beyond or (a.lower > 0.0 and value <= a.lower * 1.001):
                     return f"{name} = {value:.4g} {a.unit} sits on its bound"
-                if a.inner and a.lower > 0.0 and not error < UNTOLD * value:
+                if a.inner and a.lower > 0.0 and not a.endless and not error < UNTOLD * value:
                     return f"{name} = {value:.4g} +- {error:.2g} {a.unit} could be anything"
                 if a.inner or a is not addend.additions[0]:
                     continue

@@ -44,7 +44,8 @@ class Addition:
     the slot of a coefficient of the equation that is left out beside it; ``also`` a slot that it moves too, with the
     factor (a sine instead of a line); ``by_spring`` (label, value, standard error) what each spring's dry trials say;
     ``moves`` says that everything in the first slot, scatter included, stands in the second instead (dry friction
-    becomes the yield force of bristles).
+    becomes the yield force of bristles); ``endless`` what has a shape of its own at its upper bound and beyond (a
+    change so slow that it is a straight line): there its size alone says whether it is there.
     """
 
     name: str
@@ -62,6 +63,7 @@ class Addition:
     also: tuple[str, float] | None = None
     by_spring: tuple[tuple[str, float, float], ...] = ()
     moves: tuple[str, str] | None = None
+    endless: bool = False
 
     @property
     def differs(self) -> bool:

@@ -262,7 +262,9 @@ def _drifting_stiffness(s: Scales, start: float) -> tuple[Addition, ...]:
     k = 0.01 * s.mass * s.rate**2
     return (
         Addition("N_per_m", "N/m", "kd", k, k, scope="spring"),
-        Addition("time_s", "s", "td", start, 0.5 * start, 2.0 / s.slowest, 2000.0 / s.slowest, inner=True),
+        Addition(
+            "time_s", "s", "td", start, 0.5 * start, 2.0 / s.slowest, 2000.0 / s.slowest, inner=True, endless=True,
+        ),
     )
 
 

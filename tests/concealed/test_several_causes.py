@@ -7,12 +7,14 @@ from dataclasses import replace
 import pytest
 
 from tests.concealed.test_diagnosis import SHORT, member
+from undertow.campaign.run.judgement import _beside_unknown
+from undertow.campaign.run.rig import standing_addends
 from undertow.comparison.level import make_level
 from undertow.comparison.search import diagnose
 from undertow.comparison.suspects import SUSPECTS, chosen
 from undertow.discrepancy.case import Case
 from undertow.discrepancy.earned import of_several_causes
-from undertow.discrepancy.judge import judge
+from undertow.discrepancy.judge import judge, judge_level
 from undertow.discrepancy.verdict import Described, Verdict
 from undertow.equation import registry
 
@@ -41,6 +43,14 @@ def test_a_drift_in_releases_of_several_sizes_is_no_spring_that_hardens():
     assert time == pytest.approx(3.0, abs=3.0 * found.best.fit.solution.stderr("stiffness_drift.time_s"))
 
 
+def test_a_drift_too_slow_to_end_is_a_straight_line_and_is_not_excluded_for_its_time():
+    found = hides("stiffness_drift", 100.0 * DRIFT, 7300, time_s=500.0)
+    assert found.best.names == ("stiffness_drift",)
+    rate, time = (found.best.fit.value(f"stiffness_drift.{n}") for n in ("N_per_m@short", "time_s"))
+    assert time > 20.0  # releases are over in 6 s
+    assert rate / time == pytest.approx(DRIFT / 5.0, rel=0.2)
+
+
 def test_a_spring_that_hardens_is_not_taken_for_a_drift():
     found = hides("cubic_stiffness", HARD, 7320)
     assert found.best.names == ("cubic_stiffness",)
@@ -56,6 +66,26 @@ def test_the_verdict_describes_a_drift_and_says_unknown():
     assert verdict.sentence.endswith(f"{shape}; a decay does not tell which: unknown.")
     assert "after a long rest" in verdict.next_test
     assert verdict.parameters["stiffness_drift"]["N_per_m"].value == pytest.approx(DRIFT, rel=0.2)
+
+
+def test_what_dry_trials_cannot_tell_apart_water_does_not_tell_apart_either():
+    group = member("short", SHORT, 7320, ((registry.find("cubic_stiffness"), HARD),))
+    dry = Case({"spring": "short"}, "short", group, (), Described(0.4), 0.004, 0.05, 4, True, True)
+    first = judge_level([dry], LIKE_IT)
+    assert [v.verdict for v in first.verdicts] == [("cubic_stiffness",)]
+    rivals = (("quintic_stiffness",), ("unknown",))
+    puzzled = replace(first, verdicts=(replace(first.verdicts[0], status="not_identifiable", alternatives=rivals),))
+    (wet,) = _beside_unknown([replace(dry, dry=False)], [puzzled])
+    assert wet.dry_rivals == rivals
+    assert _beside_unknown([dry], [puzzled]) == [dry]
+    assert _beside_unknown([replace(dry, dry=False)], [first])[0].dry_rivals == ()
+    (said,) = judge([wet], LIKE_IT, standing_addends([first]))
+    assert (said.status, said.verdict, said.alternatives) == ("not_identifiable", ("cubic_stiffness",), rivals)
+    assert "cannot tell it from stiffness with the fifth power of the displacement; something that nobody knows" in (
+        said.sentence
+    )
+    (sure,) = judge([replace(wet, dry_rivals=())], LIKE_IT, standing_addends([first]))
+    assert (sure.status, sure.alternatives) == ("explained", ())
 
 
 def test_only_a_drift_is_of_several_causes_and_it_is_looked_for():

@@ -561,3 +561,36 @@ def test_a_name_that_leaves_more_than_noise_says_that_it_describes():
     assert left(36.0, 2).endswith("of each trial's own it leaves 6 times the sensors' noise.")
     assert left(36.0, 3).endswith("noise; its numbers' errors hold by how much they move without one trial or another.")
     assert left(1.2, 3) == ""
+
+
+@pytest.mark.parametrize(
+    ("left", "p_value", "size", "said"),
+    [
+        (1.2, 0.4, 0.5, "explained"), (1.2, 1e-6, 0.5, "explained"), (1.2, 1e-6, 1.2, "unknown"),
+        (9.0, 1e-6, 0.5, "unknown"), (9.0, 0.4, 0.5, "explained"),
+    ],
+)  # fmt: skip
+def test_what_the_dry_trials_need_is_not_all_in_a_water_that_stands_out_beside_it(left, p_value, size, said):
+    null = SimpleNamespace(**(vars(diagnosis().null) | {"fit": no_trial(left)}))
+    proved = replace(NAMED, augmented=Described(0.02, 0.02))
+    level = diagnosis(null=null, best=null, candidates=(null,))
+    unseen = case(baseline=Described(0.04, 0.06))
+    found = judged(proved, unseen, level, True, beside(p_value, size))
+    names = ("linear_damping",) if said == "explained" else ("linear_damping", "unknown")
+    assert (found.status, found.verdict) == (said, names)
+    if said == "unknown":
+        assert "this is not all: of levels like this with nothing beside it only 0.0001 % stand out" in found.sentence
+    (gate,) = (g for g in found.decision if g.gate == "p_value")
+    assert gate.passed == (said == "explained")
+
+
+@pytest.mark.parametrize(("away", "unseen", "said"), [(0.5, 0.02, "explained"), (9.0, 0.09, "unknown")])
+def test_what_the_dry_trials_need_is_a_description_where_it_leaves_more_than_noise_in_water(away, unseen, said):
+    null = SimpleNamespace(**(vars(diagnosis().null) | {"fit": no_trial(9.0)}))
+    level = diagnosis(null=null, best=null, candidates=(null,))
+    verdict = replace(NAMED, augmented=Described(0.02, unseen))
+    group = case(baseline=Described(0.04, 0.06))
+    found = earned(verdict, group, level, beside(0.4), True, DryAnswer(), Closeness(away, math.nan))
+    assert found.status == said
+    assert "linear_damping" in found.verdict  # the dry trials prove that it is there
+    assert found.augmented is not None

@@ -21,7 +21,8 @@ class Case:
 
     What forbids a green verdict, each in words and empty where it does not: ``contradiction`` of the channels,
     ``no_dry`` (the config names dry trials, this spring has none), ``assumed`` (nobody measured or stated how much
-    trials differ). ``dry_unknown``: what the dry trials of this spring lack and nobody knows, in words.
+    trials differ). ``dry_unknown``: what the dry trials of this spring lack and nobody knows, in words; ``dry_rivals``
+    are sets of names that they cannot tell from what they need: nor can water, where it shows no more of it.
     """
 
     key: Mapping[str, str | float]
@@ -41,6 +42,7 @@ class Case:
     no_dry: str = ""
     assumed: str = ""
     dry_unknown: str = ""
+    dry_rivals: tuple[tuple[str, ...], ...] = ()
 
     @property
     def trials(self) -> tuple[str, ...]:

@@ -59,7 +59,8 @@ NO_ANSWER = DryAnswer()
 """Dry trials that say nothing against what is named."""
 
 GREEN = ("nothing_missing",)
-EVERY = ("nothing_missing", "explained", "not_identifiable", "unknown")
+NAMED = ("explained", "not_identifiable")
+EVERY = ("nothing_missing", *NAMED, "unknown")
 
 
 def gates(
@@ -102,8 +103,10 @@ def evidence(level: Level, case: Case, diagnosis: LevelDiagnosis) -> tuple[Gate,
     size = case.baseline.nrmse / case.allowed
     said = Gate("free_run", "free-run error over repeatability", size, 1.0, size <= 1.0)
     best = diagnosis.best if diagnosis.named else strongest(diagnosis)
+    stands = "+".join(addend.prefix for addend in level.standing)
+    left = () if diagnosis.named or not stands else (_left_with(stands, diagnosis.null),)
     if best is None:
-        return (said,)
+        return (said, *left)
     names = "+".join(best.names)
     odds = math.log(NAMING_PROBABILITY / (1.0 - NAMING_PROBABILITY))
     gain = best.score - diagnosis.null.score
@@ -119,9 +122,15 @@ def evidence(level: Level, case: Case, diagnosis: LevelDiagnosis) -> tuple[Gate,
         Gate("rivals", f"other sets of names within odds of {RIVAL_ODDS:.0f}", float(rivals), 0.0, not rivals),
         Gate("posterior", f"posterior probability of {names}, excluded candidates included", posterior(diagnosis, best),
              NAMING_PROBABILITY, posterior(diagnosis, best) >= NAMING_PROBABILITY),
-        Gate(LEFT, f"mean squared residual over noise with {names}", best.fit.misfit, FAR_ABOVE_NOISE,
-             best.fit.misfit <= FAR_ABOVE_NOISE),
+        *(left or (_left_with(names, best),)),
     )  # fmt: skip
+
+
+def _left_with(names: str, one: Candidate) -> Gate:
+    """What is left over the noise with what is said, or else with the strongest suspect."""
+    left = one.fit.misfit
+    statistic = f"mean squared residual over noise with {names}"
+    return Gate(LEFT, statistic, left, FAR_ABOVE_NOISE, left <= FAR_ABOVE_NOISE)
 
 
 def strongest(diagnosis: LevelDiagnosis) -> Candidate | None:
@@ -141,7 +150,7 @@ def _flag(gate: str, statistic: str, reason: str, bars: tuple[str, ...], lacking
 def _structure(case: Case) -> Gate:
     """Whether the dry trials tell the structure: none is no green, and what they lack, and nobody knows, is there in
     water too, where any name can be a description of it."""
-    bars = GREEN if case.no_dry or not case.dry_unknown else (*GREEN, "explained", "not_identifiable")
+    bars = GREEN if case.no_dry or not case.dry_unknown else (*GREEN, *NAMED)
     lacking, reason = "no_dry" if case.no_dry else "structure", case.no_dry or case.dry_unknown
     return _flag("structure_known", "reasons why the dry trials do not tell the structure", reason, bars, lacking)
 
@@ -165,9 +174,17 @@ def _beside_its_null(verdict: Verdict, diagnosis: LevelDiagnosis, tested: NullTe
         return (Gate("p_value", asked, p, tested.limit, not tested.significant, "", "stands_out", GREEN),)
     if diagnosis.named and _stands_in(diagnosis.best, tested):
         said = f"{percent(p)} of such levels with nothing missing stand out as much"
-        bars = ("explained", "not_identifiable")
-        return (Gate("p_value", asked, p, tested.limit, tested.significant, said, "more", bars),)
+        return (Gate("p_value", asked, p, tested.limit, tested.significant, said, "more", NAMED),)
+    if _carried(verdict, diagnosis):
+        counts = tested.tests[0].size >= 1.0 or diagnosis.null.fit.misfit > FAR_ABOVE_NOISE
+        said = f"of levels like this with nothing beside it only {percent(p)} stand out as much"
+        return (Gate("p_value", asked, p, tested.limit, not (tested.significant and counts), said, "beside", NAMED),)
     return (_more_than_noise(diagnosis, tested),) if verdict.verdict == ("unknown",) else ()
+
+
+def _carried(verdict: Verdict, diagnosis: LevelDiagnosis) -> bool:
+    """Whether all that is said is what the dry trials need: it stands in the equation that this water is held to."""
+    return not diagnosis.named and bool(set(verdict.verdict) - {"unknown"})
 
 
 def _stands_in(best: Candidate, tested: NullTest) -> bool:
@@ -241,7 +258,7 @@ def _comes_closer(verdict: Verdict, case: Case, diagnosis: LevelDiagnosis) -> tu
     if diagnosis.named and math.isfinite(unseen) and math.isfinite(after) and unseen > 0.0:
         away = max(math.sqrt(max(after**2 - unseen**2, 0.0)) / case.allowed, (after - unseen) / WORSE_SHARE)
         rose = f"{names} would be named, but the trials it never saw went from {percent(unseen)} to {percent(after)}"
-        found.append(gate(away, rose, "unseen", ("explained", "not_identifiable")))
+        found.append(gate(away, rose, "unseen", NAMED))
     return tuple([g for g in found if not g.passed][:1] or sorted(found, key=lambda g: -g.value)[:1])
 
 
@@ -260,7 +277,7 @@ def _outweighed(diagnosis: LevelDiagnosis) -> tuple[Gate, ...]:
         because = " and ".join(other.names).replace("_", " ") or "the equation as it is"
         because += f", excluded because {other.out}" if other.out else ""
         because = f"its probability is {percent(likely)}, and most probable is {because}"
-        bars = ("explained", "not_identifiable")
+        bars = NAMED
         return Gate(name, statistic, likely, MORE_LIKELY, likely >= MORE_LIKELY, because, lacking, bars)
 
     statistic = "probability of the names that are said, excluded candidates included"
@@ -277,12 +294,14 @@ def _described(verdict: Verdict, case: Case, diagnosis: LevelDiagnosis, reach: C
     come so close, or unseen ones show three quarters less of it (in variance), or, where none is unseen, their
     own fit leaves a twentieth: of 18 names with which they came so
     close (seeds 2106001, 2106501, 2107001) 13 were of the effect or described it, of 5 others (one there, four near the
-    body's rate, 3981000) none; a slosh mode that no law of ours is halves the error of unseen trials."""
-    if not diagnosis.named or diagnosis.best.fit.misfit <= FAR_ABOVE_NOISE:
+    body's rate, 3981000) none; a slosh mode that no law of ours is halves the error of unseen trials. What the dry
+    trials need describes the water's motion too, as far as it goes."""
+    carried = _carried(verdict, diagnosis)
+    if not (diagnosis.named or carried) or diagnosis.best.fit.misfit <= FAR_ABOVE_NOISE:
         return ()
     describes = explains(diagnosis.null, diagnosis.best, OF_ITS_OWN)
     describes = reach.explained >= NEARLY_ALL if math.isfinite(reach.explained) else describes
-    if reach.away > PROVED and not describes:
+    if reach.away > PROVED and not describes and not carried:
         because = f"with it the trials of this water are {reach.away:.2g} times as far away as repetitions are"
         statistic = "free run of the level's trials over repeatability, where more than noise is left"
         return (Gate("described", statistic, reach.away, PROVED, False, because, "outweighed", EVERY[1:]),)
@@ -305,7 +324,7 @@ def _borne_out(diagnosis: LevelDiagnosis, in_air: DryAnswer) -> tuple[Gate, ...]
     if not diagnosis.named:
         return ()
     statistic = "standard errors by which dry trials contradict a law of the structure"
-    bars = ("explained", "not_identifiable")
+    bars = NAMED
     return (
         Gate("dry_trials_agree", statistic, in_air.away, CERTAIN, not in_air.because, in_air.because, "dry", bars),
     )  # fmt: skip

@@ -196,7 +196,9 @@ def _verdict(
     found = {name: [with_scale_error(one, specimen) for one in many] for name, many in found.items()}
     if case.rotation:
         found = {name: [_turned(one) for one in many] for name, many in found.items()}
-    status: Status = "not_identifiable" if diagnosis.rivals else "explained"
+    of_dry = ((*other, *diagnosis.best.names) for other in case.dry_rivals if known)
+    rivals = (*((*known, *other) for other in diagnosis.rivals), *of_dry)
+    status: Status = "not_identifiable" if rivals else "explained"
     rest = training > STILL_MISSING * case.allowed and training > 0.5 * case.baseline.nrmse
     if diagnosis.named:
         rest = rest or held > max(UNPROVED * case.allowed, case.baseline.held_out_nrmse)
@@ -204,7 +206,7 @@ def _verdict(
         plain,
         status="unknown" if rest else status,
         verdict=(*names, "unknown") if rest else names,
-        alternatives=diagnosis.rivals,
+        alternatives=rivals,
         origin=_origin(case, diagnosis.best.suspects, known),
         parameters={name: many[0] if len(many) == 1 else many for name, many in found.items()},
         augmented=Described(
@@ -214,10 +216,10 @@ def _verdict(
         physical_check=_physics(case, found),
         next_test=next_test(names[0]),
         transfer=moved,
-        sentence=sentence_of(case, names, diagnosis.rivals, found, training, held, rest, known, own)
+        sentence=sentence_of(case, names, rivals, found, training, held, rest, known, own)
         + changing_words(fit.addends) + transfer_words(moved)
         + (late_words(fit.addends) if len(names) == 1 and not rest else "")
-        + (_biased(diagnosis) + ("" if rest else _left(diagnosis)) if diagnosis.named else ""),
+        + (_biased(diagnosis) if diagnosis.named else "") + ("" if rest else _left(diagnosis)),
     )
 
 

@@ -11,7 +11,9 @@ from collections.abc import Mapping
 from undertow.comparison.suspects import SUSPECTS
 from undertow.equation.registry import row
 
-FOUND_ELSEWHERE: Mapping[str, str] = {"clipping": "a sensor cut off at the end of its range"}
+FOUND_ELSEWHERE: Mapping[str, str] = {
+    "clipping": "a sensor cut off at the end of its range", "unknown": "something that nobody knows",
+}  # fmt: skip
 """Words of what a verdict can name without a search for it."""
 
 

@@ -120,15 +120,19 @@ def _cases(
 
 
 def _beside_unknown(cases: Sequence[Case], dry: Sequence[Judged]) -> list[Case]:
-    """The cases, wet ones with what the dry trials of their spring lack and nobody knows: it is there in water too."""
+    """The cases, wet ones with what the dry trials of their spring lack and nobody knows, and with what they cannot
+    tell from what they need: it is there in water too."""
+    said = {label: verdict for judged in dry for label, verdict in zip(judged.labels, judged.verdicts, strict=True)}
     puzzling = {
         label: f"nobody knows for sure what is missing in the dry trials too ({group_title(verdict.group)})"
-        for judged in dry for label, verdict in zip(judged.labels, judged.verdicts, strict=True)
-        if verdict.status == "unknown"
+        for label, verdict in said.items() if verdict.status == "unknown"
     }  # fmt: skip
+    rivals = {label: verdict.alternatives for label, verdict in said.items() if verdict.status == "not_identifiable"}
     return [
-        case if case.dry else replace(case, dry_unknown=puzzling.get(case.member.label, "")) for case in cases
-    ]
+        case if case.dry else replace(
+            case, dry_unknown=puzzling.get(case.member.label, ""), dry_rivals=rivals.get(case.member.label, ())
+        ) for case in cases
+    ]  # fmt: skip
 
 
 @dataclass(frozen=True)
@@ -205,7 +209,7 @@ class _Judge:
             return self._judged(level, standing)
         free = [c.member.free_start for c in level.cases]
         cells = [dict(c.cell) for c in level.cases]
-        said = (free, cells, [c.dry_unknown for c in level.cases])
+        said = (free, cells, [(c.dry_unknown, c.dry_rivals) for c in level.cases])
         also = repr((sorted(s.label for s in self.suspects), standing, *said, self.budget, self.levels, level.told))
         path = self.folder / f"verdict-{checkpoints.level_digest(level.tasks, also)}.json"
         labels = tuple(c.member.label for c in level.cases)

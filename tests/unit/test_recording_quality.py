@@ -104,6 +104,20 @@ def test_swings_that_nothing_cuts_have_no_level(seed: int) -> None:
     assert levels(-x, noise(x)) == ()
 
 
+@pytest.mark.parametrize("samples", [30, 60, 120])
+def test_a_level_of_few_samples_that_is_left_at_once_is_a_cut_and_a_peak_of_as_few_is_none(samples: int) -> None:
+    seen = 0
+    for seed in range(30):
+        rng = np.random.default_rng(seed)
+        t = np.arange(8 * samples) / samples
+        x = np.exp(-rng.uniform(0.1, 0.3) * t) * np.cos(2.0 * np.pi * t + rng.uniform(0.0, 6.0))
+        noisy = x + 10.0 ** rng.uniform(-4.0, -2.5) * rng.standard_normal(t.size)
+        assert levels(noisy, noise(noisy)) == ()
+        cut = np.minimum(x, 0.8 * np.max(x)) + (noisy - x)
+        seen += [end.upper for end in levels(cut, noise(cut))] == [True]
+    assert seen >= {30: 20, 60: 24, 120: 25}[samples]
+
+
 @pytest.mark.parametrize("seed", [36, 168, 266, 384, 387])
 def test_noise_that_is_slower_than_the_samples_is_no_level(seed: int) -> None:
     rng = np.random.default_rng(seed)  # of 400 seeds these five passed for cut by the noise from sample to sample alone

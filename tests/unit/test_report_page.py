@@ -171,6 +171,8 @@ def test_the_first_table_has_a_row_for_every_group_with_its_verdict() -> None:
     table = rendered().split('id="overview"')[1].split("</table>")[0]
     rows = table.split("<tr")[2:]
     assert len(rows) == 2
+    assert [cell.partition("<")[0] for cell in table.split("<th>")[1:3]] == ["group", "verdict"]  # wide numbers follow
+    assert ">nothing missing<" in rows[0].split("<td")[2]
     assert ">nothing missing<" in rows[0]
     assert ">hidden resonator<" in rows[1]
     assert "added mass (kg)" in table

@@ -84,6 +84,9 @@ def test_what_dry_trials_cannot_tell_apart_water_does_not_tell_apart_either():
     assert "cannot tell it from stiffness with the fifth power of the displacement; something that nobody knows" in (
         said.sentence
     )
+    (left,) = (gate for gate in said.decision if gate.gate == "left_above_noise")
+    assert left.statistic == "mean squared residual over noise with cubic_stiffness"
+    assert left.passed
     (sure,) = judge([replace(wet, dry_rivals=())], LIKE_IT, standing_addends([first]))
     assert (sure.status, sure.alternatives) == ("explained", ())
 

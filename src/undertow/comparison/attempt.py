@@ -72,6 +72,9 @@ def from_starts(
     if not quick:
         return None
     ahead = sorted(quick, key=lambda f: f.criterion)[: (REFINED if len(starts) * len(waters) > 1 else 1)]
+    if suspect.recurs:
+        at = replace(level, shared_water=ahead[0].shared_water)
+        ahead.append(_half_periods_on(at, best, suspect, ahead[0]))
     fit = min((_refined(level, f) for f in _apart(ahead)), key=lambda f: f.criterion)
     return Candidate((*best.suspects, suspect), fit, prior, doubt(level, fit, best.fit))
 
@@ -289,17 +292,22 @@ def _half_periods_on(level: Level, best: Candidate, suspect: Suspect, fit: Joint
     """The closest fit to which half a period more, or less, with the coefficient turned, leads step by step: in a slow
     decay echoes that far apart look much alike, and one linear step puts them in no order."""
     addend = fit.addends[-1]
-    names = {f"{addend.prefix}.{a.name}" for a in addend.additions if a.unit == "s"}
     for way in (-math.pi / level.scales.slowest, math.pi / level.scales.slowest):
         ahead: JointFit | None = fit
         while ahead is not None:
-            fit, start = ahead, dict(ahead.values)
-            for name in start:
-                if name.startswith(f"{addend.prefix}."):
-                    start[name] = start[name] + way if name in names else -start[name]
-            ahead = _with(level, best, (addend,), start, growing=False)
+            fit = ahead
+            ahead = _with(level, best, (addend,), turned(fit, addend, way), growing=False)
             ahead = ahead if ahead is not None and ahead.criterion < fit.criterion - SAME_END else None
     return fit
+
+
+def turned(fit: JointFit, addend: Addend, later_s: float) -> dict[str, float]:
+    """A fit's values with a memory so much later, in s, and its coefficients turned."""
+    delays = {f"{addend.prefix}.{a.name}" for a in addend.additions if a.unit == "s"}
+    return {
+        name: value if not name.startswith(f"{addend.prefix}.") else value + later_s if name in delays else -value
+        for name, value in fit.values.items()
+    }  # fmt: skip
 
 
 def _with(

@@ -5,12 +5,14 @@ Belongs here: that record. Does not belong here: how it is judged (judge.py).
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 from undertow.comparison.level import Member
 from undertow.conditioning.motion import Motion
 from undertow.discrepancy.verdict import Described
+from undertow.likelihood.fit import Specimen
 
 
 @dataclass(frozen=True)
@@ -43,6 +45,16 @@ class Case:
     assumed: str = ""
     dry_unknown: str = ""
     dry_rivals: tuple[tuple[str, ...], ...] = ()
+
+    @property
+    def specimen(self) -> Specimen:
+        """What the laboratory knows, with how far the spring of a lone trial in water may be from the stated one: as
+        far as trials differ, which no other trial tells."""
+        told, member = self.member.model.specimen, self.member
+        if self.dry or len(member.motions) != 1:
+            return told
+        differs = member.spread.get("k1", 0.0) * told.stiffness_N_per_m
+        return replace(told, stiffness_error_N_per_m=math.hypot(told.stiffness_error_N_per_m, differs))
 
     @property
     def trials(self) -> tuple[str, ...]:

@@ -20,6 +20,7 @@ from undertow.comparison.level import Addend, Level, Member, full_name, make_lev
 from undertow.comparison.limits import FAR_ABOVE_NOISE
 from undertow.comparison.null_test import NullTest, null_test
 from undertow.comparison.prescribed import at_its_own_sizes
+from undertow.comparison.recurrences import with_errors_by_recurrences
 from undertow.comparison.search import diagnose
 from undertow.comparison.sizes import COUNTS_IN_STDERR
 from undertow.comparison.support import supported
@@ -91,7 +92,8 @@ def judge_level(
     doubled = holds_with_twice_the_scatter(level, diagnosis) if asked else True
     springs, likely = {one.member.label for one in cases}, tested.tests[0].name if tested.tests else ""
     in_air = dry_answer(diagnosis, likely, [c for c in dry if clean and c.member.label in springs])
-    fit = with_errors_by_trials(with_common_gains(with_own_errors(level, diagnosis.best.fit)))
+    fit = with_common_gains(with_own_errors(level, diagnosis.best.fit))
+    fit = with_errors_by_trials(with_errors_by_recurrences(level, fit, diagnosis.best.suspects))
     diagnosis = replace(diagnosis, best=replace(diagnosis.best, fit=fit))
     reach = _reach(cases, runs)
     said = (_verdict(level, case, diagnosis, to, runs) for case, to in zip(cases, moved, strict=True))
@@ -192,8 +194,7 @@ def _verdict(
     found = addition_parameters(fit, case.member.label, member_rate(case.member))
     if not case.member.model.anchored:
         found = {name: [_per_mass(one) for one in many] for name, many in found.items()}
-    specimen = case.member.model.specimen
-    found = {name: [with_scale_error(one, specimen) for one in many] for name, many in found.items()}
+    found = {name: [with_scale_error(one, case.specimen) for one in many] for name, many in found.items()}
     if case.rotation:
         found = {name: [_turned(one) for one in many] for name, many in found.items()}
     of_dry = ((*other, *diagnosis.best.names) for other in case.dry_rivals if known)
@@ -327,7 +328,7 @@ def _all_parameters(
         if name not in fit.solution.problem.names:
             continue  # an addition took its place
         numbers[c.name] = Estimate(fit.value(name), fit.solution.stderr(name), 0.0, c.unit, "joint fit")
-    numbers = with_scale_error(numbers | learned_structure(case.member, fit), case.member.model.specimen)
+    numbers = with_scale_error(numbers | learned_structure(case.member, fit), case.specimen)
     for name, many in found.items():
         for i, one in enumerate(many):
             suffix = f"#{i + 1}" if i else ""

@@ -251,9 +251,10 @@ def spectrum_of(left: LeftBy, rises: bool, wanders: bool) -> Array:
 
     Where the motion is, fits take noise up: there it is that of all faster frequencies, unless the sensor's noise
     ``rises``; then it is no less than at any faster one, as sensors' noise falls with frequency. Below the motion
-    sensors may wander: then it is no less than what the plain equation leaves, and where there are cycles enough to
-    tell a line, than the median of its neighbours: a line is no wander. Where nothing tells so it is noise alone: the
-    larger of two numbers that both scatter about it would lift every replica above its recording.
+    sensors may wander. The slowest lines, too few cycles to tell a line, are no less than what the plain equation
+    leaves: sensors drift. Of the others that holds where the sensor surely ``wanders``, and of a line's neighbours
+    then, for a line is no wander; elsewhere they are noise alone, for the larger of two numbers that both scatter about
+    it lifts replicas above their recording.
     """
     power = _power(left.closest)
     count = power.size
@@ -268,7 +269,9 @@ def spectrum_of(left: LeftBy, rises: bool, wanders: bool) -> Array:
     moving = np.maximum.accumulate(np.maximum(smooth, floor)[::-1])[::-1] if rises else floor
     slow = int(np.count_nonzero(left.rate <= WANDERING))
     found = np.where(left.rate <= OF_THE_MOTION, moving, smooth)
-    found[:slow] = np.maximum(_wandering(_power(left.plain), slow), floor) if wanders else floor
+    drift = slow if wanders else min(slow, FEWEST_CYCLES - 1)
+    found[:slow] = floor
+    found[:drift] = np.maximum(_wandering(_power(left.plain), drift), floor)
     return np.concatenate([found[:1], found])
 
 

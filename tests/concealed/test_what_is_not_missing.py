@@ -16,7 +16,10 @@ from undertow.comparison.joint import build, fit_joint
 from undertow.comparison.jumps import released, turning
 from undertow.comparison.level import Addend, Member, make_level
 from undertow.comparison.prescribed import at_its_own_sizes
+from undertow.comparison.search import diagnose
 from undertow.comparison.sizes import COUNTS_IN_STDERR
+from undertow.comparison.suspects import chosen
+from undertow.conditioning.condition import condition
 from undertow.equation import registry
 from undertow.equation.kernel import SLOT
 from undertow.errors import IdentificationError
@@ -152,6 +155,45 @@ def test_nor_where_the_body_may_have_been_let_go():
         by_sensor = {c.quantity: c.unsure for c in trial.channels}
         assert by_sensor["displacement"] is None
         assert np.all(by_sensor["acceleration"][trial.t < 6.0 * step])
+
+
+LATE_S = 0.05
+"""An eighth of the body's period, thirteen samples."""
+
+
+def with_late_accelerometer(group: Member) -> Member:
+    """The same trials, their accelerometer read by a clock that is late."""
+
+    def late(motion):
+        record = motion.recording
+        seen = np.interp(record.time - LATE_S, record.time, record.channels["acceleration"])
+        return condition(replace(record, channels={**record.channels, "acceleration": seen}))
+
+    return replace(group, motions=tuple(late(m) for m in group.motions))
+
+
+def test_a_late_accelerometer_shows_the_release_and_the_turns_later():
+    group = with_late_accelerometer(member("short", SHORT, 4300))
+    level = make_level([group])
+    for trial, motion in zip(build(level, ()).trials, group.motions, strict=True):
+        assert level.late_s[motion.name] == pytest.approx(LATE_S, abs=2e-3)
+        unsure = next(c.unsure for c in trial.channels if c.quantity == "acceleration")
+        step = float(np.median(np.diff(trial.t)))
+        turns = motion.t[np.flatnonzero(np.diff(np.sign(motion.v)))]
+        for turn in turns[turns < 0.5 * motion.window.end_s]:
+            assert np.all(unsure[np.abs(trial.t - turn - LATE_S) < 0.5 * step])
+        assert np.all(unsure[trial.t < LATE_S])
+
+
+def test_so_that_the_body_is_not_held_against_what_its_accelerometer_shows_before():
+    level = make_level([with_late_accelerometer(member("short", SHORT, 4300))])
+    as_before = replace(level, late_s={})
+    names = ("time_shift", "hidden_resonator", "stiffness_drift", "cubic_stiffness")
+    assert diagnose(level, chosen(names)).best.names == ("time_shift",)
+    late = (Addend("time_shift", (), frees="acceleration_shift_s"),)
+    known, unknown = (fit_joint(one, late, 2.0, {}, 10.0, growing=True).misfit for one in (level, as_before))
+    assert known < 1.5
+    assert unknown > 1.2 * known
 
 
 def test_a_motion_that_never_turns_has_no_such_cell():

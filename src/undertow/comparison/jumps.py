@@ -25,15 +25,16 @@ RELEASE_WITHIN = 2.0
 
 def without_jumps(level: Level, problem: Problem) -> Problem:
     """The problem without an acceleration's cells in which a body is let go, or turns where its equation has dry
-    friction."""
+    friction; of a late accelerometer (``level.late_s``) those that show these instants."""
     motions = {m.name: (m, _rubs(member)) for member in level.members for m in member.motions}
     trials = []
     for trial in problem.trials:
         if any(c.quantity == "acceleration" for c in trial.channels):
             motion, rubs = motions[trial.name]
-            jumps = released(motion, trial.t, trial.width_s)
+            seen = trial.t - level.late_s.get(trial.name, 0.0)
+            jumps = released(motion, seen, trial.width_s)
             if rubs:
-                jumps = jumps | turning(motion, trial.t, trial.width_s)
+                jumps = jumps | turning(motion, seen, trial.width_s)
             trial = replace(
                 trial,
                 channels=tuple(replace(c, unsure=jumps) if c.quantity == "acceleration" else c for c in trial.channels),

@@ -13,6 +13,7 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 from undertow.comparison.suspect import Addition, Scales
+from undertow.conditioning.agreement import accelerometer_late_s
 from undertow.conditioning.motion import Motion
 from undertow.conditioning.period import dominant_period
 from undertow.equation.kernel import SLOT
@@ -92,13 +93,15 @@ class Level:
     """Groups that stand in the same water, with the motion's scales.
 
     ``shared_water``: added mass and drag are one for all springs (as water is), or each spring's own (as a table of
-    separate fits has them). ``standing`` is what the dry trials named already: it is in every model.
+    separate fits has them). ``standing`` is what the dry trials named already: it is in every model. ``late_s`` says by
+    how much a trial's accelerometer is later than its displacement, as their swings show it.
     """
 
     members: tuple[Member, ...]
     scales: Scales
     shared_water: bool = True
     standing: tuple[Addend, ...] = ()
+    late_s: Mapping[str, float] = field(default_factory=dict)
 
     def shares(self, names: Sequence[str]) -> bool:
         """Whether these unknowns are those of a fit with the level's own sharing of the water."""
@@ -124,7 +127,8 @@ def make_level(members: Sequence[Member], standing: Sequence[Addend] = ()) -> Le
     mass = float(first.base[SLOT["mass"]]) or next(iter(unknown), 1.0)
     rate = rates[loudest]
     scales = Scales(mass, rate, speeds[loudest], motions[loudest].amplitude, min(rates), max(rates))
-    return Level(tuple(members), scales, standing=tuple(standing))
+    late = {m.name: accelerometer_late_s(m) for m in motions if "acceleration" in m.recording.channels}
+    return Level(tuple(members), scales, standing=tuple(standing), late_s=late)
 
 
 def member_rate(member: Member) -> float:

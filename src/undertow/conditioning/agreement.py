@@ -15,7 +15,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 from undertow.conditioning.band import band_of
-from undertow.conditioning.motion import Window
+from undertow.conditioning.motion import Motion, Window
 from undertow.conditioning.pairs import Pair, Stated, pairs_of
 from undertow.conditioning.remedies import (
     Remedy,
@@ -296,3 +296,24 @@ def _clocks(pairs: Sequence[Pair]) -> list[Disagreement]:
         )
         found.append(Disagreement("clock", (pair.first, pair.second), pair.clock, False, text))
     return found
+
+
+def accelerometer_late_s(motion: Motion) -> float:
+    """How much later than the displacement a trial's acceleration is by its swings, s (below zero: earlier); zero where
+    that is no more than `DOUBT_ERRORS` standard errors, or the two cannot be compared.
+
+    >>> import numpy as np
+    >>> from undertow.conditioning.condition import condition
+    >>> t = np.arange(0.0, 10.0, 0.01)
+    >>> x = lambda t: 0.02 * np.cos(5.0 * np.maximum(t, 0.0))
+    >>> late = np.where(t > 1.04, -25.0 * x(t - 1.04), 0.0)
+    >>> record = Recording("r1", t, {"displacement": x(t - 1.0), "acceleration": late})
+    >>> round(accelerometer_late_s(condition(record)), 3)
+    0.04
+    """
+    band = band_of(motion.recording, motion.window, motion.noise)
+    if band is None or not {"displacement", "acceleration"} <= set(band.channels):
+        return 0.0
+    pair = next(p for p in pairs_of(band, Stated()) if (p.first, p.second) == ("acceleration", "displacement"))
+    unsure = pair.size == 0.0 or abs(pair.clock) <= DOUBT_ERRORS * pair.stderr / pair.size
+    return 0.0 if unsure else pair.clock * band.period_s / (2.0 * math.pi)

@@ -85,8 +85,9 @@ def in_water(
 ) -> tuple[Addend, ...]:
     """What stands where buoyancy takes weight off, from each spring's specimen in this water and dry.
 
-    Friction goes with the normal force, or, a seal's or a guide's, does not: that is a standard deviation off. All is
-    as it was where a normal force is not known.
+    Friction goes with the normal force, and so do the bristles that yield where it slides (as normalised bristles
+    do: Canudas-de-Wit and Tsiotras, Dynamic tire friction models for vehicle traction control, 38th CDC, 1999), or, a
+    seal's or a guide's, does not: that is a standard deviation off. All is as it was where a normal force is not known.
 
     >>> from undertow.likelihood.fit import Specimen
     >>> rubs = Addition("force_N", "N", "fc", 0.0, 1.0, scope="spring", by_spring=(("short", 80.0, 2.0),))
@@ -95,15 +96,26 @@ def in_water(
     >>> pressed = in_water([Addend("coulomb_friction", (rubs,))], {"short": wet}, {"short": dry})[0]
     >>> [round(number, 1) for number in pressed.additions[0].by_spring[0][1:]]
     [60.0, 20.1]
+    >>> held = (("short", 9e3, 50.0),)
+    >>> bristles = Addition("stiffness_N_per_m", "N/m", "kb", 0.0, 1.0, moves=("fc", "fb"), by_spring=held)
+    >>> links = replace(bristles, moves=None)  # a hysteresis of the structure: no weight is on it
+    >>> wet = in_water([Addend("presliding", (bristles, links))], {"short": wet}, {"short": dry})[0]
+    >>> [round(a.by_spring[0][1]) for a in wet.additions]
+    [6750, 9000]
     """
     shares = {}
     for label in specimens.keys() & dry.keys():
         share = specimens[label].normal_force_N / dry[label].normal_force_N
         shares[label] = share if np.isfinite(share) else 1.0
     return tuple(
-        replace(addend, additions=tuple(_pressed(a, shares) if a.slot in RUBBING else a for a in addend.additions))
+        replace(addend, additions=tuple(_pressed(a, shares) if _rubs(a) else a for a in addend.additions))
         for addend in standing
     )
+
+
+def _rubs(a: Addition) -> bool:
+    """Whether an addition is a friction, or takes the place of one."""
+    return a.slot in RUBBING or (a.moves is not None and a.moves[0] in RUBBING)
 
 
 def _pressed(a: Addition, shares: Mapping[str, float]) -> Addition:

@@ -8,9 +8,11 @@ import pytest
 
 from undertow.comparison import attempt, needless
 from undertow.comparison.attempt import closed_up
+from undertow.comparison.candidate import Candidate, rivals_of
 from undertow.comparison.level import Addend, Level
 from undertow.comparison.needless import leanest, shorter_sets
 from undertow.comparison.suspect import Addition, Scales
+from undertow.comparison.suspects import SUSPECTS
 from undertow.errors import IdentificationError
 
 
@@ -120,3 +122,12 @@ def test_one_effect_alone_is_judged_beside_the_prescribed_equation(monkeypatch, 
     level = Level((), Scales(1.0, 1.0, 1.0, 1.0, 1.0, 1.0))
     attempt.without(level, NULL, SimpleNamespace(suspects=("a", "b", "c")[: others + 1], fit=fit), 0, 0.0)
     assert asked == [before]
+
+
+def test_a_set_is_no_rival_of_itself_beside_a_resonator_that_stands_and_hardly_rings():
+    shift, gain = (next(s for s in SUSPECTS if s.name == name) for name in ("time_shift", "gain_error"))
+    fit = SimpleNamespace(criterion=0.0, values={"hidden_resonator.damping_ratio@all": 0.67})
+    best, near = Candidate((shift,), fit, 0.0), Candidate((gain,), fit, -1.0)
+    assert rivals_of(best, [best, near]) == (("gain_error",),)
+    two = Candidate((shift, gain), fit, 0.0)
+    assert rivals_of(two, [two, Candidate((gain, shift), fit, -1.0)]) == ()

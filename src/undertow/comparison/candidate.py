@@ -166,7 +166,7 @@ def rivals_of(best: Candidate, found: Sequence[Candidate]) -> tuple[tuple[str, .
     """Other sets of names of the same size within `RIVAL_ODDS`."""
     near = [
         c.names for c in found
-        if not c.out and tuple(sorted(c.names)) != tuple(sorted(best.names)) and c.suspects
+        if not c.out and c.suspects
         and best.score - c.score < math.log(RIVAL_ODDS) and len(c.names) == len(best.names)
     ]  # fmt: skip
     if damping_ratio(best.fit) > OVERDAMPED:
@@ -177,7 +177,7 @@ def rivals_of(best: Candidate, found: Sequence[Candidate]) -> tuple[tuple[str, .
         swinging = [c for c in found if len(c.suspects) == 1 and c.suspects[0].swings and c.score > best.score]
         for ahead in (c for c in swinging if alone.plain and damping_ratio(c.fit) > OVERDAMPED):
             near += [(ahead.suspects[0].overdamped_as,), ahead.names]
-    return tuple(dict.fromkeys(near))
+    return tuple(names for names in dict.fromkeys(near) if sorted(names) != sorted(best.names))
 
 
 def damping_ratio(fit: JointFit) -> float:

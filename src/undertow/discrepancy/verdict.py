@@ -1,4 +1,4 @@
-"""What is said of a group of trials: the frozen `Verdict`, as verdict.json has it.
+"""What is said of a group of trials: the frozen `Verdict`; verdict.json has most of it.
 
 Belongs here: the verdict's shape and its sentence. Does not belong here: the search for what is missing.
 """
@@ -73,7 +73,8 @@ class Gate:
 
 @dataclass(frozen=True)
 class Verdict:
-    """One group's entry of verdict.json (contract 2); see docs for every key.
+    """What is said of one group; its entry of verdict.json (contract 2) is made of it, without ``contradicted`` and
+    ``null``, without log odds of what is `Rejected` and correlations of what is `Described`.
 
     ``because``: what is lacking for an answer where the status is ``cannot_tell``, else empty. ``contradicted``: that
     the channels of its recordings contradict each other.

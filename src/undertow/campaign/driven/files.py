@@ -24,8 +24,8 @@ def group_entry(
     statistic: str,
     **more: Any,
 ) -> Mapping[str, Any]:
-    """One group of verdict.json as the contract has it; what was not computed for a driven campaign is null. ``more``
-    are values by their keys there."""
+    """One group of verdict.json: the keys of a decay's entry but ``posterior`` and ``transfer``; what else was not
+    computed for a driven campaign is null. ``more`` are values by their keys there."""
     return {
         "group": dict(key), "trials": list(trials), "held_out": list(held_out), "status": status,
         "verdict": list(named), "alternatives": [], "confidence": None, "because": "", "detectable": [],

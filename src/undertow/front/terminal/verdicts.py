@@ -82,8 +82,8 @@ def missing_words(entry: Entry) -> str:
 
 
 def probability_words(entry: Entry) -> str:
-    """How probable what is said is, or of few such verdicts how many held; "-" where it is not said (none is
-    calibrated, or the status claims nothing).
+    """How probable what is said is, or of few such verdicts how many held; "-" where none is calibrated, of
+    ``cannot_tell``, which claims nothing, and of ``not_identifiable``, whose number is of all its names together.
 
     >>> [probability_words({"status": "explained", "confidence": p}) for p in (0.973, 0.9999, None)]
     ['97 %', 'over 99 %', '-']

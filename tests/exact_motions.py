@@ -1,6 +1,6 @@
 """Motions of Eq. 15 as a perfect conditioning would give them, beside their truth: for tests of regressions.
 
-Integrated by the default campaign's own integrator (scipy's DOP853 split at reversals), nothing of undertow.
+Integrated by the Eq. 15 campaign's own integrator (scipy's DOP853 split at reversals), nothing of undertow.
 """
 
 from __future__ import annotations

@@ -1,6 +1,6 @@
 """Recordings of planted equations at a low rate, beside their truth: light enough for tests of whole chains.
 
-Integrated by the default campaign's own integrator; sensors add white noise and an offset.
+Integrated by the Eq. 15 campaign's own integrator; sensors add white noise and an offset.
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""Make the default campaign, 48 snap releases of Eq. 15, or check the committed one against it.
+"""Make the Eq. 15 campaign, 48 snap releases of Eq. 15, or check the committed one against it.
 
     python -m experiments.eq15_campaign.make            # write data/eq15_campaign
     python -m experiments.eq15_campaign.make --check    # remake in memory; exit 1 on any difference

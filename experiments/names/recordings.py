@@ -1,6 +1,6 @@
 """What the laboratory's sensors make of a trial, and what an instrument that is hidden changes.
 
-Belongs here: holds, clocks, sampling, sensors (those of the default campaign), instruments' effects. Does not belong
+Belongs here: holds, clocks, sampling, sensors (those of the Eq. 15 campaign), instruments' effects. Does not belong
 here: the motion (motion.py), files (folder.py).
 """
 

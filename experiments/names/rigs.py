@@ -21,7 +21,7 @@ SCATTER: Mapping[str, Mapping[str, float]] = {
     "careful": {"k": 0.003, "c": 0.06, "mu": 0.05},
 }
 """Relative scatter from trial to trial: what 7 and 12 dry trials of one rig gave (report, Tables 1 and 2: c 25 and
-20 %, mu 6 and 11 %, k 0.4 %), and that of the default campaign."""
+20 %, mu 6 and 11 %, k 0.4 %), and that of the Eq. 15 campaign."""
 
 
 @dataclass(frozen=True)

@@ -25,7 +25,7 @@ HIDDEN_IN = 4
 """Most wet trials a spring where something is hidden; nulls have up to six."""
 
 POOR = 10.0
-"""Noise of poor sensors (0.5 mm, 0.5 m/s^2) over those of the default campaign: with good ones a damped resonator and a
+"""Noise of poor sensors (0.5 mm, 0.5 m/s^2) over those of the Eq. 15 campaign: with good ones a damped resonator and a
 relaxation, damping and drag are distinguished wherever they are seen at all."""
 
 BRIEF_S = 2.0

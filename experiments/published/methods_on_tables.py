@@ -94,16 +94,16 @@ Motions of Eq. 15 with the added masses and drag coefficients of Table 4 (long s
 
 *Recorded*: from a recording at 1000 Hz with 1 s of hold, through conditioning, almost without noise. *Exact history*:
 the exact displacement until the body stops; *whole record*: until 15 s. The submerged volumes, which the report does
-not print, are those of the default campaign; N = m g - V rho g. Where Table 6 prints m_a = 0 the error of m_a is in per
+not print, are those of data/eq15_campaign; N = m g - V rho g. Where Table 6 prints m_a = 0 the error of m_a is in per
 cent of the total mass."""
 
 WORDS = """## What the tables say
 
 - **Method 1 gives the published values back** within 0.2 % from the recording. What error there is comes from the
-  instant of release, found to a few tenths of a millisecond (0.12 % of m_a); on the exact history it is 0.03 %
-  and less. On the *whole* record, with the seconds after the body has stuck, C_d is off by up to 1.3 %: the report's
-  integrator (1 ms, sign() in the right-hand side) does not stick but slides on towards x = 0, and the sum of squares
-  counts that. The motion window leaves the stuck tail out.
+  instant of release, found to a few tenths of a millisecond (0.12 % of m_a); on the exact history it is 0.007 %
+  and less. On the *whole* record, with the seconds after the body has stuck, m_a is off by up to 0.013 % and C_d by
+  up to 0.94 %: the report's integrator (1 ms, sign() in the right-hand side) does not stick but slides on towards
+  x = 0, and the sum of squares counts that. The motion window leaves the stuck tail out.
 - **Method 2 as evidently meant** gives C_d within 5 %. Its m_a is too small by mu N / |x''|, because Eqs. 18-19 leave
   friction out. The closed form gives that bias to within a ninth of it; the rest is the low-pass, which moves the
   acceleration's peak off the turning point. The bias is 6 to 16 % of m_a on the long

@@ -1,4 +1,4 @@
-"""What every method gives back of the default campaign, level by level, beside the truth it was made from.
+"""What every method gives back of the Eq. 15 campaign, level by level, beside the truth it was made from.
 
     python -m experiments.recovery.eq15_campaign      # runs configs/eq15.yaml, writes docs/eq15_recovery.md
 
@@ -84,7 +84,7 @@ def _truth(group: GroupFindings, truth: Mapping[str, Mapping[str, float]]) -> di
     return {name: float(np.mean([trial[name] for trial in trials])) for name in names}
 
 
-HEAD = """# The default campaign: what comes back, level by level
+HEAD = """# A campaign of Eq. 15: what comes back, level by level
 
 `configs/eq15.yaml` on data/eq15_campaign: 48 releases of Eq. 15 itself, dry and at five levels, two springs, four
 releases each, with sensor noise, drift, quantisation, gain errors, and scatter from trial to trial of 0.3 % in k, 6 %

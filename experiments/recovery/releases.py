@@ -1,6 +1,6 @@
 """The releases that recovery studies plant: Eq. 15 of the flume report with k, c, mu equal in all trials.
 
-The motion comes from the default campaign's integrator (scipy alone), so that nothing of undertow makes the truth.
+The motion comes from the Eq. 15 campaign's integrator (scipy alone), so that nothing of undertow makes the truth.
 What is estimated from the recordings and how the results are tabulated stands elsewhere.
 """
 

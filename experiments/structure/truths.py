@@ -1,6 +1,6 @@
 """Truths that structure studies plant: Eq. 15 of the flume report, and equations that are not Eq. 15.
 
-Each is a level of the recovery study with one law changed, integrated by the default campaign's own integrator (scipy
+Each is a level of the recovery study with one law changed, integrated by the Eq. 15 campaign's own integrator (scipy
 alone), so that nothing of undertow makes the truth. Recordings and what is found in them stand elsewhere.
 """
 

@@ -1,4 +1,4 @@
-"""The default campaign is what its README says: remade to the digit, and a motion of Eq. 15."""
+"""The Eq. 15 campaign is what its README says: remade to the digit, and a motion of Eq. 15."""
 
 from __future__ import annotations
 

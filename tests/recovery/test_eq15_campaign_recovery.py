@@ -1,4 +1,4 @@
-"""The default campaign through the main run: every level's added mass and drag come back, with honest errors."""
+"""The Eq. 15 campaign through the main run: every level's added mass and drag come back, with honest errors."""
 
 from __future__ import annotations
 

@@ -38,7 +38,7 @@ def test_a_start_in_a_known_valley_need_not_go_to_its_end(added_kg):
         patch.setattr(method1, "SAME_RMS", 0.0)  # no valley is ever known
         patch.setattr(method1, "COARSE", FINE)
         complete = [*search(data, STRUCTURE, SPECIMEN)]
-    # a simplex stops anywhere on the valley's rough floor: 0.5 kg and 0.02 measured on the default campaign
+    # a simplex stops anywhere on the valley's rough floor: 0.5 kg and 0.02 measured on the Eq. 15 campaign
     assert added == pytest.approx(complete[0], abs=0.5)
     assert drag == pytest.approx(complete[1], abs=0.02)
     assert rms == pytest.approx(complete[2], rel=1e-3)

@@ -16,7 +16,6 @@ import pandas as pd
 from undertow.campaign.config import RunConfig
 from undertow.campaign.run import run
 from undertow.discrepancy.findings import FailedTrial, Findings
-from undertow.discrepancy.words import count
 from undertow.equation.equation import Equation
 from undertow.equation.registry import names as registered
 from undertow.equation.term import Term
@@ -125,6 +124,7 @@ def diagnose(
     suspects : names of what may be missing; all of them where nothing is said.
     scatter : relative standard deviation of k, c, mu from trial to trial, where it is known.
     budget : how much a search may do, in multiples of the default.
+    seed : of the replicas, repetitions and everything else that is drawn; the config's where nothing is said.
     jobs : processes (0: one a core).
     rig : what is known of it (`Rig`), as ``mass_kg=2637.4``; a number, or a table by a condition.
 
@@ -164,10 +164,3 @@ def _seeded(config: RunConfig, seed: int) -> RunConfig:
 
 def _of_group(given: Trials, names: Sequence[str], config: RunConfig) -> Trials:
     return Trials(tuple(m for m in given if m.name in names), config, (), given.accepted, given.found)
-
-
-def summary_words(diagnosis: Diagnosis) -> str:
-    """How many groups have which status, in words."""
-    statuses = [group.status for group in diagnosis]
-    kinds = ", ".join(f"{statuses.count(one)} {one.replace('_', ' ')}" for one in dict.fromkeys(statuses))
-    return f"{count(len(diagnosis), 'group')}: {kinds}"

@@ -72,7 +72,11 @@ class Discover(HandOver, Estimator):
     ----------
     equation_, terms_, coefficients_, estimates_, inclusion_, rivals_, structure_, n_trials_in_ as the estimator's;
     ``trials_`` the `Trials` it was fitted to; ``adequate_`` whether nothing that matters is missing (None where these
-    trials cannot tell), ``outside_`` with the sentence.
+    trials cannot tell), ``outside_`` with the sentence. Of a driven body (``fit`` with ``u``) ``driven_`` alone: what
+    was added, both equations, errors on unseen samples.
+
+    ``fit`` raises as `undertow.read`, and IdentificationError where a name is unknown, a term cannot be simulated or no
+    subset of the library moves as the body.
 
     >>> import undertow
     >>> law = {"stiffness": 100.0, "viscous_damping": 0.5, "quadratic_drag": 2.0}

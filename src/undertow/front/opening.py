@@ -197,6 +197,21 @@ def open_run(folder: str | Path) -> OpenedRun:
 
     Raises UndertowError where it is no run folder, or was written under another contract.
 
+    >>> import tempfile, undertow
+    >>> from undertow.campaign.run.folder import run_to_folder
+    >>> folder = tempfile.TemporaryDirectory()
+    >>> place = Path(folder.name)
+    >>> run = undertow.simulate({"stiffness": 400.0, "viscous_damping": 2.0}, x0=0.1, mass_kg=4.0, duration_s=6.0)
+    >>> pd.DataFrame({"t": run.t, "x": run.x}).to_csv(place / "r1.csv", index=False)
+    >>> _ = (place / "c.yaml").write_text("{name: c, recordings: {files: r*.csv, "
+    ...     "channels: {time: {column: t, unit: s}, displacement: {column: x, unit: m}}}, "
+    ...     "equation: {terms: [stiffness, viscous_damping]}, "
+    ...     "identify: [output_error], discrepancy: {suspects: []}}")
+    >>> _ = run_to_folder(place / "c.yaml", out=place / "run", jobs=1, page=False)  # or `undertow run c.yaml`
+    >>> opened = open_run(place / "run")
+    >>> folder.cleanup()
+    >>> opened[0].status, opened[0].repaired.value.round(2).tolist()
+    ('cannot_tell', [100.0, 0.5])
     >>> open_run("no_such_run")
     Traceback (most recent call last):
     undertow.errors.UndertowError: no_such_run is no run folder: it has no verdict.json; give what `undertow run` wrote

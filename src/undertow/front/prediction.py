@@ -147,8 +147,9 @@ def predict(
 
     On a trial it starts from the mean of its hold (where none was seen, from the motion's first instant) about the
     sensor's zero plus ``rest_m``; nothing that came after is used. With ``adjust`` x0, clock and rest position are
-    fitted to the trial, as scores are. The band holds ``level`` of what the numbers' errors, the scatter of k, c and mu
-    from trial to trial and the sensor's noise leave; free decays only.
+    fitted to the trial, as scores are. Without trials it starts from ``x0`` with the velocity ``v0`` (SI) and runs over
+    ``times``. The band holds ``level`` of what the numbers' errors, the scatter of k, c and mu from trial to trial and
+    the sensor's noise leave, by ``draws`` equations drawn with ``seed``; free decays only.
 
     Raises UndertowError where neither trials nor x0 and times are given, IdentificationError where the motion has no
     bounds.

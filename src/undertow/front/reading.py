@@ -139,7 +139,19 @@ def load(config: str | Path | RunConfig, overrides: Sequence[str] = (), jobs: in
 
     Raises ConfigError where the config is wrong, RecordingError where no trial can be used.
 
-    >>> import undertow
+    >>> import tempfile, undertow
+    >>> from pathlib import Path
+    >>> folder = tempfile.TemporaryDirectory()
+    >>> place = Path(folder.name)
+    >>> run = undertow.simulate({"stiffness": 400.0, "viscous_damping": 2.0}, x0=0.1, mass_kg=4.0, duration_s=6.0)
+    >>> pd.DataFrame({"t": run.t, "x": run.x}).to_csv(place / "r1.csv", index=False)
+    >>> _ = (place / "c.yaml").write_text("{name: c, recordings: {files: r*.csv, "
+    ...     "channels: {time: {column: t, unit: s}, displacement: {column: x, unit: m}}}, "
+    ...     "equation: {terms: [stiffness, viscous_damping]}}")
+    >>> trials = undertow.load(place / "c.yaml")
+    >>> folder.cleanup()
+    >>> len(trials), trials.config.equation.terms
+    (1, ('stiffness', 'viscous_damping'))
     >>> undertow.load("no_such_config.yaml")
     Traceback (most recent call last):
     undertow.errors.ConfigError: config no_such_config.yaml cannot be read: No such file or directory; check the path

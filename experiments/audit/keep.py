@@ -15,7 +15,7 @@ from pathlib import Path
 HERE = Path(__file__).resolve().parent / "published"
 PICTURES = Path(__file__).resolve().parents[2] / "docs" / "pictures" / "published"
 FIGURES = {
-    "share-0": "table10_share", "series-0-rows": "table05_rows", "series-0-open": "table05_open",
+    "share-0": "table10_share", "series-0-open": "table05_open",
     "series-3-rows": "tables07_08_rows", "series-4-resonators": "tables04_06_resonators",
 }  # fmt: skip
 

@@ -34,7 +34,7 @@ def building(terms: tuple[str, ...]) -> dict[str, Any]:
     """What the building's own sensor alone says is missing beside ``terms``, and the modes that it makes."""
     group = undertow.diagnose(undertow.load(CONFIG), terms)[0]
     numbers = {name: group.estimates[f"{OSCILLATOR}.{parameter}"] for name, parameter in PARAMETERS.items()}
-    modes, _ = coupled_modes(group.repaired.theta())
+    modes = coupled_modes(group.repaired.theta())
     return {
         "terms": list(terms),
         "names": list(group.names),

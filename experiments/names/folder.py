@@ -7,7 +7,7 @@ window). Does not belong here: what is in a recording (recordings.py).
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
@@ -54,11 +54,6 @@ def write(
     config = folder / "config.yaml"
     config.write_text(_config(campaign, view, ends or {}), encoding="utf-8")
     return config
-
-
-def at_rate(campaign: Campaign, rate_hz: float) -> Campaign:
-    """The same trials kept at another rate."""
-    return replace(campaign, plan=replace(campaign.plan, rate_hz=rate_hz))
 
 
 def _write_trial(path: Path, columns: dict[str, np.ndarray], view: View) -> None:

@@ -42,13 +42,12 @@ CLIPPED = 0.5
 
 @dataclass(frozen=True)
 class Hidden:
-    """What sensor 2 alone says: R2 of the fit, coupled frequencies (Hz) and decays (1/s), mass over the building's,
+    """What sensor 2 alone says: R2 of the fit, coupled frequencies (Hz), mass over the building's,
     frequency (rad/s) and damping ratio of the hidden resonator, correlation of its coordinate with sensor 1."""
 
     terms: tuple[str, ...]
     r2: float
     frequencies_hz: tuple[float, ...]
-    decays_per_s: tuple[float, ...]
     mass_ratio: float
     frequency_rad_per_s: float
     damping_ratio: float
@@ -71,16 +70,15 @@ def hidden_from(motion: Motion, terms: Sequence[str], start_rad_per_s: float, da
     x, _, _, states, _ = integrate(theta, np.zeros(0, dtype=np.int64), times, step)
     measured = motion.recorded("displacement")[motion.inside]
     left = measured - fit.solution.value(f"rest_m[{motion.name}]") - x[:, 0]
-    frequencies, decays = coupled_modes(theta)
     return Hidden(
-        tuple(terms), float(1.0 - np.sum(left**2) / np.sum((measured - measured.mean()) ** 2)), frequencies, decays,
+        tuple(terms), float(1.0 - np.sum(left**2) / np.sum((measured - measured.mean()) ** 2)), coupled_modes(theta),
         float(theta[SLOT["hm1"]] / theta[SLOT["mass"]]), float(theta[SLOT["hw1"]]), float(theta[SLOT["hz1"]]),
         _correlation(motion.window.release_s + t, states[:, 0], damper),
     )  # fmt: skip
 
 
-def coupled_modes(theta: Array) -> tuple[tuple[float, ...], tuple[float, ...]]:
-    """Frequencies (Hz) and decays (1/s) of body and hidden resonator together, the slower first."""
+def coupled_modes(theta: Array) -> tuple[float, ...]:
+    """Frequencies (Hz) of body and hidden resonator together, the slower first."""
     mass, share = float(theta[SLOT["mass"]]), float(theta[SLOT["hm1"]])
     w, z = float(theta[SLOT["hw1"]]), float(theta[SLOT["hz1"]])
     inertia = np.array([[mass + share, share], [1.0, 1.0]])
@@ -89,7 +87,7 @@ def coupled_modes(theta: Array) -> tuple[tuple[float, ...], tuple[float, ...]]:
     below = np.hstack([-np.linalg.solve(inertia, stiffness), -np.linalg.solve(inertia, damping)])
     roots = np.linalg.eigvals(np.vstack([np.hstack([np.zeros((2, 2)), np.eye(2)]), below]))
     upper = sorted((root for root in roots if root.imag > 0.0), key=lambda root: root.imag)
-    return tuple(float(r.imag / (2.0 * math.pi)) for r in upper), tuple(float(-r.real) for r in upper)
+    return tuple(float(root.imag / (2.0 * math.pi)) for root in upper)
 
 
 def _correlation(time: Array, hidden: Array, damper: Path) -> float:

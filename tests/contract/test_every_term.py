@@ -143,7 +143,6 @@ def test_hidden_resonator_column_is_the_force_inside_the_simulation():
 
 
 UNITS = pint.UnitRegistry()
-MOTION_UNITS = {"x": "m", "v": "m/s", "a": "m/s^2", "t": "s"}
 
 
 def _unit(text: str, exponent: float | None) -> pint.Unit:

@@ -9,9 +9,9 @@ import pytest
 
 from tests.command_line import undertow
 from tests.findings_fixture import small_findings
+from tests.written import write_verdict
 from undertow.comparison.detectable import Detectable
 from undertow.discrepancy.verdict import Gate, Rejected
-from undertow.report.verdict_file import write_verdict
 
 DECISION = (
     Gate("free_run", "free-run error over repeatability", 1.8, 1.0, False),

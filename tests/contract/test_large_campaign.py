@@ -17,6 +17,7 @@ from benchmarks.campaign_scale import WATER, make
 from tests.command_line import undertow
 from tests.findings_fixture import small_findings
 from tests.small_campaign import Campaign, make_campaign, recorded
+from tests.written import csv_text, levels_table, mismatch_table, trials_table, verdict_json
 from undertow.campaign.config import load
 from undertow.campaign.run import Course, gathered, run
 from undertow.campaign.run import course as campaign_run
@@ -34,8 +35,6 @@ from undertow.discrepancy.verdict import Verdict
 from undertow.errors import UndertowError
 from undertow.recording.catalogue import Entry
 from undertow.recording.recording import Recording
-from undertow.report.tables import csv_text, levels_table, mismatch_table, trials_table
-from undertow.report.verdict_file import verdict_json
 
 TABLES = ("trials.csv", "levels.csv", "mismatch.csv", "verdict.json")
 AT_ONCE = 20

@@ -18,6 +18,7 @@ from rich.console import Console
 
 from tests.command_line import undertow
 from tests.findings_fixture import small_findings
+from tests.written import write_verdict
 from undertow.campaign.run import folder as run_folder
 from undertow.campaign.run.folder import Finished
 from undertow.campaign.run.workers import on_processes
@@ -28,7 +29,6 @@ from undertow.front.terminal.progress import Lines, bars_shown, lines_shown
 from undertow.front.terminal.verdicts import no_gain_lines, probability_words, run_text
 from undertow.quantities import Estimate
 from undertow.report.extent import extent_of
-from undertow.report.verdict_file import write_verdict
 from undertow.uncertainty.growth import LEVELS, Grown
 
 Capture = pytest.CaptureFixture[str]

@@ -11,6 +11,7 @@ import numpy as np
 import pytest
 
 from experiments.audit.simulated import CONFIG, design, structures
+from tests.published.audit_config import mended_tables
 from undertow.audit import exploring
 from undertow.audit.bending import bent_surface
 from undertow.audit.case import PrintedCase, case_returns
@@ -19,7 +20,7 @@ from undertow.audit.posterior import posterior, weigh
 from undertow.audit.rivals import EXPLORED, Rival, rivals
 from undertow.audit.scatter import log_belief, log_sum
 from undertow.audit.surface import Surface, at_print, build_surface, pinned_sheet
-from undertow.campaign.audit.published import cases_of, constants_of, mended_tables
+from undertow.campaign.audit.published import cases_of, constants_of
 from undertow.campaign.audit.settings import load_audit
 from undertow.campaign.audit.tables import read_table
 

@@ -12,16 +12,17 @@ import pytest
 from scipy.stats import multivariate_normal, norm
 
 from experiments.audit.simulated import CONFIG, design, structures
+from tests.published.audit_config import mended_tables
 from undertow.audit.answer import Answer, answer
 from undertow.audit.case import PrintedCase, Row, case_returns
 from undertow.audit.exploring import fitted_surface
-from undertow.audit.posterior import posterior, surface_error, weigh
+from undertow.audit.posterior import RivalPosterior, posterior, weigh
 from undertow.audit.rivals import Rival, RivalUnknown, rivals
 from undertow.audit.sampling import log_likelihood, log_prior
 from undertow.audit.scatter import MASS_SHARES, log_belief, log_sum, scatters
-from undertow.audit.surface import Sheet, build_surface, printed_values
+from undertow.audit.surface import SMALLEST_DRAG, Sheet, build_surface, printed_values
 from undertow.audit.verdicts import judge, next_test
-from undertow.campaign.audit.published import cases_of, constants_of, mended_tables
+from undertow.campaign.audit.published import cases_of, constants_of
 from undertow.campaign.audit.settings import load_audit
 from undertow.campaign.audit.tables import read_table
 from undertow.errors import UndertowError
@@ -80,6 +81,20 @@ def test_probabilities_add_up_to_one_and_are_ordered():
     shares = [w.probability for w in found("nothing").weights]
     assert sum(shares) == pytest.approx(1.0)
     assert shares == sorted(shares, reverse=True)
+
+
+def surface_error(case: PrintedCase, found: RivalPosterior, draws: int = 8) -> np.ndarray:
+    """Root-mean-square difference (2,) of surface and recipes over the first draws: m_a in kg, C_d as a share."""
+    errors = []
+    for i in range(draws):
+        values = {name: float(column[i]) for name, column in found.draws.items()}
+        exact = case_returns(case, values)
+        for j, (row, one) in enumerate(zip(case.rows, exact, strict=True)):
+            drag = one.bounded_drag if row.on_bound else one.drag_coefficient
+            size = max(abs(row.drag_coefficient), SMALLEST_DRAG)
+            gap = found.predicted[i, j] - np.array([one.added_mass_kg, drag])
+            errors.append([gap[0], gap[1] / size])
+    return np.sqrt(np.nanmean(np.square(errors), axis=0))
 
 
 def test_the_surface_is_the_recipes_at_its_posterior():

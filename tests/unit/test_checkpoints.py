@@ -11,6 +11,7 @@ import pytest
 
 from tests.findings_fixture import MARKUP
 from tests.small_campaign import recorded
+from tests.written import levels_table, mismatch_table, trials_table, verdict_json
 from undertow.campaign.run import checkpoints
 from undertow.campaign.run.analysis import GroupTask, analyse
 from undertow.comparison.detectable import Detectable
@@ -27,8 +28,6 @@ from undertow.likelihood.fit import Specimen
 from undertow.likelihood.scale import choose_anchor
 from undertow.quantities import Estimate
 from undertow.recording.recording import Recording
-from undertow.report.tables import levels_table, mismatch_table, trials_table
-from undertow.report.verdict_file import verdict_json
 from undertow.uncertainty.growth import HALVES, Grown, grown_words
 
 

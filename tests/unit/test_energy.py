@@ -11,7 +11,7 @@ import pytest
 
 from tests.findings_fixture import small_findings
 from undertow.conditioning.motion import Motion, Window
-from undertow.discrepancy.energy import EnergyBudget, budget_words, energy_budget
+from undertow.discrepancy.energy import EnergyBudget, energy_budget
 from undertow.equation import registry
 from undertow.equation.equation import Equation
 from undertow.equation.simulate import simulate
@@ -94,13 +94,6 @@ def test_without_displacement_or_clear_cycles_there_is_no_budget(what: str) -> N
     else:
         motion = replace(motion, inside=motion.t < 1.0)
     assert energy_budget(motion, equation(*BARE)) is None
-
-
-def test_the_words_give_the_first_cycle_with_its_error() -> None:
-    one = np.array([1.0])
-    assert budget_words(EnergyBudget(one, 80.0 * one, 20.5 * one, {}, 0.31 * one)) == (
-        "the first cycle begins with 80 J and loses 20.5 ± 0.3 J"
-    )
 
 
 def test_a_dry_group_of_the_small_campaign_has_a_closed_budget() -> None:

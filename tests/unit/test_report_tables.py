@@ -15,22 +15,21 @@ import pandas as pd
 import pytest
 
 from tests.findings_fixture import MARKUP, bare_findings, named, small_findings
+from tests.written import (
+    csv_text,
+    levels_table,
+    mismatch_table,
+    trials_table,
+    verdict_json,
+    write_tables,
+    write_verdict,
+)
 from undertow.discrepancy.findings import FailedTrial, TrialFindings
 from undertow.errors import UndertowError
 from undertow.likelihood.fit import Fit
 from undertow.quantities import Estimate
-from undertow.report.tables import (
-    NOTES_AT_MOST,
-    RunTables,
-    as_written,
-    csv_text,
-    levels_table,
-    mismatch_table,
-    outcome_of,
-    trials_table,
-    write_tables,
-)
-from undertow.report.verdict_file import plain, verdict_json, write_verdict
+from undertow.report.tables import NOTES_AT_MOST, RunTables, as_written, outcome_of
+from undertow.report.verdict_file import plain
 from undertow.report.writing import write_bytes, write_pieces, write_text
 
 SCORES = ["nrmse", "sensor_floor_nrmse", "repeatability_nrmse", "outcome"]

@@ -10,6 +10,7 @@ from pathlib import Path
 import pytest
 
 from tests.findings_fixture import MARKUP, bare_findings, make_findings, small_findings
+from tests.written import write_tables
 from undertow.discrepancy.findings import GroupFindings
 from undertow.discrepancy.words import group_title, percent
 from undertow.equation import registry
@@ -37,7 +38,6 @@ from undertow.report.expressions import (
     numeric_latex,
     numeric_lines,
 )
-from undertow.report.tables import write_tables
 from undertow.report.wording import anchors, estimate_text, parameter_name, printed_unit, problem_of
 
 

@@ -16,7 +16,7 @@ from undertow.equation.structure import (
     ViscousDamping,
 )
 from undertow.errors import IdentificationError
-from undertow.methods.sindy import discover, discover_each
+from undertow.methods.sindy import discover
 from undertow.uncertainty.robust import robust_covariance
 
 EQ15 = (Stiffness(), ViscousDamping(), CoulombFriction(), QuadraticDrag())
@@ -114,7 +114,7 @@ def test_rate_of_sampling_does_not_change_the_verdict():
 
 
 def test_each_trial_alone_gives_its_own_equation():
-    each = discover_each(exact_group(), EQ15)
+    each = [discover([motion], EQ15, subset=False) for motion in exact_group()]
     assert [result.fit.trials for result in each] == [("r0",), ("r1",), ("r2",), ("r3",)]
     for result in each:
         assert result.coefficients == pytest.approx(truth(LONG), rel=1e-6)

@@ -27,9 +27,6 @@ REPEATED = 0.15
 """Coefficients of the same trial by two recipes differ by less than this where nothing is wrong: Method 2 on Eq. 15 is
 5 to 16 % off in added mass (docs/methods.md)."""
 
-SLIP = 0.05
-"""A ratio within this of a power of ten, in decades, is a slip of the point."""
-
 
 def check_comparisons(tables: Sequence[PublishedTable], constants: Constants) -> list[Oddity]:
     """Every pair of tables: same conditions, same water on other springs, releases of the same trials."""

@@ -37,7 +37,6 @@ class WaterShare:
     release_m: Array
     printed: Array
     dry_low: Array
-    dry_middle: Array
     dry_high: Array
     share_low: Array
     share_high: Array
@@ -73,7 +72,7 @@ def water_share(
         f"needs water."
     )
     release = table.columns["release"].values
-    return WaterShare(table.name, release, printed, low, middle, high, share_low, share_high, sentence)
+    return WaterShare(table.name, release, printed, low, high, share_low, share_high, sentence)
 
 
 def check_forces(

@@ -17,12 +17,12 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from undertow.audit.case import PrintedCase, case_returns
+from undertow.audit.case import PrintedCase
 from undertow.audit.recipes import Array
 from undertow.audit.rivals import Rival
 from undertow.audit.sampling import sample
 from undertow.audit.scatter import log_belief, scatters
-from undertow.audit.surface import SMALLEST_DRAG, Surface
+from undertow.audit.surface import Surface
 from undertow.errors import UndertowError
 
 DRAWS = 300
@@ -121,17 +121,3 @@ def named_draws(rival: Rival, points: Array) -> dict[str, Array]:
         unknown.name: np.exp(points[:, i]) if unknown.logarithmic else points[:, i]
         for i, unknown in enumerate(rival.unknowns)
     }
-
-
-def surface_error(case: PrintedCase, found: RivalPosterior, draws: int = 8) -> Array:
-    """Root-mean-square difference (2,) of surface and recipes over the first draws: m_a in kg, C_d as a share."""
-    errors = []
-    for i in range(draws):
-        values = {name: float(column[i]) for name, column in found.draws.items()}
-        exact = case_returns(case, values)
-        for j, (row, one) in enumerate(zip(case.rows, exact, strict=True)):
-            drag = one.bounded_drag if row.on_bound else one.drag_coefficient
-            size = max(abs(row.drag_coefficient), SMALLEST_DRAG)
-            gap = found.predicted[i, j] - np.array([one.added_mass_kg, drag])
-            errors.append([gap[0], gap[1] / size])
-    return np.asarray(np.sqrt(np.nanmean(np.square(errors), axis=0)), dtype=np.float64)

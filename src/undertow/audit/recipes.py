@@ -75,12 +75,11 @@ class Known:
 
 @dataclass(frozen=True)
 class Returned:
-    """What a recipe gives: added mass kg (without its bound), C_d, C_d with m_a on the bound 0, RMS in m."""
+    """What a recipe gives: added mass kg (without its bound), C_d, C_d with m_a on the bound 0."""
 
     added_mass_kg: float
     drag_coefficient: float
     bounded_drag: float = math.nan
-    rms_m: float = math.nan
 
     @property
     def bounded(self) -> tuple[float, float]:
@@ -119,11 +118,11 @@ def method1_returns(
     if start is None:
         return fitter.search()
     unit, bounded = known.drag_unit, math.nan
-    mass, q, rms = fitter.descend(known.mass_kg + start.added_mass_kg, start.drag_coefficient * unit, steps=steps)
+    mass, q, _ = fitter.descend(known.mass_kg + start.added_mass_kg, start.drag_coefficient * unit, steps=steps)
     if on_bound:
         first = start.bounded_drag if math.isfinite(start.bounded_drag) else start.drag_coefficient
         bounded = fitter.descend(known.mass_kg, first * unit, fixed_mass=True, steps=steps)[1] / unit
-    return Returned(mass - known.mass_kg, q / unit, bounded, rms)
+    return Returned(mass - known.mass_kg, q / unit, bounded)
 
 
 @dataclass(frozen=True)
@@ -188,18 +187,18 @@ class _Fitter:
         low = [i for i in range(len(values)) if edges[i + 1] <= edges[i] and edges[i + 1] <= edges[i + 2]]
         low = sorted(low, key=lambda i: values[i])[:2]
         found = sorted((self.descend(masses[i], q * more) for i in low for more in DRAG_STARTS), key=lambda end: end[2])
-        answer = self.returned(*found[0])
+        answer = self.returned(*found[0][:2])
         if answer.added_mass_kg >= 0.0:
             return answer
         at_bound = self.descend(self.known.mass_kg, q, fixed_mass=True)
         above = [end for end in found if end[0] >= self.known.mass_kg and end[2] < at_bound[2]]
-        return self.returned(*above[0]) if above else answer
+        return self.returned(*above[0][:2]) if above else answer
 
-    def returned(self, mass: float, q: float, rms: float) -> Returned:
+    def returned(self, mass: float, q: float) -> Returned:
         """An end of the search as the recipe prints it, with C_d on the bound."""
         unit = self.known.drag_unit
         bounded = self.descend(self.known.mass_kg, q, fixed_mass=True)[1] / unit
-        return Returned(mass - self.known.mass_kg, q / unit, bounded, rms)
+        return Returned(mass - self.known.mass_kg, q / unit, bounded)
 
 
 def method2_returns(

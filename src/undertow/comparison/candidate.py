@@ -200,11 +200,6 @@ def evidence_by_name(diagnosis: LevelDiagnosis) -> dict[str, float]:
     return found
 
 
-def strengths(diagnosis: LevelDiagnosis) -> Mapping[str, float]:
-    """By how much the log posterior of each single suspect exceeds that of the prescribed equation alone."""
-    return {c.suspects[0].label: c.score - diagnosis.null.score for c in diagnosis.candidates if len(c.suspects) == 1}
-
-
 def doubt(level: Level, fit: JointFit, before: JointFit | None = None) -> str:
     """Why a candidate's numbers mean nothing: a bound, a coefficient not distinct from zero, or a law of the equation
     that would feed the motion, and did not in the fit ``before``; empty where they do."""

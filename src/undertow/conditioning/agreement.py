@@ -27,9 +27,6 @@ from undertow.conditioning.remedies import (
 )
 from undertow.recording.recording import Recording
 
-KINDS = ("unit", "sign", "gain", "clock", "period")
-"""What a disagreement can be, as `recordings.accept` names it."""
-
 DOUBT_ERRORS = 3.0
 """A law is doubted where it misses its limits by so many standard errors."""
 
@@ -57,9 +54,9 @@ WELL_KNOWN = 0.1
 class Disagreement:
     """Channels that do not belong together as the config says.
 
-    ``kind`` is one of `KINDS`; ``factor`` how many times too large the first channel is against the second (for a
-    clock: by how many rad of the motion it is later). ``certain`` tells contradiction from doubt. ``sentence`` says
-    what was found, what it seems to be, and what to do.
+    ``kind`` is "unit", "sign", "gain", "clock" or "period", as `recordings.accept` names it; ``factor`` how many times
+    too large the first channel is against the second (for a clock: by how many rad of the motion it is later).
+    ``certain`` tells contradiction from doubt. ``sentence`` says what was found, what it seems to be, and what to do.
     """
 
     kind: str

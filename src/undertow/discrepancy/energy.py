@@ -10,7 +10,6 @@ Belongs here: those sums. Does not belong here: their figure (report/), the forc
 
 from __future__ import annotations
 
-import math
 from collections.abc import Mapping
 from dataclasses import dataclass
 
@@ -124,16 +123,3 @@ def _between(even: EvenMotion, force: Array, turns: Array) -> Array:
     power = force * even.v
     done = np.concatenate([[0.0], np.cumsum(0.5 * (power[1:] + power[:-1]) * np.diff(even.t))])
     return np.asarray(np.diff(np.interp(turns, even.t, done)), dtype=np.float64)
-
-
-def budget_words(budget: EnergyBudget, unit: str = "J") -> str:
-    """What the first cycle holds and loses, in words.
-
-    >>> one = np.array([1.0])
-    >>> budget_words(EnergyBudget(one, 4.0 * one, one, {}, 0.0 * one))
-    'the first cycle begins with 4 J and loses 1 J'
-    """
-    stored, lost = float(budget.stored[0]), float(budget.lost[0])
-    error = float(budget.error[0])
-    band = f" ± {error:.1g}" if math.isfinite(error) and error > 0.0 else ""
-    return f"the first cycle begins with {stored:.3g} {unit} and loses {lost:.3g}{band} {unit}"

@@ -38,16 +38,6 @@ class CellModes:
     rigid_mass_kg: float
     water_kg: float
 
-    def apparent_mass_kg(self, frequency_rad_per_s: float) -> float:
-        """Mass that a body swaying at this frequency feels, kg: rigid + sum m_n / (1 - w^2 / w_n^2); no damping.
-
-        >>> modes = closed_cell(0.33, 0.14, 16.5)
-        >>> modes.apparent_mass_kg(0.0) > modes.water_kg * 0.999, modes.apparent_mass_kg(20.0) < modes.water_kg
-        (True, True)
-        """
-        ratio = (frequency_rad_per_s / self.frequencies_rad_per_s) ** 2
-        return self.rigid_mass_kg + float(np.sum(self.masses_kg / (1.0 - ratio)))
-
 
 def closed_cell(
     width_m: float, depth_m: float, length_m: float, density_kg_per_m3: float = 1000.0, modes: int = MODES

@@ -6,7 +6,7 @@ Belongs here: their names and numbers, without anything compiled. Does not belon
 
 from __future__ import annotations
 
-from undertow.equation.algebra import N_SLOTS, SLOTS
+from undertow.equation.algebra import SLOTS
 
 EXTRA: tuple[str, ...] = (
     "gain", "delay", "offset", "bw_a", "bw_g", "bw_d", "bw_n", "bw_unit", "bw_z0",
@@ -33,4 +33,3 @@ MOVING = {"force": 0.0, "base": 1.0, "water": -1.0}
 DRIVEN_SLOTS: tuple[str, ...] = SLOTS + EXTRA
 DRIVEN_SLOT: dict[str, int] = {name: i for i, name in enumerate(DRIVEN_SLOTS)}
 N_DRIVEN = len(DRIVEN_SLOTS)
-FIRST = N_SLOTS

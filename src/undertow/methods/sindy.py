@@ -134,17 +134,6 @@ def discover(
     return _report(best, terms_kept, selection, names)
 
 
-def discover_each(
-    motions: Sequence[Motion],
-    terms: Sequence[Term],
-    known: Sequence[Term | str] = (),
-    subset: bool = False,
-    signs: bool = True,
-) -> tuple[SindyResult, ...]:
-    """`discover` for every trial alone; without selection unless asked for."""
-    return tuple(discover([motion], terms, known, subset, signs) for motion in motions)
-
-
 def _place(entry: Term | str, names: tuple[str, ...]) -> int:
     name = entry if isinstance(entry, str) else label(entry)
     if name not in names:

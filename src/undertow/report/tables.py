@@ -2,7 +2,7 @@
 
 A campaign may have more groups than memory: their rows wait in a file until all columns are known.
 
-Belongs here: the files' columns, order and text, also as tables for Python. Does not belong here: a group's rows
+Belongs here: the files' columns, order and text. Does not belong here: a group's rows
 (rows.py), verdict.json (verdict_file.py), pages.
 """
 
@@ -19,9 +19,8 @@ from pathlib import Path
 from typing import Any, Self
 
 import numpy as np
-import pandas as pd
 
-from undertow.discrepancy.findings import FailedTrial, Findings, GroupFindings
+from undertow.discrepancy.findings import FailedTrial, GroupFindings
 from undertow.report import rows
 from undertow.report.rows import PATH, Row, outcome_of
 from undertow.report.verdict_file import group_json, verdict_pieces
@@ -171,57 +170,6 @@ class RunTables:
             yield record
 
 
-def write_tables(findings: Findings, folder: Path) -> Mapping[str, Path]:
-    """Write trials.csv, levels.csv, mismatch.csv and verdict.json into a run folder; each appears whole or not."""
-    with RunTables(folder) as tables:
-        for i, group in enumerate(findings.groups):
-            tables.add(group, (i,))
-        return tables.write(findings.failed, findings.across_groups)
-
-
-def trials_table(findings: Findings) -> pd.DataFrame:
-    """One row a trial and method: file, trial, conditions, method, ``<parameter>`` and ``<parameter>_stderr``, scores.
-
-    The standard error holds noise and what was held fixed, in quadrature. ``outcome`` is "ok" or sentences. A trial
-    that failed has one row without a method; its outcome says why.
-    """
-    columns = columns_of(findings)
-    found = [columns.named(row) for group in findings.groups for row in rows.trial_rows(group)]
-    found += [columns.failed(trial) for trial in findings.failed]
-    return pd.DataFrame(found, columns=pd.Index(columns.trials))
-
-
-def levels_table(findings: Findings) -> pd.DataFrame:
-    """One row a group and method, fitted together: conditions, dry, trials, method, parameters, scores, the equation.
-
-    The first row of a group, method "baseline", is the equation that the verdict is about, with its group scores.
-    ``nrmse`` of the other methods is the median over trials of their free-run errors.
-    """
-    found = [row for group in findings.groups for row in rows.level_rows(group)]
-    return pd.DataFrame(found, columns=pd.Index(columns_of(findings).levels))
-
-
-def mismatch_table(findings: Findings) -> pd.DataFrame:
-    """One row a trial: file, trial, conditions, nrmse, both floors, missing, shares (empty: not computed), held_out."""
-    columns = columns_of(findings)
-    found = [columns.named(row) for group in findings.groups for row in rows.mismatch_rows(group)]
-    return pd.DataFrame(found, columns=pd.Index(columns.mismatch))
-
-
-def columns_of(findings: Findings) -> Columns:
-    """The columns of a finished campaign's tables."""
-    columns = Columns()
-    for group in findings.groups:
-        columns.see(group)
-    return columns
-
-
-def csv_text(table: pd.DataFrame) -> str:
-    """A table as CSV: FLOAT_FORMAT, empty where there is no number, truth values as true and false."""
-    found = (dict(zip(table.columns, values, strict=True)) for values in table.itertuples(index=False, name=None))
-    return "".join(csv_pieces([str(column) for column in table.columns], found))
-
-
 def csv_pieces(columns: Sequence[str], found: Iterable[Mapping[str, object]]) -> Iterator[str]:
     """The text of a CSV, `ROWS_A_PIECE` rows at a time; a column that a row has not is empty.
 
@@ -274,7 +222,4 @@ def _with_errors(parameters: Sequence[str]) -> list[str]:
     return [column for name in parameters for column in (name, f"{name}_stderr")]
 
 
-__all__ = [
-    "Columns", "RunTables", "as_written", "columns_of", "csv_pieces", "csv_text", "levels_table", "mismatch_table",
-    "outcome_of", "plain", "trials_table", "write_tables",
-]  # fmt: skip
+__all__ = ["Columns", "RunTables", "as_written", "csv_pieces", "outcome_of", "plain"]

@@ -16,11 +16,9 @@ from typing import Any
 
 import numpy as np
 
-from undertow.discrepancy.findings import Findings
 from undertow.discrepancy.verdict import Described, Verdict
 from undertow.errors import UndertowError
 from undertow.quantities import Estimate
-from undertow.report.writing import write_pieces
 
 CONTRACT = 2
 """Version of verdict.json's shape."""
@@ -50,15 +48,6 @@ def plain(value: object) -> Any:
         f"verdict.json cannot hold {value!r} of type {type(value).__name__}; give numbers, texts, estimates, or "
         "lists and mappings of them"
     )
-
-
-def verdict_json(findings: Findings) -> dict[str, Any]:
-    """verdict.json as a dictionary: contract, groups in the findings' order, across_groups."""
-    return {
-        "contract": CONTRACT,
-        "groups": [group_json(group.verdict) for group in findings.groups],
-        "across_groups": {"verdict": _named_across(findings), "sentence": findings.across_groups},
-    }
 
 
 def group_json(verdict: Verdict) -> dict[str, Any]:
@@ -108,21 +97,6 @@ def _described(described: Described) -> dict[str, Any]:
         "held_out_nrmse": plain(described.held_out_nrmse),
         "parameters": plain(described.parameters),
     }
-
-
-def _named_across(findings: Findings) -> list[str]:
-    """Every effect that some group's verdict names, the one of most groups first."""
-    names = Counter(
-        name for group in findings.groups for name in group.verdict.verdict
-        if group.verdict.status != "present_but_small"
-    )
-    return [name for name, _ in names.most_common()]
-
-
-def write_verdict(findings: Findings, path: Path) -> Path:
-    """Write verdict.json; it never holds NaN or infinity."""
-    groups = (group_json(group.verdict) for group in findings.groups)
-    return write_pieces(path, verdict_pieces(groups, findings.across_groups))
 
 
 def verdict_pieces(groups: Iterable[Mapping[str, Any]], sentence: str) -> Iterator[str]:

@@ -33,15 +33,14 @@ class Collinearity:
     """What a covariance of coefficients says about telling terms apart.
 
     ``correlation`` (p, p) of the coefficients; ``inflation`` (p,) by how much the other terms widen each one's variance
-    (1: not at all); ``weakest`` (p,) the least certain combination in units of each one's contribution, of length 1,
-    and ``weakest_error`` its standard error; ``sentences`` the same in words.
+    (1: not at all); ``weakest`` (p,) the least certain combination in units of each one's contribution, of length 1;
+    ``sentences`` the same in words.
     """
 
     names: tuple[str, ...]
     correlation: Array
     inflation: Array
     weakest: Array
-    weakest_error: float
     sentences: tuple[str, ...]
 
 
@@ -65,11 +64,10 @@ def collinearity(names: Sequence[str], covariance: Array, sizes: Array) -> Colli
     correlation = covariance / np.outer(errors, errors)
     inflation = np.diag(np.linalg.pinv(correlation, hermitian=True))
     scaled = covariance * np.outer(sizes, sizes)
-    values, vectors = np.linalg.eigh(scaled)
+    _, vectors = np.linalg.eigh(scaled)
     weakest = vectors[:, -1] * np.sign(vectors[np.argmax(np.abs(vectors[:, -1])), -1])
-    error = float(np.sqrt(max(values[-1], 0.0)))
     sentences = (*_pairs(names, correlation), *_combined(names, inflation, weakest))
-    return Collinearity(tuple(names), correlation, inflation, weakest, error, sentences)
+    return Collinearity(tuple(names), correlation, inflation, weakest, sentences)
 
 
 def _pairs(names: Sequence[str], correlation: Array) -> list[str]:

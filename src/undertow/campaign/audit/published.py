@@ -97,11 +97,6 @@ def constants_of(config: AuditConfig) -> Constants:
     )  # fmt: skip
 
 
-def mended_tables(tables: Sequence[PublishedTable], constants: Constants) -> list[PublishedTable]:
-    """Tables with units mended and releases filled in, as the audits take them."""
-    return with_releases(correct_units(tables, constants)[0], constants)
-
-
 def dry_structures(tables: Sequence[PublishedTable], constants: Constants) -> dict[str, DryStructure]:
     """Each spring's k, c, mu from its dry table: mean, standard error, scatter from trial to trial."""
     springs = {

@@ -24,8 +24,11 @@ standard error, from the residual as it is. *rms* and *nrmse* are those of the f
 what the sensor's noise alone would give, and *repeatability* what an ordinary rig's scatter from trial to trial would
 (no set has enough repeats to say: 0.4 % in k, 20 % in c and 10 % in friction are assumed, as in the flume report's dry
 trials). **Over a record of many cycles 0.4 % in k alone turns the phase far, so that repeatability is wide there: a
-verdict "nothing missing" then says that one trial cannot prove more, not that the equation is complete.** What is
-significant is then to be read from the coefficients, and from how the rms falls when a term is added."""
+free run within it does not say that the equation is complete, and with a scatter that is assumed no verdict says so.**
+What is significant is then to be read from the coefficients, and from how the rms falls when a term is added. What is
+missing is looked for with the config's own terms alone. With others the verdict is "cannot tell", or "unknown" where
+the free run misses more than repetitions would. docs/recordings_verdicts.md has what is found with equations that are
+too small."""
 
 
 @dataclass(frozen=True)
@@ -100,6 +103,8 @@ DISC = Section(
     "the three. The "
     "small decay hardly needs the drag. The moving mass is 3 to 4 % more than the label says (a third of the spring, "
     "and air).\n\n"
+    "The run says unknown of all three, and of the large decays that what is left has the shape of a stiffness or a "
+    "mass that changes during each trial, which a single decay hardly tells from hysteresis or a spring that softens. "
     "What is left in the large decays, 2 to 3 mm, is far above the sensor, and more than half of it is a frequency "
     "that falls with "
     "amplitude: with cubic stiffness (*softening*) the rms of both falls to 1.3 mm or less, k3 many standard errors "
@@ -119,14 +124,15 @@ WHEEL = Section(
     "rad/s",
     "Compound pendulum (axial, 4.6 s) and torsion pendulum (radial, 2 s); angular velocity at 500 Hz is all there "
     "is, so that "
-    "everything is scored against it. The negative control.",
-    "Linear, and nothing missing in either. Period and R2 agree with the README's; its decrement of 0.03 for the "
+    "everything is scored against it.",
+    "Linear, but for a per cent or two of the motion: of the axial wheel the data cannot tell. "
+    "Period and R2 agree with the README's; its decrement of 0.03 for the "
     "axial wheel has "
     "one digit. Drag comes out negative in both, which drag cannot be, and friction on the axial wheel only by "
     "making c1 "
     "negative. On the radial wheel friction is significant by its own error and takes a quarter off an rms of half a "
     "per cent: "
-    "seen, and far below what would make it missing.",
+    "the run names friction, and cannot tell which; what is named still leaves several times the sensor's noise.",
 )
 
 BUILDING = Section(
@@ -135,9 +141,11 @@ BUILDING = Section(
     "m",
     "m",
     "Two time-of-flight sensors at 32 Hz, 1 mm a step; the damper's sensor is kept away from the analysis.",
-    "The equation fails and the run says so (status unknown), with the residual's line at 1.22 Hz, beside the second "
-    "mode (1.25 Hz in "
-    "the README). Friction, drag and damping together gain almost "
+    "The linear equation fails and the run says so (status unknown: with these terms nothing is looked for), with the "
+    "residual's line at 1.2 Hz, beside the second mode (1.25 Hz in "
+    "the README). With the config's own terms what oscillates by itself is named (explained), by a mass that is not "
+    "distinguished from zero beside that drag and friction; docs/recordings_verdicts.md has it with the linear "
+    "equation and sharp numbers. Friction, drag and damping together gain almost "
     "nothing over the linear equation. With cubic stiffness R2 reaches the README's 0.71 by absurd coefficients "
     "(negative damping held "
     "by friction, a k3 that would turn the spring round within the motion, all within two standard errors of zero), "

@@ -93,3 +93,53 @@ def test_a_kind_that_every_trial_of_a_group_accepts_is_a_note_and_no_doubt():
     assert groups[0].notes[-1].startswith("accepted (conditions): friction coefficient")
     assert with_doubts([odd], {names[0]: ("conditions",)})[1] != ()
     assert with_doubts([odd], {name: ("damping",) for name in names})[1] != ()
+
+
+def test_a_body_that_is_not_what_is_stated_is_doubted_where_no_water_is_in_the_equation():
+    ((kind, said),) = implausible(group(total_mass_kg=(9.99 * MASS_KG, 40.0)))
+    assert kind == "conditions"
+    assert said.startswith("moving mass over stated mass, in an equation without added mass, 9.990 +- 0.015 lies out")
+    assert implausible(group(total_mass_kg=(1.2 * MASS_KG, 40.0))) == ()
+    assert implausible(group(total_mass_kg=(2.0 * MASS_KG, 40.0), added_mass_kg=(MASS_KG, 40.0))) == ()
+
+
+def with_cells(ratio: float) -> GroupFindings:
+    """A group whose load cells show this many times the stiffness that its motion shows."""
+    found = group(k_N_per_m=(K_N_PER_M, 200.0))
+    trial = found.trials[0]
+    record = trial.motion.recording
+    force = ratio * K_N_PER_M * record.channels["displacement"]
+    motion = replace(trial.motion, recording=replace(record, channels={**record.channels, "spring_force": force}))
+    green = replace(found.verdict, status="explained", verdict=("cubic_stiffness",))
+    return replace(found, trials=(replace(trial, motion=motion),), verdict=green)
+
+
+def test_load_cells_that_show_another_spring_contradict_and_by_less_are_doubted():
+    assert implausible(with_cells(1.05)) == ()
+    ((_, said),) = implausible(with_cells(0.85))
+    assert said.startswith("the load cells' stiffness is at least 1")
+    assert " below the one that the motion shows, and more than 10 % is doubted" in said
+    (doubted,), _ = with_doubts([with_cells(0.85)])
+    assert doubted.verdict.status == "explained"
+    (wrong,), said = with_doubts([with_cells(2.26)])
+    assert wrong.verdict.status == "cannot_tell"
+    assert wrong.verdict.contradicted
+    assert wrong.verdict.verdict == ()
+    assert "above the one that the motion shows" in wrong.verdict.because
+    known = {trial.motion.name: ("conditions",) for trial in wrong.trials}
+    (accepted,), said = with_doubts([with_cells(2.26)], known)
+    assert accepted.verdict.status == "explained"
+    assert said == ()
+
+
+def test_a_body_lighter_than_the_water_it_displaces_contradicts():
+    def weighed(mass: Estimate) -> GroupFindings:
+        fit = Fit("output_error", ("r1",), {}, {"total_mass_kg": mass})
+        return replace(group(), specimen=Specimen(submerged_volume_m3=0.03), fits={"output_error": fit})
+
+    light = weighed(Estimate(0.0048, 1e-5, unit="kg"))
+    (found,), (said,) = with_doubts([light])
+    assert found.verdict.contradicted
+    assert "the moving mass of 0.004800 kg is less than the 30 kg of water" in said
+    assert implausible(weighed(Estimate(45.0, 1.0, unit="kg"))) == ()
+    assert implausible(weighed(Estimate(0.02, 1e-5, unit="kg m^2"))) == ()  # of an angle

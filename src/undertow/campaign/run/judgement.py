@@ -109,7 +109,7 @@ def _cases(
     cases, told, failed = list[Case](), list[GroupTask](), dict[GroupKey, Verdict]()
     for task, group in zip(tasks, groups, strict=True):
         if task.contradiction:  # nothing can be said of it, and it must not speak for other springs of its water
-            failed[tuple(group.key.items())] = _contradicted(group, task.contradiction)
+            failed[tuple(group.key.items())] = contradicted_verdict(group, task.contradiction)
             continue
         try:
             cases.append(_case(config, task, group))
@@ -280,12 +280,13 @@ def _without_case(group: GroupFindings, reason: str) -> Verdict:
     return replace(group.verdict, because=because, sentence=f"{group.label}: cannot tell, because {because}.")
 
 
-def _contradicted(group: GroupFindings, because: str) -> Verdict:
-    """The verdict of a group whose channels contradict each other: nothing is looked for in it."""
-    text = f"{group.label}: cannot tell, because {because}."
-    return replace(
-        group.verdict, status="cannot_tell", verdict=(), because=because, sentence=text, contradicted=True,
-        next_test=NEXT["contradiction"],
+def contradicted_verdict(group: GroupFindings, because: str) -> Verdict:
+    """The verdict of a group whose channels, or what is stated, contradict each other: nothing is looked for in it."""
+    was, text = group.verdict, f"{group.label}: cannot tell, because {because}."
+    return Verdict(
+        was.group, was.trials, was.held_out, "cannot_tell", because=because, sentence=text, contradicted=True,
+        next_test=NEXT["contradiction"], baseline=was.baseline, physical_check=was.physical_check,
+        sensor_floor_nrmse=was.sensor_floor_nrmse, repeatability_nrmse=was.repeatability_nrmse,
     )  # fmt: skip
 
 

@@ -13,17 +13,24 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from types import MappingProxyType
 
+from undertow.campaign.run.judgement import contradicted_verdict
+from undertow.campaign.run.tasks import slope_of_cells
 from undertow.discrepancy.earned import NEXT
 from undertow.discrepancy.findings import GroupFindings
 from undertow.discrepancy.words import percent
 from undertow.quantities import Estimate, format_number
 from undertow.report.arrange import group_numbers
+from undertow.uncertainty.intervals import mean_of_trials
 
 ERRORS = 3.0
 """A number is doubted where it lies so many standard errors outside its range."""
 
 STIFFNESS_OFF = 0.1
 """Relative difference between an identified and a stated stiffness that is doubted."""
+
+CELLS_ARE_WRONG = 0.3
+"""Relative difference between the load cells' stiffness and the identified one that no calibration explains: trials of
+another spring, a column that is missing."""
 
 MOST_DAMPING_RATIO = 0.5
 """A body with more damping does not swing twice."""
@@ -51,6 +58,13 @@ ADDED_MASS = Plausible(
 """Sloshing water below the body's frequency takes some off; a light plate carries many times its mass."""
 
 
+MASS = Plausible(
+    0.9, 1.3, "moving mass over stated mass, in an equation without added mass,",
+    "specimen.mass_kg and stiffness_N_per_m, the load cells, the unit of time, and at water that moves along",
+)
+"""Springs and fixtures move along and take nothing off."""
+
+
 def with_doubts(
     groups: Sequence[GroupFindings], accepted: Mapping[str, Sequence[str]] = MappingProxyType({})
 ) -> tuple[list[GroupFindings], tuple[str, ...]]:
@@ -67,6 +81,9 @@ def with_doubts(
         if notes:
             group = replace(group, notes=(*group.notes, *notes))
         unknown = [text for kind, text in doubts if kind not in kinds]
+        wrong = "" if "conditions" in kinds else impossible(group)
+        if wrong:
+            group = replace(group, verdict=contradicted_verdict(group, wrong))
         out.append(_not_green(group, unknown[0]) if unknown else group)
         said += [f"{group.label}: {text}" for kind, text in doubts if kind not in kinds]
     return out, tuple(said)
@@ -82,6 +99,13 @@ def _not_green(group: GroupFindings, text: str) -> GroupFindings:
     return replace(group, verdict=changed)
 
 
+def impossible(group: GroupFindings) -> str:
+    """What no body and no calibration can be, in words; empty where nothing is."""
+    numbers = group_numbers(group)
+    off = _off_by_cells(group, numbers)
+    return _floats(group, numbers) or (_cells(group, numbers) if off is not None and abs(off) > CELLS_ARE_WRONG else "")
+
+
 def implausible(group: GroupFindings) -> tuple[tuple[str, str], ...]:
     """Numbers of a group that no body has: the kind of doubt ("conditions" or "damping") and a sentence for each."""
     numbers = group_numbers(group)
@@ -89,7 +113,10 @@ def implausible(group: GroupFindings) -> tuple[tuple[str, str], ...]:
     mass = group.specimen.mass_kg
     if "added_mass_kg" in numbers and math.isfinite(mass) and mass > 0.0:
         found.append(_outside(ADDED_MASS, numbers["added_mass_kg"].scaled(1.0 / mass, "1")))
-    doubts = [("conditions", text) for text in (*found, _stiffness(group, numbers)) if text]
+    elif "total_mass_kg" in numbers and math.isfinite(mass) and mass > 0.0:
+        found.append(_outside(MASS, numbers["total_mass_kg"].scaled(1.0 / mass, "1")))
+    found += [_stiffness(group, numbers), _cells(group, numbers), _floats(group, numbers)]
+    doubts = [("conditions", text) for text in found if text]
     damped = _damped(numbers)
     return (*doubts, ("damping", damped)) if damped else tuple(doubts)
 
@@ -141,4 +168,46 @@ def _stiffness(group: GroupFindings, numbers: Mapping[str, Estimate]) -> str:
         f"stiffness {format_number(found.value, found.total_stderr)} N/m is {percent(abs(off))} "
         f"{'above' if off > 0.0 else 'below'} the stated {format_number(stated)} N/m, and more than "
         f"{100.0 * STIFFNESS_OFF:.0f} % is doubted: look at specimen.stiffness_N_per_m, mass and the unit of time"
+    )
+
+
+def _off_by_cells(group: GroupFindings, numbers: Mapping[str, Estimate]) -> float | None:
+    """By which share the load cells' stiffness is surely above the identified one; None where one is not known."""
+    found = group.structure.k if group.structure is not None else numbers.get("k_N_per_m")
+    slopes = [slope for t in group.trials if (slope := slope_of_cells(t.motion)) is not None]
+    if found is None or not found.value > 0.0 or not slopes:
+        return None
+    cells = mean_of_trials(slopes, "N/m", "load cells")
+    off = cells.value / found.value - 1.0
+    error = math.hypot(cells.total_stderr, found.total_stderr) / found.value
+    room = ERRORS * error if math.isfinite(error) else 0.0
+    return math.copysign(max(abs(off) - room, 0.0), off)
+
+
+def _cells(group: GroupFindings, numbers: Mapping[str, Estimate]) -> str:
+    """That the load cells show another stiffness than mass and frequency."""
+    off = _off_by_cells(group, numbers)
+    if off is None or abs(off) <= STIFFNESS_OFF:
+        return ""
+    way = "above" if off > 0.0 else "below"
+    return (
+        f"the load cells' stiffness is at least {percent(abs(off))} {way} the one that the motion shows, and more than "
+        f"{100.0 * STIFFNESS_OFF:.0f} % is doubted: look at the cells' columns and calibration, at specimen.mass_kg, "
+        "and at which spring these trials had"
+    )
+
+
+def _floats(group: GroupFindings, numbers: Mapping[str, Estimate]) -> str:
+    """That the body with the water it moves is lighter than the water it displaces: its mass was not stated."""
+    total = numbers.get("total_mass_kg")
+    water = group.specimen.water_density_kg_per_m3 * group.specimen.submerged_volume_m3
+    if total is None or total.unit != "kg" or not math.isfinite(water):
+        return ""
+    error = total.total_stderr if math.isfinite(total.total_stderr) else 0.0
+    if not total.value + ERRORS * error < water:
+        return ""
+    return (
+        f"the moving mass of {format_number(total.value, error)} kg is less than the {format_number(water)} kg of "
+        "water that specimen.submerged_volume_m3 displaces: look at the volume, at specimen.stiffness_N_per_m and at "
+        "the load cells' unit"
     )

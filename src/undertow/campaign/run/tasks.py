@@ -120,7 +120,7 @@ def _known_stiffness(specimen: Specimen, motions: Sequence[Motion]) -> Estimate 
     """The spring's stiffness, N/m, as stated or as load cells show it; None where nothing says it."""
     if specimen.stiffness_N_per_m > 0.0:
         return Estimate(specimen.stiffness_N_per_m, unit="N/m", source="the stated stiffness")
-    slopes = [slope for motion in motions if (slope := _slope(motion)) is not None]
+    slopes = [slope for motion in motions if (slope := slope_of_cells(motion)) is not None]
     mean = mean_of_trials(slopes, "N/m", "the load cells") if slopes else None
     return with_gain(mean) if mean is not None and mean.value > 0.0 else None
 
@@ -145,7 +145,7 @@ def structures_of(config: RunConfig, groups: Mapping[GroupKey, Sequence[Motion]]
         if not found:
             continue
         fitted[spring] = found
-        measured = [(m, _slope(m)) for m in motions]
+        measured = [(m, slope_of_cells(m)) for m in motions]
         slopes[spring] = [
             slope.value / fitted[spring][m.name].estimates["k_N_per_m"].value
             for m, slope in measured
@@ -174,7 +174,7 @@ def with_scatter(structures: Structures, seen: Scatter) -> Structures:
     return {spring: replace(dry, structure=structure_from(dry.fits, seen)) for spring, dry in structures.items()}
 
 
-def _slope(motion: Motion) -> Estimate | None:
+def slope_of_cells(motion: Motion) -> Estimate | None:
     """Slope of spring force on displacement, None where either is not recorded."""
     channels = motion.recording.channels
     if "spring_force" not in channels or "displacement" not in channels:
@@ -202,7 +202,7 @@ def group_task(
     dry = config.is_dry(conditions)
     found = structures.get(_spring(config, key))
     structure = found.structure if found else None
-    slopes = {m.name: s for m in motions if (s := _slope(m)) is not None}
+    slopes = {m.name: s for m in motions if (s := slope_of_cells(m)) is not None}
     mean_slope = mean_of_trials(list(slopes.values()), "N/m", "load cells") if slopes else None
     anchor = choose_anchor(specimen, structure, mean_slope, dry, added_mass=any(t.is_inertia for t in terms))
     specimen = on_load_cells(specimen, anchor)

@@ -90,6 +90,11 @@ DECAYS = {
     "two periods and the record ends at a turn": free(T)[:210],
 }  # fmt: skip
 DECAYS["beating"] = np.where(T < HELD, 1.0, DECAYS["beating"])
+DECAYS["beating at once beside a nearly tuned body"] = np.where(
+    T < HELD, 1.0,
+    0.5 * np.exp(-0.05 * np.maximum(T - HELD, 0.0))
+    * (np.cos(0.8 * 2.0 * np.pi * (T - HELD)) + np.cos(1.25 * 2.0 * np.pi * (T - HELD))),
+)  # fmt: skip
 
 
 @pytest.mark.parametrize("frequency", FREQUENCIES_HZ)

@@ -32,8 +32,8 @@ LINE_BINS = 2
 """Bins either side of a line that belong to it (a Hann window's)."""
 
 GROWS = 1.2
-"""Later swings that are so many times the first one after a release (else those of the first half): a body that nothing
-drives does not do that."""
+"""Later swings that are so many times the first one after a release and the deflection that it was released from (else
+those of the first half): a body that nothing drives does not do that."""
 
 FEWEST_TO_GROW = 4
 """Swings from which on growth is judged."""
@@ -102,7 +102,7 @@ def refuse_no_decay(
     reasons = {
         "period": _slowly_sampled(time, values),
         "hold": _wanders(seen, _end_of(last), unit),
-        "damping": _grows(seen, window.held, unit) or ("" if window.held else _steady(seen)),
+        "damping": _grows(seen, values, window.held, unit) or ("" if window.held else _steady(seen)),
     }
     for kind, reason in reasons.items():
         if reason and kind not in accepted:
@@ -249,13 +249,16 @@ def _wanders(seen: Swings, end: float, unit: str) -> str:
     return ""
 
 
-def _grows(seen: Swings, held: bool, unit: str) -> str:
-    """That later swings are larger than earlier ones."""
+def _grows(seen: Swings, values: Array, held: bool, unit: str) -> str:
+    """That later swings are larger than earlier ones; of a body let go from a hold also than where it was held: beside
+    a second body it may stand still in between and swing as far again, but no further."""
     sizes = 0.5 * seen.size[seen.whole]
     if sizes.size < FEWEST_TO_GROW:
         return ""
     half = 1 if held else sizes.size // 2
     first, later = float(np.max(sizes[:half])), float(np.max(sizes[half:]))
+    if held:
+        first = max(first, abs(float(np.median(values[:GUESSED])) - float(np.median(seen.centre))))
     if later <= GROWS * first:
         return ""
     at = float(seen.time[1:][seen.whole][half + int(np.argmax(sizes[half:]))])

@@ -367,6 +367,8 @@ def test_a_group_that_what_is_named_does_not_help_says_so_with_the_group_that_ne
     assert "does not fall (3.0 % as prescribed, 5.0 % repaired, both within repeatability, 20 %)" in said
     assert "What is named is needed there (" in said
     assert no_gain_words(findings, second) == ""
+    alone = no_gain_words(replace(findings, groups=(first, worse)), worse)
+    assert alone.endswith("both within repeatability, 20 %)")  # no other group of its water was fitted with it
     assert is_no_gain(worse.verdict)
     assert not is_no_gain(second.verdict)
     text = " ".join(s["text"] for s in level_sentences(findings))

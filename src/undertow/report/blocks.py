@@ -218,9 +218,10 @@ def no_gain_words(findings: Findings, group: GroupFindings) -> str:
         return ""
     span = spanning_conditions(findings)
     level = span.level_of(group)
+    together = [g for g in findings.groups if g is not group and span.level_of(g) == level]
     others = [
-        g for g in findings.groups
-        if g is not group and span.level_of(g) == level and g.verdict.verdict == verdict.verdict
+        g for g in together
+        if g.verdict.verdict == verdict.verdict
         and g.verdict.augmented is not None and g.verdict.augmented.nrmse < g.verdict.baseline.nrmse
     ]  # fmt: skip
     sizes = f"{percent(verdict.baseline.nrmse)} as prescribed, {percent(verdict.augmented.nrmse)} repaired"
@@ -228,6 +229,8 @@ def no_gain_words(findings: Findings, group: GroupFindings) -> str:
     allowed = verdict.repeatability_nrmse
     if max(verdict.augmented.nrmse, verdict.baseline.nrmse) <= allowed:
         text += f", both within repeatability, {percent(allowed)}"
+    if not together:
+        return text + ")"
     text += "): the prescribed equation was fitted to this group alone"
     if not others:
         return f"{text}, the repaired one to several groups together"

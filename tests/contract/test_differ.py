@@ -217,3 +217,14 @@ def test_a_rotation_is_not_compared_with_a_translation(tmp_path):
     turned.write_text(recording.read_text().replace("disp_mm", "roll_deg").replace("accel_mps2", "other"))
     with pytest.raises(RecordingError, match="looks like a rotation, the recording's like a translation"):
         differ(turned, recording)
+
+
+def test_a_simulation_in_another_unit_lacks_no_physics(tmp_path):
+    recording = table(tmp_path / "recording.csv", PLAIN, noisy=True)
+    rows = np.loadtxt(recording, delimiter=",", skiprows=1)
+    rows[:, 1] *= 1e-3
+    simulation = tmp_path / "simulation.csv"
+    np.savetxt(simulation, rows, delimiter=",", header="time_s,disp_mm,accel_mps2", comments="", fmt="%.8f")
+    said = r"released from .*e-05 m and the recording from 0\.0.* m, 0\.00.* times as far, .* for another unit"
+    with pytest.raises(RecordingError, match=said):
+        differ(simulation, recording, out=tmp_path / "out")

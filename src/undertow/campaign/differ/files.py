@@ -34,6 +34,9 @@ FEWEST_SAMPLES = 20
 """Samples that a motion window needs; a file with fewer is no release."""
 
 
+FARTHEST = 5.0
+"""One file's release is at most so many times the other's: beyond, a unit is more likely than another release."""
+
 BY_CONFIG = "say with --config which column drives it, in which unit, and which equation it begins from"
 """What a driven body needs beside two files."""
 
@@ -82,6 +85,7 @@ def differ(simulation: Path, recording: Path, config_path: Path | None = None, o
     else:
         both = simulation, recording
         pair = _guessed(*both) if config_path is None else _configured(*both, config_path)
+        _of_one_size(pair)
         found = compare_motions(
             pair.simulation, pair.recording, pair.terms, pair.specimen, dict(pair.scatter) or None, pair.seed
         )
@@ -96,6 +100,19 @@ def differ(simulation: Path, recording: Path, config_path: Path | None = None, o
         what = f"{reason.strerror or reason} ({reason.filename or folder})"
         raise UndertowError(f"folder {folder} cannot be written: {what}; choose another with --out") from reason
     return Compared(folder, found)
+
+
+def _of_one_size(pair: FilePair) -> None:
+    """RecordingError where the two releases are so far apart that a unit must be wrong."""
+    sizes = pair.simulation.amplitude, pair.recording.amplitude
+    if max(sizes) <= FARTHEST * min(sizes):
+        return
+    unit = pair.recording.recording.unit("displacement")
+    raise RecordingError(
+        f"the simulation is released from {sizes[0]:.3g} {unit} and the recording from {sizes[1]:.3g} {unit}, "
+        f"{sizes[0] / sizes[1]:.3g} times as far, and more than {FARTHEST:g} times is taken for another unit: give "
+        "both in one unit (with --config both are read in the config's), or compare a release of about the same size"
+    )
 
 
 def _are_driven(config_path: Path, recording: Path) -> bool:

@@ -101,7 +101,7 @@ def refuse_no_decay(
     last = values if end_s is not None else recording.channels[name]
     reasons = {
         "period": _slowly_sampled(time, values),
-        "hold": _wanders(seen, _end_of(last), unit),
+        "hold": _wanders(seen, _end_of(last), unit) or _held_again(name, time, values, seen),
         "damping": _grows(seen, values, window.held, unit) or ("" if window.held else _steady(seen)),
     }
     for kind, reason in reasons.items():
@@ -172,6 +172,28 @@ def hold_not_cut(recording: Recording, window: Window, levels: Mapping[str, floa
         f"it stays {where} for {stayed:.3g} s at the window's start, and a swing of {period:.3g} s does so for "
         f"{usual:.2g} s: a hold before the release seems not to be cut off; set "
         f"trials.window.start_s near {end:.3g} s, or list hold in recordings.accept",
+    )
+
+
+def _held_again(name: str, time: Array, values: Array, seen: Swings) -> str:
+    """That after swings the body is held away from rest once more: another release follows in the same record. Only a
+    displacement shows it."""
+    if name != "displacement" or seen.count < FEWEST_TO_GROW:
+        return ""
+    away = values - float(np.median(seen.centre))
+    side = np.sign(away) * (np.abs(away) > 0.5 * float(np.max(np.abs(away))))
+    ends = np.flatnonzero(np.diff(side)) + 1
+    starts, ends = np.r_[0, ends], np.r_[ends, side.size] - 1
+    lasted = np.where((side[starts] != 0.0) & (starts > 0), time[ends] - time[starts], 0.0)
+    longest = int(np.argmax(lasted))
+    if not lasted[longest] > HELD_PERIODS * 2.0 * seen.half_period_s:
+        return ""
+    at = float(time[starts[longest]])
+    return (
+        f"it stays on one side for {lasted[longest]:.3g} s from {at:.3g} s on, and a swing of "
+        f"{2.0 * seen.half_period_s:.3g} s does so for {2.0 * seen.half_period_s / 3.0:.2g} s: it is held again; set "
+        f"trials.window.end_s before {at:.3g} s, give a second release as a trial of its own, or list hold in "
+        "recordings.accept"
     )
 
 

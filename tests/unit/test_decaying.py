@@ -77,6 +77,8 @@ NO_DECAY = {
     "driven and drifting": (np.cos(TURNS) + 4.0 * T / PERIODS, r"what it swings about moves by .* a sensor that"),
     "jumping": (free(T, held=0.0) + 1.0 * (T > 7.26), r"what it swings about moves by"),
     "caught": (np.where(T < 9.0, free(T, held=0.0), 2.5), r"and ends at 4\.5 m, further away than it ever swung"),
+    "caught by hand": (np.where(T < 7.9, free(T), 0.0), r"it swings by .* m at .* s, each swing .* m less than the "
+                       r"one before, and lies still from .* s on: it was caught or stopped; set trials\.window\.end_s"),
     "held again": (np.where(T < 8.0, free(T), np.where(T < 9.5, 0.9, 0.9 * free(T - 9.5, held=0.0))),
                    r"it stays on one side for .* from .* s on, and a swing of .* it is held again; set trials\.window"),
     "never let go": (1.0 + 1e-3 * T, r"it goes from .* to .* m and never turns: the record ends"),

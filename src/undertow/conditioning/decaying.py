@@ -73,6 +73,17 @@ from 170 degrees for four tenths."""
 NEARLY_ZERO = 0.1
 """A velocity under this share of its largest is nearly zero."""
 
+CAUGHT_SWINGS = 5.0
+"""A swing of more than so many times what each loses does not end in the next one: dry friction stops a body after one
+or two."""
+
+CAUGHT_SHARE = 0.2
+"""Share of the first swing under which nothing is said to be caught: the small last swings of a body that rubs are not
+all seen."""
+
+CAUGHT_WITHIN = 1.5
+"""Half periods from the last swing to where the body lies still: later ones were too small to be seen, not cut off."""
+
 GUESSED = 3
 """Samples whose median is where a record begins."""
 
@@ -102,7 +113,8 @@ def refuse_no_decay(
     reasons = {
         "period": _slowly_sampled(time, values),
         "hold": _wanders(seen, _end_of(last), unit) or _held_again(name, time, values, seen),
-        "damping": _grows(seen, values, window.held, unit) or ("" if window.held else _steady(seen)),
+        "damping": _grows(seen, values, window.held, unit) or ("" if window.held else _steady(seen))
+        or ("" if end_s is not None else _caught(name, recording, window, seen)),
     }
     for kind, reason in reasons.items():
         if reason and kind not in accepted:
@@ -194,6 +206,27 @@ def _held_again(name: str, time: Array, values: Array, seen: Swings) -> str:
         f"{2.0 * seen.half_period_s:.3g} s does so for {2.0 * seen.half_period_s / 3.0:.2g} s: it is held again; set "
         f"trials.window.end_s before {at:.3g} s, give a second release as a trial of its own, or list hold in "
         "recordings.accept"
+    )
+
+
+def _caught(name: str, recording: Recording, window: Window, seen: Swings) -> str:
+    """That a body which swung lies still from one swing to the next; only a displacement shows it."""
+    sizes, after = 0.5 * seen.size[seen.whole], recording.time > window.end_s
+    still = recording.channels["displacement"][after] if name == "displacement" else np.empty(0)
+    lies = recording.time[-1] - window.end_s
+    if sizes.size < FEWEST_TO_STAY or not still.size or lies < 2.0 * seen.half_period_s:
+        return ""
+    last, lost = float(sizes[-2]), float(np.median(-np.diff(sizes[-FEWEST_TO_STAY:-1])))
+    if last < max(CAUGHT_SWINGS * lost, CAUGHT_SHARE * float(sizes[0])) or float(np.ptp(still)) > STILL * 2.0 * last:
+        return ""
+    before, at = (float(t) for t in seen.time[1:][seen.whole][-2:])
+    if window.end_s - at > CAUGHT_WITHIN * seen.half_period_s:
+        return ""
+    unit = recording.unit(name)
+    return (
+        f"it swings by {last:.3g} {unit} at {before:.3g} s, each swing {lost:.2g} {unit} less than the one before, and "
+        f"lies still from {window.end_s:.3g} s on: it was caught or stopped; set trials.window.end_s before "
+        f"{before:.3g} s, or list damping in recordings.accept"
     )
 
 

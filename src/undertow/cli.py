@@ -22,7 +22,7 @@ import typer
 from typer.core import TyperGroup
 
 from undertow import __version__
-from undertow.errors import ConfigError, UndertowError
+from undertow.errors import ConfigError, UndertowError, is_interrupt
 
 if TYPE_CHECKING:
     from undertow.campaign.run.workers import Progress
@@ -49,8 +49,8 @@ class _Commands(TyperGroup):
             _say(f"undertow: {error.filename or 'a file'}: {error.strerror or error}; check path, rights, space")
             raise typer.Exit(FAILED) from error
         except (KeyboardInterrupt, SystemError) as interruption:
-            if isinstance(interruption, SystemError) and not isinstance(interruption.__cause__, KeyboardInterrupt):
-                raise  # compiled code that a signal interrupts says so by a system error about the interrupt
+            if not is_interrupt(interruption):
+                raise
             noted = "; ".join(getattr(interruption, "__notes__", ()))
             _say("; ".join(filter(None, ("undertow: interrupted", noted or _GOES_ON.get(ctx.invoked_subcommand, "")))))
             raise typer.Exit(INTERRUPTED) from interruption

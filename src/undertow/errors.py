@@ -63,3 +63,14 @@ def failure(error: Exception) -> str:
     if isinstance(error, UndertowError):
         return str(error)
     return f"numbers ran out of bounds ({error}); look at the recordings and the specimen"
+
+
+def is_interrupt(error: BaseException | None) -> bool:
+    """Whether Ctrl-C ended the work: compiled code makes system errors of it, one on top of another.
+
+    >>> is_interrupt(KeyboardInterrupt()), is_interrupt(SystemError("bad argument"))
+    (True, False)
+    """
+    while isinstance(error, SystemError):
+        error = error.__cause__ or error.__context__
+    return isinstance(error, KeyboardInterrupt)

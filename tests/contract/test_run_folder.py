@@ -376,15 +376,33 @@ def _alive(session: int) -> list[str]:
     return listed
 
 
+@pytest.mark.parametrize("wrappers", [1, 3])
 def test_an_interrupt_that_compiled_code_wraps_is_an_interrupt(
-    capsys: Capture, small: Campaign, monkeypatch: pytest.MonkeyPatch
+    capsys: Capture, small: Campaign, monkeypatch: pytest.MonkeyPatch, wrappers: int
 ) -> None:
+    """A compiled function that gives several arrays wraps the interrupt once for each of them."""
     def wrapped(*words: object, **named: object) -> None:
-        raise SystemError("a dispatcher returned a result with an exception set") from KeyboardInterrupt()
+        raised: BaseException = KeyboardInterrupt()
+        for _ in range(wrappers):
+            error = SystemError("a dispatcher returned a result with an exception set")
+            error.__cause__ = raised
+            raised = error
+        raise raised
 
     monkeypatch.setattr("undertow.campaign.run.folder.run_to_folder", wrapped)
     said = undertow(capsys, "run", small.config, "--out", small.folder.parent / "elsewhere")
     assert (said.code, said.err.startswith("undertow: interrupted")) == (INTERRUPTED, True)
+
+
+def test_a_system_error_of_another_kind_is_no_interrupt(
+    capsys: Capture, small: Campaign, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def broken(*words: object, **named: object) -> None:
+        raise SystemError("bad argument to internal function") from TypeError("no array")
+
+    monkeypatch.setattr("undertow.campaign.run.folder.run_to_folder", broken)
+    with pytest.raises(SystemError, match="bad argument"):
+        undertow(capsys, "run", small.config, "--out", small.folder.parent / "elsewhere")
 
 
 def test_numbers_that_run_out_of_bounds_between_the_groups_end_a_run_in_a_sentence(

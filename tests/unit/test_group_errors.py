@@ -20,6 +20,7 @@ from undertow.likelihood.fit import Fit, Specimen
 from undertow.likelihood.priors import GAIN_STD
 from undertow.likelihood.problem import TrialOptions
 from undertow.likelihood.scale import choose_anchor, to_physical, trial_stiffness
+from undertow.methods import baseline
 from undertow.methods.baseline import fit_group, group_model, terms_by_name
 from undertow.methods.dry import DEFAULT_SCATTER, dry_fits, pooled_scatter, structural_terms, structure_from, uneven
 from undertow.quantities import Estimate
@@ -36,6 +37,10 @@ def trials():
 
 
 def fitted(scattering, structure_change=None, **specimen):
+    return group_fit(scattering, structure_change, **specimen).estimates
+
+
+def group_fit(scattering, structure_change=None, **specimen):
     truth, fits, wet = trials()
     structure = structure_from(fits, pooled_scatter([fits]))
     if structure_change is not None:
@@ -45,7 +50,7 @@ def fitted(scattering, structure_change=None, **specimen):
         submerged_volume_m3=tables.submerged_volume(truth.water_depth_m), **specimen,
     )  # fmt: skip
     model = group_model(TERMS, wet, water, structure, dry=False, anchored=True)
-    return fit_group(model, wet, OPTIONS, scattering).estimates
+    return fit_group(model, wet, OPTIONS, scattering)
 
 
 def certain(structure):
@@ -84,6 +89,14 @@ def test_a_structure_from_three_dry_trials_widens_what_is_found_in_water(scatter
         assert found.total_stderr > 1.5 * known[name].total_stderr
         assert found.systematic > 0.0
         assert known[name].systematic == 0.0
+
+
+def test_slopes_that_overflow_give_no_error_bar_and_no_warning():
+    found = group_fit("none")
+    steep = replace(found.solution, jacobians=tuple(np.full_like(rows, 1e308) for rows in found.solution.jacobians))
+    values, halves, _ = baseline._with_structure(found.model, found.model.fixed, steep)
+    assert np.all(np.isfinite(values))
+    assert not np.any(np.isfinite(halves))
 
 
 def test_an_area_that_is_not_known_well_is_a_drag_coefficient_that_is_not():

@@ -239,8 +239,12 @@ def _group_fit(model: GroupModel, solution: Solution) -> GroupFit:
     return GroupFit(model, solution, with_scale_error(estimates, model.specimen), solution.outcome)
 
 
+@np.errstate(invalid="ignore", over="ignore")
 def _with_structure(model: GroupModel, structure: Structure, solution: Solution) -> tuple[Array, Array, Array]:
-    """Values, half widths of intervals and the share of the dry means in them, each (coefficients,)."""
+    """Values, half widths of intervals and the share of the dry means in them, each (coefficients,).
+
+    Half widths are NaN or infinite where slopes by the structure overflow, as after a search that did not converge.
+    """
     size = len(model.coefficients)
     if any(name.endswith("_mean") for name in solution.problem.names):
         effects = [Effect(symbol, structure.scatter_freedom) for symbol, _, _, _ in _deviations(model, structure)]

@@ -58,14 +58,15 @@ def as_stderr(half: float) -> float:
 
 
 def mixture_half_width(value: float, centres: Array, spreads: Array, weights: Array) -> float:
-    """Half width about ``value`` that holds `INTERVAL_LEVEL` of normals (m,) with ``weights`` (m,), which sum to 1.
+    """Half width about ``value`` that holds `INTERVAL_LEVEL` of normals (m,) with ``weights`` (m,), which sum to 1; NaN
+    or infinite where a spread is.
 
     >>> round(mixture_half_width(0.0, np.zeros(1), np.ones(1), np.ones(1)), 3)
     1.645
     """
     typical = float(np.sqrt(weights @ (spreads**2 + (centres - value) ** 2)))
-    if not typical > 0.0:
-        return 0.0
+    if not 0.0 < typical < np.inf:
+        return typical
     spreads = np.maximum(spreads, 1e-12 * typical)
 
     def inside(half: float) -> float:

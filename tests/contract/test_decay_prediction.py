@@ -87,9 +87,32 @@ def test_the_command_predicts_decays(finished, capsys):
     assert len(pd.read_csv(finished / "n.csv")) == 101
 
 
+def test_a_recording_that_the_run_lists_is_predicted_by_the_group_of_its_conditions(finished):
+    index = pd.read_csv(finished / "campaign.csv")
+    for file, spring in zip(index["file"], index["spring"], strict=True):
+        made = predict_run(finished / "run", finished / file)
+        said = predict_run(finished / "run", finished / file, group={"spring": spring})
+        assert made.label == said.label
+        assert made.rms == said.rms
+    assert set(index["spring"]) == {"long", "stiff"}
+
+
+def test_a_run_whose_index_is_gone_asks_for_the_group(finished):
+    index = finished / "campaign.csv"
+    aside = index.rename(finished / "aside.csv")
+    try:
+        with pytest.raises(ConfigError, match="gives .* no conditions; say --group"):
+            predict_run(finished / "run", finished / "r01.csv")
+    finally:
+        aside.rename(index)
+
+
 def test_a_group_or_a_start_that_is_not_said_stops_with_what_there_is(finished):
-    with pytest.raises(ConfigError, match="0 groups of the run have nothing; say --group, one of: spring=long"):
+    nothing = r"has 2 groups and its list of trials gives .*inside\.csv no conditions; say --group, one of: spring=long"
+    with pytest.raises(ConfigError, match=nothing):
         predict_run(finished / "run", finished / "inside.csv")
+    with pytest.raises(ConfigError, match="the run has 2 groups and no conditions are given; say --group, one of"):
+        predict_run(finished / "run", x0=0.05, duration_s=2.0, rate_hz=50.0)
     with pytest.raises(ConfigError, match="0 groups of the run have spring soft; say --group"):
         predict_run(finished / "run", finished / "inside.csv", group={"spring": "soft"})
     with pytest.raises(ConfigError, match=r"x0 is 0.05, the duration nan s at 50 Hz; give a recording, or all of --x0"):

@@ -15,6 +15,7 @@ from typing import Any
 
 import numpy as np
 
+from undertow.campaign.config import RunConfig
 from undertow.campaign.config import load as load_config
 from undertow.campaign.driven.predict import START, Predicted, equations_of, predict_recording
 from undertow.campaign.driven.trials import recording_alone
@@ -26,6 +27,7 @@ from undertow.equation.registry import find
 from undertow.errors import ConfigError
 from undertow.front.prediction import PredictedRun, predict_whole
 from undertow.front.reading import load
+from undertow.recording.gather import listing
 from undertow.recording.recording import Array, Condition
 from undertow.report.writing import write_text
 
@@ -127,8 +129,8 @@ def predict_run(
     for ``duration_s`` at ``rate_hz``.
 
     A recording's start is the mean of its hold, with no velocity; where nobody held it, its first instant. ``group``
-    gives the conditions (none: the only group, or that of the recording's conditions), ``config`` replaces the run's,
-    ``out`` takes the table. Raises ConfigError where the run, the group or the start cannot be had.
+    gives the conditions (none: the only group, or that of the conditions which the run's index or file names give the
+    recording), ``config`` replaces the run's, ``out`` takes the table. Raises ConfigError where the run, the group or the start cannot be had.
     """
     folder = Path(run)
     groups = equations_of(folder)["groups"]
@@ -155,7 +157,7 @@ def predict_run(
             raise ConfigError(f"{file} is not there; give the path of a recording")
         alone, _ = recording_alone(settings, file)
         motion = load(alone)[0]
-        entry = _group(groups, group, motion.recording.conditions)
+        entry = _group(groups, group, {**motion.recording.conditions, **_listed(settings, file)}, str(file))
         done = _on(motion, entry, unit)
     if out is not None:
         write_text(Path(out), done.csv())
@@ -215,10 +217,22 @@ def _others(entry: Mapping[str, Any]) -> tuple[float, float, float]:
     return float(entry["noise"]), float(entry["rest_std"]), float(version["missed_nrmse"])
 
 
+def _listed(config: RunConfig, file: Path) -> Mapping[str, Condition]:
+    """Conditions that a run's own list of trials gives a file; none where it is not among them or the list is gone."""
+    try:
+        kept, left_out = listing(config.catalogue())
+    except ConfigError:
+        return {}
+    there = file.resolve()
+    same = (one for one in (*kept, *left_out) if one.path.name == file.name and one.path.resolve() == there)
+    return next((one.conditions for one in same), {})
+
+
 def _group(
-    groups: list[Mapping[str, Any]], said: Mapping[str, Condition] | None, conditions: Mapping[str, Condition]
-) -> Mapping[str, Any]:
-    """The group that is meant: as said, else the only one, else that of the recording's conditions."""
+    groups: list[Mapping[str, Any]], said: Mapping[str, Condition] | None, conditions: Mapping[str, Condition],
+    whose: str = "",
+) -> Mapping[str, Any]:  # fmt: skip
+    """The group that is meant: as said, else the only one, else that of the conditions of the recording ``whose``."""
 
     def fits(entry: Mapping[str, Any], wanted: Mapping[str, Condition]) -> bool:
         """Whether a group has these conditions, numbers within 1e-6."""
@@ -230,8 +244,12 @@ def _group(
     found = [entry for entry in groups if entry["group"] and fits(entry, wanted)]
     if len(found) != 1:
         have = "; ".join(",".join(f"{k}={v}" for k, v in entry["group"].items()) for entry in groups)
-        asked = group_title(dict(wanted)) if wanted else "nothing"
-        raise ConfigError(f"{len(found)} groups of the run have {asked}; say --group, one of: {have}")
+        if wanted:
+            problem = f"{len(found)} groups of the run have {group_title(dict(wanted))}"
+        else:
+            none = f"its list of trials gives {whose} no conditions" if whose else "no conditions are given"
+            problem = f"the run has {len(groups)} groups and {none}"
+        raise ConfigError(f"{problem}; say --group, one of: {have}")
     return found[0]
 
 

@@ -101,7 +101,7 @@ def test_a_run_whose_index_is_gone_asks_for_the_group(finished):
     index = finished / "campaign.csv"
     aside = index.rename(finished / "aside.csv")
     try:
-        with pytest.raises(ConfigError, match="gives .* no conditions; say --group"):
+        with pytest.raises(ConfigError, match=r"gives .* no conditions; say --group"):
             predict_run(finished / "run", finished / "r01.csv")
     finally:
         aside.rename(index)

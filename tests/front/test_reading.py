@@ -164,6 +164,68 @@ def test_time_is_seconds_however_it_is_held(decay, shape):
     assert trials[0].x == pytest.approx(undertow.read(decay)[0].x, abs=1e-6)
 
 
+# ---------------------------------------------------------------- samples that are missing
+GAPS = {100: 1, 200: 3, 330: 2}
+"""First missing sample -> how many."""
+
+
+def gapped(one, gaps=GAPS):
+    """The displacement in mm with gaps."""
+    x = MM * one.channels["displacement"].copy()
+    for first, many in gaps.items():
+        x[first : first + many] = np.nan
+    return x
+
+
+def test_samples_that_are_missing_in_memory_are_left_out_as_those_of_a_file_are(decay, tmp_path):
+    x, t = gapped(decay), decay.time
+    table = pd.DataFrame({"t": t, "x": x})
+    table.to_csv(tmp_path / "r1.csv", index=False)
+    from_file = undertow.read(tmp_path / "r1.csv", units={"x": "mm"})[0].recording
+    assert from_file.time.size == t.size - sum(GAPS.values())
+    hidden = np.ma.array(np.nan_to_num(x, nan=1e4), mask=np.isnan(x))
+    shapes = {
+        "array": (x, t), "array with a step": (x, 0.01), "masked array": (hidden, t), "table": table,
+        "nullable column": table.astype({"x": "Float64"}),
+        "objects": table.astype({"x": object}).replace({np.nan: None}),
+        "series": pd.Series(x, index=t, name="x"), "masked array by name": {"t": t, "x": hidden},
+    }  # fmt: skip
+    said = {"time": "t", "displacement": "x"}
+    for how, shape in shapes.items():
+        columns = said if how == "objects" else None
+        one = undertow.read(shape, columns, units={"x": "mm"}, names=["r1"])[0].recording
+        assert one.time == pytest.approx(from_file.time), how
+        assert one.channels["displacement"] == pytest.approx(from_file.channels["displacement"]), how
+        assert one.notes == from_file.notes, how
+
+
+def test_a_table_that_lacks_a_fifth_of_its_displacement_fails_beside_those_that_do_not(decay):
+    trials = undertow.read([(gapped(decay, {150: 200}), decay.time), table_of(decay)], units={"x": "mm"})
+    assert trials.names == ("trial_2",)
+    assert "trial trial_1: displacement lacks 200 of 650 values" in trials.failed[0].reason
+
+
+def test_a_time_that_is_missing_is_refused_unless_its_row_is_blank(decay):
+    table = table_of(decay)
+    blank = table.copy()
+    blank.loc[100, ["t", "x"]] = np.nan
+    assert undertow.read(blank, units={"x": "mm"})[0].recording.time.size == decay.time.size - 1
+    table.loc[100, "t"] = np.nan
+    with pytest.raises(RecordingError, match="trial trial_1: time column 't' has 1 values that are not finite"):
+        undertow.read(table, units={"x": "mm"})
+
+
+def test_a_channel_with_gaps_beside_the_displacement_is_left_out_or_its_instants_are(decay):
+    both = recording(acceleration_noise=0.01)
+    table = table_of(both).assign(a=both.channels["acceleration"])
+    units = {"x": "mm", "a": "m/s^2"}
+    table.loc[100:109, "a"] = np.nan
+    assert undertow.read(table, units=units)[0].recording.time.size == len(table) - 10
+    table.loc[100:199, "a"] = np.nan
+    one = undertow.read(table, units=units)[0].recording
+    assert (one.time.size, list(one.channels)) == (len(table), ["displacement"])
+
+
 def test_dates_in_a_text_file_are_seconds_too_and_their_unit_cannot_be_another(decay, tmp_path):
     dates = (DAY + pd.to_timedelta(decay.time, unit="s")).strftime("%d.%m.%Y %H:%M:%S.%f")
     pd.DataFrame({"Zeit": dates, "Weg [mm]": MM * decay.channels["displacement"]}).to_csv(
@@ -273,7 +335,7 @@ def test_a_table_without_a_channel_time_or_numbers_is_refused(decay):
         (pd.to_timedelta(np.ones(5)), 0.1, "X holds dates or durations, and no numbers"),
         (["a", "b"], 0.1, "X holds what is no number"),
         ({"t": [0.0, 0.1], "x": [1.0]}, None, "the columns 't', 'x' make no table"),
-        (np.ma.masked_greater(np.cos(np.arange(0.0, 60.0, 0.1)), 0.99), 0.01, "displacement has .* not finite"),
+        (np.ma.masked_greater(np.cos(np.arange(0.0, 60.0, 0.1)), 0.5), 0.01, "displacement lacks .* is too much"),
         ("no_such_*.csv", None, "the glob 'no_such_.*csv' fits no file; correct it"),
         ([], None, "source holds 0 trials"),
     ],

@@ -76,7 +76,7 @@ def test_a_clock_that_starts_later_is_added_to_the_stamps_of_its_column(tmp_path
 def test_a_channel_slower_than_the_displacement_is_left_out_and_said() -> None:
     slow, fast = np.arange(0.0, 10.0, 0.1), np.arange(0.0, 10.0, 0.01)
     found = placed("spring_force", slow, swing(slow), fast, "displacement")
-    assert found.values is None
+    assert found.samples is None
     assert "spring_force was recorded at 10 Hz and displacement at 100 Hz: left out in this trial" in found.note
 
 
@@ -84,14 +84,14 @@ def test_a_channel_at_the_same_instants_is_taken_as_it_is() -> None:
     time = np.arange(0.0, 10.0, 0.01)
     found = placed("acceleration", time + 1e-6, swing(time), time, "displacement")
     assert found.note == ""
-    assert found.values is not None
-    assert found.values.tolist() == swing(time).tolist()
+    assert found.samples is not None
+    assert found.samples.tolist() == swing(time).tolist()
 
 
 def test_uneven_steps_that_straight_lines_do_not_follow_are_said() -> None:
     time = np.cumsum(0.02 + 0.01 * np.sin(np.arange(400) / 30.0))
     found = placed("acceleration", time, swing(time, 5.0), np.arange(0.1, 7.0, 0.03), "displacement")
-    assert found.values is None
+    assert found.samples is None
     assert "acceleration has uneven time steps, between which it may differ by" in found.note
 
 
@@ -100,7 +100,7 @@ def test_uneven_steps_that_straight_lines_do_not_follow_are_said() -> None:
 )
 def test_a_channel_without_a_clock_is_left_out_and_said(time: np.ndarray, said: str) -> None:
     found = placed("acceleration", time, np.ones(time.size), np.arange(5.0), "displacement")
-    assert found.values is None
+    assert found.samples is None
     assert found.note.startswith(f"acceleration {said}")
 
 

@@ -17,8 +17,7 @@ from undertow.recording.catalogue import ChannelSpec, TimeSpec
 from undertow.recording.layout import Column
 from undertow.recording.propose import name_and_unit, propose_mapping, step_in_doubt
 from undertow.recording.recording import CHANNELS, Array, Coordinate
-from undertow.recording.stamps import must_be_seconds, must_hold_no_stamps
-from undertow.recording.units import factor_to_si, to_si
+from undertow.recording.units import factor_to_si
 
 Columns = Mapping[str, Column | Sequence[Column]]
 """Quantity (displacement, acceleration, spring_force, ..., time) -> its column, or several that are summed."""
@@ -80,20 +79,16 @@ def mapped(
     return Mapped(TimeSpec(time, unit or "s"), channels, turned)
 
 
-def values_of(table: pd.DataFrame, means: Mapped) -> tuple[Array, dict[str, Array]]:
-    """Time (n,) in s and every channel (n,) in SI units."""
-    if means.time.column is None:
-        time = np.arange(len(table), dtype=np.float64) / float(means.time.rate_hz or np.nan)
-    else:
-        must_be_seconds(table, means.time.column, means.time.unit)
-        time, _ = to_si(_numbers(table, means.time.column), means.time.unit, "time", means.coordinate)
-    channels = {}
-    for name, spec in means.channels.items():
-        for column in spec.columns:
-            must_hold_no_stamps(table, column, name)
-        summed = np.sum([_numbers(table, column) for column in spec.columns], axis=0)
-        channels[name], _ = to_si(spec.sign * (summed - spec.offset), spec.unit, name, means.coordinate)
-    return time, channels
+def numbers_of(table: pd.DataFrame, means: Mapped) -> pd.DataFrame:
+    """The columns that hold time and channels, as numbers, NaN where a value is missing.
+
+    Raises RecordingError where one holds what is no number.
+    """
+    timed = () if means.time.column is None else (means.time.column,)
+    wanted = dict.fromkeys((*timed, *(column for spec in means.channels.values() for column in spec.columns)))
+    found = pd.DataFrame({column: _numbers(table, column) for column in wanted})
+    found.attrs = table.attrs
+    return found
 
 
 def _must_map(name: str, given: object, example: str) -> None:
@@ -104,7 +99,7 @@ def _must_map(name: str, given: object, example: str) -> None:
 
 def _numbers(table: pd.DataFrame, column: Column) -> Array:
     try:
-        values: Array = table[column].to_numpy(dtype=np.float64)
+        values: Array = table[column].to_numpy(dtype=np.float64, na_value=np.nan)
     except (TypeError, ValueError) as error:
         raise RecordingError(f"column {column!r} holds what is no number ({error}); repair the table") from error
     return values

@@ -57,9 +57,14 @@ def by_name(given: Mapping[Any, Any]) -> tuple[list[Any], tuple[str, ...] | None
     if not columns and all(isinstance(one, pd.DataFrame | pd.Series | tuple) for one in given.values()):
         return list(given.values()), tuple(map(str, given))
     try:
-        return [pd.DataFrame({name: np.asarray(one) for name, one in given.items()})], None
+        return [pd.DataFrame({name: _unmasked(one, name) for name, one in given.items()})], None
     except ValueError as error:
         raise RecordingError(f"the columns {', '.join(map(repr, given))} make no table: {error}") from error
+
+
+def _unmasked(one: Any, name: Any) -> Any:
+    """A column as an array; what a mask hides is NaN."""
+    return real_numbers(one, str(name)) if isinstance(one, np.ma.MaskedArray) else np.asarray(one)
 
 
 def table_of(X: ArrayLike, t: ArrayLike) -> tuple[pd.DataFrame, float | None]:

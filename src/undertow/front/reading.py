@@ -25,7 +25,7 @@ from undertow.conditioning.motion import Motion
 from undertow.discrepancy.findings import FailedTrial
 from undertow.discrepancy.words import count
 from undertow.errors import IdentificationError, RecordingError
-from undertow.front.columns import Columns, Mapped, Units, mapped, values_of
+from undertow.front.columns import Columns, Mapped, Units, mapped, numbers_of
 from undertow.front.in_memory import by_name, frame_of, table_of
 from undertow.front.known import checked
 from undertow.front.trials import Trials
@@ -77,7 +77,8 @@ def read(
     Parameters
     ----------
     source : a path or glob, several paths, a DataFrame or Series or several, also by name, as ``{"r1": table}``;
-        columns by name; ``(X, t)`` with X (n,) or (n, k) and t (n,) or a time step; or recordings. A text file's
+        columns by name; ``(X, t)`` with X (n,) or (n, k) and t (n,) or a time step; or recordings. NaN, and what a mask
+        hides, is missing: these instants are left out as those of a file are (docs/formats.md). A text file's
         separator, decimal comma, header and unit row are found. An index that is the time needs no column; dates and
         times of day are seconds since the first.
     columns : quantity -> column, as ``{"time": "t", "displacement": "pot", "spring_force": ["lc1", "lc2"]}``; several
@@ -285,20 +286,16 @@ def _from_memory(
 ) -> tuple[Checked, RunConfig]:
     """A table, an array or a recording, checked as a file's trial is."""
     if isinstance(one, Recording):
-        recording = one
         config = before or _config("", None, one.coordinate)
-    else:
-        framed = isinstance(one, pd.DataFrame | pd.Series)
-        table, rate_hz = (frame_of(one), asked.rate_hz) if framed else table_of(*one)
-        means = mapped(table, asked.columns, asked.units, rate_hz, asked.coordinate)
-        time, channels = values_of(table, means)
-        name = said.name(at)
-        recording = Recording(name, time, channels, said.conditions(at, name), means.coordinate)
-        config = _config("", means, means.coordinate)
-    entry = Entry(
-        recording.name, recording.name, recording.conditions, said.window(recording.name), accepted=asked.accept
-    )
-    return Checker(config, config.catalogue()).recorded(recording, entry), config
+        entry = Entry(one.name, one.name, one.conditions, said.window(one.name), accepted=asked.accept)
+        return Checker(config, config.catalogue()).recorded(one, entry), config
+    framed = isinstance(one, pd.DataFrame | pd.Series)
+    table, rate_hz = (frame_of(one), asked.rate_hz) if framed else table_of(*one)
+    means = mapped(table, asked.columns, asked.units, rate_hz, asked.coordinate)
+    numbers, name = numbers_of(table, means), said.name(at)
+    config = _config("", means, means.coordinate)
+    entry = Entry(name, name, said.conditions(at, name), said.window(name), accepted=asked.accept)
+    return Checker(config, config.catalogue())(entry, numbers), config
 
 
 def _mapped_file(path: Path, asked: _Asked) -> Mapped:

@@ -130,7 +130,8 @@ def predict_run(
 
     A recording's start is the mean of its hold, with no velocity; where nobody held it, its first instant. ``group``
     gives the conditions (none: the only group, or that of the conditions which the run's index or file names give the
-    recording), ``config`` replaces the run's, ``out`` takes the table. Raises ConfigError where the run, the group or the start cannot be had.
+    recording), ``config`` replaces the run's, ``out`` takes the table. Raises ConfigError where the run, the group or
+    the start cannot be had.
     """
     folder = Path(run)
     groups = equations_of(folder)["groups"]

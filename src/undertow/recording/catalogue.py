@@ -15,13 +15,14 @@ from types import MappingProxyType
 from typing import Protocol
 
 import numpy as np
+import pandas as pd
 
 from undertow.errors import RecordingError
 from undertow.recording.channels import ChannelSpec, TimeSpec, TimeWindow
 from undertow.recording.clocks import placed
 from undertow.recording.gaps import complete, must_hold_samples
 from undertow.recording.layout import FileFormat
-from undertow.recording.parts import How, Part, Where, primary, read_parts
+from undertow.recording.parts import How, Part, Where, part_of, primary, read_parts
 from undertow.recording.patterns import patterns_of
 from undertow.recording.readers import trial_name
 from undertow.recording.recording import Array, Condition, Coordinate, Recording
@@ -138,14 +139,36 @@ def read_trial(entry: Entry, catalogue: Catalogue) -> Recording:
     try:
         primary(here.channels)
         parts, notes = read_parts(here.channels, _where(entry, catalogue, here))
-        time, channels, said = _on_one_clock(parts)
-        time, channels, more = complete(time, channels, entry.window, primary(channels))
+        time, channels, said = _whole(parts, entry)
         with entry.path.open("rb") as stream:
             digest = hashlib.file_digest(stream, "sha256").hexdigest()
     except RecordingError as error:
         raise type(error)(f"trial {entry.name}: {error}") from error
-    notes = (*notes, *said, *more)
+    notes = (*notes, *said)
     return Recording(entry.name, time, channels, entry.conditions, here.coordinate, str(entry.path), digest, notes)
+
+
+def trial_of_table(entry: Entry, table: pd.DataFrame, catalogue: Catalogue) -> Recording:
+    """One trial of a table in memory, by the rules of `read_trial`; the entry says its name, conditions and window.
+
+    Raises RecordingError where nothing says where the body is, a time stamp is missing, or the displacement lacks too
+    many values inside the window.
+    """
+    how = How(catalogue.layout, catalogue.time, catalogue.despike)
+    try:
+        primary(catalogue.channels)
+        part, notes = part_of(table, how, catalogue.channels, catalogue.coordinate)
+        time, channels, said = _whole([part], entry)
+    except RecordingError as error:
+        raise type(error)(f"trial {entry.name}: {error}") from error
+    return Recording(entry.name, time, channels, entry.conditions, catalogue.coordinate, notes=(*notes, *said))
+
+
+def _whole(parts: list[Part], entry: Entry) -> tuple[Array, dict[str, Array], tuple[str, ...]]:
+    """Time and channels of a trial on one clock, at the instants where all that is kept has a value, and notes."""
+    time, channels, said = _on_one_clock(parts)
+    time, channels, more = complete(time, channels, entry.window, primary(channels))
+    return time, channels, (*said, *more)
 
 
 def _where(entry: Entry, catalogue: Catalogue, here: Catalogue) -> Where:
@@ -169,8 +192,8 @@ def _on_one_clock(parts: list[Part]) -> tuple[Array, dict[str, Array], tuple[str
             found = placed(name, part.time, values, first.time, leader)
             if found.note:
                 notes.append(found.note)
-            if found.values is not None:
-                channels[name] = found.values
+            if found.samples is not None:
+                channels[name] = found.samples
     return first.time, channels, tuple(notes)
 
 
@@ -192,4 +215,6 @@ def cut(recording: Recording, window: TimeWindow) -> Recording:
     return replace(recording, time=recording.time[inside], channels=channels)
 
 
-__all__ = ["Catalogue", "ChannelSpec", "Entry", "Layouts", "TimeSpec", "TimeWindow", "cut", "read_trial"]
+__all__ = [
+    "Catalogue", "ChannelSpec", "Entry", "Layouts", "TimeSpec", "TimeWindow", "cut", "read_trial", "trial_of_table",
+]  # fmt: skip

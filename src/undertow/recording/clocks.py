@@ -44,9 +44,9 @@ _CHUNK = 1 << 15  # instants interpolated at once
 
 @dataclass(frozen=True)
 class Placed:
-    """Values of a channel at other instants, NaN where it has none; ``note`` says how. None: it was left out."""
+    """A channel at other instants, NaN where it has none; ``note`` says how. None: it was left out."""
 
-    values: Array | None
+    samples: Array | None
     note: str
 
 

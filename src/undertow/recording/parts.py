@@ -127,12 +127,24 @@ def _part(
     layout = how.layout if variable is None else replace(how.layout, variable=variable)
     time = own or how.time
     table, kept, notes = _table(path, layout, time, specs, where.trial if file is None else None, followed)
-    table = _without_blank_rows(table, time)
-    channels = {}
-    for name, spec in kept.items():
-        channels[name], said = _channel(name, spec, table, how.despike, where.coordinate)
+    part, said = part_of(table, How(layout, time, how.despike), kept, where.coordinate)
+    return part, notes + said
+
+
+def part_of(
+    table: pd.DataFrame, how: How, channels: Mapping[str, ChannelSpec], coordinate: Coordinate
+) -> tuple[Part, tuple[str, ...]]:
+    """Time and channels of a table of numbers, without its blank rows, and notes on what was done to them.
+
+    Raises RecordingError where a time stamp is missing, a unit does not fit, or values cannot be measured ones.
+    """
+    table = _without_blank_rows(table, how.time)
+    found: dict[str, Array] = {}
+    notes: tuple[str, ...] = ()
+    for name, spec in channels.items():
+        found[name], said = _channel(name, spec, table, how.despike, coordinate)
         notes += said
-    return Part(_time(table, time, where.coordinate), channels), notes
+    return Part(_time(table, how.time, coordinate), found), notes
 
 
 def _table(

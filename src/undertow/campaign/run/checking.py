@@ -12,6 +12,8 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 
+import pandas as pd
+
 from undertow.campaign.config import GroupKey, RunConfig
 from undertow.campaign.run.cut_off import SeenEnd, common, reached
 from undertow.campaign.run.neighbours import misplaced
@@ -26,7 +28,7 @@ from undertow.conditioning.remedies import units_of
 from undertow.discrepancy.findings import FailedTrial
 from undertow.discrepancy.words import count, group_title
 from undertow.errors import FAILURES, ClippedError, ConfigError, MisnamedError, failure
-from undertow.recording.catalogue import Catalogue, Entry, read_trial
+from undertow.recording.catalogue import Catalogue, Entry, read_trial, trial_of_table
 from undertow.recording.quality import doubts, noise
 from undertow.recording.recording import Condition, Recording
 
@@ -63,12 +65,13 @@ class Checker:
     config: RunConfig
     catalogue: Catalogue
 
-    def __call__(self, entry: Entry) -> Checked:
+    def __call__(self, entry: Entry, table: pd.DataFrame | None = None) -> Checked:
+        """The entry's file, or the ``table`` that stands in memory in its place."""
         try:
-            recording = read_trial(entry, self.catalogue)
+            read = read_trial(entry, self.catalogue) if table is None else trial_of_table(entry, table, self.catalogue)
         except FAILURES as reason:
             return _failed(entry, (), failure(reason), reason)
-        return self.recorded(recording, entry)
+        return self.recorded(read, entry)
 
     def recorded(self, recording: Recording, entry: Entry) -> Checked:
         """A recording that was read already, checked and conditioned; ``entry`` has its window and known doubts."""

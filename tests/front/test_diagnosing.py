@@ -9,6 +9,7 @@ from typing import ClassVar
 import numpy as np
 import pandas as pd
 import pytest
+from sklearn.model_selection import cross_val_score
 
 import undertow
 from tests.small_campaign import make_campaign, write_table
@@ -281,6 +282,24 @@ def test_discover_takes_paths_tables_arrays_and_trials_alike(trials, tmp_path):
         assert other.parameters["value"].to_numpy() == pytest.approx(by_trials.parameters["value"].to_numpy(), rel=1e-4)
     with pytest.raises(RecordingError, match="has no unit; say it"):
         undertow.Discover(**LIBRARY).fit(tables)
+
+
+def test_discover_predicts_and_scores_what_it_is_fitted_to_in_every_shape(trials):
+    found = undertow.Discover(**LIBRARY).fit(trials)
+    X, t = [1e3 * m.recording.channels["displacement"] for m in trials], [m.recording.time for m in trials]
+    assert found.score(X, t=t, units={"x": "mm"}) == pytest.approx(found.score(trials), abs=1e-4)
+    for one, other in zip(found.predict(X, t=t, units={"x": "mm"}), found.predict(trials), strict=True):
+        assert one == pytest.approx(other, abs=1e-4)
+    table = pd.DataFrame({"s": t[0], "pot": X[0]})
+    said = {"columns": {"time": "s", "displacement": "pot"}, "units": {"pot": "mm"}}
+    assert found.score(table, **said) == pytest.approx(found.score(trials[:1]), abs=1e-4)
+    assert found.predict(table, **said)[0] == pytest.approx(found.predict(trials[:1])[0], abs=1e-4)
+
+
+def test_scikit_learn_cross_validates_trials(trials):
+    scores = cross_val_score(undertow.Discover(**LIBRARY), trials, cv=len(trials), error_score="raise")
+    assert len(scores) == len(trials)
+    assert np.min(scores) > 0.9
 
 
 def test_what_discover_found_is_shown_scored_and_handed_over(trials, tmp_path):

@@ -391,6 +391,17 @@ def test_trials_are_chosen_by_place_name_slice_and_condition(several):
     assert (several[:1] + several[2:]).names == ("w0", "d")
     with pytest.raises(IndexError, match="trial 3 is asked for, but there are 3: 0 to 2"):
         several[3]
+    assert several[np.int64(1)] is several[1] is several[np.int32(-2)]
+    for which in (np.array([2, 0]), [2, 0], (np.int64(2), np.int64(0)), ["d", "w0"]):
+        assert several[which].names == ("d", "w0")
+        assert several[which].config is several.config
+    assert several[np.array([True, False, True])].names == ("w0", "d")
+    with pytest.raises(IndexError, match="trial 3 is asked for"):
+        several[np.array([0, 3])]
+    with pytest.raises(IndexError, match="2 truth values are given, but there are 3 trials"):
+        several[np.array([True, False])]
+    with pytest.raises(IndexError, match=r"places of trials have the shape \(1, 2\); give one list"):
+        several[np.array([[0, 1]])]
     groups = several.groups("depth")
     assert [trials.names for trials in groups.values()] == [("w0", "w1"), ("d",)]
     with pytest.raises(RecordingError, match="no trial is called 'w7'; there are w0, w1, d"):

@@ -87,6 +87,9 @@ def test_clone_params_repr_and_pickle_are_scikit_learns(fitted, trials):
     one = undertow.Discover(**settings)
     assert clone(one).get_params() == one.get_params()
     assert one.set_params(resamples=30).resamples == 30
+    said = r"^nonsense is set to 1, but Discover has no parameter 'nonsense'; it has beliefs, [a-z_, ]*, together$"
+    with pytest.raises(IdentificationError, match=said):
+        fitted.set_params(nonsense=1)
     assert repr(undertow.Discover(signs=False)) == "Discover(signs=False)"
     again = pickle.loads(pickle.dumps(fitted))  # noqa: S301 - our own bytes
     assert again.equations() == fitted.equations()

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
-from typing import Any, cast
+from typing import Any, Self, cast
 
 import numpy as np
 from numpy.typing import NDArray
@@ -117,6 +117,18 @@ class Discovery(BaseEstimator):  # type: ignore[misc]
         self.outside = outside
         self.second_route = second_route
         self.random_state = random_state
+
+    def set_params(self, **params: Any) -> Self:
+        """Set parameters by name, as scikit-learn does. Raises IdentificationError where one has no such name."""
+        valid = self._get_param_names()
+        for name, value in params.items():
+            if name not in valid:
+                raise IdentificationError(
+                    f"{name} is set to {value!r}, but {type(self).__name__} has no parameter {name!r}; it has "
+                    f"{', '.join(valid)}"
+                )
+        found: Self = super().set_params(**params)
+        return found
 
     def fit(
         self,

@@ -154,19 +154,27 @@ class Discover(HandOver, Estimator):
         self._fitted()
         return super().free_runs(read(trials))
 
-    def predict(self, trials: Any) -> list[Array]:
-        """Displacement from rest (m) of each trial's free run at every sample of its motion window, (n_i,) each."""
+    def predict(
+        self, trials: Any, *, t: ArrayLike | Sequence[ArrayLike] | None = None, columns: Columns | None = None,
+        units: Units | None = None,
+    ) -> list[Array]:  # fmt: skip
+        """Displacement from rest (m) of each trial's free run at every sample of its motion window, (n_i,) each;
+        ``trials`` as ``fit`` takes them."""
         self._fitted()
-        return super().predict(read(trials))
+        return super().predict(read(trials, columns, units, t=t))
 
     def prediction(self, trials: Any = None, **settings: Any) -> Prediction:
         """The equation run free with a 90 % band; see `undertow.predict`."""
         return predict(self, trials, **settings)
 
-    def score(self, trials: Any, y: object = None) -> float:
-        """1 less the mean free-run error of ``trials``, best trials that ``fit`` has not seen."""
+    def score(
+        self, trials: Any, y: object = None, *, t: ArrayLike | Sequence[ArrayLike] | None = None,
+        columns: Columns | None = None, units: Units | None = None,
+    ) -> float:  # fmt: skip
+        """1 less the mean free-run error of ``trials``, best trials that ``fit`` has not seen; given as ``fit`` takes
+        them."""
         self._fitted()
-        return super().score(read(trials))
+        return super().score(read(trials, columns, units, t=t))
 
     def fit_report(self, trials: Any = ()) -> str:
         """Everything found as text: doubts first; free-run errors of ``trials`` where some are given."""

@@ -10,9 +10,11 @@ import html
 import math
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from typing import Any, overload
+from typing import Any, TypeAlias, overload
 
+import numpy as np
 import pandas as pd
+from numpy.typing import NDArray
 
 from undertow.campaign.config import RunConfig
 from undertow.conditioning.agreement import Disagreement
@@ -25,6 +27,8 @@ from undertow.recording.conditions import same_condition
 from undertow.recording.recording import Condition, Recording
 from undertow.report.trial_curves import Axes, draw_recording, new_axes
 
+_Several: TypeAlias = list[Any] | tuple[Any, ...] | NDArray[Any]
+
 NAMES_SHOWN = 8
 """Names in a message at most."""
 
@@ -36,7 +40,7 @@ class Trials(Sequence[Motion]):
     ``failed`` are recordings that could not be used, each with the reason; ``config`` is what is known of the rig and
     of the groups, as a campaign's config says it; ``accepted`` is trial -> kinds of doubt that are known,
     ``found`` trial -> what does not belong together in it (docs/channel_checks.md).
-    A sequence: ``trials[0]``, ``trials["r1"]`` and ``trials[:3]``.
+    A sequence: ``trials[0]``, ``trials["r1"]``, ``trials[:3]`` and ``trials[[0, 2]]``.
 
     >>> import undertow
     >>> run = undertow.simulate({"stiffness": 400.0, "viscous_damping": 2.0}, x0=0.1, mass_kg=4.0, duration_s=6.0,
@@ -62,19 +66,21 @@ class Trials(Sequence[Motion]):
         return iter(self.motions)
 
     @overload
-    def __getitem__(self, which: int | str) -> Motion: ...
+    def __getitem__(self, which: int | np.integer[Any] | str) -> Motion: ...
 
     @overload
-    def __getitem__(self, which: slice) -> Trials: ...
+    def __getitem__(self, which: slice | _Several) -> Trials: ...
 
-    def __getitem__(self, which: int | str | slice) -> Motion | Trials:
-        """A trial by place or name, or several as `Trials`."""
+    def __getitem__(self, which: int | np.integer[Any] | str | slice | _Several) -> Motion | Trials:
+        """A trial by place or name, or several as `Trials`: by a slice, places, names, or an array of truth values."""
         if isinstance(which, slice):
             return replace(self, motions=self.motions[which])
-        if isinstance(which, int):
+        if isinstance(which, (int, np.integer)):
             if not -len(self) <= which < len(self):
                 raise IndexError(f"trial {which} is asked for, but there are {len(self)}: 0 to {len(self) - 1}")
             return self.motions[which]
+        if isinstance(which, (np.ndarray, list, tuple)):
+            return replace(self, motions=tuple(self[one] for one in _places(which, len(self))))
         for motion in self.motions:
             if motion.name == which:
                 return motion
@@ -166,6 +172,18 @@ class Trials(Sequence[Motion]):
         said = "".join(f"<p>not used: {html.escape(one.reason)}</p>" for one in self.failed)
         table: Any = self.table.to_html(border=0, float_format=lambda value: f"{value:.4g}") if self.motions else ""
         return f"<div><p>{count(len(self), 'trial')}</p>{table}{said}</div>"
+
+
+def _places(which: _Several, many: int) -> list[Any]:
+    """Places or names, one by one; those of an array of truth values are where it is true."""
+    given = np.asarray(which)
+    if given.ndim != 1:
+        raise IndexError(f"places of trials have the shape {given.shape}; give one list of places or names")
+    if given.dtype.kind != "b":
+        return list(which)
+    if given.size != many:
+        raise IndexError(f"{given.size} truth values are given, but there are {many} trials: give one a trial")
+    return [*np.flatnonzero(given)]
 
 
 def _line(motion: Motion) -> str:

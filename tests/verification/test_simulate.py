@@ -10,6 +10,7 @@ from scipy.linalg import expm
 from scipy.optimize import brentq
 from scipy.special import ellipk
 
+import undertow
 from tests.reference import reference
 from undertow.equation import registry
 from undertow.equation.equation import Equation
@@ -275,6 +276,29 @@ def test_memory_beside_a_users_own_law_is_refused_by_name():
 def test_times_that_fall_back_are_refused():
     with pytest.raises(UndertowError, match=r"3 times, the first 0 s; they must be\s+increasing and not negative"):
         simulate(made_of(stiffness=K), 0.02, np.array([0.0, 0.2, 0.1]))
+
+
+@pytest.mark.parametrize("last", [math.nan, math.inf])
+def test_times_that_are_not_finite_are_refused(last):
+    with pytest.raises(UndertowError, match=r"3 times, .*; they must be increasing and not negative, and finite"):
+        simulate(made_of(stiffness=K), 0.02, np.array([0.0, 0.2, last]))
+
+
+@pytest.mark.parametrize(
+    ("start", "message"),
+    [
+        ((math.nan, 0.0), "x0 is nan m or rad, and must be finite; give a number"),
+        ((math.inf, 0.0), "x0 is inf m or rad, and must be finite"),
+        ((0.02, math.nan), "v0 is nan m/s or rad/s, and must be finite"),
+    ],
+)
+def test_a_start_that_is_not_finite_is_refused_by_its_name(start, message):
+    x0, v0 = start
+    for equation in (made_of(stiffness=K), Equation((registry.find("stiffness"), _Drag()), (K, 3900.0), mass_kg=M)):
+        with pytest.raises(UndertowError, match=message):
+            simulate(equation, x0, np.linspace(0.0, 1.0, 11), v0)
+    with pytest.raises(UndertowError, match=message):
+        undertow.simulate({"stiffness": K}, x0=x0, v0=v0, mass_kg=M)
 
 
 def test_a_motion_that_grows_without_bound_is_refused_with_its_equation():

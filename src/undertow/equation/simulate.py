@@ -100,8 +100,8 @@ def simulate(
 ) -> Trajectory:
     """Motion from x0 (m), v0 (m/s) at t = 0, at ``times`` (n,) in s, increasing, none negative.
 
-    Sticks, slips and slips again exactly where friction says so. UndertowError where times are not increasing or the
-    motion leaves every bound.
+    Sticks, slips and slips again exactly where friction says so. UndertowError where times are not increasing, x0 or v0
+    is not finite, or the motion leaves every bound.
 
     >>> from undertow.equation.equation import equation_15
     >>> eq = equation_15(2637.4, 0.0, 0.0, 109600.0, 200.0, 0.0)
@@ -111,11 +111,12 @@ def simulate(
     4.0
     """
     times = np.ascontiguousarray(times, dtype=np.float64)
-    if times.size == 0 or times[0] < 0.0 or np.any(np.diff(times) <= 0.0):
+    if times.size == 0 or not (times[0] >= 0.0 and times[-1] < math.inf and np.all(np.diff(times) > 0.0)):
         raise UndertowError(
             f"simulate: {times.size} times, the first {times[0] if times.size else math.nan:g} s; they must be "
-            "increasing and not negative"
+            "increasing and not negative, and finite"
         )
+    must_be_a_start(x0, v0)
     if not equation.compiled:
         return _general(equation, x0, v0, times)
     from undertow.equation.kernel import integrate
@@ -129,6 +130,13 @@ def simulate(
             f"wrong sign: {equation}"
         )
     return Trajectory(times, x[:, 0], v[:, 0], a[:, 0], hidden, int(steps))
+
+
+def must_be_a_start(x0: float, v0: float) -> None:
+    """UndertowError where a displacement or velocity at the release is not finite."""
+    for name, value, unit in (("x0", x0, "m or rad"), ("v0", v0, "m/s or rad/s")):
+        if not math.isfinite(value):
+            raise UndertowError(f"simulate: {name} is {value:g} {unit}, and must be finite; give a number")
 
 
 def _general(equation: Equation, x0: float, v0: float, times: Array) -> Trajectory:

@@ -16,7 +16,7 @@ from numpy.typing import ArrayLike
 
 from undertow.equation.equation import Equation
 from undertow.equation.registry import find
-from undertow.equation.simulate import fastest_frequency
+from undertow.equation.simulate import fastest_frequency, must_be_a_start
 from undertow.equation.simulate import simulate as integrate
 from undertow.equation.term import Array, Term
 from undertow.errors import UndertowError
@@ -157,7 +157,7 @@ def simulate(
     times : instants (n,) in s, rising from 0; None: ``duration_s`` (20 periods) at ``rate_hz`` (60 a period).
     mass_kg : total mass where ``equation`` is a mapping; 1 where it is not given: coefficients are then over the mass.
 
-    Raises UndertowError where times are not increasing or the motion leaves every bound.
+    Raises UndertowError where times are not increasing, x0 or v0 is not finite, or the motion leaves every bound.
 
     >>> law = {"stiffness": 400.0, "coulomb_friction": 4.0}
     >>> run = simulate(law, x0=0.1, mass_kg=4.0, rate_hz=100.0, duration_s=1.0)
@@ -168,6 +168,7 @@ def simulate(
     from x0 = 0.1 m, 0.99 s in 100 samples
     """
     law = equation_of(equation, mass_kg)
+    must_be_a_start(x0, v0)
     if times is None:
         times = _even_times(law, x0, v0, duration_s, rate_hz)
     elif duration_s is not None or rate_hz is not None:

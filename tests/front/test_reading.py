@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pandas as pd
 import pytest
+import scipy.io
 
 import undertow
 from undertow.errors import ConfigError, RecordingError
@@ -162,6 +163,48 @@ def test_time_is_seconds_however_it_is_held(decay, shape):
     assert trials.names == ("r1",)
     assert trials[0].recording.rate_hz == pytest.approx(100.0, rel=1e-6)
     assert trials[0].x == pytest.approx(undertow.read(decay)[0].x, abs=1e-6)
+
+
+# ---------------------------------------------------------------- files that hold several tables
+def matlab(path, one, **more):
+    """The decay in mm in a structure ``data`` of a MATLAB file, beside what else it holds."""
+    data = {"t": one.time, "x_mm": MM * one.channels["displacement"]}
+    scipy.io.savemat(path, {"data": data, "fs": 100.0, "operator": "hand", **more})
+    return path
+
+
+def test_a_structure_of_a_matlab_file_is_read_by_itself_and_by_name(decay, tmp_path):
+    path = matlab(tmp_path / "r1.mat", decay)
+    shapes = ({}, {"variable": "data"}, {"columns": {"time": "t", "displacement": "x_mm"}, "units": {"x_mm": "mm"}})
+    for said in shapes:
+        trials = undertow.read(path, **said)
+        assert trials.names == ("r1",)
+        assert trials[0].x == pytest.approx(undertow.read(decay)[0].x, abs=1e-6)
+    with pytest.raises(RecordingError, match=r"units names 'data.x_mm', which is neither a column \('t', 'x_mm'\)"):
+        undertow.read(path, units={"data.x_mm": "mm"})
+
+
+def test_of_several_structures_or_sheets_one_is_said(decay, tmp_path):
+    path = matlab(tmp_path / "r1.mat", decay, other={"a": np.zeros(5), "b": np.zeros(5)})
+    with pytest.raises(RecordingError, match=r"holds the tables 'data', 'other'; say which, as in variable='data'"):
+        undertow.read(path)
+    with pytest.raises(RecordingError, match=r"has no variable 'date' \(no 'date' among data, fs, operator, other"):
+        undertow.read(path, variable="date")
+    with pd.ExcelWriter(tmp_path / "r2.xlsx") as book:
+        pd.DataFrame({"who": ["me"]}).to_excel(book, sheet_name="About", index=False)
+        table_of(decay).to_excel(book, sheet_name="Data", index=False)
+    for one, variable in ((path, "data"), (tmp_path / "r2.xlsx", "Data")):
+        units = {} if variable == "data" else {"x": "mm"}
+        found = undertow.read(one, units=units, variable=variable)[0]
+        assert found.x == pytest.approx(undertow.read(decay)[0].x, abs=1e-6)
+
+
+def test_a_variable_of_what_holds_one_table_is_refused(decay, tmp_path):
+    path = written(tmp_path, decay)
+    with pytest.raises(RecordingError, match=r"variable is 'data', but .*r1.csv is text with one table; leave"):
+        undertow.read(path, units={"x": "mm"}, variable="data")
+    with pytest.raises(RecordingError, match="variable is 'data', but trial 1 is no file; leave variable out"):
+        undertow.read(table_of(decay), units={"x": "mm"}, variable="data")
 
 
 # ---------------------------------------------------------------- samples that are missing

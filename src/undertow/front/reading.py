@@ -33,7 +33,7 @@ from undertow.recording.catalogue import Entry, TimeWindow
 from undertow.recording.doubt_kinds import DOUBT_KINDS, DoubtKind
 from undertow.recording.layout import FileFormat
 from undertow.recording.propose_layout import propose_layout
-from undertow.recording.readers import READERS, read_table, suffix_of, trial_name
+from undertow.recording.readers import READERS, read_table, suffix_of, tables_in, trial_name
 from undertow.recording.recording import Condition, Coordinate, Recording
 from undertow.recording.text import read_text
 
@@ -47,6 +47,9 @@ Source: TypeAlias = (
 """What `read` takes: a path, glob or several; a DataFrame or several, also by name; columns by name; (X, t); recordings
 or motions."""
 
+TABLES_SHOWN = 8
+"""Tables of a file named in a message at most."""
+
 
 @dataclass(frozen=True)
 class _Asked:
@@ -57,6 +60,7 @@ class _Asked:
     rate_hz: float | None
     coordinate: Coordinate | None
     accept: tuple[DoubtKind, ...]
+    variable: str | None = None
 
 
 def read(
@@ -71,6 +75,7 @@ def read(
     window: tuple[float | None, float | None] | Mapping[str, tuple[float | None, float | None]] | None = None,
     names: Sequence[str] | None = None,
     accept: Sequence[DoubtKind] = (),
+    variable: str | None = None,
 ) -> Trials:
     """Recordings of free decays as `Trials`: read, brought to SI units, cut to their motion.
 
@@ -93,6 +98,8 @@ def read(
     names : of the trials, where they do not come from files.
     accept : kinds of doubt that are known and no reason to stop, as ``recordings.accept`` of a config
         (docs/channel_checks.md).
+    variable : the table in files that hold several, as ``recordings.variable`` of a config: an array or structure of a
+        MATLAB file (dots lead into structures), an HDF5 group or dataset, a sheet, a TDMS group, an MDF channel group.
 
     Raises RecordingError where a file or column is missing, a unit is not said, or no trial can be used; trials that
     cannot be used, or whose channels contradict each other, beside others that can are listed in ``failed``.
@@ -114,7 +121,7 @@ def read(
     wrong = [one for one in accept if one not in DOUBT_KINDS] if not isinstance(accept, str) else [accept]
     if wrong:
         raise RecordingError(f"accept names {wrong[0]!r}; give a list of {', '.join(DOUBT_KINDS)}")
-    asked = _Asked(columns, units, rate_hz, coordinate, tuple(accept))
+    asked = _Asked(columns, units, rate_hz, coordinate, tuple(accept), variable)
     checked, config = _read_all(_sources(source), asked, _Said(conditions, window, names))
     motions = tuple(one.motion for one in checked if one.motion is not None and not one.contradiction)
     failed = tuple(_why_not(one) for one in checked if one.motion is None or one.contradiction)
@@ -274,9 +281,10 @@ def _read_all(sources: Sequence[Any], asked: _Asked, said: _Said) -> tuple[list[
 
 def _from_file(path: Path, at: int, asked: _Asked, said: _Said) -> tuple[Checked, RunConfig]:
     name = said.name(at, trial_name(path))
-    means = _mapped_file(path, asked)
+    layout = _layout(path, asked.variable)
+    means = _mapped_file(path, layout, asked)
     config = _config(path.name, means, means.coordinate)
-    catalogue = replace(config.catalogue(), folder=path.parent, layout=_layout(path))
+    catalogue = replace(config.catalogue(), folder=path.parent, layout=layout)
     entry = Entry(name, path, said.conditions(at, name), said.window(name), accepted=asked.accept)
     return Checker(config, catalogue)(entry), config
 
@@ -289,6 +297,8 @@ def _from_memory(
         config = before or _config("", None, one.coordinate)
         entry = Entry(one.name, one.name, one.conditions, said.window(one.name), accepted=asked.accept)
         return Checker(config, config.catalogue()).recorded(one, entry), config
+    if asked.variable is not None:
+        raise RecordingError(f"variable is {asked.variable!r}, but trial {at + 1} is no file; leave variable out")
     framed = isinstance(one, pd.DataFrame | pd.Series)
     table, rate_hz = (frame_of(one), asked.rate_hz) if framed else table_of(*one)
     means = mapped(table, asked.columns, asked.units, rate_hz, asked.coordinate)
@@ -298,18 +308,27 @@ def _from_memory(
     return Checker(config, config.catalogue())(entry, numbers), config
 
 
-def _mapped_file(path: Path, asked: _Asked) -> Mapped:
-    table = read_table(path, _layout(path))
+def _mapped_file(path: Path, layout: FileFormat, asked: _Asked) -> Mapped:
+    table = read_table(path, layout)
     try:
         return mapped(table, asked.columns, asked.units, asked.rate_hz, asked.coordinate)
     except RecordingError as error:
         raise type(error)(f"{path}: {error}") from error
 
 
-def _layout(path: Path) -> FileFormat:
-    """The layout that a text file's own lines show."""
-    text = path.is_file() and READERS.get(suffix_of(path)) is read_text
-    return propose_layout(path) if text else FileFormat()
+def _layout(path: Path, variable: str | None) -> FileFormat:
+    """The layout that a text file's own lines show; of another file the table asked for, or the only structure."""
+    if path.is_file() and READERS.get(suffix_of(path)) is read_text:
+        if variable is not None:
+            raise RecordingError(f"variable is {variable!r}, but {path} is text with one table; leave variable out")
+        return propose_layout(path)
+    if variable is None and suffix_of(path) == ".mat":
+        inner = tables_in(path)
+        if len(inner) > 1 and "" not in inner:
+            listed = ", ".join(map(repr, inner[:TABLES_SHOWN])) + (" and others" if len(inner) > TABLES_SHOWN else "")
+            raise RecordingError(f"{path} holds the tables {listed}; say which, as in variable={inner[0]!r}")
+        variable = (inner[0] or None) if inner else None
+    return FileFormat(variable=variable)
 
 
 def _config(file: str, means: Mapped | None, coordinate: str) -> RunConfig:

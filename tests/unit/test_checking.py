@@ -201,4 +201,11 @@ def test_a_level_that_other_trials_pass_accuses_no_sensor(campaign: Campaign) ->
     trials = [replace(one, motion=None, failed=cut, ends=(seen,)) if one.name == "r05" else one for one in trials]
     (only,) = sorted_out(config, trials).failed
     assert (only.name, only.clipped) == ("r05", False)
-    assert "other trials go beyond" in only.reason
+    assert "other trials go beyond: only this one is left out" in only.reason
+    trials = [
+        replace(one, motion=None, failed=replace(cut, name="r04"), ends=(replace(seen, trial="r04"),))
+        if one.name == "r04" else one for one in trials
+    ]  # fmt: skip
+    both = sorted_out(config, trials).failed
+    assert [one.name for one in both] == ["r04", "r05"]
+    assert all("other trials go beyond: only these 2 are left out" in one.reason for one in both)

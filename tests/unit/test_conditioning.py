@@ -13,7 +13,7 @@ from undertow.conditioning.cycles import Cycles, equilibrium, find_cycles
 from undertow.conditioning.fusion import fuse
 from undertow.conditioning.release import find_window
 from undertow.errors import RecordingError
-from undertow.recording.quality import noise
+from undertow.recording.noise import noise
 from undertow.recording.recording import Recording
 
 HOLD_S = 0.7

@@ -8,9 +8,11 @@ import pytest
 
 from tests.decays import any_decay, exact
 from undertow.errors import ClippedError, RecordingError
+from undertow.recording.clipping import levels, plateaus
 from undertow.recording.dropouts import find_dropouts
+from undertow.recording.noise import noise, quantum
 from undertow.recording.propose import name_and_unit, propose_mapping
-from undertow.recording.quality import check, doubts, levels, noise, plateaus, quantum, summary
+from undertow.recording.quality import check, doubts, summary
 from undertow.recording.recording import Array, Recording
 from undertow.recording.spikes import despike, find_spikes
 
@@ -116,6 +118,36 @@ def test_a_level_of_few_samples_that_is_left_at_once_is_a_cut_and_a_peak_of_as_f
         cut = np.minimum(x, 0.8 * np.max(x)) + (noisy - x)
         seen += [end.upper for end in levels(cut, noise(cut))] == [True]
     assert seen >= {30: 20, 60: 24, 120: 25}[samples]
+
+
+def pulled(rng: np.random.Generator, samples: int) -> Array:
+    """A pull at constant speed, a hold of up to two periods and a release from rest: displacement of size 1, with noise
+    of a ten-thousandth to three thousandths; ``samples`` a period."""
+    damping, friction, hold = rng.choice([0.005, 0.03, 0.1]), rng.choice([0.0, 0.02, 0.05]), rng.choice([0.3, 1.0, 2.0])
+    t = np.arange(-6 * samples, 10 * samples) / samples + rng.random() / samples
+    angle = 2.0 * np.pi * np.maximum(t, 0.0)
+    swing = np.exp(-damping * angle) * (np.cos(angle) + damping * np.sin(angle))
+    x = np.where(angle < np.pi, friction + (1.0 - friction) * swing, swing)
+    x = np.where(t < -hold, np.maximum(1.0 + rng.uniform(0.2, 3.0) * (t + hold), 0.0), x)
+    return np.asarray(x + 10.0 ** rng.uniform(-4.0, -2.5) * rng.standard_normal(t.size))
+
+
+@pytest.mark.parametrize("samples", [20, 40, 120, 400])
+def test_a_hold_that_a_winch_comes_to_at_constant_speed_is_no_cut(samples: int) -> None:
+    for seed in range(40):
+        x = pulled(np.random.default_rng(seed), samples)
+        assert levels(x, noise(x)) == (), seed
+        exact = rounded(x, 0.003)
+        assert plateaus(exact, quantum(exact)) == 0, seed
+
+
+def test_a_pull_beyond_the_range_is_a_cut_though_a_hold_and_a_release_follow() -> None:
+    seen = 0
+    for seed in range(40):
+        x = pulled(np.random.default_rng(seed), 120)
+        cut = np.minimum(x, 0.8) + np.random.default_rng(seed).normal(0.0, 1e-3, x.size)
+        seen += [end.upper for end in levels(cut, noise(cut))] == [True]
+    assert seen >= 37  # the others are as few where no hold is held against anything
 
 
 @pytest.mark.parametrize("seed", [36, 168, 266, 384, 387])

@@ -26,7 +26,7 @@ from numpy.typing import NDArray
 from undertow.conditioning.motion import Window
 from undertow.conditioning.release import followed
 from undertow.conditioning.swings import find_swings
-from undertow.recording.quality import noise
+from undertow.recording.noise import noise
 from undertow.recording.recording import Array, Recording
 
 Complex = NDArray[np.complex128]

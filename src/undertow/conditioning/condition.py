@@ -15,7 +15,7 @@ from undertow.conditioning.fusion import Smoothed, fuse
 from undertow.conditioning.motion import Motion, Window
 from undertow.conditioning.release import find_window
 from undertow.quantities import Estimate
-from undertow.recording.quality import noise
+from undertow.recording.noise import noise
 from undertow.recording.recording import Array, Recording
 from undertow.recording.spikes import MAD_TO_SIGMA
 

@@ -19,7 +19,7 @@ from undertow.conditioning.motion import Window
 from undertow.conditioning.release import followed
 from undertow.conditioning.swings import NOISE_RANGE, Swings, find_swings
 from undertow.errors import RecordingError
-from undertow.recording.quality import noise
+from undertow.recording.noise import noise
 from undertow.recording.recording import Array, Recording
 
 FEWEST_SAMPLES_PER_PERIOD = 8.0

@@ -21,7 +21,7 @@ from undertow.conditioning.motion_end import (
 )
 from undertow.conditioning.swings import find_swings
 from undertow.errors import RecordingError
-from undertow.recording.quality import noise
+from undertow.recording.noise import noise
 from undertow.recording.recording import Array, Recording
 
 QUIET_HALF_PERIODS = 0.3

@@ -38,7 +38,7 @@ from undertow.equation.kernel import SLOT
 from undertow.equation.term import Array
 from undertow.errors import UndertowError
 from undertow.methods.baseline import GroupFit
-from undertow.recording.quality import noise
+from undertow.recording.noise import noise
 
 FEWEST_TRIALS = 3
 """Shares are learned on two trials at least and tried on a third."""

@@ -14,7 +14,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from undertow.recording.quality import GAP_STEPS, noise
+from undertow.recording.noise import noise
+from undertow.recording.quality import GAP_STEPS
 from undertow.recording.recording import Array
 
 HALF_WIDTH = 16

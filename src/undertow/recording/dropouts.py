@@ -1,7 +1,7 @@
 """Values that were lost and that the logger filled with one number: the last one, zero, or a number that means none.
 
 Belongs here: stretches that stand still between jumps. Does not belong here: single wrong samples (spikes.py), peaks
-that are cut off (quality.py), rows or cells that are missing (gaps.py).
+that are cut off (clipping.py), rows or cells that are missing (gaps.py).
 """
 
 from __future__ import annotations

@@ -13,54 +13,19 @@ from types import MappingProxyType
 
 import numpy as np
 
-from undertow.errors import ClippedError, RangeEnd, RecordingError
+from undertow.errors import ClippedError, RecordingError
+from undertow.recording.clipping import NOISE_FREE_SHARE, levels, longest_hold, plateaus
 from undertow.recording.doubt_kinds import DoubtKind
 from undertow.recording.dropouts import find_dropouts
+from undertow.recording.noise import noise, quantum
 from undertow.recording.recording import INPUTS, Array, Recording
-from undertow.recording.spikes import MAD_TO_SIGMA, find_spikes
+from undertow.recording.spikes import find_spikes
 
 FEWEST_SAMPLES = 50
 """Below this a recording holds less than three cycles at twenty samples each, and a decrement is guesswork."""
 
-PLATEAU_SAMPLES = 5
-"""An unclipped peak, finely sampled and quantised, rests this long on its last step only if it is flat there."""
-
-PLATEAU_DROP_QUANTA = 10.0
-"""A parabola that rests L samples on its top step has fallen 4 steps at L from its middle (x'' L^2/2 with
-L = 2 sqrt(2q/x'')) and a fifth by rounding; a clipped peak leaves at full speed. Twice that divides them."""
-
-LEVEL_BAND = 8.0
-"""Noise scatters a level of some hundred samples over so many standard deviations."""
-
-LEVEL_DROP = 3.0
-"""A peak that reaches through that whole band and is not cut has fallen four times as much at its own length."""
-
-LEVEL_KINK = 10.0
-"""A level left so much faster is one, however short: a peak with five samples in the band has fallen by six bands at
-its own length, one with more by less. Of 4,000 swings of 20 to 200 samples a period that nothing cuts none was called
-so; of the same ones cut at .6 to .95 of their size 75 % are (56 % by the longer ones alone)."""
-
-LEVEL_SHORT = 5
-"""Samples in the band of such a level at least."""
-
-LEVEL_RUN = 7
-"""A peak of fewer samples within the band, whose ends are left out, is as flat as a level: of 6,000 swings that nothing
-cuts nine had a level with five samples, none with seven."""
-
-LEVEL_SAMPLES = 16
-"""So many samples tell these apart where a level is left more slowly."""
-
-LEVEL_BEND = -2.0
-"""A level does not bend: its part that goes with the square of time is noise, a peak's some 4 to 7 deviations below."""
-
-LEVEL_PARTS = 40
-"""Samples of a swing from which slow noise is estimated: of more it looks smaller, in fewer the swing is not smooth."""
-
 SATURATED_SAMPLES = 30
 """A quantised channel whose noise is a whole step repeats a value 30 times in a row once in 10^9 tries."""
-
-NOISE_FREE_SHARE = 1e-5
-"""Noise below this share of the range is a simulation's: its hold may well be constant."""
 
 GAP_STEPS = 1.5
 """A step longer than this many median steps lacks at least one sample."""
@@ -73,9 +38,6 @@ SNAP_SAMPLES = 20
 
 FILLED_REACH = 1.5
 """A number this many ranges from the middle of the others is one that loggers write for no value, such as -9999."""
-
-_ORDERS = range(2, 9)  # differences of these orders: each removes the motion better than the one before
-
 
 @dataclass(frozen=True)
 class Doubt:
@@ -120,108 +82,6 @@ class RecordingSummary:
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "channels", MappingProxyType(dict(self.channels)))
-
-
-def quantum(values: Array) -> float:
-    """Finest step of a channel in its unit; 0 where values lie on no grid that can be seen.
-
-    >>> round(quantum(np.round(np.sin(np.linspace(0.0, 9.0, 500)) / 0.01) * 0.01), 6)
-    0.01
-    """
-    levels = np.unique(values)
-    steps = np.diff(levels)
-    steps = steps[steps > 1e-9 * max(float(np.ptp(values)), 1e-300)]
-    if steps.size < 2:
-        return float(steps[0]) if steps.size else 0.0
-    finest = float(np.median(steps[steps < 1.5 * np.min(steps)]))
-    near = steps[steps < 5.5 * finest] / finest
-    # printing rounds a grid to decimals, which moves steps of a few quanta by at most a fifth of one
-    on_grid = float(np.mean(np.abs(near - np.round(near)) < 0.2))
-    if on_grid > 0.95 and levels.size < 0.9 * values.size:
-        return finest
-    return float(np.median(steps)) if levels.size < values.size / 20 else 0.0  # an uneven grid, visited often
-
-
-def noise(values: Array) -> float:
-    """Standard deviation of what is no motion (n,), rounding included, in the values' unit.
-
-    White noise of variance s^2 has a d-th difference of variance C(2d, d) s^2, while a smooth motion's shrinks with
-    every order: the smallest estimate among orders 2 to 8 is taken, by the median of absolute differences, so that
-    spikes and the release do not count. A channel rounded to steps q has at least q / sqrt(12).
-
-    >>> rng = np.random.default_rng(1); t = np.arange(4000) / 250
-    >>> round(noise(0.1 * np.cos(6 * t) + rng.normal(0, 1e-3, t.size)), 4)
-    0.001
-    """
-    floor = quantum(values) / math.sqrt(12.0)
-    sizes = []
-    for order in _ORDERS:
-        differences = np.diff(values, n=order)
-        if differences.size:
-            size = MAD_TO_SIGMA * float(np.median(np.abs(differences)))
-            sizes.append(size / math.sqrt(math.comb(2 * order, order)))
-    return max(min(sizes, default=0.0), floor)
-
-
-def plateaus(values: Array, step: float) -> int:
-    """How often a channel (n,) runs into its own largest or smallest value and leaves it at speed.
-
-    A plateau is `PLATEAU_SAMPLES` or more samples exactly at the extreme, with a fall of `PLATEAU_DROP_QUANTA` steps
-    on both sides within half its length. The hold before a release has no such fall on its left, a quantised peak
-    has less of one.
-    """
-    found = 0
-    for extreme, sign in ((np.max(values), 1.0), (np.min(values), -1.0)):
-        for start, end in _runs(values == extreme):
-            reach = max((end - start) // 2, 3)
-            if end - start < PLATEAU_SAMPLES or start < reach or end + reach > values.size:
-                continue
-            before, after = values[start - reach], values[end - 1 + reach]
-            fall = min(sign * (extreme - before), sign * (extreme - after))
-            found += bool(fall > PLATEAU_DROP_QUANTA * step)
-    return found
-
-
-def levels(values: Array, sigma: float) -> tuple[RangeEnd, ...]:
-    """Where a channel (n,) with noise of ``sigma`` comes to a level and leaves it at speed: the ends of a sensor's
-    range, whose noise is added afterwards.
-
-    Samples within `LEVEL_BAND` of the extreme are a peak. Where nothing cuts it, it bends; a peak that hardly reaches
-    into the band has fallen little at its own length. Noise may be slower than the samples, as behind a filter: what
-    it is over a fortieth of a swing counts where that is more.
-    """
-    if sigma <= NOISE_FREE_SHARE * float(np.ptp(values)):
-        return ()
-    cycles = 1 + int(np.argmax(np.abs(np.fft.rfft(np.diff(values)))[1:]))
-    sigma = max(sigma, noise(values[:: max(values.size // (cycles * LEVEL_PARTS), 1)]))
-    found: list[RangeEnd] = []
-    for sign in (1.0, -1.0):
-        signed, band = sign * values, LEVEL_BAND * sigma
-        high = float(np.max(signed))
-        tops, kinked = [np.zeros(0)], False
-        for start, end in _runs(signed > high - band):
-            reach = max((end - start) // 2, 3)
-            if end - start < LEVEL_SHORT or start < reach or end + reach > signed.size:
-                continue
-            fall = high - max(signed[start - reach], signed[end - 1 + reach])
-            leaves_at_once = bool(fall > LEVEL_KINK * band)
-            if leaves_at_once or (end - start >= LEVEL_RUN and fall > LEVEL_DROP * band):
-                tops.append(signed[start + 1 : end - 1])  # its first and last sample may be on the way
-                kinked |= leaves_at_once
-        samples, bend = np.concatenate(tops), sum(_bend(top) for top in tops) / math.sqrt(max(len(tops) - 1, 1))
-        if (samples.size >= LEVEL_SAMPLES or kinked) and bend > LEVEL_BEND * sigma:
-            found.append(RangeEnd(sign * float(np.mean(samples)), sign > 0.0, band))
-    return tuple(found)
-
-
-def _bend(top: Array) -> float:
-    """The part of a run of samples (n,) that goes with the square of time, as one normalised coefficient: of noise its
-    standard deviation is the noise's; of a peak it is negative. 0 of fewer than four samples."""
-    if top.size < 4:
-        return 0.0
-    u = np.linspace(-1.0, 1.0, top.size)
-    shape = u**2 - np.mean(u**2)
-    return float(shape @ top) / math.sqrt(float(shape @ shape))
 
 
 def check(recording: Recording, accepted: Sequence[str] = ()) -> tuple[str, ...]:
@@ -307,7 +167,7 @@ def _doubts_of_channel(recording: Recording, name: str, whole: Array, accepted: 
     low, high = float(np.min(values)), float(np.max(values))
     step = quantum(values)
     cut = plateaus(values, step)
-    held = _longest_hold(values)
+    held = longest_hold(values)
     stuck = held >= SATURATED_SAMPLES and _rough(values) > max(step, NOISE_FREE_SHARE * (high - low))
     sigma = noise(values)
     smooth = name != "acceleration" and INPUTS.keys().isdisjoint(recording.channels)
@@ -385,15 +245,3 @@ def _rough(values: Array) -> float:
     """Noise while the channel moves at all: from the steps that are not zero."""
     moving = np.flatnonzero(np.diff(values) != 0.0)
     return noise(values[np.unique(np.concatenate([moving, moving + 1]))]) if moving.size > FEWEST_SAMPLES else 0.0
-
-
-def _longest_hold(values: Array) -> int:
-    """Longest run of samples exactly at the largest or smallest value."""
-    runs = [end - start for extreme in (np.max(values), np.min(values)) for start, end in _runs(values == extreme)]
-    return max(runs, default=0)
-
-
-def _runs(mask: np.ndarray[tuple[int, ...], np.dtype[np.bool_]]) -> list[tuple[int, int]]:
-    """Half-open index ranges where a mask holds."""
-    edges = np.flatnonzero(np.diff(np.concatenate([[False], mask, [False]]).astype(np.int8)))
-    return list(zip(edges[::2].tolist(), edges[1::2].tolist(), strict=True))

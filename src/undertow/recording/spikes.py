@@ -1,6 +1,6 @@
 """Single wrong samples: found, counted, replaced.
 
-Belongs here: spikes of a few samples (a motion sensor's lost echo). Does not belong here: noise (quality.py).
+Belongs here: spikes of a few samples (a motion sensor's lost echo). Does not belong here: noise (noise.py).
 """
 
 from __future__ import annotations

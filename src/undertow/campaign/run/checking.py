@@ -29,7 +29,8 @@ from undertow.discrepancy.findings import FailedTrial
 from undertow.discrepancy.words import count, group_title
 from undertow.errors import FAILURES, ClippedError, ConfigError, MisnamedError, failure
 from undertow.recording.catalogue import Catalogue, Entry, read_trial, trial_of_table
-from undertow.recording.quality import doubts, noise
+from undertow.recording.noise import noise
+from undertow.recording.quality import doubts
 from undertow.recording.recording import Condition, Recording
 
 CONTRADICTED_SHARE = 0.5
@@ -199,7 +200,7 @@ def sorted_out(config: RunConfig, checked: Sequence[Checked], stops: bool = True
     elsewhere = misplaced({key: [c.motion for c in members if c.motion] for key, members in sound.items()})
     known = {c.name for c in checked if "conditions" in c.accepted}
     ends = common([end for c in checked for end in c.ends], [c.motion.recording for c in checked if c.motion])
-    motions, failed = [], [_unused(c, c.failed, ends) for c in checked if c.failed is not None]
+    motions, failed = [], _unused([c for c in checked if c.failed is not None], ends)
     for one in checked:
         if one.motion is None:
             continue
@@ -215,11 +216,13 @@ def sorted_out(config: RunConfig, checked: Sequence[Checked], stops: bool = True
     return Sorted(tuple(motions), tuple(failed), contradicted, _doubts(groups))
 
 
-def _unused(one: Checked, failed: FailedTrial, ends: Sequence[SeenEnd]) -> FailedTrial:
-    """A trial that cannot be used; no sensor's range is accused of an end beyond which other trials go."""
-    if not one.ends or any(end in ends for end in one.ends):
-        return failed
-    return replace(failed, clipped=False, reason=f"{failed.reason}; other trials go beyond: only this one is left out")
+def _unused(trials: Sequence[Checked], ends: Sequence[SeenEnd]) -> list[FailedTrial]:
+    """Trials that cannot be used; no sensor's range is accused of an end beyond which other trials go."""
+    alone = [one.name for one in trials if one.ends and not any(end in ends for end in one.ends)]
+    which = "this one is" if len(alone) == 1 else f"these {len(alone)} are"
+    said = f"; other trials go beyond: only {which} left out"
+    failed = [(one.failed, one.name in alone) for one in trials if one.failed is not None]
+    return [replace(one, clipped=False, reason=one.reason + said) if beyond else one for one, beyond in failed]
 
 
 def _said_of_group(wrong: Sequence[Checked], trials: int) -> str:

@@ -1,6 +1,6 @@
 """Trials that a sensor's range cut off: others that reach the same end of it, and what their group's verdict says.
 
-Belongs here: those trials, that sentence and name. Does not belong here: how a cut is seen (recording/quality.py).
+Belongs here: those trials, that sentence and name. Does not belong here: how a cut is seen (recording/clipping.py).
 """
 
 from __future__ import annotations

@@ -297,6 +297,16 @@ def test_the_same_recording_under_two_names_is_used_once(capsys, tmp_path) -> No
     assert f"is the same recording as {Path(first).stem}" in said.err
 
 
+def test_a_recording_that_was_exported_again_is_used_once(capsys, tmp_path) -> None:
+    campaign = make_campaign(tmp_path / "data", [0.03, 0.05, 0.04])
+    first, second, _ = campaign.files
+    table = pd.read_csv(campaign.folder / first).iloc[15:]
+    table.to_csv(campaign.folder / second, index=False, float_format="%.5g")
+    said = undertow(capsys, "run", campaign.config, "--out", tmp_path / "run", "--jobs", 1)
+    assert said.code == 3
+    assert f"is the same recording as {Path(first).stem}" in said.err
+
+
 def test_a_condition_in_capital_letters_makes_no_group_of_its_own(capsys, tmp_path) -> None:
     campaign = make_campaign(tmp_path / "data", [0.03, 0.05, 0.04])
     index = campaign.folder / "campaign.csv"

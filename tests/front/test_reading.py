@@ -309,7 +309,8 @@ def test_a_time_without_a_unit_that_may_be_milliseconds_or_rows_is_asked_for(dec
 
 
 def test_tables_by_name_are_trials_of_these_names(decay):
-    tables = {"small": table_of(decay), "large": pd.Series(MM * decay.channels["displacement"], decay.time, name="x")}
+    larger = pd.Series(2.0 * MM * decay.channels["displacement"], decay.time, name="x")
+    tables = {"small": table_of(decay), "large": larger}
     assert undertow.read(tables, units={"x": "mm"}).names == ("small", "large")
     assert undertow.read(tables, units={"x": "mm"}, names=["a", "b"]).names == ("a", "b")
 

@@ -20,7 +20,7 @@ from numpy.typing import ArrayLike
 from undertow.campaign.config import RunConfig
 from undertow.campaign.config import load as load_config
 from undertow.campaign.run import Read, read_and_condition
-from undertow.campaign.run.checking import Checked, Checker
+from undertow.campaign.run.checking import Checked, Checker, each_once
 from undertow.conditioning.motion import Motion
 from undertow.discrepancy.findings import FailedTrial
 from undertow.discrepancy.words import count
@@ -102,7 +102,8 @@ def read(
         MATLAB file (dots lead into structures), an HDF5 group or dataset, a sheet, a TDMS group, an MDF channel group.
 
     Raises RecordingError where a file or column is missing, a unit is not said, or no trial can be used; trials that
-    cannot be used, or whose channels contradict each other, beside others that can are listed in ``failed``.
+    cannot be used, whose channels contradict each other, or that are copies of an earlier one are listed in ``failed``
+    beside others that can be used.
 
     >>> import numpy as np, undertow
     >>> times = np.arange(0.0, 6.0, 0.01)
@@ -263,7 +264,7 @@ def _sources(source: Any) -> list[Any]:
 
 
 def _read_all(sources: Sequence[Any], asked: _Asked, said: _Said) -> tuple[list[Checked], RunConfig]:
-    """Every trial read and checked, and what is known so far as a config says it."""
+    """Every trial read and checked, each recording once, and what is known so far as a config says it."""
     checked: list[Checked] = []
     config: RunConfig | None = None
     for at, one in enumerate(sources):
@@ -276,7 +277,7 @@ def _read_all(sources: Sequence[Any], asked: _Asked, said: _Said) -> tuple[list[
             found, config = _from_memory(one, at, asked, said, config)
         checked.append(found)
     turned = [one.motion.recording.coordinate for one in checked if one.motion is not None]
-    return checked, config or _config("", None, turned[0] if turned else "translation")
+    return each_once(checked), config or _config("", None, turned[0] if turned else "translation")
 
 
 def _from_file(path: Path, at: int, asked: _Asked, said: _Said) -> tuple[Checked, RunConfig]:

@@ -29,6 +29,7 @@ from undertow.discrepancy.findings import FailedTrial
 from undertow.discrepancy.words import count, group_title
 from undertow.errors import FAILURES, ClippedError, ConfigError, MisnamedError, failure
 from undertow.recording.catalogue import Catalogue, Entry, read_trial, trial_of_table
+from undertow.recording.copies import copies
 from undertow.recording.noise import noise
 from undertow.recording.quality import doubts
 from undertow.recording.recording import Condition, Recording
@@ -165,6 +166,21 @@ def _why(recording: Recording, entry: Entry, found: Sequence[Disagreement], reas
     if certain:
         return f"trial {entry.name}: {certain[0]}"
     return why_no_decay(recording, entry.window.start_s, entry.window.end_s) or failure(reason)
+
+
+def each_once(checked: Sequence[Checked]) -> list[Checked]:
+    """Of recordings that are the same only the first: a copy under another name is no repetition."""
+    out = list(checked)
+    places = [at for at, one in enumerate(out) if one.motion is not None]
+    recordings = [one.motion.recording for one in out if one.motion is not None]
+    for copy, first in copies(recordings).items():
+        one = out[places[copy]]
+        said = (
+            f"trial {one.name} is the same recording as {out[places[first]].name}, sample by sample; take one of them "
+            "out of the campaign"
+        )
+        out[places[copy]] = replace(one, motion=None, failed=FailedTrial(one.name, said, one.conditions), found=())
+    return out
 
 
 @dataclass(frozen=True)

@@ -5,7 +5,6 @@ Belongs here: the stages, their order, parallel work. Does not belong here: the 
 
 from __future__ import annotations
 
-import hashlib
 import time
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
@@ -16,7 +15,7 @@ from undertow.campaign.config import GroupKey, RunConfig
 from undertow.campaign.config.matching import planned
 from undertow.campaign.run import checkpoints
 from undertow.campaign.run.analysis import GroupTask, analyse
-from undertow.campaign.run.checking import Checked, Checker, sorted_out
+from undertow.campaign.run.checking import Checked, Checker, each_once, sorted_out
 from undertow.campaign.run.cut_off import with_clipped
 from undertow.campaign.run.differing import grown_between
 from undertow.campaign.run.gathered import Gathered, PortionFindings
@@ -197,7 +196,7 @@ class Course:
             checker.again(motion, given.accepted.get(motion.name, ()), given.found.get(motion.name, ()))
             for motion in given.motions
         ]
-        return _each_once([*again, *(Checked(one.name, one.conditions, None, one) for one in given.failed)])
+        return each_once([*again, *(Checked(one.name, one.conditions, None, one) for one in given.failed)])
 
     def _tasks(
         self, groups: Mapping[GroupKey, Sequence[Motion]], structures: Structures, contradicted: Mapping[GroupKey, str]
@@ -254,25 +253,6 @@ def _task_name(task: GroupTask) -> str:
 def _unnamed(failed: FailedTrial) -> str:
     """A trial's reason without its name, so that one reason of many trials is said once."""
     return failed.reason.removeprefix(f"trial {failed.name}: ").replace(failed.name, "...")
-
-
-def _each_once(checked: Sequence[Checked]) -> list[Checked]:
-    """Of recordings that are the same sample by sample only the first: a copy under another name is no repetition."""
-    first: dict[bytes, str] = {}
-    out = []
-    for one in checked:
-        if one.motion is not None:
-            recording = one.motion.recording
-            mark = hashlib.sha256(recording.time.tobytes())
-            for values in recording.channels.values():
-                mark.update(values.tobytes())
-            original = first.setdefault(mark.digest(), one.name)
-            if original != one.name:
-                said = f"is the same recording as {original}, sample by sample; take one of them out of the campaign"
-                failed = FailedTrial(one.name, f"trial {one.name} {said}", one.conditions)
-                one = replace(one, motion=None, failed=failed, found=())
-        out.append(one)
-    return out
 
 
 def _joint(task: GroupTask, group: GroupFindings) -> tuple[GroupTask, GroupFindings]:
@@ -342,7 +322,7 @@ def _checked(
     config: RunConfig, catalogue: Catalogue, entries: Sequence[Entry], jobs: int, progress: Progress
 ) -> list[Checked]:
     """Every trial read, checked and conditioned, each recording once."""
-    return _each_once(on_processes(Checker(config, catalogue), entries, jobs, READ, progress, _entry_name))
+    return each_once(on_processes(Checker(config, catalogue), entries, jobs, READ, progress, _entry_name))
 
 
 def _notes(motions: Sequence[Motion]) -> tuple[str, ...]:

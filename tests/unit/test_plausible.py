@@ -143,3 +143,23 @@ def test_a_body_lighter_than_the_water_it_displaces_contradicts():
     assert "the moving mass of 0.004800 kg is less than the 30 kg of water" in said
     assert implausible(weighed(Estimate(45.0, 1.0, unit="kg"))) == ()
     assert implausible(weighed(Estimate(0.02, 1e-5, unit="kg m^2"))) == ()  # of an angle
+
+
+@pytest.mark.parametrize(
+    ("coordinate", "amplitude", "doubted"),
+    [("rotation", 20.0, True), ("rotation", 3.1, False), ("translation", 20.0, False)],
+)
+def test_an_angle_of_more_than_half_a_turn_is_doubted_and_never_green(coordinate, amplitude, doubted):
+    plain = next(g for g in small_findings().groups if g.verdict.status == "nothing_missing")
+    trials = []
+    for trial in plain.trials:
+        recording = replace(trial.motion.recording, coordinate=coordinate)
+        trials.append(replace(trial, motion=replace(trial.motion, recording=recording, amplitude=amplitude)))
+    turned = replace(plain, trials=tuple(trials))
+    (found,), said = with_doubts([turned])
+    assert (found.verdict.status == "cannot_tell") is doubted
+    doubt = "is released from 20 rad, more than half a turn (pi): is it in degrees?"
+    assert any(doubt in one for one in said) is doubted
+    (known,), said = with_doubts([turned], {trial.motion.name: ("unit",) for trial in trials})
+    assert known.verdict.status == "nothing_missing"
+    assert said == ()

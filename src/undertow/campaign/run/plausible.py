@@ -107,7 +107,7 @@ def impossible(group: GroupFindings) -> str:
 
 
 def implausible(group: GroupFindings) -> tuple[tuple[str, str], ...]:
-    """Numbers of a group that no body has: the kind of doubt ("conditions" or "damping") and a sentence for each."""
+    """Numbers of a group that no body has: the kind of doubt (conditions, damping, unit) and a sentence for each."""
     numbers = group_numbers(group)
     found = [_outside(one, numbers[name]) for name, one in RANGES.items() if name in numbers]
     mass = group.specimen.mass_kg
@@ -117,8 +117,8 @@ def implausible(group: GroupFindings) -> tuple[tuple[str, str], ...]:
         found.append(_outside(MASS, numbers["total_mass_kg"].scaled(1.0 / mass, "1")))
     found += [_stiffness(group, numbers), _cells(group, numbers), _floats(group, numbers)]
     doubts = [("conditions", text) for text in found if text]
-    damped = _damped(numbers)
-    return (*doubts, ("damping", damped)) if damped else tuple(doubts)
+    doubts += [(kind, text) for kind, text in (("damping", _damped(numbers)), ("unit", _turned(group))) if text]
+    return tuple(doubts)
 
 
 def _outside(allowed: Plausible, found: Estimate) -> str:
@@ -210,4 +210,16 @@ def _floats(group: GroupFindings, numbers: Mapping[str, Estimate]) -> str:
         f"the moving mass of {format_number(total.value, error)} kg is less than the {format_number(water)} kg of "
         "water that specimen.submerged_volume_m3 displaces: look at the volume, at specimen.stiffness_N_per_m and at "
         "the load cells' unit"
+    )
+
+
+def _turned(group: GroupFindings) -> str:
+    """That a body was turned by more than half a turn, as an angle in degrees that is taken for radians was."""
+    turned = [t.motion for t in group.trials if t.motion.recording.coordinate == "rotation"]
+    most = max(turned, key=lambda one: one.amplitude, default=None)
+    if most is None or not most.amplitude > math.pi:
+        return ""
+    return (
+        f"trial {most.name} is released from {most.amplitude:.3g} rad, more than half a turn (pi): is it in degrees? "
+        "correct recordings.channels.displacement.unit, or list unit in recordings.accept"
     )

@@ -108,6 +108,20 @@ def test_conditions_are_guessed_from_names(
     assert bool(found.pattern) == bool(conditions)
 
 
+@pytest.mark.parametrize(("water", "in_water"), [("wet", True), ("236", True), ("air", False)])
+def test_where_wet_trials_stand_beside_dry_ones_the_equation_has_what_still_water_does(
+    capsys: Capture, tmp_path: Path, water: str, in_water: bool
+) -> None:
+    for at in range(4):
+        write_table(tmp_path / f"s_{'dry' if at % 2 else water}_{'ab'[at // 2]}.csv", recorded(0.03 + 0.01 * at, at))
+    begun = undertow(capsys, "init", tmp_path)
+    assert begun.code == 0, begun.err
+    config = load(tmp_path / "undertow.yaml")
+    structure = ("stiffness", "viscous_damping", "coulomb_friction")
+    assert config.equation.terms == (*structure, *(("added_mass", "quadratic_drag") if in_water else ()))
+    assert ("area_m2 and submerged_volume_m3" in begun.out) is in_water
+
+
 def test_a_hold_that_would_count_as_motion_is_cut(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     write_table(tmp_path / "r1.csv", recorded(0.04, 0), "time_s,disp_m,acc_mps2")
     write_table(tmp_path / "r2.csv", recorded(0.05, 1), "time_s,disp_m,acc_mps2")

@@ -13,19 +13,24 @@ from pathlib import Path
 from undertow.campaign.proposing import TERMS, layout_keys, layout_lines, plain, spec_text, time_text
 from undertow.campaign.starting.names import Named
 from undertow.campaign.starting.survey import Alike, Reading, Survey
+from undertow.equation.hydrodynamics import AddedMass, QuadraticDrag
 from undertow.recording.readers import suffix_of
 from undertow.recording.recording import CHANNELS
 
 WIDTH = 118
 """Characters of a comment's line."""
 
+WATER_TERMS = (AddedMass.name, QuadraticDrag.name)
+"""What still water does to any body: a campaign with dry trials and others begins with it, else it would be found as
+something hidden."""
+
 SPECIMEN = """\
 # What the laboratory knows of the specimen; every entry is optional, and a table may go by a condition:
 # specimen:
 #   mass_kg: 100.0                 # all that moves when dry
 #   stiffness_N_per_m: {by: spring, short: 4.0e+5, long: 1.1e+5}
-#   area_m2: 1.0                   # drag area; then add quadratic_drag to the terms
-#   submerged_volume_m3: 0.1"""
+#   area_m2: 1.0                   # drag area of the part in water
+#   submerged_volume_m3: 0.1       # takes weight off: without it friction in water is taken to be as large as in air"""
 """Keys to be filled in."""
 
 
@@ -44,7 +49,7 @@ class Draft:
     def text(self) -> str:
         """The config as YAML with comments."""
         base = self.survey.groups[0].reading
-        terms = ", ".join(TERMS)
+        terms = TERMS + (WATER_TERMS if self.named.wet else ())
         lines = [
             *_comment("Proposed by `undertow init` from the files. It runs as it is; guesses stand beside their keys."),
             *(line for note in self.notes for line in _comment(note)),
@@ -55,8 +60,8 @@ class Draft:
             *_indented(self._trials(), 2),
             *SPECIMEN.splitlines(),
             "equation:",
-            "  # with water and a dry trial of each spring: add added_mass and quadratic_drag (undertow terms)",
-            f"  terms: [{terms}]",
+            "  # undertow terms lists all; added_mass and quadratic_drag are what still water does",
+            f"  terms: [{', '.join(terms)}]",
             f"  coordinate: {base.coordinate}",
         ]  # fmt: skip
         return "\n".join(lines) + "\n"

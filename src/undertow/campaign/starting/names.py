@@ -41,12 +41,14 @@ _NUMBER = r"[0-9]+(?:[.,][0-9]+)?"
 @dataclass(frozen=True)
 class Named:
     """``pattern`` (a regular expression with named groups; empty where names have no common form), conditions that a
-    group shares, the condition and value of dry trials (None: none seen), and what each named group was taken for."""
+    group shares, the condition and value of dry trials (None: none seen), what each named group was taken for, and
+    whether there are trials in water beside dry ones (``wet``)."""
 
     pattern: str = ""
     group_by: tuple[str, ...] = ()
     dry: tuple[str, str] | None = None
     meanings: dict[str, str] = field(default_factory=dict)
+    wet: bool = False
 
 
 def read_names(files: Sequence[str]) -> Named:
@@ -67,6 +69,7 @@ def read_names(files: Sequence[str]) -> Named:
     meanings: dict[str, str] = {}
     group_by: list[str] = []
     dry: tuple[str, str] | None = None
+    wet = False
     for at, column in enumerate(columns):
         if len(set(column)) == 1:
             pieces.append(re.escape(column[0]))
@@ -78,7 +81,9 @@ def read_names(files: Sequence[str]) -> Named:
         meanings[name] = meaning
         if shared:
             group_by.append(name)
-        dry = dry or next(((name, one) for one in column if one.lower() in DRY), None)
+        if dry is None:
+            dry = next(((name, one) for one in column if one.lower() in DRY), None)
+            wet = dry is not None and any(one.lower() not in DRY for one in column)
     if not meanings:
         return Named()
     ends = sorted({suffix_of(base) for base in bases}, key=lambda end: (-len(end), end))
@@ -86,7 +91,7 @@ def read_names(files: Sequence[str]) -> Named:
     pattern = f"(?i)^{f'{apart}+'.join(pieces)}(?:{suffix})$"
     if not all(re.search(pattern, base.name) for base in bases):
         return Named()
-    return Named(pattern, tuple(group_by), dry, meanings)
+    return Named(pattern, tuple(group_by), dry, meanings, wet)
 
 
 def _meaning(column: Sequence[str], last: bool) -> tuple[str, str, str, bool]:

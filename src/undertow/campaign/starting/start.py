@@ -23,6 +23,10 @@ from undertow.errors import ConfigError, RecordingError, UndertowError
 FILE_NAME = "undertow.yaml"
 """The config's name, in the folder that it is about."""
 
+ASKED = "fill in specimen: mass_kg and, of the part in water, area_m2 and submerged_volume_m3"
+"""What is to be done where dry trials are known: without a mass or a stiffness they say nothing of the body in water,
+and without its volume the friction there is taken to be as large as in air."""
+
 Progress = Callable[[str, int, int], None]
 
 
@@ -35,7 +39,7 @@ class Started:
     trials: int
     left_out: tuple[tuple[str, str], ...]
     layouts: int
-    next: str = "fill in specimen and dry"
+    next: str
 
     @property
     def summary(self) -> str:
@@ -70,7 +74,8 @@ def start(folder: Path, out: Path | None = None, progress: Progress = lambda sta
         stream.write(draft.text())
     left_out = (*found.unread, *draft.left_out.items())
     used = len(found.files) - len(draft.left_out)
-    return Started(path, used, tuple(sorted(left_out)), len(found.groups))
+    asked = ASKED if draft.named.wet else "fill in specimen and dry"
+    return Started(path, used, tuple(sorted(left_out)), len(found.groups), asked)
 
 
 def _written_sets(found: Survey, folder: Path, path: Path) -> Started:

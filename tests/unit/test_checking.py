@@ -175,6 +175,27 @@ def test_a_specimen_whose_table_does_not_know_a_trial_is_no_failure_of_the_check
     assert all(one.failed is None for one in checked(config))
 
 
+def test_a_trial_whose_window_begins_in_a_hold_begins_at_its_release(campaign: Campaign) -> None:
+    for at in range(6):
+        table = recorded(0.03 + 0.01 * (at % 3), at)
+        held = np.column_stack([np.zeros(100), np.full(100, table[:20, 1].mean()), np.zeros(100)])
+        held[:, 1:] += table[:20, 1:].std(axis=0) * np.random.default_rng(at).standard_normal((100, 2))
+        table = np.vstack([held, table])
+        table[:, 0] = 0.01 * np.arange(len(table))
+        write_table(campaign.folder / f"r{at:02d}.csv", table)
+    asked = load(campaign.config, ['trials.window={"*": {start_s: 0.5}}'])
+    for one, free in zip(checked(asked), checked(load(campaign.config)), strict=True):
+        assert one.motion is not None
+        assert free.motion is not None
+        assert one.motion.window.release_s == pytest.approx(free.motion.window.release_s, abs=0.01)
+        (doubt,) = one.found
+        assert (doubt.kind, doubt.certain) == ("hold", False)
+        assert "a hold before the release is cut off, and the trial used from" in doubt.sentence
+    known = checked(asked, {"r00": ("hold",)})[0]
+    assert known.motion is not None
+    assert known.motion.window.release_s == 0.5
+
+
 def test_a_trial_that_reaches_the_end_of_anothers_range_is_not_used(campaign: Campaign) -> None:
     config = load(campaign.config)
     trials = checked(config)

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from tests.decays import Decay, exact
 from undertow.conditioning.condition import condition
-from undertow.conditioning.decaying import hold_not_cut, refuse_no_decay, why_no_decay
+from undertow.conditioning.decaying import after_hold, hold_not_cut, refuse_no_decay, why_no_decay
 from undertow.conditioning.period import dominant_period
 from undertow.conditioning.release import find_window, half_period
 from undertow.conditioning.swings import find_swings
@@ -198,12 +198,30 @@ def test_the_period_of_a_motion_that_drifts_is_that_of_its_turns():
     assert dominant_period(motion) == pytest.approx(1.0, rel=0.05)
 
 
+@pytest.mark.parametrize("start", [0.5, 1.2])
+@pytest.mark.parametrize("frequency", FREQUENCIES_HZ)
+def test_a_window_that_begins_in_a_hold_is_moved_to_the_release(frequency: float, start: float) -> None:
+    pulled = np.where(T < 0.4, T / 0.4, free(T))  # the hold lasts from .4 to 2 periods
+    recording = record(pulled, frequency)
+    levels = {"displacement": 2e-3 * SIZE_M}
+    window = find_window(recording, start_s=start / frequency)
+    held = hold_not_cut(recording, window, levels)
+    assert held is not None
+    moved = after_hold(recording, window, held, None, levels)
+    assert moved is not None
+    assert moved.held
+    assert moved.release_s * frequency == pytest.approx(HELD, abs=0.05)
+    assert hold_not_cut(recording, moved, levels) is None
+    assert f"and the trial used from {moved.start_s:.4g} s on; set trials" in held.sentence(moved.start_s)
+
+
 def test_a_hold_in_the_window_is_doubted_with_the_start_that_cuts_it_off():
     recording = record(free(T, held=1.5))
     window = find_window(recording, start_s=0.0)
     seen = hold_not_cut(recording, window)
     assert seen is not None
-    assert "a hold before the release seems not to be cut off; set trials.window.start_s near 1.5" in seen.sentence
+    said = seen.sentence(None)
+    assert "a hold before the release seems not to be cut off; set trials.window.start_s near 1.5" in said
     assert seen.end_s == pytest.approx(1.5, abs=0.05)  # friction and damping move half a swing by so much
     gyro = Recording("r1", recording.time, {"velocity": np.gradient(free(T, held=1.5), recording.time)})
     stood = hold_not_cut(gyro, find_window(gyro, start_s=0.0))

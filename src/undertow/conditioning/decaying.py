@@ -16,9 +16,10 @@ from dataclasses import dataclass
 import numpy as np
 
 from undertow.conditioning.motion import Window
-from undertow.conditioning.release import followed
+from undertow.conditioning.release import find_window, followed
 from undertow.conditioning.swings import NOISE_RANGE, Swings, find_swings
 from undertow.errors import RecordingError
+from undertow.recording.catalogue import TimeWindow, cut
 from undertow.recording.noise import noise
 from undertow.recording.recording import Array, Recording
 
@@ -147,10 +148,18 @@ def why_no_decay(recording: Recording, start_s: float | None = None, end_s: floa
 
 @dataclass(frozen=True)
 class HoldSeen:
-    """A hold that a window begins with: where it seems to end, s in the recording's time, and that in words."""
+    """A hold that a window begins with: where it seems to end, s in the recording's time, and how it is ``seen``."""
 
     end_s: float
-    sentence: str
+    seen: str
+
+    def sentence(self, used_from_s: float | None) -> str:
+        """That in words, with where the trial's start was moved to, if it was."""
+        if used_from_s is None:
+            left = f"seems not to be cut off; set trials.window.start_s near {self.end_s:.3g} s, or"
+        else:
+            left = f"is cut off, and the trial used from {used_from_s:.4g} s on; set trials.window.start_s there, or"
+        return f"{self.seen}: a hold before the release {left} list hold in recordings.accept"
 
 
 def hold_not_cut(recording: Recording, window: Window, levels: Mapping[str, float] | None = None) -> HoldSeen | None:
@@ -182,9 +191,24 @@ def hold_not_cut(recording: Recording, window: Window, levels: Mapping[str, floa
     return HoldSeen(
         end,
         f"it stays {where} for {stayed:.3g} s at the window's start, and a swing of {period:.3g} s does so for "
-        f"{usual:.2g} s: a hold before the release seems not to be cut off; set "
-        f"trials.window.start_s near {end:.3g} s, or list hold in recordings.accept",
+        f"{usual:.2g} s",
     )
+
+
+def after_hold(
+    recording: Recording, window: Window, hold: HoldSeen, end_s: float | None, levels: Mapping[str, float]
+) -> Window | None:
+    """The window without a hold that it begins with: from the release on where that is seen in it, else from where the
+    hold seems to end; None where neither leaves a motion that begins without one."""
+    inside = cut(recording, TimeWindow(window.start_s))
+    for start_s in (None, hold.end_s):
+        try:
+            found = find_window(inside, start_s, end_s, levels)
+        except RecordingError:
+            continue
+        if (found.held or start_s is not None) and hold_not_cut(inside, found, levels) is None:
+            return found
+    return None
 
 
 def _held_again(name: str, time: Array, values: Array, seen: Swings) -> str:

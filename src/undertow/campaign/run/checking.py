@@ -19,7 +19,7 @@ from undertow.campaign.run.cut_off import SeenEnd, common, reached
 from undertow.campaign.run.neighbours import misplaced
 from undertow.conditioning.agreement import Disagreement, disagreements
 from undertow.conditioning.condition import condition
-from undertow.conditioning.decaying import hold_not_cut, refuse_no_decay, why_no_decay
+from undertow.conditioning.decaying import HoldSeen, after_hold, hold_not_cut, refuse_no_decay, why_no_decay
 from undertow.conditioning.motion import Motion, Window
 from undertow.conditioning.pairs import Stated
 from undertow.conditioning.period import dominant_period
@@ -85,6 +85,9 @@ class Checker:
             window = find_window(recording, entry.window.start_s, entry.window.end_s, levels)
             here = self.catalogue.for_entry(entry)
             also = [Disagreement(d.kind, (d.channel,), 1.0, False, d.sentence) for d in said if d.kind]
+            if "hold" not in entry.accepted:
+                window, moved = _without_hold(recording, window, entry.window.end_s, levels)
+                also += moved
             found, known = self._compared(recording, here, window, levels, entry.accepted, also)
             refuse_no_decay(recording, window, levels, entry.accepted, entry.window.end_s)
             motion = _conditioned(recording, found, window, levels)
@@ -123,9 +126,22 @@ class Checker:
         found = (*also, *disagreements(recording, window, stated, levels))
         held = hold_not_cut(recording, window, levels)
         if held is not None:
-            found = (*found, Disagreement("hold", ("displacement",), held.end_s, False, held.sentence))
+            found = (*found, _hold(held, None))
         known = tuple(f"accepted ({d.kind}): {d.sentence}" for d in found if d.kind in accepted)
         return tuple(d for d in found if d.kind not in accepted), known
+
+
+def _without_hold(
+    recording: Recording, window: Window, end_s: float | None, levels: Mapping[str, float]
+) -> tuple[Window, list[Disagreement]]:
+    """The window without a hold that it begins with, where that can be cut off, and that as a doubt."""
+    held = hold_not_cut(recording, window, levels)
+    moved = after_hold(recording, window, held, end_s, levels) if held is not None else None
+    return (window, []) if held is None or moved is None else (moved, [_hold(held, moved.start_s)])
+
+
+def _hold(seen: HoldSeen, used_from_s: float | None) -> Disagreement:
+    return Disagreement("hold", ("displacement",), seen.end_s, False, seen.sentence(used_from_s))
 
 
 def _conditioned(

@@ -8,7 +8,7 @@ import pytest
 
 from tests.decays import any_decay, exact
 from undertow.errors import ClippedError, RecordingError
-from undertow.recording.clipping import levels, plateaus
+from undertow.recording.clipping import begins_cut, levels, plateaus
 from undertow.recording.dropouts import find_dropouts
 from undertow.recording.noise import noise, quantum
 from undertow.recording.propose import name_and_unit, propose_mapping
@@ -148,6 +148,32 @@ def test_a_pull_beyond_the_range_is_a_cut_though_a_hold_and_a_release_follow() -
         cut = np.minimum(x, 0.8) + np.random.default_rng(seed).normal(0.0, 1e-3, x.size)
         seen += [end.upper for end in levels(cut, noise(cut))] == [True]
     assert seen >= 37  # the others are as few where no hold is held against anything
+
+
+@pytest.mark.parametrize("samples", [30, 120, 400])
+def test_a_record_that_begins_cut_is_doubted_and_one_that_begins_with_a_hold_is_not(samples: int) -> None:
+    seen, tried = 0, 0
+    for seed in range(40):
+        rng = np.random.default_rng(seed)
+        held = pulled(rng, samples)[5 * samples + samples // 2 :]  # half a period of the hold, where it lasts as long
+        if held[0] < 0.9:
+            continue
+        assert begins_cut(held, noise(held)) is None, seed
+        cut = np.minimum(held, 0.8) + rng.normal(0.0, 1e-3, held.size)
+        level, lower = begins_cut(cut, noise(cut)), begins_cut(-cut, noise(cut))
+        assert (level is None) == (lower is None)
+        seen, tried = seen + (level == pytest.approx(0.8, abs=2e-3)), tried + 1
+    assert tried > 10
+    assert seen > 0.85 * tried  # noise bends a level by two standard deviations in 2 % and slow noise hides some
+
+
+def test_a_hold_beyond_the_sensors_range_is_a_doubt_that_clipping_accepts() -> None:
+    t, x = decay()
+    noisy = np.minimum(x, 0.026) + np.random.default_rng(9).normal(0.0, 3e-5, x.size)
+    (doubt,) = doubts(recording(noisy, t))
+    assert (doubt.kind, doubt.channel) == ("clipping", "displacement")
+    assert "displacement begins at 0.026" in doubt.sentence
+    assert "leaves it at speed: its sensor is cut off there, or the body was pushed" in doubt.sentence
 
 
 @pytest.mark.parametrize("seed", [36, 168, 266, 384, 387])

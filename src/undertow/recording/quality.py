@@ -14,7 +14,7 @@ from types import MappingProxyType
 import numpy as np
 
 from undertow.errors import ClippedError, RecordingError
-from undertow.recording.clipping import NOISE_FREE_SHARE, levels, longest_hold, plateaus
+from undertow.recording.clipping import NOISE_FREE_SHARE, begins_cut, levels, longest_hold, plateaus
 from undertow.recording.doubt_kinds import DoubtKind
 from undertow.recording.dropouts import find_dropouts
 from undertow.recording.noise import noise, quantum
@@ -181,6 +181,13 @@ def _doubts_of_channel(recording: Recording, name: str, whole: Array, accepted: 
             f"trial {recording.name}: {name} is clipped between {low:.6g} and {high:.6g} {unit}: {said}; widen the "
             "sensor's range, take it out of recordings.channels, or start trials.window later", name, flat
         )  # fmt: skip
+    begun = begins_cut(values, sigma) if smooth else None
+    if begun is not None:
+        said = (
+            f"{name} begins at {begun:.6g} {unit} and leaves it at speed: its sensor is cut off there, or the body was "
+            "pushed and not let go; look at the sensor's range, or list clipping in recordings.accept"
+        )
+        found.append(Doubt(said, name, "clipping"))
     if cut == 1:
         found.append(Doubt(f"{name}: one peak looks cut at its extreme, between {low:.6g} and {high:.6g} {unit}", name))
     spikes = _spikes(recording, whole)

@@ -167,6 +167,16 @@ def test_a_record_that_begins_cut_is_doubted_and_one_that_begins_with_a_hold_is_
     assert seen > 0.85 * tried  # noise bends a level by two standard deviations in 2 % and slow noise hides some
 
 
+def test_a_body_that_creeps_back_and_uneven_samples_are_not_said_to_begin_cut() -> None:
+    t, x = decay()
+    rng = np.random.default_rng(9)
+    creeping = 0.03 * np.exp(-2.0 * np.maximum(t - 0.6, 0.0)) + rng.normal(0.0, 3e-5, t.size)
+    assert begins_cut(creeping, noise(creeping)) is None
+    cut = np.minimum(x, 0.026) + rng.normal(0.0, 3e-5, x.size)
+    uneven = t + rng.uniform(-0.3, 0.3, t.size) / RATE_HZ
+    assert not any(one.kind == "clipping" for one in doubts(recording(cut, uneven)))
+
+
 def test_a_hold_beyond_the_sensors_range_is_a_doubt_that_clipping_accepts() -> None:
     t, x = decay()
     noisy = np.minimum(x, 0.026) + np.random.default_rng(9).normal(0.0, 3e-5, x.size)

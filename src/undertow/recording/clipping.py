@@ -59,6 +59,10 @@ PASSED = 0.2
 rest there, which a hold is, however it was come to: of 1,500 holds after a pull at constant speed 3 % pass for more
 (short ones, seen coarsely), of 2,000 swings cut at .6 to .95 of their size 1 % for less."""
 
+SWINGS_BACK = 0.2
+"""A body swings further to the other side of where it ends than this share of the level it begins with; one that creeps
+back leaves its hold at once, too."""
+
 BEGINS_PASSED = 0.5
 """A level that a record begins with is left at speed from this share on: of 1,000 holds from the first sample on, with
 noise up to .004 of their size, none passes for more than .4; of as many swings cut at .6 to .95 84 % do."""
@@ -134,6 +138,9 @@ def begins_cut(values: Array, sigma: float) -> float | None:
         start, end = _runs(signed > float(np.max(signed)) - band)[0]
         top = signed[start + 1 : end - 1]
         if start > 0 or top.size < LEVEL_SAMPLES or _bend(top) <= LEVEL_BEND * band / LEVEL_BAND:
+            continue
+        rest = float(np.median(signed[-max(signed.size // 20, 1) :]))
+        if rest - float(np.min(signed)) < SWINGS_BACK * (float(np.mean(top)) - rest):
             continue
         if _goes_beyond(float(np.mean(top)) - signed[end:], far) > BEGINS_PASSED:
             return sign * float(np.mean(top))

@@ -181,7 +181,7 @@ def _doubts_of_channel(recording: Recording, name: str, whole: Array, accepted: 
             f"trial {recording.name}: {name} is clipped between {low:.6g} and {high:.6g} {unit}: {said}; widen the "
             "sensor's range, take it out of recordings.channels, or start trials.window later", name, flat
         )  # fmt: skip
-    begun = begins_cut(values, sigma) if smooth else None
+    begun = begins_cut(values, sigma) if smooth and _is_even(recording.time) else None
     if begun is not None:
         said = (
             f"{name} begins at {begun:.6g} {unit} and leaves it at speed: its sensor is cut off there, or the body was "
@@ -198,6 +198,12 @@ def _doubts_of_channel(recording: Recording, name: str, whole: Array, accepted: 
         said = f"{name}: its range of {high - low:.3g} {unit} is less than ten times its noise of {sigma:.2g} {unit}"
         found.append(Doubt(said, name))
     return found
+
+
+def _is_even(time: Array) -> bool:
+    """Whether samples are so even in time that how fast they fall is how fast the body moves."""
+    steps = np.diff(time)
+    return bool(np.std(steps) <= UNEVEN_SHARE * np.median(steps))
 
 
 def _is_steady(name: str) -> bool:

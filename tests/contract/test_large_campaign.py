@@ -188,7 +188,7 @@ class StandIn:
         monkeypatch.setattr(campaign_run, "analyse", quickly)
         monkeypatch.setattr(campaign_run.checkpoints, "save", lambda *_: None)
         monkeypatch.setattr(campaign_run, "judged", judge)
-        monkeypatch.setattr(campaign_run, "_each_once", list)  # copies stand for trials here
+        monkeypatch.setattr(campaign_run, "each_once", list)  # copies stand for trials here
 
     def _checked(self, entry: Entry) -> Checked:
         motion = replace(one_motion(), recording=renamed(entry))

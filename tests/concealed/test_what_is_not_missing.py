@@ -185,6 +185,10 @@ def test_a_late_accelerometer_shows_the_release_and_the_turns_later():
         assert np.all(unsure[trial.t < LATE_S])
 
 
+def test_an_accelerometer_whose_noise_alone_makes_it_late_is_not():
+    assert set(make_level([member("short", SHORT, 4300)]).late_s.values()) == {0.0}
+
+
 def test_so_that_the_body_is_not_held_against_what_its_accelerometer_shows_before():
     level = make_level([with_late_accelerometer(member("short", SHORT, 4300))])
     as_before = replace(level, late_s={})

@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 from tests.decays import Decay, exact
 from undertow.conditioning.condition import condition
 from undertow.conditioning.decaying import after_hold, hold_not_cut, refuse_no_decay, why_no_decay
+from undertow.conditioning.motion import Window
 from undertow.conditioning.period import dominant_period
 from undertow.conditioning.release import find_window, half_period
 from undertow.conditioning.swings import find_swings
@@ -229,3 +230,18 @@ def test_a_hold_in_the_window_is_doubted_with_the_start_that_cuts_it_off():
     assert stood.end_s == pytest.approx(1.5, abs=0.05)
     assert hold_not_cut(recording, find_window(recording)) is None
     assert hold_not_cut(record(free(T, held=0.0)), find_window(recording, start_s=0.0)) is None
+
+
+def test_a_hold_that_the_window_begins_with_is_no_second_one():
+    held = record(free(T))
+    refuse_no_decay(held, Window(0.0, 0.0, float(held.time[-1])))
+
+
+@pytest.mark.parametrize("end", [5.0, 10.5], ids=["it swings on", "smaller swings came after"])
+def test_a_window_that_ends_elsewhere_shows_nobody_who_catches(end):
+    shape = free(T) if end == 5.0 else np.where(T < 7.9, free(T), 0.0)
+    refuse_no_decay(record(shape), Window(HELD, HELD, end, held=True))
+
+
+def test_a_body_that_stops_at_its_last_small_swings_is_not_caught():
+    assert said_of(record(np.where(T < 8.4, free(T, 0.05), 0.0))) == ""

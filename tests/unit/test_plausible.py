@@ -126,7 +126,7 @@ def test_load_cells_that_show_another_spring_contradict_and_by_less_are_doubted(
     assert wrong.verdict.status == "cannot_tell"
     assert wrong.verdict.contradicted
     assert wrong.verdict.verdict == ()
-    assert "above the one that the motion shows" in wrong.verdict.because
+    assert "above the one that the motion shows, and more than 30 %" in wrong.verdict.because
     known = {trial.motion.name: ("conditions",) for trial in wrong.trials}
     (accepted,), said = with_doubts([with_cells(2.26)], known)
     assert accepted.verdict.status == "explained"
@@ -134,16 +134,21 @@ def test_load_cells_that_show_another_spring_contradict_and_by_less_are_doubted(
 
 
 def test_a_body_lighter_than_the_water_it_displaces_contradicts():
-    def weighed(mass: Estimate) -> GroupFindings:
-        fit = Fit("output_error", ("r1",), {}, {"total_mass_kg": mass})
-        return replace(group(), specimen=Specimen(submerged_volume_m3=0.03), fits={"output_error": fit})
+    def weighed(mass_kg: float, coordinate: str = "translation", **found: tuple[float, float]) -> GroupFindings:
+        of_it = replace(group(**found), specimen=Specimen(mass_kg, submerged_volume_m3=0.03, mass_error_kg=1.0))
+        record = replace(of_it.trials[0].motion.recording, coordinate=coordinate)
+        trial = replace(of_it.trials[0], motion=replace(of_it.trials[0].motion, recording=record))
+        return replace(of_it, trials=(trial,))
 
-    light = weighed(Estimate(0.0048, 1e-5, unit="kg"))
-    (found,), (said,) = with_doubts([light])
+    (found,), (said,) = with_doubts([weighed(0.048)])
     assert found.verdict.contradicted
-    assert "the moving mass of 0.004800 kg is less than the 30 kg of water" in said
-    assert implausible(weighed(Estimate(45.0, 1.0, unit="kg"))) == ()
-    assert implausible(weighed(Estimate(0.02, 1e-5, unit="kg m^2"))) == ()  # of an angle
+    assert "the body's mass of 0.048 kg is less than the 30 kg of water" in said
+    unsure = replace(weighed(0.048).specimen, mass_error_kg=math.nan)
+    assert implausible(replace(weighed(0.048), specimen=unsure)) != ()
+    assert implausible(weighed(28.0)) == ()  # within three of its errors
+    assert implausible(weighed(math.nan)) == ()
+    assert implausible(weighed(0.048, "rotation")) == ()  # an inertia
+    assert implausible(weighed(31.0, added_mass_kg=(-8.0, 0.1))) == ()  # water below its resonance takes some off
 
 
 @pytest.mark.parametrize(

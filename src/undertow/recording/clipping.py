@@ -70,6 +70,7 @@ noise up to .004 of their size, none passes for more than .4; of as many swings 
 NOISE_FREE_SHARE = 1e-5
 """Noise below this share of the range is a simulation's: its hold may well be constant."""
 
+
 def plateaus(values: Array, step: float) -> int:
     """How often a channel (n,) runs into its own largest or smallest value and leaves it at speed.
 

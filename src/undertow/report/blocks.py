@@ -221,8 +221,8 @@ def no_gain_words(findings: Findings, group: GroupFindings) -> str:
     together = [g for g in findings.groups if g is not group and span.level_of(g) == level]
     others = [
         g for g in together
-        if g.verdict.verdict == verdict.verdict
-        and g.verdict.augmented is not None and g.verdict.augmented.nrmse < g.verdict.baseline.nrmse
+        if g.verdict.verdict == verdict.verdict and g.verdict.augmented is not None
+        and g.verdict.augmented.nrmse < g.verdict.baseline.nrmse
     ]  # fmt: skip
     sizes = f"{percent(verdict.baseline.nrmse)} as prescribed, {percent(verdict.augmented.nrmse)} repaired"
     text = f"In this group the median free-run error does not fall ({sizes}"

@@ -101,9 +101,7 @@ def _not_green(group: GroupFindings, text: str) -> GroupFindings:
 
 def impossible(group: GroupFindings) -> str:
     """What no body and no calibration can be, in words; empty where nothing is."""
-    numbers = group_numbers(group)
-    off = _off_by_cells(group, numbers)
-    return _floats(group, numbers) or (_cells(group, numbers) if off is not None and abs(off) > CELLS_ARE_WRONG else "")
+    return _floats(group) or _cells(group, group_numbers(group), CELLS_ARE_WRONG)
 
 
 def implausible(group: GroupFindings) -> tuple[tuple[str, str], ...]:
@@ -115,7 +113,7 @@ def implausible(group: GroupFindings) -> tuple[tuple[str, str], ...]:
         found.append(_outside(ADDED_MASS, numbers["added_mass_kg"].scaled(1.0 / mass, "1")))
     elif "total_mass_kg" in numbers and math.isfinite(mass) and mass > 0.0:
         found.append(_outside(MASS, numbers["total_mass_kg"].scaled(1.0 / mass, "1")))
-    found += [_stiffness(group, numbers), _cells(group, numbers), _floats(group, numbers)]
+    found += [_stiffness(group, numbers), _cells(group, numbers, STIFFNESS_OFF), _floats(group)]
     doubts = [("conditions", text) for text in found if text]
     doubts += [(kind, text) for kind, text in (("damping", _damped(numbers)), ("unit", _turned(group))) if text]
     return tuple(doubts)
@@ -171,45 +169,37 @@ def _stiffness(group: GroupFindings, numbers: Mapping[str, Estimate]) -> str:
     )
 
 
-def _off_by_cells(group: GroupFindings, numbers: Mapping[str, Estimate]) -> float | None:
-    """By which share the load cells' stiffness is surely above the identified one; None where one is not known."""
+def _cells(group: GroupFindings, numbers: Mapping[str, Estimate], limit: float) -> str:
+    """That the load cells surely show another stiffness than mass and frequency, by more than a share."""
     found = group.structure.k if group.structure is not None else numbers.get("k_N_per_m")
     slopes = [slope for t in group.trials if (slope := slope_of_cells(t.motion)) is not None]
     if found is None or not found.value > 0.0 or not slopes:
-        return None
+        return ""
     cells = mean_of_trials(slopes, "N/m", "load cells")
     off = cells.value / found.value - 1.0
     error = math.hypot(cells.total_stderr, found.total_stderr) / found.value
-    room = ERRORS * error if math.isfinite(error) else 0.0
-    return math.copysign(max(abs(off) - room, 0.0), off)
-
-
-def _cells(group: GroupFindings, numbers: Mapping[str, Estimate]) -> str:
-    """That the load cells show another stiffness than mass and frequency."""
-    off = _off_by_cells(group, numbers)
-    if off is None or abs(off) <= STIFFNESS_OFF:
+    surely = abs(off) - (ERRORS * error if math.isfinite(error) else 0.0)
+    if surely <= limit:
         return ""
-    way = "above" if off > 0.0 else "below"
     return (
-        f"the load cells' stiffness is at least {percent(abs(off))} {way} the one that the motion shows, and more than "
-        f"{100.0 * STIFFNESS_OFF:.0f} % is doubted: look at the cells' columns and calibration, at specimen.mass_kg, "
-        "and at which spring these trials had"
+        f"the load cells' stiffness is at least {percent(surely)} {'above' if off > 0.0 else 'below'} the one that the "
+        f"motion shows, and more than {100.0 * limit:.0f} % is doubted: look at the cells' columns and calibration, at "
+        "specimen.mass_kg, and at which spring these trials had"
     )
 
 
-def _floats(group: GroupFindings, numbers: Mapping[str, Estimate]) -> str:
-    """That the body with the water it moves is lighter than the water it displaces: its mass was not stated."""
-    total = numbers.get("total_mass_kg")
-    water = group.specimen.water_density_kg_per_m3 * group.specimen.submerged_volume_m3
-    if total is None or total.unit != "kg" or not math.isfinite(water):
-        return ""
-    error = total.total_stderr if math.isfinite(total.total_stderr) else 0.0
-    if not total.value + ERRORS * error < water:
+def _floats(group: GroupFindings) -> str:
+    """That the body, whose mass was not stated but follows from its spring, is lighter than the water it displaces."""
+    body = group.specimen
+    water = body.water_density_kg_per_m3 * body.submerged_volume_m3
+    turns = any(t.motion.recording.coordinate == "rotation" for t in group.trials)
+    error = body.mass_error_kg if math.isfinite(body.mass_error_kg) else 0.0
+    if turns or not body.mass_kg + ERRORS * error < water:
         return ""
     return (
-        f"the moving mass of {format_number(total.value, error)} kg is less than the {format_number(water)} kg of "
-        "water that specimen.submerged_volume_m3 displaces: look at the volume, at specimen.stiffness_N_per_m and at "
-        "the load cells' unit"
+        f"the body's mass of {format_number(body.mass_kg)} kg is less than the {format_number(water)} kg of water that "
+        "specimen.submerged_volume_m3 displaces: look at the volume, at specimen.stiffness_N_per_m and at the load "
+        "cells' unit"
     )
 
 

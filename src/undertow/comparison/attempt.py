@@ -111,7 +111,8 @@ def from_places(
     fits += [f for start in further if (f := _in_windows(stands, best, suspect, start)) is not None]
     if not fits:
         return None
-    ahead = min((_refined(level, f) for f in _apart(fits)), key=lambda f: f.criterion)
+    nearest = _apart(sorted(fits, key=lambda f: f.criterion))[:REFINED]
+    ahead = min((_refined(level, f) for f in nearest), key=lambda f: f.criterion)
     return Candidate((*best.suspects, suspect), ahead, prior, doubt(level, ahead, best.fit))
 
 

@@ -18,6 +18,7 @@ from undertow.comparison.joint import WIDER, JointFit
 from undertow.comparison.level import Addend, Level
 from undertow.comparison.score_test import GridPlace
 from undertow.comparison.suspect import Addition, Suspect
+from undertow.equation.kernel import SLOT
 from undertow.methods.dry import DEFAULT_SCATTER, PUBLISHED
 
 NAMING_PROBABILITY = 0.99
@@ -224,7 +225,7 @@ def doubt(level: Level, fit: JointFit, before: JointFit | None = None) -> str:
                     return f"{name} = {value:.4g} +- {error:.2g} {a.unit} could be anything"
                 if a.inner or a is not addend.additions[0]:
                     continue
-                if a.takes and value < -2.0 * error:
+                if a.takes and value < -2.0 * error and not _unloaded(level, a, name, value):
                     return f"{name} = {value:.4g} {a.unit} would feed energy into the motion"
                 error = _error_beside(fit, name, inner)
                 strongest = max(strongest, abs(value) / error if error > 0.0 else 0.0)
@@ -238,6 +239,15 @@ def doubt(level: Level, fit: JointFit, before: JointFit | None = None) -> str:
         if addend.additions and not addend.additions[0].inner and strongest < SIGNIFICANT:
             return f"{addend.prefix} is {strongest:.1f} standard errors from zero"
     return _feeds(level, fit, before)
+
+
+def _unloaded(level: Level, a: Addition, name: str, value: float) -> bool:
+    """Whether a coefficient only takes back part of what the structure's own law takes where weight rests on it, and
+    nobody said how much weight the water takes off: friction in water is then less than in air."""
+    rests = [m for m in level.members if "@" not in name or name.endswith(f"@{m.label}")]
+    return a.slot == "fc" and all(
+        m.model.specimen.volume_assumed and m.model.base[SLOT["fc"]] + value > 0.0 for m in rests
+    )  # fmt: skip
 
 
 def _names_of(fit: JointFit, addend: Addend, a: Addition) -> list[str]:

@@ -18,6 +18,9 @@ from undertow.likelihood.noise import residual_memory
 ENDED_SHORT = 2.0
 """A fit whose criterion another start betters by more (a unit of log evidence) had ended short of its optimum."""
 
+HARDLY = 10.0
+"""An answer ahead of the equation by so many times what a better start gained it would be found again."""
+
 SETTLING = 3
 """Fits after which sizes are taken as they are."""
 
@@ -42,7 +45,7 @@ def plain_fit(level: Level) -> JointFit:
     return min((together, apart), key=lambda f: f.criterion)
 
 
-def further_on(level: Level, null: Candidate, tried: Sequence[Candidate]) -> Candidate | None:
+def further_on(level: Level, null: Candidate, tried: Sequence[Candidate], best: Candidate) -> Candidate | None:
     """The prescribed equation from where the closest excluded suspect left it, if it had ended short of that optimum;
     else None. A suspect that comes out at nothing may still have led out of a bad place: friction, a dashpot and drag
     of a single decay trade places, and what is nearer by that alone would pass for something missing."""
@@ -53,7 +56,8 @@ def further_on(level: Level, null: Candidate, tried: Sequence[Candidate]) -> Can
     level, fit = replace(level, shared_water=null.fit.shared_water), null.fit
     try:
         went = fit_joint(level, fit.addends, fit.memory, closest.fit.values, closest.fit.misfit, growing=False)
-        if went.criterion > fit.criterion - ENDED_SHORT:
+        gained = fit.criterion - went.criterion
+        if gained < ENDED_SHORT or best.score - null.score > HARDLY * gained / 2.0:
             return None
         memory = residual_memory(went.solution)
         return replace(null, fit=fit_joint(level, fit.addends, memory, went.values, went.misfit, growing=False))

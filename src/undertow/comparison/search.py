@@ -395,5 +395,5 @@ def diagnose(
     null = Candidate((), plain_fit(level), math.log(PRIOR_NOTHING))
     usable = [s for s in suspects if has_room(level, s, null.fit)]
     found = _Search(level, usable, null, clean_when_dry, budget, told or {}).run()
-    further = further_on(level, found.null, found.candidates)
+    further = further_on(level, found.null, found.candidates, found.best)
     return found if further is None else _Search(level, usable, further, clean_when_dry, budget, told or {}).run()

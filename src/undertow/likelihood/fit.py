@@ -22,7 +22,8 @@ class Specimen:
     """What the laboratory knows of the specimen in one group of trials; nan where it does not.
 
     ``mass_kg`` is all that moves when dry, ``stiffness_N_per_m`` the stated spring, ``area_m2`` the drag area (0 when
-    dry), ``submerged_volume_m3`` reduces the normal force: N = m g - V rho g (report Eq. 15). ``area_error_m2`` and
+    dry), ``submerged_volume_m3`` reduces the normal force: N = m g - V rho g (report Eq. 15), and is ``volume_assumed``
+    where a body stands in water and nobody said how much of it that displaces. ``area_error_m2`` and
     ``volume_error_m3`` are their standard errors, which go into the systematic part of what depends on them, and so is
     ``stiffness_error_N_per_m``, where load cells gave the stiffness, and ``mass_error_kg``, where they gave the mass.
     ``published`` holds values of parameters that others gave, by name: shown beside what is found, used for nothing.
@@ -39,6 +40,7 @@ class Specimen:
     stiffness_error_N_per_m: float = 0.0
     mass_error_kg: float = 0.0
     published: tuple[tuple[str, float], ...] = ()
+    volume_assumed: bool = False
 
     @property
     def normal_force_N(self) -> float:

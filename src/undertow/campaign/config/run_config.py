@@ -135,6 +135,7 @@ class RunConfig(Section):
             known.gravity_m_per_s2,
             mass_error_kg=self._mass_error_kg,
             published=self._published(conditions),
+            volume_assumed=not dry and known.submerged_volume_m3 is None,
         )
 
     def _published(self, conditions: Mapping[str, Condition]) -> tuple[tuple[str, float], ...]:

@@ -18,6 +18,7 @@ from undertow.campaign.run.tasks import slope_of_cells
 from undertow.discrepancy.earned import NEXT
 from undertow.discrepancy.findings import GroupFindings
 from undertow.discrepancy.words import percent
+from undertow.equation.structure import CoulombFriction
 from undertow.quantities import Estimate, format_number
 from undertow.report.arrange import group_numbers
 from undertow.uncertainty.intervals import mean_of_trials
@@ -113,7 +114,7 @@ def implausible(group: GroupFindings) -> tuple[tuple[str, str], ...]:
         found.append(_outside(ADDED_MASS, numbers["added_mass_kg"].scaled(1.0 / mass, "1")))
     elif "total_mass_kg" in numbers and math.isfinite(mass) and mass > 0.0:
         found.append(_outside(MASS, numbers["total_mass_kg"].scaled(1.0 / mass, "1")))
-    found += [_stiffness(group, numbers), _cells(group, numbers, STIFFNESS_OFF), _floats(group)]
+    found += [_stiffness(group, numbers), _cells(group, numbers, STIFFNESS_OFF), _floats(group), _unloaded(group)]
     doubts = [("conditions", text) for text in found if text]
     doubts += [(kind, text) for kind, text in (("damping", _damped(numbers)), ("unit", _turned(group))) if text]
     return tuple(doubts)
@@ -200,6 +201,22 @@ def _floats(group: GroupFindings) -> str:
         f"the body's mass of {format_number(body.mass_kg)} kg is less than the {format_number(water)} kg of water that "
         "specimen.submerged_volume_m3 displaces: look at the volume, at specimen.stiffness_N_per_m and at the load "
         "cells' unit"
+    )
+
+
+def _unloaded(group: GroupFindings) -> str:
+    """That friction is less in water than in air, where nobody said how much weight the water takes off."""
+    named = group.verdict.parameters.get(CoulombFriction.name)
+    force = named.get(CoulombFriction.parameters[0].name) if isinstance(named, dict) else None
+    body = group.specimen
+    if group.structure is None or not (body.volume_assumed and isinstance(force, Estimate) and force.value < 0.0):
+        return ""
+    lacking, weight = -force.value, body.water_density_kg_per_m3 * body.gravity_m_per_s2
+    volume = lacking / (group.structure.mu.value * weight)
+    return (
+        f"friction is {format_number(lacking, force.total_stderr)} N less than in air, and "
+        f"specimen.submerged_volume_m3 is not stated: {volume:.2g} m^3 of displaced water would take that much weight "
+        "off; state the volume"
     )
 
 

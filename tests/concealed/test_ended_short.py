@@ -12,7 +12,7 @@ from undertow.comparison import search
 from undertow.comparison.candidate import Candidate
 from undertow.comparison.joint import JointFit
 from undertow.comparison.level import Level, make_level
-from undertow.comparison.prescribed import ENDED_SHORT, further_on
+from undertow.comparison.prescribed import ENDED_SHORT, HARDLY, further_on
 from undertow.comparison.search import diagnose
 
 NOTHING = "cubic_stiffness is 0.1 standard errors from zero"
@@ -33,7 +33,8 @@ def single() -> tuple[Level, JointFit]:
 def test_an_equation_that_ended_short_goes_on_from_where_a_suspect_that_is_nothing_led(single):
     level, fit = single
     tried = [Candidate((found("cubic_stiffness"),), fit, -3.0, NOTHING)]
-    further = further_on(level, Candidate((), stuck(fit), -0.1), tried)
+    null = Candidate((), stuck(fit), -0.1)
+    further = further_on(level, null, tried, null)
     assert further is not None
     assert (further.suspects, further.log_prior) == ((), -0.1)
     assert further.fit.criterion == pytest.approx(fit.criterion, abs=0.5)
@@ -45,9 +46,20 @@ def test_an_equation_at_its_optimum_stays_and_one_whose_suspect_means_something_
     level, fit = single
     suspects = (found("cubic_stiffness"),)
     ahead = replace(fit, criterion=fit.criterion - 20.0)  # excluded, more likely, and the equation cannot follow
-    assert further_on(level, Candidate((), fit, -0.1), [Candidate(suspects, ahead, -3.0, NOTHING)]) is None
-    assert further_on(level, Candidate((), stuck(fit), -0.1), [Candidate(suspects, fit, -3.0)]) is None
-    assert further_on(level, Candidate((), fit, -0.1), ()) is None
+    null, short = Candidate((), fit, -0.1), Candidate((), stuck(fit), -0.1)
+    assert further_on(level, null, [Candidate(suspects, ahead, -3.0, NOTHING)], null) is None
+    assert further_on(level, short, [Candidate(suspects, fit, -3.0)], short) is None
+    assert further_on(level, null, (), null) is None
+
+
+@pytest.mark.parametrize(("times", "again"), [(0.9, True), (1.1, False)])
+def test_nothing_is_looked_for_again_where_an_answer_stands_far_ahead_of_the_better_equation_too(single, times, again):
+    level, fit = single
+    null, tried = Candidate((), stuck(fit), -0.1), [Candidate((found("cubic_stiffness"),), fit, -3.0, NOTHING)]
+    gained = 20.0 * ENDED_SHORT
+    ahead = replace(fit, criterion=null.fit.criterion - times * HARDLY * gained)
+    answer = Candidate((found("coulomb_friction"),), ahead, null.log_prior)
+    assert (further_on(level, null, tried, answer) is not None) == again
 
 
 def test_a_search_begins_again_from_the_better_equation(single, monkeypatch):
@@ -62,5 +74,5 @@ def test_a_search_begins_again_from_the_better_equation(single, monkeypatch):
     monkeypatch.setattr(search, "further_on", further)
     diagnosis = diagnose(level, [found("cubic_stiffness")])
     assert diagnosis.null.fit.criterion == pytest.approx(fit.criterion, abs=0.5)
-    ((_, before, _),) = asked
+    ((_, before, *_),) = asked
     assert before.fit.criterion > fit.criterion + 10.0

@@ -16,6 +16,7 @@ from undertow.comparison.level import Addend, Level, make_level
 from undertow.comparison.limits import FAR_ABOVE_NOISE
 from undertow.comparison.suspects import SUSPECTS
 from undertow.conditioning.period import dominant_period
+from undertow.equation.kernel import SLOT
 
 UNKNOWN_TOO = pytest.mark.xfail(reason="a force and something unknown is said: a miss, not a wish", strict=True)
 
@@ -42,9 +43,7 @@ def test_two_effects_are_named_together(hidden, strength, seed):
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize(
-    "hidden", [pytest.param("external_forcing", marks=UNKNOWN_TOO), "hidden_resonator"]
-)
+@pytest.mark.parametrize("hidden", [pytest.param("external_forcing", marks=UNKNOWN_TOO), "hidden_resonator"])
 def test_one_effect_is_not_named_twice_as_a_force_and_a_resonator(hidden):
     # waves that die out leave what passes for a resonator; the resonator is found beside a force that it makes needless
     case = next(c for c in STUDIES["seiche"](range(35, 36)) if c.label["hidden"] == hidden)
@@ -102,8 +101,9 @@ def test_a_force_that_changes_along_the_record_and_goes_with_the_release_is_a_me
     def said(phases) -> str:
         values = fit.solution.values.copy()
         for motion, phase in zip(one.motions, phases, strict=True):
-            at = names.index(f"external_forcing.cosine_N[{motion.name}]"), names.index(
-                f"external_forcing.sine_N[{motion.name}]"
+            at = (
+                names.index(f"external_forcing.cosine_N[{motion.name}]"),
+                names.index(f"external_forcing.sine_N[{motion.name}]"),
             )
             end = float(motion.windowed("t")[-1])
             values[list(at)] = 3000.0 * motion.amplitude * np.array([np.cos(phase), np.sin(phase)])
@@ -144,6 +144,21 @@ def test_a_damping_that_would_feed_the_motion_is_no_answer():
     values[place] = -20.0 * fit.solution.stderr("cubic_damping.Ns3_per_m3")
     fed = replace(fit, solution=replace(fit.solution, values=values))
     assert "would feed energy into the motion" in doubt(level, fed)
+
+
+@pytest.mark.parametrize(("assumed", "share", "fed"), [(False, 0.4, True), (True, 0.4, False), (True, 1.1, True)])
+def test_friction_may_be_less_in_water_where_nobody_stated_the_volume_but_never_less_than_none(assumed, share, fed):
+    one = member("short", SHORT, 5000)
+    model = replace(one.model, specimen=replace(one.model.specimen, volume_assumed=assumed))
+    level = make_level([replace(one, model=model)])
+    friction = next(s for s in SUSPECTS if s.name == "coulomb_friction")
+    addend = Addend("coulomb_friction", friction.additions(level.scales, friction.starts(level.scales)[0]))
+    fit = fit_joint(level, (addend,), 1.0, {}, 10.0, growing=False, quick=True)
+    (name,) = (n for n in fit.solution.problem.names if n.startswith("coulomb_friction."))
+    values = fit.solution.values.copy()
+    values[fit.solution.problem.names.index(name)] = -share * model.base[SLOT["fc"]]
+    less = replace(fit, solution=replace(fit.solution, values=values))
+    assert ("would feed energy into the motion" in doubt(level, less)) == fed
 
 
 def test_what_leaves_the_equation_feeding_energy_into_the_motion_is_no_answer():

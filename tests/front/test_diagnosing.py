@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import pickle
+from dataclasses import replace
 from typing import ClassVar
 
 import numpy as np
@@ -56,6 +57,13 @@ def test_a_hidden_hardening_is_named_with_its_number(found):
     assert verdicts["error_repaired"] < 0.5 * verdicts["error"]
     assert found.parameters.loc[(group.label, "cubic_stiffness.N_per_m3"), "value"] == row["value"]
     assert found.failed == ()
+
+
+def test_what_a_reader_should_know_before_using_a_groups_numbers_is_printed_with_them(found):
+    noted = replace(found[0], findings=replace(found[0].findings, notes=("a < b is doubted",)))
+    assert noted.notes == ("a < b is doubted",)
+    assert str(noted).splitlines()[-1] == "- a < b is doubted"
+    assert "<li>a &lt; b is doubted</li>" in noted._repr_html_()
 
 
 def test_fit_and_diagnose_answer_in_the_same_units_where_only_the_mass_is_known(trials):
@@ -265,9 +273,7 @@ def test_discovers_draws_have_the_printed_errors_and_make_a_pair_plot(trials):
 
 
 def test_discover_takes_paths_tables_arrays_and_trials_alike(trials, tmp_path):
-    tables = [
-        pd.DataFrame({"t": m.recording.time, "x": 1e3 * m.recording.channels["displacement"]}) for m in trials
-    ]
+    tables = [pd.DataFrame({"t": m.recording.time, "x": 1e3 * m.recording.channels["displacement"]}) for m in trials]
     for name, table in zip(trials.names, tables, strict=True):
         table.to_csv(tmp_path / f"{name}.csv", sep=";", decimal=",", index=False)
     mm = {"x": "mm"}

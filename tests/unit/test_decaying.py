@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
+import undertow
 from tests.decays import Decay, exact
 from undertow.conditioning.condition import condition
 from undertow.conditioning.decaying import after_hold, hold_not_cut, refuse_no_decay, why_no_decay
@@ -245,3 +246,14 @@ def test_a_window_that_ends_elsewhere_shows_nobody_who_catches(end):
 
 def test_a_body_that_stops_at_its_last_small_swings_is_not_caught():
     refuse_no_decay(record(np.where(T < 9.9, free(T, 0.04), 0.0)), Window(HELD, HELD, 10.3, held=True))
+
+
+def test_a_body_whose_last_swings_were_too_small_to_be_seen_is_not_caught():
+    water = {"added_mass": 1271.0, "quadratic_drag": 3924.0}
+    slosh = {"mass_kg": 260.0, "natural_frequency_rad_per_s": 6.4, "damping_ratio": 0.01}
+    body = {"stiffness": 109600.0, "viscous_damping": 590.0, "coulomb_friction": 150.0, **water}
+    run = undertow.simulate(
+        {**body, "hidden_resonator": slosh}, x0=0.06, mass_kg=2637.4, rate_hz=40.0, duration_s=12.0
+    )  # fmt: skip
+    recording = run.recorded(noise_m=3e-4, seed=1, name="r1")
+    refuse_no_decay(recording, find_window(recording))

@@ -103,6 +103,40 @@ def test_a_body_that_is_not_what_is_stated_is_doubted_where_no_water_is_in_the_e
     assert implausible(group(total_mass_kg=(2.0 * MASS_KG, 40.0), added_mass_kg=(MASS_KG, 40.0))) == ()
 
 
+def test_a_mass_within_what_springs_add_is_a_note_where_it_is_surely_another():
+    def notes(ratio: float, error: float, **more: tuple[float, float]) -> tuple[str, ...]:
+        """Notes of a group whose moving mass is so many times the stated one."""
+        one = group(total_mass_kg=(ratio * MASS_KG, error * MASS_KG), **more)
+        ((said,), doubts) = with_doubts([one])
+        assert doubts == ()
+        assert said.verdict == one.verdict
+        return said.notes[len(one.notes) :]
+
+    (said,) = notes(1.1, 0.01)
+    assert said.startswith("what moves is 2901 kg, 10 % above the stated 2637.4 kg: springs and fixtures may move")
+    assert "8.0 % below" in notes(0.92, 0.001)[0]
+    assert notes(1.1, 0.03) == notes(1.02, 0.001) == ()
+    assert notes(1.1, 0.01, added_mass_kg=(200.0, 5.0)) == ()
+
+
+@pytest.mark.parametrize(
+    ("force", "assumed", "doubted"), [(-5.0, True, True), (5.0, True, False), (-5.0, False, False)]
+)
+def test_friction_that_is_less_in_water_than_in_air_asks_for_the_volume_that_nobody_stated(force, assumed, doubted):
+    wet = small_findings().groups[1]
+    mu = wet.structure.mu.value
+    found = replace(wet.verdict, parameters={"coulomb_friction": {"force_N": Estimate(force, 0.5, unit="N")}})
+    _, said = with_doubts([replace(wet, verdict=found, specimen=replace(wet.specimen, volume_assumed=assumed))])
+    assert [one.partition(": ")[2] for one in said] == (
+        [
+            "friction is 5.0 N less than in air, and specimen.submerged_volume_m3 is not stated: "
+            f"{5.0 / (mu * 9810.0):.2g} m^3 of displaced water would take that much weight off; state the volume"
+        ]
+        if doubted
+        else []
+    )
+
+
 def with_cells(ratio: float, error: float = 200.0) -> GroupFindings:
     """A group whose load cells show this many times the stiffness that its motion shows, with this error in N/m."""
     found = group(k_N_per_m=(K_N_PER_M, error))

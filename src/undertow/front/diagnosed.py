@@ -71,6 +71,11 @@ class DiagnosedGroup(HandOver):
         return self.verdict.sentence
 
     @property
+    def notes(self) -> tuple[str, ...]:
+        """What a reader should know before using the numbers."""
+        return self.findings.notes
+
+    @property
     def error_after(self) -> float:
         """Free-run error with what was found; nan where nothing is named."""
         return self.verdict.augmented.nrmse if self.verdict.augmented is not None else math.nan
@@ -241,11 +246,12 @@ class DiagnosedGroup(HandOver):
         return str(self)
 
     def __str__(self) -> str:
-        return "\n".join([self.sentence, *parameter_lines(self.estimates)])
+        return "\n".join([self.sentence, *parameter_lines(self.estimates), *(f"- {note}" for note in self.notes)])
 
     def _repr_html_(self) -> str:
         table = self.parameters.to_html(border=0, float_format=lambda value: f"{value:.5g}", na_rep="-")
         rejected = "".join(
             f"<li>not {escape(one.name)}: {escape(one.because)}</li>" for one in self.verdict.rejected
         )
-        return f"<div><p>{escape(self.sentence)}</p>{table}<ul>{rejected}</ul></div>"
+        notes = "".join(f"<li>{escape(note)}</li>" for note in self.notes)
+        return f"<div><p>{escape(self.sentence)}</p>{table}<ul>{notes}{rejected}</ul></div>"

@@ -33,6 +33,9 @@ CELLS_ARE_WRONG = 0.3
 """Relative difference between the load cells' stiffness and the identified one that no calibration explains: trials of
 another spring, a column that is missing."""
 
+MASS_NOTED = 0.03
+"""Relative difference between the mass that moves and the stated one from which on a note says so."""
+
 MOST_DAMPING_RATIO = 0.5
 """A body with more damping does not swing twice."""
 
@@ -79,6 +82,7 @@ def with_doubts(
         kinds = set.intersection(*known) if known else set()
         doubts = implausible(group)
         notes = [f"accepted ({kind}): {text}" if kind in kinds else text for kind, text in doubts]
+        notes += [] if notes else _carries(group)
         if notes:
             group = replace(group, notes=(*group.notes, *notes))
         unknown = [text for kind, text in doubts if kind not in kinds]
@@ -132,6 +136,22 @@ def _outside(allowed: Plausible, found: Estimate) -> str:
         f"{allowed.words} {format_number(found.value, error)} +- {format_number(error, error)} lies outside "
         f"{allowed.lower:g} to {allowed.upper:g}: look at {allowed.look_at}"
     )
+
+
+def _carries(group: GroupFindings) -> list[str]:
+    """That what moves is surely another mass than the stated one, though within what springs and fixtures add."""
+    stated, numbers = group.specimen.mass_kg, group_numbers(group)
+    found = None if "added_mass_kg" in numbers else numbers.get("total_mass_kg")
+    if found is None or not stated > 0.0 or not math.isfinite(found.total_stderr):
+        return []
+    off = found.value / stated - 1.0
+    if abs(off) - ERRORS * found.total_stderr / stated <= MASS_NOTED:
+        return []
+    return [
+        f"what moves is {format_number(found.value, found.total_stderr)} kg, {percent(abs(off))} "
+        f"{'above' if off > 0.0 else 'below'} the stated {format_number(stated)} kg: springs and fixtures may move "
+        "along; else look at specimen.mass_kg, specimen.stiffness_N_per_m and the unit of time"
+    ]
 
 
 def _damped(numbers: Mapping[str, Estimate]) -> str:

@@ -257,3 +257,23 @@ def test_a_body_whose_last_swings_were_too_small_to_be_seen_is_not_caught():
     )  # fmt: skip
     recording = run.recorded(noise_m=3e-4, seed=1, name="r1")
     refuse_no_decay(recording, find_window(recording))
+
+
+@pytest.mark.parametrize(
+    ("sizes", "caught"),
+    [
+        ((1.0, 0.9, 0.6, 0.3, 0.29, 0.285, 0.28, 0.275, 0.27, 0.265), False),
+        ((1.0, 0.97, 0.94, 0.91, 0.88, 0.85, 0.82, 0.79), True),
+    ],
+    ids=["it beats", "it lost as much in every swing"],
+)
+def test_a_body_is_caught_where_it_stops_in_a_swing_larger_than_any_swing_lost(sizes, caught):
+    turns = 2.0 * np.maximum(T - HELD, 0.0)
+    swing = np.minimum(turns.astype(int), len(sizes))
+    shape = np.array([*sizes, 0.0])[swing] * np.cos(np.pi * turns)
+    recording = record(np.where(turns < len(sizes) - 0.5, shape, 0.0))
+    if caught:
+        with pytest.raises(RecordingError, match="it was caught or stopped"):
+            refuse_no_decay(recording, find_window(recording))
+    else:
+        refuse_no_decay(recording, find_window(recording))

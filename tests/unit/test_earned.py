@@ -9,8 +9,10 @@ from types import SimpleNamespace
 import pytest
 
 from undertow.comparison.candidate import Candidate, probability
+from undertow.comparison.level import Addend
 from undertow.comparison.null_test import NullTest, SuspectTest
 from undertow.comparison.search import _Search
+from undertow.comparison.suspect import Addition
 from undertow.discrepancy.case import Case
 from undertow.discrepancy.decision import Closeness, posterior
 from undertow.discrepancy.dry_check import DryAnswer
@@ -26,21 +28,33 @@ UNKNOWN = replace(GREEN, status="unknown", verdict=("unknown",))
 
 def case(**facts: object) -> Case:
     """A group of three trials whose error of 4 % is allowed to be 5 %."""
-    member = SimpleNamespace(motions=tuple(SimpleNamespace(name=name) for name in "abc"))
+    member = SimpleNamespace(motions=tuple(SimpleNamespace(name=name) for name in "abc"), free_start=False)
     return replace(
         Case({"spring": "short"}, "spring short", member, (), Described(0.04), 0.01, 0.05, 0, False, True), **facts
     )
 
 
 def candidate(
-    name: str, score: float, out: str = "", aside: bool = False, misfit: float = 1.0, becomes: str = ""
+    name: str,
+    score: float,
+    out: str = "",
+    aside: bool = False,
+    misfit: float = 1.0,
+    becomes: str = "",
+    frees: str = "",
+    error: float = 0.1,
+    inner: bool = False,
 ) -> SimpleNamespace:
-    """A set of one suspect with its log evidence, which leaves so much (mean square over noise), and what it becomes on
-    its bound."""
-    fit, amounts_to = SimpleNamespace(misfit=misfit), (becomes or name,)
+    """A set of one suspect with its log evidence, which leaves so much (mean square over noise), what it becomes on its
+    bound, which sensor's error it is, and the relative standard error of its coefficient."""
+    unknown = f"{name}.c_Ns_per_m"
+    solution = SimpleNamespace(problem=SimpleNamespace(names=[unknown], trials=()), stderr=lambda _: error)
+    addend = Addend(name, (Addition("c_Ns_per_m", "N s/m", "c1", 0.0, 1.0, inner=inner),), frees)
+    fit = SimpleNamespace(misfit=misfit, addends=(addend,), solution=solution, value=lambda _: -1.0)
     return SimpleNamespace(
-        names=(name,), suspects=(name,), score=score, out=out, aside=aside, fit=fit, amounts_to=amounts_to
-    )
+        names=(name,), suspects=(SimpleNamespace(frees=frees),), score=score, out=out, aside=aside, fit=fit,
+        amounts_to=(becomes or name,),
+    )  # fmt: skip
 
 
 def no_trial(misfit: float) -> SimpleNamespace:
@@ -295,6 +309,33 @@ def test_a_name_that_makes_unseen_trials_worse_is_not_proved(after, status):
         )
         assert (said.verdict, said.augmented) == (("linear_damping", "unknown"), None)
         assert said.next_test.startswith("more releases: what these trials show does not carry over")
+
+
+def test_unseen_trials_say_nothing_against_the_error_of_a_sensor_within_repeatability():
+    named = replace(NAMED, verdict=("time_shift",), augmented=Described(0.04, 0.055))
+    for frees, status in (("acceleration_shift_s", "explained"), ("", "unknown")):
+        search = diagnosis(True, best=candidate("time_shift", 20.0, frees=frees))
+        assert judged(named, case(baseline=Described(0.04, 0.03)), search, True).status == status
+    search = diagnosis(True, best=candidate("time_shift", 20.0, frees="acceleration_shift_s"))
+    far = replace(named, augmented=Described(0.04, 0.06))
+    assert judged(far, case(baseline=Described(0.04, 0.03)), search, True).status == "unknown"
+
+
+@pytest.mark.parametrize(("error", "held"), [(0.4, True), (0.6, False)])
+def test_a_law_that_is_not_distinct_from_zero_counting_how_trials_differ_is_no_answer(error, held):
+    search = diagnosis(True, best=candidate("linear_damping", 20.0, error=error))
+    said = judged(NAMED, case(), search, True)
+    assert (said.status, said.verdict) == (("explained", NAMED.verdict) if held else ("unknown", ("unknown",)))
+    beside = replace(NAMED, verdict=("hysteresis", "linear_damping"))  # what the dry trials need stays
+    names = beside.verdict if held else ("hysteresis", "unknown")
+    said = judged(beside, case(), search, True)
+    assert said.verdict == names
+    assert ("linear damping lies 1.7 standard errors from zero, counting how much it" in said.sentence) != held
+    inner = diagnosis(True, best=candidate("linear_damping", 20.0, error=error, inner=True))
+    assert judged(NAMED, case(), inner, True).status == "explained"
+    free = case()
+    free.member.free_start = True
+    assert judged(NAMED, free, search, True).status == "explained"
 
 
 DESCRIBES = diagnosis(True, best=candidate("linear_damping", 20.0, misfit=30.0))

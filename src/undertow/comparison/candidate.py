@@ -241,6 +241,16 @@ def doubt(level: Level, fit: JointFit, before: JointFit | None = None) -> str:
     return _feeds(level, fit, before)
 
 
+def errors_from_zero(fit: JointFit, addend: Addend) -> float:
+    """Standard errors by which a law's coefficient is distinct from zero, of several the most; inf where none is what
+    all trials share."""
+    leading = next((a for a in addend.additions if not a.inner), None)
+    if leading is None or leading.scope == "trial":
+        return math.inf
+    sizes = [abs(fit.value(n)) / e for n in _names_of(fit, addend, leading) if (e := fit.solution.stderr(n)) > 0.0]
+    return max(sizes, default=math.inf)
+
+
 def _unloaded(level: Level, a: Addition, name: str, value: float) -> bool:
     """Whether a coefficient only takes back part of what the structure's own law takes where weight rests on it, and
     nobody said how much weight the water takes off: friction in water is then less than in air."""

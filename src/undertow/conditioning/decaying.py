@@ -78,6 +78,9 @@ CAUGHT_SWINGS = 5.0
 """A swing of more than so many times what each loses does not end in the next one: dry friction stops a body after one
 or two."""
 
+CAUGHT_MOST = 2.0
+"""The same of the most that any swing lost: one that beats ends between two of its waists."""
+
 CAUGHT_SHARE = 0.2
 """Share of the first swing under which nothing is said to be caught: the small last swings of a body that rubs are not
 all seen."""
@@ -241,15 +244,16 @@ def _caught(name: str, recording: Recording, window: Window, seen: Swings) -> st
     lies = recording.time[-1] - window.end_s
     if sizes.size < FEWEST_TO_STAY or not still.size or lies < 2.0 * seen.half_period_s:
         return ""
-    last, lost = float(sizes[-2]), float(np.median(-np.diff(sizes[-FEWEST_TO_STAY:-1])))
-    if last < max(CAUGHT_SWINGS * lost, CAUGHT_SHARE * float(sizes[0])) or float(np.ptp(still)) > STILL * 2.0 * last:
+    last, lost = float(sizes[-2]), -np.diff(sizes[:-1])
+    least = max(CAUGHT_SWINGS * float(np.median(lost[1 - FEWEST_TO_STAY :])), CAUGHT_MOST * float(np.max(lost)))
+    if last < max(least, CAUGHT_SHARE * float(sizes[0])) or float(np.ptp(still)) > STILL * 2.0 * last:
         return ""
     before, at = (float(t) for t in seen.time[1:][seen.whole][-2:])
     if max(window.end_s - at, at - before) > CAUGHT_WITHIN * seen.half_period_s:
         return ""
-    unit = recording.unit(name)
+    unit, each = recording.unit(name), float(np.median(lost))
     return (
-        f"it swings by {last:.3g} {unit} at {before:.3g} s, each swing {lost:.2g} {unit} less than the one before, and "
+        f"it swings by {last:.3g} {unit} at {before:.3g} s, each swing {each:.2g} {unit} less than the one before, and "
         f"lies still from {window.end_s:.3g} s on: it was caught or stopped; set trials.window.end_s before "
         f"{before:.3g} s, or list damping in recordings.accept"
     )

@@ -10,7 +10,7 @@ Belongs here: what becomes of a verdict that is barred. Does not belong here: th
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping
 from dataclasses import replace
 
 from undertow.comparison.candidate import NAMING_PROBABILITY, RIVAL_ODDS, Candidate, LevelDiagnosis
@@ -21,7 +21,7 @@ from undertow.comparison.limits import WORTH
 from undertow.comparison.null_test import NullTest
 from undertow.comparison.sizes import COUNTS_IN_REPEATABILITY
 from undertow.discrepancy.case import Case
-from undertow.discrepancy.decision import DOUBLED, NEAR, NO_ANSWER, Closeness, gates
+from undertow.discrepancy.decision import DOUBLED, NEAR, NO_ANSWER, Closeness, gates, indistinct
 from undertow.discrepancy.dry_check import DryAnswer
 from undertow.discrepancy.naming import in_words, next_test
 from undertow.discrepancy.verdict import Gate, Status, Verdict
@@ -39,6 +39,7 @@ NEXT: Mapping[str, str] = {
     "further": "more releases of different size in this water, from before the release until after rest",
     "outweighed": "more releases of different size in this water, recorded from before the release until after rest",
     "beside": "more releases of different size in this water: something beside what is named is not known yet",
+    "distinct": "more releases of different size in this water, three of them of the same size",
     "described": "three releases of the same size in this water, one of them held out",
     "dry": "more releases of different size in this water, some from rest to rest, and the same in air once more",
     "structure": "more dry releases of different size, some from rest to rest: what the structure lacks comes first",
@@ -46,13 +47,18 @@ NEXT: Mapping[str, str] = {
 }
 """What would lead to an answer, by what is lacking."""
 
-NO_ANSWER_BUT = ("unseen", "further", "outweighed", "beside", "described", "dry", "structure")
+NO_ANSWER_BUT = ("unseen", "further", "outweighed", "beside", "distinct", "described", "dry", "structure")
 """What is lacking where names are kept and what is missing is unknown."""
 
 
 def earned(
-    verdict: Verdict, case: Case, diagnosis: LevelDiagnosis, tested: NullTest, holds_doubled: bool,
-    in_air: DryAnswer = NO_ANSWER, reach: Closeness = NEAR,
+    verdict: Verdict,
+    case: Case,
+    diagnosis: LevelDiagnosis,
+    tested: NullTest,
+    holds_doubled: bool,
+    in_air: DryAnswer = NO_ANSWER,
+    reach: Closeness = NEAR,
 ) -> Verdict:
     """The verdict itself, ``cannot_tell`` with what is lacking, or ``present_but_small``: the first of its `gates` that
     is not passed and bars its status decides."""
@@ -68,15 +74,17 @@ def earned(
         if gate.lacking == "stands_out":
             return _standing_out(verdict, case, diagnosis, tested, in_air)
         if gate.lacking in NO_ANSWER_BUT and verdict.status != "nothing_missing":
-            return _not_the_answer(verdict, gate)
+            vague = indistinct(diagnosis) if gate.lacking == "distinct" else {}
+            return _not_the_answer(verdict, gate, vague)
         said = without_answer(verdict, case, gate.because, gate.lacking)
         return replace(said, contradicted=bool(case.contradiction))
     return verdict
 
 
-def _not_the_answer(verdict: Verdict, gate: Gate) -> Verdict:
-    """``unknown`` after the names: what was excluded explains far more, nothing proves what leaves more than noise,
-    trials come no closer (no free run is offered then), the dry trials contradict them, or lack what nobody knows."""
+def _not_the_answer(verdict: Verdict, gate: Gate, vague: Collection[str] = ()) -> Verdict:
+    """``unknown`` after the names but those that are ``vague``: what was excluded explains far more, nothing proves
+    what leaves more than noise, trials come no closer (no free run is offered then), the dry trials contradict them, or
+    lack what nobody knows."""
     but = f"this is not the answer: {gate.because}. What is missing is unknown"
     but = f"this is not proved: {gate.because}" if gate.lacking == "unseen" else but
     but = f"this is not all: {gate.because}. What is beside it is unknown" if gate.lacking == "beside" else but
@@ -86,7 +94,7 @@ def _not_the_answer(verdict: Verdict, gate: Gate) -> Verdict:
     )
     if gate.lacking in ("further", "outweighed"):  # describes nothing, or less likely than not: no name
         return replace(said, verdict=("unknown",), parameters={}, augmented=None)
-    names = verdict.verdict if "unknown" in verdict.verdict else (*verdict.verdict, "unknown")
+    names = *(name for name in verdict.verdict if name not in (*vague, "unknown")), "unknown"
     return replace(said, verdict=names, augmented=None if gate.lacking == "unseen" else said.augmented)
 
 
@@ -118,9 +126,7 @@ def without_answer(verdict: Verdict, case: Case, because: str, lacking: str) -> 
     )  # fmt: skip
 
 
-def _small(
-    verdict: Verdict, case: Case, diagnosis: LevelDiagnosis, small: Candidate, in_air: DryAnswer
-) -> Verdict:
+def _small(verdict: Verdict, case: Case, diagnosis: LevelDiagnosis, small: Candidate, in_air: DryAnswer) -> Verdict:
     """``present_but_small``: evidence far beyond doubt for an effect that a free run hardly shows. It has a name where
     no other that was fitted, excluded or not, is nearly as probable; a set that holds it is no other."""
     odds = (small.score - diagnosis.null.score) / math.log(10.0)

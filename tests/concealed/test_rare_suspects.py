@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from dataclasses import replace
 from types import SimpleNamespace
 
@@ -11,13 +12,15 @@ import pytest
 
 from tests.concealed.test_diagnosis import LONG, SCATTER, SHORT, member
 from undertow.comparison import joint
-from undertow.comparison.candidate import Candidate
+from undertow.comparison.candidate import Candidate, doubt
 from undertow.comparison.joining import has_room
 from undertow.comparison.joint import build, fit_joint, fit_standing, shared_theta
 from undertow.comparison.level import Addend, Member, make_level
 from undertow.comparison.search import diagnose
 from undertow.comparison.suspect import Scales
 from undertow.comparison.suspects import SUSPECTS, chosen
+from undertow.conditioning.condition import condition
+from undertow.conditioning.motion import Motion
 from undertow.discrepancy.case import Case
 from undertow.discrepancy.judge import judge, undecided
 from undertow.discrepancy.transfer import from_other_springs
@@ -166,6 +169,28 @@ def test_masses_are_held_against_the_scatter_with_the_trials_that_showed_it():
         assert any("no more than stiffness differs" in c.out for c in found.candidates) is not bool(names)
 
 
+def with_cells(group: Member, ratios: Sequence[float]) -> Member:
+    """The group with load cells that show so many times its stiffness, trial by trial."""
+
+    def seen(motion: Motion, ratio: float) -> Motion:
+        """The motion conditioned again, with load cells."""
+        channels = motion.recording.channels
+        force = ratio * group.model.fixed.k.value * channels["displacement"]
+        return condition(replace(motion.recording, channels={**channels, "spring_force": force}))
+
+    return replace(group, motions=tuple(seen(*pair) for pair in zip(group.motions, ratios, strict=True)))
+
+
+@pytest.mark.parametrize(("ratios", "told"), [((1.0, 1.001, 0.999), True), ((1.0, 1.0, 0.93), False)])
+def test_load_cells_tell_masses_that_differ_from_stiffness_that_differs(ratios, told):
+    one = heavier(member("short", SHORT, 4100), 250.0, 4102)
+    hardly = replace(one.model.fixed, scatter_freedom=1.0)
+    level = make_level([with_cells(replace(one, model=replace(one.model, fixed=hardly)), ratios)])
+    fit = fit_joint(level, (Addend("mass_change", suspect("mass_change").additions(level.scales, 0.0)),), 1.0, {}, 10.0,
+                    growing=False, quick=True)  # fmt: skip
+    assert ("no more than stiffness differs" in doubt(level, fit)) != told
+
+
 def test_a_strong_resonator_is_found_though_repetitions_differ_by_nearly_as_much():
     hidden = ((registry.find("hidden_resonator", natural_frequency_rad_per_s=14.2, damping_ratio=0.018), 600.0),)
     wide = replace(member("short", SHORT, 4400, hidden), allowed=0.13)
@@ -204,9 +229,7 @@ def seen_with(plain: Member, freedom: float) -> Member:
 def test_scatter_that_few_dry_trials_show_is_pooled_with_published_rigs_and_a_stated_one_is_not(plain):
     group = plain.members[0]
     c = group.model.fixed.c.value
-    stated, few, many = (
-        prior_of(build(make_level([seen_with(group, f)]), ()), "c[") / c for f in (np.inf, 2.0, 200.0)
-    )
+    stated, few, many = (prior_of(build(make_level([seen_with(group, f)]), ()), "c[") / c for f in (np.inf, 2.0, 200.0))
     assert stated == pytest.approx(SCATTER["c"])
     assert few == pytest.approx(np.sqrt((2.0 * SCATTER["c"] ** 2 + 0.2**2) / 3.0))
     assert stated < many < 1.1 * stated

@@ -19,6 +19,7 @@ from undertow.comparison.level import Addend, Level
 from undertow.comparison.score_test import GridPlace
 from undertow.comparison.suspect import Addition, Suspect
 from undertow.equation.kernel import SLOT
+from undertow.methods.decay import load_cell_stiffness
 from undertow.methods.dry import DEFAULT_SCATTER, PUBLISHED
 
 NAMING_PROBABILITY = 0.99
@@ -36,6 +37,9 @@ OVERDAMPED = 0.25
 
 BENT = 5.0
 """A trial's own k this many times its scatter away is no mass that changed: all of the trial's forces are scaled."""
+
+CELLS_TELL = 3.0
+"""Masses that differ by so many times what load cells show of the stiffness are no stiffness that differs."""
 
 UNUSUAL = 3.0
 """A sensor is named where it errs by more than this many times its prior."""
@@ -304,7 +308,7 @@ def _as_stiffness(level: Level, fit: JointFit, names: Sequence[str]) -> str:
     shown = PUBLISHED + min(MANY, *(m.scatter_freedom for m in level.members))
     chance = float(f_distribution.ppf(AS_SCATTER, len(names) - 1, shown))
     limit = usual * max(UNUSUAL, math.sqrt(chance * (len(names) - 1) / len(names)))
-    if spread < limit:
+    if spread < limit and not spread > CELLS_TELL * _stiffness_differs(level):
         return (
             f"masses that differ by {100 * spread:.2g} % are no more than stiffness differs ({100 * usual:.2g} % as "
             f"far as these trials tell, so up to {100 * limit:.2g} %)"
@@ -313,6 +317,15 @@ def _as_stiffness(level: Level, fit: JointFit, names: Sequence[str]) -> str:
     if max(bent, default=0.0) > BENT:
         return f"beside such masses a trial's stiffness would differ by {max(bent):.2g} times its scatter"
     return ""
+
+
+def _stiffness_differs(level: Level) -> float:
+    """Relative standard deviation of the trials' stiffness as load cells show it; inf where they do not show all."""
+    seen = [set(motion.recording.channels) for member in level.members for motion in member.motions]
+    if not all({"spring_force", "displacement"} <= channels for channels in seen):
+        return math.inf
+    slopes = [np.array([load_cell_stiffness(m).value for m in member.motions]) for member in level.members]
+    return float(np.std(np.concatenate([one / one.mean() for one in slopes])))
 
 
 def _usual(fit: JointFit, addend: Addend) -> str:

@@ -33,8 +33,8 @@ CELLS_ARE_WRONG = 0.3
 """Relative difference between the load cells' stiffness and the identified one that no calibration explains: trials of
 another spring, a column that is missing."""
 
-MASS_NOTED = 0.03
-"""Relative difference between the mass that moves and the stated one from which on a note says so."""
+NOTED = 0.03
+"""Relative difference between load cells and motion, and between what moves and the stated mass, that a note says."""
 
 MOST_DAMPING_RATIO = 0.5
 """A body with more damping does not swing twice."""
@@ -82,7 +82,7 @@ def with_doubts(
         kinds = set.intersection(*known) if known else set()
         doubts = implausible(group)
         notes = [f"accepted ({kind}): {text}" if kind in kinds else text for kind, text in doubts]
-        notes += [] if notes else _carries(group)
+        notes += [] if notes else _noted(group)
         if notes:
             group = replace(group, notes=(*group.notes, *notes))
         unknown = [text for kind, text in doubts if kind not in kinds]
@@ -138,14 +138,17 @@ def _outside(allowed: Plausible, found: Estimate) -> str:
     )
 
 
-def _carries(group: GroupFindings) -> list[str]:
-    """That what moves is surely another mass than the stated one, though within what springs and fixtures add."""
+def _noted(group: GroupFindings) -> list[str]:
+    """What is no doubt yet: load cells that surely show another stiffness than the motion, and a mass that is surely
+    another than the stated one, though within what springs and fixtures add."""
     stated, numbers = group.specimen.mass_kg, group_numbers(group)
+    if cells := _cells(group, numbers, NOTED, "noted"):
+        return [cells]
     found = None if "added_mass_kg" in numbers else numbers.get("total_mass_kg")
     if found is None or not stated > 0.0 or not math.isfinite(found.total_stderr):
         return []
     off = found.value / stated - 1.0
-    if abs(off) - ERRORS * found.total_stderr / stated <= MASS_NOTED:
+    if abs(off) - ERRORS * found.total_stderr / stated <= NOTED:
         return []
     return [
         f"what moves is {format_number(found.value, found.total_stderr)} kg, {percent(abs(off))} "
@@ -190,7 +193,7 @@ def _stiffness(group: GroupFindings, numbers: Mapping[str, Estimate]) -> str:
     )
 
 
-def _cells(group: GroupFindings, numbers: Mapping[str, Estimate], limit: float) -> str:
+def _cells(group: GroupFindings, numbers: Mapping[str, Estimate], limit: float, verb: str = "doubted") -> str:
     """That the load cells surely show another stiffness than mass and frequency, by more than a share."""
     found = group.structure.k if group.structure is not None else numbers.get("k_N_per_m")
     slopes = [slope for t in group.trials if (slope := slope_of_cells(t.motion)) is not None]
@@ -204,7 +207,7 @@ def _cells(group: GroupFindings, numbers: Mapping[str, Estimate], limit: float) 
         return ""
     return (
         f"the load cells' stiffness is at least {percent(surely)} {'above' if off > 0.0 else 'below'} the one that the "
-        f"motion shows, and more than {100.0 * limit:.0f} % is doubted: look at the cells' columns and calibration, at "
+        f"motion shows, and more than {100.0 * limit:.0f} % is {verb}: look at the cells' columns and calibration, at "
         "specimen.mass_kg, and at which spring these trials had"
     )
 

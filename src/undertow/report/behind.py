@@ -13,6 +13,7 @@ from typing import Any
 from undertow.discrepancy.findings import GroupFindings
 from undertow.discrepancy.repaired import named_laws, repaired_equation, repaired_errors
 from undertow.discrepancy.verdict import Gate, Verdict
+from undertow.discrepancy.words import percent
 from undertow.equation import registry
 from undertow.equation.equation import Equation
 from undertow.errors import IdentificationError
@@ -47,6 +48,17 @@ def gate_rows(verdict: Verdict) -> list[Mapping[str, Any]]:
         }
         for gate in verdict.decision
     ]
+
+
+def allowed_words(verdict: Verdict, share: float) -> str:
+    """What repeatability allows in a group, in words: "assumed" where nobody measured or stated how much trials differ.
+
+    >>> allowed_words(Verdict({}, (), decision=(Gate("scatter_known", "reasons", 1.0, 0.0, False),)), 0.16)
+    '16 %, assumed'
+    """
+    unknown = any(gate.gate == "scatter_known" and not gate.passed for gate in verdict.decision)
+    assumed = unknown or ", assumed" in verdict.sentence  # a group that was never searched has no conditions
+    return f"{percent(share)}, assumed" if assumed and math.isfinite(share) else percent(share)
 
 
 def seen_rows(verdict: Verdict) -> list[Mapping[str, str]]:

@@ -1,0 +1,48 @@
+"""The page's first screen says how sure a verdict is, what was assumed, and why it is red inside the grey band."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import pytest
+
+from tests.findings_fixture import small_findings
+from tests.unit.test_report_first_screen import repaired
+from undertow.discrepancy.verdict import Gate
+from undertow.report.blocks import NO_BREAK
+from undertow.report.first_screen import first_screen
+
+
+@pytest.mark.parametrize(
+    ("status", "value", "words"),
+    [
+        ("explained", "72 %", "probability of this answer"),
+        ("not_identifiable", "72 %", "probability that it is one of these"),
+        ("cannot_tell", "none", "these data do not tell"),
+    ],
+)
+def test_the_numbers_say_how_sure_every_kind_of_verdict_is(status, value, words):
+    group = repaired(small_findings().groups[1])
+    group = replace(group, verdict=replace(group.verdict, status=status))
+    last = first_screen(replace(small_findings(), groups=(group,)), ["a"])["shown"]["numbers"][-1]
+    assert last["value"] == value
+    assert words in last["words"]
+
+
+def test_a_repeatability_that_was_assumed_says_so_beside_its_number():
+    group = repaired(small_findings().groups[1])
+    unknown = replace(group.verdict, decision=(Gate("scatter_known", "reasons", 1.0, 0.0, False, "nobody repeated"),))
+    for verdict, said in ((group.verdict, False), (unknown, True)):
+        findings = replace(small_findings(), groups=(replace(group, verdict=verdict),))
+        first = first_screen(findings, ["a"])
+        assert ("assumed" in first["shown"]["numbers"][2]["words"]) is said
+        assert (f"{NO_BREAK}%, assumed" in first["sentences"][0]["text"]) is said
+
+
+def test_a_red_verdict_beside_an_error_inside_the_band_says_why():
+    group = repaired(small_findings().groups[1])
+    red = replace(group, verdict=replace(group.verdict, status="not_identifiable"))
+    inside = [replace(t, mismatch=replace(t.mismatch, repeatability_nrmse=9.0)) for t in group.trials]
+    for one, trials, said in ((red, inside, True), (red, group.trials, False), (group, inside, False)):
+        findings = replace(small_findings(), groups=(replace(one, trials=tuple(trials)),))
+        assert bool(first_screen(findings, ["a"])["shown"]["colour"]) is said

@@ -46,3 +46,10 @@ def test_a_red_verdict_beside_an_error_inside_the_band_says_why():
     for one, trials, said in ((red, inside, True), (red, group.trials, False), (group, inside, False)):
         findings = replace(small_findings(), groups=(replace(one, trials=tuple(trials)),))
         assert bool(first_screen(findings, ["a"])["shown"]["colour"]) is said
+
+
+def test_one_group_has_its_sentence_beside_the_picture():
+    two = small_findings()
+    one = replace(two, groups=two.groups[:1])
+    assert not first_screen(two, ["a", "b"])["alone"]
+    assert first_screen(one, ["a"])["alone"]

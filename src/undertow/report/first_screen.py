@@ -71,7 +71,8 @@ def shown_trial(findings: Findings) -> Shown | None:
 
 
 def first_screen(findings: Findings, anchors: Sequence[str]) -> Block:
-    """``sentences`` (with ``more`` of them), the trial that is ``shown`` with its numbers, and the ``grid``."""
+    """``sentences`` (with ``more`` of them), the trial that is ``shown`` with its numbers, and the ``grid``; a group
+    that is ``alone`` has what is said beside its picture."""
     said = level_sentences(findings)
     more = len(said) - SENTENCES_AT_MOST
     shown = shown_trial(findings)
@@ -80,6 +81,7 @@ def first_screen(findings: Findings, anchors: Sequence[str]) -> Block:
         "more": f"{more} more in the table below" if more > 0 else "",
         "shown": {} if shown is None else trial_block(shown, anchors),
         "grid": grid(findings, anchors),
+        "alone": shown is not None and len(findings.groups) == 1,
     }
 
 

@@ -24,7 +24,7 @@ from undertow.discrepancy.residual import ResidualForce, residual_force
 from undertow.errors import UndertowError
 from undertow.recording.recording import Array
 from undertow.report.style import BLUE, DRAWN, GREEN, GREY, INK, NOT_EXPLAINED, ORANGE, PURPLE, SKY
-from undertow.report.trial_figures import response
+from undertow.report.trial_figures import leaves, response
 
 CYCLES_AT_MOST = 12
 """Cycles of an energy budget that are drawn."""
@@ -59,12 +59,12 @@ _SOURCES: Mapping[str, tuple[str, str]] = {
 
 
 def draw_energy(budget: EnergyBudget, found: Sequence[str], figure: Figure) -> Figure:
-    """Left: what each law takes, stacked, a bar a cycle, in per cent of the energy with which the first cycle begins;
-    points: what is lost. Right: the same over all cycles, in per cent of all that is lost. ``found`` are the laws that
-    were found."""
+    """Left: what each law takes, stacked, a bar a cycle, in per cent of the first cycle's energy, or of the largest
+    that a cycle begins with; points: what is lost. Right: the same over all cycles, in per cent of all that is lost.
+    ``found`` are the laws that were found."""
     left, right = figure.subplots(1, 2, width_ratios=(1.9, 1.0))
     shown = slice(0, CYCLES_AT_MOST)
-    stored = float(budget.stored[0])
+    stored = float(np.max(budget.stored))
     number = np.arange(1, budget.stored[shown].size + 1)
     above, below = np.zeros(number.size), np.zeros(number.size)
     rows = []
@@ -79,7 +79,7 @@ def draw_energy(budget: EnergyBudget, found: Sequence[str], figure: Figure) -> F
     left.axhline(0.0, color=GREY, lw=0.6)
     left.set_xticks(number[:: max(1, number.size // 8)])
     left.set_xlabel("cycle")
-    left.set_ylabel("% of the first energy")
+    left.set_ylabel("% of the first energy" if stored == budget.stored[0] else "% of the largest energy")
     left.grid(axis="x", visible=False)
     for at, (_, value, colour) in enumerate(rows):
         right.barh(at, value, color=colour, height=0.65)
@@ -120,6 +120,9 @@ def draw_where(
 def draw_time_frequency(trial: TrialFindings, lines: Mapping[str, float], axes: Axes) -> Axes:
     """Amplitude of the residual of the prescribed equation over time and frequency, with frequencies marked."""
     shown = response(trial)
+    if leaves(trial):
+        axes.set_title("the free run leaves the recording: no map of its residual")
+        return axes
     step = float(np.median(np.diff(trial.t)))
     body = max(lines.values(), default=math.nan) if "body" not in lines else lines["body"]
     even = np.arange(trial.t[0], trial.t[-1], step)

@@ -20,7 +20,7 @@ from undertow.discrepancy.findings import GroupFindings, TrialFindings
 from undertow.recording.recording import Array
 from undertow.report.arrange import chosen
 from undertow.report.style import BLUE, GREEN, GREY, INK, NOT_EXPLAINED, PALE
-from undertow.report.trial_figures import response, thinned, trial_heading
+from undertow.report.trial_figures import RUNAWAY, leaves, reach, response, thinned, trial_heading
 
 PANELS_AT_MOST = 24
 """Trials of a group that are drawn; of more, the ends and the worst explained ones."""
@@ -93,8 +93,9 @@ def _panel(trial: TrialFindings, left: float, bottom: float) -> _Panel:
     """The trial's place and scales: its largest motion, and its largest residual or what is allowed."""
     residual = trial.measured - trial.simulated
     allowed = trial.mismatch.repeatability_nrmse * float(np.sqrt(np.mean(trial.measured**2)))
-    largest = max(float(np.max(np.abs(trial.measured))), float(np.max(np.abs(trial.simulated)))) or 1.0
+    largest = reach(trial)
     left_over = max(float(np.max(np.abs(residual))), allowed if math.isfinite(allowed) else 0.0)
+    left_over = largest if leaves(trial) else left_over
     return _Panel(trial, left, bottom, largest, left_over or largest)
 
 
@@ -138,4 +139,5 @@ def _draw_scales(panel: _Panel, sides: tuple[float, float], axes: Axes) -> None:
         place = sides[1] - 0.01, panel.bottom + strip[1] - 0.01
         axes.text(*place, said, fontsize=7.5, ha="right", va="top", color=GREY)
     span = f"{t[0]:.2g} to {t[-1]:.3g} s after the release"
+    span += f"; free run beyond {RUNAWAY:g} times the measured motion: cut" if leaves(panel.trial) else ""
     axes.text(sides[0], panel.bottom + 0.065, span, fontsize=7.5, va="top", color=GREY)

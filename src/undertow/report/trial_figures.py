@@ -32,6 +32,9 @@ SWINGS_SHOWN = 12
 FIRST_POINTS = 400
 """Points of a curve on the page's first screen."""
 
+RUNAWAY = 3.0
+"""A free run is drawn up to so many times the largest measured motion: further away it has left the recording."""
+
 _RESPONSES = {
     ("displacement", "translation"): "displacement",
     ("displacement", "rotation"): "angle",
@@ -56,6 +59,26 @@ def response(trial: TrialFindings) -> Response:
     factor, unit = DRAWN[recording.coordinate]
     words = _RESPONSES[channel, recording.coordinate]
     return Response(words, unit if channel == "displacement" else f"{unit}/s", factor)
+
+
+def leaves(trial: TrialFindings) -> bool:
+    """Whether a trial's free run leaves the recording, and with it every axis that shows the motion."""
+    return bool(np.max(np.abs(trial.simulated)) > RUNAWAY * (np.max(np.abs(trial.measured)) or np.inf))
+
+
+def reach(trial: TrialFindings) -> float:
+    """The largest excursion that is drawn of a trial, in SI: measured or of the free run, as far as `RUNAWAY`."""
+    measured, run = float(np.max(np.abs(trial.measured))), float(np.max(np.abs(trial.simulated)))
+    return max(measured, min(run, RUNAWAY * measured) if measured else run) or 1.0
+
+
+def _say_that_it_leaves(trial: TrialFindings, axes: Axes) -> None:
+    """The axis ends at `reach`, and says so, where the free run leaves the recording."""
+    if leaves(trial):
+        size = 1.1 * reach(trial) * response(trial).factor
+        axes.set_ylim(-size, size)
+        words = f"free run beyond {RUNAWAY:g} times the measured motion: not drawn"
+        axes.text(0.99, 0.97, words, transform=axes.transAxes, ha="right", va="top", fontsize=8, color=NOT_EXPLAINED)
 
 
 def thinned(t: Array, values: Array, at_most: int = POINTS_AT_MOST) -> tuple[Array, Array]:
@@ -100,6 +123,7 @@ def draw_free_run(trial: TrialFindings, axes: Axes) -> Axes:
     axes.set_xlabel("time after release (s)")
     axes.set_title(trial_heading(trial), color=NOT_EXPLAINED if trial.mismatch.missing else INK)
     axes.margins(x=0.0)
+    _say_that_it_leaves(trial, axes)
     return axes
 
 
@@ -117,6 +141,7 @@ def draw_residual(trial: TrialFindings, axes: Axes) -> Axes:
     if trial.augmented:
         axes.plot(*thinned(trial.t, trial.augmented.residual * shown.factor), color=GREEN, lw=0.8)
     size = 1.1 * max(float(np.max(np.abs(residual))), allowed if math.isfinite(allowed) else 0.0, 1e-9)
+    size = 1.1 * reach(trial) * shown.factor if leaves(trial) else size
     axes.set_ylim(-size, size)
     axes.set_ylabel(f"residual\n({shown.unit})")
     axes.set_xlabel("time after release (s)")
@@ -136,7 +161,7 @@ def draw_first(trial: TrialFindings, figure: Figure, repaired: bool) -> Figure:
         line.set(label=label, linewidth=1.4)
     upper.set_title("")
     upper.set_xlabel("")
-    upper.set_ylim(-1.1 * _largest(trial) * shown.factor, 1.1 * _largest(trial) * shown.factor)
+    upper.set_ylim(-1.1 * reach(trial) * shown.factor, 1.1 * reach(trial) * shown.factor)
     _cut(upper, _swings_end(trial))
     _cut(lower, _swings_end(trial))
     lower.locator_params(axis="y", nbins=3)
@@ -151,11 +176,6 @@ def _cut(axes: Axes, end: float) -> None:
         t, values = np.asarray(line.get_xdata(orig=True)), np.asarray(line.get_ydata(orig=True))
         line.set_data(*thinned(t[t <= end], values[t <= end], FIRST_POINTS))
     axes.set_xlim(float(np.min(axes.lines[0].get_xdata())), end)
-
-
-def _largest(trial: TrialFindings) -> float:
-    """The largest excursion that is drawn of a trial."""
-    return max(float(np.max(np.abs(trial.measured))), float(np.max(np.abs(trial.simulated)))) or 1.0
 
 
 def _swings_end(trial: TrialFindings) -> float:

@@ -12,9 +12,11 @@ from itertools import chain, cycle
 
 import numpy as np
 from matplotlib.axes import Axes
-from matplotlib.colors import to_rgba
+from matplotlib.cm import ScalarMappable
+from matplotlib.colors import ListedColormap, Normalize, to_rgba
 from matplotlib.figure import Figure
 from matplotlib.patches import Rectangle
+from matplotlib.ticker import MaxNLocator
 from scipy.signal import stft
 
 from undertow.discrepancy.cycling import Cycling
@@ -23,7 +25,7 @@ from undertow.discrepancy.findings import GroupFindings, TrialFindings
 from undertow.discrepancy.residual import ResidualForce, residual_force
 from undertow.errors import UndertowError
 from undertow.recording.recording import Array
-from undertow.report.style import BLUE, DRAWN, GREEN, GREY, INK, NOT_EXPLAINED, ORANGE, PURPLE, SKY
+from undertow.report.style import BLUE, DRAWN, GREEN, GREY, INK, NOT_EXPLAINED, ORANGE, PRESCRIBED, PURPLE, SKY
 from undertow.report.trial_figures import leaves, response
 
 CYCLES_AT_MOST = 12
@@ -139,7 +141,8 @@ def draw_time_frequency(trial: TrialFindings, lines: Mapping[str, float], axes: 
     largest = float(amplitude.max()) or 1.0
     levels = np.array([*SHADES, 1.0]) * largest
     colours = [to_rgba(NOT_EXPLAINED, shade) for shade in SHADES]
-    axes.contourf(time + even[0], frequency[kept], amplitude, levels=levels, colors=colours)
+    shades = axes.contourf(time + even[0], frequency[kept], amplitude, levels=levels, colors=colours)
+    _bar(shades, axes, f"amplitude ({shown.unit})")
     for (words, at), style in zip(lines.items(), chain(("-",), cycle(("--", ":", "-."))), strict=False):
         if math.isfinite(at):
             axes.axhline(at, color=INK if style == "-" else GREEN, lw=0.9, ls=style, label=f"{words} {at:.3g} Hz")
@@ -168,16 +171,18 @@ def draw_residual_force(group: GroupFindings, axes: Axes) -> Axes:
     mean = np.where(count >= FEWEST_IN_CELL, total / np.maximum(count, 1), np.nan)
     largest = float(np.nanmax(np.abs(mean))) if np.any(np.isfinite(mean)) else 1.0
     width, height = ((edges[1] - edges[0]) * factor for edges in wide)
+    shades = [*(to_rgba(BLUE, shade) for shade in SHADES[::-1]), *(to_rgba(NOT_EXPLAINED, shade) for shade in SHADES)]
+    scale = ScalarMappable(Normalize(-largest, largest), ListedColormap(shades))
+    colours = scale.to_rgba(mean)
     for i, j in np.argwhere(np.isfinite(mean)):
-        size = abs(float(mean[i, j])) / largest
-        colour = NOT_EXPLAINED if mean[i, j] > 0.0 else BLUE
         corner = (wide[0][i] * factor, wide[1][j] * factor)
-        axes.add_patch(_cell(corner, width, height, to_rgba(colour, max(0.06, size))))
+        axes.add_patch(_cell(corner, width, height, colours[i, j]))
     axes.set_xlim(wide[0][0] * factor, wide[0][-1] * factor)
     axes.set_ylim(wide[1][0] * factor, wide[1][-1] * factor)
     newton = "N" if coordinate == "translation" else "N m"
     per = " per kg" if group.equation.mass_kg == 1.0 else ""
-    axes.set_title(f"residual force, mean a cell: up to ±{_plain(largest)} {newton}{per}, red positive")
+    _bar(scale, axes, f"force ({newton}{per})")
+    axes.set_title(f"residual force, mean a cell: up to ±{_plain(largest)} {newton}{per}")
     return axes
 
 
@@ -190,8 +195,14 @@ def _plain(value: float) -> str:
     return f"{float(f'{value:.2g}'):.12g}"
 
 
-def _cell(corner: tuple[float, float], width: float, height: float, colour: tuple[float, ...]) -> Rectangle:
-    return Rectangle(corner, width, height, facecolor=colour, lw=0)
+def _bar(shades: ScalarMappable, axes: Axes, words: str) -> None:
+    """A colour bar beside a map, with few and plain numbers."""
+    bar = axes.figure.colorbar(shades, ax=axes, label=words, ticks=MaxNLocator(4), pad=0.02, fraction=0.04)
+    bar.outline.set_visible(False)
+
+
+def _cell(corner: tuple[float, float], width: float, height: float, colour: Array) -> Rectangle:
+    return Rectangle(corner, width, height, facecolor=tuple(colour), lw=0)
 
 
 def _forces(group: GroupFindings) -> list[ResidualForce]:
@@ -209,7 +220,7 @@ def draw_cycles(cycling: Cycling, axes: Axes, which: str) -> Axes:
     scale = 1.0 if which == "frequency" else 100.0
     measured, error = scale * getattr(cycling, which), scale * getattr(cycling, f"{which}_error")
     axes.errorbar(cycling.time, measured, error, fmt="o", ms=3.0, color=INK, elinewidth=0.8, label="measured")
-    runs = (("as prescribed", NOT_EXPLAINED, "-", cycling.before), ("repaired", GREEN, "--", cycling.after))
+    runs = (("as prescribed", PRESCRIBED, "-", cycling.before), ("repaired", GREEN, "--", cycling.after))
     for words, colour, style, run in runs:
         if run is not None:
             axes.plot(run.time, scale * getattr(run, which), style, color=colour, lw=1.0, label=words)

@@ -18,7 +18,7 @@ from undertow.discrepancy.findings import GroupFindings, TrialFindings
 from undertow.discrepancy.words import percent
 from undertow.recording.recording import Array
 from undertow.report.arrange import chosen, excess
-from undertow.report.style import BLUE, DRAWN, GREEN, INK, NOT_EXPLAINED, PALE, plain_log_ticks
+from undertow.report.style import DRAWN, GREEN, INK, NOT_EXPLAINED, PALE, PRESCRIBED, plain_log_ticks
 
 CURVES_AT_MOST = 8
 """Decays on one axes that a reader can still tell apart."""
@@ -113,9 +113,8 @@ def draw_free_run(trial: TrialFindings, axes: Axes) -> Axes:
     """Measured motion of one trial and the free run of its group's equation from the release, against time; dashed the
     free run with what the verdict names."""
     shown = response(trial)
-    run = NOT_EXPLAINED if trial.mismatch.missing else BLUE
     axes.plot(*thinned(trial.t, trial.measured * shown.factor), color=INK, lw=1.1, label="measured")
-    axes.plot(*thinned(trial.t, trial.simulated * shown.factor), color=run, lw=0.7, label="free run")
+    axes.plot(*thinned(trial.t, trial.simulated * shown.factor), color=PRESCRIBED, lw=0.7, label="free run")
     if trial.augmented:
         found = (trial.measured - trial.augmented.residual) * shown.factor
         axes.plot(*thinned(trial.t, found), color=GREEN, lw=0.8, ls="--", label="with what was found")
@@ -135,9 +134,8 @@ def draw_residual(trial: TrialFindings, axes: Axes) -> Axes:
     allowed = trial.mismatch.repeatability_nrmse * rms * shown.factor
     if math.isfinite(allowed):
         axes.axhspan(-allowed, allowed, color=PALE, lw=0)
-    colour = NOT_EXPLAINED if trial.mismatch.missing else BLUE
     residual = (trial.measured - trial.simulated) * shown.factor
-    axes.plot(*thinned(trial.t, residual), color=colour, lw=0.7)
+    axes.plot(*thinned(trial.t, residual), color=PRESCRIBED, lw=0.7)
     if trial.augmented:
         axes.plot(*thinned(trial.t, trial.augmented.residual * shown.factor), color=GREEN, lw=0.8)
     size = 1.1 * max(float(np.max(np.abs(residual))), allowed if math.isfinite(allowed) else 0.0, 1e-9)
@@ -209,12 +207,11 @@ def draw_decay(group: GroupFindings, axes: Axes, at_most: int = CURVES_AT_MOST) 
     for trial in trials:
         noise = min(trial.motion.noise.values(), default=0.0)
         smallest = max(0.01 * float(np.max(np.abs(trial.measured))), 3.0 * noise)
-        colour = NOT_EXPLAINED if trial.mismatch.missing else BLUE
         t, size = half_cycle_peaks(trial.t, trial.measured, smallest)
         axes.plot(t, size * factor, ".", color=INK, ms=4.0)
         sizes += [float(value) * factor for value in size if value > 0.0]
         t, size = half_cycle_peaks(trial.t, trial.simulated, smallest)
-        axes.plot(t, size * factor, "-", color=colour, lw=0.9)
+        axes.plot(t, size * factor, "-", color=PRESCRIBED, lw=0.9)
         if trial.augmented:
             t, size = half_cycle_peaks(trial.t, trial.measured - trial.augmented.residual, smallest)
             axes.plot(t, size * factor, "--", color=GREEN, lw=0.9)

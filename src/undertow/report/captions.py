@@ -42,8 +42,8 @@ def captions(findings: Findings, group: GroupFindings) -> Mapping[str, Any]:
         "with the frequencies of the body and of what was found. "
         "Top right: the force that the equation leaves over, mean of all measured motions at each displacement and "
         "speed, orange positive, blue negative; a residual that differs from swing to swing at the same place averages "
-        "out and stays pale. Below: "
-        "frequency and damping of every full cycle with one standard error; what lies far off is not in the frame.",
+        "out and stays pale. Below: frequency and damping of every full cycle with one standard error, without those "
+        "that noise makes; what lies far off is not in the frame.",
         "suspects": "Odds of every suspect beside what is said (green diamond), logarithm to base 10, the cost of its "
         "numbers included. Orange: more evidence than what is said, but excluded for the reason below.",
         "noise": f"What the {believed} equation leaves of trial {named}: its autocorrelation (grey: 95 % of white "

@@ -228,6 +228,8 @@ def draw_cycles(cycling: Cycling, axes: Axes, which: str) -> Axes:
         axes.set_ylim(*ends)
     axes.set_xlabel("time after release (s)")
     axes.set_ylabel("frequency (Hz)" if which == "frequency" else "damping (% of critical)")
+    if not measured.size:
+        axes.text(0.5, 0.9, "no cycle is clear: noise turns the body too", transform=axes.transAxes, ha="center")
     if which == "frequency":
         _legend_above(axes)
     return axes
@@ -237,6 +239,8 @@ def _frame(measured: Array, error: Array, runs: Sequence[Array]) -> tuple[float,
     """Ends of an axis for values (n,) with their errors: those that are known well, and of the equations' what lies not
     further from them than they are wide."""
     finite = np.isfinite(measured)
+    if not finite.any():
+        return None
     known = finite & (error <= POORLY_KNOWN * np.median(error[finite])) if np.isfinite(error[finite]).all() else finite
     if not known.any():
         return None

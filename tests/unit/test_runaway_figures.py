@@ -13,6 +13,7 @@ from matplotlib.axes import Axes
 from tests.findings_fixture import small_findings
 from undertow.discrepancy.findings import GroupFindings, TrialFindings
 from undertow.report import explorer, figures, mismatch_figures, small_multiples, trial_figures
+from undertow.report.first_screen import first_screen
 from undertow.report.style import new_figure, page_style
 from undertow.report.trial_figures import RUNAWAY, leaves, reach
 
@@ -42,6 +43,12 @@ def test_an_axis_ends_at_a_multiple_of_the_measured_motion_and_says_so(axes: Axe
     assert "error more than 1000 % (allowed more than 1000 %)" in axes.get_title(loc="left")
     upper, lower = trial_figures.draw_first(trial, new_figure(5.0, 4.0), repaired=False).axes
     assert upper.get_ylim()[1] == lower.get_ylim()[1] == pytest.approx(1.1 * RUNAWAY * largest)
+
+
+def test_large_numbers_are_short_on_the_first_screen() -> None:
+    group = replace(small_findings().groups[1], trials=(runaway(),))
+    numbers = first_screen(replace(small_findings(), groups=(group,)), ["a"])["shown"]["numbers"]
+    assert [one["value"] for one in numbers[:2]] == ["> 1000 %", "> 1000 %"]
 
 
 def test_a_run_that_stays_is_drawn_whole(axes: Axes) -> None:

@@ -186,6 +186,8 @@ def trial_block(shown: Shown, anchors: Sequence[str]) -> Block:
         numbers.append({"value": allowed, "words": words, "tone": ""})
     if sure := how_sure(verdict):
         numbers.append({"value": sure, "words": likelihood_of(verdict), "tone": ""})
+    for number in numbers:  # in large letters: short
+        number["value"] = number["value"].replace("more than ", "> ")
     return {
         "name": trial.motion.name,
         "title": unbroken(shown.group.label),

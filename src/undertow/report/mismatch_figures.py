@@ -124,6 +124,7 @@ def draw_time_frequency(trial: TrialFindings, lines: Mapping[str, float], axes: 
     shown = response(trial)
     if leaves(trial):
         axes.set_title("the free run leaves the recording: no map of its residual")
+        axes.set_axis_off()
         return axes
     step = float(np.median(np.diff(trial.t)))
     body = max(lines.values(), default=math.nan) if "body" not in lines else lines["body"]
@@ -142,7 +143,7 @@ def draw_time_frequency(trial: TrialFindings, lines: Mapping[str, float], axes: 
     levels = np.array([*SHADES, 1.0]) * largest
     colours = [to_rgba(NOT_EXPLAINED, shade) for shade in SHADES]
     shades = axes.contourf(time + even[0], frequency[kept], amplitude, levels=levels, colors=colours)
-    _bar(shades, axes, f"amplitude ({shown.unit})")
+    _bar(shades, axes)
     for (words, at), style in zip(lines.items(), chain(("-",), cycle(("--", ":", "-."))), strict=False):
         if math.isfinite(at):
             axes.axhline(at, color=INK if style == "-" else GREEN, lw=0.9, ls=style, label=f"{words} {at:.3g} Hz")
@@ -181,7 +182,7 @@ def draw_residual_force(group: GroupFindings, axes: Axes) -> Axes:
     axes.set_ylim(wide[1][0] * factor, wide[1][-1] * factor)
     newton = "N" if coordinate == "translation" else "N m"
     per = " per kg" if group.equation.mass_kg == 1.0 else ""
-    _bar(scale, axes, f"force ({newton}{per})")
+    _bar(scale, axes)
     axes.set_title(f"residual force, mean a cell: up to ±{_plain(largest)} {newton}{per}")
     return axes
 
@@ -195,9 +196,9 @@ def _plain(value: float) -> str:
     return f"{float(f'{value:.2g}'):.12g}"
 
 
-def _bar(shades: ScalarMappable, axes: Axes, words: str) -> None:
-    """A colour bar beside a map, with few and plain numbers."""
-    bar = axes.figure.colorbar(shades, ax=axes, label=words, ticks=MaxNLocator(4), pad=0.02, fraction=0.04)
+def _bar(shades: ScalarMappable, axes: Axes) -> None:
+    """A colour bar beside a map, in the unit of its title."""
+    bar = axes.figure.colorbar(shades, ax=axes, ticks=MaxNLocator(4), pad=0.02, fraction=0.04)
     bar.outline.set_visible(False)
 
 

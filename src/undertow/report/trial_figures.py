@@ -78,7 +78,11 @@ def _say_that_it_leaves(trial: TrialFindings, axes: Axes) -> None:
         size = 1.1 * reach(trial) * response(trial).factor
         axes.set_ylim(-size, size)
         words = f"free run beyond {RUNAWAY:g} times the measured motion: not drawn"
-        axes.text(0.99, 0.97, words, transform=axes.transAxes, ha="right", va="top", fontsize=8, color=NOT_EXPLAINED)
+        behind = {"facecolor": "#ffffff", "linewidth": 0.0, "pad": 2.0}
+        axes.text(
+            0.99, 0.97, words, transform=axes.transAxes, ha="right", va="top", fontsize=8, color=NOT_EXPLAINED,
+            bbox=behind,
+        )  # fmt: skip
 
 
 def thinned(t: Array, values: Array, at_most: int = POINTS_AT_MOST) -> tuple[Array, Array]:

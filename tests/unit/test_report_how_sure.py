@@ -7,8 +7,11 @@ from dataclasses import replace
 import pytest
 
 from tests.findings_fixture import small_findings
-from tests.unit.test_report_first_screen import repaired
+from tests.unit.test_report_first_screen import rendered, repaired
 from undertow.discrepancy.verdict import Gate
+from undertow.likelihood.fit import Structure
+from undertow.quantities import Estimate
+from undertow.report.behind import held_words
 from undertow.report.blocks import NO_BREAK
 from undertow.report.first_screen import first_screen
 
@@ -53,3 +56,24 @@ def test_one_group_has_its_sentence_beside_the_picture():
     one = replace(two, groups=two.groups[:1])
     assert not first_screen(two, ["a", "b"])["alone"]
     assert first_screen(one, ["a"])["alone"]
+
+
+@pytest.mark.parametrize(
+    ("notes", "structure", "said"),
+    [
+        (("kilograms and newtons rest on the stiffness 4801 N/m from the load cells",), False, "the load cells"),
+        (("kilograms and newtons rest on the stiffness 4801 N/m from the load cells",), True, "load cells; those of"),
+        ((), True, "those of the structure, from the dry trials or the config"),
+    ],
+)
+def test_what_was_held_says_where_it_comes_from(notes, structure, said):
+    known = Structure(Estimate(4801.0), Estimate(17.0), Estimate(0.0)) if structure else None
+    words = held_words(replace(small_findings().groups[1], notes=notes, structure=known))
+    assert said in words
+    assert ("dry trials" in words) is structure
+
+
+def test_the_page_says_which_trials_the_numbers_of_table_and_equation_include():
+    text = rendered()
+    assert "fitted to all trials of a group together (dry: means over its trials), held-out ones too" in text
+    assert "its numbers from the training trials alone: the table of all groups has the held-out ones too" in text

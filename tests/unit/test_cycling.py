@@ -15,6 +15,8 @@ from undertow.discrepancy.findings import AugmentedRun, TrialFindings
 from undertow.discrepancy.mismatch import Mismatch
 from undertow.quantities import Estimate
 from undertow.recording.recording import Recording
+from undertow.report.mismatch_figures import draw_cycles
+from undertow.report.style import new_figure, page_style
 
 RATE, RATIO = 10.0, 0.02
 """Natural frequency, rad/s, and damping ratio of the closed form."""
@@ -53,6 +55,18 @@ def test_errors_grow_as_the_motion_dies_and_cover_the_scatter() -> None:
     assert np.all(np.diff(found.damping_error) > 0.0)
     away = (found.damping - RATIO) / found.damping_error
     assert 0.3 < float(np.sqrt(np.mean(away**2))) < 2.0  # eight cycles of one draw
+
+
+def test_turns_that_noise_makes_are_no_cycles() -> None:
+    trial = linear_decay()
+    ripple = 2.0 * np.sin(100.0 * trial.t)  # of the speed: turns at 16 Hz, of a body at 1.6 Hz
+    for motion, some in ((trial.motion, True), (replace(trial.motion, v=trial.motion.v + ripple), False)):
+        found = cycling(replace(trial, motion=motion))
+        assert found is not None
+        assert bool(found.frequency.size) is some
+        with page_style():
+            panel = draw_cycles(found, new_figure(5.0, 3.0).subplots(), "frequency")
+        assert ("noise turns the body" in "".join(text.get_text() for text in panel.texts)) is not some
 
 
 def test_what_was_found_has_its_own_cycles() -> None:

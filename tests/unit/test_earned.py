@@ -87,7 +87,8 @@ def test_a_name_that_dry_trials_contradict_is_not_the_answer():
     named, plain = diagnosis(named=True), NullTest(math.nan)
     said = earned(NAMED, case(), named, plain, True, answer)
     assert (said.status, said.verdict) == ("unknown", ("linear_damping", "unknown"))
-    assert "But this is not the answer: the dry trials of the same spring show none." in said.sentence
+    assert said.sentence.startswith("spring short: nothing that was tried is the answer, what is missing is unknown.")
+    assert said.sentence.endswith("It is not the answer: the dry trials of the same spring show none.")
     assert "once more" in said.next_test
     assert earned(NAMED, case(), named, plain, True, DryAnswer()).status == "explained"
 
@@ -363,7 +364,7 @@ def test_a_description_that_takes_its_own_trials_further_away_is_none_beside_unk
         assert (said.status, said.verdict, said.parameters) == ("unknown", ("unknown",), {})
         assert said.augmented is None
         went = "with linear damping the trials it was fitted to go from 4.0 % to 6.1 %"
-        assert f"But this is not the answer: {went}. What is missing is unknown." in said.sentence
+        assert f"It is not the answer: {went}." in said.sentence
 
 
 @pytest.mark.parametrize("status", ["explained", "not_identifiable", "unknown"])
@@ -434,7 +435,7 @@ def test_what_leaves_more_than_noise_is_an_answer_where_unseen_trials_prove_it(a
             assert (verdict.status, verdict.verdict) == ("unknown", ("linear_damping", "unknown"))
             assert verdict.parameters == {"linear_damping": {}}
             assert verdict.augmented is not None
-            assert f"But this is not the answer: {said}" in verdict.sentence
+            assert f"It is not the answer: {said}" in verdict.sentence
             assert "one of them held out" in verdict.next_test
         else:
             assert verdict.status == status

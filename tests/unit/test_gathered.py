@@ -13,6 +13,7 @@ from undertow.campaign.config import RunConfig, load
 from undertow.campaign.run import gathered as keeping
 from undertow.campaign.run.gathered import GROUPS_SHOWN, TRIALS_SHOWN, Gathered, PortionFindings
 from undertow.discrepancy.findings import FailedTrial, GroupFindings
+from undertow.discrepancy.verdict import Status
 from undertow.report.arrange import excess
 from undertow.report.tables import NOTES_AT_MOST
 
@@ -86,6 +87,25 @@ def test_of_a_large_campaign_the_dry_groups_and_the_loudest_are_kept_and_all_are
         "The equation leaves out: something unknown in 6 of 301 groups. In 295 groups nothing is missing."
     )
     assert len(kept.extent.sizes) == GROUPS_SHOWN
+
+
+@pytest.mark.parametrize(
+    ("status", "alternatives", "said"),
+    [
+        ("explained", (), "hidden resonator"),
+        ("not_identifiable", (("relaxation",),), "hidden resonator or relaxation"),
+        ("unknown", (), "something unknown beside or instead of hidden resonator"),
+    ],
+)
+def test_the_sentence_over_all_groups_says_no_more_than_each_verdict(
+    config: RunConfig, status: Status, alternatives: tuple[tuple[str, ...], ...], said: str
+) -> None:
+    kept = Gathered(config)
+    _, group = dry_and_open()
+    rest = ("unknown",) if status == "unknown" else ()
+    verdict = replace(group.verdict, status=status, verdict=("hidden_resonator", *rest), alternatives=alternatives)
+    kept.add(part(replace(group, verdict=verdict)))
+    assert kept.findings({}).across_groups == f"The equation leaves out: {said} in 1 of 1 group."
 
 
 @pytest.mark.parametrize("portions", [60, 240])

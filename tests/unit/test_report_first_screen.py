@@ -27,7 +27,7 @@ from undertow.report.first_screen import (
     shown_trial,
 )
 from undertow.report.html import page, page_figures
-from undertow.report.style import GREEN, NOT_EXPLAINED, page_style
+from undertow.report.style import GREEN, PRESCRIBED, page_style
 from undertow.report.trial_figures import FIRST_POINTS, SWINGS_SHOWN, draw_first, half_cycle_peaks
 
 GATES = (
@@ -177,7 +177,7 @@ def test_the_picture_draws_three_curves_of_the_first_swings():
     figure = draw_first(trial, Figure(), repaired=True)
     upper, lower = figure.axes
     assert [line.get_label() for line in upper.lines] == ["measured", "equation as prescribed", "equation repaired"]
-    assert [line.get_color() for line in lower.lines] == [NOT_EXPLAINED, GREEN]
+    assert [line.get_color() for line in lower.lines] == [PRESCRIBED, GREEN]
     peaks, _ = half_cycle_peaks(trial.t, trial.measured, 0.02 * float(np.max(np.abs(trial.measured))))
     end = peaks[2 * SWINGS_SHOWN] if peaks.size > 2 * SWINGS_SHOWN else trial.t[-1]
     assert upper.get_xlim()[1] == pytest.approx(end)

@@ -13,6 +13,7 @@ import numpy as np
 
 from undertow.conditioning.cycles import Cycles, find_cycles
 from undertow.conditioning.motion import Motion
+from undertow.conditioning.period import dominant_period
 from undertow.discrepancy.findings import TrialFindings
 from undertow.errors import UndertowError
 from undertow.likelihood.free_run import scored_channel
@@ -20,6 +21,9 @@ from undertow.recording.recording import Array
 
 CLEAR = 10.0
 """Half swings below this many times the noise say nothing of frequency or damping."""
+
+NOISE_TURNS = 3.0
+"""A cycle shorter than the body's period by more than this factor is turned by noise; no law here makes one."""
 
 FAINT = 0.03
 """Half swings under this share of the first are left out too: there friction is about to hold the body."""
@@ -50,13 +54,15 @@ class Cycling:
 
 
 def cycling(trial: TrialFindings) -> Cycling | None:
-    """The cycles of one trial; None where it turns fewer than three times above its noise.
+    """The cycles of one trial, without those that noise makes (`NOISE_TURNS`); None where it turns fewer than three
+    times above its noise.
 
     A turning point's instant is known to (error of v) / |a|, its place to the error of x, both the smoothed motion's.
     """
     motion = trial.motion
     try:
         cycles, rise = _measured(motion)
+        body = dominant_period(motion)
     except UndertowError:
         return None
     noise = motion.noise.get(scored_channel(motion), 0.0)
@@ -67,11 +73,13 @@ def cycling(trial: TrialFindings) -> Cycling | None:
     instants, places = rise[: count + 2], cycles.position_std[: count + 2] / math.sqrt(2.0)
     late = np.hypot(instants[2:], instants[:-2]) / period**2
     away = np.hypot(places[:-2] / cycles.amplitude[:count], places[2:] / cycles.amplitude[1 : count + 1])
+    real = period > body / NOISE_TURNS
     after = None
     if trial.augmented is not None:
         after = _run(trial.t, trial.measured - trial.augmented.residual, count)
     return Cycling(
-        cycles.time[1 : count + 1], 1.0 / period, late, cycles.decrement[:count] / (2.0 * math.pi), away / math.pi,
+        cycles.time[1 : count + 1][real], 1.0 / period[real], late[real],
+        cycles.decrement[:count][real] / (2.0 * math.pi), away[real] / math.pi,
         _run(trial.t, trial.simulated, count), after,
     )  # fmt: skip
 

@@ -24,6 +24,7 @@ from undertow.discrepancy.case import Case
 from undertow.discrepancy.decision import DOUBLED, NEAR, NO_ANSWER, Closeness, gates, indistinct
 from undertow.discrepancy.dry_check import DryAnswer
 from undertow.discrepancy.naming import in_words, next_test
+from undertow.discrepancy.sentence import no_answer
 from undertow.discrepancy.verdict import Gate, Status, Verdict
 from undertow.discrepancy.words import percent
 from undertow.equation import registry
@@ -75,20 +76,21 @@ def earned(
             return _standing_out(verdict, case, diagnosis, tested, in_air)
         if gate.lacking in NO_ANSWER_BUT and verdict.status != "nothing_missing":
             vague = indistinct(diagnosis) if gate.lacking == "distinct" else {}
-            return _not_the_answer(verdict, gate, vague)
+            return _not_the_answer(verdict, case, gate, vague)
         said = without_answer(verdict, case, gate.because, gate.lacking)
         return replace(said, contradicted=bool(case.contradiction))
     return verdict
 
 
-def _not_the_answer(verdict: Verdict, gate: Gate, vague: Collection[str] = ()) -> Verdict:
+def _not_the_answer(verdict: Verdict, case: Case, gate: Gate, vague: Collection[str] = ()) -> Verdict:
     """``unknown`` after the names but those that are ``vague``: what was excluded explains far more, nothing proves
     what leaves more than noise, trials come no closer (no free run is offered then), the dry trials contradict them, or
     lack what nobody knows."""
-    but = f"this is not the answer: {gate.because}. What is missing is unknown"
-    but = f"this is not proved: {gate.because}" if gate.lacking == "unseen" else but
-    but = f"this is not all: {gate.because}. What is beside it is unknown" if gate.lacking == "beside" else but
-    text = f"{verdict.sentence} But {but}."
+    text = no_answer(case.label, verdict.sentence, gate.because)
+    if gate.lacking == "unseen":
+        text = f"{verdict.sentence} But this is not proved: {gate.because}."
+    elif gate.lacking == "beside":
+        text = f"{verdict.sentence} But this is not all: {gate.because}. What is beside it is unknown."
     said = replace(
         verdict, status="unknown", alternatives=(), origin="undetermined", next_test=NEXT[gate.lacking], sentence=text
     )

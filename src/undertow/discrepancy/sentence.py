@@ -15,6 +15,9 @@ from undertow.discrepancy.naming import in_words
 from undertow.discrepancy.words import percent
 from undertow.quantities import Estimate
 
+EXPLAINS, CLOSEST = " explains it", " comes closest"
+"""What is said of what is named, and of what is no answer."""
+
 
 def sentence_of(
     case: Case,
@@ -38,7 +41,7 @@ def sentence_of(
         parts = [f"{case.label}: no trial alone stands out (error {size}, {allowed}), but together they do."]
     named = " and ".join(in_words(n, case.has_dry) for n in dict.fromkeys(names))
     numbers = _numbers(found)
-    parts.append(f"{named[0].upper()}{named[1:]} explains it{': ' if numbers else ''}{numbers}.")
+    parts.append(f"{named[0].upper()}{named[1:]}{EXPLAINS}{': ' if numbers else ''}{numbers}.")
     if known:
         said = " and ".join(n.replace("_", " ") for n in known)
         parts.append(f"The dry trials need {said} already: it belongs to the rig, not to the water.")
@@ -61,6 +64,18 @@ def sentence_of(
     if rest:
         parts.append("What is left is more than repetitions would differ: something else is missing too.")
     return " ".join(parts)
+
+
+def no_answer(label: str, sentence: str, because: str) -> str:
+    """A group's sentence where what comes closest is not the answer, which it says first.
+
+    >>> no_answer("dry", "dry: the equation misses 5 %. Friction explains it.", "the probability is 3 %")
+    'dry: nothing that was tried is the answer, what is missing is unknown. The equation misses 5 %. Friction comes \
+closest. It is not the answer: the probability is 3 %.'
+    """
+    said = sentence.removeprefix(f"{label}: ").replace(EXPLAINS, CLOSEST, 1)
+    first = f"{label}: nothing that was tried is the answer, what is missing is unknown."
+    return f"{first} {said[0].upper()}{said[1:]} It is not the answer: {because}."
 
 
 def late_words(addends: Sequence[Addend]) -> str:

@@ -15,6 +15,10 @@ _UNIT_SUFFIXES = {unit.lower(): unit for unit in ("m", "mm", "cm", "s", "Hz", "d
 """Units that a condition's name may end in, as in water_depth_m."""
 
 
+SAID_AT_MOST = 10.0
+"""A share of the motion beyond which the number says no more: that free run has left the recording."""
+
+
 def split_unit(column: str) -> tuple[str, str]:
     """A condition's name in words and the unit at its end, if it has one.
 
@@ -48,13 +52,16 @@ def group_title(key: Mapping[str, Condition]) -> str:
 
 
 def percent(share: float) -> str:
-    """A share as per cent with two digits below ten per cent, whole above; "-" where there is none.
+    """A share as per cent with two digits below ten per cent, whole above; "-" where there is none, and no
+    number beyond `SAID_AT_MOST`.
 
-    >>> percent(0.4012), percent(0.0436), percent(0.0031)
-    ('40 %', '4.4 %', '0.31 %')
+    >>> percent(0.4012), percent(0.0436), percent(0.0031), percent(2.2e6)
+    ('40 %', '4.4 %', '0.31 %', 'more than 1000 %')
     """
     if not math.isfinite(share):
         return "-"
+    if share > SAID_AT_MOST:
+        return f"more than {100.0 * SAID_AT_MOST:.0f} %"
     value = 100.0 * share
     if value >= 10.0 or value == 0.0:
         return f"{value:.0f} %"

@@ -13,6 +13,7 @@ from typing import Any
 from undertow.discrepancy.findings import GroupFindings
 from undertow.discrepancy.repaired import named_laws, repaired_equation, repaired_errors
 from undertow.discrepancy.verdict import Gate, Verdict
+from undertow.discrepancy.words import percent
 from undertow.equation import registry
 from undertow.equation.equation import Equation
 from undertow.errors import IdentificationError
@@ -47,6 +48,17 @@ def gate_rows(verdict: Verdict) -> list[Mapping[str, Any]]:
         }
         for gate in verdict.decision
     ]
+
+
+def allowed_words(verdict: Verdict, share: float) -> str:
+    """What repeatability allows in a group, in words: "assumed" where nobody measured or stated how much trials differ.
+
+    >>> allowed_words(Verdict({}, (), decision=(Gate("scatter_known", "reasons", 1.0, 0.0, False),)), 0.16)
+    '16 %, assumed'
+    """
+    unknown = any(gate.gate == "scatter_known" and not gate.passed for gate in verdict.decision)
+    assumed = unknown or ", assumed" in verdict.sentence  # a group that was never searched has no conditions
+    return f"{percent(share)}, assumed" if assumed and math.isfinite(share) else percent(share)
 
 
 def seen_rows(verdict: Verdict) -> list[Mapping[str, str]]:
@@ -93,9 +105,9 @@ def is_repaired(verdict: Verdict) -> bool:
 
 def repaired_block(group: GroupFindings) -> Mapping[str, Any]:
     """The repaired equation beside the prescribed one: ``rows`` of ``name``, ``before``, ``after``, ``published``,
-    ``problem``;
-    ``latex`` and ``text`` (empty where it cannot be written); whether both give a number (``both``), and whether a
-    damping in it is what waves carry away (``of_waves``). Empty where nothing is named."""
+    ``problem``; where what is ``held`` comes from; ``latex`` and ``text`` (empty where it cannot be written); whether
+    both give a number (``both``), and whether a damping in it is what waves carry away (``of_waves``). Empty where
+    nothing is named."""
     verdict = group.verdict
     if verdict.augmented is None or not is_repaired(verdict):
         return {}
@@ -105,11 +117,21 @@ def repaired_block(group: GroupFindings) -> Mapping[str, Any]:
     return {
         "rows": [_row(name, before.get(name), after.get(name), published.get(name)) for name in names],
         "published": any(name in published for name in names),
+        "held": held_words(group),
         "both": any(name in after for name in before),
         "latex": "" if written is None else numeric_latex(*written),
         "text": "" if written is None else written[0].text(written[1]),
         "of_waves": any("kernel_mass_kg" in name for name in after),
     }
+
+
+def held_words(group: GroupFindings) -> str:
+    """Where the parameters that were held come from, in words."""
+    cells = any("from the load cells" in note for note in group.notes)
+    said = ["the stiffness, from the load cells"] if cells else []
+    if group.structure is not None or not said:
+        said.append("those of the structure, from the dry trials or the config")
+    return "; ".join(said)
 
 
 def _row(

@@ -17,7 +17,7 @@ from undertow.discrepancy.verdict import Verdict
 from undertow.discrepancy.words import count, percent
 from undertow.quantities import OK, Estimate, format_number
 from undertow.report.arrange import agreement, group_numbers, spanning_conditions
-from undertow.report.behind import adjusted_words, gate_rows, repaired_block, seen_rows
+from undertow.report.behind import adjusted_words, allowed_words, gate_rows, repaired_block, seen_rows
 from undertow.report.expressions import is_per_mass, numeric_latex
 from undertow.report.extent import Extent, extent_of
 from undertow.report.figures import amplitude_scale
@@ -140,7 +140,7 @@ def overview(findings: Findings, anchors: Sequence[str], extent: Extent | None =
         | {
             "cells": [estimate_text(found[p], not units[p]) if p in found else "" for p in parameters],
             "nrmse": percent(group.verdict.baseline.nrmse),
-            "limit": percent(group.verdict.repeatability_nrmse),
+            "limit": allowed_words(group.verdict, group.verdict.repeatability_nrmse),
             "unseen": unseen_words(group.verdict),
             "missing": "{1} of {0}".format(*whole.size_of(group)),
         }

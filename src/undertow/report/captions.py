@@ -41,14 +41,15 @@ def captions(findings: Findings, group: GroupFindings) -> Mapping[str, Any]:
         "where": f"Trial {named}, prescribed equation. Top left: where in time and frequency the residual is strong, "
         "with the frequencies of the body and of what was found. "
         "Top right: the force that the equation leaves over, mean of all measured motions at each displacement and "
-        "speed; a residual that differs from swing to swing at the same place averages out and stays pale. Below: "
-        "frequency and damping of every full cycle with one standard error; what lies far off is not in the frame.",
+        "speed, orange positive, blue negative; a residual that differs from swing to swing at the same place averages "
+        "out and stays pale. Below: frequency and damping of every full cycle with one standard error, without those "
+        "that noise makes; what lies far off is not in the frame.",
         "suspects": "Odds of every suspect beside what is said (green diamond), logarithm to base 10, the cost of its "
-        "numbers included. Red: more evidence than what is said, but excluded for the reason below.",
+        "numbers included. Orange: more evidence than what is said, but excluded for the reason below.",
         "noise": f"What the {believed} equation leaves of trial {named}: its autocorrelation (grey: 95 % of white "
         "noise), and its quantiles beside those of the sensor's noise. Correlated residuals count as fewer samples.",
         "pairs": "Correlations of the repaired equation's numbers: ellipses of one and two standard errors, the "
-        "correlation above each; red beyond 0.9: the two are known together better than each alone.",
+        "correlation above each; orange beyond 0.9: the two are known together better than each alone.",
         "null": _null(group.verdict),
         "friction": _friction(group),
         "quality": quality_rows(group),

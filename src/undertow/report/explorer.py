@@ -21,7 +21,7 @@ from undertow.recording.recording import Array
 from undertow.report.arrange import chosen
 from undertow.report.small_multiples import PANELS_AT_MOST
 from undertow.report.style import DRAWN
-from undertow.report.trial_figures import response
+from undertow.report.trial_figures import reach, response
 
 TRIALS_AT_MOST = 120
 """Trials that can be explored on one page; of more, an equal part of every group: its ends and the worst explained."""
@@ -91,7 +91,8 @@ def trial_data(trial: TrialFindings, samples: int) -> dict[str, Any]:
     noise = trial.motion.noise
     step = noise.get("displacement" if shown.words in ("displacement", "angle") else "velocity", 0.0) * shown.factor
     curves = [_curve("motion", "measured", trial.measured * shown.factor, every, step)]
-    curves.append(_curve("motion", "before", trial.simulated * shown.factor, every, step))
+    run = np.clip(trial.simulated, -reach(trial), reach(trial))  # one that leaves the recording leaves no axis
+    curves.append(_curve("motion", "before", run * shown.factor, every, step))
     after = None if trial.augmented is None else (trial.measured - trial.augmented.residual) * shown.factor
     if after is not None and after.size == trial.t.size:
         curves.append(_curve("motion", "after", after, every, step))

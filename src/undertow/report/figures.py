@@ -18,7 +18,7 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
 from undertow.discrepancy.findings import Findings, GroupFindings
-from undertow.discrepancy.words import condition_words, split_unit
+from undertow.discrepancy.words import SAID_AT_MOST, condition_words, split_unit
 from undertow.quantities import Estimate
 from undertow.recording.recording import Condition
 from undertow.report.arrange import Span, by_amplitude, is_usable, spanning_conditions
@@ -176,27 +176,29 @@ def draw_mismatch(findings: Findings, group: GroupFindings, axes: Axes) -> Axes:
     """Free-run error of each trial of a group against amplitude, in per cent, with both floors, on log axes.
 
     Grey up to what repeatability allows, a blue line at what the sensors alone give. A trial above the grey is not
-    explained: a vermillion diamond. Hollow: held out. An error of zero stands at the axis's lower end.
+    explained: a vermillion diamond. Hollow: held out. An error of zero stands at the axis's lower end, one beyond
+    `SAID_AT_MOST` there as a triangle.
     """
     factor, unit = amplitude_scale(findings)
     trials = by_amplitude(group.trials)
     x = [trial.motion.amplitude * factor for trial in trials]
-    repeat = [100.0 * trial.mismatch.repeatability_nrmse for trial in trials]
+    repeat = [100.0 * min(trial.mismatch.repeatability_nrmse, SAID_AT_MOST) for trial in trials]
+    errors = [100.0 * min(trial.mismatch.nrmse, SAID_AT_MOST) for trial in trials]
     sensor = [100.0 * trial.mismatch.sensor_floor_nrmse for trial in trials]
     wide = _amplitude_axis(axes, x, unit)
-    shown = [*repeat, *sensor, *(100.0 * trial.mismatch.nrmse for trial in trials)]
+    shown = [*repeat, *sensor, *errors]
     bottom = 0.5 * min((value for value in shown if value > 0.0), default=1.0)
     top = 2.0 * max((value for value in shown if math.isfinite(value)), default=1.0)
     axes.set_ylim(bottom, max(top, 4.0 * bottom))
     axes.set_yscale("log")
     axes.fill_between(wide, bottom, np.maximum(_ends_repeated(repeat), bottom), color=PALE, lw=0)
     axes.plot(wide, _ends_repeated(sensor), color=SKY, lw=1.2)
-    for place, trial in zip(x, trials, strict=True):
-        missing = trial.mismatch.missing
+    for place, error, trial in zip(x, errors, trials, strict=True):
+        missing, beyond = trial.mismatch.missing, trial.mismatch.nrmse > SAID_AT_MOST
         colour = NOT_EXPLAINED if missing else INK
         face = "white" if trial.held_out else colour
-        marker = "D" if missing else "o"
-        axes.plot([place], [max(100.0 * trial.mismatch.nrmse, bottom)], marker, ms=5.5, color=colour, mfc=face)
+        marker = "^" if beyond else "D" if missing else "o"
+        axes.plot([place], [max(error, bottom)], marker, ms=5.5, color=colour, mfc=face)
     plain_log_ticks(axes.yaxis, [value for value in shown if value > 0.0 and math.isfinite(value)])
     axes.set_ylabel("free-run error (% of motion)")
     return axes

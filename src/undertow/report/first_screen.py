@@ -17,7 +17,7 @@ from undertow.discrepancy.repaired import named_laws
 from undertow.discrepancy.verdict import Verdict
 from undertow.discrepancy.words import condition_words, percent
 from undertow.report.arrange import Span, spanning_conditions
-from undertow.report.behind import adjusted_words
+from undertow.report.behind import adjusted_words, allowed_words
 from undertow.report.blocks import (
     NO_BREAK,
     Block,
@@ -27,7 +27,7 @@ from undertow.report.blocks import (
     likelihood_words,
     unseen_words,
 )
-from undertow.report.wording import unbroken
+from undertow.report.wording import confidence_words, unbroken
 
 SENTENCES_AT_MOST = 8
 """Levels that have a sentence on the first screen: more would push the picture away."""
@@ -71,7 +71,8 @@ def shown_trial(findings: Findings) -> Shown | None:
 
 
 def first_screen(findings: Findings, anchors: Sequence[str]) -> Block:
-    """``sentences`` (with ``more`` of them), the trial that is ``shown`` with its numbers, and the ``grid``."""
+    """``sentences`` (with ``more`` of them), the trial that is ``shown`` with its numbers, and the ``grid``; a group
+    that is ``alone`` has what is said beside its picture."""
     said = level_sentences(findings)
     more = len(said) - SENTENCES_AT_MOST
     shown = shown_trial(findings)
@@ -80,6 +81,7 @@ def first_screen(findings: Findings, anchors: Sequence[str]) -> Block:
         "more": f"{more} more in the table below" if more > 0 else "",
         "shown": {} if shown is None else trial_block(shown, anchors),
         "grid": grid(findings, anchors),
+        "alone": shown is not None and len(findings.groups) == 1,
     }
 
 
@@ -139,7 +141,7 @@ def _size(group: GroupFindings, series: str | None) -> str:
     named = series is not None and series in group.key
     label = f"{condition_words(series or '', group.key[series or ''])}: " if named else ""
     allowed = percent(verdict.repeatability_nrmse)
-    limit = "" if allowed == "-" else f", repeats within {allowed}"
+    limit = "" if allowed == "-" else f", repeats within {allowed_words(verdict, verdict.repeatability_nrmse)}"
     if limit and is_no_gain(verdict):
         limit = f": no gain here, both within the {allowed} of repeats"
     return f"{label}{error_words(verdict)}{limit}".replace(" %", f"{NO_BREAK}%")
@@ -178,28 +180,51 @@ def trial_block(shown: Shown, anchors: Sequence[str]) -> Block:
     numbers = [{"value": percent(trial.mismatch.nrmse), "words": before, "tone": loud}]
     if found is not None:
         numbers.append({"value": percent(found.nrmse), "words": "error of the repaired equation", "tone": "good"})
-    allowed = percent(trial.mismatch.repeatability_nrmse)
+    allowed, _, assumed = allowed_words(verdict, trial.mismatch.repeatability_nrmse).partition(", ")
     if allowed != "-":
-        numbers.append({"value": allowed, "words": "what repeating the test would give, at most", "tone": ""})
-    if sure := likelihood_words(verdict):
+        words = f"what repeating the test would give, at most{f' ({assumed}, not measured)' if assumed else ''}"
+        numbers.append({"value": allowed, "words": words, "tone": ""})
+    if sure := how_sure(verdict):
         numbers.append({"value": sure, "words": likelihood_of(verdict), "tone": ""})
+    for number in numbers:  # in large letters: short
+        number["value"] = number["value"].replace("more than ", "> ")
     return {
         "name": trial.motion.name,
         "title": unbroken(shown.group.label),
         "anchor": anchors[shown.place],
         "held_out": trial.held_out,
         "repaired": shown.repaired,
+        "colour": _colour_words(shown),
         "adjusted": adjusted_words(shown.group),
         "as_measured": as_measured_words(trial if shown.repaired else replace(trial, augmented=None)),
         "numbers": numbers,
     }
 
 
+def _colour_words(shown: Shown) -> str:
+    """Why a verdict is red beside an error that is inside the grey band; empty where it is not."""
+    if shown.trial.mismatch.missing or identity(shown.group, "")["tone"] != "open":
+        return ""
+    return "The verdict is red although this trial is inside the band: what is missing is not known for certain"
+
+
+def how_sure(verdict: Verdict) -> str:
+    """How often such a verdict holds, of ``not_identifiable`` that of all its names together; "none" where nothing is
+    said; empty where no such verdict was counted."""
+    if verdict.status == "cannot_tell":
+        return "none"
+    together = verdict.status == "not_identifiable"
+    return few_words(verdict) or (confidence_words(verdict.confidence) if together else likelihood_words(verdict))
+
+
 def likelihood_of(verdict: Verdict) -> str:
     """Of what the probability that stands with a verdict is, or the counts where they are few."""
+    if verdict.status == "cannot_tell":
+        return "probability: these data do not tell, so nothing is claimed"
     if few_words(verdict):
         return "such answers held on sealed campaigns of known truth: too few for a percentage"
-    what = "that nothing is missing" if verdict.status == "nothing_missing" else "of this answer"
+    whats = {"nothing_missing": "that nothing is missing", "not_identifiable": "that it is one of these"}
+    what = whats.get(verdict.status, "of this answer")
     return f"probability {what}: as often as such verdicts held on sealed campaigns of known truth"
 
 

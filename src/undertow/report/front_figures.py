@@ -13,7 +13,7 @@ import numpy as np
 
 from undertow.discrepancy.findings import TrialFindings
 from undertow.discrepancy.words import percent
-from undertow.report.style import BLUE, GREEN, INK, NOT_EXPLAINED, PALE
+from undertow.report.style import GREEN, INK, NOT_EXPLAINED, PALE, PRESCRIBED
 from undertow.report.trial_curves import Axes
 from undertow.report.trial_figures import response, thinned
 
@@ -51,9 +51,8 @@ def draw_runs_before_and_after(trial: TrialFindings, axes: Axes) -> Axes:
         t, band = thinned(trial.t, measured)
         axes.fill_between(t, band - allowed, band + allowed, color=PALE, lw=0, label="allowed by repeatability")
     axes.plot(*thinned(trial.t, measured), color=INK, lw=1.1, label="measured")
-    colour = NOT_EXPLAINED if trial.mismatch.missing else BLUE
     before = f"as prescribed: error {percent(trial.mismatch.nrmse)}"
-    axes.plot(*thinned(trial.t, trial.simulated * shown.factor), color=colour, lw=0.9, label=before)
+    axes.plot(*thinned(trial.t, trial.simulated * shown.factor), color=PRESCRIBED, lw=0.9, label=before)
     if trial.augmented:
         found = (trial.measured - trial.augmented.residual) * shown.factor
         after = f"repaired: error {percent(trial.augmented.nrmse)}"

@@ -97,7 +97,7 @@ def _of_one_trial(findings: Findings, group: GroupFindings) -> dict[str, str]:
     if cycles is not None and (named_laws(group.verdict) or any(t.mismatch.missing for t in group.trials)):
         where = mismatch_figures.draw_where(group, trial, cycles, lines, new_figure(WIDTH_IN, 5.0))
         drawn["where"] = svg_text(where)
-    if lines and float(trial.measured.std()) > 0.0:
+    if lines and float(trial.measured.std()) > 0.0 and not trial_figures.leaves(trial):
         period = 1.0 / next(iter(lines.values()))
         drawn["noise"] = svg_text(fit_figures.draw_noise(trial, period, new_figure(WIDTH_IN, 2.4)))
     return drawn

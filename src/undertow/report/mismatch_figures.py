@@ -12,9 +12,11 @@ from itertools import chain, cycle
 
 import numpy as np
 from matplotlib.axes import Axes
-from matplotlib.colors import to_rgba
+from matplotlib.cm import ScalarMappable
+from matplotlib.colors import ListedColormap, Normalize, to_rgba
 from matplotlib.figure import Figure
 from matplotlib.patches import Rectangle
+from matplotlib.ticker import MaxNLocator
 from scipy.signal import stft
 
 from undertow.discrepancy.cycling import Cycling
@@ -23,8 +25,8 @@ from undertow.discrepancy.findings import GroupFindings, TrialFindings
 from undertow.discrepancy.residual import ResidualForce, residual_force
 from undertow.errors import UndertowError
 from undertow.recording.recording import Array
-from undertow.report.style import BLUE, DRAWN, GREEN, GREY, INK, NOT_EXPLAINED, ORANGE, PURPLE, SKY
-from undertow.report.trial_figures import response
+from undertow.report.style import BLUE, DRAWN, GREEN, GREY, INK, NOT_EXPLAINED, ORANGE, PRESCRIBED, PURPLE, SKY
+from undertow.report.trial_figures import leaves, response
 
 CYCLES_AT_MOST = 12
 """Cycles of an energy budget that are drawn."""
@@ -59,12 +61,12 @@ _SOURCES: Mapping[str, tuple[str, str]] = {
 
 
 def draw_energy(budget: EnergyBudget, found: Sequence[str], figure: Figure) -> Figure:
-    """Left: what each law takes, stacked, a bar a cycle, in per cent of the energy with which the first cycle begins;
-    points: what is lost. Right: the same over all cycles, in per cent of all that is lost. ``found`` are the laws that
-    were found."""
+    """Left: what each law takes, stacked, a bar a cycle, in per cent of the first cycle's energy, or of the largest
+    that a cycle begins with; points: what is lost. Right: the same over all cycles, in per cent of all that is lost.
+    ``found`` are the laws that were found."""
     left, right = figure.subplots(1, 2, width_ratios=(1.9, 1.0))
     shown = slice(0, CYCLES_AT_MOST)
-    stored = float(budget.stored[0])
+    stored = float(np.max(budget.stored))
     number = np.arange(1, budget.stored[shown].size + 1)
     above, below = np.zeros(number.size), np.zeros(number.size)
     rows = []
@@ -79,7 +81,7 @@ def draw_energy(budget: EnergyBudget, found: Sequence[str], figure: Figure) -> F
     left.axhline(0.0, color=GREY, lw=0.6)
     left.set_xticks(number[:: max(1, number.size // 8)])
     left.set_xlabel("cycle")
-    left.set_ylabel("% of the first energy")
+    left.set_ylabel("% of the first energy" if stored == budget.stored[0] else "% of the largest energy")
     left.grid(axis="x", visible=False)
     for at, (_, value, colour) in enumerate(rows):
         right.barh(at, value, color=colour, height=0.65)
@@ -120,6 +122,10 @@ def draw_where(
 def draw_time_frequency(trial: TrialFindings, lines: Mapping[str, float], axes: Axes) -> Axes:
     """Amplitude of the residual of the prescribed equation over time and frequency, with frequencies marked."""
     shown = response(trial)
+    if leaves(trial):
+        axes.set_title("the free run leaves the recording: no map of its residual")
+        axes.set_axis_off()
+        return axes
     step = float(np.median(np.diff(trial.t)))
     body = max(lines.values(), default=math.nan) if "body" not in lines else lines["body"]
     even = np.arange(trial.t[0], trial.t[-1], step)
@@ -136,7 +142,8 @@ def draw_time_frequency(trial: TrialFindings, lines: Mapping[str, float], axes: 
     largest = float(amplitude.max()) or 1.0
     levels = np.array([*SHADES, 1.0]) * largest
     colours = [to_rgba(NOT_EXPLAINED, shade) for shade in SHADES]
-    axes.contourf(time + even[0], frequency[kept], amplitude, levels=levels, colors=colours)
+    shades = axes.contourf(time + even[0], frequency[kept], amplitude, levels=levels, colors=colours)
+    _bar(shades, axes)
     for (words, at), style in zip(lines.items(), chain(("-",), cycle(("--", ":", "-."))), strict=False):
         if math.isfinite(at):
             axes.axhline(at, color=INK if style == "-" else GREEN, lw=0.9, ls=style, label=f"{words} {at:.3g} Hz")
@@ -165,16 +172,18 @@ def draw_residual_force(group: GroupFindings, axes: Axes) -> Axes:
     mean = np.where(count >= FEWEST_IN_CELL, total / np.maximum(count, 1), np.nan)
     largest = float(np.nanmax(np.abs(mean))) if np.any(np.isfinite(mean)) else 1.0
     width, height = ((edges[1] - edges[0]) * factor for edges in wide)
+    shades = [*(to_rgba(BLUE, shade) for shade in SHADES[::-1]), *(to_rgba(NOT_EXPLAINED, shade) for shade in SHADES)]
+    scale = ScalarMappable(Normalize(-largest, largest), ListedColormap(shades))
+    colours = scale.to_rgba(mean)
     for i, j in np.argwhere(np.isfinite(mean)):
-        size = abs(float(mean[i, j])) / largest
-        colour = NOT_EXPLAINED if mean[i, j] > 0.0 else BLUE
         corner = (wide[0][i] * factor, wide[1][j] * factor)
-        axes.add_patch(_cell(corner, width, height, to_rgba(colour, max(0.06, size))))
+        axes.add_patch(_cell(corner, width, height, colours[i, j]))
     axes.set_xlim(wide[0][0] * factor, wide[0][-1] * factor)
     axes.set_ylim(wide[1][0] * factor, wide[1][-1] * factor)
     newton = "N" if coordinate == "translation" else "N m"
     per = " per kg" if group.equation.mass_kg == 1.0 else ""
-    axes.set_title(f"residual force, mean a cell: up to ±{_plain(largest)} {newton}{per}, red positive")
+    _bar(scale, axes)
+    axes.set_title(f"residual force, mean a cell: up to ±{_plain(largest)} {newton}{per}")
     return axes
 
 
@@ -187,8 +196,14 @@ def _plain(value: float) -> str:
     return f"{float(f'{value:.2g}'):.12g}"
 
 
-def _cell(corner: tuple[float, float], width: float, height: float, colour: tuple[float, ...]) -> Rectangle:
-    return Rectangle(corner, width, height, facecolor=colour, lw=0)
+def _bar(shades: ScalarMappable, axes: Axes) -> None:
+    """A colour bar beside a map, in the unit of its title."""
+    bar = axes.figure.colorbar(shades, ax=axes, ticks=MaxNLocator(4), pad=0.02, fraction=0.04)
+    bar.outline.set_visible(False)
+
+
+def _cell(corner: tuple[float, float], width: float, height: float, colour: Array) -> Rectangle:
+    return Rectangle(corner, width, height, facecolor=tuple(colour), lw=0)
 
 
 def _forces(group: GroupFindings) -> list[ResidualForce]:
@@ -206,7 +221,7 @@ def draw_cycles(cycling: Cycling, axes: Axes, which: str) -> Axes:
     scale = 1.0 if which == "frequency" else 100.0
     measured, error = scale * getattr(cycling, which), scale * getattr(cycling, f"{which}_error")
     axes.errorbar(cycling.time, measured, error, fmt="o", ms=3.0, color=INK, elinewidth=0.8, label="measured")
-    runs = (("as prescribed", NOT_EXPLAINED, "-", cycling.before), ("repaired", GREEN, "--", cycling.after))
+    runs = (("as prescribed", PRESCRIBED, "-", cycling.before), ("repaired", GREEN, "--", cycling.after))
     for words, colour, style, run in runs:
         if run is not None:
             axes.plot(run.time, scale * getattr(run, which), style, color=colour, lw=1.0, label=words)
@@ -214,6 +229,8 @@ def draw_cycles(cycling: Cycling, axes: Axes, which: str) -> Axes:
         axes.set_ylim(*ends)
     axes.set_xlabel("time after release (s)")
     axes.set_ylabel("frequency (Hz)" if which == "frequency" else "damping (% of critical)")
+    if not measured.size:
+        axes.text(0.5, 0.9, "no cycle is clear: noise turns the body too", transform=axes.transAxes, ha="center")
     if which == "frequency":
         _legend_above(axes)
     return axes
@@ -223,6 +240,8 @@ def _frame(measured: Array, error: Array, runs: Sequence[Array]) -> tuple[float,
     """Ends of an axis for values (n,) with their errors: those that are known well, and of the equations' what lies not
     further from them than they are wide."""
     finite = np.isfinite(measured)
+    if not finite.any():
+        return None
     known = finite & (error <= POORLY_KNOWN * np.median(error[finite])) if np.isfinite(error[finite]).all() else finite
     if not known.any():
         return None

@@ -19,8 +19,8 @@ from matplotlib.lines import Line2D
 from undertow.discrepancy.findings import GroupFindings, TrialFindings
 from undertow.recording.recording import Array
 from undertow.report.arrange import chosen
-from undertow.report.style import BLUE, GREEN, GREY, INK, NOT_EXPLAINED, PALE
-from undertow.report.trial_figures import response, thinned, trial_heading
+from undertow.report.style import GREEN, GREY, INK, NOT_EXPLAINED, PALE, PRESCRIBED
+from undertow.report.trial_figures import RUNAWAY, leaves, reach, response, thinned, trial_heading
 
 PANELS_AT_MOST = 24
 """Trials of a group that are drawn; of more, the ends and the worst explained ones."""
@@ -82,8 +82,9 @@ def draw_free_runs(group: GroupFindings, figure: Figure, at_most: int = PANELS_A
     for i, trial in enumerate(trials):
         row, column = divmod(i, columns)
         _draw_panel(_panel(trial, float(column), float(rows - 1 - row)), axes)
-    marks = [("measured", INK, "-"), ("free run", BLUE, "-"), ("free run, trial not explained", NOT_EXPLAINED, "-")]
+    marks = [("measured", INK, "-"), ("free run", PRESCRIBED, "-")]
     marks += [("with what was found", GREEN, "--")] if any(t.augmented for t in trials) else []
+    marks += [("frame: trial not explained", NOT_EXPLAINED, "-")] if any(t.mismatch.missing for t in trials) else []
     handles = [Line2D([], [], color=colour, ls=style, label=words) for words, colour, style in marks]
     figure.legend(handles=handles, loc="upper left", ncols=len(handles), borderaxespad=0.1)
     return figure
@@ -93,8 +94,9 @@ def _panel(trial: TrialFindings, left: float, bottom: float) -> _Panel:
     """The trial's place and scales: its largest motion, and its largest residual or what is allowed."""
     residual = trial.measured - trial.simulated
     allowed = trial.mismatch.repeatability_nrmse * float(np.sqrt(np.mean(trial.measured**2)))
-    largest = max(float(np.max(np.abs(trial.measured))), float(np.max(np.abs(trial.simulated)))) or 1.0
+    largest = reach(trial)
     left_over = max(float(np.max(np.abs(residual))), allowed if math.isfinite(allowed) else 0.0)
+    left_over = largest if leaves(trial) else left_over
     return _Panel(trial, left, bottom, largest, left_over or largest)
 
 
@@ -114,9 +116,8 @@ def _draw_panel(panel: _Panel, axes: Axes) -> None:
         corners = [(sides[0], low), (sides[1], low), (sides[1], high), (sides[0], high)]
         frame.append([*corners, corners[0]])
     axes.add_collection(LineCollection(frame, colors=edge, linewidths=0.6))
-    run = NOT_EXPLAINED if missing else BLUE
-    curves = [(trial.measured, MOTION, INK, "-"), (trial.simulated, MOTION, run, "-")]
-    curves.append((trial.measured - trial.simulated, RESIDUAL, run, "-"))
+    curves = [(trial.measured, MOTION, INK, "-"), (trial.simulated, MOTION, PRESCRIBED, "-")]
+    curves.append((trial.measured - trial.simulated, RESIDUAL, PRESCRIBED, "-"))
     if trial.augmented:
         curves.append((trial.measured - trial.augmented.residual, MOTION, GREEN, "--"))
         curves.append((trial.augmented.residual, RESIDUAL, GREEN, "-"))
@@ -138,4 +139,5 @@ def _draw_scales(panel: _Panel, sides: tuple[float, float], axes: Axes) -> None:
         place = sides[1] - 0.01, panel.bottom + strip[1] - 0.01
         axes.text(*place, said, fontsize=7.5, ha="right", va="top", color=GREY)
     span = f"{t[0]:.2g} to {t[-1]:.3g} s after the release"
+    span += f"; free run beyond {RUNAWAY:g} times the measured motion: cut" if leaves(panel.trial) else ""
     axes.text(sides[0], panel.bottom + 0.065, span, fontsize=7.5, va="top", color=GREY)

@@ -21,7 +21,8 @@ BLUE, ORANGE, GREEN, VERMILLION = "#0072B2", "#E69F00", "#009E73", "#D55E00"
 PURPLE, SKY, INK, GREY, PALE = "#CC79A7", "#56B4E9", "#222222", "#777777", "#d9d9d9"
 """Okabe and Ito's palette (jfly.uni-koeln.de/color, 2008), and greys; vermillion is kept for what is not explained."""
 
-NOT_EXPLAINED = VERMILLION
+NOT_EXPLAINED, PRESCRIBED = VERMILLION, BLUE
+"""What is not explained (a trial, a number, a residual); the free run as prescribed, in every figure."""
 
 _METHOD_COLOURS: Mapping[str, str] = {
     "output_error": INK,

@@ -18,7 +18,7 @@ from undertow.discrepancy.findings import GroupFindings, TrialFindings
 from undertow.discrepancy.words import percent
 from undertow.recording.recording import Array
 from undertow.report.arrange import chosen, excess
-from undertow.report.style import BLUE, DRAWN, GREEN, INK, NOT_EXPLAINED, PALE, plain_log_ticks
+from undertow.report.style import DRAWN, GREEN, INK, NOT_EXPLAINED, PALE, PRESCRIBED, plain_log_ticks
 
 CURVES_AT_MOST = 8
 """Decays on one axes that a reader can still tell apart."""
@@ -31,6 +31,9 @@ SWINGS_SHOWN = 12
 
 FIRST_POINTS = 400
 """Points of a curve on the page's first screen."""
+
+RUNAWAY = 3.0
+"""A free run is drawn up to so many times the largest measured motion: further away it has left the recording."""
 
 _RESPONSES = {
     ("displacement", "translation"): "displacement",
@@ -56,6 +59,30 @@ def response(trial: TrialFindings) -> Response:
     factor, unit = DRAWN[recording.coordinate]
     words = _RESPONSES[channel, recording.coordinate]
     return Response(words, unit if channel == "displacement" else f"{unit}/s", factor)
+
+
+def leaves(trial: TrialFindings) -> bool:
+    """Whether a trial's free run leaves the recording, and with it every axis that shows the motion."""
+    return bool(np.max(np.abs(trial.simulated)) > RUNAWAY * (np.max(np.abs(trial.measured)) or np.inf))
+
+
+def reach(trial: TrialFindings) -> float:
+    """The largest excursion that is drawn of a trial, in SI: measured or of the free run, as far as `RUNAWAY`."""
+    measured, run = float(np.max(np.abs(trial.measured))), float(np.max(np.abs(trial.simulated)))
+    return max(measured, min(run, RUNAWAY * measured) if measured else run) or 1.0
+
+
+def _say_that_it_leaves(trial: TrialFindings, axes: Axes) -> None:
+    """The axis ends at `reach`, and says so, where the free run leaves the recording."""
+    if leaves(trial):
+        size = 1.1 * reach(trial) * response(trial).factor
+        axes.set_ylim(-size, size)
+        words = f"free run beyond {RUNAWAY:g} times the measured motion: not drawn"
+        behind = {"facecolor": "#ffffff", "linewidth": 0.0, "pad": 2.0}
+        axes.text(
+            0.99, 0.97, words, transform=axes.transAxes, ha="right", va="top", fontsize=8, color=NOT_EXPLAINED,
+            bbox=behind,
+        )  # fmt: skip
 
 
 def thinned(t: Array, values: Array, at_most: int = POINTS_AT_MOST) -> tuple[Array, Array]:
@@ -90,9 +117,8 @@ def draw_free_run(trial: TrialFindings, axes: Axes) -> Axes:
     """Measured motion of one trial and the free run of its group's equation from the release, against time; dashed the
     free run with what the verdict names."""
     shown = response(trial)
-    run = NOT_EXPLAINED if trial.mismatch.missing else BLUE
     axes.plot(*thinned(trial.t, trial.measured * shown.factor), color=INK, lw=1.1, label="measured")
-    axes.plot(*thinned(trial.t, trial.simulated * shown.factor), color=run, lw=0.7, label="free run")
+    axes.plot(*thinned(trial.t, trial.simulated * shown.factor), color=PRESCRIBED, lw=0.7, label="free run")
     if trial.augmented:
         found = (trial.measured - trial.augmented.residual) * shown.factor
         axes.plot(*thinned(trial.t, found), color=GREEN, lw=0.8, ls="--", label="with what was found")
@@ -100,6 +126,7 @@ def draw_free_run(trial: TrialFindings, axes: Axes) -> Axes:
     axes.set_xlabel("time after release (s)")
     axes.set_title(trial_heading(trial), color=NOT_EXPLAINED if trial.mismatch.missing else INK)
     axes.margins(x=0.0)
+    _say_that_it_leaves(trial, axes)
     return axes
 
 
@@ -111,12 +138,12 @@ def draw_residual(trial: TrialFindings, axes: Axes) -> Axes:
     allowed = trial.mismatch.repeatability_nrmse * rms * shown.factor
     if math.isfinite(allowed):
         axes.axhspan(-allowed, allowed, color=PALE, lw=0)
-    colour = NOT_EXPLAINED if trial.mismatch.missing else BLUE
     residual = (trial.measured - trial.simulated) * shown.factor
-    axes.plot(*thinned(trial.t, residual), color=colour, lw=0.7)
+    axes.plot(*thinned(trial.t, residual), color=PRESCRIBED, lw=0.7)
     if trial.augmented:
         axes.plot(*thinned(trial.t, trial.augmented.residual * shown.factor), color=GREEN, lw=0.8)
     size = 1.1 * max(float(np.max(np.abs(residual))), allowed if math.isfinite(allowed) else 0.0, 1e-9)
+    size = 1.1 * reach(trial) * shown.factor if leaves(trial) else size
     axes.set_ylim(-size, size)
     axes.set_ylabel(f"residual\n({shown.unit})")
     axes.set_xlabel("time after release (s)")
@@ -136,7 +163,7 @@ def draw_first(trial: TrialFindings, figure: Figure, repaired: bool) -> Figure:
         line.set(label=label, linewidth=1.4)
     upper.set_title("")
     upper.set_xlabel("")
-    upper.set_ylim(-1.1 * _largest(trial) * shown.factor, 1.1 * _largest(trial) * shown.factor)
+    upper.set_ylim(-1.1 * reach(trial) * shown.factor, 1.1 * reach(trial) * shown.factor)
     _cut(upper, _swings_end(trial))
     _cut(lower, _swings_end(trial))
     lower.locator_params(axis="y", nbins=3)
@@ -151,11 +178,6 @@ def _cut(axes: Axes, end: float) -> None:
         t, values = np.asarray(line.get_xdata(orig=True)), np.asarray(line.get_ydata(orig=True))
         line.set_data(*thinned(t[t <= end], values[t <= end], FIRST_POINTS))
     axes.set_xlim(float(np.min(axes.lines[0].get_xdata())), end)
-
-
-def _largest(trial: TrialFindings) -> float:
-    """The largest excursion that is drawn of a trial."""
-    return max(float(np.max(np.abs(trial.measured))), float(np.max(np.abs(trial.simulated)))) or 1.0
 
 
 def _swings_end(trial: TrialFindings) -> float:
@@ -189,12 +211,11 @@ def draw_decay(group: GroupFindings, axes: Axes, at_most: int = CURVES_AT_MOST) 
     for trial in trials:
         noise = min(trial.motion.noise.values(), default=0.0)
         smallest = max(0.01 * float(np.max(np.abs(trial.measured))), 3.0 * noise)
-        colour = NOT_EXPLAINED if trial.mismatch.missing else BLUE
         t, size = half_cycle_peaks(trial.t, trial.measured, smallest)
         axes.plot(t, size * factor, ".", color=INK, ms=4.0)
         sizes += [float(value) * factor for value in size if value > 0.0]
         t, size = half_cycle_peaks(trial.t, trial.simulated, smallest)
-        axes.plot(t, size * factor, "-", color=colour, lw=0.9)
+        axes.plot(t, size * factor, "-", color=PRESCRIBED, lw=0.9)
         if trial.augmented:
             t, size = half_cycle_peaks(trial.t, trial.measured - trial.augmented.residual, smallest)
             axes.plot(t, size * factor, "--", color=GREEN, lw=0.9)

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import math
 from collections import Counter
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 
 from undertow.campaign.config import RunConfig
@@ -112,9 +112,17 @@ class Gathered:
 
 
 def _names(group: GroupFindings) -> list[str]:
-    """What a group's verdict names, in words, each once."""
-    names = dict.fromkeys(group.verdict.verdict if group.verdict.status != "present_but_small" else ())
-    return ["something unknown" if name == "unknown" else name.replace("_", " ") for name in names]
+    """What a group's verdict names, in words, each once; names that are not certain stand together."""
+    verdict = group.verdict
+    if verdict.status == "not_identifiable":
+        return [" or ".join(" and ".join(_words(names)) for names in (verdict.verdict, *verdict.alternatives))]
+    if verdict.status == "unknown" and (named := _words(n for n in verdict.verdict if n != "unknown")):
+        return [f"something unknown beside or instead of {' and '.join(named)}"]
+    return _words(verdict.verdict if verdict.status != "present_but_small" else ())
+
+
+def _words(names: Iterable[str]) -> list[str]:
+    return ["something unknown" if name == "unknown" else name.replace("_", " ") for name in dict.fromkeys(names)]
 
 
 def across(named: Mapping[str, int], statuses: Mapping[str, int]) -> str:

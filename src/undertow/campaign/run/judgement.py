@@ -87,9 +87,10 @@ def judged(
     pairs = zip(dry, first, strict=True)
     clean = tuple(one.cases[0] for one, said in pairs if not (said.addends or said.verdicts[0].status == "unknown"))
     judge = _Judge(suspects, standing, folder, resume, dry_specimens(config, tasks), budget, levels, clean)
-    wet = on_processes(judge, list(waters.values()), jobs, "wet: what is missing", progress, _together_name)
+    place = "wet: " if config.trials.dry else ""
+    wet = on_processes(judge, list(waters.values()), jobs, f"{place}what is missing", progress, _together_name)
     told = _told(list(waters.values()), wet)
-    more = on_processes(judge, list(told.values()), jobs, "wet: beside other waters", progress, _together_name)
+    more = on_processes(judge, list(told.values()), jobs, f"{place}beside other waters", progress, _together_name)
     wet = [*wet, *(_with_the_reason(one, wet[i]) for i, one in zip(told, more, strict=True))]
     said = failed | {tuple(v.group.items()): v for judged in (*first, *wet) for v in judged.verdicts}
     runs = {name: run for judged in (*first, *wet) for name, run in judged.runs.items()}

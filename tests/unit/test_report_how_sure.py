@@ -1,0 +1,79 @@
+"""The page's first screen says how sure a verdict is, what was assumed, and why it is red inside the grey band."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import pytest
+
+from tests.findings_fixture import small_findings
+from tests.unit.test_report_first_screen import rendered, repaired
+from undertow.discrepancy.verdict import Gate
+from undertow.likelihood.fit import Structure
+from undertow.quantities import Estimate
+from undertow.report.behind import held_words
+from undertow.report.blocks import NO_BREAK
+from undertow.report.first_screen import first_screen
+
+
+@pytest.mark.parametrize(
+    ("status", "value", "words"),
+    [
+        ("explained", "72 %", "probability of this answer"),
+        ("not_identifiable", "72 %", "probability that it is one of these"),
+        ("cannot_tell", "none", "these data do not tell"),
+    ],
+)
+def test_the_numbers_say_how_sure_every_kind_of_verdict_is(status, value, words):
+    group = repaired(small_findings().groups[1])
+    group = replace(group, verdict=replace(group.verdict, status=status))
+    last = first_screen(replace(small_findings(), groups=(group,)), ["a"])["shown"]["numbers"][-1]
+    assert last["value"] == value
+    assert words in last["words"]
+
+
+def test_a_repeatability_that_was_assumed_says_so_beside_its_number():
+    group = repaired(small_findings().groups[1])
+    unknown = replace(group.verdict, decision=(Gate("scatter_known", "reasons", 1.0, 0.0, False, "nobody repeated"),))
+    for verdict, said in ((group.verdict, False), (unknown, True)):
+        findings = replace(small_findings(), groups=(replace(group, verdict=verdict),))
+        first = first_screen(findings, ["a"])
+        assert ("assumed" in first["shown"]["numbers"][2]["words"]) is said
+        assert (f"{NO_BREAK}%, assumed" in first["sentences"][0]["text"]) is said
+
+
+def test_a_red_verdict_beside_an_error_inside_the_band_says_why():
+    group = repaired(small_findings().groups[1])
+    red = replace(group, verdict=replace(group.verdict, status="not_identifiable"))
+    inside = [replace(t, mismatch=replace(t.mismatch, repeatability_nrmse=9.0)) for t in group.trials]
+    for one, trials, said in ((red, inside, True), (red, group.trials, False), (group, inside, False)):
+        findings = replace(small_findings(), groups=(replace(one, trials=tuple(trials)),))
+        assert bool(first_screen(findings, ["a"])["shown"]["colour"]) is said
+
+
+def test_one_group_has_its_sentence_beside_the_picture():
+    two = small_findings()
+    one = replace(two, groups=two.groups[:1])
+    assert not first_screen(two, ["a", "b"])["alone"]
+    assert first_screen(one, ["a"])["alone"]
+
+
+@pytest.mark.parametrize(
+    ("notes", "structure", "said"),
+    [
+        (("kilograms and newtons rest on the stiffness 4801 N/m from the load cells",), False, "the load cells"),
+        (("kilograms and newtons rest on the stiffness 4801 N/m from the load cells",), True, "load cells; those of"),
+        ((), True, "those of the structure, from the dry trials or the config"),
+    ],
+)
+def test_what_was_held_says_where_it_comes_from(notes, structure, said):
+    known = Structure(Estimate(4801.0), Estimate(17.0), Estimate(0.0)) if structure else None
+    words = held_words(replace(small_findings().groups[1], notes=notes, structure=known))
+    assert said in words
+    assert ("dry trials" in words) is structure
+
+
+def test_the_page_says_which_trials_the_numbers_of_table_and_equation_include():
+    text = rendered()
+    assert "fitted to all trials of a group together (dry: means over its trials), held-out ones too" in text
+    assert "its numbers from the training trials alone: the table of all groups has the held-out ones too" in text

@@ -183,6 +183,16 @@ def test_files_in_folders_and_of_awkward_names_are_found(tmp_path: Path, name: s
     assert len(planned(load(start(tmp_path).path)).entries) == 2
 
 
+def test_columns_that_may_be_other_trials_are_said_with_the_one_taken(capsys: Capture, tmp_path: Path) -> None:
+    trials = [recorded(0.03 + 0.01 * at, at) for at in range(3)]
+    table = np.column_stack([trials[0][:, 0], *(1e3 * one[:, 1] for one in trials)])
+    write_table(tmp_path / "all.csv", table, "t [s],x1 [mm],x2 [mm],x3 [mm]")
+    said = undertow(capsys, "init", tmp_path)
+    assert said.code == 0
+    assert "column 'x3 [mm]' is taken, which moves furthest; 'x1 [mm]', 'x2 [mm]' look like it: name another" in said.out
+    assert "save each with the time as a file of its own" in said.out
+
+
 def test_a_folder_that_cannot_be_begun_with_is_said(capsys: Capture, tmp_path: Path) -> None:
     with pytest.raises(ConfigError, match=r"nowhere is no folder; give the one that holds the recordings"):
         start(tmp_path / "nowhere")

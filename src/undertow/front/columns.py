@@ -50,7 +50,8 @@ def mapped(
     Time is in seconds where nobody says otherwise and that is at least one sample a second; every other unit must be
     said, in ``units`` or in the table.
 
-    Raises RecordingError where a named column is missing, no column looks like a channel, or a unit is not said.
+    Raises RecordingError where a named column is missing, no column or several look like a channel, or a unit is not
+    said.
 
     >>> table = pd.DataFrame({"t": [0.0, 0.1], "x": [1.0, 0.9]})
     >>> mapped(table, None, {"x": "mm"}).channels["displacement"].unit
@@ -128,6 +129,13 @@ def _guessed(
     """Channels and time by the columns' names, as `undertow inspect` proposes them."""
     numbers = table.select_dtypes("number")
     proposal = propose_mapping(numbers, said)
+    for quantity, alike in proposal.alike.items():
+        clock = f'"time": {proposal.time.column!r}, ' if proposal.time is not None else ""
+        raise RecordingError(
+            f"columns {', '.join(map(repr, alike[:COLUMNS_SHOWN]))} all look like {quantity}; say which, as in "
+            f'columns={{{clock}"{quantity}": {alike[0]!r}}}; if each is a trial, give undertow.read a list of tables, '
+            "each with the time and one of them"
+        )
     chosen = {quantity: spec.columns for quantity, spec in proposal.channels.items()}
     if not chosen:
         for quantity, spec in propose_mapping(numbers).channels.items():  # a unit that fits no channel hides its own

@@ -27,19 +27,23 @@ ASKED = "fill in specimen: mass_kg and, of the part in water, area_m2 and submer
 """What is to be done where dry trials are known: without a mass or a stiffness they say nothing of the body in water,
 and without its volume the friction there is taken to be as large as in air."""
 
+DOUBTS_SHOWN = 6
+"""Guesses on the terminal at most."""
+
 Progress = Callable[[str, int, int], None]
 
 
 @dataclass(frozen=True)
 class Started:
-    """The written config, how many trials it uses, files it leaves out and why, how many layouts it has, and what is
-    to be done ``next``."""
+    """The written config, how many trials it uses, files it leaves out and why, how many layouts it has, what is to be
+    done ``next``, and guesses without which every number may be wrong (``doubts``)."""
 
     path: Path
     trials: int
     left_out: tuple[tuple[str, str], ...]
     layouts: int
     next: str
+    doubts: tuple[str, ...] = ()
 
     @property
     def summary(self) -> str:
@@ -48,6 +52,9 @@ class Started:
         without = f"; {count(len(self.left_out), 'file')} left out:" if self.left_out else ""
         lines = [f"written: {self.path}: {count(self.trials, 'trial')} in {kinds}{without}"]
         lines += [f"  {name}: {why}" for name, why in self.left_out]
+        lines += [f"  guessed: {doubt}" for doubt in self.doubts[:DOUBTS_SHOWN]]
+        if len(self.doubts) > DOUBTS_SHOWN:
+            lines.append(f"  and {len(self.doubts) - DOUBTS_SHOWN} more guesses, which stand in the config")
         return "\n".join([*lines, f"next: {self.next}, then undertow run {self.path}"])
 
 
@@ -75,7 +82,7 @@ def start(folder: Path, out: Path | None = None, progress: Progress = lambda sta
     left_out = (*found.unread, *draft.left_out.items())
     used = len(found.files) - len(draft.left_out)
     asked = ASKED if draft.named.wet else "fill in specimen and dry"
-    return Started(path, used, tuple(sorted(left_out)), len(found.groups), asked)
+    return Started(path, used, tuple(sorted(left_out)), len(found.groups), asked, found.doubts)
 
 
 def _written_sets(found: Survey, folder: Path, path: Path) -> Started:

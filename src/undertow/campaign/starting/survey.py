@@ -9,7 +9,7 @@ from __future__ import annotations
 import os
 from collections import Counter
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from glob import escape
 from pathlib import Path
 
@@ -49,12 +49,14 @@ class Alike:
 @dataclass(frozen=True)
 class Survey:
     """What a folder holds: groups of files that are read alike, the largest first; files that cannot be read or do not
-    belong to the others, with the reason; what was guessed; and harmonic sets, where it holds no recording in time."""
+    belong to the others, with the reason; what was guessed; harmonic sets, where it holds no recording in time; and of
+    the guesses those without which every number may be wrong (``doubts``)."""
 
     groups: tuple[Alike, ...]
     unread: tuple[tuple[str, str], ...]
     remarks: tuple[str, ...]
     sets: tuple[tuple[str, FileFormat, ResponseProposal], ...] = ()
+    doubts: tuple[str, ...] = ()
 
     @property
     def files(self) -> tuple[str, ...]:
@@ -71,6 +73,7 @@ def survey(folder: Path, looked: Looked = lambda done, of: None) -> Survey:
     found: dict[Reading, list[str]] = {}
     unread: list[tuple[str, str]] = []
     remarks: Counter[str] = Counter()
+    doubts: Counter[str] = Counter()
     sets: list[tuple[str, FileFormat, ResponseProposal]] = []
     for done, name in enumerate(files):
         looked(done, len(files))
@@ -93,6 +96,7 @@ def survey(folder: Path, looked: Looked = lambda done, of: None) -> Survey:
         )  # fmt: skip
         found.setdefault(one, []).append(name)
         remarks.update(seen.proposal.remarks)
+        doubts.update(seen.proposal.doubts)
     looked(len(files), len(files))
     if not found and sets:
         return Survey((), tuple(unread), (), tuple(sets))
@@ -103,7 +107,7 @@ def survey(folder: Path, looked: Looked = lambda done, of: None) -> Survey:
             f"{folder} holds {len(files)} files with the suffix of a recording and none that can be read as one by its "
             f"names{first}"
         )
-    return _sorted_out(found, unread, tuple(remarks))
+    return replace(_sorted_out(found, unread, tuple(remarks)), doubts=tuple(doubts))
 
 
 def _files(folder: Path) -> list[str]:

@@ -193,6 +193,13 @@ def test_columns_that_may_be_other_trials_are_said_with_the_one_taken(capsys: Ca
     assert "save each with the time as a file of its own" in said.out
 
 
+def test_a_unit_that_no_file_says_is_assumed_and_said_on_the_terminal(capsys: Capture, tmp_path: Path) -> None:
+    write_table(tmp_path / "r1.csv", recorded(0.04, 0)[:, :2], "time,disp")
+    said = undertow(capsys, "init", tmp_path)
+    assert said.code == 0
+    assert "  guessed: displacement: column 'disp' says no unit; m is assumed" in said.out
+
+
 def test_a_folder_that_cannot_be_begun_with_is_said(capsys: Capture, tmp_path: Path) -> None:
     with pytest.raises(ConfigError, match=r"nowhere is no folder; give the one that holds the recordings"):
         start(tmp_path / "nowhere")

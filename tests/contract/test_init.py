@@ -189,7 +189,7 @@ def test_columns_that_may_be_other_trials_are_said_with_the_one_taken(capsys: Ca
     write_table(tmp_path / "all.csv", table, "t [s],x1 [mm],x2 [mm],x3 [mm]")
     said = undertow(capsys, "init", tmp_path)
     assert said.code == 0
-    assert "column 'x3 [mm]' is taken, which moves furthest; 'x1 [mm]', 'x2 [mm]' look like it: name another" in said.out
+    assert "column 'x3 [mm]' is taken, which moves furthest; 'x1 [mm]', 'x2 [mm]' look like it" in said.out
     assert "save each with the time as a file of its own" in said.out
 
 

@@ -334,7 +334,8 @@ def test_a_unit_that_nobody_says_is_refused(decay, tmp_path):
 
 
 def test_columns_that_look_alike_are_refused_until_one_is_named(decay):
-    table = table_of(decay).rename(columns={"x": "x1 [mm]"}).assign(**{"x2 [mm]": 2.0 * MM * decay.channels["displacement"]})
+    small = table_of(decay).rename(columns={"x": "x1 [mm]"})
+    table = small.assign(**{"x2 [mm]": 2.0 * small["x1 [mm]"]})
     with pytest.raises(RecordingError, match=r"columns 'x2 \[mm\]', 'x1 \[mm\]' all look like displacement; say which"):
         undertow.read(table)
     one = undertow.read(table, columns={"time": "t", "displacement": "x1 [mm]"})

@@ -200,6 +200,19 @@ def test_a_unit_that_no_file_says_is_assumed_and_said_on_the_terminal(capsys: Ca
     assert "  guessed: displacement: column 'disp' says no unit; m is assumed" in said.out
 
 
+def test_trials_one_below_another_are_said_with_how_to_split_them(capsys: Capture, tmp_path: Path) -> None:
+    trials = [np.column_stack([np.full(len(one), at + 1.0), one]) for at, one in enumerate([recorded(0.04, 0)] * 3)]
+    write_table(tmp_path / "all.csv", np.concatenate(trials), "trial,t [s],disp [m],acc [m/s^2]")
+    said = undertow(capsys, "init", tmp_path)
+    assert said.code == 2
+    assert "all.csv: holds 3 trials one below another (by column 'trial'): split it into files" in said.err
+    assert """for n, one in table.groupby('trial'): one.to_csv(f"trial_{n}.csv", index=False)""" in said.err
+    write_table(tmp_path / "all.csv", np.concatenate(trials)[:, 1:], "t [s],disp [m],acc [m/s^2]")
+    said = undertow(capsys, "init", tmp_path)
+    assert "no column of numbers counts them" in said.err
+    assert "table.groupby((table['t [s]'].diff() < 0).cumsum())" in said.err
+
+
 def test_a_folder_that_cannot_be_begun_with_is_said(capsys: Capture, tmp_path: Path) -> None:
     with pytest.raises(ConfigError, match=r"nowhere is no folder; give the one that holds the recordings"):
         start(tmp_path / "nowhere")

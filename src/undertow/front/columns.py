@@ -17,6 +17,7 @@ from undertow.recording.catalogue import ChannelSpec, TimeSpec
 from undertow.recording.layout import Column
 from undertow.recording.propose import name_and_unit, propose_mapping, step_in_doubt
 from undertow.recording.recording import CHANNELS, Array, Coordinate
+from undertow.recording.stacked import stacked
 from undertow.recording.units import factor_to_si
 
 Columns = Mapping[str, Column | Sequence[Column]]
@@ -64,6 +65,8 @@ def mapped(
         chosen, time = _guessed(table, said, rate_hz)
     else:
         chosen, time = _named(table, columns, rate_hz)
+    if time is not None and rate_hz is None and (several := stacked(table, time)):
+        raise RecordingError(f"the table {several}")
     wanted = {quantity: _unit(quantity, names, said, units or {}) for quantity, names in chosen.items()}
     turned = coordinate or _coordinate(wanted)
     for quantity, unit in wanted.items():

@@ -22,6 +22,7 @@ from undertow.recording.propose_file import propose_file
 from undertow.recording.propose_response import ResponseProposal
 from undertow.recording.readers import READERS, suffix_of, trial_name
 from undertow.recording.recording import Coordinate
+from undertow.recording.stacked import stacked
 
 Looked = Callable[[int, int], None]
 """Called with the files looked at and their number."""
@@ -90,6 +91,10 @@ def survey(folder: Path, looked: Looked = lambda done, of: None) -> Survey:
             continue
         if not seen.complete or seen.proposal.time is None:
             unread.append((name, "no column is named like a displacement or velocity and one like time"))
+            continue
+        clock = seen.proposal.time.column
+        if clock is not None and (several := stacked(seen.table, clock)):
+            unread.append((name, several))
             continue
         one = Reading(
             seen.layout, seen.proposal.time, tuple(seen.proposal.channels.items()), seen.proposal.coordinate

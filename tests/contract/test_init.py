@@ -213,6 +213,30 @@ def test_trials_one_below_another_are_said_with_how_to_split_them(capsys: Captur
     assert "table.groupby((table['t [s]'].diff() < 0).cumsum())" in said.err
 
 
+def test_where_no_trial_agrees_with_the_config_it_is_written_to_be_corrected(capsys: Capture, tmp_path: Path) -> None:
+    write_table(tmp_path / "r1.csv", recorded(0.04, 0) * [1.0, 1e3, 1.0], "time,disp,acc")
+    said = undertow(capsys, "init", tmp_path)
+    assert said.code == 1
+    assert "take it out of exclude" not in said.err
+    assert "displacement seems to be in mm, not m; correct recordings.channels.displacement.unit" in said.err
+    path = tmp_path / "undertow.yaml"
+    assert f"{path} is written with all of them: correct it there, then undertow run {path}" in said.err
+    path.write_text(path.read_text().replace("{column: disp, unit: m}", "{column: disp, unit: mm}"))
+    config = load(path)
+    assert Checker(config, config.catalogue())(planned(config).entries[0]).contradiction == ""
+
+
+def test_a_text_that_is_no_table_is_not_what_is_blamed(tmp_path: Path) -> None:
+    (tmp_path / "LICENSE.txt").write_text("Permission is granted\n" * 9)
+    (tmp_path / "swing.txt").write_text("".join(f"{(-0.5) ** at}\n" for at in range(9)))
+    lacks = r"holds 2 files .*; swing\.txt: no column is named .*; 9 rows, 1 columns without names.*rate_hz"
+    with pytest.raises(ConfigError, match=lacks):
+        start(tmp_path)
+    (tmp_path / "swing.txt").unlink()
+    with pytest.raises(ConfigError, match=r"LICENSE\.txt: no table of numbers begins in its first 9 lines"):
+        start(tmp_path)
+
+
 def test_a_folder_that_cannot_be_begun_with_is_said(capsys: Capture, tmp_path: Path) -> None:
     with pytest.raises(ConfigError, match=r"nowhere is no folder; give the one that holds the recordings"):
         start(tmp_path / "nowhere")

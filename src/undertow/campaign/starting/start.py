@@ -5,7 +5,8 @@ Belongs here: that order. Does not belong here: the look (survey.py), names (nam
 
 from __future__ import annotations
 
-from collections.abc import Callable
+import re
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 from pathlib import Path
 
@@ -29,6 +30,9 @@ and without its volume the friction there is taken to be as large as in air."""
 
 DOUBTS_SHOWN = 6
 """Guesses on the terminal at most."""
+
+CONTRADICTS = "contradicts itself; correct it, then take it out of exclude: "
+_KEY = re.compile(r"\b(recordings|trials)\.[a-z]")
 
 Progress = Callable[[str, int, int], None]
 
@@ -75,10 +79,12 @@ def start(folder: Path, out: Path | None = None, progress: Progress = lambda sta
     if found.sets:
         return _written_sets(found, folder, path)
     draft = _planned(Draft(folder.resolve().name or "campaign", found, read_names(found.files)), folder)
-    draft = _tried(draft, folder, progress)
+    tried = _tried(draft, folder, progress)
+    if len(tried.left_out) == len(found.files):
+        raise UndertowError(_none_left(draft, tried.left_out, folder, path))
+    draft = tried
     _config(draft, folder)
-    with path.open("x", encoding="utf-8") as stream:
-        stream.write(draft.text())
+    _write(path, draft.text())
     left_out = (*found.unread, *draft.left_out.items())
     used = len(found.files) - len(draft.left_out)
     asked = ASKED if draft.named.wet else "fill in specimen and dry"
@@ -110,9 +116,23 @@ def _written_sets(found: Survey, folder: Path, path: Path) -> Started:
     said += [f"left out: {name}: {reason}" for name, reason in sorted(left_out.items())]
     title = folder.resolve().name or "campaign"
     lines = [*(f"# {line}" for line in said), *response_lines(title, names, layout, first)]
-    with path.open("x", encoding="utf-8") as stream:
-        stream.write("\n".join(lines) + "\n")
+    _write(path, "\n".join(lines) + "\n")
     return Started(path, len(names), tuple(sorted(left_out.items())), 1, "look at the equation's terms")
+
+
+def _none_left(draft: Draft, left_out: Mapping[str, str], folder: Path, path: Path) -> str:
+    """Why no trial can be used. Where a reason names a key of the config, this is written with all of them."""
+    name, why = next((one for one in left_out.items() if _KEY.search(one[1])), next(iter(left_out.items())))
+    said = f"none of {len(left_out)} trials in {folder} can be used; {name}: {why.removeprefix(CONTRADICTS)}"
+    if not _KEY.search(why):
+        return said
+    _write(path, draft.text())
+    return f"{said}. {path} is written with all of them: correct it there, then undertow run {path}"
+
+
+def _write(path: Path, text: str) -> None:
+    with path.open("x", encoding="utf-8") as stream:
+        stream.write(text)
 
 
 def _config(draft: Draft, folder: Path) -> RunConfig:
@@ -135,10 +155,7 @@ def _planned(draft: Draft, folder: Path) -> Draft:
 
 
 def _tried(draft: Draft, folder: Path, progress: Progress) -> Draft:
-    """The draft with those trials left out that a run could not use, and held starts cut.
-
-    Raises UndertowError where none is left.
-    """
+    """The draft with those trials left out that a run could not use, and held starts cut."""
     config = _config(draft, folder)
     checker, entries = Checker(config, config.catalogue()), planned(config).entries
     left_out: dict[str, str] = {}
@@ -155,9 +172,6 @@ def _tried(draft: Draft, folder: Path, progress: Progress) -> Draft:
         if checked.failed is not None:
             left_out[name] = checked.failed.reason.removeprefix(f"trial {entry.name}: ")
         elif checked.contradiction:
-            left_out[name] = f"contradicts itself; correct it, then take it out of exclude: {checked.contradiction}"
+            left_out[name] = f"{CONTRADICTS}{checked.contradiction}"
     progress("try", len(entries), len(entries))
-    if len(left_out) == len(entries):
-        first = next(iter(left_out.items()))
-        raise UndertowError(f"none of {len(entries)} trials in {folder} can be used; {first[0]}: {first[1]}")
     return replace(draft, left_out=left_out, starts={n: s for n, s in starts.items() if n not in left_out})

@@ -8,17 +8,19 @@ from __future__ import annotations
 
 import os
 from collections import Counter
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from glob import escape
 from pathlib import Path
 
+from undertow.campaign.inspection import what_lacks
 from undertow.errors import ConfigError, RecordingError
 from undertow.recording.channels import ChannelSpec, TimeSpec
 from undertow.recording.layout import FileFormat
 from undertow.recording.links import refused
 from undertow.recording.patterns import Patterns
 from undertow.recording.propose_file import propose_file
+from undertow.recording.propose_layout import NO_TABLE
 from undertow.recording.propose_response import ResponseProposal
 from undertow.recording.readers import READERS, suffix_of, trial_name
 from undertow.recording.recording import Coordinate
@@ -75,6 +77,7 @@ def survey(folder: Path, looked: Looked = lambda done, of: None) -> Survey:
     unread: list[tuple[str, str]] = []
     remarks: Counter[str] = Counter()
     doubts: Counter[str] = Counter()
+    lacks: dict[str, str] = {}
     sets: list[tuple[str, FileFormat, ResponseProposal]] = []
     for done, name in enumerate(files):
         looked(done, len(files))
@@ -91,6 +94,7 @@ def survey(folder: Path, looked: Looked = lambda done, of: None) -> Survey:
             continue
         if not seen.complete or seen.proposal.time is None:
             unread.append((name, "no column is named like a displacement or velocity and one like time"))
+            lacks[name] = what_lacks(folder / name, seen.table, seen.layout, seen.proposal)
             continue
         clock = seen.proposal.time.column
         if clock is not None and (several := stacked(seen.table, clock)):
@@ -107,12 +111,18 @@ def survey(folder: Path, looked: Looked = lambda done, of: None) -> Survey:
         return Survey((), tuple(unread), (), tuple(sets))
     unread += [(name, "is a harmonic set, and needs a config of its own (recordings.response)") for name, _, _ in sets]
     if not found:
-        first = f"; {unread[0][0]}: {unread[0][1]}" if unread else ""
+        first = "; ".join(f"{name}: {why}" for name, why in _blamed(unread, lacks))
         raise ConfigError(
             f"{folder} holds {len(files)} files with the suffix of a recording and none that can be read as one by its "
-            f"names{first}"
+            f"names{'; ' if first else ''}{first}"
         )
     return replace(_sorted_out(found, unread, tuple(remarks)), doubts=tuple(doubts))
+
+
+def _blamed(unread: Sequence[tuple[str, str]], lacks: Mapping[str, str]) -> list[tuple[str, str]]:
+    """The file to begin with and why it is not read: one with a table where there is any, not a text without one."""
+    first = sorted(unread, key=lambda one: (one[0] not in lacks, NO_TABLE in one[1]))[:1]
+    return [(name, f"{why}; {lacks[name]}" if name in lacks else why) for name, why in first]
 
 
 def _files(folder: Path) -> list[str]:

@@ -237,6 +237,16 @@ def test_a_text_that_is_no_table_is_not_what_is_blamed(tmp_path: Path) -> None:
         start(tmp_path)
 
 
+def test_bodies_of_other_periods_are_groups_of_their_own(capsys: Capture, tmp_path: Path) -> None:
+    for at, (name, slower) in enumerate((("axial", 1.0), ("radial", 3.0))):
+        write_table(tmp_path / f"wheel_{name}_swing.csv", recorded(0.04, at)[:, :2] * [slower, 1.0], "t [s],disp [m]")
+    said = undertow(capsys, "init", tmp_path)
+    assert said.code == 0, said.err
+    assert "  guessed: trials swing at periods from 0.993 to 2.98 s" in said.out
+    assert ": groups go by label too" in said.out
+    assert "group_by: [label]" in (tmp_path / "undertow.yaml").read_text()
+
+
 def test_a_folder_that_cannot_be_begun_with_is_said(capsys: Capture, tmp_path: Path) -> None:
     with pytest.raises(ConfigError, match=r"nowhere is no folder; give the one that holds the recordings"):
         start(tmp_path / "nowhere")

@@ -6,7 +6,7 @@ Belongs here: that order. Does not belong here: the look (survey.py), names (nam
 from __future__ import annotations
 
 import re
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 
@@ -15,6 +15,7 @@ from undertow.campaign.config.matching import planned
 from undertow.campaign.proposing import hold_cut, parsed
 from undertow.campaign.response.proposing import response_lines, usable
 from undertow.campaign.run.checking import Checker
+from undertow.campaign.run.one_body import Swing, apart, bodies, parted_by, swings_of
 from undertow.campaign.starting.draft import Draft
 from undertow.campaign.starting.names import Named, read_names
 from undertow.campaign.starting.survey import Survey, survey
@@ -88,7 +89,7 @@ def start(folder: Path, out: Path | None = None, progress: Progress = lambda sta
     left_out = (*found.unread, *draft.left_out.items())
     used = len(found.files) - len(draft.left_out)
     asked = ASKED if draft.named.wet else "fill in specimen and dry"
-    return Started(path, used, tuple(sorted(left_out)), len(found.groups), asked, found.doubts)
+    return Started(path, used, tuple(sorted(left_out)), len(found.groups), asked, (*found.doubts, *draft.notes))
 
 
 def _written_sets(found: Survey, folder: Path, path: Path) -> Started:
@@ -160,6 +161,7 @@ def _tried(draft: Draft, folder: Path, progress: Progress) -> Draft:
     checker, entries = Checker(config, config.catalogue()), planned(config).entries
     left_out: dict[str, str] = {}
     starts: dict[str, float] = {}
+    motions = []
     for done, entry in enumerate(entries):
         progress("try", done, len(entries))
         name = entry.path.relative_to(folder.absolute()).as_posix()
@@ -173,5 +175,25 @@ def _tried(draft: Draft, folder: Path, progress: Progress) -> Draft:
             left_out[name] = checked.failed.reason.removeprefix(f"trial {entry.name}: ")
         elif checked.contradiction:
             left_out[name] = f"{CONTRADICTS}{checked.contradiction}"
+        elif checked.motion is not None:
+            motions.append(checked.motion)
     progress("try", len(entries), len(entries))
-    return replace(draft, left_out=left_out, starts={n: s for n, s in starts.items() if n not in left_out})
+    tried = replace(draft, left_out=left_out, starts={n: s for n, s in starts.items() if n not in left_out})
+    return _parted(tried, swings_of(motions))
+
+
+def _parted(draft: Draft, swings: Sequence[Swing]) -> Draft:
+    """The draft with groups by a word of the names, where trials of one group swing at periods of several bodies and
+    each has its own word: a word of every trial would part them too."""
+    groups: dict[tuple[object, ...], list[Swing]] = {}
+    for one in swings:
+        groups.setdefault(tuple(one.conditions.get(key) for key in draft.named.group_by), []).append(one)
+    mixed = [one for members in groups.values() if apart(members) for one in members]
+    name = parted_by(mixed)
+    values = {one.conditions[name] for one in mixed} if name else set()
+    if not name or len(values) != bodies(mixed) or not all(isinstance(value, str) for value in values):
+        return draft
+    periods = [one.period_s for one in mixed]
+    said = f"trials swing at periods from {min(periods):.3g} to {max(periods):.3g} s: groups go by {name} too"
+    named = replace(draft.named, group_by=(*draft.named.group_by, name))
+    return replace(draft, named=named, notes=(*draft.notes, said))

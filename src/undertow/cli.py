@@ -314,15 +314,15 @@ def predict(
 ) -> None:
     """The equation found in a run, run free on a recording that nobody fitted."""
     from undertow.front.run_prediction import predict_any
+    from undertow.front.terminal.predicted import prediction_text
     from undertow.report.foreign import as_runs_write_them
-
     with as_runs_write_them([run], "equations.json"):
         made = predict_any(run, recording, (x0, duration, rate), group, start, config, out)
     if out is not None:
         _say(f"written: {out}")
-    if math.isfinite(made.rms):
-        typer.echo(f"in the 90 % band: {100 * made.covered:.1f} % of the samples")
-        typer.echo(f"rms {made.rms:.6g} {made.unit}")
+    if beyond := getattr(made, "beyond", ""):
+        _say(f"beyond what was tested: {beyond}")
+    typer.echo(prediction_text(made))
 
 
 @app.command()

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import re
 
 import numpy as np
 import pandas as pd
@@ -87,6 +88,26 @@ def test_the_command_predicts_decays(finished, capsys):
     assert len(pd.read_csv(finished / "n.csv")) == 101
 
 
+def test_a_start_without_a_recording_prints_what_the_motion_is_like(finished, capsys):
+    words = ("--duration", "6", "--rate", "50", "--group", "spring=stiff")
+    said = command(capsys, "predict", finished / "run", "--x0", "0.05", *words)
+    table = predict_run(finished / "run", x0=0.05, duration_s=6.0, rate_hz=50.0, group={"spring": "stiff"}).run
+    assert said.out.startswith("peak 0.05 m\nperiod ")
+    turns = np.count_nonzero((table.predicted[:-1] < 0.0) & (table.predicted[1:] >= 0.0))
+    assert f"s (mean of {turns - 1}); last swing 0.0" in said.out
+    assert "90 % band: +- " in said.out
+
+
+def test_a_start_beyond_what_was_tested_is_said(finished, capsys):
+    words = ("--duration", "2", "--rate", "50", "--group", "spring=stiff")
+    largest = max(AMPLITUDES)
+    inside = command(capsys, "predict", finished / "run", "--x0", 1.05 * largest, *words)
+    assert "beyond" not in inside.err
+    beyond = command(capsys, "predict", finished / "run", "--x0", 100.0 * largest, *words)
+    assert beyond.code == 0
+    assert re.search(r"beyond what was tested: it starts at .* m, 1?[0-9.]+ times the largest amplitude", beyond.err)
+
+
 def test_a_recording_that_the_run_lists_is_predicted_by_the_group_of_its_conditions(finished):
     index = pd.read_csv(finished / "campaign.csv")
     for file, spring in zip(index["file"], index["spring"], strict=True):
@@ -115,8 +136,14 @@ def test_a_group_or_a_start_that_is_not_said_stops_with_what_there_is(finished):
         predict_run(finished / "run", x0=0.05, duration_s=2.0, rate_hz=50.0)
     with pytest.raises(ConfigError, match="0 groups of the run have spring soft; say --group"):
         predict_run(finished / "run", finished / "inside.csv", group={"spring": "soft"})
-    with pytest.raises(ConfigError, match=r"x0 is 0.05, the duration nan s at 50 Hz; give a recording, or all of --x0"):
+    with pytest.raises(ConfigError, match=r"^--duration is not given, or no number; a decay .* needs all of --x0"):
         predict_run(finished / "run", x0=0.05, rate_hz=50.0, group=LONG)
+    with pytest.raises(ConfigError, match=r"^--duration and --rate are not given"):
+        predict_run(finished / "run", x0=0.05, group=LONG)
+    with pytest.raises(ConfigError, match=r"neither a recording nor a start is given; give --recording, or --x0"):
+        predict_run(finished / "run", group=LONG)
+    with pytest.raises(ConfigError, match=r"--rate is -5 Hz; give one above zero"):
+        predict_run(finished / "run", x0=0.05, duration_s=2.0, rate_hz=-5.0, group=LONG)
     with pytest.raises(ConfigError, match=r"a decay of 1e\+09 s at 50 Hz has 5e\+10 samples; at most 1000000"):
         predict_run(finished / "run", x0=0.05, duration_s=1e9, rate_hz=50.0, group=LONG)
     with pytest.raises(ConfigError, match=r"nowhere.csv is not there"):

@@ -183,6 +183,70 @@ def test_files_in_folders_and_of_awkward_names_are_found(tmp_path: Path, name: s
     assert len(planned(load(start(tmp_path).path)).entries) == 2
 
 
+def test_columns_that_may_be_other_trials_are_said_with_the_one_taken(capsys: Capture, tmp_path: Path) -> None:
+    trials = [recorded(0.03 + 0.01 * at, at) for at in range(3)]
+    table = np.column_stack([trials[0][:, 0], *(1e3 * one[:, 1] for one in trials)])
+    write_table(tmp_path / "all.csv", table, "t [s],x1 [mm],x2 [mm],x3 [mm]")
+    said = undertow(capsys, "init", tmp_path)
+    assert said.code == 0
+    assert "column 'x3 [mm]' is taken, which moves furthest; 'x1 [mm]', 'x2 [mm]' look like it" in said.out
+    assert "save each with the time as a file of its own" in said.out
+
+
+def test_a_unit_that_no_file_says_is_assumed_and_said_on_the_terminal(capsys: Capture, tmp_path: Path) -> None:
+    write_table(tmp_path / "r1.csv", recorded(0.04, 0)[:, :2], "time,disp")
+    said = undertow(capsys, "init", tmp_path)
+    assert said.code == 0
+    assert "  guessed: displacement: column 'disp' says no unit; m is assumed" in said.out
+
+
+def test_trials_one_below_another_are_said_with_how_to_split_them(capsys: Capture, tmp_path: Path) -> None:
+    trials = [np.column_stack([np.full(len(one), at + 1.0), one]) for at, one in enumerate([recorded(0.04, 0)] * 3)]
+    write_table(tmp_path / "all.csv", np.concatenate(trials), "trial,t [s],disp [m],acc [m/s^2]")
+    said = undertow(capsys, "init", tmp_path)
+    assert said.code == 2
+    assert "all.csv: holds 3 trials one below another (by column 'trial'): split it into files" in said.err
+    assert """for n, one in table.groupby('trial'): one.to_csv(f"trial_{n}.csv", index=False)""" in said.err
+    write_table(tmp_path / "all.csv", np.concatenate(trials)[:, 1:], "t [s],disp [m],acc [m/s^2]")
+    said = undertow(capsys, "init", tmp_path)
+    assert "no column of numbers counts them" in said.err
+    assert "table.groupby((table['t [s]'].diff() < 0).cumsum())" in said.err
+
+
+def test_where_no_trial_agrees_with_the_config_it_is_written_to_be_corrected(capsys: Capture, tmp_path: Path) -> None:
+    write_table(tmp_path / "r1.csv", recorded(0.04, 0) * [1.0, 1e3, 1.0], "time,disp,acc")
+    said = undertow(capsys, "init", tmp_path)
+    assert said.code == 1
+    assert "take it out of exclude" not in said.err
+    assert "displacement seems to be in mm, not m; correct recordings.channels.displacement.unit" in said.err
+    path = tmp_path / "undertow.yaml"
+    assert f"{path} is written with all of them: correct it there, then undertow run {path}" in said.err
+    path.write_text(path.read_text().replace("{column: disp, unit: m}", "{column: disp, unit: mm}"))
+    config = load(path)
+    assert Checker(config, config.catalogue())(planned(config).entries[0]).contradiction == ""
+
+
+def test_a_text_that_is_no_table_is_not_what_is_blamed(tmp_path: Path) -> None:
+    (tmp_path / "LICENSE.txt").write_text("Permission is granted\n" * 9)
+    (tmp_path / "swing.txt").write_text("".join(f"{(-0.5) ** at}\n" for at in range(9)))
+    lacks = r"holds 2 files .*; swing\.txt: no column is named .*; 9 rows, 1 columns without names.*rate_hz"
+    with pytest.raises(ConfigError, match=lacks):
+        start(tmp_path)
+    (tmp_path / "swing.txt").unlink()
+    with pytest.raises(ConfigError, match=r"LICENSE\.txt: no table of numbers begins in its first 9 lines"):
+        start(tmp_path)
+
+
+def test_bodies_of_other_periods_are_groups_of_their_own(capsys: Capture, tmp_path: Path) -> None:
+    for at, (name, slower) in enumerate((("axial", 1.0), ("radial", 3.0))):
+        write_table(tmp_path / f"wheel_{name}_swing.csv", recorded(0.04, at)[:, :2] * [slower, 1.0], "t [s],disp [m]")
+    said = undertow(capsys, "init", tmp_path)
+    assert said.code == 0, said.err
+    assert "  guessed: trials swing at periods from 0.993 to 2.98 s" in said.out
+    assert ": groups go by label too" in said.out
+    assert "group_by: [label]" in (tmp_path / "undertow.yaml").read_text()
+
+
 def test_a_folder_that_cannot_be_begun_with_is_said(capsys: Capture, tmp_path: Path) -> None:
     with pytest.raises(ConfigError, match=r"nowhere is no folder; give the one that holds the recordings"):
         start(tmp_path / "nowhere")

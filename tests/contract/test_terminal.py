@@ -174,6 +174,15 @@ def test_why_a_repaired_error_is_the_larger_one_stands_below_the_table(finished)
     assert said in run_text(replace(finished, findings=findings)).splitlines()
 
 
+def test_why_a_group_cannot_be_told_stands_below_the_table(finished) -> None:
+    group = finished.findings.groups[0]
+    unsure = replace(group.verdict, status="cannot_tell", sentence="soft: cannot tell, because x.")
+    groups = (replace(group, verdict=unsure),) * 4
+    lines = run_text(replace(finished, findings=replace(finished.findings, groups=groups))).splitlines()
+    assert lines.count(unsure.sentence) == 3
+    assert "1 more group that cannot be told: -v prints each reason" in lines
+
+
 def test_why_standard_errors_are_larger_is_one_sentence_a_group_with_verbose(finished) -> None:
     group = finished.findings.groups[0]
     found = (Grown("added_mass_kg", 9.0, 3, 0.03, 2.04), Grown("k_N_per_m", 9.0, 1, 0.01, 1.52, LEVELS))

@@ -333,6 +333,28 @@ def test_a_unit_that_nobody_says_is_refused(decay, tmp_path):
         undertow.read(path)
 
 
+def test_trials_one_below_another_are_refused_with_the_column_that_counts_them(decay, tmp_path):
+    both = pd.concat([table_of(decay).assign(run=name) for name in "ab"])
+    with pytest.raises(RecordingError, match=r"the table holds 2 trials one below another \(by column 'run'\): split"):
+        undertow.read(both, units={"x": "mm"})
+    both.drop(columns="run").to_csv(tmp_path / "all.csv", index=False)
+    (tmp_path / "c.yaml").write_text(
+        "{name: c, recordings: {files: all.csv, channels: {time: {column: t, unit: s}, "
+        "displacement: {column: x, unit: mm}}}, equation: {terms: [stiffness]}}"
+    )
+    with pytest.raises(RecordingError, match=r"time begins again 1 times .*: the file holds 2 trials one below"):
+        undertow.load(tmp_path / "c.yaml")
+
+
+def test_columns_that_look_alike_are_refused_until_one_is_named(decay):
+    small = table_of(decay).rename(columns={"x": "x1 [mm]"})
+    table = small.assign(**{"x2 [mm]": 2.0 * small["x1 [mm]"]})
+    with pytest.raises(RecordingError, match=r"columns 'x2 \[mm\]', 'x1 \[mm\]' all look like displacement; say which"):
+        undertow.read(table)
+    one = undertow.read(table, columns={"time": "t", "displacement": "x1 [mm]"})
+    assert one[0].amplitude == pytest.approx(undertow.read(table_of(decay), units={"x": "mm"})[0].amplitude)
+
+
 @pytest.mark.parametrize(
     ("settings", "message"),
     [

@@ -309,6 +309,23 @@ trials: {window: {"*": {start_s: 1}}}
     assert catalogue.windows["*"] == TimeWindow(1.0, None)
 
 
+def test_columns_beside_cells_and_cells_without_keys_are_named(tmp_path: Path) -> None:
+    text = """\
+name: tank
+recordings:
+  files: x.mat
+  cells: {variable: xData, trial: row, time: 0, displacement: 1}
+  channels: {time: {column: t, unit: s}, displacement: {column: x, unit: m}}
+"""
+    with pytest.raises(ConfigError) as caught:
+        load(written(tmp_path, text))
+    assert "time has column, and recordings.cells says that it is cell 0 of a trial; remove one" in str(caught.value)
+    assert "displacement has column, and recordings.cells says that it is cell 1 of a trial" in str(caught.value)
+    true = text.replace("{variable: xData, trial: row, time: 0, displacement: 1}", "true")
+    with pytest.raises(ConfigError, match=r"cells is True but should be keys with values; it may have .*variable"):
+        load(written(tmp_path, true))
+
+
 @pytest.mark.parametrize("path", CONFIGS, ids=[path.stem for path in CONFIGS])
 def test_each_committed_config_loads(path: Path) -> None:
     assert load(path).name

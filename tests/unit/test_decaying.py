@@ -110,6 +110,16 @@ def test_what_is_no_decay_is_recognised(name, frequency):
     assert re.search(sentence, said_of(record(shape, frequency))), said_of(record(shape, frequency))
 
 
+def test_of_several_holds_the_first_is_named():
+    long = axis(50.0, 36.0)
+    shape = free(long)
+    for begins, held in ((12.0, 1.5), (24.0, 1.7)):
+        released = begins + held
+        shape = np.where(long < begins, shape, np.where(long < released, 1.0, free(long, held=released)))
+    said = said_of(record(shape, 1.0))
+    assert re.search(r"from 1[12][0-9.]* s on, and 1 times more, .* set trials\.window\.end_s before 1[12]", said), said
+
+
 @pytest.mark.parametrize("frequency", FREQUENCIES_HZ)
 @pytest.mark.parametrize("name", DECAYS)
 def test_a_decay_is_used(name, frequency):

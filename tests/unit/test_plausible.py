@@ -5,9 +5,13 @@ from __future__ import annotations
 import math
 from dataclasses import replace
 
+import numpy as np
+import pandas as pd
 import pytest
 
+import undertow
 from tests.findings_fixture import small_findings
+from undertow.campaign.run.one_body import not_one_body
 from undertow.campaign.run.plausible import implausible, with_doubts
 from undertow.discrepancy.findings import GroupFindings
 from undertow.likelihood.fit import Fit, Specimen
@@ -207,3 +211,27 @@ def test_an_angle_of_more_than_half_a_turn_is_doubted_and_never_green(coordinate
     (known,), said = with_doubts([turned], {trial.motion.name: ("unit",) for trial in trials})
     assert known.verdict.status == "nothing_missing"
     assert said == ()
+
+
+def of_periods(group: GroupFindings, periods_s: list[float], **conditions: list[str | float]) -> GroupFindings:
+    """The group with trials that swing at these periods, under these conditions."""
+    t = np.arange(0.0, 12.0, 0.01)
+    tables = [pd.DataFrame({"t": t, "x": 0.05 * np.exp(-0.1 * t) * np.cos(2.0 * np.pi * t / one)}) for one in periods_s]
+    said = [{name: values[at] for name, values in conditions.items()} for at in range(len(tables))]
+    motions = undertow.read(tables, units={"x": "m"}, conditions=said)
+    return replace(group, trials=tuple(replace(group.trials[0], motion=motion) for motion in motions))
+
+
+def test_trials_of_one_group_that_swing_at_other_periods_are_not_one_body():
+    unknown = small_findings().groups[1]
+    assert unknown.verdict.status == "unknown"
+    keys = ", ".join(unknown.key)
+    mixed = of_periods(unknown, [1.4, 0.42, 1.41], run=[1.0, 2.0, 3.0], label=["axial", "radial", "axial"])
+    said = not_one_body(mixed)
+    assert said.startswith("trial trial_2 swings at a period of 0.42 s and trial_3 at 1.41 s, more than 20 % apart: ")
+    assert said.endswith(f"these are not one body or spring; set trials.group_by: [{keys}, label]")
+    assert ("conditions", said) in implausible(mixed)
+    assert "; part them by a condition in trials.group_by" in not_one_body(of_periods(unknown, [1.4, 0.42]))
+    assert not_one_body(of_periods(unknown, [1.4, 1.25])) == ""
+    explained = replace(mixed, verdict=replace(mixed.verdict, status="nothing_missing", verdict=()))
+    assert not_one_body(explained) == ""

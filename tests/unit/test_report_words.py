@@ -211,6 +211,30 @@ def test_runs_stand_side_by_side_with_their_errors(tmp_path: Path) -> None:
     assert "spring short, water depth 2.57 m" in comparison_text([tmp_path / "first"])
 
 
+def compared(tmp_path: Path, *runs: dict[str, Estimate]) -> dict[str, tuple[str, bool]]:
+    """``quantity: (change, changed)`` of runs of one group with these parameters."""
+    for at, parameters in enumerate(runs):
+        found = small_findings()
+        one = found.groups[0].verdict
+        verdict = replace(one, baseline=replace(one.baseline, parameters=parameters), augmented=None)
+        write_tables(replace(found, groups=(replace(found.groups[0], verdict=verdict),)), tmp_path / str(at))
+    table = compare_runs([tmp_path / str(at) for at in range(len(runs))])
+    return {row.quantity: (row.change, row.changed) for row in table.itertuples()}
+
+
+def test_a_number_per_mass_is_compared_with_one_of_the_whole_body_by_its_mass(tmp_path: Path) -> None:
+    whole = {"total_mass_kg": Estimate(12.0, 0.06, unit="kg"), "c_Ns_per_m": Estimate(25.0, 0.2, unit="N s/m")}
+    per_kg = {"c_Ns_per_m_per_mass": Estimate(2.084, 0.01, unit="N s/m per kg")}
+    assert compared(tmp_path / "a", whole, per_kg)["c_Ns_per_m"] == ("+0.0 standard errors", False)
+    per_kg = {"c_Ns_per_m_per_mass": Estimate(2.4, 0.01, unit="N s/m per kg")}
+    assert compared(tmp_path / "b", per_kg, whole)["c_Ns_per_m"] == ("-14.4 standard errors", True)
+
+
+def test_numbers_in_units_that_do_not_convert_are_never_subtracted(tmp_path: Path) -> None:
+    whole, per_kg = {"c": Estimate(25.0, 0.2, unit="N s/m")}, {"c": Estimate(2.0, 0.1, unit="N s/m per kg")}
+    assert compared(tmp_path, whole, per_kg)["c"] == ("other unit, not comparable", False)
+
+
 def test_a_group_that_one_run_lacks_is_empty_there_and_markup_is_shown_as_text(tmp_path: Path) -> None:
     findings = small_findings()
     odd = replace(findings.groups[0].verdict, group={"spring": MARKUP})

@@ -60,7 +60,7 @@ def inspect(path: Path, found: FileProposal | None = None) -> Inspection:
     found = found or propose_file(path)
     layout, proposal = found.layout, found.proposal
     if not proposal.channels or proposal.time is None:
-        raise RecordingError(f"{path}: {_what_lacks(path, found.table, layout, proposal)}")
+        raise RecordingError(f"{path}: {what_lacks(path, found.table, layout, proposal)}")
     source = Catalogue(
         path.parent, proposal.channels, proposal.time, files=path.name, layout=layout, coordinate=proposal.coordinate
     )
@@ -77,7 +77,7 @@ def inspect(path: Path, found: FileProposal | None = None) -> Inspection:
     return Inspection(path, layout, proposal, glance, motion, "", recording.notes)
 
 
-def _what_lacks(path: Path, table: pd.DataFrame, layout: FileFormat, proposal: Proposal) -> str:
+def what_lacks(path: Path, table: pd.DataFrame, layout: FileFormat, proposal: Proposal) -> str:
     """Why a file cannot be looked at further, and which keys of a config would tell what it holds."""
     if suffix_of(path) == ".mat":
         return (

@@ -225,12 +225,13 @@ def _held_again(name: str, time: Array, values: Array, seen: Swings) -> str:
     ends = np.flatnonzero(np.diff(side)) + 1
     starts, ends = np.r_[0, ends], np.r_[ends, side.size] - 1
     lasted = np.where((side[starts] != 0.0) & (starts > 0), time[ends] - time[starts], 0.0)
-    longest = int(np.argmax(lasted))
-    if not lasted[longest] > HELD_PERIODS * 2.0 * seen.half_period_s:
+    long = np.flatnonzero(lasted > HELD_PERIODS * 2.0 * seen.half_period_s)
+    if not long.size:
         return ""
-    at = float(time[starts[longest]])
+    first = int(long[0])
+    at, more = float(time[starts[first]]), f", and {long.size - 1} times more" if long.size > 1 else ""
     return (
-        f"it stays on one side for {lasted[longest]:.3g} s from {at:.3g} s on, and a swing of "
+        f"it stays on one side for {lasted[first]:.3g} s from {at:.3g} s on{more}, and a swing of "
         f"{2.0 * seen.half_period_s:.3g} s does so for {2.0 * seen.half_period_s / 3.0:.2g} s: it is held again; set "
         f"trials.window.end_s before {at:.3g} s, give a second release as a trial of its own, or list hold in "
         "recordings.accept"

@@ -17,6 +17,7 @@ from undertow.recording.catalogue import ChannelSpec, TimeSpec
 from undertow.recording.layout import Column
 from undertow.recording.propose import name_and_unit, propose_mapping, step_in_doubt
 from undertow.recording.recording import CHANNELS, Array, Coordinate
+from undertow.recording.stacked import stacked
 from undertow.recording.units import factor_to_si
 
 Columns = Mapping[str, Column | Sequence[Column]]
@@ -50,7 +51,8 @@ def mapped(
     Time is in seconds where nobody says otherwise and that is at least one sample a second; every other unit must be
     said, in ``units`` or in the table.
 
-    Raises RecordingError where a named column is missing, no column looks like a channel, or a unit is not said.
+    Raises RecordingError where a named column is missing, no column or several look like a channel, or a unit is not
+    said.
 
     >>> table = pd.DataFrame({"t": [0.0, 0.1], "x": [1.0, 0.9]})
     >>> mapped(table, None, {"x": "mm"}).channels["displacement"].unit
@@ -63,6 +65,8 @@ def mapped(
         chosen, time = _guessed(table, said, rate_hz)
     else:
         chosen, time = _named(table, columns, rate_hz)
+    if time is not None and rate_hz is None and (several := stacked(table, time)):
+        raise RecordingError(f"the table {several}")
     wanted = {quantity: _unit(quantity, names, said, units or {}) for quantity, names in chosen.items()}
     turned = coordinate or _coordinate(wanted)
     for quantity, unit in wanted.items():
@@ -128,6 +132,13 @@ def _guessed(
     """Channels and time by the columns' names, as `undertow inspect` proposes them."""
     numbers = table.select_dtypes("number")
     proposal = propose_mapping(numbers, said)
+    for quantity, alike in proposal.alike.items():
+        clock = f'"time": {proposal.time.column!r}, ' if proposal.time is not None else ""
+        raise RecordingError(
+            f"columns {', '.join(map(repr, alike[:COLUMNS_SHOWN]))} all look like {quantity}; say which, as in "
+            f'columns={{{clock}"{quantity}": {alike[0]!r}}}; if each is a trial, give undertow.read a list of tables, '
+            "each with the time and one of them"
+        )
     chosen = {quantity: spec.columns for quantity, spec in proposal.channels.items()}
     if not chosen:
         for quantity, spec in propose_mapping(numbers).channels.items():  # a unit that fits no channel hides its own

@@ -38,6 +38,10 @@ MOST_SAMPLES = 1_000_000
 """Samples of a decay that nobody recorded, at most: its band takes some hundred free runs of them."""
 
 
+BEYOND = 1.1
+"""Times the largest amplitude tested from which on a start is said to be beyond it: trials of one size differ too."""
+
+
 @dataclass(frozen=True)
 class StoredEquation:
     """A group's equation from equations.json, the repaired one where there is one; ``entry`` is the group's."""
@@ -82,12 +86,25 @@ class StoredEquation:
 @dataclass(frozen=True)
 class RunPrediction:
     """One free run of a finished run's equation: ``run`` with its band, ``used`` (n,) samples of the start, the
-    ``label`` of the group and the ``unit`` of the motion."""
+    ``label`` of the group, the ``unit`` of the motion and the ``largest`` amplitude that the group was tested at (0:
+    not known)."""
 
     run: PredictedRun
     used: Array
     label: str
     unit: str
+    largest: float = 0.0
+
+    @property
+    def beyond(self) -> str:
+        """That it starts beyond what was tested, in a sentence; empty where it does not."""
+        times = abs(self.run.x0) / self.largest if self.largest > 0.0 else 0.0
+        if times <= BEYOND:
+            return ""
+        return (
+            f"it starts at {self.run.x0:.4g} {self.unit}, {times:.3g} times the largest amplitude tested "
+            f"({self.largest:.4g} {self.unit}): the band does not hold what the equation may lack there"
+        )
 
     @property
     def rms(self) -> float:
@@ -138,11 +155,7 @@ def predict_run(
     settings = load_config(Path(config) if config else folder / "config.yaml")
     unit = "rad" if settings.equation.coordinate == "rotation" else "m"
     if recording is None:
-        if not all(math.isfinite(value) for value in (x0, duration_s, rate_hz)) or duration_s <= 0.0 or rate_hz <= 0.0:
-            raise ConfigError(
-                f"x0 is {x0:g}, the duration {duration_s:g} s at {rate_hz:g} Hz; give a recording, or all of --x0, "
-                "--duration and --rate, the last two above zero"
-            )
+        _check_start({"x0": x0, "duration": duration_s, "rate": rate_hz})
         if duration_s * rate_hz > MOST_SAMPLES:
             raise ConfigError(
                 f"a decay of {duration_s:g} s at {rate_hz:g} Hz has {duration_s * rate_hz:.3g} samples; at most "
@@ -151,7 +164,7 @@ def predict_run(
         entry = _group(groups, group, {})
         times = np.arange(math.floor(duration_s * rate_hz) + 1) / rate_hz
         made = predict_whole(StoredEquation(entry), times, x0, _others(entry), LEVEL)
-        done = RunPrediction(made, np.zeros(times.size), entry["label"], unit)
+        done = RunPrediction(made, np.zeros(times.size), entry["label"], unit, _largest(entry))
     else:
         file = Path(recording)
         if not file.exists():
@@ -209,7 +222,27 @@ def predict_any(
 def _on(motion: Motion, entry: Mapping[str, Any], unit: str) -> RunPrediction:
     """The free run on a recording, every sample of it: held before the release, free after it."""
     made = predict_whole(StoredEquation(entry), motion, math.nan, _others(entry), LEVEL)
-    return RunPrediction(made, (made.t < 0.0).astype(np.float64), entry["label"], unit)
+    return RunPrediction(made, (made.t < 0.0).astype(np.float64), entry["label"], unit, _largest(entry))
+
+
+def _check_start(said: Mapping[str, float]) -> None:
+    """ConfigError where a decay without a recording lacks its start, duration or rate."""
+    lacking = [f"--{name}" for name, value in said.items() if not math.isfinite(value)]
+    if len(lacking) == len(said):
+        raise ConfigError("neither a recording nor a start is given; give --recording, or --x0, --duration and --rate")
+    if lacking:
+        raise ConfigError(
+            f"{' and '.join(lacking)} {'is' if len(lacking) == 1 else 'are'} not given, or no number; a decay from a "
+            "start never tested needs all of --x0, --duration (s) and --rate (samples a second)"
+        )
+    low = next((name for name in ("duration", "rate") if said[name] <= 0.0), "")
+    if low:
+        raise ConfigError(f"--{low} is {said[low]:g} {'s' if low == 'duration' else 'Hz'}; give one above zero")
+
+
+def _largest(entry: Mapping[str, Any]) -> float:
+    """Largest amplitude tested, SI; 0 where the run was made before it was written."""
+    return float(entry.get("largest", 0.0))
 
 
 def _others(entry: Mapping[str, Any]) -> tuple[float, float, float]:

@@ -26,6 +26,7 @@ from undertow.recording.parts import How, Part, Where, part_of, primary, read_pa
 from undertow.recording.patterns import patterns_of
 from undertow.recording.readers import trial_name
 from undertow.recording.recording import Array, Condition, Coordinate, Recording
+from undertow.recording.stacked import begins_again
 
 EVERYTHING = TimeWindow()
 """No limit at either end."""
@@ -200,6 +201,11 @@ def _on_one_clock(parts: list[Part]) -> tuple[Array, dict[str, Array], tuple[str
 def _must_increase(time: Array) -> None:
     """RecordingError where a time stamp is not later than the one before."""
     late = np.flatnonzero(~(np.diff(time) > 0.0))
+    if (trials := begins_again(time)) > 1:
+        raise RecordingError(
+            f"time begins again {trials - 1} times (first at sample {late[0] + 1}): the file holds {trials} trials one "
+            "below another; split it into a file each (docs/formats.md, Several trials in one file)"
+        )
     if late.size:
         raise RecordingError(
             f"time goes from {time[late[0]]:g} s to {time[late[0] + 1]:g} s at sample {late[0] + 1}; time must "

@@ -58,13 +58,16 @@ _AMPLITUDE = re.compile(r"ampl|^(gain|magnitude|response)", re.IGNORECASE)
 @dataclass(frozen=True)
 class Proposal:
     """A proposed mapping: ``time`` (None where no column looks like it), ``channels``, ``coordinate``, and ``remarks``
-    that say what was left out or guessed.
+    that say what was left out or guessed. ``doubts`` are those of them without which every number may be wrong: an
+    assumed unit, columns that may be other trials; ``alike`` are these columns by channel, the one taken first.
     """
 
     time: TimeSpec | None
     channels: Mapping[str, ChannelSpec]
     coordinate: Coordinate = "translation"
     remarks: tuple[str, ...] = field(default_factory=tuple)
+    doubts: tuple[str, ...] = ()
+    alike: Mapping[str, tuple[Column, ...]] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "channels", MappingProxyType(dict(self.channels)))
@@ -151,15 +154,20 @@ def propose_mapping(table: pd.DataFrame, units: Mapping[Column, str] | None = No
     coordinate = _coordinate(found)
     time, more = _clock(found.get("time", []))
     remarks += more
-    channels = {}
+    channels, alike = {}, {}
+    doubts: list[str] = []
     for channel in (*CHANNELS, *INPUTS, *BESIDE):
         if channel in found:
-            channels[channel], more = _spec(channel, found[channel], table, coordinate)
-            remarks += more
+            channels[channel], others, more = _spec(channel, found[channel], table, coordinate)
+            doubts += more
+            if others:
+                alike[channel] = (*channels[channel].columns, *others)
+    remarks += doubts
     clock, told = time.column if time is not None else None, dict(found.get("time", []))
     if clock is not None and not told[clock] and (step := step_in_doubt(table[clock])):
-        remarks.append(f"time: column {clock!r} says no unit; s is assumed, a sample every {step:g} s: is it ms?")
-    return Proposal(time, channels, coordinate, tuple(remarks))
+        doubts.append(f"time: column {clock!r} says no unit; s is assumed, a sample every {step:g} s: is it ms?")
+        remarks.append(doubts[-1])
+    return Proposal(time, channels, coordinate, tuple(remarks), tuple(doubts), alike)
 
 
 def step_in_doubt(times: pd.Series) -> float:
@@ -265,9 +273,11 @@ def _extent(column: pd.Series) -> float:
 
 def _spec(
     channel: str, columns: Sequence[tuple[Column, str]], table: pd.DataFrame, coordinate: Coordinate
-) -> tuple[ChannelSpec, list[str]]:
-    """A channel's columns: forces of one unit are summed, otherwise the one with the widest range."""
-    remarks = []
+) -> tuple[ChannelSpec, list[Column], list[str]]:
+    """A channel's columns (forces of one unit are summed, otherwise the one with the widest range), those that look
+    like it as well, and what is to be said of them."""
+    remarks: list[str] = []
+    others: list[Column] = []
     if channel.endswith("force") and len({unit for _, unit in columns}) == 1:
         chosen = tuple(column for column, _ in columns)
         unit = columns[0][1]
@@ -275,8 +285,16 @@ def _spec(
         turning = [one for one in columns if _ROTATION.search(str(one[0]))] if coordinate == "rotation" else []
         widest = max(turning or columns, key=lambda one: _extent(table[one[0]]))
         chosen, unit = (widest[0],), widest[1]
-        remarks += [f"{channel} may also be column {column!r}" for column, _ in columns if column != widest[0]]
+        others = [column for column, _ in turning or columns if column != widest[0]]
+        left = [column for column, _ in columns if column not in (*chosen, *others)]
+        remarks += [f"{channel} may also be column {column!r}" for column in left]
+        if others:
+            remarks.append(
+                f"{channel}: column {widest[0]!r} is taken, which moves furthest; {', '.join(map(repr, others))} "
+                f"{'look' if len(others) > 1 else 'looks'} like it: name another in channels, and if each is a trial, "
+                "save each with the time as a file of its own"
+            )
     if not unit:
         unit = si_unit(channel, coordinate)
         remarks.append(f"{channel}: column {chosen[0]!r} says no unit; {unit} is assumed")
-    return ChannelSpec(chosen, unit), remarks
+    return ChannelSpec(chosen, unit), others, remarks

@@ -30,6 +30,9 @@ FEWEST_NUMBERS = 2
 FEWEST_ROWS = 3
 """Rows of numbers in a row that make a table: two may be a header's own numbers."""
 
+NO_TABLE = "no table of numbers begins in its first"
+"""How the reason of a file without a table begins: it may be a text that was never to be read."""
+
 _DATE = re.compile(r"[0-9]{1,4}([-./])[0-9]{1,2}\1[0-9]{1,4}")
 _SHOWN = 40  # characters of a cell in a message
 
@@ -63,7 +66,7 @@ def propose_layout(path: Path, variable: str | None = None) -> FileFormat:
         return replace(max(beside, key=lambda found: (found[0], found[1].header))[1], variable=variable)
     looked_at = max((head[-1].number for head in heads.values() if head), default=0)
     raise RecordingError(
-        f"{path}: no table of numbers begins in its first {looked_at} lines; is it a recording? set "
+        f"{path}: {NO_TABLE} {looked_at} lines; is it a recording? set "
         f"recordings.skip_rows where its data begin later; fewer than {FEWEST_ROWS} rows are no table"
         + _about_dates(heads["."])
     )

@@ -27,6 +27,11 @@ for an effect that moves a reported parameter. Runs of the same recordings share
 
 CHANGED, ONLY = "changed", "only in"
 
+OTHER_UNIT = "other unit, not comparable"
+
+PER_MASS = "_per_mass"
+"""In a parameter's name where no mass or stiffness is known; its unit says so too, and the rows of both are one."""
+
 _PAGE = """<!doctype html><html lang="en"><head><meta charset="utf-8"><title>undertow: runs side by side</title>
 <meta name="viewport" content="width=device-width, initial-scale=1"><style>
 :root{color-scheme:light dark}body{font:14px/1.5 system-ui,sans-serif;margin:2em auto;padding:0 1em;max-width:70em}
@@ -43,21 +48,34 @@ tr.same{opacity:.65}h2{font-size:1.1em;margin:1.6em 0 .3em}</style></head><body>
 
 @dataclass(frozen=True)
 class Cell:
-    """What one run says of one quantity: its ``text``, the number behind a parameter, and whether another one counts as
-    a change (errors move with every parameter, they do not)."""
+    """What one run says of one quantity: its ``text``, the number behind a parameter and the total ``mass`` beside it
+    (None: not known), and whether another one counts as a change (errors move with every parameter, they do not)."""
 
     text: str
     number: Estimate | None = None
     counts: bool = True
+    mass: Estimate | None = None
+
+    def in_unit(self, unit: str) -> Estimate | None:
+        """The number in that unit; None where it cannot be had."""
+        if self.number is None or self.number.unit == unit:
+            return self.number
+        mass = self.mass
+        if mass is None or not mass.value > 0.0 or unit != f"{self.number.unit} per {mass.unit}":
+            return None
+        moved = self.number.value * mass.total_stderr / mass.value
+        error = math.hypot(self.number.total_stderr, moved) if math.isfinite(moved) else self.number.total_stderr
+        return Estimate(self.number.value, error).scaled(1.0 / mass.value, unit)
 
 
 def compare_runs(folders: Sequence[Path]) -> pd.DataFrame:
     """One row a group and quantity (verdict, errors, prescribed and repaired parameters), one column a run, as text.
 
     ``change`` says how later runs differ from the first one ("" where they print the same), ``changed`` whether that is
-    more than `NOTEWORTHY` standard errors, another verdict, or something that one run alone has. Groups and quantities
-    stand in the order of the runs; an empty cell is what a run does not have. Runs of one name are distinguished by
-    their paths.
+    more than `NOTEWORTHY` standard errors, another verdict, or something that one run alone has. Of a number and one
+    per unit mass the first is divided by its run's total mass; other units are not compared, which is said. Groups and
+    quantities stand in the order of the runs; an empty cell is what a run does not have. Runs of one name are
+    distinguished by their paths.
 
     Raises UndertowError where a folder holds no finished run, or one written under another contract.
     """
@@ -114,11 +132,17 @@ def _change(first: Cell, other: Cell, first_name: str, other_name: str) -> tuple
         return f"{ONLY} {first_name if first.text else other_name}", counts
     if first.number is None or other.number is None:
         return CHANGED, counts
-    error = math.hypot(first.number.total_stderr, other.number.total_stderr)
-    shift = other.number.value - first.number.value
+    before, after = first.in_unit(other.number.unit), other.number
+    if before is None:
+        before, converted = first.number, other.in_unit(first.number.unit)
+        if converted is None:
+            return OTHER_UNIT, False
+        after = converted
+    error = math.hypot(before.total_stderr, after.total_stderr)
+    shift = after.value - before.value
     if not (math.isfinite(error) and error > 0.0):
         return CHANGED, shift != 0.0
-    return f"{shift / error:+.1f} standard errors", abs(shift) >= NOTEWORTHY * error
+    return f"{round(shift / error, 1) + 0.0:+.1f} standard errors", abs(shift) >= NOTEWORTHY * error
 
 
 def _joined(changes: Sequence[str], names: Sequence[str]) -> str:
@@ -164,10 +188,17 @@ def _cells(entry: Mapping[str, Any]) -> Iterator[tuple[str, Cell]]:
         yield "repaired: held-out error", _error(after["held_out_nrmse"])
     yield "repeatability", _error(entry["repeatability_nrmse"])
     for start, described in (("", baseline), ("repaired: ", after or {"parameters": {}})):
-        for name, one in described["parameters"].items():
-            if isinstance(one, dict) and one.get("value") is not None:
-                number = Estimate(float(one["value"]), _number(one.get("stderr")), unit=str(one.get("unit", "")))
-                yield f"{start}{name}", Cell(estimate_text(number), number)
+        numbers = {name: number for name, one in described["parameters"].items() if (number := _estimate(one))}
+        for name, number in numbers.items():
+            cell = Cell(estimate_text(number), number, mass=numbers.get("total_mass_kg"))
+            yield f"{start}{name.replace(PER_MASS, '')}", cell
+
+
+def _estimate(one: Any) -> Estimate | None:
+    """A parameter of verdict.json; None where it has no value."""
+    if not isinstance(one, dict) or one.get("value") is None:
+        return None
+    return Estimate(float(one["value"]), _number(one.get("stderr")), unit=str(one.get("unit", "")))
 
 
 def _error(value: Any) -> Cell:

@@ -179,14 +179,17 @@ def _unusable_channels(said: RecordingsSettings, above: Location, coordinate: Co
     if channels.displacement is None and channels.velocity is None:
         alone = f" ({ALONE})" if channels.acceleration is not None else ""
         wrong.append((place, f"channels has neither displacement nor velocity; map one of them{alone}"))
-    wrong += _clock(channels.time, (*place, "time"), coordinate, cells is not None and cells.time is not None)
+    wrong += _clock(channels.time, (*place, "time"), coordinate, None if cells is None else cells.time)
     for name in (*CHANNELS, *INPUTS, *BESIDE):
         one = getattr(channels, name, None)
         if one is None:
             continue
         wrong += _unit(one.unit, name, (*place, name, "unit"), coordinate)
         given = (one.column is not None) + bool(one.columns)
-        if given + (cells is not None and getattr(cells, name, None) is not None) != 1:
+        cell = getattr(cells, name, None)
+        if cell is not None and given:
+            wrong.append(((*place, name), _in_a_cell(name, "column" if one.columns is None else "columns", cell)))
+        elif given + (cell is not None) != 1:
             text = f"{name} has column {one.column!r} and columns {one.columns!r}; give exactly one of them"
             wrong.append(((*place, name), text))
         if one.time is not None:
@@ -210,17 +213,25 @@ def _written(said: RecordingsSettings, above: Location) -> list[tuple[Location, 
 
 
 def _clock(
-    time: TimeSettings, place: Location, coordinate: Coordinate, in_cells: bool = False
+    time: TimeSettings, place: Location, coordinate: Coordinate, cell: int | None = None
 ) -> list[tuple[Location, str]]:
     """A clock that has no rate and no column, or both, or a unit that is none of time."""
     wrong = _unit(time.unit, "time", (*place, "unit"), coordinate)
-    if (time.column is not None) + (time.rate_hz is not None) + in_cells != 1:
+    given = [key for key in ("column", "rate_hz") if getattr(time, key) is not None]
+    if cell is not None and given:
+        wrong.append((place, _in_a_cell("time", given[0], cell)))
+    elif len(given) + (cell is not None) != 1:
         text = f"time has column {time.column!r} and rate_hz {time.rate_hz!r}; give exactly one of them"
         wrong.append((place, text))
     if time.rate_hz is not None and not 1.0 / LARGEST < time.rate_hz < LARGEST:
         text = f"rate_hz is {time.rate_hz:g} Hz, which no logger has; give the samples that it records in a second"
         wrong.append(((*place, "rate_hz"), text))
     return wrong
+
+
+def _in_a_cell(name: str, key: str, cell: int) -> str:
+    """That a channel of a cell array lies in its cell and takes no column."""
+    return f"{name} has {key}, and recordings.cells says that it is cell {cell} of a trial; remove one of the two"
 
 
 def _unit(unit: str, name: str, place: Location, coordinate: Coordinate) -> list[tuple[Location, str]]:

@@ -138,6 +138,9 @@ def sentences(source: Source, errors: Sequence[ErrorDetails], schema: Mapping[st
             said.append(f"{source.place(location[:-1])}: {above} has no {location[-1]!r}; it is needed")
         else:
             rule = error["msg"].removeprefix("Value error, ").removeprefix("Input ")
+            if error["type"] in ("model_type", "dict_type", "dataclass_type"):
+                known = ", ".join(sorted(_properties(schema, location)))
+                rule = f"should be keys with values{f'; it may have {known}' if known else ''}"
             mended = number(error["input"]) if isinstance(error["input"], str) else None
             hint = "" if mended is None else f"; write {mended:.10g}, without quotes"
             said.append(f"{source.place(location)}: {name} is {_shown(error['input'])} but {rule}{hint}")

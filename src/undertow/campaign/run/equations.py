@@ -33,8 +33,9 @@ def equations_entry(group: GroupFindings, stated: Mapping[str, float] | None = N
     """One group's equations: the prescribed one, and the repaired one where what was found is a law of motion.
 
     ``noise`` and ``rest_std`` are the sensor's noise and how far its zero was from the rest position, rms over the
-    trials; ``missed_nrmse`` is what the equation leaves beyond repeatability. ``scatter`` from trial to trial is that
-    of the dry trials, else as ``stated``, else assumed, and then no larger than the group's own free runs show.
+    trials, ``largest`` the largest amplitude among them, SI; ``missed_nrmse`` is what the equation leaves beyond
+    repeatability. ``scatter`` from trial to trial is that of the dry trials, else as ``stated``, else assumed, and then
+    no larger than the group's own free runs show.
     """
     verdict, versions = group.verdict, {}
     allowed = verdict.repeatability_nrmse
@@ -54,6 +55,7 @@ def equations_entry(group: GroupFindings, stated: Mapping[str, float] | None = N
     return {
         "group": dict(group.key), "label": group.label, "trials": [motion.name for motion in motions], "driven": False,
         "versions": versions, "noise": _rms(noise), "rest_std": _rms([m.equilibrium.value for m in motions]),
+        "largest": _known(max((motion.amplitude for motion in motions), default=0.0)),
         "scatter": dict(scatter if structure is None else structure.scatter),
     }  # fmt: skip
 

@@ -14,6 +14,7 @@ from dataclasses import dataclass, replace
 from types import MappingProxyType
 
 from undertow.campaign.run.judgement import contradicted_verdict
+from undertow.campaign.run.one_body import not_one_body
 from undertow.campaign.run.tasks import slope_of_cells
 from undertow.discrepancy.earned import NEXT
 from undertow.discrepancy.findings import GroupFindings
@@ -119,6 +120,7 @@ def implausible(group: GroupFindings) -> tuple[tuple[str, str], ...]:
     elif "total_mass_kg" in numbers and math.isfinite(mass) and mass > 0.0:
         found.append(_outside(MASS, numbers["total_mass_kg"].scaled(1.0 / mass, "1")))
     found += [_stiffness(group, numbers), _cells(group, numbers, STIFFNESS_OFF), _floats(group), _unloaded(group)]
+    found.append(not_one_body(group))
     doubts = [("conditions", text) for text in found if text]
     doubts += [(kind, text) for kind, text in (("damping", _damped(numbers)), ("unit", _turned(group))) if text]
     return tuple(doubts)

@@ -5,7 +5,8 @@ Belongs here: that order. Does not belong here: the look (survey.py), names (nam
 
 from __future__ import annotations
 
-from collections.abc import Callable
+import re
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 
@@ -14,6 +15,7 @@ from undertow.campaign.config.matching import planned
 from undertow.campaign.proposing import hold_cut, parsed
 from undertow.campaign.response.proposing import response_lines, usable
 from undertow.campaign.run.checking import Checker
+from undertow.campaign.run.one_body import Swing, apart, bodies, parted_by, swings_of
 from undertow.campaign.starting.draft import Draft
 from undertow.campaign.starting.names import Named, read_names
 from undertow.campaign.starting.survey import Survey, survey
@@ -27,19 +29,26 @@ ASKED = "fill in specimen: mass_kg and, of the part in water, area_m2 and submer
 """What is to be done where dry trials are known: without a mass or a stiffness they say nothing of the body in water,
 and without its volume the friction there is taken to be as large as in air."""
 
+DOUBTS_SHOWN = 6
+"""Guesses on the terminal at most."""
+
+CONTRADICTS = "contradicts itself; correct it, then take it out of exclude: "
+_KEY = re.compile(r"\b(recordings|trials)\.[a-z]")
+
 Progress = Callable[[str, int, int], None]
 
 
 @dataclass(frozen=True)
 class Started:
-    """The written config, how many trials it uses, files it leaves out and why, how many layouts it has, and what is
-    to be done ``next``."""
+    """The written config, how many trials it uses, files it leaves out and why, how many layouts it has, what is to be
+    done ``next``, and guesses without which every number may be wrong (``doubts``)."""
 
     path: Path
     trials: int
     left_out: tuple[tuple[str, str], ...]
     layouts: int
     next: str
+    doubts: tuple[str, ...] = ()
 
     @property
     def summary(self) -> str:
@@ -48,6 +57,9 @@ class Started:
         without = f"; {count(len(self.left_out), 'file')} left out:" if self.left_out else ""
         lines = [f"written: {self.path}: {count(self.trials, 'trial')} in {kinds}{without}"]
         lines += [f"  {name}: {why}" for name, why in self.left_out]
+        lines += [f"  guessed: {doubt}" for doubt in self.doubts[:DOUBTS_SHOWN]]
+        if len(self.doubts) > DOUBTS_SHOWN:
+            lines.append(f"  and {len(self.doubts) - DOUBTS_SHOWN} more guesses, which stand in the config")
         return "\n".join([*lines, f"next: {self.next}, then undertow run {self.path}"])
 
 
@@ -68,14 +80,16 @@ def start(folder: Path, out: Path | None = None, progress: Progress = lambda sta
     if found.sets:
         return _written_sets(found, folder, path)
     draft = _planned(Draft(folder.resolve().name or "campaign", found, read_names(found.files)), folder)
-    draft = _tried(draft, folder, progress)
+    tried = _tried(draft, folder, progress)
+    if len(tried.left_out) == len(found.files):
+        raise UndertowError(_none_left(draft, tried.left_out, folder, path))
+    draft = tried
     _config(draft, folder)
-    with path.open("x", encoding="utf-8") as stream:
-        stream.write(draft.text())
+    _write(path, draft.text())
     left_out = (*found.unread, *draft.left_out.items())
     used = len(found.files) - len(draft.left_out)
     asked = ASKED if draft.named.wet else "fill in specimen and dry"
-    return Started(path, used, tuple(sorted(left_out)), len(found.groups), asked)
+    return Started(path, used, tuple(sorted(left_out)), len(found.groups), asked, (*found.doubts, *draft.notes))
 
 
 def _written_sets(found: Survey, folder: Path, path: Path) -> Started:
@@ -103,9 +117,23 @@ def _written_sets(found: Survey, folder: Path, path: Path) -> Started:
     said += [f"left out: {name}: {reason}" for name, reason in sorted(left_out.items())]
     title = folder.resolve().name or "campaign"
     lines = [*(f"# {line}" for line in said), *response_lines(title, names, layout, first)]
-    with path.open("x", encoding="utf-8") as stream:
-        stream.write("\n".join(lines) + "\n")
+    _write(path, "\n".join(lines) + "\n")
     return Started(path, len(names), tuple(sorted(left_out.items())), 1, "look at the equation's terms")
+
+
+def _none_left(draft: Draft, left_out: Mapping[str, str], folder: Path, path: Path) -> str:
+    """Why no trial can be used. Where a reason names a key of the config, this is written with all of them."""
+    name, why = next((one for one in left_out.items() if _KEY.search(one[1])), next(iter(left_out.items())))
+    said = f"none of {len(left_out)} trials in {folder} can be used; {name}: {why.removeprefix(CONTRADICTS)}"
+    if not _KEY.search(why):
+        return said
+    _write(path, draft.text())
+    return f"{said}. {path} is written with all of them: correct it there, then undertow run {path}"
+
+
+def _write(path: Path, text: str) -> None:
+    with path.open("x", encoding="utf-8") as stream:
+        stream.write(text)
 
 
 def _config(draft: Draft, folder: Path) -> RunConfig:
@@ -128,14 +156,12 @@ def _planned(draft: Draft, folder: Path) -> Draft:
 
 
 def _tried(draft: Draft, folder: Path, progress: Progress) -> Draft:
-    """The draft with those trials left out that a run could not use, and held starts cut.
-
-    Raises UndertowError where none is left.
-    """
+    """The draft with those trials left out that a run could not use, and held starts cut."""
     config = _config(draft, folder)
     checker, entries = Checker(config, config.catalogue()), planned(config).entries
     left_out: dict[str, str] = {}
     starts: dict[str, float] = {}
+    motions = []
     for done, entry in enumerate(entries):
         progress("try", done, len(entries))
         name = entry.path.relative_to(folder.absolute()).as_posix()
@@ -148,9 +174,26 @@ def _tried(draft: Draft, folder: Path, progress: Progress) -> Draft:
         if checked.failed is not None:
             left_out[name] = checked.failed.reason.removeprefix(f"trial {entry.name}: ")
         elif checked.contradiction:
-            left_out[name] = f"contradicts itself; correct it, then take it out of exclude: {checked.contradiction}"
+            left_out[name] = f"{CONTRADICTS}{checked.contradiction}"
+        elif checked.motion is not None:
+            motions.append(checked.motion)
     progress("try", len(entries), len(entries))
-    if len(left_out) == len(entries):
-        first = next(iter(left_out.items()))
-        raise UndertowError(f"none of {len(entries)} trials in {folder} can be used; {first[0]}: {first[1]}")
-    return replace(draft, left_out=left_out, starts={n: s for n, s in starts.items() if n not in left_out})
+    tried = replace(draft, left_out=left_out, starts={n: s for n, s in starts.items() if n not in left_out})
+    return _parted(tried, swings_of(motions))
+
+
+def _parted(draft: Draft, swings: Sequence[Swing]) -> Draft:
+    """The draft with groups by a word of the names, where trials of one group swing at periods of several bodies and
+    each has its own word: a word of every trial would part them too."""
+    groups: dict[tuple[object, ...], list[Swing]] = {}
+    for one in swings:
+        groups.setdefault(tuple(one.conditions.get(key) for key in draft.named.group_by), []).append(one)
+    mixed = [one for members in groups.values() if apart(members) for one in members]
+    name = parted_by(mixed)
+    values = {one.conditions[name] for one in mixed} if name else set()
+    if not name or len(values) != bodies(mixed) or not all(isinstance(value, str) for value in values):
+        return draft
+    periods = [one.period_s for one in mixed]
+    said = f"trials swing at periods from {min(periods):.3g} to {max(periods):.3g} s: groups go by {name} too"
+    named = replace(draft.named, group_by=(*draft.named.group_by, name))
+    return replace(draft, named=named, notes=(*draft.notes, said))

@@ -8,20 +8,23 @@ from __future__ import annotations
 
 import os
 from collections import Counter
-from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, replace
 from glob import escape
 from pathlib import Path
 
+from undertow.campaign.inspection import what_lacks
 from undertow.errors import ConfigError, RecordingError
 from undertow.recording.channels import ChannelSpec, TimeSpec
 from undertow.recording.layout import FileFormat
 from undertow.recording.links import refused
 from undertow.recording.patterns import Patterns
 from undertow.recording.propose_file import propose_file
+from undertow.recording.propose_layout import NO_TABLE
 from undertow.recording.propose_response import ResponseProposal
 from undertow.recording.readers import READERS, suffix_of, trial_name
 from undertow.recording.recording import Coordinate
+from undertow.recording.stacked import stacked
 
 Looked = Callable[[int, int], None]
 """Called with the files looked at and their number."""
@@ -49,12 +52,14 @@ class Alike:
 @dataclass(frozen=True)
 class Survey:
     """What a folder holds: groups of files that are read alike, the largest first; files that cannot be read or do not
-    belong to the others, with the reason; what was guessed; and harmonic sets, where it holds no recording in time."""
+    belong to the others, with the reason; what was guessed; harmonic sets, where it holds no recording in time; and of
+    the guesses those without which every number may be wrong (``doubts``)."""
 
     groups: tuple[Alike, ...]
     unread: tuple[tuple[str, str], ...]
     remarks: tuple[str, ...]
     sets: tuple[tuple[str, FileFormat, ResponseProposal], ...] = ()
+    doubts: tuple[str, ...] = ()
 
     @property
     def files(self) -> tuple[str, ...]:
@@ -71,6 +76,8 @@ def survey(folder: Path, looked: Looked = lambda done, of: None) -> Survey:
     found: dict[Reading, list[str]] = {}
     unread: list[tuple[str, str]] = []
     remarks: Counter[str] = Counter()
+    doubts: Counter[str] = Counter()
+    lacks: dict[str, str] = {}
     sets: list[tuple[str, FileFormat, ResponseProposal]] = []
     for done, name in enumerate(files):
         looked(done, len(files))
@@ -87,23 +94,35 @@ def survey(folder: Path, looked: Looked = lambda done, of: None) -> Survey:
             continue
         if not seen.complete or seen.proposal.time is None:
             unread.append((name, "no column is named like a displacement or velocity and one like time"))
+            lacks[name] = what_lacks(folder / name, seen.table, seen.layout, seen.proposal)
+            continue
+        clock = seen.proposal.time.column
+        if clock is not None and (several := stacked(seen.table, clock)):
+            unread.append((name, several))
             continue
         one = Reading(
             seen.layout, seen.proposal.time, tuple(seen.proposal.channels.items()), seen.proposal.coordinate
         )  # fmt: skip
         found.setdefault(one, []).append(name)
         remarks.update(seen.proposal.remarks)
+        doubts.update(seen.proposal.doubts)
     looked(len(files), len(files))
     if not found and sets:
         return Survey((), tuple(unread), (), tuple(sets))
     unread += [(name, "is a harmonic set, and needs a config of its own (recordings.response)") for name, _, _ in sets]
     if not found:
-        first = f"; {unread[0][0]}: {unread[0][1]}" if unread else ""
+        first = "; ".join(f"{name}: {why}" for name, why in _blamed(unread, lacks))
         raise ConfigError(
             f"{folder} holds {len(files)} files with the suffix of a recording and none that can be read as one by its "
-            f"names{first}"
+            f"names{'; ' if first else ''}{first}"
         )
-    return _sorted_out(found, unread, tuple(remarks))
+    return replace(_sorted_out(found, unread, tuple(remarks)), doubts=tuple(doubts))
+
+
+def _blamed(unread: Sequence[tuple[str, str]], lacks: Mapping[str, str]) -> list[tuple[str, str]]:
+    """The file to begin with and why it is not read: one with a table where there is any, not a text without one."""
+    first = sorted(unread, key=lambda one: (one[0] not in lacks, NO_TABLE in one[1]))[:1]
+    return [(name, f"{why}; {lacks[name]}" if name in lacks else why) for name, why in first]
 
 
 def _files(folder: Path) -> list[str]:

@@ -32,6 +32,9 @@ COLOURS: Mapping[str, str] = {
 }  # fmt: skip
 """Of each status; green is nothing_missing alone."""
 
+REASONS_PRINTED = 3
+"""Groups that cannot be told whose reason is printed without ``verbose``."""
+
 CERTAIN = 0.99
 """From here on a probability is printed as "over 99 %": calibration says no more."""
 
@@ -99,7 +102,7 @@ def probability_words(entry: Entry) -> str:
 
 def run_text(finished: Finished | DrivenFinished, width: int = 0, colour: bool = False, verbose: bool = False) -> str:
     """What `undertow run` prints: table of verdicts, counts, why a repaired error is the larger one, the sentence over
-    all groups, doubts, where the page is.
+    all groups, doubts, where the page is. Of groups that cannot be told the first few sentences say why.
 
     ``verbose`` adds every shown group's sentence, why its standard errors are larger than the fit's own, and every
     doubt; ``width`` is the terminal's (0: none).
@@ -107,13 +110,17 @@ def run_text(finished: Finished | DrivenFinished, width: int = 0, colour: bool =
     if isinstance(finished, DrivenFinished):
         entries = read_verdicts(finished.folder)["groups"]
         table, number = table_text(verdict_table(entries), width, colour), Counter(one["status"] for one in entries)
-        return "\n".join([table, counted(number), finished.sentence, last_line(finished)])
+        why = cannot_tell_lines([one["sentence"] for one in entries if one["status"] == "cannot_tell"])
+        said = [one for one in why if one not in finished.sentence]
+        return "\n".join([table, counted(number), *said, finished.sentence, last_line(finished)])
     shown, extent, doubts = finished.findings.groups, finished.extent, finished.findings.doubts
     lines = [table_text(verdict_table([group_json(g.verdict) for g in shown]), width, colour)]
     if more := extent.groups - len(shown):
         lines.append(f"{count(more, 'more group')}: {finished.folder / 'verdict.json'}")
     lines.append(counted(extent.statuses))
     lines += no_gain_lines(finished.findings)
+    if not verbose:
+        lines += cannot_tell_lines([g.verdict.sentence for g in shown if g.verdict.status == "cannot_tell"])
     if verbose:
         lines += [group.verdict.sentence for group in shown]
         lines += [f"{g.label}: {in_plain_words(said)}" for g in shown for said in grown_words(g.grown)]
@@ -128,6 +135,17 @@ def run_text(finished: Finished | DrivenFinished, width: int = 0, colour: bool =
 def no_gain_lines(findings: Findings) -> list[str]:
     """A sentence for each group whose repaired equation has the larger free-run error: why."""
     return [f"{g.label}: {said}" for g in findings.groups if (said := no_gain_words(findings, g))]
+
+
+def cannot_tell_lines(sentences: Sequence[str]) -> list[str]:
+    """The first `REASONS_PRINTED` sentences of groups that cannot be told, and how many more there are.
+
+    >>> cannot_tell_lines(["a: cannot tell, because x."] * 4)[-1]
+    '1 more group that cannot be told: -v prints each reason'
+    """
+    more = len(sentences) - REASONS_PRINTED
+    rest = [f"{count(more, 'more group')} that cannot be told: -v prints each reason"] if more > 0 else []
+    return [*sentences[:REASONS_PRINTED], *rest]
 
 
 def last_line(finished: Finished | DrivenFinished) -> str:

@@ -19,7 +19,7 @@ from undertow.recording.recording import Condition
 
 APART = 1.2
 """Ratio of the longest to the shortest period from which on trials are said not to be of one body: a hardening spring
-and friction move it by less from release to release of one rig."""
+and friction move it by less from release to release of most rigs, a gap or a stop by more."""
 
 EXPLAINED = frozenset({"nothing_missing", "explained", "present_but_small"})
 """Of such groups one equation gives every trial's period."""
@@ -83,6 +83,6 @@ def not_one_body(group: GroupFindings) -> str:
     how = f"set trials.group_by: [{keys}]" if name else "part them by a condition in trials.group_by, or exclude some"
     return (
         f"trial {ordered[0].name} swings at a period of {ordered[0].period_s:.3g} s and {ordered[-1].name} at "
-        f"{ordered[-1].period_s:.3g} s, more than {100.0 * (APART - 1.0):.0f} % apart: these are not one body or "
-        f"spring; {how}"
+        f"{ordered[-1].period_s:.3g} s, more than {100.0 * (APART - 1.0):.0f} % apart: unless it is "
+        f"strongly nonlinear, these are not one body or spring; {how}"
     )

@@ -73,16 +73,15 @@ def parted_by(swings: Sequence[Swing]) -> str:
 
 def not_one_body(group: GroupFindings) -> str:
     """That a group which is not explained holds trials of other periods, and what parts them; empty where it is one
-    body's."""
+    body's, or no condition has a value for each period: one with a gap, or two that swing together, have many.
+    """
     swings = swings_of([trial.motion for trial in group.trials])
-    if group.verdict.status in EXPLAINED or not apart(swings):
+    name = "" if group.verdict.status in EXPLAINED or not apart(swings) else parted_by(swings)
+    if not name or len({one.conditions[name] for one in swings}) != bodies(swings):
         return ""
-    ordered = sorted(swings, key=lambda one: one.period_s)
-    name = parted_by(swings)
-    keys = ", ".join((*group.key, name))
-    how = f"set trials.group_by: [{keys}]" if name else "part them by a condition in trials.group_by, or exclude some"
+    first, *_, last = sorted(swings, key=lambda one: one.period_s)
     return (
-        f"trial {ordered[0].name} swings at a period of {ordered[0].period_s:.3g} s and {ordered[-1].name} at "
-        f"{ordered[-1].period_s:.3g} s, more than {100.0 * (APART - 1.0):.0f} % apart: unless it is "
-        f"strongly nonlinear, these are not one body or spring; {how}"
+        f"trial {first.name} swings at a period of {first.period_s:.3g} s and {last.name} at {last.period_s:.3g} s, "
+        f"more than {100.0 * (APART - 1.0):.0f} % apart: these are not one body or spring; set trials.group_by: "
+        f"[{', '.join((*group.key, name))}]"
     )

@@ -66,7 +66,7 @@ def test_turns_that_noise_makes_are_no_cycles() -> None:
         assert bool(found.frequency.size) is some
         with page_style():
             panel = draw_cycles(found, new_figure(5.0, 3.0).subplots(), "frequency")
-        assert ("noise turns the body" in "".join(text.get_text() for text in panel.texts)) is not some
+        assert ("noise turns the motion" in panel.get_title(loc="left")) is not some
 
 
 def test_what_was_found_has_its_own_cycles() -> None:

@@ -218,6 +218,10 @@ def _forces(group: GroupFindings) -> list[ResidualForce]:
 
 def draw_cycles(cycling: Cycling, axes: Axes, which: str) -> Axes:
     """Frequency or damping of every full cycle: points measured, with one standard error; lines the equations."""
+    if not cycling.time.size:
+        axes.set_title(f"{which} a cycle: no cycle is clear, noise turns the motion too")
+        axes.set_axis_off()
+        return axes
     scale = 1.0 if which == "frequency" else 100.0
     measured, error = scale * getattr(cycling, which), scale * getattr(cycling, f"{which}_error")
     axes.errorbar(cycling.time, measured, error, fmt="o", ms=3.0, color=INK, elinewidth=0.8, label="measured")
@@ -229,8 +233,6 @@ def draw_cycles(cycling: Cycling, axes: Axes, which: str) -> Axes:
         axes.set_ylim(*ends)
     axes.set_xlabel("time after release (s)")
     axes.set_ylabel("frequency (Hz)" if which == "frequency" else "damping (% of critical)")
-    if not measured.size:
-        axes.text(0.5, 0.9, "no cycle is clear: noise turns the body too", transform=axes.transAxes, ha="center")
     if which == "frequency":
         _legend_above(axes)
     return axes
@@ -240,8 +242,6 @@ def _frame(measured: Array, error: Array, runs: Sequence[Array]) -> tuple[float,
     """Ends of an axis for values (n,) with their errors: those that are known well, and of the equations' what lies not
     further from them than they are wide."""
     finite = np.isfinite(measured)
-    if not finite.any():
-        return None
     known = finite & (error <= POORLY_KNOWN * np.median(error[finite])) if np.isfinite(error[finite]).all() else finite
     if not known.any():
         return None

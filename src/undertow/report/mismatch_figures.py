@@ -111,7 +111,8 @@ def draw_where(
 ) -> Figure:
     """Four panels: residual of one trial in time and frequency, residual force of the group's trials over displacement
     and speed, frequency and damping cycle by cycle. ``lines`` are frequencies (Hz) to mark, by what they are."""
-    panels = figure.subplots(2, 2)
+    below = 1.0 if cycling.time.size else 0.05  # only a line that says why
+    panels = figure.subplots(2, 2, height_ratios=(1.0, below))
     draw_time_frequency(trial, lines, panels[0][0])
     draw_residual_force(group, panels[0][1])
     draw_cycles(cycling, panels[1][0], "frequency")

@@ -10,12 +10,12 @@ import pytest
 
 from tests.findings_fixture import bare_findings, small_findings
 from undertow.conditioning.motion import Motion, Window
-from undertow.discrepancy.cycling import cycling
+from undertow.discrepancy.cycling import Cycling, cycling
 from undertow.discrepancy.findings import AugmentedRun, TrialFindings
 from undertow.discrepancy.mismatch import Mismatch
 from undertow.quantities import Estimate
 from undertow.recording.recording import Recording
-from undertow.report.mismatch_figures import draw_cycles
+from undertow.report.mismatch_figures import draw_cycles, draw_where
 from undertow.report.style import new_figure, page_style
 
 RATE, RATIO = 10.0, 0.02
@@ -66,7 +66,21 @@ def test_turns_that_noise_makes_are_no_cycles() -> None:
         assert bool(found.frequency.size) is some
         with page_style():
             panel = draw_cycles(found, new_figure(5.0, 3.0).subplots(), "frequency")
-        assert ("noise turns the body" in "".join(text.get_text() for text in panel.texts)) is not some
+        assert ("noise turns the motion" in panel.get_title(loc="left")) is not some
+
+
+def test_panels_without_a_clear_cycle_take_no_room() -> None:
+    group = small_findings().groups[1]
+    trial, heights = group.trials[3], []
+    found = cycling(trial)
+    assert found is not None
+    none = Cycling(*(np.zeros(0) for _ in range(5)))
+    for cycles in (found, none):
+        with page_style():
+            figure = draw_where(group, trial, cycles, {"body": 2.0}, new_figure(11.0, 5.0))
+        figure.canvas.draw()
+        heights.append(figure.axes[2].get_position().height)
+    assert heights[1] < 0.2 * heights[0]
 
 
 def test_what_was_found_has_its_own_cycles() -> None:

@@ -192,7 +192,7 @@ def test_the_picture_draws_three_curves_of_the_first_swings():
     [
         ("nothing_missing", (), "nothing is missing"),
         ("unknown", ("unknown",), "nothing that was tried explains it"),
-        ("unknown", ("relaxation", "unknown"), "memory that relaxes; this is not proved, or not all that is missing"),
+        ("unknown", ("relaxation", "unknown"), "proved to be all that is missing; what comes closest is"),
         ("present_but_small", ("unknown",), "something smaller than repetitions differ is there, and nothing that was"),
         ("present_but_small", ("relaxation",), "smaller than repetitions differ, the equation leaves out memory"),
         ("cannot_tell", (), "cannot tell whether anything is missing: no dry trials"),

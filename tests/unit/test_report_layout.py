@@ -64,3 +64,12 @@ def test_an_axis_without_ticks_has_no_tick_texts():
     axes.xaxis.set_major_locator(NullLocator())  # gives a list, other locators an array
     axes.yaxis.set_major_locator(FixedLocator([0.5]))
     assert [len(texts) for texts in layout._ticks(figure)] == [0, 1]
+
+
+def test_a_colour_bar_has_room_for_its_numbers():
+    figure = new_figure(11.0, 3.0)
+    left, right = figure.subplots(1, 2)
+    left.set_axis_off()
+    figure.colorbar(right.imshow(np.arange(-6.0, 6.0).reshape(3, 4), aspect="auto"), ax=right, pad=0.02, fraction=0.04)
+    lay_out(figure)
+    assert figure.axes[2].get_tightbbox().x1 <= figure.bbox.x1

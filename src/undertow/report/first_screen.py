@@ -123,7 +123,7 @@ def _what(verdict: Verdict) -> str:
     if not names:
         return "something is missing and nothing that was tried explains it"
     if verdict.status == "unknown":
-        return f"the equation leaves out {names}; this is not proved, or not all that is missing"
+        return f"nothing that was tried is proved to be all that is missing; what comes closest is {names}"
     if verdict.status == "not_identifiable":
         others = (" and ".join(_words(name, verdict) for name in rival) for rival in verdict.alternatives)
         return f"the equation leaves out {' or '.join((names, *others))}; the data cannot tell which"

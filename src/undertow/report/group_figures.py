@@ -95,8 +95,8 @@ def _of_one_trial(findings: Findings, group: GroupFindings) -> dict[str, str]:
         )
     lines, cycles = marked_lines(group, trial), cycling(trial)
     if cycles is not None and (named_laws(group.verdict) or any(t.mismatch.missing for t in group.trials)):
-        where = mismatch_figures.draw_where(group, trial, cycles, lines, new_figure(WIDTH_IN, 5.0))
-        drawn["where"] = svg_text(where)
+        paper = new_figure(WIDTH_IN, 5.0 if cycles.time.size else 3.0)
+        drawn["where"] = svg_text(mismatch_figures.draw_where(group, trial, cycles, lines, paper))
     if lines and float(trial.measured.std()) > 0.0 and not trial_figures.leaves(trial):
         period = 1.0 / next(iter(lines.values()))
         drawn["noise"] = svg_text(fit_figures.draw_noise(trial, period, new_figure(WIDTH_IN, 2.4)))

@@ -30,7 +30,10 @@ def lay_out(figure: Figure) -> None:
 
 
 def _one_pass(figure: Figure, asked: dict[str, Any]) -> bool:
-    """The first pass; False where a second one would find other ticks, or this matplotlib has no such passes."""
+    """The first pass; False where a second one would find other ticks or move a colour bar, or where this matplotlib
+    has no such passes."""
+    if any(hasattr(place, "_colorbar") for place in figure.axes):
+        return False
     pads = {name: asked[name] for name in ("h_pad", "w_pad")}
     inches = {"h_pad": pads["h_pad"] / figure.get_figheight(), "w_pad": pads["w_pad"] / figure.get_figwidth()}
     spaces = {name: asked[name] for name in ("hspace", "wspace")}

@@ -111,7 +111,8 @@ def draw_where(
 ) -> Figure:
     """Four panels: residual of one trial in time and frequency, residual force of the group's trials over displacement
     and speed, frequency and damping cycle by cycle. ``lines`` are frequencies (Hz) to mark, by what they are."""
-    panels = figure.subplots(2, 2)
+    below = 1.0 if cycling.time.size else 0.05  # only a line that says why
+    panels = figure.subplots(2, 2, height_ratios=(1.0, below))
     draw_time_frequency(trial, lines, panels[0][0])
     draw_residual_force(group, panels[0][1])
     draw_cycles(cycling, panels[1][0], "frequency")
@@ -218,6 +219,10 @@ def _forces(group: GroupFindings) -> list[ResidualForce]:
 
 def draw_cycles(cycling: Cycling, axes: Axes, which: str) -> Axes:
     """Frequency or damping of every full cycle: points measured, with one standard error; lines the equations."""
+    if not cycling.time.size:
+        axes.set_title(f"{which} a cycle: no cycle is clear, noise turns the motion too")
+        axes.set_axis_off()
+        return axes
     scale = 1.0 if which == "frequency" else 100.0
     measured, error = scale * getattr(cycling, which), scale * getattr(cycling, f"{which}_error")
     axes.errorbar(cycling.time, measured, error, fmt="o", ms=3.0, color=INK, elinewidth=0.8, label="measured")
@@ -229,8 +234,6 @@ def draw_cycles(cycling: Cycling, axes: Axes, which: str) -> Axes:
         axes.set_ylim(*ends)
     axes.set_xlabel("time after release (s)")
     axes.set_ylabel("frequency (Hz)" if which == "frequency" else "damping (% of critical)")
-    if not measured.size:
-        axes.text(0.5, 0.9, "no cycle is clear: noise turns the body too", transform=axes.transAxes, ha="center")
     if which == "frequency":
         _legend_above(axes)
     return axes
@@ -240,8 +243,6 @@ def _frame(measured: Array, error: Array, runs: Sequence[Array]) -> tuple[float,
     """Ends of an axis for values (n,) with their errors: those that are known well, and of the equations' what lies not
     further from them than they are wide."""
     finite = np.isfinite(measured)
-    if not finite.any():
-        return None
     known = finite & (error <= POORLY_KNOWN * np.median(error[finite])) if np.isfinite(error[finite]).all() else finite
     if not known.any():
         return None

@@ -83,8 +83,8 @@ def draw_free_runs(group: GroupFindings, figure: Figure, at_most: int = PANELS_A
         row, column = divmod(i, columns)
         _draw_panel(_panel(trial, float(column), float(rows - 1 - row)), axes)
     marks = [("measured", INK, "-"), ("free run", PRESCRIBED, "-")]
-    marks += [("with what was found", GREEN, "--")] if any(t.augmented for t in trials) else []
     marks += [("frame: trial not explained", NOT_EXPLAINED, "-")] if any(t.mismatch.missing for t in trials) else []
+    marks += [("with what was found", GREEN, "--")] if any(t.augmented for t in trials) else []
     handles = [Line2D([], [], color=colour, ls=style, label=words) for words, colour, style in marks]
     figure.legend(handles=handles, loc="upper left", ncols=len(handles), borderaxespad=0.1)
     return figure

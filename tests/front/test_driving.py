@@ -57,6 +57,33 @@ def test_discover_takes_an_input_as_pysindy_does():
         found.fit(x, u=u)
 
 
+def test_units_of_a_driven_body_are_brought_to_si():
+    t, u, x = shaken(0)
+    si = undertow.fit_driven(x, t=t, u=u)
+    units = {"x": "mm", "u": "kN", "t": "ms", "v": "cm/s"}
+    said = undertow.fit_driven(1000.0 * x, t=1000.0 * t, u=u / 1000.0, units=units)
+    assert said.fit.values == pytest.approx(si.fit.values, rel=1e-6)
+    discover = undertow.Discover(terms=["cubic_stiffness"], known=("stiffness", "viscous_damping"))
+    found = discover.fit(1000.0 * x, t=t, u=u, units={"displacement": "mm", "force": "N"}).driven_
+    assert found.baseline.numbers["mass_kg"] == pytest.approx(2.0, rel=0.01)
+    ahead = said.predict(1000.0 * x, t=1000.0 * STEP, u=u / 1000.0, units=units)
+    assert np.sqrt(np.mean((ahead.values - x) ** 2)) < 1.2 * NOISE
+    turned = undertow.fit_driven(np.degrees(x), t=t, u=u / 1000.0, units={"x": "deg", "u": "kN m"})
+    assert turned.fit.values == pytest.approx(si.fit.values, rel=1e-6)
+
+
+def test_units_that_a_driven_fit_cannot_take_are_refused():
+    t, u, x = shaken(0, 600)
+    with pytest.raises(RecordingError, match="units names 'a', but of a driven body it may name x, v, t, u"):
+        undertow.fit_driven(x, t=t, u=u, units={"a": "g"})
+    with pytest.raises(RecordingError, match="force is said to be in 'mm'"):
+        undertow.fit_driven(x, t=t, u=u, units={"u": "mm"})
+    with pytest.raises(RecordingError, match="units is 'mm'; give a mapping"):
+        undertow.fit_driven(x, t=t, u=u, units="mm")
+    with pytest.raises(RecordingError, match=r"columns is .*, but with u x is an array"):
+        undertow.Discover().fit(x, t=t, u=u, columns={"displacement": "x"})
+
+
 def test_velocity_beside_displacement_is_left_alone():
     t, u, x = shaken(0)
     both = undertow.fit_driven(np.column_stack([x, np.gradient(x, t)]), t=t, u=u)

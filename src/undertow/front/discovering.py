@@ -19,7 +19,7 @@ from undertow.conditioning.driven_records import Inputs
 from undertow.conditioning.motion import Motion
 from undertow.equation.equation import Equation
 from undertow.equation.registry import catalogue
-from undertow.errors import IdentificationError, UndertowError
+from undertow.errors import IdentificationError, RecordingError, UndertowError
 from undertow.front.columns import Columns, Units
 from undertow.front.curves import curve_of, noise_of_curve
 from undertow.front.diagnosing import diagnose
@@ -106,11 +106,14 @@ class Discover(HandOver, Estimator):
 
         With ``u`` (n,) the body is driven, as pysindy's users write it: ``trials`` is then its displacement (n,), with
         its velocity beside it or not, ``t`` the times or the step (s), ``hold`` what u is between samples. Several
-        records of the body are lists of these, with None as u of a decay, which nothing drives. The search
-        begins with ``known`` and gives ``driven_``: what was added, both equations, errors on unseen samples.
+        records of the body are lists of these, with None as u of a decay, which nothing drives; ``units`` are those of
+        x, t and u, as ``{"x": "mm", "u": "kN"}``, SI where they are not said. The
+        search begins with ``known`` and gives ``driven_``: what was added, both equations, errors on unseen samples.
         """
         if u is not None:
-            super().fit(trials, t=t, u=u, hold=hold)
+            if columns is not None:
+                raise RecordingError(f"columns is {columns!r}, but with u x is an array; give x, t and u as arrays")
+            super().fit(trials, t=t, u=u, hold=hold, units=units)
             return self
         self.trials_: Trials = read(trials, columns, units, t=t)
         super().fit(self.trials_)

@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from undertow.conditioning.driven import DrivenTrial, Frame, Quantity
-from undertow.conditioning.driven_records import Inputs, Records, Times, driven_record, driven_records
+from undertow.conditioning.driven_records import Inputs, Records, Times, UnitsSaid, driven_record, driven_records
 from undertow.equation.driven_laws import find_driven
 from undertow.equation.term import Term
 from undertow.errors import IdentificationError
@@ -67,9 +67,12 @@ class Driven:
         it."""
         return Driven(vary_by_stroke(self.trials, self.fit), self.trials)
 
-    def predict(self, x: ArrayLike, *, t: ArrayLike | float, u: ArrayLike, start: int = 50) -> DrivenPrediction:
-        """The free run under another input, from the first ``start`` samples of x alone, with its 90 % band."""
-        other = driven_record(x, t, u, self.trial.hold, self.trial.quantity, self.trial.frames.get("displacement"))
+    def predict(
+        self, x: ArrayLike, *, t: ArrayLike | float, u: ArrayLike, start: int = 50, units: UnitsSaid | None = None
+    ) -> DrivenPrediction:
+        """The free run (SI) under another input, from the first ``start`` samples of x alone, with its 90 % band."""
+        frame = self.trial.frames.get("displacement")
+        other = driven_record(x, t, u, self.trial.hold, self.trial.quantity, frame, units=units)
         size = float(np.std(self.trial.outputs["displacement"]))
         varying = self.fit.strokes
         equation = DrivenEquation(
@@ -92,6 +95,7 @@ def fit_driven(
     quantity: Quantity = "force",
     frame: Frame | None = None,
     instrument: ArrayLike | None = None,
+    units: UnitsSaid | None = None,
 ) -> Driven:
     """The numbers of M x'' + sum of laws = u(t) by output error: one free run over the whole record.
 
@@ -102,7 +106,8 @@ def fit_driven(
     (base_displacement, base_velocity, base_acceleration) or of the water (water_velocity, water_acceleration),
     ``frame`` whether x is absolute or relative to a base that moves; where no number is held then, all forces are per
     mass. ``instrument`` (n,) is a signal that moves the body and that no noise of it reaches (the target of a
-    controller that makes the force): `Driven.by_instrument` then gives the numbers by it.
+    controller that makes the force): `Driven.by_instrument` then gives the numbers by it. ``units`` are those of x, t
+    and u, as ``{"x": "mm", "u": "kN"}``; what is not said is in SI units, and so are the results.
 
     Raises RecordingError where the arrays do not fit together, IdentificationError where no start has bounds.
 
@@ -117,5 +122,5 @@ def fit_driven(
     if not len(equation):
         raise IdentificationError(f"equation names {len(equation)} terms; give at least one law beside the inertia")
     terms = tuple(find_driven(term) if isinstance(term, str) else term for term in equation)
-    trials = driven_records(x, t, u, hold, quantity, frame, instrument)
+    trials = driven_records(x, t, u, hold, quantity, frame, instrument, units)
     return Driven(fit_trials(trials, DrivenLaws(terms, dict(held or {}), dict(starts or {}))), trials)

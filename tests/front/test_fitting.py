@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import copy
 import dataclasses
 import importlib.util
+import pickle
 import warnings
 
 import numpy as np
@@ -35,6 +37,25 @@ def trials():
 @pytest.fixture(scope="module")
 def found(trials):
     return undertow.fit(trials, TERMS, mass_kg=MASS_KG)
+
+
+# ---------------------------------------------------------------- results as Python's own objects
+
+
+def test_every_result_goes_through_a_pickle_and_a_deep_copy(trials, found):
+    results = (
+        trials, trials[0], found, found.predict(trials), undertow.simulate(LAW, x0=0.1), undertow.diagnose(trials, TERMS),
+        found.equation,
+    )  # fmt: skip
+    for one in results:
+        assert str(pickle.loads(pickle.dumps(one))) == str(copy.deepcopy(one)) == str(one)  # noqa: S301
+
+
+def test_results_are_compared_as_objects_and_not_sample_by_sample(trials, found):
+    again = undertow.read([recorded(x0, seed) for seed, x0 in enumerate((0.05, 0.1))])
+    assert trials != again
+    assert found != undertow.fit(trials, TERMS, mass_kg=MASS_KG)
+    assert len({trials, again, found, trials[0], trials.recordings[0]}) == 5
 
 
 # ---------------------------------------------------------------- fit

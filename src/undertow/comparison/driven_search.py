@@ -68,7 +68,7 @@ UNBOUNDED = 1e100
 Numbers = Mapping[str, float]
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class DrivenFound:
     """The equation as given and with what it lacked, both fitted to everything, and how that was decided.
 

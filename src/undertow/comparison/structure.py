@@ -43,7 +43,7 @@ class RivalSubset:
     difference: float
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class FoundStructure:
     """An equation over the total mass, and what was considered besides.
 

@@ -26,7 +26,7 @@ from undertow.methods.driven_strokes import vary_by_stroke
 from undertow.quantities import Estimate, Hold
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Driven:
     """A fitted driven equation: ``fit`` with everything, ``trials`` what it was fitted to."""
 

@@ -44,7 +44,7 @@ MEMORY_SHARE = 20
 """The residual's memory is summed up to this part of the record."""
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class DrivenFit:
     """A driven equation with its numbers.
 

@@ -59,7 +59,7 @@ class DrivenEquation:
     spreads: tuple[float, float] = (0.0, 0.0)
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class DrivenPrediction:
     """The free run (n,), its standard error (n,), and how many samples its start was taken from."""
 

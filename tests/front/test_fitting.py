@@ -44,8 +44,8 @@ def found(trials):
 
 def test_every_result_goes_through_a_pickle_and_a_deep_copy(trials, found):
     results = (
-        trials, trials[0], found, found.predict(trials), undertow.simulate(LAW, x0=0.1), undertow.diagnose(trials, TERMS),
-        found.equation,
+        trials, trials[0], found, found.predict(trials), undertow.simulate(LAW, x0=0.1), found.equation,
+        undertow.diagnose(trials, TERMS),
     )  # fmt: skip
     for one in results:
         assert str(pickle.loads(pickle.dumps(one))) == str(copy.deepcopy(one)) == str(one)  # noqa: S301

@@ -11,7 +11,7 @@ from undertow.comparison.driven_folds import validation_rms
 from undertow.comparison.driven_search import without_law
 from undertow.conditioning.driven_records import driven_record
 from undertow.equation.driven_laws import find_driven
-from undertow.errors import IdentificationError, RecordingError
+from undertow.errors import IdentificationError, NotFittedError, RecordingError
 from undertow.likelihood.driven import DrivenLaws
 from undertow.methods.driven import fit_driven
 
@@ -55,6 +55,33 @@ def test_discover_takes_an_input_as_pysindy_does():
     assert driven.baseline.numbers["mass_kg"] == pytest.approx(2.0, rel=0.01)
     with pytest.raises(IdentificationError, match="u has 2000 samples but t is None; give the times"):
         found.fit(x, u=u)
+
+
+def test_a_driven_discover_says_predicts_and_scores_what_it_found():
+    t, u, x = shaken(0)
+    found = undertow.Discover(terms=["cubic_stiffness"], known=("stiffness", "viscous_damping")).fit(x, t=t, u=u)
+    assert found.parameters.loc["mass_kg", "value"] == pytest.approx(2.0, rel=0.01)
+    assert found.equations()[0].startswith("M x'' + k x + c v = F(t), M = 2")
+    assert str(found).startswith("x: the given equation misses")
+    assert "array(" not in str(found) + repr(found.driven_) + repr(found.driven_.baseline) + found._repr_html_()
+    assert "!" not in str(found)
+    other = shaken(1)
+    ahead = found.predict(other[2], t=STEP, u=other[1])
+    assert np.sqrt(np.mean((ahead[0] - other[2]) ** 2)) < 1.2 * NOISE
+    assert found.score(other[2], t=STEP, u=other[1]) > 0.99
+    with pytest.raises(NotFittedError, match=r"fitted to a driven body .* it has equations\(\), parameters"):
+        _ = found.coefficients_
+    with pytest.raises(IdentificationError, match="u is given, but this Discover was fitted without"):
+        undertow.Discover().predict(x, t=t, u=u)
+
+
+def test_what_a_free_run_misses_is_said_first():
+    t, u, x = shaken(0)
+    stiff = undertow.fit_driven(x + 20.0 * np.max(np.abs(x)) * (x / np.max(np.abs(x))) ** 3, t=t, u=u)
+    assert "sensor's noise: the equation lacks something" in str(stiff).split("\n")[1]
+    assert str(undertow.fit_driven(x, t=t, u=u)).split("\n")[1].startswith("  mass_kg")
+    run = stiff.predict(x, t=t, u=u)
+    assert repr(run).startswith("free run of 2000 samples, started from the first 50")
 
 
 def test_units_of_a_driven_body_are_brought_to_si():

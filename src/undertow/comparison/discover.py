@@ -148,6 +148,8 @@ class Discovery(BaseEstimator):  # type: ignore[misc]
         ``known`` (stiffness and viscous damping where that is empty) and adds laws of the library; the result is
         ``driven_`` (driven_search.py), not ``structure_``.
         """
+        for name in ("driven_", "driven_trials_", "structure_", "outside_", "n_trials_in_"):
+            self.__dict__.pop(name, None)
         if u is not None:
             self.driven_: DrivenFound = self._fit_driven(cast(Records, trials), t, u, hold, units)
             return self
@@ -185,7 +187,7 @@ class Discovery(BaseEstimator):  # type: ignore[misc]
         if t is None:
             samples = sum(map(np.size, x)) if isinstance(x, list | tuple) else np.size(cast(Any, x))
             raise IdentificationError(f"u has {samples} samples but t is None; give the times, or the step in s")
-        trials = driven_records(x, t, u, hold, units=units)
+        trials = self.driven_trials_ = driven_records(x, t, u, hold, units=units)
         begin = tuple(self.known) or ("stiffness", "viscous_damping")
         library = [term.name for term in self._library() if term.name not in begin]
         suspects = None if self.terms is None else library
@@ -206,9 +208,15 @@ class Discovery(BaseEstimator):  # type: ignore[misc]
         return tuple(names.index(name) for name in wanted)
 
     def __sklearn_is_fitted__(self) -> bool:
-        return hasattr(self, "structure_")
+        return hasattr(self, "structure_") or hasattr(self, "driven_")
 
     def _fitted(self) -> FoundStructure:
+        if hasattr(self, "driven_"):
+            raise NotDiscoveredError(
+                f"this {type(self).__name__} was fitted to a driven body (u was given), which has no subsets of a "
+                "library; it has equations(), parameters, driven_.added, driven_.validation, and predict and score "
+                "with t and u"
+            )
         if not self.__sklearn_is_fitted__():
             raise NotDiscoveredError(f"this {type(self).__name__} has seen 0 trials; call fit(trials) first")
         return self.structure_
@@ -279,7 +287,7 @@ class Discovery(BaseEstimator):  # type: ignore[misc]
         return as_text(structure, errors, self.outside_)
 
     def _html_repr(self) -> str:
-        if self.__sklearn_is_fitted__():
+        if hasattr(self, "structure_"):
             return as_html(self.structure_, self.outside_)
         unfitted: str = super()._html_repr()
         return unfitted

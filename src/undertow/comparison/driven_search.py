@@ -68,7 +68,7 @@ UNBOUNDED = 1e100
 Numbers = Mapping[str, float]
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, repr=False)
 class DrivenFound:
     """The equation as given and with what it lacked, both fitted to everything, and how that was decided.
 
@@ -84,6 +84,19 @@ class DrivenFound:
     validation: tuple[float, float]
     rivals: tuple[str, ...] = ()
     members: Mapping[str, DrivenFit] = field(default_factory=dict)
+
+    @property
+    def best(self) -> DrivenFit:
+        """The equation with what was added, or as given."""
+        return self.augmented or self.baseline
+
+    def __repr__(self) -> str:
+        return str(self)
+
+    def __str__(self) -> str:
+        before, after = self.validation
+        added = f"with {', '.join(self.added)} {after:.3g}" if self.added else "nothing was added"
+        return f"the given equation misses samples it never saw by {before:.3g} rms; {added}\n{self.best}"
 
 
 def suspects_for(trial: DrivenTrial, fitted: DrivenFit) -> list[tuple[str, list[Numbers]]]:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from scipy.integrate import solve_ivp
 from scipy.signal import lsim
 
 import undertow
@@ -73,6 +74,22 @@ def test_a_driven_discover_says_predicts_and_scores_what_it_found():
         _ = found.coefficients_
     with pytest.raises(IdentificationError, match="u is given, but this Discover was fitted without"):
         undertow.Discover().predict(x, t=t, u=u)
+
+
+def test_a_spring_that_hardens_ninefold_is_found_although_the_linear_body_misses_most_of_its_motion():
+    t = np.arange(4000) * STEP
+    u = 40.0 * np.convolve(np.random.default_rng(3).standard_normal(t.size + 50), np.ones(51) / 51, "valid")
+
+    def rates(time, state):
+        x, v = state
+        return [v, (np.interp(time, t, u) - 100.0 * x - 0.5 * v - 3000.0 * x**3) / 2.0]
+
+    x = solve_ivp(rates, (0.0, t[-1]), [0.0, 0.0], t_eval=t, rtol=1e-9, atol=1e-11, max_step=STEP).y[0]
+    x = x + NOISE * np.random.default_rng(9).standard_normal(t.size)
+    found = undertow.Discover(known=("stiffness", "viscous_damping")).fit(x, t=t, u=u)
+    assert found.driven_.added == ("cubic_stiffness",)
+    assert found.driven_.validation[1] < 1.2 * NOISE < 0.01 * found.driven_.validation[0]
+    assert "!" not in str(found)
 
 
 def test_what_a_free_run_misses_is_said_first():

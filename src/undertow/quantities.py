@@ -1,16 +1,19 @@
 """A number with its unit and its error.
 
 Belongs here: `Parameter` (what a number means) and `Estimate` (what it turned out to be, and how sure), and
-what a measured input is.
+what a measured input is; what keeps them from change.
 Does not belong here: how it was found.
 """
 
 from __future__ import annotations
 
+import copyreg
 import math
 import re
+from collections.abc import Mapping
 from dataclasses import dataclass, replace
-from typing import Literal, cast
+from types import MappingProxyType
+from typing import Any, Literal, cast
 
 OK = "ok"
 _PLAIN_BELOW = 1e7
@@ -25,6 +28,18 @@ MovingQuantity = Literal[
     "base_displacement", "base_velocity", "base_acceleration", "water_velocity", "water_acceleration"
 ]
 """Measured inputs that are motion."""
+
+
+def read_only_mapping(values: Mapping[Any, Any]) -> MappingProxyType[Any, Any]:
+    """A copy that nobody can change, and that goes into a pickle, which Python's own read-only mapping does not.
+
+    >>> read_only_mapping({"k": 1.0})["k"]
+    1.0
+    """
+    return MappingProxyType(dict(values))
+
+
+copyreg.pickle(MappingProxyType, lambda mapping: (read_only_mapping, (dict(mapping),)))
 
 
 def mover_of(quantity: str) -> Mover:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from scipy.integrate import solve_ivp
 from scipy.signal import lsim
 
 import undertow
@@ -11,7 +12,7 @@ from undertow.comparison.driven_folds import validation_rms
 from undertow.comparison.driven_search import without_law
 from undertow.conditioning.driven_records import driven_record
 from undertow.equation.driven_laws import find_driven
-from undertow.errors import IdentificationError, RecordingError
+from undertow.errors import IdentificationError, NotFittedError, RecordingError
 from undertow.likelihood.driven import DrivenLaws
 from undertow.methods.driven import fit_driven
 
@@ -55,6 +56,76 @@ def test_discover_takes_an_input_as_pysindy_does():
     assert driven.baseline.numbers["mass_kg"] == pytest.approx(2.0, rel=0.01)
     with pytest.raises(IdentificationError, match="u has 2000 samples but t is None; give the times"):
         found.fit(x, u=u)
+
+
+def test_a_driven_discover_says_predicts_and_scores_what_it_found():
+    t, u, x = shaken(0)
+    found = undertow.Discover(terms=["cubic_stiffness"], known=("stiffness", "viscous_damping")).fit(x, t=t, u=u)
+    assert found.parameters.loc["mass_kg", "value"] == pytest.approx(2.0, rel=0.01)
+    assert found.equations()[0].startswith("M x'' + k x + c v = F(t), M = 2")
+    assert str(found).startswith("x: the given equation misses")
+    assert "array(" not in str(found) + repr(found.driven_) + repr(found.driven_.baseline) + found._repr_html_()
+    assert "!" not in str(found)
+    other = shaken(1)
+    ahead = found.predict(other[2], t=STEP, u=other[1])
+    assert np.sqrt(np.mean((ahead[0] - other[2]) ** 2)) < 1.2 * NOISE
+    assert found.score(other[2], t=STEP, u=other[1]) > 0.99
+    with pytest.raises(NotFittedError, match=r"fitted to a driven body .* it has equations\(\), parameters"):
+        _ = found.coefficients_
+    with pytest.raises(IdentificationError, match="u is given, but this Discover was fitted without"):
+        undertow.Discover().predict(x, t=t, u=u)
+
+
+def test_a_spring_that_hardens_ninefold_is_found_although_the_linear_body_misses_most_of_its_motion():
+    t = np.arange(4000) * STEP
+    u = 40.0 * np.convolve(np.random.default_rng(3).standard_normal(t.size + 50), np.ones(51) / 51, "valid")
+
+    def rates(time, state):
+        x, v = state
+        return [v, (np.interp(time, t, u) - 100.0 * x - 0.5 * v - 3000.0 * x**3) / 2.0]
+
+    x = solve_ivp(rates, (0.0, t[-1]), [0.0, 0.0], t_eval=t, rtol=1e-9, atol=1e-11, max_step=STEP).y[0]
+    x = x + NOISE * np.random.default_rng(9).standard_normal(t.size)
+    found = undertow.Discover(known=("stiffness", "viscous_damping")).fit(x, t=t, u=u)
+    assert found.driven_.added == ("cubic_stiffness",)
+    assert found.driven_.validation[1] < 1.2 * NOISE < 0.01 * found.driven_.validation[0]
+    assert "!" not in str(found)
+
+
+def test_what_a_free_run_misses_is_said_first():
+    t, u, x = shaken(0)
+    stiff = undertow.fit_driven(x + 20.0 * np.max(np.abs(x)) * (x / np.max(np.abs(x))) ** 3, t=t, u=u)
+    assert "sensor's noise: the equation lacks something" in str(stiff).split("\n")[1]
+    assert str(undertow.fit_driven(x, t=t, u=u)).split("\n")[1].startswith("  mass_kg")
+    run = stiff.predict(x, t=t, u=u)
+    assert repr(run).startswith("free run of 2000 samples, started from the first 50")
+
+
+def test_units_of_a_driven_body_are_brought_to_si():
+    t, u, x = shaken(0)
+    si = undertow.fit_driven(x, t=t, u=u)
+    units = {"x": "mm", "u": "kN", "t": "ms", "v": "cm/s"}
+    said = undertow.fit_driven(1000.0 * x, t=1000.0 * t, u=u / 1000.0, units=units)
+    assert said.fit.values == pytest.approx(si.fit.values, rel=1e-6)
+    discover = undertow.Discover(terms=["cubic_stiffness"], known=("stiffness", "viscous_damping"))
+    found = discover.fit(1000.0 * x, t=t, u=u, units={"displacement": "mm", "force": "N"}).driven_
+    assert found.baseline.numbers["mass_kg"] == pytest.approx(2.0, rel=0.01)
+    ahead = said.predict(1000.0 * x, t=1000.0 * STEP, u=u / 1000.0, units=units)
+    assert np.sqrt(np.mean((ahead.values - x) ** 2)) < 1.2 * NOISE
+    turned = undertow.fit_driven(np.degrees(x), t=t, u=u / 1000.0, units={"x": "deg", "u": "kN m"})
+    assert turned.fit.values == pytest.approx(si.fit.values, rel=1e-6)
+
+
+def test_units_that_a_driven_fit_cannot_take_are_refused():
+    t, u, x = shaken(0, 600)
+    with pytest.raises(RecordingError, match="units names 'a', but of a driven body it may name x, v, t, u"):
+        undertow.fit_driven(x, t=t, u=u, units={"a": "g"})
+    with pytest.raises(RecordingError, match="force is said to be in 'mm'"):
+        undertow.fit_driven(x, t=t, u=u, units={"u": "mm"})
+    with pytest.raises(RecordingError, match="units is 'mm'; give a mapping"):
+        undertow.fit_driven(x, t=t, u=u, units="mm")
+    with pytest.raises(RecordingError, match=r"columns is .*, but with u x is an array"):
+        undertow.Discover().fit(x, t=t, u=u, columns={"displacement": "x"})
 
 
 def test_velocity_beside_displacement_is_left_alone():

@@ -491,3 +491,9 @@ def test_what_a_prompt_shows_of_a_result_is_its_text_and_no_archive(several):
     assert repr(several) == str(several)
     assert repr(run) == str(run)
     assert repr(undertow.predict(run.equation, x0=0.1, times=run.t)).startswith("free run of 4 x''")
+
+
+def test_a_table_as_the_motion_of_a_driven_body_is_refused():
+    table = pd.DataFrame({"t": np.arange(300.0), "x": np.arange(300.0)})
+    with pytest.raises(RecordingError, match="x is a table of 2 columns; give its displacement"):
+        undertow.fit_driven(table, t=0.01, u=np.arange(300.0))

@@ -256,3 +256,19 @@ def test_a_library_that_cannot_move_as_the_body_raises():
         find_structure([], terms)
     with pytest.raises(IdentificationError, match=r"obeys the (signs|groups)|exclusive"):
         find_structure(motions, terms, Rules(known=(0, 1), exclusive=((0, 1),)), effort=Effort(0, False, False))
+
+
+def test_a_body_that_gains_energy_is_doubted_first_and_the_sign_that_forbids_it_is_named():
+    law = {"stiffness": 1.0, "viscous_damping": -1.0, "van_der_pol_damping": 1.0}
+    runs = [undertow.simulate(law, x0=x0, rate_hz=25.0, duration_s=40.0) for x0 in (0.5, 2.0, 4.0)]
+    rng = np.random.default_rng(1)
+    given = [run.x + 1e-3 * rng.standard_normal(run.t.size) for run in runs]
+    driven = undertow.read(given, t=0.04, units={"x": "m"}, accept=["damping"])
+    settings = {"terms": list(law), "resamples": 0, "outside": False, "second_route": False}
+    signed = str(undertow.Discover(**settings).fit(driven)).split("\n")
+    assert "times the sensors' noise: the equation lacks something" in signed[1]
+    assert signed[2].startswith("! viscous_damping would leave less with a coefficient below 0")
+    assert "needs signs=False" in signed[2]
+    free = undertow.Discover(**settings, signs=False).fit(driven)
+    assert free.estimates_["viscous_damping"].value == pytest.approx(-1.0, abs=0.01)
+    assert "!" not in str(free)

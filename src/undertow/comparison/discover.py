@@ -21,7 +21,7 @@ from undertow.comparison.stepwise_selection import Rules
 from undertow.comparison.structure import Effort, FoundStructure, find_structure
 from undertow.comparison.structure_report import Outside, as_html, as_text, equation_text
 from undertow.conditioning.condition import condition
-from undertow.conditioning.driven_records import Inputs, Records, Times, driven_records
+from undertow.conditioning.driven_records import Inputs, Records, Times, UnitsSaid, driven_records
 from undertow.conditioning.motion import Motion
 from undertow.equation import registry
 from undertow.equation.driven_laws import find_driven
@@ -138,16 +138,20 @@ class Discovery(BaseEstimator):  # type: ignore[misc]
         t: Times | None = None,
         u: Inputs | None = None,
         hold: Hold = "first",
+        units: UnitsSaid | None = None,
     ) -> Discovery:
         """Find the equation of ``trials``, recordings or conditioned motions; ``y`` is there for scikit-learn alone.
 
         With ``u`` (n,) the body is driven: ``trials`` is then its displacement (n,), ``t`` the times (n,) s or the
-        step, ``hold`` what u is between samples, or lists of these, with None as u of a decay. The search begins with
+        step, ``hold`` what u is between samples, or lists of these, with None as u of a decay; ``units`` are those of
+        x, t and u where they are not SI. The search begins with
         ``known`` (stiffness and viscous damping where that is empty) and adds laws of the library; the result is
         ``driven_`` (driven_search.py), not ``structure_``.
         """
+        for name in ("driven_", "driven_trials_", "structure_", "outside_", "n_trials_in_"):
+            self.__dict__.pop(name, None)
         if u is not None:
-            self.driven_: DrivenFound = self._fit_driven(cast(Records, trials), t, u, hold)
+            self.driven_: DrivenFound = self._fit_driven(cast(Records, trials), t, u, hold, units)
             return self
         trials = cast(Sequence[Trial], trials)
         library = self._library()
@@ -176,12 +180,14 @@ class Discovery(BaseEstimator):  # type: ignore[misc]
         self._fitted()
         return None if self.outside_ is None else self.outside_.adequate
 
-    def _fit_driven(self, x: Records, t: Times | None, u: Inputs, hold: Hold) -> DrivenFound:
+    def _fit_driven(
+        self, x: Records, t: Times | None, u: Inputs, hold: Hold, units: UnitsSaid | None
+    ) -> DrivenFound:
         """The search on driven records, decays beside them or not; IdentificationError without times."""
         if t is None:
             samples = sum(map(np.size, x)) if isinstance(x, list | tuple) else np.size(cast(Any, x))
             raise IdentificationError(f"u has {samples} samples but t is None; give the times, or the step in s")
-        trials = driven_records(x, t, u, hold)
+        trials = self.driven_trials_ = driven_records(x, t, u, hold, units=units)
         begin = tuple(self.known) or ("stiffness", "viscous_damping")
         library = [term.name for term in self._library() if term.name not in begin]
         suspects = None if self.terms is None else library
@@ -202,9 +208,15 @@ class Discovery(BaseEstimator):  # type: ignore[misc]
         return tuple(names.index(name) for name in wanted)
 
     def __sklearn_is_fitted__(self) -> bool:
-        return hasattr(self, "structure_")
+        return hasattr(self, "structure_") or hasattr(self, "driven_")
 
     def _fitted(self) -> FoundStructure:
+        if hasattr(self, "driven_"):
+            raise NotDiscoveredError(
+                f"this {type(self).__name__} was fitted to a driven body (u was given), which has no subsets of a "
+                "library; it has equations(), parameters, driven_.added, driven_.validation, and predict and score "
+                "with t and u"
+            )
         if not self.__sklearn_is_fitted__():
             raise NotDiscoveredError(f"this {type(self).__name__} has seen 0 trials; call fit(trials) first")
         return self.structure_
@@ -275,7 +287,7 @@ class Discovery(BaseEstimator):  # type: ignore[misc]
         return as_text(structure, errors, self.outside_)
 
     def _html_repr(self) -> str:
-        if self.__sklearn_is_fitted__():
+        if hasattr(self, "structure_"):
             return as_html(self.structure_, self.outside_)
         unfitted: str = super()._html_repr()
         return unfitted

@@ -59,6 +59,9 @@ Where bristles share a friction with a dry one, their numbers move along a valle
 Others are not: an oscillator fitted to its end had followed a drive that wanders (a synthetic carriage, seed 6039)."""
 YIELDS, PRESLIDES = (0.5, 1.5, 4.0), (0.02, 0.005)
 """Ways over which a hysteresis yields, as shares of the motion, and those of a body with dry friction besides."""
+MISSED = 0.1
+"""Share of the motion: an equation that misses more may have led its numbers astray (a hardening spring's mass to twice
+itself). A suspect's fit then begins on windows too, and the closer of both is kept."""
 ROUNDS = 4
 """Laws that are added at most."""
 
@@ -68,7 +71,7 @@ UNBOUNDED = 1e100
 Numbers = Mapping[str, float]
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False, repr=False)
 class DrivenFound:
     """The equation as given and with what it lacked, both fitted to everything, and how that was decided.
 
@@ -84,6 +87,19 @@ class DrivenFound:
     validation: tuple[float, float]
     rivals: tuple[str, ...] = ()
     members: Mapping[str, DrivenFit] = field(default_factory=dict)
+
+    @property
+    def best(self) -> DrivenFit:
+        """The equation with what was added, or as given."""
+        return self.augmented or self.baseline
+
+    def __repr__(self) -> str:
+        return str(self)
+
+    def __str__(self) -> str:
+        before, after = self.validation
+        added = f"with {', '.join(self.added)} {after:.3g}" if self.added else "nothing was added"
+        return f"the given equation misses samples it never saw by {before:.3g} rms; {added}\n{self.best}"
 
 
 def suspects_for(trial: DrivenTrial, fitted: DrivenFit) -> list[tuple[str, list[Numbers]]]:
@@ -221,7 +237,10 @@ def _round(
     fits: dict[str, DrivenFit] = {}
     for _, starts, name in ranked[: FITTED_WHERE_FEW if few else FITTED_AT_MOST]:
         try:
-            fits[name] = _fitted(training, _with(current, name, starts), CONTINUED if name == BoucWen.name else 0)
+            laws = _with(current, name, starts)
+            fits[name] = _fitted(training, laws, CONTINUED if name == BoucWen.name else 0)
+            if current.rms[training[0].name] > MISSED * float(np.std(training[0].outputs[training[0].main])):
+                fits[name] = min(fits[name], fit_driven(training, laws, effort=TRYING), key=lambda f: f.solution.cost)
         except IdentificationError as reason:
             tried.append(Tried(name, -math.inf, lowest, math.inf, str(reason)))
             continue

@@ -9,11 +9,13 @@ words (structure_report.py).
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.optimize import lsq_linear
 
 from undertow.comparison.inclusion import inclusion
 from undertow.comparison.laws import laws
@@ -43,7 +45,7 @@ class RivalSubset:
     difference: float
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class FoundStructure:
     """An equation over the total mass, and what was considered besides.
 
@@ -52,7 +54,8 @@ class FoundStructure:
     ``considered`` names the whole library, ``evidence`` and ``inclusion`` speak of it: by how much the criterion rises
     without a term (negative: falls), and how often resampled blocks keep it (empty where not asked for). ``trace`` is
     the best subset of every size, ``rivals`` those within the uncertainty. ``route`` is the second route, None where
-    not asked for. ``left`` is the RMS of what remains over noise.
+    not asked for. ``left`` is the RMS of what remains over noise, ``forbidden`` the terms whose coefficient would be
+    negative and leave less, did the signs not keep it from that.
     """
 
     trials: tuple[str, ...]
@@ -69,6 +72,7 @@ class FoundStructure:
     route_outcome: str
     left: float
     found: Selected
+    forbidden: tuple[str, ...] = ()
 
     @property
     def names(self) -> tuple[str, ...]:
@@ -175,6 +179,7 @@ def _told(motions: Sequence[Motion], found: Selected, rules: Rules, effort: Effo
         route_outcome=outcome,
         left=left_over(found),
         found=found,
+        forbidden=tuple(names[i] for i in forbidden_by_signs(found)),
     )
 
 
@@ -281,6 +286,19 @@ def _route(
     except IdentificationError as reason:
         return None, f"no second route: {reason}"
     return route, route.sentence
+
+
+def forbidden_by_signs(found: Selected) -> tuple[int, ...]:
+    """Indices of the terms that the linear picture around the last subset would give a coefficient below their bound,
+    where that lowers the criterion by more than a free number costs."""
+    places = list(found.offered)
+    columns, response = found.linear.columns[:, places], found.linear.response
+    lower, count = found.book.lower[places], len(found.book.terms)
+    lower = np.where(np.arange(lower.size) < count, lower, -math.inf)  # inner numbers have no sign
+    free = np.linalg.lstsq(columns, response, rcond=None)[0]
+    kept = lsq_linear(columns, response, (lower, np.full(lower.size, math.inf)))
+    gain = (2.0 * kept.cost - float(np.sum((response - columns @ free) ** 2))) / found.widening
+    return tuple(i for i in range(count) if free[i] < lower[i]) if gain > found.penalty else ()
 
 
 def left_over(found: Selected) -> float:

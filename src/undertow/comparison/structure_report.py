@@ -14,6 +14,9 @@ from dataclasses import dataclass
 from undertow.comparison.structure import FoundStructure
 from undertow.quantities import OK
 
+ADEQUATE = 2.0
+"""What is left over the sensors' noise, rms, from which a reader is told first; that of a fit is a little below."""
+
 ODDS_MOST = 1e6
 """Odds are written out up to this number."""
 
@@ -59,6 +62,13 @@ def as_text(
 def doubts(structure: FoundStructure, outside: Outside | None = None) -> tuple[str, ...]:
     """What a reader must know before using a number."""
     said = [outside.sentence] if outside is not None and not outside.adequate else []
+    if structure.left > ADEQUATE and (outside is None or not outside.adequate):
+        said.append(f"what is left is {structure.left:.3g} times the sensors' noise: the equation lacks something")
+        said += [
+            f"{name} would leave less with a coefficient below 0, from which signs=True keeps it: a body that gains "
+            "energy (self-excited) or a spring that pushes away needs signs=False"
+            for name in structure.forbidden
+        ]
     if structure.route is not None and not structure.route.agrees:
         said.append(structure.route.sentence)
     said += [f"{name}: {e.outcome}" for name, e in structure.numbers.items() if e.outcome != OK]

@@ -34,7 +34,7 @@ ROUNDING = 1e-9
 """Least noise of a channel, relative to its range."""
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class DrivenTrial:
     """Time ``t`` (n,) s, rising; ``u`` (n,) the input; ``outputs`` quantity -> (n,); all in SI or the file's own unit.
 

@@ -33,7 +33,7 @@ class Window:
     reason: str = ""
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Motion:
     """Conditioned motion of one trial.
 

@@ -38,7 +38,7 @@ from undertow.uncertainty.confidence import INTERVAL_LEVEL
 from undertow.uncertainty.posterior import Draws
 
 
-@dataclass(frozen=True, repr=False)
+@dataclass(frozen=True, eq=False, repr=False)
 class DiagnosedGroup(HandOver):
     """One group's verdict with its numbers. ``findings`` holds everything, trial by trial."""
 

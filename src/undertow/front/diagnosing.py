@@ -29,7 +29,7 @@ from undertow.report.front_figures import draw_errors
 from undertow.report.trial_curves import Axes, new_axes
 
 
-@dataclass(frozen=True, repr=False)
+@dataclass(frozen=True, eq=False, repr=False)
 class Diagnosis:
     """What is said of every group of trials: a sequence of `DiagnosedGroup`, dry groups first.
 

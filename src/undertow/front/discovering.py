@@ -6,23 +6,26 @@ Belongs here: what `fit` may be given, tables, figures and hand-over of what it 
 
 from __future__ import annotations
 
+import html
 from collections.abc import Mapping, Sequence
-from typing import Any
+from typing import Any, cast
 
 import numpy as np
 import pandas as pd
 from numpy.typing import ArrayLike, NDArray
 
+from undertow.campaign.driven.run import sentence_of
 from undertow.comparison.discover import Discovery as Estimator
 from undertow.comparison.structure_report import Outside
-from undertow.conditioning.driven_records import Inputs
+from undertow.conditioning.driven_records import Inputs, driven_record
 from undertow.conditioning.motion import Motion
 from undertow.equation.equation import Equation
 from undertow.equation.registry import catalogue
-from undertow.errors import IdentificationError, UndertowError
+from undertow.errors import IdentificationError, RecordingError, UndertowError
 from undertow.front.columns import Columns, Units
 from undertow.front.curves import curve_of, noise_of_curve
 from undertow.front.diagnosing import diagnose
+from undertow.front.driving import Driven
 from undertow.front.handover import HandOver
 from undertow.front.prediction import Prediction, predict, scatter_of
 from undertow.front.reading import read
@@ -72,8 +75,8 @@ class Discover(HandOver, Estimator):
     ----------
     equation_, terms_, coefficients_, estimates_, inclusion_, rivals_, structure_, n_trials_in_ as the estimator's;
     ``trials_`` the `Trials` it was fitted to; ``adequate_`` whether nothing that matters is missing (None where these
-    trials cannot tell), ``outside_`` with the sentence. Of a driven body (``fit`` with ``u``) ``driven_`` alone: what
-    was added, both equations, errors on unseen samples.
+    trials cannot tell), ``outside_`` with the sentence. Of a driven body (``fit`` with ``u``) ``driven_`` (what
+    was added, both equations, errors on unseen samples), ``parameters``, `equations`, and `predict` and `score` with u.
 
     ``fit`` raises as `undertow.read`, and IdentificationError where a name is unknown, a term cannot be simulated or no
     subset of the library moves as the body.
@@ -106,11 +109,15 @@ class Discover(HandOver, Estimator):
 
         With ``u`` (n,) the body is driven, as pysindy's users write it: ``trials`` is then its displacement (n,), with
         its velocity beside it or not, ``t`` the times or the step (s), ``hold`` what u is between samples. Several
-        records of the body are lists of these, with None as u of a decay, which nothing drives. The search
-        begins with ``known`` and gives ``driven_``: what was added, both equations, errors on unseen samples.
+        records of the body are lists of these, with None as u of a decay, which nothing drives; ``units`` are those of
+        x, t and u, as ``{"x": "mm", "u": "kN"}``, SI where they are not said. The
+        search begins with ``known`` and gives ``driven_``: what was added, both equations, errors on unseen samples.
         """
+        self.__dict__.pop("trials_", None)
         if u is not None:
-            super().fit(trials, t=t, u=u, hold=hold)
+            if columns is not None:
+                raise RecordingError(f"columns is {columns!r}, but with u x is an array; give x, t and u as arrays")
+            super().fit(trials, t=t, u=u, hold=hold, units=units)
             return self
         self.trials_: Trials = read(trials, columns, units, t=t)
         super().fit(self.trials_)
@@ -138,8 +145,20 @@ class Discover(HandOver, Estimator):
 
     @property
     def parameters(self) -> pd.DataFrame:
-        """One row a number: value over the mass, stderr, low and high of its 90 % interval, unit, note."""
-        return parameter_table(self.estimates_)
+        """One row a number: value over the mass (of a driven body itself), stderr, low and high of its 90 % interval,
+        unit, note."""
+        return parameter_table(self._driven.numbers if hasattr(self, "driven_") else self.estimates_)
+
+    @property
+    def _driven(self) -> Driven:
+        """The driven equation with what was added; IdentificationError where no body was driven."""
+        if not hasattr(self, "driven_"):
+            raise IdentificationError(f"u is given, but this {type(self).__name__} was fitted without; leave u out")
+        return Driven(self.driven_.best, self.driven_trials_)
+
+    def equations(self) -> list[str]:
+        """The equation in one line, each number with the digits that its error allows."""
+        return self._driven.equations() if hasattr(self, "driven_") else super().equations()
 
     def get_feature_names_out(self, input_features: object = None) -> NDArray[np.object_]:
         """Names of the terms that were kept."""
@@ -156,10 +175,13 @@ class Discover(HandOver, Estimator):
 
     def predict(
         self, trials: Any, *, t: ArrayLike | Sequence[ArrayLike] | None = None, columns: Columns | None = None,
-        units: Units | None = None,
+        units: Units | None = None, u: ArrayLike | None = None,
     ) -> list[Array]:  # fmt: skip
         """Displacement from rest (m) of each trial's free run at every sample of its motion window, (n_i,) each;
-        ``trials`` as ``fit`` takes them."""
+        ``trials`` as ``fit`` takes them. With ``u`` the driven body's free run over one record x, begun from its first
+        50 samples."""
+        if u is not None:
+            return [self._driven.predict(trials, t=cast(ArrayLike, t), u=u, units=units).values]  # noqa: PD011
         self._fitted()
         return super().predict(read(trials, columns, units, t=t))
 
@@ -169,10 +191,14 @@ class Discover(HandOver, Estimator):
 
     def score(
         self, trials: Any, y: object = None, *, t: ArrayLike | Sequence[ArrayLike] | None = None,
-        columns: Columns | None = None, units: Units | None = None,
+        columns: Columns | None = None, units: Units | None = None, u: ArrayLike | None = None,
     ) -> float:  # fmt: skip
         """1 less the mean free-run error of ``trials``, best trials that ``fit`` has not seen; given as ``fit`` takes
-        them."""
+        them. With ``u`` that of one driven record."""
+        if u is not None:
+            record = driven_record(trials, cast(ArrayLike, t), u, "first", units=units).outputs["displacement"]
+            missed = self.predict(trials, t=t, u=u, units=units)[0] - record
+            return 1.0 - float(np.sqrt(np.mean(missed**2) / np.mean(record**2)))
         self._fitted()
         return super().score(read(trials, columns, units, t=t))
 
@@ -242,5 +268,11 @@ class Discover(HandOver, Estimator):
         """What a pickle holds: settings and what was found, not the recordings."""
         return {name: value for name, value in super().__getstate__().items() if name != "trials_"}
 
+    def _html_repr(self) -> str:
+        return f"<pre>{html.escape(str(self))}</pre>" if hasattr(self, "driven_") else super()._html_repr()
+
     def __str__(self) -> str:
+        if hasattr(self, "driven_"):
+            first, *rest = str(self._driven).split("\n")
+            return "\n".join([sentence_of("x", self.driven_trials_, self.driven_), f"  {first}", *rest])
         return self.fit_report() if self.__sklearn_is_fitted__() else repr(self)

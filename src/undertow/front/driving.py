@@ -9,24 +9,28 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
+import pandas as pd
 from numpy.typing import ArrayLike
 
+from undertow.campaign.driven.run import ADEQUATE, far_away
 from undertow.conditioning.driven import DrivenTrial, Frame, Quantity
-from undertow.conditioning.driven_records import Inputs, Records, Times, driven_record, driven_records
+from undertow.conditioning.driven_records import Inputs, Records, Times, UnitsSaid, driven_record, driven_records
+from undertow.discrepancy.words import percent
 from undertow.equation.driven_laws import find_driven
 from undertow.equation.term import Term
 from undertow.errors import IdentificationError
+from undertow.front.tables import parameter_lines, parameter_table
 from undertow.likelihood.driven import DrivenLaws, extent_of
 from undertow.methods.driven import DrivenFit
 from undertow.methods.driven import fit_driven as fit_trials
-from undertow.methods.driven_equations import DrivenEquation, DrivenPrediction, predict_driven
+from undertow.methods.driven_equations import DrivenEquation, DrivenPrediction, equation_text, predict_driven, written
 from undertow.methods.driven_instrument import BesideInstrument, beside_instrument
 from undertow.methods.driven_shares import Told, shares_of
 from undertow.methods.driven_strokes import vary_by_stroke
-from undertow.quantities import Estimate, Hold
+from undertow.quantities import OK, Estimate, Hold
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False, repr=False)
 class Driven:
     """A fitted driven equation: ``fit`` with everything, ``trials`` what it was fitted to."""
 
@@ -47,10 +51,38 @@ class Driven:
     @property
     def numbers(self) -> Mapping[str, Estimate]:
         """Every number with its standard error and unit, by ``mass_kg`` and law.parameter."""
-        units = self.fit.laws.units
-        errors = np.sqrt(np.maximum(np.diag(self.fit.covariance), 0.0))
-        pairs = zip(self.fit.names, self.fit.values, errors, strict=True)
-        return {name: Estimate(float(v), float(e), unit=units.get(name, "")) for name, v, e in pairs}
+        return self.fit.estimates
+
+    @property
+    def parameters(self) -> pd.DataFrame:
+        """One row a number: value, stderr, low and high of its 90 % interval, unit, note."""
+        return parameter_table(self.numbers)
+
+    def equations(self) -> list[str]:
+        """The equation in one line, with its laws' symbols, and its numbers with their errors."""
+        entry = written(self.fit, self.rms, float(np.std(self.trial.outputs["displacement"])), self.trial)
+        return [equation_text(entry)]
+
+    @property
+    def doubts(self) -> tuple[str, ...]:
+        """What a reader must know first: a search that failed, a bound, a free run that misses more than noise."""
+        said = [] if self.fit.outcome == OK else [self.fit.outcome]
+        noise = self.trial.noise()["displacement"]
+        if self.rms > ADEQUATE * noise:
+            share = self.rms / float(np.std(self.trial.outputs["displacement"]))
+            said.append(
+                f"the free run over what was fitted misses {percent(share)} of the motion, {self.rms / noise:.2g} "
+                "times the sensor's noise: the equation lacks something"
+            )
+            said += [far.strip()] if (far := far_away(self.trials, share)) else []
+        return tuple(said)
+
+    def __repr__(self) -> str:
+        return str(self)
+
+    def __str__(self) -> str:
+        lines = [f"! {one}" for one in self.doubts]
+        return "\n".join([self.equations()[0].split("; ")[0], *lines, *parameter_lines(self.numbers)])
 
     @property
     def rms(self) -> float:
@@ -67,9 +99,12 @@ class Driven:
         it."""
         return Driven(vary_by_stroke(self.trials, self.fit), self.trials)
 
-    def predict(self, x: ArrayLike, *, t: ArrayLike | float, u: ArrayLike, start: int = 50) -> DrivenPrediction:
-        """The free run under another input, from the first ``start`` samples of x alone, with its 90 % band."""
-        other = driven_record(x, t, u, self.trial.hold, self.trial.quantity, self.trial.frames.get("displacement"))
+    def predict(
+        self, x: ArrayLike, *, t: ArrayLike | float, u: ArrayLike, start: int = 50, units: UnitsSaid | None = None
+    ) -> DrivenPrediction:
+        """The free run (SI) under another input, from the first ``start`` samples of x alone, with its 90 % band."""
+        frame = self.trial.frames.get("displacement")
+        other = driven_record(x, t, u, self.trial.hold, self.trial.quantity, frame, units=units)
         size = float(np.std(self.trial.outputs["displacement"]))
         varying = self.fit.strokes
         equation = DrivenEquation(
@@ -92,6 +127,7 @@ def fit_driven(
     quantity: Quantity = "force",
     frame: Frame | None = None,
     instrument: ArrayLike | None = None,
+    units: UnitsSaid | None = None,
 ) -> Driven:
     """The numbers of M x'' + sum of laws = u(t) by output error: one free run over the whole record.
 
@@ -102,7 +138,8 @@ def fit_driven(
     (base_displacement, base_velocity, base_acceleration) or of the water (water_velocity, water_acceleration),
     ``frame`` whether x is absolute or relative to a base that moves; where no number is held then, all forces are per
     mass. ``instrument`` (n,) is a signal that moves the body and that no noise of it reaches (the target of a
-    controller that makes the force): `Driven.by_instrument` then gives the numbers by it.
+    controller that makes the force): `Driven.by_instrument` then gives the numbers by it. ``units`` are those of x, t
+    and u, as ``{"x": "mm", "u": "kN"}``; what is not said is in SI units, and so are the results.
 
     Raises RecordingError where the arrays do not fit together, IdentificationError where no start has bounds.
 
@@ -117,5 +154,5 @@ def fit_driven(
     if not len(equation):
         raise IdentificationError(f"equation names {len(equation)} terms; give at least one law beside the inertia")
     terms = tuple(find_driven(term) if isinstance(term, str) else term for term in equation)
-    trials = driven_records(x, t, u, hold, quantity, frame, instrument)
+    trials = driven_records(x, t, u, hold, quantity, frame, instrument, units)
     return Driven(fit_trials(trials, DrivenLaws(terms, dict(held or {}), dict(starts or {}))), trials)

@@ -39,7 +39,7 @@ ADEQUATE = 2.0
 """Mean squared residual over the sensors' noise from which something is left in the residual."""
 
 
-@dataclass(frozen=True, repr=False)
+@dataclass(frozen=True, eq=False, repr=False)
 class Fitted(HandOver):
     """An equation fitted to trials by output error: all trials together, every one simulated from its release.
 

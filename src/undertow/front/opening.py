@@ -38,7 +38,7 @@ TABLES = ("trials", "levels", "mismatch")
 """Tables of a run folder, as name.csv."""
 
 
-@dataclass(frozen=True, repr=False)
+@dataclass(frozen=True, eq=False, repr=False)
 class OpenedGroup:
     """One group's entry of verdict.json; ``data`` is the whole of it."""
 
@@ -97,7 +97,7 @@ class OpenedGroup:
         return f"<div><p>{escape(self.sentence)}</p>{table}</div>"
 
 
-@dataclass(frozen=True, repr=False)
+@dataclass(frozen=True, eq=False, repr=False)
 class OpenedRun:
     """A finished run: its ``folder``, and every group's verdict in the run's order."""
 

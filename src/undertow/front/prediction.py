@@ -43,7 +43,7 @@ RUBBING = {"k": "k1", "c": "c1", "mu": "fc"}
 NOTHING = np.zeros(0, dtype=np.int64)
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class PredictedRun:
     """One free run in the recording's own scale: ``t`` (n,) s after the release, ``predicted``, ``lower``, ``upper``
     (n,) in SI (nan where there is no band), ``measured`` (n,) or empty, ``x0`` and ``rest`` it started with."""
@@ -77,7 +77,7 @@ class PredictedRun:
         return float(np.mean((self.measured >= self.lower) & (self.measured <= self.upper)))
 
 
-@dataclass(frozen=True, repr=False)
+@dataclass(frozen=True, eq=False, repr=False)
 class Prediction:
     """Free runs of one equation: ``runs``, the ``level`` of their band, and ``notes`` on what it holds."""
 

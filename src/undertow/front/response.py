@@ -34,7 +34,7 @@ from undertow.report.trial_curves import Axes, new_axes
 Sweep = Literal["up", "down"]
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class FrequencyResponse:
     """Steady motions under F cos(w t): ``states`` in the order of the frequencies asked for, ``force`` (n,).
 
@@ -68,7 +68,7 @@ class FrequencyResponse:
         return axes
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class ResponseFit:
     """Numbers from a harmonic set: ``numbers`` by mass_kg and law.parameter, ``rms`` of what the motion's cosine and
     sine miss (unit of the amplitude), ``response`` the steady motions at the measured points."""

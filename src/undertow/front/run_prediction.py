@@ -83,7 +83,7 @@ class StoredEquation:
         return np.array(thetas), self.entry["scatter"], "band: the numbers' errors and the scatter of the run's trials"
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class RunPrediction:
     """One free run of a finished run's equation: ``run`` with its band, ``used`` (n,) samples of the start, the
     ``label`` of the group, the ``unit`` of the motion and the ``largest`` amplitude that the group was tested at (0:

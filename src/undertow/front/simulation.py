@@ -32,7 +32,7 @@ PERIODS = 20
 """Periods simulated where no duration is asked for."""
 
 
-@dataclass(frozen=True, repr=False)
+@dataclass(frozen=True, eq=False, repr=False)
 class Simulation(HandOver):
     """A motion from ``x0`` (m, rad): ``t`` (n,) s after the release, ``x``, ``v``, ``a`` (n,) in SI, ``hidden``
     (n, 2 n_hidden) displacement and velocity of each hidden oscillator relative to the body."""

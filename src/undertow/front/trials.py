@@ -33,7 +33,7 @@ NAMES_SHOWN = 8
 """Names in a message at most."""
 
 
-@dataclass(frozen=True, repr=False)
+@dataclass(frozen=True, eq=False, repr=False)
 class Trials(Sequence[Motion]):
     """Trials of one campaign, each a conditioned `Motion`, in the order they were read.
 

@@ -59,6 +59,7 @@ class Solution:
 
     ``cost`` is the sum of squared weighted residuals and prior terms, ``chi2`` without priors; ``residuals`` one array
     a trial, channels one after the other, in units of their noise; ``jacobians`` likewise (n, p), p in ``used``.
+    ``ambiguity`` (p,) is what the recording leaves open besides (lone_samples.py; None: nothing), as standard errors.
     """
 
     problem: Problem
@@ -72,6 +73,7 @@ class Solution:
     residuals: tuple[Array, ...]
     jacobians: tuple[Array, ...]
     used: tuple[np.ndarray, ...]
+    ambiguity: Array | None = None
 
     def value(self, name: str) -> float:
         """Value of the unknown of that name."""

@@ -225,6 +225,8 @@ def _group_fit(model: GroupModel, solution: Solution) -> GroupFit:
     if model.fixed is not None and size:
         values, halves, share = _with_structure(model, model.fixed, solution)
         errors = as_stderr(1.0) * halves
+    if solution.ambiguity is not None:
+        errors = np.hypot(errors, solution.ambiguity[:size])
     estimates: dict[str, Estimate] = {}
     for i, c in enumerate(model.coefficients):
         parts = float(errors[i] * math.sqrt(1.0 - share[i])), float(errors[i] * math.sqrt(share[i]))

@@ -27,6 +27,7 @@ from undertow.likelihood.problem import Problem
 from undertow.methods.driven_begin import begin_of, begins_held
 from undertow.methods.driven_order import must_not_be_swapped
 from undertow.methods.driven_start import half_lengths, start_values
+from undertow.quantities import OK, Estimate, format_estimate
 from undertow.recording.recording import Array
 
 FIRST_SAMPLES = 6000
@@ -44,7 +45,7 @@ MEMORY_SHARE = 20
 """The residual's memory is summed up to this part of the record."""
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False, repr=False)
 class DrivenFit:
     """A driven equation with its numbers.
 
@@ -67,6 +68,23 @@ class DrivenFit:
     def numbers(self) -> dict[str, float]:
         """Value of every number of the equation, held ones too."""
         return {**self.laws.fixed, **dict(zip(self.names, self.values.tolist(), strict=True))}
+
+    @property
+    def estimates(self) -> dict[str, Estimate]:
+        """Every fitted number with its standard error and unit."""
+        units, errors = self.laws.units, np.sqrt(np.maximum(np.diag(self.covariance), 0.0))
+        pairs = zip(self.names, self.values, errors, strict=True)
+        return {name: Estimate(float(v), float(e), unit=units.get(name, "")) for name, v, e in pairs}
+
+    def __repr__(self) -> str:
+        return str(self)
+
+    def __str__(self) -> str:
+        lines = [f"  {name}  {format_estimate(e)}" for name, e in self.estimates.items()]
+        missed = ", ".join(f"{name} {rms:.3g}" for name, rms in self.rms.items())
+        doubt = [] if self.outcome == OK else [f"! {self.outcome}"]
+        laws = ", ".join(term.name for term in self.laws.terms)
+        return "\n".join([laws, *doubt, *lines, f"- rms of the free run over what was fitted: {missed}"])
 
     @property
     def started(self) -> DrivenLaws:

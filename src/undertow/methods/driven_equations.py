@@ -59,13 +59,19 @@ class DrivenEquation:
     spreads: tuple[float, float] = (0.0, 0.0)
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False, repr=False)
 class DrivenPrediction:
     """The free run (n,), its standard error (n,), and how many samples its start was taken from."""
 
     values: Array
     stderr: Array
     start: int
+
+    def __repr__(self) -> str:
+        return (
+            f"free run of {self.values.size} samples, started from the first {self.start}, with a 90 % band of "
+            f"+- {BAND_90 * float(np.mean(self.stderr)):.3g} on average"
+        )
 
     @property
     def lower(self) -> Array:

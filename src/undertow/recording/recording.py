@@ -15,6 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from undertow.errors import RecordingError
+from undertow.quantities import read_only_mapping
 
 Array = NDArray[np.float64]
 Condition = str | float
@@ -55,7 +56,7 @@ def read_only(values: object) -> Array:
     return array
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Recording:
     """One trial as recorded: ``time`` (n,) in s, strictly increasing; ``channels`` name -> (n,) in SI units.
 
@@ -82,8 +83,8 @@ class Recording:
         time = read_only(self.time)
         object.__setattr__(self, "time", time)
         channels = {name: read_only(values) for name, values in self.channels.items()}
-        object.__setattr__(self, "channels", MappingProxyType(channels))
-        object.__setattr__(self, "conditions", MappingProxyType(dict(self.conditions)))
+        object.__setattr__(self, "channels", read_only_mapping(channels))
+        object.__setattr__(self, "conditions", read_only_mapping(self.conditions))
         self._check()
 
     def _check(self) -> None:

@@ -317,9 +317,9 @@ recordings:
   cells: {variable: xData, trial: row, time: 0, displacement: 1}
   channels: {time: {column: t, unit: s}, displacement: {column: x, unit: m}}
 """
-    with pytest.raises(ConfigError) as caught:
+    clock = "time has column, and recordings.cells says that it is cell 0 of a trial; remove one"
+    with pytest.raises(ConfigError, match=clock) as caught:
         load(written(tmp_path, text))
-    assert "time has column, and recordings.cells says that it is cell 0 of a trial; remove one" in str(caught.value)
     assert "displacement has column, and recordings.cells says that it is cell 1 of a trial" in str(caught.value)
     true = text.replace("{variable: xData, trial: row, time: 0, displacement: 1}", "true")
     with pytest.raises(ConfigError, match=r"cells is True but should be keys with values; it may have .*variable"):

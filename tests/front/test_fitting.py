@@ -270,3 +270,11 @@ def test_a_law_of_your_own_is_simulated_and_run_free():
     assert undertow.predict(law, x0=0.1, times=run.t).notes == ("no band: the equation has a law of your own",)
     assert list(run.table.columns) == ["t", "x", "v", "a"]
     assert len(run.plot().lines) == 1
+
+
+def test_fit_takes_arrays_with_their_times_and_units(found):
+    X, times = [1000.0 * r.channels["displacement"] for r in found.trials.recordings], found.trials.recordings[0].time
+    again = undertow.fit(X, TERMS, t=times, units={"x": "mm"}, mass_kg=MASS_KG)
+    assert again.parameters["value"].to_numpy() == pytest.approx(found.parameters["value"].to_numpy(), rel=1e-6)
+    with pytest.raises(UndertowError, match=r"source is of type ndarray; give .* X together with t, as in t=0.01"):
+        undertow.fit(X[0], TERMS)

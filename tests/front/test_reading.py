@@ -67,6 +67,9 @@ def test_columns_of_an_array_are_displacement_and_velocity():
     run = undertow.simulate(LAW, x0=0.1, mass_kg=4.0, rate_hz=100.0, duration_s=6.0)
     trials = undertow.read(np.column_stack([run.x, run.v]), t=run.t, units={"x": "m", "v": "m/s"})
     assert set(trials[0].recording.channels) == {"displacement", "velocity"}
+    three = np.column_stack([run.x, run.v, run.a])
+    trials = undertow.read(three, t=run.t, units={"x": "m", "v": "m/s", "a": "m/s^2"})
+    assert set(trials[0].recording.channels) == {"displacement", "velocity", "acceleration"}
 
 
 def test_units_come_from_names_and_unit_rows_where_a_table_has_them(decay, tmp_path):

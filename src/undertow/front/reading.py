@@ -87,7 +87,7 @@ def read(
         separator, decimal comma, header and unit row are found. An index that is the time needs no column; dates and
         times of day are seconds since the first.
     columns : quantity -> column, as ``{"time": "t", "displacement": "pot", "spring_force": ["lc1", "lc2"]}``; several
-        columns are summed. Without it columns are recognised by their names. An array's are x and v.
+        columns are summed. Without it columns are recognised by their names. An array's are x, v and a.
     units : column or quantity -> unit, as ``{"x": "mm"}``; may be left out where the table says its units itself
         (``x [mm]``, ``x_mm``, a row of units). Time is in seconds unless said.
     conditions : of all trials, one mapping a trial, or trial name -> conditions, as ``{"spring": "long"}``.
@@ -258,7 +258,8 @@ def _sources(source: Any) -> list[Any]:
     if isinstance(source, np.ndarray) or not isinstance(source, Sequence):
         kind = type(source).__name__
         raise RecordingError(
-            f"source is of type {kind}; give paths, DataFrames, recordings, or X together with t to undertow.read"
+            f"source is of type {kind}; give paths, DataFrames, recordings, or X together with t, as in t=0.01, "
+            'units={"x": "mm"}'
         )
     return [one for part in source for one in _sources(part)]
 

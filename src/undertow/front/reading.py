@@ -7,6 +7,7 @@ Belongs here: what can be read, and what each trial is called. Does not belong h
 from __future__ import annotations
 
 import glob
+import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from os import PathLike, fspath
@@ -46,6 +47,14 @@ Source: TypeAlias = (
 )  # fmt: skip
 """What `read` takes: a path, glob or several; a DataFrame or several, also by name; columns by name; (X, t); recordings
 or motions."""
+
+ARGUMENTS = {
+    r" \(recordings\.exclude\)": "", r"set trials\.window\.start_s": "set window=(start_s, None)",
+    r"set trials\.window\.end_s": "set window=(None, end_s)", r"trials\.window(\.\w+)?": "window=(start_s, end_s)",
+    r"recordings\.accept": "accept=[...]", r"recordings\.channels\.(\w+)\.unit": r'units={"\1": ...}',
+    r"recordings\.channels\.(\w+)\.sign": r"the sign of \1", r"recordings\.channels\.(\w+)": r'columns={"\1": ...}',
+}
+"""Pattern of a config's key that a sentence may name -> the argument of `read` that says the same, in their order."""
 
 TABLES_SHOWN = 8
 """Tables of a file named in a message at most."""
@@ -137,7 +146,11 @@ def read(
 
 def _why_not(one: Checked) -> FailedTrial:
     """Why a trial is not used."""
-    return one.failed or FailedTrial(one.name, f"trial {one.name}: {one.contradiction}", one.conditions)
+    why = one.failed or FailedTrial(one.name, f"trial {one.name}: {one.contradiction}", one.conditions)
+    reason = why.reason
+    for key, argument in ARGUMENTS.items():
+        reason = re.sub(key, argument, reason)
+    return replace(why, reason=reason)
 
 
 def load(config: str | Path | RunConfig, overrides: Sequence[str] = (), jobs: int = 1) -> Trials:

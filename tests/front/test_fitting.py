@@ -270,3 +270,26 @@ def test_a_law_of_your_own_is_simulated_and_run_free():
     assert undertow.predict(law, x0=0.1, times=run.t).notes == ("no band: the equation has a law of your own",)
     assert list(run.table.columns) == ["t", "x", "v", "a"]
     assert len(run.plot().lines) == 1
+
+
+def test_fit_takes_arrays_with_their_times_and_units(found):
+    X, times = [1000.0 * r.channels["displacement"] for r in found.trials.recordings], found.trials.recordings[0].time
+    again = undertow.fit(X, TERMS, t=times, units={"x": "mm"}, mass_kg=MASS_KG)
+    assert again.parameters["value"].to_numpy() == pytest.approx(found.parameters["value"].to_numpy(), rel=1e-6)
+    with pytest.raises(UndertowError, match=r"source is of type ndarray; give .* X together with t, as in t=0.01"):
+        undertow.fit(X[0], TERMS)
+
+
+def test_arguments_of_another_kind_are_refused_with_a_sentence(trials):
+    with pytest.raises(ConfigError, match=r"mass is 2.0, but nothing is called so; did you mean 'mass_kg'"):
+        undertow.fit(trials, TERMS, mass=2.0)
+    with pytest.raises(ConfigError, match=r"colour is 'red', but nothing is called so; of a rig may be said mass_kg"):
+        undertow.fit(trials, TERMS, colour="red")
+    with pytest.raises(ConfigError, match=r"equation holds .*lambda.*, of type function; a law is a name"):
+        undertow.fit(trials, ["stiffness", lambda x, v: v])
+    with pytest.raises(UndertowError, match=r"x0 has the shape \(2,\); give one number, as x0=0.1, v0=0.0"):
+        undertow.simulate(LAW, [0.1, 0.0])
+    with pytest.raises(IdentificationError, match=r"terms holds .*, of type object; give names of laws"):
+        undertow.Discover(terms=object()).fit(trials)
+    with pytest.raises(IdentificationError, match=r"terms holds 3.0, of type float; give names of laws"):
+        undertow.Discover(terms=["stiffness", 3.0]).fit(trials)

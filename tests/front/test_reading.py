@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import re
+
 import numpy as np
 import pandas as pd
 import pytest
@@ -67,6 +69,20 @@ def test_columns_of_an_array_are_displacement_and_velocity():
     run = undertow.simulate(LAW, x0=0.1, mass_kg=4.0, rate_hz=100.0, duration_s=6.0)
     trials = undertow.read(np.column_stack([run.x, run.v]), t=run.t, units={"x": "m", "v": "m/s"})
     assert set(trials[0].recording.channels) == {"displacement", "velocity"}
+    three = np.column_stack([run.x, run.v, run.a])
+    trials = undertow.read(three, t=run.t, units={"x": "m", "v": "m/s", "a": "m/s^2"})
+    assert set(trials[0].recording.channels) == {"displacement", "velocity", "acceleration"}
+    with pytest.raises(RecordingError, match=r"velocity \(column 'v'\) has no unit; say it, as in units=.*mm/s"):
+        undertow.read(three, t=run.t, units={"x": "m", "a": "m/s^2"})
+
+
+def test_a_sentence_of_read_names_its_arguments_and_no_keys_of_a_config():
+    t = np.arange(0.0, 8.0, 0.01)
+    for x in (0.1 * np.sin(7.0 * t), np.exp(t / 4.0) * np.cos(10.0 * t)):
+        with pytest.raises(RecordingError) as said:
+            undertow.read(x + 1e-4 * np.random.default_rng(0).standard_normal(t.size), t=t, units={"x": "m"})
+        assert not re.search(r"trials\.window|recordings\.(accept|exclude)", str(said.value))
+        assert re.search(r"window=\(|accept=\[", str(said.value))
 
 
 def test_units_come_from_names_and_unit_rows_where_a_table_has_them(decay, tmp_path):
@@ -428,7 +444,8 @@ def test_channels_that_contradict_each_other_fail_their_trial_unless_accepted(de
     units = {"x": "m", "a": "m/s^2"}
     trials = undertow.read([decay, *undertow.read([table], units=units, accept=["gain", "unit"]).recordings])
     assert trials.names == ("r1",)
-    assert "recordings.accept" in trials.failed[0].reason
+    assert 'units={"acceleration": ...} or units={"displacement": ...}' in trials.failed[0].reason
+    assert "list unit in accept=[...]" in trials.failed[0].reason
     with pytest.raises(RecordingError, match="accelerat"):
         undertow.read([table], units=units)
 

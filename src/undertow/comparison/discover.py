@@ -7,7 +7,7 @@ words (structure_report.py).
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from typing import Any, Self, cast
 
 import numpy as np
@@ -195,7 +195,15 @@ class Discovery(BaseEstimator):  # type: ignore[misc]
 
     def _library(self) -> tuple[Term, ...]:
         given = registry.TEN_TERMS if self.terms is None else self.terms
-        library = tuple(registry.find(term) if isinstance(term, str) else term for term in given)
+        listed = isinstance(given, Iterable) and not isinstance(given, str)
+        library: tuple[Any, ...] = tuple(given) if listed else (given,)
+        library = tuple(registry.find(term) if listed and isinstance(term, str) else term for term in library)
+        for term in library:
+            if not isinstance(term, Term):
+                raise IdentificationError(
+                    f"terms holds {term!r}, of type {type(term).__name__}; give names of laws, as in ['stiffness', "
+                    "'cubic_stiffness'], or objects of a class of your own that is a Term (docs/python_front.md)"
+                )
         return tuple(term for term in library if not term.is_inertia)
 
     @staticmethod

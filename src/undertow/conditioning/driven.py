@@ -102,8 +102,8 @@ class DrivenTrial:
         if steps[longest] > HOLE_STEPS * float(np.median(steps)):
             raise RecordingError(
                 f"trial {self.name}: no sample between {self.t[longest]:g} s and {self.t[longest + 1]:g} s, so that "
-                f"nobody knows the input there (other steps are {float(np.median(steps)):.3g} s); cut trials.window on "
-                "one side"
+                f"nobody knows the input there (other steps are {float(np.median(steps)):.3g} s); cut the record "
+                "(trials.window) on one side"
             )
         self._check_frames()
         if self.free and np.any(self.u):

@@ -135,6 +135,8 @@ def simulate(
 def must_be_a_start(x0: float, v0: float) -> None:
     """UndertowError where a displacement or velocity at the release is not finite."""
     for name, value, unit in (("x0", x0, "m or rad"), ("v0", v0, "m/s or rad/s")):
+        if np.ndim(value):
+            raise UndertowError(f"simulate: {name} has the shape {np.shape(value)}; give one number, as x0=0.1, v0=0.0")
         if not math.isfinite(value):
             raise UndertowError(f"simulate: {name} is {value:g} {unit}, and must be finite; give a number")
 

@@ -18,7 +18,7 @@ from undertow.recording.layout import Column
 from undertow.recording.propose import name_and_unit, propose_mapping, step_in_doubt
 from undertow.recording.recording import CHANNELS, Array, Coordinate
 from undertow.recording.stacked import stacked
-from undertow.recording.units import factor_to_si
+from undertow.recording.units import KNOWN, factor_to_si
 
 Columns = Mapping[str, Column | Sequence[Column]]
 """Quantity (displacement, acceleration, spring_force, ..., time) -> its column, or several that are summed."""
@@ -186,7 +186,7 @@ def _unit(quantity: str, names: Sequence[Column], said: Mapping[Column, str], un
         one = next((name for name in names if not said.get(name)), names[0])
         raise RecordingError(
             f"{quantity} (column {', '.join(map(repr, names))}) has no unit; say it, as in "
-            f'units={{{str(one)!r}: "mm"}}'
+            f'units={{{str(one)!r}: "{KNOWN[quantity][1]}"}}'
         )
     return found.pop()
 

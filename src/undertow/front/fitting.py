@@ -12,11 +12,14 @@ from contextlib import suppress
 from dataclasses import replace
 from typing import Unpack
 
+from numpy.typing import ArrayLike
+
 from undertow.conditioning.motion import Motion
 from undertow.equation.equation import Equation
 from undertow.equation.registry import EQUATION_15
 from undertow.equation.term import Term
 from undertow.errors import FAILURES, IdentificationError
+from undertow.front.columns import Columns, Units
 from undertow.front.fitted import Fitted
 from undertow.front.known import Rig, group_specimen, terms_of, with_settings
 from undertow.front.reading import Source, agreeing, read
@@ -34,17 +37,20 @@ from undertow.uncertainty.intervals import mean_of_trials
 
 def fit(
     trials: Source, equation: Sequence[str | Term] | Equation = EQUATION_15, *, dry: Source | None = None,
+    t: ArrayLike | Sequence[ArrayLike] | None = None, columns: Columns | None = None, units: Units | None = None,
     **rig: Unpack[Rig],
 ) -> Fitted:  # fmt: skip
     """The numbers of an equation from all trials together, by output error: each is simulated from its release.
 
     Parameters
     ----------
-    trials : `Trials`, or recordings of one specimen in one water.
+    trials : `Trials`, or recordings of one specimen in one water: all that `undertow.read` takes, arrays with ``t`` and
+        ``units``.
     equation : names of its terms beside the inertia (`undertow terms`), terms of your own, or an `Equation`, of which
         the terms count. Eq. 15 of the report where nothing is said.
     dry : trials of the structure alone, on the same spring: their k, c and mu are then held, with their errors and
         their scatter from trial to trial; ``mass_kg`` must be known.
+    t, columns, units : of ``trials``, as of `undertow.read`.
     rig : what is known of it (`Rig`), as ``mass_kg=2637.4, area_m2=0.97``.
 
     A free decay gives ratios to the total mass only. Kilograms come from, in this order: dry trials with a mass; a
@@ -64,7 +70,7 @@ def fit(
     >>> print(round(found.score(), 2))
     1.0
     """
-    given = read(trials)
+    given = read(trials, columns, units, t=t)
     terms = terms_of(equation)
     used = agreeing(given, config := with_settings(given.config, {"specimen": dict(rig)}))
     specimen = group_specimen(config, [m.recording.conditions for m in used])

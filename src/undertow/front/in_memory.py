@@ -18,8 +18,9 @@ from undertow.recording.arrays import instants, real_numbers
 from undertow.recording.propose import speaks_of_time
 from undertow.recording.stamps import STAMPED, seconds_of_clock
 
-STATES = ("x", "v")
-"""Names of the columns of an array X of one or two columns: displacement, and velocity where it was measured."""
+STATES = ("x", "v", "a")
+"""Names of the columns of an array X of up to three columns: displacement, and velocity and acceleration where
+they were measured."""
 
 
 def frame_of(given: pd.DataFrame | pd.Series) -> pd.DataFrame:
@@ -68,7 +69,7 @@ def _unmasked(one: Any, name: Any) -> Any:
 
 
 def table_of(X: ArrayLike, t: ArrayLike) -> tuple[pd.DataFrame, float | None]:
-    """An array as a table with the columns x, v (numbers from 0 where there are more) and t, or its rate."""
+    """An array as a table with the columns x, v, a (numbers from 0 where there are more) and t, or its rate."""
     values = real_numbers(X, "X")
     values = values[:, None] if values.ndim == 1 else values
     if values.ndim != 2 or values.size == 0:

@@ -5,6 +5,7 @@ Belongs here: that translation and its errors. Does not belong here: what the ke
 
 from __future__ import annotations
 
+import difflib
 from collections.abc import Mapping, Sequence
 from typing import Any, TypedDict
 
@@ -48,6 +49,12 @@ def terms_of(equation: Sequence[str | Term] | Equation) -> tuple[Term, ...]:
     if isinstance(equation, (str, Term)):
         raise ConfigError(f"equation is the single {equation!r}; give a list of names, as in ['stiffness', ...]")
     terms = tuple(find(one) if isinstance(one, str) else one for one in equation)
+    for one in terms:
+        if not isinstance(one, Term):
+            raise ConfigError(
+                f"equation holds {one!r}, of type {type(one).__name__}; a law is a name, or an object of a class of "
+                "your own that is a Term (docs/python_front.md)"
+            )
     if not terms:
         raise ConfigError(f"equation has {len(terms)} terms; name some, as in ['stiffness', 'viscous_damping']")
     return terms
@@ -88,6 +95,11 @@ def _plain(value: Any) -> Any:
 
 
 def _sentence(error: Any) -> str:
+    if error["type"] == "extra_forbidden":
+        key = str(error["loc"][-1])
+        near = difflib.get_close_matches(key, Rig.__annotations__, n=1, cutoff=0.4)
+        hint = f"did you mean {near[0]!r}?" if near else f"of a rig may be said {', '.join(Rig.__annotations__)}"
+        return f"{key} is {error['input']!r}, but nothing is called so; {hint}"
     names = [str(part) for part in error["loc"] if part not in ("number", "table", "auto", "list", "all")]
     rule = error["msg"].removeprefix("Value error, ").removeprefix("Input ")
     return f"{'.'.join(names[1:]) or 'the settings'} is {error['input']!r} but {rule}; see configs/run.schema.json"

@@ -7,6 +7,7 @@ Belongs here: what can be read, and what each trial is called. Does not belong h
 from __future__ import annotations
 
 import glob
+import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from os import PathLike, fspath
@@ -46,6 +47,14 @@ Source: TypeAlias = (
 )  # fmt: skip
 """What `read` takes: a path, glob or several; a DataFrame or several, also by name; columns by name; (X, t); recordings
 or motions."""
+
+ARGUMENTS = {
+    r" \(recordings\.exclude\)": "", r"set trials\.window\.start_s": "set window=(start_s, None)",
+    r"set trials\.window\.end_s": "set window=(None, end_s)", r"trials\.window(\.\w+)?": "window=(start_s, end_s)",
+    r"recordings\.accept": "accept=[...]", r"recordings\.channels\.(\w+)\.unit": r'units={"\1": ...}',
+    r"recordings\.channels\.(\w+)\.sign": r"the sign of \1", r"recordings\.channels\.(\w+)": r'columns={"\1": ...}',
+}
+"""Pattern of a config's key that a sentence may name -> the argument of `read` that says the same, in their order."""
 
 TABLES_SHOWN = 8
 """Tables of a file named in a message at most."""
@@ -87,7 +96,7 @@ def read(
         separator, decimal comma, header and unit row are found. An index that is the time needs no column; dates and
         times of day are seconds since the first.
     columns : quantity -> column, as ``{"time": "t", "displacement": "pot", "spring_force": ["lc1", "lc2"]}``; several
-        columns are summed. Without it columns are recognised by their names. An array's are x and v.
+        columns are summed. Without it columns are recognised by their names. An array's are x, v and a.
     units : column or quantity -> unit, as ``{"x": "mm"}``; may be left out where the table says its units itself
         (``x [mm]``, ``x_mm``, a row of units). Time is in seconds unless said.
     conditions : of all trials, one mapping a trial, or trial name -> conditions, as ``{"spring": "long"}``.
@@ -137,7 +146,11 @@ def read(
 
 def _why_not(one: Checked) -> FailedTrial:
     """Why a trial is not used."""
-    return one.failed or FailedTrial(one.name, f"trial {one.name}: {one.contradiction}", one.conditions)
+    why = one.failed or FailedTrial(one.name, f"trial {one.name}: {one.contradiction}", one.conditions)
+    reason = why.reason
+    for key, argument in ARGUMENTS.items():
+        reason = re.sub(key, argument, reason)
+    return replace(why, reason=reason)
 
 
 def load(config: str | Path | RunConfig, overrides: Sequence[str] = (), jobs: int = 1) -> Trials:
@@ -258,7 +271,8 @@ def _sources(source: Any) -> list[Any]:
     if isinstance(source, np.ndarray) or not isinstance(source, Sequence):
         kind = type(source).__name__
         raise RecordingError(
-            f"source is of type {kind}; give paths, DataFrames, recordings, or X together with t to undertow.read"
+            f"source is of type {kind}; give paths, DataFrames, recordings, or X together with t, as in t=0.01, "
+            'units={"x": "mm"}'
         )
     return [one for part in source for one in _sources(part)]
 

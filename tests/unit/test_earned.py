@@ -18,6 +18,7 @@ from undertow.discrepancy.decision import Closeness, posterior
 from undertow.discrepancy.dry_check import DryAnswer
 from undertow.discrepancy.earned import earned
 from undertow.discrepancy.judge import _left, _physics, _reach
+from undertow.discrepancy.sentence import sentence_of
 from undertow.discrepancy.verdict import Described, Verdict
 from undertow.quantities import Estimate
 
@@ -636,3 +637,9 @@ def test_what_the_dry_trials_need_is_a_description_where_it_leaves_more_than_noi
     assert found.status == said
     assert "linear_damping" in found.verdict  # the dry trials prove that it is there
     assert found.augmented is not None
+
+
+@pytest.mark.parametrize(("dry", "words"), [(True, "Something that was not recorded and"), (False, "Water that")])
+def test_nothing_is_said_to_be_water_in_air(dry, words):
+    said = sentence_of(case(dry=dry), ["hidden_resonator"], [], {}, 0.01, math.nan, False, ())
+    assert f"{words} oscillates by itself explains it." in said

@@ -39,14 +39,15 @@ def sentence_of(
         parts = [f"{case.label}: the equation misses {size} of the motion in {share} ({allowed})."]
     else:
         parts = [f"{case.label}: no trial alone stands out (error {size}, {allowed}), but together they do."]
-    named = " and ".join(in_words(n, case.has_dry) for n in dict.fromkeys(names))
+    of_water = case.has_dry and not case.dry
+    named = " and ".join(in_words(n, of_water) for n in dict.fromkeys(names))
     numbers = _numbers(found)
     parts.append(f"{named[0].upper()}{named[1:]}{EXPLAINS}{': ' if numbers else ''}{numbers}.")
     if known:
         said = " and ".join(n.replace("_", " ") for n in known)
         parts.append(f"The dry trials need {said} already: it belongs to the rig, not to the water.")
     if rivals:
-        others = "; ".join(" and ".join(in_words(n, case.has_dry) for n in names) for names in rivals)
+        others = "; ".join(" and ".join(in_words(n, of_water) for n in names) for names in rivals)
         parts.append(f"The data cannot tell it from {others}.")
     if math.isfinite(held) and math.isfinite(case.baseline.held_out_nrmse):
         number = len(case.held)

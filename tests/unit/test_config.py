@@ -294,8 +294,7 @@ def test_every_term_in_the_registry_may_be_prescribed(tmp_path: Path) -> None:
     )
 
 
-def test_cells_give_channels_their_columns(tmp_path: Path) -> None:
-    text = """\
+CELLS = """\
 name: tank
 recordings:
   files: x.mat
@@ -303,20 +302,17 @@ recordings:
   channels: {time: {unit: s}, displacement: {unit: "%"}}
 trials: {window: {"*": {start_s: 1}}}
 """
-    catalogue = load(written(tmp_path, text)).catalogue()
+
+
+def test_cells_give_channels_their_columns(tmp_path: Path) -> None:
+    catalogue = load(written(tmp_path, CELLS)).catalogue()
     assert catalogue.time.column == 0
     assert catalogue.channels["displacement"].columns == (1,)
     assert catalogue.windows["*"] == TimeWindow(1.0, None)
 
 
 def test_columns_beside_cells_and_cells_without_keys_are_named(tmp_path: Path) -> None:
-    text = """\
-name: tank
-recordings:
-  files: x.mat
-  cells: {variable: xData, trial: row, time: 0, displacement: 1}
-  channels: {time: {column: t, unit: s}, displacement: {column: x, unit: m}}
-"""
+    text = CELLS.replace("{unit: s}", "{column: t, unit: s}").replace('{unit: "%"}', "{column: x, unit: m}")
     clock = "time has column, and recordings.cells says that it is cell 0 of a trial; remove one"
     with pytest.raises(ConfigError, match=clock) as caught:
         load(written(tmp_path, text))

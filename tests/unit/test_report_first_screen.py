@@ -321,6 +321,8 @@ def test_both_numbers_of_a_parameter_are_shown():
     block = repaired_block(replace(group, verdict=verdict))
     rows = {row["name"]: (row["before"], row["after"]) for row in block["rows"]}
     assert block["both"]
+    beside = replace(verdict, status="unknown", verdict=(*verdict.verdict, "unknown"))
+    assert not repaired_block(replace(group, verdict=beside))["both"]  # what is not the answer is not to be believed
     assert rows == {
         "added mass": ("-80 ± 12 kg", "350 ± 7 kg"),
         "drag coefficient": ("30.0 ± 2.0", "not in it"),

@@ -59,16 +59,18 @@ def test_one_group_has_its_sentence_beside_the_picture():
 
 
 @pytest.mark.parametrize(
-    ("notes", "structure", "said"),
+    ("error", "structure", "said"),
     [
-        (("kilograms and newtons rest on the stiffness 4801 N/m from the load cells",), False, "the load cells"),
-        (("kilograms and newtons rest on the stiffness 4801 N/m from the load cells",), True, "load cells; those of"),
-        ((), True, "those of the structure, from the dry trials or the config"),
+        (48.0, False, "the load cells"),
+        (48.0, True, "load cells; those of"),
+        (0.0, True, "those of the structure, from the dry trials or the config"),
     ],
 )
-def test_what_was_held_says_where_it_comes_from(notes, structure, said):
+def test_what_was_held_says_where_it_comes_from(error, structure, said):
     known = Structure(Estimate(4801.0), Estimate(17.0), Estimate(0.0)) if structure else None
-    words = held_words(replace(small_findings().groups[1], notes=notes, structure=known))
+    one = small_findings().groups[1]
+    body = replace(one.specimen, stiffness_N_per_m=4801.0, stiffness_error_N_per_m=error)
+    words = held_words(replace(one, specimen=body, structure=known))
     assert said in words
     assert ("dry trials" in words) is structure
 

@@ -106,8 +106,8 @@ def is_repaired(verdict: Verdict) -> bool:
 def repaired_block(group: GroupFindings) -> Mapping[str, Any]:
     """The repaired equation beside the prescribed one: ``rows`` of ``name``, ``before``, ``after``, ``published``,
     ``problem``; where what is ``held`` comes from; ``latex`` and ``text`` (empty where it cannot be written); whether
-    both give a number (``both``), and whether a damping in it is what waves carry away (``of_waves``). Empty where
-    nothing is named."""
+    what is named is an answer and both give a number (``both``); and whether a damping in it is what waves carry away
+    (``of_waves``). Empty where nothing is named."""
     verdict = group.verdict
     if verdict.augmented is None or not is_repaired(verdict):
         return {}
@@ -118,7 +118,7 @@ def repaired_block(group: GroupFindings) -> Mapping[str, Any]:
         "rows": [_row(name, before.get(name), after.get(name), published.get(name)) for name in names],
         "published": any(name in published for name in names),
         "held": held_words(group),
-        "both": any(name in after for name in before),
+        "both": verdict.status != "unknown" and any(name in after for name in before),
         "latex": "" if written is None else numeric_latex(*written),
         "text": "" if written is None else written[0].text(written[1]),
         "of_waves": any("kernel_mass_kg" in name for name in after),
@@ -127,7 +127,7 @@ def repaired_block(group: GroupFindings) -> Mapping[str, Any]:
 
 def held_words(group: GroupFindings) -> str:
     """Where the parameters that were held come from, in words."""
-    cells = any("from the load cells" in note for note in group.notes)
+    cells = group.specimen.stiffness_error_N_per_m > 0.0
     said = ["the stiffness, from the load cells"] if cells else []
     if group.structure is not None or not said:
         said.append("those of the structure, from the dry trials or the config")

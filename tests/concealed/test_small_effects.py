@@ -54,6 +54,26 @@ def test_the_linear_step_foresees_the_gain_of_the_fit():
     assert ahead[0].gain == pytest.approx(gained, rel=0.4)  # the noise is found anew by the fit, not by the step
 
 
+def test_the_nearest_places_of_a_grid_are_followed_to_their_end(monkeypatch):
+    level = make_level([member("short", SHORT[:1], 2000)])
+    fit = stands(level)
+    quick = iter([replace(fit, criterion=fit.criterion + away) for away in (5.0, 1.0, 9.0, 3.0)])
+    followed = []
+
+    def to_the_end(level: Level, one: JointFit) -> JointFit:
+        followed.append(one.criterion - fit.criterion)
+        return one
+
+    monkeypatch.setattr(attempt, "_from_place", lambda *_: next(quick))
+    monkeypatch.setattr(attempt, "_refined", to_the_end)
+    damping = found("linear_damping", "one for all springs")
+    ahead = peaks(places(level, Stands.of(fit), damping))[:1] * 4
+    candidate = from_places(level, Candidate((), fit, 0.0), damping, ahead, 0.0)
+    assert followed == pytest.approx([1.0, 3.0])
+    assert candidate is not None
+    assert candidate.fit.criterion == pytest.approx(fit.criterion + 1.0)
+
+
 def test_water_that_swings_at_twice_the_bodys_rate_is_offered_its_own_line(monkeypatch):
     # as a long spring has it in the flume: no fit from the resonator's starts comes there
     suspect = found("hidden_resonator")

@@ -84,6 +84,14 @@ def test_a_dry_trial_has_no_area_and_no_volume(config: RunConfig) -> None:
     assert (dry.area_m2, dry.submerged_volume_m3) == (0.0, 0.0)
 
 
+def test_a_volume_is_assumed_in_water_alone_and_where_nobody_stated_one(config: RunConfig) -> None:
+    silent = config.model_copy(update={"specimen": config.specimen.model_copy(update={"submerged_volume_m3": None})})
+    wet, dry = ({"spring": "short", "depth_m": depth} for depth in (2.36, 1.63))
+    assert silent.specimen_for(wet).volume_assumed
+    assert not silent.specimen_for(dry).volume_assumed
+    assert not config.specimen_for(wet).volume_assumed
+
+
 def test_what_a_table_lacks_is_unknown_when_wet(config: RunConfig) -> None:
     other = config.specimen_for({"spring": "medium", "depth_m": 2.29})
     assert math.isnan(other.stiffness_N_per_m)

@@ -86,8 +86,7 @@ CAUGHT_SHARE = 0.2
 all seen."""
 
 CAUGHT_WITHIN = 1.5
-"""Half periods between the last swings, and from there to where the body lies still: others were too small to be seen,
-not cut off."""
+"""Half periods from the last swing to where the body lies still: later ones were too small to be seen, not cut off."""
 
 GUESSED = 3
 """Samples whose median is where a record begins."""
@@ -250,7 +249,7 @@ def _caught(name: str, recording: Recording, window: Window, seen: Swings) -> st
     if last < max(least, CAUGHT_SHARE * float(sizes[0])) or float(np.ptp(still)) > STILL * 2.0 * last:
         return ""
     before, at = (float(t) for t in seen.time[1:][seen.whole][-2:])
-    if max(window.end_s - at, at - before) > CAUGHT_WITHIN * seen.half_period_s:
+    if window.end_s - at > CAUGHT_WITHIN * seen.half_period_s:
         return ""
     unit, each = recording.unit(name), float(np.median(lost))
     return (

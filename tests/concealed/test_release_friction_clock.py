@@ -14,6 +14,7 @@ from experiments.names.scenes import Campaign
 from tests.concealed.test_diagnosis import SHORT, member
 from undertow.campaign.config import load
 from undertow.campaign.run import run
+from undertow.comparison.joint import swinging_until
 from undertow.comparison.level import Addend, seen_by
 from undertow.conditioning.period import dominant_period
 
@@ -78,6 +79,15 @@ def test_a_motion_that_swings_twice_starts_early_enough_to_swing_on():
     later = seen_by(LATE, brief)
     assert 0.4 * period < later.windowed("t")[0] < 0.9 * period
     assert not later.window.held
+
+
+def test_of_a_small_release_that_starts_later_a_period_counts():
+    small = member("short", (0.003,), 5000)
+    (motion,) = small.motions
+    later = seen_by(LATE, motion)
+    start = later.windowed("t")[0]
+    assert swinging_until(motion, small) < start + 0.5 * dominant_period(motion)  # friction soon holds it
+    assert swinging_until(later, small) == pytest.approx(start + dominant_period(later))
 
 
 @pytest.mark.slow

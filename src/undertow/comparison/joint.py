@@ -20,6 +20,7 @@ from undertow.comparison.jumps import without_jumps
 from undertow.comparison.level import Addend, Level, Member, full_name, seen_by
 from undertow.comparison.suspect import Addition, Scales
 from undertow.conditioning.motion import Motion
+from undertow.conditioning.period import dominant_period
 from undertow.equation.kernel import SLOT
 from undertow.errors import IdentificationError
 from undertow.likelihood import output_error
@@ -125,14 +126,16 @@ def build(level: Level, addends: Sequence[Addend]) -> Problem:
                 if member.free_start:
                     links += _free_hidden(builder, addend, level.scales, motion.name)
             base, links = _moved(addends, member.label, member.model.trial_base(motion.name), links)
-            ends = replace(options, end_s=swinging_until(motion, member))
-            builder.trial(seen_by(addends, motion), base, tuple(links), ends)
+            seen = seen_by(addends, motion)
+            ends = replace(options, end_s=swinging_until(seen, member))
+            builder.trial(seen, base, tuple(links), ends)
     return _freed(without_jumps(level, builder.build()), addends)
 
 
 def swinging_until(motion: Motion, member: Member) -> float:
     """Until when a trial's swings count, s after the release: those under `LAST_SWINGS` times the width in which
-    friction lets the body rest are left out, for where it stops is chance, and the misfit has kinks there. inf without
+    friction lets the body rest are left out, for where it stops is chance, and the misfit has kinks there. Of what
+    starts later, a first period counts: too little would be left of a small release to be looked at. inf without
     friction."""
     structure = member.model.fixed
     if structure is None or not structure.mu.value > 0.0:
@@ -140,7 +143,8 @@ def swinging_until(motion: Motion, member: Member) -> float:
     width = structure.mu.value * _normal_force(member) / structure.k.value
     away = np.abs(motion.x - motion.equilibrium.value) * motion.inside
     large = np.flatnonzero(away > LAST_SWINGS * width)
-    return float(motion.t[large[-1]]) if large.size and width > 0.0 else math.inf
+    least = 0.0 if motion.window.held else float(motion.windowed("t")[0]) + dominant_period(motion)
+    return max(float(motion.t[large[-1]]), least) if large.size and width > 0.0 else math.inf
 
 
 def _moved(

@@ -29,6 +29,7 @@ from undertow.discrepancy.verdict import Described
 from undertow.equation import registry
 from undertow.equation.kernel import SLOT
 from undertow.likelihood.free_run import free_run, repeatability
+from undertow.methods.dry import DEFAULT_SCATTER
 
 RESONATOR = ((registry.find("hidden_resonator", natural_frequency_rad_per_s=9.4, damping_ratio=0.015), 250.0),)
 
@@ -167,6 +168,18 @@ def test_masses_are_held_against_the_scatter_with_the_trials_that_showed_it():
         found = diagnose(level, chosen(("mass_change",)))
         assert found.best.names == names
         assert any("no more than stiffness differs" in c.out for c in found.candidates) is not bool(names)
+
+
+def test_masses_that_differ_are_held_against_all_that_moves_with_its_water():
+    """A share of stiffness is a share of the mass that swings: of a body that takes much water along more kilograms."""
+    usual = 3.0 * max(DEFAULT_SCATTER["k"], SCATTER["k"])
+    one = heavier(member("short", SHORT, 4100), usual * 2820.0 * 3.0 / math.sqrt(2.0), 4102)  # 2,637 kg, 2,987 in water
+    level = make_level([one])
+    fit = fit_joint(level, (Addend("mass_change", suspect("mass_change").additions(level.scales, 0.0)),), 1.0, {}, 10.0,
+                    growing=False)  # fmt: skip
+    differ = np.std([fit.value(n) for n in fit.solution.problem.names if n.startswith("mass_change.")])
+    assert level.scales.mass < differ / usual < fit.theta(0)[SLOT["mass"]]
+    assert "no more than stiffness differs" in doubt(level, fit)
 
 
 def with_cells(group: Member, ratios: Sequence[float]) -> Member:

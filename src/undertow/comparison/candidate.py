@@ -301,8 +301,9 @@ def _feeds(level: Level, fit: JointFit, before: JointFit | None) -> str:
 
 def _as_stiffness(level: Level, fit: JointFit, names: Sequence[str]) -> str:
     """Whether masses differ no more than stiffness does from trial to trial on any rig, in words: a decay's period
-    knows the ratio alone, and few dry trials can look more alike than the rig is."""
-    spread = float(np.std([fit.value(n) for n in names])) / level.scales.mass
+    knows the ratio to all that moves alone, and few dry trials can look more alike than the rig is."""
+    moving = [fit.theta(trial)[SLOT["mass"]] for trial in range(len(fit.solution.problem.trials))]
+    spread = float(np.std([fit.value(n) for n in names]) / np.mean(moving))
     scatter = [m.model.fixed.scatter.get("k", 0.0) for m in level.members if m.model.fixed is not None]
     usual = max([DEFAULT_SCATTER["k"], *scatter])
     shown = PUBLISHED + min(MANY, *(m.scatter_freedom for m in level.members))

@@ -151,7 +151,8 @@ def format_number(value: float, error: float = math.nan) -> str:
 
 
 def format_estimate(estimate: Estimate) -> str:
-    """``value ± noise (noise) ± systematic (systematic) unit``, digits as the larger error allows."""
+    """``value ± noise (noise) ± systematic (systematic) unit``, digits as the larger error allows; a pure number has
+    no unit."""
     largest = max((e for e in (estimate.stderr, estimate.systematic) if math.isfinite(e)), default=math.nan)
     text = format_number(estimate.value, largest)
     if math.isfinite(estimate.stderr):
@@ -160,6 +161,6 @@ def format_estimate(estimate: Estimate) -> str:
             text += f" (noise) ± {format_number(estimate.systematic, estimate.systematic)} (systematic)"
     elif estimate.systematic > 0.0:
         text += f" ± {format_number(estimate.systematic, estimate.systematic)} (systematic)"
-    if estimate.unit:
+    if estimate.unit not in ("", "1"):
         text += f" {estimate.unit}"
     return text

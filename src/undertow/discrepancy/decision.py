@@ -240,8 +240,8 @@ def _upper_bound(tested: NullTest) -> Gate:
     """Whether something as large as what counts could hide."""
     hides, limit = tested.upper_bound, tested.smallest
     because = (
-        f"{tested.hides_best.replace('_', ' ')} that moves the free run by {percent(hides)} could hide in it, more "
-        f"than half of repeatability ({percent(limit)})"
+        f"{tested.hides_best.replace('_', ' ')} beside what the equation has could hide in it and move the free run by "
+        f"{percent(hides)}, more than half of repeatability ({percent(limit)})"
     )
     statistic = "largest free-run error that an effect of all trials can hide"
     return Gate("upper_bound", statistic, hides, limit, not hides > limit, because, "more", GREEN)
@@ -349,7 +349,7 @@ def _described(verdict: Verdict, case: Case, diagnosis: LevelDiagnosis, reach: C
     )
     proved = measured and closer and unseen <= PROVED * case.allowed
     statistic = "free run of unseen trials over repeatability, where more than noise is left"
-    bars = ("explained",)  # rivals that are named beside each other are descriptions all
+    bars = NAMED if measured and not closer else ("explained",)  # rivals beside each other are descriptions all
     return (Gate("described", statistic, unseen / case.allowed, PROVED, proved, because, "described", bars),)
 
 

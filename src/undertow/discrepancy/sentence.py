@@ -102,11 +102,12 @@ def transfer_words(moved: Mapping[str, float]) -> str:
 
 
 def _numbers(found: Mapping[str, Sequence[Mapping[str, Estimate]]]) -> str:
-    """The additions' numbers in words; a frequency in Hz."""
+    """The additions' numbers in words, a frequency in Hz; none of a law whose size is less than its error."""
     texts = []
     for many in found.values():
         for one in many:
-            if not one:
+            size = next(iter(one.values()), None)
+            if size is None or abs(size.value) < size.stderr:
                 continue
             if "natural_frequency_rad_per_s" in one:
                 hertz = one["natural_frequency_rad_per_s"].scaled(1.0 / (2.0 * math.pi), "Hz")
@@ -114,7 +115,7 @@ def _numbers(found: Mapping[str, Sequence[Mapping[str, Estimate]]]) -> str:
                 if "quadratic_damping_per_m" in one:
                     texts[-1] += " and more with amplitude"
             elif "kernel_mass_kg" in one:
-                texts.append(f"{one['c_Ns_per_m']} at this body's frequency, as waves radiate it")
+                texts.append(f"{one['c_Ns_per_m']} at this body's frequency, another at others")
             else:
                 texts.append(", ".join(str(e) for e in one.values()))
     return "; ".join(texts)

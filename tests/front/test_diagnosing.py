@@ -118,6 +118,9 @@ def test_a_repaired_equation_moves_as_the_body_did(found, trials):
     unseen = undertow.read(recorded(0.07, 9))
     assert group.score(unseen) > group.score() - 0.02 > 0.95
     assert group.predict(unseen, adjust=True).score() > ahead.score() - 1e-9
+    assert group.score([recorded(0.07, 9)]) == group.score(unseen)
+    assert group.equations() == [group.repaired.text()]
+    assert group.simulate(0.07, body.t).x == pytest.approx(repaired.x, abs=1e-12)
     assert group.get_feature_names_out().tolist() == list(HARD)
     ends = group.confidence_interval(0.999).loc["cubic_stiffness.N_per_m3"]
     assert ends["low"] < 4000.0 < ends["high"]
@@ -316,6 +319,8 @@ def test_what_discover_found_is_shown_scored_and_handed_over(trials, tmp_path):
     assert found.prediction(unseen).runs[0].nrmse < 0.03
     table = found.confidence_interval()
     assert table.loc["cubic_stiffness", "low"] < 1000.0 < table.loc["cubic_stiffness", "high"]
+    assert found.score() == found.score(trials)
+    assert found.simulate([0.07, 0.0], np.arange(50) * 0.02).x[0] == 0.07
     assert "cubic_stiffness" in str(found)
     assert "<" in found._repr_html_()
     assert found.plot(trial="r2").get_title().startswith("r2")
@@ -329,3 +334,5 @@ def test_what_discover_found_is_shown_scored_and_handed_over(trials, tmp_path):
     assert again.score(unseen) == pytest.approx(found.score(unseen))
     with pytest.raises(IdentificationError, match="was read from a file, without its 4 trials; draw"):
         again.plot()
+    with pytest.raises(IdentificationError, match=r"was read from a file, without its 4 trials; .* ask score"):
+        again.score()

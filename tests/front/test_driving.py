@@ -48,6 +48,22 @@ def test_a_free_run_needs_start_samples_alone():
     assert np.mean(inside) == pytest.approx(0.9, abs=0.05)
 
 
+def test_a_driven_body_is_simulated_from_a_state_under_an_input(capsys):
+    t, u, x = shaken(0)
+    found = undertow.fit_driven(x, t=t, u=u)
+    found.print()
+    assert capsys.readouterr().out.startswith("M x'' + k x + c v = F(t), M = 2")
+
+    def slopes(at, y):
+        return [y[1], (np.interp(at, t, u) - y[1] - 50.0 * y[0]) / 2.0]
+
+    exact = solve_ivp(slopes, (0.0, t[-1]), [0.05, 0.3], t_eval=t, rtol=1e-9, atol=1e-12).y[0]
+    # the numbers' own errors move it by some 1e-5 m
+    assert found.simulate([0.05, 0.3], t, u) == pytest.approx(exact, abs=5e-5)
+    assert found.simulate(0.05, STEP, u, v0=0.3) == pytest.approx(exact, abs=5e-5)
+    assert found.score(x, t=t, u=u) > 0.99
+
+
 def test_discover_takes_an_input_as_pysindy_does():
     t, u, x = shaken(0)
     found = undertow.Discover(terms=["cubic_stiffness"], known=("stiffness", "viscous_damping"))
@@ -70,6 +86,7 @@ def test_a_driven_discover_says_predicts_and_scores_what_it_found():
     ahead = found.predict(other[2], t=STEP, u=other[1])
     assert np.sqrt(np.mean((ahead[0] - other[2]) ** 2)) < 1.2 * NOISE
     assert found.score(other[2], t=STEP, u=other[1]) > 0.99
+    assert found.simulate([0.05, 0.0], t, u)[0] == pytest.approx(0.05)
     with pytest.raises(NotFittedError, match=r"fitted to a driven body .* it has equations\(\), parameters"):
         _ = found.coefficients_
     with pytest.raises(IdentificationError, match="u is given, but this Discover was fitted without"):

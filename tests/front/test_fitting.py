@@ -101,6 +101,25 @@ def test_an_interval_of_another_kind_is_refused(found):
         found.confidence_interval(method="bootstrap")
 
 
+def test_a_fit_is_printed_simulated_and_scored_as_users_of_pysindy_do(found, trials, capsys):
+    (line,) = found.equations()
+    assert line == found.equation.text(found._errors())
+    assert line in str(found)
+    found.print()
+    assert capsys.readouterr().out == line + "\n"
+    t = np.arange(0.0, 3.0, 0.02)
+    moved = found.simulate([0.1, 0.2], t)
+    assert (moved.x == found.simulate(0.1, t, v0=0.2).x).all()
+    assert (moved.x[0], moved.v[0]) == (0.1, 0.2)
+    X, times = [1e3 * m.recording.channels["displacement"] for m in trials], [m.recording.time for m in trials]
+    assert found.score(X, t=times, units={"x": "mm"}) == pytest.approx(found.score(), abs=1e-4)
+    assert found.score(trials.recordings) == found.score()
+    with pytest.raises(UndertowError, match=r"x0 has 3 numbers; give the displacement, or \[displacement, velocity\]"):
+        found.simulate([0.1, 0.0, 0.0], t)
+    with pytest.raises(UndertowError, match=r"x0 is \[0.1, 0.2\] and v0 1, two velocities; give one of the two"):
+        found.simulate([0.1, 0.2], t, v0=1.0)
+
+
 def test_a_fit_scores_unseen_trials_and_a_wrong_equation_scores_less(found, trials):
     unseen = undertow.read([recorded(0.08, 7)])
     assert found.score(unseen) > 0.985

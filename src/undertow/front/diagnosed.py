@@ -22,7 +22,7 @@ from undertow.discrepancy.verdict import Status, Verdict
 from undertow.equation.equation import Equation
 from undertow.equation.kernel import SLOT
 from undertow.errors import IdentificationError
-from undertow.front.handover import HandOver
+from undertow.front.found_equation import FoundEquation
 from undertow.front.prediction import Prediction, predict, scatter_of
 from undertow.front.reading import read
 from undertow.front.tables import parameter_lines, parameter_table
@@ -39,7 +39,7 @@ from undertow.uncertainty.posterior import Draws
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class DiagnosedGroup(HandOver):
+class DiagnosedGroup(FoundEquation):
     """One group's verdict with its numbers. ``findings`` holds everything, trial by trial."""
 
     findings: GroupFindings
@@ -148,11 +148,13 @@ class DiagnosedGroup(HandOver):
         """Columns low and high, one row a parameter of the repaired equation."""
         return parameter_table(self.estimates, level)[["low", "high"]]
 
-    def free_runs(self, trials: Trials) -> tuple[FreeRun, ...]:
-        """The repaired equation run free on each trial: only x0, clock and rest position are adjusted to it.
+    def free_runs(self, trials: Any) -> tuple[FreeRun, ...]:
+        """The repaired equation run free on each trial, given as `undertow.read` takes them: only x0, clock and rest
+        position are adjusted to it.
 
         Raises IdentificationError where the equation has a law of your own.
         """
+        trials = read(trials)
         if not self.repaired.compiled:
             raise IdentificationError(
                 f"{self.repaired} has a law of your own and cannot be adjusted to {len(trials)} trials; take predict()"
@@ -162,11 +164,8 @@ class DiagnosedGroup(HandOver):
         width = held / k if k > 0.0 else 0.0
         return tuple(free_run(m, theta, math.hypot(width, m.equilibrium.total_stderr)) for m in trials)
 
-    def score(self, trials: Any = None) -> float:
-        """1 less the repaired equation's mean free-run error on ``trials``; on those that were held out where none is
-        given, on all where none was."""
-        if trials is not None:
-            return 1.0 - float(np.mean([run.nrmse for run in self.free_runs(read(trials))]))
+    def _own_score(self) -> float:
+        """The score on the trials that were held out, on all where none was."""
         table = self.trial_table
         rows = table[table["held_out"]] if table["held_out"].any() else table
         return 1.0 - float(rows["error_repaired"].fillna(rows["error"]).mean())

@@ -17,7 +17,7 @@ from numpy.typing import ArrayLike, NDArray
 from undertow.campaign.driven.run import sentence_of
 from undertow.comparison.discover import Discovery as Estimator
 from undertow.comparison.structure_report import Outside
-from undertow.conditioning.driven_records import Inputs, driven_record
+from undertow.conditioning.driven_records import Inputs
 from undertow.conditioning.motion import Motion
 from undertow.equation.equation import Equation
 from undertow.equation.registry import catalogue
@@ -26,7 +26,7 @@ from undertow.front.columns import Columns, Units
 from undertow.front.curves import curve_of, noise_of_curve
 from undertow.front.diagnosing import diagnose
 from undertow.front.driving import Driven
-from undertow.front.handover import HandOver
+from undertow.front.found_equation import FoundEquation, mean_score
 from undertow.front.prediction import Prediction, predict, scatter_of
 from undertow.front.reading import read
 from undertow.front.tables import parameter_table
@@ -46,7 +46,7 @@ ADEQUATE = {"nothing_missing": True, "present_but_small": True, "cannot_tell": N
 """What a verdict says of an equation; any other says that it is not adequate."""
 
 
-class Discover(HandOver, Estimator):
+class Discover(FoundEquation, Estimator):
     """Which terms of a library move a body, and their coefficients over its mass, from several free decays.
 
         x'' + sum_i theta_i force_i(x, v) = 0,    theta_i = coefficient_i / mass
@@ -160,6 +160,16 @@ class Discover(HandOver, Estimator):
         """The equation in one line, each number with the digits that its error allows."""
         return self._driven.equations() if hasattr(self, "driven_") else super().equations()
 
+    def simulate(
+        self, x0: ArrayLike, t: ArrayLike | None = None, u: ArrayLike | None = None, *, v0: float | None = None,
+        duration_s: float | None = None, rate_hz: float | None = None,
+    ) -> Any:  # fmt: skip
+        """The motion from ``x0`` (m, rad), or from the state [x0, v0], at the instants ``t``; see `undertow.simulate`.
+        Of a driven body its displacement (n,) under the input ``u``; see `Driven.simulate`."""
+        if u is not None:
+            return self._driven.simulate(x0, cast(ArrayLike, t), u, v0=v0)
+        return super().simulate(x0, t, v0=v0, duration_s=duration_s, rate_hz=rate_hz)
+
     def get_feature_names_out(self, input_features: object = None) -> NDArray[np.object_]:
         """Names of the terms that were kept."""
         return np.array([term.name for term in self.terms_], dtype=object)
@@ -190,17 +200,18 @@ class Discover(HandOver, Estimator):
         return predict(self, trials, **settings)
 
     def score(
-        self, trials: Any, y: object = None, *, t: ArrayLike | Sequence[ArrayLike] | None = None,
+        self, trials: Any = None, y: object = None, *, t: ArrayLike | Sequence[ArrayLike] | None = None,
         columns: Columns | None = None, units: Units | None = None, u: ArrayLike | None = None,
     ) -> float:  # fmt: skip
         """1 less the mean free-run error of ``trials``, best trials that ``fit`` has not seen; given as ``fit`` takes
-        them. With ``u`` that of one driven record."""
+        them, its own where none are given. With ``u`` that of one driven record."""
         if u is not None:
-            record = driven_record(trials, cast(ArrayLike, t), u, "first", units=units).outputs["displacement"]
-            missed = self.predict(trials, t=t, u=u, units=units)[0] - record
-            return 1.0 - float(np.sqrt(np.mean(missed**2) / np.mean(record**2)))
+            return self._driven.score(trials, t=cast(ArrayLike, t), u=u, units=units)
         self._fitted()
-        return super().score(read(trials, columns, units, t=t))
+        return super().score(trials, t=t, columns=columns, units=units)
+
+    def _own_score(self) -> float:
+        return mean_score(self.free_runs(self._own_trials))
 
     def fit_report(self, trials: Any = ()) -> str:
         """Everything found as text: doubts first; free-run errors of ``trials`` where some are given."""
@@ -256,13 +267,18 @@ class Discover(HandOver, Estimator):
         return draw_intervals(rows, new_axes() if axes is None else axes)
 
     def _one(self, trial: int | str) -> Motion:
+        return self._own_trials[trial]
+
+    @property
+    def _own_trials(self) -> Trials:
+        """The trials it was fitted to; IdentificationError where it was read from a file, without them."""
         self._fitted()
         if not hasattr(self, "trials_"):
             raise IdentificationError(
                 f"this {type(self).__name__} was read from a file, without its {self.n_trials_in_} trials; draw "
-                "prediction(trials).plot()"
+                "prediction(trials).plot(), ask score(trials)"
             )
-        return self.trials_[trial]
+        return self.trials_
 
     def __getstate__(self) -> Any:
         """What a pickle holds: settings and what was found, not the recordings."""

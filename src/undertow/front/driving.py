@@ -19,15 +19,25 @@ from undertow.discrepancy.words import percent
 from undertow.equation.driven_laws import find_driven
 from undertow.equation.term import Term
 from undertow.errors import IdentificationError
+from undertow.front.found_equation import start_state
 from undertow.front.tables import parameter_lines, parameter_table
 from undertow.likelihood.driven import DrivenLaws, extent_of
 from undertow.methods.driven import DrivenFit
 from undertow.methods.driven import fit_driven as fit_trials
-from undertow.methods.driven_equations import DrivenEquation, DrivenPrediction, equation_text, predict_driven, written
+from undertow.methods.driven_equations import (
+    DrivenEquation,
+    DrivenPrediction,
+    equation_text,
+    predict_driven,
+    simulate_driven,
+    written,
+)
 from undertow.methods.driven_instrument import BesideInstrument, beside_instrument
 from undertow.methods.driven_shares import Told, shares_of
 from undertow.methods.driven_strokes import vary_by_stroke
 from undertow.quantities import OK, Estimate, Hold
+from undertow.recording.arrays import real_numbers
+from undertow.recording.recording import Array
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -62,6 +72,10 @@ class Driven:
         """The equation in one line, with its laws' symbols, and its numbers with their errors."""
         entry = written(self.fit, self.rms, float(np.std(self.trial.outputs["displacement"])), self.trial)
         return [equation_text(entry)]
+
+    def print(self) -> None:
+        """Print `equations`, one a line."""
+        print(*self.equations(), sep="\n")
 
     @property
     def doubts(self) -> tuple[str, ...]:
@@ -103,16 +117,43 @@ class Driven:
         self, x: ArrayLike, *, t: ArrayLike | float, u: ArrayLike, start: int = 50, units: UnitsSaid | None = None
     ) -> DrivenPrediction:
         """The free run (SI) under another input, from the first ``start`` samples of x alone, with its 90 % band."""
+        return predict_driven(self._record(x, t, u, units), self._equation, start)
+
+    def simulate(
+        self, x0: ArrayLike, t: ArrayLike | float, u: ArrayLike, *, v0: float | None = None,
+        units: UnitsSaid | None = None,
+    ) -> Array:  # fmt: skip
+        """Displacement (n,) in SI under the input ``u`` (n,) at the times (or the step) ``t``, from ``x0`` (m, rad) and
+        ``v0``, or from the state [x0, v0] as pysindy writes it; relative to a base that moves. What it was recorded
+        beside, sensors and their noise, has no part in it."""
+        begun, speed = start_state(x0, v0)
+        still = np.zeros(real_numbers(u, "u").size)
+        return simulate_driven(self._record(still, t, u, units), self._equation, begun, speed)
+
+    def score(
+        self, x: ArrayLike, *, t: ArrayLike | float, u: ArrayLike, start: int = 50, units: UnitsSaid | None = None
+    ) -> float:
+        """1 less the free run's error (RMS over RMS displacement) on one record, best one that was not fitted."""
+        record = self._record(x, t, u, units)
+        moved = record.outputs["displacement"]
+        missed = predict_driven(record, self._equation, start).values - moved  # noqa: PD011
+        return 1.0 - float(np.sqrt(np.mean(missed**2) / np.mean(moved**2)))
+
+    def _record(self, x: ArrayLike, t: ArrayLike | float, u: ArrayLike, units: UnitsSaid | None) -> DrivenTrial:
+        """Another record of the same kind."""
         frame = self.trial.frames.get("displacement")
-        other = driven_record(x, t, u, self.trial.hold, self.trial.quantity, frame, units=units)
+        return driven_record(x, t, u, self.trial.hold, self.trial.quantity, frame, units=units)
+
+    @property
+    def _equation(self) -> DrivenEquation:
+        """Everything that a free run needs."""
         size = float(np.std(self.trial.outputs["displacement"]))
         varying = self.fit.strokes
-        equation = DrivenEquation(
+        return DrivenEquation(
             self.fit.started, self.fit.names, self.fit.values, self.fit.covariance,
             self.rms if varying is None else varying.beyond, size, self.trial.noise()["displacement"],
             extent_of(self.trial), {}, (0.0, 0.0) if varying is None else varying.spreads,
         )  # fmt: skip
-        return predict_driven(other, equation, start)
 
 
 def fit_driven(

@@ -19,8 +19,9 @@ from undertow.equation.equation import Equation
 from undertow.equation.kernel import SLOT
 from undertow.errors import IdentificationError
 from undertow.front.curves import curve_of, noise_of_curve
-from undertow.front.handover import HandOver
+from undertow.front.found_equation import FoundEquation, mean_score
 from undertow.front.prediction import Prediction, normal_thetas, predict, scatter_of
+from undertow.front.reading import read
 from undertow.front.tables import html_page, parameter_lines, parameter_table
 from undertow.front.to_arviz import to_arviz
 from undertow.front.trials import Trials
@@ -40,7 +41,7 @@ ADEQUATE = 2.0
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class Fitted(HandOver):
+class Fitted(FoundEquation):
     """An equation fitted to trials by output error: all trials together, every one simulated from its release.
 
     ``group`` is the search's own result; ``anchor`` says what gives kilograms; ``structure`` what dry trials gave;
@@ -83,9 +84,11 @@ class Fitted(HandOver):
         """The free run of every trial it was fitted to."""
         return self.free_runs(self.trials)
 
-    def free_runs(self, trials: Trials) -> tuple[FreeRun, ...]:
-        """The equation run free on each trial: only x0, clock and rest position are adjusted to it."""
+    def free_runs(self, trials: Any) -> tuple[FreeRun, ...]:
+        """The equation run free on each trial, given as `undertow.read` takes them: only x0, clock and rest position
+        are adjusted to it."""
         group, model = self.group, self.group.model
+        trials = read(trials)
         own_k = [m.name if m.name in model.stiffness else "" for m in trials]
         return tuple(
             free_run(m, model.theta(group.values, name), self._rest(m), laws=model.laws)
@@ -98,10 +101,8 @@ class Fitted(HandOver):
         k, held = float(theta[SLOT["k1"]]), max(float(theta[SLOT["fc"]]), 0.0)
         return float(np.hypot(held / k if k > 0.0 else 0.0, motion.equilibrium.total_stderr))
 
-    def score(self, trials: Trials | None = None) -> float:
-        """1 less the mean free-run error (RMS over RMS displacement) of the trials: 1 is a perfect prediction."""
-        runs = self.runs if trials is None else self.free_runs(trials)
-        return 1.0 - float(np.mean([run.nrmse for run in runs]))
+    def _own_score(self) -> float:
+        return mean_score(self.runs)
 
     def predict(self, trials: Any = None, **settings: Any) -> Prediction:
         """The equation run free on trials or from ``x0``, with a 90 % band; see `undertow.predict`."""

@@ -172,6 +172,23 @@ def predict_driven(trial: DrivenTrial, equation: DrivenEquation, start: int) -> 
     return DrivenPrediction(np.array(column[:, 0]), stderr, start)
 
 
+def simulate_driven(trial: DrivenTrial, equation: DrivenEquation, x0: float, v0: float) -> Array:
+    """Displacement (n,) under the trial's input from ``x0`` and ``v0`` (relative to a base that moves), in SI.
+
+    Of the trial's outputs nothing is used. Raises IdentificationError where the motion has no bounds.
+    """
+    from undertow.equation.driven import driven_motion
+
+    held = replace(equation.laws, fixed={**equation.laws.fixed, **equation.laws.starts}, starts={})
+    drive = drive_for(trial)
+    noise = {trial.name: dict.fromkeys(trial.outputs, equation.noise)}
+    problem = driven_problem([trial], held, 1, noise, {trial.name: drive}, {trial.name: equation.extent})
+    theta = parameter_vector(problem.trials[0], problem.believed[0])
+    theta[[DRIVEN_SLOT[name] for name in STATE]] = x0, v0
+    none = np.zeros(0, dtype=np.int64)
+    return np.array(driven_motion(theta, none, drive, problem.trials[0].t, equation.extent).x[:, 0])
+
+
 def equation_text(entry: Mapping[str, Any]) -> str:
     """The equation in one line with its numbers and standard errors.
 

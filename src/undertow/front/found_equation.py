@@ -1,0 +1,96 @@
+"""`FoundEquation`: what every equation found from trials says, moves like, and is scored by, in every result alike.
+
+Belongs here: the methods that `fit`, `Discover` and `diagnose` share. Does not belong here: how an equation was found
+(fitting.py, discovering.py, diagnosing.py), programs for others (handover/).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from undertow.errors import UndertowError
+from undertow.front.columns import Columns, Units
+from undertow.front.handover import HandOver
+from undertow.front.reading import read
+from undertow.front.simulation import Simulation, simulate
+from undertow.recording.arrays import real_numbers
+
+if TYPE_CHECKING:
+    from undertow.likelihood.free_run import FreeRun
+
+STATES = 2
+"""Displacement and velocity: what a motion begins with."""
+
+
+class FoundEquation(HandOver):
+    """An equation with its numbers: `equations`, `print`, `simulate` and `score`, as users of pysindy know them."""
+
+    if TYPE_CHECKING:
+
+        def free_runs(self, trials: Any) -> tuple[FreeRun, ...]:
+            """The equation run free on each trial."""
+
+        def _own_score(self) -> float:
+            """The score on the trials it was found from."""
+
+    def equations(self) -> list[str]:
+        """The equation in one line, each number with the digits that its error allows; those of hidden states after a
+        semicolon each.
+
+        >>> import undertow
+        >>> run = undertow.simulate({"stiffness": 400.0, "viscous_damping": 2.0}, x0=0.1, mass_kg=4.0, duration_s=6.0)
+        >>> found = undertow.fit(run.recorded(noise_m=1e-3), ["stiffness", "viscous_damping"], mass_kg=4.0)
+        >>> found.print()
+        4 x'' + 400.05 x + 2.001 v = 0
+        """
+        return [self.equation.text(self._errors())]
+
+    def print(self) -> None:
+        """Print `equations`, one a line."""
+        print(*self.equations(), sep="\n")
+
+    def simulate(
+        self, x0: ArrayLike, t: ArrayLike | None = None, *, v0: float | None = None, duration_s: float | None = None,
+        rate_hz: float | None = None,
+    ) -> Simulation:  # fmt: skip
+        """The motion from ``x0`` (m, rad) at the instants ``t`` (n,) in s from 0; see `undertow.simulate`.
+
+        ``x0`` may be the state [x0, v0], as pysindy writes it. Raises UndertowError where it is anything else.
+        """
+        begun, speed = start_state(x0, v0)
+        return simulate(self.equation, begun, t, v0=speed, duration_s=duration_s, rate_hz=rate_hz)
+
+    def score(
+        self, trials: Any = None, *, t: ArrayLike | Sequence[ArrayLike] | None = None, columns: Columns | None = None,
+        units: Units | None = None,
+    ) -> float:  # fmt: skip
+        """1 less the mean free-run error (RMS over RMS displacement) of ``trials``, which are all that `undertow.read`
+        takes; of its own trials where none are given. 1 is a perfect prediction of the whole decay."""
+        if trials is None:
+            return self._own_score()
+        return mean_score(self.free_runs(read(trials, columns, units, t=t)))
+
+
+def mean_score(runs: Sequence[FreeRun]) -> float:
+    """1 less the mean error of free runs."""
+    return 1.0 - float(np.mean([run.nrmse for run in runs]))
+
+
+def start_state(x0: ArrayLike, v0: float | None) -> tuple[float, float]:
+    """x0 and v0 from a number and ``v0`` (0 where it is None), or from a state [x0, v0].
+
+    >>> start_state([0.1, 0.2], None), start_state(0.1, None)
+    ((0.1, 0.2), (0.1, 0.0))
+    """
+    state = real_numbers(x0, "x0").ravel()
+    if state.size == 1:
+        return float(state[0]), 0.0 if v0 is None else float(v0)
+    if state.size != STATES:
+        raise UndertowError(f"x0 has {state.size} numbers; give the displacement, or [displacement, velocity]")
+    if v0 is not None:
+        raise UndertowError(f"x0 is {state.tolist()} and v0 {v0:g}, two velocities; give one of the two")
+    return float(state[0]), float(state[1])

@@ -196,7 +196,7 @@ def test_why_standard_errors_are_larger_is_one_sentence_a_group_with_verbose(fin
 
 
 def test_a_probability_is_never_said_where_nothing_is_claimed() -> None:
-    assert probability_words({"status": "not_identifiable", "confidence": 0.99}) == "-"
+    assert probability_words({"status": "not_identifiable", "confidence": 0.86}) == "86 %"  # that it is one of them
     assert probability_words({"status": "cannot_tell", "confidence": 0.99}) == "-"
     assert probability_words({"status": "nothing_missing", "confidence": 0.9}) == "90 %"
 

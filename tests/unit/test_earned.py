@@ -646,3 +646,9 @@ def test_what_the_dry_trials_need_is_a_description_where_it_leaves_more_than_noi
 def test_nothing_is_said_to_be_water_in_air(dry, words):
     said = sentence_of(case(dry=dry), ["hidden_resonator"], [], {}, 0.01, math.nan, False, ())
     assert f"{words} oscillates by itself explains it." in said
+
+
+@pytest.mark.parametrize(("size", "words"), [(5.0, "explains it: 5 ± 3 N/m."), (2.0, "explains it.")])
+def test_a_number_below_its_own_error_is_not_said(size, words):
+    numbers = {"relaxation": [{"stiffness_N_per_m": Estimate(size, 3.0, unit="N/m")}]}
+    assert words in sentence_of(case(), ["relaxation"], [], numbers, 0.01, math.nan, False, ())

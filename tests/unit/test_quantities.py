@@ -50,6 +50,10 @@ def test_estimate_with_noise_alone_prints_one_error():
     assert format_estimate(Estimate(9.6123, 0.014, unit="rad/s")) == "9.612 ± 0.014 rad/s"
 
 
+def test_a_pure_number_has_no_unit():
+    assert format_estimate(Estimate(1.6168, 0.0051, unit="1")) == "1.617 ± 0.005"
+
+
 def test_estimate_without_noise_error_prints_its_systematic_one():
     assert format_estimate(Estimate(3924.0, math.nan, 120.0, unit="N s^2/m^2")) == (
         "3920 ± 120 (systematic) N s^2/m^2"

@@ -85,14 +85,14 @@ def missing_words(entry: Entry) -> str:
 
 
 def probability_words(entry: Entry) -> str:
-    """How probable what is said is, or of few such verdicts how many held; "-" where none is calibrated, of
-    ``cannot_tell``, which claims nothing, and of ``not_identifiable``, whose number is of all its names together.
+    """How probable what is said is (of ``not_identifiable`` that it is one of its names), or of few such verdicts how
+    many held; "-" where none is calibrated, and of ``cannot_tell``, which claims nothing.
 
     >>> [probability_words({"status": "explained", "confidence": p}) for p in (0.973, 0.9999, None)]
     ['97 %', 'over 99 %', '-']
     """
     sure = _number(entry["confidence"])
-    if not math.isfinite(sure) or entry["status"] in ("cannot_tell", "not_identifiable"):
+    if not math.isfinite(sure) or entry["status"] == "cannot_tell":
         return "-"
     record = record_for(entry["status"], entry.get("verdict", ()), conditions_of(entry.get("decision", ())))
     if record is not None and record.few:

@@ -157,8 +157,8 @@ class Discover(FoundEquation, Estimator):
         return Driven(self.driven_.best, self.driven_trials_)
 
     def equations(self) -> list[str]:
-        """The equation in one line, each number with the digits that its error allows."""
-        return self._driven.equations() if hasattr(self, "driven_") else super().equations()
+        """The equation over the mass in one line, each number with the digits that its error allows."""
+        return self._driven.equations() if hasattr(self, "driven_") else Estimator.equations(self)
 
     def simulate(
         self, x0: ArrayLike, t: ArrayLike | None = None, u: ArrayLike | None = None, *, v0: float | None = None,

@@ -229,3 +229,13 @@ def test_the_drag_of_keulegan_follows_the_last_half_swing() -> None:
     first = more.time < 3.0
     assert np.allclose(more.x[first], plain.x[first], atol=1e-8)  # the first half swing has the reference's size
     assert abs(more.x[200]) < abs(plain.x[200])
+
+
+def test_a_body_that_its_spring_no_longer_holds_ends_as_no_number_within_few_steps() -> None:
+    """x'' + x - 2 x^3 = 0 from x = 1: beyond any bound in a finite time, where steps would shrink without end."""
+    softens = Law(codes.STIFF, (0.0, 0.0, -2.0, 0.0))
+    motion = simulate(PLAIN, (softens,), 1.0, 200, STEP)
+    assert np.all(np.isfinite(motion.x[:5]))
+    assert np.all(np.isnan(motion.x[-100:]))
+    held = simulate(PLAIN, (softens,), 0.6, 200, STEP)
+    assert np.max(np.abs(held.x)) == pytest.approx(0.6, rel=1e-6)

@@ -41,6 +41,7 @@ MARCH = types.void(
 NODE = np.array([0.0, 1 / 5, 3 / 10, 4 / 5, 8 / 9, 1.0, 1.0])
 ERROR = np.array([71 / 57600, 0.0, -71 / 16695, 71 / 1920, -17253 / 339200, 22 / 525, -1 / 40])
 LEAST_STEP = 1e-9  # of the outer step: below it an event counts as here and now
+MOST_STEPS = 100_000  # within an outer one: what runs away takes smaller ones without end
 ROUNDS = 60  # of a bracketing search for an event
 
 
@@ -115,11 +116,15 @@ def _after_stop(rule, t, y, body, law, numbers, scratch, swing, slopes):
 
 @kernel
 def advance(rule, t, span, y, direction, body, law, numbers, scratch, turns, scales, tolerance, slopes, new):
-    """Integrate `y` in place over `span` seconds; returns the direction at its end."""
-    done = 0.0
+    """Integrate `y` in place over `span` seconds; returns the direction at its end. nan of what runs away."""
+    done = 0.0 if np.isfinite(y[0]) else span
     h = min(span, turns[2])
-    short = 0
+    short = steps = 0
     while done < span * (1.0 - 1e-14):
+        steps += 1
+        if steps > MOST_STEPS:
+            y[:] = np.nan
+            return direction
         h = min(h, span - done)
         error = _step(
             rule, t + done, h, y, direction, body, law, numbers, scratch, turns[0], scales, tolerance, slopes, new

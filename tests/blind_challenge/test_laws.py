@@ -232,9 +232,9 @@ def test_the_drag_of_keulegan_follows_the_last_half_swing() -> None:
 
 
 def test_a_body_that_its_spring_no_longer_holds_ends_as_no_number_within_few_steps() -> None:
-    """x'' + x - 2 x^3 = 0 from x = 1: beyond any bound in a finite time, where steps would shrink without end."""
+    """x'' + v |v| / 2 + x - 2 x^3 = 0 from x = 1: drag holds it back so that ever smaller steps would not end."""
     softens = Law(codes.STIFF, (0.0, 0.0, -2.0, 0.0))
-    motion = simulate(PLAIN, (softens,), 1.0, 200, STEP)
+    motion = simulate(PLAIN.changed(drag=0.5), (softens,), 1.0, 200, STEP)
     assert np.all(np.isfinite(motion.x[:5]))
     assert np.all(np.isnan(motion.x[-100:]))
     held = simulate(PLAIN, (softens,), 0.6, 200, STEP)

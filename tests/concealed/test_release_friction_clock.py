@@ -14,8 +14,8 @@ from experiments.names.scenes import Campaign
 from tests.concealed.test_diagnosis import SHORT, member
 from undertow.campaign.config import load
 from undertow.campaign.run import run
-from undertow.comparison.joint import swinging_until
-from undertow.comparison.level import Addend, seen_by
+from undertow.comparison.joint import build, swinging_until
+from undertow.comparison.level import Addend, make_level, seen_by
 from undertow.conditioning.period import dominant_period
 
 PLAN = Plan(11, springs=("short",), wet_trials=3, dry_trials=3, rate_hz=100.0, seconds=8.0)
@@ -86,8 +86,10 @@ def test_of_a_small_release_that_starts_later_a_period_counts():
     (motion,) = small.motions
     later = seen_by(LATE, motion)
     start = later.windowed("t")[0]
-    assert swinging_until(motion, small) < start + 0.5 * dominant_period(motion)  # friction soon holds it
-    assert swinging_until(later, small) == pytest.approx(start + dominant_period(later))
+    assert swinging_until(motion, small, motion) < start + 0.5 * dominant_period(motion)  # friction soon holds it
+    assert swinging_until(motion, small, later) == pytest.approx(start + dominant_period(later))
+    (trial,) = build(make_level([small]), LATE).trials
+    assert trial.t[-1] - trial.t[0] > 0.9 * dominant_period(later)
 
 
 @pytest.mark.slow

@@ -127,23 +127,23 @@ def build(level: Level, addends: Sequence[Addend]) -> Problem:
                     links += _free_hidden(builder, addend, level.scales, motion.name)
             base, links = _moved(addends, member.label, member.model.trial_base(motion.name), links)
             seen = seen_by(addends, motion)
-            ends = replace(options, end_s=swinging_until(seen, member))
+            ends = replace(options, end_s=swinging_until(motion, member, seen))
             builder.trial(seen, base, tuple(links), ends)
     return _freed(without_jumps(level, builder.build()), addends)
 
 
-def swinging_until(motion: Motion, member: Member) -> float:
+def swinging_until(motion: Motion, member: Member, seen: Motion) -> float:
     """Until when a trial's swings count, s after the release: those under `LAST_SWINGS` times the width in which
-    friction lets the body rest are left out, for where it stops is chance, and the misfit has kinks there. Of what
-    starts later, a first period counts: too little would be left of a small release to be looked at. inf without
-    friction."""
+    friction lets the body rest are left out, for where it stops is chance, and the misfit has kinks there. Where a
+    model follows the motion from later on alone (``seen``), a first period counts: too little would be left of a small
+    release to be looked at. inf without friction."""
     structure = member.model.fixed
     if structure is None or not structure.mu.value > 0.0:
         return math.inf
     width = structure.mu.value * _normal_force(member) / structure.k.value
     away = np.abs(motion.x - motion.equilibrium.value) * motion.inside
     large = np.flatnonzero(away > LAST_SWINGS * width)
-    least = 0.0 if motion.window.held else float(motion.windowed("t")[0]) + dominant_period(motion)
+    least = 0.0 if seen is motion else float(seen.windowed("t")[0]) + dominant_period(seen)
     return max(float(motion.t[large[-1]]), least) if large.size and width > 0.0 else math.inf
 
 

@@ -115,7 +115,7 @@ def _numbers(found: Mapping[str, Sequence[Mapping[str, Estimate]]]) -> str:
                 if "quadratic_damping_per_m" in one:
                     texts[-1] += " and more with amplitude"
             elif "kernel_mass_kg" in one:
-                texts.append(f"{one['c_Ns_per_m']} at this body's frequency, another at others")
+                texts.append(f"{one['c_Ns_per_m']} at this body's frequency; at other frequencies it differs")
             else:
                 texts.append(", ".join(str(e) for e in one.values()))
     return "; ".join(texts)

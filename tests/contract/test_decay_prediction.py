@@ -10,6 +10,7 @@ import pandas as pd
 import pytest
 
 import undertow
+from experiments.eq15_campaign.motion import simulate as exact
 from tests.command_line import undertow as command
 from tests.small_campaign import BODY, NOISE_M, make_campaign, recorded, write_table
 from undertow.campaign.run.folder import run_to_folder
@@ -55,6 +56,22 @@ def test_a_decay_nobody_fitted_lies_in_the_band(finished, name):
     assert made.covered > 0.8
     # the band is of the order of what is missed, not of the motion
     assert np.mean(table["upper"] - table["lower"]) < 0.2 * np.std(table["measured"])
+
+
+def test_an_opened_group_says_moves_and_is_scored_as_any_found_equation(finished):
+    group = undertow.open(finished / "run")["spring stiff"]
+    assert [term.name for term in group.equation.terms] == ["stiffness", "viscous_damping", "coulomb_friction"]
+    assert group.equations()[0].startswith("2637.4 x'' + 109")
+    assert len(group.equations()[0]) < 60  # digits as the errors allow
+    motion = group.simulate(0.05, duration_s=3.0, rate_hz=200.0)
+    assert motion.x == pytest.approx(exact(BODY, 0.05, motion.t).x, abs=1e-4)
+    ahead = group.predict(x0=0.05, duration_s=3.0, rate_hz=200.0).run.predicted
+    assert ahead[:600] == pytest.approx(motion.x[:600], abs=1e-6)
+    columns = {"time": "t", "displacement": "x"}
+    unseen = undertow.read(str(finished / "inside.csv"), columns=columns, units={"displacement": "m"})
+    assert group.score(unseen) == pytest.approx(group.score(), abs=0.01)
+    assert 0.95 < group.score() == 1.0 - group.row["error"]  # nobody named anything, no trial was held out
+    assert "def simulate" in group.to_python()
 
 
 def test_nothing_after_the_hold_moves_a_prediction(finished):

@@ -96,6 +96,8 @@ def test_the_run_folder_has_the_contracts_files_and_opens(finished):
     assert opened[0].names == ("cubic_stiffness",)
     assert len(opened.trials) == 4
     assert opened.predict(DATA / "sweep_down.csv").rms < 2.0 * TRUTH["noise_m"]
+    with pytest.raises(UndertowError, match="is a driven body: take the run's predict; its numbers are in `repaired`"):
+        opened[0].equations()
     assert load(folder / "config.yaml").recordings.response is not None  # the resolved config is a config again
 
 

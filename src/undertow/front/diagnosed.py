@@ -20,15 +20,12 @@ from undertow.discrepancy.findings import GroupFindings, TrialFindings
 from undertow.discrepancy.repaired import repaired_equation
 from undertow.discrepancy.verdict import Status, Verdict
 from undertow.equation.equation import Equation
-from undertow.equation.kernel import SLOT
 from undertow.errors import IdentificationError
 from undertow.front.found_equation import FoundEquation
 from undertow.front.prediction import Prediction, predict, scatter_of
-from undertow.front.reading import read
 from undertow.front.tables import parameter_lines, parameter_table
 from undertow.front.to_arviz import to_arviz
 from undertow.front.trials import Trials
-from undertow.likelihood.free_run import FreeRun, free_run
 from undertow.quantities import OK, Estimate
 from undertow.recording.recording import Array
 from undertow.report.front_figures import draw_runs_before_and_after
@@ -147,22 +144,6 @@ class DiagnosedGroup(FoundEquation):
     def confidence_interval(self, level: float = INTERVAL_LEVEL) -> pd.DataFrame:
         """Columns low and high, one row a parameter of the repaired equation."""
         return parameter_table(self.estimates, level)[["low", "high"]]
-
-    def free_runs(self, trials: Any) -> tuple[FreeRun, ...]:
-        """The repaired equation run free on each trial, given as `undertow.read` takes them: only x0, clock and rest
-        position are adjusted to it.
-
-        Raises IdentificationError where the equation has a law of your own.
-        """
-        trials = read(trials)
-        if not self.repaired.compiled:
-            raise IdentificationError(
-                f"{self.repaired} has a law of your own and cannot be adjusted to {len(trials)} trials; take predict()"
-            )
-        theta = self.repaired.theta()
-        k, held = float(theta[SLOT["k1"]]), max(float(theta[SLOT["fc"]]), 0.0)
-        width = held / k if k > 0.0 else 0.0
-        return tuple(free_run(m, theta, math.hypot(width, m.equilibrium.total_stderr)) for m in trials)
 
     def _own_score(self) -> float:
         """The score on the trials that were held out, on all where none was."""

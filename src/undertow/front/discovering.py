@@ -181,7 +181,7 @@ class Discover(FoundEquation, Estimator):
     def free_runs(self, trials: Any) -> tuple[FreeRun, ...]:
         """Each trial's free run with x0, clock and rest position fitted to it."""
         self._fitted()
-        return super().free_runs(read(trials))
+        return Estimator.free_runs(self, read(trials))
 
     def predict(
         self, trials: Any, *, t: ArrayLike | Sequence[ArrayLike] | None = None, columns: Columns | None = None,

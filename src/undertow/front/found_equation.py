@@ -6,21 +6,21 @@ Belongs here: the methods that `fit`, `Discover` and `diagnose` share. Does not 
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import ArrayLike
 
-from undertow.errors import UndertowError
+from undertow.equation.kernel import SLOT
+from undertow.errors import IdentificationError, UndertowError
 from undertow.front.columns import Columns, Units
 from undertow.front.handover import HandOver
 from undertow.front.reading import read
 from undertow.front.simulation import Simulation, simulate
+from undertow.likelihood.free_run import FreeRun, free_run
 from undertow.recording.arrays import real_numbers
-
-if TYPE_CHECKING:
-    from undertow.likelihood.free_run import FreeRun
 
 STATES = 2
 """Displacement and velocity: what a motion begins with."""
@@ -30,9 +30,6 @@ class FoundEquation(HandOver):
     """An equation with its numbers: `equations`, `print`, `simulate` and `score`, as users of pysindy know them."""
 
     if TYPE_CHECKING:
-
-        def free_runs(self, trials: Any) -> tuple[FreeRun, ...]:
-            """The equation run free on each trial."""
 
         def _own_score(self) -> float:
             """The score on the trials it was found from."""
@@ -63,6 +60,22 @@ class FoundEquation(HandOver):
         """
         begun, speed = start_state(x0, v0)
         return simulate(self.equation, begun, t, v0=speed, duration_s=duration_s, rate_hz=rate_hz)
+
+    def free_runs(self, trials: Any) -> tuple[FreeRun, ...]:
+        """The equation run free on each trial, given as `undertow.read` takes them: only x0, clock and rest
+        position are adjusted to it.
+
+        Raises IdentificationError where the equation has a law of your own.
+        """
+        trials, equation = read(trials), self.equation
+        if not equation.compiled:
+            raise IdentificationError(
+                f"{equation} has a law of your own and cannot be adjusted to {len(trials)} trials; take predict()"
+            )
+        theta = equation.theta()
+        k, held = float(theta[SLOT["k1"]]), max(float(theta[SLOT["fc"]]), 0.0)
+        width = held / k if k > 0.0 else 0.0
+        return tuple(free_run(m, theta, math.hypot(width, m.equilibrium.total_stderr)) for m in trials)
 
     def score(
         self, trials: Any = None, *, t: ArrayLike | Sequence[ArrayLike] | None = None, columns: Columns | None = None,

@@ -22,9 +22,11 @@ from undertow.campaign.config import load as load_config
 from undertow.campaign.driven.predict import Predicted, equations_of
 from undertow.campaign.response.predict import PredictedSet
 from undertow.discrepancy.words import group_title
+from undertow.equation.equation import Equation
 from undertow.errors import UndertowError
+from undertow.front.found_equation import FoundEquation
 from undertow.front.reading import load
-from undertow.front.run_prediction import RunPrediction, predict_driven_run, predict_run
+from undertow.front.run_prediction import RunPrediction, StoredEquation, predict_driven_run, predict_run
 from undertow.front.tables import parameter_table
 from undertow.front.trials import Trials
 from undertow.quantities import Estimate
@@ -39,10 +41,11 @@ TABLES = ("trials", "levels", "mismatch")
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class OpenedGroup:
-    """One group's entry of verdict.json; ``data`` is the whole of it."""
+class OpenedGroup(FoundEquation):
+    """One group's entry of verdict.json in the run's ``folder``; ``data`` is the whole of it."""
 
     data: Mapping[str, Any] = field(repr=False)
+    folder: Path = field(repr=False)
 
     @property
     def label(self) -> str:
@@ -73,6 +76,35 @@ class OpenedGroup:
     def repaired(self) -> pd.DataFrame:
         """Parameters of the repaired equation, of the prescribed one where nothing is named."""
         return parameter_table(_estimates((self.data.get("augmented") or self.data["baseline"])["parameters"]))
+
+    @cached_property
+    def _stored(self) -> StoredEquation:
+        found = [one for one in equations_of(self.folder)["groups"] if one["group"] == self.data["group"]]
+        if not found or found[0]["driven"]:
+            what = "is a driven body: take the run's predict" if found else "has no equation"
+            raise UndertowError(f"{self.label} of {self.folder} {what}; its numbers are in `repaired`")
+        return StoredEquation(found[0])
+
+    @property
+    def equation(self) -> Equation:
+        """The repaired equation with its numbers; the prescribed one where nothing is named.
+
+        Raises UndertowError where the group is of a driven body, or no equation could be fitted.
+        """
+        return self._stored.equation
+
+    def predict(self, recording: str | Path | None = None, **settings: Any) -> RunPrediction:
+        """The equation run free on a recording nobody fitted, or from a start, with its band; see `predict_run`."""
+        return predict_run(self.folder, recording, group=self.data["group"], **settings)
+
+    def _errors(self) -> Mapping[str, float]:
+        return self._stored.errors
+
+    def _own_score(self) -> float:
+        """The score on the trials that were held out, on all where none was."""
+        row = self.row
+        errors = (row[key] for key in ("held_out_repaired", "held_out_error", "error_repaired", "error"))
+        return 1.0 - next((error for error in errors if math.isfinite(error)), math.nan)
 
     @property
     def row(self) -> dict[str, Any]:
@@ -209,9 +241,11 @@ def open_run(folder: str | Path) -> OpenedRun:
     ...     "identify: [output_error], discrepancy: {suspects: []}}")
     >>> _ = run_to_folder(place / "c.yaml", out=place / "run", jobs=1, page=False)  # or `undertow run c.yaml`
     >>> opened = open_run(place / "run")
-    >>> folder.cleanup()
     >>> opened[0].status, opened[0].repaired.value.round(2).tolist()
     ('cannot_tell', [100.0, 0.5])
+    >>> opened[0].simulate(0.1, duration_s=1.0, rate_hz=4.0).x.round(4).tolist()  # its equation: print, to_python, ...
+    [0.1, -0.0738, 0.0228, 0.0309]
+    >>> folder.cleanup()
     >>> open_run("no_such_run")
     Traceback (most recent call last):
     undertow.errors.UndertowError: no_such_run is no run folder: it has no verdict.json; give what `undertow run` wrote
@@ -221,7 +255,7 @@ def open_run(folder: str | Path) -> OpenedRun:
     if not path.is_file():
         raise UndertowError(f"{place} is no run folder: it has no verdict.json; give what `undertow run` wrote")
     data = read_verdicts(place)
-    groups = tuple(OpenedGroup(group) for group in data["groups"])
+    groups = tuple(OpenedGroup(group, place) for group in data["groups"])
     return OpenedRun(place, groups, data["across_groups"]["sentence"])
 
 

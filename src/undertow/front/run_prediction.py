@@ -60,6 +60,12 @@ class StoredEquation:
         """The equation with its numbers."""
         return self._with(np.array([row["value"] for row in self.version["rows"]]), float(self.version["mass_kg"]))
 
+    @property
+    def errors(self) -> dict[str, float]:
+        """Standard errors of the laws' coefficients by their names; those that have none are left out."""
+        leading = (row for row in self.version["rows"] if row["parameter"] == find(row["term"]).coefficient.name)
+        return {row["term"]: float(row["stderr"]) for row in leading if row["stderr"] is not None}
+
     def _with(self, values: Array, mass_kg: float) -> Equation:
         terms, coefficients = [], []
         laws: dict[tuple[str, int], dict[str, float]] = {}

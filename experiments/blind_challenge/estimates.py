@@ -8,6 +8,7 @@ from scipy.special import expit
 from scipy.stats import beta, binom, kstest, norm
 
 SURE = 1e-3  # confidences are kept this far from 0 and 1
+MOST_LAPSES = 0.45  # of a share that is missed however strong it is: with half of all there is no half power
 
 
 def upper_limit(hits: int, n: int, level: float = 0.95) -> float:
@@ -42,21 +43,28 @@ def uniformity(values: list[float]) -> dict[str, float]:
 
 
 def half_power(strength: list[float], hit: list[bool]) -> dict[str, float] | None:
-    """Probit of hits against log strength with a small ridge: strength at half power, slope; None where it cannot be
-    fitted.
+    """Where the share of hits passes one half: a probit against log strength times (1 - lapse), with a small ridge.
+
+    The lapse is the share that is missed however strong it is, as for psychometric functions (Wichmann and Hill 2001):
+    without it a few such misses turn the curve about the half, which then says nothing of where that lies. None where
+    it cannot be fitted.
     """
     s, y = np.log(np.asarray(strength)), np.asarray(hit, dtype=float)
     if s.size < 10 or y.min() == y.max():
         return None
 
     def loss(p: np.ndarray) -> float:
-        chance = np.clip(norm.cdf(p[1] * (s - p[0])), 1e-9, 1.0 - 1e-9)
-        return float(-np.sum(y * np.log(chance) + (1.0 - y) * np.log(1.0 - chance)) + 0.01 * (p[1] - 1.0) ** 2)
+        chance = np.clip((1.0 - MOST_LAPSES * expit(p[2])) * norm.cdf(p[1] * (s - p[0])), 1e-9, 1.0 - 1e-9)
+        likely = np.sum(y * np.log(chance) + (1.0 - y) * np.log(1.0 - chance))
+        return float(-likely + 0.01 * (p[1] - 1.0) ** 2 + 0.01 * p[2] ** 2)
 
-    fit = minimize(
-        loss, np.array([float(np.median(s)), 1.0]), method="Nelder-Mead", options={"xatol": 1e-6, "fatol": 1e-9}
-    )
-    return {"half": float(math.exp(fit.x[0])), "slope": float(fit.x[1]), "n": float(s.size)}
+    starts = np.quantile(s, [0.25, 0.5, 0.75])
+    options = {"xatol": 1e-6, "fatol": 1e-9, "maxiter": 5000}
+    fits = [minimize(loss, np.array([at, 1.0, -2.0]), method="Nelder-Mead", options=options) for at in starts]
+    middle, slope, lapse = min(fits, key=lambda fit: float(fit.fun)).x
+    lapse = MOST_LAPSES * float(expit(lapse))
+    half = math.exp(middle + float(norm.ppf(0.5 / (1.0 - lapse))) / slope)
+    return {"half": half, "slope": float(slope), "lapse": lapse, "n": float(s.size)}
 
 
 def calibration(

@@ -40,8 +40,8 @@ def _met(good: bool | None) -> str:
 def _targets(t: dict[str, Any]) -> list[tuple[str, str, str, str]]:
     """What was asked, what came out, and whether it was reached."""
     n, s, power = t["nothing"], t["names"], t["power"]
-    half = power["detection"]["half"] if power["detection"] else None
-    name = power["name"]["half"] if power["name"] else None
+    half, halves = _half(power["detection"])
+    name, names = _half(power["name"])
     worst = max((v["upper"] for v in n["strata"].values() if v["n"] >= 100), default=None)
 
     def at_least(part: dict[str, Any], limit: float) -> str:
@@ -61,8 +61,8 @@ def _targets(t: dict[str, Any]) -> list[tuple[str, str, str, str]]:
          _met(None if worst is None else worst <= 0.03)),
         ("nothing_missing said where scatter is known and a small effect could be seen", "at least 80 %",
          percent(n["nothing_said_sharp"]), at_least(n["nothing_said_sharp"], 0.8)),
-        ("strength at half power, detection", "at most 1.5", number(half), _met(None if half is None else half <= 1.5)),
-        ("strength at half power, name", "at most 2", number(name), _met(None if name is None else name <= 2.0)),
+        ("strength at half power, detection", "at most 1.5", halves, _met(None if half is None else half <= 1.5)),
+        ("strength at half power, name", "at most 2", names, _met(None if name is None else name <= 2.0)),
         ("one effect above twice that strength: named", "at least 92 %", percent(s["one"]), at_least(s["one"], 0.92)),
         ("two effects above it: both named", "at least 80 %", percent(s["two"]), at_least(s["two"], 0.8)),
         ("in no catalogue, above it: unknown, or a description that predicts", "at least 80 %", percent(s["outside"]),
@@ -123,6 +123,13 @@ def _origin(marks: dict[str, Any]) -> str:
         ["rows", "seed", "cases drawn", "rows scored", "revision"],
         [(word, seed, marks["cases"], marks["rows"], ", ".join(marks["revisions"]))],
     )
+
+
+def _half(fit: dict[str, float] | None) -> tuple[float | None, str]:
+    """Where the share passes one half, and that in words with the share that is missed however strong it is."""
+    if fit is None:
+        return None, number(None)
+    return fit["half"], f"{number(fit['half'])} ({100 * fit['lapse']:.0f} % missed however strong)"
 
 
 def _slope(sure: dict[str, Any]) -> tuple[str, str]:

@@ -6,6 +6,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from scipy.stats import norm
 
 from experiments.blind_challenge import __main__ as entry
 from experiments.blind_challenge import estimates, figures, gates, judge, page, score
@@ -139,14 +140,23 @@ def test_missing_p_values_are_said_and_not_invented() -> None:
 def test_half_power_is_recovered_from_drawn_detections() -> None:
     rng = np.random.default_rng(0)
     strength = np.exp(rng.uniform(math.log(0.3), math.log(10.0), 1500))
-    from scipy.stats import norm
-
     hit = rng.random(1500) < norm.cdf(2.0 * np.log(strength / 1.7))
     found = estimates.half_power(strength.tolist(), hit.tolist())
     assert found is not None
     assert found["half"] == pytest.approx(1.7, rel=0.12)
     assert found["slope"] == pytest.approx(2.0, rel=0.2)
+    assert found["lapse"] < 0.05
     assert estimates.half_power([1.0] * 20, [True] * 20) is None
+
+
+def test_misses_of_strong_effects_do_not_move_the_half() -> None:
+    rng = np.random.default_rng(1)
+    strength = np.exp(rng.uniform(math.log(0.3), math.log(300.0), 1500))
+    chance = 0.8 * norm.cdf(2.0 * np.log(strength / 2.0))
+    found = estimates.half_power(strength.tolist(), (rng.random(1500) < chance).tolist())
+    assert found is not None
+    assert found["lapse"] == pytest.approx(0.2, abs=0.04)
+    assert found["half"] == pytest.approx(2.0 * math.exp(norm.ppf(0.5 / 0.8) / 2.0), rel=0.12)
 
 
 def test_a_calibrated_confidence_has_slope_one_and_an_overstated_one_less() -> None:

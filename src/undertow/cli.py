@@ -267,7 +267,7 @@ def open_page(
 def explain(
     run: Annotated[Path, typer.Argument(metavar="RUN", help="A run folder.", autocompletion=_run_folders)],
     group: Annotated[
-        str, typer.Option("--group", metavar="G", help="Groups whose title holds these words.", autocompletion=_groups)
+        str, typer.Option("--group", metavar="G", help="Groups that these words fit.", autocompletion=_groups)
     ] = "",
     as_json: AsJson = False,
 ) -> None:
@@ -305,7 +305,7 @@ def predict(
     x0: Annotated[float, typer.Option("--x0", metavar="V", help="Start of a decay never tested, SI.")] = math.nan,
     duration: Annotated[float, typer.Option("--duration", metavar="S", help="How long it lasts, s.")] = math.nan,
     rate: Annotated[float, typer.Option("--rate", metavar="HZ", help="Samples a second.")] = math.nan,
-    group: Annotated[str, typer.Option("--group", metavar="G", help="Conditions, as spring=short.")] = "",
+    group: Annotated[str, typer.Option("--group", metavar="G", help="The group: its words, as spring=short.")] = "",
     start: Annotated[int, typer.Option("--start", metavar="N", help="Driven: samples of the start.")] = 50,
     config: Annotated[
         Path | None, typer.Option("--config", metavar="C", help="Which columns are what; default: the run's config.")

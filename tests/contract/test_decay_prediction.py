@@ -15,7 +15,7 @@ from tests.command_line import undertow as command
 from tests.small_campaign import BODY, NOISE_M, make_campaign, recorded, write_table
 from undertow.campaign.run.folder import run_to_folder
 from undertow.errors import ConfigError
-from undertow.front.run_prediction import conditions_of, predict_run
+from undertow.front.run_prediction import predict_run
 
 AMPLITUDES = [0.03, 0.06]
 LONG = {"spring": "long"}
@@ -165,5 +165,12 @@ def test_a_group_or_a_start_that_is_not_said_stops_with_what_there_is(finished):
         predict_run(finished / "run", x0=0.05, duration_s=1e9, rate_hz=50.0, group=LONG)
     with pytest.raises(ConfigError, match=r"nowhere.csv is not there"):
         predict_run(finished / "run", finished / "nowhere.csv")
-    with pytest.raises(ConfigError, match="--group 'long' has 'long'; write condition=value"):
-        conditions_of("long")
+    with pytest.raises(ConfigError, match="no group fits 'soft'; say one of: spring "):
+        predict_run(finished / "run", x0=0.05, duration_s=2.0, rate_hz=50.0, group="soft")
+    with pytest.raises(ConfigError, match="2 groups fit 'spring'; say one of: spring "):
+        predict_run(finished / "run", x0=0.05, duration_s=2.0, rate_hz=50.0, group="spring")
+
+
+def test_words_that_one_group_fits_are_its_conditions(finished):
+    said = predict_run(finished / "run", x0=0.05, duration_s=2.0, rate_hz=50.0, group="Spring long")
+    assert said.label == predict_run(finished / "run", x0=0.05, duration_s=2.0, rate_hz=50.0, group=LONG).label

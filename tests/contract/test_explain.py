@@ -57,8 +57,16 @@ def test_one_group_is_taken_by_words_of_its_title_and_others_are_refused(run, ca
     assert "water depth 1.63 m" in dry.out
     assert "comes_closer" not in dry.out
     nowhere = undertow(capsys, "explain", run, "--group", "9.99")
-    assert nowhere.code == 1
+    assert nowhere.code == 2
     assert "has no group '9.99'; it has spring short, water depth 1.63 m; spring short" in nowhere.err
+
+
+@pytest.mark.parametrize("typed", ["water_depth_m=1.63", "water_depth_m=1.63,spring=short", "1.630 Short"])
+def test_a_group_is_taken_by_its_conditions_in_any_order_too(run, capsys, typed):
+    said = undertow(capsys, "explain", run, "--group", typed)
+    assert said.code == 0
+    assert said.out.startswith("spring short, water depth 1.63 m")
+    assert "water depth 2.36 m" not in said.out
 
 
 @pytest.mark.parametrize("text", [None, "{", "[]", '{"groups": [{}]}', '{"groups": [{"group": {}, "status": "x"}]}'])

@@ -159,7 +159,7 @@ def test_a_diagnosis_prints_and_draws_itself(found, trials):
     assert set(group.trial_table.index) == set(trials.names)
     with pytest.raises(IdentificationError, match=r"no trial is called 'r7' in .*; there are"):
         group.plot(trial="r7")
-    with pytest.raises(IdentificationError, match="no group is called 'wet'; there are"):
+    with pytest.raises(ConfigError, match="no group fits 'wet'; say one of: "):
         found["wet"]
 
 
@@ -258,7 +258,7 @@ def test_a_folder_that_is_no_run_is_refused(campaign, tmp_path):
     (tmp_path / "verdict.json").write_text((folder / "verdict.json").read_text())
     with pytest.raises(UndertowError, match=r"has no trials.csv; let `undertow run` finish"):
         undertow.open(tmp_path).trials  # noqa: B018
-    with pytest.raises(UndertowError, match="no group is called 'wet'; there are"):
+    with pytest.raises(ConfigError, match="no group fits 'wet'; say one of: "):
         undertow.open(folder)["wet"]
 
 

@@ -19,7 +19,6 @@ from undertow.discrepancy.findings import FailedTrial, Findings
 from undertow.equation.equation import Equation
 from undertow.equation.registry import names as registered
 from undertow.equation.term import Term
-from undertow.errors import IdentificationError
 from undertow.front.diagnosed import DiagnosedGroup
 from undertow.front.known import Rig, terms_of, with_settings
 from undertow.front.reading import Source, as_read, read
@@ -27,6 +26,7 @@ from undertow.front.trials import Trials
 from undertow.recording.recording import Condition
 from undertow.report.front_figures import draw_errors
 from undertow.report.trial_curves import Axes, new_axes
+from undertow.report.which_group import group_meant
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -47,13 +47,10 @@ class Diagnosis:
         return iter(self.groups)
 
     def __getitem__(self, which: int | str) -> DiagnosedGroup:
-        """A group by place, or by its label."""
+        """A group by place, by its label, or by words or conditions that it alone fits."""
         if isinstance(which, int):
             return self.groups[which]
-        for group in self.groups:
-            if group.label == which:
-                return group
-        raise IdentificationError(f"no group is called {which!r}; there are {', '.join(g.label for g in self.groups)}")
+        return self.groups[group_meant(which, [group.findings.key for group in self.groups])]
 
     @property
     def failed(self) -> tuple[FailedTrial, ...]:

@@ -34,6 +34,7 @@ from undertow.report.front_figures import draw_errors
 from undertow.report.tables import as_written
 from undertow.report.trial_curves import Axes, new_axes
 from undertow.report.verdict_file import read_verdicts
+from undertow.report.which_group import group_meant
 from undertow.report.writing import PAGES
 
 TABLES = ("trials", "levels", "mismatch")
@@ -144,13 +145,10 @@ class OpenedRun:
         return iter(self.groups)
 
     def __getitem__(self, which: int | str) -> OpenedGroup:
-        """A group by place, or by its label."""
+        """A group by place, by its label, or by words or conditions that it alone fits."""
         if isinstance(which, int):
             return self.groups[which]
-        for group in self.groups:
-            if group.label == which:
-                return group
-        raise UndertowError(f"no group is called {which!r}; there are {', '.join(g.label for g in self.groups)}")
+        return self.groups[group_meant(which, [group.data["group"] for group in self.groups])]
 
     @property
     def verdicts(self) -> pd.DataFrame:

@@ -6,7 +6,6 @@ belong here: the free run and its band (prediction.py), driven trials (campaign/
 
 from __future__ import annotations
 
-import json
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -29,6 +28,7 @@ from undertow.front.prediction import PredictedRun, predict_whole
 from undertow.front.reading import load
 from undertow.recording.gather import listing
 from undertow.recording.recording import Array, Condition
+from undertow.report.which_group import group_meant
 from undertow.report.writing import write_text
 
 LEVEL = 0.9
@@ -144,7 +144,7 @@ def predict_run(
     x0: float = math.nan,
     duration_s: float = math.nan,
     rate_hz: float = math.nan,
-    group: Mapping[str, Condition] | None = None,
+    group: Mapping[str, Condition] | str | None = None,
     config: str | Path | None = None,
     out: str | Path | None = None,
 ) -> RunPrediction:
@@ -152,9 +152,9 @@ def predict_run(
     for ``duration_s`` at ``rate_hz``.
 
     A recording's start is the mean of its hold, with no velocity; where nobody held it, its first instant. ``group``
-    gives the conditions (none: the only group, or that of the conditions which the run's index or file names give the
-    recording), ``config`` replaces the run's, ``out`` takes the table. Raises ConfigError where the run, the group or
-    the start cannot be had.
+    gives the conditions, or words that one group fits (none: the only group, or that of the conditions which the run's
+    index or file names give the recording), ``config`` replaces the run's, ``out`` takes the table. Raises ConfigError
+    where the run, the group or the start cannot be had.
     """
     folder = Path(run)
     groups = equations_of(folder)["groups"]
@@ -188,7 +188,7 @@ def predict_driven_run(
     run: str | Path,
     recording: str | Path | None,
     *,
-    group: Mapping[str, Condition] | None = None,
+    group: Mapping[str, Condition] | str | None = None,
     start: int = START,
     config: str | Path | None = None,
     out: str | Path | None = None,
@@ -199,8 +199,10 @@ def predict_driven_run(
     if recording is None:
         raise ConfigError(f"--recording is {recording} and {run} holds a driven body; give its input's recording")
     file, own, table = Path(recording), Path(config) if config else None, Path(out) if out else None
-    if equations_of(folder)["groups"][0].get("harmonic"):
-        made = predict_response(folder, file, group, own, table)
+    groups = equations_of(folder)["groups"]
+    meant = _said(groups, group)["group"] if isinstance(group, str) else group
+    if groups[0].get("harmonic"):
+        made = predict_response(folder, file, meant, own, table)
         if made is not None:
             return made
     return predict_recording(folder, file, start, own, table)
@@ -216,9 +218,10 @@ def predict_any(
     out: Path | None = None,
 ) -> RunPrediction | Predicted | PredictedSet:
     """A prediction as the command line asks for it, of a run of decays or of driven trials: ``new`` is x0 (SI),
-    duration (s) and rate (Hz) of a decay never tested, ``group`` its conditions, ``start`` the samples that a driven
-    trial's start comes from. Raises ConfigError as `predict_run`, and where a driven run is given no recording."""
-    said = conditions_of(group) if group else None
+    duration (s) and rate (Hz) of a decay never tested, ``group`` conditions or words of one group, ``start`` the
+    samples that a driven trial's start comes from. Raises ConfigError as `predict_run`, and where a driven run is given
+    no recording."""
+    said = group or None
     if equations_of(run)["groups"][0]["driven"]:
         return predict_driven_run(run, recording, group=said, start=start, config=config, out=out)
     x0, duration, rate = new
@@ -269,8 +272,8 @@ def _listed(config: RunConfig, file: Path) -> Mapping[str, Condition]:
 
 
 def _group(
-    groups: list[Mapping[str, Any]], said: Mapping[str, Condition] | None, conditions: Mapping[str, Condition],
-    whose: str = "",
+    groups: list[Mapping[str, Any]], said: Mapping[str, Condition] | str | None,
+    conditions: Mapping[str, Condition], whose: str = "",
 ) -> Mapping[str, Any]:  # fmt: skip
     """The group that is meant: as said, else the only one, else that of the conditions of the recording ``whose``."""
 
@@ -278,6 +281,8 @@ def _group(
         """Whether a group has these conditions, numbers within 1e-6."""
         return all(key in wanted and _same(value, wanted[key]) for key, value in entry["group"].items())
 
+    if isinstance(said, str):
+        return _said(groups, said)
     if said is None and len(groups) == 1:
         return groups[0]
     wanted = conditions if said is None else said
@@ -293,26 +298,13 @@ def _group(
     return found[0]
 
 
+def _said(groups: list[Mapping[str, Any]], words: str) -> Mapping[str, Any]:
+    """The only group that these words fit."""
+    return groups[group_meant(words, [entry["group"] for entry in groups])]
+
+
 def _same(one: Condition, other: Condition) -> bool:
     try:
         return math.isclose(float(one), float(other), rel_tol=1e-6)
     except ValueError:
         return one == other
-
-
-def conditions_of(text: str) -> dict[str, Condition]:
-    """Conditions as the command line gives them.
-
-    >>> conditions_of("spring=short,water_depth_m=2.36")
-    {'spring': 'short', 'water_depth_m': 2.36}
-    """
-    out: dict[str, Condition] = {}
-    for part in text.split(","):
-        key, sign, value = part.partition("=")
-        if not sign or not key.strip():
-            raise ConfigError(f"--group {text!r} has {part!r}; write condition=value, several apart by commas")
-        try:
-            out[key.strip()] = float(json.loads(value))
-        except (ValueError, TypeError):
-            out[key.strip()] = value.strip()
-    return out

@@ -11,29 +11,29 @@ from pathlib import Path
 from typing import Any
 
 from undertow.discrepancy.words import group_title
-from undertow.errors import UndertowError
+from undertow.errors import ConfigError, UndertowError
+from undertow.report.which_group import groups_meant
 from undertow.report.wording import values_in_words
 
 PASSED, FAILED = "passed", "NOT passed"
 
 
 def explain_text(folder: Path, group: str = "") -> str:
-    """Every group's gates (statistic, value, limit, passed) and rejected suspects; ``group`` takes the groups whose
-    title holds these words.
+    """Every group's gates (statistic, value, limit, passed) and rejected suspects; ``group`` takes those that these
+    words or conditions fit (`groups_meant`).
 
-    Raises UndertowError where the folder holds no finished run, or no group of that title.
+    Raises UndertowError where the folder holds no finished run, ConfigError where no group fits.
     """
     return "\n\n".join(_explained(group_title(one["group"]), one) for one in explained(folder, group))
 
 
 def explained(folder: Path, group: str = "") -> list[Mapping[str, Any]]:
-    """The groups of verdict.json whose title holds these words; raises as `explain_text`."""
+    """The groups of verdict.json that these words or conditions fit; raises as `explain_text`."""
     groups = _groups(folder)
-    titles = [group_title(one["group"]) for one in groups]
-    wanted = group.casefold()
-    chosen = [one for title, one in zip(titles, groups, strict=True) if wanted in title.casefold()]
+    chosen = [groups[at] for at in groups_meant(group, [one["group"] for one in groups])]
     if not chosen:
-        raise UndertowError(f"{folder} has no group {group!r}; it has {'; '.join(titles)}")
+        titles = "; ".join(group_title(one["group"]) for one in groups)
+        raise ConfigError(f"{folder} has no group {group!r}; it has {titles}")
     return chosen
 
 

@@ -57,6 +57,11 @@ class Case:
         return replace(told, stiffness_error_N_per_m=math.hypot(told.stiffness_error_N_per_m, differs))
 
     @property
+    def in_water(self) -> bool:
+        """Whether the group is known to be in water: others were taken without it."""
+        return self.has_dry and not self.dry
+
+    @property
     def trials(self) -> tuple[str, ...]:
         """Names of all trials, training first."""
         return tuple(m.name for m in (*self.member.motions, *self.held))

@@ -48,6 +48,10 @@ NEXT: Mapping[str, str] = {
 }
 """What would lead to an answer, by what is lacking."""
 
+_IN_WATER = " in this water"
+_ELSEWHERE: Mapping[str, str] = {"assumed": "three releases of the same size, or state specimen.scatter"}
+"""The same in air, and where nobody knows of water, if more than the water goes."""
+
 NO_ANSWER_BUT = ("unseen", "further", "outweighed", "beside", "distinct", "described", "dry", "structure")
 """What is lacking where names are kept and what is missing is unknown."""
 
@@ -92,8 +96,9 @@ def _not_the_answer(verdict: Verdict, case: Case, gate: Gate, vague: Collection[
     elif gate.lacking == "beside":
         text = f"{verdict.sentence} But this is not all: {gate.because}. What is beside it is unknown."
     said = replace(
-        verdict, status="unknown", alternatives=(), origin="undetermined", next_test=NEXT[gate.lacking], sentence=text
-    )
+        verdict, status="unknown", alternatives=(), origin="undetermined", next_test=_next(gate.lacking, case),
+        sentence=text,
+    )  # fmt: skip
     if gate.lacking in ("further", "outweighed"):  # describes nothing, or less likely than not: no name
         return replace(said, verdict=("unknown",), parameters={}, augmented=None)
     names = *(name for name in verdict.verdict if name not in (*vague, "unknown")), "unknown"
@@ -124,8 +129,14 @@ def without_answer(verdict: Verdict, case: Case, because: str, lacking: str) -> 
     text = f"{case.label}: cannot tell, because {because}. The equation misses {size} of the motion ({limit})."
     return replace(
         verdict, status="cannot_tell", verdict=(), alternatives=(), parameters={}, augmented=None,
-        origin="undetermined", transfer={}, next_test=NEXT[lacking], sentence=text, because=because,
+        origin="undetermined", transfer={}, next_test=_next(lacking, case), sentence=text, because=because,
     )  # fmt: skip
+
+
+def _next(lacking: str, case: Case) -> str:
+    """What would lead to an answer, without water where the group is not known to be in it."""
+    said = NEXT[lacking]
+    return said if case.in_water else _ELSEWHERE.get(lacking, said.replace(_IN_WATER, ""))
 
 
 def _small(verdict: Verdict, case: Case, diagnosis: LevelDiagnosis, small: Candidate, in_air: DryAnswer) -> Verdict:

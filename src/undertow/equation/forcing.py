@@ -37,7 +37,7 @@ class ExternalForcing(Term):
     left_out: ClassVar[str] = "a line at one frequency in all trials, with another phase in each; it does not decay"
     own_clock: ClassVar[bool] = True
     words: ClassVar[str] = "a force with a clock of its own"
-    next_test: ClassVar[str] = "the same level recorded without a release"
+    next_test: ClassVar[str] = "a record of the body at rest, nothing else changed"
     element: ClassVar[Element] = "drive"
 
     def slot_values(self, coefficient: float) -> dict[str, float]:

@@ -103,7 +103,7 @@ class HiddenResonator(Term):
     held_unless_asked: ClassVar[tuple[str, ...]] = ("quadratic_damping_per_m", "cubic_stiffness_per_m2_s2")
     words: ClassVar[str] = "water that oscillates by itself"
     words_unplaced: ClassVar[str] = "something that was not recorded and oscillates by itself"
-    next_test: ClassVar[str] = "a release at the same level with a third stiffness, or a wave gauge between the girders"
+    next_test: ClassVar[str] = "a third spring, or a sensor (a wave gauge) where something may oscillate unseen"
     element: ClassVar[Element] = "oscillator"
 
     def force(self, x: Array, v: Array, a: Array, t: Array) -> Array:
@@ -167,7 +167,7 @@ class Relaxation(Term):
     held_by_kernel: ClassVar[int] = 2
     present_by: ClassVar[str] = "time_s"
     words: ClassVar[str] = "memory that relaxes"
-    next_test: ClassVar[str] = "the same level on another spring: memory depends on frequency, damping does not"
+    next_test: ClassVar[str] = "the same releases on another spring: memory depends on frequency, damping does not"
     element: ClassVar[Element] = "maxwell"
 
     def force(self, x: Array, v: Array, a: Array, t: Array) -> Array:

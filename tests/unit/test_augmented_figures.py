@@ -72,8 +72,9 @@ def test_a_group_says_its_proof_on_unseen_trials_and_how_probable_it_is():
     assert "50 % → 6.0 %" in text
     record = record_of(verdict)
     assert record is not None
-    assert f"of {record.said} such verdicts (explained, to the noise) on sealed campaigns" in text
-    assert "which makes 91 % (docs/calibration.md). Among everything that was fitted alone it would be 72 %" in text
+    assert f"of {record.said} such verdicts (explained, only noise is left) on sealed campaigns" in text
+    assert "which makes 91 % (docs/calibration.md)." in text
+    assert "Of all candidates fitted here it has a posterior probability of 72 %." in text
     assert likelihood_words(replace(verdict, confidence=float("nan"))) == ""
     assert verdict_block(replace(verdict, status="unknown"))["posterior"] == ""  # its names are no answer
     assert likelihood_words(replace(verdict, status="not_identifiable")) == ""

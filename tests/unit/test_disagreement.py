@@ -44,7 +44,8 @@ def test_the_error_of_trials_that_differ_is_that_of_a_mean_over_trials_that_diff
     assert after["mass_kg"].source == "output error; trials differ"
     assert (found[0].freedom, found[0].grown) == (4, pytest.approx(after["mass_kg"].stderr / 0.05))
     assert found[0].p_value < ALIKE
-    assert grown_words(found)[0].endswith(f"than these: mass_kg ({found[0].grown:.2g}) between trials fitted alone")
+    said = f"than the fit's own: mass_kg ({found[0].grown:.2g}) between trials fitted alone"
+    assert grown_words(found)[0].endswith(said)
 
 
 @pytest.mark.parametrize(
@@ -88,7 +89,7 @@ def test_fit_says_that_trials_differ_and_its_interval_holds_all_of_them():
     c = found.parameters.loc["c_Ns_per_m"]
     assert c["low"] < 1.75 < 2.25 < c["high"]
     assert "trials differ" in c["note"]
-    assert any("differ by more than these: c_Ns_per_m (" in note for note in found.notes)
+    assert any("differ by more than the fit's own: c_Ns_per_m (" in note for note in found.notes)
 
 
 def test_fit_of_one_trial_says_that_its_intervals_are_of_this_trial():

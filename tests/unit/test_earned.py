@@ -18,7 +18,7 @@ from undertow.discrepancy.case import Case
 from undertow.discrepancy.decision import Closeness, posterior
 from undertow.discrepancy.dry_check import DryAnswer
 from undertow.discrepancy.earned import earned
-from undertow.discrepancy.judge import _left, _physics, _reach
+from undertow.discrepancy.judge import _left, _physics, _reach, _without_a_name
 from undertow.discrepancy.sentence import sentence_of
 from undertow.discrepancy.verdict import Described, Verdict
 from undertow.quantities import Estimate
@@ -652,3 +652,30 @@ def test_nothing_is_said_to_be_water_in_air(dry, words):
 def test_a_number_below_its_own_error_is_not_said(size, words):
     numbers = {"relaxation": [{"stiffness_N_per_m": Estimate(size, 3.0, unit="N/m")}]}
     assert words in sentence_of(case(), ["relaxation"], [], numbers, 0.01, math.nan, False, ())
+
+
+def test_an_error_within_repeatability_is_not_said_to_be_missed_beyond_it():
+    some = sentence_of(case(missing=1), ["relaxation"], [], {}, 0.01, math.nan, False, ())
+    assert "in 1 of 3 trials the equation misses more than repetitions differ (median error 4.0 %, rep" in some
+    most = sentence_of(case(missing=2, baseline=Described(0.3)), ["relaxation"], [], {}, 0.01, math.nan, False, ())
+    assert "the equation misses 30 % of the motion in 2 of 3 trials (repeatability 5.0 %)" in most
+
+
+def test_what_would_lead_to_an_answer_speaks_of_water_in_water_alone():
+    """A body in air, or one of which nobody took the water away, has no "in this water"."""
+    lacks = {"assumed": "there is 1 dry trial"}
+    wet = judged(GREEN, case(**lacks), diagnosis(), True, beside(0.4)).next_test
+    assert wet == "three releases in air, or three of the same size in this water, or state specimen.scatter"
+    for elsewhere in ({"dry": True}, {"has_dry": False}):
+        said = judged(GREEN, case(**lacks, **elsewhere), diagnosis(), True, beside(0.4)).next_test
+        assert said == "three releases of the same size, or state specimen.scatter"
+    named = replace_label(candidate("linear_damping", 20.0), "linear_damping")
+    dry = judged(NAMED, case(dry=True), diagnosis(True, best=named), True, beside(0.2)).next_test
+    assert dry.startswith("more releases")
+    assert "water" not in dry
+
+
+def test_a_trial_beyond_repeatability_beside_nothing_missing_is_what_scatter_does():
+    some = _without_a_name(GREEN, case(missing=1), far=False).sentence
+    assert "explains 2 of 3 trials within repeatability (error 4.0 %, repeatability 5.0 %, beyond which scatter" in some
+    assert "one in twenty" not in _without_a_name(GREEN, case(), far=False).sentence

@@ -277,7 +277,8 @@ def _without_a_name(plain: Verdict, case: Case, far: bool, as_scatter: bool = Fa
     if case.missing <= total / 2 and not (far and case.missing):
         text = (
             f"{case.label}: the equation explains {total - case.missing} of {total} trials within repeatability "
-            f"(error {percent(case.baseline.nrmse)}, repeatability {percent(case.allowed)}); nothing is missing."
+            f"(error {percent(case.baseline.nrmse)}, repeatability {percent(case.allowed)}"
+            f"{', beyond which scatter alone puts one in twenty' if case.missing else ''}); nothing is missing."
         )
         return replace(plain, status="nothing_missing", verdict=(), sentence=text)
     text = (

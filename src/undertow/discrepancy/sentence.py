@@ -32,22 +32,15 @@ def sentence_of(
 ) -> str:
     """A group's verdict as an engineer would say it: what is missed, what explains it, what an unseen trial says
     (``own``: after a force of that trial's own size and phase was fitted to it)."""
-    size = percent(case.baseline.nrmse)
-    allowed = f"repeatability {percent(case.allowed)}"
-    if case.missing:
-        share = f"{case.missing} of {len(case.trials)} trials"
-        parts = [f"{case.label}: the equation misses {size} of the motion in {share} ({allowed})."]
-    else:
-        parts = [f"{case.label}: no trial alone stands out (error {size}, {allowed}), but together they do."]
-    of_water = case.has_dry and not case.dry
-    named = " and ".join(in_words(n, of_water) for n in dict.fromkeys(names))
+    parts = [f"{case.label}: {_missed(case)}."]
+    named = " and ".join(in_words(n, case.in_water) for n in dict.fromkeys(names))
     numbers = _numbers(found)
     parts.append(f"{named[0].upper()}{named[1:]}{EXPLAINS}{': ' if numbers else ''}{numbers}.")
     if known:
         said = " and ".join(n.replace("_", " ") for n in known)
         parts.append(f"The dry trials need {said} already: it belongs to the rig, not to the water.")
     if rivals:
-        others = "; ".join(" and ".join(in_words(n, of_water) for n in names) for names in rivals)
+        others = "; ".join(" and ".join(in_words(n, case.in_water) for n in names) for names in rivals)
         parts.append(f"The data cannot tell it from {others}.")
     if math.isfinite(held) and math.isfinite(case.baseline.held_out_nrmse):
         number = len(case.held)
@@ -65,6 +58,18 @@ def sentence_of(
     if rest:
         parts.append("What is left is more than repetitions would differ: something else is missing too.")
     return " ".join(parts)
+
+
+def _missed(case: Case) -> str:
+    """What the prescribed equation misses, in how many trials. The error is the median's: it may be within
+    repeatability though some trials are not."""
+    size, allowed = percent(case.baseline.nrmse), f"repeatability {percent(case.allowed)}"
+    share = f"{case.missing} of {len(case.trials)} trials"
+    if not case.missing:
+        return f"no trial alone stands out (error {size}, {allowed}), but together they do"
+    if case.baseline.nrmse <= case.allowed:
+        return f"in {share} the equation misses more than repetitions differ (median error {size}, {allowed})"
+    return f"the equation misses {size} of the motion in {share} ({allowed})"
 
 
 def no_answer(label: str, sentence: str, because: str) -> str:

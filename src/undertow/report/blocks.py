@@ -29,6 +29,7 @@ from undertow.report.wording import (
     estimate_text,
     in_plain_words,
     is_as_printed,
+    kind_words,
     method_label,
     ordered_parameters,
     parameter_name,
@@ -282,7 +283,7 @@ def record_words(verdict: Verdict) -> str:
     record = record_of(verdict)
     if record is None or not record.said or not math.isfinite(verdict.confidence):
         return ""
-    kind = record.kind.replace("_", " ")
+    kind = kind_words(record.kind)
     return f"of {record.said} such verdicts ({kind}) on sealed campaigns of known truth {record.right} held"
 
 

@@ -13,6 +13,7 @@ from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 
 from undertow.comparison.limits import LEAST_P
+from undertow.discrepancy.calibration import LEANS, NEARLY
 from undertow.quantities import OK, Estimate, format_estimate
 
 METHOD_LABELS: Mapping[str, str] = {
@@ -75,6 +76,16 @@ _NAMES: Mapping[str, Name] = {
 }
 _ORDER = tuple(_NAMES)
 
+_KINDS: Mapping[str, str] = {
+    "to the noise": "only noise is left",
+    "nearly to the noise": "a little more than noise is left",
+    "seen sharply": "little could hide",
+    "leans to standing out": f"p below {LEANS:g}",
+    "nearly stands out": f"p below {NEARLY:g}",
+    "beyond every replica": "further out than every replica",
+}
+"""Kinds of verdicts whose counts make a percentage, as a reader of one page understands them."""
+
 _PER = r"_per_(?:rad|m|s|kg)\d?(?:_s\d)?"
 _UNIT_AT_END = re.compile(rf"(?<=[a-z\d])_(?:rad|Hz|kg|N|Ns|Ns2|Ns3|m|s)\d?(?:{_PER})?$|{_PER}$|_N_sp_per_mp$")
 """A unit at the end of a parameter's name: it stands beside the number instead."""
@@ -95,6 +106,15 @@ def parameter_name(parameter: str) -> Name:
         known = parameter_name(base)
         return Name(f"{known.words} per mass", f"{known.symbol}/M" if known.symbol else "")
     return Name(_UNIT_AT_END.sub("", parameter).replace("_", " ").replace(".", ": ").replace("kernel ", "waves' "))
+
+
+def kind_words(kind: str) -> str:
+    """A kind of verdict (docs/calibration.md) in words that need no other page.
+
+    >>> kind_words("nothing_missing, seen sharply, leans to standing out"), kind_words("unknown, not named")
+    ('nothing missing, little could hide, p below 0.3', 'unknown, not named')
+    """
+    return ", ".join(_KINDS.get(part, part.replace("_", " ")) for part in kind.split(", "))
 
 
 def ordered_parameters(names: Iterable[str]) -> list[str]:

@@ -32,9 +32,9 @@ def grown_words(found: Sequence[Grown]) -> tuple[str, ...]:
 
     A parameter that several methods give stands once, with the largest growth.
 
-    >>> found = [Grown("mu", 43.2, 3, 1e-9, 3.08), Grown("k_N_per_m", 4.0, 1, 0.05, 1.52, HALVES)]
+    >>> found = [Grown("mu", 43.2, 3, 1e-9, 123.0), Grown("k_N_per_m", 4.0, 1, 0.05, 1.52, HALVES)]
     >>> grown_words(found)[0].split(": ")[1]
-    'mu (3.1) between trials fitted alone; k_N_per_m (1.5) between trials of small and of large amplitude'
+    'mu (120) between trials fitted alone; k_N_per_m (1.5) between trials of small and of large amplitude'
     """
     largest: dict[tuple[str, str], float] = {}
     for one in found:
@@ -42,11 +42,11 @@ def grown_words(found: Sequence[Grown]) -> tuple[str, ...]:
         largest[place] = max(one.grown, largest.get(place, 0.0))
     said = []
     for among in (TRIALS, HALVES, SPRINGS, LEVELS):
-        those = [f"{name} ({times:.2g})" for (what, name), times in largest.items() if what == among]
+        those = [f"{name} ({float(f'{times:.2g}'):g})" for (what, name), times in largest.items() if what == among]
         said += [f"{', '.join(those)} between {among}"] if those else []
     if not said:
         return ()
     return (
         "standard errors are larger than those of the fit (by how many times, in brackets), because its numbers differ "
-        f"by more than these: {'; '.join(said)}",
+        f"by more than the fit's own: {'; '.join(said)}",
     )

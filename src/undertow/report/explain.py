@@ -41,6 +41,8 @@ def _groups(folder: Path) -> list[Mapping[str, Any]]:
     path = folder / "verdict.json"
     try:
         groups = json.loads(path.read_text(encoding="utf-8"))["groups"]
+        if not groups:
+            raise ValueError("it has no group")
         for one in groups:
             _explained(group_title(one["group"]), one)
         return list(groups)

@@ -27,6 +27,7 @@ from undertow.campaign.response.run import run_response
 from undertow.campaign.run.claim import NEW, STAGES, claimed
 from undertow.campaign.run.course import Course
 from undertow.campaign.run.equations import equations_entry, equations_file
+from undertow.campaign.run.foreign_files import refuse_foreign_files
 from undertow.campaign.run.gathered import Gathered, PortionFindings
 from undertow.campaign.run.manifest import manifest_pieces, provenance
 from undertow.campaign.run.portions import group_order
@@ -46,8 +47,8 @@ RESULTS = (
 )  # fmt: skip
 """What is moved into `EARLIER` when a later run in the same folder fails."""
 
-FIGURES = "figures"
-"""What stands beside the page."""
+FIGURES, NOTES = "figures", "notes.txt"
+"""What stands beside the page, and what a run of many trials has to say of them."""
 
 EARLIER = "earlier_run"
 
@@ -114,11 +115,12 @@ def run_to_folder(
     groups and trials as a page can show (`gathered`).
 
     Raises ConfigError where the config is wrong, UndertowError where no trial can be used, the folder cannot be
-    written, or another run is at work in it.
+    written or holds files of these names that no run has written, or another run is at work in it.
     """
     config = load(config_path, overrides)
     folder = out or Path("runs") / safe_name(config.name)
     text = yaml_text(config.resolved())
+    refuse_foreign_files(folder, config_path, (*RESULTS, FIGURES, NOTES), ("manifest.json", STAGES, EARLIER))
     try:
         if config.recordings.response is not None or is_driven(config):
             if jobs > 1:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import re
+import shutil
 
 import numpy as np
 import pandas as pd
@@ -19,6 +20,16 @@ from undertow.front.run_prediction import predict_run
 
 AMPLITUDES = [0.03, 0.06]
 LONG = {"spring": "long"}
+NAMED = """\
+name: small
+recordings:
+  files: "r*.csv"
+  pattern: "r0(?P<number>[0-9])"
+  channels:
+    time: {column: t, unit: s}
+    displacement: {column: x, unit: m}
+"""
+"""A campaign whose file names are its conditions."""
 
 
 @pytest.fixture(scope="module")
@@ -92,6 +103,22 @@ def test_a_decay_never_tested_is_predicted_from_its_start(finished):
     assert np.isnan(made.rms)
     assert np.all(made.run.lower < made.run.upper)
     assert made.csv().splitlines()[1].startswith("0,,0.07,")
+
+
+def test_a_recording_of_any_name_is_predicted_by_a_run_whose_file_names_are_conditions(finished, capsys):
+    """With the group said nothing is asked of the name; brackets in it are no wildcards."""
+    (finished / "named.yaml").write_text(NAMED)
+    shutil.copy(finished / "inside.csv", finished / "new [1].csv")
+    words = ("--group", "long", "--config", finished / "named.yaml")
+    assert command(capsys, "predict", finished / "run", "--recording", finished / "new [1].csv", *words).code == 0
+
+
+def test_a_prediction_does_not_replace_the_recording(finished):
+    file = finished / "inside.csv"
+    before = file.read_bytes()
+    with pytest.raises(ConfigError, match=r"the table would replace the recording .*inside\.csv"):
+        predict_run(finished / "run", file, group=LONG, out=str(file))
+    assert file.read_bytes() == before
 
 
 def test_the_command_predicts_decays(finished, capsys):

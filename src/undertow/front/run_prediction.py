@@ -157,6 +157,7 @@ def predict_run(
     where the run, the group or the start cannot be had.
     """
     folder = Path(run)
+    _spare_recording(recording, out)
     groups = equations_of(folder)["groups"]
     settings = load_config(Path(config) if config else folder / "config.yaml")
     unit = "rad" if settings.equation.coordinate == "rotation" else "m"
@@ -196,6 +197,7 @@ def predict_driven_run(
     """The equation that a run found of a driven body, run free on a recording from its first ``start`` samples, or
     swept through a harmonic set as its config (``config`` replaces it) says. Raises ConfigError as `predict_run`."""
     folder = Path(run)
+    _spare_recording(recording, out)
     if recording is None:
         raise ConfigError(f"--recording is {recording} and {run} holds a driven body; give its input's recording")
     file, own, table = Path(recording), Path(config) if config else None, Path(out) if out else None
@@ -226,6 +228,12 @@ def predict_any(
         return predict_driven_run(run, recording, group=said, start=start, config=config, out=out)
     x0, duration, rate = new
     return predict_run(run, recording, x0=x0, duration_s=duration, rate_hz=rate, group=said, config=config, out=out)
+
+
+def _spare_recording(recording: str | Path | None, out: str | Path | None) -> None:
+    """ConfigError where the table would take the place of the recording itself."""
+    if recording is not None and out is not None and Path(recording).absolute() == Path(out).absolute():
+        raise ConfigError(f"the table would replace the recording {recording}; give another file with --out")
 
 
 def _on(motion: Motion, entry: Mapping[str, Any], unit: str) -> RunPrediction:

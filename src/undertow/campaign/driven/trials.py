@@ -5,6 +5,7 @@ Belongs here: from files and settings to `DrivenTrial` and `DrivenLaws`. Does no
 
 from __future__ import annotations
 
+import glob
 from pathlib import Path
 
 import numpy as np
@@ -20,6 +21,7 @@ from undertow.errors import FAILURES, ConfigError, RecordingError, failure
 from undertow.likelihood.driven import DrivenLaws
 from undertow.quantities import mover_of
 from undertow.recording.catalogue import Entry, cut, read_trial
+from undertow.recording.expressions import found_in
 from undertow.recording.parts import UNCALIBRATED
 from undertow.recording.patterns import patterns_of
 from undertow.recording.recording import INPUTS, Array, Recording
@@ -166,10 +168,17 @@ def must_drive(trial: str, name: str, u: Array) -> None:
 
 
 def recording_alone(config: RunConfig, file: Path) -> tuple[RunConfig, Entry]:
-    """The config with this file in place of its recordings, and the file's entry."""
+    """The config with this file in place of its recordings, and the file's entry. A name that is not made like those of
+    the campaign has no conditions."""
+    pattern = config.recordings.pattern
+    if pattern is not None and found_in(pattern, (file.name,)).by_name == (None,):
+        pattern = None
     one = config.recordings.model_copy(
-        update={"files": str(file.absolute()), "index": None, "file": None, "index_column": "file", "exclude": ()}
-    )
+        update={
+            "files": glob.escape(str(file.absolute())), "index": None, "file": None, "index_column": "file",
+            "exclude": (), "pattern": pattern,
+        }
+    )  # fmt: skip
     channels = one.channels.model_copy(update={"instrument": None})  # a free run asks for none
     one = one.model_copy(update={"channels": channels})
     trials = config.trials.model_copy(

@@ -225,10 +225,17 @@ def test_every_mistake_is_said_at_once(tmp_path: Path) -> None:
     assert len(str(caught.value).splitlines()) == 2
 
 
-@pytest.mark.parametrize(("text", "said"), [("", "holds NoneType"), ("- a\n- b\n", "holds list"), ("x", "holds str")])
+@pytest.mark.parametrize(
+    ("text", "said"), [("", "is empty; is it"), ("- a\n- b\n", "holds a list, not"), ("x", "holds one text")]
+)
 def test_a_file_without_keys_is_no_config(tmp_path: Path, text: str, said: str) -> None:
     with pytest.raises(ConfigError, match=said):
         load(written(tmp_path, text))
+
+
+def test_a_folder_as_a_config_is_answered_with_what_makes_one(tmp_path: Path) -> None:
+    with pytest.raises(ConfigError, match=r"cannot be read: Is a directory; undertow init .* writes a config"):
+        load(tmp_path)
 
 
 def test_a_missing_config_and_one_that_is_no_text_are_refused(tmp_path: Path) -> None:

@@ -33,6 +33,9 @@ from undertow.recording.conditions import number
 
 Location = tuple[int | str, ...]
 
+_HELD: Mapping[type, str] = {list: "a list", str: "one text"}
+"""What a file without keys holds, in words."""
+
 BYTES_AT_MOST = 1_000_000
 """Of a config: ten thousand trials named one by one take a third of it."""
 
@@ -80,7 +83,8 @@ def read_source(path: Path, overrides: Sequence[str] = ()) -> Source:
         text = path.read_text(encoding="utf-8-sig")
     except (OSError, UnicodeDecodeError) as error:
         reason = error.strerror if isinstance(error, OSError) else "it is not UTF-8 text"
-        raise ConfigError(f"config {path} cannot be read: {reason}; check the path") from error
+        instead = f"undertow init {path} writes a config for a folder" if path.is_dir() else "check the path"
+        raise ConfigError(f"config {path} cannot be read: {reason}; {instead}") from error
     try:
         _allow(text, path.name)
         root = YAML(typ="safe", pure=True).compose(text)
@@ -90,7 +94,8 @@ def read_source(path: Path, overrides: Sequence[str] = ()) -> Source:
             raise
         raise ConfigError(_yaml_sentence(path.name, error)) from error
     if not isinstance(data, dict):
-        raise ConfigError(f"config {path} holds {type(data).__name__}, not keys with values; see configs/ for examples")
+        held = "is empty" if data is None else f"holds {_HELD.get(type(data), 'one value')}, not keys with values"
+        raise ConfigError(f"config {path} {held}; is it a config? undertow init writes one for a folder of recordings")
     given: dict[Location, str] = {}
     for override in overrides:
         data, location = _with_override(data, override)

@@ -62,8 +62,7 @@ def equations_of(run: Path) -> Mapping[str, Any]:
     path = run / "equations.json"
     if not path.exists():
         raise ConfigError(
-            f"{run} has no equations.json, so that it holds no equation to run; give the folder of a finished run of "
-            "driven trials"
+            f"{run} has no equations.json, so that it holds no equation to run; give the folder of a finished run"
         )
     found: Mapping[str, Any] = json.loads(path.read_text(encoding="utf-8"))
     if found.get("contract") != CONTRACT:

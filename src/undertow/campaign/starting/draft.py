@@ -46,12 +46,12 @@ class Draft:
     starts: Mapping[str, float] = field(default_factory=dict)
     notes: Sequence[str] = ()
 
-    def text(self) -> str:
-        """The config as YAML with comments."""
+    def text(self, wrong: str = "") -> str:
+        """The config as YAML with comments; ``wrong`` is why no trial can be used as it is."""
         base = self.survey.groups[0].reading
         terms = TERMS + (WATER_TERMS if self.named.wet else ())
         lines = [
-            *_comment("Proposed by `undertow init` from the files. It runs as it is; guesses stand beside their keys."),
+            *_comment(f"Proposed by `undertow init` from the files. {_state(wrong)} Guesses stand beside their keys."),
             *(line for note in self.notes for line in _comment(note)),
             f"name: {plain(self.name)}",
             "recordings:",
@@ -135,6 +135,11 @@ def _end(name: str) -> tuple[str, str]:
     folder, _, base = name.rpartition("/")
     suffix = suffix_of(Path(base))
     return folder, base[-len(suffix):] if suffix else ""
+
+
+def _state(wrong: str) -> str:
+    """Whether the config runs as it is."""
+    return f"Correct it first, no trial can be used: {wrong}." if wrong else "It runs as it is."
 
 
 def _comment(text: str) -> list[str]:

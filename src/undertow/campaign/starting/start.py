@@ -127,7 +127,9 @@ def _none_left(draft: Draft, left_out: Mapping[str, str], folder: Path, path: Pa
     said = f"none of {len(left_out)} trials in {folder} can be used; {name}: {why.removeprefix(CONTRADICTS)}"
     if not _KEY.search(why):
         return said
-    _write(path, draft.text())
+    _write(path, draft.text(f"{name}: {why.removeprefix(CONTRADICTS)}"))
+    if draft.survey.doubts:
+        said += f" (guessed: {'; '.join(draft.survey.doubts[:DOUBTS_SHOWN])})"
     return f"{said}. {path} is written with all of them: correct it there, then undertow run {path}"
 
 

@@ -14,6 +14,7 @@ from glob import escape
 from pathlib import Path
 
 from undertow.campaign.inspection import what_lacks
+from undertow.discrepancy.words import count
 from undertow.errors import ConfigError, RecordingError
 from undertow.recording.channels import ChannelSpec, TimeSpec
 from undertow.recording.layout import FileFormat
@@ -112,10 +113,10 @@ def survey(folder: Path, looked: Looked = lambda done, of: None) -> Survey:
     unread += [(name, "is a harmonic set, and needs a config of its own (recordings.response)") for name, _, _ in sets]
     if not found:
         first = "; ".join(f"{name}: {why}" for name, why in _blamed(unread, lacks))
-        raise ConfigError(
-            f"{folder} holds {len(files)} files with the suffix of a recording and none that can be read as one by its "
-            f"names{'; ' if first else ''}{first}"
-        )
+        if not files:
+            raise ConfigError(f"{folder} holds no file with the suffix of a recording, as .csv, .txt, .mat, .xlsx")
+        looked_at = f"{count(len(files), 'file')} looked at"
+        raise ConfigError(f"no file in {folder} can be read as a recording ({looked_at}); {first}")
     return replace(_sorted_out(found, unread, tuple(remarks)), doubts=tuple(doubts))
 
 

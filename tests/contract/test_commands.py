@@ -273,12 +273,14 @@ def test_compare_puts_runs_of_one_name_side_by_side(capsys: Capture, tmp_path: P
         assert undertow(capsys, "run", campaign.config, *words).code == 0
     said = undertow(capsys, "compare", tmp_path / "a/run", tmp_path / "b/run", "--out", tmp_path / "both.html")
     assert said.code == 0
-    rows = {row.split()[0]: re.split(r"  +", row.strip()) for row in said.out.splitlines() if row.strip()}
+    rows = {cells[0]: cells for row in said.out.splitlines() if (cells := re.split(r"  +", row.strip()))}
     assert rows["quantity"][1:3] == [str(tmp_path / "a/run"), str(tmp_path / "b/run")]
-    assert len(rows["k_N_per_m"]) == 4
-    assert all("±" in cell for cell in rows["k_N_per_m"][1:3])
-    assert rows["c_Ns_per_m"][-1] == f"only in {tmp_path / 'b/run'}", "only one of the runs has it"
+    assert len(rows["stiffness"]) == 4
+    assert all("±" in cell for cell in rows["stiffness"][1:3])
+    assert rows["viscous damping"][-1] == f"only in {tmp_path / 'b/run'}", "only one of the runs has it"
     page = (tmp_path / "both.html").read_text()
+    assert "<td>viscous damping</td>" in page
+    assert "c_Ns_per_m" not in said.out + page
     assert "&lt;b&gt;" in page
     assert "<b>" not in page
     said = undertow(capsys, "compare", tmp_path / "a/run", "--out", tmp_path / "no" / "both.html")

@@ -19,7 +19,7 @@ from jinja2 import Environment
 from undertow.discrepancy.words import count, group_title, percent
 from undertow.quantities import Estimate
 from undertow.report.verdict_file import read_verdicts
-from undertow.report.wording import STATUS_WORDS, estimate_text
+from undertow.report.wording import STATUS_WORDS, estimate_text, parameter_words
 
 NOTEWORTHY = 2.0
 """Standard errors (of both runs, in quadrature) from which on a parameter counts as changed; contract 2 takes the same
@@ -110,12 +110,28 @@ def comparison_html(folders: Sequence[Path]) -> str:
     table = compare_runs(folders)
     columns = list(table.columns[1:-1])
     groups = [
-        (group, [(list(row[1:-1]), _kind(row[-2], row[-1])) for row in rows.itertuples(index=False)])
+        (
+            group,
+            [
+                ([quantity_words(str(row[1])), *row[2:-1]], _kind(row[-2], row[-1]))
+                for row in rows.itertuples(index=False)
+            ],
+        )
         for group, rows in table.groupby("group", sort=False)
     ]
     return Environment(autoescape=True).from_string(_PAGE).render(
         columns=columns, groups=groups, summary=changes_in_words(table), limit=f"{NOTEWORTHY:g}"
     )  # fmt: skip
+
+
+def quantity_words(quantity: str) -> str:
+    """A row's quantity as a reader wants it.
+
+    >>> quantity_words("repaired: hidden_resonator.mass_kg"), quantity_words("k_N_per_m"), quantity_words("verdict")
+    ('repaired: hidden resonator: mass', 'stiffness', 'verdict')
+    """
+    repaired, start, name = quantity.rpartition("repaired: ")
+    return f"{repaired}{start}{parameter_words(name)}"
 
 
 def _kind(change: str, changed: bool) -> str:
@@ -179,7 +195,7 @@ _ENTRY_QUANTITIES = (
 def _cells(entry: Mapping[str, Any]) -> Iterator[tuple[str, Cell]]:
     """What one group's entry of verdict.json says: quantity -> cell."""
     baseline, after = entry["baseline"], entry.get("augmented")
-    named = [name for name in entry["verdict"] if name != "unknown"]
+    named = [name.replace("_", " ") for name in entry["verdict"] if name != "unknown"]
     yield "verdict", Cell(" + ".join([STATUS_WORDS[entry["status"]].removesuffix(" with"), *named]))
     yield "free-run error", _error(baseline["nrmse"])
     yield "held-out error", _error(baseline["held_out_nrmse"])

@@ -15,7 +15,7 @@ from rich.table import Table
 from rich.text import Text
 
 from undertow.front.terminal.table import table_text
-from undertow.report.compare import changes_in_words, compare_runs
+from undertow.report.compare import changes_in_words, compare_runs, quantity_words
 
 
 def comparison_text(
@@ -46,6 +46,7 @@ def _table(rows: pd.DataFrame) -> Table:
     for group, of_group in rows.groupby("group", sort=False):
         table.add_row(Text(str(group), style="bold"))
         for row in of_group.itertuples(index=False):
-            *cells, changed = row[1:]
+            quantity, *values, changed = row[1:]
+            cells = [quantity_words(str(quantity)), *values]
             table.add_row(*(Text(str(cell)) for cell in cells), style="red" if changed else "")
     return table

@@ -78,9 +78,12 @@ def test_time_left_is_what_the_other_items_need_at_the_pace_of_those_done() -> N
     lines("read", 1, 4, "b")
     now[0] = 50.0
     lines.beat()
+    now[0] = 140.0
+    lines.beat()
     assert said[1:] == [
         "read: 1 of 4, at b, 30 s so far, about 1 min 30 s left",
         "read: 1 of 4, at b, 50 s so far, about 1 min 10 s left",
+        "read: 1 of 4, at b, 2 min 20 s so far",  # the item takes longer than the one before said of all
     ]  # fmt: skip
 
 

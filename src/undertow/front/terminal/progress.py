@@ -120,8 +120,9 @@ def _line(stage: _Stage, now: float) -> str:
     if elapsed >= 1.0:
         parts.append(f"{duration_words(elapsed)} so far")
     left = seconds_left(stage.at_last - stage.begun, stage.done, stage.of)
-    if left is not None:
-        parts.append(f"about {duration_words(max(left - (now - stage.at_last), 0.0))} left")
+    remaining = 0 if left is None else round(left - (now - stage.at_last))
+    if remaining > 0:  # an item that takes longer than those before it says nothing of the time left
+        parts.append(f"about {duration_words(remaining)} left")
     return ", ".join(parts)
 
 

@@ -228,3 +228,12 @@ def test_a_simulation_in_another_unit_lacks_no_physics(tmp_path):
     said = r"released from .*e-05 m and the recording from 0\.0.* m, 0\.00.* times as far, .* for another unit"
     with pytest.raises(RecordingError, match=said):
         differ(simulation, recording, out=tmp_path / "out")
+
+
+def test_units_that_nobody_said_and_that_contradict_each_other_are_asked_for(tmp_path):
+    recording = table(tmp_path / "recording.csv", PLAIN, noisy=True)
+    nameless = tmp_path / "nameless.csv"
+    nameless.write_text(recording.read_text().replace("disp_mm", "pot").replace("accel_mps2", "acc"))
+    said = r"simulation .*nameless\.csv: .*seems to be in mm, not m.*Guessed: displacement: column 'pot' "
+    with pytest.raises(RecordingError, match=said):
+        differ(nameless, recording, out=tmp_path / "out")

@@ -6,7 +6,7 @@ Belongs here: which columns are what, the specimen that a config knows, the fold
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 
@@ -16,6 +16,7 @@ from undertow.campaign.differ.driven import DrivenDifference, differ_driven, wri
 from undertow.campaign.differ.lacking import UNKNOWN
 from undertow.campaign.inspection import inspect
 from undertow.campaign.run.folder import safe_name
+from undertow.conditioning.agreement import disagreements
 from undertow.conditioning.condition import condition
 from undertow.conditioning.motion import Motion
 from undertow.discrepancy.difference import Difference
@@ -134,6 +135,7 @@ def _guessed(simulation: Path, recording: Path) -> FilePair:
             raise RecordingError(f"{what} {path} is driven ({driver}); {BY_CONFIG}")
         if seen.motion is None:
             raise RecordingError(f"{what} {path}: {seen.reason}")
+        _units_hold(f"{what} {path}", seen.motion, seen.proposal.doubts)
         motions.append(_named(seen.motion, what))
     first, second = motions
     if first.recording.coordinate != second.recording.coordinate:
@@ -142,6 +144,14 @@ def _guessed(simulation: Path, recording: Path) -> FilePair:
             f"{second.recording.coordinate}; say with --config which columns are what"
         )
     return FilePair(first, second)
+
+
+def _units_hold(whose: str, motion: Motion, guessed: Sequence[str]) -> None:
+    """RecordingError where channels contradict each other of which a unit was ``guessed``."""
+    found = disagreements(motion.recording, motion.window, None, motion.noise) if guessed else ()
+    wrong = next((one.sentence for one in found if one.certain), "")
+    if wrong:
+        raise RecordingError(f"{whose}: {wrong}. Guessed: {'; '.join(guessed)}: say units in a config, with --config")
 
 
 def _configured(simulation: Path, recording: Path, config_path: Path) -> FilePair:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import math
 from dataclasses import replace
 from pathlib import Path
 
@@ -12,14 +13,18 @@ import pytest
 from tests.command_line import undertow
 from undertow.campaign.differ.compare import compare_motions
 from undertow.campaign.differ.files import differ
+from undertow.campaign.differ.lacking import UNKNOWN, _in_kilograms
 from undertow.conditioning.condition import condition
 from undertow.conditioning.motion import Motion
+from undertow.discrepancy.verdict import Described, Verdict
 from undertow.equation import registry
 from undertow.equation.equation import Equation, equation_15
 from undertow.equation.simulate import simulate
 from undertow.errors import ConfigError, RecordingError
 from undertow.likelihood.fit import Specimen
+from undertow.quantities import Estimate
 from undertow.recording.recording import Recording
+from undertow.report.difference import _found
 
 SPRING_N_PER_M = 109_600.0
 PLAIN = equation_15(2637.4, 300.0, 590.0, SPRING_N_PER_M, 170.0, 1000.0)
@@ -237,3 +242,10 @@ def test_units_that_nobody_said_and_that_contradict_each_other_are_asked_for(tmp
     said = r"simulation .*nameless\.csv: .*seems to be in mm, not m.*Guessed: displacement: column 'pot' "
     with pytest.raises(RecordingError, match=said):
         differ(nameless, recording, out=tmp_path / "out")
+
+
+def test_what_a_recording_has_is_shown_in_words_and_per_kilogram_once():
+    own = {"mass_kg": Estimate(0.0885, 0.0005, unit="kg per kg")}
+    verdict = Verdict({}, (), augmented=Described(0.01, math.nan, {}), parameters={"hidden_resonator": [own]})
+    told = _in_kilograms(verdict, UNKNOWN)
+    assert _found(told.parameters) == [("hidden resonator: mass", "0.0885 ± 0.0005 kg per kg")]

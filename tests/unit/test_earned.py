@@ -18,7 +18,7 @@ from undertow.discrepancy.case import Case
 from undertow.discrepancy.decision import Closeness, posterior
 from undertow.discrepancy.dry_check import DryAnswer
 from undertow.discrepancy.earned import earned
-from undertow.discrepancy.judge import _left, _physics, _reach, _without_a_name
+from undertow.discrepancy.judge import _left, _physics, _reach, _unit, _without_a_name
 from undertow.discrepancy.sentence import sentence_of
 from undertow.discrepancy.verdict import Described, Verdict
 from undertow.quantities import Estimate
@@ -679,3 +679,13 @@ def test_a_trial_beyond_repeatability_beside_nothing_missing_is_what_scatter_doe
     some = _without_a_name(GREEN, case(missing=1), far=False).sentence
     assert "explains 2 of 3 trials within repeatability (error 4.0 %, repeatability 5.0 %, beyond which scatter" in some
     assert "one in twenty" not in _without_a_name(GREEN, case(), far=False).sentence
+
+
+@pytest.mark.parametrize(
+    ("anchored", "rotation", "unit"),
+    [(True, False, "N/m^3"), (False, False, "N/m^3 per kg"), (False, True, "N m/rad^3 per kg m^2")],
+)
+def test_what_could_have_been_seen_has_the_unit_of_the_groups_numbers(anchored, rotation, unit):
+    member = SimpleNamespace(motions=(), model=SimpleNamespace(anchored=anchored))
+    assert _unit("N/m^3", case(member=member, rotation=rotation)) == unit
+    assert _unit("1", case(member=member, rotation=rotation)) == "1"

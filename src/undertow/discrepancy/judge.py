@@ -121,8 +121,8 @@ def _with_evidence(
     return replace(
         verdict, posterior=posterior(diagnosis), confidence=record.probability if record else math.nan,
         p_value=tested.p_value, upper_bound=math.nan if diagnosis.named else tested.upper_bound,
-        detectable=tested.detectable, not_testable=(*NOT_TESTABLE, *tested.not_testable),
-        null=tested.scores,
+        detectable=tuple(replace(one, unit=_unit(one.unit, case)) for one in tested.detectable),
+        not_testable=(*NOT_TESTABLE, *tested.not_testable), null=tested.scores,
     )  # fmt: skip
 
 
@@ -192,11 +192,7 @@ def _verdict(
         held = math.nan  # what is an unseen trial's own, no other trial says
     own = any(a.of_its_own for a in added)
     found = addition_parameters(fit, case.member.label, member_rate(case.member))
-    if not case.member.model.anchored:
-        found = {name: [_per_mass(one) for one in many] for name, many in found.items()}
-    found = {name: [with_scale_error(one, case.specimen) for one in many] for name, many in found.items()}
-    if case.rotation:
-        found = {name: [_turned(one) for one in many] for name, many in found.items()}
+    found = {name: [with_scale_error(_told(one, case), case.specimen) for one in many] for name, many in found.items()}
     of_dry = ((*other, *diagnosis.best.names) for other in case.dry_rivals if known)
     rivals = (*((*known, *other) for other in diagnosis.rivals), *of_dry)
     status: Status = "not_identifiable" if rivals else "explained"
@@ -246,17 +242,16 @@ def _left(diagnosis: LevelDiagnosis) -> str:
     )
 
 
-def _per_mass(numbers: Mapping[str, Estimate]) -> dict[str, Estimate]:
-    """Numbers of a group without an anchor: forces and masses are per kilogram of its total mass."""
-    return {
-        name: replace(e, unit=f"{e.unit} per kg") if e.unit.startswith(("N", "kg")) else e
-        for name, e in numbers.items()
-    }
+def _unit(unit: str, case: Case) -> str:
+    """A unit as this group's numbers have it: forces and masses are per kilogram of the total mass without an anchor,
+    and newtons, kilograms and metres are moments, inertias and radians of a rotation."""
+    said = f"{unit} per kg" if not case.member.model.anchored and unit.startswith(("N", "kg")) else unit
+    return unit_in_rotation(said) if case.rotation else said
 
 
-def _turned(numbers: Mapping[str, Estimate]) -> dict[str, Estimate]:
-    """Numbers of a rotation: what are newtons, kilograms and metres there are moments, inertias and radians."""
-    return {name: replace(e, unit=unit_in_rotation(e.unit)) for name, e in numbers.items()}
+def _told(numbers: Mapping[str, Estimate], case: Case) -> dict[str, Estimate]:
+    """Numbers in these units."""
+    return {name: replace(e, unit=_unit(e.unit, case)) for name, e in numbers.items()}
 
 
 def _without_a_name(plain: Verdict, case: Case, far: bool, as_scatter: bool = False) -> Verdict:

@@ -20,7 +20,7 @@ from undertow.discrepancy.words import percent
 from undertow.quantities import Estimate
 from undertow.report.style import BLUE, INK, VERMILLION, new_figure, page_style, svg_text
 from undertow.report.verdict_file import plain
-from undertow.report.wording import parameter_name
+from undertow.report.wording import parameter_name, parameter_words
 from undertow.report.writing import write_text
 
 VERSION = 1
@@ -128,8 +128,7 @@ def _found(parameters: Mapping[str, object]) -> list[tuple[str, str]]:
     for name, found in parameters.items():
         for one in found if isinstance(found, list) else [found]:
             if isinstance(one, Mapping):
-                said = {f"{name}: {key}".replace("_", " "): str(value).removesuffix(" 1") for key, value in one.items()}
-                out += list(said.items())
+                out += [(parameter_words(f"{name}.{key}"), str(value).removesuffix(" 1")) for key, value in one.items()]
     return out
 
 

@@ -13,7 +13,7 @@ from typing import Any
 from undertow.discrepancy.words import group_title
 from undertow.errors import ConfigError, UndertowError
 from undertow.report.which_group import groups_meant
-from undertow.report.wording import values_in_words
+from undertow.report.wording import reason_words, values_in_words
 
 PASSED, FAILED = "passed", "NOT passed"
 
@@ -76,7 +76,7 @@ def _explained(title: str, one: Mapping[str, Any]) -> str:
         lines.append(f"  not testable here: {', '.join(one['not_testable'])}")
     if one["rejected"]:
         lines.append("  not the answer:")
-        lines += [f"    {r['name']}: {r['because']}" for r in one["rejected"]]
+        lines += [f"    {r['name']}: {reason_words(r['because'])}" for r in one["rejected"]]
     return "\n".join(lines)
 
 

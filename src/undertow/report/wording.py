@@ -90,6 +90,9 @@ _PER = r"_per_(?:rad|m|s|kg)\d?(?:_s\d)?"
 _UNIT_AT_END = re.compile(rf"(?<=[a-z\d])_(?:rad|Hz|kg|N|Ns|Ns2|Ns3|m|s)\d?(?:{_PER})?$|{_PER}$|_N_sp_per_mp$")
 """A unit at the end of a parameter's name: it stands beside the number instead."""
 
+_UNIT_ALONE = re.compile(r"(?:Ns?\d?)?")
+"""What is left of the name of a law's only parameter, as N_per_m3."""
+
 
 def parameter_name(parameter: str) -> Name:
     """Words and symbol of a parameter of the contract; an unknown one is spelled out.
@@ -132,11 +135,14 @@ def parameter_words(name: str) -> str:
 
     >>> parameter_words("hidden_resonator#2.natural_frequency_rad_per_s"), parameter_words("added_mass_kg")
     ('hidden resonator 2: natural frequency', 'added mass')
+    >>> parameter_words("cubic_stiffness.N_per_m3"), parameter_words("viscous_damping.viscous_damping")
+    ('cubic stiffness', 'viscous damping')
     """
     effect, dot, parameter = name.partition(".")
     if not dot:
         return parameter_name(name).words
-    return f"{effect.replace('_', ' ').replace('#', ' ')}: {parameter_name(parameter).words}"
+    law, words = effect.replace("_", " ").replace("#", " "), parameter_name(parameter).words
+    return law if words == law or _UNIT_ALONE.fullmatch(words) else f"{law}: {words}"
 
 
 def values_in_words(values: Mapping[str, float]) -> str:
@@ -163,24 +169,30 @@ def method_label(method: str) -> str:
     return METHOD_LABELS.get(method, method.replace("_", " "))
 
 
-_CONTRACT_NAME = re.compile(rf"\b(?:{'|'.join(sorted((*_NAMES, *METHOD_LABELS), key=len, reverse=True))})\b")
+_CONTRACT_NAME = re.compile(
+    rf"\b({'|'.join(sorted((*_NAMES, *METHOD_LABELS), key=len, reverse=True))})(_per_mass)?\b"
+)
 
 
 def in_plain_words(text: str) -> str:
     """A note with parameters and methods as the reader calls them.
 
-    >>> in_plain_words("added_mass_kg by output_error differs")
-    'added mass by output error differs'
+    >>> in_plain_words("added_mass_kg by output_error differs"), in_plain_words("k_N_per_m_per_mass (16)")
+    ('added mass by output error differs', 'stiffness per mass (16)')
     """
     def words(found: re.Match[str]) -> str:
-        name = found.group()
-        return METHOD_LABELS[name].lower().replace("sindy", "SINDy") if name in METHOD_LABELS else _NAMES[name].words
+        name = found.group(1)
+        if name in METHOD_LABELS:
+            return METHOD_LABELS[name].lower().replace("sindy", "SINDy")
+        return f"{_NAMES[name].words}{' per mass' if found.group(2) else ''}"
 
     return _CONTRACT_NAME.sub(words, text)
 
 
 _ONE_OF_A_LAW = re.compile(r"\b([a-z]+(?:_[a-z]+)*)\.([A-Za-z]\w+)")
 _IDENTIFIER = re.compile(r"\b[a-z]+(?:_[A-Za-z0-9]+)+\b")
+_OF_ALL, _OF_SPRING = re.compile(r"@all\b"), re.compile(r"@(\w+)")
+_NO_UNIT = re.compile(r"(?<== )(\S+ \+- \S+) 1(?= )")
 _EXPONENT = re.compile(r"(-?\d+(?:\.\d+)?)e([+-]?\d+)")
 _POWER = re.compile(r"\^(-?\d+)")
 
@@ -195,11 +207,14 @@ def reason_words(text: str) -> str:
     'odds of 10¹⁵¹ to 1 against it beside hidden resonator + linear damping'
     >>> reason_words("cubic_damping.Ns3_per_m3 = -3.099e+04 N s^3/m^3 would feed energy into the motion")
     'cubic damping = -30990 N s³/m³ would feed energy into the motion'
+    >>> reason_words("c_Ns_per_m@all = -0.9 +- 0.2 N s/m"), reason_words("drag_exponent.exponent = 1.5 +- 16 1 could")
+    ('viscous damping = -0.9 ± 0.2 N s/m', 'drag exponent: exponent = 1.5 ± 16 could')
     """
     def of_a_law(found: re.Match[str]) -> str:
-        law, parameter = found.group(1).replace("_", " "), parameter_name(found.group(2)).words
-        return law if not parameter or parameter.startswith("Ns") else f"{law}: {parameter}"
+        return parameter_words(found.group())
 
+    text = _OF_SPRING.sub(r" (\1)", _OF_ALL.sub("", text))
+    text = _NO_UNIT.sub(r"\1", text).replace(" +- ", " ± ")
     text = _ONE_OF_A_LAW.sub(of_a_law, text)
     text = _IDENTIFIER.sub(lambda found: parameter_name(found.group()).words, in_plain_words(text))
     text = _EXPONENT.sub(lambda found: plain_number(float(found.group())), text)

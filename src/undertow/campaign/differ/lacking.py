@@ -44,6 +44,9 @@ CLOSE = 2.0
 UNEXPLAINED = 3.0
 """From this many times what is allowed on, what no name explains is said to be unknown."""
 
+PER_KG = " per kg"
+"""What the unit of a number over the total mass ends in."""
+
 FORCES = ("N", "kg")
 """First letters of the units of what is linear in the total mass."""
 
@@ -101,7 +104,6 @@ def _in_kilograms(verdict: Verdict, specimen: Specimen) -> Verdict:
     per_mass = verdict.augmented.parameters.get("k_N_per_m_per_mass")
     anchored = choose_anchor(specimen, None).known and per_mass is not None and per_mass.value > 0.0
     mass = specimen.stiffness_N_per_m / per_mass.value if anchored and per_mass is not None else 1.0
-    suffix = "" if anchored else " per kg"
 
     def scaled(found: object) -> object:
         if isinstance(found, Mapping):
@@ -109,7 +111,7 @@ def _in_kilograms(verdict: Verdict, specimen: Specimen) -> Verdict:
         if isinstance(found, list):
             return [scaled(one) for one in found]
         if isinstance(found, Estimate) and found.unit.startswith(FORCES):
-            return found.scaled(mass, found.unit + suffix)
+            return found.scaled(mass, found.unit.removesuffix(PER_KG) + ("" if anchored else PER_KG))
         return found
 
     return replace(verdict, parameters={name: scaled(found) for name, found in verdict.parameters.items()})

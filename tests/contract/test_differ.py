@@ -123,6 +123,16 @@ def test_more_damping_than_the_simulation_has_is_named_as_a_difference_in_number
     assert "lacks enough linear damping" in found.sentence
 
 
+def test_a_simulation_on_another_spring_is_let_go_where_the_recording_was(simulated):
+    """The score adjusts the release, down to a fraction where frequencies differ; cycles are those of the whole one."""
+    stiff = moved(equation_15(2637.4, 300.0, 590.0, 1.4 * SPRING_N_PER_M, 170.0, 1000.0), noisy=True)
+    found = compare_motions(simulated, stiff)
+    assert found.run.simulated[0] < 0.7 * stiff.amplitude
+    assert found.released.simulated[0] == pytest.approx(stiff.amplitude, rel=0.02)
+    assert found.cycles.damping_ratio_simulated[0] < 2.0 * found.cycles.damping_ratio[0]
+    assert "differs in stiffness per mass" in found.sentence
+
+
 def test_motions_in_different_channels_are_not_compared(simulated):
     only = moved(PLAIN, noisy=True).recording
     speed = np.gradient(only.channels["displacement"], only.time)

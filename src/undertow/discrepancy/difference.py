@@ -46,8 +46,9 @@ class Difference:
     """The comparison. ``lacks`` holds names of what the recording has and the simulation lacks, ``extra`` of what
     the simulation has and the recording does not show, ``more`` those of ``lacks`` that differ in number only;
     ``by_equation`` tells whether they come from the recording's own equation or from the search; ``run`` is the
-    simulation's equation let go from the recording's release, ``mismatch`` where it parts from the recording,
-    ``cycles`` and ``bands`` how."""
+    simulation's equation with release, clock and rest adjusted to the recording, ``mismatch`` where it parts from the
+    recording and ``bands`` how; ``released`` the same equation let go just where the recording was (None: ``run``),
+    ``cycles`` its cycles beside the recording's."""
 
     simulation: Side
     recording: Side
@@ -63,3 +64,4 @@ class Difference:
     sentence: str
     notes: tuple[str, ...] = ()
     scatter: Mapping[str, float] = field(default_factory=dict)
+    released: FreeRun | None = None

@@ -139,20 +139,29 @@ def _at_samples(motion: Motion, problem: Problem, values: Array, quantity: str, 
     return FreeRun(t, measured, simulated, score, compiled, np.hstack(columns), outcome)
 
 
-def error_as_measured(motion: Motion, theta: Array) -> float:
-    """nrmse of ``theta`` with nothing adjusted: released where and when the recording says, about the rest position it
-    says, at rest where a hold was seen. nan where that motion has no bounds, or no displacement was recorded."""
+def as_released(motion: Motion, theta: Array) -> FreeRun | None:
+    """The free run of ``theta`` with nothing adjusted: released where and when the recording says, about the rest
+    position it says, at rest where a hold was seen. None where that motion has no bounds, or no displacement was
+    recorded."""
     if scored_channel(motion) != "displacement":
-        return math.nan
+        return None
     started = np.array(theta)
     started[SLOT["x0"]] = motion.x[0] - motion.equilibrium.value
     started[SLOT["v0"]] = 0.0 if motion.window.held else motion.v[0]
     measured = motion.recorded("displacement")[motion.inside] - motion.equilibrium.value
+    t = motion.windowed("t")
     try:
-        x, _, _ = output_error.trajectory(started, np.zeros(0, dtype=np.int64), motion.windowed("t"))
+        x, _, _ = output_error.trajectory(started, np.zeros(0, dtype=np.int64), t)
     except IdentificationError:
-        return math.nan
-    return float(np.sqrt(np.mean((measured - x[:, 0]) ** 2) / np.mean(measured**2)))
+        return None
+    score = float(np.sqrt(np.mean((measured - x[:, 0]) ** 2) / np.mean(measured**2)))
+    return FreeRun(t, measured, x[:, 0], score, started, np.zeros((t.size, 0)), "as measured")
+
+
+def error_as_measured(motion: Motion, theta: Array) -> float:
+    """nrmse of ``theta`` with nothing adjusted (`as_released`); nan where there is no such motion."""
+    run = as_released(motion, theta)
+    return math.nan if run is None else run.nrmse
 
 
 def sensor_floor(motion: Motion, run: FreeRun) -> float:

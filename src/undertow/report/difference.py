@@ -163,9 +163,10 @@ def _figures(d: Difference) -> list[str]:
 
 def draw_motions(d: Difference, axes: Axes) -> Axes:
     """The recording, the simulation's equation let go from the same release, and what is between them."""
-    axes.plot(d.run.t, d.run.measured, color=INK, label="recording")
-    axes.plot(d.run.t, d.run.simulated, color=BLUE, label="simulation's equation, same release")
-    axes.plot(d.run.t, d.run.residual, color=VERMILLION, label="difference")
+    run = d.released or d.run
+    axes.plot(run.t, run.measured, color=INK, label="recording")
+    axes.plot(run.t, run.simulated, color=BLUE, label="simulation's equation, same release")
+    axes.plot(run.t, run.residual, color=VERMILLION, label="difference")
     axes.set_xlabel("time after the release (s)")
     axes.set_ylabel(f"displacement ({d.recording.motion.recording.unit('displacement')})")
     axes.legend(ncols=3, loc="upper right")

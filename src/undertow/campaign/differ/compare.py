@@ -26,7 +26,7 @@ from undertow.equation.kernel import SLOT
 from undertow.equation.term import Term
 from undertow.errors import RecordingError
 from undertow.likelihood.fit import Specimen
-from undertow.likelihood.free_run import FreeRun, repeatability, scored_channel, sensor_floor
+from undertow.likelihood.free_run import FreeRun, as_released, repeatability, scored_channel, sensor_floor
 from undertow.methods.baseline import GroupFit
 from undertow.methods.dry import DEFAULT_SCATTER
 from undertow.methods.sindy import discover
@@ -73,9 +73,11 @@ def compare_motions(
     visible = _effect(sides[0].verdict) > UNEXPLAINED * allowed_error(recording, sides[1].run)
     rivals = {n for names in sides[1].verdict.alternatives for n in names}
     extra = tuple(n for n in has if visible and n not in (*wanted, *rivals, "unknown"))
+    released = as_released(recording, run.theta) or run if run.theta.size else run
     found = Difference(
-        *sides, _rows(first, second), run, mismatch, _cycles(recording, run), sidebands(recording, run), lacks, extra,
-        larger, by_equation, "", _notes(simulation, recording, [n for n in wanted if n in has]), spread,
+        *sides, _rows(first, second), run, mismatch, _cycles(recording, released), sidebands(recording, run), lacks,
+        extra, larger, by_equation, "", _notes(simulation, recording, [n for n in wanted if n in has]), spread,
+        released,
     )  # fmt: skip
     return replace(found, sentence=sentence_of(found))
 

@@ -11,6 +11,7 @@ from collections.abc import Sequence
 from undertow.discrepancy.difference import Difference
 from undertow.discrepancy.naming import in_words
 from undertow.discrepancy.words import percent
+from undertow.report.wording import parameter_name
 
 LET_GO = "let go like the recording, its equation"
 """How the second half of the sentence begins."""
@@ -60,7 +61,7 @@ def _what(d: Difference) -> str:
             text += f" (this recording cannot tell that from {'; '.join(rivals)})"
     else:
         text = "lacks no law that this recording shows"
-    far = [r.name for r in d.rows if r.sigmas > FAR]
+    far = [parameter_name(r.name).words for r in d.rows if r.sigmas > FAR]
     if far and not words:
         text += f", but differs in {', '.join(far)}"
     if d.extra:

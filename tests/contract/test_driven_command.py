@@ -73,7 +73,7 @@ def test_a_run_names_the_drag_that_the_equation_lacks(finished):
     assert verdict["verdict"] == ["quadratic_drag"]
     drag = verdict["parameters"]["quadratic_drag"]["drag_Ns2_per_m2"]
     assert abs(drag["value"] - 8.0) < 4.0 * drag["stderr"] < 2.0
-    assert "quadratic_drag" in done.summary
+    assert "quadratic drag" in done.summary
     for name in ("report.html", "trials.csv", "levels.csv", "mismatch.csv", "manifest.json", "config.yaml"):
         assert (folder / "run" / name).stat().st_size > 0
 

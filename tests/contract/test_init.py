@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import re
 from pathlib import Path
 
 import numpy as np
@@ -239,6 +240,28 @@ def test_a_text_that_is_no_table_is_not_what_is_blamed(tmp_path: Path) -> None:
     (tmp_path / "swing.txt").unlink()
     with pytest.raises(ConfigError, match=r"LICENSE\.txt: no table of numbers begins in its first 9 lines"):
         start(tmp_path)
+
+
+def test_a_folder_of_driven_records_has_a_config_that_runs_as_it_is(capsys: Capture, tmp_path: Path) -> None:
+    """A driven record does not decay: tried as a decay none could be used, and the run took all of them."""
+    for seed in (1, 2):
+        force = np.convolve(np.random.default_rng(seed).standard_normal(3000), np.hanning(30), "same")
+        rows, x, v = [], 0.0, 0.0
+        for at, f in enumerate(force):
+            rows.append((0.01 * at, f, 1e3 * x))
+            v += 0.01 * (f - 20.0 * v - 900.0 * x) / 12.0
+            x += 0.01 * v
+        write_table(tmp_path / f"r{seed}.csv", np.array(rows), "t [s],force [N],x [mm]")
+    still = np.array(rows) * [1.0, 0.0, 1.0]
+    write_table(tmp_path / "r3.csv", still, "t [s],force [N],x [mm]")
+    said = undertow(capsys, "init", tmp_path)
+    assert said.code == 0, said.err
+    assert re.search(r": 2 trials in .*; 1 file left out:\n  r3.csv: ", said.out)
+    assert "next: look at the equation's terms" in said.out
+    config = load(tmp_path / "undertow.yaml")
+    assert config.equation.terms == ("stiffness", "viscous_damping", "constant_force")
+    assert config.identify == ("output_error",)
+    assert [entry.name for entry in planned(config).entries] == ["r1", "r2"]
 
 
 def test_bodies_of_other_periods_are_groups_of_their_own(capsys: Capture, tmp_path: Path) -> None:

@@ -75,7 +75,7 @@ def test_a_run_names_the_cubic_stiffness_that_the_equation_lacks_and_its_numbers
     assert verdict["parameters"]["cubic_stiffness"]["N_per_m3"] == found["cubic_stiffness.N_per_m3"]
     assert verdict["augmented"]["held_out_nrmse"] < 0.01 < 0.5 < verdict["baseline"]["held_out_nrmse"]
     assert verdict["unseen_points"] == 12
-    assert "12 points it never saw; with cubic_stiffness" in done.summary
+    assert "12 points it never saw; with cubic stiffness" in done.summary
 
 
 def test_the_run_folder_has_the_contracts_files_and_opens(finished):

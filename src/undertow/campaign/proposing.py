@@ -9,7 +9,7 @@ Belongs here: that config's text and its trial run. Does not belong here: guesse
 from __future__ import annotations
 
 import glob
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -36,6 +36,9 @@ DRIVEN_TERMS = ("stiffness", "viscous_damping", "constant_force")
 WAVE_TERMS = tuple(law.name for law in (Stiffness, ViscousDamping, QuadraticDrag, FroudeKrylov))
 """The equation that a proposal for a driven body begins with."""
 
+DRIVEN_IDENTIFY = "identify: [output_error]"
+"""The only way in which a driven body is identified."""
+
 NO_TEXT = frozenset({"null", "true", "false"})
 """Words that YAML does not read as texts."""
 
@@ -49,16 +52,21 @@ class Proposed:
     reason: str = ""
 
 
+def driven_terms(channels: Collection[str]) -> tuple[str, ...]:
+    """The equation that a proposal begins with where one of the channels is an input; empty where none is."""
+    if not any(name in INPUTS for name in channels):
+        return ()
+    return WAVE_TERMS if any(name.startswith("water_") for name in channels) else DRIVEN_TERMS
+
+
 def propose_config(path: Path, layout: FileFormat, proposal: Proposal, moves: bool) -> Proposed:
     """A config of one trial: the file's layout and channels, its window where a part must be cut off.
 
     ``moves`` says whether a motion was seen in it.
     """
-    if any(name in INPUTS for name in proposal.channels):
-        waves = any(name.startswith("water_") for name in proposal.channels)
-        terms = WAVE_TERMS if waves else DRIVEN_TERMS
+    if terms := driven_terms(proposal.channels):
         lines = config_lines(path, layout, proposal, TimeWindow(), terms)
-        return Proposed((*lines, "identify: [output_error]"))
+        return Proposed((*lines, DRIVEN_IDENTIFY))
     if not moves:
         return Proposed()
     lines = config_lines(path, layout, proposal, TimeWindow())
@@ -89,9 +97,7 @@ def config_lines(
     lines.append("  channels:")
     if time is not None:
         lines.append(f"    time: {time_text(time)}")
-    lines += [f"    {name}: {spec_text(spec)}" for name, spec in proposal.channels.items()]
-    if any(name.startswith("base_") for name in proposal.channels):
-        lines = [_against(line) for line in lines]
+    lines += [f"    {line}" for line in channel_lines(proposal.channels)]
     lines += ["trials:", "  group_by: [trial]", f"  conditions: {{{pattern}: {{trial: {plain(stem)}}}}}"]
     lines += ["  dry: none", "  hold_out: []"]
     limits = {"start_s": window.start_s, "end_s": window.end_s}
@@ -100,6 +106,12 @@ def config_lines(
         lines.append(f"  window: {{{pattern}: {{{said}}}}}")
     lines += ["equation:", f"  terms: [{', '.join(terms)}]", f"  coordinate: {proposal.coordinate}"]
     return tuple(lines)
+
+
+def channel_lines(channels: Mapping[str, ChannelSpec]) -> list[str]:
+    """Keys of recordings.channels beside the time, where the base moves with frames."""
+    lines = [f"{name}: {spec_text(spec)}" for name, spec in channels.items()]
+    return [_against(line) for line in lines] if any(name.startswith("base_") for name in channels) else lines
 
 
 def _against(line: str) -> str:

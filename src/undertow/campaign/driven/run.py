@@ -152,7 +152,7 @@ def sentence_of(name: str, training: Sequence[DrivenTrial], found: DrivenFound) 
     if not found.added:
         said = ", and no law that was tried helps" if found.tried else f"; nothing was checked: {UNCHECKED}"
         return f"{name}: the given equation misses {before:.3g} % {unit} it never saw{said}.{far}"
-    names = ", ".join(found.added)
+    names = ", ".join(found.added).replace("_", " ")
     left = "" if _adequate(training, found.augmented or found.baseline) else "; more than noise is left"
     kept = found.augmented.laws.memory.split(".")[0] if found.augmented else ""
     alike = f" The record cannot tell {kept} from {' or '.join(found.rivals)}." if kept and found.rivals else ""

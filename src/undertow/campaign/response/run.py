@@ -119,10 +119,10 @@ def sentence_of(title: str, group: Sweeps, found: ResponseFound) -> str:
     elif not found.added:
         said = ", and no law that was tried helps"
     else:
-        said = f"; with {', '.join(found.added)} {after}"
+        said = f"; with {', '.join(found.added).replace('_', ' ')} {after}"
     for name in dict.fromkeys(name for name, _ in found.alternatives):
         rivals = ", ".join(rival for of, rival in found.alternatives if of == name)
-        said += f"; these points cannot tell {name} from {rivals}"
+        said += f"; these points cannot tell {name} from {rivals}".replace("_", " ")
     left = "" if found.adequate else "; more than noise is left"
     return f"{first}{said}{left}." + ("" if best.outcome == OK else f" The fit: {best.outcome}.")
 

@@ -10,7 +10,17 @@ from dataclasses import dataclass, field
 from glob import escape
 from pathlib import Path
 
-from undertow.campaign.proposing import TERMS, layout_keys, layout_lines, plain, spec_text, time_text
+from undertow.campaign.proposing import (
+    DRIVEN_IDENTIFY,
+    TERMS,
+    channel_lines,
+    driven_terms,
+    layout_keys,
+    layout_lines,
+    plain,
+    spec_text,
+    time_text,
+)
 from undertow.campaign.starting.names import Named
 from undertow.campaign.starting.survey import Alike, Reading, Survey
 from undertow.equation.hydrodynamics import AddedMass, QuadraticDrag
@@ -49,7 +59,8 @@ class Draft:
     def text(self, wrong: str = "") -> str:
         """The config as YAML with comments; ``wrong`` is why no trial can be used as it is."""
         base = self.survey.groups[0].reading
-        terms = TERMS + (WATER_TERMS if self.named.wet else ())
+        driven = driven_terms(dict(base.channels))
+        terms = driven or TERMS + (WATER_TERMS if self.named.wet else ())
         lines = [
             *_comment(f"Proposed by `undertow init` from the files. {_state(wrong)} Guesses stand beside their keys."),
             *(line for note in self.notes for line in _comment(note)),
@@ -63,6 +74,7 @@ class Draft:
             "  # undertow terms lists all; added_mass and quadratic_drag are what still water does",
             f"  terms: [{', '.join(terms)}]",
             f"  coordinate: {base.coordinate}",
+            *([DRIVEN_IDENTIFY] if driven else []),
         ]  # fmt: skip
         return "\n".join(lines) + "\n"
 
@@ -81,7 +93,7 @@ class Draft:
         for remark in self.survey.remarks:
             lines += _comment(f"guessed: {remark}")
         lines += ["channels:", f"  time: {time_text(base.time)}"]
-        lines += [f"  {name}: {spec_text(spec)}" for name, spec in base.channels]
+        lines += [f"  {line}" for line in channel_lines(dict(base.channels))]
         others = [group for group in self.survey.groups[1:] if set(group.files) - set(self.left_out)]
         if others:
             lines.append("layouts:")

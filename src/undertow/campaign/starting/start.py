@@ -12,7 +12,8 @@ from pathlib import Path
 
 from undertow.campaign.config import RunConfig
 from undertow.campaign.config.matching import planned
-from undertow.campaign.proposing import hold_cut, parsed
+from undertow.campaign.driven.trials import driven_trials, is_driven
+from undertow.campaign.proposing import driven_terms, hold_cut, parsed
 from undertow.campaign.response.proposing import response_lines, usable
 from undertow.campaign.run.checking import Checker
 from undertow.campaign.run.one_body import Swing, apart, bodies, parted_by, swings_of
@@ -28,6 +29,9 @@ FILE_NAME = "undertow.yaml"
 ASKED = "fill in specimen: mass_kg and, of the part in water, area_m2 and submerged_volume_m3"
 """What is to be done where dry trials are known: without a mass or a stiffness they say nothing of the body in water,
 and without its volume the friction there is taken to be as large as in air."""
+
+TERMS_FIRST = "look at the equation's terms"
+"""What is to be done of a driven body: its recordings alone give kilograms."""
 
 DOUBTS_SHOWN = 6
 """Guesses on the terminal at most."""
@@ -88,7 +92,9 @@ def start(folder: Path, out: Path | None = None, progress: Progress = lambda sta
     _write(path, draft.text())
     left_out = (*found.unread, *draft.left_out.items())
     used = len(found.files) - len(draft.left_out)
-    asked = ASKED if draft.named.wet else "fill in specimen and dry"
+    asked = TERMS_FIRST if driven_terms(dict(found.groups[0].reading.channels)) else (
+        ASKED if draft.named.wet else "fill in specimen and dry"
+    )  # fmt: skip
     return Started(path, used, tuple(sorted(left_out)), len(found.groups), asked, (*found.doubts, *draft.notes))
 
 
@@ -118,7 +124,7 @@ def _written_sets(found: Survey, folder: Path, path: Path) -> Started:
     title = folder.resolve().name or "campaign"
     lines = [*(f"# {line}" for line in said), *response_lines(title, names, layout, first)]
     _write(path, "\n".join(lines) + "\n")
-    return Started(path, len(names), tuple(sorted(left_out.items())), 1, "look at the equation's terms")
+    return Started(path, len(names), tuple(sorted(left_out.items())), 1, TERMS_FIRST)
 
 
 def _none_left(draft: Draft, left_out: Mapping[str, str], folder: Path, path: Path) -> str:
@@ -160,6 +166,10 @@ def _planned(draft: Draft, folder: Path) -> Draft:
 def _tried(draft: Draft, folder: Path, progress: Progress) -> Draft:
     """The draft with those trials left out that a run could not use, and held starts cut."""
     config = _config(draft, folder)
+    if is_driven(config):
+        failed = driven_trials(config)[1]
+        names = {e.name: e.path.relative_to(folder.absolute()).as_posix() for e in planned(config).entries}
+        return replace(draft, left_out={names[one]: why for one, why in failed.items()})
     checker, entries = Checker(config, config.catalogue()), planned(config).entries
     left_out: dict[str, str] = {}
     starts: dict[str, float] = {}

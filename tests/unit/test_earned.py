@@ -657,6 +657,10 @@ def test_a_number_below_its_own_error_is_not_said(size, words):
 def test_an_error_within_repeatability_is_not_said_to_be_missed_beyond_it():
     some = sentence_of(case(missing=1), ["relaxation"], [], {}, 0.01, math.nan, False, ())
     assert "in 1 of 3 trials the equation misses more than repetitions differ (median error 4.0 %, rep" in some
+    alone = case(member=SimpleNamespace(motions=(SimpleNamespace(name="a"),), free_start=False))
+    lone = sentence_of(alone, ["relaxation"], [], {}, 0.01, math.nan, False, ())
+    assert "what is left has a shape" in lone
+    assert "together" not in lone
     most = sentence_of(case(missing=2, baseline=Described(0.3)), ["relaxation"], [], {}, 0.01, math.nan, False, ())
     assert "the equation misses 30 % of the motion in 2 of 3 trials (repeatability 5.0 %)" in most
 

@@ -65,6 +65,8 @@ def _missed(case: Case) -> str:
     repeatability though some trials are not."""
     size, allowed = percent(case.baseline.nrmse), f"repeatability {percent(case.allowed)}"
     share = f"{case.missing} of {len(case.trials)} trials"
+    if not case.missing and len(case.trials) == 1:
+        return f"the error is no more than repetitions differ (error {size}, {allowed}), but what is left has a shape"
     if not case.missing:
         return f"no trial alone stands out (error {size}, {allowed}), but together they do"
     if case.baseline.nrmse <= case.allowed:

@@ -74,6 +74,9 @@ def test_a_run_names_the_drag_that_the_equation_lacks(finished):
     drag = verdict["parameters"]["quadratic_drag"]["drag_Ns2_per_m2"]
     assert abs(drag["value"] - 8.0) < 4.0 * drag["stderr"] < 2.0
     assert "quadratic drag" in done.summary
+    page = (done.folder / "report.html").read_text()
+    assert "<td>quadratic drag</td>" in page
+    assert "_per_m" not in page
     for name in ("report.html", "trials.csv", "levels.csv", "mismatch.csv", "manifest.json", "config.yaml"):
         assert (folder / "run" / name).stat().st_size > 0
 

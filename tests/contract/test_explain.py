@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import replace
 from pathlib import Path
 
@@ -27,9 +28,10 @@ def run(tmp_path: Path) -> Path:
     findings = small_findings()
     first, second = findings.groups
     inside = {"natural_frequency_rad_per_s": 5.234, "damping_ratio": 0.02}
+    wide = Detectable("cubic_stiffness", "N_per_m3", 1734.0, "N/m^3", 0.0045, math.nan)
     seen = Detectable("hidden_resonator", "mass_kg", 4.13, "kg", 0.011, 7.9, inside)
     said = replace(
-        second.verdict, decision=DECISION, rejected=(Rejected("relaxation", "on its bound"),), detectable=(seen,),
+        second.verdict, decision=DECISION, rejected=(Rejected("relaxation", "on its bound"),), detectable=(seen, wide),
         not_testable=("rest_offset",),
     )  # fmt: skip
     write_verdict(replace(findings, groups=(first, replace(second, verdict=said))), tmp_path / "verdict.json")
@@ -49,6 +51,7 @@ def test_every_gate_is_a_line_with_value_limit_and_whether_it_is_passed(run, cap
     assert "relaxation: on its bound" in lines
     at = "natural frequency 5.2 rad/s, damping ratio 0.020"
     assert f"hidden_resonator, {at}: from 4.1 kg, 1.1 % of the motion" in lines
+    assert "cubic_stiffness: from 1700 N/m^3, 0.45 % of the motion" in lines
     assert "not testable here: rest_offset" in lines
 
 

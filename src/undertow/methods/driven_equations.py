@@ -21,7 +21,7 @@ from undertow.likelihood.driven_strokes import STATE, Reach, variance_by_stroke
 from undertow.likelihood.output_error import fit, parameter_vector
 from undertow.likelihood.problem import Problem
 from undertow.methods.driven import DrivenFit
-from undertow.quantities import mover_of
+from undertow.quantities import format_number, mover_of
 from undertow.recording.recording import Array
 
 RIGHT_HAND_SIDE = {
@@ -197,12 +197,21 @@ def equation_text(entry: Mapping[str, Any]) -> str:
     """
     laws = list(dict.fromkeys(row["law"] for row in entry["rows"]))
     numbers = [
-        f"{row['name']} = {row['value']:.6g} +- {row['stderr']:.2g} {row['unit']}".strip() for row in entry["rows"]
+        f"{row['name']} = {_with_error(row['value'], row['stderr'])} {row['unit']}".strip() for row in entry["rows"]
     ]
-    error = ""
+    said = f"{entry['mass_kg']:.6g}"
     if "mass_kg" in entry["names"]:
         index = list(entry["names"]).index("mass_kg")
-        error = f" +- {math.sqrt(entry['covariance'][index][index]):.2g}"
+        said = _with_error(entry["mass_kg"], math.sqrt(entry["covariance"][index][index]))
     left = " + ".join(["M x''", *laws]).replace("+ -", "- ")
     right = RIGHT_HAND_SIDE[mover_of(entry.get("input", "force"))]
-    return "; ".join([f"{left} = {right}, M = {entry['mass_kg']:.6g}{error}", *numbers])
+    return "; ".join([f"{left} = {right}, M = {said}", *numbers])
+
+
+def _with_error(value: float, error: float) -> str:
+    """A number with its standard error, digits as this allows.
+
+    >>> _with_error(0.000139691, 0.00064), _with_error(89995.5, 6.4)
+    ('0.0001 +- 0.0006', '89996 +- 6')
+    """
+    return f"{format_number(value, error)} +- {format_number(error, error)}"

@@ -16,6 +16,7 @@ import numpy as np
 
 from undertow.recording.recording import Array
 from undertow.report.style import new_figure, page_style, svg_text
+from undertow.report.wording import plain_number, reason_words
 from undertow.report.writing import write_text
 
 SHOWN = 4000
@@ -63,7 +64,9 @@ def page_html(title: str, groups: Sequence[PagePart]) -> str:
 def _group(one: PagePart) -> str:
     """One group of the page."""
     parts = [f"<p><strong>{escape(one.sentence)}</strong></p>", *one.figures]
-    parts.append("<h2>Equation</h2><p>" + "<br>".join(escape(line) for line in one.equation.split("; ")) + "</p>")
+    law, *numbers = one.equation.split("; ")
+    lines = [law.replace("+-", "±"), *map(reason_words, numbers)]
+    parts.append("<h2>Equation</h2><p>" + "<br>".join(map(escape, lines)) + "</p>")
     for heading, rows in one.tables.items():
         head = "".join(f"<th>{escape(str(cell))}</th>" for cell in rows[0])
         body = "".join("<tr>" + "".join(f"<td>{escape(str(c))}</td>" for c in row) + "</tr>" for row in rows[1:])
@@ -85,7 +88,7 @@ def run_picture(run: DrawnRun) -> str:
         below.set_ylabel(f"difference, {run.unit}")
         below.set_xlabel("time, s")
         rms = float(np.sqrt(np.mean((run.predicted - run.recorded) ** 2)))
-        said = f"{escape(run.name)}: rms {rms:.4g} {run.unit}"
+        said = f"{escape(run.name)}: rms {plain_number(rms, 3)} {run.unit}"
         return f"<figure>{svg_text(figure)}<figcaption>{said}</figcaption></figure>"
 
 

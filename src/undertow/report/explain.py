@@ -13,7 +13,7 @@ from typing import Any
 from undertow.discrepancy.words import group_title
 from undertow.errors import ConfigError, UndertowError
 from undertow.report.which_group import groups_meant
-from undertow.report.wording import reason_words, values_in_words
+from undertow.report.wording import plain_number, reason_words, values_in_words
 
 PASSED, FAILED = "passed", "NOT passed"
 
@@ -70,7 +70,7 @@ def _explained(title: str, one: Mapping[str, Any]) -> str:
         lines.append("  would have been seen, with 90 % power:")
         lines += [
             f"    {', '.join(filter(None, (d['name'], values_in_words(d.get('at', {})))))}: "
-            f"from {d['value']:.2g} {d['unit']}, {100.0 * d['share_of_motion']:.2g} % of the motion"
+            f"from {plain_number(d['value'], 2)} {d['unit']}, {100.0 * d['share_of_motion']:.2g} % of the motion"
             for d in one["detectable"]
         ]
         lines.append(f"  not testable here: {', '.join(one['not_testable'])}")

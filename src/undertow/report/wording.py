@@ -135,14 +135,14 @@ def parameter_words(name: str) -> str:
 
     >>> parameter_words("hidden_resonator#2.natural_frequency_rad_per_s"), parameter_words("added_mass_kg")
     ('hidden resonator 2: natural frequency', 'added mass')
-    >>> parameter_words("cubic_stiffness.N_per_m3"), parameter_words("viscous_damping.viscous_damping")
-    ('cubic stiffness', 'viscous damping')
+    >>> parameter_words("cubic_stiffness.N_per_m3"), parameter_words("constant_force.force_N")
+    ('cubic stiffness', 'constant force')
     """
     effect, dot, parameter = name.partition(".")
     if not dot:
         return parameter_name(name).words
     law, words = effect.replace("_", " ").replace("#", " "), parameter_name(parameter).words
-    return law if words == law or _UNIT_ALONE.fullmatch(words) else f"{law}: {words}"
+    return law if words == law or parameter == "force_N" or _UNIT_ALONE.fullmatch(words) else f"{law}: {words}"
 
 
 def values_in_words(values: Mapping[str, float]) -> str:
@@ -191,6 +191,7 @@ def in_plain_words(text: str) -> str:
 
 _ONE_OF_A_LAW = re.compile(r"\b([a-z]+(?:_[a-z]+)*)\.([A-Za-z]\w+)")
 _IDENTIFIER = re.compile(r"\b[a-z]+(?:_[A-Za-z0-9]+)+\b")
+_BARE = re.compile(r"\bNs?\d?_per_\w+\b")
 _OF_ALL, _OF_SPRING = re.compile(r"@all\b"), re.compile(r"@(\w+)")
 _NO_UNIT = re.compile(r"(?<== )(\S+ \+- \S+) 1(?= )")
 _EXPONENT = re.compile(r"(-?\d+(?:\.\d+)?)e([+-]?\d+)")
@@ -207,6 +208,8 @@ def reason_words(text: str) -> str:
     'odds of 10¹⁵¹ to 1 against it beside hidden resonator + linear damping'
     >>> reason_words("cubic_damping.Ns3_per_m3 = -3.099e+04 N s^3/m^3 would feed energy into the motion")
     'cubic damping = -30990 N s³/m³ would feed energy into the motion'
+    >>> reason_words("N_per_m3 is 0.1 +- 0.2 N/m^3, within 2 standard errors of 0")
+    'its coefficient is 0.1 ± 0.2 N/m³, within 2 standard errors of 0'
     >>> reason_words("c_Ns_per_m@all = -0.9 +- 0.2 N s/m"), reason_words("drag_exponent.exponent = 1.5 +- 16 1 could")
     ('viscous damping = -0.9 ± 0.2 N s/m', 'drag exponent: exponent = 1.5 ± 16 could')
     """
@@ -216,6 +219,7 @@ def reason_words(text: str) -> str:
     text = _OF_SPRING.sub(r" (\1)", _OF_ALL.sub("", text))
     text = _NO_UNIT.sub(r"\1", text).replace(" +- ", " ± ")
     text = _ONE_OF_A_LAW.sub(of_a_law, text)
+    text = _BARE.sub("its coefficient", text)
     text = _IDENTIFIER.sub(lambda found: parameter_name(found.group()).words, in_plain_words(text))
     text = _EXPONENT.sub(lambda found: plain_number(float(found.group())), text)
     return _POWER.sub(lambda found: found.group(1).translate(_SUPERSCRIPTS), text)

@@ -18,6 +18,7 @@ from undertow.methods.driven import DrivenFit, free_run
 from undertow.methods.driven_begin import START_SAMPLES
 from undertow.methods.driven_regression import by_regression
 from undertow.quantities import OK, Estimate
+from undertow.report.wording import parameter_words
 
 
 @dataclass(frozen=True)
@@ -63,7 +64,7 @@ def beside_output_error(found: Sequence[Regressed], given: DrivenFit) -> list[tu
     rows: list[tuple[str, ...]] = []
     for one in found:
         rows += [
-            (one.trial, name, str(Estimate(numbers[name], errors[name], unit=units[name])), str(value))
+            (one.trial, parameter_words(name), str(Estimate(numbers[name], errors[name], unit=units[name])), str(value))
             for name, value in one.numbers.items()
         ]
         if one.outcome != OK:

@@ -41,6 +41,7 @@ from undertow.methods.driven_order import TAKES_ENERGY, power_given
 from undertow.methods.driven_shares import shares_of
 from undertow.report.driven_page import DrawnRun, PagePart, page_html, run_picture, write_page
 from undertow.report.verdict_file import CONTRACT, plain
+from undertow.report.wording import parameter_words, plain_number, reason_words
 from undertow.report.writing import write_text
 
 UNCHECKED = "discrepancy.suspects names no law that can be tried on a driven body"
@@ -214,10 +215,12 @@ def _write(
     _tables(folder, training, found, beside)
     fit = found.augmented or found.baseline
     runs = [_shown(trial, fit) for trial in (*training, *unseen)]
-    tried = [("law", "ln evidence", "rms before", "rms after", "because")]
+    tried: list[tuple[str, ...]] = [("law", "ln evidence", "rms before", "rms after", "because")]
     tried += [
-        (t.name, f"{t.evidence:.4g}", f"{t.before:.4g}", f"{t.after:.4g}", t.because or "added") for t in found.tried
-    ]
+        (reason_words(t.name), *(plain_number(n, 4) for n in (t.evidence, t.before, t.after)),
+         reason_words(t.because) or "added")
+        for t in found.tried
+    ]  # fmt: skip
     tables: dict[str, Sequence[Any]] = {"What was tried, on samples nobody fitted": tried}
     tables["What is missed, and what may be"] = beside.floors.table()
     if regressed := beside_output_error(beside.regressed, found.baseline):
@@ -236,9 +239,10 @@ def told_by(trials: Sequence[DrivenTrial], fitted: DrivenFit) -> list[tuple[str,
     """What decays and driven records tell of each number, as a table for the page; empty without decays."""
     units = fitted.laws.units
     rows = [
-        (name, units.get(name, ""), *(f"{e:.2g}" if math.isfinite(e) else "open" for e in vars(one).values()))
+        (parameter_words(name), units.get(name, ""),
+         *(f"{e:.2g}" if math.isfinite(e) else "open" for e in vars(one).values()))
         for name, one in shares_of(trials, fitted).items()
-    ]
+    ]  # fmt: skip
     return [("number", "unit", "all trials", "driven alone", "decays alone"), *rows] if rows else []
 
 

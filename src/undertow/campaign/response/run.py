@@ -34,6 +34,7 @@ from undertow.recording.recording import Condition
 from undertow.report.driven_page import PagePart, page_html, write_page
 from undertow.report.response_page import set_picture
 from undertow.report.verdict_file import CONTRACT, plain
+from undertow.report.wording import plain_number, reason_words
 from undertow.report.writing import write_text
 
 DRAWN_AT_MOST = 12
@@ -152,7 +153,11 @@ def _write(
     for (group, one), entry, said in zip(pairs, entries, sentences, strict=True):
         drawn = drawn_sets(config, group, one, DRAWN_AT_MOST)
         tried = [("law", "rms before", "rms after", "because")]
-        tried += [(t.name, f"{t.before:.4g}", f"{t.after:.4g}", t.because or "added") for t in one.tried]
+        tried += [
+            (reason_words(t.name), plain_number(t.before, 4), plain_number(t.after, 4),
+             reason_words(t.because) or "added")
+            for t in one.tried
+        ]  # fmt: skip
         tables = {"What was tried, on points nobody fitted": tried} if one.tried else {}
         parts.append(PagePart(said, [set_picture(each) for each in drawn], entry["equation"], tables))
     write_page(folder, page_html(config.name, parts))

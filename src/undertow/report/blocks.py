@@ -14,7 +14,7 @@ from undertow.discrepancy.calibration import record_of
 from undertow.discrepancy.findings import Findings, GroupFindings, TrialFindings
 from undertow.discrepancy.mismatch import place_words
 from undertow.discrepancy.verdict import Verdict
-from undertow.discrepancy.words import count, percent
+from undertow.discrepancy.words import count, group_title, percent
 from undertow.quantities import OK, Estimate, format_number
 from undertow.report.arrange import agreement, group_numbers, spanning_conditions
 from undertow.report.behind import adjusted_words, allowed_words, gate_rows, repaired_block, seen_rows
@@ -36,6 +36,7 @@ from undertow.report.wording import (
     printed_unit,
     problem_of,
     reason_words,
+    sentence_words,
     unbroken,
 )
 
@@ -246,7 +247,7 @@ def verdict_block(verdict: Verdict) -> Block:
     """The sentence, and what stands behind it: how probable it is, its check, what was ruled out, the next test."""
     check = verdict.physical_check
     return {
-        "sentence": verdict.sentence,
+        "sentence": sentence_words(verdict.sentence, group_title(verdict.group)),
         "confidence": "" if few_words(verdict) else likelihood_words(verdict),
         "record": record_words(verdict),
         "posterior": confidence_words(verdict.posterior) if verdict.status == "explained" else "",

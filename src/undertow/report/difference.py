@@ -20,7 +20,7 @@ from undertow.discrepancy.words import percent
 from undertow.quantities import Estimate
 from undertow.report.style import BLUE, INK, VERMILLION, new_figure, page_style, svg_text
 from undertow.report.verdict_file import plain
-from undertow.report.wording import parameter_name, parameter_words
+from undertow.report.wording import parameter_name, parameter_words, reason_words
 from undertow.report.writing import write_text
 
 VERSION = 1
@@ -107,7 +107,7 @@ def difference_page(difference: Difference) -> str:
         ],
         shares=_where(d),
         figures=[Markup(svg) for svg in _figures(d)],
-        search=d.recording.verdict.sentence,
+        search=reason_words(d.recording.verdict.sentence),
         rejected=d.recording.verdict.rejected,
         notes=d.notes,
     )

@@ -192,7 +192,7 @@ def in_plain_words(text: str) -> str:
 _ONE_OF_A_LAW = re.compile(r"\b([a-z]+(?:_[a-z]+)*)\.([A-Za-z]\w+)")
 _IDENTIFIER = re.compile(r"\b[a-z]+(?:_[A-Za-z0-9]+)+\b")
 _BARE = re.compile(r"\bNs?\d?_per_\w+\b")
-_OF_ALL, _OF_SPRING = re.compile(r"@all\b"), re.compile(r"@(\w+)")
+_OF_ALL, _OF_SPRING = re.compile(r"@all\b"), re.compile(r"@([^\s,;=]+)")
 _NO_UNIT = re.compile(r"(?<== )(\S+ \+- \S+) 1(?= )")
 _EXPONENT = re.compile(r"(-?\d+(?:\.\d+)?)e([+-]?\d+)")
 _POWER = re.compile(r"\^(-?\d+)")
@@ -223,6 +223,16 @@ def reason_words(text: str) -> str:
     text = _IDENTIFIER.sub(lambda found: parameter_name(found.group()).words, in_plain_words(text))
     text = _EXPONENT.sub(lambda found: plain_number(float(found.group())), text)
     return _POWER.sub(lambda found: found.group(1).translate(_SUPERSCRIPTS), text)
+
+
+def sentence_words(sentence: str, title: str) -> str:
+    """A group's sentence as `reason_words` has a reason; the group's own ``title`` stays as it is.
+
+    >>> sentence_words("spring very_soft: unknown, because drag_exponent.exponent is 2", "spring very_soft")
+    'spring very_soft: unknown, because drag exponent: exponent is 2'
+    """
+    start = f"{title}: " if sentence.startswith(f"{title}: ") else ""
+    return start + reason_words(sentence.removeprefix(start))
 
 
 def plain_number(value: float, digits: int = 5) -> str:

@@ -23,7 +23,7 @@ from undertow.discrepancy.words import count, group_title, percent
 from undertow.front.terminal.table import table_text
 from undertow.report.blocks import no_gain_words
 from undertow.report.verdict_file import group_json, read_verdicts
-from undertow.report.wording import STATUS_WORDS, in_plain_words
+from undertow.report.wording import STATUS_WORDS, in_plain_words, sentence_words
 from undertow.uncertainty.growth import grown_words
 
 COLOURS: Mapping[str, str] = {
@@ -111,19 +111,20 @@ def run_text(finished: Finished | DrivenFinished, width: int = 0, colour: bool =
         entries = read_verdicts(finished.folder)["groups"]
         table, number = table_text(verdict_table(entries), width, colour), Counter(one["status"] for one in entries)
         why = cannot_tell_lines([one["sentence"] for one in entries if one["status"] == "cannot_tell"])
-        said = [one for one in why if one not in finished.sentence]
-        return "\n".join([table, counted(number), *said, finished.sentence, last_line(finished)])
+        why = [one for one in why if one not in finished.sentence]
+        return "\n".join([table, counted(number), *why, finished.sentence, last_line(finished)])
     shown, extent, doubts = finished.findings.groups, finished.extent, finished.findings.doubts
     lines = [table_text(verdict_table([group_json(g.verdict) for g in shown]), width, colour)]
     if more := extent.groups - len(shown):
         lines.append(f"{count(more, 'more group')}: {finished.folder / 'verdict.json'}")
     lines.append(counted(extent.statuses))
     lines += no_gain_lines(finished.findings)
+    said = {g.label: sentence_words(g.verdict.sentence, g.label) for g in shown}
     if not verbose:
-        lines += cannot_tell_lines([g.verdict.sentence for g in shown if g.verdict.status == "cannot_tell"])
+        lines += cannot_tell_lines([said[g.label] for g in shown if g.verdict.status == "cannot_tell"])
     if verbose:
-        lines += [group.verdict.sentence for group in shown]
-        lines += [f"{g.label}: {in_plain_words(said)}" for g in shown for said in grown_words(g.grown)]
+        lines += said.values()
+        lines += [f"{g.label}: {in_plain_words(words)}" for g in shown for words in grown_words(g.grown)]
     lines.append(finished.findings.across_groups)
     listed = doubts if verbose else doubts[:DOUBTS_PRINTED]
     lines += [f"doubt: {one}" for one in listed]

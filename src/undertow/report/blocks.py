@@ -15,7 +15,7 @@ from undertow.discrepancy.findings import Findings, GroupFindings, TrialFindings
 from undertow.discrepancy.mismatch import place_words
 from undertow.discrepancy.verdict import Verdict
 from undertow.discrepancy.words import count, group_title, percent
-from undertow.quantities import OK, Estimate, format_number
+from undertow.quantities import OK, Estimate, format_number, unit_in_rotation
 from undertow.report.arrange import agreement, group_numbers, spanning_conditions
 from undertow.report.behind import adjusted_words, allowed_words, gate_rows, repaired_block, seen_rows
 from undertow.report.expressions import is_per_mass, numeric_latex
@@ -119,13 +119,14 @@ def unit_of(estimates: Sequence[Estimate]) -> str:
     return "" if only == "1" else only
 
 
-def column_heading(parameter: str, unit: str) -> str:
-    """Words of a parameter with its unit.
+def column_heading(parameter: str, unit: str, coordinate: str = "translation") -> str:
+    """Words of a parameter with its unit, that of a rotation where this is the coordinate.
 
-    >>> column_heading("k_N_per_m", "N/m")
-    'stiffness (N/m)'
+    >>> column_heading("k_N_per_m", "N/m"), column_heading("mu", "N", "rotation").replace(NO_BREAK, " ")
+    ('stiffness (N/m)', 'friction coefficient (N m)')
     """
     words = parameter_name(parameter).words
+    unit = unit_in_rotation(unit) if coordinate == "rotation" and "rad" not in unit else unit
     tied = printed_unit(unit).replace(" ", NO_BREAK)
     return f"{words} ({tied})" if unit else words
 
@@ -148,7 +149,7 @@ def overview(findings: Findings, anchors: Sequence[str], extent: Extent | None =
         }
         for group, anchor, found in zip(findings.groups, anchors, numbers, strict=True)
     ]
-    return {"columns": [column_heading(p, units[p]) for p in parameters], "rows": rows}
+    return {"columns": [column_heading(p, units[p], findings.coordinate) for p in parameters], "rows": rows}
 
 
 def unseen_words(verdict: Verdict) -> str:
@@ -185,7 +186,7 @@ def group_block(
     factor, unit = amplitude_scale(findings)
     return identity(group, anchor) | {
         "verdict": verdict_block(group.verdict),
-        "columns": [column_heading(p, units[p]) for p in parameters],
+        "columns": [column_heading(p, units[p], findings.coordinate) for p in parameters],
         "methods": [_method_row(group, method, units) for method in group.fits],
         "published": [f"{published[p]:.5g}" if p in published else "" for p in parameters] if published else [],
         "agreement": agreement_texts(group, [p for p in parameters if p != "total_mass_kg"]),

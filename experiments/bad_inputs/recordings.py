@@ -15,7 +15,7 @@ from pathlib import Path
 
 import numpy as np
 
-from experiments.bad_inputs.case import FAILED, USAGE, Case, Table, edit, recorded, write_table
+from experiments.bad_inputs.case import FAILED, RATE_HZ, USAGE, Case, Table, edit, recorded, write_table
 
 RUBBISH = bytes(np.random.default_rng(1).integers(0, 256, 4000, dtype=np.uint8))
 
@@ -64,6 +64,15 @@ def without_release(values: Table) -> None:
     """A record that never moves."""
     values[:, 1] = 0.04 + 1e-4 * np.random.default_rng(1).standard_normal(len(values))
     values[:, 2] = 0.02 * np.random.default_rng(2).standard_normal(len(values))
+
+
+def three_releases(values: Table) -> Table:
+    """A record of three releases on one clock: held for 2 s, let go, held again."""
+    held = np.repeat(values[:1], round(2.0 * RATE_HZ), axis=0)
+    whole = np.concatenate([held, values] * 3)
+    whole[:, 0] = np.arange(len(whole)) / RATE_HZ
+    whole[:, 1] += 1e-4 * np.random.default_rng(3).standard_normal(len(whole))
+    return whole
 
 
 def gzip_bomb(path: Path) -> None:
@@ -155,6 +164,8 @@ CASES = (
     Case("a clipped displacement", table(lambda v: v.__setitem__((slice(None), 1), np.clip(v[:, 1], -0.02, 0.02))),
          r"displacement is clipped between"),
     Case("no release", table(without_release), r"no release found: the record moves by"),
+    Case("three releases on one clock", table(three_releases),
+         r"it holds 3 releases on one clock .*, and a trial is one: give each its part as a trial"),
     Case("two samples", table(lambda v: v[:2]), r"has 2 samples; at least 50 are needed"),
     Case("displacement times 1e300", table(lambda v: v.__setitem__((slice(None), 1), v[:, 1] * 1e300)), r"1e\+?60"),
     Case("an empty file", content(b"")  , r"r00\.csv is empty \(0 bytes\); copy it again"),

@@ -12,12 +12,14 @@ import glob
 from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
+from types import MappingProxyType
 
 import numpy as np
 from ruamel.yaml import YAML
 
 from undertow.campaign.config import RunConfig
 from undertow.campaign.run.checking import Checked, Checker
+from undertow.discrepancy.words import count
 from undertow.equation.driven_laws import FroudeKrylov
 from undertow.equation.hydrodynamics import QuadraticDrag
 from undertow.equation.registry import catalogue
@@ -70,13 +72,15 @@ def propose_config(path: Path, layout: FileFormat, proposal: Proposal, moves: bo
     if not moves:
         return Proposed()
     lines = config_lines(path, layout, proposal, TimeWindow())
-    checked = _tried(lines, path.parent)
+    (checked,) = _tried(lines, path.parent)
     said = tuple(d.sentence for d in checked.found)
+    if checked.releases:
+        return _each_release(path, layout, proposal, checked)
     cut = hold_cut(checked)
     if cut is not None:
         lines = config_lines(path, layout, proposal, cut)
         held = tuple(d.sentence for d in checked.found if d.kind == "hold")
-        checked = _tried(lines, path.parent)
+        (checked,) = _tried(lines, path.parent)
         said = (*held, *(d.sentence for d in checked.found))
     if checked.failed is not None:
         return Proposed((), said, checked.failed.reason)
@@ -85,15 +89,34 @@ def propose_config(path: Path, layout: FileFormat, proposal: Proposal, moves: bo
     return Proposed(lines, said)
 
 
+def _each_release(path: Path, layout: FileFormat, proposal: Proposal, whole: Checked) -> Proposed:
+    """A config with a trial for each release of a recording that can be used."""
+    pattern = glob.escape(path.name)
+    every = config_lines(path, layout, proposal, TimeWindow(), releases={pattern: whole.releases})
+    trials = _tried(every, path.parent)
+    used = [part for part, one in zip(whole.releases, trials, strict=True) if one.failed is None]
+    said = [f"it holds {count(len(trials), 'release')} on one clock: each is a trial (recordings.releases)"]
+    said += [f"left out: {one.failed.reason}" for one in trials if one.failed is not None]
+    said += [f"{one.name}: {d.sentence}" for one in trials for d in one.found]
+    if not used or any(one.contradiction for one in trials):
+        return Proposed((), tuple(said), "no release of it can be used; see what stands above")
+    return Proposed(config_lines(path, layout, proposal, TimeWindow(), releases={pattern: used}), tuple(said))
+
+
 def config_lines(
-    path: Path, layout: FileFormat, proposal: Proposal, window: TimeWindow, terms: Sequence[str] = TERMS
+    path: Path,
+    layout: FileFormat,
+    proposal: Proposal,
+    window: TimeWindow,
+    terms: Sequence[str] = TERMS,
+    releases: Mapping[str, Sequence[TimeWindow]] = MappingProxyType({}),
 ) -> tuple[str, ...]:
     """What a config says of one file, as YAML."""
     time = proposal.time
     pattern = plain(glob.escape(path.name))
     stem = trial_name(path)
     lines = [f"name: {plain(stem)}", "recordings:", f"  files: {pattern}"]
-    lines += [f"  {line}" for line in layout_lines(layout)]
+    lines += [f"  {line}" for line in (*parts_lines(releases), *layout_lines(layout))]
     lines.append("  channels:")
     if time is not None:
         lines.append(f"    time: {time_text(time)}")
@@ -122,6 +145,17 @@ def _against(line: str) -> str:
     return f"{line[:-1]}, {more}}}" if more and line.endswith("}") else line
 
 
+def parts_lines(parts: Mapping[str, Sequence[TimeWindow]]) -> tuple[str, ...]:
+    """What `recordings` says of recordings that hold several releases, by pattern: the part of each."""
+    if not parts:
+        return ()
+    lines = ["# one recording holds several releases on one clock: the part of each is a trial", "releases:"]
+    for pattern, own in sorted(parts.items()):
+        lines.append(f"  {plain(pattern)}:")
+        lines += [f"    - {{start_s: {one.start_s:.12g}, end_s: {one.end_s:.12g}}}" for one in own]
+    return tuple(lines)
+
+
 def hold_cut(checked: Checked) -> TimeWindow | None:
     """The part of a trial after a hand let go; None where none held it."""
     hold = next((d for d in checked.found if d.kind == "hold"), None)
@@ -138,12 +172,11 @@ def parsed(text: str, folder: Path) -> RunConfig:
     return config
 
 
-def _tried(lines: Sequence[str], folder: Path) -> Checked:
-    """The trial of a proposed config as a run would have it before it is fitted."""
+def _tried(lines: Sequence[str], folder: Path) -> list[Checked]:
+    """The trials of a proposed config as a run would have them before they are fitted."""
     config = parsed("\n".join(lines), folder)
     catalogue = config.catalogue()
-    (entry,) = gather(catalogue)
-    return Checker(config, catalogue)(entry)
+    return [Checker(config, catalogue)(entry) for entry in gather(catalogue)]
 
 
 def layout_lines(layout: FileFormat) -> Sequence[str]:

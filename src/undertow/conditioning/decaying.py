@@ -232,8 +232,8 @@ def _held_again(name: str, time: Array, values: Array, seen: Swings) -> str:
     return (
         f"it stays on one side for {lasted[first]:.3g} s from {at:.3g} s on{more}, and a swing of "
         f"{2.0 * seen.half_period_s:.3g} s does so for {2.0 * seen.half_period_s / 3.0:.2g} s: it is held again; set "
-        f"trials.window.end_s before {at:.3g} s, give a second release as a trial of its own, or list hold in "
-        "recordings.accept"
+        f"trials.window.end_s before {at:.3g} s, give a second release as a trial of its own (recordings.releases), or "
+        "list hold in recordings.accept"
     )
 
 

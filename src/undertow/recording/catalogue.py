@@ -52,7 +52,8 @@ class Catalogue:
     groups are conditions. ``conditions`` and ``windows`` go by file name patterns (``*_01.txt``), the last that fits
     wins; ``exclude`` leaves trials out; ``accept`` is pattern -> kinds of doubt (`doubt_kinds`) that are known.
     ``despike`` is channel -> width of the running median in samples. ``index_separator`` and ``index_decimal`` are the
-    index's own. ``layouts`` says what differs by file name pattern (`for_file`).
+    index's own. ``layouts`` says what differs by file name pattern (`for_file`). ``releases`` are the parts of a
+    recording that are a trial each, where it holds several releases, by file name pattern, the last that fits.
     """
 
     folder: Path
@@ -73,9 +74,10 @@ class Catalogue:
     index_decimal: str = "auto"
     accept: Mapping[str, tuple[str, ...]] = field(default_factory=dict)
     layouts: Layouts | None = None
+    releases: Mapping[str, tuple[TimeWindow, ...]] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
-        for name in ("channels", "despike", "conditions", "windows", "accept"):
+        for name in ("channels", "despike", "conditions", "windows", "accept", "releases"):
             object.__setattr__(self, name, MappingProxyType(dict(getattr(self, name))))
 
     def for_file(self, name: str, file: str) -> Catalogue:
@@ -97,7 +99,8 @@ class Catalogue:
 
 @dataclass(frozen=True, slots=True)
 class Entry:
-    """One trial that is to be read. ``trial`` counts within the file (None: the file is the trial).
+    """One trial that is to be read. ``trial`` counts within the file (None: the file is the trial); ``part`` is the
+    part of the recording that is this trial, of one that holds several releases.
 
     ``accepted`` are the kinds of doubt that the config says are known. ``problem`` is a sentence where it is already
     clear that it cannot be read, else empty. ``beside`` are the paths of further files its channels lie in, by the name
@@ -113,6 +116,7 @@ class Entry:
     problem: str = ""
     accepted: tuple[str, ...] = ()
     beside: Mapping[str, str] = field(default_factory=dict)
+    part: TimeWindow = EVERYTHING
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "file", fspath(self.file))
@@ -124,12 +128,18 @@ class Entry:
         """The file to read."""
         return Path(self.file)
 
+    @property
+    def whole_file(self) -> bool:
+        """Whether the file is this trial and no other."""
+        return self.trial is None and self.part == EVERYTHING
+
 
 def read_trial(entry: Entry, catalogue: Catalogue) -> Recording:
     """One trial in SI units on the clock of its displacement: columns summed, signs and offsets applied, spikes
     replaced and counted, channels with other clocks interpolated (clocks.py), missing samples left out (gaps.py).
 
-    The record is not cut to ``entry.window``. ``notes`` say what was changed and which channels were left out.
+    The record is cut to ``entry.part``, not to ``entry.window``. ``notes`` say what was changed and which channels
+    were left out.
 
     Raises RecordingError where the entry has a problem, the file cannot be read, a unit does not fit its channel,
     nothing says where the body is, or that lacks too many values inside the window.
@@ -168,6 +178,10 @@ def trial_of_table(entry: Entry, table: pd.DataFrame, catalogue: Catalogue) -> R
 def _whole(parts: list[Part], entry: Entry) -> tuple[Array, dict[str, Array], tuple[str, ...]]:
     """Time and channels of a trial on one clock, at the instants where all that is kept has a value, and notes."""
     time, channels, said = _on_one_clock(parts)
+    if entry.part != EVERYTHING:
+        inside = entry.part.contains(time)
+        must_hold_samples(inside, time, entry.part, "recordings.releases")
+        time, channels = time[inside], {name: values[inside] for name, values in channels.items()}
     time, channels, more = complete(time, channels, entry.window, primary(channels))
     return time, channels, (*said, *more)
 

@@ -58,12 +58,12 @@ def complete(
     return time[stays], {name: values[stays] for name, values in kept.items()}, tuple(notes)
 
 
-def must_hold_samples(inside: Mask, time: Array, window: TimeWindow) -> None:
-    """RecordingError where a window holds none of the samples."""
+def must_hold_samples(inside: Mask, time: Array, window: TimeWindow, key: str = "trials.window") -> None:
+    """RecordingError where a window, of this key of the config, holds none of the samples."""
     if not inside.any():
         raise RecordingError(
             f"the window {window.start_s} to {window.end_s} s holds none of the samples, which are at {time[0]:g} to "
-            f"{time[-1]:g} s; correct trials.window"
+            f"{time[-1]:g} s; correct {key}"
         )
 
 

@@ -22,7 +22,7 @@ from undertow.recording.conditions import condition
 from undertow.recording.expressions import found_in
 from undertow.recording.index import Index, read_index
 from undertow.recording.links import refused
-from undertow.recording.patterns import Patterns
+from undertow.recording.patterns import Patterns, patterns_of
 from undertow.recording.readers import count_trials, trial_name
 from undertow.recording.recording import Condition
 
@@ -207,12 +207,33 @@ def _unique(entries: Sequence[Entry], folder: Path) -> list[Entry]:
     ]
     twice = [name for name, count in Counter(entry.name for entry in named).items() if count > 1]
     if twice:
-        raise ConfigError(f"trial {twice[0]!r} is listed {times.get(twice[0], 2)} times under {folder}; list it once")
+        raise ConfigError(
+            f"trial {twice[0]!r} is listed {times.get(twice[0], 2)} times under {folder}; list it once (of several "
+            "releases in one recording, recordings.releases has the part of each)"
+        )
     return named
 
 
 def _trials(entry: Entry, catalogue: Catalogue) -> list[Entry]:
-    """The trials of one file: itself, or one a row of its cell array, ``file_1``, ..., with the condition ``trial``."""
+    """The trials of one file: itself, or one a row of its cell array, ``file_1``, ..., with the condition ``trial``;
+    each again one a release, where the catalogue says its parts."""
+    return [part for trial in _rows(entry, catalogue) for part in _said_parts(trial, catalogue)]
+
+
+def by_release(entry: Entry, parts: Sequence[TimeWindow]) -> list[Entry]:
+    """A trial for each part of a recording: ``name_1``, ``name_2``, ..., with the condition ``release``."""
+    return [
+        replace(entry, name=f"{entry.name}_{at}", part=part, conditions={**entry.conditions, "release": float(at)})
+        for at, part in enumerate(parts, start=1)
+    ]
+
+
+def _said_parts(entry: Entry, catalogue: Catalogue) -> list[Entry]:
+    fitting = patterns_of(tuple(catalogue.releases)).fitting(entry.name, str(entry.file))
+    return by_release(entry, catalogue.releases[fitting[-1]]) if fitting else [entry]
+
+
+def _rows(entry: Entry, catalogue: Catalogue) -> list[Entry]:
     layout = catalogue.for_entry(entry).layout
     if layout.cells is None or entry.problem:
         return [entry]

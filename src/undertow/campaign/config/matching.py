@@ -91,6 +91,7 @@ def _patterns(config: RunConfig, entries: Entries, excluded: Entries) -> Iterato
     by_key: dict[tuple[str, str], Iterable[str]] = {
         ("recordings", "accept"): said.accept,
         ("recordings", "layouts"): said.layouts,
+        ("recordings", "releases"): said.releases,
         ("trials", "window"): trials.window if isinstance(trials.window, Mapping) else (),
         ("trials", "conditions"): trials.conditions,
         ("trials", "decays"): trials.decays,
@@ -123,7 +124,7 @@ def _unfitting(patterns: Iterable[str], entries: Entries) -> list[str]:
 
 
 def _fits_none(key: str, pattern: str, entries: Entries) -> str:
-    files = list(dict.fromkeys(entry.path.name if entry.trial is None else entry.name for entry in entries))
+    files = list(dict.fromkeys(entry.path.name if entry.whole_file else entry.name for entry in entries))
     near = nearest_name(pattern, files)
     return f"{key} names {pattern!r}, which fits none of {len(entries)} trials: {listed(files)}{near}"
 

@@ -10,7 +10,7 @@ from typing import Annotated, Any, Literal
 from pydantic import BeforeValidator, Field
 
 from undertow.campaign.config.response_settings import ResponseSettings
-from undertow.campaign.config.settings import ColumnName, NotNegative, Positive, Real, Section, Whole
+from undertow.campaign.config.settings import ColumnName, NotNegative, Positive, Real, Section, Whole, WindowSettings
 from undertow.recording.doubt_kinds import DoubtKind
 from undertow.recording.limits import COLUMNS, MEGABYTES
 from undertow.recording.recording import INPUTS
@@ -198,6 +198,11 @@ class RecordingsSettings(FileSettings):
     )
     layouts: dict[str, LayoutSettings] = Field(
         default={}, description="File name pattern -> what differs in these files; the last that fits wins."
+    )
+    releases: dict[str, tuple[WindowSettings, ...]] = Field(
+        default={},
+        description="Several releases on one clock in one recording: file name pattern -> the part of each, in the "
+        "recording's time; every part, its hold included, is a trial (file_1, file_2, ... with the condition release).",
     )
     limits: LimitsSettings = Field(default=LimitsSettings(), description="How much one recording may take.")
 

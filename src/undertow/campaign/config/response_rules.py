@@ -32,6 +32,7 @@ def response_wrong(config: RunConfig) -> list[tuple[Location, str]]:
     idle = {
         ("recordings", "layouts"): said.layouts, ("recordings", "cells"): said.cells,
         ("recordings", "despike"): said.despike, ("recordings", "accept"): said.accept,
+        ("recordings", "releases"): said.releases,
         ("trials", "window"): config.trials.window != "auto", ("trials", "dry"): config.trials.dry,
     }  # fmt: skip
     wrong += [

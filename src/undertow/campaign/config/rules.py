@@ -6,12 +6,14 @@ Belongs here: rules across keys. Does not belong here: types and ranges of one k
 from __future__ import annotations
 
 import codecs
+import itertools
 from typing import TYPE_CHECKING
 
 from undertow.campaign.config.described import for_pattern
 from undertow.campaign.config.driven_rules import driven_wrong
 from undertow.campaign.config.recording_settings import ChannelsSettings, RecordingsSettings, TimeSettings
 from undertow.campaign.config.response_rules import response_wrong
+from undertow.campaign.config.settings import WindowSettings
 from undertow.campaign.config.source import Location
 from undertow.campaign.config.specimen_rules import unphysical
 from undertow.comparison.driven_suspects import SUSPECTS_IN_TIME
@@ -82,11 +84,32 @@ def contradictions(config: RunConfig) -> list[tuple[Location, str]]:
             wrong.append((("recordings", "despike", name), f"despike names {name!r}, which is no mapped channel"))
         if one.median % 2 == 0:
             wrong.append((("recordings", "despike", name), f"median is {one.median} samples; give an odd number"))
-    if config.trials.window != "auto":
-        for pattern, window in config.trials.window.items():
-            if None not in (window.start_s, window.end_s) and not window.start_s < window.end_s:  # type: ignore[operator]
-                text = f"the window starts at {window.start_s} s and ends at {window.end_s} s; it must end later"
-                wrong.append((("trials", "window", pattern), text))
+    return wrong + _spans(config)
+
+
+def _spans(config: RunConfig) -> list[tuple[Location, str]]:
+    """Windows and parts of a recording that end before they begin, and parts that share samples: their trials would be
+    one motion counted twice."""
+    wrong: list[tuple[Location, str]] = []
+    windows = {} if config.trials.window == "auto" else config.trials.window
+    said: list[tuple[Location, WindowSettings]] = [(("trials", "window", name), one) for name, one in windows.items()]
+    for pattern, parts in config.recordings.releases.items():
+        place: Location = ("recordings", "releases", pattern)
+        said += [((*place, at), one) for at, one in enumerate(parts)]
+        if not parts:
+            wrong.append((place, f"releases has no part for {pattern!r}; give start_s and end_s of each release"))
+        for at, (one, following) in enumerate(itertools.pairwise(parts)):
+            if one.end_s is None or following.start_s is None or not one.end_s < following.start_s:
+                ends, starts = ("open" if s is None else f"{s:g} s" for s in (one.end_s, following.start_s))
+                text = (
+                    f"part {at + 1} ends at {ends} and part {at + 2} starts at {starts}: parts of one recording share "
+                    "no sample; give them in order, each to end before the next starts"
+                )
+                wrong.append(((*place, at + 1), text))
+    for where, one in said:
+        if one.start_s is not None and one.end_s is not None and not one.start_s < one.end_s:
+            text = f"the window starts at {one.start_s} s and ends at {one.end_s} s; it must end later"
+            wrong.append((where, text))
     return wrong
 
 

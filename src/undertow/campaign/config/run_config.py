@@ -26,6 +26,7 @@ from undertow.campaign.config.settings import (
     SpecimenSettings,
     Table,
     TrialsSettings,
+    WindowSettings,
 )
 from undertow.campaign.config.source import Location, Source, read_source, sentences
 from undertow.errors import ConfigError
@@ -87,8 +88,9 @@ class RunConfig(Section):
         return Catalogue(
             self.folder, files.channels, files.time, said.index, said.index_column, said.file, said.files, said.pattern,
             said.exclude, files.layout, files.despike, conditions,
-            {pattern: TimeWindow(one.start_s, one.end_s) for pattern, one in windows.items()}, self.equation.coordinate,
+            {pattern: _limits(one) for pattern, one in windows.items()}, self.equation.coordinate,
             said.index_separator, said.index_decimal, said.accept, ByPattern(said) if said.layouts else None,
+            {pattern: tuple(map(_limits, parts)) for pattern, parts in said.releases.items()},
         )  # fmt: skip
 
     def is_dry(self, conditions: Mapping[str, Condition]) -> bool:
@@ -169,6 +171,10 @@ class RunConfig(Section):
             absolute = [str((self.folder / one).absolute()) for one in globs]
             recordings["files"] = absolute[0] if isinstance(given, str) else absolute
         return plain
+
+
+def _limits(said: WindowSettings) -> TimeWindow:
+    return TimeWindow(said.start_s, said.end_s)
 
 
 def look_up(

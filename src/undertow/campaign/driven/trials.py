@@ -176,7 +176,7 @@ def recording_alone(config: RunConfig, file: Path) -> tuple[RunConfig, Entry]:
     one = config.recordings.model_copy(
         update={
             "files": glob.escape(str(file.absolute())), "index": None, "file": None, "index_column": "file",
-            "exclude": (), "pattern": pattern,
+            "exclude": (), "pattern": pattern, "releases": {},
         }
     )  # fmt: skip
     channels = one.channels.model_copy(update={"instrument": None})  # a free run asks for none

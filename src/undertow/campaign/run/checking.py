@@ -24,11 +24,12 @@ from undertow.conditioning.motion import Motion, Window
 from undertow.conditioning.pairs import Stated
 from undertow.conditioning.period import dominant_period
 from undertow.conditioning.release import find_window, followed
+from undertow.conditioning.releases import Released, releases_said, several_releases
 from undertow.conditioning.remedies import units_of
 from undertow.discrepancy.findings import FailedTrial
 from undertow.discrepancy.words import count, group_title
 from undertow.errors import FAILURES, ClippedError, ConfigError, MisnamedError, failure
-from undertow.recording.catalogue import Catalogue, Entry, read_trial, trial_of_table
+from undertow.recording.catalogue import EVERYTHING, Catalogue, Entry, TimeWindow, read_trial, trial_of_table
 from undertow.recording.copies import copies
 from undertow.recording.noise import noise
 from undertow.recording.quality import doubts
@@ -43,8 +44,8 @@ GROUPS_NAMED = 5
 
 @dataclass(frozen=True)
 class Checked:
-    """One trial: its motion or why it failed, what does not belong together in it, without doubts ``accepted``, and
-    the ends of its sensors' ranges that are seen in it."""
+    """One trial: its motion or why it failed, what does not belong together in it, without doubts ``accepted``, the
+    ends of its sensors' ranges that are seen in it, and of a record with several ``releases`` the part of each."""
 
     name: str
     conditions: Mapping[str, Condition]
@@ -53,6 +54,7 @@ class Checked:
     found: tuple[Disagreement, ...] = ()
     accepted: tuple[str, ...] = ()
     ends: tuple[SeenEnd, ...] = ()
+    releases: tuple[TimeWindow, ...] = ()
 
     @property
     def contradiction(self) -> str:
@@ -78,13 +80,18 @@ class Checker:
     def recorded(self, recording: Recording, entry: Entry) -> Checked:
         """A recording that was read already, checked and conditioned; ``entry`` has its window and known doubts."""
         found: tuple[Disagreement, ...] = ()
+        several: tuple[Released, ...] = ()
         try:
             said = doubts(recording, entry.accepted)
             recording = replace(recording, notes=recording.notes + tuple(d.sentence for d in said if d.kind is None))
             levels = {name: noise(values) for name, values in recording.channels.items()}
+            several = _several(recording, entry, levels)
             window = find_window(recording, entry.window.start_s, entry.window.end_s, levels)
             here = self.catalogue.for_entry(entry)
             also = [Disagreement(d.kind, (d.channel,), 1.0, False, d.sentence) for d in said if d.kind]
+            if several:
+                told = releases_said(several, entry.path.name, window.release_s)
+                also.append(Disagreement("releases", ("displacement",), float(len(several)), False, told))
             if "hold" not in entry.accepted:
                 window, moved = _without_hold(recording, window, entry.window.end_s, levels)
                 also += moved
@@ -93,9 +100,10 @@ class Checker:
             motion = _conditioned(recording, found, window, levels)
             dominant_period(motion)  # a motion that does not swing is this trial's failure, not its group's
             motion = replace(motion, notes=(*motion.notes, *(d.sentence for d in found), *known))
-            return Checked(entry.name, dict(entry.conditions), motion, None, found, entry.accepted)
+            done = Checked(entry.name, dict(entry.conditions), motion, None, found, entry.accepted)
         except FAILURES as reason:
-            return _failed(entry, found, _why(recording, entry, found, reason), reason)
+            done = _failed(entry, found, _why(recording, entry, found, reason, several), reason)
+        return replace(done, releases=tuple(one.part for one in several))
 
     def again(
         self, motion: Motion, accepted: Sequence[str] = (), before: tuple[Disagreement, ...] = ()
@@ -174,13 +182,25 @@ def _failed(entry: Entry, found: tuple[Disagreement, ...], said: str, reason: Ex
     return Checked(entry.name, dict(entry.conditions), None, failed, found, ends=ends)
 
 
-def _why(recording: Recording, entry: Entry, found: Sequence[Disagreement], reason: Exception) -> str:
-    """Why a trial failed: what contradicts, what it shows instead of a decay, or the error itself."""
+def _several(recording: Recording, entry: Entry, levels: Mapping[str, float]) -> tuple[Released, ...]:
+    """The releases of a record that holds several, where no window says which of them is meant."""
+    if "releases" in entry.accepted or entry.window != EVERYTHING:
+        return ()
+    return several_releases(recording, levels)
+
+
+def _why(
+    recording: Recording, entry: Entry, found: Sequence[Disagreement], reason: Exception, several: Sequence[Released]
+) -> str:
+    """Why a trial failed: what contradicts, that it holds several releases, what it shows instead of a decay, or the
+    error itself."""
     if isinstance(reason, ClippedError):
         return failure(reason)
     certain = [d.sentence for d in found if d.certain]
     if certain:
         return f"trial {entry.name}: {certain[0]}"
+    if several:
+        return f"trial {entry.name}: {releases_said(several, entry.path.name)}"
     return why_no_decay(recording, entry.window.start_s, entry.window.end_s) or failure(reason)
 
 

@@ -17,6 +17,7 @@ from undertow.campaign.proposing import (
     driven_terms,
     layout_keys,
     layout_lines,
+    parts_lines,
     plain,
     spec_text,
     time_text,
@@ -24,6 +25,7 @@ from undertow.campaign.proposing import (
 from undertow.campaign.starting.names import Named
 from undertow.campaign.starting.survey import Alike, Reading, Survey
 from undertow.equation.hydrodynamics import AddedMass, QuadraticDrag
+from undertow.recording.channels import TimeWindow
 from undertow.recording.readers import suffix_of
 from undertow.recording.recording import CHANNELS
 
@@ -46,15 +48,22 @@ SPECIMEN = """\
 
 @dataclass(frozen=True)
 class Draft:
-    """What a config will say. ``left_out`` are files and why; ``starts`` files and the first instant used, s; ``notes``
-    are sentences that stand above it."""
+    """What a config will say. ``left_out`` are files and why; ``starts`` files and the first instant used, s;
+    ``parts`` files that hold several releases and the part of each; ``notes`` are sentences that stand above it."""
 
     name: str
     survey: Survey
     named: Named
     left_out: Mapping[str, str] = field(default_factory=dict)
     starts: Mapping[str, float] = field(default_factory=dict)
+    parts: Mapping[str, Sequence[TimeWindow]] = field(default_factory=dict)
     notes: Sequence[str] = ()
+
+    @property
+    def trials(self) -> int:
+        """How many trials are used."""
+        more = sum(len(own) - 1 for own in self.parts.values())
+        return len(self.survey.files) + more - len(self.left_out)
 
     def text(self, wrong: str = "") -> str:
         """The config as YAML with comments; ``wrong`` is why no trial can be used as it is."""
@@ -89,6 +98,7 @@ class Draft:
             lines.append("exclude:")
             for name, why in sorted(left_out.items()):
                 lines += [*_indented(_comment(why), 2), f"  - {plain(escape(name))}"]
+        lines += parts_lines({escape(name): parts for name, parts in self.parts.items()})
         lines += layout_lines(base.layout)
         for remark in self.survey.remarks:
             lines += _comment(f"guessed: {remark}")

@@ -15,13 +15,15 @@ from undertow.campaign.config.matching import planned
 from undertow.campaign.driven.trials import driven_trials, is_driven
 from undertow.campaign.proposing import driven_terms, hold_cut, parsed
 from undertow.campaign.response.proposing import response_lines, usable
-from undertow.campaign.run.checking import Checker
+from undertow.campaign.run.checking import Checked, Checker
 from undertow.campaign.run.one_body import Swing, apart, bodies, parted_by, swings_of
 from undertow.campaign.starting.draft import Draft
 from undertow.campaign.starting.names import Named, read_names
 from undertow.campaign.starting.survey import Survey, survey
 from undertow.discrepancy.words import count
 from undertow.errors import ConfigError, RecordingError, UndertowError
+from undertow.recording.catalogue import Entry, TimeWindow
+from undertow.recording.gather import by_release
 
 FILE_NAME = "undertow.yaml"
 """The config's name, in the folder that it is about."""
@@ -85,17 +87,18 @@ def start(folder: Path, out: Path | None = None, progress: Progress = lambda sta
         return _written_sets(found, folder, path)
     draft = _planned(Draft(folder.resolve().name or "campaign", found, read_names(found.files)), folder)
     tried = _tried(draft, folder, progress)
-    if len(tried.left_out) == len(found.files):
+    if not tried.trials:
+        draft = replace(draft, parts=tried.parts)
         raise UndertowError(_none_left(draft, tried.left_out, folder, path))
     draft = tried
     _config(draft, folder)
     _write(path, draft.text())
     left_out = (*found.unread, *draft.left_out.items())
-    used = len(found.files) - len(draft.left_out)
     asked = TERMS_FIRST if driven_terms(dict(found.groups[0].reading.channels)) else (
         ASKED if draft.named.wet else "fill in specimen and dry"
     )  # fmt: skip
-    return Started(path, used, tuple(sorted(left_out)), len(found.groups), asked, (*found.doubts, *draft.notes))
+    said = (*found.doubts, *draft.notes)
+    return Started(path, draft.trials, tuple(sorted(left_out)), len(found.groups), asked, said)
 
 
 def _written_sets(found: Survey, folder: Path, path: Path) -> Started:
@@ -164,7 +167,8 @@ def _planned(draft: Draft, folder: Path) -> Draft:
 
 
 def _tried(draft: Draft, folder: Path, progress: Progress) -> Draft:
-    """The draft with those trials left out that a run could not use, and held starts cut."""
+    """The draft with those trials left out that a run could not use, held starts cut, and a trial for each release of
+    recordings that hold several."""
     config = _config(draft, folder)
     if is_driven(config):
         failed = driven_trials(config)[1]
@@ -173,25 +177,46 @@ def _tried(draft: Draft, folder: Path, progress: Progress) -> Draft:
     checker, entries = Checker(config, config.catalogue()), planned(config).entries
     left_out: dict[str, str] = {}
     starts: dict[str, float] = {}
+    parts: dict[str, tuple[TimeWindow, ...]] = {}
     motions = []
     for done, entry in enumerate(entries):
         progress("try", done, len(entries))
         name = entry.path.relative_to(folder.absolute()).as_posix()
-        checked = checker(entry)
-        cut = hold_cut(checked)
-        if cut is not None and cut.start_s is not None:
-            again = checker(replace(entry, window=cut))
-            if again.failed is None:
-                checked, starts[name] = again, cut.start_s
-        if checked.failed is not None:
-            left_out[name] = checked.failed.reason.removeprefix(f"trial {entry.name}: ")
-        elif checked.contradiction:
-            left_out[name] = f"{CONTRADICTS}{checked.contradiction}"
-        elif checked.motion is not None:
-            motions.append(checked.motion)
+        whole = checker(entry)
+        trials = {name: (entry, whole)}
+        if whole.releases:
+            parts[name] = whole.releases
+            trials = {one.name: (one, checker(one)) for one in by_release(entry, whole.releases)}
+        for label, (one, seen) in trials.items():
+            checked, start_s = _without_hold(checker, one, seen)
+            if checked.failed is not None:
+                left_out[label] = checked.failed.reason.removeprefix(f"trial {one.name}: ")
+            elif checked.contradiction:
+                left_out[label] = f"{CONTRADICTS}{checked.contradiction}"
+            elif checked.motion is not None:
+                motions.append(checked.motion)
+                starts |= {} if start_s is None else {label: start_s}
     progress("try", len(entries), len(entries))
-    tried = replace(draft, left_out=left_out, starts={n: s for n, s in starts.items() if n not in left_out})
-    return _parted(tried, swings_of(motions))
+    notes = (*draft.notes, *([_several(parts)] if parts else []))
+    return _parted(replace(draft, left_out=left_out, starts=starts, parts=parts, notes=notes), swings_of(motions))
+
+
+def _without_hold(checker: Checker, entry: Entry, checked: Checked) -> tuple[Checked, float | None]:
+    """A trial without a hold that it begins with, and where it begins then, s; None where nothing is cut."""
+    cut = hold_cut(checked)
+    again = None if cut is None else checker(replace(entry, window=cut))
+    return (checked, None) if cut is None or again is None or again.failed is not None else (again, cut.start_s)
+
+
+def _several(parts: Mapping[str, Sequence[TimeWindow]]) -> str:
+    """That recordings hold several releases each, in a sentence."""
+    named = ", ".join(f"{name} {len(own)}" for name, own in list(parts.items())[:DOUBTS_SHOWN])
+    more = ", ..." if len(parts) > DOUBTS_SHOWN else ""
+    holds = "holds" if len(parts) == 1 else "hold"
+    return (
+        f"{count(len(parts), 'recording')} {holds} several releases on one clock ({named}{more}): each release is a "
+        "trial, name_1, name_2, ... (recordings.releases has the part of each)"
+    )
 
 
 def _parted(draft: Draft, swings: Sequence[Swing]) -> Draft:

@@ -209,13 +209,11 @@ def each_once(checked: Sequence[Checked]) -> list[Checked]:
     out = list(checked)
     places = [at for at, one in enumerate(out) if one.motion is not None]
     recordings = [one.motion.recording for one in out if one.motion is not None]
-    for copy, first in copies(recordings).items():
-        one = out[places[copy]]
-        said = (
-            f"trial {one.name} is the same recording as {out[places[first]].name}, sample by sample; take one of them "
-            "out of the campaign"
-        )
-        out[places[copy]] = replace(one, motion=None, failed=FailedTrial(one.name, said, one.conditions), found=())
+    for at, copy in copies(recordings).items():
+        one = out[places[at]]
+        how = copy.how.format(out[places[copy.original]].name)
+        said = f"trial {one.name} is {how}; take one of them out of the campaign"
+        out[places[at]] = replace(one, motion=None, failed=FailedTrial(one.name, said, one.conditions), found=())
     return out
 
 

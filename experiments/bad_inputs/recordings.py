@@ -15,7 +15,7 @@ from pathlib import Path
 
 import numpy as np
 
-from experiments.bad_inputs.case import FAILED, RATE_HZ, USAGE, Case, Table, edit, recorded, write_table
+from experiments.bad_inputs.case import FAILED, RATE_HZ, SOME_FAILED, USAGE, Case, Table, edit, recorded, write_table
 
 RUBBISH = bytes(np.random.default_rng(1).integers(0, 256, 4000, dtype=np.uint8))
 
@@ -73,6 +73,17 @@ def three_releases(values: Table) -> Table:
     whole[:, 0] = np.arange(len(whole)) / RATE_HZ
     whole[:, 1] += 1e-4 * np.random.default_rng(3).standard_normal(len(whole))
     return whole
+
+
+def beside_a_copy(change: Callable[[Table], Table]) -> Callable[[Path], object]:
+    """The campaign's trial and, as another trial, the same recording changed."""
+
+    def spoil(folder: Path) -> None:
+        write_table(folder / "r01.csv", change(recorded()))
+        with (folder / "campaign.csv").open("a") as index:
+            index.write("r01.csv,long\n")
+
+    return spoil
 
 
 def gzip_bomb(path: Path) -> None:
@@ -166,6 +177,10 @@ CASES = (
     Case("no release", table(without_release), r"no release found: the record moves by"),
     Case("three releases on one clock", table(three_releases),
          r"it holds 3 releases on one clock .*, and a trial is one: give each its part as a trial"),
+    Case("one recording as two trials, turned round", beside_a_copy(lambda v: v * [1.0, -1.0, -1.0]),
+         r"trial r01 is the recording r00 times -1; take one of them out of the campaign", SOME_FAILED),
+    Case("one recording as two trials, every second sample", beside_a_copy(lambda v: v[::2]),
+         r"trial r01 is every 2nd sample of r00; take one of them out of the campaign", SOME_FAILED),
     Case("two samples", table(lambda v: v[:2]), r"has 2 samples; at least 50 are needed"),
     Case("displacement times 1e300", table(lambda v: v.__setitem__((slice(None), 1), v[:, 1] * 1e300)), r"1e\+?60"),
     Case("an empty file", content(b"")  , r"r00\.csv is empty \(0 bytes\); copy it again"),

@@ -143,6 +143,14 @@ def test_parts_of_a_recording_that_is_not_there_stop_the_run(tank: Path) -> None
         planned(config)
 
 
+def test_a_release_called_like_another_file_stops_the_run(tank: Path) -> None:
+    (tank / "s1_2.csv").write_bytes((tank / "s2.csv").read_bytes())
+    (tank / "trials.csv").write_text("file,spring\ns1.csv,long\ns1_2.csv,long\n")
+    config = load(tank / "run.yaml", ["recordings.releases={s1.csv: [{end_s: 20}, {start_s: 24}]}"])
+    with pytest.raises(ConfigError, match=r"s1\.csv and s1_2\.csv both have a trial called 's1_2'; rename one"):
+        planned(config)
+
+
 def test_a_part_without_samples_is_that_trials_failure(capsys: Capture, tank: Path) -> None:
     ran = undertow(capsys, "run", tank / "run.yaml", "--out", tank / "run", "--jobs", 1,
                    "--set", "recordings.releases={s2: [{end_s: 21}, {start_s: 900}]}")  # fmt: skip

@@ -60,6 +60,7 @@ def listing(catalogue: Catalogue) -> tuple[tuple[Entry, ...], tuple[Entry, ...]]
     left_out = Patterns(catalogue.exclude)
     entries, files = _parted(entries, left_out)
     entries = [trial for entry in _unique(entries, catalogue.folder) for trial in _trials(entry, catalogue)]
+    _must_differ(entries)
     entries, trials = _parted(entries, left_out)  # one trial of a file with several
     if not entries:
         raise ConfigError(f"recordings.exclude {list(catalogue.exclude)} leaves no trial; take a pattern out of it")
@@ -212,6 +213,16 @@ def _unique(entries: Sequence[Entry], folder: Path) -> list[Entry]:
             "releases in one recording, recordings.releases has the part of each)"
         )
     return named
+
+
+def _must_differ(entries: Sequence[Entry]) -> None:
+    """ConfigError where a trial within a file has the name of another file's."""
+    by_name: dict[str, Entry] = {}
+    for entry in entries:
+        other = by_name.setdefault(entry.name, entry)
+        if other is not entry:
+            files = " and ".join(one.path.name for one in (other, entry))
+            raise ConfigError(f"{files} both have a trial called {entry.name!r}; rename one of the files")
 
 
 def _trials(entry: Entry, catalogue: Catalogue) -> list[Entry]:

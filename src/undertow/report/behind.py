@@ -66,7 +66,7 @@ def seen_rows(verdict: Verdict) -> list[Mapping[str, str]]:
     ``named``, all in words."""
     return [
         {
-            "effect": ", ".join(filter(None, (one.name.replace("_", " "), values_in_words(one.at)))),
+            "effect": ", ".join(filter(None, (one.name.replace("_", " "), values_in_words(one.at, one.unit)))),
             "seen": f"{plain_number(one.value, 2)} {printed_unit(one.unit)}".strip(),
             "share": f"{100.0 * one.share_of_motion:.2g} %",
             "named": "-" if math.isnan(one.named_value)

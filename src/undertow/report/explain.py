@@ -69,7 +69,7 @@ def _explained(title: str, one: Mapping[str, Any]) -> str:
     if one["detectable"]:
         lines.append("  would have been seen, with 90 % power:")
         lines += [
-            f"    {', '.join(filter(None, (d['name'], values_in_words(d.get('at', {})))))}: "
+            f"    {', '.join(filter(None, (d['name'], values_in_words(d.get('at', {}), d['unit']))))}: "
             f"from {plain_number(d['value'], 2)} {d['unit']}, {100.0 * d['share_of_motion']:.2g} % of the motion"
             for d in one["detectable"]
         ]

@@ -14,7 +14,7 @@ from dataclasses import dataclass, replace
 
 from undertow.comparison.limits import LEAST_P
 from undertow.discrepancy.calibration import LEANS, NEARLY
-from undertow.quantities import OK, Estimate, format_estimate
+from undertow.quantities import OK, Estimate, format_estimate, unit_in_rotation
 
 METHOD_LABELS: Mapping[str, str] = {
     "decay": "Decay envelope",
@@ -145,15 +145,24 @@ def parameter_words(name: str) -> str:
     return law if words == law or parameter == "force_N" or _UNIT_ALONE.fullmatch(words) else f"{law}: {words}"
 
 
-def values_in_words(values: Mapping[str, float]) -> str:
+def values_in_words(values: Mapping[str, float], beside: str = "") -> str:
     """Numbers by their names in the contract, in words with their units; empty where there are none.
+
+    ``beside`` is the unit of the number that they belong to: that of a moment or an inertia says that an angle is the
+    coordinate.
 
     >>> values_in_words({"frequency_rad_per_s": 5.234, "damping_ratio": 0.02})
     'frequency 5.2 rad/s, damping ratio 0.020'
+    >>> values_in_words({"velocity_m_per_s": 1.55}, "N m per kg m^2")
+    'velocity 1.6 rad/s'
     """
+    turns = beside.startswith(("N m", "kg m^2"))
+
     def unit(name: str) -> str:
+        """The unit at the end of a name, as it is printed."""
         found = _UNIT_AT_END.search(name)
-        return printed_unit(found.group()[1:].replace("_per_", "/")) if found else ""
+        said = found.group()[1:].replace("_per_", "/") if found else ""
+        return printed_unit(unit_in_rotation(said) if turns and "rad" not in said else said)
 
     return ", ".join(
         f"{parameter_name(name).words} {plain_number(value, 2)} {unit(name)}".strip() for name, value in values.items()

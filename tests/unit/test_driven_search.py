@@ -122,4 +122,4 @@ def test_a_bound_of_another_law_does_not_stop_the_new_one():
 def test_an_equation_is_written_with_its_errors():
     row = {"law": "k x", "name": "stiffness.k_N_per_m", "value": 50.0, "stderr": 0.1, "unit": "N/m"}
     entry = {"mass_kg": 2.0, "names": ["mass_kg"], "covariance": [[0.01]], "rows": [row]}
-    assert equation_text(entry) == "M x'' + k x = F(t), M = 2 +- 0.1; stiffness.k_N_per_m = 50 +- 0.1 N/m"
+    assert equation_text(entry) == "M x'' + k x = F(t), M = 2.00 +- 0.10; stiffness.k_N_per_m = 50.00 +- 0.10 N/m"

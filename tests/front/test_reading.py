@@ -514,3 +514,57 @@ def test_a_table_as_the_motion_of_a_driven_body_is_refused():
     table = pd.DataFrame({"t": np.arange(300.0), "x": np.arange(300.0)})
     with pytest.raises(RecordingError, match="x is a table of 2 columns; give its displacement"):
         undertow.fit_driven(table, t=0.01, u=np.arange(300.0))
+
+
+# ---------------------------------------------------------------- several releases on one clock
+def session(sizes=(0.1, 0.08)) -> tuple[pd.DataFrame, float]:
+    """Releases one after another, each with its hold, in mm; and where the second one's hold begins, s."""
+    parts = [MM * recording(x0, seed).channels["displacement"] for seed, x0 in enumerate(sizes)]
+    x = np.concatenate(parts)
+    return pd.DataFrame({"t": 0.01 * np.arange(x.size), "x": x}), 0.01 * parts[0].size
+
+
+def test_each_release_of_one_record_is_a_trial_where_its_part_is_said(tmp_path):
+    table, second = session()
+    parts, mm = [(None, second - 0.005), (second - 0.005, None)], {"x": "mm"}
+    table.to_csv(tmp_path / "tank.csv", index=False)
+    read = {
+        "file": undertow.read(tmp_path / "tank.csv", units=mm, releases=parts),
+        "by name": undertow.read(tmp_path / "tank.csv", units=mm, releases={"tank": parts}),
+        "table": undertow.read(table, units=mm, names=["tank"], releases=parts),
+    }
+    for how, trials in read.items():
+        assert trials.names == ("tank_1", "tank_2"), how
+        assert [m.recording.conditions["release"] for m in trials] == [1.0, 2.0], how
+        assert [m.amplitude for m in trials] == pytest.approx([0.1, 0.08], rel=0.01), how
+    cut = undertow.read(table, units=mm, names=["tank"], releases=parts, window={"tank_2": (None, second + 3.0)})
+    assert cut[0].window.end_s == read["table"][0].window.end_s
+    assert cut[1].window.end_s <= second + 3.0 < read["table"][1].window.end_s
+
+
+def test_what_python_says_of_several_releases_is_what_python_takes():
+    table, _ = session((0.1, 0.08, 0.06))
+    with pytest.raises(RecordingError, match=r"3 releases on one clock.* as a trial with releases=\[") as said:
+        undertow.read(table, units={"x": "mm"})
+    given = re.search(r"releases=(\[.*?\)\])", str(said.value))
+    parts = [tuple(map(float, one.split(", "))) for one in re.findall(r"\((.*?)\)", given[1])]
+    assert len(undertow.read(table, units={"x": "mm"}, releases=parts)) == 3
+
+
+@pytest.mark.parametrize(
+    ("releases", "said"),
+    [
+        ([], r"releases is \[\]; give \(start_s, end_s\) of each"),
+        ([(1.0,)], r"releases is \[\(1.0,\)\]; give \(start_s, end_s\) of each"),
+        ([5.0, 6.0], r"releases is \[5.0, 6.0\]; give"),
+        ([(50.0, 60.0)], r"the window 50.0 to 60.0 s holds none of the samples.*correct releases=\["),
+    ],
+)
+def test_parts_that_are_none_are_refused(releases, said):
+    with pytest.raises(RecordingError, match=said):
+        undertow.read(session()[0], units={"x": "mm"}, releases=releases)
+
+
+def test_a_recording_that_was_read_is_not_parted(decay):
+    with pytest.raises(RecordingError, match="releases is said of r1, which was read already"):
+        undertow.read(decay, releases=[(0.0, 3.0), (3.0, 6.0)])

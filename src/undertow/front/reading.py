@@ -32,6 +32,7 @@ from undertow.front.known import checked
 from undertow.front.trials import Trials
 from undertow.recording.catalogue import Entry, TimeWindow
 from undertow.recording.doubt_kinds import DOUBT_KINDS, DoubtKind
+from undertow.recording.gather import by_release
 from undertow.recording.layout import FileFormat
 from undertow.recording.propose_layout import propose_layout
 from undertow.recording.readers import READERS, read_table, suffix_of, tables_in, trial_name
@@ -40,6 +41,7 @@ from undertow.recording.text import read_text
 
 Conditions = Mapping[str, Condition]
 Path_ = str | PathLike[str]
+Window: TypeAlias = tuple[float | None, float | None]
 Source: TypeAlias = (
     Path_ | pd.DataFrame | pd.Series | Recording | Motion | Trials | tuple[ArrayLike, ArrayLike]
     | Sequence[Path_] | Sequence[pd.DataFrame] | Sequence[pd.Series] | Sequence[Recording] | Sequence[Motion]
@@ -51,6 +53,8 @@ or motions."""
 ARGUMENTS = {
     r" \(recordings\.exclude\)": "", r"set trials\.window\.start_s": "set window=(start_s, None)",
     r"set trials\.window\.end_s": "set window=(None, end_s)", r"trials\.window(\.\w+)?": "window=(start_s, end_s)",
+    r'recordings\.releases: \{"[^"]*": (\[[^]]*\])\}, which undertow init and inspect write': r"releases=\1",
+    r"\{start_s: ([^,]+), end_s: ([^}]+)\}": r"(\1, \2)", r"recordings\.releases": "releases=[(start_s, end_s), ...]",
     r"recordings\.accept": "accept=[...]", r"recordings\.channels\.(\w+)\.unit": r'units={"\1": ...}',
     r"recordings\.channels\.(\w+)\.sign": r"the sign of \1", r"recordings\.channels\.(\w+)": r'columns={"\1": ...}',
 }
@@ -81,7 +85,8 @@ def read(
     t: ArrayLike | Sequence[ArrayLike] | None = None,
     rate_hz: float | None = None,
     coordinate: Coordinate | None = None,
-    window: tuple[float | None, float | None] | Mapping[str, tuple[float | None, float | None]] | None = None,
+    window: Window | Mapping[str, Window] | None = None,
+    releases: Sequence[Window] | Mapping[str, Sequence[Window]] | None = None,
     names: Sequence[str] | None = None,
     accept: Sequence[DoubtKind] = (),
     variable: str | None = None,
@@ -104,6 +109,8 @@ def read(
     rate_hz : sampling rate where no column holds the time.
     coordinate : translation or rotation; found from the units.
     window : (first, last) instant used, s, None for as recorded; or trial name -> that.
+    releases : of a source with several releases on one clock, (first, last) instant of each, s, its hold included:
+        every one is a trial ``name_1``, ``name_2``, ... with the condition ``release``; or source's name -> that.
     names : of the trials, where they do not come from files.
     accept : kinds of doubt that are known and no reason to stop, as ``recordings.accept`` of a config
         (docs/channel_checks.md).
@@ -132,7 +139,7 @@ def read(
     if wrong:
         raise RecordingError(f"accept names {wrong[0]!r}; give a list of {', '.join(DOUBT_KINDS)}")
     asked = _Asked(columns, units, rate_hz, coordinate, tuple(accept), variable)
-    checked, config = _read_all(_sources(source), asked, _Said(conditions, window, names))
+    checked, config = _read_all(_sources(source), asked, _Said(conditions, window, names, releases))
     motions = tuple(one.motion for one in checked if one.motion is not None and not one.contradiction)
     failed = tuple(_why_not(one) for one in checked if one.motion is None or one.contradiction)
     if not motions:
@@ -211,10 +218,10 @@ def as_read(trials: Trials) -> Read:
 
 
 class _Said:
-    """What is said of each trial: its name, its conditions, its window."""
+    """What is said of each trial: its name, its conditions, its window, its releases."""
 
-    def __init__(self, conditions: Any, window: Any, names: Sequence[str] | None) -> None:
-        self._conditions, self._window, self._names = conditions, window, names
+    def __init__(self, conditions: Any, window: Any, names: Sequence[str] | None, releases: Any = None) -> None:
+        self._conditions, self._window, self._names, self._releases = conditions, window, names, releases
 
     def name(self, at: int, own: str = "") -> str:
         """Name of the trial at this place."""
@@ -245,6 +252,18 @@ class _Said:
         if isinstance(said, Mapping):
             said = said.get(name)
         return TimeWindow() if said is None else TimeWindow(*said)
+
+    def trials(self, entry: Entry) -> list[Entry]:
+        """The source itself, or one entry a release where its releases are said."""
+        said = self._releases
+        if isinstance(said, Mapping):
+            said = said.get(entry.name)
+        if said is None:
+            return [entry]
+        if not len(said) or any(np.ndim(one) != 1 or len(one) != 2 for one in said):
+            raise RecordingError(f"releases is {said!r}; give (start_s, end_s) of each, as in [(0, 9.5), (9.5, 20)]")
+        parts = by_release(entry, [TimeWindow(*one) for one in said])
+        return [replace(one, window=self.window(one.name)) for one in parts]
 
 
 def _sources(source: Any) -> list[Any]:
@@ -289,29 +308,31 @@ def _read_all(sources: Sequence[Any], asked: _Asked, said: _Said) -> tuple[list[
             found, config = _from_file(one, at, asked, said)
         else:
             found, config = _from_memory(one, at, asked, said, config)
-        checked.append(found)
+        checked += found
     turned = [one.motion.recording.coordinate for one in checked if one.motion is not None]
     return each_once(checked), config or _config("", None, turned[0] if turned else "translation")
 
 
-def _from_file(path: Path, at: int, asked: _Asked, said: _Said) -> tuple[Checked, RunConfig]:
+def _from_file(path: Path, at: int, asked: _Asked, said: _Said) -> tuple[list[Checked], RunConfig]:
     name = said.name(at, trial_name(path))
     layout = _layout(path, asked.variable)
     means = _mapped_file(path, layout, asked)
     config = _config(path.name, means, means.coordinate)
     catalogue = replace(config.catalogue(), folder=path.parent, layout=layout)
     entry = Entry(name, path, said.conditions(at, name), said.window(name), accepted=asked.accept)
-    return Checker(config, catalogue)(entry), config
+    return [Checker(config, catalogue)(each) for each in said.trials(entry)], config
 
 
 def _from_memory(
     one: Any, at: int, asked: _Asked, said: _Said, before: RunConfig | None
-) -> tuple[Checked, RunConfig]:
+) -> tuple[list[Checked], RunConfig]:
     """A table, an array or a recording, checked as a file's trial is."""
     if isinstance(one, Recording):
         config = before or _config("", None, one.coordinate)
         entry = Entry(one.name, one.name, one.conditions, said.window(one.name), accepted=asked.accept)
-        return Checker(config, config.catalogue()).recorded(one, entry), config
+        if said.trials(entry) != [entry]:
+            raise RecordingError(f"releases is said of {one.name}, which was read already; read its file with releases")
+        return [Checker(config, config.catalogue()).recorded(one, entry)], config
     if asked.variable is not None:
         raise RecordingError(f"variable is {asked.variable!r}, but trial {at + 1} is no file; leave variable out")
     framed = isinstance(one, pd.DataFrame | pd.Series)
@@ -320,7 +341,7 @@ def _from_memory(
     numbers, name = numbers_of(table, means), said.name(at)
     config = _config("", means, means.coordinate)
     entry = Entry(name, name, said.conditions(at, name), said.window(name), accepted=asked.accept)
-    return Checker(config, config.catalogue())(entry, numbers), config
+    return [Checker(config, config.catalogue())(each, numbers) for each in said.trials(entry)], config
 
 
 def _mapped_file(path: Path, layout: FileFormat, asked: _Asked) -> Mapped:

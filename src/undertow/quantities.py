@@ -150,12 +150,17 @@ def format_number(value: float, error: float = math.nan) -> str:
     return f"{rounded:.{max(decimals, 0)}f}"
 
 
+NEGLIGIBLE = 1e-6
+"""Share of the systematic error below which noise is not written."""
+
+
 def format_estimate(estimate: Estimate) -> str:
     """``value ± noise (noise) ± systematic (systematic) unit``, digits as the larger error allows; a pure number has
     no unit."""
     largest = max((e for e in (estimate.stderr, estimate.systematic) if math.isfinite(e)), default=math.nan)
     text = format_number(estimate.value, largest)
-    if math.isfinite(estimate.stderr):
+    held = 0.0 < estimate.stderr < NEGLIGIBLE * estimate.systematic  # taken over from another fit: its error alone
+    if math.isfinite(estimate.stderr) and not held:
         text += f" ± {format_number(estimate.stderr, estimate.stderr)}"
         if estimate.systematic > 0.0:
             text += f" (noise) ± {format_number(estimate.systematic, estimate.systematic)} (systematic)"

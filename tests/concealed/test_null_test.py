@@ -40,6 +40,7 @@ from undertow.comparison.replicas import (
     _scatter_factors,
     _wanders,
     at_noise_of,
+    believed_widths,
     is_of_instrument,
     left_by,
     replicas,
@@ -440,9 +441,27 @@ def test_replicas_have_the_spectrum_that_was_left_and_scatter_as_the_fit_believe
         replicas(level, fit.solution, silent, 400, np.random.default_rng(1)), fit.solution.jacobians,
         fit.solution.used, strict=True,
     ):  # fmt: skip
-        priors = np.array([fit.solution.problem.unknowns[i].prior_std for i in used])
-        moved = jac * np.where(np.isfinite(priors), priors, 0.0)
+        moved = jac * believed_widths(level, fit.solution)[used]
         assert float(np.mean(many**2)) == pytest.approx(float(np.mean(np.sum(moved**2, axis=1))), rel=0.3)
+
+
+def test_instruments_are_as_far_off_as_all_trials_show_and_no_further_than_believed():
+    level, fit = quiet()
+    unknowns = fit.solution.problem.unknowns
+    widths = dict(zip(fit.solution.problem.names, believed_widths(level, fit.solution), strict=True))
+    prior = {u.name: u.prior_std for u in unknowns}
+    rests = [name for name in prior if name.startswith("rest_m[")]
+    gains = [name for name in prior if name.startswith("displacement_gain[")]
+    assert len(rests) == len(level.members[0].motions) > 1
+    shares = [widths[name] / prior[name] for name in rests]
+    assert shares == pytest.approx([shares[0]] * len(rests))  # one habit of the laboratory
+    assert 0.0 < shares[0] < 1.2 / math.sqrt(1.0 + len(rests))  # recordings show where a body comes to rest
+    assert all(0.6 * prior[name] < widths[name] <= prior[name] for name in gains)  # two sensors tell what differs
+    assert all(widths[name] == 0.0 for name in prior if not math.isfinite(prior[name]))
+    values = fit.solution.values.copy()
+    values[[fit.solution.problem.names.index(name) for name in rests]] += 10.0 * prior[rests[0]]
+    far = believed_widths(level, replace(fit.solution, values=values))
+    assert far[fit.solution.problem.names.index(rests[0])] == prior[rests[0]]
 
 
 def test_noise_is_as_stated_where_few_frequencies_are_faster_than_the_motion():

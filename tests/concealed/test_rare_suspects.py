@@ -13,6 +13,7 @@ import pytest
 from tests.concealed.test_diagnosis import LONG, SCATTER, SHORT, member
 from undertow.comparison import joint
 from undertow.comparison.candidate import Candidate, doubt
+from undertow.comparison.deviations import of_the_means
 from undertow.comparison.joining import has_room
 from undertow.comparison.joint import build, fit_joint, fit_standing, shared_theta
 from undertow.comparison.level import Addend, Member, make_level
@@ -29,7 +30,7 @@ from undertow.discrepancy.verdict import Described
 from undertow.equation import registry
 from undertow.equation.kernel import SLOT
 from undertow.likelihood.free_run import free_run, repeatability
-from undertow.methods.dry import DEFAULT_SCATTER
+from undertow.methods.dry import DEFAULT_SCATTER, believed
 
 RESONATOR = ((registry.find("hidden_resonator", natural_frequency_rad_per_s=9.4, damping_ratio=0.015), 250.0),)
 
@@ -244,7 +245,8 @@ def test_scatter_that_few_dry_trials_show_is_pooled_with_published_rigs_and_a_st
     c = group.model.fixed.c.value
     stated, few, many = (prior_of(build(make_level([seen_with(group, f)]), ()), "c[") / c for f in (np.inf, 2.0, 200.0))
     assert stated == pytest.approx(SCATTER["c"])
-    assert few == pytest.approx(np.sqrt((2.0 * SCATTER["c"] ** 2 + 0.2**2) / 3.0))
+    assert few == pytest.approx(believed(SCATTER, 2.0, "c"))
+    assert 1.1 * stated < few < DEFAULT_SCATTER["c"]
     assert stated < many < 1.1 * stated
 
 
@@ -331,6 +333,21 @@ def test_a_mass_that_differs_is_no_suspect_of_trials_that_alone_show_how_much_tr
     assert room(2.0, False)  # seen in dry trials, asked of wet ones
     assert not room(2.0, True)
     assert not room(0.0, True)
+
+
+def test_dry_means_differ_by_the_covariance_that_dry_trials_left(plain):
+    (one,) = plain.members
+    errors = {"k": 1.0, "c": 20.0, "mu": 1e-3}
+    fixed = replace(one.model.fixed, mean_errors=errors, c_with_mu=-0.9)
+    means = of_the_means(replace(one, model=replace(one.model, fixed=fixed)))
+    slopes = np.array([[mean.prior_std * dict(mean.moves).get(s, 0.0) for mean in means] for s in errors])
+    sizes = np.array(list(errors.values()))
+    expected = np.array([[1.0, 0.0, 0.0], [0.0, 1.0, -0.9], [0.0, -0.9, 1.0]]) * np.outer(sizes, sizes)
+    assert slopes @ slopes.T == pytest.approx(expected)
+    assert len(means) == 3
+    loose = replace(fixed, k=replace(fixed.k, stderr=100.0))
+    own = of_the_means(replace(one, model=replace(one.model, fixed=loose), own_means=True))
+    assert (own[0].prior_std, own[0].believed_std) == (100.0, 1.0)  # the fit is of the trials that gave the mean
 
 
 def test_a_description_hears_what_trials_in_water_say_of_the_dry_means(plain):

@@ -11,7 +11,7 @@ from scipy import stats
 from undertow.errors import IdentificationError
 from undertow.quantities import Estimate
 from undertow.uncertainty.confidence import as_stderr, half_width, mixture_half_width, widening
-from undertow.uncertainty.repeats import mean_of_trials, mean_over, scatter_between, weighted_mean
+from undertow.uncertainty.repeats import mean_of_trials, mean_over, scatter_between, scatter_of_two, weighted_mean
 
 
 def test_a_half_width_is_students_t_times_the_standard_error():
@@ -87,6 +87,33 @@ def test_scatter_far_below_noise_is_said_to_be_small_but_not_none():
     values, noise = np.array([1.0, 1.001, 0.999, 1.0]), np.full(4, 0.1)
     between = scatter_between([(values, noise)])
     assert 0.0 < between.median < 0.1
+
+
+def test_numbers_whose_noise_is_each_its_own_scatter_each_for_itself():
+    rng = np.random.default_rng(5)
+    values, noise = 1.0 + rng.normal(0.0, [0.15, 0.08], (6, 2)), np.full((6, 2), 0.03)
+    both = scatter_of_two([(values, noise, np.zeros(6))])
+    for j, between in enumerate(both):
+        assert between.median == pytest.approx(scatter_between([(values[:, j], noise[:, j])]).median, rel=0.02)
+
+
+def test_noise_that_trades_damping_for_friction_does_not_pass_for_scatter():
+    rng = np.random.default_rng(6)
+    true, noise, together = np.array([0.15, 0.08]), 0.3, -0.99
+    root = noise * np.linalg.cholesky([[1.0, together], [together, 1.0]])
+    found, alone = [], []
+    for _ in range(40):
+        values = 1.0 + true * rng.standard_normal((4, 2)) + rng.standard_normal((4, 2)) @ root.T
+        both = scatter_of_two([(values, np.full((4, 2), noise), np.full(4, together))])
+        found.append([between.median for between in both])
+        alone.append([scatter_between([(values[:, j], np.full(4, noise))]).median for j in (0, 1)])
+    assert np.all(np.median(found, axis=0) < 0.5 * np.median(alone, axis=0))
+    assert 0.7 < math.hypot(*np.median(found, axis=0)) / math.hypot(*true) < 1.3
+
+
+def test_two_numbers_without_noise_or_difference_have_no_scatter():
+    first, second = scatter_of_two([(np.full((3, 2), 4.0), np.zeros((3, 2)), np.zeros(3))])
+    assert (first.median, second.median) == (0.0, 0.0)
 
 
 def test_equal_values_without_noise_have_no_scatter():

@@ -22,7 +22,15 @@ from undertow.likelihood.problem import TrialOptions
 from undertow.likelihood.scale import choose_anchor, to_physical, trial_stiffness
 from undertow.methods import baseline
 from undertow.methods.baseline import fit_group, group_model, terms_by_name
-from undertow.methods.dry import DEFAULT_SCATTER, dry_fits, pooled_scatter, structural_terms, structure_from, uneven
+from undertow.methods.dry import (
+    DEFAULT_SCATTER,
+    Scatter,
+    dry_fits,
+    pooled_scatter,
+    structural_terms,
+    structure_from,
+    uneven,
+)
 from undertow.quantities import Estimate
 
 OPTIONS = TrialOptions(rest_offset_std=1e-3)
@@ -229,6 +237,18 @@ def test_scatter_is_the_standard_deviation_where_noise_is_small():
     values = np.array([f.estimates["k_N_per_m"].value for f in fits.values()])
     seen = float(np.std(values, ddof=1) / np.mean(values))
     assert pooled_scatter([fits]).values["k"] == pytest.approx(seen, rel=0.15)  # noise of single trials is taken out
+
+
+def test_errors_of_damping_and_friction_go_against_each_other():
+    _, fits, _ = trials()
+    known = structure_from(fits, Scatter({"k": 0.0, "c": 0.0, "mu": 0.0}, math.inf))
+    scattered = structure_from(fits, Scatter({"k": 0.004, "c": 0.2, "mu": 0.1}, math.inf))
+    assert -1.0 <= known.c_with_mu < -0.7  # noise alone
+    assert known.c_with_mu < scattered.c_with_mu <= 0.0  # scatter moves each by itself
+    assert known.mean_errors["c"] == pytest.approx(known.c.stderr)  # a stated scatter is not widened
+    few = structure_from(fits, Scatter({"k": 0.004, "c": 0.2, "mu": 0.1}, 2.0))
+    assert few.mean_errors["c"] == pytest.approx(scattered.mean_errors["c"])
+    assert few.c.stderr > 1.5 * few.mean_errors["c"]
 
 
 def test_one_dry_trial_shows_no_scatter_and_says_so():

@@ -27,7 +27,7 @@ from undertow.equation.kernel import SLOT
 from undertow.likelihood.fit import Fit
 from undertow.likelihood.problem import TrialOptions
 from undertow.methods.baseline import terms_by_name
-from undertow.methods.dry import DEFAULT_SCATTER, Scatter, believed
+from undertow.methods.dry import DEFAULT_SCATTER, RIGS_WITHIN, Scatter, believed
 from undertow.methods.repeated import pooled, repetitions, scatter_of_repetitions
 from undertow.quantities import Estimate
 
@@ -196,6 +196,18 @@ def test_a_run_asks_no_group_for_repetitions_that_another_one_has(tmp_path: Path
     assert not any(because.startswith(asks) for because in said_of(tmp_path, campaign(1, 4, 0.005)).values())
 
 
+@pytest.mark.parametrize("freedom", [1.0, 3.0, 12.0])
+@pytest.mark.parametrize("seen", [1e-6, 0.02, 0.1])
+def test_the_believed_scatter_is_the_most_probable_one_beside_other_rigs(freedom: float, seen: float) -> None:
+    logs = np.linspace(-12.0, 1.0, 260_001)
+    away = (logs - np.log(DEFAULT_SCATTER["c"])) / np.log(RIGS_WITHIN)
+    density = -freedom * (logs + 0.5 * (seen / np.exp(logs)) ** 2) - 0.5 * away**2
+    most = float(np.exp(logs[np.argmax(density)]))
+    assert believed({"c": seen}, freedom, "c") == pytest.approx(max(most, seen), rel=1e-3)
+    assert believed({"c": 0.3}, freedom, "c") == 0.3  # more than rigs have: as seen
+    assert believed({"c": seen}, 0.0, "c") == pytest.approx(DEFAULT_SCATTER["c"])
+
+
 def test_few_repetitions_that_look_alike_are_pooled_with_published_rigs() -> None:
     theta = np.zeros(len(SLOT))
     theta[[SLOT["k1"], SLOT["c1"]]] = 400.0, 20.0
@@ -204,7 +216,7 @@ def test_few_repetitions_that_look_alike_are_pooled_with_published_rigs() -> Non
     lone: Any = SimpleNamespace(scatter={"k": 1e-4, "c": 0.5, "mu": 0.0}, freedom=2.0)
     blank = Member("all", cast(Any, SimpleNamespace(fixed=None)), (), TrialOptions(), False)
     member = judgement._with_scatter(blank, lone, group)
-    assert member.spread["k1"] == pytest.approx(np.sqrt((2.0 * 1e-8 + DEFAULT_SCATTER["k"] ** 2) / 3.0))
+    assert member.spread["k1"] == believed(lone.scatter, 2.0, "k") > 10.0 * lone.scatter["k"]
     assert (member.spread["c1"], member.sizes["k1"], member.freedom) == (0.5, 400.0, 2.0)
 
 

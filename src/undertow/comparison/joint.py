@@ -15,6 +15,7 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
+from undertow.comparison.deviations import SLOTS, of_the_means, structure_links, unit_of
 from undertow.comparison.evidence import criterion, tempered, trial_misfits
 from undertow.comparison.jumps import without_jumps
 from undertow.comparison.level import Addend, Level, Member, full_name, seen_by
@@ -29,7 +30,7 @@ from undertow.likelihood.noise import BY_CHANCE, residual_memory
 from undertow.likelihood.output_error import Solution
 from undertow.likelihood.priors import DRIFT_SHARE, GAIN_STD
 from undertow.likelihood.problem import Link, Problem, ProblemBuilder
-from undertow.methods.dry import DEFAULT_SCATTER, believed
+from undertow.methods.dry import DEFAULT_SCATTER
 from undertow.recording.recording import Array
 
 LAST_SWINGS = 3.0
@@ -140,7 +141,7 @@ def swinging_until(motion: Motion, member: Member, seen: Motion) -> float:
     structure = member.model.fixed
     if structure is None or not structure.mu.value > 0.0:
         return math.inf
-    width = structure.mu.value * _normal_force(member) / structure.k.value
+    width = structure.mu.value * unit_of(member, "mu") / structure.k.value
     away = np.abs(motion.x - motion.equilibrium.value) * motion.inside
     large = np.flatnonzero(away > LAST_SWINGS * width)
     least = 0.0 if seen is motion else float(seen.windowed("t")[0]) + dominant_period(seen)
@@ -199,39 +200,6 @@ def _free_hidden(builder: ProblemBuilder, addend: Addend, scales: Scales, trial:
     return links
 
 
-def structure_links(builder: ProblemBuilder, member: Member, trial: str) -> list[Link]:
-    """Deviations of a spring's k, c, mu from its dry means, and of this trial from those; without dry trials of this
-    trial from what its group fits."""
-    structure = member.model.fixed
-    if structure is None:
-        return _own_links(builder, member, trial)
-    links = []
-    normal = member.model.specimen.normal_force_N
-    for symbol, slot, estimate, factor in (
-        ("k", "k1", structure.k, 1.0), ("c", "c1", structure.c, 1.0), ("mu", "fc", structure.mu, normal),
-    ):  # fmt: skip
-        if not math.isfinite(estimate.value) or not math.isfinite(factor) or estimate.value == 0.0:
-            continue
-        for name, std in (
-            (f"{symbol}_mean@{member.label}", estimate.total_stderr),
-            (f"{symbol}[{trial}]", believed(structure.scatter, structure.scatter_freedom, symbol) * estimate.value),
-        ):
-            if std > 0.0 and math.isfinite(std):
-                links.append(Link(SLOT[slot], builder.unknown(name, 0.0, prior_std=std, scale=std), factor))
-    return links
-
-
-def _own_links(builder: ProblemBuilder, member: Member, trial: str) -> list[Link]:
-    """This trial's deviations from k, c, mu that its group fits itself; none of a lone trial, whose own they are."""
-    if len(member.motions) < 2:
-        return []
-    return [
-        Link(SLOT[slot], builder.unknown(f"{symbol}[{trial}]", 0.0, prior_std=std, scale=std))
-        for symbol, slot in (("k", "k1"), ("c", "c1"), ("mu", "fc"))
-        if (std := member.spread.get(slot, 0.0) * member.sizes.get(slot, 0.0)) > 0.0
-    ]
-
-
 def _rubbing(builder: ProblemBuilder, standing: Sequence[Addend], member: Member, trial: str) -> list[Link]:
     """This trial's deviation from a dry friction that the equation lacks and the dry trials named: it scatters as
     friction coefficients do."""
@@ -286,8 +254,9 @@ def shared_theta(level: Level, member: Member, fit: JointFit, trial: str, learne
     theta = member.model.trial_base(trial)
     replaced = frozenset().union(*(addend.replaced for addend in fit.addends))
     if member.own_means or learned:
-        for symbol, slot, factor in (("k", "k1", 1.0), ("c", "c1", 1.0), ("mu", "fc", _normal_force(member))):
-            theta[SLOT[slot]] += factor * known.get(f"{symbol}_mean@{member.label}", 0.0)
+        for mean in of_the_means(member):
+            for symbol, factor in mean.moves:
+                theta[SLOT[SLOTS[symbol]]] += factor * unit_of(member, symbol) * known.get(mean.name, 0.0)
     for c in member.model.coefficients:
         if c.slot not in replaced:
             name = c.name if c.name in known else f"{c.name}@{member.label}"
@@ -303,12 +272,6 @@ def shared_theta(level: Level, member: Member, fit: JointFit, trial: str, learne
                 for slot in (f"hs{a.slot[2:]}", f"hu{a.slot[2:]}"):
                     theta[SLOT[slot]] += known.get(f"{addend.prefix}.{slot}[{trial}]", 0.0)
     return theta
-
-
-def _normal_force(member: Member) -> float:
-    """Weight less buoyancy, N; 0 where it is not known (no friction coefficient is fitted then)."""
-    normal = member.model.specimen.normal_force_N
-    return normal if math.isfinite(normal) else 0.0
 
 
 def fit_joint(

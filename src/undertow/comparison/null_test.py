@@ -32,6 +32,7 @@ from undertow.comparison.level import Level
 from undertow.comparison.limits import LEAST_P
 from undertow.comparison.replicas import (
     at_noise_of,
+    believed_widths,
     is_of_instrument,
     left_by,
     noise_over,
@@ -295,6 +296,7 @@ def _scored(level: Level, stack: Stack, sizes: Sizes, left: Sequence[Array], rng
         return []
     noise = stack.scores(residuals, stands.pulled(residuals))
     observed = stack.scores([r[:, None] for r in stands.fit.solution.residuals], stands.gradient[:, None])[:, 0]
+    widths = believed_widths(level, stands.fit.solution)
     measures = [sizes.measure(place) for place in stack.places]
     square = surely_wrong(stands.fit.solution, left)
     drawn = noise + stack.information @ _slightly_wrong(stack, square, draws, rng)
@@ -306,18 +308,19 @@ def _scored(level: Level, stack: Stack, sizes: Sizes, left: Sequence[Array], rng
         scale = 1.0 / np.sqrt(np.maximum(np.diag(place.own), 1e-300))
         both = np.outer(scale, scale)
         inverse = np.linalg.pinv(information * both, rcond=1e-6, hermitian=True) * both
-        theirs = _of_instruments(stack, own, noise[own])
+        theirs = _of_instruments(stack, own, noise[own], widths)
         out.append(Scored(place, own, observed[own], drawn[own], noise[own], information, inverse, measure, theirs))
     return out
 
 
-def _of_instruments(stack: Stack, own: slice, noise: Array) -> float:
-    """Share of the variance of replicas' scores (q, draws) at a place that is what instruments are believed to do.
+def _of_instruments(stack: Stack, own: slice, noise: Array, widths: Array) -> float:
+    """Share of the variance of replicas' scores (q, draws) at a place that is what instruments are believed to do, by
+    ``widths`` as in `replicas.believed_widths`.
 
     A standard deviation of an unknown moves the scores by what the fit, which believes it small, does not take up."""
     unknowns = stack.stands.fit.solution.problem.unknowns
     mine = [i for i, u in enumerate(unknowns) if is_of_instrument(u)]
-    moved = stack.away[own, mine] / np.array([unknowns[i].prior_std for i in mine])
+    moved = stack.away[own, mine] * widths[mine] / np.array([unknowns[i].prior_std for i in mine]) ** 2
     inverse = scaled_inverse(np.atleast_2d(np.cov(noise)), 1e-6)
     return float(np.einsum("qi,qv,vi->", moved, inverse, moved)) / len(noise)
 

@@ -16,10 +16,12 @@ from dataclasses import dataclass, replace
 import numpy as np
 from scipy.special import gammaincinv
 
+from undertow.comparison.deviations import of_the_means
 from undertow.comparison.joint import JointFit
 from undertow.comparison.level import Level
 from undertow.likelihood.output_error import Solution
 from undertow.likelihood.problem import Problem, TrialProblem, Unknown
+from undertow.methods.dry import RIGS_WITHIN
 from undertow.recording.recording import Array
 
 OF_THE_MOTION = 4.0
@@ -64,10 +66,6 @@ squares."""
 
 SCATTERS = ("k", "c", "mu")
 """What each trial has of its own in the equation."""
-
-RIGS_WITHIN = 2.0
-"""Rigs differ in how much their trials scatter by this factor, to either side (a standard deviation of its logarithm):
-all that is known where a scatter was assumed."""
 
 
 def at_noise_of(null: JointFit, closest: JointFit) -> JointFit:
@@ -157,7 +155,7 @@ def replicas(
 ) -> list[Array]:
     """Residuals of every trial in every replica, each (rows, draws), weighed as the fit's."""
     unknowns = solution.problem.unknowns
-    width = np.array([u.prior_std if math.isfinite(u.prior_std) else 0.0 for u in unknowns])
+    width = believed_widths(level, solution)
     moved = width[:, None] * rng.standard_normal((width.size, draws))
     for symbol, factor in _scatter_factors(level, draws, rng).items():
         mine = [i for i, u in enumerate(unknowns) if u.name.startswith(f"{symbol}[")]
@@ -209,6 +207,28 @@ def _scatter_factors(level: Level, draws: int, rng: np.random.Generator) -> dict
     return {
         symbol: np.exp(np.interp(rng.uniform(0.0, chance[-1], draws), chance, logs)) for symbol in SCATTERS
     }
+
+
+def believed_widths(level: Level, solution: Solution) -> Array:
+    """Standard deviation of every unknown's deviation in replicas, (p,): 0 of what has no prior.
+
+    Of a spring's means what its dry trials left; of what trials' instruments are off by no more than all trials of the
+    level show together with one that is as the prior says: a prior is wide enough for any laboratory, and what it holds
+    possible is no noise of this one. What no trial tells stays as the prior says.
+    """
+    unknowns = solution.problem.unknowns
+    means = {mean.name: mean.believed_std for member in level.members for mean in of_the_means(member)}
+    prior = np.array([means.get(u.name, u.prior_std) for u in unknowns])
+    width = np.where(np.isfinite(prior), prior, 0.0)
+    away = solution.values - np.array([u.start for u in unknowns])
+    square = away**2 + np.diag(solution.covariance)
+    kinds: dict[str, list[int]] = {}
+    for i in (i for i, u in enumerate(unknowns) if is_of_instrument(u) and width[i] > 0.0):
+        kinds.setdefault(unknowns[i].name.partition("[")[0], []).append(i)
+    for mine in kinds.values():
+        ratio = (1.0 + float(np.sum(square[mine] / width[mine] ** 2))) / (1.0 + len(mine))
+        width[mine] *= math.sqrt(min(ratio, 1.0))
+    return np.asarray(width, dtype=np.float64)
 
 
 def is_of_instrument(unknown: Unknown) -> bool:

@@ -8,10 +8,12 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 
 import numpy as np
 
 from undertow.comparison.clock import parts_of
+from undertow.comparison.deviations import learned_mean
 from undertow.comparison.joint import JointFit, shared_theta
 from undertow.comparison.level import Addend, Level, Member, full_name, seen_by
 from undertow.conditioning.motion import Motion
@@ -59,11 +61,10 @@ def learned_structure(member: Member, fit: JointFit) -> dict[str, Estimate]:
     these the free runs of what is named were made."""
     fixed, found = member.model.fixed, {}
     for term in () if fixed is None else member.model.terms:
-        name = f"{term.structural}_mean@{member.label}"
-        if name in fit.values:
+        learned = learned_mean(member, fit.solution, term.structural)
+        if learned is not None:
             key, unit, _ = contract_name(term.name, member.model.specimen)
-            value = getattr(fixed, term.structural).value + fit.value(name)
-            found[key] = Estimate(value, fit.solution.stderr(name), 0.0, unit, "joint fit")
+            found[key] = replace(learned, unit=unit)
     return found
 
 

@@ -64,7 +64,10 @@ class Structure:
     """The structure's own parameters, from dry trials or a config: k (N/m), c (N s/m), mu (1), each an Estimate.
 
     ``scatter`` is the relative standard deviation (1 sigma) from trial to trial of ``k``, ``c`` and ``mu``;
-    ``scatter_freedom`` the degrees of freedom it was seen with (inf where it was stated).
+    ``scatter_freedom`` the degrees of freedom it was seen with (inf where it was stated). ``mean_errors`` are standard
+    errors of the means if the scatter was as it is believed, not widened for few trials (empty: those of the
+    estimates); ``c_with_mu`` is the correlation of those of c and mu: a decay tells what both take together far better
+    than either.
     """
 
     k: Estimate
@@ -73,6 +76,13 @@ class Structure:
     scatter: Mapping[str, float] = field(default_factory=lambda: {"k": 0.0, "c": 0.0, "mu": 0.0})
     source: str = ""
     scatter_freedom: float = math.inf
+    mean_errors: Mapping[str, float] = field(default_factory=dict)
+    c_with_mu: float = 0.0
+
+    def error_of_mean(self, symbol: str) -> float:
+        """Standard error of the mean of k, c or mu if the scatter was as it is believed."""
+        estimate: Estimate = getattr(self, symbol)
+        return self.mean_errors.get(symbol, estimate.total_stderr)
 
 
 @dataclass(frozen=True)

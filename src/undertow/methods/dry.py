@@ -7,10 +7,12 @@ report's envelope fit (decay.py), water.
 from __future__ import annotations
 
 import math
+import sys
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
+from scipy.optimize import brentq
 from scipy.stats import chi2
 from scipy.stats import f as f_distribution
 
@@ -26,14 +28,18 @@ from undertow.quantities import Estimate
 from undertow.recording.recording import Array
 from undertow.uncertainty.confidence import widening
 from undertow.uncertainty.hierarchy import ASSUMED_FREEDOM
-from undertow.uncertainty.repeats import noise_of, scatter_between, weighted_mean
+from undertow.uncertainty.repeats import noise_of, scatter_between, scatter_of_two, weighted_mean
 
 DEFAULT_SCATTER: Mapping[str, float] = {"k": 0.004, "c": 0.20, "mu": 0.10}
 """Relative scatter assumed where neither dry trials nor the config show any: what 7 and 12 repeated dry trials of one
 rig gave (report Tables 1 and 2: k 0.4 and 0.4 %, c 25 and 20 %, mu 6 and 11 %)."""
 
+RIGS_WITHIN = 2.0
+"""Rigs differ in how much their trials scatter by this factor, to either side (a standard deviation of its logarithm):
+all that is known where a scatter was assumed."""
+
 PUBLISHED = 1.0
-"""Degrees of freedom that the scatter of published rigs counts for beside that of the rig's own trials."""
+"""Degrees of freedom that know a scatter as well as that."""
 
 TREND_CHANCE = 0.02
 """A trend of k, c or mu with amplitude that chance would show less often than this is no scatter."""
@@ -110,28 +116,42 @@ def pooled_scatter(springs: Sequence[Mapping[str, GroupFit]]) -> Scatter:
     freedom = sum(max(len(fits) - 1, 0) for fits in springs)
     if freedom == 0:
         return Scatter(DEFAULT_SCATTER, 0.0)
-    values = {}
-    for symbol in _NAMES:
-        groups = without_trend(
+    groups = {
+        symbol: without_trend(
             [(_amplitudes(fits), *_relative(fits, symbol)) for fits in springs if len(_values(fits, symbol)) > 1]
         )
-        middle = scatter_between(groups).median if groups else 0.0
-        values[symbol] = middle * math.sqrt(float(chi2.ppf(0.5, freedom)) / freedom)
-    return Scatter(values, float(freedom))
+        for symbol in _NAMES
+    }
+    medians = {symbol: scatter_between(own).median if own else 0.0 for symbol, own in groups.items()}
+    alike = [np.array([_correlation(f) for f in fits.values()]) for fits in springs if len(fits) > 1]
+    if all([v.size for v, _ in groups[s]] == [one.size for one in alike] for s in ("c", "mu")):
+        both = [
+            (np.column_stack([c, mu]), np.column_stack([of_c, of_mu]), one)
+            for (c, of_c), (mu, of_mu), one in zip(groups["c"], groups["mu"], alike, strict=True)
+        ]
+        medians["c"], medians["mu"] = (one.median for one in scatter_of_two(both))
+    share = math.sqrt(float(chi2.ppf(0.5, freedom)) / freedom)
+    return Scatter({symbol: share * middle for symbol, middle in medians.items()}, float(freedom))
 
 
 def believed(scatter: Mapping[str, float], freedom: float, symbol: str) -> float:
     """Relative scatter of k, c or mu from trial to trial: a few trials can look more alike than the rig is, so that
-    what they show is pooled with `PUBLISHED` degrees of freedom of published rigs. As stated where ``freedom`` is inf.
+    they count beside published rigs, which differ by `RIGS_WITHIN`. The most probable logarithm (chi-squared of what
+    was seen, normal of what rigs have), no less than what was seen; as stated where ``freedom`` is inf.
 
     >>> round(believed({"k": 0.001}, 2.0, "k"), 4), believed({"k": 0.001}, math.inf, "k")
-    (0.0024, 0.001)
+    (0.002, 0.001)
     """
-    seen = scatter.get(symbol, 0.0)
-    if not math.isfinite(freedom):
+    seen, usual = scatter.get(symbol, 0.0), DEFAULT_SCATTER[symbol]
+    if not math.isfinite(freedom) or seen >= usual:
         return seen
-    pooled = (freedom * seen**2 + PUBLISHED * DEFAULT_SCATTER[symbol] ** 2) / (freedom + PUBLISHED)
-    return max(seen, math.sqrt(pooled))
+    ratio, within = math.log(max(seen / usual, sys.float_info.min)), math.log(RIGS_WITHIN) ** 2
+
+    def slope(log: float) -> float:
+        return freedom * (1.0 - math.exp(2.0 * (ratio - log))) + log / within
+
+    lowest = max(ratio, -freedom * within)  # without anything seen
+    return max(seen, usual * math.exp(float(brentq(slope, lowest - 1e-9, 1e-9))))
 
 
 def _amplitudes(fits: Mapping[str, GroupFit]) -> Array:
@@ -217,7 +237,9 @@ def structure_from(fits: Mapping[str, GroupFit], scatter: Scatter) -> Structure:
     source = f"output error on {len(fits)} dry trials"
     if scatter.freedom == 0.0:
         source += "; scatter assumed, not seen"
-    return Structure(means["k"], means["c"], means["mu"], scatter.values, source, scatter.freedom)
+    errors = {symbol: _error_if_believed(fits, symbol, scatter) for symbol in _NAMES}
+    together = _c_with_mu(fits, scatter)
+    return Structure(means["k"], means["c"], means["mu"], scatter.values, source, scatter.freedom, errors, together)
 
 
 def _values(fits: Mapping[str, GroupFit], symbol: str) -> list[Estimate]:
@@ -236,6 +258,41 @@ def _mean(fits: Mapping[str, GroupFit], symbol: str, scatter: Scatter) -> Estima
     freedom = scatter.freedom if scatter.freedom > 0.0 else ASSUMED_FREEDOM
     said = f"mean of {len(found)} dry trials"
     return Estimate(mean, error * widening(freedom), unit=_UNITS[symbol], source=said, freedom=freedom)
+
+
+def _variances(fits: Mapping[str, GroupFit], symbol: str, scatter: Scatter) -> Array:
+    """How far each trial's value is from the mean of all such trials, by noise and the believed scatter, (n,)."""
+    found = [e for e in _values(fits, symbol) if math.isfinite(e.value)]
+    between = believed(scatter.values, scatter.freedom, symbol) * abs(float(np.mean([e.value for e in found] or [0.0])))
+    return np.asarray(noise_of(found) ** 2 + between**2, dtype=np.float64)
+
+
+def _error_if_believed(fits: Mapping[str, GroupFit], symbol: str, scatter: Scatter) -> float:
+    """Standard error of a mean over dry trials if they scatter as is believed; 0 where no fit has the number."""
+    variances = _variances(fits, symbol, scatter)
+    return 1.0 / math.sqrt(float(np.sum(1.0 / variances))) if variances.size and np.all(variances > 0.0) else 0.0
+
+
+def _c_with_mu(fits: Mapping[str, GroupFit], scatter: Scatter) -> float:
+    """Correlation of the errors of c's and mu's means: noise moves both of a trial, scatter each by itself."""
+    both = [f for f in fits.values() if all(_NAMES[s] in f.estimates for s in ("c", "mu"))]
+    c, mu = (_variances(fits, symbol, scatter) for symbol in ("c", "mu"))
+    if not len(both) == len(fits) == c.size == mu.size or not (np.all(c > 0.0) and np.all(mu > 0.0)):
+        return 0.0
+    noise = [np.prod(noise_of([f.estimates[_NAMES[s]] for s in ("c", "mu")])) * _correlation(f) for f in both]
+    common = float(np.sum(np.array(noise) / (c * mu)))
+    return common / math.sqrt(float(np.sum(1.0 / c) * np.sum(1.0 / mu)))
+
+
+def _correlation(fit: GroupFit) -> float:
+    """Correlation of the errors of c and mu in one trial's fit; 0 where it has not both."""
+    names = [c.name for c in fit.model.coefficients]
+    if not {_NAMES["c"], _NAMES["mu"]} <= set(names):
+        return 0.0
+    at = [names.index(_NAMES["c"]), names.index(_NAMES["mu"])]
+    own = fit.solution.covariance[np.ix_(at, at)]
+    size = math.sqrt(float(own[0, 0] * own[1, 1]))
+    return float(own[0, 1]) / size if size > 0.0 else 0.0
 
 
 def structural_terms(terms: Sequence[Term]) -> tuple[Term, ...]:

@@ -24,6 +24,9 @@ from undertow.uncertainty.confidence import as_stderr, mixture_half_width, widen
 GRID = 300
 """Values of the scatter that are summed over, even in its logarithm: twice as many change a half width by 1e-3."""
 
+GRID_OF_TWO = 60
+"""The same for each of two scatters at once."""
+
 SMALLEST, LARGEST = 1e-3, 1e3
 """Ends of that grid, relative to the values' own spread (noise and range): beyond, the posterior has nothing left."""
 
@@ -88,6 +91,48 @@ def scatter_between(groups: Sequence[tuple[Array, Array]]) -> Between:
     return Between(grid, weights / np.sum(weights))
 
 
+def scatter_of_two(groups: Sequence[tuple[Array, Array, Array]]) -> tuple[Between, Between]:
+    """`scatter_between` of two numbers whose noise goes together, as that of viscous damping and friction: a trial that
+    tells neither well can tell that both did not change.
+
+    ``groups`` holds (values (n, 2), noise (n, 2), its correlation (n,)) of two or more trials each.
+    """
+    middle = [values - np.mean(values, axis=0) for values, _, _ in groups]
+    sizes = [
+        max(
+            math.hypot(float(np.ptp(y[:, j])), float(np.min(noise[:, j])))
+            for y, (_, noise, _) in zip(middle, groups, strict=True)
+        )
+        for j in (0, 1)
+    ]
+    if not min(sizes) > 0.0:
+        one, other = (scatter_between([(v[:, j], noise[:, j]) for v, noise, _ in groups]) for j in (0, 1))
+        return one, other
+    axes = [size * np.geomspace(SMALLEST, LARGEST, GRID_OF_TWO) for size in sizes]
+    grid = np.meshgrid(*axes, indexing="ij")
+    log_weight = np.log(grid[0]) + np.log(grid[1])
+    prior = np.zeros((2, GRID_OF_TWO, GRID_OF_TWO))
+    for y, (_, noise, correlation) in zip(middle, groups, strict=True):
+        total, pulled = np.zeros((3, GRID_OF_TWO, GRID_OF_TWO)), np.zeros((2, GRID_OF_TWO, GRID_OF_TWO))
+        for (a, b), size, together in zip(y, noise, correlation, strict=True):
+            common = together * size[0] * size[1]
+            first, second = size[0] ** 2 + grid[0] ** 2, size[1] ** 2 + grid[1] ** 2
+            determinant = first * second - common**2
+            own = np.array([second, -common * np.ones_like(first), first]) / determinant
+            total += own
+            pulled += [own[0] * a + own[1] * b, own[1] * a + own[2] * b]
+            log_weight -= 0.5 * (np.log(determinant) + own[0] * a * a + 2.0 * own[1] * a * b + own[2] * b * b)
+            alone = 1.0 - together**2  # of either's variance, if the other was known
+            prior += [(t / (alone * noise_size**2 + t**2)) ** 2 for t, noise_size in zip(grid, size, strict=True)]
+        determinant = total[0] * total[2] - total[1] ** 2
+        of_mean = total[2] * pulled[0] ** 2 - 2.0 * total[1] * pulled[0] * pulled[1] + total[0] * pulled[1] ** 2
+        log_weight += 0.5 * (of_mean / determinant - np.log(determinant))
+    log_weight += 0.5 * np.sum(np.log(prior), axis=0)
+    weights = np.exp(log_weight - np.max(log_weight))
+    weights /= np.sum(weights)
+    return Between(axes[0], np.sum(weights, axis=1)), Between(axes[1], np.sum(weights, axis=0))
+
+
 def mean_over(values: Array, noise: Array, between: Between) -> tuple[float, float]:
     """Mean of values (n,) with ``noise`` (n,) under a posterior of their scatter, and its standard error."""
     variance = noise[:, None] ** 2 + between.values**2
@@ -129,5 +174,6 @@ def noise_of(estimates: Sequence[Estimate]) -> Array:
 
 
 __all__ = [
-    "Between", "mean_of_trials", "mean_over", "noise_of", "scatter_between", "weighted_mean", "widening",
+    "Between", "mean_of_trials", "mean_over", "noise_of", "scatter_between", "scatter_of_two", "weighted_mean",
+    "widening",
 ]  # fmt: skip

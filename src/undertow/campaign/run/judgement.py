@@ -256,7 +256,9 @@ def _loosened(structure: Structure | None, task: GroupTask) -> Structure | None:
     friction = MOST_FRICTION * k.value * max(m.amplitude for m in task.motions) / task.specimen.normal_force_N
     if math.isfinite(friction) and friction > mu.stderr > 0.0:
         mu = replace(mu, stderr=friction)
-    return replace(structure, k=k, c=replace(c, stderr=max(c.stderr, abs(c.value))), mu=mu)
+    c = replace(c, stderr=max(c.stderr, abs(c.value)))
+    errors = {symbol: structure.error_of_mean(symbol) for symbol in ("k", "c", "mu")}
+    return replace(structure, k=k, c=c, mu=mu, mean_errors=errors)
 
 
 def _with_rig(case: Case, rig: WetRig | None) -> Case:

@@ -1,0 +1,118 @@
+"""By how much a trial's k, c, mu may differ from what dry trials or its group say: unknowns with priors.
+
+Belongs here: those unknowns and what they move. Does not belong here: the fit that finds them (joint.py), how much
+trials differ (methods/dry.py).
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import numpy as np
+
+from undertow.comparison.level import Member
+from undertow.equation.kernel import SLOT
+from undertow.likelihood.output_error import Solution
+from undertow.likelihood.problem import Link, ProblemBuilder
+from undertow.methods.dry import believed
+from undertow.quantities import Estimate
+from undertow.uncertainty.confidence import widening
+
+SLOTS: Mapping[str, str] = {"k": "k1", "c": "c1", "mu": "fc"}
+"""Where k, c, mu stand in the parameter vector."""
+
+
+@dataclass(frozen=True)
+class MeanDeviation:
+    """By how much a spring's dry means are off: an unknown's name, its prior's standard deviation, that of what it is
+    believed to be, and what it moves: the symbols of k, c, mu with factors.
+
+    The prior is wider: for few dry trials as an interval is, so that no fit leans on a scatter that may be larger, and
+    where the fit is of these very trials, whose means it finds."""
+
+    name: str
+    prior_std: float
+    believed_std: float
+    moves: tuple[tuple[str, float], ...]
+
+
+def of_the_means(member: Member) -> tuple[MeanDeviation, ...]:
+    """Deviations of a spring's means of k, c, mu from what its dry trials say; none without such.
+
+    What c is off moves mu along, by as much as their errors go together, and mu's own deviation is the rest: two
+    independent numbers, fitted or drawn, have the covariance that the dry trials left.
+    """
+    structure = member.model.fixed
+    if structure is None:
+        return ()
+    errors = {symbol: structure.error_of_mean(symbol) for symbol in _estimates(member)}
+    errors = {symbol: error for symbol, error in errors.items() if error > 0.0 and math.isfinite(error)}
+    together = structure.c_with_mu if {"c", "mu"} <= set(errors) else 0.0
+    out = []
+    for symbol, error in errors.items():
+        along = (("mu", together * errors["mu"] / error),) if symbol == "c" and together else ()
+        own = error * math.sqrt(1.0 - together**2) if symbol == "mu" else error
+        estimate = _estimates(member)[symbol]
+        prior = estimate.total_stderr if member.own_means else own * widening(estimate.freedom)
+        out.append(MeanDeviation(f"{symbol}_mean@{member.label}", prior, own, ((symbol, 1.0), *along)))
+    return tuple(out)
+
+
+def learned_mean(member: Member, solution: Solution, symbol: str) -> Estimate | None:
+    """A spring's mean of k, c or mu as its dry trials and a joint fit say, None where the fit did not ask."""
+    estimate = _estimates(member).get(symbol)
+    names = solution.problem.names
+    weights = {
+        names.index(mean.name): factor
+        for mean in of_the_means(member) for moved, factor in mean.moves if moved == symbol and mean.name in names
+    }  # fmt: skip
+    if estimate is None or not weights:
+        return None
+    at, weight = list(weights), np.array(list(weights.values()))
+    variance = float(weight @ solution.covariance[np.ix_(at, at)] @ weight)
+    value = estimate.value + float(weight @ solution.values[at])
+    return Estimate(value, math.sqrt(max(variance, 0.0)), unit=estimate.unit, source="joint fit")
+
+
+def structure_links(builder: ProblemBuilder, member: Member, trial: str) -> list[Link]:
+    """Deviations of a spring's k, c, mu from its dry means, and of this trial from those; without dry trials of this
+    trial from what its group fits."""
+    structure = member.model.fixed
+    if structure is None:
+        return _own_links(builder, member, trial)
+    links = []
+    for mean in of_the_means(member):
+        index = builder.unknown(mean.name, 0.0, prior_std=mean.prior_std, scale=mean.prior_std)
+        links += [Link(SLOT[SLOTS[symbol]], index, factor * unit_of(member, symbol)) for symbol, factor in mean.moves]
+    for symbol, estimate in _estimates(member).items():
+        std = believed(structure.scatter, structure.scatter_freedom, symbol) * estimate.value
+        if std > 0.0 and math.isfinite(std):
+            index = builder.unknown(f"{symbol}[{trial}]", 0.0, prior_std=std, scale=std)
+            links.append(Link(SLOT[SLOTS[symbol]], index, unit_of(member, symbol)))
+    return links
+
+
+def unit_of(member: Member, symbol: str) -> float:
+    """What one unit of k, c or mu is in its slot: of mu the normal force, N; 0 where that is not known."""
+    normal = member.model.specimen.normal_force_N
+    return (normal if math.isfinite(normal) else 0.0) if symbol == "mu" else 1.0
+
+
+def _estimates(member: Member) -> dict[str, Estimate]:
+    """The structure's k, c, mu that can differ: those that the equation has."""
+    structure = member.model.fixed
+    found = {} if structure is None else {"k": structure.k, "c": structure.c, "mu": structure.mu}
+    return {s: e for s, e in found.items() if math.isfinite(e.value) and e.value != 0.0 and unit_of(member, s) != 0.0}
+
+
+def _own_links(builder: ProblemBuilder, member: Member, trial: str) -> list[Link]:
+    """This trial's deviations from k, c, mu that its group fits itself; none of a lone trial, whose own they are."""
+    if len(member.motions) < 2:
+        return []
+    return [
+        Link(SLOT[slot], builder.unknown(f"{symbol}[{trial}]", 0.0, prior_std=std, scale=std))
+        for symbol, slot in SLOTS.items()
+        if (std := member.spread.get(slot, 0.0) * member.sizes.get(slot, 0.0)) > 0.0
+    ]

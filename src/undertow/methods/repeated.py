@@ -66,7 +66,7 @@ def pooled(one: Scatter, other: Scatter) -> Scatter:
     >>> from undertow.methods.dry import Scatter
     >>> both = pooled(Scatter({"k": 0.01, "c": 0.1}, 1.0), Scatter({"k": 0.02}, 3.0))
     >>> round(both.values["k"], 4), round(both.values["c"], 4), both.freedom
-    (0.018, 0.1581, 4.0)
+    (0.018, 0.1522, 4.0)
     """
     freedom = one.freedom + other.freedom
     values = {symbol: believed(one.values, one.freedom, symbol) for symbol in one.values}

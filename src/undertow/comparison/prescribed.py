@@ -21,6 +21,9 @@ ENDED_SHORT = 2.0
 HARDLY = 10.0
 """An answer ahead of the equation by so many times what a better start gained it would be found again."""
 
+FURTHER = 2
+"""So often at most a level is searched again from a better optimum of the equation."""
+
 SETTLING = 3
 """Fits after which sizes are taken as they are."""
 
@@ -46,10 +49,12 @@ def plain_fit(level: Level) -> JointFit:
 
 
 def further_on(level: Level, null: Candidate, tried: Sequence[Candidate], best: Candidate) -> Candidate | None:
-    """The prescribed equation from where the closest excluded suspect left it, if it had ended short of that optimum;
-    else None. A suspect that comes out at nothing may still have led out of a bad place: friction, a dashpot and drag
-    of a single decay trade places, and what is nearer by that alone would pass for something missing."""
-    able = [c for c in tried if len(c.suspects) == 1 and c.out and c.fit.solution.n_data == null.fit.solution.n_data]
+    """The prescribed equation from where the closest excluded suspect left it, or a bad release that leaves out the
+    first swings, if it had ended short of that optimum; else None. A suspect that comes out at nothing may still have
+    led out of a bad place, and so may fewer swings: friction, a dashpot and drag of a single decay trade places, and
+    what is nearer by that alone would pass for something missing."""
+    seen = null.fit.solution.n_data
+    able = [c for c in tried if len(c.suspects) == 1 and ((c.out and c.fit.solution.n_data == seen) or _is_late(c))]
     closest = min(able, key=lambda c: c.fit.misfit, default=null)
     if closest.score <= null.score:
         return None
@@ -63,6 +68,11 @@ def further_on(level: Level, null: Candidate, tried: Sequence[Candidate], best: 
         return replace(null, fit=fit_joint(level, fit.addends, memory, went.values, went.misfit, growing=False))
     except IdentificationError:
         return None
+
+
+def _is_late(candidate: Candidate) -> bool:
+    """Whether a candidate says that trials follow the equation from later on alone."""
+    return any(suspect.late for suspect in candidate.suspects)
 
 
 def at_its_own_sizes(level: Level) -> Level:

@@ -24,7 +24,7 @@ from undertow.comparison.joint import at_memory, free_run_error, missed_share
 from undertow.comparison.level import Level
 from undertow.comparison.limits import FAR_ABOVE_NOISE, OVERWHELMING, WORTH
 from undertow.comparison.needless import leanest, shorter_sets
-from undertow.comparison.prescribed import further_on, plain_fit
+from undertow.comparison.prescribed import FURTHER, further_on, plain_fit
 from undertow.comparison.score_test import GridPlace, Stands, peaks, places
 from undertow.comparison.suspect import Suspect
 from undertow.comparison.two_effects import PAIRS, best_pairs
@@ -394,6 +394,7 @@ def diagnose(
     """
     null = Candidate((), plain_fit(level), math.log(PRIOR_NOTHING))
     usable = [s for s in suspects if has_room(level, s, null.fit)]
-    found = _Search(level, usable, null, clean_when_dry, budget, told or {}).run()
-    further = further_on(level, found.null, found.candidates, found.best)
-    return found if further is None else _Search(level, usable, further, clean_when_dry, budget, told or {}).run()
+    found, again = _Search(level, usable, null, clean_when_dry, budget, told or {}).run(), FURTHER
+    while again and (null_on := further_on(level, found.null, found.candidates, found.best)) is not None:
+        found, again = _Search(level, usable, null_on, clean_when_dry, budget, told or {}).run(), again - 1
+    return found

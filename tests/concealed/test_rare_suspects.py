@@ -17,6 +17,7 @@ from undertow.comparison.deviations import of_the_means
 from undertow.comparison.joining import has_room
 from undertow.comparison.joint import build, fit_joint, fit_standing, shared_theta
 from undertow.comparison.level import Addend, Member, make_level
+from undertow.comparison.replicas import believed_widths
 from undertow.comparison.search import diagnose
 from undertow.comparison.suspect import Scales
 from undertow.comparison.suspects import SUSPECTS, chosen
@@ -31,6 +32,7 @@ from undertow.equation import registry
 from undertow.equation.kernel import SLOT
 from undertow.likelihood.free_run import free_run, repeatability
 from undertow.methods.dry import DEFAULT_SCATTER, believed
+from undertow.uncertainty.confidence import widening
 
 RESONATOR = ((registry.find("hidden_resonator", natural_frequency_rad_per_s=9.4, damping_ratio=0.015), 250.0),)
 
@@ -348,6 +350,13 @@ def test_dry_means_differ_by_the_covariance_that_dry_trials_left(plain):
     loose = replace(fixed, k=replace(fixed.k, stderr=100.0))
     own = of_the_means(replace(one, model=replace(one.model, fixed=loose), own_means=True))
     assert (own[0].prior_std, own[0].believed_std) == (100.0, 1.0)  # the fit is of the trials that gave the mean
+    few = replace(fixed, k=replace(fixed.k, freedom=2.0))
+    wide = of_the_means(replace(one, model=replace(one.model, fixed=few)))
+    assert (wide[0].prior_std, wide[0].believed_std) == (widening(2.0), 1.0)  # no fit leans on few trials
+    level = make_level([replace(one, model=replace(one.model, fixed=few))])
+    fit = fit_standing(level)
+    widths = dict(zip(fit.solution.problem.names, believed_widths(level, fit.solution), strict=True))
+    assert [widths[mean.name] for mean in wide] == [mean.believed_std for mean in wide]  # replicas differ by what is
 
 
 def test_a_description_hears_what_trials_in_water_say_of_the_dry_means(plain):

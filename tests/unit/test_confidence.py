@@ -111,6 +111,15 @@ def test_noise_that_trades_damping_for_friction_does_not_pass_for_scatter():
     assert 0.7 < math.hypot(*np.median(found, axis=0)) / math.hypot(*true) < 1.3
 
 
+def test_values_that_differ_along_the_noise_have_not_scattered_and_those_across_it_have():
+    steps = 0.3 * np.array([-1.0, 0.5, 0.9, -0.4])
+    noise, together = np.full((4, 2), 0.3), np.full(4, -0.99)
+    along, across = (
+        scatter_of_two([(1.0 + np.column_stack([steps, sign * steps]), noise, together)]) for sign in (-1.0, 1.0)
+    )
+    assert all(a.median < 0.3 * b.median for a, b in zip(along, across, strict=True))
+
+
 def test_two_numbers_without_noise_or_difference_have_no_scatter():
     first, second = scatter_of_two([(np.full((3, 2), 4.0), np.zeros((3, 2)), np.zeros(3))])
     assert (first.median, second.median) == (0.0, 0.0)

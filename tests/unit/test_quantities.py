@@ -60,6 +60,11 @@ def test_estimate_without_noise_error_prints_its_systematic_one():
     )
 
 
+def test_a_number_taken_over_from_another_fit_prints_its_systematic_error_alone():
+    assert format_estimate(Estimate(2414000.0, 6e-30, 12000.0, unit="N/m")) == "2414000 ± 12000 (systematic) N/m"
+    assert "(noise)" in format_estimate(Estimate(2414000.0, 6.0, 12000.0, unit="N/m"))
+
+
 def test_total_error_adds_both_parts_in_quadrature():
     assert Estimate(1.0, 3.0, 4.0).total_stderr == pytest.approx(5.0)
 

@@ -56,7 +56,8 @@ def of_the_means(member: Member) -> tuple[MeanDeviation, ...]:
         own = error * math.sqrt(1.0 - together**2) if symbol == "mu" else error
         estimate = _estimates(member)[symbol]
         prior = estimate.total_stderr if member.own_means else own * widening(estimate.freedom)
-        out.append(MeanDeviation(f"{symbol}_mean@{member.label}", prior, own, ((symbol, 1.0), *along)))
+        if prior > 0.0 and math.isfinite(prior):
+            out.append(MeanDeviation(f"{symbol}_mean@{member.label}", prior, own, ((symbol, 1.0), *along)))
     return tuple(out)
 
 

@@ -275,12 +275,11 @@ def _error_if_believed(fits: Mapping[str, GroupFit], symbol: str, scatter: Scatt
 
 def _c_with_mu(fits: Mapping[str, GroupFit], scatter: Scatter) -> float:
     """Correlation of the errors of c's and mu's means: noise moves both of a trial, scatter each by itself."""
-    both = [f for f in fits.values() if all(_NAMES[s] in f.estimates for s in ("c", "mu"))]
     c, mu = (_variances(fits, symbol, scatter) for symbol in ("c", "mu"))
-    if not len(both) == len(fits) == c.size == mu.size or not (np.all(c > 0.0) and np.all(mu > 0.0)):
+    if not len(fits) == c.size == mu.size or not (np.all(c > 0.0) and np.all(mu > 0.0)):
         return 0.0
-    noise = [np.prod(noise_of([f.estimates[_NAMES[s]] for s in ("c", "mu")])) * _correlation(f) for f in both]
-    common = float(np.sum(np.array(noise) / (c * mu)))
+    of_c, of_mu = (noise_of(_values(fits, symbol)) for symbol in ("c", "mu"))
+    common = float(np.sum(of_c * of_mu * [_correlation(f) for f in fits.values()] / (c * mu)))
     return common / math.sqrt(float(np.sum(1.0 / c) * np.sum(1.0 / mu)))
 
 

@@ -24,6 +24,7 @@ from undertow.campaign.run.rig import (
 )
 from undertow.campaign.run.workers import Progress, on_processes
 from undertow.comparison.candidate import RIVAL_ODDS
+from undertow.comparison.deviations import SLOTS
 from undertow.comparison.joining import told_by_other_waters
 from undertow.comparison.level import Addend, Member
 from undertow.comparison.suspect import Suspect
@@ -257,7 +258,7 @@ def _loosened(structure: Structure | None, task: GroupTask) -> Structure | None:
     if math.isfinite(friction) and friction > mu.stderr > 0.0:
         mu = replace(mu, stderr=friction)
     c = replace(c, stderr=max(c.stderr, abs(c.value)))
-    errors = {symbol: structure.error_of_mean(symbol) for symbol in ("k", "c", "mu")}
+    errors = {symbol: structure.error_of_mean(symbol) for symbol in SLOTS}
     return replace(structure, k=k, c=c, mu=mu, mean_errors=errors)
 
 
@@ -332,8 +333,7 @@ def _with_scatter(member: Member, task: GroupTask, group: GroupFindings) -> Memb
         return member
     relative, freedom = (task.scatter, task.freedom) if task.scatter else (DEFAULT_SCATTER, 0.0)
     theta = group.equation.theta(1.0)
-    slots = (("k", "k1"), ("c", "c1"), ("mu", "fc"))
-    spread = {slot: believed(relative, freedom, symbol) for symbol, slot in slots}
+    spread = {slot: believed(relative, freedom, symbol) for symbol, slot in SLOTS.items()}
     sizes = {slot: abs(float(theta[SLOT[slot]])) for slot in spread}
     return replace(member, spread=spread, sizes=sizes, freedom=freedom)
 

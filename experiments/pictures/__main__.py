@@ -43,7 +43,8 @@ BASE = {"stiffness": 404000.0, "viscous_damping": 1200.0}
 
 CASES: dict[str, tuple[float, dict[str, float]]] = {
     "stiffness": (404000.0, {}), "viscous_damping": (1200.0, {}), "coulomb_friction": (300.0, {}),
-    "added_mass": (350.0, {}), "quadratic_drag": (15000.0, {}), "linear_damping": (2400.0, {}),
+    "added_mass": (350.0, {}), "added_stiffness": (20000.0, {}),
+    "quadratic_drag": (15000.0, {}), "linear_damping": (2400.0, {}),
     "cubic_damping": (40000.0, {}), "drag_exponent": (6000.0, {"exponent": 1.5}), "cubic_stiffness": (6e7, {}),
     "quintic_stiffness": (6e10, {}), "asymmetric_stiffness": (3e6, {}),
     "stiffness_drift": (-40000.0, {"time_s": 2.0}), "quadratic_stiffness": (3e6, {}),
@@ -66,7 +67,7 @@ INSTEAD: dict[str, tuple[str, ...]] = {
 }  # fmt: skip
 """What of the base a law takes the place of."""
 
-KEPT = ("stiffness", "added_mass", "linear_damping", "viscous_damping")
+KEPT = ("stiffness", "added_mass", "added_stiffness", "linear_damping", "viscous_damping")
 """Without these the other numbers are kept: fitted anew they would hide what is missing, or nothing would move."""
 
 

@@ -22,6 +22,7 @@ CASES: dict[str, tuple[float, dict[str, float], tuple[str, ...]]] = {
     "coulomb_friction": (160.0, {}, ("coulomb_friction",)),
     "added_mass": (350.0, {}, ()),
     "quadratic_drag": (3900.0, {}, ("quadratic_drag",)),
+    "added_stiffness": (20000.0, {}, ()),
     "linear_damping": (900.0, {}, ("viscous_damping",)),
     "cubic_damping": (20000.0, {}, ()),
     "drag_exponent": (2000.0, {"exponent": 1.5}, ("quadratic_drag",)),

@@ -62,7 +62,7 @@ def test_columns_are_those_of_formulas_written_by_hand():
     x, v, t = rng.normal(size=(3, 40))
     still, sign = np.zeros(40), np.sign(v)
     by_hand = {
-        "stiffness": x, "viscous_damping": v, "linear_damping": v, "coulomb_friction": sign,
+        "stiffness": x, "added_stiffness": x, "viscous_damping": v, "linear_damping": v, "coulomb_friction": sign,
         "quadratic_drag": v * abs(v), "cubic_damping": v**3, "drag_exponent": sign * abs(v) ** 1.5,
         "cubic_stiffness": x**3, "quintic_stiffness": x**5, "asymmetric_stiffness": x**2,
         "stiffness_drift": x * (1.0 - np.exp(-t / 10.0)), "quadratic_stiffness": x * abs(x),

@@ -29,6 +29,7 @@ LAWS = {
     "coulomb_friction": {"coulomb_friction": 3.0},
     "added_mass": {"added_mass": 1.5},
     "quadratic_drag": {"quadratic_drag": 6.0},
+    "added_stiffness": {"added_stiffness": 40.0},
     "linear_damping": {"linear_damping": 2.0},
     "cubic_damping": {"cubic_damping": 5.0},
     "drag_exponent": {"drag_exponent": {"coefficient_N_sp_per_mp": 4.0, "exponent": 1.5}},

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from tests.findings_fixture import small_findings
-from undertow.discrepancy.drifts import FALSE_ALARM, amplitude_drifts, group_drifts
+from undertow.discrepancy.drifts import FALSE_ALARM, amplitude_drifts, group_drifts, springs_apart
 from undertow.discrepancy.findings import GroupFindings, TrialFindings
 from undertow.likelihood.fit import Fit
 from undertow.quantities import Estimate
@@ -79,3 +79,18 @@ def test_added_mass_may_differ_from_level_to_level():
     one = with_added_mass(group, "long", 903.0, 12.0)
     other = replace(with_added_mass(group, "long", 100.0, 12.0), key={"spring": "long", "water_depth_m": 2.22})
     assert group_drifts([one, other], WATER) == ()
+
+
+def test_springs_that_disagree_where_nothing_is_missing_are_said_behind_the_sentence():
+    group = wet_group()
+    fine = replace(group, verdict=replace(group.verdict, status="nothing_missing", verdict=()))
+    pair = [with_added_mass(fine, "long", 903.0, 12.0), with_added_mass(fine, "short", -80.0, 15.0)]
+    said = springs_apart(pair, WATER)
+    assert said.startswith(" But water depth 2.36 m: added_mass_kg is 903")
+    assert "Each group's equation has its own; stiffness that the water adds would look so" in said
+    third = with_added_mass(fine, "middle", 400.0, 12.0)
+    assert "and 2 more pairs" in springs_apart([*pair, third], WATER)
+    assert springs_apart([pair[0], with_added_mass(fine, "short", 905.0, 15.0)], WATER) == ""
+    assert springs_apart(pair, ()) == ""  # nobody says what the water's conditions are
+    named = replace(fine.verdict, status="explained", verdict=("hidden_resonator",))
+    assert springs_apart([pair[0], replace(pair[1], verdict=named)], WATER) == ""

@@ -238,7 +238,8 @@ def test_no_coefficient_has_to_be_above_zero():
 
 def test_laws_of_the_water_are_those_that_a_dry_group_does_not_have():
     of_water = {law.name for law in registry.catalogue() if law.of_water}
-    assert of_water == {"added_mass", "quadratic_drag", "linear_damping", "cubic_damping", "drag_exponent"}
+    water = {"added_mass", "added_stiffness", "quadratic_drag", "linear_damping", "cubic_damping", "drag_exponent"}
+    assert of_water == water
 
 
 def test_constants_cannot_be_edited():

@@ -22,6 +22,7 @@ X, V, A, T = (np.array([value]) for value in (0.2, -0.5, 3.0, 0.7))
         ("coulomb_friction", {}, -1.0),
         ("added_mass", {}, 3.0),
         ("quadratic_drag", {}, -0.25),
+        ("added_stiffness", {}, 0.2),
         ("linear_damping", {}, -0.5),
         ("cubic_damping", {}, -0.125),
         ("drag_exponent", {"exponent": 3.0}, -0.125),
@@ -45,6 +46,7 @@ def test_force_per_unit_coefficient_has_its_value_by_hand(name, inner, force):
 
 SYMMETRIC = (
     "stiffness", "viscous_damping", "coulomb_friction", "added_mass", "quadratic_drag", "linear_damping",
+    "added_stiffness",
     "cubic_damping", "drag_exponent", "cubic_stiffness", "quintic_stiffness", "quadratic_stiffness", "sine_restoring",
     "stiffness_drift", "van_der_pol_damping", "stribeck_friction", "variable_normal_force", "hidden_resonator",
     "relaxation", "hysteresis", "delayed_echo",

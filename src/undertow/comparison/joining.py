@@ -23,6 +23,9 @@ FURTHER_EFFECT_PRIOR = 0.01
 MOST_EFFECTS = 3
 """Effects named on one level, and hidden oscillators in one equation, at most."""
 
+SPRINGS = 3
+"""Springs that tell a stiffness of the water from an added mass of each spring's own, at least."""
+
 LAWS_DIFFER = 0.01
 """Prior probability that what one water of a rig lacks is another law than what another water does."""
 
@@ -53,6 +56,8 @@ def has_room(level: Level, suspect: Suspect, fit: JointFit) -> bool:
     differing = any(a.slot == "mass" and a.scope == "trial" for a in additions)
     if differing and all(m.tells_its_scatter for m in level.members):
         return False  # a decay knows k / M alone: what k scatters by is seen in these very trials
+    if any(a.told_by_springs for a in additions) and sum(m.model.fixed is not None for m in level.members) < SPRINGS:
+        return False  # each spring may have an added mass of its own
     moved = {SLOT[a.moves[0]] for a in additions if a.moves is not None}
     if any(not fit.theta(trial)[slot] for slot in moved for trial in range(len(fit.solution.problem.trials))):
         return False  # nothing is there that could stand elsewhere

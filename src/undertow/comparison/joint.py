@@ -77,11 +77,12 @@ class JointFit:
 
     def moved(self, before: JointFit) -> tuple[str, float]:
         """The reported number that differs most from another fit's, and by how many of its standard errors: of those
-        of no single trial and of no addition; empty and 0 where both report none."""
+        of no single trial and of no addition, a spring's own beside one for all; empty and 0 where both report none."""
         mine = self.solution.problem.names
-        names = [n for n in before.solution.problem.names if not set("[.") & set(n) and n in mine]
+        reported = {n: n if n in mine else n.partition("@")[0] for n in before.solution.problem.names}
+        names = {n: now for n, now in reported.items() if not set("[.") & set(n) and now in mine}
         errors = {n: before.solution.stderr(n) for n in names}
-        away = {n: abs(self.value(n) - before.value(n)) / errors[n] for n in names if errors[n] > 0.0}
+        away = {n: abs(self.value(now) - before.value(n)) / errors[n] for n, now in names.items() if errors[n] > 0.0}
         return max(away.items(), key=lambda one: one[1], default=("", 0.0))
 
     def apart(self, names: Sequence[str]) -> tuple[float, float]:

@@ -71,6 +71,12 @@ class Addition:
         return self.scope == "trial" and math.isfinite(self.prior_std)
 
     @property
+    def told_by_springs(self) -> bool:
+        """Whether springs beside each other tell it alone: on one a shared stiffness is an added mass, and on two one
+        of each spring's own."""
+        return self.scope == "shared" and self.slot == "k1"
+
+    @property
     def of_its_own(self) -> bool:
         """Whether every trial has its own and nothing is known of it beforehand: size and phase of an outside force.
         (A speed at the release is adjusted in every free run.)"""
@@ -153,6 +159,11 @@ class Suspect:
     def has_its_own_clock(self) -> bool:
         """Whether it acts on the body whatever that does, with a size and a phase of its own in every trial."""
         return any(a.of_its_own for a in self.additions(UNIT, 1.0))
+
+    @property
+    def told_by_springs(self) -> bool:
+        """Whether springs beside each other tell it alone, each against an added mass of its own."""
+        return any(a.told_by_springs for a in self.additions(UNIT, 1.0))
 
     @property
     def of_the_body(self) -> bool:

@@ -7,7 +7,7 @@ here: what a suspect is (suspect.py), the search (search.py).
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping
+from collections.abc import Callable
 from dataclasses import replace
 
 import numpy as np
@@ -15,7 +15,14 @@ import numpy as np
 from undertow.comparison.suspect import EACH_SPRING, Addition, Origin, Scales, Scope, Suspect
 from undertow.equation.forcing import DelayedEcho, ExternalForcing
 from undertow.equation.hidden import HiddenResonator, Hysteresis, Relaxation
-from undertow.equation.hydrodynamics import AddedMass, CubicDamping, DragExponent, LinearDamping, QuadraticDrag
+from undertow.equation.hydrodynamics import (
+    AddedMass,
+    AddedStiffness,
+    CubicDamping,
+    DragExponent,
+    LinearDamping,
+    QuadraticDrag,
+)
 from undertow.equation.registry import catalogue
 from undertow.equation.structure import (
     AsymmetricStiffness,
@@ -268,10 +275,6 @@ def _drifting_stiffness(s: Scales, start: float) -> tuple[Addition, ...]:
     )
 
 
-def _settling_times(s: Scales) -> tuple[float, ...]:
-    return _geometric(10.0 / s.slowest, 300.0 / s.slowest, 2.5)
-
-
 def _sine(s: Scales, start: float) -> tuple[Addition, ...]:
     """A sine instead of a line: what it takes from the line at small angles it gives back."""
     k = 0.05 * s.mass * s.rate**2
@@ -298,6 +301,7 @@ _RELEASE = Suspect(
 
 SUSPECTS: tuple[Suspect, ...] = (
     replace(_plain(AddedMass, "water", lambda s: 0.05 * s.mass), like=(HiddenResonator.name,)),
+    replace(_plain(AddedStiffness, "water", lambda s: _share(s, 1)), like=(HiddenResonator.name,)),
     _plain(QuadraticDrag, "water", lambda s: 0.02 * s.force / s.speed**2),
     Suspect(DragExponent.name, "water", _drag_exponent, lambda s: (1.4, 2.8), fine=lambda s: (0.6, 1.4, 2.5, 3.0)),
     replace(_plain(LinearDamping, "water", _damping, variant="one for all springs"), plain=True, often_beside=True),
@@ -308,7 +312,7 @@ SUSPECTS: tuple[Suspect, ...] = (
     _plain(AsymmetricStiffness, "structure", lambda s: _share(s, 2), "spring"),
     replace(_plain(CoulombFriction, "structure", lambda s: 2e-3 * s.force, "spring"), often_beside=True),
     Suspect(StiffnessDrift.name, "undetermined", _drifting_stiffness, lambda s: (30.0 / s.slowest, 150.0 / s.slowest),
-            fine=_settling_times),
+            fine=lambda s: _geometric(10.0 / s.slowest, 300.0 / s.slowest, 2.5)),
     _plain(VariableNormalForce, "structure", lambda s: 0.01 * s.force / s.size),
     Suspect(StribeckFriction.name, "structure", _stribeck, lambda s: (0.03 * s.speed,), fine=_fine_speeds,
             becomes=("", CoulombFriction.name)),
@@ -316,9 +320,7 @@ SUSPECTS: tuple[Suspect, ...] = (
     replace(_RESONATOR, additions=_resonator(True), variant="amplitude-dependent"),
     Suspect(
         Relaxation.name, "water", _relaxation, lambda s: (0.5 / s.slowest, 1.2 / s.slowest, 4.0 / s.slowest), True,
-        fine=_fine_times,
-        fades=True,
-        becomes=(LinearDamping.name, ""),
+        fine=_fine_times, fades=True, becomes=(LinearDamping.name, ""),
     ),
     Suspect(
         Hysteresis.name, "structure", _hysteresis, lambda s: (0.1 * s.size, 0.3 * s.size), True, fine=_fine_yields,
@@ -390,7 +392,7 @@ def chosen(names: str | tuple[str, ...], rotation: bool = False) -> tuple[Suspec
     """
     if names == "all":
         return tuple(s for s in all_suspects() if rotation or not s.of_angles)
-    known: Mapping[str, None] = dict.fromkeys(s.name for s in all_suspects())
+    known = {s.name: None for s in all_suspects()}
     for name in names:
         if name not in known:
             raise ConfigError(f"discrepancy.suspects: {name!r} is none of {', '.join(known)}")

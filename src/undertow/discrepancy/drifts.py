@@ -125,6 +125,20 @@ def group_drifts(groups: Sequence[GroupFindings], water: Collection[str]) -> tup
     return tuple(found)
 
 
+def springs_apart(groups: Sequence[GroupFindings], water: Collection[str]) -> str:
+    """That springs do not agree on a number of one water where nothing is missing else, as a sentence behind another;
+    empty where they do. Each group's equation has its own numbers, so that no free run shows it."""
+    fine = [g for g in groups if g.verdict.status == "nothing_missing"]
+    found = sorted((d for d in group_drifts(fine, water) if water and d.parameter in WATER), key=lambda d: d.chance)
+    if not found:
+        return ""
+    more = f", and {len(found) - 1} more pairs" if len(found) > 1 else ""
+    return (
+        f" But {found[0].sentence}{more}. Each group's equation has its own; stiffness that the water adds would look "
+        "so, or water that moves by itself."
+    )
+
+
 def _both(one: GroupFindings, other: GroupFindings, name: str) -> tuple[Estimate, Estimate] | None:
     """A parameter as both groups' own fits have it, with errors; None where one has not, or only holds it fixed."""
     first, second = own_number(one, name), own_number(other, name)

@@ -15,6 +15,7 @@ import numpy as np
 from undertow.comparison.by_trials import FEWEST_TRIALS, with_errors_by_trials
 from undertow.comparison.candidate import Candidate, LevelDiagnosis, evidence_by_name
 from undertow.comparison.common_gains import with_common_gains
+from undertow.comparison.joining import has_room
 from undertow.comparison.joint import free_run_error, with_own_errors
 from undertow.comparison.level import Addend, Level, Member, full_name, make_level, member_rate
 from undertow.comparison.limits import FAR_ABOVE_NOISE
@@ -25,7 +26,7 @@ from undertow.comparison.search import diagnose
 from undertow.comparison.sizes import COUNTS_IN_STDERR
 from undertow.comparison.support import supported
 from undertow.comparison.suspect import Origin, Suspect
-from undertow.comparison.suspects import SUSPECTS
+from undertow.comparison.suspects import SUSPECTS, all_suspects
 from undertow.conditioning.motion import Motion
 from undertow.discrepancy.calibration import record_of
 from undertow.discrepancy.case import Case
@@ -122,8 +123,15 @@ def _with_evidence(
         verdict, posterior=posterior(diagnosis), confidence=record.probability if record else math.nan,
         p_value=tested.p_value, upper_bound=math.nan if diagnosis.named else tested.upper_bound,
         detectable=tuple(replace(one, unit=_unit(one.unit, case)) for one in tested.detectable),
-        not_testable=(*NOT_TESTABLE, *tested.not_testable), null=tested.scores,
+        not_testable=(*NOT_TESTABLE, *_of_more_springs(level, case, diagnosis), *tested.not_testable),
+        null=tested.scores,
     )  # fmt: skip
+
+
+def _of_more_springs(level: Level, case: Case, diagnosis: LevelDiagnosis) -> tuple[str, ...]:
+    """What water can do and only more springs than these would show: each may have an added mass of its own."""
+    asked = (s for s in all_suspects() if s.told_by_springs)
+    return tuple(s.name for s in asked if case.in_water and not has_room(level, s, diagnosis.null.fit))
 
 
 def undecided(cases: Sequence[Case], reason: str) -> Judged:

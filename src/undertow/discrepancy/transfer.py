@@ -23,9 +23,10 @@ def from_other_springs(
     """For every member the nrmse of its ``trials`` as each other member alone predicts them, by that member's label.
 
     The fit's additions and the equation's coefficients are found anew on the other member; nan where it has no fit or
-    its motion has no bounds. Nothing where an addition belongs to one spring or one trial (a structure, an instrument).
+    its motion has no bounds. Nothing where an addition belongs to one spring or one trial (a structure, an instrument),
+    or where one spring alone does not tell it.
     """
-    shared = all(a.scope == "shared" for addend in fit.addends for a in addend.additions)
+    shared = all(a.scope == "shared" and not a.told_by_springs for addend in fit.addends for a in addend.additions)
     if len(level.members) < 2 or not shared or any(addend.frees or addend.late for addend in fit.addends):
         return tuple({} for _ in level.members)
     alone = [_alone(level, fit, member) for member in level.members]

@@ -34,6 +34,10 @@ def _quadratic_drag(x: Array, v: Array, t: Array, p: Inner) -> Array:
     return v**2 * np.sign(v)
 
 
+def _added_stiffness(x: Array, v: Array, t: Array, p: Inner) -> Array:
+    return 1.0 * x
+
+
 def _linear_damping(x: Array, v: Array, t: Array, p: Inner) -> Array:
     return 1.0 * v
 
@@ -103,6 +107,7 @@ COLUMNS: dict[str, Callable[[Array, Array, Array, Inner], Array]] = {
     "viscous_damping": _viscous_damping,
     "coulomb_friction": _coulomb_friction,
     "quadratic_drag": _quadratic_drag,
+    "added_stiffness": _added_stiffness,
     "linear_damping": _linear_damping,
     "cubic_damping": _cubic_damping,
     "drag_exponent": _drag_exponent,

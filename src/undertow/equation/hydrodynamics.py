@@ -44,6 +44,37 @@ class AddedMass(Term):
 
 
 @dataclass(frozen=True)
+class AddedStiffness(Term):
+    """Stiffness that the water adds to the springs', F = k_w x: hydrostatics of a body that pierces the surface.
+
+    On one spring it cannot be told from an added mass: a decay knows their ratio alone. Two springs tell it from a
+    constant one, but not from water that oscillates far above both.
+    """
+
+    name: ClassVar[str] = "added_stiffness"
+    parameters: ClassVar[tuple[Parameter, ...]] = (Parameter("N_per_m", "N/m", "k_w"),)
+    slots: ClassVar[Mapping[str, str]] = {"N_per_m": "k1"}
+    law: ClassVar[str] = "k_w x"
+    latex: ClassVar[str] = r"k_w x"
+    source: ClassVar[str] = "hydrostatic restoring, e.g. Newman 1977 ch. 6"
+    left_out: ClassVar[str] = "an added mass that depends on the spring: too small on the soft one"
+    pulls_back: ClassVar[bool] = True
+    of_water: ClassVar[bool] = True
+    relative_to: ClassVar = "earth"
+    words: ClassVar[str] = "stiffness that the water adds to the springs'"
+    words_alone: ClassVar[str] = "stiffness beyond the springs'"
+    next_test: ClassVar[str] = (
+        "a slow push in this water, force and displacement recorded: a stiffness is there at rest, an added mass that "
+        "depends on the frequency is not"
+    )
+    element: ClassVar[Element] = "elastic"
+
+    def share(self, p: Mapping[str, Expression], q: SymbolPlace, number: str) -> Share:
+        """A smooth force."""
+        return Share(smooth=p["N_per_m"] * q.x)
+
+
+@dataclass(frozen=True)
 class QuadraticDrag(Term):
     """Drag, F = q v|v| with q = rho A C_d / 2 (report Eq. 15)."""
 

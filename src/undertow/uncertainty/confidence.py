@@ -7,6 +7,7 @@ not belong here: where the spread comes from (repeats.py, hierarchy.py, interval
 
 from __future__ import annotations
 
+import functools
 import math
 
 import numpy as np
@@ -39,6 +40,7 @@ def half_width(stderr: float, level: float = INTERVAL_LEVEL, degrees_of_freedom:
     return float(stats.t.ppf(quantile, degrees_of_freedom)) * stderr
 
 
+@functools.lru_cache(maxsize=1024)
 def widening(freedom: float) -> float:
     """Student's t over the normal quantile at `INTERVAL_LEVEL`: what makes a standard error from few values honest.
 

@@ -13,7 +13,7 @@ from dataclasses import dataclass, replace
 
 from undertow.campaign.config import RunConfig
 from undertow.campaign.run.portions import group_order
-from undertow.discrepancy.drifts import group_drifts
+from undertow.discrepancy.drifts import group_drifts, springs_apart
 from undertow.discrepancy.findings import FailedTrial, Findings, GroupFindings
 from undertow.discrepancy.words import count
 from undertow.report.arrange import chosen, excess
@@ -94,9 +94,15 @@ class Gathered:
         groups = sorted(self._groups, key=lambda g: group_order(g.key.items(), g.dry))
         return Findings(
             config.name, tuple(groups), tuple(self._failed), tuple(config.identify), config.equation.coordinate,
-            dict(seconds), across(self._named, self._statuses), (*self._notes, *self._further_notes()),
+            dict(seconds), across(self._named, self._statuses) + self._springs_apart(),
+            (*self._notes, *self._further_notes()),
             (*self._doubts, *([f"{count(self._doubts_more, 'more doubt')}"] if self._doubts_more else ())),
         )  # fmt: skip
+
+    def _springs_apart(self) -> str:
+        """That springs disagree where nothing is missing else, behind the sentence over all groups."""
+        few = len(self._compared) <= COMPARED_AT_MOST
+        return springs_apart(self._compared, self._config.trials.dry or {}) if few else ""
 
     def _further_notes(self) -> tuple[str, ...]:
         """Notes that are left out, and parameters that differ from group to group where they should not."""

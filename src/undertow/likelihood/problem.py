@@ -258,6 +258,7 @@ class ProblemBuilder:
 
     def __init__(self) -> None:
         self._unknowns: dict[str, Unknown] = {}
+        self._places: dict[str, int] = {}
         self._trials: list[TrialProblem] = []
 
     def unknown(
@@ -273,8 +274,9 @@ class ProblemBuilder:
     ) -> int:
         """Index of the unknown of that name; made with the given start, bounds and prior if it is new."""
         if name not in self._unknowns:
+            self._places[name] = len(self._unknowns)
             self._unknowns[name] = Unknown(name, float(start), lower, upper, prior_std, scale, unit)
-        return list(self._unknowns).index(name)
+        return self._places[name]
 
     def unknowns(self) -> tuple[Unknown, ...]:
         """What was collected so far, in order."""

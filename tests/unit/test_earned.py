@@ -543,10 +543,21 @@ def test_what_is_named_reaches_as_far_as_its_groups_together():
     held = tuple(SimpleNamespace(name=name) for name in "d")
     near = replace(case(baseline=Described(0.04, 0.06)), held=held)
     alone = case(allowed=0.1)
-    reach = _reach((near, alone), runs)  # three trials of 1.2, 1.2 and 1.6 repeatabilities, the same of half that
+    reach = _reach((near, alone), near, runs)  # three trials of 1.2, 1.2 and 1.6 repeatabilities, the same of half that
     assert reach.away == pytest.approx(math.sqrt((1.2**2 + 1.2**2 + 1.6**2) * (1.0 + 0.25) / 6.0))
     assert reach.explained == pytest.approx(0.75)
-    assert math.isnan(_reach((alone,), runs).explained)
+    assert reach.unseen == 0.03
+    assert math.isnan(_reach((near, alone), alone, runs).unseen)
+    assert math.isnan(_reach((alone,), alone, runs).explained)
+
+
+@pytest.mark.parametrize(("unseen", "said"), [(0.07, "explained"), (0.08, "unknown"), (math.nan, "unknown")])
+def test_a_force_that_leaves_more_than_noise_is_proved_where_unseen_trials_need_its_size_and_phase_alone(unseen, said):
+    level = diagnosis(True, best=candidate("external_forcing", 20.0, misfit=12.0))
+    named = replace(NAMED, verdict=("external_forcing",), augmented=Described(0.02, math.nan))
+    group = case(baseline=Described(0.2, 0.3))
+    found = earned(named, group, level, NullTest(math.nan), True, DryAnswer(), Closeness(0.5, 0.9, unseen))
+    assert (found.status, "external_forcing" in found.verdict) == (said, True)
 
 
 def replace_label(one: SimpleNamespace, label: str) -> SimpleNamespace:

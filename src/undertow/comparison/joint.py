@@ -239,11 +239,19 @@ def _rms_error(level: Level, fit: JointFit, units: Sequence[float]) -> float:
     return math.sqrt(float(np.mean(squares)))
 
 
+def sizes_of_its_own(addends: Sequence[Addend]) -> dict[str, float]:
+    """Slots that are every trial's own, as its release is, with their scales."""
+    return {a.slot: a.scale for addend in addends for a in addend.additions if a.of_its_own}
+
+
 def _error(level: Level, member: Member, fit: JointFit, motion: Motion) -> float:
-    """One trial's free-run error; infinite where what all trials share gives it no motion with bounds."""
+    """One trial's free-run error; infinite where what all trials share gives it no motion with bounds. What every trial
+    has of its own (an outside force's size and phase) is adjusted to it, as its release is: as fitted beside a k of
+    this trial's own it would not be that of the k that all share."""
     theta = shared_theta(level, member, fit, motion.name)
     try:
-        return free_run(seen_by(fit.addends, motion), theta, member.options.rest_offset_std).nrmse
+        width, own = member.options.rest_offset_std, sizes_of_its_own(fit.addends)
+        return free_run(seen_by(fit.addends, motion), theta, width, own).nrmse
     except IdentificationError:
         return math.inf
 

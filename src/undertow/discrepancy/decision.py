@@ -53,10 +53,12 @@ PROVED = 1.5
 @dataclass(frozen=True)
 class Closeness:
     """How far what is named reaches on a level: how many repeatabilities its training trials are away with it, and the
-    share of the squared error of unseen trials that it explains (nan where there are none)."""
+    share of the squared error of unseen trials that it explains (nan where there are none); ``unseen``: the error of
+    the group's own unseen trials, an outside force's size and phase fitted to each."""
 
     away: float = 0.0
     explained: float = math.nan
+    unseen: float = math.nan
 
 
 OF_ITS_OWN = 0.95
@@ -339,7 +341,9 @@ def _described(verdict: Verdict, case: Case, diagnosis: LevelDiagnosis, reach: C
         because = f"with it the trials of this water are {reach.away:.2g} times as far away as repetitions are"
         statistic = "free run of the level's trials over repeatability, where more than noise is left"
         return (Gate("described", statistic, reach.away, PROVED, False, because, "outweighed", EVERY[1:]),)
-    unseen = math.nan if verdict.augmented is None else verdict.augmented.held_out_nrmse
+    unseen = reach.unseen  # of a force: all but a size and a phase of thousands of samples is told beforehand
+    if not math.isfinite(unseen) and verdict.augmented is not None:
+        unseen = verdict.augmented.held_out_nrmse
     measured, closer = math.isfinite(unseen) and not case.assumed, not unseen >= case.baseline.held_out_nrmse
     limit = percent(unseen if closer else case.baseline.held_out_nrmse)
     because = (

@@ -96,10 +96,9 @@ def judge_level(
     fit = with_common_gains(with_own_errors(level, diagnosis.best.fit))
     fit = with_errors_by_trials(with_errors_by_recurrences(level, fit, diagnosis.best.suspects))
     diagnosis = replace(diagnosis, best=replace(diagnosis.best, fit=fit))
-    reach = _reach(cases, runs)
     said = (_verdict(level, case, diagnosis, to, runs) for case, to in zip(cases, moved, strict=True))
     answers = (
-        of_several_causes(earned(verdict, case, diagnosis, tested, doubled, in_air, reach))
+        of_several_causes(earned(verdict, case, diagnosis, tested, doubled, in_air, _reach(cases, case, runs)))
         for verdict, case in zip(said, cases, strict=True)
     )
     verdicts = tuple(_with_evidence(level, *pair, diagnosis, tested) for pair in zip(answers, cases, strict=True))
@@ -157,19 +156,20 @@ def _runs(level: Level, case: Case, diagnosis: LevelDiagnosis) -> dict[str, Augm
         return {}
     width = case.member.options.rest_offset_std
     fit, member = diagnosis.best.fit, case.member
-    runs = {m.name: shared_run(level, member, fit, m, width) for m in member.motions}
-    runs |= {m.name: shared_run(level, member, fit, m, width, unseen=True) for m in case.held}
     motions = {m.name: m for m in (*member.motions, *case.held)}
+    runs = {name: shared_run(level, member, fit, m, width) for name, m in motions.items()}
     return {name: _augmented(run, motions[name]) for name, run in runs.items() if run is not None}
 
 
-def _reach(cases: Sequence[Case], runs: Mapping[str, AugmentedRun]) -> Closeness:
-    """How far what is named reaches on the level's trials, in their groups' repeatabilities."""
+def _reach(cases: Sequence[Case], mine: Case, runs: Mapping[str, AugmentedRun]) -> Closeness:
+    """How far what is named reaches on the level's trials, in their groups' repeatabilities, and on those of one group
+    (``mine``) that it never saw."""
     own = [runs[m.name].nrmse / case.allowed for case in cases for m in case.member.motions if m.name in runs]
     told = [(case, rms([runs[m.name].nrmse for m in case.held if m.name in runs])) for case in cases]
     pairs = [(case.baseline.held_out_nrmse / case.allowed, after / case.allowed) for case, after in told]
     before, after = (rms([pair[i] for pair in pairs if np.all(np.isfinite(pair))]) for i in (0, 1))
-    return Closeness(rms(own), 1.0 - (after / before) ** 2 if before > 0.0 else math.nan)
+    unseen = next(after for case, after in told if case is mine)
+    return Closeness(rms(own), 1.0 - (after / before) ** 2 if before > 0.0 else math.nan, unseen)
 
 
 def _augmented(run: FreeRun, motion: Motion) -> AugmentedRun:

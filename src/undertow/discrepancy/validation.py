@@ -14,7 +14,7 @@ import numpy as np
 
 from undertow.comparison.clock import parts_of
 from undertow.comparison.deviations import learned_mean
-from undertow.comparison.joint import JointFit, shared_theta
+from undertow.comparison.joint import JointFit, shared_theta, sizes_of_its_own
 from undertow.comparison.level import Addend, Level, Member, full_name, seen_by
 from undertow.conditioning.motion import Motion
 from undertow.discrepancy.verdict import PhysicalCheck
@@ -40,18 +40,15 @@ def score(level: Level, member: Member, fit: JointFit, motion: Motion, rest_std:
     return math.nan if run is None else run.nrmse
 
 
-def shared_run(
-    level: Level, member: Member, fit: JointFit, motion: Motion, rest_std: float, unseen: bool = False
-) -> FreeRun | None:
+def shared_run(level: Level, member: Member, fit: JointFit, motion: Motion, rest_std: float) -> FreeRun | None:
     """One trial's free run with what all trials share, k, c, mu as dry trials and these say; None where there is no
     motion.
 
-    Of a trial that is ``unseen`` what every trial has of its own (an outside force's size and phase) is fitted to it.
+    What every trial has of its own (an outside force's size and phase) is fitted to it, unseen or not.
     """
-    own = {a.slot: a.scale for addend in fit.addends for a in addend.additions if a.of_its_own} if unseen else {}
     try:
         theta = shared_theta(level, member, fit, motion.name, learned=True)
-        return free_run(seen_by(fit.addends, motion), theta, rest_std, own)
+        return free_run(seen_by(fit.addends, motion), theta, rest_std, sizes_of_its_own(fit.addends))
     except IdentificationError:
         return None
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import math
+import re
 from dataclasses import replace
 from pathlib import Path
 
@@ -243,6 +244,48 @@ def test_a_simulation_in_another_unit_lacks_no_physics(tmp_path):
     said = r"released from .*e-05 m and the recording from 0\.0.* m, 0\.00.* times as far, .* for another unit"
     with pytest.raises(RecordingError, match=said):
         differ(simulation, recording, out=tmp_path / "out")
+
+
+def test_a_simulation_whose_milliseconds_are_read_as_seconds_lacks_no_physics(tmp_path):
+    recording = table(tmp_path / "recording.csv", PLAIN, noisy=True)
+    rows = np.loadtxt(recording, delimiter=",", skiprows=1)
+    rows[:, 0] *= 1e3
+    simulation = tmp_path / "simulation.csv"
+    np.savetxt(simulation, rows, delimiter=",", header="time_s,disp_mm,accel_mps2", comments="", fmt="%.8f")
+    slow = pair(simulation, recording, acceleration=False)
+    said = (
+        r"the simulation's period is 1\.0.e\+03 s and the recording's 1\.0. s, 1e\+03 times as long, and more than 3 times "
+        r"is taken for another unit of time: correct the unit .* recordings\.channels\.time\.unit"
+    )
+    with pytest.raises(RecordingError, match=said):
+        differ(*slow, out=tmp_path / "out")
+
+
+def pair(simulation: Path, recording: Path, acceleration: bool) -> tuple[Path, Path]:
+    """Both tables with their last column named as no channel, so that it is not read."""
+    if not acceleration:
+        for path in (simulation, recording):
+            path.write_text(path.read_text().replace("accel_mps2", "other"))
+    return simulation, recording
+
+
+def test_a_sign_and_an_assumed_unit_are_said_beside_the_sentence(tmp_path, capsys):
+    recording = table(tmp_path / "recording.csv", PLAIN, noisy=True)
+    time, x, _ = channels(PLAIN, -0.09, noisy=False)
+    simulation = tmp_path / "simulation.csv"
+    np.savetxt(simulation, np.column_stack([time, x]), delimiter=",", header="t,x", comments="", fmt="%.6f")
+    pair(simulation, recording, acceleration=False)
+    out = tmp_path / "out"
+    said = undertow(capsys, "differ", "--simulation", simulation, "--recording", recording, "--out", out)
+    assert said.code == 0, said.err
+    lines = said.out.splitlines()
+    assert "note: simulation: displacement: column 'x' says no unit; m is assumed" in said.out
+    sides = r"note: the simulation is released from -0\.0.* m and the recording from \+0\.\d+ m, to opposite sides"
+    assert re.search(sides, said.out)
+    assert lines[-1].startswith("report: ")
+    notes = json.loads((out / "differ.json").read_text())["notes"]
+    assert any("to opposite sides" in note for note in notes)
+    assert any("m is assumed" in note for note in notes)
 
 
 def test_units_that_nobody_said_and_that_contradict_each_other_are_asked_for(tmp_path):

@@ -157,8 +157,27 @@ def _notes(simulation: Motion, recording: Motion, both: Sequence[str]) -> tuple[
             f"the simulation is released from {ratio:.2g} times the recording's amplitude: what depends on amplitude "
             "is compared across that difference"
         )
+    if turned := released_to_opposite_sides(simulation, recording):
+        notes.append(turned)
     for word, motion in (("simulation", simulation), ("recording", recording)):
         if not motion.window.held:
             notes.append(f"the {word} shows no hold before its release: what it carries along may be in motion already")
         notes += [f"{word}: {note}" for note in (*motion.recording.notes, *motion.notes)]
     return tuple(notes)
+
+
+def released_to_opposite_sides(simulation: Motion, recording: Motion) -> str:
+    """That the two begin on opposite sides of their rest positions, in a sentence; empty where they do not, or where no
+    displacement was recorded."""
+    starts = [
+        float(motion.x[0]) - motion.equilibrium.value
+        for motion in (simulation, recording) if "displacement" in motion.recording.channels
+    ]  # fmt: skip
+    if len(starts) < 2 or starts[0] * starts[1] >= 0.0:
+        return ""
+    unit = recording.recording.unit("displacement")
+    return (
+        f"the simulation is released from {starts[0]:+.3g} {unit} and the recording from {starts[1]:+.3g} {unit}, to "
+        "opposite sides: if the body was pulled one way in both, turn the sign of displacement in one file (its column "
+        "times -1); what is not alike both ways, as asymmetric stiffness, is wrong until then"
+    )

@@ -11,7 +11,7 @@ from dataclasses import dataclass, field, replace
 from pathlib import Path
 
 from undertow.campaign.config import RunConfig, load
-from undertow.campaign.differ.compare import compare_motions
+from undertow.campaign.differ.compare import compare_motions, released_to_opposite_sides
 from undertow.campaign.differ.driven import DrivenDifference, differ_driven, write_driven
 from undertow.campaign.differ.lacking import UNKNOWN
 from undertow.campaign.inspection import inspect
@@ -19,8 +19,9 @@ from undertow.campaign.run.folder import safe_name
 from undertow.conditioning.agreement import disagreements
 from undertow.conditioning.condition import condition
 from undertow.conditioning.motion import Motion
+from undertow.conditioning.period import dominant_period
 from undertow.discrepancy.difference import Difference
-from undertow.errors import ConfigError, RecordingError, UndertowError
+from undertow.errors import ConfigError, IdentificationError, RecordingError, UndertowError
 from undertow.likelihood.fit import Specimen
 from undertow.recording.catalogue import Catalogue, Entry, TimeWindow, read_trial
 from undertow.recording.gather import gather
@@ -38,13 +39,18 @@ FEWEST_SAMPLES = 20
 FARTHEST = 5.0
 """One file's release is at most so many times the other's: beyond, a unit is more likely than another release."""
 
+SLOWEST = 3.0
+"""One file's period is at most so many times the other's: beyond, a unit of time is more likely than another body (ms
+and s are 1000 apart, s and min 60)."""
+
 BY_CONFIG = "say with --config which column drives it, in which unit, and which equation it begins from"
 """What a driven body needs beside two files."""
 
 
 @dataclass(frozen=True)
 class FilePair:
-    """Both motions, and what a config says beside them: laws, specimen, the rig's scatter, seed."""
+    """Both motions, what a config says beside them (laws, specimen, the rig's scatter, seed), and what was assumed of
+    the two files (``assumed``), in sentences."""
 
     simulation: Motion
     recording: Motion
@@ -52,19 +58,23 @@ class FilePair:
     specimen: Specimen = UNKNOWN
     scatter: Mapping[str, float] = field(default_factory=dict)
     seed: int = 0
+    assumed: tuple[str, ...] = ()
 
 
 @dataclass(frozen=True)
 class Compared:
-    """What ``undertow differ`` says when it is done: the folder and the difference in it."""
+    """What ``undertow differ`` says when it is done: the folder, the difference in it, and what its numbers rest on:
+    assumed units, releases to opposite sides (``remarks``)."""
 
     folder: Path
     difference: Difference | DrivenDifference
+    remarks: tuple[str, ...] = ()
 
     @property
     def summary(self) -> str:
-        """The sentence, and where the page is."""
-        return f"{self.difference.sentence}\nreport: {self.folder / 'differ.html'}"
+        """The sentence, remarks, and where the page is."""
+        lines = [self.difference.sentence, *(f"note: {one}" for one in self.remarks)]
+        return "\n".join([*lines, f"report: {self.folder / 'differ.html'}"])
 
 
 def differ(simulation: Path, recording: Path, config_path: Path | None = None, out: Path | None = None) -> Compared:
@@ -81,15 +91,20 @@ def differ(simulation: Path, recording: Path, config_path: Path | None = None, o
         if not path.is_file():
             raise ConfigError(f"--{what} {path} is no file; give the path of one trial's table")
     found: Difference | DrivenDifference
+    remarks: tuple[str, ...] = ()
     if config_path is not None and _are_driven(config_path, recording):
         found = differ_driven(simulation, recording, load(config_path))
     else:
         both = simulation, recording
         pair = _guessed(*both) if config_path is None else _configured(*both, config_path)
         _of_one_size(pair)
-        found = compare_motions(
+        _of_one_pace(pair)
+        made = compare_motions(
             pair.simulation, pair.recording, pair.terms, pair.specimen, dict(pair.scatter) or None, pair.seed
         )
+        found = replace(made, notes=(*pair.assumed, *made.notes))
+        turned = released_to_opposite_sides(pair.simulation, pair.recording)
+        remarks = (*pair.assumed, *([turned] if turned else []))
     folder = out or Path("runs") / safe_name(f"differ_{simulation.stem}_{recording.stem}")
     try:
         folder.mkdir(parents=True, exist_ok=True)
@@ -100,7 +115,7 @@ def differ(simulation: Path, recording: Path, config_path: Path | None = None, o
     except OSError as reason:
         what = f"{reason.strerror or reason} ({reason.filename or folder})"
         raise UndertowError(f"folder {folder} cannot be written: {what}; choose another with --out") from reason
-    return Compared(folder, found)
+    return Compared(folder, found, remarks)
 
 
 def _of_one_size(pair: FilePair) -> None:
@@ -116,6 +131,22 @@ def _of_one_size(pair: FilePair) -> None:
     )
 
 
+def _of_one_pace(pair: FilePair) -> None:
+    """RecordingError where the two periods are so far apart that a unit of time must be wrong."""
+    try:
+        periods = dominant_period(pair.simulation), dominant_period(pair.recording)
+    except IdentificationError:  # one of them does not swing: no periods to compare
+        return
+    if max(periods) <= SLOWEST * min(periods):
+        return
+    raise RecordingError(
+        f"the simulation's period is {periods[0]:.3g} s and the recording's {periods[1]:.3g} s, "
+        f"{periods[0] / periods[1]:.3g} times as long, and more than {SLOWEST:g} times is taken for another unit of "
+        "time: correct the unit in the name of the time column of the file that is wrong, as 't [ms]' (with --config "
+        "both are read in recordings.channels.time.unit), or compare a simulation of this body"
+    )
+
+
 def _are_driven(config_path: Path, recording: Path) -> bool:
     """Whether the config describes a body that is driven, and the recording is none of its decays."""
     config = load(config_path)
@@ -127,7 +158,8 @@ def _are_driven(config_path: Path, recording: Path) -> bool:
 
 def _guessed(simulation: Path, recording: Path) -> FilePair:
     """Both motions with the mapping that each file's own names suggest."""
-    motions = []
+    motions: list[Motion] = []
+    assumed: list[str] = []
     for what, path in (("simulation", simulation), ("recording", recording)):
         seen = inspect(path)
         driver = next((name for name in INPUTS if name in seen.proposal.channels), "")
@@ -137,13 +169,14 @@ def _guessed(simulation: Path, recording: Path) -> FilePair:
             raise RecordingError(f"{what} {path}: {seen.reason}")
         _units_hold(f"{what} {path}", seen.motion, seen.proposal.doubts)
         motions.append(_named(seen.motion, what))
+        assumed += [f"{what}: {doubt}: say units in its column's name, or in a config" for doubt in seen.proposal.doubts]
     first, second = motions
     if first.recording.coordinate != second.recording.coordinate:
         raise RecordingError(
             f"the simulation's coordinate looks like a {first.recording.coordinate}, the recording's like a "
             f"{second.recording.coordinate}; say with --config which columns are what"
         )
-    return FilePair(first, second)
+    return FilePair(first, second, assumed=tuple(assumed))
 
 
 def _units_hold(whose: str, motion: Motion, guessed: Sequence[str]) -> None:

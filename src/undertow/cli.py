@@ -320,8 +320,8 @@ def predict(
         made = predict_any(run, recording, (x0, duration, rate), group, start, config, out)
     if out is not None:
         _say(f"written: {out}")
-    if beyond := getattr(made, "beyond", ""):
-        _say(f"beyond what was tested: {beyond}")
+    for message in getattr(made, "messages", ()):
+        _say(message)
     typer.echo(prediction_text(made))
 
 

@@ -142,6 +142,41 @@ def test_a_start_without_a_recording_prints_what_the_motion_is_like(finished, ca
     assert "90 % band: +- " in said.out
 
 
+def test_a_rate_that_does_not_show_the_motion_is_said_with_the_one_that_does(finished, capsys):
+    """Two samples a second alias the swing to a period that is not its own."""
+    words = ("predict", finished / "run", "--x0", "0.05", "--duration", "6", "--group", "spring=stiff")
+    fine, coarse = command(capsys, *words, "--rate", "50"), command(capsys, *words, "--rate", "2")
+    assert coarse.code == 0
+    period = float(re.search(r"period ([0-9.]+) s \(mean of", fine.out).group(1))
+    said = re.search(r"period ([0-9.]+) s by the equation: these samples are too few to show it", coarse.out)
+    assert float(said.group(1)) == pytest.approx(period, rel=1e-3)
+    needed = re.search(r"too few samples: 2 samples a second are .*: give --rate ([0-9.]+) or more", coarse.err)
+    assert 8.0 <= float(needed.group(1)) * period <= 8.0 + 0.1 * period
+    assert "too few" not in fine.err + fine.out
+    assert "too few" not in command(capsys, *words, "--rate", needed.group(1)).err
+
+
+def test_a_recording_that_was_fitted_or_is_of_another_group_is_said(finished, capsys):
+    index = pd.read_csv(finished / "campaign.csv")
+    file = finished / index["file"][list(index["spring"]).index("stiff")]
+    own = command(capsys, "predict", finished / "run", "--recording", file)
+    assert own.code == 0
+    assert re.search(r"^note: r\d+ is one of the trials that this equation was fitted to: how well", own.err)
+    lines = own.out.splitlines()
+    assert re.fullmatch(r"rms over the motion's own rms: [0-9.]+ %", lines[-2])
+    assert re.fullmatch(r"rms [0-9.e-]+ m", lines[-1])
+    other = command(capsys, "predict", finished / "run", "--recording", file, "--group", "spring=long")
+    assert re.search(r"note: .* is of spring stiff by its name .* by the equation of spring long, as", other.err)
+    assert "fitted to" not in other.err
+    new = command(capsys, "predict", finished / "run", "--recording", finished / "inside.csv", "--group", "long")
+    assert new.err == ""
+
+
+def test_a_table_is_not_written_under_a_name_of_another_format(finished):
+    with pytest.raises(ConfigError, match=r"--out is .*o\.xlsx and the table is written as CSV; .*, as o\.csv"):
+        predict_run(finished / "run", x0=0.05, duration_s=2.0, rate_hz=50.0, group=LONG, out=finished / "o.xlsx")
+
+
 def test_a_start_beyond_what_was_tested_is_said(finished, capsys):
     words = ("--duration", "2", "--rate", "50", "--group", "spring=stiff")
     largest = max(AMPLITUDES)

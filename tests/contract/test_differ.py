@@ -254,8 +254,8 @@ def test_a_simulation_whose_milliseconds_are_read_as_seconds_lacks_no_physics(tm
     np.savetxt(simulation, rows, delimiter=",", header="time_s,disp_mm,accel_mps2", comments="", fmt="%.8f")
     slow = pair(simulation, recording, acceleration=False)
     said = (
-        r"the simulation's period is 1\.0.e\+03 s and the recording's 1\.0. s, 1e\+03 times as long, and more than 3 times "
-        r"is taken for another unit of time: correct the unit .* recordings\.channels\.time\.unit"
+        r"the simulation's period is 1\.0.e\+03 s and the recording's 1\.0. s, 1e\+03 times as long, and more than 3 "
+        r"times is taken for another unit of time: correct the unit .* recordings\.channels\.time\.unit"
     )
     with pytest.raises(RecordingError, match=said):
         differ(*slow, out=tmp_path / "out")

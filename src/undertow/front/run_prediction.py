@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
@@ -24,8 +24,10 @@ from undertow.discrepancy.words import group_title
 from undertow.equation.equation import Equation
 from undertow.equation.registry import find
 from undertow.errors import ConfigError
+from undertow.front.beside_prediction import among_fitted, of_another_group, own_period_s, too_coarse
 from undertow.front.prediction import PredictedRun, predict_whole
 from undertow.front.reading import load
+from undertow.recording.catalogue import Entry
 from undertow.recording.gather import listing
 from undertow.recording.recording import Array, Condition
 from undertow.report.which_group import group_meant
@@ -37,6 +39,9 @@ LEVEL = 0.9
 MOST_SAMPLES = 1_000_000
 """Samples of a decay that nobody recorded, at most: its band takes some hundred free runs of them."""
 
+
+TABLES = (".csv",)
+"""How the name of a predicted table may end."""
 
 BEYOND = 1.1
 """Times the largest amplitude tested from which on a start is said to be beyond it: trials of one size differ too."""
@@ -92,14 +97,30 @@ class StoredEquation:
 @dataclass(frozen=True, eq=False)
 class RunPrediction:
     """One free run of a finished run's equation: ``run`` with its band, ``used`` (n,) samples of the start, the
-    ``label`` of the group, the ``unit`` of the motion and the ``largest`` amplitude that the group was tested at (0:
-    not known)."""
+    ``label`` of the group, the ``unit`` of the motion, the ``largest`` amplitude that the group was tested at (0: not
+    known), the equation's own period ``period_s`` (nan: not looked for, or it does not swing) and ``notes`` on the
+    recording."""
 
     run: PredictedRun
     used: Array
     label: str
     unit: str
     largest: float = 0.0
+    period_s: float = math.nan
+    notes: tuple[str, ...] = ()
+
+    @property
+    def messages(self) -> tuple[str, ...]:
+        """What a reader must know beside the numbers, in sentences."""
+        beyond = f"beyond what was tested: {self.beyond}" if self.beyond else ""
+        coarse = f"too few samples: {self.too_coarse}" if self.too_coarse else ""
+        return tuple(filter(None, (beyond, coarse, *(f"note: {one}" for one in self.notes))))
+
+    @property
+    def too_coarse(self) -> str:
+        """That its samples lie too far apart to show the motion, in a sentence; empty where they do not."""
+        t = self.run.t
+        return too_coarse(self.period_s, 1.0 / float(t[1] - t[0])) if t.size > 1 else ""
 
     @property
     def beyond(self) -> str:
@@ -117,6 +138,13 @@ class RunPrediction:
         """RMS of measured less predicted after the start; nan without a recording."""
         after = self.used == 0.0
         return float(np.sqrt(np.mean((self.run.measured - self.run.predicted)[after] ** 2))) if self._seen else math.nan
+
+    @property
+    def missed(self) -> float:
+        """The same over the RMS of the measured motion about its rest position; nan without a recording."""
+        if not self._seen:
+            return math.nan
+        return self.rms / float(np.sqrt(np.mean((self.run.measured - self.run.rest)[self.used == 0.0] ** 2)))
 
     @property
     def covered(self) -> float:
@@ -171,15 +199,20 @@ def predict_run(
         entry = _group(groups, group, {})
         times = np.arange(math.floor(duration_s * rate_hz) + 1) / rate_hz
         made = predict_whole(StoredEquation(entry), times, x0, _others(entry), LEVEL)
-        done = RunPrediction(made, np.zeros(times.size), entry["label"], unit, _largest(entry))
+        period = own_period_s(StoredEquation(entry).equation, x0, duration_s)
+        done = RunPrediction(made, np.zeros(times.size), entry["label"], unit, _largest(entry), period)
     else:
         file = Path(recording)
         if not file.exists():
             raise ConfigError(f"{file} is not there; give the path of a recording")
         alone, _ = recording_alone(settings, file)
         motion = load(alone)[0]
-        entry = _group(groups, group, {**motion.recording.conditions, **_listed(settings, file)}, str(file))
-        done = _on(motion, entry, unit)
+        listed = _listed(settings, file)
+        own = {**motion.recording.conditions, **(listed[0].conditions if listed else {})}
+        entry = _group(groups, group, own, str(file))
+        of_run = listed if config is None else _listed(load_config(folder / "config.yaml"), file)
+        notes = of_another_group(entry, own, str(file)), among_fitted(folder, entry, of_run)
+        done = replace(_on(motion, entry, unit), notes=tuple(filter(None, notes)))
     if out is not None:
         write_text(Path(out), done.csv())
     return done
@@ -231,7 +264,12 @@ def predict_any(
 
 
 def _spare_recording(recording: str | Path | None, out: str | Path | None) -> None:
-    """ConfigError where the table would take the place of the recording itself."""
+    """ConfigError where the table would take the place of the recording itself, or the name is none of a CSV table."""
+    if out is not None and Path(out).suffix.lower() not in TABLES:
+        raise ConfigError(
+            f"--out is {out} and the table is written as CSV; give a name that ends in .csv, "
+            f"as {Path(out).with_suffix('.csv').name}"
+        )
     if recording is not None and out is not None and Path(recording).absolute() == Path(out).absolute():
         raise ConfigError(f"the table would replace the recording {recording}; give another file with --out")
 
@@ -268,15 +306,14 @@ def _others(entry: Mapping[str, Any]) -> tuple[float, float, float]:
     return float(entry["noise"]), float(entry["rest_std"]), float(version["missed_nrmse"])
 
 
-def _listed(config: RunConfig, file: Path) -> Mapping[str, Condition]:
-    """Conditions that a run's own list of trials gives a file; none where it is not among them or the list is gone."""
+def _listed(config: RunConfig, file: Path) -> list[Entry]:
+    """The trials of a file in a run's own list of trials; none where it is not among them or the list is gone."""
     try:
         kept, left_out = listing(config.catalogue())
     except ConfigError:
-        return {}
+        return []
     there = file.resolve()
-    same = (one for one in (*kept, *left_out) if one.path.name == file.name and one.path.resolve() == there)
-    return next((one.conditions for one in same), {})
+    return [one for one in (*kept, *left_out) if one.path.name == file.name and one.path.resolve() == there]
 
 
 def _group(

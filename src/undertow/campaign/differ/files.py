@@ -169,7 +169,7 @@ def _guessed(simulation: Path, recording: Path) -> FilePair:
             raise RecordingError(f"{what} {path}: {seen.reason}")
         _units_hold(f"{what} {path}", seen.motion, seen.proposal.doubts)
         motions.append(_named(seen.motion, what))
-        assumed += [f"{what}: {doubt}: say units in its column's name, or in a config" for doubt in seen.proposal.doubts]
+        assumed += [f"{what}: {doubt}: say units in column names, or in a config" for doubt in seen.proposal.doubts]
     first, second = motions
     if first.recording.coordinate != second.recording.coordinate:
         raise RecordingError(

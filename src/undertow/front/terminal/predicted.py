@@ -11,25 +11,31 @@ import numpy as np
 
 from undertow.campaign.driven.predict import Predicted
 from undertow.campaign.response.predict import PredictedSet
+from undertow.discrepancy.words import percent
+from undertow.front.beside_prediction import mean_period
 from undertow.front.run_prediction import RunPrediction
 
 
 def prediction_text(made: RunPrediction | Predicted | PredictedSet) -> str:
-    """The share of samples in the band and rms against a recording; without one peak, period, decay and band."""
+    """The share of samples in the band, and rms against a recording, last of all in its unit; without one peak, period,
+    decay and band."""
     if math.isfinite(made.rms):
-        return f"in the 90 % band: {100 * made.covered:.1f} % of the samples\nrms {made.rms:.6g} {made.unit}"
+        lines = [f"in the 90 % band: {100 * made.covered:.1f} % of the samples"]
+        if isinstance(made, RunPrediction) and math.isfinite(made.missed):
+            lines.append(f"rms over the motion's own rms: {percent(made.missed)}")
+        return "\n".join([*lines, f"rms {made.rms:.6g} {made.unit}"])
     return _motion_text(made) if isinstance(made, RunPrediction) else ""
 
 
 def _motion_text(made: RunPrediction) -> str:
     t, x, unit = made.run.t, made.run.predicted - made.run.rest, made.unit
-    up = np.flatnonzero((x[:-1] < 0.0) & (x[1:] >= 0.0))
-    crossings = t[up] - x[up] * (t[up + 1] - t[up]) / (x[up + 1] - x[up])
+    period, periods = mean_period(t, x)
     lines = [f"peak {np.max(np.abs(x)):.4g} {unit}"]
-    if crossings.size > 1:
-        period = float(np.mean(np.diff(crossings)))
+    if made.too_coarse:
+        lines.append(f"period {made.period_s:.4g} s by the equation: these samples are too few to show it")
+    elif periods:
         late = float(np.max(np.abs(x[t >= t[-1] - period])))
-        lines.append(f"period {period:.4g} s (mean of {crossings.size - 1}); last swing {late:.4g} {unit}")
+        lines.append(f"period {period:.4g} s (mean of {periods}); last swing {late:.4g} {unit}")
     else:
         lines.append(f"no whole period within {t[-1]:.4g} s; at its end {x[-1]:.4g} {unit}")
     half = 0.5 * (made.run.upper - made.run.lower)

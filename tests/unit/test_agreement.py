@@ -182,6 +182,21 @@ def test_load_cells_are_held_against_the_mass_where_no_stiffness_is_stated():
         assert "spring_force seems to be in kN, not N" in found.sentence
 
 
+@pytest.mark.parametrize(
+    ("mistake", "mass", "first"),
+    [({}, 10.0, "specimen.mass_kg"), ({"spring_force": 1.0 / 9.80665}, 1.0, "recordings.channels.spring_force.unit")],
+)
+def test_a_mass_with_its_point_misplaced_is_told_from_kilograms_force(mistake, mass, first):
+    decay = Decay(2.0, noise=1e-3)
+    recording = recorded(decay, XF, times(**mistake))
+    stated = Stated({"spring_force": "N"}, mass * decay.mass_kg, wet=False)
+    (found,) = disagreements(recording, find_window(recording), stated)
+    assert (found.kind, found.certain) == ("unit", True)
+    assert "specimen.mass_kg is 10 times what it should be" in found.sentence
+    assert "spring_force seems to be in kgf, not N" in found.sentence
+    assert f"; correct {first} or " in found.sentence
+
+
 def test_a_stiffness_stated_in_kilonewtons_is_named_beside_the_load_cells():
     decay = Decay(2.0, noise=1e-3)
     recording = recorded(decay, XF)

@@ -28,6 +28,9 @@ UNIT_ROOM = 0.05
 MOST_NAMED = 3
 """Remedies that a sentence names."""
 
+SLIPS = (0.1, 10.0, 0.01, 100.0, 1e-3, 1e3)
+"""What a stated mass or stiffness is multiplied by where its point is misplaced, or its unit is in thousands."""
+
 RATE = "rate"
 """Stands for the unit of a time that comes from a constant rate."""
 
@@ -38,12 +41,14 @@ SWAPPABLE = ("displacement", "velocity", "acceleration")
 @dataclass(frozen=True)
 class Remedy:
     """One change that makes all laws hold: of which ``channel`` (or "time", mass, stiffness), what ``seems`` wrong, the
-    ``key`` of the config to correct, and how many times too large it is (``factor``)."""
+    ``key`` of the config to correct, how many times too large it is (``factor``), and how far the laws then are from
+    holding exactly (``away``, summed logarithms)."""
 
     channel: str
     seems: str
     key: str
     factor: float = math.nan
+    away: float = math.nan
 
 
 def unit_remedies(pairs: Sequence[Pair], stated: Stated, coordinate: Coordinate) -> tuple[Remedy, ...]:
@@ -55,7 +60,7 @@ def unit_remedies(pairs: Sequence[Pair], stated: Stated, coordinate: Coordinate)
             away = _away(pairs, channel, factor)
             if away is not None and (best is None or away < best[0]):
                 key = f"recordings.channels.{channel}.unit"
-                best = away, Remedy(channel, f"{channel} seems to be in {unit}, not {said}", key)
+                best = away, Remedy(channel, f"{channel} seems to be in {unit}, not {said}", key, away=away)
         if best is not None:
             found.append(best)
     found.sort(key=lambda one: one[0])
@@ -63,9 +68,17 @@ def unit_remedies(pairs: Sequence[Pair], stated: Stated, coordinate: Coordinate)
 
 
 def specimen_remedies(pairs: Sequence[Pair], stated: Stated) -> tuple[Remedy, ...]:
-    """Stiffness or mass stated in thousands, or thousandths, of its unit, where that alone makes all laws hold."""
-    found = other_remedies(pairs, stated, (STIFFNESS, MASS))
-    return tuple(one for one in found if abs(abs(math.log10(one.factor)) - 3.0) < math.log10(1.0 + 2.0 * UNIT_ROOM))
+    """Stiffness or mass stated so many powers of ten (`SLIPS`) too large or small, where that alone makes all laws hold;
+    the nearest of each."""
+    found = []
+    for remedy in other_remedies(pairs, stated, (STIFFNESS, MASS)):
+        tried = [(_away(pairs, remedy.channel, factor), factor) for factor in SLIPS]
+        fitting = [(away, factor) for away, factor in tried if away is not None]
+        if fitting:
+            away, factor = min(fitting)
+            said = f"{remedy.channel} is {three_digits(1.0 / factor)} times what it should be"
+            found.append(Remedy(remedy.channel, said, remedy.key, 1.0 / factor, away))
+    return tuple(found)
 
 
 def other_remedies(pairs: Sequence[Pair], stated: Stated, among: Sequence[str] = ()) -> tuple[Remedy, ...]:

@@ -68,7 +68,7 @@ def unit_remedies(pairs: Sequence[Pair], stated: Stated, coordinate: Coordinate)
 
 
 def specimen_remedies(pairs: Sequence[Pair], stated: Stated) -> tuple[Remedy, ...]:
-    """Stiffness or mass stated so many powers of ten (`SLIPS`) too large or small, where that alone makes all laws hold;
+    """Stiffness or mass stated powers of ten (`SLIPS`) too large or small, where that alone makes all laws hold;
     the nearest of each."""
     found = []
     for remedy in other_remedies(pairs, stated, (STIFFNESS, MASS)):

@@ -78,3 +78,15 @@ def test_springs_of_which_nobody_knows_the_structure_do_not_tell_it(stiffened):
     unknown = replace(first, model=replace(first.model, fixed=None))
     fit = diagnose(make_level(others), FEW).null.fit
     assert not has_room(replace(stiffened, members=(unknown, *others)), SUSPECT, fit)
+
+
+def test_drag_with_another_power_has_a_coefficient_on_each_spring():
+    """A drag coefficient that falls with the amplitude falls with the frequency too: one for all had been a dashpot."""
+    shape = registry.find("drag_exponent", exponent=1.4)
+    short = member("short", (0.008, 0.03), 5100, ((shape, 9000.0),))
+    long = member("long", LONG, 5120, ((shape, 3000.0),))
+    found = diagnose(make_level([short, long]), chosen(("drag_exponent", "linear_damping", "cubic_damping")))
+    assert found.best.names == ("drag_exponent",)
+    assert found.best.suspects[0].variant == "each spring's own"
+    first, second = (found.best.fit.value(f"drag_exponent.coefficient_N_sp_per_mp@{s}") for s in ("short", "long"))
+    assert first > 1.5 * second

@@ -95,6 +95,19 @@ def test_a_name_that_dry_trials_contradict_is_not_the_answer():
     assert earned(NAMED, case(), named, plain, True, DryAnswer()).status == "explained"
 
 
+@pytest.mark.parametrize(
+    ("unseen", "left", "said"), [(0.03, 1.2, "explained"), (0.06, 1.2, "unknown"), (0.03, 9.0, "unknown")]
+)
+def test_a_law_that_dry_trials_do_not_have_is_the_waters_where_it_is_proved_to_the_noise(unseen, left, said):
+    answer = DryAnswer(9.0, "the dry trials of the same spring show none")
+    level = diagnosis(named=True, best=candidate("cubic_stiffness", 20.0, misfit=left))
+    named = replace(NAMED, verdict=("cubic_stiffness",), augmented=Described(0.02, unseen))
+    found = earned(named, case(baseline=Described(0.1, 0.12)), level, NullTest(math.nan), True, answer)
+    assert found.status == said
+    if said == "explained":
+        assert found.sentence.endswith(" It is there in water alone: the dry trials of the same spring show none.")
+
+
 def test_a_name_beside_a_structure_that_lacks_what_nobody_knows_is_not_the_answer():
     puzzled = case(dry_unknown="something that nobody knows is missing in the dry trials too (spring short, dry)")
     said = judged(NAMED, puzzled, diagnosis(named=True), True)

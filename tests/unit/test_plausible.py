@@ -11,7 +11,7 @@ import pytest
 
 import undertow
 from tests.findings_fixture import small_findings
-from undertow.campaign.run.one_body import not_one_body
+from undertow.campaign.run.one_body import not_one_body, strange_trial
 from undertow.campaign.run.plausible import implausible, with_doubts
 from undertow.discrepancy.findings import GroupFindings
 from undertow.likelihood.fit import Fit, Specimen
@@ -131,7 +131,7 @@ def test_friction_that_is_less_in_water_than_in_air_asks_for_the_volume_that_nob
     mu = wet.structure.mu.value
     found = replace(wet.verdict, parameters={"coulomb_friction": {"force_N": Estimate(force, 0.5, unit="N")}})
     _, said = with_doubts([replace(wet, verdict=found, specimen=replace(wet.specimen, volume_assumed=assumed))])
-    assert [one.partition(": ")[2] for one in said] == (
+    assert [text for one in said if (text := one.partition(": ")[2]).startswith("friction")] == (
         [
             "friction is 5.0 N less than in air, and specimen.submerged_volume_m3 is not stated: "
             f"{5.0 / (mu * 9810.0):.2g} m^3 of displaced water would take that much weight off; state the volume"
@@ -173,6 +173,39 @@ def test_load_cells_that_show_another_spring_contradict_and_by_less_are_doubted(
     (accepted,), said = with_doubts([with_cells(2.26)], known)
     assert accepted.verdict.status == "explained"
     assert said == ()
+
+
+def test_a_body_that_is_lighter_in_water_is_said_and_stays_what_it_is():
+    lighter = group(added_mass_kg=(-430.0, 20.0))
+    (found,), (said,) = with_doubts([lighter])
+    assert said.endswith(
+        "the added mass -430 kg is negative: look at whether dry and wet trials are exchanged (trials.dry), at the "
+        "springs, and at water that swings slower than the body"
+    )
+    assert found.verdict == lighter.verdict
+    swinging = replace(lighter.verdict, status="explained", verdict=("hidden_resonator",))
+    assert with_doubts([replace(lighter, verdict=swinging)])[1] == ()
+    assert with_doubts([group(added_mass_kg=(-100.0, 20.0))])[1] == ()  # within three errors of a fiftieth of the mass
+
+
+def test_a_stated_stiffness_that_is_a_few_per_cent_off_is_said_and_bars_nothing():
+    off = group(105000.0, k_N_per_m=(K_N_PER_M, 200.0))
+    (found,), (said,) = with_doubts([off])
+    assert "stiffness 109590 N/m is 4.4 % above the stated 105000 N/m, and more than 3 % is said here" in said
+    assert found.verdict == off.verdict
+    assert with_doubts([group(108000.0, k_N_per_m=(K_N_PER_M, 200.0))])[1] == ()
+
+
+def test_of_cells_a_stated_stiffness_and_a_mass_the_one_that_stands_alone_is_wrong():
+    def doubts(stated: float) -> list[str]:
+        return [text for _, text in implausible(replace(with_cells(1.06), specimen=Specimen(MASS_KG, stated)))]
+
+    (said,) = doubts(1.06 * K_N_PER_M)
+    assert said.startswith("the load cells show 1161")
+    assert "a body of 2795.6" in said
+    assert said.endswith("kg would swing so; look at specimen.mass_kg")
+    assert doubts(1.03 * K_N_PER_M) == []  # cells and the stated number do not agree
+    assert doubts(K_N_PER_M) == []
 
 
 def test_a_body_lighter_than_the_water_it_displaces_contradicts():
@@ -220,6 +253,49 @@ def of_periods(group: GroupFindings, periods_s: list[float], **conditions: list[
     said = [{name: values[at] for name, values in conditions.items()} for at in range(len(tables))]
     motions = undertow.read(tables, units={"x": "m"}, conditions=said)
     return replace(group, trials=tuple(replace(group.trials[0], motion=motion) for motion in motions))
+
+
+def off(group: GroupFindings, place: int, nrmse: float, held_out: bool = True) -> GroupFindings:
+    """A group in which nothing is missing, one trial of which is so far from its equation."""
+    trials = list(group.trials)
+    mismatch = replace(trials[place].mismatch, nrmse=nrmse)
+    trials[place] = replace(trials[place], mismatch=mismatch, held_out=held_out)
+    green = replace(group.verdict, status="nothing_missing", verdict=(), repeatability_nrmse=0.04)
+    return replace(group, trials=tuple(trials), verdict=green)
+
+
+def test_an_unseen_trial_far_from_the_equation_of_its_group_bars_green():
+    unknown = small_findings().groups[1]
+    alike = of_periods(unknown, [1.4, 1.41, 1.405, 1.402])
+    said = strange_trial(off(alike, 1, 0.22))
+    assert said == (
+        "trial trial_2, which no fit saw, is 5.5 times as far from the equation as repetitions are (22 % of its "
+        "motion): look at its clock, its spring and what its file is, or leave it out (recordings.exclude)"
+    )
+    clock = off(of_periods(unknown, [1.4, 0.7, 1.405, 1.41]), 1, 0.99)
+    assert "of its motion, at a period of 0.7 s beside 1.4 to 1.41 s): look at its clock" in strange_trial(clock)
+    (found,), (doubt,) = with_doubts([clock])
+    assert (found.verdict.status, found.verdict.because) == ("cannot_tell", strange_trial(clock))
+    assert doubt.endswith(strange_trial(clock))
+    for fine in (off(alike, 1, 0.099), off(alike, 1, 0.22, held_out=False)):
+        assert strange_trial(fine) == ""
+    missing = off(alike, 1, 0.22)
+    assert strange_trial(replace(missing, verdict=replace(missing.verdict, status="explained"))) == ""
+
+
+def test_one_trial_of_another_period_or_size_is_said_where_nothing_is_explained():
+    unknown = small_findings().groups[1]
+    assert strange_trial(of_periods(unknown, [1.4, 0.7, 1.41])).startswith(
+        "trial trial_2 is unlike the others, at a period of 0.7 s beside 1.4 to 1.41 s: look at its clock"
+    )
+    for fine in ([1.4, 1.3, 1.41], [1.4, 0.7], [1.4, 0.7, 1.0], [1.4, 1.401, 0.7, 0.701]):
+        assert strange_trial(of_periods(unknown, fine)) == ""
+    alike = of_periods(unknown, [1.4, 1.401, 1.402])
+    trials = list(alike.trials)
+    trials[1] = replace(trials[1], motion=replace(trials[1].motion, amplitude=1e3 * trials[1].motion.amplitude))
+    said = strange_trial(replace(alike, trials=tuple(trials)))
+    assert said.startswith("trial trial_2 is released from ")
+    assert said.endswith("look at the unit of its displacement (recordings.layouts)")
 
 
 def test_trials_of_one_group_that_swing_at_other_periods_are_not_one_body():

@@ -118,7 +118,7 @@ def _resonator_starts(s: Scales) -> tuple[float, ...]:
 
 
 def _geometric(low: float, high: float, ratio: float) -> tuple[float, ...]:
-    """Values from ``low`` to ``high``, each at most ``ratio`` times the one before."""
+    """Values from ``low`` to ``high`` in steps of ``ratio`` at most."""
     count = max(2, math.ceil(math.log(high / low) / math.log(ratio)) + 1)
     return tuple(low * (high / low) ** (i / (count - 1)) for i in range(count))
 
@@ -129,8 +129,7 @@ def _fine_frequencies(s: Scales) -> tuple[float, ...]:
 
 
 def _force_frequencies(s: Scales) -> tuple[float, ...]:
-    """Frequencies of a force, which is bound to no body: in steps of 3 % of the slowest one below it (a line is as wide
-    at every frequency), and of themselves above."""
+    """Frequencies of a force, bound to no body: in steps of 3 % of the slowest one below it, of themselves above."""
     below = tuple(share * s.slowest for share in np.arange(0.13, 0.985, 0.03))
     return (*below, *_geometric(s.slowest, 4.0 * s.fastest, 1.03))
 
@@ -159,11 +158,9 @@ SHORTEST_MEMORY = 0.25
 
 
 def _relaxation(s: Scales, start: float) -> tuple[Addition, ...]:
+    k = s.mass * s.rate**2
     return (
-        Addition(
-            "stiffness_N_per_m", "N/m", "rk1", 0.01 * s.mass * s.rate**2, 0.02 * s.mass * s.rate**2,
-            lower=0.0, upper=STIFFEST * s.mass * s.rate**2,
-        ),
+        Addition("stiffness_N_per_m", "N/m", "rk1", 0.01 * k, 0.02 * k, lower=0.0, upper=STIFFEST * k),
         Addition("time_s", "s", "rt1", start, 0.5 * start, SHORTEST_MEMORY / s.slowest, 10.0 / s.slowest,
                  inner=True),
     )
@@ -214,11 +211,9 @@ def _stribeck(s: Scales, start: float) -> tuple[Addition, ...]:
 
 
 def _forcing(s: Scales, start: float) -> tuple[Addition, ...]:
-    force = 5e-3 * s.force
+    force, low, high = 5e-3 * s.force, 0.1 * s.slowest, 6.0 * s.fastest
     return (
-        Addition(
-            "frequency_rad_per_s", "rad/s", "omega", start, 0.05 * start, 0.1 * s.slowest, 6.0 * s.fastest, inner=True
-        ),
+        Addition("frequency_rad_per_s", "rad/s", "omega", start, 0.05 * start, low, high, inner=True),
         Addition("cosine_N", "N", "fcos", force, force, scope="trial"),
         Addition("sine_N", "N", "fsin", force, force, scope="trial"),
     )
@@ -256,12 +251,14 @@ def _echo(s: Scales, start: float) -> tuple[Addition, ...]:
     )
 
 
-def _drag_exponent(s: Scales, start: float) -> tuple[Addition, ...]:
-    size = 0.03 * s.force / s.speed**start
-    return (
-        Addition("coefficient_N_sp_per_mp", "N (s/m)^p", "cp", size, size, lower=0.0, replaces="q"),
-        Addition("exponent", "1", "p", start, 0.2, 0.3, 4.0, inner=True),
-    )
+def _power_law(scope: Scope) -> Callable[[Scales, float], tuple[Addition, ...]]:
+    """A drag coefficient that goes with a power of the amplitude goes with the frequency too: each spring's own."""
+    def additions(s: Scales, start: float) -> tuple[Addition, ...]:
+        size = 0.03 * s.force / s.speed**start
+        first = Addition("coefficient_N_sp_per_mp", "N (s/m)^p", "cp", size, size, 0.0, scope=scope, replaces="q")
+        return first, Addition("exponent", "1", "p", start, 0.2, 0.3, 4.0, inner=True)
+
+    return additions
 
 
 def _drifting_stiffness(s: Scales, start: float) -> tuple[Addition, ...]:
@@ -290,6 +287,9 @@ def _nothing(s: Scales, start: float) -> tuple[Addition, ...]:
     return ()
 
 
+_POWER_LAW = Suspect(
+    DragExponent.name, "water", _power_law("shared"), lambda s: (1.4, 2.8), fine=lambda s: (0.6, 1.4, 2.5, 3.0)
+)
 _RESONATOR = Suspect(
     HiddenResonator.name, "water", _resonator(), _resonator_starts, memory=True, fine=_fine_frequencies, swings=True,
     often_beside=True, overdamped_as=Relaxation.name,
@@ -303,7 +303,8 @@ SUSPECTS: tuple[Suspect, ...] = (
     replace(_plain(AddedMass, "water", lambda s: 0.05 * s.mass), like=(HiddenResonator.name,)),
     replace(_plain(AddedStiffness, "water", lambda s: _share(s, 1)), like=(HiddenResonator.name,)),
     _plain(QuadraticDrag, "water", lambda s: 0.02 * s.force / s.speed**2),
-    Suspect(DragExponent.name, "water", _drag_exponent, lambda s: (1.4, 2.8), fine=lambda s: (0.6, 1.4, 2.5, 3.0)),
+    _POWER_LAW,
+    replace(_POWER_LAW, additions=_power_law("spring"), variant=EACH_SPRING),
     replace(_plain(LinearDamping, "water", _damping, variant="one for all springs"), plain=True, often_beside=True),
     replace(_plain(LinearDamping, "water", _damping, "spring", EACH_SPRING), plain=True, often_beside=True),
     replace(_plain(CubicDamping, "water", lambda s: 0.02 * s.force / s.speed**3), often_beside=True),

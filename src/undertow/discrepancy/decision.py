@@ -104,9 +104,9 @@ def gates(
     )  # fmt: skip
     if verdict.status == "nothing_missing":
         found = (*found, _left_over(case, diagnosis))
-    hidden = () if diagnosis.named or not math.isfinite(tested.p_value) else (_upper_bound(tested),)
+    hidden = () if diagnosis.named or not math.isfinite(tested.p_value) else (_upper_bound(case, tested),)
     named = (*(() if none else closer), *_distinct(case, diagnosis), *_outweighed(diagnosis))
-    named = (*named, *_described(verdict, case, diagnosis, reach), *_borne_out(diagnosis, in_air))
+    named = (*named, *_described(verdict, case, diagnosis, reach), *_borne_out(verdict, case, diagnosis, in_air))
     return (*found, *hidden, *named, *_with_twice_the_scatter(verdict, case, holds_doubled))
 
 
@@ -238,7 +238,7 @@ def _left_over(case: Case, diagnosis: LevelDiagnosis) -> Gate:
     return Gate("nothing_left", statistic, share, LEFT_SHARE, share <= LEFT_SHARE, because, lacking, GREEN)
 
 
-def _upper_bound(tested: NullTest) -> Gate:
+def _upper_bound(case: Case, tested: NullTest) -> Gate:
     """Whether something as large as what counts could hide."""
     hides, limit = tested.upper_bound, tested.smallest
     because = (
@@ -246,7 +246,8 @@ def _upper_bound(tested: NullTest) -> Gate:
         f"{percent(hides)}, more than half of repeatability ({percent(limit)})"
     )
     statistic = "largest free-run error that an effect of all trials can hide"
-    return Gate("upper_bound", statistic, hides, limit, not hides > limit, because, "more", GREEN)
+    lacking = "more" if case.dry or case.has_dry else "no_dry"  # more trials in water alone show damping no better
+    return Gate("upper_bound", statistic, hides, limit, not hides > limit, because, lacking, GREEN)
 
 
 def _comes_closer(verdict: Verdict, case: Case, diagnosis: LevelDiagnosis) -> tuple[Gate, ...]:
@@ -357,15 +358,17 @@ def _described(verdict: Verdict, case: Case, diagnosis: LevelDiagnosis, reach: C
     return (Gate("described", statistic, unseen / case.allowed, PROVED, proved, because, "described", bars),)
 
 
-def _borne_out(diagnosis: LevelDiagnosis, in_air: DryAnswer) -> tuple[Gate, ...]:
-    """Whether dry trials show what is named of the structure too."""
+def _borne_out(verdict: Verdict, case: Case, diagnosis: LevelDiagnosis, in_air: DryAnswer) -> tuple[Gate, ...]:
+    """Whether dry trials show what is named of the structure too, or it is sure to be the water's: it leaves no more
+    than noise, and unseen trials come closer with it, and as close as repetitions are."""
     if not diagnosis.named:
         return ()
+    unseen = math.nan if verdict.augmented is None else verdict.augmented.held_out_nrmse
+    of_water = diagnosis.best.fit.misfit <= FAR_ABOVE_NOISE and unseen <= case.allowed
+    of_water = of_water and unseen < case.baseline.held_out_nrmse
     statistic = "standard errors by which dry trials contradict a law of the structure"
-    bars = NAMED
-    return (
-        Gate("dry_trials_agree", statistic, in_air.away, CERTAIN, not in_air.because, in_air.because, "dry", bars),
-    )  # fmt: skip
+    bars, passed = NAMED, not in_air.because or of_water
+    return (Gate("dry_trials_agree", statistic, in_air.away, CERTAIN, passed, in_air.because, "dry", bars),)
 
 
 def _with_twice_the_scatter(verdict: Verdict, case: Case, holds_doubled: bool) -> tuple[Gate, ...]:

@@ -21,7 +21,7 @@ from undertow.comparison.limits import WORTH
 from undertow.comparison.null_test import NullTest
 from undertow.comparison.sizes import COUNTS_IN_REPEATABILITY
 from undertow.discrepancy.case import Case
-from undertow.discrepancy.decision import DOUBLED, NEAR, NO_ANSWER, Closeness, gates, indistinct
+from undertow.discrepancy.decision import DOUBLED, NAMED, NEAR, NO_ANSWER, Closeness, gates, indistinct
 from undertow.discrepancy.dry_check import DryAnswer
 from undertow.discrepancy.naming import in_words, next_test
 from undertow.discrepancy.sentence import no_answer
@@ -83,6 +83,8 @@ def earned(
             return _not_the_answer(verdict, case, gate, vague)
         said = without_answer(verdict, case, gate.because, gate.lacking)
         return replace(said, contradicted=bool(case.contradiction))
+    if verdict.status in NAMED and in_air.because:
+        return replace(verdict, sentence=f"{verdict.sentence} It is there in water alone: {in_air.because}.")
     return verdict
 
 

@@ -14,8 +14,9 @@ from dataclasses import dataclass, replace
 from types import MappingProxyType
 
 from undertow.campaign.run.judgement import contradicted_verdict
-from undertow.campaign.run.one_body import not_one_body
+from undertow.campaign.run.one_body import not_one_body, strange_trial
 from undertow.campaign.run.tasks import slope_of_cells
+from undertow.comparison.suspects import SUSPECTS
 from undertow.discrepancy.earned import NEXT
 from undertow.discrepancy.findings import GroupFindings
 from undertow.discrepancy.words import percent
@@ -33,6 +34,9 @@ STIFFNESS_OFF = 0.1
 CELLS_ARE_WRONG = 0.3
 """Relative difference between the load cells' stiffness and the identified one that no calibration explains: trials of
 another spring, a column that is missing."""
+
+AGREE = 0.02
+"""Load cells and a stated stiffness that differ by no more agree."""
 
 NOTED = 0.03
 """Relative difference between load cells and motion, and between what moves and the stated mass, that a note says."""
@@ -62,6 +66,8 @@ ADDED_MASS = Plausible(
 )
 """Sloshing water below the body's frequency takes some off; a light plate carries many times its mass."""
 
+LIGHTER = 0.02
+"""Share of the stated mass by which an added mass below zero is doubted."""
 
 MASS = Plausible(
     0.9, 1.3, "moving mass over stated mass, in an equation without added mass,",
@@ -86,6 +92,9 @@ def with_doubts(
         notes += [] if notes else _noted(group)
         if notes:
             group = replace(group, notes=(*group.notes, *notes))
+        numbers = group_numbers(group)
+        mild = (_stiffness(group, numbers, NOTED, "said here"), _lighter(group, numbers)) if not doubts else ()
+        said += [f"{group.label}: {text}" for text in mild if text]
         unknown = [text for kind, text in doubts if kind not in kinds]
         wrong = "" if "conditions" in kinds else impossible(group)
         if wrong:
@@ -119,8 +128,9 @@ def implausible(group: GroupFindings) -> tuple[tuple[str, str], ...]:
         found.append(_outside(ADDED_MASS, numbers["added_mass_kg"].scaled(1.0 / mass, "1")))
     elif "total_mass_kg" in numbers and math.isfinite(mass) and mass > 0.0:
         found.append(_outside(MASS, numbers["total_mass_kg"].scaled(1.0 / mass, "1")))
+    found.append(_weighed_wrong(group, numbers))
     found += [_stiffness(group, numbers), _cells(group, numbers, STIFFNESS_OFF), _floats(group), _unloaded(group)]
-    found.append(not_one_body(group))
+    found.append(not_one_body(group) or strange_trial(group))
     doubts = [("conditions", text) for text in found if text]
     doubts += [(kind, text) for kind, text in (("damping", _damped(numbers)), ("unit", _turned(group))) if text]
     return tuple(doubts)
@@ -178,30 +188,54 @@ def _ratio(c: float, k: float, m: float) -> float:
     return c / (2.0 * math.sqrt(k * m)) if k > 0.0 and m > 0.0 else math.nan
 
 
-def _stiffness(group: GroupFindings, numbers: Mapping[str, Estimate]) -> str:
-    """That the identified stiffness is another one than the stated one."""
+def _stiffness(
+    group: GroupFindings, numbers: Mapping[str, Estimate], limit: float = STIFFNESS_OFF, verb: str = "doubted"
+) -> str:
+    """That the identified stiffness is surely another one than the stated one, by more than a share."""
     stated = group.specimen.stiffness_N_per_m
     found = group.structure.k if group.structure is not None else numbers.get("k_N_per_m")
     if found is None or not math.isfinite(stated) or not math.isfinite(found.value) or stated <= 0.0:
         return ""
     off, error = found.value / stated - 1.0, found.total_stderr / stated
     room = ERRORS * error if math.isfinite(error) else 0.0
-    if abs(off) - room <= STIFFNESS_OFF:
+    if abs(off) - room <= limit:
         return ""
     return (
         f"stiffness {format_number(found.value, found.total_stderr)} N/m is {percent(abs(off))} "
         f"{'above' if off > 0.0 else 'below'} the stated {format_number(stated)} N/m, and more than "
-        f"{100.0 * STIFFNESS_OFF:.0f} % is doubted: look at specimen.stiffness_N_per_m, mass and the unit of time"
+        f"{100.0 * limit:.0f} % is {verb}: look at specimen.stiffness_N_per_m, mass and the unit of time"
     )
+
+
+def _weighed_wrong(group: GroupFindings, numbers: Mapping[str, Estimate]) -> str:
+    """That the load cells and the stated stiffness agree, and only the motion of the stated mass surely shows another:
+    of the three the mass is then wrong."""
+    stated, mass = group.specimen.stiffness_N_per_m, group.specimen.mass_kg
+    cells = _cells_of(group)
+    if cells is None or not stated > 0.0 or not mass > 0.0 or abs(cells.value / stated - 1.0) > AGREE:
+        return ""
+    if not (_stiffness(group, numbers, NOTED) and _cells(group, numbers, NOTED)):
+        return ""
+    found = group.structure.k if group.structure is not None else numbers["k_N_per_m"]
+    return (
+        f"the load cells show {format_number(cells.value, cells.total_stderr)} N/m, as specimen.stiffness_N_per_m "
+        f"says; the motion of specimen.mass_kg {format_number(mass)} shows {format_number(found.value)} N/m: a body of "
+        f"{format_number(mass * stated / found.value)} kg would swing so; look at specimen.mass_kg"
+    )
+
+
+def _cells_of(group: GroupFindings) -> Estimate | None:
+    """The stiffness that the load cells show; None without them."""
+    slopes = [slope for t in group.trials if (slope := slope_of_cells(t.motion)) is not None]
+    return mean_of_trials(slopes, "N/m", "load cells") if slopes else None
 
 
 def _cells(group: GroupFindings, numbers: Mapping[str, Estimate], limit: float, verb: str = "doubted") -> str:
     """That the load cells surely show another stiffness than mass and frequency, by more than a share."""
     found = group.structure.k if group.structure is not None else numbers.get("k_N_per_m")
-    slopes = [slope for t in group.trials if (slope := slope_of_cells(t.motion)) is not None]
-    if found is None or not found.value > 0.0 or not slopes:
+    cells = _cells_of(group)
+    if found is None or not found.value > 0.0 or cells is None:
         return ""
-    cells = mean_of_trials(slopes, "N/m", "load cells")
     off = cells.value / found.value - 1.0
     error = math.hypot(cells.total_stderr, found.total_stderr) / found.value
     surely = abs(off) - (ERRORS * error if math.isfinite(error) else 0.0)
@@ -211,6 +245,20 @@ def _cells(group: GroupFindings, numbers: Mapping[str, Estimate], limit: float, 
         f"the load cells' stiffness is at least {percent(surely)} {'above' if off > 0.0 else 'below'} the one that the "
         f"motion shows, and more than {100.0 * limit:.0f} % is {verb}: look at the cells' columns and calibration, at "
         "specimen.mass_kg, and at which spring these trials had"
+    )
+
+
+def _lighter(group: GroupFindings, numbers: Mapping[str, Estimate]) -> str:
+    """That a body is surely lighter in water than in air, where no water that swings by itself is named."""
+    found, mass = numbers.get("added_mass_kg"), group.specimen.mass_kg
+    swings = set(group.verdict.verdict) & {s.name for s in SUSPECTS if s.swings}
+    if found is None or swings or not mass > 0.0 or not found.total_stderr < math.inf:
+        return ""
+    if not found.value + ERRORS * found.total_stderr < -LIGHTER * mass:
+        return ""
+    return (
+        f"the added mass {format_number(found.value, found.total_stderr)} kg is negative: look at whether dry and wet "
+        "trials are exchanged (trials.dry), at the springs, and at water that swings slower than the body"
     )
 
 

@@ -20,6 +20,10 @@ _PLAIN_BELOW = 1e7
 """A number without an error is written without a power of ten below this."""
 
 
+LARGEST_SCATTER = 0.5
+"""Relative standard deviation of a number from trial to trial that is still one of a body's: more was meant in per
+cent, or of bodies that are not the same."""
+
 Hold = Literal["zero", "first", "band_limited"]
 """What a measured input is between its samples."""
 Mover = Literal["force", "base", "water"]

@@ -6,8 +6,10 @@ words (structure_report.py).
 
 from __future__ import annotations
 
+import difflib
 import math
 from collections.abc import Iterable, Mapping, Sequence
+from numbers import Integral, Real
 from typing import Any, Self, cast
 
 import numpy as np
@@ -123,9 +125,10 @@ class Discovery(BaseEstimator):  # type: ignore[misc]
         valid = self._get_param_names()
         for name, value in params.items():
             if name not in valid:
+                near = difflib.get_close_matches(name, valid, n=1)
                 raise IdentificationError(
-                    f"{name} is set to {value!r}, but {type(self).__name__} has no parameter {name!r}; it has "
-                    f"{', '.join(valid)}"
+                    f"{name} is set to {value!r}, but {type(self).__name__} has no parameter {name!r}"
+                    f"{f' (did you mean {near[0]!r}?)' if near else ''}; it has {', '.join(valid)}"
                 )
         found: Self = super().set_params(**params)
         return found
@@ -148,6 +151,7 @@ class Discovery(BaseEstimator):  # type: ignore[misc]
         ``known`` (stiffness and viscous damping where that is empty) and adds laws of the library; the result is
         ``driven_`` (driven_search.py), not ``structure_``.
         """
+        self._must_be_numbers()
         for name in ("driven_", "driven_trials_", "structure_", "outside_", "n_trials_in_"):
             self.__dict__.pop(name, None)
         if u is not None:
@@ -204,7 +208,21 @@ class Discovery(BaseEstimator):  # type: ignore[misc]
                     f"terms holds {term!r}, of type {type(term).__name__}; give names of laws, as in ['stiffness', "
                     "'cubic_stiffness'], or objects of a class of your own that is a Term (docs/python_front.md)"
                 )
+        for at, term in enumerate(library):
+            if term in library[:at]:
+                raise IdentificationError(f"terms names {term.name!r} twice; take one of them out")
         return tuple(term for term in library if not term.is_inertia)
+
+    def _must_be_numbers(self) -> None:
+        """IdentificationError where a setting is no number, or one that its rule does not allow."""
+        if not (isinstance(self.rival_difference, Real) and self.rival_difference >= 0.0):
+            raise IdentificationError(
+                f"rival_difference is {self.rival_difference!r}; give a difference of the criterion, 0 or more, as 6.0"
+            )
+        if not (isinstance(self.resamples, Integral) and self.resamples >= 0):
+            raise IdentificationError(
+                f"resamples is {self.resamples!r}; give how many resamples are drawn, 0 or more, as 100"
+            )
 
     @staticmethod
     def _places(setting: str, wanted: Sequence[str], names: Sequence[str]) -> tuple[int, ...]:

@@ -30,7 +30,7 @@ from undertow.methods.exact_subsets import Step
 from undertow.methods.library import build_design, evaluate, label
 from undertow.methods.sindy import SELECTION_PERIODS, select_terms
 from undertow.methods.weak_form import Route, second_route
-from undertow.quantities import OK, Estimate
+from undertow.quantities import LARGEST_SCATTER, OK, Estimate
 from undertow.uncertainty.collinearity import Collinearity, collinearity
 from undertow.uncertainty.robust import scatter_factor
 
@@ -150,6 +150,11 @@ def _slots(scatter: Mapping[str, float], terms: Sequence[Term]) -> dict[str, flo
         if not own or not share > 0.0:
             have = ", ".join(term.name for term in terms)
             raise IdentificationError(f"scatter of {name!r} is {share:g}; give a share above 0 of one of {have}")
+        if share > LARGEST_SCATTER:
+            raise IdentificationError(
+                f"scatter of {name!r} is {share:g}, relative, and is {LARGEST_SCATTER:g} at most: {share:g} % is "
+                f"{share / 100.0:g}"
+            )
         slots[own[0].slots[own[0].coefficient.name]] = float(share)
     return slots
 

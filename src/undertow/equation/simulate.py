@@ -110,7 +110,7 @@ def simulate(
     >>> round(float(drop * 109600.0 / 200.0), 6)
     4.0
     """
-    times = np.ascontiguousarray(times, dtype=np.float64)
+    times = np.array(times, dtype=np.float64, order="C")  # a copy: what pandas hands out cannot be written to
     if times.size == 0 or not (times[0] >= 0.0 and times[-1] < math.inf and np.all(np.diff(times) > 0.0)):
         raise UndertowError(
             f"simulate: {times.size} times, the first {times[0] if times.size else math.nan:g} s; they must be "
@@ -133,11 +133,16 @@ def simulate(
 
 
 def must_be_a_start(x0: float, v0: float) -> None:
-    """UndertowError where a displacement or velocity at the release is not finite."""
+    """UndertowError where a displacement or velocity at the release is no number, or not finite."""
     for name, value, unit in (("x0", x0, "m or rad"), ("v0", v0, "m/s or rad/s")):
         if np.ndim(value):
             raise UndertowError(f"simulate: {name} has the shape {np.shape(value)}; give one number, as x0=0.1, v0=0.0")
-        if not math.isfinite(value):
+        try:
+            finite = math.isfinite(value)
+        except TypeError as error:
+            kind = type(value).__name__
+            raise UndertowError(f"simulate: {name} is {value!r}, of type {kind}; give a number in {unit}") from error
+        if not finite:
             raise UndertowError(f"simulate: {name} is {value:g} {unit}, and must be finite; give a number")
 
 

@@ -12,6 +12,7 @@ from html import escape
 from typing import Any, Unpack
 
 import pandas as pd
+from numpy.typing import ArrayLike
 
 from undertow.campaign.config import RunConfig
 from undertow.campaign.run import run
@@ -19,6 +20,7 @@ from undertow.discrepancy.findings import FailedTrial, Findings
 from undertow.equation.equation import Equation
 from undertow.equation.registry import names as registered
 from undertow.equation.term import Term
+from undertow.front.columns import Columns, Units
 from undertow.front.diagnosed import DiagnosedGroup
 from undertow.front.known import Rig, terms_of, with_settings
 from undertow.front.reading import Source, as_read, read
@@ -98,6 +100,9 @@ def diagnose(
     trials: Source,
     equation: Sequence[str | Term] | Equation | None = None,
     *,
+    t: ArrayLike | Sequence[ArrayLike] | None = None,
+    columns: Columns | None = None,
+    units: Units | None = None,
     group_by: Sequence[str] | None = None,
     dry: Mapping[str, Condition] | None = None,
     hold_out: Any = None,
@@ -112,9 +117,11 @@ def diagnose(
 
     Parameters
     ----------
-    trials : `Trials`, or recordings. `undertow.load` brings a config's settings along, which the arguments replace.
+    trials : `Trials`, or all that `undertow.read` takes, arrays with ``t`` and ``units``. `undertow.load` brings a
+        config's settings along, which the arguments replace.
     equation : names of the prescribed equation's terms, terms of your own among them; the trials' config's, which is
         Eq. 15, where nothing is said.
+    t, columns, units : of ``trials``, as of `undertow.read`.
     group_by : conditions that a group shares; none: all trials are one group.
     dry : conditions of the trials without water, as ``{"water_depth_m": 1.63}``.
     hold_out : trials that are never fitted: "auto", a list of names, {"every": n} or {"largest": n}.
@@ -136,7 +143,7 @@ def diagnose(
     >>> found[0].status, found[0].names
     ('explained', ('cubic_stiffness',))
     """
-    given = read(trials)
+    given = read(trials, columns, units, t=t)
     terms = terms_of(equation) if equation is not None else terms_of(given.config.equation.terms)
     known = [term.name for term in terms if term.name in registered()]
     config = with_settings(

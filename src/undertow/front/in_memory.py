@@ -7,20 +7,27 @@ Belongs here: shapes and kinds of numbers. Does not belong here: which column me
 from __future__ import annotations
 
 from collections.abc import Mapping
+from os import PathLike
 from typing import Any
 
 import numpy as np
 import pandas as pd
 from numpy.typing import ArrayLike
 
+from undertow.conditioning.motion import Motion
 from undertow.errors import RecordingError
 from undertow.recording.arrays import instants, real_numbers
-from undertow.recording.propose import speaks_of_time
+from undertow.recording.propose import SLOW_S, speaks_of_time
+from undertow.recording.recording import Recording
 from undertow.recording.stamps import STAMPED, seconds_of_clock
+from undertow.recording.units import factor_to_si
 
 STATES = ("x", "v", "a")
 """Names of the columns of an array X of up to three columns: displacement, and velocity and acceleration where
 they were measured."""
+
+TIME = ("t", "time")
+"""Names under which the unit of an array's time is said."""
 
 
 def frame_of(given: pd.DataFrame | pd.Series) -> pd.DataFrame:
@@ -68,20 +75,80 @@ def _unmasked(one: Any, name: Any) -> Any:
     return real_numbers(one, str(name)) if isinstance(one, np.ma.MaskedArray) else np.asarray(one)
 
 
-def table_of(X: ArrayLike, t: ArrayLike) -> tuple[pd.DataFrame, float | None]:
-    """An array as a table with the columns x, v, a (numbers from 0 where there are more) and t, or its rate."""
+def is_timed(X: Any, t: Any) -> bool:
+    """Whether a pair is an array X with its times or step t, and not two trials: of two series the second only rises.
+
+    >>> is_timed(pd.Series([1.0, 0.9]), pd.Series([0.0, 0.1])), is_timed(pd.Series([0.0, 0.1]), pd.Series([1.0, 0.9]))
+    (True, False)
+    """
+    if not isinstance(X, pd.DataFrame | pd.Series):
+        return not isinstance(X, str | PathLike | Recording | Motion)
+    if isinstance(t, pd.Series):
+        return bool(t.is_monotonic_increasing and t.is_unique)
+    return not isinstance(t, pd.DataFrame | str | PathLike | Recording | Motion)
+
+
+def timed(X: Any, t: Any) -> list[tuple[Any, Any]]:
+    """One (X, t) a trial, of an array with its times or step, or of lists of them.
+
+    Raises RecordingError where X has a time of its own, or the lists differ in length.
+    """
+    several = isinstance(X, list | tuple) and len(X) > 0 and np.ndim(X[0]) > 0
+    arrays = list(X) if several else [X]
+    for one in arrays:
+        if isinstance(one, str | PathLike | Recording | Motion):
+            raise RecordingError(
+                f"t is given beside a {type(one).__name__}, which has a time of its own; leave t out, or give the "
+                "samples as an array"
+            )
+    times = list(t) if several and isinstance(t, list | tuple) else [t] * len(arrays)
+    if len(times) != len(arrays):
+        raise RecordingError(f"X holds {len(arrays)} trials but t {len(times)}; give one time axis a trial")
+    return list(zip(arrays, times, strict=True))
+
+
+def table_of(
+    X: Any, t: ArrayLike, units: Mapping[str, str] | None = None
+) -> tuple[pd.DataFrame, float | None, Mapping[str, str] | None]:
+    """An array as a table with the columns x, v, a (numbers from 0 where there are more; a frame's keep their names)
+    and t, or its rate in Hz where t is a step; and the ``units`` of what is left.
+
+    Raises RecordingError where the shapes do not fit, a frame has a time of its own, or a step is not positive, or so
+    long that it needs a unit.
+    """
     values = real_numbers(X, "X")
     values = values[:, None] if values.ndim == 1 else values
     if values.ndim != 2 or values.size == 0:
         raise RecordingError(f"X has the shape {np.shape(X)}; give (n,) or (n, k), one row an instant")
     few = values.shape[1] <= len(STATES)
-    table = pd.DataFrame(values, columns=STATES[: values.shape[1]] if few else range(values.shape[1]))
+    names = STATES[: values.shape[1]] if few else range(values.shape[1])
+    table = pd.DataFrame(values, columns=X.columns if isinstance(X, pd.DataFrame) else names)
+    if own := [column for column in table if speaks_of_time(column)]:
+        raise RecordingError(f"t is given beside a table with the time in column {own[0]!r}; leave one of them out")
     times = instants(t)
     if times.ndim == 0:
-        if not times > 0.0:
-            raise RecordingError(f"t is {float(times):g} s; a time step must be positive, or give (n,) instants")
-        return table, 1.0 / float(times)
+        return table, 1.0 / _step_s(float(times), units or {}), _without_time(units)
     if times.shape != (values.shape[0],):
         raise RecordingError(f"X has {values.shape[0]} rows but t has the shape {times.shape}; give one instant a row")
     table.insert(0, "t", times)
-    return table, None
+    return table, None, units
+
+
+def _step_s(step: float, units: Mapping[str, str]) -> float:
+    """A time step in s; one that is long enough to be in another unit needs one, as an array of times does."""
+    unit = next((units[name] for name in TIME if name in units), "")
+    if not step > 0.0:
+        raise RecordingError(f"t is {step:g} s; a time step must be positive, or give (n,) instants")
+    if not unit and step >= SLOW_S:
+        raise RecordingError(
+            f"t is {step:g}, a time step without a unit, and in seconds there would be a sample every {step:g} s; say "
+            f'it, as in units={{"t": "ms"}} or "s"; where {step:g} Hz are meant t is {1.0 / step:.4g}'
+        )
+    return step * factor_to_si(unit or "s", "time", "translation")[0]
+
+
+def _without_time(units: Mapping[str, str] | None) -> Mapping[str, str] | None:
+    """The units of channels alone."""
+    if not isinstance(units, Mapping):
+        return units
+    return {name: unit for name, unit in units.items() if name not in TIME}

@@ -39,7 +39,8 @@ class Rig(TypedDict, total=False):
 
 
 def terms_of(equation: Sequence[str | Term] | Equation) -> tuple[Term, ...]:
-    """The terms of an equation given by names, terms or an `Equation`; ConfigError for an unknown name or none.
+    """The terms of an equation given by names, terms or an `Equation`; ConfigError for an unknown name, one that
+    stands there twice, or none.
 
     >>> [term.name for term in terms_of(["stiffness", "viscous_damping"])]
     ['stiffness', 'viscous_damping']
@@ -55,6 +56,9 @@ def terms_of(equation: Sequence[str | Term] | Equation) -> tuple[Term, ...]:
                 f"equation holds {one!r}, of type {type(one).__name__}; a law is a name, or an object of a class of "
                 "your own that is a Term (docs/python_front.md)"
             )
+    for at, one in enumerate(terms):
+        if one in terms[:at]:
+            raise ConfigError(f"equation names {one.name!r} twice; take one of them out")
     if not terms:
         raise ConfigError(f"equation has {len(terms)} terms; name some, as in ['stiffness', 'viscous_damping']")
     return terms

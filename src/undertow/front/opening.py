@@ -15,6 +15,7 @@ from html import escape
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import pandas as pd
 
 from undertow.campaign.config import RunConfig
@@ -30,6 +31,7 @@ from undertow.front.run_prediction import RunPrediction, StoredEquation, predict
 from undertow.front.tables import parameter_table
 from undertow.front.trials import Trials
 from undertow.quantities import Estimate
+from undertow.recording.recording import Array
 from undertow.report.front_figures import draw_errors
 from undertow.report.tables import as_written
 from undertow.report.trial_curves import Axes, new_axes
@@ -100,6 +102,11 @@ class OpenedGroup(FoundEquation):
 
     def _errors(self) -> Mapping[str, float]:
         return self._stored.errors
+
+    def theta_draws(self, draws: int, rng: np.random.Generator) -> tuple[Array, Mapping[str, float], str]:
+        """Parameter vectors (draws, slots) as the numbers' errors spread them, the scatter from trial to trial, and
+        where it comes from."""
+        return self._stored.theta_draws(draws, rng)
 
     def _own_score(self) -> float:
         """The score on the trials that were held out, on all where none was."""

@@ -22,7 +22,7 @@ from undertow.equation.kernel import SLOT
 from undertow.equation.simulate import simulate as integrate
 from undertow.errors import IdentificationError, UndertowError
 from undertow.front.reading import read
-from undertow.front.simulation import equation_of
+from undertow.front.simulation import equation_of, one_group
 from undertow.likelihood.free_run import scored_channel
 from undertow.likelihood.output_error import trajectory
 from undertow.methods.dry import DEFAULT_SCATTER
@@ -143,7 +143,8 @@ def predict(
     draws: int = DRAWS,
     seed: int = 0,
 ) -> Prediction:
-    """The equation of a fit, a diagnosis or an opened run, run free on trials or from ``x0``.
+    """The equation of a fit, or of a diagnosis' or an opened run's group, run free on trials or from ``x0``; where
+    there is one group, the diagnosis or the run stands for it.
 
     On a trial it starts from the mean of its hold (where none was seen, from the motion's first instant) about the
     sensor's zero plus ``rest_m``; nothing that came after is used. With ``adjust`` x0, clock and rest position are
@@ -163,6 +164,7 @@ def predict(
     """
     if not 0.0 < level < 1.0:
         raise UndertowError(f"level is {level:g}; the band's share must lie between 0 and 1, as 0.9")
+    found = one_group(found)
     equation = equation_of(found)
     rng = np.random.default_rng(seed)
     drawn, notes = _drawn(found, equation, draws, rng)

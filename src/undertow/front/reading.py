@@ -12,7 +12,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from os import PathLike, fspath
 from pathlib import Path
-from typing import Any, TypeAlias, cast
+from typing import Any, TypeAlias
 
 import numpy as np
 import pandas as pd
@@ -27,7 +27,7 @@ from undertow.discrepancy.findings import FailedTrial
 from undertow.discrepancy.words import count
 from undertow.errors import IdentificationError, RecordingError
 from undertow.front.columns import Columns, Mapped, Units, mapped, numbers_of
-from undertow.front.in_memory import by_name, frame_of, table_of
+from undertow.front.in_memory import by_name, frame_of, is_timed, table_of, timed
 from undertow.front.known import checked
 from undertow.front.trials import Trials
 from undertow.recording.catalogue import Entry, TimeWindow
@@ -37,6 +37,7 @@ from undertow.recording.layout import FileFormat
 from undertow.recording.propose_layout import propose_layout
 from undertow.recording.readers import READERS, read_table, suffix_of, tables_in, trial_name
 from undertow.recording.recording import Condition, Coordinate, Recording
+from undertow.recording.stated_rate import other_rate
 from undertow.recording.text import read_text
 
 Conditions = Mapping[str, Condition]
@@ -130,16 +131,15 @@ def read(
     """
     if isinstance(source, Trials):
         return source
-    if t is not None:
-        source = (cast(ArrayLike, source), cast(ArrayLike, t))
-    if isinstance(source, Mapping):
+    if t is None and isinstance(source, Mapping):
         source, named = by_name(source)
         names = names or named
     wrong = [one for one in accept if one not in DOUBT_KINDS] if not isinstance(accept, str) else [accept]
     if wrong:
         raise RecordingError(f"accept names {wrong[0]!r}; give a list of {', '.join(DOUBT_KINDS)}")
     asked = _Asked(columns, units, rate_hz, coordinate, tuple(accept), variable)
-    checked, config = _read_all(_sources(source), asked, _Said(conditions, window, names, releases))
+    sources = _sources(source) if t is None else timed(source, t)
+    checked, config = _read_all(sources, asked, _Said(conditions, window, names, releases))
     motions = tuple(one.motion for one in checked if one.motion is not None and not one.contradiction)
     failed = tuple(_why_not(one) for one in checked if one.motion is None or one.contradiction)
     if not motions:
@@ -154,10 +154,14 @@ def read(
 def _why_not(one: Checked) -> FailedTrial:
     """Why a trial is not used."""
     why = one.failed or FailedTrial(one.name, f"trial {one.name}: {one.contradiction}", one.conditions)
-    reason = why.reason
+    return replace(why, reason=_in_arguments(why.reason))
+
+
+def _in_arguments(sentence: str) -> str:
+    """A sentence with the arguments of `read` in place of a config's keys."""
     for key, argument in ARGUMENTS.items():
-        reason = re.sub(key, argument, reason)
-    return replace(why, reason=reason)
+        sentence = re.sub(key, argument, sentence)
+    return sentence
 
 
 def load(config: str | Path | RunConfig, overrides: Sequence[str] = (), jobs: int = 1) -> Trials:
@@ -278,15 +282,8 @@ def _sources(source: Any) -> list[Any]:
         return [Path(text)]
     if isinstance(source, (pd.DataFrame, pd.Series, Recording, Motion)):
         return [source]
-    if isinstance(source, tuple) and len(source) == 2 and not isinstance(source[0], (str, PathLike)):
-        X, t = source
-        if isinstance(X, (list, tuple)) and X and np.ndim(X[0]) > 0:
-            steps = t if isinstance(t, (list, tuple)) else [t] * len(X)
-            if len(steps) != len(X):
-                raise RecordingError(f"X holds {len(X)} trials but t {len(steps)}; give one time axis a trial")
-            return list(zip(X, steps, strict=True))
-        if not isinstance(X, (pd.DataFrame, pd.Series, Recording, Motion)):
-            return [(X, t)]
+    if isinstance(source, tuple) and len(source) == 2 and is_timed(*source):
+        return timed(*source)
     if isinstance(source, np.ndarray) or not isinstance(source, Sequence):
         kind = type(source).__name__
         raise RecordingError(
@@ -336,8 +333,15 @@ def _from_memory(
     if asked.variable is not None:
         raise RecordingError(f"variable is {asked.variable!r}, but trial {at + 1} is no file; leave variable out")
     framed = isinstance(one, pd.DataFrame | pd.Series)
-    table, rate_hz = (frame_of(one), asked.rate_hz) if framed else table_of(*one)
-    means = mapped(table, asked.columns, asked.units, rate_hz, asked.coordinate)
+    units = asked.units
+    if framed:
+        table, rate_hz = frame_of(one), asked.rate_hz
+        if rate_hz is not None and "clock" not in asked.accept and (other := other_rate(table, rate_hz)):
+            raise RecordingError(_in_arguments(other))
+    else:
+        X, t = one
+        table, rate_hz, units = table_of(X, t, units)
+    means = mapped(table, asked.columns, units, rate_hz, asked.coordinate)
     numbers, name = numbers_of(table, means), said.name(at)
     config = _config("", means, means.coordinate)
     entry = Entry(name, name, said.conditions(at, name), said.window(name), accepted=asked.accept)

@@ -100,12 +100,31 @@ class Simulation(HandOver):
         return f"{self.equation}\nfrom x0 = {self.x0:.4g} m, {self.t[-1]:.4g} s in {self.t.size} samples"
 
 
+def one_group(found: Any) -> Any:
+    """The only group of a run or a diagnosis; anything else as it is. UndertowError where there are several.
+
+    >>> one_group("a fit")
+    'a fit'
+    """
+    groups = getattr(found, "groups", None)
+    if not isinstance(groups, tuple):
+        return found
+    if len(groups) != 1:
+        listed = ", ".join(repr(group.label) for group in groups)
+        raise UndertowError(
+            f"{type(found).__name__} has {len(groups)} groups ({listed}), each with an equation of its own; choose "
+            "one, as in found[0] or by its label"
+        )
+    return groups[0]
+
+
 def equation_of(equation: Any, mass_kg: float = math.nan) -> Equation:
     """An `Equation`: itself, a result's, or made of coefficients by the terms' names.
 
     A term with inner parameters is given as a mapping of all its numbers, as
     ``{"hidden_resonator": {"mass_kg": 300.0, "natural_frequency_rad_per_s": 10.0}}``. UndertowError for anything else.
     """
+    equation = one_group(equation)
     if isinstance(equation, Equation):
         return equation
     if isinstance(getattr(equation, "equation", None), Equation):
@@ -152,8 +171,8 @@ def simulate(
 
     Parameters
     ----------
-    equation : an `Equation`, a fit or a diagnosis with one, or coefficients by the terms' names in SI units
-        (`undertow terms` lists them); a term with several parameters has a mapping of them.
+    equation : an `Equation`, a fit, a diagnosis or an opened run with one group, or coefficients by the terms' names in
+        SI units (`undertow terms` lists them); a term with several parameters has a mapping of them.
     times : instants (n,) in s, rising from 0; None: ``duration_s`` (20 periods) at ``rate_hz`` (60 a period).
     mass_kg : total mass where ``equation`` is a mapping; 1 where it is not given: coefficients are then over the mass.
 

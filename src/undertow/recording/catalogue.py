@@ -27,6 +27,7 @@ from undertow.recording.patterns import patterns_of
 from undertow.recording.readers import trial_name
 from undertow.recording.recording import Array, Condition, Coordinate, Recording
 from undertow.recording.stacked import begins_again
+from undertow.recording.stated_rate import file_rate
 
 EVERYTHING = TimeWindow()
 """No limit at either end."""
@@ -141,8 +142,9 @@ def read_trial(entry: Entry, catalogue: Catalogue) -> Recording:
     The record is cut to ``entry.part``, not to ``entry.window``. ``notes`` say what was changed and which channels
     were left out.
 
-    Raises RecordingError where the entry has a problem, the file cannot be read, a unit does not fit its channel,
-    nothing says where the body is, or that lacks too many values inside the window.
+    Raises RecordingError where the entry has a problem, the file cannot be read, a unit does not fit its channel, a
+    column of times contradicts a stated rate that nobody accepted, nothing says where the body is, or that lacks too
+    many values inside the window.
     """
     if entry.problem:
         raise RecordingError(f"trial {entry.name}: {entry.problem}")
@@ -150,6 +152,7 @@ def read_trial(entry: Entry, catalogue: Catalogue) -> Recording:
     try:
         primary(here.channels)
         parts, notes = read_parts(here.channels, _where(entry, catalogue, here))
+        notes = (*notes, *_stated_rate(entry, here))
         time, channels, said = _whole(parts, entry)
         with entry.path.open("rb") as stream:
             digest = hashlib.file_digest(stream, "sha256").hexdigest()
@@ -184,6 +187,15 @@ def _whole(parts: list[Part], entry: Entry) -> tuple[Array, dict[str, Array], tu
         time, channels = time[inside], {name: values[inside] for name, values in channels.items()}
     time, channels, more = complete(time, channels, entry.window, primary(channels))
     return time, channels, (*said, *more)
+
+
+def _stated_rate(entry: Entry, here: Catalogue) -> tuple[str, ...]:
+    """RecordingError where a column of the trial's file is a time at another rate than the stated one; a note where
+    that was accepted."""
+    other = file_rate(entry.path, here.layout, here.time, here.channels[primary(here.channels)])
+    if other and "clock" not in entry.accepted:
+        raise RecordingError(other)
+    return (f"accepted (clock): {other}",) if other else ()
 
 
 def _where(entry: Entry, catalogue: Catalogue, here: Catalogue) -> Where:

@@ -214,10 +214,13 @@ def _channel(
     columns = [table[column].to_numpy(dtype=np.float64) for column in spec.columns]
     for values in columns:
         _must_be_measured(name, values, spec.unit)
-    summed = np.sum(columns, axis=0)
+    infinite = int(np.count_nonzero(np.any(np.isinf(columns), axis=0)))
+    with np.errstate(invalid="ignore"):  # inf less inf is missing too
+        summed = np.sum(columns, axis=0)
     values, unit = to_si(spec.sign * (summed - spec.offset), spec.unit, name, coordinate)
     values = np.where(np.isfinite(values), values, np.nan)
-    notes: tuple[str, ...] = ()
+    said = "value is infinite and counts" if infinite == 1 else "values are infinite and count"
+    notes: tuple[str, ...] = (f"{name}: {infinite} {said} as missing",) if infinite else ()
     if unit.partition("/")[0].strip() in ARBITRARY_LENGTHS:
         notes += (f"{name} is in {unit}, {UNCALIBRATED}: where a result says m, read {unit.partition('/')[0]}",)
     if name in medians:

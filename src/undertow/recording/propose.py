@@ -14,7 +14,7 @@ import numpy as np
 import pandas as pd
 
 from undertow.errors import RecordingError
-from undertow.recording.catalogue import ChannelSpec, TimeSpec
+from undertow.recording.channels import ChannelSpec, TimeSpec
 from undertow.recording.layout import Column
 from undertow.recording.recording import BESIDE, CHANNELS, INPUTS, Coordinate
 from undertow.recording.units import factor_to_si, si_unit

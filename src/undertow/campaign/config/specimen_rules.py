@@ -15,6 +15,7 @@ from undertow.campaign.config.settings import Quantity, Table
 from undertow.campaign.config.situations import Situation, listed, written
 from undertow.campaign.config.source import Location
 from undertow.errors import ConfigError
+from undertow.quantities import LARGEST_SCATTER
 from undertow.recording.channels import LARGEST
 from undertow.recording.conditions import number, same_condition
 from undertow.recording.recording import Condition
@@ -38,6 +39,12 @@ PUBLISHED = "published."
 
 MAY_BE_ZERO = frozenset({"area_m2", "submerged_volume_m3"})
 """What is 0 where there is no water; everything else is larger than 0."""
+
+EARTH = (9.7, 9.9)
+"""Gravity, m/s^2, from the equator on a mountain to the poles at sea level, and somewhat more."""
+
+ANY_GRAVITY = (1.5, 2000.0)
+"""Gravity, m/s^2, of any test: just below the Moon's 1.62, and 200 g in a centrifuge."""
 
 BY_LEVEL = ("mass_kg", "area_m2", "submerged_volume_m3")
 """Quantities without which a wet level cannot be identified as the others are, where a table gives it to those."""
@@ -66,7 +73,7 @@ def location(name: str, *below: str) -> Location:
 
 def unphysical(config: RunConfig) -> list[tuple[Location, str]]:
     """Where and what is wrong in the numbers of the specimen as they are written."""
-    wrong: list[tuple[Location, str]] = []
+    wrong: list[tuple[Location, str]] = [*_scattered(config), *_weightless(config)]
     for name, quantity in quantities(config).items():
         if not isinstance(quantity, Table):
             if said := _refused(config, name, quantity, zero=False):
@@ -81,6 +88,37 @@ def unphysical(config: RunConfig) -> list[tuple[Location, str]]:
             for first in list(quantity.values)[:at] if same_condition(first, key)
         ]  # fmt: skip
     return wrong
+
+
+def _scattered(config: RunConfig) -> Iterator[tuple[Location, str]]:
+    """A scatter from trial to trial that was meant in per cent."""
+    for name, share in ({} if config.specimen.scatter is None else config.specimen.scatter.model_dump()).items():
+        if share > LARGEST_SCATTER:
+            yield location("scatter", name), (
+                f"specimen.scatter.{name} is {share:g}, relative, and is {LARGEST_SCATTER:g} at most: {share:g} % is "
+                f"{share / 100.0:g}"
+            )
+
+
+def _weightless(config: RunConfig) -> Iterator[tuple[Location, str]]:
+    """A gravity that no laboratory has, as one counted in g."""
+    gravity, (least, most) = config.specimen.gravity_m_per_s2, ANY_GRAVITY
+    if not least <= gravity <= most:
+        yield location("gravity_m_per_s2"), (
+            f"specimen.gravity_m_per_s2 is {gravity:g} m/s^2, less than the Moon's or more than a centrifuge's "
+            f"({least:g} to {most:g}); 1 g is 9.81: correct it, or leave it out"
+        )
+
+
+def strange_gravity(config: RunConfig) -> tuple[str, ...]:
+    """The doubt about a gravity that is not the Earth's, which some rigs have and most do not."""
+    gravity, (least, most) = config.specimen.gravity_m_per_s2, EARTH
+    if least <= gravity <= most:
+        return ()
+    return (
+        f"specimen.gravity_m_per_s2 is {gravity:g} m/s^2, and {least:g} to {most:g} on Earth: correct it, unless the "
+        "rig is inclined, in a centrifuge or elsewhere",
+    )
 
 
 def impossible(config: RunConfig, here: Iterable[Situation]) -> list[tuple[Location, str]]:

@@ -13,6 +13,7 @@ from pathlib import Path
 
 from undertow.campaign.config import GroupKey, RunConfig
 from undertow.campaign.config.matching import planned
+from undertow.campaign.config.specimen_rules import strange_gravity
 from undertow.campaign.run import checkpoints
 from undertow.campaign.run.analysis import GroupTask, analyse
 from undertow.campaign.run.checking import Checked, Checker, each_once, sorted_out
@@ -110,6 +111,7 @@ class Course:
         self._terms = terms_by_name(config.equation.terms) if terms is None else tuple(terms)
         self._catalogue, self._given = config.catalogue(), given
         self._notes: tuple[str, ...] = ()
+        self._doubts = strange_gravity(config)
         if given is None:
             plan = planned(config)
             self._notes = plan.notes
@@ -175,8 +177,8 @@ class Course:
         known = {e.name: e.accepted for e in portion.entries} if self._given is None else self._given.accepted
         found, implausible = with_doubts(found, known)
         notes = (*self._notes, *_notes(read.motions), *_divided(portion, found))
-        self._notes = ()
-        doubts = (*read.doubts, *implausible)
+        doubts = (*self._doubts, *read.doubts, *implausible)
+        self._notes = self._doubts = ()
         agreeing = grown_between(found, self._config.trials.dry or {})
         return PortionFindings(tuple(agreeing), failed, notes, doubts, as_fitted=tuple(found))
 

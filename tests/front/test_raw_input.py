@@ -1,0 +1,262 @@
+"""What a user hands over as it is: read-only arrays, a step in another unit, a law twice, a rate beside a time."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pandas as pd
+import pytest
+
+import undertow
+from undertow.campaign.run.folder import run_to_folder
+from undertow.errors import ConfigError, IdentificationError, RecordingError, UndertowError
+
+LAW = {"stiffness": 400.0, "viscous_damping": 2.0}
+TERMS = list(LAW)
+TIMES = np.arange(0.0, 6.0, 0.01)
+NOISE_M = 1e-4
+
+
+def decay(x0: float = 0.1, seed: int = 0) -> np.ndarray:
+    """A recorded displacement (n,) at `TIMES`, m."""
+    moved = undertow.simulate(LAW, x0=x0, mass_kg=4.0, times=TIMES).x
+    return moved + NOISE_M * np.random.default_rng(seed).standard_normal(moved.size)
+
+
+def read_only(values: np.ndarray) -> np.ndarray:
+    """A copy that cannot be written to, as pandas hands them out."""
+    values = values.copy()
+    values.flags.writeable = False
+    return values
+
+
+KINDS = {
+    "read_only": read_only,
+    "series": pd.Series,
+    "float32": lambda values: read_only(values.astype(np.float32)),
+    "every second": lambda values: np.repeat(values, 2)[::2],
+    "turned": lambda values: read_only(values[::-1])[::-1],
+    "big endian": lambda values: values.astype(">f8"),
+    "nullable": lambda values: pd.Series(values).astype("Float64"),
+}
+"""Name -> the same numbers as somebody else's library hands them over."""
+
+
+def quick(**settings: object) -> undertow.Discover:
+    """An estimator without what takes its time."""
+    return undertow.Discover(**{"terms": TERMS, "resamples": 0, "outside": False, "second_route": False, **settings})
+
+
+@pytest.fixture(scope="module")
+def trials():
+    """One decay, read."""
+    return undertow.read((decay(), 0.01), units={"x": "m"})
+
+
+@pytest.fixture(scope="module")
+def fitted(trials):
+    """Its equation by `fit`."""
+    return undertow.fit(trials, TERMS, mass_kg=4.0)
+
+
+@pytest.fixture(scope="module")
+def discovered(trials):
+    """Its equation by `Discover`."""
+    return quick().fit(trials)
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_times_of_any_kind_of_array_simulate_and_predict_alike(kind, fitted, discovered):
+    times = KINDS[kind](TIMES)
+    for given in (fitted, discovered):
+        plain = given.simulate([0.1, 0.0], TIMES).x
+        assert given.simulate([0.1, 0.0], times).x == pytest.approx(plain, abs=1e-6)
+    moved = undertow.simulate(LAW, x0=0.1, mass_kg=4.0, times=times)
+    assert moved.x == pytest.approx(undertow.simulate(LAW, x0=0.1, mass_kg=4.0, times=TIMES).x, abs=1e-6)
+    assert np.isfinite(undertow.predict(fitted, x0=0.1, times=times).runs[0].lower).all()
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_samples_of_any_kind_of_array_are_fitted_alike(kind, fitted, discovered):
+    X, t = KINDS[kind](decay()), KINDS[kind](TIMES)
+    found = undertow.fit(X, TERMS, t=t, units={"x": "m"}, mass_kg=4.0)
+    assert found.parameters["value"].to_numpy() == pytest.approx(fitted.parameters["value"].to_numpy(), rel=1e-3)
+    again = quick().fit(X, t=t, units={"x": "m"})
+    assert again.coefficients_ == pytest.approx(discovered.coefficients_, rel=1e-3)
+    assert len(undertow.read((X, t), units={"x": "m"})) == 1
+
+
+def test_a_frame_of_channels_takes_its_times_beside_it_and_keeps_its_names():
+    found = undertow.read(pd.DataFrame({"Weg": decay()}), t=pd.Series(TIMES), units={"Weg": "m"})
+    assert found[0].amplitude == pytest.approx(0.1, rel=0.01)
+
+
+@pytest.mark.parametrize(
+    ("source", "t", "said"),
+    [
+        ("a.csv", 0.01, "t is given beside a str, which has a time of its own; leave t out"),
+        (pd.DataFrame({"t": TIMES, "x": TIMES}), 0.01, "beside a table with the time in column 't'; leave one of them"),
+        ([decay(), decay()], [0.01], "X holds 2 trials but t 1; give one time axis a trial"),
+    ],
+)
+def test_times_that_belong_to_nothing_are_refused(source, t, said):
+    with pytest.raises(RecordingError, match=said):
+        undertow.read(source, t=t, units={"x": "m"})
+
+
+@pytest.mark.parametrize("t", [10.0, TIMES * 1000.0])
+def test_a_step_of_seconds_without_a_unit_is_refused_as_a_number_and_as_an_array(t):
+    with pytest.raises(RecordingError, match="in seconds there would be a sample every 10 s; say it, as in units="):
+        undertow.fit(decay(), TERMS, t=t, units={"x": "m"}, mass_kg=4.0)
+    with pytest.raises(RecordingError, match="in seconds there would be a sample every 10 s"):
+        quick().fit(decay(), t=t, units={"x": "m"})
+    found = undertow.fit(decay(), TERMS, t=t, units={"x": "m", "t": "ms"}, mass_kg=4.0)
+    assert found.parameters["value"].iloc[0] == pytest.approx(400.0, rel=0.01)
+
+
+def test_a_rate_in_place_of_a_step_is_refused_with_the_step():
+    with pytest.raises(RecordingError, match=r"where 100 Hz are meant t is 0\.01"):
+        undertow.read((decay(), 100), units={"x": "m"})
+
+
+def test_a_law_that_is_named_twice_is_refused_everywhere(trials):
+    with pytest.raises(ConfigError, match="equation names 'stiffness' twice; take one of them out"):
+        undertow.fit(trials, ["stiffness", "stiffness"], mass_kg=4.0)
+    with pytest.raises(IdentificationError, match="terms names 'stiffness' twice; take one of them out"):
+        quick(terms=["stiffness", "viscous_damping", "stiffness"]).fit(trials)
+
+
+def test_an_infinite_value_is_noted_as_one_and_left_out():
+    X = decay()
+    X[500] = np.inf
+    notes = undertow.read((X, TIMES), units={"x": "m"})[0].recording.notes
+    assert notes[:2] == (
+        "displacement: 1 value is infinite and counts as missing",
+        "displacement lacks 1 values in a gap, the longest of 0.01 s at 5 s: these samples are left out",
+    )
+
+
+def files(folder: Path, header: str, times: np.ndarray = TIMES) -> Path:
+    """Three decays of two columns, in mm."""
+    for i, x0 in enumerate((0.06, 0.08, 0.1)):
+        rows = [f"{t:.6g},{1e3 * x:.5f}" for t, x in zip(times, decay(x0, i), strict=True)]
+        (folder / f"decay{i}.csv").write_text("\n".join([header, *rows]) + "\n")
+    return folder
+
+
+def rated(folder: Path, rate_hz: float, **settings: object):
+    """The files read with a rate and without their time."""
+    return undertow.read(
+        str(folder / "decay*.csv"), columns={"displacement": "Weg"}, units={"Weg": "mm"}, rate_hz=rate_hz, **settings
+    )
+
+
+def test_a_rate_that_contradicts_a_column_of_times_is_refused_until_it_is_accepted(tmp_path):
+    folder = files(tmp_path, "Zeit,Weg")
+    said = (
+        "trial decay0: column 'Zeit' is a time with a sample every 0.01 s, which is 100 Hz, but rate_hz is 50 Hz; map "
+        r'the column in columns=\{"time": ...\}, or list clock in accept=\[...\] where rate_hz is right'
+    )
+    with pytest.raises(RecordingError, match=said):
+        rated(folder, 50.0)
+    accepted = rated(folder, 50.0, accept=["clock"])
+    assert accepted[0].recording.rate_hz == pytest.approx(50.0)
+    assert accepted[0].recording.notes[0].startswith("accepted (clock): column 'Zeit' is a time")
+    assert rated(folder, 100.2)[0].recording.notes == ()
+    with pytest.raises(RecordingError, match=r"column 't' is a time with a sample every 0\.01 s, which is 100 Hz"):
+        undertow.read(pd.DataFrame({"t": TIMES, "x": decay()}), units={"x": "m"}, rate_hz=50.0)
+
+
+@pytest.mark.parametrize(
+    ("header", "times"),
+    [("Time,Weg", TIMES * 1000.0), ("time,Weg", np.arange(TIMES.size)), ("t [ms],Weg", TIMES * 1000.0),
+     ("n,Weg", 0.02 * np.arange(TIMES.size)), ("t,Weg", np.round(TIMES, 1)), ("t,Weg", TIMES + 5.0 * (TIMES > 5.0))],
+    ids=["milliseconds that nobody names", "rows counted", "milliseconds", "no name of a time", "no increase", "a gap"],
+)  # fmt: skip
+def test_a_rate_stands_beside_a_column_that_does_not_contradict_it(tmp_path, header, times):
+    assert rated(files(tmp_path, header, times), 100.0)[0].recording.rate_hz == pytest.approx(100.0)
+
+
+CONFIG = """name: rate
+recordings:
+  files: "decay*.csv"
+  channels:
+    time: {rate_hz: 50}
+    displacement: {column: Weg, unit: mm}
+specimen: {mass_kg: 4.0}
+equation: {terms: [stiffness, viscous_damping]}
+identify: [output_error]
+discrepancy: {suspects: []}
+"""
+
+
+def test_a_config_whose_rate_contradicts_the_files_is_not_run(tmp_path):
+    path = files(tmp_path, "t,Weg") / "c.yaml"
+    path.write_text(CONFIG)
+    with pytest.raises(UndertowError, match=r"which is 100 Hz, but rate_hz is 50 Hz; map the column in recordings\."):
+        run_to_folder(path, out=tmp_path / "run", jobs=1, page=False)
+    path.write_text(CONFIG.replace("  channels:", '  accept: {"*": [clock]}\n  channels:'))
+    assert len(undertow.load(path)) == 3
+
+
+def test_a_gravity_that_is_not_the_earths_is_doubted_in_the_run(tmp_path):
+    path = files(tmp_path, "t,Weg") / "c.yaml"
+    text = CONFIG.replace("{rate_hz: 50}", "{column: t, unit: s}")
+    path.write_text(text.replace("mass_kg: 4.0", "mass_kg: 4.0, gravity_m_per_s2: 8.5"))
+    done = run_to_folder(path, out=tmp_path / "run", jobs=1, page=False)
+    assert "doubt: specimen.gravity_m_per_s2 is 8.5 m/s^2, and 9.7 to 9.9 on Earth: correct it, unless" in done.summary
+
+
+@pytest.mark.parametrize("given", ["0.1", None, 1j])
+def test_a_start_that_is_no_number_is_refused_with_its_type(given):
+    kind = type(given).__name__
+    with pytest.raises(UndertowError, match=rf"x0 is '?\w+[.\d]*'?, of type {kind}; give a number in m or rad"):
+        undertow.simulate(LAW, x0=given)
+
+
+@pytest.mark.parametrize(
+    ("settings", "said"),
+    [
+        ({"resamples": "a"}, "resamples is 'a'; give how many resamples are drawn, 0 or more, as 100"),
+        ({"resamples": -1}, "resamples is -1; give how many"),
+        ({"resamples": 2.5}, r"resamples is 2\.5; give how many"),
+        ({"rival_difference": "x"}, "rival_difference is 'x'; give a difference of the criterion"),
+        ({"scatter": {"stiffness": 10.0}}, r"scatter of 'stiffness' is 10, relative, and is 0\.5 at most: 10 %"),
+    ],
+)
+def test_a_setting_of_discover_that_is_no_number_is_refused_by_its_name(trials, settings, said):
+    with pytest.raises(IdentificationError, match=said):
+        quick(**settings).fit(trials)
+
+
+def test_a_misspelt_parameter_is_a_value_error_that_names_the_nearest():
+    with pytest.raises(ValueError, match=r"no parameter 'resample' \(did you mean 'resamples'\?\); it has beliefs"):
+        undertow.Discover().set_params(resample=3)
+
+
+def test_a_run_with_one_group_predicts_and_one_with_several_says_which_to_choose(tmp_path, trials):
+    path = files(tmp_path, "t,Weg") / "c.yaml"
+    path.write_text(CONFIG.replace("{rate_hz: 50}", "{column: t, unit: s}"))
+    run_to_folder(path, out=tmp_path / "run", jobs=1, page=False)
+    opened = undertow.open(tmp_path / "run")
+    ahead = undertow.predict(opened, trials)
+    assert ahead.score() > 0.98
+    assert np.isfinite(ahead.runs[0].lower).all()
+    assert undertow.simulate(opened, x0=0.1, times=TIMES).x.size == TIMES.size
+    twice = type(opened)(opened.folder, opened.groups * 2)
+    with pytest.raises(UndertowError, match=r"OpenedRun has 2 groups .*each with an equation of its own; choose"):
+        undertow.predict(twice, trials)
+
+
+def test_diagnose_takes_arrays_with_their_times_and_units():
+    X = [decay(x0, i) for i, x0 in enumerate((0.06, 0.08, 0.1))]
+    found = undertow.diagnose(X, TERMS, t=0.01, units={"x": "m"}, mass_kg=4.0, suspects=[])
+    assert len(found[0].findings.trials) == 3
+
+
+def test_a_scatter_in_per_cent_and_a_gravity_in_g_are_refused(trials):
+    with pytest.raises(ConfigError, match=r"specimen\.scatter\.c is 10, relative, and is 0\.5 at most: 10 % is 0\.1"):
+        undertow.diagnose(trials, TERMS, scatter={"k": 0.01, "c": 10.0})
+    with pytest.raises(ConfigError, match=r"gravity_m_per_s2 is 1 m/s\^2, less than the Moon's .*; 1 g is 9\.81"):
+        undertow.fit(trials, TERMS, gravity_m_per_s2=1.0)

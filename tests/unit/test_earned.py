@@ -19,7 +19,7 @@ from undertow.discrepancy.decision import Closeness, posterior
 from undertow.discrepancy.dry_check import DryAnswer
 from undertow.discrepancy.earned import earned
 from undertow.discrepancy.judge import _left, _physics, _reach, _unit, _without_a_name
-from undertow.discrepancy.sentence import sentence_of
+from undertow.discrepancy.sentence import no_answer, sentence_of
 from undertow.discrepancy.verdict import Described, Verdict
 from undertow.quantities import Estimate
 
@@ -717,3 +717,20 @@ def test_what_could_have_been_seen_has_the_unit_of_the_groups_numbers(anchored, 
     member = SimpleNamespace(motions=(), model=SimpleNamespace(anchored=anchored))
     assert _unit("N/m^3", case(member=member, rotation=rotation)) == unit
     assert _unit("1", case(member=member, rotation=rotation)) == "1"
+
+
+def test_several_names_explain_it_together_and_come_closest_together():
+    said = sentence_of(case(), ["relaxation", "cubic_stiffness"], [], {}, 0.01, math.nan, False, ())
+    assert " together explain it." in said
+    assert "Memory that relaxes and stiffness with" in said
+    closest = no_answer("spring short", said, "why")
+    assert " together come closest." in closest
+    assert "explain" not in closest
+
+
+@pytest.mark.parametrize(("value", "error", "more"), [(1.2, 0.1, True), (0.1, 0.2, False), (0.0, math.nan, False)])
+def test_damping_grows_with_amplitude_where_that_is_distinct_from_zero(value, error, more):
+    one = {"mass_kg": Estimate(9.0, 0.1, unit="kg"), "natural_frequency_rad_per_s": Estimate(6.0, 0.01, unit="rad/s"),
+           "damping_ratio": Estimate(0.02, 0.001), "quadratic_damping_per_m": Estimate(value, error, unit="1/m")}
+    said = sentence_of(case(), ["hidden_resonator"], [], {"hidden_resonator": [one]}, 0.01, math.nan, False, ())
+    assert ("and more with amplitude" in said) is more

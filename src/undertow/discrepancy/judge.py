@@ -111,9 +111,7 @@ def judge_level(
     return Judged(verdicts, labels, fit.addends, numbers, runs, evidence_by_name(diagnosis))
 
 
-def _with_evidence(
-    level: Level, verdict: Verdict, case: Case, diagnosis: LevelDiagnosis, tested: NullTest
-) -> Verdict:
+def _with_evidence(level: Level, verdict: Verdict, case: Case, diagnosis: LevelDiagnosis, tested: NullTest) -> Verdict:
     """A verdict with the numbers behind it: how often such a verdict holds, its posterior probability, the evidence
     before its other gates, and what the level's own null says."""
     verdict = replace(verdict, decision=(*evidence(level, case, diagnosis), *verdict.decision))
@@ -202,7 +200,8 @@ def _verdict(
     found = addition_parameters(fit, case.member.label, member_rate(case.member))
     found = {name: [with_scale_error(_told(one, case), case.specimen) for one in many] for name, many in found.items()}
     of_dry = ((*other, *diagnosis.best.names) for other in case.dry_rivals if known)
-    rivals = (*((*known, *other) for other in diagnosis.rivals), *of_dry)
+    others = (*((*known, *other) for other in diagnosis.rivals), *of_dry)
+    rivals = tuple(dict.fromkeys(tuple(dict.fromkeys(one)) for one in others if set(one) != set(names)))
     status: Status = "not_identifiable" if rivals else "explained"
     rest = training > STILL_MISSING * case.allowed and training > 0.5 * case.baseline.nrmse
     if diagnosis.named:
@@ -234,7 +233,8 @@ def _biased(diagnosis: LevelDiagnosis) -> str:
     name, away = after.moved(before)
     if before.misfit > FAR_ABOVE_NOISE or away <= COUNTS_IN_STDERR:
         return ""
-    return f" Without it {name.partition('@')[0]} would be wrong by {away:.2g} of its standard errors."
+    said = name.partition("@")[0].removesuffix("_mean")
+    return f" Without it {said} would be wrong by {away:.2g} of its standard errors."
 
 
 def _left(diagnosis: LevelDiagnosis) -> str:

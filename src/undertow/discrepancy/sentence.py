@@ -15,8 +15,11 @@ from undertow.discrepancy.naming import in_words
 from undertow.discrepancy.words import percent
 from undertow.quantities import Estimate
 
-EXPLAINS, CLOSEST = " explains it", " comes closest"
-"""What is said of what is named, and of what is no answer."""
+EXPLAINS, TOGETHER = " explains it", " together explain it"
+"""What is said of what is named, and of several names."""
+
+CLOSEST = {EXPLAINS: " comes closest", TOGETHER: " together come closest"}
+"""The same of what is no answer."""
 
 
 def sentence_of(
@@ -35,7 +38,8 @@ def sentence_of(
     parts = [f"{case.label}: {_missed(case)}."]
     named = " and ".join(in_words(n, case.in_water) for n in dict.fromkeys(names))
     numbers = _numbers(found)
-    parts.append(f"{named[0].upper()}{named[1:]}{EXPLAINS}{': ' if numbers else ''}{numbers}.")
+    verb = EXPLAINS if len(set(names)) < 2 else TOGETHER
+    parts.append(f"{named[0].upper()}{named[1:]}{verb}{': ' if numbers else ''}{numbers}.")
     if known:
         said = " and ".join(n.replace("_", " ") for n in known)
         parts.append(f"The dry trials need {said} already: it belongs to the rig, not to the water.")
@@ -81,7 +85,9 @@ def no_answer(label: str, sentence: str, because: str) -> str:
     'dry: nothing that was tried is the answer, what is missing is unknown. The equation misses 5 %. Friction comes \
 closest. It is not the answer: the probability is 3 %.'
     """
-    said = sentence.removeprefix(f"{label}: ").replace(EXPLAINS, CLOSEST, 1)
+    said = sentence.removeprefix(f"{label}: ")
+    for verb, closest in CLOSEST.items():
+        said = said.replace(verb, closest, 1)
     first = f"{label}: nothing that was tried is the answer, what is missing is unknown."
     return f"{first} {said[0].upper()}{said[1:]} It is not the answer: {because}."
 
@@ -119,7 +125,8 @@ def _numbers(found: Mapping[str, Sequence[Mapping[str, Estimate]]]) -> str:
             if "natural_frequency_rad_per_s" in one:
                 hertz = one["natural_frequency_rad_per_s"].scaled(1.0 / (2.0 * math.pi), "Hz")
                 texts.append(f"{one['mass_kg']} at {hertz}, damping {100 * one['damping_ratio'].value:.2g} %")
-                if "quadratic_damping_per_m" in one:
+                more = one.get("quadratic_damping_per_m")
+                if more is not None and more.value > 2.0 * more.stderr:
                     texts[-1] += " and more with amplitude"
             elif "kernel_mass_kg" in one:
                 texts.append(f"{one['c_Ns_per_m']} at this body's frequency; at other frequencies it differs")

@@ -18,6 +18,9 @@ _UNIT_SUFFIXES = {unit.lower(): unit for unit in ("m", "mm", "cm", "s", "Hz", "d
 SAID_AT_MOST = 10.0
 """A share of the motion beyond which the number says no more: that free run has left the recording."""
 
+SAID_AT_LEAST = 1e-6
+"""Per cent under which no number is said: probabilities go to e^-1000."""
+
 
 def split_unit(column: str) -> tuple[str, str]:
     """A condition's name in words and the unit at its end, if it has one.
@@ -55,14 +58,16 @@ def percent(share: float) -> str:
     """A share as per cent with two digits below ten per cent, whole above; "-" where there is none, and no
     number beyond `SAID_AT_MOST`.
 
-    >>> percent(0.4012), percent(0.0436), percent(0.0031), percent(2.2e6)
-    ('40 %', '4.4 %', '0.31 %', 'more than 1000 %')
+    >>> percent(0.4012), percent(0.0436), percent(0.0031), percent(2.2e6), percent(3e-37)
+    ('40 %', '4.4 %', '0.31 %', 'more than 1000 %', 'less than 1e-06 %')
     """
     if not math.isfinite(share):
         return "-"
     if share > SAID_AT_MOST:
         return f"more than {100.0 * SAID_AT_MOST:.0f} %"
     value = 100.0 * share
+    if 0.0 < value < SAID_AT_LEAST:
+        return f"less than {SAID_AT_LEAST:g} %"
     if value >= 10.0 or value == 0.0:
         return f"{value:.0f} %"
     return f"{value:.1f} %" if value >= 1.0 else f"{value:.2g} %"

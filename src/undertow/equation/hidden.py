@@ -103,7 +103,7 @@ class HiddenResonator(Term):
     held_unless_asked: ClassVar[tuple[str, ...]] = ("quadratic_damping_per_m", "cubic_stiffness_per_m2_s2")
     words: ClassVar[str] = "water that oscillates by itself"
     words_unplaced: ClassVar[str] = "something that was not recorded and oscillates by itself"
-    next_test: ClassVar[str] = "a third spring, or a sensor (a wave gauge) where something may oscillate unseen"
+    next_test: ClassVar[str] = "another spring, or a sensor (a wave gauge) where something may oscillate unseen"
     element: ClassVar[Element] = "oscillator"
 
     def force(self, x: Array, v: Array, a: Array, t: Array) -> Array:

@@ -110,7 +110,9 @@ def _not_green(group: GroupFindings, text: str) -> GroupFindings:
     if verdict.status != "nothing_missing":
         return group
     said = f"{group.label}: cannot tell, because {text}."
-    changed = replace(verdict, status="cannot_tell", sentence=said, because=text, next_test=NEXT["conditions"])
+    changed = replace(
+        verdict, status="cannot_tell", sentence=said, because=text, next_test=NEXT["conditions"], confidence=math.nan
+    )
     return replace(group, verdict=changed)
 
 

@@ -120,6 +120,11 @@ def test_a_rate_in_place_of_a_step_is_refused_with_the_step():
         undertow.read((decay(), 100), units={"x": "m"})
 
 
+def test_units_beside_a_step_that_are_no_mapping_are_refused():
+    with pytest.raises(RecordingError, match=r"units is 'ft'; give a mapping, as in units="):
+        undertow.read((decay(), 0.01), units="ft")
+
+
 def test_a_law_that_is_named_twice_is_refused_everywhere(trials):
     with pytest.raises(ConfigError, match="equation names 'stiffness' twice; take one of them out"):
         undertow.fit(trials, ["stiffness", "stiffness"], mass_kg=4.0)

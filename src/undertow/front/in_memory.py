@@ -127,16 +127,17 @@ def table_of(
         raise RecordingError(f"t is given beside a table with the time in column {own[0]!r}; leave one of them out")
     times = instants(t)
     if times.ndim == 0:
-        return table, 1.0 / _step_s(float(times), units or {}), _without_time(units)
+        return table, 1.0 / _step_s(float(times), units), _without_time(units)
     if times.shape != (values.shape[0],):
         raise RecordingError(f"X has {values.shape[0]} rows but t has the shape {times.shape}; give one instant a row")
     table.insert(0, "t", times)
     return table, None, units
 
 
-def _step_s(step: float, units: Mapping[str, str]) -> float:
+def _step_s(step: float, units: Mapping[str, str] | None) -> float:
     """A time step in s; one that is long enough to be in another unit needs one, as an array of times does."""
-    unit = next((units[name] for name in TIME if name in units), "")
+    said = units if isinstance(units, Mapping) else {}
+    unit = next((said[name] for name in TIME if name in said), "")
     if not step > 0.0:
         raise RecordingError(f"t is {step:g} s; a time step must be positive, or give (n,) instants")
     if not unit and step >= SLOW_S:

@@ -39,6 +39,11 @@ class ClippedError(RecordingError):
         self.channel, self.ends = channel, ends
 
 
+class LostValuesError(RecordingError):
+    """A channel holds a number that a logger writes for no value, or lacks the values that say when the body was let
+    go: what the motion seems to be there is not what happened."""
+
+
 class IdentificationError(UndertowError):
     """An identification cannot give an answer that would be right."""
 

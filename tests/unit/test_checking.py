@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from dataclasses import replace
 from pathlib import Path
 
@@ -167,6 +168,30 @@ def test_a_trial_that_sticks_says_so_and_not_that_it_has_few_turns(campaign: Cam
     assert stuck.failed is not None
     assert "r00: it moves from 0.03 to" in stuck.failed.reason
     assert "m at 3 s and stays there without swinging" in stuck.failed.reason
+
+
+def test_a_trial_with_filled_values_says_so_and_not_that_friction_stops_it(campaign: Campaign) -> None:
+    for places in (slice(200, 211), slice(300, 301)):
+        table = recorded(0.03, 0)
+        table[places, 1] = -9999.0
+        write_table(campaign.folder / "r00.csv", table)
+        failed = checked(load(campaign.config))[0].failed
+        assert failed is not None
+        assert "displacement" in failed.reason
+        assert "-9999 m" in failed.reason
+        assert "values were lost" in failed.reason.replace("where values", "values")
+
+
+def test_a_trial_whose_release_lies_in_a_gap_fails_unless_its_window_begins_after_it(campaign: Campaign) -> None:
+    table = recorded(0.03, 0)
+    table[40:115, 1] = np.nan
+    write_table(campaign.folder / "r00.csv", table)
+    failed = checked(load(campaign.config))[0].failed
+    assert failed is not None
+    said = r"trial r00: no sample between 0\.39 and 1\.15 s, where the body is let go, and a gap .*; begin trials\.window"
+    assert re.match(said, failed.reason)
+    campaign.edit("trials:", "trials:\n  window: {r00: {start_s: 1.15}}")
+    assert checked(load(campaign.config))[0].failed is None
 
 
 def test_a_specimen_whose_table_does_not_know_a_trial_is_no_failure_of_the_check(campaign: Campaign) -> None:

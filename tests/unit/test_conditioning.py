@@ -12,7 +12,7 @@ from undertow.conditioning.condition import condition
 from undertow.conditioning.cycles import Cycles, equilibrium, find_cycles
 from undertow.conditioning.fusion import fuse
 from undertow.conditioning.release import find_window
-from undertow.errors import RecordingError
+from undertow.errors import LostValuesError, RecordingError
 from undertow.recording.noise import noise
 from undertow.recording.recording import Recording
 
@@ -117,6 +117,27 @@ def test_a_record_in_mid_motion_has_no_hold():
     )
     assert not window.held
     assert window.start_s == t[0]
+
+
+@pytest.mark.parametrize("before_s", [0.4, 0.1, -0.03])
+def test_a_release_in_a_gap_is_refused_and_a_gap_elsewhere_is_not(before_s):
+    """A period is missing across the release, or right after it; or later."""
+    whole, _ = released(LONG, 0.05)
+    half = np.pi / np.sqrt(LONG.k_N_per_m / LONG.inertia_kg)
+    at, length = HOLD_S - before_s, 2.0 * half
+    lacking = without(whole, at, at + length)
+    with pytest.raises(LostValuesError, match=r"no sample between .* s, where the body is let go, and a gap of .* s is"):
+        find_window(lacking)
+    assert not find_window(lacking, start_s=at + length).held
+    for harmless in (without(whole, 3.0, 3.0 + length), without(whole, HOLD_S, HOLD_S + 0.1 * half)):
+        assert find_window(harmless).release_s == pytest.approx(HOLD_S, abs=0.01 * half)
+
+
+def without(recording, start_s, end_s):
+    """A recording without its samples between two instants, s."""
+    kept = (recording.time <= start_s) | (recording.time >= end_s)
+    channels = {name: values[kept] for name, values in recording.channels.items()}
+    return Recording(recording.name, recording.time[kept], channels)
 
 
 def test_a_record_of_noise_has_no_release():

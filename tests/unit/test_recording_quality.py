@@ -7,7 +7,7 @@ import pandas as pd
 import pytest
 
 from tests.decays import any_decay, exact
-from undertow.errors import ClippedError, RecordingError
+from undertow.errors import ClippedError, LostValuesError, RecordingError
 from undertow.recording.clipping import begins_cut, levels, plateaus
 from undertow.recording.dropouts import find_dropouts
 from undertow.recording.noise import noise, quantum
@@ -378,6 +378,17 @@ def test_a_number_that_means_no_value_is_refused_as_such_and_not_as_clipping() -
     with pytest.raises(RecordingError, match=r"trial r1: displacement stands still 2 times, the longest at -9999 m"):
         check(recording(x, t))
     assert any("values were lost" in said for said in check(recording(x, t), ("gaps",)))
+
+
+@pytest.mark.parametrize("places", [[0], [700], [700, 701, 702], [300, 900, 1500], [-3, -2, -1]])
+def test_a_number_far_outside_all_others_is_refused_however_few_samples_hold_it(places: list[int]) -> None:
+    t, x = decay()
+    x[places] = -9999.0
+    said = r"trial r1: displacement: \d samples? (is|are) -9999 m, the first at .* s, and all others lie between -0\.02"
+    with pytest.raises(LostValuesError, match=said):
+        doubts(recording(x, t))
+    [doubt] = [one for one in doubts(recording(x, t), ["gaps"]) if one.kind == "gaps"]
+    assert "a number far outside the others is written where values were lost" in doubt.sentence
 
 
 @pytest.mark.parametrize("step", [0.0, 1e-4, 3e-3])

@@ -19,6 +19,7 @@ from undertow.conditioning.motion_end import (
     motion_end,
     rest_position,
 )
+from undertow.conditioning.release_gap import refuse_lost_release
 from undertow.conditioning.swings import find_swings
 from undertow.errors import RecordingError
 from undertow.recording.noise import noise
@@ -105,7 +106,8 @@ def find_window(
     mid-motion: the window starts at its first sample (or there) and the initial velocity is free. The window ends
     with the stuck tail, or at ``end_s``. ``levels`` is the noise of every channel, where it is known already.
 
-    Raises RecordingError where nothing moves, where the body is never let go, or where a window holds under 20 samples.
+    Raises RecordingError where nothing moves, where the body is never let go, or where a window holds under 20 samples;
+    LostValuesError where the release lies in a gap.
     """
     time, channel = recording.time, followed(recording)
     levels = {name: noise(own) for name, own in recording.channels.items()} if levels is None else levels
@@ -117,6 +119,7 @@ def find_window(
         window = Window(start, start, stop, 0.0, False, _reason(start_s, end_s, "no hold seen"))
     else:
         release, error = found
+        refuse_lost_release(recording, release, half)
         transient = max(TRANSIENT_SHARE * half, 1.0 / recording.rate_hz)
         reason = _reason(start_s, end_s, "released from a hold")
         window = Window(release, release + transient, stop, error, True, reason)

@@ -20,6 +20,10 @@ JUMP_STEPS = 3.0
 """... and this many of the largest step around it: in `FEWEST_EQUAL` samples a motion goes on by five of its steps. A
 slow sensor whose values are written several times over jumps as far everywhere."""
 
+FAR_RANGES = 5.0
+"""A number that lies so many ranges of all others from their middle is none that a body was at: a sensor's spike ends
+where its range does, and nobody tests in a tenth of that."""
+
 Stretch = tuple[int, int]
 """Half-open range of samples."""
 
@@ -48,3 +52,22 @@ def find_dropouts(values: Array, step: float) -> list[Stretch]:
         if around > 0.0 and jump > max(JUMP_STEPS * around, JUMP_QUANTA * step):
             found.append((start, end))
     return found
+
+
+def find_fillers(values: Array) -> np.ndarray:
+    """Samples of a channel (n,) that hold a number far outside all others (`FAR_RANGES`), however few they are: their
+    places, in order.
+
+    Loggers write one such number for no value. It is the smallest or the largest of all, and always the same.
+
+    >>> x = np.cos(np.linspace(0.0, 20.0, 400)); x[[7, 200, 201]] = -9999.0
+    >>> find_fillers(x).tolist(), find_fillers(np.cos(np.linspace(0.0, 20.0, 400))).tolist()
+    ([7, 200, 201], [])
+    """
+    low, high = float(np.min(values)), float(np.max(values))
+    others = values[(values != low) & (values != high)]
+    reach = float(np.ptp(others)) if others.size else 0.0
+    if reach == 0.0:
+        return np.zeros(0, dtype=np.intp)
+    middle = 0.5 * float(np.max(others) + np.min(others))
+    return np.flatnonzero(np.abs(values - middle) > FAR_RANGES * reach)

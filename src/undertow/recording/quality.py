@@ -13,10 +13,10 @@ from types import MappingProxyType
 
 import numpy as np
 
-from undertow.errors import ClippedError, RecordingError
+from undertow.errors import ClippedError, LostValuesError, RecordingError
 from undertow.recording.clipping import NOISE_FREE_SHARE, begins_cut, levels, longest_hold, plateaus
 from undertow.recording.doubt_kinds import DoubtKind
-from undertow.recording.dropouts import find_dropouts
+from undertow.recording.dropouts import find_dropouts, find_fillers
 from undertow.recording.noise import noise, quantum
 from undertow.recording.recording import INPUTS, Array, Recording
 from undertow.recording.spikes import find_spikes
@@ -216,9 +216,13 @@ def _without_lost(
 ) -> tuple[list[Doubt], Array]:
     """The doubt about values that were lost and filled with one number, and the other values.
 
-    Raises RecordingError where that number lies so far outside that it can only mean none.
+    Raises LostValuesError where that number lies so far outside that it can only mean none.
     """
-    lost = _dropouts(recording, values) if _is_steady(name) else []
+    if not _is_steady(name):
+        return [], values
+    lost, filled = _dropouts(recording, values), find_fillers(values)
+    if filled.size and not any(start in filled for start, _ in lost):
+        return _without_fillers(recording, name, values, filled, accepted)
     if not lost:
         return [], values
     others = np.delete(values, np.concatenate([np.arange(start, end) for start, end in lost]))
@@ -231,7 +235,24 @@ def _without_lost(
     )
     middle, reach = 0.5 * float(np.max(others) + np.min(others)), float(np.ptp(others))
     if "gaps" not in accepted and any(abs(values[first] - middle) > FILLED_REACH * reach for first, _ in lost):
-        raise RecordingError(f"trial {recording.name}: {said}")
+        raise LostValuesError(f"trial {recording.name}: {said}")
+    return [Doubt(said, name, "gaps")], others
+
+
+def _without_fillers(
+    recording: Recording, name: str, values: Array, filled: np.ndarray, accepted: Sequence[str]
+) -> tuple[list[Doubt], Array]:
+    """The same for samples at these places, that hold a number far outside all others and are no stretch."""
+    others, unit = np.delete(values, filled), recording.unit(name)
+    many = "1 sample is" if filled.size == 1 else f"{filled.size} samples are"
+    said = (
+        f"{name}: {many} {values[filled[0]]:.5g} {unit}, the first at {recording.time[filled[0]]:.4g} s, and all "
+        f"others lie between {np.min(others):.3g} and {np.max(others):.3g} {unit}: a number far outside the others is "
+        "written where values were lost; leave them blank in the file, state recordings.despike, or list gaps in "
+        "recordings.accept"
+    )
+    if "gaps" not in accepted:
+        raise LostValuesError(f"trial {recording.name}: {said}")
     return [Doubt(said, name, "gaps")], others
 
 

@@ -28,7 +28,7 @@ from undertow.conditioning.releases import Released, releases_said, several_rele
 from undertow.conditioning.remedies import units_of
 from undertow.discrepancy.findings import FailedTrial
 from undertow.discrepancy.words import count, group_title
-from undertow.errors import FAILURES, ClippedError, ConfigError, MisnamedError, failure
+from undertow.errors import FAILURES, ClippedError, ConfigError, LostValuesError, MisnamedError, failure
 from undertow.recording.catalogue import EVERYTHING, Catalogue, Entry, TimeWindow, read_trial, trial_of_table
 from undertow.recording.copies import copies
 from undertow.recording.noise import noise
@@ -194,7 +194,7 @@ def _why(
 ) -> str:
     """Why a trial failed: what contradicts, that it holds several releases, what it shows instead of a decay, or the
     error itself."""
-    if isinstance(reason, ClippedError):
+    if isinstance(reason, (ClippedError, LostValuesError)):
         return failure(reason)
     certain = [d.sentence for d in found if d.certain]
     if certain:

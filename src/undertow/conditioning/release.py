@@ -114,12 +114,13 @@ def find_window(
     _check_motion(recording, channel, levels[channel])
     half, last, found = _seen(recording, levels, start_s)
     stop = last if end_s is None else min(float(end_s), float(time[-1]))
+    release, error = found if found is not None else (math.nan, math.nan)
+    if start_s is None:
+        refuse_lost_release(recording, recording.channels[channel], levels[channel], release, half)
     if found is None:
         start = float(time[0]) if start_s is None else float(start_s)
         window = Window(start, start, stop, 0.0, False, _reason(start_s, end_s, "no hold seen"))
     else:
-        release, error = found
-        refuse_lost_release(recording, release, half)
         transient = max(TRANSIENT_SHARE * half, 1.0 / recording.rate_hz)
         reason = _reason(start_s, end_s, "released from a hold")
         window = Window(release, release + transient, stop, error, True, reason)

@@ -53,7 +53,7 @@ def own_period_s(equation: Equation, x0: float, duration_s: float) -> float:
     if not equation.compiled:
         return math.nan
     step = 2.0 * math.pi / fastest_frequency(equation.theta(x0)) / FINE
-    t = step * np.arange(min(math.floor(duration_s / step), MOST_FINE) + 1)
+    t: Array = step * np.arange(min(math.floor(duration_s / step), MOST_FINE) + 1, dtype=np.float64)
     try:
         return mean_period(t, simulate(equation, x0, t).x)[0]
     except UndertowError:  # it leaves every bound: the prediction itself says so

@@ -276,6 +276,8 @@ def test_an_unseen_trial_far_from_the_equation_of_its_group_bars_green():
     assert "of its motion, at a period of 0.7 s beside 1.4 to 1.41 s): look at its clock" in strange_trial(clock)
     (found,), (doubt,) = with_doubts([clock])
     assert (found.verdict.status, found.verdict.because) == ("cannot_tell", strange_trial(clock))
+    assert math.isnan(found.verdict.confidence)
+    assert (found.verdict.decision[-1].gate, found.verdict.decision[-1].passed) == ("plausible", False)
     assert doubt.endswith(strange_trial(clock))
     for fine in (off(alike, 1, 0.099), off(alike, 1, 0.22, held_out=False)):
         assert strange_trial(fine) == ""

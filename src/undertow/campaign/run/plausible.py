@@ -19,6 +19,7 @@ from undertow.campaign.run.tasks import slope_of_cells
 from undertow.comparison.suspects import SUSPECTS
 from undertow.discrepancy.earned import NEXT
 from undertow.discrepancy.findings import GroupFindings
+from undertow.discrepancy.verdict import Gate
 from undertow.discrepancy.words import percent
 from undertow.equation.structure import CoulombFriction
 from undertow.quantities import Estimate, format_number
@@ -110,9 +111,11 @@ def _not_green(group: GroupFindings, text: str) -> GroupFindings:
     if verdict.status != "nothing_missing":
         return group
     said = f"{group.label}: cannot tell, because {text}."
+    gate = Gate("plausible", "doubts about the group's numbers and trials", 1.0, 0.0, False, text)
     changed = replace(
-        verdict, status="cannot_tell", sentence=said, because=text, next_test=NEXT["conditions"], confidence=math.nan
-    )
+        verdict, status="cannot_tell", sentence=said, because=text, next_test=NEXT["conditions"], confidence=math.nan,
+        decision=(*verdict.decision, gate),
+    )  # fmt: skip
     return replace(group, verdict=changed)
 
 

@@ -258,7 +258,8 @@ def open_page(
 ) -> None:
     """The page of a run in the browser."""
     from undertow.front.opening import page_of, show
-
+    from undertow.report.foreign import must_be_there
+    must_be_there([run])
     typer.echo(str(page_of(run)))
     show(run)
 
@@ -274,7 +275,6 @@ def explain(
     """Every condition behind each verdict: statistic, value, limit, passed."""
     from undertow.report.explain import explain_text, explained
     from undertow.report.foreign import as_runs_write_them
-
     with as_runs_write_them([run]):
         if as_json:
             _print_json(explained(run, group))

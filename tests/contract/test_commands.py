@@ -19,9 +19,10 @@ from undertow import __version__
 from undertow.campaign.config import load
 from undertow.campaign.fetch import records as fetch
 from undertow.equation import registry
-from undertow.errors import UndertowError
+from undertow.errors import ConfigError, UndertowError
 from undertow.recording.catalogue import read_trial
 from undertow.recording.gather import gather
+from undertow.report.foreign import must_be_there
 
 Capture = pytest.CaptureFixture[str]
 COMMANDS = ("run", "init", "inspect", "compare", "fetch", "terms")
@@ -294,6 +295,15 @@ def test_compare_says_which_folder_holds_no_run(capsys: Capture, tmp_path: Path,
     said = undertow(capsys, "compare", tmp_path)
     assert said.code == 1
     assert re.search(r"verdict\.json cannot be read: .*; give a folder that `undertow run` finished", said.err)
+
+
+@pytest.mark.parametrize("words", [["compare"], ["explain"], ["open"], ["predict", "--x0", "1"]])
+def test_a_run_folder_that_is_not_there_is_wrong_usage(capsys: Capture, tmp_path: Path, words: list[str]) -> None:
+    said = undertow(capsys, *words, tmp_path / "nowhere")
+    assert said.code == 2
+    assert re.search(r"^undertow: run folder .*nowhere is not there; give the one that `undertow run` pri", said.err)
+    with pytest.raises(ConfigError, match=r"run folder .*nowhere is not there"):
+        must_be_there([tmp_path / "nowhere"])
 
 
 # ---------------------------------------------------------------- fetch

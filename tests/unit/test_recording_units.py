@@ -66,6 +66,14 @@ def test_every_spelling_that_is_offered_is_understood(channel: str) -> None:
         assert understood, unit
 
 
+@pytest.mark.parametrize(
+    ("channel", "unit", "near"), [("displacement", "mn", "mm"), ("spring_force", "mn", "mN"), ("time", "mz", "ms")]
+)
+def test_a_slip_of_one_letter_is_answered_with_the_unit_of_that_quantity(channel: str, unit: str, near: str) -> None:
+    with pytest.raises(RecordingError, match=rf"unit {unit!r} is not known; the nearest known spelling is {near!r}"):
+        factor_to_si(unit, channel)
+
+
 def test_an_unknown_unit_is_answered_with_the_nearest_one() -> None:
     with pytest.raises(RecordingError, match=r"acceleration: unit 'm/s\^\^2' is not known.*nearest.*'m/s\^2'"):
         factor_to_si("m/s^^2", "acceleration")

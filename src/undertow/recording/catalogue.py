@@ -211,7 +211,7 @@ def _where(entry: Entry, catalogue: Catalogue, here: Catalogue) -> Where:
 def _on_one_clock(parts: list[Part]) -> tuple[Array, dict[str, Array], tuple[str, ...]]:
     """All channels at the instants of the first part, which has the primary one; NaN where they have no value."""
     first, *others = parts
-    _must_increase(first.time)
+    _must_increase(first.time, first.channels)
     channels, notes = dict(first.channels), []
     leader = primary(channels)
     for part in others:
@@ -224,8 +224,9 @@ def _on_one_clock(parts: list[Part]) -> tuple[Array, dict[str, Array], tuple[str
     return first.time, channels, tuple(notes)
 
 
-def _must_increase(time: Array) -> None:
-    """RecordingError where a time stamp is not later than the one before."""
+def _must_increase(time: Array, channels: Mapping[str, Array]) -> None:
+    """RecordingError where a time stamp is not later than the one before; where another channel rises from sample to
+    sample, the columns may be exchanged."""
     late = np.flatnonzero(~(np.diff(time) > 0.0))
     if (trials := begins_again(time)) > 1:
         raise RecordingError(
@@ -235,8 +236,17 @@ def _must_increase(time: Array) -> None:
     if late.size:
         raise RecordingError(
             f"time goes from {time[late[0]]:g} s to {time[late[0] + 1]:g} s at sample {late[0] + 1}; time must "
-            "increase: remove duplicated or swapped rows"
+            f"increase: {_exchanged(channels) or 'remove duplicated or swapped rows'}"
         )
+
+
+def _exchanged(channels: Mapping[str, Array]) -> str:
+    """That a channel rises as times do, so that its column may be the time's; empty where none does."""
+    rising = [name for name, values in channels.items() if values.size > 1 and np.all(np.diff(values) > 0.0)]
+    if not rising:
+        return ""
+    keys = f"recordings.channels.time and .{rising[0]}"
+    return f"{rising[0]} does, from sample to sample: are the columns of {keys} exchanged?"
 
 
 def cut(recording: Recording, window: TimeWindow) -> Recording:

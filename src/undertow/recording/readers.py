@@ -148,8 +148,12 @@ def count_trials(path: Path, layout: FileFormat) -> int:
 def _reader(path: Path) -> Reader:
     suffix = suffix_of(path)
     if not os.path.isfile(path):
-        kind = "a folder" if os.path.isdir(path) else "not there"
-        raise RecordingError(f"{path} is {kind}; check the path, which is relative to the config or the index")
+        if os.path.isdir(path):
+            raise RecordingError(
+                f"{path} is a folder; check the path: give one of its files, or write a config for all of them with "
+                f"undertow init {path}"
+            )
+        raise RecordingError(f"{path} is not there; check the path, which is relative to the config or the index")
     if suffix in _PICKLED:
         raise RecordingError(f"{path}: {suffix} can carry code and is never read; save it as CSV, MAT or HDF5")
     if suffix not in READERS:

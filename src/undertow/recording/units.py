@@ -9,7 +9,7 @@ import difflib
 import math
 import re
 import tokenize
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from functools import cache
 from types import MappingProxyType
 from typing import Any
@@ -226,9 +226,24 @@ def _remedy(unit: str, channel: str, coordinate: Coordinate | None) -> str:
         if _size(unit, channel).base == _size(si_unit(channel, other), channel).base:
             return f"set equation.coordinate to {other}, or correct the unit"
     known = [one for one in KNOWN[channel] if coordinate is None or _fits(one, channel, coordinate)]
-    near = difflib.get_close_matches(text, known, n=1, cutoff=0.3)
-    nearest = f"the nearest known spelling is {near[0]!r}; " if near else ""
+    near = nearest_spelling(text, known)
+    nearest = f"the nearest known spelling is {near!r}; " if near else ""
     return f"{nearest}it may be {', '.join(known)}"
+
+
+def nearest_spelling(text: str, known: Sequence[str]) -> str:
+    """The known spelling that a text was probably meant to be, empty where none is near: one with another letter in one
+    place, the first letter least of all, before one that is longer or shorter.
+
+    >>> nearest_spelling("mn", ["m", "mm", "cm", "in"]), nearest_spelling("mn", ["N", "kN", "MN", "mN"])
+    ('mm', 'mN')
+    >>> nearest_spelling("milimeter", ["m", "mm"]), nearest_spelling("xyz", ["m", "mm"])
+    ('mm', '')
+    """
+    typed = [one for one in known if len(one) == len(text) and sum(map(str.__ne__, one, text)) == 1]
+    if typed and len(text) > 1:
+        return min(typed, key=lambda one: one[0] != text[0])
+    return next(iter(difflib.get_close_matches(text, known, n=1, cutoff=0.3)), "")
 
 
 def _fits(unit: str, channel: str, coordinate: Coordinate) -> bool:

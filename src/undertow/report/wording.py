@@ -198,6 +198,7 @@ def in_plain_words(text: str) -> str:
     return _CONTRACT_NAME.sub(words, text)
 
 
+_CONFIG_KEY = re.compile(r"\b((?:recordings|trials|specimen|equation|discrepancy)(?:\.\w+)+)")
 _ONE_OF_A_LAW = re.compile(r"\b([a-z]+(?:_[a-z]+)*)\.([A-Za-z]\w+)")
 _IDENTIFIER = re.compile(r"\b[a-z]+(?:_[A-Za-z0-9]+)+\b")
 _BARE = re.compile(r"\bNs?\d?_per_\w+\b")
@@ -221,7 +222,18 @@ def reason_words(text: str) -> str:
     'its coefficient is 0.1 ± 0.2 N/m³, within 2 standard errors of 0'
     >>> reason_words("c_Ns_per_m@all = -0.9 +- 0.2 N s/m"), reason_words("drag_exponent.exponent = 1.5 +- 16 1 could")
     ('viscous damping = -0.9 ± 0.2 N s/m', 'drag exponent: exponent = 1.5 ± 16 could')
+
+    A key of a config stays as it is written there:
+
+    >>> reason_words("cubic_damping is unsure: state specimen.mass_kg, or set trials.window")
+    'cubic damping is unsure: state specimen.mass_kg, or set trials.window'
     """
+    pieces = _CONFIG_KEY.split(text)
+    return "".join(piece if at % 2 else _reason_words(piece) for at, piece in enumerate(pieces))
+
+
+def _reason_words(text: str) -> str:
+    """`reason_words` of a text without keys of a config."""
     def of_a_law(found: re.Match[str]) -> str:
         return parameter_words(found.group())
 

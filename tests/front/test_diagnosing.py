@@ -172,6 +172,19 @@ def test_an_equation_that_lacks_nothing_stays_as_it_is(trials):
     assert np.isnan(found.error_after)
 
 
+def test_a_trial_of_another_clock_is_named_and_nothing_is_green():
+    one = undertow.simulate({"stiffness": 400.0, "viscous_damping": 1.0}, x0=0.06, mass_kg=4.0, rate_hz=60.0)
+    tables = [one.recorded(noise_m=1e-4, seed=seed) for seed in range(4)]
+    slow = [(2.0 if place == 1 else 1.0) * table.time for place, table in enumerate(tables)]
+    arrays = [table.channels["displacement"] for table in tables]
+    known = RIG | {"scatter": {"k": 0.001, "c": 0.05}}
+    found = undertow.diagnose(arrays, PRESCRIBED, t=slow, units={"x": "m", "t": "s"}, **known)
+    assert found[0].status != "nothing_missing"
+    (said,) = (doubt for doubt in found.doubts if "trial_2" in doubt)
+    assert "look at its clock, its spring" in said
+    assert f"doubt: {said}" in str(found)
+
+
 def test_settings_that_cannot_be_are_refused_in_one_sentence(trials):
     with pytest.raises(ConfigError, match=r"discrepancy.suspects: 'ghost' is none of"):
         undertow.diagnose(trials, PRESCRIBED, suspects=["ghost"])

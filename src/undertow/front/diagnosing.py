@@ -60,6 +60,11 @@ class Diagnosis:
         return self.findings.failed
 
     @property
+    def doubts(self) -> tuple[str, ...]:
+        """What does not belong together in the recordings, or is no body's, a sentence each."""
+        return self.findings.doubts
+
+    @property
     def across_groups(self) -> str:
         """The sentence over all groups; empty where there is one."""
         return self.findings.across_groups
@@ -88,6 +93,7 @@ class Diagnosis:
     def __str__(self) -> str:
         lines = [group.sentence for group in self.groups]
         lines += [self.across_groups] if self.across_groups else []
+        lines += [f"doubt: {one}" for one in self.doubts]
         return "\n".join([*lines, *(f"not used: {one.reason}" for one in self.failed)])
 
     def _repr_html_(self) -> str:

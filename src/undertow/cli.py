@@ -60,7 +60,7 @@ _IDLE_WORKER = "A worker stopped while some jobs were given to the executor"
 """What joblib warns of where a worker was idle for minutes and ended itself: it starts another one."""
 
 _GOES_ON = {
-    "run": "finished groups are kept in the run folder, the same command with --resume goes on from there",
+    "run": "nothing was written, the same command begins anew",
     "fetch": "what was fetched is kept, the same command goes on from there",
 }
 

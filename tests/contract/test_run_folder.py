@@ -323,6 +323,46 @@ def test_a_disk_that_is_full_ends_in_one_sentence_and_leaves_an_older_run_whole(
     assert not list((tmp_path / "run").rglob("*.part"))
 
 
+def test_a_runs_own_tables_are_no_trials_of_a_glob(capsys: Capture, tmp_path: Path) -> None:
+    campaign = make_campaign(tmp_path / "c", [0.03, 0.05])
+    for name in ("campaign.csv", "trials.csv"):
+        (campaign.folder / name).unlink(missing_ok=True)
+    campaign.edit("index: campaign.csv", 'files: "*.csv"')
+    campaign.edit("group_by: [spring]", "group_by: []")
+    config = campaign.config.rename(campaign.folder / "flume.yaml")
+    for _ in range(2):
+        said = undertow(capsys, "run", config, "--out", campaign.folder, "--jobs", 1, "--no-page")
+        assert said.code == 0, said.err
+        trials = pd.read_csv(campaign.folder / "trials.csv")
+        assert sorted(set(trials["trial"])) == ["r00", "r01"]
+    (tmp_path / "c" / "undertow.yaml").unlink(missing_ok=True)
+    assert undertow(capsys, "init", campaign.folder).code == 0
+    proposed = (tmp_path / "c" / "undertow.yaml").read_text()
+    assert "levels" not in proposed
+
+
+def test_a_run_that_is_interrupted_before_its_first_group_says_that_nothing_is_kept(
+    capsys: Capture, small: Campaign, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    with monkeypatch.context() as patched:
+        Counted(patched, interrupt_at=1)
+        said = run(capsys, small, tmp_path / "run")
+    assert said.code == INTERRUPTED
+    assert said.err.splitlines()[-1] == (
+        "undertow: interrupted; no group was finished, the same command begins anew"
+    )
+    with monkeypatch.context() as patched:
+        patched.setattr("undertow.campaign.run.folder.refuse_foreign_files", interrupted)
+        said = run(capsys, small, tmp_path / "other")
+    assert said.err.splitlines()[-1] == "undertow: interrupted; nothing was written, the same command begins anew"
+    assert not (tmp_path / "other").exists()
+
+
+def interrupted(*_: object) -> None:
+    """Ctrl-C before anything is written."""
+    raise KeyboardInterrupt
+
+
 def test_a_config_is_never_replaced_by_its_resolved_form(capsys: Capture, small: Campaign) -> None:
     before = small.config.read_text()
     said = undertow(capsys, "run", small.config, "--out", small.folder)

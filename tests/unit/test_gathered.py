@@ -68,6 +68,19 @@ def test_of_a_small_campaign_everything_is_kept(config: RunConfig) -> None:
     assert (kept.extent.trials, kept.extent.groups, kept.extent.missing) == (8, 2, 4)
 
 
+def test_failed_trials_and_groups_without_a_result_stand_in_the_last_sentence(config: RunConfig) -> None:
+    kept = Gathered(config)
+    lost = [FailedTrial(f"f{i}", "no release", {"water_depth_m": 9.0 + i // 2}) for i in range(3)]
+    kept.add(PortionFindings((explained(0),), (*lost, FailedTrial("g", "no release", {"water_depth_m": 2.0})), ()))
+    assert kept.findings({}).across_groups == (
+        "The equation explains 1 group; nothing is missing. 4 trials failed, and 2 groups have no result: water depth "
+        "9 m; water depth 10 m."
+    )
+    one = Gathered(config)
+    one.add(PortionFindings((explained(0),), lost[:1], ()))
+    assert one.findings({}).across_groups.endswith(" 1 trial failed, and 1 group has no result: water depth 9 m.")
+
+
 def test_of_a_large_campaign_the_dry_groups_and_the_loudest_are_kept_and_all_are_counted(config: RunConfig) -> None:
     kept = Gathered(config)
     dry, _ = dry_and_open()

@@ -25,6 +25,7 @@ from undertow.recording.links import refused
 from undertow.recording.patterns import Patterns, patterns_of
 from undertow.recording.readers import count_trials, trial_name
 from undertow.recording.recording import Condition
+from undertow.recording.run_files import is_of_a_run
 
 NAMES_SHOWN = 8
 """File names in a message at most."""
@@ -146,6 +147,7 @@ def _from_names(catalogue: Catalogue) -> list[Entry]:
     for one in given:
         pattern = str(catalogue.folder / _plainer(one))
         fitting = [path for path in glob.glob(pattern, recursive=True) if os.path.isfile(path)]
+        fitting = [path for path in fitting if not is_of_a_run(path)]  # a run in the recordings' own folder
         if not fitting:
             raise ConfigError(f"recordings.files {one!r} fits no file ({pattern}); correct the glob")
         home = _folder_of(pattern)

@@ -55,6 +55,10 @@ EARLIER = "earlier_run"
 NO_PARTS = "a campaign of driven bodies keeps no parts: the same command begins anew"
 """What is said of one that was interrupted."""
 
+PARTS_KEPT = "finished groups are kept in the run folder, the same command with --resume goes on from there"
+NONE_FINISHED = "no group was finished, the same command begins anew"
+"""What is said of an interrupted campaign of decays."""
+
 DOUBTS_PRINTED = 10
 """Doubts about the recordings that the terminal shows."""
 
@@ -130,7 +134,7 @@ def run_to_folder(
         stages = (folder / STAGES).absolute()  # workers of a cluster have other working directories
         course, gathered = Course(config, jobs, progress, stages, resume), Gathered(config)
         folder.mkdir(parents=True, exist_ok=True)  # a config that does not match its trials leaves no folder
-        with claimed(folder), _new_results(folder) as new:
+        with _kept_said(stages), claimed(folder), _new_results(folder) as new:
             _prepare(folder, config_path, text)
             with RunTables(new) as tables:
                 equations: list[tuple[tuple[object, ...], Any]] = []
@@ -156,6 +160,16 @@ def run_to_folder(
         what = f"{reason.strerror or reason} ({reason.filename or folder})"
         raise UndertowError(f"run folder {folder} cannot be written: {what}; choose another with --out") from reason
     return Finished(folder, findings, gathered.extent, tuple(gathered.contradicted), page)
+
+
+@contextmanager
+def _kept_said(stages: Path) -> Iterator[None]:
+    """An interruption of the block says whether finished groups are kept in the folder of parts."""
+    try:
+        yield
+    except (KeyboardInterrupt, SystemError) as interruption:
+        interruption.add_note(PARTS_KEPT if any(stages.glob("*.json")) else NONE_FINISHED)
+        raise
 
 
 def _of_driven(

@@ -15,7 +15,7 @@ from undertow.campaign.config import RunConfig
 from undertow.campaign.run.portions import group_order
 from undertow.discrepancy.drifts import group_drifts, springs_apart
 from undertow.discrepancy.findings import FailedTrial, Findings, GroupFindings
-from undertow.discrepancy.words import count
+from undertow.discrepancy.words import count, group_title
 from undertow.report.arrange import chosen, excess
 from undertow.report.extent import Extent
 from undertow.report.tables import NOTES_AT_MOST
@@ -28,6 +28,9 @@ TRIALS_SHOWN = 60
 
 DOUBTS_AT_MOST = 100
 """Doubts about the recordings that a page lists; trials' own stand in the notes."""
+
+TITLES_SAID = 3
+"""Groups without a result that the sentence over all groups names."""
 
 COMPARED_AT_MOST = 200
 """Groups whose numbers are compared pair by pair: of 200 there are 19,900 pairs."""
@@ -64,6 +67,7 @@ class Gathered:
         self._doubts_more = 0
         self._named: Counter[str] = Counter()
         self._statuses: Counter[str] = Counter()
+        self._titles: set[str] = set()
         self.contradicted: list[str] = []
         self.extent = Extent()
 
@@ -81,6 +85,7 @@ class Gathered:
         for group, fitted in zip(part.groups, part.as_fitted or part.groups, strict=True):
             self._named.update(_names(group))
             self._statuses[group.verdict.status] += 1
+            self._titles.add(group_title(group.key))
             if len(self._compared) <= COMPARED_AT_MOST:
                 self._compared.append(replace(fitted, trials=()))
             self._groups.append(group if self._everything else fewer_trials(group))
@@ -94,7 +99,7 @@ class Gathered:
         groups = sorted(self._groups, key=lambda g: group_order(g.key.items(), g.dry))
         return Findings(
             config.name, tuple(groups), tuple(self._failed), tuple(config.identify), config.equation.coordinate,
-            dict(seconds), across(self._named, self._statuses) + self._springs_apart(),
+            dict(seconds), across(self._named, self._statuses) + self._springs_apart() + self._left_out(),
             (*self._notes, *self._further_notes()),
             (*self._doubts, *([f"{count(self._doubts_more, 'more doubt')}"] if self._doubts_more else ())),
         )  # fmt: skip
@@ -103,6 +108,21 @@ class Gathered:
         """That springs disagree where nothing is missing else, behind the sentence over all groups."""
         few = len(self._compared) <= COMPARED_AT_MOST
         return springs_apart(self._compared, self._config.trials.dry or {}) if few else ""
+
+    def _left_out(self) -> str:
+        """How many trials failed, and which groups have no result for it, behind the sentence over all groups."""
+        if not self._failed:
+            return ""
+        by = self._config.trials.group_by
+        keys = ({name: one.conditions[name] for name in by if name in one.conditions} for one in self._failed)
+        titles = dict.fromkeys(group_title(key) for key in keys if len(key) == len(by))
+        without = [title for title in titles if title not in self._titles]
+        text = f" {count(len(self._failed), 'trial')} failed"
+        if without:
+            more = ", ..." if len(without) > TITLES_SAID else ""
+            text += f", and {count(len(without), 'group')} {'has' if len(without) == 1 else 'have'} no result: "
+            text += "; ".join(without[:TITLES_SAID]) + more
+        return f"{text}."
 
     def _further_notes(self) -> tuple[str, ...]:
         """Notes that are left out, and parameters that differ from group to group where they should not."""

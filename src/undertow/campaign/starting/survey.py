@@ -25,6 +25,7 @@ from undertow.recording.propose_layout import NO_TABLE
 from undertow.recording.propose_response import ResponseProposal
 from undertow.recording.readers import READERS, suffix_of, trial_name
 from undertow.recording.recording import Coordinate
+from undertow.recording.run_files import is_of_a_run
 from undertow.recording.stacked import stacked
 
 Looked = Callable[[int, int], None]
@@ -137,6 +138,7 @@ def _files(folder: Path) -> list[str]:
             (Path(above) / name).relative_to(folder).as_posix()
             for name in sorted(files)
             if not name.startswith((".", "~$")) and suffix_of(Path(name)) in READERS
+            and not is_of_a_run(str(Path(above) / name))
         ]
     return names
 

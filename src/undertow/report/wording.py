@@ -178,8 +178,12 @@ def method_label(method: str) -> str:
     return METHOD_LABELS.get(method, method.replace("_", " "))
 
 
+_PLAIN_WORDS = ("decay", "baseline")
+"""Methods that are words of the language too: they are methods after "by" alone."""
+
 _CONTRACT_NAME = re.compile(
-    rf"\b({'|'.join(sorted((*_NAMES, *METHOD_LABELS), key=len, reverse=True))})(_per_mass)?\b"
+    rf"(?<!\bby )\b(?:{'|'.join(_PLAIN_WORDS)})\b"
+    rf"|\b({'|'.join(sorted((*_NAMES, *METHOD_LABELS), key=len, reverse=True))})(_per_mass)?\b"
 )
 
 
@@ -188,9 +192,13 @@ def in_plain_words(text: str) -> str:
 
     >>> in_plain_words("added_mass_kg by output_error differs"), in_plain_words("k_N_per_m_per_mass (16)")
     ('added mass by output error differs', 'stiffness per mass (16)')
+    >>> in_plain_words("exclude what is no decay; the others by decay")
+    'exclude what is no decay; the others by decay envelope'
     """
     def words(found: re.Match[str]) -> str:
         name = found.group(1)
+        if name is None:  # a word, and no method
+            return found.group()
         if name in METHOD_LABELS:
             return METHOD_LABELS[name].lower().replace("sindy", "SINDy")
         return f"{_NAMES[name].words}{' per mass' if found.group(2) else ''}"

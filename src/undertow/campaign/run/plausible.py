@@ -72,7 +72,7 @@ LIGHTER = 0.02
 
 MASS = Plausible(
     0.9, 1.3, "moving mass over stated mass, in an equation without added mass,",
-    "specimen.mass_kg and stiffness_N_per_m, the load cells, the unit of time, and at water that moves along",
+    "specimen.mass_kg and specimen.stiffness_N_per_m, the load cells, the unit of time, and at water that moves along",
 )
 """Springs and fixtures move along and take nothing off."""
 

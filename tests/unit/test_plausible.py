@@ -281,6 +281,9 @@ def test_an_unseen_trial_far_from_the_equation_of_its_group_bars_green():
     assert doubt.endswith(strange_trial(clock))
     for fine in (off(alike, 1, 0.099), off(alike, 1, 0.22, held_out=False)):
         assert strange_trial(fine) == ""
+    assert strange_trial(clock, ("trial_2",)) == ""
+    assert with_doubts([clock], {"trial_2": ("clock",)})[1] == ()
+    assert with_doubts([clock], {"trial_2": ("clipping",)})[1] != ()
     missing = off(alike, 1, 0.22)
     assert strange_trial(replace(missing, verdict=replace(missing.verdict, status="explained"))) == ""
 

@@ -7,7 +7,7 @@ Belongs here: periods side by side, the condition that parts them. Does not belo
 from __future__ import annotations
 
 from collections import defaultdict
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass
 from itertools import pairwise
 
@@ -98,12 +98,13 @@ def not_one_body(group: GroupFindings) -> str:
     )
 
 
-def strange_trial(group: GroupFindings) -> str:
+def strange_trial(group: GroupFindings, known: Collection[str] = ()) -> str:
     """A trial that cannot be of its group, and how it shows: one that no fit saw, of a group in which nothing is
-    missing, or the one of another period where nothing is explained; empty where there is none."""
+    missing, or the one of another period where nothing is explained; empty where there is none but of those ``known``
+    to be strange."""
     verdict = group.verdict
     limit = UNLIKE * verdict.repeatability_nrmse
-    unseen = [t for t in group.trials if t.held_out and t.mismatch.nrmse > limit]
+    unseen = [t for t in group.trials if t.held_out and t.mismatch.nrmse > limit and t.motion.name not in known]
     advice = "look at its clock, its spring and what its file is, or leave it out (recordings.exclude)"
     if verdict.status == "nothing_missing" and unseen:
         worst = max(unseen, key=lambda one: one.mismatch.nrmse)
@@ -115,13 +116,13 @@ def strange_trial(group: GroupFindings) -> str:
     sizes = {trial.motion.name: trial.motion.amplitude for trial in group.trials}
     for name, size in sizes.items():
         rest = [other for label, other in sizes.items() if label != name]
-        if len(rest) > 1 and not min(rest) / SIZES_APART < size < SIZES_APART * max(rest):
+        if name not in known and len(rest) > 1 and not min(rest) / SIZES_APART < size < SIZES_APART * max(rest):
             return (
                 f"trial {name} is released from {size:.3g}, the others of its group from {min(rest):.3g} to "
                 f"{max(rest):.3g}: look at the unit of its displacement (recordings.layouts)"
             )
     swings = [] if verdict.status in EXPLAINED else swings_of([trial.motion for trial in group.trials])
-    for one in swings:
+    for one in (one for one in swings if one.name not in known):
         others = [other for other in swings if other is not one]
         if len(others) > 1 and not apart(others) and all(apart((one, other)) for other in others):
             return f"trial {one.name} is unlike the others{_periods(one, others)}: {advice}"

@@ -42,6 +42,9 @@ AGREE = 0.02
 NOTED = 0.03
 """Relative difference between load cells and motion, and between what moves and the stated mass, that a note says."""
 
+STRANGE = frozenset({"conditions", "clock", "gaps", "spikes", "period"})
+"""Kinds of doubt that, accepted for a trial, say that it may be unlike the others."""
+
 MOST_DAMPING_RATIO = 0.5
 """A body with more damping does not swing twice."""
 
@@ -88,7 +91,7 @@ def with_doubts(
     for group in groups:
         known = [set(accepted.get(t.motion.name, ())) for t in group.trials]
         kinds = set.intersection(*known) if known else set()
-        doubts = implausible(group)
+        doubts = implausible(group, accepted)
         notes = [f"accepted ({kind}): {text}" if kind in kinds else text for kind, text in doubts]
         notes += [] if notes else _noted(group)
         if notes:
@@ -124,8 +127,12 @@ def impossible(group: GroupFindings) -> str:
     return _floats(group) or _cells(group, group_numbers(group), CELLS_ARE_WRONG)
 
 
-def implausible(group: GroupFindings) -> tuple[tuple[str, str], ...]:
-    """Numbers of a group that no body has: the kind of doubt (conditions, damping, unit) and a sentence for each."""
+def implausible(
+    group: GroupFindings, accepted: Mapping[str, Sequence[str]] = MappingProxyType({})
+) -> tuple[tuple[str, str], ...]:
+    """Numbers of a group that no body has, and trials that are none of its own: the kind of doubt (conditions, damping,
+    unit) and a sentence for each. ``accepted`` is trial -> kinds of doubt that are known: such a trial may be strange.
+    """
     numbers = group_numbers(group)
     found = [_outside(one, numbers[name]) for name, one in RANGES.items() if name in numbers]
     mass = group.specimen.mass_kg
@@ -135,7 +142,8 @@ def implausible(group: GroupFindings) -> tuple[tuple[str, str], ...]:
         found.append(_outside(MASS, numbers["total_mass_kg"].scaled(1.0 / mass, "1")))
     found.append(_weighed_wrong(group, numbers))
     found += [_stiffness(group, numbers), _cells(group, numbers, STIFFNESS_OFF), _floats(group), _unloaded(group)]
-    found.append(not_one_body(group) or strange_trial(group))
+    known = [name for name, kinds in accepted.items() if STRANGE & set(kinds)]
+    found.append(not_one_body(group) or strange_trial(group, known))
     doubts = [("conditions", text) for text in found if text]
     doubts += [(kind, text) for kind, text in (("damping", _damped(numbers)), ("unit", _turned(group))) if text]
     return tuple(doubts)

@@ -91,6 +91,8 @@ def test_springs_that_disagree_where_nothing_is_missing_are_said_behind_the_sent
     third = with_added_mass(fine, "middle", 400.0, 12.0)
     assert "and 2 more pairs" in springs_apart([*pair, third], WATER)
     assert springs_apart([pair[0], with_added_mass(fine, "short", 905.0, 15.0)], WATER) == ""
+    open_ = replace(fine.verdict, status="cannot_tell")
+    assert springs_apart([pair[0], replace(pair[1], verdict=open_)], WATER) == said
     assert springs_apart(pair, ()) == ""  # nobody says what the water's conditions are
     named = replace(fine.verdict, status="explained", verdict=("hidden_resonator",))
     assert springs_apart([pair[0], replace(pair[1], verdict=named)], WATER) == ""

@@ -126,9 +126,9 @@ def group_drifts(groups: Sequence[GroupFindings], water: Collection[str]) -> tup
 
 
 def springs_apart(groups: Sequence[GroupFindings], water: Collection[str]) -> str:
-    """That springs do not agree on a number of one water where nothing is missing else, as a sentence behind another;
+    """That springs do not agree on a number of one water where nothing is named, as a sentence behind another;
     empty where they do. Each group's equation has its own numbers, so that no free run shows it."""
-    fine = [g for g in groups if g.verdict.status == "nothing_missing"]
+    fine = [g for g in groups if g.verdict.status in ("nothing_missing", "cannot_tell")]
     found = sorted((d for d in group_drifts(fine, water) if water and d.parameter in WATER), key=lambda d: d.chance)
     if not found:
         return ""

@@ -55,7 +55,7 @@ from undertow.comparison.sizes import Sizes
 from undertow.comparison.suspects import SUSPECTS
 from undertow.comparison.tail import Tail
 from undertow.discrepancy.sentence import changing_words
-from undertow.discrepancy.validation import addition_parameters
+from undertow.discrepancy.validation import addition_parameters, shared_run
 from undertow.equation import registry
 from undertow.likelihood.problem import Problem, Unknown
 
@@ -537,6 +537,9 @@ def test_a_force_far_slower_or_faster_than_the_body_is_named(rate, size):
     halved = replace(best.fit, solution=replace(best.fit.solution, values=values))
     # its size and phase are adjusted to every trial, as the release is: what the joint fit has of them does not matter
     assert free_run_error(level, halved) == pytest.approx(free_run_error(level, best.fit), rel=1e-3)
+    (group,) = level.members
+    first, again = (shared_run(level, group, fit, group.motions[0], 1e-3).nrmse for fit in (best.fit, halved))
+    assert again == pytest.approx(first, rel=1e-3)
 
 
 def test_a_force_whose_size_and_phase_change_along_the_record_is_named_by_its_frequency():

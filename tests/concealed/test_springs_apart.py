@@ -9,6 +9,7 @@ import pytest
 from tests.concealed.test_diagnosis import LONG, SHORT, SPRINGS, member
 from undertow.comparison.joining import has_room
 from undertow.comparison.level import Level, make_level
+from undertow.comparison.null_test import null_test
 from undertow.comparison.search import diagnose
 from undertow.comparison.suspects import all_suspects, chosen
 from undertow.discrepancy.case import Case
@@ -47,6 +48,9 @@ def test_three_springs_tell_a_stiffness_of_the_water(stiffened):
     assert error < 0.2 * ADDED
     assert fit.moved(found.null.fit)[0].startswith("added_mass_kg@")
     assert fit.moved(found.null.fit)[1] > 10.0
+    tested = null_test(stiffened, FEW, found.null.fit, found.candidates)  # each spring may have its own water there
+    assert {"linear_damping", "relaxation"} <= {test.name for test in tested.tests}
+    assert "added_stiffness" not in {test.name for test in tested.tests}
     trials = [m.motions for m in stiffened.members]
     assert from_other_springs(stiffened, fit, trials) == ({}, {}, {})  # one spring alone does not tell it
 

@@ -19,6 +19,7 @@ from undertow.discrepancy.decision import Closeness, posterior
 from undertow.discrepancy.dry_check import DryAnswer
 from undertow.discrepancy.earned import earned
 from undertow.discrepancy.judge import _left, _physics, _reach, _unit, _without_a_name
+from undertow.discrepancy.naming import other_sets
 from undertow.discrepancy.sentence import no_answer, sentence_of
 from undertow.discrepancy.verdict import Described, Verdict
 from undertow.quantities import Estimate
@@ -96,13 +97,15 @@ def test_a_name_that_dry_trials_contradict_is_not_the_answer():
 
 
 @pytest.mark.parametrize(
-    ("unseen", "left", "said"), [(0.03, 1.2, "explained"), (0.06, 1.2, "unknown"), (0.03, 9.0, "unknown")]
+    ("unseen", "left", "said"),
+    [(0.03, 1.2, "explained"), (0.06, 1.2, "unknown"), (0.03, 9.0, "unknown"), (0.045, 1.2, "unknown")],
 )
 def test_a_law_that_dry_trials_do_not_have_is_the_waters_where_it_is_proved_to_the_noise(unseen, left, said):
     answer = DryAnswer(9.0, "the dry trials of the same spring show none")
     level = diagnosis(named=True, best=candidate("cubic_stiffness", 20.0, misfit=left))
     named = replace(NAMED, verdict=("cubic_stiffness",), augmented=Described(0.02, unseen))
-    found = earned(named, case(baseline=Described(0.1, 0.12)), level, NullTest(math.nan), True, answer)
+    before = 0.04 if unseen == 0.045 else 0.12  # no closer with it
+    found = earned(named, case(baseline=Described(0.1, before)), level, NullTest(math.nan), True, answer)
     assert found.status == said
     if said == "explained":
         assert found.sentence.endswith(" It is there in water alone: the dry trials of the same spring show none.")
@@ -734,3 +737,20 @@ def test_damping_grows_with_amplitude_where_that_is_distinct_from_zero(value, er
            "damping_ratio": Estimate(0.02, 0.001), "quadratic_damping_per_m": Estimate(value, error, unit="1/m")}
     said = sentence_of(case(), ["hidden_resonator"], [], {"hidden_resonator": [one]}, 0.01, math.nan, False, ())
     assert ("and more with amplitude" in said) is more
+
+
+@pytest.mark.parametrize(
+    ("facts", "advice"),
+    [({"has_dry": True}, "more releases of this spring"), ({"has_dry": False}, "three releases of this spring in air"),
+     ({"has_dry": False, "dry": True}, "more releases of this spring")],
+)  # fmt: skip
+def test_where_no_dry_trials_know_the_damping_they_are_what_is_asked_for(facts, advice):
+    said = earned(GREEN, case(**facts), diagnosis(), beside(0.4, hidden=1.2), True)
+    assert said.status == "cannot_tell"
+    assert said.next_test.startswith(advice)
+
+
+def test_rivals_have_each_name_once_and_none_says_what_the_answer_says():
+    sets = (("sine_restoring", "cubic_stiffness"), ("cubic_stiffness", "cubic_stiffness"), ("cubic_stiffness",))
+    assert other_sets(("cubic_stiffness", "sine_restoring"), sets) == (("cubic_stiffness",),)
+    assert other_sets(("cubic_stiffness",), sets) == (("sine_restoring", "cubic_stiffness"),)

@@ -14,6 +14,8 @@ from undertow.campaign.run import gathered as keeping
 from undertow.campaign.run.gathered import GROUPS_SHOWN, TRIALS_SHOWN, Gathered, PortionFindings
 from undertow.discrepancy.findings import FailedTrial, GroupFindings
 from undertow.discrepancy.verdict import Status
+from undertow.likelihood.fit import Fit
+from undertow.quantities import Estimate
 from undertow.report.arrange import excess
 from undertow.report.tables import NOTES_AT_MOST
 
@@ -66,6 +68,19 @@ def test_of_a_small_campaign_everything_is_kept(config: RunConfig) -> None:
     assert found.groups == (dry, group)
     assert (found.failed[0].name, found.notes[0], found.seconds) == ("f", "a note", {"read": 1.0})
     assert (kept.extent.trials, kept.extent.groups, kept.extent.missing) == (8, 2, 4)
+
+
+def test_springs_that_disagree_stand_behind_the_last_sentence(config: RunConfig) -> None:
+    kept = Gathered(config)
+    pair = []
+    for spring, mass in (("soft", 30.0), ("stiff", 40.0)):
+        fit = Fit("output_error", ("r",), {}, {"added_mass_kg": Estimate(mass, 0.2, unit="kg")})
+        key = {"spring": spring, "water_depth_m": 2.0}
+        pair.append(replace(explained(0), key=key, fits={"output_error": fit}))
+    kept.add(part(*pair))
+    said = kept.findings({}).across_groups
+    begun = "The equation explains 2 groups; nothing is missing. But water depth 2 m: added_mass_kg is 30"
+    assert said.startswith(begun)
 
 
 def test_failed_trials_and_groups_without_a_result_stand_in_the_last_sentence(config: RunConfig) -> None:

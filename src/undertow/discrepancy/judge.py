@@ -34,7 +34,7 @@ from undertow.discrepancy.decision import Closeness, evidence, posterior
 from undertow.discrepancy.dry_check import dry_answer
 from undertow.discrepancy.earned import earned, holds_with_twice_the_scatter, of_several_causes, without_answer
 from undertow.discrepancy.findings import AugmentedRun
-from undertow.discrepancy.naming import next_test
+from undertow.discrepancy.naming import next_test, other_sets
 from undertow.discrepancy.sentence import changing_words, late_words, sentence_of, transfer_words
 from undertow.discrepancy.transfer import from_other_springs
 from undertow.discrepancy.validation import addition_parameters, check_cell, learned_structure, rms, shared_run
@@ -200,8 +200,7 @@ def _verdict(
     found = addition_parameters(fit, case.member.label, member_rate(case.member))
     found = {name: [with_scale_error(_told(one, case), case.specimen) for one in many] for name, many in found.items()}
     of_dry = ((*other, *diagnosis.best.names) for other in case.dry_rivals if known)
-    others = (*((*known, *other) for other in diagnosis.rivals), *of_dry)
-    rivals = tuple(dict.fromkeys(tuple(dict.fromkeys(one)) for one in others if set(one) != set(names)))
+    rivals = other_sets(names, (*((*known, *other) for other in diagnosis.rivals), *of_dry))
     status: Status = "not_identifiable" if rivals else "explained"
     rest = training > STILL_MISSING * case.allowed and training > 0.5 * case.baseline.nrmse
     if diagnosis.named:

@@ -6,7 +6,7 @@ up. Does not belong here: sentences (sentence.py).
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping, Sequence
 
 from undertow.comparison.suspects import SUSPECTS
 from undertow.equation.registry import row
@@ -33,6 +33,16 @@ def in_words(name: str, of_water: bool = True, alone: bool = False) -> str:
         if alone:
             said = law.words_alone or said
     return said or name.replace("_", " ")
+
+
+def other_sets(names: Sequence[str], sets: Iterable[Sequence[str]]) -> tuple[tuple[str, ...], ...]:
+    """Sets that say something else than ``names``, each once, with each of its names once: what dry trials cannot tell
+    apart may stand beside the very law that water shows.
+
+    >>> other_sets(["sine", "cubic"], [["cubic", "cubic"], ["cubic", "sine"], ["cubic"]])
+    (('cubic',),)
+    """
+    return tuple(dict.fromkeys(tuple(dict.fromkeys(one)) for one in sets if set(one) != set(names)))
 
 
 def next_test(name: str) -> str:

@@ -48,7 +48,7 @@ def test_three_springs_tell_a_stiffness_of_the_water(stiffened):
     assert error < 0.2 * ADDED
     assert fit.moved(found.null.fit)[0].startswith("added_mass_kg@")
     assert fit.moved(found.null.fit)[1] > 10.0
-    tested = null_test(stiffened, FEW, found.null.fit, found.candidates)  # each spring may have its own water there
+    tested = null_test(stiffened, FEW, found.null.fit, found.candidates)  # each spring has its own water: no step to it
     assert {"linear_damping", "relaxation"} <= {test.name for test in tested.tests}
     assert "added_stiffness" not in {test.name for test in tested.tests}
     trials = [m.motions for m in stiffened.members]

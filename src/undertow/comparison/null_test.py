@@ -163,15 +163,14 @@ def null_test(
     Where a step from the null is too short to tell what a suspect gains, its fit tells, if its numbers mean something
     and are no slower than its grid: no replica is fitted, and a joint that hardly yields, or a resonator far slower
     than the body, follows a sensor that wanders. What makes trials differ (a mass of each trial's own) is not tested:
-    it is scatter, of which as much is there as there is. Nor is what springs alone tell: each may have its own water.
+    it is scatter, of which as much is there as there is.
     """
     whole = [c.fit for c in found if c.fit.solution.n_data == null.solution.n_data]  # a late one leaves out a beginning
     closest = min((null, *whole), key=lambda fit: fit.misfit)
     before, null = null, at_noise_of(null, closest)
     stands = Stands.of(null)
     factors = [noise_over(*pair) for pair in zip(*(f.solution.problem.trials for f in (before, null)), strict=True)]
-    able = [s for s in suspects if not (s.late or s.is_scatter or s.told_by_springs)]
-    usable = [s for s in able if has_room(level, s, null)]
+    usable = [s for s in suspects if not s.late and not s.is_scatter and has_room(level, s, null)]
     looks = {label: [p for p in seen if p.columns] for label, seen in (looks or {}).items()}
     every = [
         place

@@ -9,7 +9,7 @@ import pytest
 
 from undertow.errors import RecordingError
 from undertow.recording.layout import FileFormat
-from undertow.recording.propose import is_unit
+from undertow.recording.propose import is_unit, propose_mapping
 from undertow.recording.propose_file import propose_file
 from undertow.recording.propose_layout import propose_layout
 from undertow.recording.readers import read_table
@@ -133,3 +133,15 @@ def test_a_clock_without_a_unit_that_may_be_milliseconds_is_remarked(tmp_path: P
     assert "time: column 't' says no unit; s is assumed, a sample every 20 s: is it ms?" in remarks
     path.write_text(path.read_text().replace("t,x", "t [s],x"))
     assert not any("is it ms" in remark for remark in propose_file(path).proposal.remarks)
+
+
+@pytest.mark.parametrize(("second", "taken"), [(1.05, "acc1 [m/s^2]"), (0.95, "acc1 [m/s^2]"), (1.3, "acc2 [m/s^2]")])
+def test_of_two_columns_that_move_as_far_it_is_the_first_in_every_file(second: float, taken: str) -> None:
+    """Which of two accelerometers moves further is the noise's: files of one campaign would have been mapped apart."""
+    t = [0.01 * i for i in range(200)]
+    swing = [(i % 20 - 10) / 10.0 for i in range(200)]
+    table = pd.DataFrame({
+        "t [s]": t, "x [m]": [0.1 * one for one in swing], "acc1 [m/s^2]": swing,
+        "acc2 [m/s^2]": [second * one for one in swing],
+    })  # fmt: skip
+    assert propose_mapping(table).channels["acceleration"].columns == (taken,)

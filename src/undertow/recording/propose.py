@@ -48,6 +48,9 @@ LONGEST_NAME = 400
 """Characters of a column's name in which a unit is looked for; the search takes the square of them."""
 
 _UNIT_IN_NAME = re.compile(r"^(?P<stem>.*?)\s*(?:[\[(]\s*(?P<bracket>[^\])]*)\s*[\])]|_(?P<tail>[A-Za-z°%/^0-9]+))\s*$")
+AS_FAR = 0.9
+"""Columns that move by this share of the one that moves furthest move as far: which does is the noise's."""
+
 _ROTATION = re.compile(r"angle|angular|roll|phi|theta|pitch|gyro|omega", re.IGNORECASE)
 
 
@@ -275,7 +278,7 @@ def _spec(
     channel: str, columns: Sequence[tuple[Column, str]], table: pd.DataFrame, coordinate: Coordinate
 ) -> tuple[ChannelSpec, list[Column], list[str]]:
     """A channel's columns (forces of one unit are summed, otherwise the one with the widest range), those that look
-    like it as well, and what is to be said of them."""
+    like it as well, and what is to be said of them. Of two that move about as far it is the first in every file."""
     remarks: list[str] = []
     others: list[Column] = []
     if channel.endswith("force") and len({unit for _, unit in columns}) == 1:
@@ -283,7 +286,8 @@ def _spec(
         unit = columns[0][1]
     else:
         turning = [one for one in columns if _ROTATION.search(str(one[0]))] if coordinate == "rotation" else []
-        widest = max(turning or columns, key=lambda one: _extent(table[one[0]]))
+        extents = {one[0]: _extent(table[one[0]]) for one in turning or columns}
+        widest = next(one for one in turning or columns if extents[one[0]] >= AS_FAR * max(extents.values()))
         chosen, unit = (widest[0],), widest[1]
         others = [column for column, _ in turning or columns if column != widest[0]]
         left = [column for column, _ in columns if column not in (*chosen, *others)]

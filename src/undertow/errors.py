@@ -18,7 +18,7 @@ class RecordingError(UndertowError):
 
 
 class MisnamedError(RecordingError):
-    """The config names what a recording does not have: a column, a variable."""
+    """The config names what a recording does not have (a column, a variable), or states a rate that it contradicts."""
 
 
 @dataclass(frozen=True)

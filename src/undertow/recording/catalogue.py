@@ -17,7 +17,7 @@ from typing import Protocol
 import numpy as np
 import pandas as pd
 
-from undertow.errors import RecordingError
+from undertow.errors import MisnamedError, RecordingError
 from undertow.recording.channels import ChannelSpec, TimeSpec, TimeWindow
 from undertow.recording.clocks import placed
 from undertow.recording.gaps import complete, must_hold_samples
@@ -190,11 +190,11 @@ def _whole(parts: list[Part], entry: Entry) -> tuple[Array, dict[str, Array], tu
 
 
 def _stated_rate(entry: Entry, here: Catalogue) -> tuple[str, ...]:
-    """RecordingError where a column of the trial's file is a time at another rate than the stated one; a note where
+    """MisnamedError where a column of the trial's file is a time at another rate than the stated one; a note where
     that was accepted."""
     other = file_rate(entry.path, here.layout, here.time, here.channels[primary(here.channels)])
     if other and "clock" not in entry.accepted:
-        raise RecordingError(other)
+        raise MisnamedError(other)
     return (f"accepted (clock): {other}",) if other else ()
 
 

@@ -191,7 +191,7 @@ def test_a_body_that_is_lighter_in_water_is_said_and_stays_what_it_is():
 def test_a_stated_stiffness_that_is_a_few_per_cent_off_is_said_and_bars_nothing():
     off = group(105000.0, k_N_per_m=(K_N_PER_M, 200.0))
     (found,), (said,) = with_doubts([off])
-    assert "stiffness 109590 N/m is 4.4 % above the stated 105000 N/m, and more than 3 % is said here" in said
+    assert "stiffness 109590 N/m is 4.4 % above the stated 105000 N/m, and more than 3 % is noted" in said
     assert found.verdict == off.verdict
     assert with_doubts([group(108000.0, k_N_per_m=(K_N_PER_M, 200.0))])[1] == ()
 

@@ -287,14 +287,15 @@ def _spec(
     else:
         turning = [one for one in columns if _ROTATION.search(str(one[0]))] if coordinate == "rotation" else []
         extents = {one[0]: _extent(table[one[0]]) for one in turning or columns}
-        widest = next(one for one in turning or columns if extents[one[0]] >= AS_FAR * max(extents.values()))
+        alike = [one for one in turning or columns if extents[one[0]] >= AS_FAR * max(extents.values())]
+        widest, why = alike[0], "which moves furthest" if len(alike) == 1 else "the first of those that move furthest"
         chosen, unit = (widest[0],), widest[1]
         others = [column for column, _ in turning or columns if column != widest[0]]
         left = [column for column, _ in columns if column not in (*chosen, *others)]
         remarks += [f"{channel} may also be column {column!r}" for column in left]
         if others:
             remarks.append(
-                f"{channel}: column {widest[0]!r} is taken, which moves furthest; {', '.join(map(repr, others))} "
+                f"{channel}: column {widest[0]!r} is taken, {why}; {', '.join(map(repr, others))} "
                 f"{'look' if len(others) > 1 else 'looks'} like it: name another in channels, and if each is a trial, "
                 "save each with the time as a file of its own"
             )

@@ -559,12 +559,14 @@ def test_what_is_named_reaches_as_far_as_its_groups_together():
     held = tuple(SimpleNamespace(name=name) for name in "d")
     near = replace(case(baseline=Described(0.04, 0.06)), held=held)
     alone = case(allowed=0.1)
-    reach = _reach((near, alone), near, runs)  # three trials of 1.2, 1.2 and 1.6 repeatabilities, the same of half that
+    # three trials of 1.2, 1.2 and 1.6 repeatabilities, the same of half that
+    reach = _reach((near, alone), near, runs, forced=True)
     assert reach.away == pytest.approx(math.sqrt((1.2**2 + 1.2**2 + 1.6**2) * (1.0 + 0.25) / 6.0))
     assert reach.explained == pytest.approx(0.75)
     assert reach.unseen == 0.03
-    assert math.isnan(_reach((near, alone), alone, runs).unseen)
-    assert math.isnan(_reach((alone,), alone, runs).explained)
+    assert math.isnan(_reach((near, alone), near, runs, forced=False).unseen)  # a trial's own mass is told by no other
+    assert math.isnan(_reach((near, alone), alone, runs, forced=True).unseen)
+    assert math.isnan(_reach((alone,), alone, runs, forced=True).explained)
 
 
 @pytest.mark.parametrize(("unseen", "said"), [(0.07, "explained"), (0.08, "unknown"), (math.nan, "unknown")])

@@ -54,7 +54,7 @@ PROVED = 1.5
 class Closeness:
     """How far what is named reaches on a level: how many repeatabilities its training trials are away with it, and the
     share of the squared error of unseen trials that it explains (nan where there are none); ``unseen``: the error of
-    the group's own unseen trials, an outside force's size and phase fitted to each."""
+    the group's own unseen trials where an outside force is named, its size and phase fitted to each (else nan)."""
 
     away: float = 0.0
     explained: float = math.nan

@@ -96,9 +96,10 @@ def judge_level(
     fit = with_common_gains(with_own_errors(level, diagnosis.best.fit))
     fit = with_errors_by_trials(with_errors_by_recurrences(level, fit, diagnosis.best.suspects))
     diagnosis = replace(diagnosis, best=replace(diagnosis.best, fit=fit))
+    forced = any(addend.has_its_own_clock for addend in fit.addends)
     said = (_verdict(level, case, diagnosis, to, runs) for case, to in zip(cases, moved, strict=True))
     answers = (
-        of_several_causes(earned(verdict, case, diagnosis, tested, doubled, in_air, _reach(cases, case, runs)))
+        of_several_causes(earned(verdict, case, diagnosis, tested, doubled, in_air, _reach(cases, case, runs, forced)))
         for verdict, case in zip(said, cases, strict=True)
     )
     verdicts = tuple(_with_evidence(level, *pair, diagnosis, tested) for pair in zip(answers, cases, strict=True))
@@ -159,14 +160,14 @@ def _runs(level: Level, case: Case, diagnosis: LevelDiagnosis) -> dict[str, Augm
     return {name: _augmented(run, motions[name]) for name, run in runs.items() if run is not None}
 
 
-def _reach(cases: Sequence[Case], mine: Case, runs: Mapping[str, AugmentedRun]) -> Closeness:
+def _reach(cases: Sequence[Case], mine: Case, runs: Mapping[str, AugmentedRun], forced: bool) -> Closeness:
     """How far what is named reaches on the level's trials, in their groups' repeatabilities, and on those of one group
-    (``mine``) that it never saw."""
+    (``mine``) that it never saw, where an outside force is named (``forced``)."""
     own = [runs[m.name].nrmse / case.allowed for case in cases for m in case.member.motions if m.name in runs]
     told = [(case, rms([runs[m.name].nrmse for m in case.held if m.name in runs])) for case in cases]
     pairs = [(case.baseline.held_out_nrmse / case.allowed, after / case.allowed) for case, after in told]
     before, after = (rms([pair[i] for pair in pairs if np.all(np.isfinite(pair))]) for i in (0, 1))
-    unseen = next(after for case, after in told if case is mine)
+    unseen = next(error for case, error in told if case is mine) if forced else math.nan
     return Closeness(rms(own), 1.0 - (after / before) ** 2 if before > 0.0 else math.nan, unseen)
 
 

@@ -86,5 +86,3 @@ def _sizes(unit: str) -> tuple[float, ...]:
 
 def _sizes_unsaid() -> tuple[float, ...]:
     return tuple(factor_to_si(unit, "time", "translation")[0] for unit in UNSAID)
-
-

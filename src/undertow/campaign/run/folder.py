@@ -35,6 +35,7 @@ from undertow.campaign.run.workers import Progress, on_processes, silent
 from undertow.discrepancy.findings import FailedTrial, Findings
 from undertow.discrepancy.words import count
 from undertow.errors import FAILURES, UndertowError, failure
+from undertow.recording.run_files import MARK, TABLES
 from undertow.report.extent import Extent
 from undertow.report.html import write_report
 from undertow.report.tables import RunTables
@@ -42,9 +43,7 @@ from undertow.report.writing import write_pieces, write_text
 
 PAGE = "report.html"
 
-RESULTS = (
-    PAGE, "verdict.json", "trials.csv", "levels.csv", "mismatch.csv", "equations.json", "manifest.json",
-)  # fmt: skip
+RESULTS = (PAGE, "verdict.json", *TABLES, "equations.json", MARK)
 """What is moved into `EARLIER` when a later run in the same folder fails."""
 
 FIGURES, NOTES = "figures", "notes.txt"
@@ -124,7 +123,7 @@ def run_to_folder(
     config = load(config_path, overrides)
     folder = out or Path("runs") / safe_name(config.name)
     text = yaml_text(config.resolved())
-    refuse_foreign_files(folder, config_path, (*RESULTS, FIGURES, NOTES), ("manifest.json", STAGES, EARLIER))
+    refuse_foreign_files(folder, config_path, (*RESULTS, FIGURES, NOTES), (MARK, STAGES, EARLIER))
     try:
         if config.recordings.response is not None or is_driven(config):
             if jobs > 1:
@@ -155,7 +154,7 @@ def run_to_folder(
             else:
                 _set_aside(folder, (PAGE, FIGURES))
             made["wall_time_s"]["report"] = round(time.perf_counter() - start, 3)
-            write_pieces(new / "manifest.json", manifest_pieces(made, config))
+            write_pieces(new / MARK, manifest_pieces(made, config))
     except OSError as reason:
         what = f"{reason.strerror or reason} ({reason.filename or folder})"
         raise UndertowError(f"run folder {folder} cannot be written: {what}; choose another with --out") from reason
@@ -220,7 +219,7 @@ def _new_results(folder: Path) -> Iterator[Path]:
     with TemporaryDirectory(dir=folder, prefix=NEW, ignore_cleanup_errors=True) as made:
         new = Path(made)
         yield new
-        for one in sorted(new.iterdir(), key=lambda path: (path.name == "manifest.json", path.name)):
+        for one in sorted(new.iterdir(), key=lambda path: (path.name == MARK, path.name)):
             there = folder / one.name
             if there.is_dir():
                 there.replace(new / f"older {one.name}")
@@ -277,7 +276,7 @@ def _set_aside(folder: Path, names: Sequence[str] = RESULTS) -> None:
     """Move an older run's results out of the way of one that failed, or makes none of these: nobody takes them for its
     own."""
     found = [path for path in (folder / name for name in names) if path.exists()]
-    if not found or not (folder / "manifest.json").exists():
+    if not found or not (folder / MARK).exists():
         return
     earlier = folder / EARLIER
     earlier.mkdir(exist_ok=True)

@@ -172,6 +172,20 @@ def test_a_recording_that_was_fitted_or_is_of_another_group_is_said(finished, ca
     assert new.err == ""
 
 
+def test_a_recording_that_was_held_out_is_not_said_to_be_fitted(finished, capsys, tmp_path):
+    run = tmp_path / "run"
+    shutil.copytree(finished / "run", run)
+    index = pd.read_csv(finished / "campaign.csv")
+    file = finished / index["file"][0]
+    words = ("predict", run, "--recording", file)
+    assert "fitted to" in command(capsys, *words).err
+    said = json.loads((run / "verdict.json").read_text())
+    for group in said["groups"]:
+        group["held_out"] = [name for name in group["trials"] if name == file.stem]
+    (run / "verdict.json").write_text(json.dumps(said))
+    assert "fitted to" not in command(capsys, *words).err
+
+
 def test_a_table_is_not_written_under_a_name_of_another_format(finished):
     with pytest.raises(ConfigError, match=r"--out is .*o\.xlsx and the table is written as CSV; .*, as o\.csv"):
         predict_run(finished / "run", x0=0.05, duration_s=2.0, rate_hz=50.0, group=LONG, out=finished / "o.xlsx")

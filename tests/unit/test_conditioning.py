@@ -119,7 +119,7 @@ def test_a_record_in_mid_motion_has_no_hold():
     assert window.start_s == t[0]
 
 
-@pytest.mark.parametrize("before_s", [0.4, 0.1, -0.03])
+@pytest.mark.parametrize("before_s", [0.4, 0.1, -0.03, -0.1])
 def test_a_release_in_a_gap_is_refused_and_a_gap_elsewhere_is_not(before_s):
     """A period is missing across the release, or right after it; or later."""
     whole, _ = released(LONG, 0.05)

@@ -272,3 +272,20 @@ def test_a_body_that_gains_energy_is_doubted_first_and_the_sign_that_forbids_it_
     free = undertow.Discover(**settings, signs=False).fit(driven)
     assert free.estimates_["viscous_damping"].value == pytest.approx(-1.0, abs=0.01)
     assert "!" not in str(free)
+
+
+def test_false_terms_together_do_not_take_the_place_of_a_true_one():
+    """Weak viscous beside quadratic damping: this noise draws two terms more at odds of two to one."""
+    times = np.arange(0.0, 12.0, 0.02)
+    noise = np.random.default_rng(0)
+    force = {"stiffness": 39.5, "viscous_damping": 0.1, "quadratic_drag": 2.0}
+    decays = [
+        undertow.simulate(force, x0=start, mass_kg=1.0, times=times).x + noise.normal(0.0, 1e-3, times.size)
+        for start in (0.1, 0.06)
+    ]
+    found = undertow.Discover(resamples=0, outside=False, second_route=False).fit(decays, t=times, units={"x": "m"})
+    assert {term.name for term in found.terms_} == set(force)
+    first = found.structure_.rivals[0]
+    assert first.difference < 0.0 and len(first.terms) == 5
+    assert "for it, too few for the larger of the two" in "\n".join(findings(found.structure_))
+    assert len(repr(found.structure_)) < 20_000

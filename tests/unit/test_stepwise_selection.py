@@ -7,7 +7,7 @@ from experiments.structure.truths import OtherBody
 from tests.short_trials import LONG, group, per_mass
 from undertow.comparison.inclusion import block_sums, drawn, inclusion
 from undertow.comparison.laws import laws
-from undertow.comparison.stepwise_selection import Rules, inner_values, penalty_of, walk
+from undertow.comparison.stepwise_selection import Rules, _simplest, inner_values, penalty_of, walk
 from undertow.comparison.structure import left_over
 from undertow.comparison.trajectories import in_cells
 from undertow.conditioning.condition import condition
@@ -134,3 +134,23 @@ def test_what_is_left_counts_the_sensors_noise_whatever_the_weights(found):
     weighed = [trial.reweighted([3.0] * len(trial.channels)) for trial in found.trials]
     again = walk(weighed, found.book, EQ15, found.polished.values, Rules())
     assert left_over(again) == pytest.approx(left_over(found), rel=1e-3)
+
+
+@pytest.mark.parametrize(
+    ("larger", "ahead", "expected"),
+    [
+        ({0, 2, 3, 4}, 5.9, "smaller"),  # two terms in the place of one, at less than 20 to 1
+        ({0, 2, 3, 4}, 6.1, "larger"),
+        ({0, 1, 3, 4}, 0.1, "larger"),  # one more term beside all of the smaller ones: the criterion alone
+        ({0, 2, 3}, 0.1, "larger"),  # another term in the place of one
+    ],
+)
+def test_several_terms_take_the_place_of_one_at_the_odds_of_a_rival(larger, ahead, expected):
+    subsets = [({0, 1, 3}, 100.0, "smaller"), (larger, 100.0 - ahead, "larger")]
+    assert _simplest(subsets, Rules()) == expected
+
+
+def test_of_smaller_subsets_the_smallest_is_taken_and_of_two_alike_the_better():
+    subsets = [({0, 2, 3, 4}, 100.0, "best"), ({0, 1, 5}, 101.0, "worse"), ({0, 1, 3}, 100.5, "better")]
+    assert _simplest(subsets, Rules()) == "better"
+    assert _simplest([*subsets, ({0, 1}, 105.9, "smallest")], Rules()) == "smallest"

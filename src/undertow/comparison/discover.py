@@ -64,7 +64,8 @@ class Discovery(BaseEstimator):  # type: ignore[misc]
     beliefs : what is known of coefficients beforehand, as values with errors: `Belief`, and from dry
         trials `from_dry` (dry_beliefs.py).
     scatter : term name -> relative standard deviation from trial to trial; None takes the trials as equal.
-    rival_difference : subsets within this difference of the criterion are rivals; 6 is odds of 20 to 1.
+    rival_difference : subsets within this difference of the criterion are rivals; 6 is odds of 20 to 1. A larger subset
+        takes the place of a smaller that it does not contain only beyond it.
     resamples : block resamples for the inclusion probabilities; 0 leaves them out.
     outside : whether what the equation found leaves out is searched for, as `undertow run` does.
     second_route : whether the coefficients are found a second time in weak form.

@@ -13,6 +13,7 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -26,6 +27,7 @@ from undertow.methods.exact_subsets import Subset, SubsetSearch, search_subsets
 from undertow.methods.subset import BestSubset
 
 Array = NDArray[np.float64]
+Kind = TypeVar("Kind")
 
 MOST_VISITS = 8
 """Subsets polished at most; walks seen so far end after one to three."""
@@ -49,8 +51,9 @@ class Rules:
     """What subsets are allowed, in indices of the library's terms.
 
     ``known`` are always in; ``together`` enter all or none; of ``exclusive`` at most one; with ``signs`` a coefficient
-    that cannot be negative is not. Subsets within ``rival_difference`` of the best criterion are rivals. ``beliefs``
-    are what is known of coefficients beforehand.
+    that cannot be negative is not. Subsets within ``rival_difference`` of the best criterion are rivals, and a larger
+    one stands in place of a smaller that it does not contain only beyond it. ``beliefs`` are what is known of
+    coefficients beforehand.
     """
 
     known: tuple[int, ...] = ()
@@ -167,12 +170,13 @@ def walk_on(trials: Sequence[Cells], book: Laws, here: Polished, rules: Rules) -
         visit = _look_around(trials, book, here, rules)
         visits.append(visit)
         search: SubsetSearch = visit.optimizer.searches_[0]
-        places = [visit.offered[column] for column in search.best.columns]
+        subset = _simplest([(set(one.columns), one.criterion, one) for one in (search.best, *search.rivals)], rules)
+        places = [visit.offered[column] for column in subset.columns]
         wanted = tuple(sorted({int(book.owner[place]) for place in places}))
         if len(visits) == MOST_VISITS or any(wanted == seen.polished.chosen for seen in visits) or not wanted:
             break
         values = visit.polished.values.copy()
-        values[places] = visit.optimizer.coef_[0][list(search.best.columns)]
+        values[places] = np.linalg.lstsq(visit.linear.columns[:, places], visit.linear.response, rcond=None)[0]
         start = _inside(book, _with_inner(book, visit, values), visit.polished.values)
         try:
             here = polish(trials, book, wanted, start, here.own)
@@ -211,12 +215,26 @@ def _best_of(trials: Sequence[Cells], book: Laws, visits: Sequence[_Visit], rule
     criteria = [
         visit.polished.cost / widening + penalty * len(book.columns(visit.polished.chosen)) for visit in visits
     ]
-    best = min(allowed, key=lambda visit: criteria[visits.index(visit)])
+    best = _simplest(
+        [(set(visit.polished.chosen), criteria[visits.index(visit)], visit) for visit in allowed], rules
+    )
     return Selected(
         book, tuple(trials), best.polished, best.linear, best.offered, best.optimizer,
         float(criteria[visits.index(best)]), widening, penalty,
         tuple((visit.polished.chosen, value) for visit, value in zip(visits, criteria, strict=True)),
     )  # fmt: skip
+
+
+def _simplest(subsets: Sequence[tuple[set[int], float, Kind]], rules: Rules) -> Kind:
+    """The best of subsets with their criteria; a smaller one before it that it does not contain and that is within the
+    rival difference: several terms that together take a true one's place draw more from the noise than one term does.
+    """
+    members, least, best = min(subsets, key=lambda one: one[1])
+    smaller = [
+        one for one in subsets
+        if len(one[0]) < len(members) and not one[0] < members and one[1] - least <= rules.rival_difference
+    ]  # fmt: skip
+    return min(smaller, key=lambda one: (len(one[0]), one[1]))[2] if smaller else best
 
 
 def _obeys(chosen: Sequence[int], rules: Rules) -> bool:

@@ -11,7 +11,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -71,7 +71,7 @@ class FoundStructure:
     route: Route | None
     route_outcome: str
     left: float
-    found: Selected
+    found: Selected = field(repr=False)
     forbidden: tuple[str, ...] = ()
 
     @property
@@ -259,7 +259,7 @@ def _rivals(found: Selected, rules: Rules, names: Sequence[str]) -> tuple[RivalS
     exact = {chosen: criterion - found.criterion for chosen, criterion in found.visited}
     candidates = {found.terms_of(one): one.criterion for one in reversed((found.search.best, *found.search.rivals))}
     own = candidates.pop(found.chosen, found.search.best.criterion)
-    differences = {terms: exact.get(terms, max(criterion - own, 0.0)) for terms, criterion in candidates.items()}
+    differences = {terms: exact.get(terms, criterion - own) for terms, criterion in candidates.items()}
     return tuple(
         RivalSubset(tuple(names[i] for i in terms), difference)
         for terms, difference in sorted(differences.items(), key=lambda pair: pair[1])

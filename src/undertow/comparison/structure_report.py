@@ -132,7 +132,8 @@ def findings(structure: FoundStructure, outside: Outside | None = None) -> tuple
             part for part in (f"with {', '.join(added)}" if added else "", f"without {', '.join(gone)}" if gone else "")
             if part
         )
-        said.append(f"rival {change}: odds {odds(rival.difference)} against it")
+        more = "against it" if rival.difference >= 0.0 else "for it, too few for the larger of the two"
+        said.append(f"rival {change}: odds {odds(rival.difference)} {more}")
     for source in dict.fromkeys(belief.source for belief in structure.found.book.beliefs):
         about = {name for one in structure.found.book.beliefs if one.source == source for name in one.weights}
         said.append(f"known beforehand ({source}): {', '.join(sorted(about))}")

@@ -64,7 +64,8 @@ class Discover(FoundEquation, Estimator):
     signs : whether a coefficient that cannot be negative (drag, friction, damping, stiffness) is kept from it.
     beliefs : what is known of coefficients beforehand (`undertow.comparison.beliefs.Belief`).
     scatter : term name -> relative standard deviation from trial to trial; None takes the trials as equal.
-    rival_difference : subsets within this difference of the criterion are rivals; 6 is odds of 20 to 1.
+    rival_difference : subsets within this difference of the criterion are rivals; 6 is odds of 20 to 1. A larger subset
+        takes the place of a smaller that it does not contain only beyond it.
     resamples : block resamples for the inclusion probabilities; 0 leaves them out.
     outside : whether what the equation found leaves out is searched for, as `undertow.diagnose` does on all the trials
         as one group; ``adequate_`` and ``outside_`` say what came of it. It takes longer than the rest.

@@ -286,6 +286,7 @@ def test_false_terms_together_do_not_take_the_place_of_a_true_one():
     found = undertow.Discover(resamples=0, outside=False, second_route=False).fit(decays, t=times, units={"x": "m"})
     assert {term.name for term in found.terms_} == set(force)
     first = found.structure_.rivals[0]
-    assert first.difference < 0.0 and len(first.terms) == 5
+    assert first.difference < 0.0
+    assert len(first.terms) == 5
     assert "for it, too few for the larger of the two" in "\n".join(findings(found.structure_))
     assert len(repr(found.structure_)) < 20_000

@@ -205,12 +205,13 @@ def test_a_config_whose_rate_contradicts_the_files_is_not_run(tmp_path):
     assert len(undertow.load(path)) == 3
 
 
-def test_a_gravity_that_is_not_the_earths_is_doubted_in_the_run(tmp_path):
+def test_a_gravity_and_a_density_that_are_not_the_usual_are_doubted_in_the_run(tmp_path):
     path = files(tmp_path, "t,Weg") / "c.yaml"
     text = CONFIG.replace("{rate_hz: 50}", "{column: t, unit: s}")
-    path.write_text(text.replace("mass_kg: 4.0", "mass_kg: 4.0, gravity_m_per_s2: 8.5"))
+    path.write_text(text.replace("mass_kg: 4.0", "mass_kg: 4.0, gravity_m_per_s2: 8.5, water_density_kg_per_m3: 800"))
     done = run_to_folder(path, out=tmp_path / "run", jobs=1, page=False)
     assert "doubt: specimen.gravity_m_per_s2 is 8.5 m/s^2, and 9.7 to 9.9 on Earth: correct it, unless" in done.summary
+    assert "specimen.water_density_kg_per_m3 is 800 kg/m^3, and 950 to 1100 in laboratories and at sea" in done.summary
 
 
 @pytest.mark.parametrize("given", ["0.1", None, 1j])
@@ -265,3 +266,10 @@ def test_a_scatter_in_per_cent_and_a_gravity_in_g_are_refused(trials):
         undertow.diagnose(trials, TERMS, scatter={"k": 0.01, "c": 10.0})
     with pytest.raises(ConfigError, match=r"gravity_m_per_s2 is 1 m/s\^2, less than the Moon's .*; 1 g is 9\.81"):
         undertow.fit(trials, TERMS, gravity_m_per_s2=1.0)
+
+
+@pytest.mark.parametrize("density", [1.0, 1.025])
+def test_a_density_in_grams_per_cubic_centimetre_is_refused(trials, density):
+    said = rf"density_kg_per_m3 is {density:g} kg/m\^3, no liquid's .*; 1 g/cm\^3 is 1000"
+    with pytest.raises(ConfigError, match=said):
+        undertow.fit(trials, TERMS, water_density_kg_per_m3=density)

@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable, Iterator, Mapping
+from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 from undertow.campaign.config.settings import Quantity, Table
@@ -40,11 +41,33 @@ PUBLISHED = "published."
 MAY_BE_ZERO = frozenset({"area_m2", "submerged_volume_m3"})
 """What is 0 where there is no water; everything else is larger than 0."""
 
-EARTH = (9.7, 9.9)
-"""Gravity, m/s^2, from the equator on a mountain to the poles at sea level, and somewhat more."""
+@dataclass(frozen=True)
+class Constant:
+    """A constant of the surroundings: its ``unit``, the ``usual`` span that raises no doubt (``usual_of``: of
+    what), the ``possible`` one (and in words what lies ``outside``), the ``slip`` that is made with it, and what makes
+    an unusual number right, ``unless``."""
 
-ANY_GRAVITY = (1.5, 2000.0)
-"""Gravity, m/s^2, of any test: just below the Moon's 1.62, and 200 g in a centrifuge."""
+    unit: str
+    usual: tuple[float, float]
+    usual_of: str
+    possible: tuple[float, float]
+    outside: str
+    slip: str
+    unless: str
+
+
+CONSTANTS: Mapping[str, Constant] = {
+    "gravity_m_per_s2": Constant(
+        "m/s^2", (9.7, 9.9), "on Earth", (1.5, 2000.0), "less than the Moon's or more than a centrifuge's",
+        "1 g is 9.81", "the rig is inclined, in a centrifuge or elsewhere",
+    ),
+    "water_density_kg_per_m3": Constant(
+        "kg/m^3", (950.0, 1100.0), "in laboratories and at sea", (50.0, 20000.0), "no liquid's", "1 g/cm^3 is 1000",
+        "it is another liquid",
+    ),
+}  # fmt: skip
+"""Gravity from the equator on a mountain to the poles and somewhat more, at all from just below the Moon's 1.62 to
+200 g; density from hot water to brine of the sea and somewhat more, at all from liquid hydrogen to beyond mercury."""
 
 BY_LEVEL = ("mass_kg", "area_m2", "submerged_volume_m3")
 """Quantities without which a wet level cannot be identified as the others are, where a table gives it to those."""
@@ -73,7 +96,7 @@ def location(name: str, *below: str) -> Location:
 
 def unphysical(config: RunConfig) -> list[tuple[Location, str]]:
     """Where and what is wrong in the numbers of the specimen as they are written."""
-    wrong: list[tuple[Location, str]] = [*_scattered(config), *_weightless(config)]
+    wrong: list[tuple[Location, str]] = [*_scattered(config), *_otherworldly(config)]
     for name, quantity in quantities(config).items():
         if not isinstance(quantity, Table):
             if said := _refused(config, name, quantity, zero=False):
@@ -100,24 +123,25 @@ def _scattered(config: RunConfig) -> Iterator[tuple[Location, str]]:
             )
 
 
-def _weightless(config: RunConfig) -> Iterator[tuple[Location, str]]:
-    """A gravity that no laboratory has, as one counted in g."""
-    gravity, (least, most) = config.specimen.gravity_m_per_s2, ANY_GRAVITY
-    if not least <= gravity <= most:
-        yield location("gravity_m_per_s2"), (
-            f"specimen.gravity_m_per_s2 is {gravity:g} m/s^2, less than the Moon's or more than a centrifuge's "
-            f"({least:g} to {most:g}); 1 g is 9.81: correct it, or leave it out"
-        )
+def _otherworldly(config: RunConfig) -> Iterator[tuple[Location, str]]:
+    """A gravity or density that no laboratory has, as one counted in g or in g/cm^3."""
+    for name, known in CONSTANTS.items():
+        value, (least, most) = getattr(config.specimen, name), known.possible
+        if not least <= value <= most:
+            yield location(name), (
+                f"specimen.{name} is {value:g} {known.unit}, {known.outside} ({least:g} to {most:g}); {known.slip}: "
+                "correct it, or leave it out"
+            )
 
 
-def strange_gravity(config: RunConfig) -> tuple[str, ...]:
-    """The doubt about a gravity that is not the Earth's, which some rigs have and most do not."""
-    gravity, (least, most) = config.specimen.gravity_m_per_s2, EARTH
-    if least <= gravity <= most:
-        return ()
-    return (
-        f"specimen.gravity_m_per_s2 is {gravity:g} m/s^2, and {least:g} to {most:g} on Earth: correct it, unless the "
-        "rig is inclined, in a centrifuge or elsewhere",
+def strange_constants(config: RunConfig) -> tuple[str, ...]:
+    """The doubts about a gravity that is not the Earth's and a density that is not water's, which some rigs have and
+    most do not."""
+    return tuple(
+        f"specimen.{name} is {value:g} {known.unit}, and {known.usual[0]:g} to {known.usual[1]:g} {known.usual_of}: "
+        f"correct it, unless {known.unless}"
+        for name, known in CONSTANTS.items()
+        if not known.usual[0] <= (value := getattr(config.specimen, name)) <= known.usual[1]
     )
 
 

@@ -13,7 +13,7 @@ from pathlib import Path
 
 from undertow.campaign.config import GroupKey, RunConfig
 from undertow.campaign.config.matching import planned
-from undertow.campaign.config.specimen_rules import strange_gravity
+from undertow.campaign.config.specimen_rules import strange_constants
 from undertow.campaign.run import checkpoints
 from undertow.campaign.run.analysis import GroupTask, analyse
 from undertow.campaign.run.checking import Checked, Checker, each_once, sorted_out
@@ -111,7 +111,7 @@ class Course:
         self._terms = terms_by_name(config.equation.terms) if terms is None else tuple(terms)
         self._catalogue, self._given = config.catalogue(), given
         self._notes: tuple[str, ...] = ()
-        self._doubts = strange_gravity(config)
+        self._doubts = strange_constants(config)
         if given is None:
             plan = planned(config)
             self._notes = plan.notes

@@ -12,9 +12,8 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
-from scipy.optimize import brentq
+from scipy.optimize import brentq, minimize_scalar
 from scipy.stats import chi2
-from scipy.stats import f as f_distribution
 
 from undertow.conditioning.motion import Motion
 from undertow.equation.kernel import SLOT
@@ -41,8 +40,11 @@ all that is known where a scatter was assumed."""
 PUBLISHED = 1.0
 """Degrees of freedom that know a scatter as well as that."""
 
-TREND_CHANCE = 0.02
+TREND_CHANCE = 0.01
 """A trend of k, c or mu with amplitude that chance would show less often than this is no scatter."""
+
+SCATTER_WITHIN = 9.0
+"""How far, as a logarithm, a scatter is looked for around the usual one."""
 
 UNEVEN = 3.0
 """A dry trial that is damped so many times more or less than the others is not one of them: trials of one rig differ by
@@ -118,7 +120,8 @@ def pooled_scatter(springs: Sequence[Mapping[str, GroupFit]]) -> Scatter:
         return Scatter(DEFAULT_SCATTER, 0.0)
     groups = {
         symbol: without_trend(
-            [(_amplitudes(fits), *_relative(fits, symbol)) for fits in springs if len(_values(fits, symbol)) > 1]
+            [(_amplitudes(fits), *_relative(fits, symbol)) for fits in springs if len(_values(fits, symbol)) > 1],
+            DEFAULT_SCATTER[symbol],
         )
         for symbol in _NAMES
     }
@@ -159,33 +162,44 @@ def _amplitudes(fits: Mapping[str, GroupFit]) -> Array:
     return np.log([max(abs(f.solution.value(f"x0_m[{name}]")), np.finfo(float).tiny) for name, f in fits.items()])
 
 
-def without_trend(groups: Sequence[tuple[Array, Array, Array]]) -> list[tuple[Array, Array]]:
+def without_trend(
+    groups: Sequence[tuple[Array, Array, Array]], usual: float
+) -> list[tuple[Array, Array]]:
     """(values, noise) of groups (log amplitude, values, noise), each (n,): less their line over log amplitude where
-    that line is there beyond doubt (F test over all groups, one chance in fifty).
+    that line is there beyond doubt (likelihood ratio over all groups, one chance in a hundred).
 
-    What goes with amplitude in every spring is no scatter: a law is missing, and repetitions do not differ by it.
+    What goes with amplitude in every spring is no scatter: a law is missing, and repetitions do not differ by it. Rigs
+    scatter by ``usual``, within `RIGS_WITHIN`: three trials that lie on a line by chance are no trend where they differ
+    by what rigs do. What is left is widened by the freedom that the lines took.
     """
-    lines, before, after, freedom = [], 0.0, 0.0, 0
-    for amplitude, values, noise in groups:
-        if values.size < 3 or float(np.ptp(amplitude)) == 0.0:
-            lines.append(np.zeros(values.size))
-            continue
-        weight = 1.0 / np.hypot(noise, 0.3 * float(np.std(values)) + 1e-12)
-        centre = np.column_stack([np.ones(values.size)]) * weight[:, None]
-        both = np.column_stack([np.ones(values.size), amplitude]) * weight[:, None]
-        flat = np.linalg.lstsq(centre, values * weight, rcond=None)[0]
-        line = np.linalg.lstsq(both, values * weight, rcond=None)[0]
-        before += float(np.sum((values * weight - centre @ flat) ** 2))
-        after += float(np.sum((values * weight - both @ line) ** 2))
-        freedom += values.size - 2
-        lines.append(line[1] * (amplitude - float(np.mean(amplitude))))
-    used = sum(values.size >= 3 and float(np.ptp(amplitude)) > 0.0 for amplitude, values, _ in groups)
-    if freedom == 0 or used == 0 or after <= 0.0:
-        return [(values, noise) for _, values, noise in groups]
-    chance = float(f_distribution.sf((before - after) / used / (after / freedom), used, freedom))
-    if chance > TREND_CHANCE:
-        return [(values, noise) for _, values, noise in groups]
-    return [(values - line, noise) for (_, values, noise), line in zip(groups, lines, strict=True)]
+    sloped = [values.size > 2 and float(np.ptp(amplitude)) > 0.0 for amplitude, values, _ in groups]
+    trials, lines = sum(values.size for _, values, _ in groups), sum(sloped)
+    left = trials - len(groups) - lines
+
+    def fitted(log: float, slopes: Sequence[bool]) -> tuple[float, list[Array]]:
+        """-2 log likelihood at a scatter, with what every group's line is."""
+        total, found = ((log - math.log(usual)) / math.log(RIGS_WITHIN)) ** 2, []
+        for (amplitude, values, noise), slope in zip(groups, slopes, strict=True):
+            weight = 1.0 / np.hypot(noise, math.exp(log))
+            columns = np.column_stack([np.ones(values.size), amplitude][: 1 + slope])
+            line = columns @ np.linalg.lstsq(columns * weight[:, None], values * weight, rcond=None)[0]
+            total += float(np.sum(((values - line) * weight) ** 2) - 2.0 * left / trials * np.sum(np.log(weight)))
+            found.append(line)
+        return total, found
+
+    if lines and left > 0:
+        around = (math.log(usual) - SCATTER_WITHIN, math.log(usual) + SCATTER_WITHIN)
+        flat, line = (
+            minimize_scalar(lambda log, own=own: fitted(log, own)[0], bounds=around, method="bounded")
+            for own in ([False] * len(groups), sloped)
+        )
+        if chi2.sf(flat.fun - line.fun, lines) <= TREND_CHANCE:
+            on = fitted(float(line.x), sloped)[1]
+            return [
+                (float(np.mean(v)) + (v - own) * math.sqrt((v.size - 1) / (v.size - 1 - slope)), noise)
+                for (_, v, noise), own, slope in zip(groups, on, sloped, strict=True)
+            ]
+    return [(values, noise) for _, values, noise in groups]
 
 
 def _relative(fits: Mapping[str, GroupFit], symbol: str) -> tuple[Array, Array]:

@@ -121,10 +121,8 @@ def beside_instrument(trial: DrivenTrial, fitted: DrivenFit) -> BesideInstrument
             f"trial {trial.name}: where the instrument moves, {1 + len(terms)} numbers are not told apart; give a "
             "longer record, with motion both ways and at several speeds"
         )
-    numbers = fitted.numbers
-    errors = dict(zip(fitted.names, np.sqrt(np.maximum(np.diag(fitted.covariance), 0.0)).tolist(), strict=True))
-    by_output = {name: Estimate(numbers[name], errors[name], unit=one.unit) for name, one in found.items()}
-    return BesideInstrument(trial.name, by_output, found, strength)
+    known = fitted.estimates
+    return BesideInstrument(trial.name, {name: known[name] for name in found}, found, strength)
 
 
 def regressed(

@@ -16,7 +16,7 @@ import numpy as np
 
 from undertow.campaign.config import load
 from undertow.campaign.driven.trials import recording_alone, trial_of
-from undertow.conditioning.driven import DrivenTrial
+from undertow.conditioning.driven import UNITS_OF_MOTION, DrivenTrial
 from undertow.errors import ConfigError
 from undertow.methods.driven_equations import DrivenPrediction, predict_driven, read_back
 from undertow.recording.catalogue import read_trial
@@ -88,7 +88,7 @@ def predict_recording(
     if not 3 <= start < trial.t.size:
         raise ConfigError(f"--start is {start} of {trial.t.size} samples; give at least 3, and fewer than there are")
     said = getattr(settings.recordings.channels, trial.main).unit
-    unit = said if said in ("V", "mV", "%") else {"displacement": "m", "velocity": "m/s"}.get(trial.main, "m/s^2")
+    unit = said if said in ("V", "mV", "%") else UNITS_OF_MOTION[trial.main]
     made = Predicted(trial, predict_driven(trial, equation, start), unit)
     if out is not None:
         write_text(out, made.csv())

@@ -33,6 +33,7 @@ class ExternalForcing(Term):
     slots: ClassVar[Mapping[str, str]] = {"amplitude_N": "fcos", "frequency_rad_per_s": "omega", "phase_rad": "fsin"}
     law: ClassVar[str] = "A cos(Omega t + varphi)"
     latex: ClassVar[str] = r"A\cos(\Omega t+\varphi)"
+    smooth: ClassVar[str] = "amplitude_N * cos(frequency_rad_per_s * t + phase_rad)"
     source: ClassVar[str] = "wave, seiche or machine"
     left_out: ClassVar[str] = "a line at one frequency in all trials, with another phase in each; it does not decay"
     own_clock: ClassVar[bool] = True
@@ -47,12 +48,6 @@ class ExternalForcing(Term):
             "fsin": -coefficient * float(np.sin(self.phase_rad)),
             "omega": self.frequency_rad_per_s,
         }
-
-    def share(self, p: Mapping[str, Expression], q: SymbolPlace, number: str) -> Share:
-        """A force of the time alone."""
-        import sympy as sp
-
-        return Share(smooth=p["amplitude_N"] * sp.cos(p["frequency_rad_per_s"] * q.t + p["phase_rad"]))
 
     def by_slots(self, s: Mapping[str, Expression], q: SymbolPlace, number: str) -> Share:
         """The same with a cosine and a sine part."""

@@ -9,7 +9,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import ClassVar
 
-from undertow.equation.symbolic import Element, Expression, Share, SymbolPlace
+from undertow.equation.symbolic import Element
 from undertow.equation.term import Array, Published, Term
 from undertow.quantities import Parameter
 
@@ -56,6 +56,7 @@ class AddedStiffness(Term):
     slots: ClassVar[Mapping[str, str]] = {"N_per_m": "k1"}
     law: ClassVar[str] = "k_w x"
     latex: ClassVar[str] = r"k_w x"
+    smooth: ClassVar[str] = "N_per_m * x"
     source: ClassVar[str] = "hydrostatic restoring, e.g. Newman 1977 ch. 6"
     left_out: ClassVar[str] = "an added mass that depends on the spring: too small on the soft one"
     pulls_back: ClassVar[bool] = True
@@ -69,10 +70,6 @@ class AddedStiffness(Term):
     )
     element: ClassVar[Element] = "elastic"
 
-    def share(self, p: Mapping[str, Expression], q: SymbolPlace, number: str) -> Share:
-        """A smooth force."""
-        return Share(smooth=p["N_per_m"] * q.x)
-
 
 @dataclass(frozen=True)
 class QuadraticDrag(Term):
@@ -83,6 +80,7 @@ class QuadraticDrag(Term):
     slots: ClassVar[Mapping[str, str]] = {"drag_Ns2_per_m2": "q"}
     law: ClassVar[str] = "q v |v|"
     latex: ClassVar[str] = r"q\,\dot{x}|\dot{x}|"
+    smooth: ClassVar[str] = "drag_Ns2_per_m2 * (v**2 * d)"
     source: ClassVar[str] = "Morison et al. 1950; report Eq. 15"
     left_out: ClassVar[str] = "decrement rises with amplitude in proportion"
     dissipates: ClassVar[bool] = True
@@ -100,10 +98,6 @@ class QuadraticDrag(Term):
         """Drag that makes a fiftieth of the inertia force at full speed."""
         return 0.02 * mass * rate / speed
 
-    def share(self, p: Mapping[str, Expression], q: SymbolPlace, number: str) -> Share:
-        """A smooth force."""
-        return Share(smooth=p["drag_Ns2_per_m2"] * (q.v**2 * q.d))
-
 
 @dataclass(frozen=True)
 class LinearDamping(Term):
@@ -114,6 +108,7 @@ class LinearDamping(Term):
     slots: ClassVar[Mapping[str, str]] = {"c_Ns_per_m": "c1"}
     law: ClassVar[str] = "c_w v"
     latex: ClassVar[str] = r"c_w \dot{x}"
+    smooth: ClassVar[str] = "c_Ns_per_m * v"
     source: ClassVar[str] = "radiation damping, e.g. Newman 1977 ch. 6"
     left_out: ClassVar[str] = (
         "decrement too small by the same amount at every amplitude; a fitted C_d that falls with amplitude"
@@ -127,10 +122,6 @@ class LinearDamping(Term):
     next_test: ClassVar[str] = "a longer decay from a small release, where drag has faded and linear damping has not"
     element: ClassVar[Element] = "dashpot"
 
-    def share(self, p: Mapping[str, Expression], q: SymbolPlace, number: str) -> Share:
-        """A smooth force."""
-        return Share(smooth=p["c_Ns_per_m"] * q.v)
-
 
 @dataclass(frozen=True)
 class CubicDamping(Term):
@@ -141,6 +132,7 @@ class CubicDamping(Term):
     slots: ClassVar[Mapping[str, str]] = {"Ns3_per_m3": "c3"}
     law: ClassVar[str] = "c_3 v^3"
     latex: ClassVar[str] = r"c_3 \dot{x}^3"
+    smooth: ClassVar[str] = "Ns3_per_m3 * v**3"
     source: ClassVar[str] = "Himeno 1981"
     left_out: ClassVar[str] = "decrement rises with the square of the amplitude"
     dissipates: ClassVar[bool] = True
@@ -149,10 +141,6 @@ class CubicDamping(Term):
     speed_power: ClassVar[float] = 3.0
     words: ClassVar[str] = "damping with the cube of the speed"
     element: ClassVar[Element] = "dashpot"
-
-    def share(self, p: Mapping[str, Expression], q: SymbolPlace, number: str) -> Share:
-        """A smooth force."""
-        return Share(smooth=p["Ns3_per_m3"] * q.v**3)
 
 
 @dataclass(frozen=True)
@@ -172,18 +160,13 @@ class DragExponent(Term):
     slots: ClassVar[Mapping[str, str]] = {"coefficient_N_sp_per_mp": "cp", "exponent": "p"}
     law: ClassVar[str] = "d |v|^p sign(v)"
     latex: ClassVar[str] = r"d\,|\dot{x}|^{p}\,\mathrm{sgn}(\dot{x})"
+    smooth: ClassVar[str] = "coefficient_N_sp_per_mp * Abs(v) ** exponent * d"
     source: ClassVar[str] = "power-law damping, e.g. Elliott et al. 2015, doi:10.1016/j.jsv.2015.05.003"
     left_out: ClassVar[str] = "a drag coefficient that follows a power of the amplitude"
     of_water: ClassVar[bool] = True
     relative_to: ClassVar = "water"
     words: ClassVar[str] = "drag with another power of the speed"
     element: ClassVar[Element] = "dashpot"
-
-    def share(self, p: Mapping[str, Expression], q: SymbolPlace, number: str) -> Share:
-        """A smooth force."""
-        import sympy as sp
-
-        return Share(smooth=p["coefficient_N_sp_per_mp"] * sp.Abs(q.v) ** p["exponent"] * q.d)
 
     def materials(self, coefficient: float, sticking: float) -> tuple[str, ...]:
         """A dashpot with an exponent."""

@@ -10,8 +10,8 @@ from dataclasses import dataclass
 from typing import ClassVar
 
 from undertow.equation.hydrodynamics import LinearDamping
-from undertow.equation.symbolic import Element, Expression, Share, SymbolPlace
-from undertow.equation.term import Published, Term, restoring
+from undertow.equation.symbolic import Element
+from undertow.equation.term import Published, Term
 from undertow.quantities import Parameter
 
 
@@ -29,6 +29,7 @@ class Stiffness(Term):
     slots: ClassVar[Mapping[str, str]] = {"k_N_per_m": "k1"}
     law: ClassVar[str] = "k x"
     latex: ClassVar[str] = r"k x"
+    smooth: ClassVar[str] = "k_N_per_m * x"
     source: ClassVar[str] = "Hooke; report Eq. 1"
     left_out: ClassVar[str] = "nothing oscillates without it"
     pulls_back: ClassVar[bool] = True
@@ -43,10 +44,6 @@ class Stiffness(Term):
         """What swings the whole mass at its rate."""
         return mass * rate**2
 
-    def share(self, p: Mapping[str, Expression], q: SymbolPlace, number: str) -> Share:
-        """A smooth force."""
-        return Share(smooth=p["k_N_per_m"] * q.x)
-
 
 @dataclass(frozen=True)
 class ViscousDamping(Term):
@@ -57,6 +54,7 @@ class ViscousDamping(Term):
     slots: ClassVar[Mapping[str, str]] = {"c_Ns_per_m": "c1"}
     law: ClassVar[str] = "c v"
     latex: ClassVar[str] = r"c \dot{x}"
+    smooth: ClassVar[str] = "c_Ns_per_m * v"
     source: ClassVar[str] = "report Eq. 1"
     left_out: ClassVar[str] = "the logarithm of the amplitude falls too slowly by the same amount every cycle"
     dissipates: ClassVar[bool] = True
@@ -71,10 +69,6 @@ class ViscousDamping(Term):
         """One per cent of critical damping."""
         return 0.02 * mass * rate
 
-    def share(self, p: Mapping[str, Expression], q: SymbolPlace, number: str) -> Share:
-        """A smooth force."""
-        return Share(smooth=p["c_Ns_per_m"] * q.v)
-
 
 @dataclass(frozen=True)
 class CoulombFriction(Term):
@@ -85,6 +79,7 @@ class CoulombFriction(Term):
     slots: ClassVar[Mapping[str, str]] = {"force_N": "fc"}
     law: ClassVar[str] = "F_c sign(v)"
     latex: ClassVar[str] = r"F_c\,\mathrm{sgn}(\dot{x})"
+    friction: ClassVar[str] = "force_N"
     source: ClassVar[str] = "Coulomb; report Eq. 15"
     left_out: ClassVar[str] = "peaks fall by a constant step a cycle; strongest in the small-amplitude tail"
     dissipates: ClassVar[bool] = True
@@ -98,12 +93,6 @@ class CoulombFriction(Term):
         """A five hundredth of the inertia force at full motion."""
         return 2e-3 * (mass * rate * speed)
 
-    def share(self, p: Mapping[str, Expression], q: SymbolPlace, number: str) -> Share:
-        """A size of friction."""
-        import sympy as sp
-
-        return Share(friction=p["force_N"] * sp.Integer(1))
-
     def materials(self, coefficient: float, sticking: float) -> tuple[str, ...]:
         """A stiff spring that yields, and starts where the body is held."""
         gives = coefficient / sticking
@@ -116,10 +105,11 @@ class CubicStiffness(Term):
     """Hardening (k3 > 0) or softening (k3 < 0) spring, F = k3 x^3 (Duffing)."""
 
     name: ClassVar[str] = "cubic_stiffness"
-    parameters: ClassVar[tuple[Parameter, ...]] = restoring("k_3", "N/m^3", "N_per_m3")
+    parameters: ClassVar[tuple[Parameter, ...]] = (Parameter("N_per_m3", "N/m^3", "k_3"),)
     slots: ClassVar[Mapping[str, str]] = {"N_per_m3": "k3"}
     law: ClassVar[str] = "k_3 x^3"
     latex: ClassVar[str] = r"k_3 x^3"
+    smooth: ClassVar[str] = "N_per_m3 * x**3"
     source: ClassVar[str] = "Duffing 1918"
     left_out: ClassVar[str] = "frequency shifts with the square of the amplitude; third harmonic"
     pulls_back: ClassVar[bool] = True
@@ -127,20 +117,17 @@ class CubicStiffness(Term):
     sprung: ClassVar[bool] = True
     element: ClassVar[Element] = "elastic"
 
-    def share(self, p: Mapping[str, Expression], q: SymbolPlace, number: str) -> Share:
-        """A smooth force."""
-        return Share(smooth=p["N_per_m3"] * q.x**3)
-
 
 @dataclass(frozen=True)
 class QuinticStiffness(Term):
     """F = k5 x^5."""
 
     name: ClassVar[str] = "quintic_stiffness"
-    parameters: ClassVar[tuple[Parameter, ...]] = restoring("k_5", "N/m^5", "N_per_m5")
+    parameters: ClassVar[tuple[Parameter, ...]] = (Parameter("N_per_m5", "N/m^5", "k_5"),)
     slots: ClassVar[Mapping[str, str]] = {"N_per_m5": "k5"}
     law: ClassVar[str] = "k_5 x^5"
     latex: ClassVar[str] = r"k_5 x^5"
+    smooth: ClassVar[str] = "N_per_m5 * x**5"
     source: ClassVar[str] = "roll restoring arm, e.g. Himeno 1981"
     left_out: ClassVar[str] = "frequency shifts with the fourth power of the amplitude, at the largest only"
     pulls_back: ClassVar[bool] = True
@@ -148,29 +135,22 @@ class QuinticStiffness(Term):
     sprung: ClassVar[bool] = True
     element: ClassVar[Element] = "elastic"
 
-    def share(self, p: Mapping[str, Expression], q: SymbolPlace, number: str) -> Share:
-        """A smooth force."""
-        return Share(smooth=p["N_per_m5"] * q.x**5)
-
 
 @dataclass(frozen=True)
 class AsymmetricStiffness(Term):
     """F = k2 x^2: stiffer to one side."""
 
     name: ClassVar[str] = "asymmetric_stiffness"
-    parameters: ClassVar[tuple[Parameter, ...]] = restoring("k_2", "N/m^2", "N_per_m2")
+    parameters: ClassVar[tuple[Parameter, ...]] = (Parameter("N_per_m2", "N/m^2", "k_2"),)
     slots: ClassVar[Mapping[str, str]] = {"N_per_m2": "k2"}
     law: ClassVar[str] = "k_2 x^2"
     latex: ClassVar[str] = r"k_2 x^2"
+    smooth: ClassVar[str] = "N_per_m2 * x**2"
     source: ClassVar[str] = "Helmholtz oscillator"
     left_out: ClassVar[str] = "mean position moves with the square of the amplitude; second harmonic"
     words: ClassVar[str] = "a spring stiffer to one side"
     sprung: ClassVar[bool] = True
     element: ClassVar[Element] = "elastic"
-
-    def share(self, p: Mapping[str, Expression], q: SymbolPlace, number: str) -> Share:
-        """A smooth force."""
-        return Share(smooth=p["N_per_m2"] * q.x**2)
 
 
 @dataclass(frozen=True)
@@ -196,17 +176,12 @@ class StiffnessDrift(Term):
     slots: ClassVar[Mapping[str, str]] = {"N_per_m": "kd", "time_s": "td"}
     law: ClassVar[str] = "k_d x (1 - exp(-t / tau_d))"
     latex: ClassVar[str] = r"k_d x\,(1-e^{-t/\tau_d})"
+    smooth: ClassVar[str] = "N_per_m * x * (1 - exp(-t / time_s))"
     source: ClassVar[str] = "a first-order change towards a new stiffness"
     left_out: ClassVar[str] = "frequency shifts with the time since the release, alike in large and small releases"
     words: ClassVar[str] = "a stiffness or a mass that changes during each trial"
     next_test: ClassVar[str] = "a small release as soon after a large one as can be, and one after a long rest"
     several_causes: ClassVar[bool] = True
-
-    def share(self, p: Mapping[str, Expression], q: SymbolPlace, number: str) -> Share:
-        """A spring whose size the time tells."""
-        import sympy as sp
-
-        return Share(smooth=p["N_per_m"] * q.x * (1 - sp.exp(-q.t / p["time_s"])))
 
 
 @dataclass(frozen=True)
@@ -214,10 +189,11 @@ class QuadraticStiffness(Term):
     """F = ka x|x|: symmetric, between linear and cubic."""
 
     name: ClassVar[str] = "quadratic_stiffness"
-    parameters: ClassVar[tuple[Parameter, ...]] = restoring("k_a", "N/m^2", "N_per_m2")
+    parameters: ClassVar[tuple[Parameter, ...]] = (Parameter("N_per_m2", "N/m^2", "k_a"),)
     slots: ClassVar[Mapping[str, str]] = {"N_per_m2": "ka"}
     law: ClassVar[str] = "k_a x |x|"
     latex: ClassVar[str] = r"k_a x|x|"
+    smooth: ClassVar[str] = "N_per_m2 * (x * Abs(x))"
     source: ClassVar[str] = "geometric slack of cables"
     left_out: ClassVar[str] = "frequency shifts in proportion to the amplitude"
     pulls_back: ClassVar[bool] = True
@@ -225,22 +201,17 @@ class QuadraticStiffness(Term):
     sprung: ClassVar[bool] = True
     element: ClassVar[Element] = "elastic"
 
-    def share(self, p: Mapping[str, Expression], q: SymbolPlace, number: str) -> Share:
-        """A smooth force."""
-        import sympy as sp
-
-        return Share(smooth=p["N_per_m2"] * (q.x * sp.Abs(q.x)))
-
 
 @dataclass(frozen=True)
 class SineRestoring(Term):
     """Pendulum, M = ks sin(x), x in rad (coordinate: rotation)."""
 
     name: ClassVar[str] = "sine_restoring"
-    parameters: ClassVar[tuple[Parameter, ...]] = restoring("k_s", "N", "N")
+    parameters: ClassVar[tuple[Parameter, ...]] = (Parameter("N", "N", "k_s"),)
     slots: ClassVar[Mapping[str, str]] = {"N": "ks"}
     law: ClassVar[str] = "k_s sin(x)"
     latex: ClassVar[str] = r"k_s \sin x"
+    smooth: ClassVar[str] = "N * sin(x)"
     source: ClassVar[str] = "Huygens 1673"
     left_out: ClassVar[str] = "period grows with amplitude as a pendulum's: softening at every amplitude"
     pulls_back: ClassVar[bool] = True
@@ -254,28 +225,19 @@ class SineRestoring(Term):
         """What swings the whole mass at its rate."""
         return mass * rate**2
 
-    def share(self, p: Mapping[str, Expression], q: SymbolPlace, number: str) -> Share:
-        """A smooth force."""
-        import sympy as sp
-
-        return Share(smooth=p["N"] * sp.sin(q.x))
-
 
 @dataclass(frozen=True)
 class PositionDamping(Term):
     """F = c_x x v: damping that differs from side to side."""
 
     name: ClassVar[str] = "position_damping"
-    parameters: ClassVar[tuple[Parameter, ...]] = restoring("c_x", "N s/m^2", "Ns_per_m2")
+    parameters: ClassVar[tuple[Parameter, ...]] = (Parameter("Ns_per_m2", "N s/m^2", "c_x"),)
     slots: ClassVar[Mapping[str, str]] = {"Ns_per_m2": "xv"}
     law: ClassVar[str] = "c_x x v"
     latex: ClassVar[str] = r"c_x x\dot{x}"
+    smooth: ClassVar[str] = "Ns_per_m2 * (x * v)"
     source: ClassVar[str] = "polynomial library"
     left_out: ClassVar[str] = "mean position moves; second harmonic in quadrature"
-
-    def share(self, p: Mapping[str, Expression], q: SymbolPlace, number: str) -> Share:
-        """A smooth force."""
-        return Share(smooth=p["Ns_per_m2"] * (q.x * q.v))
 
 
 @dataclass(frozen=True)
@@ -283,16 +245,13 @@ class VanDerPolDamping(Term):
     """F = c_xx x^2 v: damping that grows with the square of the displacement (van der Pol)."""
 
     name: ClassVar[str] = "van_der_pol_damping"
-    parameters: ClassVar[tuple[Parameter, ...]] = restoring("c_{xx}", "N s/m^3", "Ns_per_m3")
+    parameters: ClassVar[tuple[Parameter, ...]] = (Parameter("Ns_per_m3", "N s/m^3", "c_{xx}"),)
     slots: ClassVar[Mapping[str, str]] = {"Ns_per_m3": "xxv"}
     law: ClassVar[str] = "c_xx x^2 v"
     latex: ClassVar[str] = r"c_{xx} x^2\dot{x}"
+    smooth: ClassVar[str] = "Ns_per_m3 * (x**2 * v)"
     source: ClassVar[str] = "van der Pol 1926"
     left_out: ClassVar[str] = "decrement falls with the square of the amplitude"
-
-    def share(self, p: Mapping[str, Expression], q: SymbolPlace, number: str) -> Share:
-        """A smooth force."""
-        return Share(smooth=p["Ns_per_m3"] * (q.x**2 * q.v))
 
 
 @dataclass(frozen=True)
@@ -311,15 +270,10 @@ class StribeckFriction(Term):
     slots: ClassVar[Mapping[str, str]] = {"static_force_N": "fs", "velocity_m_per_s": "vs"}
     law: ClassVar[str] = "F_s exp(-(v / v_s)^2) sign(v)"
     latex: ClassVar[str] = r"F_s e^{-(\dot{x}/v_s)^2}\mathrm{sgn}(\dot{x})"
+    friction: ClassVar[str] = "static_force_N * exp(-((v / velocity_m_per_s) ** 2))"
     source: ClassVar[str] = "Armstrong-Helouvry et al. 1994, doi:10.1016/0005-1098(94)90209-7"
     left_out: ClassVar[str] = "residual only around the turning points; motion stops earlier than predicted"
     words: ClassVar[str] = "friction that is larger at low speed"
-
-    def share(self, p: Mapping[str, Expression], q: SymbolPlace, number: str) -> Share:
-        """A size of friction that falls with speed."""
-        import sympy as sp
-
-        return Share(friction=p["static_force_N"] * sp.exp(-((q.v / p["velocity_m_per_s"]) ** 2)))
 
 
 @dataclass(frozen=True)
@@ -334,12 +288,9 @@ class AsymmetricFriction(Term):
     slots: ClassVar[Mapping[str, str]] = {"force_N": "fa"}
     law: ClassVar[str] = "F_a |sign(v)|"
     latex: ClassVar[str] = r"F_a\,|\mathrm{sgn}(\dot{x})|"
+    friction: ClassVar[str] = "force_N * d"
     source: ClassVar[str] = "direction-dependent rails"
     left_out: ClassVar[str] = "oscillation centred away from where the springs are at rest, as by a rest offset"
-
-    def share(self, p: Mapping[str, Expression], q: SymbolPlace, number: str) -> Share:
-        """A size of friction."""
-        return Share(friction=p["force_N"] * q.d)
 
 
 @dataclass(frozen=True)
@@ -351,14 +302,9 @@ class VariableNormalForce(Term):
     slots: ClassVar[Mapping[str, str]] = {"N_per_m": "fn"}
     law: ClassVar[str] = "n |x| sign(v)"
     latex: ClassVar[str] = r"n|x|\,\mathrm{sgn}(\dot{x})"
+    friction: ClassVar[str] = "N_per_m * Abs(x)"
     source: ClassVar[str] = "Anderson and Ferri 1990, doi:10.1115/1.2896046"
     left_out: ClassVar[str] = (
         "decrement independent of amplitude, with force kinks at turning points growing with amplitude"
     )
     words: ClassVar[str] = "friction that grows with displacement"
-
-    def share(self, p: Mapping[str, Expression], q: SymbolPlace, number: str) -> Share:
-        """A size of friction."""
-        import sympy as sp
-
-        return Share(friction=p["N_per_m"] * sp.Abs(q.x))

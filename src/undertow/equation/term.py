@@ -1,6 +1,6 @@
 """What a term of an equation of motion is.
 
-A law is written once, as the expression (`Term.share`) that it adds to the left-hand side of
+A law is written once, as the expression (`Term.smooth`, `Term.friction`) that it adds to the left-hand side of
 
     M x'' + sum_i coefficient_i force_i(x, v, a, t) = 0.
 
@@ -51,8 +51,8 @@ class Published:
 SAID_ANEW = (
     "is_inertia", "own_clock", "dissipates", "pulls_back", "is_spring", "instead_of", "linear", "sprung", "of_water",
     "of_area", "relative_to", "structural", "published", "speed_power", "held_by_kernel", "present_by", "missing_as",
-    "words", "words_unplaced", "words_alone", "next_test", "suspect_of", "element", "slot_values", "share", "by_slots",
-    "materials", "start", "constants", "held_unless_asked", "takes_the_place_of", "several_causes",
+    "words", "words_unplaced", "words_alone", "next_test", "suspect_of", "element", "slot_values", "smooth", "friction",
+    "share", "by_slots", "materials", "start", "constants", "held_unless_asked", "takes_the_place_of", "several_causes",
 )  # fmt: skip
 """What a law does not take over from the law that it is derived from."""
 
@@ -64,8 +64,9 @@ class Term:
     ``parameters[0]`` is the coefficient (the law is linear in it); further ones are inner parameters, each a field
     of the subclass with the same name. ``slots`` names, for each parameter, its place in the compiled integrator;
     empty for a user's own law, which then takes the general path (general.py), compiled where ``force`` is a formula of
-    numpy's functions, without look-ups and decisions by a value. ``left_out`` says what a residual looks
-    like when this law is missing.
+    numpy's functions, without look-ups and decisions by a value. ``smooth`` and ``friction`` are the force and the size
+    of a friction as SymPy reads them, in the parameters' names, x, v, t and the direction of motion d. ``left_out``
+    says what a residual looks like when this law is missing.
 
     What other packages ask of a law, in place of its name: whether it ``is_inertia`` (acts with the acceleration: its
     coefficient is a part of the total mass), has its ``own_clock`` (acts whatever the body does, with a size and a
@@ -100,6 +101,8 @@ class Term:
     takes_the_place_of: ClassVar[tuple[str, ...]] = ()
     law: ClassVar[str]
     latex: ClassVar[str]
+    smooth: ClassVar[str] = ""
+    friction: ClassVar[str] = ""
     source: ClassVar[str]
     left_out: ClassVar[str]
 
@@ -163,8 +166,14 @@ class Term:
 
     def share(self, p: Mapping[str, Expression], q: SymbolPlace, number: str) -> Share | None:
         """What the law adds to an equation in symbols: ``p`` its parameters' symbols by name, ``q`` the symbols of the
-        motion, ``number`` what tells it from others of its name. None where it is code alone."""
-        return None
+        motion, ``number`` what tells it from others of its name. None where it is code alone; a law with states or a
+        delay writes its own."""
+        if not (self.smooth or self.friction):
+            return None
+        from sympy import parse_expr
+
+        known = {**p, "x": q.x, "v": q.v, "d": q.d, "t": q.t}
+        return Share(*(parse_expr(text or "0", known) for text in (self.smooth, self.friction)))
 
     def by_slots(self, s: Mapping[str, Expression], q: SymbolPlace, number: str) -> Share | None:
         """`share` in the integrator's own numbers ``s``, by slot: the same expression, where `slot_values` changes no
@@ -200,7 +209,8 @@ def column_of(law: type[Term]) -> Column:
         known = COLUMNS.get(vars(cls).get("name", ""))
         if known is not None:
             return known
-        if vars(cls).get("share", Term.share) is not Term.share:
+        own = vars(cls)
+        if own.get("smooth") or own.get("friction") or own.get("share", Term.share) is not Term.share:
             if law not in _MADE:
                 _MADE[law] = _made(law)
             return _MADE[law]
@@ -221,8 +231,3 @@ def _made(law: type[Term]) -> Column:
     whole = sp.sympify(share.smooth + share.friction * place.d).subs(place.d, sp.sign(place.v))
     function = sp.lambdify((place.x, place.v, place.t, *inner.values()), whole, "numpy")
     return lambda x, v, t, p: 0.0 * x + function(x, v, t, *p.values())
-
-
-def restoring(symbol: str, unit: str, name: str) -> tuple[Parameter, ...]:
-    """A single coefficient without bounds, as restoring laws have."""
-    return (Parameter(name, unit, symbol),)

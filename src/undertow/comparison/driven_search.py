@@ -17,10 +17,9 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
-from undertow.comparison.driven_folds import CLOSER, TRYING, Tried, come_closer, fold_errors, validation_rms
+from undertow.comparison.driven_folds import CLOSER, TRYING, Tried, by_stroke, come_closer, fold_errors, validation_rms
 from undertow.comparison.driven_hysteresis import REMEMBERED, SLIDING, Contest, contest, remembers
 from undertow.comparison.driven_suspects import OF_WATER, STATIC
-from undertow.comparison.driven_varying import by_stroke
 from undertow.conditioning.driven import DrivenTrial
 from undertow.equation.driven_hysteresis import BoucWen
 from undertow.equation.driven_laws import find_driven

@@ -37,8 +37,7 @@ from undertow.equation.code_text import (
     text,
 )
 from undertow.equation.generate_states import STARTS, Lanes, Oscillator, lanes_text, oscillator_text
-from undertow.equation.symbolic import Expression, Share
-from undertow.equation.term import Term
+from undertow.equation.term import Expression, Share, Term
 from undertow.errors import UndertowError
 
 TARGET = Path(__file__).with_name("algebra.py")

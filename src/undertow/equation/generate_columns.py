@@ -13,8 +13,7 @@ import sympy as sp
 from undertow.equation.code_text import PLACE, SIDE, D, T, V, X, slope, symbol, text
 from undertow.equation.generate import Law, read
 from undertow.equation.generate_states import Lanes
-from undertow.equation.symbolic import Expression
-from undertow.equation.term import Term
+from undertow.equation.term import Expression, Term
 
 HEAD = '''"""Generated from the laws' rows: their forces along a whole motion, and their largest slopes.
 

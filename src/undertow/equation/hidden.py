@@ -12,8 +12,7 @@ from typing import ClassVar
 
 import numpy as np
 
-from undertow.equation.symbolic import Element, Expression, Share, SymbolPlace
-from undertow.equation.term import Array, Term
+from undertow.equation.term import Array, Element, Expression, Share, SymbolPlace, Term
 from undertow.errors import UndertowError
 from undertow.quantities import Parameter
 

@@ -9,8 +9,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import ClassVar
 
-from undertow.equation.symbolic import Element
-from undertow.equation.term import Array, Published, Term
+from undertow.equation.term import Array, Element, Published, Term
 from undertow.quantities import Parameter
 
 

@@ -10,8 +10,7 @@ from dataclasses import dataclass
 from typing import ClassVar
 
 from undertow.equation.hydrodynamics import LinearDamping
-from undertow.equation.symbolic import Element
-from undertow.equation.term import Published, Term
+from undertow.equation.term import Element, Published, Term
 from undertow.quantities import Parameter
 
 

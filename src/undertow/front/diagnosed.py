@@ -26,8 +26,7 @@ from undertow.front.tables import parameter_lines
 from undertow.front.trials import Trials
 from undertow.quantities import OK, Estimate
 from undertow.recording.recording import Array
-from undertow.report.front_figures import draw_runs_before_and_after
-from undertow.report.trial_curves import Axes, new_axes
+from undertow.report.trial_curves import Axes, draw_runs_before_and_after, new_axes
 from undertow.report.trial_figures import draw_residual
 from undertow.uncertainty.posterior import Draws
 

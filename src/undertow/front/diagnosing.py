@@ -26,8 +26,7 @@ from undertow.front.known import Rig, terms_of, with_settings
 from undertow.front.reading import Source, read
 from undertow.front.trials import Trials
 from undertow.recording.recording import Condition
-from undertow.report.front_figures import draw_errors
-from undertow.report.trial_curves import Axes, new_axes
+from undertow.report.trial_curves import Axes, draw_errors, new_axes
 from undertow.report.which_group import group_meant
 
 

@@ -32,9 +32,8 @@ from undertow.front.tables import parameter_table
 from undertow.front.trials import Trials
 from undertow.quantities import Estimate
 from undertow.recording.recording import Array
-from undertow.report.front_figures import draw_errors
 from undertow.report.tables import as_written
-from undertow.report.trial_curves import Axes, new_axes
+from undertow.report.trial_curves import Axes, draw_errors, new_axes
 from undertow.report.verdict_file import read_verdicts
 from undertow.report.which_group import group_meant
 from undertow.report.writing import PAGES

@@ -29,8 +29,7 @@ from undertow.methods.driven_equations import equation_text
 from undertow.methods.harmonic_set import MASS, HarmonicFit
 from undertow.quantities import OK
 from undertow.recording.recording import Condition
-from undertow.report.driven_page import PagePart, page_html, write_page
-from undertow.report.response_page import set_picture
+from undertow.report.driven_page import PagePart, page_html, set_picture, write_page
 from undertow.report.wording import plain_number, reason_words
 from undertow.report.writing import write_text
 

@@ -16,8 +16,7 @@ import numpy as np
 
 from undertow.equation.equation import Equation
 from undertow.equation.registry import catalogue
-from undertow.equation.symbolic import Element
-from undertow.equation.term import Term
+from undertow.equation.term import Element, Term
 from undertow.errors import UndertowError
 from undertow.front.handover.programs import largest_step
 

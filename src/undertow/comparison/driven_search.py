@@ -12,7 +12,7 @@ Belongs here: ranking, judging, the order. Does not belong here: which laws are 
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 
 import numpy as np
@@ -139,7 +139,6 @@ def discover_driven(
     laws: DrivenLaws,
     suspects: Sequence[str] | None = None,
     held_out: Sequence[DrivenTrial] = (),
-    progress: Callable[[str], None] = lambda text: None,
 ) -> DrivenFound:
     """The equation's numbers, and which laws it lacks, proved on ``held_out`` trials or on the records' last fifth.
 
@@ -151,20 +150,19 @@ def discover_driven(
     training = [t.part(0, end) for t, end in zip(trials, ends, strict=True)]
     unseen = list(held_out) or [t.part(end, t.t.size) for t, end in zip(trials, ends, strict=True) if not t.free]
     base = fit_driven(training, laws)
-    progress(f"{', '.join(t.name for t in laws.terms)}: fitted")
     current, lowest = base, validation_rms(unseen, base)
     first, tried, added = lowest, list[Tried](), list[str]()
     family: Contest | None = None
     noise = max(trial.noise()[trial.main] for trial in unseen)
     for _ in range(ROUNDS):
-        step = _round(training, unseen, current, lowest, suspects, progress)
+        step = _round(training, unseen, current, lowest, suspects)
         tried += step[0]
         if step[1] is not None:
             current, lowest = step[1], step[2]
             added.append(step[0][-1].name)
         due = step[1] is None or added[-1] in REMEMBERED
         if family is None and due and remembers(current) and lowest > AT_NOISE * noise:
-            family = contest(training, unseen, (current, lowest), suspects, progress)
+            family = contest(training, unseen, (current, lowest), suspects)
             tried += family.tried
             changed, (current, lowest) = family.fitted is not current, (family.fitted, family.rms)
             added = _names_added(added, base, current)
@@ -177,7 +175,6 @@ def discover_driven(
         if leaner is not None:
             current, lowest = leaner
             added.remove(name)
-            progress(f"{name}: needless beside {', '.join(added)}")
     baseline = _on_everything(trials, laws, base)
     augmented = _on_everything(trials, current.started, current) if added else None
     best, lowest = by_stroke(augmented or baseline, (trials, training, unseen), current, lowest)
@@ -225,7 +222,6 @@ def _round(
     current: DrivenFit,
     lowest: float,
     suspects: Sequence[str] | None,
-    progress: Callable[[str], None],
 ) -> tuple[list[Tried], DrivenFit | None, float]:
     """One law more, if one earns it: what was tried (the accepted one last), its fit, its rms on unseen samples."""
     part = training[0].part(0, min(training[0].t.size, RANKED_SAMPLES))
@@ -243,11 +239,8 @@ def _round(
         except IdentificationError as reason:
             tried.append(Tried(name, -math.inf, lowest, math.inf, str(reason)))
             continue
-        one = _judged(name, current, fits[name], unseen, lowest)
-        tried.append(one)
+        tried.append(_judged(name, current, fits[name], unseen, lowest))
     tried = _by_folds(training, current, tried, fits)
-    for one in tried:
-        progress(f"{one.name}: {one.before:.4g} to {one.after:.4g} on unseen samples: {one.because or 'holds'}")
     best = min((one for one in tried if not one.because), key=lambda one: one.after, default=None)
     if best is None:
         return tried, None, lowest

@@ -38,9 +38,6 @@ from undertow.report.verdict_file import read_verdicts
 from undertow.report.which_group import group_meant
 from undertow.report.writing import PAGES
 
-TABLES = ("trials", "levels", "mismatch")
-"""Tables of a run folder, as name.csv."""
-
 
 @dataclass(frozen=True, eq=False, repr=False)
 class OpenedGroup(FoundEquation):

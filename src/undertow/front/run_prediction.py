@@ -34,9 +34,6 @@ from undertow.recording.recording import Array, Condition
 from undertow.report.which_group import group_meant
 from undertow.report.writing import write_text
 
-LEVEL = 0.9
-"""Share of the samples that a band is to hold."""
-
 MOST_SAMPLES = 1_000_000
 """Samples of a decay that nobody recorded, at most: its band takes some hundred free runs of them."""
 
@@ -196,7 +193,7 @@ def predict_run(
             )
         entry = _group(groups, group, {})
         times = np.arange(math.floor(duration_s * rate_hz) + 1) / rate_hz
-        made = predict_whole(StoredEquation(entry), times, x0, _others(entry), LEVEL)
+        made = predict_whole(StoredEquation(entry), times, x0, _others(entry))
         period = own_period_s(StoredEquation(entry).equation, x0, duration_s)
         done = RunPrediction(made, np.zeros(times.size), entry["label"], unit, _largest(entry), period)
     else:
@@ -274,7 +271,7 @@ def _spare_recording(recording: str | Path | None, out: str | Path | None) -> No
 
 def _on(motion: Motion, entry: Mapping[str, Any], unit: str) -> RunPrediction:
     """The free run on a recording, every sample of it: held before the release, free after it."""
-    made = predict_whole(StoredEquation(entry), motion, math.nan, _others(entry), LEVEL)
+    made = predict_whole(StoredEquation(entry), motion, math.nan, _others(entry))
     return RunPrediction(made, (made.t < 0.0).astype(np.float64), entry["label"], unit, _largest(entry))
 
 

@@ -37,15 +37,13 @@ NOTICEABLE_STIFFNESS_SHARE = 0.01
 class Envelope:
     """Envelope of one decay: ``values`` z, x_f (m) and omega_d (rad/s), with their ``covariance`` (3, 3).
 
-    ``rest_m`` is the rest position in the sensor's scale, ``turning_points`` how many were used, ``residual_m`` their
-    root-mean-square distance from the envelope.
+    ``rest_m`` is the rest position in the sensor's scale, ``turning_points`` how many were used.
     """
 
     values: Array
     covariance: Array
     rest_m: float
     turning_points: int
-    residual_m: float
 
     @property
     def damping_ratio(self) -> float:
@@ -107,7 +105,6 @@ def fit_envelope(motion: Motion) -> Envelope:
         covariance=joint,
         rest_m=float(found.x[3] * scale),
         turning_points=int(times.size),
-        residual_m=math.sqrt(float(np.mean(found.fun**2))) * scale,
     )
 
 

@@ -11,7 +11,6 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
-from jinja2 import Environment, PackageLoader, StrictUndefined
 from markupsafe import Markup
 from matplotlib.figure import Figure
 
@@ -19,7 +18,7 @@ from undertow.audit.findings import AuditFindings, SeriesFindings
 from undertow.audit.verdicts import Range, likely, rounded
 from undertow.report import audit_figures
 from undertow.report.style import new_figure, page_style, svg_text
-from undertow.report.writing import write_text
+from undertow.report.writing import rendered, write_text
 
 WIDTH_IN = 11.0
 """Width of a figure over the whole page, inch."""
@@ -41,12 +40,9 @@ def write_audit(findings: AuditFindings, folder: Path, config: Mapping[str, Any]
 
 def audit_html(findings: AuditFindings, drawn: Mapping[str, str]) -> str:
     """The page as text, from finished figures (name -> SVG)."""
-    environment = Environment(
-        loader=PackageLoader("undertow.report"), autoescape=True, undefined=StrictUndefined, trim_blocks=True,
-        lstrip_blocks=True,
-    )  # fmt: skip
     inline = {name: Markup(svg[svg.index("<svg") :]) for name, svg in drawn.items()}
-    return environment.get_template("audit.html.j2").render(
+    return rendered(
+        "audit.html.j2",
         name=findings.name,
         checks=findings.checks,
         trends=findings.trends,

@@ -325,6 +325,3 @@ def _chained(*parts: Iterable[Row]) -> Iterator[Row]:
 
 def _with_errors(parameters: Sequence[str]) -> list[str]:
     return [column for name in parameters for column in (name, f"{name}_stderr")]
-
-
-__all__ = ["Columns", "RunTables", "as_written", "csv_pieces", "outcome_of", "plain"]

@@ -168,7 +168,3 @@ def run_json(finished: Finished | DrivenFinished) -> dict[str, Any]:
 
 def _number(value: float | None) -> float:
     return math.nan if value is None else float(value)
-
-
-__all__ = ["counted", "last_line", "missing_words", "no_gain_lines", "probability_words", "run_json", "run_text",
-           "verdict_table"]  # fmt: skip

@@ -158,10 +158,6 @@ def _evaluate(problem: Problem, values: Array, above: float = math.inf) -> _Poin
     return _Point(normal, gradient, cost, chi2, tuple(all_r), tuple(all_j), tuple(all_used))
 
 
-def _bounds(problem: Problem) -> tuple[Array, Array]:
-    return np.array([u.lower for u in problem.unknowns]), np.array([u.upper for u in problem.unknowns])
-
-
 @dataclass(frozen=True)
 class SearchEffort:
     """How far a search goes: at most so many iterations a window, and the step in standard errors at which it stops.
@@ -194,7 +190,7 @@ COARSE = SearchEffort(stop_in_stderr=0.05, as_left=True, steps_a_period=24)
 
 def _search(problem: Problem, values: Array, effort: SearchEffort = FULL) -> Descent[_Point]:
     """Levenberg-Marquardt from ``values``; IdentificationError where the start itself has no bounds."""
-    lower, upper = _bounds(problem)
+    lower, upper = problem.bounds
     values = np.clip(values, lower, upper)
     trials = tuple(
         trial if trial.steps_a_period == effort.steps_a_period else replace(trial, steps_a_period=effort.steps_a_period)
@@ -297,7 +293,7 @@ def _solution(
 
 def _with_care(problem: Problem, values: Array, normal: Array) -> tuple[Array, str]:
     """Covariance and outcome where unknowns may stand on bounds or hardly be known."""
-    lower, upper = _bounds(problem)
+    lower, upper = problem.bounds
     on_bound = (values <= lower) | (values >= upper)
     free = np.flatnonzero(~on_bound)
     inner = normal[np.ix_(free, free)]

@@ -172,6 +172,11 @@ class Problem:
         """Names of the unknowns, in order."""
         return tuple(u.name for u in self.unknowns)
 
+    @property
+    def bounds(self) -> tuple[Array, Array]:
+        """Lower and upper bounds of the unknowns, each (p,)."""
+        return np.array([u.lower for u in self.unknowns]), np.array([u.upper for u in self.unknowns])
+
     @cached_property
     def believed(self) -> tuple[Array, Array]:
         """Centres and precisions of the unknowns' priors, each (p,)."""

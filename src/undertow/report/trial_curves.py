@@ -95,7 +95,7 @@ def draw_run_residual(curve: Curve, axes: Axes, noise: float = 0.0) -> Axes:
     return axes
 
 
-def draw_pairs(draws: Mapping[str, Array], units: Mapping[str, str], truth: Mapping[str, float] | None = None) -> Any:
+def draw_pairs(draws: Mapping[str, Array], units: Mapping[str, str]) -> Any:
     """Pair plot of draws (name -> (m,)): histograms on the diagonal, points below it; returns the Axes (k, k)."""
     names = list(draws)
     size = PANEL_IN * max(len(names), 2)
@@ -111,8 +111,6 @@ def draw_pairs(draws: Mapping[str, Array], units: Mapping[str, str], truth: Mapp
                 panel.set_yticks([])
             else:
                 panel.plot(draws[other], draws[own], ".", ms=1.5, color=GREY)
-            if truth and column <= row and other in truth:
-                panel.axvline(truth[other], color=GREEN, lw=1.0)
             if column == 0 and row:
                 panel.set_ylabel(_named(own, units))
             if row == len(names) - 1:

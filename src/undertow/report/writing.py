@@ -49,16 +49,11 @@ def _write(path: Path, contents: Iterable[bytes]) -> Path:
                 stream.write(content)
             stream.flush()
             os.fsync(stream.fileno())
-        os.chmod(name, 0o666 & ~_umask())
+        mask = os.umask(0o022)  # it is read by setting it for a moment
+        os.umask(mask)
+        os.chmod(name, 0o666 & ~mask)
         os.replace(name, path)
     except BaseException:
         Path(name).unlink(missing_ok=True)
         raise
     return path
-
-
-def _umask() -> int:
-    """The process's mask of rights for new files (reading it means setting it for a moment)."""
-    mask = os.umask(0o022)
-    os.umask(mask)
-    return mask

@@ -20,8 +20,7 @@ from undertow.conditioning.driven import DrivenTrial, white_noise
 from undertow.errors import IdentificationError
 from undertow.methods.driven import DrivenFit, free_run
 from undertow.methods.driven_begin import START_SAMPLES
-from undertow.methods.driven_instrument import BesideInstrument, beside_instrument
-from undertow.methods.driven_regression import by_regression
+from undertow.methods.driven_instrument import BesideInstrument, beside_instrument, by_regression
 from undertow.methods.driven_repeatability import repeatability_by_repeats, repeatability_by_scatter, scattered
 from undertow.quantities import OK, Estimate
 from undertow.report.wording import parameter_words

@@ -93,9 +93,6 @@ class DrivenFound:
         return self.augmented or self.baseline
 
     def __repr__(self) -> str:
-        return str(self)
-
-    def __str__(self) -> str:
         before, after = self.validation
         added = f"with {', '.join(self.added)} {after:.3g}" if self.added else "nothing was added"
         return f"the given equation misses samples it never saw by {before:.3g} rms; {added}\n{self.best}"

@@ -193,7 +193,7 @@ class DiagnosedGroup(FoundNumbers):
         unseen = [one for one in found if one.held_out] or list(found)
         return max(unseen, key=lambda one: one.mismatch.nrmse)
 
-    def __str__(self) -> str:
+    def __repr__(self) -> str:
         return "\n".join([self.sentence, *parameter_lines(self.estimates), *(f"- {note}" for note in self.notes)])
 
     def _repr_html_(self) -> str:

@@ -87,9 +87,6 @@ class Diagnosis:
         return draw_errors(rows, new_axes() if axes is None else axes)
 
     def __repr__(self) -> str:
-        return str(self)
-
-    def __str__(self) -> str:
         lines = [group.sentence for group in self.groups]
         lines += [self.across_groups] if self.across_groups else []
         lines += [f"doubt: {one}" for one in self.doubts]

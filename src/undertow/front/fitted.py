@@ -168,7 +168,7 @@ class Fitted(FoundNumbers):
             f"motion; {self.anchor.sentence}"
         )
 
-    def __str__(self) -> str:
+    def __repr__(self) -> str:
         lines = [self.summary, f"  {self.equation.text(self._errors())}"]
         lines += [f"! {one}" for one in self.doubts]
         lines += parameter_lines(self.estimates)

@@ -133,9 +133,6 @@ class FoundNumbers(FoundEquation):
         """The draws as ArviZ's InferenceData (the extra ``arviz``), ``chains`` times ``draws`` of them."""
         return to_arviz(self, draws, seed, chains)
 
-    def __repr__(self) -> str:
-        return str(self)
-
 
 def mean_score(runs: Sequence[FreeRun]) -> float:
     """1 less the mean error of free runs."""

@@ -123,9 +123,6 @@ class OpenedGroup(FoundEquation):
         }  # fmt: skip
 
     def __repr__(self) -> str:
-        return str(self)
-
-    def __str__(self) -> str:
         return self.sentence
 
     def _repr_html_(self) -> str:
@@ -213,9 +210,6 @@ class OpenedRun:
         return path
 
     def __repr__(self) -> str:
-        return str(self)
-
-    def __str__(self) -> str:
         lines = [group.sentence for group in self.groups]
         return "\n".join([f"run {self.folder}", *lines, *([self.across_groups] if self.across_groups else [])])
 

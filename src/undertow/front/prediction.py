@@ -113,9 +113,6 @@ class Prediction:
         return 1.0 - float(np.mean([run.nrmse for run in self.runs]))
 
     def __repr__(self) -> str:
-        return str(self)
-
-    def __str__(self) -> str:
         lines = [f"free run of {self.equation}"]
         for run in self.runs:
             start = f"from {run.x0:.4g} (SI), {run.t[-1]:.4g} s"

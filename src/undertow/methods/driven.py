@@ -76,9 +76,6 @@ class DrivenFit:
         return {name: Estimate(float(v), float(e), unit=units.get(name, "")) for name, v, e in pairs}
 
     def __repr__(self) -> str:
-        return str(self)
-
-    def __str__(self) -> str:
         lines = [f"  {name}  {format_estimate(e)}" for name, e in self.estimates.items()]
         missed = ", ".join(f"{name} {rms:.3g}" for name, rms in self.rms.items())
         doubt = [] if self.outcome == OK else [f"! {self.outcome}"]

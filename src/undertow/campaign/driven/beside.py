@@ -18,6 +18,7 @@ from undertow.campaign.config import RunConfig
 from undertow.campaign.driven.files import numbers_row
 from undertow.conditioning.driven import DrivenTrial, white_noise
 from undertow.errors import IdentificationError
+from undertow.likelihood.driven_strokes import Strokes
 from undertow.methods.driven import DrivenFit, free_run
 from undertow.methods.driven_begin import START_SAMPLES
 from undertow.methods.driven_instrument import BesideInstrument, beside_instrument, by_regression
@@ -191,12 +192,8 @@ def floors_of(
     return Floors(nrmse, sensor, seen, "trials of the same input" if seen else UNKNOWN)
 
 
-def strokes_plain(fitted: DrivenFit) -> dict[str, Any] | None:
-    """Both standard deviations in N, the odds, and the deviations of every pair of strokes by trial; None where the
-    fit has one offset and one friction."""
-    varying = fitted.strokes
-    if varying is None:
-        return None
+def strokes_plain(varying: Strokes) -> dict[str, Any]:
+    """Both standard deviations in N, the odds, and the deviations of every pair of strokes by trial."""
     return {
         "offset_N": varying.offset_N, "friction_N": varying.friction_N, "ln_odds": varying.evidence,
         "trials": {
@@ -206,22 +203,16 @@ def strokes_plain(fitted: DrivenFit) -> dict[str, Any] | None:
     }  # fmt: skip
 
 
-def strokes_sentence(fitted: DrivenFit) -> str:
-    """What is to be said, with a space before it; empty where nothing varies by stroke."""
-    varying = fitted.strokes
-    if varying is None:
-        return ""
+def strokes_sentence(varying: Strokes) -> str:
+    """What is to be said, with a space before it."""
     return (
         f" From one pair of strokes to the next the offset differs by {varying.offset_N:.2g} N and the friction by "
         f"{varying.friction_N:.2g} N (1 sigma); the numbers' errors and the bands of predictions hold that."
     )
 
 
-def strokes_table(fitted: DrivenFit) -> list[tuple[str, ...]]:
-    """Rows of the page, the first the header; empty where nothing varies by stroke."""
-    varying = fitted.strokes
-    if varying is None:
-        return []
+def strokes_table(varying: Strokes) -> list[tuple[str, ...]]:
+    """Rows of the page, the first the header."""
     rows = [
         (name, str(2 * i + 1), f"{offset:.3g}", f"{friction:.3g}")
         for name, own in varying.deviations.items() for i, (offset, friction) in enumerate(own.tolist())

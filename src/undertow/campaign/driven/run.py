@@ -133,7 +133,7 @@ def run_driven(
     floors = floors_of(config, training, unseen, found.best)
     beside = Beside(told, by_sindy, floors, not_tried(training[0], found, suspects or ()))
     sentence = sentence_of(config.name, training, found) + beside.sentences
-    sentence += strokes_sentence(found.best)
+    sentence += strokes_sentence(found.best.strokes) if found.best.strokes else ""
     _write(folder, config, text, training, unseen, found, sentence, beside)
     write_manifest(folder, config, config_path, overrides, failed, begun)
     return DrivenFinished(folder, sentence, found, failed)
@@ -223,8 +223,8 @@ def _write(
         tables["Numbers of the given equation by regression, beside output error"] = by_sindy
     if by_target := beside.instruments.table():
         tables["Numbers by the instrument, beside output error"] = by_target
-    if varying := strokes_table(fit):
-        tables["Offset and friction by stroke, each pair there and back with its own"] = varying
+    if fit.strokes:
+        tables["Offset and friction by stroke, each pair there and back with its own"] = strokes_table(fit.strokes)
     if shares := told_by(training, fit):
         tables["Standard errors by kind of record"] = shares
     figures = [run_picture(run) for run in runs]
@@ -270,7 +270,7 @@ def _verdict(
         baseline=_version(found.baseline, found.validation[0], size),
         augmented=None if found.augmented is None else _version(found.augmented, found.validation[1], size),
         sensor_floor_nrmse=max(beside.floors.sensor.values()), by_instrument=beside.instruments.plain(),
-        by_stroke=strokes_plain(fit), not_testable=list(beside.untried),
+        by_stroke=strokes_plain(fit.strokes) if fit.strokes else None, not_testable=list(beside.untried),
         repeatability_nrmse=max(beside.floors.repeatability.values(), default=None),
         repeatability_because=beside.floors.because,
     )  # fmt: skip

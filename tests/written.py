@@ -13,8 +13,7 @@ from typing import Any
 import pandas as pd
 
 from undertow.discrepancy.findings import Findings
-from undertow.report import rows
-from undertow.report.tables import Columns, RunTables, csv_pieces
+from undertow.report.tables import Columns, RunTables, csv_pieces, level_rows, mismatch_rows, trial_rows
 from undertow.report.verdict_file import CONTRACT, group_json, verdict_pieces
 from undertow.report.writing import write_pieces
 
@@ -58,7 +57,7 @@ def trials_table(findings: Findings) -> pd.DataFrame:
     that failed has one row without a method; its outcome says why.
     """
     columns = columns_of(findings)
-    found = [columns.named(row) for group in findings.groups for row in rows.trial_rows(group)]
+    found = [columns.named(row) for group in findings.groups for row in trial_rows(group)]
     found += [columns.failed(trial) for trial in findings.failed]
     return pd.DataFrame(found, columns=pd.Index(columns.trials))
 
@@ -69,14 +68,14 @@ def levels_table(findings: Findings) -> pd.DataFrame:
     The first row of a group, method "baseline", is the equation that the verdict is about, with its group scores.
     ``nrmse`` of the other methods is the median over trials of their free-run errors.
     """
-    found = [row for group in findings.groups for row in rows.level_rows(group)]
+    found = [row for group in findings.groups for row in level_rows(group)]
     return pd.DataFrame(found, columns=pd.Index(columns_of(findings).levels))
 
 
 def mismatch_table(findings: Findings) -> pd.DataFrame:
     """One row a trial: file, trial, conditions, nrmse, both floors, missing, shares (empty: not computed), held_out."""
     columns = columns_of(findings)
-    found = [columns.named(row) for group in findings.groups for row in rows.mismatch_rows(group)]
+    found = [columns.named(row) for group in findings.groups for row in mismatch_rows(group)]
     return pd.DataFrame(found, columns=pd.Index(columns.mismatch))
 
 

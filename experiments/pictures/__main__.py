@@ -31,8 +31,8 @@ from undertow.front.terminal.verdicts import run_text
 from undertow.front.trials import Trials
 from undertow.report.extent import extent_of
 from undertow.report.first_screen import shown_trial
-from undertow.report.front_figures import draw_errors, draw_runs_before_and_after
 from undertow.report.style import BLUE, INK, NOT_EXPLAINED, PALE, page_style, svg_text
+from undertow.report.trial_curves import draw_errors, draw_runs_before_and_after
 
 PICTURES = Path(__file__).resolve().parents[2] / "docs" / "pictures"
 CONFIG = Path(__file__).resolve().parents[2] / "configs" / "flume.yaml"

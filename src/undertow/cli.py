@@ -239,7 +239,7 @@ def compare(
 ) -> None:
     """Runs side by side: what changed in verdicts, errors, prescribed and repaired parameters."""
     from undertow.front.terminal.changes import comparison_json, comparison_text
-    from undertow.report.foreign import as_runs_write_them
+    from undertow.report.verdict_file import as_runs_write_them
     with as_runs_write_them(runs):
         if as_json:
             _print_json(comparison_json(runs))
@@ -258,7 +258,7 @@ def open_page(
 ) -> None:
     """The page of a run in the browser."""
     from undertow.front.opening import page_of, show
-    from undertow.report.foreign import must_be_there
+    from undertow.report.verdict_file import must_be_there
     must_be_there([run])
     typer.echo(str(page_of(run)))
     show(run)
@@ -274,7 +274,7 @@ def explain(
 ) -> None:
     """Every condition behind each verdict: statistic, value, limit, passed."""
     from undertow.report.explain import explain_text, explained
-    from undertow.report.foreign import as_runs_write_them
+    from undertow.report.verdict_file import as_runs_write_them
     with as_runs_write_them([run]):
         if as_json:
             _print_json(explained(run, group))
@@ -315,7 +315,7 @@ def predict(
     """The equation found in a run, run free on a recording that nobody fitted."""
     from undertow.front.run_prediction import predict_any
     from undertow.front.terminal.predicted import prediction_text
-    from undertow.report.foreign import as_runs_write_them
+    from undertow.report.verdict_file import as_runs_write_them
     with as_runs_write_them([run], "equations.json"):
         made = predict_any(run, recording, (x0, duration, rate), group, start, config, out)
     if out is not None:

@@ -107,6 +107,11 @@ class Estimate:
         return format_estimate(self)
 
 
+def or_nan(value: float | None) -> float:
+    """A number as JSON has it; nan for null."""
+    return math.nan if value is None else float(value)
+
+
 def unit_in_rotation(unit: str) -> str:
     """The unit of a quantity of translation as it is where an angle is the coordinate.
 

@@ -25,9 +25,9 @@ from undertow.equation.kernel import SLOT
 from undertow.errors import IdentificationError
 from undertow.likelihood import eq15, output_error
 from undertow.likelihood.budget import metered
+from undertow.likelihood.output_error import shortened
 from undertow.likelihood.problem import TrialOptions
 from undertow.likelihood.residuals import motion_of
-from undertow.likelihood.windows import shortened
 from undertow.methods.baseline import group_model, terms_by_name
 
 SPREAD = {"k1": 0.003, "c1": 0.06, "fc": 0.05}

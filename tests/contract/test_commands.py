@@ -22,7 +22,7 @@ from undertow.equation import registry
 from undertow.errors import ConfigError, UndertowError
 from undertow.recording.catalogue import read_trial
 from undertow.recording.gather import gather
-from undertow.report.foreign import must_be_there
+from undertow.report.verdict_file import must_be_there
 
 Capture = pytest.CaptureFixture[str]
 COMMANDS = ("run", "init", "inspect", "compare", "fetch", "terms")

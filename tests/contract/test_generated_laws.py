@@ -26,7 +26,7 @@ from undertow.equation import (
 from undertow.equation.code_text import SIDE, D, V, X, directed, nested, slope, text
 from undertow.equation.hidden import HiddenResonator, Relaxation
 from undertow.equation.structure import CubicStiffness
-from undertow.equation.symbolic import Share, SymbolPlace
+from undertow.equation.term import Share, SymbolPlace
 from undertow.errors import UndertowError
 
 NAMES = registry.names()

@@ -11,8 +11,7 @@ import pytest
 
 import undertow
 from undertow.equation import registry
-from undertow.equation.symbolic import Element
-from undertow.equation.term import Array, Term
+from undertow.equation.term import Array, Element, Term
 from undertow.errors import ConfigError
 from undertow.quantities import Parameter
 

@@ -10,7 +10,6 @@ from tests.exact_motions import exact_motion
 from undertow.errors import IdentificationError
 from undertow.likelihood.fit import Specimen
 from undertow.methods.decay import (
-    dry_structure,
     fit_envelope,
     identify_decay,
     load_cell_stiffness,
@@ -107,49 +106,3 @@ def test_load_cells_that_were_not_recorded_are_named():
     with pytest.raises(IdentificationError, match=r"trial r1 has no channel spring_force; it has displacement"):
         load_cell_stiffness(motion)
     assert identify_decay(motion, SPECIMEN).notes == ()
-
-
-def scattered(count, seed=0):
-    """Dry trials with 0.3 % scatter in k, 6 % in c, 5 % in mu, and the means drawn."""
-    rng = np.random.default_rng(seed)
-    draws = [(109592.0 * (1 + 0.003 * a), 590.0 * (1 + 0.06 * b), FRICTION_N * (1 + 0.05 * c))
-             for a, b, c in rng.standard_normal((count, 3))]  # fmt: skip
-    motions = [decay(0.06 + 0.01 * i, Body(MASS_KG, c, k, f, 0.0), name=f"d{i}") for i, (k, c, f) in enumerate(draws)]
-    return motions, np.array(draws)
-
-
-def test_structure_is_the_mean_over_dry_trials_with_their_scatter():
-    motions, draws = scattered(6)
-    structure = dry_structure(motions, SPECIMEN)
-    assert structure.k.value == pytest.approx(draws[:, 0].mean(), rel=1e-4)
-    assert structure.c.value == pytest.approx(draws[:, 1].mean(), rel=1e-3)
-    assert structure.mu.value == pytest.approx(draws[:, 2].mean() / MASS_KG / 9.81, rel=1e-3)
-    assert structure.scatter["c"] == pytest.approx(draws[:, 1].std(ddof=1) / draws[:, 1].mean(), rel=0.02)
-    # exact decays: the scatter alone, 2.015 / 1.645 wider for five degrees of freedom
-    assert structure.c.stderr == pytest.approx(draws[:, 1].std(ddof=1) / math.sqrt(6) * 2.015 / 1.645, rel=0.02)
-    assert "mean of 6 dry trials" in structure.source
-    assert "by the load cells" in structure.source
-
-
-@pytest.mark.slow
-def test_standard_error_of_the_mean_covers_the_truth_with_four_trials():
-    inside = 0
-    for seed in range(25):
-        structure = dry_structure(scattered(4, seed)[0], SPECIMEN)
-        inside += abs(structure.c.value - 590.0) < 1.645 * structure.c.stderr
-    assert inside >= 19  # 90 % of 25 is 22.5; 19 lies at 2 % of the binomial
-
-
-def test_one_dry_trial_has_no_scatter_and_a_short_one_is_left_out():
-    single = dry_structure([decay()], SPECIMEN)
-    assert single.scatter == {"k": 0.0, "c": 0.0, "mu": 0.0}
-    assert "mean of 1 dry trials, 1 left out" in dry_structure([decay(), decay(x0=0.009)], SPECIMEN).source
-
-
-def test_a_structure_without_trials_anchor_or_envelope_is_refused():
-    with pytest.raises(IdentificationError, match=r"0 dry trials; name them in trials.dry"):
-        dry_structure([], SPECIMEN)
-    with pytest.raises(IdentificationError, match=r"mass nan kg and stiffness nan N/m; a decay gives ratios alone"):
-        dry_structure([decay()], Specimen())
-    with pytest.raises(IdentificationError, match=r"none of 1 dry trials has a usable envelope; the first: trial r1"):
-        dry_structure([decay(x0=0.009)], SPECIMEN)

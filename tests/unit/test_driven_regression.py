@@ -18,8 +18,7 @@ from undertow.equation.input import MotionSize, drive_of
 from undertow.errors import IdentificationError
 from undertow.likelihood.driven import DrivenLaws
 from undertow.methods.driven import fit_driven
-from undertow.methods.driven_instrument import regressed
-from undertow.methods.driven_regression import by_regression
+from undertow.methods.driven_instrument import by_regression, regressed
 
 GIVEN_LAWS = DrivenLaws(tuple(find_driven(name) for name in GIVEN["random"]))
 

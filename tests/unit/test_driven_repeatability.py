@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from tests.unit.test_driven_trials import NOISE, recorded
-from undertow.campaign.driven.floors import sensor_noise
+from undertow.campaign.driven.beside import sensor_noise
 from undertow.conditioning.driven import DrivenTrial
 from undertow.equation.driven_laws import find_driven
 from undertow.likelihood.driven import DrivenLaws, drive_for

@@ -17,8 +17,7 @@ from experiments.driven.page import PAGE
 from experiments.driven.strokes import CASES, HEADER, RESULT, SEEDS, table
 from undertow import fit_driven as from_arrays
 from undertow.campaign.run.folder import run_to_folder
-from undertow.comparison.driven_folds import validation_rms
-from undertow.comparison.driven_varying import by_stroke
+from undertow.comparison.driven_folds import by_stroke, validation_rms
 from undertow.conditioning.driven import DrivenTrial
 from undertow.equation.driven_laws import find_driven
 from undertow.errors import IdentificationError

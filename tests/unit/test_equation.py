@@ -15,8 +15,7 @@ from undertow.equation.hidden import even_step, linear_response
 from undertow.equation.hydrodynamics import QuadraticDrag
 from undertow.equation.kernel import SLOT
 from undertow.equation.notation import plain_symbol, quantity_latex, term_latex
-from undertow.equation.symbolic import Share, SymbolPlace
-from undertow.equation.term import Term
+from undertow.equation.term import Share, SymbolPlace, Term
 from undertow.errors import UndertowError
 from undertow.quantities import Parameter
 

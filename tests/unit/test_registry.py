@@ -14,8 +14,7 @@ from undertow.equation.hidden import HiddenResonator
 from undertow.equation.kernel import SLOT
 from undertow.equation.notation import plain_symbol
 from undertow.equation.structure import Stiffness
-from undertow.equation.symbolic import Share
-from undertow.equation.term import Term
+from undertow.equation.term import Share, Term
 from undertow.errors import ConfigError, UndertowError
 from undertow.quantities import Parameter
 

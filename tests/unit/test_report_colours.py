@@ -14,7 +14,7 @@ from matplotlib.figure import Figure
 from tests.findings_fixture import small_findings
 from undertow.discrepancy.cycling import cycling
 from undertow.discrepancy.findings import TrialFindings
-from undertow.report import front_figures, mismatch_figures, small_multiples, trial_figures
+from undertow.report import mismatch_figures, small_multiples, trial_curves, trial_figures
 from undertow.report.style import PRESCRIBED, new_figure
 
 
@@ -31,7 +31,7 @@ def test_the_prescribed_equation_is_blue_in_every_figure(missing: bool) -> None:
     trial_figures.draw_free_run(one, run)
     trial_figures.draw_residual(one, residual)
     trial_figures.draw_decay(group, decay)
-    front_figures.draw_runs_before_and_after(one, front)
+    trial_curves.draw_runs_before_and_after(one, front)
     found = cycling(one)
     assert found is not None
     mismatch_figures.draw_cycles(found, cycles, "damping")

@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 from matplotlib.ticker import FixedLocator, NullLocator
 
-from undertow.report import layout
-from undertow.report.layout import lay_out
+from undertow.report import drawing
+from undertow.report.drawing import lay_out
 from undertow.report.style import new_figure
 
 
@@ -32,7 +32,7 @@ def test_one_pass_gives_the_places_of_two(size):
     theirs.get_layout_engine().execute(theirs)
     lay_out(ours)
     assert places(ours) == pytest.approx(places(theirs), abs=2e-3)  # a fiftieth of an inch
-    assert not isinstance(ours.get_layout_engine(), layout.ConstrainedLayoutEngine)
+    assert not isinstance(ours.get_layout_engine(), drawing.ConstrainedLayoutEngine)
 
 
 @pytest.mark.parametrize("fault", [AttributeError, TypeError])
@@ -44,7 +44,7 @@ def test_a_matplotlib_without_these_passes_lays_out_as_it_does(monkeypatch, faul
     def absent(*_, **__):
         raise fault
 
-    monkeypatch.setattr(layout, "_renderer", absent)
+    monkeypatch.setattr(drawing, "_renderer", absent)
     lay_out(ours)
     assert places(ours) == pytest.approx(places(theirs), abs=1e-12)
 
@@ -52,8 +52,8 @@ def test_a_matplotlib_without_these_passes_lays_out_as_it_does(monkeypatch, faul
 def test_other_ticks_after_the_first_pass_ask_for_a_second(monkeypatch):
     figure, asked = drawn(np.arange(5.0)), []
     changing = iter([[("1", "2")], [("1", "2", "3")]])
-    monkeypatch.setattr(layout, "_ticks", lambda _: next(changing))
-    monkeypatch.setattr(layout.ConstrainedLayoutEngine, "execute", lambda self, figure: asked.append(figure))
+    monkeypatch.setattr(drawing, "_ticks", lambda _: next(changing))
+    monkeypatch.setattr(drawing.ConstrainedLayoutEngine, "execute", lambda self, figure: asked.append(figure))
     lay_out(figure)
     assert asked == [figure]
 
@@ -63,7 +63,7 @@ def test_an_axis_without_ticks_has_no_tick_texts():
     axes = figure.add_subplot()
     axes.xaxis.set_major_locator(NullLocator())  # gives a list, other locators an array
     axes.yaxis.set_major_locator(FixedLocator([0.5]))
-    assert [len(texts) for texts in layout._ticks(figure)] == [0, 1]
+    assert [len(texts) for texts in drawing._ticks(figure)] == [0, 1]
 
 
 def test_a_colour_bar_has_room_for_its_numbers():

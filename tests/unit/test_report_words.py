@@ -27,7 +27,6 @@ from undertow.report.arrange import (
     group_numbers,
     is_usable,
     spanning_conditions,
-    unexplained,
 )
 from undertow.report.compare import compare_runs, comparison_html
 from undertow.report.expressions import (
@@ -130,7 +129,6 @@ def test_the_chosen_trials_are_the_ends_and_the_worst_explained() -> None:
     worse = replace(trials[2], mismatch=replace(trials[2].mismatch, nrmse=9.0))
     assert chosen((trials[1], worse, trials[3], trials[0]), 3) == (trials[0], worse, trials[3])
     assert math.isnan(excess(bare_findings().groups[0].trials[0]))
-    assert unexplained(small_findings().groups[0]) == ()
 
 
 def test_numbers_of_a_group_come_from_the_most_efficient_method_that_has_any() -> None:

@@ -74,7 +74,7 @@ def from_starts(
     ahead = sorted(quick, key=lambda f: f.criterion)[: (REFINED if len(starts) * len(waters) > 1 else 1)]
     if suspect.recurs:
         at = replace(level, shared_water=ahead[0].shared_water)
-        ahead.append(_half_periods_on(at, best, suspect, ahead[0]))
+        ahead.append(_half_periods_on(at, best, ahead[0]))
     fit = min((_refined(level, f) for f in _apart(ahead)), key=lambda f: f.criterion)
     return Candidate((*best.suspects, suspect), fit, prior, doubt(level, fit, best.fit))
 
@@ -107,7 +107,7 @@ def from_places(
         tried.append((level, places[0]))
     fits = [f for w, p in tried if (f := _from_place(w, best, suspect, p)) is not None]
     if suspect.recurs and fits:
-        fits.append(_half_periods_on(stands, best, suspect, min(fits, key=lambda f: f.criterion)))
+        fits.append(_half_periods_on(stands, best, min(fits, key=lambda f: f.criterion)))
     fits += [f for start in further if (f := _in_windows(stands, best, suspect, start)) is not None]
     if not fits:
         return None
@@ -289,7 +289,7 @@ def _nearer(*fits: JointFit | None) -> JointFit | None:
     return min((fit for fit in fits if fit is not None), key=lambda fit: fit.criterion, default=None)
 
 
-def _half_periods_on(level: Level, best: Candidate, suspect: Suspect, fit: JointFit) -> JointFit:
+def _half_periods_on(level: Level, best: Candidate, fit: JointFit) -> JointFit:
     """The closest fit to which half a period more, or less, with the coefficient turned, leads step by step: in a slow
     decay echoes that far apart look much alike, and one linear step puts them in no order."""
     addend = fit.addends[-1]

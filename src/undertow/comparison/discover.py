@@ -53,23 +53,7 @@ class Discovery(BaseEstimator):  # type: ignore[misc]
     All subsets of the library are searched exactly; what is compared is the misfit of simulated trajectories to the
     recorded samples (docs/structure.md). Nobody chooses a threshold.
 
-    Parameters
-    ----------
-    terms : names from the registry or Term objects; None takes the ten algebraic ones of `registry.TEN_TERMS`. A term
-        with one inner parameter (drag_exponent, stribeck_friction) has it refined.
-    known : names of terms that are certainly there.
-    together : groups of names that enter all or none.
-    exclusive : groups of names of which at most one enters.
-    signs : whether a coefficient that cannot be negative (drag, friction, damping, stiffness) is kept from it.
-    beliefs : what is known of coefficients beforehand, as values with errors: `Belief`, and from dry
-        trials `from_dry` (dry_beliefs.py).
-    scatter : term name -> relative standard deviation from trial to trial; None takes the trials as equal.
-    rival_difference : subsets within this difference of the criterion are rivals; 6 is odds of 20 to 1. A larger subset
-        takes the place of a smaller that it does not contain only beyond it.
-    resamples : block resamples for the inclusion probabilities; 0 leaves them out.
-    outside : whether what the equation found leaves out is searched for, as `undertow run` does.
-    second_route : whether the coefficients are found a second time in weak form.
-    random_state : seed of the resampling.
+    The settings are those of `undertow.Discover`, which says of each what it is.
 
     Attributes
     ----------

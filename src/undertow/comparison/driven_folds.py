@@ -7,7 +7,8 @@ there, anew from each quarter of it; two equations are compared by the ratio of 
 all these windows, with its standard error from the windows' scatter about it (the ratio estimator: Cochran 1977,
 Sampling techniques, ch. 6).
 
-Belongs here: those runs, that comparison. Does not belong here: which laws are tried (driven_search.py).
+Belongs here: those runs, that comparison, whether offset and friction vary by stroke. Does not belong here: which laws
+are tried (driven_search.py).
 """
 
 from __future__ import annotations
@@ -25,6 +26,7 @@ from undertow.likelihood.driven import DrivenLaws
 from undertow.likelihood.output_error import SearchEffort
 from undertow.methods.driven import DrivenFit, fit_driven, free_run
 from undertow.methods.driven_begin import START_SAMPLES
+from undertow.methods.driven_strokes import vary_by_stroke
 from undertow.recording.recording import Array
 
 CLOSER = 0.02
@@ -129,3 +131,21 @@ def validation_rms(unseen: Sequence[DrivenTrial], fitted: DrivenFit) -> float:
             return math.inf
         total, count = total + float(away @ away), count + away.size
     return math.sqrt(total / count)
+
+
+Parts = tuple[Sequence[DrivenTrial], Sequence[DrivenTrial], Sequence[DrivenTrial]]
+"""All trials, what of them was fitted while laws were sought, and what was not."""
+
+
+def by_stroke(whole: DrivenFit, parts: Parts, trained: DrivenFit, lowest: float) -> tuple[DrivenFit, float]:
+    """The fit to all trials with deviations by stroke, and its rms on unseen samples, where both the part that was
+    ``trained`` on and all trials ask for them, and the free run over unseen samples comes no further away than
+    `CLOSER`; else ``whole`` and ``lowest`` as they are."""
+    trials, training, unseen = parts
+    try:
+        after = validation_rms(unseen, vary_by_stroke(training, trained))
+        if after > (1.0 + CLOSER) * lowest:
+            return whole, lowest
+        return vary_by_stroke(trials, whole), after
+    except IdentificationError:
+        return whole, lowest

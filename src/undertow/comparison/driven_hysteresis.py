@@ -12,7 +12,7 @@ Belongs here: members, their starts, the contest. Does not belong here: whether 
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 
 import numpy as np
@@ -75,7 +75,6 @@ def contest(
     unseen: Sequence[DrivenTrial],
     standing: tuple[DrivenFit, float],
     suspects: Sequence[str] | None = None,
-    progress: Callable[[str], None] = lambda text: None,
 ) -> Contest:
     """The member of the family that the record shows; ``standing`` is the fit that it competes with, and its rms."""
     current, lowest = standing
@@ -91,7 +90,6 @@ def contest(
             tried.append(Tried(name, -math.inf, lowest, math.inf, str(reason)))
             continue
         tried.append(Tried(name, 0.0, lowest, validation_rms(unseen, fits[name]), _unsound(law, fits[name])))
-        progress(f"{name}: {lowest:.4g} to {tried[-1].after:.4g} on unseen samples")
     return _decided(training, standing, tried, fits)
 
 

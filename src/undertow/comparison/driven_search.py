@@ -12,15 +12,14 @@ Belongs here: ranking, judging, the order. Does not belong here: which laws are 
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 
 import numpy as np
 
-from undertow.comparison.driven_folds import CLOSER, TRYING, Tried, come_closer, fold_errors, validation_rms
+from undertow.comparison.driven_folds import CLOSER, TRYING, Tried, by_stroke, come_closer, fold_errors, validation_rms
 from undertow.comparison.driven_hysteresis import REMEMBERED, SLIDING, Contest, contest, remembers
 from undertow.comparison.driven_suspects import OF_WATER, STATIC
-from undertow.comparison.driven_varying import by_stroke
 from undertow.conditioning.driven import DrivenTrial
 from undertow.equation.driven_hysteresis import BoucWen
 from undertow.equation.driven_laws import find_driven
@@ -94,9 +93,6 @@ class DrivenFound:
         return self.augmented or self.baseline
 
     def __repr__(self) -> str:
-        return str(self)
-
-    def __str__(self) -> str:
         before, after = self.validation
         added = f"with {', '.join(self.added)} {after:.3g}" if self.added else "nothing was added"
         return f"the given equation misses samples it never saw by {before:.3g} rms; {added}\n{self.best}"
@@ -140,7 +136,6 @@ def discover_driven(
     laws: DrivenLaws,
     suspects: Sequence[str] | None = None,
     held_out: Sequence[DrivenTrial] = (),
-    progress: Callable[[str], None] = lambda text: None,
 ) -> DrivenFound:
     """The equation's numbers, and which laws it lacks, proved on ``held_out`` trials or on the records' last fifth.
 
@@ -152,20 +147,19 @@ def discover_driven(
     training = [t.part(0, end) for t, end in zip(trials, ends, strict=True)]
     unseen = list(held_out) or [t.part(end, t.t.size) for t, end in zip(trials, ends, strict=True) if not t.free]
     base = fit_driven(training, laws)
-    progress(f"{', '.join(t.name for t in laws.terms)}: fitted")
     current, lowest = base, validation_rms(unseen, base)
     first, tried, added = lowest, list[Tried](), list[str]()
     family: Contest | None = None
     noise = max(trial.noise()[trial.main] for trial in unseen)
     for _ in range(ROUNDS):
-        step = _round(training, unseen, current, lowest, suspects, progress)
+        step = _round(training, unseen, current, lowest, suspects)
         tried += step[0]
         if step[1] is not None:
             current, lowest = step[1], step[2]
             added.append(step[0][-1].name)
         due = step[1] is None or added[-1] in REMEMBERED
         if family is None and due and remembers(current) and lowest > AT_NOISE * noise:
-            family = contest(training, unseen, (current, lowest), suspects, progress)
+            family = contest(training, unseen, (current, lowest), suspects)
             tried += family.tried
             changed, (current, lowest) = family.fitted is not current, (family.fitted, family.rms)
             added = _names_added(added, base, current)
@@ -178,7 +172,6 @@ def discover_driven(
         if leaner is not None:
             current, lowest = leaner
             added.remove(name)
-            progress(f"{name}: needless beside {', '.join(added)}")
     baseline = _on_everything(trials, laws, base)
     augmented = _on_everything(trials, current.started, current) if added else None
     best, lowest = by_stroke(augmented or baseline, (trials, training, unseen), current, lowest)
@@ -226,7 +219,6 @@ def _round(
     current: DrivenFit,
     lowest: float,
     suspects: Sequence[str] | None,
-    progress: Callable[[str], None],
 ) -> tuple[list[Tried], DrivenFit | None, float]:
     """One law more, if one earns it: what was tried (the accepted one last), its fit, its rms on unseen samples."""
     part = training[0].part(0, min(training[0].t.size, RANKED_SAMPLES))
@@ -244,11 +236,8 @@ def _round(
         except IdentificationError as reason:
             tried.append(Tried(name, -math.inf, lowest, math.inf, str(reason)))
             continue
-        one = _judged(name, current, fits[name], unseen, lowest)
-        tried.append(one)
+        tried.append(_judged(name, current, fits[name], unseen, lowest))
     tried = _by_folds(training, current, tried, fits)
-    for one in tried:
-        progress(f"{one.name}: {one.before:.4g} to {one.after:.4g} on unseen samples: {one.because or 'holds'}")
     best = min((one for one in tried if not one.because), key=lambda one: one.after, default=None)
     if best is None:
         return tried, None, lowest

@@ -11,7 +11,7 @@ Belongs here: the list of suspects, judging, the order. Does not belong here: fi
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 
 import numpy as np
@@ -109,7 +109,6 @@ def discover_response(
     suspects: Sequence[str] | None = None,
     held_out: np.ndarray | None = None,
     seed: int = 0,
-    progress: Callable[[str], None] = lambda text: None,
 ) -> ResponseFound:
     """The equation's numbers, and which laws it lacks, proved on points ``held_out`` (mask; None: every fifth).
 
@@ -122,7 +121,7 @@ def discover_response(
         none, p_value = np.zeros(unseen.size, dtype=bool), _p_value(base, measured, along, seed)
         return ResponseFound(base, None, (), (), (), nothing, none, p_value, lacking)
     folds = _folds(along, unseen)
-    search = _PointSearch(measured.part(~unseen), measured.part(unseen), folds, held, suspects, progress)
+    search = _PointSearch(measured.part(~unseen), measured.part(unseen), folds, held, suspects)
     first = current = search.fitted(tuple(terms))
     tried, added, rivals = list[Tried](), list[str](), list[tuple[str, str]]()
     for _ in range(ROUNDS):
@@ -196,7 +195,6 @@ class _PointSearch:
     fold: np.ndarray
     held: Mapping[str, float]
     suspects: Sequence[str] | None
-    progress: Callable[[str], None]
 
     def fitted(self, terms: tuple[Term, ...]) -> _Candidate:
         """An equation on the training points."""
@@ -248,8 +246,6 @@ class _PointSearch:
             first = first or ("" if because[name] else name)
         tried = [Tried(name, math.nan, before, fits[name].unseen_rms if name in fits else math.inf, because[name])
                  for name in sorted(because, key=lambda name: name == first)]  # fmt: skip
-        for one in tried:
-            self.progress(f"{one.name}: {before:.4g} to {one.after:.4g} on unseen points: {one.because or 'holds'}")
         return (fits[first] if first else None), tuple(alike), tried
 
 

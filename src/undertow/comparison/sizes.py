@@ -100,9 +100,9 @@ class Sizes:
             left[:, where] = mine - one.own @ (one.own.T @ mine)
             left -= one.shared @ refit
             form += one.weight * (left.T @ left)
-        return Measure(form / len(self.shown), self._shifts(place, refit))
+        return Measure(form / len(self.shown), self._shifts(refit))
 
-    def _shifts(self, place: GridPlace, refit: Array) -> Array:
+    def _shifts(self, refit: Array) -> Array:
         names = self.stands.fit.solution.problem.names
         index = [i for i, name in enumerate(names) if self.reported.get(name, 0.0) > 0.0]
         errors = np.array([self.reported[names[i]] for i in index])

@@ -14,7 +14,6 @@ from undertow.conditioning.cycles import equilibrium, find_cycles
 from undertow.conditioning.fusion import Smoothed, fuse
 from undertow.conditioning.motion import Motion, Window
 from undertow.conditioning.release import find_window
-from undertow.quantities import Estimate
 from undertow.recording.noise import noise
 from undertow.recording.recording import Array, Recording
 from undertow.recording.spikes import MAD_TO_SIGMA
@@ -59,7 +58,8 @@ def condition(
     channels = {n: recording.channels[n][after] for n in MOTION_CHANNELS if n in recording.channels}
     smoothed = fuse(t, channels, levels, _hold_bias(recording, window, levels))
     inside = (recording.time[after] >= window.start_s) & (recording.time[after] <= window.end_s)
-    centre = _centre(t, smoothed, inside, friction_halfwidth)
+    cycles = find_cycles(t[inside], smoothed.x[inside], smoothed.v[inside], smoothed.x_std[inside])
+    centre = equilibrium(cycles, friction_halfwidth)
     first = abs(float(smoothed.x[0]) - centre.value)
     amplitude = max(first, float(np.max(np.abs(smoothed.x[inside] - centre.value)))) if not window.held else first
     return Motion(
@@ -99,11 +99,6 @@ def _hold_bias(recording: Recording, window: Window, levels: Mapping[str, float]
         return 0.0, 0.0
     values = recording.channels["acceleration"][hold]
     return float(values.mean()), 0.25 * levels["acceleration"]
-
-
-def _centre(t: Array, smoothed: Smoothed, inside: np.ndarray, friction_halfwidth: float) -> Estimate:
-    cycles = find_cycles(t[inside], smoothed.x[inside], smoothed.v[inside], smoothed.x_std[inside])
-    return equilibrium(cycles, friction_halfwidth)
 
 
 def _notes(smoothed: Smoothed) -> tuple[str, ...]:

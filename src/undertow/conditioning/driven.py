@@ -20,7 +20,8 @@ from undertow.recording.recording import Array, Condition, read_only
 
 Quantity = Literal["force"] | MovingQuantity
 Frame = Literal["absolute", "relative"]
-OUTPUTS = ("displacement", "velocity", "acceleration")
+UNITS_OF_MOTION = {"displacement": "m", "velocity": "m/s", "acceleration": "m/s^2"}
+OUTPUTS = tuple(UNITS_OF_MOTION)
 FEWEST_SAMPLES = 200
 """A driven trial of fewer samples is refused: a start state and a handful of numbers want more."""
 

@@ -22,6 +22,7 @@ from typing import Any
 
 from undertow.comparison.limits import FAR_ABOVE_NOISE
 from undertow.discrepancy.verdict import Verdict
+from undertow.quantities import or_nan
 
 LEFT, STANDS_OUT, HIDES = "left_above_noise", "p_value", "upper_bound"
 """The conditions that tell kinds apart: how much over the noise what is named leaves; how often such a level with
@@ -123,11 +124,7 @@ def conditions_of(decision: Sequence[Mapping[str, Any]]) -> dict[str, tuple[floa
     >>> conditions_of([{"gate": "p_value", "value": 0.2, "limit": 0.01}])
     {'p_value': (0.2, 0.01)}
     """
-    return {one["gate"]: (_number(one.get("value")), _number(one.get("limit"))) for one in decision}
-
-
-def _number(value: float | None) -> float:
-    return math.nan if value is None else float(value)
+    return {one["gate"]: (or_nan(one.get("value")), or_nan(one.get("limit"))) for one in decision}
 
 
 def record_of(verdict: Verdict) -> Record | None:

@@ -28,44 +28,12 @@ SLOTS: tuple[str, ...] = (
 SLOT: dict[str, int] = {name: i for i, name in enumerate(SLOTS)}
 N_SLOTS = len(SLOTS)
 
-_MASS = 0
-_XE = 1
-_X0 = 2
-_V0 = 3
-_K1 = 4
-_C1 = 5
-_FC = 6
-_Q = 7
-_C3 = 8
-_CP = 9
-_P = 10
-_K3 = 11
-_K5 = 12
-_K2 = 13
-_KD = 14
-_TD = 15
-_KA = 16
-_KS = 17
-_XV = 18
-_XXV = 19
-_FS = 20
-_VS = 21
-_FA = 22
-_FN = 23
-_FCOS = 24
-_OMEGA = 25
-_FSIN = 26
-_GCOS = 27
-_GOMEGA = 28
-_GSIN = 29
-_GCOS_T = 30
-_GSIN_T = 31
-_GCOS_TT = 32
-_GSIN_TT = 33
-_GE = 34
-_TAU_E = 35
-_KB = 36
-_FB = 37
+(
+    _MASS, _XE, _X0, _V0, _K1, _C1, _FC, _Q, _C3, _CP, _P, _K3,
+    _K5, _K2, _KD, _TD, _KA, _KS, _XV, _XXV, _FS, _VS, _FA, _FN,
+    _FCOS, _OMEGA, _FSIN, _GCOS, _GOMEGA, _GSIN, _GCOS_T, _GSIN_T, _GCOS_TT, _GSIN_TT, _GE, _TAU_E,
+    _KB, _FB,
+) = range(38)
 _HM = 38
 _RK = 59
 _NH = 7

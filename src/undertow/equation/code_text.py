@@ -15,7 +15,7 @@ from types import MappingProxyType
 
 import sympy as sp
 
-from undertow.equation.symbolic import Expression, SymbolPlace
+from undertow.equation.term import Expression, SymbolPlace
 from undertow.errors import UndertowError
 
 X, V, D, A, T, ECHO, SIDE = (sp.Symbol(name, real=True) for name in ("x", "v", "d", "a", "t", "echo", "side"))

@@ -17,113 +17,28 @@ Array = NDArray[np.float64]
 Inner = Mapping[str, float]
 Size = Callable[[str], float]
 
-
-def _stiffness(x: Array, v: Array, t: Array, p: Inner) -> Array:
-    return 1.0 * x
-
-
-def _viscous_damping(x: Array, v: Array, t: Array, p: Inner) -> Array:
-    return 1.0 * v
-
-
-def _coulomb_friction(x: Array, v: Array, t: Array, p: Inner) -> Array:
-    return np.sign(v)
-
-
-def _quadratic_drag(x: Array, v: Array, t: Array, p: Inner) -> Array:
-    return v**2 * np.sign(v)
-
-
-def _added_stiffness(x: Array, v: Array, t: Array, p: Inner) -> Array:
-    return 1.0 * x
-
-
-def _linear_damping(x: Array, v: Array, t: Array, p: Inner) -> Array:
-    return 1.0 * v
-
-
-def _cubic_damping(x: Array, v: Array, t: Array, p: Inner) -> Array:
-    return v**3
-
-
-def _drag_exponent(x: Array, v: Array, t: Array, p: Inner) -> Array:
-    return np.abs(v) ** p["exponent"] * np.sign(v)
-
-
-def _cubic_stiffness(x: Array, v: Array, t: Array, p: Inner) -> Array:
-    return x**3
-
-
-def _quintic_stiffness(x: Array, v: Array, t: Array, p: Inner) -> Array:
-    return x**5
-
-
-def _asymmetric_stiffness(x: Array, v: Array, t: Array, p: Inner) -> Array:
-    return x**2
-
-
-def _stiffness_drift(x: Array, v: Array, t: Array, p: Inner) -> Array:
-    return x * (1.0 - np.exp(-t / p["time_s"]))
-
-
-def _quadratic_stiffness(x: Array, v: Array, t: Array, p: Inner) -> Array:
-    return x * np.abs(x)
-
-
-def _sine_restoring(x: Array, v: Array, t: Array, p: Inner) -> Array:
-    return np.sin(x)
-
-
-def _position_damping(x: Array, v: Array, t: Array, p: Inner) -> Array:
-    return v * x
-
-
-def _van_der_pol_damping(x: Array, v: Array, t: Array, p: Inner) -> Array:
-    return v * x**2
-
-
-def _stribeck_friction(x: Array, v: Array, t: Array, p: Inner) -> Array:
-    return np.exp(-v**2 / p["velocity_m_per_s"]**2) * np.sign(v)
-
-
-def _asymmetric_friction(x: Array, v: Array, t: Array, p: Inner) -> Array:
-    return np.sign(v) ** 2
-
-
-def _variable_normal_force(x: Array, v: Array, t: Array, p: Inner) -> Array:
-    return np.abs(x) * np.sign(v)
-
-
-def _external_forcing(x: Array, v: Array, t: Array, p: Inner) -> Array:
-    return np.cos(p["frequency_rad_per_s"] * t + p["phase_rad"])
-
-
-def _changing_force(x: Array, v: Array, t: Array, p: Inner) -> Array:
-    return p["bend_per_s2"] * t**2 * np.cos(p["bend_phase_rad"] + p["frequency_rad_per_s"] * t) + p["change_per_s"] * t * np.cos(p["change_phase_rad"] + p["frequency_rad_per_s"] * t) + np.cos(p["frequency_rad_per_s"] * t + p["phase_rad"])
-
-
 COLUMNS: dict[str, Callable[[Array, Array, Array, Inner], Array]] = {
-    "stiffness": _stiffness,
-    "viscous_damping": _viscous_damping,
-    "coulomb_friction": _coulomb_friction,
-    "quadratic_drag": _quadratic_drag,
-    "added_stiffness": _added_stiffness,
-    "linear_damping": _linear_damping,
-    "cubic_damping": _cubic_damping,
-    "drag_exponent": _drag_exponent,
-    "cubic_stiffness": _cubic_stiffness,
-    "quintic_stiffness": _quintic_stiffness,
-    "asymmetric_stiffness": _asymmetric_stiffness,
-    "stiffness_drift": _stiffness_drift,
-    "quadratic_stiffness": _quadratic_stiffness,
-    "sine_restoring": _sine_restoring,
-    "position_damping": _position_damping,
-    "van_der_pol_damping": _van_der_pol_damping,
-    "stribeck_friction": _stribeck_friction,
-    "asymmetric_friction": _asymmetric_friction,
-    "variable_normal_force": _variable_normal_force,
-    "external_forcing": _external_forcing,
-    "changing_force": _changing_force,
+    "stiffness": lambda x, v, t, p: 1.0 * x,
+    "viscous_damping": lambda x, v, t, p: 1.0 * v,
+    "coulomb_friction": lambda x, v, t, p: np.sign(v),
+    "quadratic_drag": lambda x, v, t, p: v**2 * np.sign(v),
+    "added_stiffness": lambda x, v, t, p: 1.0 * x,
+    "linear_damping": lambda x, v, t, p: 1.0 * v,
+    "cubic_damping": lambda x, v, t, p: v**3,
+    "drag_exponent": lambda x, v, t, p: np.abs(v) ** p["exponent"] * np.sign(v),
+    "cubic_stiffness": lambda x, v, t, p: x**3,
+    "quintic_stiffness": lambda x, v, t, p: x**5,
+    "asymmetric_stiffness": lambda x, v, t, p: x**2,
+    "stiffness_drift": lambda x, v, t, p: x * (1.0 - np.exp(-t / p["time_s"])),
+    "quadratic_stiffness": lambda x, v, t, p: x * np.abs(x),
+    "sine_restoring": lambda x, v, t, p: np.sin(x),
+    "position_damping": lambda x, v, t, p: v * x,
+    "van_der_pol_damping": lambda x, v, t, p: v * x**2,
+    "stribeck_friction": lambda x, v, t, p: np.exp(-v**2 / p["velocity_m_per_s"]**2) * np.sign(v),
+    "asymmetric_friction": lambda x, v, t, p: np.sign(v) ** 2,
+    "variable_normal_force": lambda x, v, t, p: np.abs(x) * np.sign(v),
+    "external_forcing": lambda x, v, t, p: np.cos(p["frequency_rad_per_s"] * t + p["phase_rad"]),
+    "changing_force": lambda x, v, t, p: p["bend_per_s2"] * t**2 * np.cos(p["bend_phase_rad"] + p["frequency_rad_per_s"] * t) + p["change_per_s"] * t * np.cos(p["change_phase_rad"] + p["frequency_rad_per_s"] * t) + np.cos(p["frequency_rad_per_s"] * t + p["phase_rad"]),
 }
 """Force per unit coefficient (n,) by a law's name, at x, v, t and its inner parameters."""
 

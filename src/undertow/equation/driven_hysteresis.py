@@ -45,9 +45,9 @@ class BoucWen(Term):
     exponent: float = 1.0
     unit_N: float = 1.0
     alpha: float = 1.0
-    name: ClassVar[str] = "bouc_wen"
-    kind: ClassVar = "state"
-    parameters: ClassVar[tuple[Parameter, ...]] = (
+    name = "bouc_wen"
+    kind = "state"
+    parameters = (
         _ALPHA, _LOOP, _SKEW,
         Parameter("exponent", "", r"\nu", lower=1.0, upper=8.0),
         Parameter("unit_N", "N", "u", lower=_LEAST),
@@ -56,13 +56,11 @@ class BoucWen(Term):
         "alpha_N_per_m": "bw_a", "loop": "bw_g", "skew": "bw_d", "exponent": "bw_n", "unit_N": "bw_unit",
     }  # fmt: skip
     constants: ClassVar[Mapping[str, float]] = {"memory": BOUC_WEN}
-    held_unless_asked: ClassVar[tuple[str, ...]] = ("unit_N",)
-    law: ClassVar[str] = "z, z' = alpha v - (loop |v| z + skew v |z|) (|z| / u)^(n-1)"
-    latex: ClassVar[str] = (
-        r"z,\ \dot z=\alpha\dot x-(\beta\gamma|\dot x|z+\beta\delta\,\dot x|z|)(|z|/u)^{\nu-1}"
-    )
-    source: ClassVar[str] = "Wen 1976, doi:10.1061/JMCEA3.0002106; Noel and Schoukens 2016"
-    left_out: ClassVar[str] = "loops in force against displacement whose width grows with amplitude, at any speed"
+    held_unless_asked = ("unit_N",)
+    law = "z, z' = alpha v - (loop |v| z + skew v |z|) (|z| / u)^(n-1)"
+    latex = r"z,\ \dot z=\alpha\dot x-(\beta\gamma|\dot x|z+\beta\delta\,\dot x|z|)(|z|/u)^{\nu-1}"
+    source = "Wen 1976, doi:10.1061/JMCEA3.0002106; Noel and Schoukens 2016"
+    left_out = "loops in force against displacement whose width grows with amplitude, at any speed"
 
     def force(self, x: Array, v: Array, a: Array, t: Array) -> Array:
         """z / alpha in m along the displacement from z = 0 at t[0], straight from sample to sample."""
@@ -91,9 +89,9 @@ class Pinched(Term):
     pinch: float = 0.0
     width_N: float = 1.0
     alpha: float = 1.0
-    name: ClassVar[str] = "pinched"
-    kind: ClassVar = "state"
-    parameters: ClassVar[tuple[Parameter, ...]] = (
+    name = "pinched"
+    kind = "state"
+    parameters = (
         _ALPHA, _LOOP, _SKEW,
         Parameter("pinch", "", "P", lower=0.0, upper=0.999),
         Parameter("width_N", "N", "W", lower=_LEAST),
@@ -102,14 +100,10 @@ class Pinched(Term):
         "alpha_N_per_m": "bw_a", "loop": "bw_g", "skew": "bw_d", "pinch": "pinch", "width_N": "pinch_w",
     }  # fmt: skip
     constants: ClassVar[Mapping[str, float]] = {"memory": PINCHED, "bw_n": 1.0, "bw_unit": 1.0}
-    law: ClassVar[str] = "z, z' = (1 - P exp(-(z / W)^2)) (alpha v - loop |v| z - skew v |z|)"
-    latex: ClassVar[str] = (
-        r"z,\ \dot z=(1-Pe^{-(z/W)^2})(\alpha\dot x-\beta\gamma|\dot x|z-\beta\delta\,\dot x|z|)"
-    )
-    source: ClassVar[str] = (
-        "Baber and Noori 1986, doi:10.1115/1.3269364; Foliente 1995, doi:10.1061/(ASCE)0733-9445(1995)121:6(1013)"
-    )
-    left_out: ClassVar[str] = "loops that are narrow and soft in their middle, as of joints with play"
+    law = "z, z' = (1 - P exp(-(z / W)^2)) (alpha v - loop |v| z - skew v |z|)"
+    latex = r"z,\ \dot z=(1-Pe^{-(z/W)^2})(\alpha\dot x-\beta\gamma|\dot x|z-\beta\delta\,\dot x|z|)"
+    source = "Baber and Noori 1986, doi:10.1115/1.3269364; Foliente 1995, doi:10.1061/(ASCE)0733-9445(1995)121:6(1013)"
+    left_out = "loops that are narrow and soft in their middle, as of joints with play"
 
     def force(self, x: Array, v: Array, a: Array, t: Array) -> Array:
         """z / alpha in m along the displacement from z = 0 at t[0], straight from sample to sample."""
@@ -137,9 +131,9 @@ class LuGre(Term):
     static_N: float = 0.0
     velocity_m_per_s: float = 0.01
     sigma1_Ns_per_m: float = 0.0
-    name: ClassVar[str] = "lugre"
-    kind: ClassVar = "state"
-    parameters: ClassVar[tuple[Parameter, ...]] = (
+    name = "lugre"
+    kind = "state"
+    parameters = (
         Parameter("sigma0_N_per_m", "N/m", r"\sigma_0", lower=_LEAST),
         Parameter("coulomb_N", "N", "F_c", lower=_LEAST),
         Parameter("static_N", "N", "F_s", lower=0.0),
@@ -151,16 +145,12 @@ class LuGre(Term):
         "sigma1_Ns_per_m": "lg_m",
     }  # fmt: skip
     constants: ClassVar[Mapping[str, float]] = {"memory": LUGRE}
-    held_unless_asked: ClassVar[tuple[str, ...]] = ("sigma1_Ns_per_m",)
-    takes_the_place_of: ClassVar[tuple[str, ...]] = (CoulombFriction.name, StribeckFriction.name)
-    law: ClassVar[str] = (
-        "z + sigma1 q, z' = sigma0 q, q = v (1 - sign(v) z / g(v)), g = F_c + F_s exp(-(v / v_s)^2)"
-    )
-    latex: ClassVar[str] = (
-        r"z+\sigma_1q,\ \dot z=\sigma_0q,\ q=\dot x(1-\mathrm{sgn}(\dot x)z/g),\ g=F_c+F_se^{-(\dot x/v_s)^2}"
-    )
-    source: ClassVar[str] = "Canudas de Wit et al. 1995, doi:10.1109/9.376053"
-    left_out: ClassVar[str] = "a body that gives way before it slips, and lags more at low speed"
+    held_unless_asked = ("sigma1_Ns_per_m",)
+    takes_the_place_of = (CoulombFriction.name, StribeckFriction.name)
+    law = "z + sigma1 q, z' = sigma0 q, q = v (1 - sign(v) z / g(v)), g = F_c + F_s exp(-(v / v_s)^2)"
+    latex = r"z+\sigma_1q,\ \dot z=\sigma_0q,\ q=\dot x(1-\mathrm{sgn}(\dot x)z/g),\ g=F_c+F_se^{-(\dot x/v_s)^2}"
+    source = "Canudas de Wit et al. 1995, doi:10.1109/9.376053"
+    left_out = "a body that gives way before it slips, and lags more at low speed"
 
     def force(self, x: Array, v: Array, a: Array, t: Array) -> Array:
         """F / sigma0 in m with sigma0 of 1 N/m along the motion from z = 0 at t[0], exact along a straight step."""
@@ -184,20 +174,20 @@ class Iwan(Term):
 
     slip_N: float = 1.0
     chi: float = 0.0
-    name: ClassVar[str] = "iwan"
-    kind: ClassVar = "state"
-    parameters: ClassVar[tuple[Parameter, ...]] = (
+    name = "iwan"
+    kind = "state"
+    parameters = (
         Parameter("stiffness_N_per_m", "N/m", "K", lower=_LEAST),
         Parameter("slip_N", "N", "F_s", lower=_LEAST),
         Parameter("chi", "", r"\chi", lower=-0.9, upper=4.0),
     )
     slots: ClassVar[Mapping[str, str]] = {"stiffness_N_per_m": "bw_a", "slip_N": "iw_f", "chi": "iw_x"}
     constants: ClassVar[Mapping[str, float]] = {"memory": IWAN}
-    held_unless_asked: ClassVar[tuple[str, ...]] = ("chi",)
-    law: ClassVar[str] = "sum of s_i, s_i' = k_i v up to |s_i| = f_i, k_i and f_i from K, F_s, chi"
-    latex: ClassVar[str] = r"\sum_is_i,\ \dot s_i=k_i\dot x\ \mathrm{to}\ |s_i|=f_i"
-    source: ClassVar[str] = "Iwan 1966, doi:10.1115/1.3625199; Segalman 2005, doi:10.1115/1.1867982"
-    left_out: ClassVar[str] = "loops that begin with the smallest motion and close in force at no yield point"
+    held_unless_asked = ("chi",)
+    law = "sum of s_i, s_i' = k_i v up to |s_i| = f_i, k_i and f_i from K, F_s, chi"
+    latex = r"\sum_is_i,\ \dot s_i=k_i\dot x\ \mathrm{to}\ |s_i|=f_i"
+    source = "Iwan 1966, doi:10.1115/1.3625199; Segalman 2005, doi:10.1115/1.1867982"
+    left_out = "loops that begin with the smallest motion and close in force at no yield point"
 
     def force(self, x: Array, v: Array, a: Array, t: Array) -> Array:
         """F / K in m with K of 1 N/m along the displacement from s = 0 at t[0]."""

@@ -36,15 +36,15 @@ class ConstantForce(Term):
     array([1., 1.])
     """
 
-    name: ClassVar[str] = "constant_force"
-    kind: ClassVar = "input"
-    relative_to: ClassVar = "earth"
-    parameters: ClassVar[tuple[Parameter, ...]] = (Parameter("force_N", "N", "b"),)
+    name = "constant_force"
+    kind = "input"
+    relative_to = "earth"
+    parameters = (Parameter("force_N", "N", "b"),)
     slots: ClassVar[Mapping[str, str]] = {"force_N": "offset"}
-    law: ClassVar[str] = "b"
-    latex: ClassVar[str] = "b"
-    source: ClassVar[str] = "offset of an amplifier, a slope"
-    left_out: ClassVar[str] = "a body without a spring drifts away to one side; one with a spring rests elsewhere"
+    law = "b"
+    latex = "b"
+    source = "offset of an amplifier, a slope"
+    left_out = "a body without a spring drifts away to one side; one with a spring rests elsewhere"
 
     def force(self, x: Array, v: Array, a: Array, t: Array) -> Array:
         """1, dimensionless."""
@@ -59,13 +59,13 @@ class AsymmetricDamping(Term):
     array([2., 2.])
     """
 
-    name: ClassVar[str] = "asymmetric_damping"
-    parameters: ClassVar[tuple[Parameter, ...]] = (Parameter("c_Ns_per_m", "N s/m", "c_a"),)
+    name = "asymmetric_damping"
+    parameters = (Parameter("c_Ns_per_m", "N s/m", "c_a"),)
     slots: ClassVar[Mapping[str, str]] = {"c_Ns_per_m": "ca"}
-    law: ClassVar[str] = "c_a |v|"
-    latex: ClassVar[str] = r"c_a|\dot x|"
-    source: ClassVar[str] = "Armstrong-Helouvry et al. 1994, doi:10.1016/0005-1098(94)90209-7"
-    left_out: ClassVar[str] = "the body lags its equation on the way out and leads it on the way back, more at speed"
+    law = "c_a |v|"
+    latex = r"c_a|\dot x|"
+    source = "Armstrong-Helouvry et al. 1994, doi:10.1016/0005-1098(94)90209-7"
+    left_out = "the body lags its equation on the way out and leads it on the way back, more at speed"
 
     def force(self, x: Array, v: Array, a: Array, t: Array) -> Array:
         """|v| in m/s."""
@@ -80,15 +80,15 @@ class FroudeKrylov(Term):
     force is (rho V + m_a) u' = rho V C_m u'.
     """
 
-    name: ClassVar[str] = "froude_krylov"
-    kind: ClassVar = "input"
-    relative_to: ClassVar = "water"
-    parameters: ClassVar[tuple[Parameter, ...]] = (Parameter("displaced_kg", "kg", r"\rho V", lower=0.0),)
+    name = "froude_krylov"
+    kind = "input"
+    relative_to = "water"
+    parameters = (Parameter("displaced_kg", "kg", r"\rho V", lower=0.0),)
     slots: ClassVar[Mapping[str, str]] = {"displaced_kg": "wave"}
-    law: ClassVar[str] = "-rho V u'"
-    latex: ClassVar[str] = r"-\rho V\dot u"
-    source: ClassVar[str] = "Morison et al. 1950, doi:10.2118/950149-G; Newman 1977 ch. 2"
-    left_out: ClassVar[str] = "a force in phase with the water's acceleration, as large as a part of the body's weight"
+    law = "-rho V u'"
+    latex = r"-\rho V\dot u"
+    source = "Morison et al. 1950, doi:10.2118/950149-G; Newman 1977 ch. 2"
+    left_out = "a force in phase with the water's acceleration, as large as a part of the body's weight"
 
     def force(self, x: Array, v: Array, a: Array, t: Array) -> Array:
         """-u' in m/s^2, with the water's acceleration u' in place of ``a``."""

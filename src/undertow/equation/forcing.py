@@ -11,8 +11,7 @@ from typing import ClassVar
 
 import numpy as np
 
-from undertow.equation.symbolic import Element, Expression, Share, SymbolPlace
-from undertow.equation.term import Array, Term
+from undertow.equation.term import Array, Element, Expression, Share, SymbolPlace, Term
 from undertow.quantities import Parameter
 
 
@@ -22,22 +21,23 @@ class ExternalForcing(Term):
 
     frequency_rad_per_s: float = 5.0
     phase_rad: float = 0.0
-    name: ClassVar[str] = "external_forcing"
-    kind: ClassVar = "input"
-    relative_to: ClassVar = "earth"
+    name = "external_forcing"
+    kind = "input"
+    relative_to = "earth"
     parameters: ClassVar[tuple[Parameter, ...]] = (
         Parameter("amplitude_N", "N", "A", lower=0.0),
         Parameter("frequency_rad_per_s", "rad/s", r"\Omega", lower=0.05),
         Parameter("phase_rad", "rad", r"\varphi"),
     )
     slots: ClassVar[Mapping[str, str]] = {"amplitude_N": "fcos", "frequency_rad_per_s": "omega", "phase_rad": "fsin"}
-    law: ClassVar[str] = "A cos(Omega t + varphi)"
-    latex: ClassVar[str] = r"A\cos(\Omega t+\varphi)"
-    source: ClassVar[str] = "wave, seiche or machine"
-    left_out: ClassVar[str] = "a line at one frequency in all trials, with another phase in each; it does not decay"
-    own_clock: ClassVar[bool] = True
-    words: ClassVar[str] = "a force with a clock of its own"
-    next_test: ClassVar[str] = "a record of the body at rest, nothing else changed"
+    law = "A cos(Omega t + varphi)"
+    latex = r"A\cos(\Omega t+\varphi)"
+    smooth = "amplitude_N * cos(frequency_rad_per_s * t + phase_rad)"
+    source = "wave, seiche or machine"
+    left_out = "a line at one frequency in all trials, with another phase in each; it does not decay"
+    own_clock = True
+    words = "a force with a clock of its own"
+    next_test = "a record of the body at rest, nothing else changed"
     element: ClassVar[Element] = "drive"
 
     def slot_values(self, coefficient: float) -> dict[str, float]:
@@ -47,12 +47,6 @@ class ExternalForcing(Term):
             "fsin": -coefficient * float(np.sin(self.phase_rad)),
             "omega": self.frequency_rad_per_s,
         }
-
-    def share(self, p: Mapping[str, Expression], q: SymbolPlace, number: str) -> Share:
-        """A force of the time alone."""
-        import sympy as sp
-
-        return Share(smooth=p["amplitude_N"] * sp.cos(p["frequency_rad_per_s"] * q.t + p["phase_rad"]))
 
     def by_slots(self, s: Mapping[str, Expression], q: SymbolPlace, number: str) -> Share:
         """The same with a cosine and a sine part."""
@@ -70,8 +64,8 @@ class ChangingForce(ExternalForcing):
     change_phase_rad: float = 0.0
     bend_per_s2: float = 0.0
     bend_phase_rad: float = 0.0
-    name: ClassVar[str] = "changing_force"
-    parameters: ClassVar[tuple[Parameter, ...]] = (
+    name = "changing_force"
+    parameters = (
         *ExternalForcing.parameters,
         Parameter("change_per_s", "1/s", "g"),
         Parameter("change_phase_rad", "rad", r"\psi"),
@@ -82,15 +76,13 @@ class ChangingForce(ExternalForcing):
         "amplitude_N": "gcos", "frequency_rad_per_s": "gomega", "phase_rad": "gsin", "change_per_s": "gcos_t",
         "change_phase_rad": "gsin_t", "bend_per_s2": "gcos_tt", "bend_phase_rad": "gsin_tt",
     }  # fmt: skip
-    law: ClassVar[str] = "A (cos(Omega t + varphi) + g t cos(Omega t + psi) + h t^2 cos(Omega t + chi))"
-    latex: ClassVar[str] = (
-        r"A\,(\cos(\Omega t+\varphi)+g\,t\cos(\Omega t+\psi)+h\,t^2\cos(\Omega t+\chi))"
-    )
-    source: ClassVar[str] = "the envelope of narrow-band noise, Rice 1945, as far as t^2; a seiche that dies out"
-    left_out: ClassVar[str] = "a line of some width, with another phase in each trial; it does not go with the motion"
-    missing_as: ClassVar[str] = ExternalForcing.name
-    words: ClassVar[str] = "a force with a clock of its own that changes along the record"
-    element: ClassVar[Element] = ""
+    law = "A (cos(Omega t + varphi) + g t cos(Omega t + psi) + h t^2 cos(Omega t + chi))"
+    latex = r"A\,(\cos(\Omega t+\varphi)+g\,t\cos(\Omega t+\psi)+h\,t^2\cos(\Omega t+\chi))"
+    source = "the envelope of narrow-band noise, Rice 1945, as far as t^2; a seiche that dies out"
+    left_out = "a line of some width, with another phase in each trial; it does not go with the motion"
+    missing_as = ExternalForcing.name
+    words = "a force with a clock of its own that changes along the record"
+    element = ""
 
     def slot_values(self, coefficient: float) -> dict[str, float]:
         """Cosine and sine parts, what both gain with t and with t^2, and the frequency."""
@@ -125,19 +117,19 @@ class DelayedEcho(Term):
     """What the body radiated comes back after a delay, F = gain v(t - delay); nothing before the release."""
 
     delay_s: float = 1.0
-    name: ClassVar[str] = "delayed_echo"
-    kind: ClassVar = "delay"
-    relative_to: ClassVar = "earth"
-    parameters: ClassVar[tuple[Parameter, ...]] = (
+    name = "delayed_echo"
+    kind = "delay"
+    relative_to = "earth"
+    parameters = (
         Parameter("gain", "N s/m", "G"),
         Parameter("delay_s", "s", r"\tau_e", lower=1e-3),
     )
     slots: ClassVar[Mapping[str, str]] = {"gain": "ge", "delay_s": "tau_e"}
-    law: ClassVar[str] = "G v(t - tau_e)"
-    latex: ClassVar[str] = r"G\,\dot{x}(t-\tau_e)"
-    source: ClassVar[str] = "reflection at the flume's ends"
-    left_out: ClassVar[str] = "nothing until the delay has passed, then a disturbance that repeats the motion"
-    words: ClassVar[str] = "an echo of the motion that comes back late"
+    law = "G v(t - tau_e)"
+    latex = r"G\,\dot{x}(t-\tau_e)"
+    source = "reflection at the flume's ends"
+    left_out = "nothing until the delay has passed, then a disturbance that repeats the motion"
+    words = "an echo of the motion that comes back late"
 
     def force(self, x: Array, v: Array, a: Array, t: Array) -> Array:
         """v(t - delay) in m/s, zero before the first sample."""

@@ -37,8 +37,7 @@ from undertow.equation.code_text import (
     text,
 )
 from undertow.equation.generate_states import STARTS, Lanes, Oscillator, lanes_text, oscillator_text
-from undertow.equation.symbolic import Expression, Share
-from undertow.equation.term import Term
+from undertow.equation.term import Expression, Share, Term
 from undertow.errors import UndertowError
 
 TARGET = Path(__file__).with_name("algebra.py")
@@ -278,15 +277,20 @@ def slots_of(laws: Sequence[Law], lanes: Sequence[Lanes]) -> tuple[str, ...]:
     return tuple(dict.fromkeys([*found, *(slot for one in lanes if not one.most for slot in one.slots)]))
 
 
+def _rows(words: Iterable[str]) -> str:
+    """Words as a tuple, twelve a line."""
+    every = list(words)
+    return "(\n" + "".join(f"    {', '.join(every[i : i + 12])},\n" for i in range(0, len(every), 12)) + ")"
+
+
 def _slots_text(laws: Sequence[Law], oscillator: Oscillator, lanes: Sequence[Lanes]) -> str:
     plain = slots_of(laws, lanes)
     numbered = [(oscillator.slots, oscillator.most), *((one.slots, one.most) for one in lanes if one.most)]
     every = [*plain, *(f"{slot}{i}" for slots, most in numbered for i in range(1, most + 1) for slot in slots)]
-    rows = "\n".join(f"    {', '.join(repr(slot) for slot in every[i : i + 12])}," for i in range(0, len(every), 12))
-    out = f"SLOTS: tuple[str, ...] = (\n{rows}\n)\n".replace("'", '"')
+    out = f"SLOTS: tuple[str, ...] = {_rows(map(repr, every))}\n".replace("'", '"')
     out += '"""Names of the parameter vector\'s places, in order: hm1 is the first hidden oscillator\'s mass."""\n\n'
     out += "SLOT: dict[str, int] = {name: i for i, name in enumerate(SLOTS)}\nN_SLOTS = len(SLOTS)\n\n"
-    out += "".join(f"{place(slot)} = {i}\n" for i, slot in enumerate(plain))
+    out += f"{_rows(map(place, plain))} = range({len(plain)})\n"
     at = len(plain)
     for slots, most in numbered:
         out += f"{place(slots[0])} = {at}\n"

@@ -13,8 +13,7 @@ import sympy as sp
 from undertow.equation.code_text import PLACE, SIDE, D, T, V, X, slope, symbol, text
 from undertow.equation.generate import Law, read
 from undertow.equation.generate_states import Lanes
-from undertow.equation.symbolic import Expression
-from undertow.equation.term import Term
+from undertow.equation.term import Expression, Term
 
 HEAD = '''"""Generated from the laws' rows: their forces along a whole motion, and their largest slopes.
 
@@ -34,7 +33,6 @@ from numpy.typing import NDArray
 Array = NDArray[np.float64]
 Inner = Mapping[str, float]
 Size = Callable[[str], float]
-
 
 '''
 
@@ -60,14 +58,8 @@ def column_text(row: type[Term]) -> str:
 
 
 def _columns(rows: Sequence[type[Term]]) -> str:
-    out, names = "", []
-    for row in rows:
-        body = column_text(row)
-        if body:
-            names.append(row.name)
-            out += f"def _{row.name}(x: Array, v: Array, t: Array, p: Inner) -> Array:\n    return {body}\n\n\n"
-    out += "COLUMNS: dict[str, Callable[[Array, Array, Array, Inner], Array]] = {\n"
-    out += "".join(f'    "{name}": _{name},\n' for name in names)
+    out = "COLUMNS: dict[str, Callable[[Array, Array, Array, Inner], Array]] = {\n"
+    out += "".join(f'    "{row.name}": lambda x, v, t, p: {body},\n' for row in rows if (body := column_text(row)))
     return out + '}\n"""Force per unit coefficient (n,) by a law\'s name, at x, v, t and its inner parameters."""\n\n'
 
 

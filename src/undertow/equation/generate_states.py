@@ -15,8 +15,7 @@ from dataclasses import dataclass
 import sympy as sp
 
 from undertow.equation.code_text import A, V, X, directed, function, place, slope, symbol, text
-from undertow.equation.symbolic import Expression, Share
-from undertow.equation.term import Term
+from undertow.equation.term import Expression, Share, Term
 from undertow.errors import UndertowError
 
 STARTS = ("hs", "hu")

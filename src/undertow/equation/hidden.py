@@ -12,8 +12,7 @@ from typing import ClassVar
 
 import numpy as np
 
-from undertow.equation.symbolic import Element, Expression, Share, SymbolPlace
-from undertow.equation.term import Array, Term
+from undertow.equation.term import Array, Expression, Share, SymbolPlace, Term
 from undertow.errors import UndertowError
 from undertow.quantities import Parameter
 
@@ -74,10 +73,10 @@ class HiddenResonator(Term):
     damping_ratio: float = 0.02
     quadratic_damping_per_m: float = 0.0
     cubic_stiffness_per_m2_s2: float = 0.0
-    name: ClassVar[str] = "hidden_resonator"
-    kind: ClassVar = "state"
-    relative_to: ClassVar = "earth"
-    parameters: ClassVar[tuple[Parameter, ...]] = (
+    name = "hidden_resonator"
+    kind = "state"
+    relative_to = "earth"
+    parameters = (
         Parameter("mass_kg", "kg", "m_s", lower=0.0),
         Parameter("natural_frequency_rad_per_s", "rad/s", r"\omega_s", lower=0.05),
         Parameter("damping_ratio", "1", r"\zeta_s", lower=0.0, upper=1.5),
@@ -91,20 +90,20 @@ class HiddenResonator(Term):
         "quadratic_damping_per_m": "hb",
         "cubic_stiffness_per_m2_s2": "hg",
     }
-    law: ClassVar[str] = "m_s (x'' + s''), s'' + 2 zeta_s omega_s s' + omega_s^2 s + b_s s' |s'| + g_s s^3 = -x''"
-    latex: ClassVar[str] = (
+    law = "m_s (x'' + s''), s'' + 2 zeta_s omega_s s' + omega_s^2 s + b_s s' |s'| + g_s s^3 = -x''"
+    latex = (
         r"m_s(\ddot{x}+\ddot{s}),\ \ddot{s}+2\,\zeta_s\,\omega_s\,\dot{s}+\omega_s^2\,s"
         r"+b_s\,\dot{s}|\dot{s}|+g_s\,s^3=-\ddot{x}"
     )
-    source: ClassVar[str] = "Graham and Rodriguez 1952, doi:10.1115/1.4010494; Ibrahim 2005, Liquid Sloshing Dynamics"
-    left_out: ClassVar[str] = "beats in every trial with the release's phase; an added mass that depends on the spring"
-    held_by_kernel: ClassVar[int] = 3
-    present_by: ClassVar[str] = "natural_frequency_rad_per_s"
-    held_unless_asked: ClassVar[tuple[str, ...]] = ("quadratic_damping_per_m", "cubic_stiffness_per_m2_s2")
-    words: ClassVar[str] = "water that oscillates by itself"
-    words_unplaced: ClassVar[str] = "something that was not recorded and oscillates by itself"
-    next_test: ClassVar[str] = "another spring, or a sensor (a wave gauge) where something may oscillate unseen"
-    element: ClassVar[Element] = "oscillator"
+    source = "Graham and Rodriguez 1952, doi:10.1115/1.4010494; Ibrahim 2005, Liquid Sloshing Dynamics"
+    left_out = "beats in every trial with the release's phase; an added mass that depends on the spring"
+    held_by_kernel = 3
+    present_by = "natural_frequency_rad_per_s"
+    held_unless_asked = ("quadratic_damping_per_m", "cubic_stiffness_per_m2_s2")
+    words = "water that oscillates by itself"
+    words_unplaced = "something that was not recorded and oscillates by itself"
+    next_test = "another spring, or a sensor (a wave gauge) where something may oscillate unseen"
+    element = "oscillator"
 
     def force(self, x: Array, v: Array, a: Array, t: Array) -> Array:
         """x'' + s'' in m/s^2, the response to the measured acceleration from rest at t[0]; t evenly spaced."""
@@ -151,24 +150,22 @@ class Relaxation(Term):
     """Fluid memory or a Maxwell element, F = z with z' = k_r x' - z / tau."""
 
     time_s: float = 0.5
-    name: ClassVar[str] = "relaxation"
-    kind: ClassVar = "state"
-    parameters: ClassVar[tuple[Parameter, ...]] = (
+    name = "relaxation"
+    kind = "state"
+    parameters = (
         Parameter("stiffness_N_per_m", "N/m", "k_r"),
         Parameter("time_s", "s", r"\tau", lower=1e-3),
     )
     slots: ClassVar[Mapping[str, str]] = {"stiffness_N_per_m": "rk", "time_s": "rt"}
-    law: ClassVar[str] = "z, z' = k_r v - z / tau"
-    latex: ClassVar[str] = r"z,\ \dot{z}=k_r\,\dot{x}-z/\tau"
-    source: ClassVar[str] = "Maxwell 1867; Cummins 1962 (fluid memory)"
-    left_out: ClassVar[str] = (
-        "stiffness and damping that depend on frequency: two springs disagree, one spring does not show it"
-    )
-    held_by_kernel: ClassVar[int] = 2
-    present_by: ClassVar[str] = "time_s"
-    words: ClassVar[str] = "memory that relaxes"
-    next_test: ClassVar[str] = "the same releases on another spring: memory depends on frequency, damping does not"
-    element: ClassVar[Element] = "maxwell"
+    law = "z, z' = k_r v - z / tau"
+    latex = r"z,\ \dot{z}=k_r\,\dot{x}-z/\tau"
+    source = "Maxwell 1867; Cummins 1962 (fluid memory)"
+    left_out = "stiffness and damping that depend on frequency: two springs disagree, one spring does not show it"
+    held_by_kernel = 2
+    present_by = "time_s"
+    words = "memory that relaxes"
+    next_test = "the same releases on another spring: memory depends on frequency, damping does not"
+    element = "maxwell"
 
     def force(self, x: Array, v: Array, a: Array, t: Array) -> Array:
         """z / k_r in m, the response to the velocity from rest at t[0]; t evenly spaced."""
@@ -194,20 +191,20 @@ class Hysteresis(Term):
     """
 
     yield_displacement_m: float = 0.005
-    name: ClassVar[str] = "hysteresis"
-    kind: ClassVar = "state"
-    parameters: ClassVar[tuple[Parameter, ...]] = (
+    name = "hysteresis"
+    kind = "state"
+    parameters = (
         Parameter("stiffness_N_per_m", "N/m", "k_h"),
         Parameter("yield_displacement_m", "m", "x_y", lower=1e-6),
     )
     slots: ClassVar[Mapping[str, str]] = {"stiffness_N_per_m": "kb", "yield_displacement_m": "fb"}
-    law: ClassVar[str] = "r, r' = k_h v (1 - sign(v) r / (k_h x_y))"
-    latex: ClassVar[str] = r"r,\ \dot{r}=k_h\,\dot{x}\,(1-\mathrm{sgn}(\dot{x})\,r/(k_h\,x_y))"
-    source: ClassVar[str] = "Wen 1976, doi:10.1061/JMCEA3.0002106; Dahl 1968"
-    left_out: ClassVar[str] = "loops in force against displacement that do not depend on speed"
-    present_by: ClassVar[str] = "yield_displacement_m"
-    words: ClassVar[str] = "hysteresis"
-    element: ClassVar[Element] = "bristles"
+    law = "r, r' = k_h v (1 - sign(v) r / (k_h x_y))"
+    latex = r"r,\ \dot{r}=k_h\,\dot{x}\,(1-\mathrm{sgn}(\dot{x})\,r/(k_h\,x_y))"
+    source = "Wen 1976, doi:10.1061/JMCEA3.0002106; Dahl 1968"
+    left_out = "loops in force against displacement that do not depend on speed"
+    present_by = "yield_displacement_m"
+    words = "hysteresis"
+    element = "bristles"
 
     def force(self, x: Array, v: Array, a: Array, t: Array) -> Array:
         """r / k_h in m, integrated along the displacement from r = 0 at t[0]."""

@@ -9,7 +9,6 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import ClassVar
 
-from undertow.equation.symbolic import Element, Expression, Share, SymbolPlace
 from undertow.equation.term import Array, Published, Term
 from undertow.quantities import Parameter
 
@@ -18,21 +17,21 @@ from undertow.quantities import Parameter
 class AddedMass(Term):
     """Water that moves with the body, F = m_a x'' (report Eq. 15; Morison et al. 1950)."""
 
-    name: ClassVar[str] = "added_mass"
-    parameters: ClassVar[tuple[Parameter, ...]] = (Parameter("mass_kg", "kg", "m_a"),)
+    name = "added_mass"
+    parameters = (Parameter("mass_kg", "kg", "m_a"),)
     slots: ClassVar[Mapping[str, str]] = {"mass_kg": "mass"}
-    law: ClassVar[str] = "m_a x''"
-    latex: ClassVar[str] = r"m_a \ddot{x}"
-    source: ClassVar[str] = "Morison et al. 1950, doi:10.2118/950149-G; report Eq. 15"
-    left_out: ClassVar[str] = "wet trials slower than dry ones by the same ratio at every amplitude"
-    is_inertia: ClassVar[bool] = True
-    linear: ClassVar[bool] = True
-    of_water: ClassVar[bool] = True
-    relative_to: ClassVar = "water"
-    published: ClassVar[Published] = Published("added_mass_kg", "kg")
-    words: ClassVar[str] = "water that moves with the body"
-    words_alone: ClassVar[str] = "mass that moves with the body"
-    element: ClassVar[Element] = "inertia"
+    law = "m_a x''"
+    latex = r"m_a \ddot{x}"
+    source = "Morison et al. 1950, doi:10.2118/950149-G; report Eq. 15"
+    left_out = "wet trials slower than dry ones by the same ratio at every amplitude"
+    is_inertia = True
+    linear = True
+    of_water = True
+    relative_to = "water"
+    published = Published("added_mass_kg", "kg")
+    words = "water that moves with the body"
+    words_alone = "mass that moves with the body"
+    element = "inertia"
 
     def force(self, x: Array, v: Array, a: Array, t: Array) -> Array:
         """a, in m/s^2."""
@@ -51,108 +50,94 @@ class AddedStiffness(Term):
     constant one, but not from water that oscillates far above both.
     """
 
-    name: ClassVar[str] = "added_stiffness"
-    parameters: ClassVar[tuple[Parameter, ...]] = (Parameter("N_per_m", "N/m", "k_w"),)
+    name = "added_stiffness"
+    parameters = (Parameter("N_per_m", "N/m", "k_w"),)
     slots: ClassVar[Mapping[str, str]] = {"N_per_m": "k1"}
-    law: ClassVar[str] = "k_w x"
-    latex: ClassVar[str] = r"k_w x"
-    source: ClassVar[str] = "hydrostatic restoring, e.g. Newman 1977 ch. 6"
-    left_out: ClassVar[str] = "an added mass that depends on the spring: too small on the soft one"
-    pulls_back: ClassVar[bool] = True
-    of_water: ClassVar[bool] = True
-    relative_to: ClassVar = "earth"
-    words: ClassVar[str] = "stiffness that the water adds to the springs'"
-    words_alone: ClassVar[str] = "stiffness beyond the springs'"
-    next_test: ClassVar[str] = (
+    law = "k_w x"
+    latex = r"k_w x"
+    smooth = "N_per_m * x"
+    source = "hydrostatic restoring, e.g. Newman 1977 ch. 6"
+    left_out = "an added mass that depends on the spring: too small on the soft one"
+    pulls_back = True
+    of_water = True
+    relative_to = "earth"
+    words = "stiffness that the water adds to the springs'"
+    words_alone = "stiffness beyond the springs'"
+    next_test = (
         "a slow push in this water, force and displacement recorded: a stiffness is there at rest, an added mass that "
         "depends on the frequency is not"
     )
-    element: ClassVar[Element] = "elastic"
-
-    def share(self, p: Mapping[str, Expression], q: SymbolPlace, number: str) -> Share:
-        """A smooth force."""
-        return Share(smooth=p["N_per_m"] * q.x)
+    element = "elastic"
 
 
 @dataclass(frozen=True)
 class QuadraticDrag(Term):
     """Drag, F = q v|v| with q = rho A C_d / 2 (report Eq. 15)."""
 
-    name: ClassVar[str] = "quadratic_drag"
-    parameters: ClassVar[tuple[Parameter, ...]] = (Parameter("drag_Ns2_per_m2", "N s^2/m^2", "q", lower=0.0),)
+    name = "quadratic_drag"
+    parameters = (Parameter("drag_Ns2_per_m2", "N s^2/m^2", "q", lower=0.0),)
     slots: ClassVar[Mapping[str, str]] = {"drag_Ns2_per_m2": "q"}
-    law: ClassVar[str] = "q v |v|"
-    latex: ClassVar[str] = r"q\,\dot{x}|\dot{x}|"
-    source: ClassVar[str] = "Morison et al. 1950; report Eq. 15"
-    left_out: ClassVar[str] = "decrement rises with amplitude in proportion"
-    dissipates: ClassVar[bool] = True
-    of_water: ClassVar[bool] = True
-    relative_to: ClassVar = "water"
-    of_area: ClassVar[bool] = True
-    published: ClassVar[Published] = Published(
+    law = "q v |v|"
+    latex = r"q\,\dot{x}|\dot{x}|"
+    smooth = "drag_Ns2_per_m2 * (v**2 * d)"
+    source = "Morison et al. 1950; report Eq. 15"
+    left_out = "decrement rises with amplitude in proportion"
+    dissipates = True
+    of_water = True
+    relative_to = "water"
+    of_area = True
+    published = Published(
         "drag_Ns2_per_m2", "N s^2/m^2", "drag_coefficient", "drag_N_per_unit_coefficient"
     )
-    speed_power: ClassVar[float] = 2.0
-    words: ClassVar[str] = "drag with the square of the speed"
-    element: ClassVar[Element] = "dashpot"
+    speed_power = 2.0
+    words = "drag with the square of the speed"
+    element = "dashpot"
 
     def start(self, mass: float, rate: float, speed: float) -> float:
         """Drag that makes a fiftieth of the inertia force at full speed."""
         return 0.02 * mass * rate / speed
-
-    def share(self, p: Mapping[str, Expression], q: SymbolPlace, number: str) -> Share:
-        """A smooth force."""
-        return Share(smooth=p["drag_Ns2_per_m2"] * (q.v**2 * q.d))
 
 
 @dataclass(frozen=True)
 class LinearDamping(Term):
     """Linear damping beyond the structure's own, F = c_w v: waves radiated at the body's frequency, laminar shear."""
 
-    name: ClassVar[str] = "linear_damping"
-    parameters: ClassVar[tuple[Parameter, ...]] = (Parameter("c_Ns_per_m", "N s/m", "c_w"),)
+    name = "linear_damping"
+    parameters = (Parameter("c_Ns_per_m", "N s/m", "c_w"),)
     slots: ClassVar[Mapping[str, str]] = {"c_Ns_per_m": "c1"}
-    law: ClassVar[str] = "c_w v"
-    latex: ClassVar[str] = r"c_w \dot{x}"
-    source: ClassVar[str] = "radiation damping, e.g. Newman 1977 ch. 6"
-    left_out: ClassVar[str] = (
-        "decrement too small by the same amount at every amplitude; a fitted C_d that falls with amplitude"
-    )
-    dissipates: ClassVar[bool] = True
-    of_water: ClassVar[bool] = True
-    relative_to: ClassVar = "water"
-    speed_power: ClassVar[float] = 1.0
-    words: ClassVar[str] = "linear damping beyond the structure's own"
-    words_alone: ClassVar[str] = "linear damping"
-    next_test: ClassVar[str] = "a longer decay from a small release, where drag has faded and linear damping has not"
-    element: ClassVar[Element] = "dashpot"
-
-    def share(self, p: Mapping[str, Expression], q: SymbolPlace, number: str) -> Share:
-        """A smooth force."""
-        return Share(smooth=p["c_Ns_per_m"] * q.v)
+    law = "c_w v"
+    latex = r"c_w \dot{x}"
+    smooth = "c_Ns_per_m * v"
+    source = "radiation damping, e.g. Newman 1977 ch. 6"
+    left_out = "decrement too small by the same amount at every amplitude; a fitted C_d that falls with amplitude"
+    dissipates = True
+    of_water = True
+    relative_to = "water"
+    speed_power = 1.0
+    words = "linear damping beyond the structure's own"
+    words_alone = "linear damping"
+    next_test = "a longer decay from a small release, where drag has faded and linear damping has not"
+    element = "dashpot"
 
 
 @dataclass(frozen=True)
 class CubicDamping(Term):
     """F = c3 v^3."""
 
-    name: ClassVar[str] = "cubic_damping"
-    parameters: ClassVar[tuple[Parameter, ...]] = (Parameter("Ns3_per_m3", "N s^3/m^3", "c_3"),)
+    name = "cubic_damping"
+    parameters = (Parameter("Ns3_per_m3", "N s^3/m^3", "c_3"),)
     slots: ClassVar[Mapping[str, str]] = {"Ns3_per_m3": "c3"}
-    law: ClassVar[str] = "c_3 v^3"
-    latex: ClassVar[str] = r"c_3 \dot{x}^3"
-    source: ClassVar[str] = "Himeno 1981"
-    left_out: ClassVar[str] = "decrement rises with the square of the amplitude"
-    dissipates: ClassVar[bool] = True
-    of_water: ClassVar[bool] = True
-    relative_to: ClassVar = "water"
-    speed_power: ClassVar[float] = 3.0
-    words: ClassVar[str] = "damping with the cube of the speed"
-    element: ClassVar[Element] = "dashpot"
-
-    def share(self, p: Mapping[str, Expression], q: SymbolPlace, number: str) -> Share:
-        """A smooth force."""
-        return Share(smooth=p["Ns3_per_m3"] * q.v**3)
+    law = "c_3 v^3"
+    latex = r"c_3 \dot{x}^3"
+    smooth = "Ns3_per_m3 * v**3"
+    source = "Himeno 1981"
+    left_out = "decrement rises with the square of the amplitude"
+    dissipates = True
+    of_water = True
+    relative_to = "water"
+    speed_power = 3.0
+    words = "damping with the cube of the speed"
+    element = "dashpot"
 
 
 @dataclass(frozen=True)
@@ -164,26 +149,21 @@ class DragExponent(Term):
     """
 
     exponent: float = 1.5
-    name: ClassVar[str] = "drag_exponent"
-    parameters: ClassVar[tuple[Parameter, ...]] = (
+    name = "drag_exponent"
+    parameters = (
         Parameter("coefficient_N_sp_per_mp", "N (s/m)^p", "d", lower=0.0),
         Parameter("exponent", "1", "p", lower=0.5, upper=4.0),
     )
     slots: ClassVar[Mapping[str, str]] = {"coefficient_N_sp_per_mp": "cp", "exponent": "p"}
-    law: ClassVar[str] = "d |v|^p sign(v)"
-    latex: ClassVar[str] = r"d\,|\dot{x}|^{p}\,\mathrm{sgn}(\dot{x})"
-    source: ClassVar[str] = "power-law damping, e.g. Elliott et al. 2015, doi:10.1016/j.jsv.2015.05.003"
-    left_out: ClassVar[str] = "a drag coefficient that follows a power of the amplitude"
-    of_water: ClassVar[bool] = True
-    relative_to: ClassVar = "water"
-    words: ClassVar[str] = "drag with another power of the speed"
-    element: ClassVar[Element] = "dashpot"
-
-    def share(self, p: Mapping[str, Expression], q: SymbolPlace, number: str) -> Share:
-        """A smooth force."""
-        import sympy as sp
-
-        return Share(smooth=p["coefficient_N_sp_per_mp"] * sp.Abs(q.v) ** p["exponent"] * q.d)
+    law = "d |v|^p sign(v)"
+    latex = r"d\,|\dot{x}|^{p}\,\mathrm{sgn}(\dot{x})"
+    smooth = "coefficient_N_sp_per_mp * Abs(v) ** exponent * d"
+    source = "power-law damping, e.g. Elliott et al. 2015, doi:10.1016/j.jsv.2015.05.003"
+    left_out = "a drag coefficient that follows a power of the amplitude"
+    of_water = True
+    relative_to = "water"
+    words = "drag with another power of the speed"
+    element = "dashpot"
 
     def materials(self, coefficient: float, sticking: float) -> tuple[str, ...]:
         """A dashpot with an exponent."""

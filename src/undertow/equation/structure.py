@@ -10,8 +10,7 @@ from dataclasses import dataclass
 from typing import ClassVar
 
 from undertow.equation.hydrodynamics import LinearDamping
-from undertow.equation.symbolic import Element, Expression, Share, SymbolPlace
-from undertow.equation.term import Published, Term, restoring
+from undertow.equation.term import Published, Term
 from undertow.quantities import Parameter
 
 
@@ -24,85 +23,74 @@ class Stiffness(Term):
     array([0.1])
     """
 
-    name: ClassVar[str] = "stiffness"
-    parameters: ClassVar[tuple[Parameter, ...]] = (Parameter("k_N_per_m", "N/m", "k", lower=0.0),)
+    name = "stiffness"
+    parameters = (Parameter("k_N_per_m", "N/m", "k", lower=0.0),)
     slots: ClassVar[Mapping[str, str]] = {"k_N_per_m": "k1"}
-    law: ClassVar[str] = "k x"
-    latex: ClassVar[str] = r"k x"
-    source: ClassVar[str] = "Hooke; report Eq. 1"
-    left_out: ClassVar[str] = "nothing oscillates without it"
-    pulls_back: ClassVar[bool] = True
-    is_spring: ClassVar[bool] = True
-    linear: ClassVar[bool] = True
-    structural: ClassVar[str] = "k"
-    published: ClassVar[Published] = Published("k_N_per_m", "N/m")
-    sprung: ClassVar[bool] = True
-    element: ClassVar[Element] = "elastic"
+    law = "k x"
+    latex = r"k x"
+    smooth = "k_N_per_m * x"
+    source = "Hooke; report Eq. 1"
+    left_out = "nothing oscillates without it"
+    pulls_back = True
+    is_spring = True
+    linear = True
+    structural = "k"
+    published = Published("k_N_per_m", "N/m")
+    sprung = True
+    element = "elastic"
 
     def start(self, mass: float, rate: float, speed: float) -> float:
         """What swings the whole mass at its rate."""
         return mass * rate**2
-
-    def share(self, p: Mapping[str, Expression], q: SymbolPlace, number: str) -> Share:
-        """A smooth force."""
-        return Share(smooth=p["k_N_per_m"] * q.x)
 
 
 @dataclass(frozen=True)
 class ViscousDamping(Term):
     """Linear viscous damping of the structure, F = c v (report Eq. 1)."""
 
-    name: ClassVar[str] = "viscous_damping"
-    parameters: ClassVar[tuple[Parameter, ...]] = (Parameter("c_Ns_per_m", "N s/m", "c", lower=0.0),)
+    name = "viscous_damping"
+    parameters = (Parameter("c_Ns_per_m", "N s/m", "c", lower=0.0),)
     slots: ClassVar[Mapping[str, str]] = {"c_Ns_per_m": "c1"}
-    law: ClassVar[str] = "c v"
-    latex: ClassVar[str] = r"c \dot{x}"
-    source: ClassVar[str] = "report Eq. 1"
-    left_out: ClassVar[str] = "the logarithm of the amplitude falls too slowly by the same amount every cycle"
-    dissipates: ClassVar[bool] = True
-    linear: ClassVar[bool] = True
-    structural: ClassVar[str] = "c"
-    published: ClassVar[Published] = Published("c_Ns_per_m", "N s/m")
-    speed_power: ClassVar[float] = 1.0
-    missing_as: ClassVar[str] = LinearDamping.name
-    element: ClassVar[Element] = "dashpot"
+    law = "c v"
+    latex = r"c \dot{x}"
+    smooth = "c_Ns_per_m * v"
+    source = "report Eq. 1"
+    left_out = "the logarithm of the amplitude falls too slowly by the same amount every cycle"
+    dissipates = True
+    linear = True
+    structural = "c"
+    published = Published("c_Ns_per_m", "N s/m")
+    speed_power = 1.0
+    missing_as = LinearDamping.name
+    element = "dashpot"
 
     def start(self, mass: float, rate: float, speed: float) -> float:
         """One per cent of critical damping."""
         return 0.02 * mass * rate
-
-    def share(self, p: Mapping[str, Expression], q: SymbolPlace, number: str) -> Share:
-        """A smooth force."""
-        return Share(smooth=p["c_Ns_per_m"] * q.v)
 
 
 @dataclass(frozen=True)
 class CoulombFriction(Term):
     """Dry friction of constant size, F = F_c sign(v); F_c = mu (m g - V rho g) on rails (report Eqs. 1 and 15)."""
 
-    name: ClassVar[str] = "coulomb_friction"
-    parameters: ClassVar[tuple[Parameter, ...]] = (Parameter("force_N", "N", "F_c", lower=0.0),)
+    name = "coulomb_friction"
+    parameters = (Parameter("force_N", "N", "F_c", lower=0.0),)
     slots: ClassVar[Mapping[str, str]] = {"force_N": "fc"}
-    law: ClassVar[str] = "F_c sign(v)"
-    latex: ClassVar[str] = r"F_c\,\mathrm{sgn}(\dot{x})"
-    source: ClassVar[str] = "Coulomb; report Eq. 15"
-    left_out: ClassVar[str] = "peaks fall by a constant step a cycle; strongest in the small-amplitude tail"
-    dissipates: ClassVar[bool] = True
-    structural: ClassVar[str] = "mu"
-    published: ClassVar[Published] = Published("friction_N", "N", "mu", "normal_force_N")
-    words: ClassVar[str] = "dry friction beyond what the equation has"
-    words_alone: ClassVar[str] = "dry friction"
-    element: ClassVar[Element] = "slider"
+    law = "F_c sign(v)"
+    latex = r"F_c\,\mathrm{sgn}(\dot{x})"
+    friction = "force_N"
+    source = "Coulomb; report Eq. 15"
+    left_out = "peaks fall by a constant step a cycle; strongest in the small-amplitude tail"
+    dissipates = True
+    structural = "mu"
+    published = Published("friction_N", "N", "mu", "normal_force_N")
+    words = "dry friction beyond what the equation has"
+    words_alone = "dry friction"
+    element = "slider"
 
     def start(self, mass: float, rate: float, speed: float) -> float:
         """A five hundredth of the inertia force at full motion."""
         return 2e-3 * (mass * rate * speed)
-
-    def share(self, p: Mapping[str, Expression], q: SymbolPlace, number: str) -> Share:
-        """A size of friction."""
-        import sympy as sp
-
-        return Share(friction=p["force_N"] * sp.Integer(1))
 
     def materials(self, coefficient: float, sticking: float) -> tuple[str, ...]:
         """A stiff spring that yields, and starts where the body is held."""
@@ -115,62 +103,53 @@ class CoulombFriction(Term):
 class CubicStiffness(Term):
     """Hardening (k3 > 0) or softening (k3 < 0) spring, F = k3 x^3 (Duffing)."""
 
-    name: ClassVar[str] = "cubic_stiffness"
-    parameters: ClassVar[tuple[Parameter, ...]] = restoring("k_3", "N/m^3", "N_per_m3")
+    name = "cubic_stiffness"
+    parameters = (Parameter("N_per_m3", "N/m^3", "k_3"),)
     slots: ClassVar[Mapping[str, str]] = {"N_per_m3": "k3"}
-    law: ClassVar[str] = "k_3 x^3"
-    latex: ClassVar[str] = r"k_3 x^3"
-    source: ClassVar[str] = "Duffing 1918"
-    left_out: ClassVar[str] = "frequency shifts with the square of the amplitude; third harmonic"
-    pulls_back: ClassVar[bool] = True
-    words: ClassVar[str] = "stiffness with the cube of the displacement"
-    sprung: ClassVar[bool] = True
-    element: ClassVar[Element] = "elastic"
-
-    def share(self, p: Mapping[str, Expression], q: SymbolPlace, number: str) -> Share:
-        """A smooth force."""
-        return Share(smooth=p["N_per_m3"] * q.x**3)
+    law = "k_3 x^3"
+    latex = r"k_3 x^3"
+    smooth = "N_per_m3 * x**3"
+    source = "Duffing 1918"
+    left_out = "frequency shifts with the square of the amplitude; third harmonic"
+    pulls_back = True
+    words = "stiffness with the cube of the displacement"
+    sprung = True
+    element = "elastic"
 
 
 @dataclass(frozen=True)
 class QuinticStiffness(Term):
     """F = k5 x^5."""
 
-    name: ClassVar[str] = "quintic_stiffness"
-    parameters: ClassVar[tuple[Parameter, ...]] = restoring("k_5", "N/m^5", "N_per_m5")
+    name = "quintic_stiffness"
+    parameters = (Parameter("N_per_m5", "N/m^5", "k_5"),)
     slots: ClassVar[Mapping[str, str]] = {"N_per_m5": "k5"}
-    law: ClassVar[str] = "k_5 x^5"
-    latex: ClassVar[str] = r"k_5 x^5"
-    source: ClassVar[str] = "roll restoring arm, e.g. Himeno 1981"
-    left_out: ClassVar[str] = "frequency shifts with the fourth power of the amplitude, at the largest only"
-    pulls_back: ClassVar[bool] = True
-    words: ClassVar[str] = "stiffness with the fifth power of the displacement"
-    sprung: ClassVar[bool] = True
-    element: ClassVar[Element] = "elastic"
-
-    def share(self, p: Mapping[str, Expression], q: SymbolPlace, number: str) -> Share:
-        """A smooth force."""
-        return Share(smooth=p["N_per_m5"] * q.x**5)
+    law = "k_5 x^5"
+    latex = r"k_5 x^5"
+    smooth = "N_per_m5 * x**5"
+    source = "roll restoring arm, e.g. Himeno 1981"
+    left_out = "frequency shifts with the fourth power of the amplitude, at the largest only"
+    pulls_back = True
+    words = "stiffness with the fifth power of the displacement"
+    sprung = True
+    element = "elastic"
 
 
 @dataclass(frozen=True)
 class AsymmetricStiffness(Term):
     """F = k2 x^2: stiffer to one side."""
 
-    name: ClassVar[str] = "asymmetric_stiffness"
-    parameters: ClassVar[tuple[Parameter, ...]] = restoring("k_2", "N/m^2", "N_per_m2")
+    name = "asymmetric_stiffness"
+    parameters = (Parameter("N_per_m2", "N/m^2", "k_2"),)
     slots: ClassVar[Mapping[str, str]] = {"N_per_m2": "k2"}
-    law: ClassVar[str] = "k_2 x^2"
-    latex: ClassVar[str] = r"k_2 x^2"
-    source: ClassVar[str] = "Helmholtz oscillator"
-    left_out: ClassVar[str] = "mean position moves with the square of the amplitude; second harmonic"
-    words: ClassVar[str] = "a spring stiffer to one side"
-    sprung: ClassVar[bool] = True
-    element: ClassVar[Element] = "elastic"
-
-    def share(self, p: Mapping[str, Expression], q: SymbolPlace, number: str) -> Share:
-        """A smooth force."""
-        return Share(smooth=p["N_per_m2"] * q.x**2)
+    law = "k_2 x^2"
+    latex = r"k_2 x^2"
+    smooth = "N_per_m2 * x**2"
+    source = "Helmholtz oscillator"
+    left_out = "mean position moves with the square of the amplitude; second harmonic"
+    words = "a spring stiffer to one side"
+    sprung = True
+    element = "elastic"
 
 
 @dataclass(frozen=True)
@@ -187,112 +166,91 @@ class StiffnessDrift(Term):
     """
 
     time_s: float = 10.0
-    name: ClassVar[str] = "stiffness_drift"
-    kind: ClassVar = "input"
-    parameters: ClassVar[tuple[Parameter, ...]] = (
+    name = "stiffness_drift"
+    kind = "input"
+    parameters = (
         Parameter("N_per_m", "N/m", "k_d"),
         Parameter("time_s", "s", r"\tau_d", lower=1e-3),
     )
     slots: ClassVar[Mapping[str, str]] = {"N_per_m": "kd", "time_s": "td"}
-    law: ClassVar[str] = "k_d x (1 - exp(-t / tau_d))"
-    latex: ClassVar[str] = r"k_d x\,(1-e^{-t/\tau_d})"
-    source: ClassVar[str] = "a first-order change towards a new stiffness"
-    left_out: ClassVar[str] = "frequency shifts with the time since the release, alike in large and small releases"
-    words: ClassVar[str] = "a stiffness or a mass that changes during each trial"
-    next_test: ClassVar[str] = "a small release as soon after a large one as can be, and one after a long rest"
-    several_causes: ClassVar[bool] = True
-
-    def share(self, p: Mapping[str, Expression], q: SymbolPlace, number: str) -> Share:
-        """A spring whose size the time tells."""
-        import sympy as sp
-
-        return Share(smooth=p["N_per_m"] * q.x * (1 - sp.exp(-q.t / p["time_s"])))
+    law = "k_d x (1 - exp(-t / tau_d))"
+    latex = r"k_d x\,(1-e^{-t/\tau_d})"
+    smooth = "N_per_m * x * (1 - exp(-t / time_s))"
+    source = "a first-order change towards a new stiffness"
+    left_out = "frequency shifts with the time since the release, alike in large and small releases"
+    words = "a stiffness or a mass that changes during each trial"
+    next_test = "a small release as soon after a large one as can be, and one after a long rest"
+    several_causes = True
 
 
 @dataclass(frozen=True)
 class QuadraticStiffness(Term):
     """F = ka x|x|: symmetric, between linear and cubic."""
 
-    name: ClassVar[str] = "quadratic_stiffness"
-    parameters: ClassVar[tuple[Parameter, ...]] = restoring("k_a", "N/m^2", "N_per_m2")
+    name = "quadratic_stiffness"
+    parameters = (Parameter("N_per_m2", "N/m^2", "k_a"),)
     slots: ClassVar[Mapping[str, str]] = {"N_per_m2": "ka"}
-    law: ClassVar[str] = "k_a x |x|"
-    latex: ClassVar[str] = r"k_a x|x|"
-    source: ClassVar[str] = "geometric slack of cables"
-    left_out: ClassVar[str] = "frequency shifts in proportion to the amplitude"
-    pulls_back: ClassVar[bool] = True
-    missing_as: ClassVar[str] = AsymmetricStiffness.name
-    sprung: ClassVar[bool] = True
-    element: ClassVar[Element] = "elastic"
-
-    def share(self, p: Mapping[str, Expression], q: SymbolPlace, number: str) -> Share:
-        """A smooth force."""
-        import sympy as sp
-
-        return Share(smooth=p["N_per_m2"] * (q.x * sp.Abs(q.x)))
+    law = "k_a x |x|"
+    latex = r"k_a x|x|"
+    smooth = "N_per_m2 * (x * Abs(x))"
+    source = "geometric slack of cables"
+    left_out = "frequency shifts in proportion to the amplitude"
+    pulls_back = True
+    missing_as = AsymmetricStiffness.name
+    sprung = True
+    element = "elastic"
 
 
 @dataclass(frozen=True)
 class SineRestoring(Term):
     """Pendulum, M = ks sin(x), x in rad (coordinate: rotation)."""
 
-    name: ClassVar[str] = "sine_restoring"
-    parameters: ClassVar[tuple[Parameter, ...]] = restoring("k_s", "N", "N")
+    name = "sine_restoring"
+    parameters = (Parameter("N", "N", "k_s"),)
     slots: ClassVar[Mapping[str, str]] = {"N": "ks"}
-    law: ClassVar[str] = "k_s sin(x)"
-    latex: ClassVar[str] = r"k_s \sin x"
-    source: ClassVar[str] = "Huygens 1673"
-    left_out: ClassVar[str] = "period grows with amplitude as a pendulum's: softening at every amplitude"
-    pulls_back: ClassVar[bool] = True
-    is_spring: ClassVar[bool] = True
-    linear: ClassVar[bool] = True
-    instead_of: ClassVar[tuple[str, ...]] = (Stiffness.name, CubicStiffness.name, QuinticStiffness.name)
-    words: ClassVar[str] = "a restoring force like the sine of the angle"
-    element: ClassVar[Element] = "elastic"
+    law = "k_s sin(x)"
+    latex = r"k_s \sin x"
+    smooth = "N * sin(x)"
+    source = "Huygens 1673"
+    left_out = "period grows with amplitude as a pendulum's: softening at every amplitude"
+    pulls_back = True
+    is_spring = True
+    linear = True
+    instead_of = (Stiffness.name, CubicStiffness.name, QuinticStiffness.name)
+    words = "a restoring force like the sine of the angle"
+    element = "elastic"
 
     def start(self, mass: float, rate: float, speed: float) -> float:
         """What swings the whole mass at its rate."""
         return mass * rate**2
-
-    def share(self, p: Mapping[str, Expression], q: SymbolPlace, number: str) -> Share:
-        """A smooth force."""
-        import sympy as sp
-
-        return Share(smooth=p["N"] * sp.sin(q.x))
 
 
 @dataclass(frozen=True)
 class PositionDamping(Term):
     """F = c_x x v: damping that differs from side to side."""
 
-    name: ClassVar[str] = "position_damping"
-    parameters: ClassVar[tuple[Parameter, ...]] = restoring("c_x", "N s/m^2", "Ns_per_m2")
+    name = "position_damping"
+    parameters = (Parameter("Ns_per_m2", "N s/m^2", "c_x"),)
     slots: ClassVar[Mapping[str, str]] = {"Ns_per_m2": "xv"}
-    law: ClassVar[str] = "c_x x v"
-    latex: ClassVar[str] = r"c_x x\dot{x}"
-    source: ClassVar[str] = "polynomial library"
-    left_out: ClassVar[str] = "mean position moves; second harmonic in quadrature"
-
-    def share(self, p: Mapping[str, Expression], q: SymbolPlace, number: str) -> Share:
-        """A smooth force."""
-        return Share(smooth=p["Ns_per_m2"] * (q.x * q.v))
+    law = "c_x x v"
+    latex = r"c_x x\dot{x}"
+    smooth = "Ns_per_m2 * (x * v)"
+    source = "polynomial library"
+    left_out = "mean position moves; second harmonic in quadrature"
 
 
 @dataclass(frozen=True)
 class VanDerPolDamping(Term):
     """F = c_xx x^2 v: damping that grows with the square of the displacement (van der Pol)."""
 
-    name: ClassVar[str] = "van_der_pol_damping"
-    parameters: ClassVar[tuple[Parameter, ...]] = restoring("c_{xx}", "N s/m^3", "Ns_per_m3")
+    name = "van_der_pol_damping"
+    parameters = (Parameter("Ns_per_m3", "N s/m^3", "c_{xx}"),)
     slots: ClassVar[Mapping[str, str]] = {"Ns_per_m3": "xxv"}
-    law: ClassVar[str] = "c_xx x^2 v"
-    latex: ClassVar[str] = r"c_{xx} x^2\dot{x}"
-    source: ClassVar[str] = "van der Pol 1926"
-    left_out: ClassVar[str] = "decrement falls with the square of the amplitude"
-
-    def share(self, p: Mapping[str, Expression], q: SymbolPlace, number: str) -> Share:
-        """A smooth force."""
-        return Share(smooth=p["Ns_per_m3"] * (q.x**2 * q.v))
+    law = "c_xx x^2 v"
+    latex = r"c_{xx} x^2\dot{x}"
+    smooth = "Ns_per_m3 * (x**2 * v)"
+    source = "van der Pol 1926"
+    left_out = "decrement falls with the square of the amplitude"
 
 
 @dataclass(frozen=True)
@@ -303,23 +261,18 @@ class StribeckFriction(Term):
     """
 
     velocity_m_per_s: float = 0.01
-    name: ClassVar[str] = "stribeck_friction"
-    parameters: ClassVar[tuple[Parameter, ...]] = (
+    name = "stribeck_friction"
+    parameters = (
         Parameter("static_force_N", "N", "F_s"),
         Parameter("velocity_m_per_s", "m/s", "v_s", lower=1e-5),
     )
     slots: ClassVar[Mapping[str, str]] = {"static_force_N": "fs", "velocity_m_per_s": "vs"}
-    law: ClassVar[str] = "F_s exp(-(v / v_s)^2) sign(v)"
-    latex: ClassVar[str] = r"F_s e^{-(\dot{x}/v_s)^2}\mathrm{sgn}(\dot{x})"
-    source: ClassVar[str] = "Armstrong-Helouvry et al. 1994, doi:10.1016/0005-1098(94)90209-7"
-    left_out: ClassVar[str] = "residual only around the turning points; motion stops earlier than predicted"
-    words: ClassVar[str] = "friction that is larger at low speed"
-
-    def share(self, p: Mapping[str, Expression], q: SymbolPlace, number: str) -> Share:
-        """A size of friction that falls with speed."""
-        import sympy as sp
-
-        return Share(friction=p["static_force_N"] * sp.exp(-((q.v / p["velocity_m_per_s"]) ** 2)))
+    law = "F_s exp(-(v / v_s)^2) sign(v)"
+    latex = r"F_s e^{-(\dot{x}/v_s)^2}\mathrm{sgn}(\dot{x})"
+    friction = "static_force_N * exp(-((v / velocity_m_per_s) ** 2))"
+    source = "Armstrong-Helouvry et al. 1994, doi:10.1016/0005-1098(94)90209-7"
+    left_out = "residual only around the turning points; motion stops earlier than predicted"
+    words = "friction that is larger at low speed"
 
 
 @dataclass(frozen=True)
@@ -329,36 +282,26 @@ class AsymmetricFriction(Term):
     In a free decay that is a rest offset of -F_a / k: the band in which friction holds the body moves along.
     """
 
-    name: ClassVar[str] = "asymmetric_friction"
-    parameters: ClassVar[tuple[Parameter, ...]] = (Parameter("force_N", "N", "F_a"),)
+    name = "asymmetric_friction"
+    parameters = (Parameter("force_N", "N", "F_a"),)
     slots: ClassVar[Mapping[str, str]] = {"force_N": "fa"}
-    law: ClassVar[str] = "F_a |sign(v)|"
-    latex: ClassVar[str] = r"F_a\,|\mathrm{sgn}(\dot{x})|"
-    source: ClassVar[str] = "direction-dependent rails"
-    left_out: ClassVar[str] = "oscillation centred away from where the springs are at rest, as by a rest offset"
-
-    def share(self, p: Mapping[str, Expression], q: SymbolPlace, number: str) -> Share:
-        """A size of friction."""
-        return Share(friction=p["force_N"] * q.d)
+    law = "F_a |sign(v)|"
+    latex = r"F_a\,|\mathrm{sgn}(\dot{x})|"
+    friction = "force_N * d"
+    source = "direction-dependent rails"
+    left_out = "oscillation centred away from where the springs are at rest, as by a rest offset"
 
 
 @dataclass(frozen=True)
 class VariableNormalForce(Term):
     """F = n |x| sign(v): friction whose normal force grows with displacement (or amplitude-proportional hysteresis)."""
 
-    name: ClassVar[str] = "variable_normal_force"
-    parameters: ClassVar[tuple[Parameter, ...]] = (Parameter("N_per_m", "N/m", "n"),)
+    name = "variable_normal_force"
+    parameters = (Parameter("N_per_m", "N/m", "n"),)
     slots: ClassVar[Mapping[str, str]] = {"N_per_m": "fn"}
-    law: ClassVar[str] = "n |x| sign(v)"
-    latex: ClassVar[str] = r"n|x|\,\mathrm{sgn}(\dot{x})"
-    source: ClassVar[str] = "Anderson and Ferri 1990, doi:10.1115/1.2896046"
-    left_out: ClassVar[str] = (
-        "decrement independent of amplitude, with force kinks at turning points growing with amplitude"
-    )
-    words: ClassVar[str] = "friction that grows with displacement"
-
-    def share(self, p: Mapping[str, Expression], q: SymbolPlace, number: str) -> Share:
-        """A size of friction."""
-        import sympy as sp
-
-        return Share(friction=p["N_per_m"] * sp.Abs(q.x))
+    law = "n |x| sign(v)"
+    latex = r"n|x|\,\mathrm{sgn}(\dot{x})"
+    friction = "N_per_m * Abs(x)"
+    source = "Anderson and Ferri 1990, doi:10.1115/1.2896046"
+    left_out = "decrement independent of amplitude, with force kinks at turning points growing with amplitude"
+    words = "friction that grows with displacement"

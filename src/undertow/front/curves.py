@@ -10,18 +10,15 @@ import numpy as np
 from undertow.conditioning.motion import Motion
 from undertow.discrepancy.words import percent
 from undertow.likelihood.free_run import FreeRun, scored_channel
-from undertow.recording.recording import Array
 from undertow.report.trial_curves import Curve
 
 
-def curve_of(motion: Motion, run: FreeRun, lower: Array | None = None, upper: Array | None = None) -> Curve:
-    """One trial's free run, with its band where there is one."""
+def curve_of(motion: Motion, run: FreeRun) -> Curve:
+    """One trial's free run, without a band."""
     none = np.zeros(0)
     label = f"{motion.name}: free-run error {percent(run.nrmse)}"
-    return Curve(
-        label, run.t, run.simulated, run.measured, none if lower is None else lower, none if upper is None else upper,
-        motion.recording.coordinate, scored_channel(motion),
-    )  # fmt: skip
+    turned, shown = motion.recording.coordinate, scored_channel(motion)
+    return Curve(label, run.t, run.simulated, run.measured, none, none, turned, shown)
 
 
 def noise_of_curve(motion: Motion) -> float:

@@ -14,29 +14,25 @@ from typing import Any
 
 import numpy as np
 import pandas as pd
-from numpy.typing import NDArray
 
 from undertow.discrepancy.findings import GroupFindings, TrialFindings
 from undertow.discrepancy.repaired import repaired_equation
 from undertow.discrepancy.verdict import Status, Verdict
 from undertow.equation.equation import Equation
 from undertow.errors import IdentificationError
-from undertow.front.found_equation import FoundEquation
-from undertow.front.prediction import Prediction, predict, scatter_of
-from undertow.front.tables import parameter_lines, parameter_table
-from undertow.front.to_arviz import to_arviz
+from undertow.front.found_equation import FoundNumbers
+from undertow.front.prediction import scatter_of
+from undertow.front.tables import parameter_lines
 from undertow.front.trials import Trials
 from undertow.quantities import OK, Estimate
 from undertow.recording.recording import Array
-from undertow.report.front_figures import draw_runs_before_and_after
-from undertow.report.trial_curves import Axes, draw_pairs, new_axes
+from undertow.report.trial_curves import Axes, draw_runs_before_and_after, new_axes
 from undertow.report.trial_figures import draw_residual
-from undertow.uncertainty.confidence import INTERVAL_LEVEL
 from undertow.uncertainty.posterior import Draws
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class DiagnosedGroup(FoundEquation):
+class DiagnosedGroup(FoundNumbers):
     """One group's verdict with its numbers. ``findings`` holds everything, trial by trial."""
 
     findings: GroupFindings
@@ -101,11 +97,6 @@ class DiagnosedGroup(FoundEquation):
         return found
 
     @property
-    def parameters(self) -> pd.DataFrame:
-        """One row a parameter of the repaired equation: value, stderr, low, high, unit, note."""
-        return parameter_table(self.estimates)
-
-    @property
     def trial_table(self) -> pd.DataFrame:
         """One row a trial: free-run error, what sensors and repetitions allow, error after, held out or not."""
         rows = [
@@ -137,23 +128,11 @@ class DiagnosedGroup(FoundEquation):
         """The repaired equation, which is handed over."""
         return self.repaired
 
-    def get_feature_names_out(self, input_features: object = None) -> NDArray[np.object_]:
-        """Names of the repaired equation's terms."""
-        return np.array([term.name for term in self.repaired.terms], dtype=object)
-
-    def confidence_interval(self, level: float = INTERVAL_LEVEL) -> pd.DataFrame:
-        """Columns low and high, one row a parameter of the repaired equation."""
-        return parameter_table(self.estimates, level)[["low", "high"]]
-
     def _own_score(self) -> float:
         """The score on the trials that were held out, on all where none was."""
         table = self.trial_table
         rows = table[table["held_out"]] if table["held_out"].any() else table
         return 1.0 - float(rows["error_repaired"].fillna(rows["error"]).mean())
-
-    def predict(self, trials: Any = None, **settings: Any) -> Prediction:
-        """The repaired equation run free; see `undertow.predict`."""
-        return predict(self, trials, **settings)
 
     def theta_draws(self, draws: int, rng: np.random.Generator) -> tuple[Array, Mapping[str, float], str]:
         """Parameter vectors (draws, slots) as the numbers' errors spread them, each number for itself."""
@@ -191,14 +170,6 @@ class DiagnosedGroup(FoundEquation):
         values = {name: e.value + s * z for (name, e), s, z in zip(known.items(), size, drawn.T, strict=True)}
         return Draws(values, float(draws), draws, OK)
 
-    def plot_corner(self, draws: int = 1000, seed: int = 0) -> Any:
-        """Pair plot of the numbers' draws: their widths and what moves together; returns the Axes."""
-        return draw_pairs(self.posterior(draws, seed).values, {name: e.unit for name, e in self.estimates.items()})
-
-    def to_arviz(self, draws: int = 250, seed: int = 0, chains: int = 4) -> Any:
-        """The draws as ArviZ's InferenceData (the extra ``arviz``), ``chains`` times ``draws`` of them."""
-        return to_arviz(self, draws, seed, chains)
-
     def plot(self, axes: Axes | None = None, trial: int | str | None = None) -> Axes:
         """Measured motion, the prescribed equation's free run and the repaired one's, with the allowance as a band.
 
@@ -223,9 +194,6 @@ class DiagnosedGroup(FoundEquation):
         return max(unseen, key=lambda one: one.mismatch.nrmse)
 
     def __repr__(self) -> str:
-        return str(self)
-
-    def __str__(self) -> str:
         return "\n".join([self.sentence, *parameter_lines(self.estimates), *(f"- {note}" for note in self.notes)])
 
     def _repr_html_(self) -> str:

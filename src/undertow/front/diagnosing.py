@@ -15,7 +15,7 @@ import pandas as pd
 from numpy.typing import ArrayLike
 
 from undertow.campaign.config import RunConfig
-from undertow.campaign.run import run
+from undertow.campaign.run import Read, run
 from undertow.discrepancy.findings import FailedTrial, Findings
 from undertow.equation.equation import Equation
 from undertow.equation.registry import names as registered
@@ -23,11 +23,10 @@ from undertow.equation.term import Term
 from undertow.front.columns import Columns, Units
 from undertow.front.diagnosed import DiagnosedGroup
 from undertow.front.known import Rig, terms_of, with_settings
-from undertow.front.reading import Source, as_read, read
+from undertow.front.reading import Source, read
 from undertow.front.trials import Trials
 from undertow.recording.recording import Condition
-from undertow.report.front_figures import draw_errors
-from undertow.report.trial_curves import Axes, new_axes
+from undertow.report.trial_curves import Axes, draw_errors, new_axes
 from undertow.report.which_group import group_meant
 
 
@@ -88,9 +87,6 @@ class Diagnosis:
         return draw_errors(rows, new_axes() if axes is None else axes)
 
     def __repr__(self) -> str:
-        return str(self)
-
-    def __str__(self) -> str:
         lines = [group.sentence for group in self.groups]
         lines += [self.across_groups] if self.across_groups else []
         lines += [f"doubt: {one}" for one in self.doubts]
@@ -161,15 +157,11 @@ def diagnose(
             "discrepancy": {"suspects": suspects, "budget": budget},
         },
     )
-    config = config if seed is None else _seeded(config, seed)
+    config = config if seed is None else with_settings(config, {}).model_copy(update={"seed": seed})
     own = terms if any(term.name not in registered() for term in terms) else None
-    findings = run(config, jobs, given=as_read(given), terms=own)
+    findings = run(config, jobs, given=Read(given.motions, given.failed, given.accepted, given.found), terms=own)
     groups = tuple(DiagnosedGroup(group, _of_group(given, group.verdict.trials, config)) for group in findings.groups)
     return Diagnosis(findings, groups)
-
-
-def _seeded(config: RunConfig, seed: int) -> RunConfig:
-    return with_settings(config, {}).model_copy(update={"seed": seed})
 
 
 def _of_group(given: Trials, names: Sequence[str], config: RunConfig) -> Trials:

@@ -92,9 +92,6 @@ class Driven:
         return tuple(said)
 
     def __repr__(self) -> str:
-        return str(self)
-
-    def __str__(self) -> str:
         lines = [f"! {one}" for one in self.doubts]
         return "\n".join([self.equations()[0].split("; ")[0], *lines, *parameter_lines(self.numbers)])
 

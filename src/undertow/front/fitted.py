@@ -19,18 +19,17 @@ from undertow.equation.equation import Equation
 from undertow.equation.kernel import SLOT
 from undertow.errors import IdentificationError
 from undertow.front.curves import curve_of, noise_of_curve
-from undertow.front.found_equation import FoundEquation, mean_score
-from undertow.front.prediction import Prediction, normal_thetas, predict, scatter_of
+from undertow.front.found_equation import FoundNumbers, mean_score
+from undertow.front.prediction import normal_thetas, scatter_of
 from undertow.front.reading import read
-from undertow.front.tables import html_page, parameter_lines, parameter_table
-from undertow.front.to_arviz import to_arviz
+from undertow.front.tables import html_page, parameter_lines
 from undertow.front.trials import Trials
 from undertow.likelihood.fit import Structure
 from undertow.likelihood.free_run import FreeRun, free_run
 from undertow.likelihood.scale import Anchor
 from undertow.methods.baseline import GroupFit
 from undertow.quantities import OK, Estimate
-from undertow.report.trial_curves import Axes, draw_pairs, draw_run, draw_run_residual, new_axes
+from undertow.report.trial_curves import Axes, draw_run, draw_run_residual, new_axes
 from undertow.uncertainty.confidence import INTERVAL_LEVEL
 from undertow.uncertainty.hierarchy import Effect
 from undertow.uncertainty.posterior import Draws, posterior_draws
@@ -41,7 +40,7 @@ ADEQUATE = 2.0
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class Fitted(FoundEquation):
+class Fitted(FoundNumbers):
     """An equation fitted to trials by output error: all trials together, every one simulated from its release.
 
     ``group`` is the search's own result; ``anchor`` says what gives kilograms; ``structure`` what dry trials gave;
@@ -70,15 +69,6 @@ class Fitted(FoundEquation):
             found |= {"k_N_per_m": self.structure.k, "c_Ns_per_m": self.structure.c, "mu": self.structure.mu}
         return found
 
-    @property
-    def parameters(self) -> pd.DataFrame:
-        """One row a parameter: value, stderr, low and high of its 90 % interval, unit, note."""
-        return parameter_table(self.estimates)
-
-    def get_feature_names_out(self, input_features: object = None) -> NDArray[np.object_]:
-        """Names of the equation's terms, as scikit-learn asks for them."""
-        return np.array([term.name for term in self.equation.terms], dtype=object)
-
     @cached_property
     def runs(self) -> tuple[FreeRun, ...]:
         """The free run of every trial it was fitted to."""
@@ -103,10 +93,6 @@ class Fitted(FoundEquation):
 
     def _own_score(self) -> float:
         return mean_score(self.runs)
-
-    def predict(self, trials: Any = None, **settings: Any) -> Prediction:
-        """The equation run free on trials or from ``x0``, with a 90 % band; see `undertow.predict`."""
-        return predict(self, trials, **settings)
 
     def theta_draws(
         self, draws: int, rng: np.random.Generator
@@ -136,7 +122,7 @@ class Fitted(FoundEquation):
             return pd.DataFrame.from_dict(rows, orient="index", columns=["low", "high"]).rename_axis("parameter")
         if method != "normal":
             raise IdentificationError(f"method is {method!r}; an interval is 'normal' or 'profile'")
-        return parameter_table(self.estimates, level)[["low", "high"]]
+        return super().confidence_interval(level)
 
     def posterior(self, draws: int = 1000, seed: int = 0) -> Draws:
         """Draws of the parameters given the trials: of the Laplace approximation, weighed by the true likelihood."""
@@ -145,13 +131,6 @@ class Fitted(FoundEquation):
             effects = [Effect(symbol, self.structure.scatter_freedom) for symbol in ("k", "c", "mu")]
         names = [c.name for c in self.group.model.coefficients]
         return posterior_draws(self.group.solution, draws, seed, effects, names)
-
-    def to_arviz(self, draws: int = 250, seed: int = 0, chains: int = 4) -> Any:
-        """The posterior draws as ArviZ's InferenceData (the extra ``arviz``), ``chains`` times ``draws`` of them.
-
-        Draws are independent; the chains are there for ArviZ's own checks.
-        """
-        return to_arviz(self, draws, seed, chains)
 
     def plot(self, axes: Axes | None = None, trial: int | str = 0) -> Axes:
         """Measured motion and free run of one trial; returns the Axes."""
@@ -162,11 +141,6 @@ class Fitted(FoundEquation):
         """Measured less free run of one trial, with the sensor's noise in grey; returns the Axes."""
         motion, run = self._one(trial)
         return draw_run_residual(curve_of(motion, run), new_axes() if axes is None else axes, noise_of_curve(motion))
-
-    def plot_corner(self, draws: int = 1000, seed: int = 0) -> Any:
-        """Pair plot of the parameters' posterior draws: their widths and what moves together; returns the Axes."""
-        found = self.posterior(draws, seed)
-        return draw_pairs(found.values, {name: e.unit for name, e in self.estimates.items()})
 
     def _one(self, trial: int | str) -> tuple[Any, FreeRun]:
         at = self.trials.names.index(self.trials[trial].name)
@@ -195,9 +169,6 @@ class Fitted(FoundEquation):
         )
 
     def __repr__(self) -> str:
-        return str(self)
-
-    def __str__(self) -> str:
         lines = [self.summary, f"  {self.equation.text(self._errors())}"]
         lines += [f"! {one}" for one in self.doubts]
         lines += parameter_lines(self.estimates)

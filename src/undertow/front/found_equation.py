@@ -11,16 +11,24 @@ from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from numpy.typing import ArrayLike
+import pandas as pd
+from numpy.typing import ArrayLike, NDArray
 
 from undertow.equation.kernel import SLOT
 from undertow.errors import IdentificationError, UndertowError
 from undertow.front.columns import Columns, Units
 from undertow.front.handover import HandOver
+from undertow.front.prediction import Prediction, predict
 from undertow.front.reading import read
 from undertow.front.simulation import Simulation, simulate
+from undertow.front.tables import parameter_table
+from undertow.front.to_arviz import to_arviz
 from undertow.likelihood.free_run import FreeRun, free_run
+from undertow.quantities import Estimate
 from undertow.recording.arrays import real_numbers
+from undertow.report.trial_curves import draw_pairs
+from undertow.uncertainty.confidence import INTERVAL_LEVEL
+from undertow.uncertainty.posterior import Draws
 
 STATES = 2
 """Displacement and velocity: what a motion begins with."""
@@ -86,6 +94,44 @@ class FoundEquation(HandOver):
         if trials is None:
             return self._own_score()
         return mean_score(self.free_runs(read(trials, columns, units, t=t)))
+
+
+class FoundNumbers(FoundEquation):
+    """An equation whose numbers have errors: `estimates` as a table, their intervals, their draws, free runs with a
+    band."""
+
+    if TYPE_CHECKING:
+        @property
+        def estimates(self) -> dict[str, Estimate]:
+            """Every number with its errors."""
+
+        def posterior(self, draws: int = 1000, seed: int = 0) -> Draws:
+            """Draws of the numbers."""
+
+    @property
+    def parameters(self) -> pd.DataFrame:
+        """One row a parameter: value, stderr, low and high of its 90 % interval, unit, note."""
+        return parameter_table(self.estimates)
+
+    def confidence_interval(self, level: float = INTERVAL_LEVEL) -> pd.DataFrame:
+        """Columns low and high, one row a parameter."""
+        return parameter_table(self.estimates, level)[["low", "high"]]
+
+    def get_feature_names_out(self, input_features: object = None) -> NDArray[np.object_]:
+        """Names of the equation's terms, as scikit-learn asks for them."""
+        return np.array([term.name for term in self.equation.terms], dtype=object)
+
+    def predict(self, trials: Any = None, **settings: Any) -> Prediction:
+        """The equation run free on trials or from ``x0``, with a 90 % band; see `undertow.predict`."""
+        return predict(self, trials, **settings)
+
+    def plot_corner(self, draws: int = 1000, seed: int = 0) -> Any:
+        """Pair plot of the numbers' draws: their widths and what moves together; returns the Axes."""
+        return draw_pairs(self.posterior(draws, seed).values, {name: e.unit for name, e in self.estimates.items()})
+
+    def to_arviz(self, draws: int = 250, seed: int = 0, chains: int = 4) -> Any:
+        """The draws as ArviZ's InferenceData (the extra ``arviz``), ``chains`` times ``draws`` of them."""
+        return to_arviz(self, draws, seed, chains)
 
 
 def mean_score(runs: Sequence[FreeRun]) -> float:

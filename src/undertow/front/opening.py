@@ -30,17 +30,13 @@ from undertow.front.reading import load
 from undertow.front.run_prediction import RunPrediction, StoredEquation, predict_driven_run, predict_run
 from undertow.front.tables import parameter_table
 from undertow.front.trials import Trials
-from undertow.quantities import Estimate
+from undertow.quantities import Estimate, or_nan
 from undertow.recording.recording import Array
-from undertow.report.front_figures import draw_errors
 from undertow.report.tables import as_written
-from undertow.report.trial_curves import Axes, new_axes
+from undertow.report.trial_curves import Axes, draw_errors, new_axes
 from undertow.report.verdict_file import read_verdicts
 from undertow.report.which_group import group_meant
 from undertow.report.writing import PAGES
-
-TABLES = ("trials", "levels", "mismatch")
-"""Tables of a run folder, as name.csv."""
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -119,17 +115,14 @@ class OpenedGroup(FoundEquation):
         """The group's row of a table of verdicts."""
         data, after = self.data, self.data.get("augmented") or {}
         return {
-            "status": self.status, "missing": ", ".join(self.names), "confidence": _number(data["confidence"]),
-            "error": _number(data["baseline"]["nrmse"]), "error_repaired": _number(after.get("nrmse")),
-            "held_out_error": _number(data["baseline"]["held_out_nrmse"]),
-            "held_out_repaired": _number(after.get("held_out_nrmse")),
-            "allowed": _number(data["repeatability_nrmse"]), "trials": len(data["trials"]), "sentence": self.sentence,
+            "status": self.status, "missing": ", ".join(self.names), "confidence": or_nan(data["confidence"]),
+            "error": or_nan(data["baseline"]["nrmse"]), "error_repaired": or_nan(after.get("nrmse")),
+            "held_out_error": or_nan(data["baseline"]["held_out_nrmse"]),
+            "held_out_repaired": or_nan(after.get("held_out_nrmse")),
+            "allowed": or_nan(data["repeatability_nrmse"]), "trials": len(data["trials"]), "sentence": self.sentence,
         }  # fmt: skip
 
     def __repr__(self) -> str:
-        return str(self)
-
-    def __str__(self) -> str:
         return self.sentence
 
     def _repr_html_(self) -> str:
@@ -217,9 +210,6 @@ class OpenedRun:
         return path
 
     def __repr__(self) -> str:
-        return str(self)
-
-    def __str__(self) -> str:
         lines = [group.sentence for group in self.groups]
         return "\n".join([f"run {self.folder}", *lines, *([self.across_groups] if self.across_groups else [])])
 
@@ -300,10 +290,6 @@ def show(run: str | Path) -> Path:
 
 def _estimates(parameters: Mapping[str, Mapping[str, Any]]) -> dict[str, Estimate]:
     return {
-        name: Estimate(_number(one["value"]), _number(one["stderr"]), unit=one["unit"])
+        name: Estimate(or_nan(one["value"]), or_nan(one["stderr"]), unit=one["unit"])
         for name, one in parameters.items()
     }
-
-
-def _number(value: float | None) -> float:
-    return math.nan if value is None else float(value)

@@ -113,9 +113,6 @@ class Prediction:
         return 1.0 - float(np.mean([run.nrmse for run in self.runs]))
 
     def __repr__(self) -> str:
-        return str(self)
-
-    def __str__(self) -> str:
         lines = [f"free run of {self.equation}"]
         for run in self.runs:
             start = f"from {run.x0:.4g} (SI), {run.t[-1]:.4g} s"
@@ -180,7 +177,7 @@ def predict(
 
 
 def predict_whole(
-    found: Any, where: Motion | Array, x0: float, others: tuple[float, float, float], level: float, seed: int = 0
+    found: Any, where: Motion | Array, x0: float, others: tuple[float, float, float]
 ) -> PredictedRun:
     """One free run over every sample of a recording (held before its release), or from ``x0`` at the given times.
 
@@ -188,7 +185,7 @@ def predict_whole(
     1 sigma), and the share of the motion that the equation misses.
     """
     equation = equation_of(found)
-    drawn, _ = _drawn(found, equation, DRAWS, np.random.default_rng(seed))
+    drawn, _ = _drawn(found, equation, DRAWS, np.random.default_rng(0))
     noise, rest_std, missed = others
     if isinstance(where, Motion):
         quantity = scored_channel(where)
@@ -198,10 +195,10 @@ def predict_whole(
         named: str | tuple[str, str, str] = (where.name, where.recording.coordinate, quantity)
     else:
         times, measured, v0, rest, named = where, None, 0.0, 0.0, "from x0"
-    free = _run(equation, drawn, named, times, (x0, v0), rest, level)
+    free = _run(equation, drawn, named, times, (x0, v0), rest, INTERVAL_LEVEL)
     beyond = missed * float(np.sqrt(np.mean((free.predicted[times >= 0.0] - rest) ** 2)))
     size = math.hypot(noise, rest_std, beyond)
-    return _run(equation, drawn, named, times, (x0, v0), rest, level, measured, size)
+    return _run(equation, drawn, named, times, (x0, v0), rest, INTERVAL_LEVEL, measured, size)
 
 
 def _drawn(found: Any, equation: Equation, draws: int, rng: np.random.Generator) -> tuple[Array, tuple[str, ...]]:

@@ -20,7 +20,7 @@ from numpy.typing import ArrayLike
 
 from undertow.campaign.config import RunConfig
 from undertow.campaign.config import load as load_config
-from undertow.campaign.run import Read, read_and_condition
+from undertow.campaign.run import read_and_condition
 from undertow.campaign.run.checking import Checked, Checker, each_once
 from undertow.conditioning.motion import Motion
 from undertow.discrepancy.findings import FailedTrial
@@ -214,11 +214,6 @@ def agreeing(trials: Trials, config: RunConfig) -> Trials:
             f"none of {count(len(trials), 'trial')} agrees with what is known of the rig: {wrong[0].reason}"
         )
     return replace(trials, motions=kept, failed=(*trials.failed, *wrong), config=config)
-
-
-def as_read(trials: Trials) -> Read:
-    """Trials as a campaign's run takes them."""
-    return Read(trials.motions, trials.failed, trials.accepted, trials.found)
 
 
 class _Said:

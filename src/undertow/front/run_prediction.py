@@ -16,7 +16,7 @@ import numpy as np
 
 from undertow.campaign.config import RunConfig
 from undertow.campaign.config import load as load_config
-from undertow.campaign.driven.predict import START, Predicted, equations_of, predict_recording
+from undertow.campaign.driven.predict import START, Predicted, equations_of, predict_recording, predicted_csv
 from undertow.campaign.driven.trials import recording_alone
 from undertow.campaign.response.predict import PredictedSet, predict_response
 from undertow.conditioning.motion import Motion
@@ -28,13 +28,11 @@ from undertow.front.beside_prediction import among_fitted, of_another_group, own
 from undertow.front.prediction import PredictedRun, predict_whole
 from undertow.front.reading import load
 from undertow.recording.catalogue import Entry
+from undertow.recording.conditions import same_condition
 from undertow.recording.gather import listing
 from undertow.recording.recording import Array, Condition
 from undertow.report.which_group import group_meant
 from undertow.report.writing import write_text
-
-LEVEL = 0.9
-"""Share of the samples that a band is to hold."""
 
 MOST_SAMPLES = 1_000_000
 """Samples of a decay that nobody recorded, at most: its band takes some hundred free runs of them."""
@@ -159,10 +157,7 @@ class RunPrediction:
     def csv(self) -> str:
         """time_s, measured, predicted, lower, upper, used: one row a sample; measured is empty without a recording."""
         r = self.run
-        seen = [f"{value:.10g}" for value in r.measured] if self._seen else [""] * r.t.size
-        rows = zip(r.t, seen, r.predicted, r.lower, r.upper, self.used, strict=True)
-        lines = [f"{t:.10g},{m},{y:.10g},{lo:.10g},{hi:.10g},{int(u)}" for t, m, y, lo, hi, u in rows]
-        return "\n".join(["time_s,measured,predicted,lower,upper,used", *lines]) + "\n"
+        return predicted_csv(r.t, r.measured, r.predicted, r.lower, r.upper, self.used)
 
 
 def predict_run(
@@ -198,7 +193,7 @@ def predict_run(
             )
         entry = _group(groups, group, {})
         times = np.arange(math.floor(duration_s * rate_hz) + 1) / rate_hz
-        made = predict_whole(StoredEquation(entry), times, x0, _others(entry), LEVEL)
+        made = predict_whole(StoredEquation(entry), times, x0, _others(entry))
         period = own_period_s(StoredEquation(entry).equation, x0, duration_s)
         done = RunPrediction(made, np.zeros(times.size), entry["label"], unit, _largest(entry), period)
     else:
@@ -276,7 +271,7 @@ def _spare_recording(recording: str | Path | None, out: str | Path | None) -> No
 
 def _on(motion: Motion, entry: Mapping[str, Any], unit: str) -> RunPrediction:
     """The free run on a recording, every sample of it: held before the release, free after it."""
-    made = predict_whole(StoredEquation(entry), motion, math.nan, _others(entry), LEVEL)
+    made = predict_whole(StoredEquation(entry), motion, math.nan, _others(entry))
     return RunPrediction(made, (made.t < 0.0).astype(np.float64), entry["label"], unit, _largest(entry))
 
 
@@ -322,16 +317,15 @@ def _group(
 ) -> Mapping[str, Any]:  # fmt: skip
     """The group that is meant: as said, else the only one, else that of the conditions of the recording ``whose``."""
 
-    def fits(entry: Mapping[str, Any], wanted: Mapping[str, Condition]) -> bool:
-        """Whether a group has these conditions, numbers within 1e-6."""
-        return all(key in wanted and _same(value, wanted[key]) for key, value in entry["group"].items())
-
     if isinstance(said, str):
         return _said(groups, said)
     if said is None and len(groups) == 1:
         return groups[0]
     wanted = conditions if said is None else said
-    found = [entry for entry in groups if entry["group"] and fits(entry, wanted)]
+    found = [
+        entry for entry in groups
+        if entry["group"] and all(same_condition(value, wanted.get(key)) for key, value in entry["group"].items())
+    ]  # fmt: skip
     if len(found) != 1:
         have = "; ".join(",".join(f"{k}={v}" for k, v in entry["group"].items()) for entry in groups)
         if wanted:
@@ -346,10 +340,3 @@ def _group(
 def _said(groups: list[Mapping[str, Any]], words: str) -> Mapping[str, Any]:
     """The only group that these words fit."""
     return groups[group_meant(words, [entry["group"] for entry in groups])]
-
-
-def _same(one: Condition, other: Condition) -> bool:
-    try:
-        return math.isclose(float(one), float(other), rel_tol=1e-6)
-    except ValueError:
-        return one == other

@@ -94,9 +94,6 @@ class Simulation(HandOver):
         return draw_run(curve, new_axes() if axes is None else axes)
 
     def __repr__(self) -> str:
-        return str(self)
-
-    def __str__(self) -> str:
         return f"{self.equation}\nfrom x0 = {self.x0:.4g} m, {self.t[-1]:.4g} s in {self.t.size} samples"
 
 

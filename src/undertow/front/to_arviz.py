@@ -5,6 +5,7 @@ Belongs here: that shape. Does not belong here: the draws (uncertainty/posterior
 
 from __future__ import annotations
 
+import importlib
 from typing import Any
 
 from undertow.errors import UndertowError
@@ -14,7 +15,12 @@ def to_arviz(found: Any, draws: int, seed: int, chains: int) -> Any:
     """``chains`` times ``draws`` draws of a fit's parameters; UndertowError where ArviZ is not installed."""
     if chains < 1:
         raise UndertowError(f"chains is {chains}; give at least 1")
-    arviz = _arviz()
+    try:
+        arviz = importlib.import_module("arviz")
+    except ImportError as error:
+        raise UndertowError(
+            f"to_arviz needs ArviZ, which is not installed ({error}); run: pip install 'undertow[arviz]'"
+        ) from error
     sampled = found.posterior(chains * draws, seed)
     groups = {"posterior": {name: values.reshape(chains, draws) for name, values in sampled.values.items()}}
     try:
@@ -25,14 +31,3 @@ def to_arviz(found: Any, draws: int, seed: int, chains: int) -> Any:
         {"inference_library": "undertow", "effective_draws": sampled.effective, "outcome": sampled.outcome}
     )
     return made
-
-
-def _arviz() -> Any:
-    import importlib
-
-    try:
-        return importlib.import_module("arviz")
-    except ImportError as error:
-        raise UndertowError(
-            f"to_arviz needs ArviZ, which is not installed ({error}); run: pip install 'undertow[arviz]'"
-        ) from error

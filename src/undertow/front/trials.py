@@ -160,9 +160,6 @@ class Trials(Sequence[Motion]):
         return axes
 
     def __repr__(self) -> str:
-        return str(self)
-
-    def __str__(self) -> str:
         lines = [count(len(self), "trial")]
         lines += [f"  {_line(motion)}" for motion in self.motions]
         lines += [f"  not used: {one.reason}" for one in self.failed]

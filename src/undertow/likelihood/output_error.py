@@ -23,9 +23,34 @@ from undertow.likelihood import eq15 as sheet
 from undertow.likelihood.descent import Descent, Rule, descend
 from undertow.likelihood.problem import TRAJECTORY_STEPS_PER_PERIOD, Problem
 from undertow.likelihood.residuals import parameter_vector, residuals, trajectory
-from undertow.likelihood.windows import growing_windows, shortened
 from undertow.quantities import OK
 from undertow.recording.recording import Array
+
+FIRST_WINDOW_PERIODS = 1.0
+"""The first window of a growing fit, in periods of the motion; each next one is twice as long."""
+
+
+def growing_windows(problem: Problem) -> list[float]:
+    """Windows in s, growing, all shorter than the longest trial."""
+    longest = max(float(t.t[-1] - t.t[0]) for t in problem.trials)
+    windows = [FIRST_WINDOW_PERIODS * max(t.period_s for t in problem.trials)]
+    while windows[-1] < longest:
+        windows.append(2.0 * windows[-1])
+    return windows[:-1]
+
+
+def shortened(problem: Problem, seconds: float) -> Problem:
+    """The same problem on each trial's first ``seconds`` of motion."""
+    trials = []
+    for trial in problem.trials:
+        keep = trial.t <= trial.t[0] + seconds
+        channels = tuple(
+            replace(c, values=c.values[keep], unsure=None if c.unsure is None else c.unsure[keep])
+            for c in trial.channels
+        )
+        trials.append(replace(trial, t=trial.t[keep], channels=channels))
+    return Problem(problem.unknowns, tuple(trials))
+
 
 STOP_IN_STDERR = 1e-3
 """The search ends when no unknown moves by more than this share of its own standard error."""
@@ -133,10 +158,6 @@ def _evaluate(problem: Problem, values: Array, above: float = math.inf) -> _Poin
     return _Point(normal, gradient, cost, chi2, tuple(all_r), tuple(all_j), tuple(all_used))
 
 
-def _bounds(problem: Problem) -> tuple[Array, Array]:
-    return np.array([u.lower for u in problem.unknowns]), np.array([u.upper for u in problem.unknowns])
-
-
 @dataclass(frozen=True)
 class SearchEffort:
     """How far a search goes: at most so many iterations a window, and the step in standard errors at which it stops.
@@ -169,7 +190,7 @@ COARSE = SearchEffort(stop_in_stderr=0.05, as_left=True, steps_a_period=24)
 
 def _search(problem: Problem, values: Array, effort: SearchEffort = FULL) -> Descent[_Point]:
     """Levenberg-Marquardt from ``values``; IdentificationError where the start itself has no bounds."""
-    lower, upper = _bounds(problem)
+    lower, upper = problem.bounds
     values = np.clip(values, lower, upper)
     trials = tuple(
         trial if trial.steps_a_period == effort.steps_a_period else replace(trial, steps_a_period=effort.steps_a_period)
@@ -272,7 +293,7 @@ def _solution(
 
 def _with_care(problem: Problem, values: Array, normal: Array) -> tuple[Array, str]:
     """Covariance and outcome where unknowns may stand on bounds or hardly be known."""
-    lower, upper = _bounds(problem)
+    lower, upper = problem.bounds
     on_bound = (values <= lower) | (values >= upper)
     free = np.flatnonzero(~on_bound)
     inner = normal[np.ix_(free, free)]

@@ -20,7 +20,7 @@ from undertow.equation.general import PlacedTerm
 from undertow.equation.input import Drive, MotionSize
 from undertow.equation.kernel import SLOT
 from undertow.errors import IdentificationError
-from undertow.likelihood.priors import CLOCK_RADIANS, GAIN_STD, REST_SHARE
+from undertow.likelihood.priors import GAIN_STD, REST_SHARE, clock_std
 from undertow.recording.recording import Array
 
 SAMPLES_PER_PERIOD = 50
@@ -172,6 +172,11 @@ class Problem:
         """Names of the unknowns, in order."""
         return tuple(u.name for u in self.unknowns)
 
+    @property
+    def bounds(self) -> tuple[Array, Array]:
+        """Lower and upper bounds of the unknowns, each (p,)."""
+        return np.array([u.lower for u in self.unknowns]), np.array([u.upper for u in self.unknowns])
+
     @cached_property
     def believed(self) -> tuple[Array, Array]:
         """Centres and precisions of the unknowns' priors, each (p,)."""
@@ -184,21 +189,15 @@ class TrialOptions:
     """Which nuisances a trial brings along, with the widths of their priors (priors.py); 0 leaves one out.
 
     ``rest_offset_std`` is the prior of the equilibrium in SI (mu N / k; its own error is added; nan: `REST_SHARE` of
-    the trial's largest displacement), ``drift_std`` the displacement's drift in SI. Clocks are angles of the motion,
-    rad: ``release_radians`` the release instant's, ``clock_radians`` each further channel's against the displacement's.
-    ``spring_force`` among the ``channels`` takes the load cells in, with a gain and a clock of their own that all
-    trials share: a load cell late by tau looks like k tau more damping, but for the release's edge, so that its
-    clock needs its prior.
+    the trial's largest displacement), ``drift_std`` the displacement's drift in SI. ``spring_force`` among the
+    ``channels`` takes the load cells in, with a gain and a clock of their own that all trials share: a load cell late
+    by tau looks like k tau more damping, but for the release's edge, so that its clock needs its prior.
     """
 
     channels: tuple[str, ...] = ("displacement", "acceleration", "velocity")
-    initial_velocity: bool = False
-    release_radians: float = CLOCK_RADIANS
     rest_offset_std: float = math.nan
-    clock_radians: float = CLOCK_RADIANS
     displacement_gain_std: float = 0.0
     acceleration_gain_std: float = 0.0
-    force_gain_std: float = GAIN_STD
     drift_std: float = 0.0
     end_s: float = math.inf
 
@@ -295,7 +294,7 @@ class ProblemBuilder:
         index, m = cells(motion, period, options.end_s)
         t = motion.t[index].mean(axis=1)
         dt = float(np.median(np.diff(motion.t)))
-        own, shift = self._initial_state(motion, options, period)
+        own, shift = self._initial_state(motion, period)
         channels = tuple(
             self._channel(motion, quantity, index, m, options, period)
             for quantity in options.channels
@@ -313,33 +312,23 @@ class ProblemBuilder:
             )
         )  # fmt: skip
 
-    def _initial_state(
-        self, motion: Motion, options: TrialOptions, period: float
-    ) -> tuple[tuple[Link, ...], int]:
+    def _initial_state(self, motion: Motion, period: float) -> tuple[tuple[Link, ...], int]:
         name = motion.name
         x_start = float(motion.x[0] - motion.equilibrium.value)
         size = max(abs(x_start), 1e-3 * float(np.ptp(motion.x)))
         x0 = self.unknown(f"x0_m[{name}]", x_start, scale=size, unit="m")
-        own = [Link(SLOT["x0"], x0)]
-        speed = float(np.max(np.abs(motion.v)))
+        own = Link(SLOT["x0"], x0)
         if not motion.window.held:
+            speed = float(np.max(np.abs(motion.v)))
             v0 = self.unknown(f"v0_m_per_s[{name}]", float(motion.v[0]), scale=speed, unit="m/s")
-            return (*own, Link(SLOT["v0"], v0)), -1
-        late = options.release_radians * period / (2.0 * math.pi)
-        if options.initial_velocity:
-            a_start = float(np.max(np.abs(motion.a)))
-            v0 = self.unknown(f"v0_m_per_s[{name}]", 0.0, prior_std=a_start * late, scale=speed, unit="m/s")
-            own.append(Link(SLOT["v0"], v0))
-        if late <= 0.0:
-            return tuple(own), -1
-        prior = math.hypot(late, motion.window.release_stderr_s)
-        return tuple(own), self.unknown(f"shift_s[{name}]", 0.0, prior_std=prior, scale=prior, unit="s")
+            return (own, Link(SLOT["v0"], v0)), -1
+        prior = math.hypot(clock_std(period), motion.window.release_stderr_s)
+        return (own,), self.unknown(f"shift_s[{name}]", 0.0, prior_std=prior, scale=prior, unit="s")
 
     def _channel(
         self, motion: Motion, quantity: str, index: np.ndarray, m: int, options: TrialOptions, period: float
     ) -> Channel:
         name = motion.name
-        late = options.clock_radians * period / (2.0 * math.pi)
         values = motion.recorded(quantity)[index].mean(axis=1)
         sigma = motion.noise[quantity] / math.sqrt(m)
         drift = gain = shift = -1
@@ -356,13 +345,10 @@ class ProblemBuilder:
         spread = float(np.ptp(values)) or 1.0
         offset = self.unknown(f"{quantity}_offset[{name}]", 0.0, prior_std=spread, scale=1e-2 * spread)
         if quantity == "spring_force":
-            if options.force_gain_std > 0.0:
-                gain = self._small("spring_force_gain", options.force_gain_std)
-            if late > 0.0:
-                shift = self._small("spring_force_shift_s", late)
+            gain = self._small("spring_force_gain", GAIN_STD)
+            shift = self._small("spring_force_shift_s", clock_std(period))
         if quantity == "acceleration":
-            if late > 0.0:
-                shift = self._small(f"acceleration_shift_s[{name}]", late)
+            shift = self._small(f"acceleration_shift_s[{name}]", clock_std(period))
             if options.acceleration_gain_std > 0.0:
                 gain = self._small(f"acceleration_gain[{name}]", options.acceleration_gain_std)
         return Channel(quantity, values, sigma, offset, drift, shift, gain)

@@ -12,14 +12,13 @@ from __future__ import annotations
 import numpy as np
 
 from undertow.equation.general import general_trajectory
-from undertow.equation.input import Drive
 from undertow.equation.kernel import SLOT, integrate
 from undertow.equation.simulate import step_of_motion
 from undertow.errors import IdentificationError
 from undertow.likelihood.budget import spend
 from undertow.likelihood.channel_rows import weigh
 from undertow.likelihood.observation_model import signal
-from undertow.likelihood.problem import TRAJECTORY_STEPS_PER_PERIOD, Channel, TrialProblem
+from undertow.likelihood.problem import TRAJECTORY_STEPS_PER_PERIOD, TrialProblem
 from undertow.recording.recording import Array
 
 MOST_STIFFENED = 100.0
@@ -64,22 +63,15 @@ def motion_of(trial: TrialProblem, theta: Array, times: Array) -> tuple[Array, A
     its laws. Raises IdentificationError where the motion leaves every bound."""
     slots = trial.slots
     if trial.drive is not None:
-        return _driven(trial, trial.drive, theta, slots, times)
+        from undertow.equation.driven import driven_motion  # compiled where the first driven trial is
+
+        motion = driven_motion(theta, slots, trial.drive, times, trial.extent)
+        spend(motion.steps * (1.0 + slots.size))
+        return motion.x, motion.v, motion.a
     if trial.laws:
         return general_trajectory(theta, trial.laws, slots, times)
     shortest = trial.period_s / MOST_STIFFENED / trial.steps_a_period
     return trajectory(theta, slots, times, trial.steps_a_period, shortest)
-
-
-def _driven(
-    trial: TrialProblem, drive: Drive, theta: Array, slots: np.ndarray, times: Array
-) -> tuple[Array, Array, Array]:
-    """The motion under a measured input; its integrator is compiled where the first driven trial is."""
-    from undertow.equation.driven import driven_motion
-
-    motion = driven_motion(theta, slots, drive, times, trial.extent)
-    spend(motion.steps * (1.0 + slots.size))
-    return motion.x, motion.v, motion.a
 
 
 @np.errstate(invalid="ignore", over="ignore")
@@ -88,7 +80,7 @@ def residuals(trial: TrialProblem, values: Array) -> tuple[Array, Array, np.ndar
     the motion leaves every bound."""
     shift = values[trial.shift] if trial.shift >= 0 else 0.0
     times = trial.instants[0] + shift
-    rows = [_grid(times, channel, values) for channel in trial.channels]
+    rows = [times + values[channel.shift] if channel.shift >= 0 else times for channel in trial.channels]
     merged, orders = _merge(rows)
     since = merged if trial.drive is not None else np.maximum(merged, 0.0)
     theta = parameter_vector(trial, values)
@@ -104,10 +96,6 @@ def residuals(trial: TrialProblem, values: Array) -> tuple[Array, Array, np.ndar
         seen = signal(trial, channel.quantity, motion, rows[i], theta, trial.slots, orders[i])
         _one_channel(trial, i, seen, values, r[at], jac[at])
     return r, jac, trial.used
-
-
-def _grid(times: Array, channel: Channel, values: Array) -> Array:
-    return times + values[channel.shift] if channel.shift >= 0 else times
 
 
 def _merge(rows: list[Array]) -> tuple[Array, list[np.ndarray | None]]:

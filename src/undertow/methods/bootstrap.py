@@ -152,6 +152,3 @@ def _weights(counts: Sequence[int], draws: int, rng: np.random.Generator, whole_
         return np.repeat(taken, counts, axis=1).astype(np.float64)
     parts = [rng.multinomial(count, np.full(count, 1.0 / count), size=draws) for count in counts]
     return np.hstack(parts).astype(np.float64)
-
-
-__all__ = ["BootstrapDraws", "block_bootstrap", "bootstrap_sindy"]

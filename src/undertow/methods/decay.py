@@ -12,20 +12,17 @@ Belongs here: dry trials, and the spring by its load cells. Does not belong here
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 from scipy.optimize import least_squares
-from scipy.stats import norm
-from scipy.stats import t as student
 
 from undertow.conditioning.motion import Motion
 from undertow.errors import IdentificationError
-from undertow.likelihood.fit import Fit, Specimen, Structure
+from undertow.likelihood.fit import Fit, Specimen
 from undertow.quantities import OK, Estimate
-from undertow.uncertainty.robust import COVERAGE_TAIL, robust_covariance
+from undertow.uncertainty.robust import robust_covariance
 
 Array = NDArray[np.float64]
 
@@ -40,15 +37,13 @@ NOTICEABLE_STIFFNESS_SHARE = 0.01
 class Envelope:
     """Envelope of one decay: ``values`` z, x_f (m) and omega_d (rad/s), with their ``covariance`` (3, 3).
 
-    ``rest_m`` is the rest position in the sensor's scale, ``turning_points`` how many were used, ``residual_m`` their
-    root-mean-square distance from the envelope.
+    ``rest_m`` is the rest position in the sensor's scale, ``turning_points`` how many were used.
     """
 
     values: Array
     covariance: Array
     rest_m: float
     turning_points: int
-    residual_m: float
 
     @property
     def damping_ratio(self) -> float:
@@ -110,7 +105,6 @@ def fit_envelope(motion: Motion) -> Envelope:
         covariance=joint,
         rest_m=float(found.x[3] * scale),
         turning_points=int(times.size),
-        residual_m=math.sqrt(float(np.mean(found.fun**2))) * scale,
     )
 
 
@@ -245,53 +239,3 @@ def stiffness_disagreement(by_period: Estimate, by_load_cells: Estimate) -> str:
         f"k is {by_period} by the period, {by_load_cells} by the load cells: {verdict} by "
         f"{100.0 * abs(share):.2g} % ({count:.2g} standard errors)"
     )
-
-
-def dry_structure(motions: Sequence[Motion], specimen: Specimen) -> Structure:
-    """k, c and mu of the structure: means over the dry trials, each trial by its envelope and period.
-
-    The standard error is the larger of the trials' scatter and their own errors, over sqrt(n), the scatter widened as
-    Student's t says for n - 1 degrees of freedom. ``scatter`` is the relative standard deviation from trial to trial
-    less the trials' own errors; 0 for a single trial, where it is not known.
-
-    Raises IdentificationError without trials, without mass and stiffness, or where no trial has a usable envelope.
-    """
-    if not motions:
-        raise IdentificationError("0 dry trials; name them in trials.dry or give k, c and mu in the specimen")
-    if not (math.isfinite(specimen.mass_kg) or math.isfinite(specimen.stiffness_N_per_m)):
-        raise IdentificationError(
-            f"specimen has mass {specimen.mass_kg:g} kg and stiffness {specimen.stiffness_N_per_m:g} N/m; a decay "
-            "gives ratios alone: state one of them"
-        )
-    fits, skipped = [], []
-    for motion in motions:
-        try:
-            fits.append(identify_decay(motion, specimen))
-        except IdentificationError as error:
-            skipped.append(str(error))
-    if not fits:
-        raise IdentificationError(f"none of {len(motions)} dry trials has a usable envelope; the first: {skipped[0]}")
-    keys = {"k": "k_N_per_m", "c": "c_Ns_per_m", "mu": "mu"}
-    means, scatter = {}, {}
-    for short, key in keys.items():
-        means[short], scatter[short] = _mean_over_trials([fit.parameters[key] for fit in fits])
-    source = f"mean of {len(fits)} dry trials" + (f", {len(skipped)} left out" if skipped else "")
-    springs = [load_cell_stiffness(motion) for motion in motions if "spring_force" in motion.recording.channels]
-    if springs:
-        source += f"; {stiffness_disagreement(means['k'], _mean_over_trials(springs)[0])}"
-    return Structure(means["k"], means["c"], means["mu"], scatter, source)
-
-
-def _mean_over_trials(estimates: Sequence[Estimate]) -> tuple[Estimate, float]:
-    """Mean with its standard error, and the relative scatter beyond the estimates' own errors."""
-    values, errors = np.array([e.value for e in estimates]), np.array([e.stderr for e in estimates])
-    count, mean = len(estimates), float(values.mean())
-    own = float(np.mean(errors**2))
-    if count < 2:
-        return Estimate(mean, float(errors[0]), unit=estimates[0].unit, source=estimates[0].source), 0.0
-    variance = float(values.var(ddof=1))
-    widening = student.ppf(COVERAGE_TAIL, count - 1) / norm.ppf(COVERAGE_TAIL)
-    error = math.sqrt(max(variance * widening**2, own) / count)
-    scatter = math.sqrt(max(variance - own, 0.0)) / abs(mean) if mean else 0.0
-    unit, source = estimates[0].unit, f"{estimates[0].source}, mean of {count} trials"
-    return Estimate(mean, error, unit=unit, source=source), scatter

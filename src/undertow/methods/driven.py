@@ -23,7 +23,6 @@ from undertow.errors import IdentificationError, UndertowError
 from undertow.likelihood.driven import MASS, DrivenLaws, drive_for, driven_problem
 from undertow.likelihood.driven_strokes import Strokes
 from undertow.likelihood.output_error import SearchEffort, Solution, fit, residuals
-from undertow.likelihood.problem import Problem
 from undertow.methods.driven_begin import begin_of, begins_held
 from undertow.methods.driven_order import must_not_be_swapped
 from undertow.methods.driven_start import half_lengths, start_values
@@ -77,9 +76,6 @@ class DrivenFit:
         return {name: Estimate(float(v), float(e), unit=units.get(name, "")) for name, v, e in pairs}
 
     def __repr__(self) -> str:
-        return str(self)
-
-    def __str__(self) -> str:
         lines = [f"  {name}  {format_estimate(e)}" for name, e in self.estimates.items()]
         missed = ", ".join(f"{name} {rms:.3g}" for name, rms in self.rms.items())
         doubt = [] if self.outcome == OK else [f"! {self.outcome}"]
@@ -220,15 +216,11 @@ def window_cost(trial: DrivenTrial, laws: DrivenLaws, drives: Mapping[str, Drive
     values = np.array([u.start for u in problem.unknowns])
     total, count = 0.0, 0
     for piece in problem.trials:
-        got = residuals(piece, np.clip(values, *_limits(problem)))
+        got = residuals(piece, np.clip(values, *problem.bounds))
         if got is None or not np.all(np.isfinite(got[0])):
             return math.inf
         total, count = total + float(got[0] @ got[0]), count + got[0].size
     return total / count
-
-
-def _limits(problem: Problem) -> tuple[Array, Array]:
-    return np.array([u.lower for u in problem.unknowns]), np.array([u.upper for u in problem.unknowns])
 
 
 def _on_windows(

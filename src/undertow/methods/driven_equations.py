@@ -87,7 +87,7 @@ class DrivenPrediction:
 def written(fitted: DrivenFit, error: float, motion: float, trial: DrivenTrial) -> dict[str, Any]:
     """One version of equations.json: law rows, values in full precision, covariance, error of the free run."""
     numbers, extent = fitted.numbers, extent_of(trial)
-    errors = dict(zip(fitted.names, np.sqrt(np.maximum(np.diag(fitted.covariance), 0.0)).tolist(), strict=True))
+    errors = {name: one.stderr for name, one in fitted.estimates.items()}
     rows = [
         {
             "term": place.term.name, "law": place.term.law, "parameter": place.parameter.name, "name": place.name,

@@ -12,7 +12,12 @@ three numbers on purpose: each further one that is fitted to x brings a part of 
 doi:10.1109/TCST.2013.2246163). Errors are those of blocks of the record (Liang and Zeger 1986,
 doi:10.1093/biomet/73.1.13), widened for few blocks.
 
-Belongs here: that estimate, its comparison with output error. Does not belong here: files, words of a report.
+Solved against its own columns the same equation is SINDy with a measured input (weak SINDy: Messenger and Bortz 2021,
+doi:10.1016/j.jcp.2021.110525), over bumps of the length whose numbers follow the record best in free runs over windows.
+Inner numbers of laws, gain and delay of the input are those of output error. Noise of x makes columns larger than they
+are, so that numbers of a noisy record are drawn to 0.
+
+Belongs here: these estimates, the first one's comparison with output error. Does not belong here: files, words.
 """
 
 from __future__ import annotations
@@ -28,7 +33,7 @@ from undertow.conditioning.driven import DrivenTrial
 from undertow.equation.term import Term
 from undertow.errors import IdentificationError
 from undertow.likelihood.driven import MASS, against_base, drive_for
-from undertow.methods.driven import DrivenFit, memory_samples
+from undertow.methods.driven import FIRST_SAMPLES, DrivenFit, memory_samples, window_cost
 from undertow.methods.driven_start import half_lengths, row_step, weak_form
 from undertow.quantities import Estimate
 from undertow.recording.recording import Array
@@ -121,10 +126,8 @@ def beside_instrument(trial: DrivenTrial, fitted: DrivenFit) -> BesideInstrument
             f"trial {trial.name}: where the instrument moves, {1 + len(terms)} numbers are not told apart; give a "
             "longer record, with motion both ways and at several speeds"
         )
-    numbers = fitted.numbers
-    errors = dict(zip(fitted.names, np.sqrt(np.maximum(np.diag(fitted.covariance), 0.0)).tolist(), strict=True))
-    by_output = {name: Estimate(numbers[name], errors[name], unit=one.unit) for name, one in found.items()}
-    return BesideInstrument(trial.name, by_output, found, strength)
+    known = fitted.estimates
+    return BesideInstrument(trial.name, {name: known[name] for name in found}, found, strength)
 
 
 def regressed(
@@ -306,3 +309,45 @@ def jumps(term: Term, size: float, speed: float) -> bool:
     here, full, nothing = np.array([size]), np.array([speed]), np.zeros(1)
     ahead, back = (float(term.force(here, way * 1e-9 * full, nothing, nothing)[0]) for way in (1.0, -1.0))
     return abs(ahead - back) > JUMPS_SHARE * abs(float(term.force(here, full, nothing, nothing)[0]))
+
+
+def by_regression(trial: DrivenTrial, fitted: DrivenFit) -> dict[str, Estimate]:
+    """The mass and each law's coefficient, by the names of the fit, of which it takes what is held.
+
+    Raises IdentificationError where the trial is a decay or was recorded as acceleration alone, a law has a state of
+    its own, or the record does not tell the numbers apart.
+    """
+    if trial.free:
+        raise IdentificationError(
+            f"trial {trial.name}: nothing drives it; regression with an input needs one, output error takes both"
+        )
+    if trial.main == "acceleration":
+        raise IdentificationError(
+            f"trial {trial.name}: acceleration alone is recorded; regression needs displacement or velocity: map one"
+        )
+    states = [term.name for term in fitted.laws.terms if term.kind in ("state", "delay")]
+    if states:
+        raise IdentificationError(
+            f"trial {trial.name}: {', '.join(states)} has a state of its own, which no column shows; take the numbers "
+            "of output error"
+        )
+    short = trial.part(0, min(trial.t.size, FIRST_SAMPLES))
+    drives = {trial.name: drive_for(trial)}
+
+    def missed(numbers: Mapping[str, float]) -> float:
+        """By how much free runs over windows miss the record with these numbers; inf where they are no body's."""
+        tried = {**fitted.laws.starts, **fitted.numbers, **numbers}
+        if not tried[MASS] > 0.0:
+            return math.inf
+        try:
+            return window_cost(short, replace(fitted.laws, starts=tried), drives)
+        except IdentificationError:
+            return math.inf
+
+    found = regressed(trial, fitted, with_inner_numbers(fitted), trial.outputs, missed)
+    if found is None:
+        raise IdentificationError(
+            f"trial {trial.name}: {1 + len(fitted.laws.terms)} numbers are not told apart by regression; give a longer "
+            "record, with motion at several speeds"
+        )
+    return found

@@ -1,7 +1,7 @@
 """How much driven trials of one body differ although nothing is wrong: by a stated scatter of its numbers, or as seen
 in trials that the same input drove.
 
-Belongs here: both. Does not belong here: which of them a campaign uses (campaign/driven/floors.py), decays
+Belongs here: both. Does not belong here: which of them a campaign uses (campaign/driven/beside.py), decays
 (likelihood/free_run.py).
 """
 

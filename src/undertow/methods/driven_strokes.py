@@ -109,11 +109,11 @@ def vary_by_stroke(trials: Sequence[DrivenTrial], fitted: DrivenFit) -> DrivenFi
     nothing = tuple(np.zeros(one.course.forces.shape[1]) for one in records)
     values = _Values(np.array([numbers[name] for name in fitted.names]), states, nothing)
     first = FIRST_SHARE * max(float(np.std(one.reach.trial.u)) for one in records)
-    found, spreads, noise = _likeliest(records, fitted, values, np.full(2, first))
+    found, spreads = _likeliest(records, fitted, values, np.full(2, first))
     outside = _outside(fitted, found.values.numbers)
     if outside:
         raise IdentificationError(f"with offsets and frictions that differ by stroke {outside} leaves its bounds")
-    evidence = _evidence(records, fitted, values, found, noise)
+    evidence = _evidence(records, fitted, values, found)
     if not evidence > SURE:
         raise IdentificationError(
             f"the odds for offsets and frictions that differ by stroke are exp({evidence:.2g}), under exp({SURE:g})"
@@ -184,8 +184,8 @@ def _begun(one: _Record, fitted: DrivenFit) -> Array:
 
 def _likeliest(
     records: Sequence[_Record], fitted: DrivenFit, values: _Values, spreads: Array
-) -> tuple[_StrokePoint, Array, tuple[float, ...]]:
-    """Values, both spreads (2,) and every trial's noise, widened for its memory, that make the records most likely."""
+) -> tuple[_StrokePoint, Array]:
+    """Values and both spreads (2,) that make the records most likely, every trial's noise widened for its memory."""
     noise = _noise(tuple(one.measured - _motion(one, fitted, values, i).x for i, one in enumerate(records)))
     for _ in range(ROUNDS):
         point = _searched(records, fitted, values, spreads, noise)
@@ -196,7 +196,7 @@ def _likeliest(
         before, spreads = spreads, np.sqrt(np.mean((own**2 + uncertain).reshape(-1, 2), axis=0))
         if np.max(np.abs(spreads - before)) < SETTLED * np.max(spreads):
             break
-    return _searched(records, fitted, values, spreads, noise), spreads, noise
+    return _searched(records, fitted, values, spreads, noise), spreads
 
 
 def _noise(residuals: Sequence[Array]) -> tuple[float, ...]:
@@ -295,9 +295,7 @@ def _inverse(normal: Array) -> Array:
     return np.asarray(np.linalg.pinv(normal / np.outer(size, size), hermitian=True) / np.outer(size, size))
 
 
-def _evidence(
-    records: Sequence[_Record], fitted: DrivenFit, values: _Values, found: _StrokePoint, noise: Sequence[float]
-) -> float:
+def _evidence(records: Sequence[_Record], fitted: DrivenFit, values: _Values, found: _StrokePoint) -> float:
     """Natural logarithm of the odds for deviations by stroke: what they take from the slow part of the residuals, less
     what so many free deviations cost (Laplace's approximation)."""
     gained = 0.0

@@ -100,7 +100,7 @@ def fit_harmonic_set(
             f"{len(free)} numbers are unknown ({', '.join(free)}), and {measured.rate.size} points hold "
             f"{2 * measured.rate.size} measured values; give more points, or hold numbers"
         )
-    first = {**_balanced(measured, terms, unknowns, held, starts), **starts, **held}
+    first = {**_balanced(measured, unknowns, held, starts), **starts, **held}
     search = _Missed(measured, unknowns, first, free)
     limits = {u.name: (u.parameter.lower, u.parameter.upper) for u in unknowns} | {MASS: (1e-9, np.inf)}
     lower, upper = np.array([limits[name] for name in free]).reshape(-1, 2).T / search.scale
@@ -209,8 +209,7 @@ def _on_branch(theta: Array, measured: HarmonicSet, i: int, active: np.ndarray) 
 
 
 def _balanced(
-    measured: HarmonicSet, terms: Sequence[Term], unknowns: Sequence[DrivenUnknown], held: Mapping[str, float],
-    starts: Mapping[str, float],
+    measured: HarmonicSet, unknowns: Sequence[DrivenUnknown], held: Mapping[str, float], starts: Mapping[str, float]
 ) -> dict[str, float]:
     """Mass and every law's coefficient from the balance of the fundamental; what a law has inside as it is given."""
     inside = [u for u in unknowns if u.parameter != u.term.coefficient]

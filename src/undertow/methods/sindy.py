@@ -53,7 +53,7 @@ class SindyResult:
     ``names`` (p,) terms kept, ``coefficients`` (p,) theta in SI units over kg, ``covariance`` (p, p) statistical, with
     the residual's autocorrelation and the scatter between trials; ``covariance_within`` (p, p) without that scatter.
     ``contribution`` (p,) is the standard deviation of theta_i force_i in m/s^2. ``constants`` (n_trials,) in m/s^2.
-    ``residual_std`` in m/s^2. ``selection`` is the search over subsets, None in the fixed form. ``terms`` are the terms
+    ``selection`` is the search over subsets, None in the fixed form. ``terms`` are the terms
     kept; ``fit`` the same as a `Fit` named 'sindy', coefficients per mass.
     """
 
@@ -63,7 +63,6 @@ class SindyResult:
     covariance_within: Array
     contribution: Array
     constants: Array
-    residual_std: float
     n_effective: float
     terms: tuple[Term, ...]
     fit: Fit
@@ -241,7 +240,6 @@ def _report(
         covariance_within=solution.within,
         contribution=np.std(design.columns, axis=0) * np.abs(values),
         constants=solution.values[count : count + len(design.trials)],
-        residual_std=float(np.std(solution.residual)),
         n_effective=solution.n_effective,
         terms=terms,
         fit=Fit(

@@ -78,11 +78,6 @@ def chosen(trials: Sequence[TrialFindings], at_most: int) -> tuple[TrialFindings
     return by_amplitude([*ends, *inner[: at_most - len(ends)]])
 
 
-def unexplained(group: GroupFindings) -> tuple[TrialFindings, ...]:
-    """The group's trials whose error exceeds repeatability, by amplitude."""
-    return tuple(trial for trial in by_amplitude(group.trials) if trial.mismatch.missing)
-
-
 def group_numbers(group: GroupFindings) -> Mapping[str, Estimate]:
     """The numbers that stand for a group: those of the first method of REFERENCE_ORDER that found any.
 

@@ -17,7 +17,7 @@ import pandas as pd
 from jinja2 import Environment
 
 from undertow.discrepancy.words import count, group_title, percent
-from undertow.quantities import Estimate
+from undertow.quantities import Estimate, or_nan
 from undertow.report.verdict_file import read_verdicts
 from undertow.report.wording import STATUS_WORDS, estimate_text, parameter_words
 
@@ -113,7 +113,7 @@ def comparison_html(folders: Sequence[Path]) -> str:
         (
             group,
             [
-                ([quantity_words(str(row[1])), *row[2:-1]], _kind(row[-2], row[-1]))
+                ([quantity_words(str(row[1])), *row[2:-1]], "changed" if row[-1] else "" if row[-2] else "same")
                 for row in rows.itertuples(index=False)
             ],
         )
@@ -132,11 +132,6 @@ def quantity_words(quantity: str) -> str:
     """
     repaired, start, name = quantity.rpartition("repaired: ")
     return f"{repaired}{start}{parameter_words(name)}"
-
-
-def _kind(change: str, changed: bool) -> str:
-    """How a row is shown."""
-    return "changed" if changed else "" if change else "same"
 
 
 def _change(first: Cell, other: Cell, first_name: str, other_name: str) -> tuple[str, bool]:
@@ -214,12 +209,8 @@ def _estimate(one: Any) -> Estimate | None:
     """A parameter of verdict.json; None where it has no value."""
     if not isinstance(one, dict) or one.get("value") is None:
         return None
-    return Estimate(float(one["value"]), _number(one.get("stderr")), unit=str(one.get("unit", "")))
+    return Estimate(float(one["value"]), or_nan(one.get("stderr")), unit=str(one.get("unit", "")))
 
 
 def _error(value: Any) -> Cell:
-    return Cell(percent(_number(value)), counts=False)
-
-
-def _number(value: Any) -> float:
-    return math.nan if value is None else float(value)
+    return Cell(percent(or_nan(value)), counts=False)

@@ -11,7 +11,6 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
-from jinja2 import Environment, PackageLoader, StrictUndefined
 from markupsafe import Markup
 from matplotlib.axes import Axes
 
@@ -21,7 +20,7 @@ from undertow.quantities import Estimate
 from undertow.report.style import BLUE, INK, VERMILLION, new_figure, page_style, svg_text
 from undertow.report.verdict_file import plain
 from undertow.report.wording import parameter_name, parameter_words, reason_words
-from undertow.report.writing import write_text
+from undertow.report.writing import rendered, write_text
 
 VERSION = 1
 """Version of differ.json's shape."""
@@ -92,12 +91,9 @@ def _equation(side: Side) -> dict[str, Any]:
 
 def difference_page(difference: Difference) -> str:
     """The page as text; everything in it, nothing fetched."""
-    environment = Environment(
-        loader=PackageLoader("undertow.report"), autoescape=True, undefined=StrictUndefined, trim_blocks=True,
-        lstrip_blocks=True,
-    )  # fmt: skip
     d = difference
-    return environment.get_template("difference.html.j2").render(
+    return rendered(
+        "difference.html.j2",
         sentence=d.sentence,
         rows=[_row(r.name, r.simulation, r.recording, r.sigmas) for r in d.rows],
         found=_found(d.recording.verdict.parameters) if not d.by_equation else [],

@@ -82,6 +82,3 @@ def _explained(title: str, one: Mapping[str, Any]) -> str:
 
 def _number(value: float | None) -> str:
     return "-" if value is None else f"{value:.3g}"
-
-
-__all__ = ["explain_text", "explained"]

@@ -121,7 +121,7 @@ def draw_pairs(repaired: Described, axes: Axes) -> Axes:
             axes.text(column - 0.46, -row + 0.46, f"{r:+.2f}", fontsize=7.5, va="top", color=colour)
     axes.set_xlim(-0.5, len(names) - 1.5)
     axes.set_ylim(-len(names) + 0.5, -0.5)
-    sides = [_words(n, repaired.parameters[n]) for n in names]
+    sides = [f"{parameter_words(n).replace(': ', chr(10))}\n{estimate_text(repaired.parameters[n])}" for n in names]
     axes.set_yticks([-i for i in range(1, len(names))], sides[1:], fontsize=7.5)
     axes.set_xticks(range(len(names) - 1), sides[:-1], fontsize=7.5)
     axes.set_xticks(np.arange(len(names)) - 0.5, minor=True)
@@ -130,10 +130,6 @@ def draw_pairs(repaired: Described, axes: Axes) -> Axes:
     axes.grid(which="minor", visible=True)
     axes.tick_params(which="both", length=0)
     return axes
-
-
-def _words(name: str, estimate: Estimate) -> str:
-    return f"{parameter_words(name).replace(': ', chr(10))}\n{estimate_text(estimate)}"
 
 
 def left_after(trial: TrialFindings) -> Array:

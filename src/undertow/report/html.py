@@ -12,7 +12,6 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any, Protocol
 
-from jinja2 import Environment, PackageLoader, StrictUndefined
 from markupsafe import Markup
 
 from undertow.discrepancy.findings import Findings, GroupFindings
@@ -25,7 +24,7 @@ from undertow.report.extent import Extent, extent_of
 from undertow.report.group_figures import WIDTH_IN, group_figures, row_of
 from undertow.report.style import in_theme, new_figure, page_style, svg_text
 from undertow.report.wording import anchors
-from undertow.report.writing import write_text
+from undertow.report.writing import rendered, write_text
 
 LEVEL_PARAMETERS = ("added_mass_kg", "drag_coefficient")
 """Parameters drawn against level and amplitude where they were found: those the water has."""
@@ -83,13 +82,10 @@ def page(
     whole = extent or extent_of(findings)
     failed, more_failed = blocks.first_of(findings.failed, ROWS_AT_MOST)
     notes, more_notes = blocks.first_of(findings.notes, ROWS_AT_MOST)
-    environment = Environment(
-        loader=PackageLoader("undertow.report"), autoescape=True, undefined=StrictUndefined, trim_blocks=True,
-        lstrip_blocks=True,
-    )  # fmt: skip
     names = anchors([group.label for group in findings.groups])
     pairs, inline = zip(findings.groups, names, strict=True), Inliner(drawn)
-    return environment.get_template("report.html.j2").render(
+    return rendered(
+        "report.html.j2",
         name=findings.name,
         across=findings.across_groups,
         doubts=[doubt.rstrip(".") for doubt in findings.doubts],

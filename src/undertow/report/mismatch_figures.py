@@ -178,7 +178,7 @@ def draw_residual_force(group: GroupFindings, axes: Axes) -> Axes:
     colours = scale.to_rgba(mean)
     for i, j in np.argwhere(np.isfinite(mean)):
         corner = (wide[0][i] * factor, wide[1][j] * factor)
-        axes.add_patch(_cell(corner, width, height, colours[i, j]))
+        axes.add_patch(Rectangle(corner, width, height, facecolor=tuple(colours[i, j]), lw=0))
     axes.set_xlim(wide[0][0] * factor, wide[0][-1] * factor)
     axes.set_ylim(wide[1][0] * factor, wide[1][-1] * factor)
     newton = "N" if coordinate == "translation" else "N m"
@@ -201,10 +201,6 @@ def _bar(shades: ScalarMappable, axes: Axes) -> None:
     """A colour bar beside a map, in the unit of its title."""
     bar = axes.figure.colorbar(shades, ax=axes, ticks=MaxNLocator(4), pad=0.02, fraction=0.04)
     bar.outline.set_visible(False)
-
-
-def _cell(corner: tuple[float, float], width: float, height: float, colour: Array) -> Rectangle:
-    return Rectangle(corner, width, height, facecolor=tuple(colour), lw=0)
 
 
 def _forces(group: GroupFindings) -> list[ResidualForce]:

@@ -2,13 +2,14 @@
 
 A campaign may have more groups than memory: their rows wait in a file until all columns are known.
 
-Belongs here: the files' columns, order and text. Does not belong here: a group's rows
-(rows.py), verdict.json (verdict_file.py), pages.
+Belongs here: a group's rows, the files' columns, order and text. Does not belong here: verdict.json (verdict_file.py),
+pages.
 """
 
 from __future__ import annotations
 
 import csv
+import dataclasses
 import io
 import json
 import math
@@ -16,16 +17,120 @@ import tempfile
 from collections import Counter
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from pathlib import Path
+from statistics import median
 from typing import Any, Self
 
 import numpy as np
 
-from undertow.discrepancy.findings import FailedTrial, GroupFindings
-from undertow.report import rows
-from undertow.report.rows import PATH, Row, outcome_of
+from undertow.discrepancy.findings import FailedTrial, GroupFindings, TrialFindings
+from undertow.discrepancy.mismatch import Mismatch
+from undertow.likelihood.fit import Fit
+from undertow.quantities import OK, Estimate
+from undertow.report.expressions import method_equation, numeric_latex
 from undertow.report.verdict_file import group_json, verdict_pieces
 from undertow.report.wording import ordered_parameters
 from undertow.report.writing import write_pieces
+from undertow.uncertainty.disagreement import DIFFER
+
+SCORES = ("nrmse", "sensor_floor_nrmse", "repeatability_nrmse", "outcome")
+"""Columns that every table ends with."""
+
+SHARES = tuple(f.name for f in dataclasses.fields(Mismatch) if f.name not in ("trial", *SCORES))
+"""Columns of mismatch.csv that say where a mismatch is."""
+
+DIFFERS = "trials_differ"
+"""Column of levels.csv: the parameters whose standard errors have grown because trials differ by more than theirs."""
+
+PATH = " path"
+"""Where a row keeps its recording's path until the file's name is known; no column is called so."""
+
+_OWN = {
+    "file", "trial", "method", "missing", "held_out", "dry", "trials", "equation", "equation_latex", DIFFERS, *SCORES,
+    *SHARES,
+}  # fmt: skip
+
+Row = dict[str, object]
+
+
+def trial_rows(group: GroupFindings) -> Iterator[Row]:
+    """One row a trial and method."""
+    for trial in group.trials:
+        head = _head(group, trial)
+        for method, fit in trial.fits.items():
+            scores = _scores(trial.nrmse.get(method, math.nan), trial.mismatch)
+            yield {**head, "method": method, **_columns(fit.parameters), **scores, "outcome": outcome_of(fit)}
+
+
+def mismatch_rows(group: GroupFindings) -> Iterator[Row]:
+    """One row a trial."""
+    for trial in group.trials:
+        shares = {name: getattr(trial.mismatch, name) for name in SHARES}
+        scores = _scores(trial.mismatch.nrmse, trial.mismatch)
+        missing = {"missing": trial.mismatch.missing}
+        yield {**_head(group, trial), **scores, **missing, **shares, "held_out": trial.held_out}
+
+
+def level_rows(group: GroupFindings) -> Iterator[Row]:
+    """One row a method: the baseline first, then what each method found for the group together."""
+    verdict = group.verdict
+    held_out = sum(trial.held_out for trial in group.trials)
+    head: Row = {condition_column(key): value for key, value in group.key.items()}
+    head |= {"dry": group.dry, "trials": len(group.trials), "held_out": held_out}
+    floors: Row = {
+        "sensor_floor_nrmse": verdict.sensor_floor_nrmse,
+        "repeatability_nrmse": verdict.repeatability_nrmse,
+    }
+    numbers: list[tuple[str, Mapping[str, Estimate], float, str]] = [
+        ("baseline", verdict.baseline.parameters, verdict.baseline.nrmse, OK)
+    ]
+    for method, fit in group.fits.items():
+        errors = [trial.nrmse[method] for trial in group.trials if math.isfinite(trial.nrmse.get(method, math.nan))]
+        numbers.append((method, fit.parameters, median(errors) if errors else math.nan, outcome_of(fit)))
+    for method, parameters, nrmse, outcome in numbers:
+        grown = "; ".join(name for name, e in parameters.items() if e.source.endswith(DIFFER))
+        equation, stderr = method_equation(group, method)
+        written = {DIFFERS: grown, "equation": equation.text(stderr), "equation_latex": numeric_latex(equation, stderr)}
+        columns = _columns(parameters)
+        yield {**head, "method": method, **columns, "nrmse": nrmse, **floors, "outcome": outcome, **written}
+
+
+def outcome_of(fit: Fit) -> str:
+    """ "ok", or what is wrong with the fit and with each of its estimates."""
+    said = [] if fit.outcome == OK else [fit.outcome]
+    said += [f"{name}: {e.outcome}" for name, e in fit.parameters.items() if e.outcome not in (OK, fit.outcome)]
+    return "; ".join(said) or OK
+
+
+def condition_column(name: str) -> str:
+    """The column of a condition: its name; one called like a table's own column gets a prefix.
+
+    >>> condition_column("spring"), condition_column("method")
+    ('spring', 'condition_method')
+    """
+    return f"condition_{name}" if name in _OWN else name
+
+
+def _head(group: GroupFindings, trial: TrialFindings) -> Row:
+    recording = trial.motion.recording
+    named = {condition_column(key): value for key, value in {**group.key, **recording.conditions}.items()}
+    return {PATH: recording.path, "trial": recording.name, **named}
+
+
+def _columns(parameters: Mapping[str, Estimate]) -> Row:
+    row: Row = {}
+    for name, estimate in parameters.items():
+        row[name] = estimate.value
+        row[f"{name}_stderr"] = estimate.total_stderr
+    return row
+
+
+def _scores(nrmse: float, mismatch: Mismatch) -> Row:
+    return {
+        "nrmse": nrmse,
+        "sensor_floor_nrmse": mismatch.sensor_floor_nrmse,
+        "repeatability_nrmse": mismatch.repeatability_nrmse,
+    }
+
 
 FLOAT_FORMAT = "%.9g"
 """Digits of a number in a CSV: more than any sensor gives, and the same on every machine."""
@@ -66,26 +171,26 @@ class Columns:
     @property
     def conditions(self) -> Mapping[str, str]:
         """Every condition of a trial -> its column."""
-        return {name: rows.condition_column(name) for name in (*self._keys, *self._others)}
+        return {name: condition_column(name) for name in (*self._keys, *self._others)}
 
     @property
     def trials(self) -> list[str]:
         """Columns of trials.csv."""
         names = _with_errors(ordered_parameters(self._of_trials))
-        return ["file", "trial", *self._conditions(), "method", *names, *rows.SCORES]
+        return ["file", "trial", *self._conditions(), "method", *names, *SCORES]
 
     @property
     def levels(self) -> list[str]:
         """Columns of levels.csv."""
-        keys = [rows.condition_column(name) for name in self._keys]
+        keys = [condition_column(name) for name in self._keys]
         names = _with_errors(ordered_parameters(self._of_groups))
         counts = ["dry", "trials", "held_out"]
-        return [*keys, *counts, "method", *names, *rows.SCORES, rows.DIFFERS, "equation", "equation_latex"]
+        return [*keys, *counts, "method", *names, *SCORES, DIFFERS, "equation", "equation_latex"]
 
     @property
     def mismatch(self) -> list[str]:
         """Columns of mismatch.csv."""
-        return ["file", "trial", *self._conditions(), *rows.SCORES[:3], "missing", *rows.SHARES, "held_out"]
+        return ["file", "trial", *self._conditions(), *SCORES[:3], "missing", *SHARES, "held_out"]
 
     def named(self, row: Row) -> Row:
         """A trial's row with its file, without folders; the trial's name where trials share one or none is known."""
@@ -134,9 +239,9 @@ class RunTables:
         """One more group; ``place`` is what groups are sorted by in the files."""
         self._columns.see(group)
         record = {
-            "trials": list(rows.trial_rows(group)),
-            "levels": list(rows.level_rows(group)),
-            "mismatch": list(rows.mismatch_rows(group)),
+            "trials": list(trial_rows(group)),
+            "levels": list(level_rows(group)),
+            "mismatch": list(mismatch_rows(group)),
             "verdict": group_json(group.verdict),
         }
         self._places.append((place, self._waiting.seek(0, io.SEEK_END)))
@@ -220,6 +325,3 @@ def _chained(*parts: Iterable[Row]) -> Iterator[Row]:
 
 def _with_errors(parameters: Sequence[str]) -> list[str]:
     return [column for name in parameters for column in (name, f"{name}_stderr")]
-
-
-__all__ = ["Columns", "RunTables", "as_written", "csv_pieces", "outcome_of", "plain"]

@@ -1,4 +1,4 @@
-"""Curves of one trial or one free run, for a notebook: recorded motion, free run with its band, residual, pair plot.
+"""Figures for a notebook: recorded motion, free run with its band, residual, pair plot; of a diagnosis its errors.
 
 Each function takes plain results and an Axes and returns the Axes; none fits, filters or saves. Does not belong here:
 the report's own figures (trial_figures.py, figures.py).
@@ -6,17 +6,21 @@ the report's own figures (trial_figures.py, figures.py).
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
+import numpy as np
 from matplotlib import pyplot
 from matplotlib.axes import Axes
 
 from undertow.conditioning.motion import Motion
+from undertow.discrepancy.findings import TrialFindings
+from undertow.discrepancy.words import percent
 from undertow.recording.recording import Array
-from undertow.report.style import BLUE, DRAWN, GREEN, GREY, INK, PALE, page_style
-from undertow.report.trial_figures import thinned
+from undertow.report.style import BLUE, DRAWN, GREEN, GREY, INK, NOT_EXPLAINED, PALE, PRESCRIBED, page_style
+from undertow.report.trial_figures import response, thinned
 
 WIDTH_IN, HEIGHT_IN = 8.0, 3.2
 """Size of a figure of one trial, inches."""
@@ -91,7 +95,7 @@ def draw_run_residual(curve: Curve, axes: Axes, noise: float = 0.0) -> Axes:
     return axes
 
 
-def draw_pairs(draws: Mapping[str, Array], units: Mapping[str, str], truth: Mapping[str, float] | None = None) -> Any:
+def draw_pairs(draws: Mapping[str, Array], units: Mapping[str, str]) -> Any:
     """Pair plot of draws (name -> (m,)): histograms on the diagonal, points below it; returns the Axes (k, k)."""
     names = list(draws)
     size = PANEL_IN * max(len(names), 2)
@@ -107,8 +111,6 @@ def draw_pairs(draws: Mapping[str, Array], units: Mapping[str, str], truth: Mapp
                 panel.set_yticks([])
             else:
                 panel.plot(draws[other], draws[own], ".", ms=1.5, color=GREY)
-            if truth and column <= row and other in truth:
-                panel.axvline(truth[other], color=GREEN, lw=1.0)
             if column == 0 and row:
                 panel.set_ylabel(_named(own, units))
             if row == len(names) - 1:
@@ -148,3 +150,51 @@ def _labels(axes: Axes, words: str, unit: str) -> None:
     axes.set_xlabel("time after release (s)")
     axes.set_ylabel(f"{words} ({unit})")
     axes.margins(x=0.0)
+
+
+Row = tuple[str, float, float, float]
+"""A group's label, its free-run error before and after the repair (nan: none), and what repetitions allow."""
+
+
+def draw_errors(rows: Sequence[Row], axes: Axes) -> Axes:
+    """Free-run error of each group, in per cent of the motion: grey what is allowed, vermillion before, green after."""
+    for at, (_, before, after, allowed) in enumerate(rows):
+        axes.barh([at], [100.0 * allowed], color=PALE, height=0.7, label="allowed by repeatability" if not at else None)
+        colour = NOT_EXPLAINED if before > allowed else INK
+        axes.plot([100.0 * before], [at], "D", color=colour, label="equation as prescribed" if not at else None)
+        if math.isfinite(after):
+            axes.plot([100.0 * after], [at], "o", color=GREEN, label="with what was found")
+    axes.set_yticks(range(len(rows)), [label for label, *_ in rows])
+    axes.invert_yaxis()
+    axes.set_xlabel("free-run error (% of motion)")
+    handles, labels = axes.get_legend_handles_labels()
+    unique = dict(zip(labels, handles, strict=True))
+    axes.legend(list(unique.values()), list(unique), loc="lower right")
+    return axes
+
+
+def draw_runs_before_and_after(trial: TrialFindings, axes: Axes) -> Axes:
+    """Measured motion with what repetitions allow as a band, the prescribed equation's free run and the repaired one's.
+
+    x0, clock and rest position were adjusted to the trial, alike for both equations.
+    """
+    shown = response(trial)
+    rms = float(np.sqrt(np.mean(trial.measured**2)))
+    allowed = trial.mismatch.repeatability_nrmse * rms * shown.factor
+    measured = trial.measured * shown.factor
+    if math.isfinite(allowed):
+        t, band = thinned(trial.t, measured)
+        axes.fill_between(t, band - allowed, band + allowed, color=PALE, lw=0, label="allowed by repeatability")
+    axes.plot(*thinned(trial.t, measured), color=INK, lw=1.1, label="measured")
+    before = f"as prescribed: error {percent(trial.mismatch.nrmse)}"
+    axes.plot(*thinned(trial.t, trial.simulated * shown.factor), color=PRESCRIBED, lw=0.9, label=before)
+    if trial.augmented:
+        found = (trial.measured - trial.augmented.residual) * shown.factor
+        after = f"repaired: error {percent(trial.augmented.nrmse)}"
+        axes.plot(*thinned(trial.t, found), color=GREEN, lw=0.9, ls="--", label=after)
+    axes.set_title(f"{trial.motion.name}{' (held out)' if trial.held_out else ''}")
+    axes.set_xlabel("time after release (s)")
+    axes.set_ylabel(f"{shown.words} ({shown.unit})")
+    axes.margins(x=0.0)
+    axes.legend(loc="upper right", ncols=2)
+    return axes

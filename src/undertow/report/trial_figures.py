@@ -203,10 +203,10 @@ def half_cycle_peaks(t: Array, x: Array, smallest: float) -> tuple[Array, Array]
     return t[peaks], np.abs(x[peaks])
 
 
-def draw_decay(group: GroupFindings, axes: Axes, at_most: int = CURVES_AT_MOST) -> Axes:
+def draw_decay(group: GroupFindings, axes: Axes) -> Axes:
     """Amplitude of every half cycle against time on a log axis: points measured, lines the free run, dashed with what
     the verdict names."""
-    trials = chosen(group.trials, at_most)
+    trials = chosen(group.trials, CURVES_AT_MOST)
     factor, sizes = response(trials[0]).factor, []
     for trial in trials:
         noise = min(trial.motion.noise.values(), default=0.0)

@@ -1,6 +1,7 @@
 """verdict.json: what a machine reads of a campaign (contract 2).
 
-Belongs here: verdicts as plain JSON. Does not belong here: how they were reached (discrepancy/).
+Belongs here: verdicts as plain JSON, and what is said of a run folder whose files somebody changed. Does not belong
+here: how they were reached (discrepancy/).
 """
 
 from __future__ import annotations
@@ -9,7 +10,8 @@ import dataclasses
 import json
 import math
 from collections import Counter
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from contextlib import contextmanager
 from pathlib import Path
 from textwrap import indent
 from typing import Any
@@ -17,7 +19,7 @@ from typing import Any
 import numpy as np
 
 from undertow.discrepancy.verdict import Described, Verdict
-from undertow.errors import UndertowError
+from undertow.errors import ConfigError, UndertowError
 from undertow.quantities import Estimate
 
 CONTRACT = 2
@@ -151,3 +153,29 @@ def read_verdicts(folder: Path) -> dict[str, Any]:
 
 def _text(value: Mapping[str, Any]) -> str:
     return json.dumps(value, indent=2, ensure_ascii=False, allow_nan=False)
+
+
+def must_be_there(runs: Sequence[Path]) -> None:
+    """ConfigError where one of these run folders is not there."""
+    gone = next((run for run in runs if not run.exists()), None)
+    if gone is not None:
+        raise ConfigError(f"run folder {gone} is not there; give the one that `undertow run` printed in its last line")
+
+
+@contextmanager
+def as_runs_write_them(runs: Sequence[Path], file: str = "verdict.json") -> Iterator[None]:
+    """Within the block that file of these run folders is read and used, nothing else.
+
+    Raises UndertowError where a value is missing or of another kind than a run writes, as `must_be_there`.
+    """
+    must_be_there(runs)
+    try:
+        yield
+    except UndertowError:
+        raise
+    except (LookupError, TypeError, AttributeError, ValueError) as reason:
+        named = ", ".join(str(run) for run in runs)
+        raise UndertowError(
+            f"run folder {named}: {file} is not as a run writes it ({type(reason).__name__}: {reason}); was it "
+            "changed? run again"
+        ) from reason

@@ -72,6 +72,3 @@ def _within(said: str, *among: str) -> bool:
 
 def _pieces(text: str) -> list[str]:
     return [piece.casefold() for piece in _PIECE.findall(text)]
-
-
-__all__ = ["group_meant", "groups_meant"]

@@ -1,6 +1,6 @@
-"""Writing a file so that it appears whole or not at all.
+"""Writing a file so that it appears whole or not at all, and a page's text from its template.
 
-Belongs here: the atomic write. Does not belong here: what is written.
+Belongs here: the atomic write, templates (templates/). Does not belong here: what is written.
 """
 
 from __future__ import annotations
@@ -9,9 +9,21 @@ import os
 import tempfile
 from collections.abc import Iterable
 from pathlib import Path
+from typing import Any
 
 PAGES = ("report.html", "audit.html", "differ.html")
 """Pages of the commands that write one, as they are called in a run folder."""
+
+
+def rendered(template: str, **values: Any) -> str:
+    """A page's text: every value is escaped, and one that the template asks for and nobody gave is an error."""
+    from jinja2 import Environment, PackageLoader, StrictUndefined
+
+    environment = Environment(
+        loader=PackageLoader("undertow.report"), autoescape=True, undefined=StrictUndefined, trim_blocks=True,
+        lstrip_blocks=True,
+    )  # fmt: skip
+    return environment.get_template(template).render(**values)
 
 
 def write_text(path: Path, text: str) -> Path:
@@ -37,16 +49,11 @@ def _write(path: Path, contents: Iterable[bytes]) -> Path:
                 stream.write(content)
             stream.flush()
             os.fsync(stream.fileno())
-        os.chmod(name, 0o666 & ~_umask())
+        mask = os.umask(0o022)  # it is read by setting it for a moment
+        os.umask(mask)
+        os.chmod(name, 0o666 & ~mask)
         os.replace(name, path)
     except BaseException:
         Path(name).unlink(missing_ok=True)
         raise
     return path
-
-
-def _umask() -> int:
-    """The process's mask of rights for new files (reading it means setting it for a moment)."""
-    mask = os.umask(0o022)
-    os.umask(mask)
-    return mask

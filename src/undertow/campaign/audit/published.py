@@ -81,7 +81,7 @@ def audit(config: AuditConfig, progress: Progress | None = None) -> AuditFinding
         config.name,
         tuple(tables),
         tuple(checks),
-        trends(tables, constants),
+        trends(tables),
         tuple(shares),
         tuple(series),
         _cells(config),
@@ -205,7 +205,7 @@ def _series(
     )
 
 
-def trends(tables: Sequence[PublishedTable], constants: Constants) -> tuple[Trend, ...]:
+def trends(tables: Sequence[PublishedTable]) -> tuple[Trend, ...]:
     """How drag coefficient and added mass go with the release in every table that varies it."""
     found = []
     for table in tables:

@@ -66,7 +66,7 @@ def unmatched(config: RunConfig, entries: Entries, excluded: Entries = ()) -> li
     ``excluded`` are the trials that ``recordings.exclude`` leaves out. What groups and specimen look like is said once
     all names match.
     """
-    wrong = [*_patterns(config, entries, excluded), *_names(config, entries, excluded)]
+    wrong = [*_patterns(config, entries, excluded), *_names(config, entries)]
     used = [*config.trials.group_by, *(config.trials.dry or {}), *(table.by for table in tables(config).values())]
     here, beside = situations(entries, used), situations(excluded, used)
     if not wrong:
@@ -141,7 +141,7 @@ def nearest_name(pattern: str, files: Sequence[str]) -> str:
     return f"; did you mean {by_stem[near[0]]}?" if near else ""
 
 
-def _names(config: RunConfig, entries: Entries, excluded: Entries) -> Iterator[Wrong]:
+def _names(config: RunConfig, entries: Entries) -> Iterator[Wrong]:
     """Conditions that no trial has."""
     have = sorted({name for entry in entries for name in entry.conditions})
     asked: list[tuple[Location, str, str]] = [

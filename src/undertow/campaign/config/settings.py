@@ -197,3 +197,8 @@ class DiscrepancySettings(Section):
     budget: Positive = Field(
         default=1.0, description="How much a search may do, in multiples of the default (counted in integrator steps)."
     )
+
+    @property
+    def named(self) -> tuple[str, ...] | None:
+        """The suspects that are named; None where all are tried."""
+        return None if self.suspects == "all" else self.suspects

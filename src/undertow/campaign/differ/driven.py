@@ -19,12 +19,11 @@ from typing import Any
 import numpy as np
 
 from undertow.campaign.config import RunConfig
-from undertow.campaign.differ.words import FAR
+from undertow.campaign.differ.words import FAR, listed_in_words
 from undertow.campaign.driven.trials import driven_laws, must_drive, recording_alone, trial_of
 from undertow.comparison.driven_search import discover_driven
-from undertow.conditioning.driven import DrivenTrial
+from undertow.conditioning.driven import UNITS_OF_MOTION, DrivenTrial
 from undertow.discrepancy.difference import TermRow
-from undertow.discrepancy.naming import in_words
 from undertow.discrepancy.words import percent
 from undertow.equation.driven_laws import find_driven
 from undertow.errors import ConfigError
@@ -66,9 +65,9 @@ class DrivenDifference:
     @property
     def sentence(self) -> str:
         """What the simulation lacks, which numbers differ, how far its free run is away."""
-        words = [f"lacks {_listed(self.lacks)}" if self.lacks else "lacks no law that this recording shows"]
+        words = [f"lacks {listed_in_words(self.lacks)}" if self.lacks else "lacks no law that this recording shows"]
         if self.extra:
-            words.append(f"has {_listed(self.extra)}, which the recording does not show")
+            words.append(f"has {listed_in_words(self.extra)}, which the recording does not show")
         said = [
             f"{row.name} ({row.simulation} there, {row.recording} in the recording, {row.sigmas:.2g} standard errors)"
             for row in self.rows if row.sigmas > FAR
@@ -79,10 +78,6 @@ class DrivenDifference:
             f"The simulation {', and '.join(words)}: under the recording's input its equation misses "
             f"{percent(self.missed)} of the motion, the recording's own {percent(self.own)}."
         )
-
-
-def _listed(names: Sequence[str]) -> str:
-    return " and ".join(in_words(name, alone=True) for name in names)
 
 
 def compare_driven(
@@ -103,17 +98,16 @@ def compare_driven(
         raise ConfigError(f"the simulation has {have[0]}, the recording {have[1]}; give both the same columns")
     simulation = _as_noisy(simulation, recording.noise(), seed)
     found = [discover_driven([one], laws, suspects) for one in (simulation, recording)]
-    mine, theirs = ([t.name for t in (one.augmented or one.baseline).laws.terms] for one in found)
+    mine, theirs = ([t.name for t in one.best.laws.terms] for one in found)
     lacks, extra = (tuple(n for n in one if n not in other) for one, other in ((theirs, mine), (mine, theirs)))
     first, second = (
-        _with((one.augmented or one.baseline), trial, missing)
+        _with(one.best, trial, missing)
         for one, trial, missing in zip(found, (simulation, recording), (lacks, extra), strict=True)
     )
-    own = found[0].augmented or found[0].baseline
-    run = free_run(recording, own, START_SAMPLES)
-    rest = free_run(recording, found[1].augmented or found[1].baseline, START_SAMPLES)
+    run, rest = (free_run(recording, one.best, START_SAMPLES) for one in found)
     missed, left = (_missed(recording, one) for one in (run, rest))
-    return DrivenDifference(first, second, lacks, extra, _rows(first, second), recording, run, missed, left)
+    rows = _rows(first.estimates, second.estimates)
+    return DrivenDifference(first, second, lacks, extra, rows, recording, run, missed, left)
 
 
 def _as_noisy(trial: DrivenTrial, noise: Mapping[str, float], seed: int) -> DrivenTrial:
@@ -136,9 +130,8 @@ def _with(fitted: DrivenFit, trial: DrivenTrial, missing: Sequence[str]) -> Driv
     return fit_driven([trial], replace(laws, terms=(*laws.terms, *terms), starts={**starts, **laws.starts}), windows=0)
 
 
-def _rows(first: DrivenFit, second: DrivenFit) -> tuple[TermRow, ...]:
+def _rows(mine: Mapping[str, Estimate], theirs: Mapping[str, Estimate]) -> tuple[TermRow, ...]:
     """Numbers of both fits, name by name."""
-    mine, theirs = (_estimates(one) for one in (first, second))
     rows = []
     for name in dict.fromkeys([*mine, *theirs]):
         one, other = mine.get(name), theirs.get(name)
@@ -147,14 +140,6 @@ def _rows(first: DrivenFit, second: DrivenFit) -> tuple[TermRow, ...]:
             sigmas = abs(other.value - one.value) / math.hypot(one.stderr, other.stderr)
         rows.append(TermRow(name, one, other, sigmas))
     return tuple(rows)
-
-
-def _estimates(fit: DrivenFit) -> dict[str, Estimate]:
-    errors = np.sqrt(np.maximum(np.diag(fit.covariance), 0.0)).tolist()
-    return {
-        name: Estimate(value, error, unit=fit.laws.units.get(name, ""))
-        for name, value, error in zip(fit.names, fit.values.tolist(), errors, strict=True)
-    }
 
 
 def _missed(trial: DrivenTrial, run: Array) -> float:
@@ -171,8 +156,7 @@ def differ_driven(simulation: Path, recording: Path, config: RunConfig) -> Drive
         trial = trial_of(here, entry, read_trial(entry, here.catalogue()))
         must_drive(trial.name, trial.quantity, trial.u)
         trials.append(replace(trial, name=what))
-    suspects = None if config.discrepancy.suspects == "all" else config.discrepancy.suspects
-    return compare_driven(trials[0], trials[1], driven_laws(config), suspects, config.seed)
+    return compare_driven(trials[0], trials[1], driven_laws(config), config.discrepancy.named, config.seed)
 
 
 def write_driven(found: DrivenDifference, folder: Path) -> None:
@@ -193,7 +177,7 @@ def write_driven(found: DrivenDifference, folder: Path) -> None:
         shown = (str(one) if one is not None else "-" for one in (row.simulation, row.recording))
         table.append((row.name, *shown, f"{row.sigmas:.1f}" if math.isfinite(row.sigmas) else ""))  # type: ignore[arg-type]
     t, x = found.trial.t, found.trial.outputs[found.trial.main]
-    unit = {"displacement": "m", "velocity": "m/s", "acceleration": "m/s^2"}[found.trial.main]
+    unit = UNITS_OF_MOTION[found.trial.main]
     picture = run_picture(DrawnRun("recording, and the simulation's equation", t, x, found.run, unit))
     equation = "M x'' + " + " + ".join(term.law for term in found.recording.laws.terms) + f" = {found.trial.quantity}"
     part = PagePart(found.sentence, [picture], equation, {"Numbers, with the laws of both": table})

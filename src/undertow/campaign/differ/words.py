@@ -42,7 +42,7 @@ def _how_far(d: Difference) -> str:
     return f"{text}; in the recording, {cycles}" if cycles else text
 
 
-def _listed(names: Sequence[str], more: Sequence[str] = ()) -> str:
+def listed_in_words(names: Sequence[str], more: Sequence[str] = ()) -> str:
     """Names in words; of those in ``more`` the simulation has some, but not enough."""
     said = (f"{'enough ' if n in more else ''}{in_words(n, alone=True)}" for n in names)
     return " and ".join(said)
@@ -51,10 +51,10 @@ def _listed(names: Sequence[str], more: Sequence[str] = ()) -> str:
 def _what(d: Difference) -> str:
     """What the simulation lacks, and which numbers differ, in words."""
     names = [n for n in d.lacks if n != "unknown"]
-    words = [_listed([n], d.more) for n in names]
+    words = [listed_in_words([n], d.more) for n in names]
     if "unknown" in d.lacks:
         words.append("something that no suspect explains")
-    rivals = [_listed(names) for names in d.recording.verdict.alternatives]
+    rivals = [listed_in_words(names) for names in d.recording.verdict.alternatives]
     if words:
         text = f"lacks {' and '.join(words)}"
         if rivals and names and not d.by_equation:
@@ -65,5 +65,5 @@ def _what(d: Difference) -> str:
     if far and not words:
         text += f", but differs in {', '.join(far)}"
     if d.extra:
-        text += f", and has {_listed(d.extra)}, which the recording does not show"
+        text += f", and has {listed_in_words(d.extra)}, which the recording does not show"
     return text

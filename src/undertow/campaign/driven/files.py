@@ -5,12 +5,22 @@ Belongs here: their shape. Does not belong here: what stands in them (run.py, re
 
 from __future__ import annotations
 
+import json
+import time
 from collections.abc import Mapping, Sequence
+from itertools import chain
+from pathlib import Path
 from typing import Any
 
+from undertow.campaign.config import RunConfig
+from undertow.campaign.run.manifest import manifest
 from undertow.comparison.driven_folds import Tried
+from undertow.discrepancy.findings import FailedTrial, Findings
+from undertow.quantities import Estimate
 from undertow.recording.recording import Condition
 from undertow.report.tables import csv_pieces
+from undertow.report.verdict_file import CONTRACT, plain
+from undertow.report.writing import write_text
 
 
 def group_entry(
@@ -40,6 +50,45 @@ def group_entry(
         "physical_check": {"expected": None, "found": None, "agrees": None, "because": ""}, "next_test": "",
         "sentence": sentence, **more,
     }  # fmt: skip
+
+
+def numbers_of(estimates: Mapping[str, Estimate], law: str = "") -> dict[str, Estimate]:
+    """The numbers of a law by the names of its parameters (of all laws, by their own names, where empty)."""
+    if not law:
+        return dict(estimates)
+    return {name.removeprefix(f"{law}."): one for name, one in estimates.items() if name.startswith(f"{law}.")}
+
+
+def numbers_row(estimates: Mapping[str, Estimate]) -> dict[str, Any]:
+    """Values and standard errors as a row of a table has them."""
+    pairs = (((name, one.value), (f"{name}_stderr", one.stderr)) for name, one in estimates.items())
+    return dict(chain.from_iterable(pairs))
+
+
+def write_answer(
+    folder: Path, text: str, config: RunConfig, entries: Sequence[Any], verdicts: Sequence[Any],
+    across: Mapping[str, Any],
+) -> None:  # fmt: skip
+    """config.yaml (``text``), equations.json of the groups' ``entries``, verdict.json of their ``verdicts``."""
+    equations = {
+        "contract": CONTRACT, "coordinate": config.equation.coordinate, "anchor": "measured input",
+        "seed": config.seed, "groups": entries,
+    }  # fmt: skip
+    verdict = {"contract": CONTRACT, "groups": verdicts, "across_groups": across}
+    write_text(folder / "config.yaml", text)
+    write_text(folder / "equations.json", json.dumps(plain(equations), indent=1))
+    write_text(folder / "verdict.json", json.dumps(plain(verdict), indent=1))
+
+
+def write_manifest(
+    folder: Path, config: RunConfig, config_path: Path, overrides: Sequence[str], failed: tuple[FailedTrial, ...],
+    begun: float,
+) -> None:  # fmt: skip
+    """manifest.json of a run whose identification began at ``begun`` (`time.perf_counter`)."""
+    seconds = {"identification": time.perf_counter() - begun}
+    findings = Findings(config.name, (), failed, config.methods, config.equation.coordinate, seconds)
+    made = manifest(findings, config, config_path, overrides)
+    write_text(folder / "manifest.json", json.dumps(plain(made), indent=1))
 
 
 def rows_csv(rows: Sequence[Mapping[str, Any]]) -> str:

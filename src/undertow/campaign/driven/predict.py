@@ -16,10 +16,11 @@ import numpy as np
 
 from undertow.campaign.config import load
 from undertow.campaign.driven.trials import recording_alone, trial_of
-from undertow.conditioning.driven import DrivenTrial
+from undertow.conditioning.driven import UNITS_OF_MOTION, DrivenTrial
 from undertow.errors import ConfigError
 from undertow.methods.driven_equations import DrivenPrediction, predict_driven, read_back
 from undertow.recording.catalogue import read_trial
+from undertow.recording.recording import Array
 from undertow.report.verdict_file import CONTRACT
 from undertow.report.writing import write_text
 
@@ -51,10 +52,15 @@ class Predicted:
     def csv(self) -> str:
         """time_s, measured, predicted, lower, upper, used: one row a sample."""
         p, measured = self.prediction, self.trial.outputs[self.trial.main]
-        used = np.arange(measured.size) < p.start
-        rows = zip(self.trial.t, measured, p.values, p.lower, p.upper, used, strict=True)
-        lines = [f"{t:.10g},{m:.10g},{y:.10g},{lo:.10g},{hi:.10g},{int(u)}" for t, m, y, lo, hi, u in rows]
-        return "\n".join(["time_s,measured,predicted,lower,upper,used", *lines]) + "\n"
+        return predicted_csv(self.trial.t, measured, p.values, p.lower, p.upper, np.arange(measured.size) < p.start)
+
+
+def predicted_csv(t: Array, measured: Array, predicted: Array, lower: Array, upper: Array, used: np.ndarray) -> str:
+    """time_s, measured, predicted, lower, upper, used: one row a sample; ``measured`` is empty without a recording."""
+    seen = [f"{value:.10g}" for value in measured] or [""] * t.size
+    rows = zip(t, seen, predicted, lower, upper, used, strict=True)
+    lines = [f"{time:.10g},{m},{y:.10g},{lo:.10g},{hi:.10g},{int(u)}" for time, m, y, lo, hi, u in rows]
+    return "\n".join(["time_s,measured,predicted,lower,upper,used", *lines]) + "\n"
 
 
 def equations_of(run: Path) -> Mapping[str, Any]:
@@ -88,7 +94,7 @@ def predict_recording(
     if not 3 <= start < trial.t.size:
         raise ConfigError(f"--start is {start} of {trial.t.size} samples; give at least 3, and fewer than there are")
     said = getattr(settings.recordings.channels, trial.main).unit
-    unit = said if said in ("V", "mV", "%") else {"displacement": "m", "velocity": "m/s"}.get(trial.main, "m/s^2")
+    unit = said if said in ("V", "mV", "%") else UNITS_OF_MOTION[trial.main]
     made = Predicted(trial, predict_driven(trial, equation, start), unit)
     if out is not None:
         write_text(out, made.csv())

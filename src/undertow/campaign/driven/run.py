@@ -6,7 +6,6 @@ the page's shape (report/driven_page.py).
 
 from __future__ import annotations
 
-import json
 import logging
 import math
 import time
@@ -19,18 +18,25 @@ import numpy as np
 
 from undertow.campaign.config import RunConfig
 from undertow.campaign.config.driven_rules import unused
-from undertow.campaign.driven.closed_loop import ByInstruments, by_instruments
-from undertow.campaign.driven.files import group_entry, rows_csv
-from undertow.campaign.driven.floors import Floors, floors_of
-from undertow.campaign.driven.regression import Regressed, beside_output_error, regressions
-from undertow.campaign.driven.trials import driven_laws, driven_trials, named_apart
-from undertow.campaign.driven.varying import strokes_plain, strokes_sentence, strokes_table
-from undertow.campaign.run.manifest import manifest
+from undertow.campaign.driven.beside import (
+    ByInstruments,
+    Floors,
+    Regressed,
+    beside_output_error,
+    by_instruments,
+    floors_of,
+    regressed,
+    strokes_plain,
+    strokes_sentence,
+    strokes_table,
+)
+from undertow.campaign.driven.files import group_entry, numbers_of, numbers_row, rows_csv, write_answer, write_manifest
+from undertow.campaign.driven.trials import driven_laws, driven_trials
 from undertow.campaign.run.workers import Progress, silent
 from undertow.comparison.driven_search import DrivenFound, discover_driven, suspects_for
 from undertow.comparison.response_search import ResponseFound
-from undertow.conditioning.driven import DrivenTrial
-from undertow.discrepancy.findings import FailedTrial, Findings
+from undertow.conditioning.driven import UNITS_OF_MOTION, DrivenTrial
+from undertow.discrepancy.findings import FailedTrial
 from undertow.equation.driven import compiled_integrator
 from undertow.equation.driven_hysteresis import HYSTERESES
 from undertow.errors import UndertowError
@@ -40,7 +46,6 @@ from undertow.methods.driven_equations import equation_text, written
 from undertow.methods.driven_order import TAKES_ENERGY, power_given
 from undertow.methods.driven_shares import shares_of
 from undertow.report.driven_page import DrawnRun, PagePart, page_html, run_picture, write_page
-from undertow.report.verdict_file import CONTRACT, plain
 from undertow.report.wording import parameter_words, plain_number, reason_words
 from undertow.report.writing import write_text
 
@@ -115,26 +120,22 @@ def run_driven(
     progress("read and condition", 1, 1)
     said = config.trials.hold_out
     held = tuple(Path(name).name.split(".")[0] for name in said) if isinstance(said, tuple) else ()
-    training, unseen = named_apart(trials, held)
-    suspects = None if config.discrepancy.suspects == "all" else config.discrepancy.suspects
+    training, unseen = [t for t in trials if t.name not in held], [t for t in trials if t.name in held]
+    suspects = config.discrepancy.named
     progress("identification", 0, 1)
     laws = driven_laws(config)
     if keys := unused(config, tuple(laws.fixed)):
         logging.getLogger("undertow").warning("a driven campaign does not use %s", ", ".join(keys))
     found = discover_driven(training, laws, suspects, unseen)
-    regressed = regressions(training, found.baseline) if "sindy" in config.methods else ()
+    by_sindy = tuple(regressed(t, found.baseline) for t in training) if "sindy" in config.methods else ()
     progress("identification", 1, 1)
-    told = by_instruments(training, found.augmented or found.baseline)
-    floors = floors_of(config, training, unseen, found.augmented or found.baseline)
-    beside = Beside(told, regressed, floors, not_tried(training[0], found, suspects or ()))
+    told = by_instruments(training, found.best)
+    floors = floors_of(config, training, unseen, found.best)
+    beside = Beside(told, by_sindy, floors, not_tried(training[0], found, suspects or ()))
     sentence = sentence_of(config.name, training, found) + beside.sentences
-    sentence += strokes_sentence(found.augmented or found.baseline)
+    sentence += strokes_sentence(found.best.strokes) if found.best.strokes else ""
     _write(folder, config, text, training, unseen, found, sentence, beside)
-    seconds = {"identification": time.perf_counter() - begun}
-    methods, coordinate = config.methods, config.equation.coordinate
-    findings = Findings(config.name, (), failed, methods, coordinate, seconds)
-    made = manifest(findings, config, config_path, overrides)
-    write_text(folder / "manifest.json", json.dumps(plain(made), indent=1))
+    write_manifest(folder, config, config_path, overrides, failed, begun)
     return DrivenFinished(folder, sentence, found, failed)
 
 
@@ -154,7 +155,7 @@ def sentence_of(name: str, training: Sequence[DrivenTrial], found: DrivenFound) 
         said = ", and no law that was tried helps" if found.tried else f"; nothing was checked: {UNCHECKED}"
         return f"{name}: the given equation misses {before:.3g} % {unit} it never saw{said}.{far}"
     names = ", ".join(found.added).replace("_", " ")
-    left = "" if _adequate(training, found.augmented or found.baseline) else "; more than noise is left"
+    left = "" if _adequate(training, found.best) else "; more than noise is left"
     kept = found.augmented.laws.memory.split(".")[0] if found.augmented else ""
     alike = f" The record cannot tell {kept} from {' or '.join(found.rivals)}." if kept and found.rivals else ""
     said = f"{name}: the given equation misses {before:.3g} % {unit} it never saw; with {names} {after:.3g} %{left}."
@@ -204,16 +205,11 @@ def _write(
     equation = equation_text(best)
     noise = {t.name: t.noise() for t in training}
     entry = {"group": {}, "trials": [t.name for t in training], "driven": True, "versions": versions, "noise": noise}
-    equations = {
-        "contract": CONTRACT, "coordinate": config.equation.coordinate, "anchor": "measured input",
-        "seed": config.seed, "groups": [{**entry, "scatter": {}, "equation": equation}],
-    }  # fmt: skip
-    write_text(folder / "config.yaml", text)
-    write_text(folder / "equations.json", json.dumps(plain(equations), indent=1))
-    verdict = _verdict(training, unseen, found, sentence, beside)
-    write_text(folder / "verdict.json", json.dumps(plain(verdict), indent=1))
+    group = _verdict(training, unseen, found, sentence, beside)
+    across = {"verdict": group["verdict"], "sentence": sentence}
+    write_answer(folder, text, config, [{**entry, "scatter": {}, "equation": equation}], [group], across)
     _tables(folder, training, found, beside)
-    fit = found.augmented or found.baseline
+    fit = found.best
     runs = [_shown(trial, fit) for trial in (*training, *unseen)]
     tried: list[tuple[str, ...]] = [("law", "ln evidence", "rms before", "rms after", "because")]
     tried += [
@@ -223,12 +219,12 @@ def _write(
     ]  # fmt: skip
     tables: dict[str, Sequence[Any]] = {"What was tried, on samples nobody fitted": tried}
     tables["What is missed, and what may be"] = beside.floors.table()
-    if regressed := beside_output_error(beside.regressed, found.baseline):
-        tables["Numbers of the given equation by regression, beside output error"] = regressed
+    if by_sindy := beside_output_error(beside.regressed, found.baseline):
+        tables["Numbers of the given equation by regression, beside output error"] = by_sindy
     if by_target := beside.instruments.table():
         tables["Numbers by the instrument, beside output error"] = by_target
-    if varying := strokes_table(fit):
-        tables["Offset and friction by stroke, each pair there and back with its own"] = varying
+    if fit.strokes:
+        tables["Offset and friction by stroke, each pair there and back with its own"] = strokes_table(fit.strokes)
     if shares := told_by(training, fit):
         tables["Standard errors by kind of record"] = shares
     figures = [run_picture(run) for run in runs]
@@ -248,8 +244,8 @@ def told_by(trials: Sequence[DrivenTrial], fitted: DrivenFit) -> list[tuple[str,
 
 def _shown(trial: DrivenTrial, fitted: DrivenFit) -> DrawnRun:
     """The trial's free run for the page."""
-    unit = {"displacement": "m", "velocity": "m/s", "acceleration": "m/s^2"}[trial.main]
-    return DrawnRun(trial.name, trial.t, trial.outputs[trial.main], free_run(trial, fitted, START_SAMPLES), unit)
+    run = free_run(trial, fitted, START_SAMPLES)
+    return DrawnRun(trial.name, trial.t, trial.outputs[trial.main], run, UNITS_OF_MOTION[trial.main])
 
 
 def _verdict(
@@ -259,45 +255,33 @@ def _verdict(
     sentence: str,
     beside: Beside,
 ) -> Mapping[str, Any]:
-    """verdict.json as the contract has it; what was not computed for a driven campaign is null."""
-    fit, size = found.augmented or found.baseline, _size(training)
+    """The group of verdict.json as the contract has it; what was not computed for a driven campaign is null."""
+    fit, size = found.best, _size(training)
     good = _adequate(training, fit)
     named = (*found.added, *(() if good else ("unknown",)))
     status = ("explained" if found.added else "nothing_missing") if good else "unknown"
     because = "" if good else "more than noise is left"
     if not found.tried:
         status, because, named = "cannot_tell", UNCHECKED, ()
-    group = group_entry(
+    return group_entry(
         {}, [t.name for t in training], [t.name for t in unseen], status, named, found.tried, sentence,
         statistic="rms on unseen samples", because=because,
-        parameters={name: _numbers(fit, name) for name in found.added},
+        parameters={name: numbers_of(fit.estimates, name) for name in found.added},
         baseline=_version(found.baseline, found.validation[0], size),
         augmented=None if found.augmented is None else _version(found.augmented, found.validation[1], size),
         sensor_floor_nrmse=max(beside.floors.sensor.values()), by_instrument=beside.instruments.plain(),
-        by_stroke=strokes_plain(fit), not_testable=list(beside.untried),
-        repeatability_nrmse=beside.floors.worst_repeatability, repeatability_because=beside.floors.because,
+        by_stroke=strokes_plain(fit.strokes) if fit.strokes else None, not_testable=list(beside.untried),
+        repeatability_nrmse=max(beside.floors.repeatability.values(), default=None),
+        repeatability_because=beside.floors.because,
     )  # fmt: skip
-    return {"contract": CONTRACT, "groups": [group], "across_groups": {"verdict": list(named), "sentence": sentence}}
 
 
 def _version(fit: DrivenFit, validation: float, size: float) -> Mapping[str, Any]:
     return {
         "nrmse": math.sqrt(sum(r * r for r in fit.rms.values()) / len(fit.rms)) / size,
         "held_out_nrmse": validation / size,
-        "parameters": _numbers(fit, ""),
+        "parameters": fit.estimates,
     }
-
-
-def _numbers(fit: DrivenFit, law: str) -> Mapping[str, Any]:
-    """Value, standard error and unit of each number of a law (all laws where empty)."""
-    units = fit.laws.units
-    errors = np.sqrt(np.maximum(np.diag(fit.covariance), 0.0))
-    out = {}
-    for name, value, error in zip(fit.names, fit.values, errors, strict=True):
-        if not law or name.startswith(f"{law}."):
-            key = name.removeprefix(f"{law}.") if law else name
-            out[key] = {"value": float(value), "stderr": float(error), "unit": units.get(name, "")}
-    return out
 
 
 def _tables(folder: Path, training: Sequence[DrivenTrial], found: DrivenFound, beside: Beside) -> None:
@@ -305,10 +289,7 @@ def _tables(folder: Path, training: Sequence[DrivenTrial], found: DrivenFound, b
     versions = {"baseline": found.baseline} | ({"augmented": found.augmented} if found.augmented else {})
     rows: list[dict[str, Any]] = []
     for version, fit in versions.items():
-        errors = np.sqrt(np.maximum(np.diag(fit.covariance), 0.0))
-        numbers: dict[str, Any] = {}
-        for name, value, error in zip(fit.names, fit.values, errors, strict=True):
-            numbers |= {name: float(value), f"{name}_stderr": float(error)}
+        numbers = numbers_row(fit.estimates)
         rows += [
             {"file": t.name, "method": f"output_error_{version}", **numbers,
              "nrmse": fit.rms[t.name] / float(np.std(t.outputs[t.main])), **beside.floors.scores(t.name),

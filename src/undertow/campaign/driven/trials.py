@@ -193,8 +193,3 @@ def recording_alone(config: RunConfig, file: Path) -> tuple[RunConfig, Entry]:
     if len(entries) != 1:
         raise ConfigError(f"{file} holds {len(entries)} trials; give one recording")
     return here, entries[0]
-
-
-def named_apart(trials: tuple[DrivenTrial, ...], held: tuple[str, ...]) -> tuple[list[DrivenTrial], list[DrivenTrial]]:
-    """Trials that are fitted, and those that the config holds out."""
-    return [t for t in trials if t.name not in held], [t for t in trials if t.name in held]

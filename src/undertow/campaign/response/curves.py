@@ -1,6 +1,6 @@
 """Curves of a harmonic set for its page: the equation found, swept up and down through each trial's frequencies.
 
-Belongs here: those sweeps, points as recorded. Does not belong here: the picture (report/response_page.py).
+Belongs here: those sweeps, points as recorded. Does not belong here: the picture (report/driven_page.py).
 """
 
 from __future__ import annotations
@@ -18,7 +18,7 @@ from undertow.equation.input import MotionSize
 from undertow.equation.steady_state import SteadyState, swept
 from undertow.equation.term import Array
 from undertow.errors import IdentificationError
-from undertow.report.response_page import DrawnCurve, DrawnSet
+from undertow.report.driven_page import DrawnCurve, DrawnSet
 
 CURVE_POINTS = 80
 """Frequencies of a drawn curve."""

@@ -20,12 +20,11 @@ from undertow.campaign.driven.trials import recording_alone
 from undertow.campaign.response.curves import seen
 from undertow.campaign.response.sets import Sweeps, one_set
 from undertow.equation.driven_laws import places
-from undertow.equation.steady_state import SteadyState, closed_orbit, swept
+from undertow.equation.steady_state import closed_orbit, swept
 from undertow.equation.term import Array
 from undertow.errors import ConfigError
 from undertow.methods.driven_equations import BAND_90, DrivenEquation, read_back
 from undertow.methods.harmonic_set import harmonic_theta, slots_of
-from undertow.quantities import Mover
 from undertow.recording.conditions import same_condition
 from undertow.recording.recording import Condition
 from undertow.recording.response_table import ResponseTable
@@ -128,7 +127,8 @@ def _swept(equation: DrivenEquation, one: Sweeps, absolute: bool) -> tuple[Array
         states = swept(theta, force, rate, equation.extent, measured.mover)
         cosine[here], sine[here] = seen(states, force, absolute)
         for i, f, state in zip(here, force, states, strict=True):
-            slopes = _slopes(theta, float(f), state, equation, active, measured.mover) @ gather
+            found = closed_orbit(theta, float(f), state.rate, state.state, equation.extent, active, measured.mover)
+            slopes = (np.zeros((2, active.size)) if found is None else found.slopes) @ gather
             toward = np.array([cosine[i], sine[i]]) / max(math.hypot(cosine[i], sine[i]), 1e-300)
             variance[i] = toward @ slopes @ equation.covariance @ slopes.T @ toward
     amplitude = np.hypot(cosine, sine)
@@ -137,11 +137,3 @@ def _swept(equation: DrivenEquation, one: Sweeps, absolute: bool) -> tuple[Array
     white = min(equation.noise, equation.error) ** 2
     stderr = np.sqrt(variance + white + (equation.error**2 - white) * wider**2)
     return amplitude, np.arctan2(-sine, cosine), stderr
-
-
-def _slopes(
-    theta: Array, force: float, state: SteadyState, equation: DrivenEquation, active: np.ndarray, mover: Mover
-) -> Array:
-    """Derivatives of a steady motion's cosine and sine by slots, (2, q)."""
-    found = closed_orbit(theta, force, state.rate, state.state, equation.extent, active, mover)
-    return np.zeros((2, active.size)) if found is None else found.slopes

@@ -6,7 +6,6 @@ Belongs here: the order of that, and the files' content. Does not belong here: r
 
 from __future__ import annotations
 
-import json
 import time
 from collections.abc import Mapping, Sequence
 from pathlib import Path
@@ -15,14 +14,13 @@ from typing import Any
 import numpy as np
 
 from undertow.campaign.config import RunConfig
-from undertow.campaign.driven.files import group_entry, rows_csv
+from undertow.campaign.driven.files import group_entry, numbers_of, numbers_row, rows_csv, write_answer, write_manifest
 from undertow.campaign.driven.run import DrivenFinished
 from undertow.campaign.response.curves import drawn_sets
 from undertow.campaign.response.sets import Sweeps, sweeps
-from undertow.campaign.run.manifest import manifest
 from undertow.campaign.run.workers import Progress, silent
 from undertow.comparison.response_search import UNSEEN_LAWS, ResponseFound, discover_response
-from undertow.discrepancy.findings import FailedTrial, Findings
+from undertow.discrepancy.findings import FailedTrial
 from undertow.discrepancy.words import group_title, percent
 from undertow.equation.driven_laws import find_driven, places
 from undertow.equation.term import Term
@@ -31,9 +29,7 @@ from undertow.methods.driven_equations import equation_text
 from undertow.methods.harmonic_set import MASS, HarmonicFit
 from undertow.quantities import OK
 from undertow.recording.recording import Condition
-from undertow.report.driven_page import PagePart, page_html, write_page
-from undertow.report.response_page import set_picture
-from undertow.report.verdict_file import CONTRACT, plain
+from undertow.report.driven_page import PagePart, page_html, set_picture, write_page
 from undertow.report.wording import plain_number, reason_words
 from undertow.report.writing import write_text
 
@@ -66,12 +62,10 @@ def run_response(
         found.append(_found(config, group))
     progress("identification", len(groups), len(groups))
     pairs = list(zip(groups, found, strict=True))
-    sentences = [sentence_of(_title(config, group), group, one) for group, one in pairs]
+    titles = [f"{config.name}, {group_title(group.key)}" if group.key else config.name for group in groups]
+    sentences = [sentence_of(title, *pair) for title, pair in zip(titles, pairs, strict=True)]
     _write(folder, config, text, pairs, sentences)
-    seconds = {"identification": time.perf_counter() - begun}
-    findings = Findings(config.name, (), failed, config.methods, config.equation.coordinate, seconds)
-    made = manifest(findings, config, config_path, overrides)
-    write_text(folder / "manifest.json", json.dumps(plain(made), indent=1))
+    write_manifest(folder, config, config_path, overrides, failed, begun)
     return DrivenFinished(folder, "\n".join(sentences), tuple(found), failed)
 
 
@@ -93,13 +87,8 @@ def known(config: RunConfig, conditions: Mapping[str, Condition]) -> tuple[tuple
 def _found(config: RunConfig, group: Sweeps) -> ResponseFound:
     """One group's equation, and what it lacks."""
     terms, held = known(config, group.key)
-    suspects = None if config.discrepancy.suspects == "all" else config.discrepancy.suspects
     held_out = None if config.trials.hold_out == "auto" else group.unseen
-    return discover_response(group.measured, group.along, terms, held, suspects, held_out, config.seed)
-
-
-def _title(config: RunConfig, group: Sweeps) -> str:
-    return f"{config.name}, {group_title(group.key)}" if group.key else config.name
+    return discover_response(group.measured, group.along, terms, held, config.discrepancy.named, held_out, config.seed)
 
 
 def _size(group: Sweeps) -> float:
@@ -137,17 +126,9 @@ def _write(
 ) -> None:
     """All files but the manifest."""
     entries = [_equations(config, group, one) for group, one in pairs]
-    equations = {
-        "contract": CONTRACT, "coordinate": config.equation.coordinate, "anchor": "measured input",
-        "seed": config.seed, "groups": entries,
-    }  # fmt: skip
     verdicts = [_verdict(group, one, said) for (group, one), said in zip(pairs, sentences, strict=True)]
     named = list(dict.fromkeys(name for entry in verdicts for name in entry["verdict"]))
-    across = {"verdict": named, "sentence": " ".join(sentences)}
-    verdict = {"contract": CONTRACT, "groups": verdicts, "across_groups": across}
-    write_text(folder / "config.yaml", text)
-    write_text(folder / "equations.json", json.dumps(plain(equations), indent=1))
-    write_text(folder / "verdict.json", json.dumps(plain(verdict), indent=1))
+    write_answer(folder, text, config, entries, verdicts, {"verdict": named, "sentence": " ".join(sentences)})
     _tables(folder, pairs)
     parts = []
     for (group, one), entry, said in zip(pairs, entries, sentences, strict=True):
@@ -219,24 +200,16 @@ def _verdict(group: Sweeps, found: ResponseFound, sentence: str) -> Mapping[str,
     def described(fit: HarmonicFit, unseen: float) -> Mapping[str, Any]:
         """One version's errors and numbers."""
         held = unseen / size if np.isfinite(unseen) else None
-        return {"nrmse": fit.rms / size, "held_out_nrmse": held, "parameters": _numbers(fit)}
+        return {"nrmse": fit.rms / size, "held_out_nrmse": held, "parameters": fit.numbers}
 
     return group_entry(
         group.key, [table.name for table in group.tables], group.held_out, status, named, found.tried, sentence,
         statistic="rms on unseen points", because=because, alternatives=others, p_value=found.p_value,
-        not_testable=list(UNSEEN_LAWS), parameters={name: _numbers(found.best, name) for name in found.added},
+        not_testable=list(UNSEEN_LAWS), parameters={name: numbers_of(found.best.numbers, name) for name in found.added},
         baseline=described(found.baseline, found.validation[0]),
         augmented=None if found.augmented is None else described(found.augmented, found.validation[1]),
         unseen_points=int(np.sum(found.unseen)),
     )  # fmt: skip
-
-
-def _numbers(fit: HarmonicFit, law: str = "") -> Mapping[str, Any]:
-    """Value, standard error and unit of each number of a law (of all where empty)."""
-    return {
-        (name.removeprefix(f"{law}.") if law else name): {"value": one.value, "stderr": one.stderr, "unit": one.unit}
-        for name, one in fit.numbers.items() if not law or name.startswith(f"{law}.")
-    }  # fmt: skip
 
 
 def _tables(folder: Path, pairs: Sequence[tuple[Sweeps, ResponseFound]]) -> None:
@@ -245,10 +218,7 @@ def _tables(folder: Path, pairs: Sequence[tuple[Sweeps, ResponseFound]]) -> None
     for group, found in pairs:
         versions = {"baseline": found.baseline} | ({"augmented": found.augmented} if found.augmented else {})
         for version, fit in versions.items():
-            numbers: dict[str, Any] = {}
-            for name, one in fit.numbers.items():
-                numbers |= {name: one.value, f"{name}_stderr": one.stderr}
-            said = {**group.key, "method": f"harmonic_set_{version}", **numbers}
+            said = {**group.key, "method": f"harmonic_set_{version}", **numbers_row(fit.numbers)}
             levels.append({**said, "nrmse": fit.rms / _size(group), "outcome": fit.outcome})
             trials += [
                 {"file": table.name, **said, "nrmse": missed, "outcome": fit.outcome}

@@ -16,8 +16,7 @@ import numpy as np
 
 from undertow.equation.equation import Equation
 from undertow.equation.registry import catalogue
-from undertow.equation.symbolic import Element
-from undertow.equation.term import Term
+from undertow.equation.term import Element, Term
 from undertow.errors import UndertowError
 from undertow.front.handover.programs import largest_step
 
@@ -61,7 +60,7 @@ def opensees_text(equation: Equation, reach_m: float) -> str:
     between: list[str] = []
     elastic = [pair for pair in pairs if pair[0].element == "elastic"]
     if elastic:
-        material, held = _elastic(elastic, reach_m)
+        material, held = _elastic(elastic)
         between.append(material)
         lines += [f"held = {held}", "ops.load(2, -held)"]
     driven = [pair for pair in pairs if pair[0].element == "drive"]
@@ -86,7 +85,7 @@ def opensees_text(equation: Equation, reach_m: float) -> str:
     )  # fmt: skip
 
 
-def _elastic(pairs: Sequence[Pair], reach_m: float) -> tuple[str, str]:
+def _elastic(pairs: Sequence[Pair]) -> tuple[str, str]:
     """Forces of displacement alone as one material, a spring or a table, and the force that holds the body."""
     if all(term.structural == "k" for term, _ in pairs):
         k = sum(value for _, value in pairs)

@@ -14,7 +14,7 @@ from textwrap import indent
 
 from undertow.equation.equation import Equation
 from undertow.equation.simulate import fastest_frequency
-from undertow.equation.symbolic import Expression
+from undertow.equation.term import Expression
 from undertow.errors import UndertowError
 from undertow.front.handover.symbols import System, system_of
 

@@ -16,8 +16,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 
 from undertow.equation.equation import Equation
-from undertow.equation.symbolic import Expression, SymbolPlace
-from undertow.equation.term import Term
+from undertow.equation.term import Expression, SymbolPlace, Term
 from undertow.errors import UndertowError
 
 

@@ -40,6 +40,3 @@ def group_titles(run: object, incomplete: str) -> list[str]:
 def term_names(incomplete: str) -> list[str]:
     """Terms of the registry that begin with these letters."""
     return [name for name in names() if name.startswith(incomplete)]
-
-
-__all__ = ["group_titles", "run_folders", "term_names"]

@@ -173,6 +173,3 @@ def bars_shown(console: Console) -> Iterator[Callable[..., None]]:
                 bars.update(tasks[stage], completed=done, total=of, item=shown)
 
         yield update
-
-
-__all__ = ["Lines", "bars_shown", "duration_words", "lines_shown", "seconds_left"]

@@ -21,6 +21,7 @@ from undertow.discrepancy.calibration import conditions_of, record_for
 from undertow.discrepancy.findings import Findings
 from undertow.discrepancy.words import count, group_title, percent
 from undertow.front.terminal.table import table_text
+from undertow.quantities import or_nan
 from undertow.report.blocks import no_gain_words
 from undertow.report.verdict_file import group_json, read_verdicts
 from undertow.report.wording import STATUS_WORDS, in_plain_words, sentence_words
@@ -67,8 +68,8 @@ def verdict_table(entries: Sequence[Entry]) -> Table:
         table.add_row(
             Text(group_title(one["group"])),
             Text(STATUS_WORDS[one["status"]].removesuffix(" with"), style=COLOURS[one["status"]]),
-            Text(missing_words(one)), percent(_number(one["baseline"]["nrmse"])),
-            percent(_number(after.get("nrmse"))), percent(_number(one["repeatability_nrmse"])), probability_words(one),
+            Text(missing_words(one)), percent(or_nan(one["baseline"]["nrmse"])),
+            percent(or_nan(after.get("nrmse"))), percent(or_nan(one["repeatability_nrmse"])), probability_words(one),
         )  # fmt: skip
     return table
 
@@ -91,7 +92,7 @@ def probability_words(entry: Entry) -> str:
     >>> [probability_words({"status": "explained", "confidence": p}) for p in (0.973, 0.9999, None)]
     ['97 %', 'over 99 %', '-']
     """
-    sure = _number(entry["confidence"])
+    sure = or_nan(entry["confidence"])
     if not math.isfinite(sure) or entry["status"] == "cannot_tell":
         return "-"
     record = record_for(entry["status"], entry.get("verdict", ()), conditions_of(entry.get("decision", ())))
@@ -164,11 +165,3 @@ def run_json(finished: Finished | DrivenFinished) -> dict[str, Any]:
         "contradicted": list(finished.contradicted),
         "doubts": [] if isinstance(finished, DrivenFinished) else list(finished.findings.doubts),
     }
-
-
-def _number(value: float | None) -> float:
-    return math.nan if value is None else float(value)
-
-
-__all__ = ["counted", "last_line", "missing_words", "no_gain_lines", "probability_words", "run_json", "run_text",
-           "verdict_table"]  # fmt: skip

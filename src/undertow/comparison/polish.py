@@ -246,12 +246,31 @@ def linearise(
 def _without_own(trial: Cells, rows: Rows, part: Array) -> tuple[Array, Array]:
     """Columns and residual with the trial's own unknowns (priors as further rows) projected out."""
     known = np.isfinite(trial.prior)
-    prior = np.diag(1.0 / trial.prior)[known]
-    own = np.vstack([rows.own, prior])
-    scale = np.linalg.norm(own, axis=0)
-    basis, _ = np.linalg.qr(own / np.where(scale > 0.0, scale, 1.0))
+    basis = _own_basis(trial, rows)
     away = ((part - _centre(trial)) / trial.prior)[known]
     priors = np.column_stack([np.zeros((away.size, rows.shared.shape[1])), away])
     table = np.vstack([np.column_stack([rows.shared, rows.residual]), priors])
     left: Array = table - basis @ (basis.T @ table)
     return left[:, :-1], left[:, -1]
+
+
+def _own_basis(trial: Cells, rows: Rows) -> Array:
+    """Orthonormal columns of what the trial's own unknowns move, priors as further rows."""
+    own = np.vstack([rows.own, np.diag(1.0 / trial.prior)[np.isfinite(trial.prior)]])
+    scale = np.linalg.norm(own, axis=0)
+    return np.asarray(np.linalg.qr(own / np.where(scale > 0.0, scale, 1.0))[0], dtype=np.float64)
+
+
+def taken_up(trials: Sequence[Cells], book: Laws, at: Polished, columns: Array) -> list[Array]:
+    """Orthonormal columns of what each trial takes up where it is fitted alone: its own unknowns and the laws'
+    ``columns`` (n, p), rows as in `Linear`."""
+    taken, first = [], 0
+    for trial, part in zip(trials, at.own, strict=True):
+        rows = trial_rows(trial, book, at.values, part, [])
+        if rows is None:
+            raise IdentificationError(f"trial {trial.name}: the motion of what was found leaves every bound")
+        own = _own_basis(trial, rows)
+        laws = columns[first : first + own.shape[0]]
+        taken.append(np.hstack([own, np.linalg.qr(laws / np.linalg.norm(columns, axis=0))[0]]))
+        first += own.shape[0]
+    return taken

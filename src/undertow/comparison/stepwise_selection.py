@@ -249,19 +249,19 @@ def penalty_of(n_effective: float, columns: int) -> float:
 
 
 def _reweighted(trials: Sequence[Cells], linear: Linear) -> tuple[Cells, ...]:
-    """Trials whose channels' noise is at least what the whole library leaves in them."""
+    """Trials whose channels' noise is at least what the whole library leaves in such channels of all trials: were each
+    weighed by what it leaves itself, trials that differ would yield to the one that the mean happens to fit."""
     residual = linear.response - linear.columns @ np.linalg.lstsq(linear.columns, linear.response, rcond=None)[0]
-    ends = np.cumsum(linear.lengths)
-    weighed, part = [], 0
+    squares: dict[str, list[float]] = {}
+    first, part = 0, 0
     for trial in trials:
-        factors = []
-        for _ in trial.channels:
-            own = residual[ends[part] - linear.lengths[part] : ends[part]]
-            factors.append(max(1.0, float(np.sqrt(np.mean(own**2)))))
-            part += 1
-        part += 1  # the priors' rows
-        weighed.append(trial.reweighted(factors))
-    return tuple(weighed)
+        for seen in trial.channels:
+            own = residual[first : first + linear.lengths[part]]
+            squares.setdefault(seen.quantity, []).append(float(np.mean(own**2)))
+            first, part = first + own.size, part + 1
+        first, part = first + linear.lengths[part], part + 1  # the priors' rows
+    factors = {quantity: max(1.0, math.sqrt(float(np.mean(own)))) for quantity, own in squares.items()}
+    return tuple(trial.reweighted([factors[seen.quantity] for seen in trial.channels]) for trial in trials)
 
 
 def _look_around(trials: Sequence[Cells], book: Laws, here: Polished, rules: Rules) -> _Visit:

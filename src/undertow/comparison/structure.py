@@ -19,6 +19,7 @@ from scipy.optimize import lsq_linear
 
 from undertow.comparison.inclusion import inclusion
 from undertow.comparison.laws import laws
+from undertow.comparison.polish import taken_up
 from undertow.comparison.stepwise_selection import MEMORY_CELLS, Rules, Selected, walk
 from undertow.comparison.trajectories import in_cells
 from undertow.conditioning.motion import Motion
@@ -35,6 +36,10 @@ from undertow.uncertainty.collinearity import Collinearity, collinearity
 from undertow.uncertainty.robust import scatter_factor
 
 Array = NDArray[np.float64]
+
+
+LEAST_KEPT = 0.25
+"""Of white noise a fit leaves at least so much where its numbers are seen: less is no residual to tell noise from."""
 
 
 @dataclass(frozen=True)
@@ -163,7 +168,8 @@ def _told(motions: Sequence[Motion], found: Selected, rules: Rules, effort: Effo
     """Errors, rivals, resampling and the second route around a subset."""
     terms = _refined(found)
     covariance, widening = number_covariance(found)
-    total = covariance * np.outer(widening, widening)
+    rivals = _rivals(found, rules)
+    total = covariance * np.outer(widening, widening) + _between_rivals(found, rivals)
     numbers = _estimates(found, terms, total)
     names = tuple(label(term) if _twice(term, found.book.terms) else term.name for term in found.book.terms)
     shares = inclusion(found, effort.resamples, effort.seed) if effort.resamples else ()
@@ -177,7 +183,7 @@ def _told(motions: Sequence[Motion], found: Selected, rules: Rules, effort: Effo
         covariance=total,
         evidence={name: found.search.evidence[i] for i, name in enumerate(names)},
         inclusion=dict(zip(names, shares, strict=False)),
-        rivals=_rivals(found, rules, names),
+        rivals=tuple(RivalSubset(tuple(names[i] for i in terms), difference) for terms, difference in rivals),
         trace=found.search.trace,
         collinear=collinearity([term.name for term in terms], total[:count, :count], _sizes(motions, terms)),
         route=route,
@@ -209,27 +215,34 @@ def _refined(found: Selected) -> tuple[Term, ...]:
 def number_covariance(found: Selected) -> tuple[Array, Array]:
     """Covariance (p, p) of the numbers kept, coefficients first, and the factor (p,) by which trials scatter beyond.
 
-    From the residual's autocovariance seen through the sensitivities; the factor is `scatter_factor`.
+    From the autocovariance of what each trial leaves where it is fitted alone, seen through the sensitivities; the
+    factor is `scatter_factor`. Just where the numbers are seen such a fit takes noise up, so that its residual has less
+    there: errors are wider by what white noise would have lost.
     """
-    places = found.book.columns(found.chosen)
+    places, lengths = found.book.columns(found.chosen), found.linear.lengths
     scale = np.linalg.norm(found.linear.columns[:, places], axis=0)
     columns = found.linear.columns[:, places] / scale
     residual = found.linear.response - found.linear.columns @ found.polished.values
-    noise = autocovariance(residual, found.linear.lengths, MEMORY_CELLS)
     bread = np.linalg.pinv(columns.T @ columns, hermitian=True)
-    covariance = bread @ score_matrix(columns, noise, found.linear.lengths) @ bread
-    grams, scores, moments, first, part = [], [], [], 0, 0
-    for trial in found.trials:
-        parts = len(trial.channels) + 1
-        lengths = found.linear.lengths[part : part + parts]
-        own = slice(first, first + sum(lengths))
-        grams.append(columns[own].T @ columns[own])
-        scores.append(score_matrix(columns[own], noise, lengths))
-        moments.append(columns[own].T @ residual[own])
-        first, part = first + sum(lengths), part + parts
-    rest = [sum(grams) - gram for gram in grams]
-    identified = len(grams) > 2 and all(np.linalg.cond(gram) < 1.0 / np.finfo(float).eps for gram in rest)
-    widening = scatter_factor(grams, scores, moments) if identified else np.ones(len(places))
+    left, lost, owns, first, part = residual.copy(), np.zeros(MEMORY_CELLS), [], 0, 0
+    for trial, taken in zip(found.trials, taken_up(found.trials, found.book, found.polished, columns), strict=True):
+        own = slice(first, first + taken.shape[0])
+        inside = lengths[part : part + len(trial.channels) + 1]
+        left[own] -= taken @ (taken.T @ left[own])
+        lost += autocovariance(taken, inside, MEMORY_CELLS) * taken.shape[0] / residual.size
+        owns.append((own, inside))
+        first, part = own.stop, part + len(inside)
+    noise = autocovariance(left, lengths, MEMORY_CELLS)
+    covariance = bread @ score_matrix(columns, noise, lengths) @ bread
+    kept = 1.0 - np.diag(bread @ score_matrix(columns, lost, lengths) @ bread) / np.diag(bread)
+    widening = np.ones(len(places))
+    if len(owns) > 1:
+        grams = [columns[own].T @ columns[own] for own, _ in owns]
+        rest = [sum(grams) - gram for gram in grams]
+        if all(np.linalg.cond(gram) < 1.0 / np.finfo(float).eps for gram in rest):
+            scores = [score_matrix(columns[own], noise, inside) for own, inside in owns]
+            widening = scatter_factor(grams, scores, [columns[own].T @ residual[own] for own, _ in owns])
+    scale = scale * np.sqrt(np.clip(kept, LEAST_KEPT, 1.0))
     return covariance / np.outer(scale, scale), widening
 
 
@@ -254,17 +267,35 @@ def _estimates(found: Selected, terms: Sequence[Term], covariance: Array) -> dic
     return estimates
 
 
-def _rivals(found: Selected, rules: Rules, names: Sequence[str]) -> tuple[RivalSubset, ...]:
-    """Subsets of terms within the rival difference of the one chosen, by full trajectories where simulated."""
+def _rivals(found: Selected, rules: Rules) -> list[tuple[tuple[int, ...], float]]:
+    """Subsets of terms within the rival difference of the one chosen, with it, by full trajectories where simulated."""
     exact = {chosen: criterion - found.criterion for chosen, criterion in found.visited}
     candidates = {found.terms_of(one): one.criterion for one in reversed((found.search.best, *found.search.rivals))}
     own = candidates.pop(found.chosen, found.search.best.criterion)
     differences = {terms: exact.get(terms, criterion - own) for terms, criterion in candidates.items()}
-    return tuple(
-        RivalSubset(tuple(names[i] for i in terms), difference)
-        for terms, difference in sorted(differences.items(), key=lambda pair: pair[1])
-        if difference <= rules.rival_difference
-    )
+    return [pair for pair in sorted(differences.items(), key=lambda pair: pair[1]) if pair[1] <= rules.rival_difference]
+
+
+def _between_rivals(found: Selected, rivals: Sequence[tuple[tuple[int, ...], float]]) -> Array:
+    """Covariance (p, p) of the numbers kept because another subset may be the true one: how far they lie in rivals that
+    have them, in the linear picture, each rival by its odds."""
+    places = found.book.columns(found.chosen)
+    squares, weights = np.zeros((len(places), len(places))), np.ones(len(places))
+    for terms, difference in rivals:
+        others = [place for place in found.book.columns(terms) if place in found.offered]
+        there = dict(zip(others, _least_squares(found, others), strict=True))
+        away = np.array([there.get(place, found.polished.values[place]) for place in places])
+        away = away - found.polished.values[places]
+        odds = math.exp(-0.5 * difference)
+        squares += odds * np.outer(away, away)
+        weights += odds * np.isin(places, others)
+    return squares / np.sqrt(np.outer(weights, weights))
+
+
+def _least_squares(found: Selected, places: Sequence[int]) -> Array:
+    """Numbers at those places in the linear picture."""
+    columns = found.linear.columns[:, list(places)]
+    return np.asarray(np.linalg.lstsq(columns, found.linear.response, rcond=None)[0], dtype=np.float64)
 
 
 def _sizes(motions: Sequence[Motion], terms: Sequence[Term]) -> Array:

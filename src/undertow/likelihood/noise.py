@@ -59,7 +59,8 @@ def residual_memory(solution: Solution) -> float:
 
 
 def autocovariance(residual: Array, lengths: Sequence[int], memory: int | None = None) -> Array:
-    """Autocovariance (memory,) of ``residual`` (n,) at lags 0, 1, ..., pooled over trials of ``lengths`` rows.
+    """Autocovariance (memory,) of ``residual`` (n,) at lags 0, 1, ..., pooled over trials of ``lengths`` rows; of
+    several columns (n, p) the sum of theirs.
 
     Weighted down by Parzen's window to ``memory`` rows, so that it belongs to a spectrum without negative values;
     ``memory`` None takes `WINDOW_TIMES` correlation times, at most `MEMORY_SHARE` of the rows.
@@ -67,7 +68,7 @@ def autocovariance(residual: Array, lengths: Sequence[int], memory: int | None =
     longest = max(2, memory or int(MEMORY_SHARE * residual.size))
     sums, first = np.zeros(longest), 0
     for length in filter(None, lengths):
-        own = correlate(residual[first : first + length, None], longest)[:, 0]
+        own = np.sum(correlate(residual.reshape(len(residual), -1)[first : first + length], longest), axis=1)
         sums[: own.size] += own
         first += length
     if memory is None and sums[0] > 0.0:
@@ -76,7 +77,7 @@ def autocovariance(residual: Array, lengths: Sequence[int], memory: int | None =
         sums = sums[: max(2, int(enough[0]) + 1 if enough.size else longest)]
     lag = np.arange(sums.size) / sums.size
     parzen = np.where(lag < 0.5, 1.0 - 6.0 * lag**2 * (1.0 - lag), 2.0 * (1.0 - lag) ** 3)
-    covariance: Array = sums / residual.size * parzen
+    covariance: Array = sums / len(residual) * parzen
     return covariance
 
 

@@ -64,10 +64,10 @@ def scatter_factor(grams: Sequence[Array], scores: Sequence[Array], moments: Seq
     ``grams`` X'X, ``scores`` the covariance of X'e and ``moments`` X'e of each trial. The jackknife over trials is
     compared with what the residual's noise alone would make of it, coefficient by coefficient. Where it is larger, the
     standard error grows in proportion; where it is beyond `SCATTER_LEVEL` of what noise makes, by (t quantile / normal
-    quantile) at n_trials - 1 degrees of freedom too. 1 for one or two trials, whose jackknife says nothing.
+    quantile) at n_trials - 1 degrees of freedom too. 1 for one trial, which has no jackknife.
     """
     count, size = len(grams), grams[0].shape[0]
-    if count < 3:
+    if count < 2:
         return np.ones(size)
     total, moment = np.sum(grams, axis=0), np.sum(moments, axis=0)
     inverses = [np.linalg.inv(total - gram) for gram in grams]

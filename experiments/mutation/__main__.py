@@ -37,7 +37,7 @@ FAMILIES = ("ReplaceComparisonOperator", "ReplaceBinaryOperator", "ReplaceUnaryO
 
 LAWS = (
     "term", "structure", "hydrodynamics", "hidden", "forcing", "input", "cells", "base_motion", "driven_laws",
-    "driven_hysteresis", "registry", "algebra", "notation", "symbolic", "code_text", "generate", "generate_columns",
+    "driven_hysteresis", "registry", "algebra", "notation", "code_text", "generate", "generate_columns",
     "generate_states",
 )  # fmt: skip
 """Modules of equation/ in which laws are stated, looked up and turned into code; compiled motion is held by frozen

@@ -22,8 +22,16 @@ APART = 1.2
 """Ratio of the longest to the shortest period from which on trials are said not to be of one body: a hardening spring
 and friction move it by less from release to release of most rigs, a gap or a stop by more."""
 
-ALIKE = 1.02
-"""A period that is no further from the others is not said to be another."""
+ALONE, ALONE_OF_TWO = 4.0, 10.0
+"""One trial's period is another than that of three or more others where it is so many times as far from them as they
+are from each other, of two others the second: by chance one in twenty campaigns of five alike has one."""
+
+LEAST_APART = 1.01
+"""The same, at least: friction and drag move a period by less from release to release."""
+
+AS_LARGE = 1.5
+"""The same holds of a trial as large as the others, or so many times larger or smaller: springs and water may change
+the period of a far larger one."""
 
 SIZES_APART = 100.0
 """Ratio of one trial's release to all others' that no ladder of releases has, and a unit has."""
@@ -38,10 +46,11 @@ EXPLAINED = frozenset({"nothing_missing", "explained", "present_but_small"})
 
 @dataclass(frozen=True)
 class Swing:
-    """One trial: its ``name``, period (s) and conditions."""
+    """One trial: its ``name``, period (s), largest motion (m or rad) and conditions."""
 
     name: str
     period_s: float
+    amplitude: float
     conditions: Mapping[str, Condition]
 
 
@@ -50,7 +59,7 @@ def swings_of(motions: Sequence[Motion]) -> list[Swing]:
     found = []
     for motion in motions:
         try:
-            found.append(Swing(motion.name, dominant_period(motion), motion.recording.conditions))
+            found.append(Swing(motion.name, dominant_period(motion), motion.amplitude, motion.recording.conditions))
         except FAILURES:
             continue
     return found
@@ -121,12 +130,31 @@ def strange_trial(group: GroupFindings, known: Collection[str] = ()) -> str:
                 f"trial {name} is released from {size:.3g}, the others of its group from {min(rest):.3g} to "
                 f"{max(rest):.3g}: look at the unit of its displacement (recordings.layouts)"
             )
-    swings = [] if verdict.status in EXPLAINED else swings_of([trial.motion for trial in group.trials])
+    return "" if verdict.status in EXPLAINED else lone_trial(group, known)
+
+
+def lone_trial(group: GroupFindings, known: Collection[str] = ()) -> str:
+    """The one trial of another period, in words: another clock, spring or body, where the others swing alike; empty
+    where there is none but of those ``known`` to be strange."""
+    swings = swings_of([trial.motion for trial in group.trials])
     for one in (one for one in swings if one.name not in known):
         others = [other for other in swings if other is not one]
-        if len(others) > 1 and not apart(others) and all(apart((one, other)) for other in others):
-            return f"trial {one.name} is unlike the others{_periods(one, others)}: {advice}"
+        if len(others) > 1 and not apart(others) and _alone(one, others):
+            return (
+                f"trial {one.name} is unlike the others{_periods(one, others)}: look at its clock, its spring and what "
+                "its file is, or leave it out (recordings.exclude)"
+            )
     return ""
+
+
+def _alone(one: Swing, others: Sequence[Swing]) -> bool:
+    """Whether a trial's period is another than the others'."""
+    low, high = min(o.period_s for o in others), max(o.period_s for o in others)
+    off = max(low / one.period_s, one.period_s / high)
+    times = ALONE if len(others) > 2 else ALONE_OF_TWO
+    sizes = [o.amplitude for o in others]
+    as_large = min(sizes) / AS_LARGE < one.amplitude < AS_LARGE * max(sizes)
+    return off > APART or (as_large and off > LEAST_APART and off - 1.0 > times * (high / low - 1.0))
 
 
 def _beside(motion: Motion, group: GroupFindings) -> str:
@@ -138,7 +166,7 @@ def _beside(motion: Motion, group: GroupFindings) -> str:
 
 def _periods(one: Swing, others: Sequence[Swing]) -> str:
     low, high = min(o.period_s for o in others), max(o.period_s for o in others)
-    if low / ALIKE <= one.period_s <= ALIKE * high:
+    if low / LEAST_APART <= one.period_s <= LEAST_APART * high:
         return ""
-    theirs = f"{low:.3g}" if f"{low:.3g}" == f"{high:.3g}" else f"{low:.3g} to {high:.3g}"
-    return f", at a period of {one.period_s:.3g} s beside {theirs} s"
+    theirs = f"{low:.4g}" if f"{low:.4g}" == f"{high:.4g}" else f"{low:.4g} to {high:.4g}"
+    return f", at a period of {one.period_s:.4g} s beside {theirs} s"

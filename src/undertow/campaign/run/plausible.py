@@ -14,7 +14,7 @@ from dataclasses import dataclass, replace
 from types import MappingProxyType
 
 from undertow.campaign.run.judgement import contradicted_verdict
-from undertow.campaign.run.one_body import not_one_body, strange_trial
+from undertow.campaign.run.one_body import lone_trial, not_one_body, strange_trial
 from undertow.campaign.run.tasks import slope_of_cells
 from undertow.comparison.suspects import SUSPECTS
 from undertow.discrepancy.earned import NEXT
@@ -41,6 +41,9 @@ AGREE = 0.02
 
 NOTED = 0.03
 """Relative difference between load cells and motion, and between what moves and the stated mass, that a note says."""
+
+BETWEEN_TRIALS = frozenset(suspect.name for suspect in SUSPECTS if suspect.is_scatter)
+"""Names that say how trials differ."""
 
 STRANGE = frozenset({"conditions", "clock", "gaps", "spikes", "period"})
 """Kinds of doubt that, accepted for a trial, say that it may be unlike the others."""
@@ -87,8 +90,8 @@ def with_doubts(
 
     ``accepted`` is trial -> kinds of doubt that are known; a kind that all of a group's trials have is a note alone.
     """
-    out, said = [], []
-    for group in groups:
+    out, said, lone = [], [], _in_one_trial(groups, accepted)
+    for group, of_one in zip(groups, lone, strict=True):
         known = [set(accepted.get(t.motion.name, ())) for t in group.trials]
         kinds = set.intersection(*known) if known else set()
         doubts = implausible(group, accepted)
@@ -101,6 +104,9 @@ def with_doubts(
         said += [f"{group.label}: {text}" for text in mild if text]
         unknown = [text for kind, text in doubts if kind not in kinds]
         wrong = "" if "conditions" in kinds else impossible(group)
+        if of_one and not wrong:
+            group, unknown = replace(group, notes=(*group.notes, of_one)), [of_one]
+            said.append(f"{group.label}: {of_one}")
         if wrong:
             group = replace(group, verdict=contradicted_verdict(group, wrong))
         out.append(_not_green(group, unknown[0]) if unknown else group)
@@ -108,16 +114,31 @@ def with_doubts(
     return out, tuple(said)
 
 
+def _in_one_trial(groups: Sequence[GroupFindings], accepted: Mapping[str, Sequence[str]]) -> list[str]:
+    """For every group whose verdict names what differs from trial to trial: the one trial of its water that differs, in
+    words; empty where there is none. Of one trial that is no law: its clock, its spring or its file may be another."""
+    strange = [name for name, kinds in accepted.items() if STRANGE & set(kinds)]
+    scattered = [bool(BETWEEN_TRIALS & set(group.verdict.verdict)) for group in groups]
+    texts = [lone_trial(g, strange) if named else "" for g, named in zip(groups, scattered, strict=True)]
+    said = [(group.verdict.parameters, text) for group, text in zip(groups, texts, strict=True) if text]
+    return [
+        next((text for numbers, text in said if named and numbers == group.verdict.parameters), "")
+        for group, named in zip(groups, scattered, strict=True)
+    ]
+
+
 def _not_green(group: GroupFindings, text: str) -> GroupFindings:
-    """A group of which nothing is missing but a number that no body has: nobody can tell."""
+    """A group of which nothing is missing, or what one trial alone shows, but a number or a trial that no body has:
+    nobody can tell."""
     verdict = group.verdict
-    if verdict.status != "nothing_missing":
+    if verdict.status != "nothing_missing" and not BETWEEN_TRIALS & set(verdict.verdict):
         return group
     said = f"{group.label}: cannot tell, because {text}."
     gate = Gate("plausible", "doubts about the group's numbers and trials", 1.0, 0.0, False, text)
     changed = replace(
         verdict, status="cannot_tell", sentence=said, because=text, next_test=NEXT["conditions"], confidence=math.nan,
-        decision=(*verdict.decision, gate),
+        decision=(*verdict.decision, gate), verdict=(), alternatives=(), parameters={}, augmented=None,
+        origin="undetermined", transfer={},
     )  # fmt: skip
     return replace(group, verdict=changed)
 

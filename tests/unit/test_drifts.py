@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from tests.findings_fixture import small_findings
-from undertow.discrepancy.drifts import FALSE_ALARM, amplitude_drifts, group_drifts, springs_apart
+from undertow.discrepancy.drifts import FALSE_ALARM, amplitude_drifts, group_drifts, no_scatter, springs_apart
 from undertow.discrepancy.findings import GroupFindings, TrialFindings
 from undertow.likelihood.fit import Fit
 from undertow.quantities import Estimate
@@ -96,3 +96,47 @@ def test_springs_that_disagree_where_nothing_is_missing_are_said_behind_the_sent
     assert springs_apart(pair, ()) == ""  # nobody says what the water's conditions are
     named = replace(fine.verdict, status="explained", verdict=("hidden_resonator",))
     assert springs_apart([pair[0], replace(pair[1], verdict=named)], WATER) == ""
+
+
+def green(stiffness: np.ndarray, amplitudes: np.ndarray) -> GroupFindings:
+    """A group in which nothing is missing, whose trials were fitted alone with these stiffnesses."""
+    plain = small_findings().groups[0]
+    trials = []
+    for place, (value, amplitude) in enumerate(zip(stiffness, amplitudes, strict=True)):
+        recording = replace(plain.trials[0].motion.recording, name=f"t{place}")
+        motion = replace(plain.trials[0].motion, amplitude=float(amplitude), recording=recording)
+        numbers = {"k_N_per_m": Estimate(float(value), 1.0, unit="N/m")}
+        trials.append(replace(plain.trials[0], motion=motion, fits={"output_error": Fit("", ("r",), {}, numbers)}))
+    return replace(plain, trials=tuple(trials), verdict=replace(plain.verdict, status="nothing_missing", verdict=()))
+
+
+DRIFTING = np.array([1000.0, 1012.0, 1009.0, 1025.0, 1037.0])
+
+
+def test_a_stiffness_that_follows_the_release_in_every_group_is_no_scatter():
+    rising = [green(DRIFTING, np.geomspace(0.01, 0.05, 5)) for _ in range(4)]
+    said = no_scatter(rising)
+    assert "stiffness over mass of single trials rises with the size of the release, by 3.5 % in 4 groups" in said
+    assert "temperature, a part that works loose" in said
+    assert "by chance in at most one campaign of " in said
+    mixed = np.array([0.03, 0.011, 0.05, 0.02, 0.035])
+    assert "rises in the order of the trials' names" in no_scatter([green(DRIFTING, mixed) for _ in range(4)])
+    assert no_scatter(rising[:1]) == ""  # nine of ten pairs: one in twelve by chance
+    small = 1000.0 + 0.1 * (DRIFTING - 1000.0)
+    assert no_scatter([green(small, np.geomspace(0.01, 0.05, 5)) for _ in range(4)]) == ""
+    missing = [replace(g, verdict=replace(g.verdict, status="unknown", verdict=("unknown",))) for g in rising]
+    assert no_scatter(missing) == ""
+    assert no_scatter([]) == ""
+
+
+def test_scatter_is_hardly_ever_said_to_follow_the_release():
+    rng, plain = np.random.default_rng(2), green(DRIFTING, np.geomspace(0.01, 0.05, 5))
+
+    def scattered() -> GroupFindings:
+        trials = []
+        for trial in plain.trials:
+            numbers = {"k_N_per_m": Estimate(1000.0 * float(1.0 + 0.02 * rng.standard_normal()), 1.0, unit="N/m")}
+            trials.append(replace(trial, fits={"output_error": Fit("", ("r",), {}, numbers)}))
+        return replace(plain, trials=tuple(trials))
+
+    assert sum(bool(no_scatter([scattered() for _ in range(3)])) for _ in range(200)) <= 1  # .2 expected

@@ -298,8 +298,8 @@ def test_a_law_of_every_trial_s_own_that_one_trial_alone_shows_is_no_law():
     beside = replace(of_periods(unknown, [0.86, 0.861, 0.862]), verdict=named)
     found, said = with_doubts([beside, one])
     assert [(group.verdict.status, group.verdict.verdict) for group in found] == [("cannot_tell", ())] * 2
-    assert all("trial_3 is unlike the others, at a period of 0.916 s beside 0.888 to" in text for text in said)
-    assert len(said) == 2
+    assert "trial_3 is unlike the others, at a period of 0.916 s beside 0.888 to" in said[0]
+    assert len(said) == 1  # of both groups
     each = replace(of_periods(unknown, [0.89, 0.9, 0.916, 0.888, 0.905]), verdict=named)
     assert [group.verdict.status for group in with_doubts([each])[0]] == ["explained"]
     assert [g.verdict.status for g in with_doubts([one], {"trial_3": ("clock",)})[0]] == ["explained"]
@@ -339,3 +339,12 @@ def test_trials_of_one_group_that_swing_at_other_periods_are_not_one_body():
     assert not_one_body(of_periods(unknown, [1.4, 1.25])) == ""
     explained = replace(mixed, verdict=replace(mixed.verdict, status="nothing_missing", verdict=()))
     assert not_one_body(explained) == ""
+
+
+def test_scatter_that_follows_the_release_in_all_groups_bars_green(monkeypatch):
+    plain = next(g for g in small_findings().groups if g.verdict.status == "nothing_missing")
+    monkeypatch.setattr("undertow.campaign.run.plausible.no_scatter", lambda groups: "stiffness rises")
+    found, said = with_doubts([plain, plain])
+    assert [group.verdict.status for group in found] == ["cannot_tell"] * 2
+    assert [group.verdict.because for group in found] == ["stiffness rises"] * 2
+    assert said == (f"{plain.label}: stiffness rises",)

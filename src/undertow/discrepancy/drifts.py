@@ -17,7 +17,7 @@ import numpy as np
 from scipy.stats import t as student
 
 from undertow.discrepancy.findings import GroupFindings, TrialFindings
-from undertow.discrepancy.words import condition_words
+from undertow.discrepancy.words import condition_words, count, percent
 from undertow.equation.term import Array
 from undertow.quantities import OK, Estimate
 from undertow.recording.recording import Condition
@@ -30,6 +30,18 @@ FALSE_ALARM = 0.01
 
 FEWEST_TRIALS = 4
 """Trials a straight line against amplitude needs to have two degrees of freedom."""
+
+FEWEST_RANKED = 3
+"""Trials of a group that are ranked."""
+
+ORDERED = 0.001
+"""Chance with which scatter is said to go with the release or with the trials' order where it does not."""
+
+PERMUTED = 20000
+"""Orders drawn at random."""
+
+WORTH_SAYING = 0.004
+"""Relative change of stiffness over mass over a group's trials from which on it is said: as much as rigs scatter."""
 
 WATER = ("added_mass_kg", "drag_coefficient", "drag_Ns2_per_m2")
 """Parameters of the water: the same for all springs at one level."""
@@ -137,6 +149,57 @@ def springs_apart(groups: Sequence[GroupFindings], water: Collection[str]) -> st
         f" But {found[0].sentence}{more}. Each group's equation has its own; stiffness that the water adds would look "
         "so, or water that moves by itself."
     )
+
+
+def no_scatter(groups: Sequence[GroupFindings]) -> str:
+    """That what differs between trials goes with the release or with the order of their names in all groups in which
+    nothing is missing, in words; empty where it may be scatter.
+
+    Each trial's own stiffness over its mass is ranked within its group (Kendall's tau, added over groups, by
+    permutation); with the same few trials a group alone would not show it. Less than `WORTH_SAYING` is left alone.
+    """
+    green = [g for g in groups if g.verdict.status == "nothing_missing"]
+    found = [rows for rows in (_rates(g) for g in green) if len(rows) >= FEWEST_RANKED]
+    for along, words in ((1, "with the size of the release"), (2, "in the order of the trials' names")):
+        pairs = [(np.array([r[0] for r in rows]), np.array([r[along] for r in rows])) for rows in found]
+        slopes = [float(np.polyfit(size, rate, 1)[0]) for rate, size in pairs if float(np.ptp(size)) > 0.0]
+        spans = [abs(one) * float(np.ptp(size)) for one, (_, size) in zip(slopes, pairs, strict=False)]
+        if len(slopes) < len(pairs) or not pairs or float(np.median(spans)) < WORTH_SAYING:
+            continue
+        chance = _chance_of_ranks(pairs)
+        if chance < ORDERED / 2.0:
+            way, rare = "rises" if sum(slopes) > 0.0 else "falls", 1.0 / max(chance, 1.0 / PERMUTED)
+            return (
+                f"stiffness over mass of single trials {way} {words}, by {percent(float(np.median(spans)))} in "
+                f"{count(len(pairs), 'group')} (by chance in at most one campaign of {rare:,.0f}): "
+                "scatter goes with nothing; a law that the equation lacks does, or a rig that changes from trial to "
+                "trial (temperature, a part that works loose)"
+            )
+    return ""
+
+
+def _rates(group: GroupFindings) -> list[tuple[float, float, float]]:
+    """Logarithm of stiffness over mass, logarithm of the release and place among the names, of every trial fitted."""
+    rows = []
+    for place, trial in enumerate(sorted(group.trials, key=lambda one: one.motion.name)):
+        numbers = trial.fits[METHOD].parameters if METHOD in trial.fits else {}
+        moved = [(numbers.get("k_N_per_m"), 1.0), (numbers.get("total_mass_kg"), -1.0)]
+        rate = [sign * math.log(e.value) for e, sign in moved if e is not None and e.outcome == OK and e.value > 0.0]
+        if len(rate) == len([e for e, _ in moved if e is not None]) > 0:
+            rows.append((sum(rate), math.log(trial.motion.amplitude), float(place)))
+    return rows
+
+
+def _chance_of_ranks(pairs: Sequence[tuple[Array, Array]]) -> float:
+    """How often ranks drawn at random agree as much within all groups together, either way."""
+    rng = np.random.default_rng(len(pairs))
+    own, drawn = 0.0, np.zeros(PERMUTED)
+    for rate, size in pairs:
+        order = np.sign(size[:, None] - size[None, :])
+        own += 0.5 * float(np.sum(order * np.sign(rate[:, None] - rate[None, :])))
+        mixed = rng.permuted(np.tile(rate, (PERMUTED, 1)), axis=1)
+        drawn += 0.5 * np.einsum("ij,nij->n", order, np.sign(mixed[:, :, None] - mixed[:, None, :]))
+    return float(np.mean(np.abs(drawn) >= abs(own) - 0.5))
 
 
 def _both(one: GroupFindings, other: GroupFindings, name: str) -> tuple[Estimate, Estimate] | None:

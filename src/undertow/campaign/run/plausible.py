@@ -17,6 +17,7 @@ from undertow.campaign.run.judgement import contradicted_verdict
 from undertow.campaign.run.one_body import lone_trial, not_one_body, strange_trial
 from undertow.campaign.run.tasks import slope_of_cells
 from undertow.comparison.suspects import SUSPECTS
+from undertow.discrepancy.drifts import no_scatter
 from undertow.discrepancy.earned import NEXT
 from undertow.discrepancy.findings import GroupFindings
 from undertow.discrepancy.verdict import Gate
@@ -90,7 +91,7 @@ def with_doubts(
 
     ``accepted`` is trial -> kinds of doubt that are known; a kind that all of a group's trials have is a note alone.
     """
-    out, said, lone = [], [], _in_one_trial(groups, accepted)
+    out, said, lone, ordered = [], [], _in_one_trial(groups, accepted), no_scatter(groups)
     for group, of_one in zip(groups, lone, strict=True):
         known = [set(accepted.get(t.motion.name, ())) for t in group.trials]
         kinds = set.intersection(*known) if known else set()
@@ -104,9 +105,10 @@ def with_doubts(
         said += [f"{group.label}: {text}" for text in mild if text]
         unknown = [text for kind, text in doubts if kind not in kinds]
         wrong = "" if "conditions" in kinds else impossible(group)
+        of_one = of_one or (ordered if group.verdict.status == "nothing_missing" and not unknown else "")
         if of_one and not wrong:
             group, unknown = replace(group, notes=(*group.notes, of_one)), [of_one]
-            said.append(f"{group.label}: {of_one}")
+            said += [] if any(text.endswith(of_one) for text in said) else [f"{group.label}: {of_one}"]
         if wrong:
             group = replace(group, verdict=contradicted_verdict(group, wrong))
         out.append(_not_green(group, unknown[0]) if unknown else group)

@@ -14,6 +14,7 @@ from undertow.comparison.candidate import doubt
 from undertow.comparison.joint import JointFit, fit_joint
 from undertow.comparison.level import Addend, Level, make_level
 from undertow.comparison.limits import FAR_ABOVE_NOISE
+from undertow.comparison.suspect import Addition
 from undertow.comparison.suspects import SUSPECTS
 from undertow.conditioning.period import dominant_period
 from undertow.equation.kernel import SLOT
@@ -159,6 +160,31 @@ def test_friction_may_be_less_in_water_where_nobody_stated_the_volume_but_never_
     values[fit.solution.problem.names.index(name)] = -share * model.base[SLOT["fc"]]
     less = replace(fit, solution=replace(fit.solution, values=values))
     assert ("would feed energy into the motion" in doubt(level, less)) == fed
+
+
+@pytest.mark.parametrize(("errors", "said"), [(-1.5, False), (-2.7, True)])
+def test_what_leaves_the_structure_s_own_damping_below_zero_is_no_answer(errors, said):
+    """A memory of three samples had been named in air beside c = -57 +- 22 N s/m, where c alone was 23 +- 1."""
+    level, fit = with_cubic_damping()
+    values, names = fit.solution.values.copy(), fit.solution.problem.names
+    values[names.index("cubic_damping.Ns3_per_m3")] = 50.0 * fit.solution.stderr("cubic_damping.Ns3_per_m3")
+    structure, place = level.members[0].model.fixed, names.index("c_mean@short")
+    values[place] = errors * fit.solution.stderr("c_mean@short") - structure.c.value
+    feeding = replace(fit, solution=replace(fit.solution, values=values))
+    fed = doubt(level, feeding)
+    assert ("beside it the dry c of short =" in fed and "would feed energy into the motion" in fed) == said
+    assert "beside it" not in doubt(level, feeding, feeding)
+
+
+@pytest.mark.parametrize("dry", [True, False])
+def test_a_mass_taken_off_the_body_in_air_is_no_answer(dry):
+    level = make_level([replace(member("short", SHORT, 5000), own_means=dry)])
+    mass = Addition("mass_kg", "kg", "mass", 1.0, 1.0)
+    fit = fit_joint(level, (Addend("added_mass", (mass,)),), 1.0, {}, 10.0, growing=False, quick=True)
+    values = fit.solution.values.copy()
+    values[fit.solution.problem.names.index("added_mass.mass_kg")] = -20.0 * fit.solution.stderr("added_mass.mass_kg")
+    lighter = replace(fit, solution=replace(fit.solution, values=values))
+    assert ("lighter than it is said to be" in doubt(level, lighter)) == dry
 
 
 def test_what_leaves_the_equation_feeding_energy_into_the_motion_is_no_answer():

@@ -9,11 +9,13 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
+from typing import TypeGuard
 
 import numpy as np
 from scipy.stats import f as f_distribution
 
 from undertow.comparison.clock import SIGNIFICANT, no_clock
+from undertow.comparison.deviations import learned_mean
 from undertow.comparison.joint import WIDER, JointFit
 from undertow.comparison.level import Addend, Level
 from undertow.comparison.score_test import GridPlace
@@ -21,6 +23,10 @@ from undertow.comparison.suspect import Addition, Suspect
 from undertow.equation.kernel import SLOT
 from undertow.methods.decay import load_cell_stiffness
 from undertow.methods.dry import DEFAULT_SCATTER, PUBLISHED
+from undertow.quantities import Estimate
+
+FEEDS = 2.0
+"""Standard errors below zero from which on a coefficient that takes energy would feed it."""
 
 NAMING_PROBABILITY = 0.99
 """Posterior probability from which a name is said."""
@@ -229,8 +235,10 @@ def doubt(level: Level, fit: JointFit, before: JointFit | None = None) -> str:
                     return f"{name} = {value:.4g} +- {error:.2g} {a.unit} could be anything"
                 if a.inner or a is not addend.additions[0]:
                     continue
-                if a.takes and value < -2.0 * error and not _unloaded(level, a, name, value):
+                if a.takes and value < -FEEDS * error and not _unloaded(level, a, name, value):
                     return f"{name} = {value:.4g} {a.unit} would feed energy into the motion"
+                if a.slot == "mass" and a.scope != "trial" and value < -FEEDS * error and level.is_dry:
+                    return f"{name} = {value:.4g} {a.unit} would make the body lighter than it is said to be"
                 error = _error_beside(fit, name, inner)
                 strongest = max(strongest, abs(value) / error if error > 0.0 else 0.0)
             if a.differs:
@@ -296,7 +304,19 @@ def _feeds(level: Level, fit: JointFit, before: JointFit | None) -> str:
             if below(fit, name, limit) and not (before is not None and below(before, name, limit)):
                 said = f"beside it {name} = {fit.value(name):.3g} +- {fit.solution.stderr(name):.2g} {c.unit} would "
                 return said + ("feed energy into the motion" if c.term in dissipating else "lie on its bound")
+        for symbol in ("c", "mu"):
+            here, there = (None if one is None else learned_mean(member, one.solution, symbol) for one in (fit, before))
+            if _negative(here) and not _negative(there):
+                return (
+                    f"beside it the dry {symbol} of {member.label} = {here.value:.3g} +- {here.stderr:.2g} {here.unit} "
+                    "would feed energy into the motion"
+                )
     return ""
+
+
+def _negative(found: Estimate | None) -> TypeGuard[Estimate]:
+    """Whether what takes energy is below zero, by as much as bars a suspect's own coefficient."""
+    return found is not None and found.value < -FEEDS * found.stderr
 
 
 def _as_stiffness(level: Level, fit: JointFit, names: Sequence[str]) -> str:

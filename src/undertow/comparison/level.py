@@ -109,6 +109,11 @@ class Level:
         return not self.shared_water or wanted <= set(names)
 
     @property
+    def is_dry(self) -> bool:
+        """Whether k, c, mu come from these very trials."""
+        return all(m.own_means for m in self.members)
+
+    @property
     def trials(self) -> int:
         """Number of training trials."""
         return sum(len(m.motions) for m in self.members)

@@ -18,6 +18,7 @@ from undertow.campaign.config.specimen_rules import check_level
 from undertow.campaign.run.analysis import GroupTask
 from undertow.campaign.run.portions import group_order
 from undertow.conditioning.motion import Motion
+from undertow.discrepancy.words import percent
 from undertow.equation.term import Term
 from undertow.errors import RecordingError
 from undertow.likelihood.fit import Specimen, Structure
@@ -114,6 +115,11 @@ def weighed(
     mass, error = float(np.mean(masses)), max(mass.total_stderr for mass in found.values())
     said = f"mass {mass:.6g} kg from {sources} and the dry trials' frequency ({each})"
     return config.with_mass(mass, error), (said,)
+
+
+ANOTHER_SPRING, SURELY = 0.01, 4.0
+"""Relative difference between the load cells' stiffness in water and in air, and standard errors, from which on it is
+another: springs and gains differ by less from day to day."""
 
 
 def _known_stiffness(specimen: Specimen, motions: Sequence[Motion]) -> Estimate | None:
@@ -224,8 +230,24 @@ def group_task(
         held, tuple(config.identify), _options(structure, specimen), config.seed,
         tuple(m.name for m in motions if m.name not in names),
         dry_trials=max((len(dry.fits) for dry in structures.values()), default=0),
-        uneven=found.uneven if found else "",
+        uneven=(found.uneven or ("" if dry else _another_spring(found, slopes))) if found else "",
     )  # fmt: skip
+
+
+def _another_spring(found: Dry, slopes: Mapping[str, Estimate]) -> str:
+    """That the load cells surely show another stiffness in a water than in air, beside the motion's own, in words: they
+    feel more than the spring, or it is another, and kilograms go with it."""
+    k, scatter = found.structure.k.value, math.hypot(found.structure.scatter["k"], found.ratio.stderr)
+    if not slopes or not math.isfinite(found.ratio.value) or not math.isfinite(scatter):
+        return ""
+    off = float(np.mean([slope.value for slope in slopes.values()])) / (found.ratio.value * k) - 1.0
+    if not abs(off) > max(ANOTHER_SPRING, SURELY * scatter * math.sqrt(1.0 / len(slopes) + 1.0 / len(found.fits))):
+        return ""
+    return (
+        f"its load cells show a spring {percent(abs(off))} {'stiffer' if off > 0.0 else 'softer'} than in air, where "
+        f"they show {percent(abs(found.ratio.value - 1.0))} {'more' if found.ratio.value > 1.0 else 'less'} than the "
+        "motion: they feel more than the spring (what hangs on them, crosstalk), or it is another spring"
+    )
 
 
 def _scatter(

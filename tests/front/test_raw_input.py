@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import inspect
+import pickle
 from pathlib import Path
 
 import numpy as np
@@ -273,3 +275,9 @@ def test_a_density_in_grams_per_cubic_centimetre_is_refused(trials, density):
     said = rf"density_kg_per_m3 is {density:g} kg/m\^3, no liquid's .*; 1 g/cm\^3 is 1000"
     with pytest.raises(ConfigError, match=said):
         undertow.fit(trials, TERMS, water_density_kg_per_m3=density)
+
+
+def test_a_discover_can_be_listed_and_inspected_before_and_after_fit(discovered):
+    for one in (quick(), discovered, pickle.loads(pickle.dumps(discovered))):  # noqa: S301 - our own bytes
+        assert "predict" in dir(one)
+        assert "predict" in dict(inspect.getmembers(one))

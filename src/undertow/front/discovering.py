@@ -148,9 +148,8 @@ class Discover(FoundEquation, Estimator):
     def parameters(self) -> pd.DataFrame:
         """One row a number: value over the mass (of a driven body itself), stderr, low and high of its 90 % interval,
         unit, note."""
-        return parameter_table(self._driven.numbers if hasattr(self, "driven_") else self.estimates_)
+        return parameter_table(self._driven().numbers if hasattr(self, "driven_") else self.estimates_)
 
-    @property
     def _driven(self) -> Driven:
         """The driven equation with what was added; IdentificationError where no body was driven."""
         if not hasattr(self, "driven_"):
@@ -159,7 +158,7 @@ class Discover(FoundEquation, Estimator):
 
     def equations(self) -> list[str]:
         """The equation over the mass in one line, each number with the digits that its error allows."""
-        return self._driven.equations() if hasattr(self, "driven_") else Estimator.equations(self)
+        return self._driven().equations() if hasattr(self, "driven_") else Estimator.equations(self)
 
     def simulate(
         self, x0: ArrayLike, t: ArrayLike | None = None, u: ArrayLike | None = None, *, v0: float | None = None,
@@ -168,7 +167,7 @@ class Discover(FoundEquation, Estimator):
         """The motion from ``x0`` (m, rad), or from the state [x0, v0], at the instants ``t``; see `undertow.simulate`.
         Of a driven body its displacement (n,) under the input ``u``; see `Driven.simulate`."""
         if u is not None:
-            return self._driven.simulate(x0, cast(ArrayLike, t), u, v0=v0)
+            return self._driven().simulate(x0, cast(ArrayLike, t), u, v0=v0)
         return super().simulate(x0, t, v0=v0, duration_s=duration_s, rate_hz=rate_hz)
 
     def get_feature_names_out(self, input_features: object = None) -> NDArray[np.object_]:
@@ -192,7 +191,7 @@ class Discover(FoundEquation, Estimator):
         ``trials`` as ``fit`` takes them. With ``u`` the driven body's free run over one record x, begun from its first
         50 samples."""
         if u is not None:
-            return [self._driven.predict(trials, t=cast(ArrayLike, t), u=u, units=units).values]  # noqa: PD011
+            return [self._driven().predict(trials, t=cast(ArrayLike, t), u=u, units=units).values]  # noqa: PD011
         self._fitted()
         return super().predict(read(trials, columns, units, t=t))
 
@@ -207,12 +206,12 @@ class Discover(FoundEquation, Estimator):
         """1 less the mean free-run error of ``trials``, best trials that ``fit`` has not seen; given as ``fit`` takes
         them, its own where none are given. With ``u`` that of one driven record."""
         if u is not None:
-            return self._driven.score(trials, t=cast(ArrayLike, t), u=u, units=units)
+            return self._driven().score(trials, t=cast(ArrayLike, t), u=u, units=units)
         self._fitted()
         return super().score(trials, t=t, columns=columns, units=units)
 
     def _own_score(self) -> float:
-        return mean_score(self.free_runs(self._own_trials))
+        return mean_score(self.free_runs(self._own_trials()))
 
     def fit_report(self, trials: Any = ()) -> str:
         """Everything found as text: doubts first; free-run errors of ``trials`` where some are given."""
@@ -268,9 +267,8 @@ class Discover(FoundEquation, Estimator):
         return draw_intervals(rows, new_axes() if axes is None else axes)
 
     def _one(self, trial: int | str) -> Motion:
-        return self._own_trials[trial]
+        return self._own_trials()[trial]
 
-    @property
     def _own_trials(self) -> Trials:
         """The trials it was fitted to; IdentificationError where it was read from a file, without them."""
         self._fitted()
@@ -290,6 +288,6 @@ class Discover(FoundEquation, Estimator):
 
     def __str__(self) -> str:
         if hasattr(self, "driven_"):
-            first, *rest = str(self._driven).split("\n")
+            first, *rest = str(self._driven()).split("\n")
             return "\n".join([sentence_of("x", self.driven_trials_, self.driven_), f"  {first}", *rest])
         return self.fit_report() if self.__sklearn_is_fitted__() else repr(self)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import copy
 import inspect
 import pickle
 from pathlib import Path
@@ -281,3 +282,10 @@ def test_a_discover_can_be_listed_and_inspected_before_and_after_fit(discovered)
     for one in (quick(), discovered, pickle.loads(pickle.dumps(discovered))):  # noqa: S301 - our own bytes
         assert "predict" in dir(one)
         assert "predict" in dict(inspect.getmembers(one))
+
+
+@pytest.mark.parametrize("copied", [copy.copy, copy.deepcopy])
+def test_a_copy_of_a_discover_keeps_its_trials(discovered, copied):
+    again = copied(discovered)
+    assert again.score() == discovered.score()
+    assert again.trials_.names == discovered.trials_.names

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import html
 from collections.abc import Mapping, Sequence
+from copy import deepcopy
 from typing import Any, cast
 
 import numpy as np
@@ -278,6 +279,17 @@ class Discover(FoundEquation, Estimator):
                 "prediction(trials).plot(), ask score(trials)"
             )
         return self.trials_
+
+    def __copy__(self) -> Discover:
+        """A copy with its trials, which a pickle leaves out."""
+        copied = type(self)()
+        copied.__dict__.update(self.__dict__)
+        return copied
+
+    def __deepcopy__(self, memo: dict[int, Any]) -> Discover:
+        copied = memo[id(self)] = type(self)()
+        copied.__dict__.update(deepcopy(self.__dict__, memo))
+        return copied
 
     def __getstate__(self) -> Any:
         """What a pickle holds: settings and what was found, not the recordings."""

@@ -289,3 +289,19 @@ def test_a_copy_of_a_discover_keeps_its_trials(discovered, copied):
     again = copied(discovered)
     assert again.score() == discovered.score()
     assert again.trials_.names == discovered.trials_.names
+
+
+def test_a_trial_that_cannot_be_used_is_reported_and_results_never_shift(discovered, fitted):
+    still = np.full(TIMES.size, 0.1)
+    several = [still, decay(), decay(0.06, 1)]
+    found = quick().fit(several, t=0.01, units={"x": "m"})
+    assert found.n_trials_in_ == 2
+    (reason,) = (one.reason for one in found.failed_)
+    assert str(found).endswith(f"not used: {reason}")
+    assert "<p>not used: " in found._repr_html_()
+    named = dict(zip(("still", "a", "b"), several, strict=True))
+    tables = {name: pd.DataFrame({"t": TIMES, "x_m": x}) for name, x in named.items()}
+    for ask in (discovered.predict, discovered.score, fitted.score, fitted.free_runs):
+        with pytest.raises(RecordingError, match=r"^1 of 3 trials cannot be used: trial still.*; leave it out"):
+            ask(tables)
+        ask(undertow.read(tables))

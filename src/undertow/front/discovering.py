@@ -27,7 +27,7 @@ from undertow.front.columns import Columns, Units
 from undertow.front.curves import curve_of, noise_of_curve
 from undertow.front.diagnosing import diagnose
 from undertow.front.driving import Driven
-from undertow.front.found_equation import FoundEquation, mean_score
+from undertow.front.found_equation import FoundEquation, every_trial, mean_score
 from undertow.front.prediction import Prediction, predict, scatter_of
 from undertow.front.reading import read
 from undertow.front.tables import parameter_table
@@ -76,9 +76,10 @@ class Discover(FoundEquation, Estimator):
     Attributes
     ----------
     equation_, terms_, coefficients_, estimates_, inclusion_, rivals_, structure_, n_trials_in_ as the estimator's;
-    ``trials_`` the `Trials` it was fitted to; ``adequate_`` whether nothing that matters is missing (None where these
-    trials cannot tell), ``outside_`` with the sentence. Of a driven body (``fit`` with ``u``) ``driven_`` (what
-    was added, both equations, errors on unseen samples), ``parameters``, `equations`, and `predict` and `score` with u.
+    ``trials_`` the `Trials` it was fitted to, ``failed_`` those that could not be used; ``adequate_`` whether nothing
+    that matters is missing (None where these trials cannot tell), ``outside_`` with the sentence. Of a driven body
+    (``fit`` with ``u``) ``driven_`` (what was added, both equations, errors on unseen samples), ``parameters``,
+    `equations`, and `predict` and `score` with u.
 
     ``fit`` raises as `undertow.read`, and IdentificationError where a name is unknown, a term cannot be simulated or no
     subset of the library moves as the body.
@@ -122,6 +123,7 @@ class Discover(FoundEquation, Estimator):
             super().fit(trials, t=t, u=u, hold=hold, units=units)
             return self
         self.trials_: Trials = read(trials, columns, units, t=t)
+        self.failed_ = self.trials_.failed
         super().fit(self.trials_)
         return self
 
@@ -182,7 +184,7 @@ class Discover(FoundEquation, Estimator):
     def free_runs(self, trials: Any) -> tuple[FreeRun, ...]:
         """Each trial's free run with x0, clock and rest position fitted to it."""
         self._fitted()
-        return Estimator.free_runs(self, read(trials))
+        return Estimator.free_runs(self, every_trial(trials))
 
     def predict(
         self, trials: Any, *, t: ArrayLike | Sequence[ArrayLike] | None = None, columns: Columns | None = None,
@@ -194,7 +196,7 @@ class Discover(FoundEquation, Estimator):
         if u is not None:
             return [self._driven().predict(trials, t=cast(ArrayLike, t), u=u, units=units).values]  # noqa: PD011
         self._fitted()
-        return super().predict(read(trials, columns, units, t=t))
+        return super().predict(every_trial(trials, columns, units, t=t))
 
     def prediction(self, trials: Any = None, **settings: Any) -> Prediction:
         """The equation run free with a 90 % band; see `undertow.predict`."""
@@ -215,8 +217,10 @@ class Discover(FoundEquation, Estimator):
         return mean_score(self.free_runs(self._own_trials()))
 
     def fit_report(self, trials: Any = ()) -> str:
-        """Everything found as text: doubts first; free-run errors of ``trials`` where some are given."""
-        return super().fit_report(read(trials) if len(trials) else ())
+        """Everything found as text: doubts first; free-run errors of ``trials`` where some are given; trials that were
+        not used last."""
+        report = super().fit_report(read(trials) if len(trials) else ())
+        return "\n".join([report, *(f"not used: {one.reason}" for one in self.failed_)])
 
     def theta_draws(self, draws: int, rng: np.random.Generator) -> tuple[Array, Mapping[str, float], str]:
         """Parameter vectors (draws, slots) as the numbers' errors spread them, each number for itself."""
@@ -296,7 +300,10 @@ class Discover(FoundEquation, Estimator):
         return {name: value for name, value in super().__getstate__().items() if name != "trials_"}
 
     def _html_repr(self) -> str:
-        return f"<pre>{html.escape(str(self))}</pre>" if hasattr(self, "driven_") else super()._html_repr()
+        if hasattr(self, "driven_"):
+            return f"<pre>{html.escape(str(self))}</pre>"
+        failed = self.failed_ if hasattr(self, "structure_") else ()
+        return "".join([super()._html_repr(), *(f"<p>not used: {html.escape(one.reason)}</p>" for one in failed)])
 
     def __str__(self) -> str:
         if hasattr(self, "driven_"):

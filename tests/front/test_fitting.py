@@ -291,6 +291,11 @@ def test_a_law_of_your_own_is_simulated_and_run_free():
     assert len(run.plot().lines) == 1
 
 
+def test_a_search_for_what_is_missing_refuses_a_law_of_your_own(trials):
+    with pytest.raises(IdentificationError, match=r"equation has own_spring, a law of your own without slots, .*score"):
+        undertow.diagnose(trials, [Own(), "viscous_damping"], mass_kg=MASS_KG)
+
+
 def test_fit_takes_arrays_with_their_times_and_units(found):
     X, times = [1000.0 * r.channels["displacement"] for r in found.trials.recordings], found.trials.recordings[0].time
     again = undertow.fit(X, TERMS, t=times, units={"x": "mm"}, mass_kg=MASS_KG)

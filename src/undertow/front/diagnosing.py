@@ -20,6 +20,7 @@ from undertow.discrepancy.findings import FailedTrial, Findings
 from undertow.equation.equation import Equation
 from undertow.equation.registry import names as registered
 from undertow.equation.term import Term
+from undertow.errors import IdentificationError
 from undertow.front.columns import Columns, Units
 from undertow.front.diagnosed import DiagnosedGroup
 from undertow.front.known import Rig, terms_of, with_settings
@@ -121,8 +122,8 @@ def diagnose(
     ----------
     trials : `Trials`, or all that `undertow.read` takes, arrays with ``t`` and ``units``. `undertow.load` brings a
         config's settings along, which the arguments replace.
-    equation : names of the prescribed equation's terms, terms of your own among them; the trials' config's, which is
-        Eq. 15, where nothing is said.
+    equation : names of the prescribed equation's terms, or terms; the trials' config's, which is Eq. 15, where nothing
+        is said. A law of your own needs `slots`: the search is done by the compiled integrator.
     t, columns, units : of ``trials``, as of `undertow.read`.
     group_by : conditions that a group shares; none: all trials are one group.
     dry : conditions of the trials without water, as ``{"water_depth_m": 1.63}``.
@@ -134,7 +135,8 @@ def diagnose(
     jobs : processes (0: one a core).
     rig : what is known of it (`Rig`), as ``mass_kg=2637.4``; a number, or a table by a condition.
 
-    Raises ConfigError where the settings are wrong, UndertowError where no group can be identified.
+    Raises ConfigError where the settings are wrong, IdentificationError for a law without slots, UndertowError where no
+    group can be identified.
 
     >>> import undertow
     >>> law = {"stiffness": 400.0, "viscous_damping": 1.0, "cubic_stiffness": 4000.0}
@@ -147,6 +149,12 @@ def diagnose(
     """
     given = read(trials, columns, units, t=t)
     terms = terms_of(equation) if equation is not None else terms_of(given.config.equation.terms)
+    unplaced = [term.name for term in terms if not term.slots]
+    if unplaced:
+        raise IdentificationError(
+            f"equation has {', '.join(unplaced)}, a law of your own without slots, and what is missing beside it is "
+            "searched for by the compiled integrator; compare undertow.fit(...).score(unseen) with it and without"
+        )
     known = [term.name for term in terms if term.name in registered()]
     config = with_settings(
         given.config,

@@ -261,7 +261,29 @@ def test_a_prediction_without_what_it_needs_is_refused(found, trials):
         undertow.predict(found.equation, trials, adjust=True)
 
 
+@pytest.mark.parametrize("times", [[0.0, -0.1], [0.2, 0.1], [0.0, 0.1, 0.1], [], [[0.0], [0.1]], 0.01])
+def test_times_that_are_no_rising_list_are_refused_by_prediction_and_simulation_alike(found, times):
+    with pytest.raises(UndertowError, match=r"increasing and not negative|shape .*; give instants"):
+        undertow.predict(found, x0=0.1, times=times)
+    with pytest.raises(UndertowError, match=r"increasing and not negative|shape .*; give instants"):
+        found.simulate([0.05, 0.0], times)
+
+
+@pytest.mark.parametrize("draws", [0, 1, -3, 2.5])
+def test_a_band_of_too_few_draws_is_refused(found, draws):
+    with pytest.raises(UndertowError, match=rf"draws is {draws}; a band is made of 2 equations at least, as 200"):
+        undertow.predict(found, x0=0.1, times=[0.0, 0.1], draws=draws)
+
+
 # ---------------------------------------------------------------- simulate
+def test_a_body_that_nothing_moves_stays_at_rest():
+    law = {**LAW, "hidden_resonator": {"mass_kg": 1.0, "natural_frequency_rad_per_s": 9.0, "damping_ratio": 0.01}}
+    for equation in (LAW, law, Equation((Own(),), (400.0,), mass_kg=MASS_KG)):
+        run = undertow.simulate(equation, x0=0.0, duration_s=1.0, rate_hz=50.0)
+        assert not np.any([run.x, run.v, run.a])
+    assert "  from x0 = 0 (SI), 0.98 s" in str(undertow.predict(LAW, x0=0.0, times=run.t))
+
+
 def test_what_cannot_be_simulated_is_refused():
     with pytest.raises(UndertowError, match=r"times has 2 instants and duration_s is 1.0"):
         undertow.simulate(LAW, x0=0.1, times=[0.0, 1.0], duration_s=1.0)

@@ -191,7 +191,7 @@ class Discovery(BaseEstimator):  # type: ignore[misc]
             if not isinstance(term, Term):
                 raise IdentificationError(
                     f"terms holds {term!r}, of type {type(term).__name__}; give names of laws, as in ['stiffness', "
-                    "'cubic_stiffness'], or objects of a class of your own that is a Term (docs/python_front.md)"
+                    "'cubic_stiffness'], or Term objects of such laws"
                 )
         for at, term in enumerate(library):
             if term in library[:at]:

@@ -57,8 +57,8 @@ class Discover(FoundEquation, Estimator):
 
     Parameters
     ----------
-    terms : names from the registry or Term objects; None takes ten algebraic ones: x, v, sgn v, v|v|, x^2, x^3, x|x|,
-        v^3, xv, x^2 v.
+    terms : names of the registry's forces of x and v (`undertow terms`), or their Term objects; None takes ten: x, v,
+        sgn v, v|v|, x^2, x^3, x|x|, v^3, xv, x^2 v. A law of your own, or with memory, is refused: `fit` takes it.
     known : names of terms that are certainly there.
     together : groups of names that enter all or none.
     exclusive : groups of names of which at most one enters.

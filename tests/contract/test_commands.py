@@ -18,6 +18,10 @@ from tests.small_campaign import make_campaign, recorded, write_table
 from undertow import __version__
 from undertow.campaign.config import load
 from undertow.campaign.fetch import records as fetch
+from undertow.comparison.driven_suspects import SUSPECTS_IN_TIME
+from undertow.comparison.suspects import all_suspects
+from undertow.discrepancy.judge import NOT_TESTABLE
+from undertow.discrepancy.naming import FOUND_ELSEWHERE
 from undertow.equation import registry
 from undertow.errors import ConfigError, UndertowError
 from undertow.recording.catalogue import read_trial
@@ -235,6 +239,15 @@ def test_terms_shows_one_and_names_the_nearest(capsys: Capture) -> None:
     said = undertow(capsys, "terms", "added_mas")
     assert said.code == 2
     assert "equation term 'added_mas' is not in the registry; did you mean 'added_mass'?" in said.err
+
+
+def test_terms_answers_for_every_name_that_a_verdict_can_say(capsys: Capture) -> None:
+    said = {suspect.name for suspect in all_suspects()} | {*SUSPECTS_IN_TIME, *FOUND_ELSEWHERE, *NOT_TESTABLE}
+    assert {"presliding", "sensor_drift", "bouc_wen", "support_compliance"} < said
+    for name in said:
+        answer = undertow(capsys, "terms", name)
+        assert (answer.code, answer.out.splitlines()[0]) == (0, name)
+    assert "shown by   the body weighed before and after" in undertow(capsys, "terms", "mass_change").out
 
 
 # ---------------------------------------------------------------- inspect

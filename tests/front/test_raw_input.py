@@ -291,6 +291,22 @@ def test_a_copy_of_a_discover_keeps_its_trials(discovered, copied):
     assert again.trials_.names == discovered.trials_.names
 
 
+def test_what_fits_takes_all_that_read_does(trials):
+    table = pd.DataFrame({"x_mm": 1000.0 * decay()})
+    known = {"rate_hz": 100.0, "names": ["one"], "window": (0.0, 4.0), "accept": ["damping"]}
+    read = undertow.read(table, **known)
+    fitted = undertow.fit(table, TERMS, mass_kg=4.0, **known)
+    assert fitted.trials.names == ("one",)
+    assert fitted.estimates == undertow.fit(read, TERMS, mass_kg=4.0).estimates
+    assert quick().fit(table, **known).trials_[0].window == read[0].window
+    said = undertow.diagnose(table, TERMS, mass_kg=4.0, suspects=["cubic_stiffness"], **known)
+    assert said[0].trials.names == ("one",)
+    with pytest.raises(RecordingError, match=r"^names, accept is given, but these trials are read; give it to"):
+        undertow.fit(trials, TERMS, names=["one"], accept=["damping"])
+    with pytest.raises(RecordingError, match=r"rate_hz is 100.0, but with u x is an array"):
+        quick().fit(decay(), t=0.01, u=decay(), rate_hz=100.0)
+
+
 def test_a_trial_that_cannot_be_used_is_reported_and_results_never_shift(discovered, fitted):
     still = np.full(TIMES.size, 0.1)
     several = [still, decay(), decay(0.06, 1)]

@@ -23,7 +23,7 @@ from undertow.equation.term import Term
 from undertow.errors import IdentificationError
 from undertow.front.columns import Columns, Units
 from undertow.front.diagnosed import DiagnosedGroup
-from undertow.front.known import Rig, terms_of, with_settings
+from undertow.front.known import RigAndReading, parted, terms_of, with_settings
 from undertow.front.reading import Source, read
 from undertow.front.trials import Trials
 from undertow.recording.recording import Condition
@@ -114,7 +114,7 @@ def diagnose(
     budget: float | None = None,
     seed: int | None = None,
     jobs: int = 1,
-    **rig: Unpack[Rig],
+    **more: Unpack[RigAndReading],
 ) -> Diagnosis:
     """What an equation leaves out of these trials, and how sure: the search that `undertow run` does.
 
@@ -133,7 +133,8 @@ def diagnose(
     budget : how much a search may do, in multiples of the default.
     seed : of the replicas, repetitions and everything else that is drawn; the config's where nothing is said.
     jobs : processes (0: one a core).
-    rig : what is known of it (`Rig`), as ``mass_kg=2637.4``; a number, or a table by a condition.
+    more : what is known of the rig (`Rig`), as ``mass_kg=2637.4``, a number or a table by a condition; and what else
+        `undertow.read` takes, as ``rate_hz=100.0``.
 
     Raises ConfigError where the settings are wrong, IdentificationError for a law without slots, UndertowError where no
     group can be identified.
@@ -147,7 +148,8 @@ def diagnose(
     >>> found[0].status, found[0].names
     ('explained', ('cubic_stiffness',))
     """
-    given = read(trials, columns, units, t=t)
+    reading, rig = parted(more)
+    given = read(trials, columns, units, t=t, **reading)
     terms = terms_of(equation) if equation is not None else terms_of(given.config.equation.terms)
     unplaced = [term.name for term in terms if not term.slots]
     if unplaced:

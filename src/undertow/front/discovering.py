@@ -9,7 +9,7 @@ from __future__ import annotations
 import html
 from collections.abc import Mapping, Sequence
 from copy import deepcopy
-from typing import Any, cast
+from typing import Any, Unpack, cast
 
 import numpy as np
 import pandas as pd
@@ -28,6 +28,7 @@ from undertow.front.curves import curve_of, noise_of_curve
 from undertow.front.diagnosing import diagnose
 from undertow.front.driving import Driven
 from undertow.front.found_equation import FoundEquation, every_trial, mean_score
+from undertow.front.known import Reading
 from undertow.front.prediction import Prediction, predict, scatter_of
 from undertow.front.reading import read
 from undertow.front.tables import parameter_table
@@ -104,8 +105,10 @@ class Discover(FoundEquation, Estimator):
         hold: Hold = "first",
         columns: Columns | None = None,
         units: Units | None = None,
+        **reading: Unpack[Reading],
     ) -> Discover:
-        """Find the equation of ``trials``: anything that `undertow.read` takes, or X with ``t`` and ``units``.
+        """Find the equation of ``trials``: anything that `undertow.read` takes, or X with ``t`` and ``units``; and what
+        else it takes, as ``rate_hz=100.0``.
 
         ``y`` is there for scikit-learn alone. Raises as `undertow.read`, and IdentificationError where no subset of the
         library moves as the body.
@@ -118,11 +121,12 @@ class Discover(FoundEquation, Estimator):
         """
         self.__dict__.pop("trials_", None)
         if u is not None:
-            if columns is not None:
-                raise RecordingError(f"columns is {columns!r}, but with u x is an array; give x, t and u as arrays")
+            for name, value in {"columns": columns, **reading}.items():
+                if value is not None:
+                    raise RecordingError(f"{name} is {value!r}, but with u x is an array; give x, t and u as arrays")
             super().fit(trials, t=t, u=u, hold=hold, units=units)
             return self
-        self.trials_: Trials = read(trials, columns, units, t=t)
+        self.trials_: Trials = read(trials, columns, units, t=t, **reading)
         self.failed_ = self.trials_.failed
         super().fit(self.trials_)
         return self

@@ -17,6 +17,8 @@ from undertow.equation.equation import Equation
 from undertow.equation.registry import find
 from undertow.equation.term import Term
 from undertow.errors import ConfigError, UndertowError
+from undertow.recording.doubt_kinds import DoubtKind
+from undertow.recording.recording import Coordinate
 
 Known = float | Mapping[str, str | float]
 """A number, or a table by a condition as configs have them: {"by": "water_depth_m", "2.36": 0.97}."""
@@ -36,6 +38,33 @@ class Rig(TypedDict, total=False):
     submerged_volume_m3: Known
     water_density_kg_per_m3: float
     gravity_m_per_s2: float
+
+
+class Reading(TypedDict, total=False):
+    """What `undertow.read` takes beside columns, units and t; it says there what each is."""
+
+    conditions: Any
+    rate_hz: float | None
+    coordinate: Coordinate | None
+    window: Any
+    releases: Any
+    names: Sequence[str] | None
+    accept: Sequence[DoubtKind]
+    variable: str | None
+
+
+class RigAndReading(Rig, Reading):
+    """What is known of a rig, and how its recordings are read."""
+
+
+def parted(given: Mapping[str, Any]) -> tuple[dict[str, Any], dict[str, Any]]:
+    """What belongs to `Reading`, and the rest, which is the rig's.
+
+    >>> parted({"mass_kg": 4.0, "rate_hz": 100.0})
+    ({'rate_hz': 100.0}, {'mass_kg': 4.0})
+    """
+    reading = {key: value for key, value in given.items() if key in Reading.__annotations__}
+    return reading, {key: value for key, value in given.items() if key not in reading}
 
 
 def terms_of(equation: Sequence[str | Term] | Equation) -> tuple[Term, ...]:

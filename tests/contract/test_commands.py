@@ -297,7 +297,13 @@ def test_compare_puts_runs_of_one_name_side_by_side(capsys: Capture, tmp_path: P
     assert "c_Ns_per_m" not in said.out + page
     assert "&lt;b&gt;" in page
     assert "<b>" not in page
-    said = undertow(capsys, "compare", tmp_path / "a/run", "--out", tmp_path / "no" / "both.html")
+    assert said.out.endswith("errors or more in 1, parameters that one run alone has in 1\n")
+    known = ["--out", tmp_path / "c" / "run", "--jobs", 1, "--set", "specimen.mass_kg=null"]
+    assert undertow(capsys, "run", campaign.config, *known, *words[-2:]).code == 0
+    known = undertow(capsys, "compare", tmp_path / "c/run", tmp_path / "b/run")
+    assert "not comparable" not in known.out
+    assert "standard errors or more in 0" in known.out
+    said = undertow(capsys, "compare", tmp_path / "a/run", tmp_path / "b/run", "--out", tmp_path / "no" / "both.html")
     assert said.code == 1
     assert re.search(r"undertow: .*both\.html.*: No such file or directory; check path, rights, space", said.err)
 

@@ -171,6 +171,8 @@ def test_a_mass_beside_added_mass_is_not_enough_and_the_result_says_so(trials):
 def test_an_equation_that_is_none_is_refused(trials):
     with pytest.raises(ConfigError, match="equation is the single 'stiffness'; give a list of names"):
         undertow.fit(trials, "stiffness")
+    with pytest.raises(ConfigError, match="equation is the single <built-in function abs>; give a list of names"):
+        undertow.fit(trials, abs)
     with pytest.raises(ConfigError, match="equation has 0 terms; name some"):
         undertow.fit(trials, [])
     with pytest.raises(ConfigError, match=r"specimen.mass_kg.*is -1"):
@@ -179,7 +181,7 @@ def test_an_equation_that_is_none_is_refused(trials):
 
 def test_trials_of_two_waters_with_two_areas_are_refused():
     two = [recorded(0.05, 0, conditions={"depth": 1.0}), recorded(0.1, 1, conditions={"depth": 2.0})]
-    with pytest.raises(UndertowError, match="what is known of the rig differs between the 2 trials"):
+    with pytest.raises(UndertowError, match=r"the rig differs between the 2 trials \(area_m2 0.1 and 0.2\); fit"):
         undertow.fit(two, TERMS, mass_kg=MASS_KG, area_m2={"by": "depth", "1.0": 0.1, "2.0": 0.2})
 
 
@@ -302,6 +304,38 @@ class Own(Stiffness):
     slots = {}  # noqa: RUF012
 
 
+class Unreadable:
+    """An object whose own text cannot be made."""
+
+    def __repr__(self) -> str:
+        raise AttributeError("no text")
+
+
+@pytest.mark.parametrize(
+    ("force", "said"),
+    [
+        (lambda x: 1.0, r"own_spring: its force has the shape \(\) for 5 samples of x, v, a and t; give one number"),
+        (lambda x: x[:3], r"own_spring: its force has the shape \(3,\) for 5 samples"),
+        (lambda x: x if abs(x) < 1.0 else -x, r"own_spring: its force cannot be calculated from .*ambiguous.*np.where"),
+        (lambda x: 1 / 0, r"own_spring: its force cannot be calculated from arrays of 5 samples \(division by zero\)"),
+    ],
+)
+def test_a_law_of_your_own_that_gives_no_number_a_sample_is_refused(trials, monkeypatch, force, said):
+    monkeypatch.setattr(Own, "force", lambda self, x, v, a, t: force(x))
+    with pytest.raises(IdentificationError, match=said):
+        undertow.fit(trials, [Own(), "viscous_damping"], mass_kg=MASS_KG)
+
+
+def test_a_law_of_your_own_that_is_called_like_another_is_refused(trials, monkeypatch):
+    with pytest.raises(ConfigError, match=r"equation names 'own_spring' twice; .* or rename"):
+        undertow.fit(trials, [Own(), Own()])
+    monkeypatch.setattr(Own, "name", "stiffness")
+    with pytest.raises(ConfigError, match="equation names 'stiffness' twice"):
+        undertow.fit(trials, ["stiffness", Own()])
+    with pytest.raises(IdentificationError, match=r"terms names 'stiffness' twice; .* rename your own"):
+        undertow.Discover(terms=["stiffness", Own()]).fit(trials)
+
+
 def test_a_law_of_your_own_is_simulated_and_run_free():
     law = Equation((Own(),), (400.0,), mass_kg=MASS_KG)
     with pytest.raises(UndertowError, match="an equation with a law of your own needs both, or times"):
@@ -337,5 +371,9 @@ def test_arguments_of_another_kind_are_refused_with_a_sentence(trials):
         undertow.simulate(LAW, [0.1, 0.0])
     with pytest.raises(IdentificationError, match=r"terms holds .*, of type object; give names of laws"):
         undertow.Discover(terms=object()).fit(trials)
+    with pytest.raises(IdentificationError, match=r"terms holds <Unreadable instance .*>, of type Unreadable; give"):
+        undertow.Discover(terms=["stiffness", Unreadable()]).fit(trials)
+    with pytest.raises(UndertowError, match=r"this Discover has seen 0 trials; call fit\(trials\) first"):
+        undertow.predict(undertow.Discover(), x0=0.1, times=[0.0, 0.1])
     with pytest.raises(IdentificationError, match=r"terms holds 3.0, of type float; give names of laws"):
         undertow.Discover(terms=["stiffness", 3.0]).fit(trials)

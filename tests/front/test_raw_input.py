@@ -291,6 +291,14 @@ def test_a_copy_of_a_discover_keeps_its_trials(discovered, copied):
     assert again.trials_.names == discovered.trials_.names
 
 
+def test_truth_values_are_no_recording():
+    with pytest.raises(RecordingError, match="X holds truth values, and no numbers; give what the sensor said"):
+        undertow.read(decay() > 0.0, t=0.01, units={"x": "m"})
+    table, columns = pd.DataFrame({"t": TIMES, "x": decay() > 0.0}), {"time": "t", "displacement": "x"}
+    with pytest.raises(RecordingError, match="column 'x' holds truth values, and no numbers"):
+        undertow.read(table, columns, {"x": "m", "t": "s"})
+
+
 def test_what_fits_takes_all_that_read_does(trials):
     table = pd.DataFrame({"x_mm": 1000.0 * decay()})
     known = {"rate_hz": 100.0, "names": ["one"], "window": (0.0, 4.0), "accept": ["damping"]}

@@ -23,7 +23,7 @@ from undertow.equation.term import Term
 from undertow.errors import IdentificationError
 from undertow.front.columns import Columns, Units
 from undertow.front.diagnosed import DiagnosedGroup
-from undertow.front.known import RigAndReading, parted, terms_of, with_settings
+from undertow.front.known import RigAndRead, parted, terms_of, with_settings
 from undertow.front.reading import Source, read
 from undertow.front.trials import Trials
 from undertow.recording.recording import Condition
@@ -114,7 +114,7 @@ def diagnose(
     budget: float | None = None,
     seed: int | None = None,
     jobs: int = 1,
-    **more: Unpack[RigAndReading],
+    **more: Unpack[RigAndRead],
 ) -> Diagnosis:
     """What an equation leaves out of these trials, and how sure: the search that `undertow run` does.
 

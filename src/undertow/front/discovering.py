@@ -28,7 +28,7 @@ from undertow.front.curves import curve_of, noise_of_curve
 from undertow.front.diagnosing import diagnose
 from undertow.front.driving import Driven
 from undertow.front.found_equation import FoundEquation, every_trial, mean_score
-from undertow.front.known import Reading
+from undertow.front.known import ReadSettings
 from undertow.front.prediction import Prediction, predict, scatter_of
 from undertow.front.reading import read
 from undertow.front.tables import parameter_table
@@ -105,7 +105,7 @@ class Discover(FoundEquation, Estimator):
         hold: Hold = "first",
         columns: Columns | None = None,
         units: Units | None = None,
-        **reading: Unpack[Reading],
+        **reading: Unpack[ReadSettings],
     ) -> Discover:
         """Find the equation of ``trials``: anything that `undertow.read` takes, or X with ``t`` and ``units``; and what
         else it takes, as ``rate_hz=100.0``.

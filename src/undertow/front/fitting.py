@@ -21,7 +21,7 @@ from undertow.equation.term import Term
 from undertow.errors import FAILURES, IdentificationError
 from undertow.front.columns import Columns, Units
 from undertow.front.fitted import Fitted
-from undertow.front.known import RigAndReading, group_specimen, parted, terms_of, with_settings
+from undertow.front.known import RigAndRead, group_specimen, parted, terms_of, with_settings
 from undertow.front.reading import Source, agreeing, read
 from undertow.front.trials import Trials
 from undertow.likelihood.fit import Specimen, Structure
@@ -38,7 +38,7 @@ from undertow.uncertainty.intervals import mean_of_trials
 def fit(
     trials: Source, equation: Sequence[str | Term] | Equation = EQUATION_15, *, dry: Source | None = None,
     t: ArrayLike | Sequence[ArrayLike] | None = None, columns: Columns | None = None, units: Units | None = None,
-    **more: Unpack[RigAndReading],
+    **more: Unpack[RigAndRead],
 ) -> Fitted:  # fmt: skip
     """The numbers of an equation from all trials together, by output error: each is simulated from its release.
 

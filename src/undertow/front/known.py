@@ -41,7 +41,7 @@ class Rig(TypedDict, total=False):
     gravity_m_per_s2: float
 
 
-class Reading(TypedDict, total=False):
+class ReadSettings(TypedDict, total=False):
     """What `undertow.read` takes beside columns, units and t; it says there what each is."""
 
     conditions: Any
@@ -54,17 +54,17 @@ class Reading(TypedDict, total=False):
     variable: str | None
 
 
-class RigAndReading(Rig, Reading):
+class RigAndRead(Rig, ReadSettings):
     """What is known of a rig, and how its recordings are read."""
 
 
 def parted(given: Mapping[str, Any]) -> tuple[dict[str, Any], dict[str, Any]]:
-    """What belongs to `Reading`, and the rest, which is the rig's.
+    """What belongs to `ReadSettings`, and the rest, which is the rig's.
 
     >>> parted({"mass_kg": 4.0, "rate_hz": 100.0})
     ({'rate_hz': 100.0}, {'mass_kg': 4.0})
     """
-    reading = {key: value for key, value in given.items() if key in Reading.__annotations__}
+    reading = {key: value for key, value in given.items() if key in ReadSettings.__annotations__}
     return reading, {key: value for key, value in given.items() if key not in reading}
 
 

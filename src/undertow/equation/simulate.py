@@ -135,10 +135,8 @@ def rising(times: Array) -> Array:
             f"times has the shape {times.shape}; give instants (n,) in s that increase, as np.arange(0.0, 5.0, 0.01)"
         )
     if times.size == 0 or not (times[0] >= 0.0 and times[-1] < math.inf and np.all(np.diff(times) > 0.0)):
-        raise UndertowError(
-            f"{times.size} times, the first {times[0] if times.size else math.nan:g} s; they must be increasing and "
-            "not negative, and finite"
-        )
+        ends = f", from {times[0]:g} to {times[-1]:g} s" if times.size else ""
+        raise UndertowError(f"{times.size} times{ends}; they must be increasing and not negative, and finite")
     return times
 
 

@@ -349,7 +349,7 @@ def terms(
         typer.Argument(metavar="[TERM]...", help="Only these; default: all.", autocompletion=_term_names),
     ] = None,
 ) -> None:
-    """The registry: every term, its law, unit, source, what it looks like when it is left out."""
+    """The registry: every term, its law, unit, source, what it looks like when left out; other names of verdicts."""
     from undertow.campaign.terms import describe_terms
 
     typer.echo(describe_terms(names or ()))

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from reprlib import Repr
 
 
 class UndertowError(ValueError):
@@ -50,6 +51,17 @@ class IdentificationError(UndertowError):
 
 class NotFittedError(UndertowError, AttributeError):
     """A result was asked for before ``fit`` was called."""
+
+
+def shown(value: object) -> str:
+    """What was given as a message shows it, also where its own text cannot be made.
+
+    >>> shown(3.0), shown(["a"])
+    ('3.0', "['a']")
+    """
+    safe = Repr()
+    safe.maxother = safe.maxstring = 200
+    return safe.repr(value)
 
 
 FAILURES = (ValueError, ArithmeticError)

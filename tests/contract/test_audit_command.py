@@ -33,6 +33,11 @@ def folder(tmp_path_factory):
     return out
 
 
+def test_a_config_of_recordings_is_no_audit():
+    with pytest.raises(ConfigError, match=r"flume\.yaml is a config of recordings, for undertow run; an audit's has"):
+        load_audit(CONFIG.with_name("flume.yaml"))
+
+
 def test_audit_json_has_the_contracts_names_and_a_sentence_a_table(folder):
     said = json.loads((folder / "audit.json").read_text(encoding="utf-8"))
     assert said["contract"] == 1

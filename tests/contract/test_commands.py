@@ -18,6 +18,10 @@ from tests.small_campaign import make_campaign, recorded, write_table
 from undertow import __version__
 from undertow.campaign.config import load
 from undertow.campaign.fetch import records as fetch
+from undertow.comparison.driven_suspects import SUSPECTS_IN_TIME
+from undertow.comparison.suspects import all_suspects
+from undertow.discrepancy.judge import NOT_TESTABLE
+from undertow.discrepancy.naming import FOUND_ELSEWHERE
 from undertow.equation import registry
 from undertow.errors import ConfigError, UndertowError
 from undertow.recording.catalogue import read_trial
@@ -237,6 +241,15 @@ def test_terms_shows_one_and_names_the_nearest(capsys: Capture) -> None:
     assert "equation term 'added_mas' is not in the registry; did you mean 'added_mass'?" in said.err
 
 
+def test_terms_answers_for_every_name_that_a_verdict_can_say(capsys: Capture) -> None:
+    said = {suspect.name for suspect in all_suspects()} | {*SUSPECTS_IN_TIME, *FOUND_ELSEWHERE, *NOT_TESTABLE}
+    assert {"presliding", "sensor_drift", "bouc_wen", "support_compliance"} < said
+    for name in said:
+        answer = undertow(capsys, "terms", name)
+        assert (answer.code, answer.out.splitlines()[0]) == (0, name)
+    assert "shown by   the body weighed before and after" in undertow(capsys, "terms", "mass_change").out
+
+
 # ---------------------------------------------------------------- inspect
 def test_inspect_proposes_a_config_that_reads_the_file(capsys: Capture, tmp_path: Path) -> None:
     table = recorded(0.04, 0)
@@ -284,7 +297,13 @@ def test_compare_puts_runs_of_one_name_side_by_side(capsys: Capture, tmp_path: P
     assert "c_Ns_per_m" not in said.out + page
     assert "&lt;b&gt;" in page
     assert "<b>" not in page
-    said = undertow(capsys, "compare", tmp_path / "a/run", "--out", tmp_path / "no" / "both.html")
+    assert said.out.endswith("errors or more in 1, parameters that one run alone has in 1\n")
+    known = ["--out", tmp_path / "c" / "run", "--jobs", 1, "--set", "specimen.mass_kg=null"]
+    assert undertow(capsys, "run", campaign.config, *known, *words[-2:]).code == 0
+    known = undertow(capsys, "compare", tmp_path / "c/run", tmp_path / "b/run")
+    assert "not comparable" not in known.out
+    assert "standard errors or more in 0" in known.out
+    said = undertow(capsys, "compare", tmp_path / "a/run", tmp_path / "b/run", "--out", tmp_path / "no" / "both.html")
     assert said.code == 1
     assert re.search(r"undertow: .*both\.html.*: No such file or directory; check path, rights, space", said.err)
 

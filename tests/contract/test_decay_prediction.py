@@ -121,6 +121,15 @@ def test_a_prediction_does_not_replace_the_recording(finished):
     assert file.read_bytes() == before
 
 
+def test_a_start_beside_a_recording_is_refused(finished, capsys):
+    file = finished / "inside.csv"
+    said = command(capsys, "predict", finished / "run", "--recording", file, "--x0", "99", "--rate", "3")
+    assert said.code == 2
+    assert f"--x0 99 --rate 3 beside the recording {file}, which has its own; give one of the two" in said.err
+    with pytest.raises(ConfigError, match=r"--duration 1 beside the recording .*, which has its own; give one"):
+        predict_run(finished / "run", file, duration_s=1.0)
+
+
 def test_the_command_predicts_decays(finished, capsys):
     seen = ("--recording", finished / "inside.csv", "--group", "spring=long")
     said = command(capsys, "predict", finished / "run", *seen)

@@ -63,6 +63,13 @@ def test_thirteen_files_in_five_formats_go_from_init_to_a_verdict(
     assert sizes == {"kurz": 6, "lang": 7}
 
 
+def test_the_command_that_init_names_next_can_be_pasted(capsys: Capture, tmp_path: Path) -> None:
+    (tmp_path / "my tank").mkdir()
+    write_table(tmp_path / "my tank" / "r1.csv", recorded(0.04, 0), "t[s],x[m],a[m/s^2]")
+    said = undertow(capsys, "init", tmp_path / "my tank").out
+    assert said.rstrip().endswith(f"undertow run '{tmp_path}/my tank/undertow.yaml'")
+
+
 def test_what_init_writes_reads_every_trial_as_it_was_recorded(thirteen: Path) -> None:
     path = thirteen / "undertow.yaml"
     if not path.exists():

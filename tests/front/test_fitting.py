@@ -171,6 +171,8 @@ def test_a_mass_beside_added_mass_is_not_enough_and_the_result_says_so(trials):
 def test_an_equation_that_is_none_is_refused(trials):
     with pytest.raises(ConfigError, match="equation is the single 'stiffness'; give a list of names"):
         undertow.fit(trials, "stiffness")
+    with pytest.raises(ConfigError, match="equation is the single <built-in function abs>; give a list of names"):
+        undertow.fit(trials, abs)
     with pytest.raises(ConfigError, match="equation has 0 terms; name some"):
         undertow.fit(trials, [])
     with pytest.raises(ConfigError, match=r"specimen.mass_kg.*is -1"):
@@ -179,7 +181,7 @@ def test_an_equation_that_is_none_is_refused(trials):
 
 def test_trials_of_two_waters_with_two_areas_are_refused():
     two = [recorded(0.05, 0, conditions={"depth": 1.0}), recorded(0.1, 1, conditions={"depth": 2.0})]
-    with pytest.raises(UndertowError, match="what is known of the rig differs between the 2 trials"):
+    with pytest.raises(UndertowError, match=r"the rig differs between the 2 trials \(area_m2 0.1 and 0.2\); fit"):
         undertow.fit(two, TERMS, mass_kg=MASS_KG, area_m2={"by": "depth", "1.0": 0.1, "2.0": 0.2})
 
 
@@ -261,7 +263,29 @@ def test_a_prediction_without_what_it_needs_is_refused(found, trials):
         undertow.predict(found.equation, trials, adjust=True)
 
 
+@pytest.mark.parametrize("times", [[0.0, -0.1], [0.2, 0.1], [0.0, 0.1, 0.1], [], [[0.0], [0.1]], 0.01])
+def test_times_that_are_no_rising_list_are_refused_by_prediction_and_simulation_alike(found, times):
+    with pytest.raises(UndertowError, match=r"increasing and not negative|shape .*; give instants"):
+        undertow.predict(found, x0=0.1, times=times)
+    with pytest.raises(UndertowError, match=r"increasing and not negative|shape .*; give instants"):
+        found.simulate([0.05, 0.0], times)
+
+
+@pytest.mark.parametrize("draws", [0, 1, -3, 2.5])
+def test_a_band_of_too_few_draws_is_refused(found, draws):
+    with pytest.raises(UndertowError, match=rf"draws is {draws}; a band is made of 2 equations at least, as 200"):
+        undertow.predict(found, x0=0.1, times=[0.0, 0.1], draws=draws)
+
+
 # ---------------------------------------------------------------- simulate
+def test_a_body_that_nothing_moves_stays_at_rest():
+    law = {**LAW, "hidden_resonator": {"mass_kg": 1.0, "natural_frequency_rad_per_s": 9.0, "damping_ratio": 0.01}}
+    for equation in (LAW, law, Equation((Own(),), (400.0,), mass_kg=MASS_KG)):
+        run = undertow.simulate(equation, x0=0.0, duration_s=1.0, rate_hz=50.0)
+        assert not np.any([run.x, run.v, run.a])
+    assert "  from x0 = 0 (SI), 0.98 s" in str(undertow.predict(LAW, x0=0.0, times=run.t))
+
+
 def test_what_cannot_be_simulated_is_refused():
     with pytest.raises(UndertowError, match=r"times has 2 instants and duration_s is 1.0"):
         undertow.simulate(LAW, x0=0.1, times=[0.0, 1.0], duration_s=1.0)
@@ -280,6 +304,38 @@ class Own(Stiffness):
     slots = {}  # noqa: RUF012
 
 
+class Unreadable:
+    """An object whose own text cannot be made."""
+
+    def __repr__(self) -> str:
+        raise AttributeError("no text")
+
+
+@pytest.mark.parametrize(
+    ("force", "said"),
+    [
+        (lambda x: 1.0, r"own_spring: its force has the shape \(\) for 5 samples of x, v, a and t; give one number"),
+        (lambda x: x[:3], r"own_spring: its force has the shape \(3,\) for 5 samples"),
+        (lambda x: x if abs(x) < 1.0 else -x, r"own_spring: its force cannot be calculated from .*ambiguous.*np.where"),
+        (lambda x: 1 / 0, r"own_spring: its force cannot be calculated from arrays of 5 samples \(division by zero\)"),
+    ],
+)
+def test_a_law_of_your_own_that_gives_no_number_a_sample_is_refused(trials, monkeypatch, force, said):
+    monkeypatch.setattr(Own, "force", lambda self, x, v, a, t: force(x))
+    with pytest.raises(IdentificationError, match=said):
+        undertow.fit(trials, [Own(), "viscous_damping"], mass_kg=MASS_KG)
+
+
+def test_a_law_of_your_own_that_is_called_like_another_is_refused(trials, monkeypatch):
+    with pytest.raises(ConfigError, match=r"equation names 'own_spring' twice; .* or rename"):
+        undertow.fit(trials, [Own(), Own()])
+    monkeypatch.setattr(Own, "name", "stiffness")
+    with pytest.raises(ConfigError, match="equation names 'stiffness' twice"):
+        undertow.fit(trials, ["stiffness", Own()])
+    with pytest.raises(IdentificationError, match=r"terms names 'stiffness' twice; .* rename your own"):
+        undertow.Discover(terms=["stiffness", Own()]).fit(trials)
+
+
 def test_a_law_of_your_own_is_simulated_and_run_free():
     law = Equation((Own(),), (400.0,), mass_kg=MASS_KG)
     with pytest.raises(UndertowError, match="an equation with a law of your own needs both, or times"):
@@ -289,6 +345,11 @@ def test_a_law_of_your_own_is_simulated_and_run_free():
     assert undertow.predict(law, x0=0.1, times=run.t).notes == ("no band: the equation has a law of your own",)
     assert list(run.table.columns) == ["t", "x", "v", "a"]
     assert len(run.plot().lines) == 1
+
+
+def test_a_search_for_what_is_missing_refuses_a_law_of_your_own(trials):
+    with pytest.raises(IdentificationError, match=r"equation has own_spring, a law of your own without slots, .*score"):
+        undertow.diagnose(trials, [Own(), "viscous_damping"], mass_kg=MASS_KG)
 
 
 def test_fit_takes_arrays_with_their_times_and_units(found):
@@ -310,5 +371,9 @@ def test_arguments_of_another_kind_are_refused_with_a_sentence(trials):
         undertow.simulate(LAW, [0.1, 0.0])
     with pytest.raises(IdentificationError, match=r"terms holds .*, of type object; give names of laws"):
         undertow.Discover(terms=object()).fit(trials)
+    with pytest.raises(IdentificationError, match=r"terms holds <Unreadable instance .*>, of type Unreadable; give"):
+        undertow.Discover(terms=["stiffness", Unreadable()]).fit(trials)
+    with pytest.raises(UndertowError, match=r"this Discover has seen 0 trials; call fit\(trials\) first"):
+        undertow.predict(undertow.Discover(), x0=0.1, times=[0.0, 0.1])
     with pytest.raises(IdentificationError, match=r"terms holds 3.0, of type float; give names of laws"):
         undertow.Discover(terms=["stiffness", 3.0]).fit(trials)

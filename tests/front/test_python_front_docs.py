@@ -31,6 +31,11 @@ def test_the_pages_examples_come_out_as_shown(tmp_path, monkeypatch):
     assert (tmp_path / "free_decay.m").exists()
 
 
+def test_what_the_page_on_uncertainty_calls_is_there():
+    failed, tried = doctest.testfile(str(DOCS / "uncertainty.md"), module_relative=False)
+    assert (failed, tried) == (0, 15)
+
+
 def run_notebook(name: str) -> dict:
     """What the cells of a notebook leave behind, run one after the other as plain Python."""
     scope: dict = {"__name__": "__main__"}

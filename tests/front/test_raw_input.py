@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+import copy
+import inspect
+import pickle
 from pathlib import Path
 
 import numpy as np
@@ -273,3 +276,56 @@ def test_a_density_in_grams_per_cubic_centimetre_is_refused(trials, density):
     said = rf"density_kg_per_m3 is {density:g} kg/m\^3, no liquid's .*; 1 g/cm\^3 is 1000"
     with pytest.raises(ConfigError, match=said):
         undertow.fit(trials, TERMS, water_density_kg_per_m3=density)
+
+
+def test_a_discover_can_be_listed_and_inspected_before_and_after_fit(discovered):
+    for one in (quick(), discovered, pickle.loads(pickle.dumps(discovered))):  # noqa: S301 - our own bytes
+        assert "predict" in dir(one)
+        assert "predict" in dict(inspect.getmembers(one))
+
+
+@pytest.mark.parametrize("copied", [copy.copy, copy.deepcopy])
+def test_a_copy_of_a_discover_keeps_its_trials(discovered, copied):
+    again = copied(discovered)
+    assert again.score() == discovered.score()
+    assert again.trials_.names == discovered.trials_.names
+
+
+def test_truth_values_are_no_recording():
+    with pytest.raises(RecordingError, match="X holds truth values, and no numbers; give what the sensor said"):
+        undertow.read(decay() > 0.0, t=0.01, units={"x": "m"})
+    table, columns = pd.DataFrame({"t": TIMES, "x": decay() > 0.0}), {"time": "t", "displacement": "x"}
+    with pytest.raises(RecordingError, match="column 'x' holds truth values, and no numbers"):
+        undertow.read(table, columns, {"x": "m", "t": "s"})
+
+
+def test_what_fits_takes_all_that_read_does(trials):
+    table = pd.DataFrame({"x_mm": 1000.0 * decay()})
+    known = {"rate_hz": 100.0, "names": ["one"], "window": (0.0, 4.0), "accept": ["damping"]}
+    read = undertow.read(table, **known)
+    fitted = undertow.fit(table, TERMS, mass_kg=4.0, **known)
+    assert fitted.trials.names == ("one",)
+    assert fitted.estimates == undertow.fit(read, TERMS, mass_kg=4.0).estimates
+    assert quick().fit(table, **known).trials_[0].window == read[0].window
+    said = undertow.diagnose(table, TERMS, mass_kg=4.0, suspects=["cubic_stiffness"], **known)
+    assert said[0].trials.names == ("one",)
+    with pytest.raises(RecordingError, match=r"^names, accept is given, but these trials are read; give it to"):
+        undertow.fit(trials, TERMS, names=["one"], accept=["damping"])
+    with pytest.raises(RecordingError, match=r"rate_hz is 100.0, but with u x is an array"):
+        quick().fit(decay(), t=0.01, u=decay(), rate_hz=100.0)
+
+
+def test_a_trial_that_cannot_be_used_is_reported_and_results_never_shift(discovered, fitted):
+    still = np.full(TIMES.size, 0.1)
+    several = [still, decay(), decay(0.06, 1)]
+    found = quick().fit(several, t=0.01, units={"x": "m"})
+    assert found.n_trials_in_ == 2
+    (reason,) = (one.reason for one in found.failed_)
+    assert str(found).endswith(f"not used: {reason}")
+    assert "<p>not used: " in found._repr_html_()
+    named = dict(zip(("still", "a", "b"), several, strict=True))
+    tables = {name: pd.DataFrame({"t": TIMES, "x_m": x}) for name, x in named.items()}
+    for ask in (discovered.predict, discovered.score, fitted.score, fitted.free_runs):
+        with pytest.raises(RecordingError, match=r"^1 of 3 trials cannot be used: trial still.*; leave it out"):
+            ask(tables)
+        ask(undertow.read(tables))

@@ -15,7 +15,7 @@ from undertow.discrepancy.findings import GroupFindings
 from undertow.discrepancy.words import group_title, percent
 from undertow.equation import registry
 from undertow.equation.equation import Equation
-from undertow.errors import UndertowError
+from undertow.errors import ConfigError, UndertowError
 from undertow.front.terminal.changes import comparison_text
 from undertow.likelihood.fit import Fit, Specimen
 from undertow.quantities import Estimate
@@ -206,7 +206,9 @@ def test_runs_stand_side_by_side_with_their_errors(tmp_path: Path) -> None:
     assert (row["first"], row["second"]) == ("not explained", "not explained")
     mass = table[table.quantity == "added_mass_kg"]
     assert mass["first"].str.contains(" ± 12 kg").all()
-    assert "spring short, water depth 2.57 m" in comparison_text([tmp_path / "first"])
+    assert "spring short, water depth 2.57 m" in comparison_text([tmp_path / "first", tmp_path / "second"], whole=True)
+    with pytest.raises(ConfigError, match=r"^first is a single run; give two, as in undertow compare RUN RUN"):
+        compare_runs([tmp_path / "first"])
 
 
 def compared(tmp_path: Path, *runs: dict[str, Estimate]) -> dict[str, tuple[str, bool]]:

@@ -30,7 +30,7 @@ from undertow.equation.driven_laws import find_driven
 from undertow.equation.equation import Equation
 from undertow.equation.kernel import SLOT
 from undertow.equation.term import Term
-from undertow.errors import IdentificationError, NotFittedError
+from undertow.errors import IdentificationError, NotFittedError, shown
 from undertow.likelihood.driven import DrivenLaws
 from undertow.likelihood.free_run import FreeRun, free_run
 from undertow.methods.library import label
@@ -190,12 +190,11 @@ class Discovery(BaseEstimator):  # type: ignore[misc]
         for term in library:
             if not isinstance(term, Term):
                 raise IdentificationError(
-                    f"terms holds {term!r}, of type {type(term).__name__}; give names of laws, as in ['stiffness', "
-                    "'cubic_stiffness'], or objects of a class of your own that is a Term (docs/python_front.md)"
+                    f"terms holds {shown(term)}, of type {type(term).__name__}; give names of laws, as in "
+                    "['stiffness', 'cubic_stiffness'], or Term objects of such laws"
                 )
-        for at, term in enumerate(library):
-            if term in library[:at]:
-                raise IdentificationError(f"terms names {term.name!r} twice; take one of them out")
+        if doubled := registry.twice(library):
+            raise IdentificationError(f"terms names {doubled!r} twice; take one of them out, or rename your own")
         return tuple(term for term in library if not term.is_inertia)
 
     def _must_be_numbers(self) -> None:

@@ -61,10 +61,11 @@ class Laws:
 
 def why_not_simulated(terms: Sequence[Term]) -> str:
     """Why the compiled integrator cannot judge this library; empty where it can."""
+    lost = [term.name for term in terms if term.kind != "force" or not term.slots]
+    if lost:
+        return f"{', '.join(lost)} {'has' if len(lost) == 1 else 'have'} no compiled force of x and v alone"
     inner: list[str] = []
     for term in terms:
-        if term.kind != "force" or not term.slots:
-            return f"{term.name} has no compiled force of x and v alone"
         inner += [term.slots[parameter.name] for parameter in term.parameters[1:]]
         inner += [term.slots[term.coefficient.name]] if term.inner else []
     twice = sorted({slot for slot in inner if inner.count(slot) > 1})
@@ -79,7 +80,10 @@ def laws(terms: Sequence[Term], signs: bool = True, beliefs: Sequence[Belief] = 
     """
     refusal = why_not_simulated(terms)
     if refusal:
-        raise IdentificationError(f"{len(terms)} terms cannot be judged on simulated motion: {refusal}; leave it out")
+        raise IdentificationError(
+            f"{refusal}, so that a library with it cannot be judged on simulated motion; leave it out of the "
+            f"{len(terms)} terms, and compare undertow.fit(...).score(unseen) with it and without"
+        )
     have = [term.name for term in terms]
     for name in (name for belief in beliefs for name in belief.weights if name not in have):
         raise IdentificationError(f"a belief names {name!r}, which is not in the library {', '.join(have)}")

@@ -13,8 +13,10 @@ from undertow.equation.registry import row
 
 FOUND_ELSEWHERE: Mapping[str, str] = {
     "clipping": "a sensor cut off at the end of its range", "unknown": "something that nobody knows",
+    "rest_offset": "a rest position that is not where the sensor says zero",
+    "support_compliance": "a support of the springs that gives way",
 }  # fmt: skip
-"""Words of what a verdict can name without a search for it."""
+"""Words of what a verdict can name, or call not testable, without a search for it."""
 
 
 def in_words(name: str, of_water: bool = True, alone: bool = False) -> str:

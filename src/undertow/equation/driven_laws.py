@@ -95,7 +95,8 @@ class FroudeKrylov(Term):
         return -1.0 * a
 
 
-_OWN: tuple[type[Term], ...] = (ConstantForce, AsymmetricDamping, *HYSTERESES, FroudeKrylov)
+DRIVEN_ALONE: tuple[type[Term], ...] = (ConstantForce, AsymmetricDamping, *HYSTERESES, FroudeKrylov)
+"""Laws that no decay is fitted with."""
 
 
 @dataclass(frozen=True)
@@ -116,7 +117,7 @@ def find_driven(name: str, **inner: float) -> Term:
     >>> find_driven("bouc_wen").name
     'bouc_wen'
     """
-    for own in _OWN:
+    for own in DRIVEN_ALONE:
         if own.name == name:
             return own(**inner)
     term = registry.find(name, **inner)

@@ -716,7 +716,7 @@ def _with_mark(mark: int) -> Any:
                 kinks[n_kinks, 0] = t + th[_TAU_E]
                 kinks[n_kinks, 1] = 0.0 if fresh else kinks[next_kink - 1, 1] + 1.0
                 n_kinks += 1
-            if not (abs(y[0, 0]) < limit) or steps > most:
+            if not (abs(y[0, 0]) <= limit) or steps > most:  # 0 <= 0: a body that nothing moves stays
                 return ox, ov, oa, os, -steps
         return ox, ov, oa, os, steps
 

@@ -6,6 +6,7 @@ Belongs here: the list and look-ups. Does not belong here: the laws.
 from __future__ import annotations
 
 import difflib
+from collections.abc import Sequence
 
 from undertow.equation import forcing, hidden, hydrodynamics, structure
 from undertow.equation.hydrodynamics import AddedMass, CubicDamping, QuadraticDrag
@@ -70,6 +71,20 @@ def names() -> tuple[str, ...]:
     ('stiffness', 'viscous_damping')
     """
     return tuple(cls.name for cls in _LAWS)
+
+
+def twice(terms: Sequence[Term]) -> str:
+    """Name of the first law that stands among ``terms`` twice, or that a law of one's own has too; empty where none
+    does. Two of one law with other inner parameters are two laws, where the compiled integrator holds them.
+
+    >>> twice([find("stiffness"), find("drag_exponent"), find("drag_exponent", exponent=3.0)])
+    ''
+    """
+    for at, one in enumerate(terms):
+        for other in terms[:at]:
+            if one == other or (one.name == other.name and (type(one) is not type(other) or not one.slots)):
+                return one.name
+    return ""
 
 
 def register(law: type[Term]) -> None:

@@ -110,12 +110,7 @@ def simulate(
     >>> round(float(drop * 109600.0 / 200.0), 6)
     4.0
     """
-    times = np.array(times, dtype=np.float64, order="C")  # a copy: what pandas hands out cannot be written to
-    if times.size == 0 or not (times[0] >= 0.0 and times[-1] < math.inf and np.all(np.diff(times) > 0.0)):
-        raise UndertowError(
-            f"simulate: {times.size} times, the first {times[0] if times.size else math.nan:g} s; they must be "
-            "increasing and not negative, and finite"
-        )
+    times = rising(times)
     must_be_a_start(x0, v0)
     if not equation.compiled:
         return _general(equation, x0, v0, times)
@@ -130,6 +125,19 @@ def simulate(
             f"wrong sign: {equation}"
         )
     return Trajectory(times, x[:, 0], v[:, 0], a[:, 0], hidden, int(steps))
+
+
+def rising(times: Array) -> Array:
+    """Instants (n,) as the integrators take them; UndertowError where they are no list, negative or not increasing."""
+    times = np.array(times, dtype=np.float64, order="C")  # a copy: what pandas hands out cannot be written to
+    if times.ndim != 1:
+        raise UndertowError(
+            f"times has the shape {times.shape}; give instants (n,) in s that increase, as np.arange(0.0, 5.0, 0.01)"
+        )
+    if times.size == 0 or not (times[0] >= 0.0 and times[-1] < math.inf and np.all(np.diff(times) > 0.0)):
+        ends = f", from {times[0]:g} to {times[-1]:g} s" if times.size else ""
+        raise UndertowError(f"{times.size} times{ends}; they must be increasing and not negative, and finite")
+    return times
 
 
 def must_be_a_start(x0: float, v0: float) -> None:

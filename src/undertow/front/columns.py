@@ -102,6 +102,8 @@ def _must_map(name: str, given: object, example: str) -> None:
 
 
 def _numbers(table: pd.DataFrame, column: Column) -> Array:
+    if pd.api.types.is_bool_dtype(table[column]):
+        raise RecordingError(f"column {column!r} holds truth values, and no numbers; give what the sensor said")
     try:
         values: Array = table[column].to_numpy(dtype=np.float64, na_value=np.nan)
     except (TypeError, ValueError) as error:

@@ -20,9 +20,10 @@ from undertow.discrepancy.findings import FailedTrial, Findings
 from undertow.equation.equation import Equation
 from undertow.equation.registry import names as registered
 from undertow.equation.term import Term
+from undertow.errors import IdentificationError
 from undertow.front.columns import Columns, Units
 from undertow.front.diagnosed import DiagnosedGroup
-from undertow.front.known import Rig, terms_of, with_settings
+from undertow.front.known import RigAndRead, parted, terms_of, with_settings
 from undertow.front.reading import Source, read
 from undertow.front.trials import Trials
 from undertow.recording.recording import Condition
@@ -113,7 +114,7 @@ def diagnose(
     budget: float | None = None,
     seed: int | None = None,
     jobs: int = 1,
-    **rig: Unpack[Rig],
+    **more: Unpack[RigAndRead],
 ) -> Diagnosis:
     """What an equation leaves out of these trials, and how sure: the search that `undertow run` does.
 
@@ -121,8 +122,8 @@ def diagnose(
     ----------
     trials : `Trials`, or all that `undertow.read` takes, arrays with ``t`` and ``units``. `undertow.load` brings a
         config's settings along, which the arguments replace.
-    equation : names of the prescribed equation's terms, terms of your own among them; the trials' config's, which is
-        Eq. 15, where nothing is said.
+    equation : names of the prescribed equation's terms, or terms; the trials' config's, which is Eq. 15, where nothing
+        is said. A law of your own needs `slots`: the search is done by the compiled integrator.
     t, columns, units : of ``trials``, as of `undertow.read`.
     group_by : conditions that a group shares; none: all trials are one group.
     dry : conditions of the trials without water, as ``{"water_depth_m": 1.63}``.
@@ -132,9 +133,11 @@ def diagnose(
     budget : how much a search may do, in multiples of the default.
     seed : of the replicas, repetitions and everything else that is drawn; the config's where nothing is said.
     jobs : processes (0: one a core).
-    rig : what is known of it (`Rig`), as ``mass_kg=2637.4``; a number, or a table by a condition.
+    more : what is known of the rig (`Rig`), as ``mass_kg=2637.4``, a number or a table by a condition; and what else
+        `undertow.read` takes, as ``rate_hz=100.0``.
 
-    Raises ConfigError where the settings are wrong, UndertowError where no group can be identified.
+    Raises ConfigError where the settings are wrong, IdentificationError for a law without slots, UndertowError where no
+    group can be identified.
 
     >>> import undertow
     >>> law = {"stiffness": 400.0, "viscous_damping": 1.0, "cubic_stiffness": 4000.0}
@@ -145,8 +148,15 @@ def diagnose(
     >>> found[0].status, found[0].names
     ('explained', ('cubic_stiffness',))
     """
-    given = read(trials, columns, units, t=t)
+    reading, rig = parted(more)
+    given = read(trials, columns, units, t=t, **reading)
     terms = terms_of(equation) if equation is not None else terms_of(given.config.equation.terms)
+    unplaced = [term.name for term in terms if not term.slots]
+    if unplaced:
+        raise IdentificationError(
+            f"equation has {', '.join(unplaced)}, a law of your own without slots, and what is missing beside it is "
+            "searched for by the compiled integrator; compare undertow.fit(...).score(unseen) with it and without"
+        )
     known = [term.name for term in terms if term.name in registered()]
     config = with_settings(
         given.config,

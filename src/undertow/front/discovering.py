@@ -8,7 +8,8 @@ from __future__ import annotations
 
 import html
 from collections.abc import Mapping, Sequence
-from typing import Any, cast
+from copy import deepcopy
+from typing import Any, Unpack, cast
 
 import numpy as np
 import pandas as pd
@@ -26,7 +27,8 @@ from undertow.front.columns import Columns, Units
 from undertow.front.curves import curve_of, noise_of_curve
 from undertow.front.diagnosing import diagnose
 from undertow.front.driving import Driven
-from undertow.front.found_equation import FoundEquation, mean_score
+from undertow.front.found_equation import FoundEquation, every_trial, mean_score
+from undertow.front.known import ReadSettings
 from undertow.front.prediction import Prediction, predict, scatter_of
 from undertow.front.reading import read
 from undertow.front.tables import parameter_table
@@ -56,8 +58,8 @@ class Discover(FoundEquation, Estimator):
 
     Parameters
     ----------
-    terms : names from the registry or Term objects; None takes ten algebraic ones: x, v, sgn v, v|v|, x^2, x^3, x|x|,
-        v^3, xv, x^2 v.
+    terms : names of the registry's forces of x and v (`undertow terms`), or their Term objects; None takes ten: x, v,
+        sgn v, v|v|, x^2, x^3, x|x|, v^3, xv, x^2 v. A law of your own, or with memory, is refused: `fit` takes it.
     known : names of terms that are certainly there.
     together : groups of names that enter all or none.
     exclusive : groups of names of which at most one enters.
@@ -75,9 +77,10 @@ class Discover(FoundEquation, Estimator):
     Attributes
     ----------
     equation_, terms_, coefficients_, estimates_, inclusion_, rivals_, structure_, n_trials_in_ as the estimator's;
-    ``trials_`` the `Trials` it was fitted to; ``adequate_`` whether nothing that matters is missing (None where these
-    trials cannot tell), ``outside_`` with the sentence. Of a driven body (``fit`` with ``u``) ``driven_`` (what
-    was added, both equations, errors on unseen samples), ``parameters``, `equations`, and `predict` and `score` with u.
+    ``trials_`` the `Trials` it was fitted to, ``failed_`` those that could not be used; ``adequate_`` whether nothing
+    that matters is missing (None where these trials cannot tell), ``outside_`` with the sentence. Of a driven body
+    (``fit`` with ``u``) ``driven_`` (what was added, both equations, errors on unseen samples), ``parameters``,
+    `equations`, and `predict` and `score` with u.
 
     ``fit`` raises as `undertow.read`, and IdentificationError where a name is unknown, a term cannot be simulated or no
     subset of the library moves as the body.
@@ -102,8 +105,10 @@ class Discover(FoundEquation, Estimator):
         hold: Hold = "first",
         columns: Columns | None = None,
         units: Units | None = None,
+        **reading: Unpack[ReadSettings],
     ) -> Discover:
-        """Find the equation of ``trials``: anything that `undertow.read` takes, or X with ``t`` and ``units``.
+        """Find the equation of ``trials``: anything that `undertow.read` takes, or X with ``t`` and ``units``; and what
+        else it takes, as ``rate_hz=100.0``.
 
         ``y`` is there for scikit-learn alone. Raises as `undertow.read`, and IdentificationError where no subset of the
         library moves as the body.
@@ -116,11 +121,13 @@ class Discover(FoundEquation, Estimator):
         """
         self.__dict__.pop("trials_", None)
         if u is not None:
-            if columns is not None:
-                raise RecordingError(f"columns is {columns!r}, but with u x is an array; give x, t and u as arrays")
+            for name, value in {"columns": columns, **reading}.items():
+                if value is not None:
+                    raise RecordingError(f"{name} is {value!r}, but with u x is an array; give x, t and u as arrays")
             super().fit(trials, t=t, u=u, hold=hold, units=units)
             return self
-        self.trials_: Trials = read(trials, columns, units, t=t)
+        self.trials_: Trials = read(trials, columns, units, t=t, **reading)
+        self.failed_ = self.trials_.failed
         super().fit(self.trials_)
         return self
 
@@ -148,9 +155,8 @@ class Discover(FoundEquation, Estimator):
     def parameters(self) -> pd.DataFrame:
         """One row a number: value over the mass (of a driven body itself), stderr, low and high of its 90 % interval,
         unit, note."""
-        return parameter_table(self._driven.numbers if hasattr(self, "driven_") else self.estimates_)
+        return parameter_table(self._driven().numbers if hasattr(self, "driven_") else self.estimates_)
 
-    @property
     def _driven(self) -> Driven:
         """The driven equation with what was added; IdentificationError where no body was driven."""
         if not hasattr(self, "driven_"):
@@ -159,7 +165,7 @@ class Discover(FoundEquation, Estimator):
 
     def equations(self) -> list[str]:
         """The equation over the mass in one line, each number with the digits that its error allows."""
-        return self._driven.equations() if hasattr(self, "driven_") else Estimator.equations(self)
+        return self._driven().equations() if hasattr(self, "driven_") else Estimator.equations(self)
 
     def simulate(
         self, x0: ArrayLike, t: ArrayLike | None = None, u: ArrayLike | None = None, *, v0: float | None = None,
@@ -168,7 +174,7 @@ class Discover(FoundEquation, Estimator):
         """The motion from ``x0`` (m, rad), or from the state [x0, v0], at the instants ``t``; see `undertow.simulate`.
         Of a driven body its displacement (n,) under the input ``u``; see `Driven.simulate`."""
         if u is not None:
-            return self._driven.simulate(x0, cast(ArrayLike, t), u, v0=v0)
+            return self._driven().simulate(x0, cast(ArrayLike, t), u, v0=v0)
         return super().simulate(x0, t, v0=v0, duration_s=duration_s, rate_hz=rate_hz)
 
     def get_feature_names_out(self, input_features: object = None) -> NDArray[np.object_]:
@@ -182,7 +188,7 @@ class Discover(FoundEquation, Estimator):
     def free_runs(self, trials: Any) -> tuple[FreeRun, ...]:
         """Each trial's free run with x0, clock and rest position fitted to it."""
         self._fitted()
-        return Estimator.free_runs(self, read(trials))
+        return Estimator.free_runs(self, every_trial(trials))
 
     def predict(
         self, trials: Any, *, t: ArrayLike | Sequence[ArrayLike] | None = None, columns: Columns | None = None,
@@ -192,9 +198,9 @@ class Discover(FoundEquation, Estimator):
         ``trials`` as ``fit`` takes them. With ``u`` the driven body's free run over one record x, begun from its first
         50 samples."""
         if u is not None:
-            return [self._driven.predict(trials, t=cast(ArrayLike, t), u=u, units=units).values]  # noqa: PD011
+            return [self._driven().predict(trials, t=cast(ArrayLike, t), u=u, units=units).values]  # noqa: PD011
         self._fitted()
-        return super().predict(read(trials, columns, units, t=t))
+        return super().predict(every_trial(trials, columns, units, t=t))
 
     def prediction(self, trials: Any = None, **settings: Any) -> Prediction:
         """The equation run free with a 90 % band; see `undertow.predict`."""
@@ -207,16 +213,18 @@ class Discover(FoundEquation, Estimator):
         """1 less the mean free-run error of ``trials``, best trials that ``fit`` has not seen; given as ``fit`` takes
         them, its own where none are given. With ``u`` that of one driven record."""
         if u is not None:
-            return self._driven.score(trials, t=cast(ArrayLike, t), u=u, units=units)
+            return self._driven().score(trials, t=cast(ArrayLike, t), u=u, units=units)
         self._fitted()
         return super().score(trials, t=t, columns=columns, units=units)
 
     def _own_score(self) -> float:
-        return mean_score(self.free_runs(self._own_trials))
+        return mean_score(self.free_runs(self._own_trials()))
 
     def fit_report(self, trials: Any = ()) -> str:
-        """Everything found as text: doubts first; free-run errors of ``trials`` where some are given."""
-        return super().fit_report(read(trials) if len(trials) else ())
+        """Everything found as text: doubts first; free-run errors of ``trials`` where some are given; trials that were
+        not used last."""
+        report = super().fit_report(read(trials) if len(trials) else ())
+        return "\n".join([report, *(f"not used: {one.reason}" for one in self.failed_)])
 
     def theta_draws(self, draws: int, rng: np.random.Generator) -> tuple[Array, Mapping[str, float], str]:
         """Parameter vectors (draws, slots) as the numbers' errors spread them, each number for itself."""
@@ -268,9 +276,8 @@ class Discover(FoundEquation, Estimator):
         return draw_intervals(rows, new_axes() if axes is None else axes)
 
     def _one(self, trial: int | str) -> Motion:
-        return self._own_trials[trial]
+        return self._own_trials()[trial]
 
-    @property
     def _own_trials(self) -> Trials:
         """The trials it was fitted to; IdentificationError where it was read from a file, without them."""
         self._fitted()
@@ -281,15 +288,29 @@ class Discover(FoundEquation, Estimator):
             )
         return self.trials_
 
+    def __copy__(self) -> Discover:
+        """A copy with its trials, which a pickle leaves out."""
+        copied = type(self)()
+        copied.__dict__.update(self.__dict__)
+        return copied
+
+    def __deepcopy__(self, memo: dict[int, Any]) -> Discover:
+        copied = memo[id(self)] = type(self)()
+        copied.__dict__.update(deepcopy(self.__dict__, memo))
+        return copied
+
     def __getstate__(self) -> Any:
         """What a pickle holds: settings and what was found, not the recordings."""
         return {name: value for name, value in super().__getstate__().items() if name != "trials_"}
 
     def _html_repr(self) -> str:
-        return f"<pre>{html.escape(str(self))}</pre>" if hasattr(self, "driven_") else super()._html_repr()
+        if hasattr(self, "driven_"):
+            return f"<pre>{html.escape(str(self))}</pre>"
+        failed = self.failed_ if hasattr(self, "structure_") else ()
+        return "".join([super()._html_repr(), *(f"<p>not used: {html.escape(one.reason)}</p>" for one in failed)])
 
     def __str__(self) -> str:
         if hasattr(self, "driven_"):
-            first, *rest = str(self._driven).split("\n")
+            first, *rest = str(self._driven()).split("\n")
             return "\n".join([sentence_of("x", self.driven_trials_, self.driven_), f"  {first}", *rest])
         return self.fit_report() if self.__sklearn_is_fitted__() else repr(self)

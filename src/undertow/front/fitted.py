@@ -19,9 +19,8 @@ from undertow.equation.equation import Equation
 from undertow.equation.kernel import SLOT
 from undertow.errors import IdentificationError
 from undertow.front.curves import curve_of, noise_of_curve
-from undertow.front.found_equation import FoundNumbers, mean_score
+from undertow.front.found_equation import FoundNumbers, every_trial, mean_score
 from undertow.front.prediction import normal_thetas, scatter_of
-from undertow.front.reading import read
 from undertow.front.tables import html_page, parameter_lines
 from undertow.front.trials import Trials
 from undertow.likelihood.fit import Structure
@@ -78,7 +77,7 @@ class Fitted(FoundNumbers):
         """The equation run free on each trial, given as `undertow.read` takes them: only x0, clock and rest position
         are adjusted to it."""
         group, model = self.group, self.group.model
-        trials = read(trials)
+        trials = every_trial(trials)
         own_k = [m.name if m.name in model.stiffness else "" for m in trials]
         return tuple(
             free_run(m, model.theta(group.values, name), self._rest(m), laws=model.laws)

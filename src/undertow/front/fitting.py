@@ -21,7 +21,7 @@ from undertow.equation.term import Term
 from undertow.errors import FAILURES, IdentificationError
 from undertow.front.columns import Columns, Units
 from undertow.front.fitted import Fitted
-from undertow.front.known import Rig, group_specimen, terms_of, with_settings
+from undertow.front.known import RigAndRead, group_specimen, parted, terms_of, with_settings
 from undertow.front.reading import Source, agreeing, read
 from undertow.front.trials import Trials
 from undertow.likelihood.fit import Specimen, Structure
@@ -38,7 +38,7 @@ from undertow.uncertainty.intervals import mean_of_trials
 def fit(
     trials: Source, equation: Sequence[str | Term] | Equation = EQUATION_15, *, dry: Source | None = None,
     t: ArrayLike | Sequence[ArrayLike] | None = None, columns: Columns | None = None, units: Units | None = None,
-    **rig: Unpack[Rig],
+    **more: Unpack[RigAndRead],
 ) -> Fitted:  # fmt: skip
     """The numbers of an equation from all trials together, by output error: each is simulated from its release.
 
@@ -51,7 +51,8 @@ def fit(
     dry : trials of the structure alone, on the same spring: their k, c and mu are then held, with their errors and
         their scatter from trial to trial; ``mass_kg`` must be known.
     t, columns, units : of ``trials``, as of `undertow.read`.
-    rig : what is known of it (`Rig`), as ``mass_kg=2637.4, area_m2=0.97``.
+    more : what is known of the rig (`Rig`), as ``mass_kg=2637.4, area_m2=0.97``, and what else `undertow.read` takes,
+        as ``rate_hz=100.0``.
 
     A free decay gives ratios to the total mass only. Kilograms come from, in this order: dry trials with a mass; a
     stated stiffness; a mass where the equation has no added mass; load cells. Else every number is per total mass, and
@@ -70,9 +71,10 @@ def fit(
     >>> print(round(found.score(), 2))
     1.0
     """
-    given = read(trials, columns, units, t=t)
+    reading, rig = parted(more)
+    given = read(trials, columns, units, t=t, **reading)
     terms = terms_of(equation)
-    used = agreeing(given, config := with_settings(given.config, {"specimen": dict(rig)}))
+    used = agreeing(given, config := with_settings(given.config, {"specimen": rig}))
     specimen = group_specimen(config, [m.recording.conditions for m in used])
     motions = sorted(used, key=lambda m: (m.amplitude, m.name))
     structure = None if dry is None else _structure(read(dry), terms, specimen)

@@ -15,7 +15,7 @@ import pandas as pd
 from numpy.typing import ArrayLike, NDArray
 
 from undertow.equation.kernel import SLOT
-from undertow.errors import IdentificationError, UndertowError
+from undertow.errors import IdentificationError, RecordingError, UndertowError
 from undertow.front.columns import Columns, Units
 from undertow.front.handover import HandOver
 from undertow.front.prediction import Prediction, predict
@@ -23,6 +23,7 @@ from undertow.front.reading import read
 from undertow.front.simulation import Simulation, simulate
 from undertow.front.tables import parameter_table
 from undertow.front.to_arviz import to_arviz
+from undertow.front.trials import Trials
 from undertow.likelihood.free_run import FreeRun, free_run
 from undertow.quantities import Estimate
 from undertow.recording.arrays import real_numbers
@@ -75,7 +76,7 @@ class FoundEquation(HandOver):
 
         Raises IdentificationError where the equation has a law of your own.
         """
-        trials, equation = read(trials), self.equation
+        trials, equation = every_trial(trials), self.equation
         if not equation.compiled:
             raise IdentificationError(
                 f"{equation} has a law of your own and cannot be adjusted to {len(trials)} trials; take predict()"
@@ -93,7 +94,7 @@ class FoundEquation(HandOver):
         takes; of its own trials where none are given. 1 is a perfect prediction of the whole decay."""
         if trials is None:
             return self._own_score()
-        return mean_score(self.free_runs(read(trials, columns, units, t=t)))
+        return mean_score(self.free_runs(every_trial(trials, columns, units, t=t)))
 
 
 class FoundNumbers(FoundEquation):
@@ -132,6 +133,21 @@ class FoundNumbers(FoundEquation):
     def to_arviz(self, draws: int = 250, seed: int = 0, chains: int = 4) -> Any:
         """The draws as ArviZ's InferenceData (the extra ``arviz``), ``chains`` times ``draws`` of them."""
         return to_arviz(self, draws, seed, chains)
+
+
+def every_trial(
+    source: Any, columns: Columns | None = None, units: Units | None = None, *,
+    t: ArrayLike | Sequence[ArrayLike] | None = None,
+) -> Trials:  # fmt: skip
+    """What `read` makes of ``source``; RecordingError where one of its trials cannot be used: of results in order, one
+    each, those behind it would belong to others. `Trials` say themselves what is not among them."""
+    found = read(source, columns, units, t=t)
+    if found.failed and not isinstance(source, Trials):
+        raise RecordingError(
+            f"{len(found.failed)} of {len(found) + len(found.failed)} trials cannot be used: {found.failed[0].reason}; "
+            "leave it out, or give undertow.read(...), which says what is not among its trials"
+        )
+    return found
 
 
 def mean_score(runs: Sequence[FreeRun]) -> float:

@@ -6,7 +6,8 @@ Belongs here: that translation and its errors. Does not belong here: what the ke
 from __future__ import annotations
 
 import difflib
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import asdict
 from typing import Any, TypedDict
 
 from pydantic import ValidationError
@@ -14,9 +15,11 @@ from pydantic import ValidationError
 from undertow.campaign.config import RunConfig
 from undertow.campaign.config.rules import contradictions
 from undertow.equation.equation import Equation
-from undertow.equation.registry import find
+from undertow.equation.registry import find, twice
 from undertow.equation.term import Term
-from undertow.errors import ConfigError, UndertowError
+from undertow.errors import ConfigError, UndertowError, shown
+from undertow.recording.doubt_kinds import DoubtKind
+from undertow.recording.recording import Coordinate
 
 Known = float | Mapping[str, str | float]
 """A number, or a table by a condition as configs have them: {"by": "water_depth_m", "2.36": 0.97}."""
@@ -38,6 +41,33 @@ class Rig(TypedDict, total=False):
     gravity_m_per_s2: float
 
 
+class ReadSettings(TypedDict, total=False):
+    """What `undertow.read` takes beside columns, units and t; it says there what each is."""
+
+    conditions: Any
+    rate_hz: float | None
+    coordinate: Coordinate | None
+    window: Any
+    releases: Any
+    names: Sequence[str] | None
+    accept: Sequence[DoubtKind]
+    variable: str | None
+
+
+class RigAndRead(Rig, ReadSettings):
+    """What is known of a rig, and how its recordings are read."""
+
+
+def parted(given: Mapping[str, Any]) -> tuple[dict[str, Any], dict[str, Any]]:
+    """What belongs to `ReadSettings`, and the rest, which is the rig's.
+
+    >>> parted({"mass_kg": 4.0, "rate_hz": 100.0})
+    ({'rate_hz': 100.0}, {'mass_kg': 4.0})
+    """
+    reading = {key: value for key, value in given.items() if key in ReadSettings.__annotations__}
+    return reading, {key: value for key, value in given.items() if key not in reading}
+
+
 def terms_of(equation: Sequence[str | Term] | Equation) -> tuple[Term, ...]:
     """The terms of an equation given by names, terms or an `Equation`; ConfigError for an unknown name, one that
     stands there twice, or none.
@@ -47,18 +77,17 @@ def terms_of(equation: Sequence[str | Term] | Equation) -> tuple[Term, ...]:
     """
     if isinstance(equation, Equation):
         return equation.terms
-    if isinstance(equation, (str, Term)):
-        raise ConfigError(f"equation is the single {equation!r}; give a list of names, as in ['stiffness', ...]")
+    if isinstance(equation, (str, Term)) or not isinstance(equation, Iterable):
+        raise ConfigError(f"equation is the single {shown(equation)}; give a list of names, as in ['stiffness', ...]")
     terms = tuple(find(one) if isinstance(one, str) else one for one in equation)
     for one in terms:
         if not isinstance(one, Term):
             raise ConfigError(
-                f"equation holds {one!r}, of type {type(one).__name__}; a law is a name, or an object of a class of "
-                "your own that is a Term (docs/python_front.md)"
+                f"equation holds {shown(one)}, of type {type(one).__name__}; a law is a name, or an object of a class "
+                "of your own that is a Term (docs/python_front.md)"
             )
-    for at, one in enumerate(terms):
-        if one in terms[:at]:
-            raise ConfigError(f"equation names {one.name!r} twice; take one of them out")
+    if doubled := twice(terms):
+        raise ConfigError(f"equation names {doubled!r} twice; take one of them out, or rename your own")
     if not terms:
         raise ConfigError(f"equation has {len(terms)} terms; name some, as in ['stiffness', 'viscous_damping']")
     return terms
@@ -114,8 +143,10 @@ def group_specimen(config: RunConfig, conditions: Sequence[Mapping[str, Any]]) -
     found = [config.specimen_for(one) for one in conditions]
     different = [one for one in found if repr(one) != repr(found[0])]
     if different:
+        pairs = zip(asdict(found[0]).items(), asdict(different[0]).values(), strict=True)
+        said = ", ".join(f"{name} {one} and {other}" for (name, one), other in pairs if repr(one) != repr(other))
         raise UndertowError(
-            f"what is known of the rig differs between the {len(found)} trials ({found[0]} and {different[0]}); fit "
-            "trials of one water and spring at a time: trials.where(...)"
+            f"what is known of the rig differs between the {len(found)} trials ({said}); fit trials of one water and "
+            "spring at a time: trials.where(...)"
         )
     return found[0]

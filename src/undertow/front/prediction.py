@@ -9,6 +9,7 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from numbers import Integral
 from typing import Any
 
 import numpy as np
@@ -19,6 +20,7 @@ from undertow.conditioning.motion import Motion
 from undertow.discrepancy.words import percent
 from undertow.equation.equation import Equation
 from undertow.equation.kernel import SLOT
+from undertow.equation.simulate import rising
 from undertow.equation.simulate import simulate as integrate
 from undertow.errors import IdentificationError, UndertowError
 from undertow.front.reading import read
@@ -34,6 +36,9 @@ from undertow.uncertainty.confidence import INTERVAL_LEVEL, half_width
 DRAWS = 200
 """Motions that a band is made of: its ends are then right within a tenth of its width."""
 
+LEAST_DRAWS = 2
+"""Fewer have no spread."""
+
 BAND_POINTS = 1000
 """Instants at which a band is computed; between them it is interpolated."""
 
@@ -41,6 +46,9 @@ RUBBING = {"k": "k1", "c": "c1", "mu": "fc"}
 """Slots of what differs from trial to trial."""
 
 NOTHING = np.zeros(0, dtype=np.int64)
+
+FROM_START = "from x0"
+"""Name of a free run without a trial."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -115,10 +123,11 @@ class Prediction:
     def __repr__(self) -> str:
         lines = [f"free run of {self.equation}"]
         for run in self.runs:
-            start = f"from {run.x0:.4g} (SI), {run.t[-1]:.4g} s"
+            begun = f"{run.name} =" if run.name == FROM_START else f"{run.name} from"
+            start = f"{begun} {run.x0:.4g} (SI), {run.t[-1]:.4g} s"
             seen = f": error {percent(run.nrmse)} of the motion (rms {run.rms:.3g})" if run.measured.size else ""
             held = f", {percent(run.inside)} of it inside the {self.level:.0%} band" if run.inside >= 0.0 else ""
-            lines.append(f"  {run.name} {start}{seen}{held}")
+            lines.append(f"  {start}{seen}{held}")
         return "\n".join([*lines, *(f"- {note}" for note in self.notes)])
 
     def _repr_html_(self) -> str:
@@ -149,8 +158,8 @@ def predict(
     ``times``. The band holds ``level`` of what the numbers' errors, the scatter of k, c and mu from trial to trial and
     the sensor's noise leave, by ``draws`` equations drawn with ``seed``; free decays only.
 
-    Raises UndertowError where neither trials nor x0 and times are given, IdentificationError where the motion has no
-    bounds.
+    Raises UndertowError where neither trials nor x0 and times are given, times do not increase or draws are too few,
+    IdentificationError where the motion has no bounds.
 
     >>> import undertow
     >>> run = undertow.simulate({"stiffness": 400.0, "viscous_damping": 2.0}, x0=0.1, mass_kg=4.0, duration_s=6.0)
@@ -161,6 +170,8 @@ def predict(
     """
     if not 0.0 < level < 1.0:
         raise UndertowError(f"level is {level:g}; the band's share must lie between 0 and 1, as 0.9")
+    if not (isinstance(draws, Integral) and draws >= LEAST_DRAWS):
+        raise UndertowError(f"draws is {draws!r}; a band is made of {LEAST_DRAWS} equations at least, as {DRAWS}")
     found = one_group(found)
     equation = equation_of(found)
     rng = np.random.default_rng(seed)
@@ -168,7 +179,7 @@ def predict(
     if trials is None:
         if x0 is None or times is None:
             raise UndertowError(f"x0 is {x0} and times {'given' if times is not None else None}; give trials or both")
-        run = _run(equation, drawn, "from x0", instants(times, "times"), (x0, v0), rest_m, level)
+        run = _run(equation, drawn, FROM_START, rising(instants(times, "times")), (x0, v0), rest_m, level)
         return Prediction(equation, (run,), level, notes)
     if x0 is not None:
         raise UndertowError(f"x0 is {x0:g} beside trials, which have their own; give one of the two")
@@ -194,7 +205,7 @@ def predict_whole(
         (x0, v0), rest = _start(where, 0.0)
         named: str | tuple[str, str, str] = (where.name, where.recording.coordinate, quantity)
     else:
-        times, measured, v0, rest, named = where, None, 0.0, 0.0, "from x0"
+        times, measured, v0, rest, named = where, None, 0.0, 0.0, FROM_START
     free = _run(equation, drawn, named, times, (x0, v0), rest, INTERVAL_LEVEL)
     beyond = missed * float(np.sqrt(np.mean((free.predicted[times >= 0.0] - rest) ** 2)))
     size = math.hypot(noise, rest_std, beyond)

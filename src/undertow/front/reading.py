@@ -118,7 +118,8 @@ def read(
     variable : the table in files that hold several, as ``recordings.variable`` of a config: an array or structure of a
         MATLAB file (dots lead into structures), an HDF5 group or dataset, a sheet, a TDMS group, an MDF channel group.
 
-    Raises RecordingError where a file or column is missing, a unit is not said, or no trial can be used; trials that
+    `Trials` stay as they are. Raises RecordingError where a file or column is missing, a unit is not said, no trial can
+    be used, or what is read already is to be read otherwise; trials that
     cannot be used, whose channels contradict each other, or that are copies of an earlier one are listed in ``failed``
     beside others that can be used.
 
@@ -130,6 +131,14 @@ def read(
     0.1
     """
     if isinstance(source, Trials):
+        said = {
+            "columns": columns, "units": units, "conditions": conditions, "t": t, "rate_hz": rate_hz, "window": window,
+            "coordinate": coordinate, "releases": releases, "names": names, "accept": accept or None,
+            "variable": variable,
+        }  # fmt: skip
+        late = ", ".join(name for name, value in said.items() if value is not None)
+        if late:
+            raise RecordingError(f"{late} is given, but these trials are read; give it to the read that made them")
         return source
     if t is None and isinstance(source, Mapping):
         source, named = by_name(source)

@@ -184,8 +184,9 @@ def predict_run(
     groups = equations_of(folder)["groups"]
     settings = load_config(Path(config) if config else folder / "config.yaml")
     unit = "rad" if settings.equation.coordinate == "rotation" else "m"
+    start = {"x0": x0, "duration": duration_s, "rate": rate_hz}
     if recording is None:
-        _check_start({"x0": x0, "duration": duration_s, "rate": rate_hz})
+        _check_start(start)
         if duration_s * rate_hz > MOST_SAMPLES:
             raise ConfigError(
                 f"a decay of {duration_s:g} s at {rate_hz:g} Hz has {duration_s * rate_hz:.3g} samples; at most "
@@ -197,6 +198,7 @@ def predict_run(
         period = own_period_s(StoredEquation(entry).equation, x0, duration_s)
         done = RunPrediction(made, np.zeros(times.size), entry["label"], unit, _largest(entry), period)
     else:
+        _no_start_beside(recording, start)
         file = Path(recording)
         if not file.exists():
             raise ConfigError(f"{file} is not there; give the path of a recording")
@@ -251,10 +253,10 @@ def predict_any(
     duration (s) and rate (Hz) of a decay never tested, ``group`` conditions or words of one group, ``start`` the
     samples that a driven trial's start comes from. Raises ConfigError as `predict_run`, and where a driven run is given
     no recording."""
-    said = group or None
+    said, (x0, duration, rate) = group or None, new
     if equations_of(run)["groups"][0]["driven"]:
+        _no_start_beside(recording, {"x0": x0, "duration": duration, "rate": rate})
         return predict_driven_run(run, recording, group=said, start=start, config=config, out=out)
-    x0, duration, rate = new
     return predict_run(run, recording, x0=x0, duration_s=duration, rate_hz=rate, group=said, config=config, out=out)
 
 
@@ -288,6 +290,13 @@ def _check_start(said: Mapping[str, float]) -> None:
     low = next((name for name in ("duration", "rate") if said[name] <= 0.0), "")
     if low:
         raise ConfigError(f"--{low} is {said[low]:g} {'s' if low == 'duration' else 'Hz'}; give one above zero")
+
+
+def _no_start_beside(recording: object, said: Mapping[str, float]) -> None:
+    """ConfigError where a recording is given, which has a start and instants of its own, and others beside it."""
+    given = " ".join(f"--{name} {value:g}" for name, value in said.items() if not math.isnan(value))
+    if recording is not None and given:
+        raise ConfigError(f"{given} beside the recording {recording}, which has its own; give one of the two")
 
 
 def _largest(entry: Mapping[str, Any]) -> float:

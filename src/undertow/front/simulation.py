@@ -124,8 +124,10 @@ def equation_of(equation: Any, mass_kg: float = math.nan) -> Equation:
     equation = one_group(equation)
     if isinstance(equation, Equation):
         return equation
-    if isinstance(getattr(equation, "equation", None), Equation):
-        return equation.equation  # type: ignore[no-any-return]
+    of_class = hasattr(type(equation), "equation")  # asked for itself: what is not fitted says so
+    found = equation.equation if of_class else getattr(equation, "equation", None)
+    if isinstance(found, Equation):
+        return found
     if not isinstance(equation, Mapping):
         raise UndertowError(
             f"equation is of type {type(equation).__name__}; give an Equation, a fit, or coefficients by the terms' "

@@ -18,11 +18,14 @@ from undertow.equation import registry
 from undertow.equation.general import PlacedTerm
 from undertow.equation.kernel import N_SLOTS, SLOT
 from undertow.equation.term import Term
-from undertow.errors import IdentificationError
+from undertow.errors import FAILURES, IdentificationError
 from undertow.likelihood.fit import Specimen, Structure
 from undertow.likelihood.scale import contract_name
 from undertow.quantities import Estimate
 from undertow.recording.recording import Array
+
+SAMPLES_ASKED = 5
+"""Samples that a law is asked for the force of before it is fitted."""
 
 
 @dataclass(frozen=True)
@@ -196,9 +199,22 @@ def _one(
 
 
 def _typical(term: Term, size: float, speed: float) -> float:
-    """Force per unit coefficient at the motion's largest displacement and speed."""
-    one = np.ones(1)
-    return abs(float(term.force(size * one, speed * one, one, one)[0])) or 1.0
+    """Force per unit coefficient at the motion's largest displacement and speed; IdentificationError where a law of
+    one's own gives no array of them."""
+    share = np.linspace(-1.0, 1.0, SAMPLES_ASKED)
+    try:
+        force = np.asarray(term.force(size * share, speed * share, share, np.abs(share)), dtype=np.float64)
+    except (TypeError, LookupError, AttributeError, *FAILURES) as error:
+        raise IdentificationError(
+            f"{term.name}: its force cannot be calculated from arrays of {SAMPLES_ASKED} samples ({error}); calculate "
+            "with whole arrays, as np.where(abs(x) < 0.03, v, 0.0) in place of if"
+        ) from error
+    if force.shape != share.shape:
+        raise IdentificationError(
+            f"{term.name}: its force has the shape {force.shape} for {SAMPLES_ASKED} samples of x, v, a and t; give "
+            "one number a sample, as np.full_like(x, 1.0)"
+        )
+    return abs(float(force[-1])) or 1.0
 
 
 def _general(term: Term, scale: float, suffix: str) -> list[Coefficient]:

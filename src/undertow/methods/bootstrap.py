@@ -18,6 +18,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from undertow.conditioning.motion import Motion
+from undertow.equation.registry import find
 from undertow.equation.term import Term
 from undertow.errors import IdentificationError
 from undertow.methods.library import build_design
@@ -101,13 +102,15 @@ def block_bootstrap(
 
 
 def bootstrap_sindy(
-    motions: Sequence[Motion], terms: Sequence[Term], draws: int = 1000, seed: int = 0, periods: float = 1.0
+    motions: Sequence[Motion], terms: Sequence[str | Term], draws: int = 1000, seed: int = 0, periods: float = 1.0
 ) -> BootstrapDraws:
-    """Block bootstrap of the prescribed equation's coefficients over mass, several trials pooled as in SINDy.
+    """Block bootstrap of the prescribed equation's coefficients over mass, several trials pooled as in SINDy; ``terms``
+    are laws of the registry by name, or terms.
 
     A block is ``periods`` of the motion. With one trial its blocks are drawn, with more whole trials too.
     """
-    library = [term for term in terms if not term.is_inertia]
+    named = [find(term) if isinstance(term, str) else term for term in terms]
+    library = [term for term in named if not term.is_inertia]
     design = build_design(motions, library)
     block = max(2, round(periods * design.period_s / design.step_s))
     columns = project_out(design.nuisance, design.columns)

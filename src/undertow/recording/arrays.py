@@ -26,6 +26,8 @@ def real_numbers(given: Any, name: str) -> Array:
     if np.iscomplexobj(given):
         raise RecordingError(f"{name} holds complex numbers, and is real; give real part, absolute value or angle")
     values = np.asarray(given)
+    if values.dtype.kind == "b":
+        raise RecordingError(f"{name} holds truth values, and no numbers; give what the sensor said")
     if values.dtype.kind in "mM":
         raise RecordingError(f"{name} holds dates or durations, and no numbers; only times may be dates")
     try:

@@ -6,6 +6,7 @@ here: running anything, the terminal's table (front/terminal/).
 
 from __future__ import annotations
 
+import json
 import math
 from collections import Counter
 from collections.abc import Iterator, Mapping, Sequence
@@ -17,6 +18,8 @@ import pandas as pd
 from jinja2 import Environment
 
 from undertow.discrepancy.words import count, group_title, percent
+from undertow.equation.registry import row
+from undertow.errors import ConfigError
 from undertow.quantities import Estimate, or_nan
 from undertow.report.verdict_file import read_verdicts
 from undertow.report.wording import STATUS_WORDS, estimate_text, parameter_words
@@ -77,10 +80,13 @@ def compare_runs(folders: Sequence[Path]) -> pd.DataFrame:
     quantities stand in the order of the runs; an empty cell is what a run does not have. Runs of one name are
     distinguished by their paths.
 
-    Raises UndertowError where a folder holds no finished run, or one written under another contract.
+    Raises UndertowError where a folder holds no finished run, or one written under another contract, ConfigError for a
+    single run.
     """
     names = _labels(folders)
     runs = [dict(_one_run(folder)) for folder in folders]
+    if len(runs) < 2:
+        raise ConfigError(f"{', '.join(names)} is a single run; give two, as in undertow compare RUN RUN")
     rows = []
     for group in dict.fromkeys(group for run in runs for group in run):
         entries = [run.get(group, {}) for run in runs]
@@ -96,12 +102,15 @@ def compare_runs(folders: Sequence[Path]) -> pd.DataFrame:
 
 
 def changes_in_words(table: pd.DataFrame) -> str:
-    """How many groups there are, and in how many verdicts and parameters changed."""
+    """How many groups there are, in how many verdicts and parameters changed, or one run alone has some."""
     verdicts = table[(table["quantity"] == "verdict") & (table["change"] != "")]["group"].nunique()
-    numbers = table[table["changed"] & ~table["quantity"].isin(_ENTRY_QUANTITIES)]["group"].nunique()
+    numbers = table[table["changed"] & ~table["quantity"].isin(_ENTRY_QUANTITIES)]
+    alone = numbers["change"].str.contains(ONLY)
+    moved = numbers[~alone | numbers["change"].str.contains(f"errors|{CHANGED}")]["group"].nunique()
+    more = f", parameters that one run alone has in {numbers[alone]['group'].nunique()}" if alone.any() else ""
     return (
         f"{count(int(table['group'].nunique()), 'group')}: another verdict in {verdicts}, parameters changed by "
-        f"{NOTEWORTHY:g} standard errors or more in {numbers}"
+        f"{NOTEWORTHY:g} standard errors or more in {moved}{more}"
     )
 
 
@@ -176,8 +185,26 @@ def _labels(folders: Sequence[Path]) -> list[str]:
 
 
 def _one_run(folder: Path) -> Iterator[tuple[str, dict[str, Cell]]]:
+    masses = _masses(folder)
     for entry in read_verdicts(folder)["groups"]:
-        yield group_title(entry["group"]), dict(_cells(entry))
+        title = group_title(entry["group"])
+        yield title, dict(_cells(entry, masses.get(title, {})))
+
+
+def _masses(folder: Path) -> dict[str, dict[str, Estimate]]:
+    """Total mass of every group's equations by their version, as equations.json has them; none in an older run."""
+    path = folder / "equations.json"
+    groups = json.loads(path.read_text(encoding="utf-8"))["groups"] if path.exists() else []
+    return {
+        group_title(group["group"]): {name: _total_mass(one) for name, one in group.get("versions", {}).items() if one}
+        for group in groups
+    }
+
+
+def _total_mass(version: Mapping[str, Any]) -> Estimate:
+    added = [one for one in version["rows"] if (law := row(one["term"])) is not None and law.is_inertia]
+    errors = [or_nan(version.get("mass_stderr")), *(or_nan(one["stderr"]) for one in added)]
+    return Estimate(version["mass_kg"] + sum(one["value"] for one in added), math.hypot(*errors), unit="kg")
 
 
 _ENTRY_QUANTITIES = (
@@ -187,8 +214,8 @@ _ENTRY_QUANTITIES = (
 """What a group has beside its parameters."""
 
 
-def _cells(entry: Mapping[str, Any]) -> Iterator[tuple[str, Cell]]:
-    """What one group's entry of verdict.json says: quantity -> cell."""
+def _cells(entry: Mapping[str, Any], masses: Mapping[str, Estimate]) -> Iterator[tuple[str, Cell]]:
+    """What one group's entry of verdict.json says: quantity -> cell; ``masses`` by the equation's version."""
     baseline, after = entry["baseline"], entry.get("augmented")
     named = [name.replace("_", " ") for name in entry["verdict"] if name != "unknown"]
     yield "verdict", Cell(" + ".join([STATUS_WORDS[entry["status"]].removesuffix(" with"), *named]))
@@ -201,7 +228,8 @@ def _cells(entry: Mapping[str, Any]) -> Iterator[tuple[str, Cell]]:
     for start, described in (("", baseline), ("repaired: ", after or {"parameters": {}})):
         numbers = {name: number for name, one in described["parameters"].items() if (number := _estimate(one))}
         for name, number in numbers.items():
-            cell = Cell(estimate_text(number), number, mass=numbers.get("total_mass_kg"))
+            mass = numbers.get("total_mass_kg", masses.get("augmented" if start else "baseline"))
+            cell = Cell(estimate_text(number), number, mass=mass)
             yield f"{start}{name.replace(PER_MASS, '')}", cell
 
 

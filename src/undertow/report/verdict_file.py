@@ -124,7 +124,8 @@ def verdict_pieces(groups: Iterable[Mapping[str, Any]], sentence: str) -> Iterat
 def read_verdicts(folder: Path) -> dict[str, Any]:
     """verdict.json of a run folder, checked as far as every reader needs it: this contract's, with groups.
 
-    Raises UndertowError where the folder holds no finished run, or one that was written under another contract.
+    Raises UndertowError where the folder holds no finished run (ConfigError: no such file), or one that was written
+    under another contract.
 
     >>> try:
     ...     read_verdicts(Path("no_such_run"))
@@ -140,7 +141,8 @@ def read_verdicts(folder: Path) -> dict[str, Any]:
                 raise KeyError("group, status, verdict, baseline")
     except (OSError, ValueError, KeyError, TypeError, AttributeError, RecursionError) as reason:
         why = getattr(reason, "strerror", None) or f"it is not a run's verdict ({type(reason).__name__})"
-        raise UndertowError(
+        kind = ConfigError if isinstance(reason, OSError) else UndertowError
+        raise kind(
             f"run folder {folder}: {path.name} cannot be read: {why}; give a folder that `undertow run` finished"
         ) from reason
     if content.get("contract") != CONTRACT:

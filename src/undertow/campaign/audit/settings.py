@@ -137,6 +137,8 @@ def load_audit(path: str | Path, overrides: Sequence[str] = ()) -> AuditConfig:
     Raises ConfigError with one line a problem: the file's line, the key, what was written, what it should be.
     """
     source = read_source(Path(path), overrides)
+    if "recordings" in source.data:
+        raise ConfigError(f"{path} is a config of recordings, for undertow run; an audit's has laboratory and tables")
     try:
         config = AuditConfig.model_validate(source.data)
     except ValidationError as error:

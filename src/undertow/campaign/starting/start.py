@@ -9,6 +9,7 @@ import re
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
+from shlex import quote
 
 from undertow.campaign.config import RunConfig
 from undertow.campaign.config.matching import planned
@@ -66,7 +67,7 @@ class Started:
         lines += [f"  guessed: {doubt}" for doubt in self.doubts[:DOUBTS_SHOWN]]
         if len(self.doubts) > DOUBTS_SHOWN:
             lines.append(f"  and {len(self.doubts) - DOUBTS_SHOWN} more guesses, which stand in the config")
-        return "\n".join([*lines, f"next: {self.next}, then undertow run {self.path}"])
+        return "\n".join([*lines, f"next: {self.next}, then undertow run {quote(str(self.path))}"])
 
 
 def start(folder: Path, out: Path | None = None, progress: Progress = lambda stage, done, of: None) -> Started:

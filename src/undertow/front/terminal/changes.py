@@ -22,9 +22,8 @@ def comparison_text(
     folders: Sequence[Path], whole: bool = False, width: int = 0, colour: bool = False
 ) -> str:
     """The comparison for a terminal: a group's name, below it the quantities that differ (``whole``: all), and last how
-    many groups changed. A single run is shown whole."""
+    many groups changed."""
     table = compare_runs(folders)
-    whole = whole or len(folders) == 1
     shown = table if whole else table[table["change"] != ""]
     lines = [table_text(_table(shown), width, colour)] if len(shown) else []
     return "\n".join([*lines, changes_in_words(table)])

@@ -329,3 +329,17 @@ def test_a_trial_that_cannot_be_used_is_reported_and_results_never_shift(discove
         with pytest.raises(RecordingError, match=r"^1 of 3 trials cannot be used: trial still.*; leave it out"):
             ask(tables)
         ask(undertow.read(tables))
+
+
+def test_a_header_that_contradicts_the_unit_and_an_acceleration_that_no_rig_bears_are_doubted(tmp_path):
+    """A column "Weg [mm]" read as m, 60 m at 1.6 Hz: a green page had said nothing of it."""
+    path = files(tmp_path, "t,Weg [mm]") / "c.yaml"
+    text = CONFIG.replace("{rate_hz: 50}", "{column: t, unit: s}").replace("column: Weg,", 'column: "Weg [mm]",')
+    path.write_text(text.replace("unit: mm}", "unit: m}"))
+    said = run_to_folder(path, out=tmp_path / "run", jobs=1, page=False).summary
+    assert "displacement: the name of column 'Weg [mm]' says mm, and unit is m: correct the unit" in said
+    assert "g, more than 100: is it in mm? correct recordings.channels.displacement.unit" in said
+    path.write_text(text)
+    said = run_to_folder(path, out=tmp_path / "fine", jobs=1, page=False).summary
+    assert "the name of column" not in said
+    assert "more than 100" not in said

@@ -3,30 +3,34 @@
 A name, pattern, condition or key that matches nothing, or of several things only some, stops the run with a sentence
 each; a trial that lacks a condition it is needed by fails alone.
 
-Belongs here: `planned`, `unmatched`. Does not belong here: keys against each other (rules.py), numbers of the specimen
-(specimen_rules.py), recordings (course.py).
+Belongs here: `planned`, `unmatched`, `contradicted_headers`. Does not belong here: keys against each other (rules.py),
+numbers of the specimen (specimen_rules.py), recordings (course.py).
 """
 
 from __future__ import annotations
 
+import contextlib
 import difflib
 import re
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 
+from undertow.campaign.config.recording_settings import ChannelSettings
 from undertow.campaign.config.run_config import GroupKey, RunConfig
 from undertow.campaign.config.settings import LargestSettings
 from undertow.campaign.config.situations import CLOSE, Situation, listed, nearest, situations, values_of, written
 from undertow.campaign.config.source import Location
 from undertow.campaign.config.specimen_rules import impossible, location, tables
-from undertow.errors import ConfigError
+from undertow.errors import ConfigError, RecordingError
 from undertow.recording.catalogue import Entry
 from undertow.recording.conditions import same_condition
 from undertow.recording.gather import listing
 from undertow.recording.patterns import Patterns, patterns_of
+from undertow.recording.propose import name_and_unit
 from undertow.recording.readers import trial_name
-from undertow.recording.recording import Condition
+from undertow.recording.recording import Condition, Coordinate
+from undertow.recording.units import factor_to_si
 
 SENTENCES_AT_MOST = 20
 """Problems said at once; a list of a thousand wrong files is one mistake."""
@@ -295,3 +299,27 @@ def _placeable(entry: Entry, needed: Mapping[str, str]) -> Entry:
         f"it has no condition {lacks!r}, by which {needed[lacks]} goes; it has {listed(list(entry.conditions))}: fill "
         "its cell in the index, or give it in trials.conditions"
     ))  # fmt: skip
+
+
+def contradicted_headers(config: RunConfig) -> tuple[str, ...]:
+    """The doubts about columns whose own name has another unit than the config says."""
+    said = []
+    for name, channel in config.recordings.channels:
+        for column in (channel.column, *(channel.columns or ())) if isinstance(channel, ChannelSettings) else ():
+            written_unit = name_and_unit(column)[1] if isinstance(column, str) else ""
+            sizes = {unit: _size_of(unit, name) for unit in (written_unit, channel.unit)}
+            if len(sizes) == 2 and None not in sizes.values() and len(set(sizes.values())) == 2:
+                said.append(
+                    f"recordings.channels.{name}: the name of column {column!r} says {written_unit}, and unit is "
+                    f"{channel.unit}: correct the unit, unless the name is wrong"
+                )
+    return tuple(said)
+
+
+def _size_of(unit: str, channel: str) -> float | None:
+    """A unit in SI, in translation or rotation; None where it is none of this channel."""
+    coordinates: tuple[Coordinate, ...] = ("translation", "rotation")
+    for coordinate in coordinates:
+        with contextlib.suppress(RecordingError):
+            return factor_to_si(unit, channel, coordinate)[0]
+    return None

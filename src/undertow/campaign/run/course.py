@@ -12,7 +12,7 @@ from dataclasses import dataclass, field, replace
 from pathlib import Path
 
 from undertow.campaign.config import GroupKey, RunConfig
-from undertow.campaign.config.matching import planned
+from undertow.campaign.config.matching import contradicted_headers, planned
 from undertow.campaign.config.specimen_rules import strange_constants
 from undertow.campaign.run import checkpoints
 from undertow.campaign.run.analysis import GroupTask, analyse
@@ -111,7 +111,7 @@ class Course:
         self._terms = terms_by_name(config.equation.terms) if terms is None else tuple(terms)
         self._catalogue, self._given = config.catalogue(), given
         self._notes: tuple[str, ...] = ()
-        self._doubts = strange_constants(config)
+        self._doubts = (*strange_constants(config), *contradicted_headers(config))
         if given is None:
             plan = planned(config)
             self._notes = plan.notes

@@ -13,6 +13,8 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from types import MappingProxyType
 
+import numpy as np
+
 from undertow.campaign.run.judgement import contradicted_verdict
 from undertow.campaign.run.one_body import lone_trial, not_one_body, strange_trial
 from undertow.campaign.run.tasks import slope_of_cells
@@ -48,6 +50,9 @@ BETWEEN_TRIALS = frozenset(suspect.name for suspect in SUSPECTS if suspect.is_sc
 
 STRANGE = frozenset({"conditions", "clock", "gaps", "spikes", "period"})
 """Kinds of doubt that, accepted for a trial, say that it may be unlike the others."""
+
+GRAVITY, HURLED_M_PER_S2 = 9.81, 981.0
+"""Gravity, and an acceleration of a hundred times that: no body on springs that was let go has it."""
 
 MOST_DAMPING_RATIO = 0.5
 """A body with more damping does not swing twice."""
@@ -330,12 +335,21 @@ def _unloaded(group: GroupFindings) -> str:
 
 
 def _turned(group: GroupFindings) -> str:
-    """That a body was turned by more than half a turn, as an angle in degrees that is taken for radians was."""
-    turned = [t.motion for t in group.trials if t.motion.recording.coordinate == "rotation"]
+    """That a body was turned by more than half a turn, as an angle in degrees that is taken for radians was, or moves
+    with an acceleration that no rig bears, as millimetres taken for metres do."""
+    swings = [(t.motion, float(np.max(np.abs(t.motion.windowed("a"))))) for t in group.trials]
+    turned = [motion for motion, _ in swings if motion.recording.coordinate == "rotation"]
     most = max(turned, key=lambda one: one.amplitude, default=None)
-    if most is None or not most.amplitude > math.pi:
+    if most is not None and most.amplitude > math.pi:
+        return (
+            f"trial {most.name} is released from {most.amplitude:.3g} rad, more than half a turn (pi): is it in "
+            "degrees? correct recordings.channels.displacement.unit, or list unit in recordings.accept"
+        )
+    fastest, size = max(swings, key=lambda one: one[1])
+    if turned or not size > HURLED_M_PER_S2:
         return ""
     return (
-        f"trial {most.name} is released from {most.amplitude:.3g} rad, more than half a turn (pi): is it in degrees? "
-        "correct recordings.channels.displacement.unit, or list unit in recordings.accept"
+        f"trial {fastest.name} is released from {fastest.amplitude:.3g} m and moves with {size / GRAVITY:.3g} g, more "
+        f"than {HURLED_M_PER_S2 / GRAVITY:.0f}: is it in mm? correct recordings.channels.displacement.unit or the unit "
+        "of time, or list unit in recordings.accept"
     )

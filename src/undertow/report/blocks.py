@@ -160,6 +160,17 @@ def unseen_words(verdict: Verdict) -> str:
     return f"{percent(before)} → {percent(after)}" if math.isfinite(before) and math.isfinite(after) else ""
 
 
+def errors_of(verdict: Verdict) -> tuple[float, float] | None:
+    """Free-run error of a group as prescribed and repaired: of unseen trials where both have one, else of the fitted
+    ones; None without a repaired equation."""
+    before, after = verdict.baseline, verdict.augmented
+    if after is None:
+        return None
+    if math.isfinite(before.held_out_nrmse) and math.isfinite(after.held_out_nrmse):
+        return before.held_out_nrmse, after.held_out_nrmse
+    return before.nrmse, after.nrmse
+
+
 def identity(group: GroupFindings, anchor: str) -> dict[str, Any]:
     """What names a group and its verdict wherever it stands."""
     verdict = group.verdict
@@ -216,30 +227,27 @@ def no_gain_words(findings: Findings, group: GroupFindings) -> str:
 
     The springs of one water are judged together: what is named can be needed on one spring and be no gain on the other.
     """
-    verdict = group.verdict
-    if verdict.augmented is None or not verdict.augmented.nrmse > verdict.baseline.nrmse:
+    verdict, errors = group.verdict, errors_of(group.verdict)
+    if errors is None or not errors[1] > errors[0]:
         return ""
     span = spanning_conditions(findings)
-    level = span.level_of(group)
-    together = [g for g in findings.groups if g is not group and span.level_of(g) == level]
+    together = [g for g in findings.groups if g is not group and span.level_of(g) == span.level_of(group)]
     others = [
         g for g in together
-        if g.verdict.verdict == verdict.verdict and g.verdict.augmented is not None
-        and g.verdict.augmented.nrmse < g.verdict.baseline.nrmse
+        if g.verdict.verdict == verdict.verdict and (found := errors_of(g.verdict)) is not None and found[1] < found[0]
     ]  # fmt: skip
-    sizes = f"{percent(verdict.baseline.nrmse)} as prescribed, {percent(verdict.augmented.nrmse)} repaired"
-    text = f"In this group the median free-run error does not fall ({sizes}"
-    allowed = verdict.repeatability_nrmse
-    if max(verdict.augmented.nrmse, verdict.baseline.nrmse) <= allowed:
-        text += f", both within repeatability, {percent(allowed)}"
+    text = f"In this group the free-run error does not fall ({percent(errors[0])} as prescribed, {percent(errors[1])} "
+    text += f"repaired, on {'unseen' if unseen_words(verdict) else 'fitted'} trials"
+    if max(errors) <= verdict.repeatability_nrmse:
+        text += f", both within repeatability, {percent(verdict.repeatability_nrmse)}"
     if not together:
         return text + ")"
     text += "): the prescribed equation was fitted to this group alone"
     if not others:
         return f"{text}, the repaired one to several groups together"
     falls = "; ".join(
-        f"{unbroken(g.label)}, {percent(g.verdict.baseline.nrmse)} → {percent(g.verdict.augmented.nrmse)}"
-        for g in others if g.verdict.augmented is not None
+        f"{unbroken(g.label)}, {percent(found[0])} → {percent(found[1])}"
+        for g in others if (found := errors_of(g.verdict)) is not None
     )  # fmt: skip
     return f"{text}, the repaired one to all groups of this water together. What is named is needed there ({falls})"
 

@@ -57,21 +57,39 @@ def counted(statuses: Mapping[str, int]) -> str:
 
 
 def verdict_table(entries: Sequence[Entry]) -> Table:
-    """One row a group: status, what is named, free-run error before and after, what repeating gives, how sure."""
+    """One row a group: status, what is named, free-run error before and after (of unseen trials where the repaired
+    equation has one, as on the page; else "fitted"), what repeating gives, how sure."""
     table = Table(box=box.SIMPLE_HEAD, pad_edge=False)
     for name in ("group", "verdict", "what is missing"):
         table.add_column(name, overflow="fold")
     for name in ("free-run error", "repaired", "repeating gives", "probability"):
         table.add_column(name, justify="right")
     for one in entries:
-        after = one["augmented"] or {}
         table.add_row(
             Text(group_title(one["group"])),
             Text(STATUS_WORDS[one["status"]].removesuffix(" with"), style=COLOURS[one["status"]]),
-            Text(missing_words(one)), percent(or_nan(one["baseline"]["nrmse"])),
-            percent(or_nan(after.get("nrmse"))), percent(or_nan(one["repeatability_nrmse"])), probability_words(one),
+            Text(missing_words(one)), *errors_words(one), percent(or_nan(one["repeatability_nrmse"])),
+            probability_words(one),
         )  # fmt: skip
     return table
+
+
+def errors_words(entry: Entry) -> tuple[str, str]:
+    """A group's free-run error as prescribed and repaired.
+
+    >>> errors_words({"baseline": {"nrmse": 0.4, "held_out_nrmse": 0.5}, "augmented": {"held_out_nrmse": 0.06}})
+    ('50 %', '6.0 %')
+    >>> errors_words({"baseline": {"nrmse": 0.4}, "augmented": {"nrmse": 0.06}})
+    ('40 %', '6.0 % fitted')
+    >>> errors_words({"baseline": {"nrmse": 0.4, "held_out_nrmse": 0.5}, "augmented": None})
+    ('40 %', '-')
+    """
+    before, after = entry["baseline"], entry["augmented"] or {}
+    unseen = [or_nan(one.get("held_out_nrmse")) for one in (before, after)]
+    if all(map(math.isfinite, unseen)):
+        return percent(unseen[0]), percent(unseen[1])
+    repaired = or_nan(after.get("nrmse"))
+    return percent(or_nan(before.get("nrmse"))), percent(repaired) + (" fitted" if math.isfinite(repaired) else "")
 
 
 def missing_words(entry: Entry) -> str:

@@ -99,7 +99,7 @@ def test_a_force_that_changes_along_the_record_and_goes_with_the_release_is_a_me
     fit = fit_joint(level, (addend,), 1.0, {}, 10.0, growing=False, quick=True)
     names = fit.solution.problem.names
 
-    def said(phases) -> str:
+    def said(phases, rate=8.0, left=2.0 * FAR_ABOVE_NOISE) -> str:
         values = fit.solution.values.copy()
         for motion, phase in zip(one.motions, phases, strict=True):
             at = (
@@ -111,11 +111,16 @@ def test_a_force_that_changes_along_the_record_and_goes_with_the_release_is_a_me
             for part, value in zip(("cosine", "sine"), values[list(at)], strict=True):
                 values[names.index(f"external_forcing.{part}_N_per_s[{motion.name}]")] = -0.9 * value / end
                 values[names.index(f"external_forcing.{part}_N_per_s2[{motion.name}]")] = 0.0
-        values[names.index("external_forcing.frequency_rad_per_s")] = 8.0
-        dying = replace(fit, solution=replace(fit.solution, values=values), misfit=2.0 * FAR_ABOVE_NOISE)
+        values[names.index("external_forcing.frequency_rad_per_s")] = rate
+        dying = replace(fit, solution=replace(fit.solution, values=values), misfit=left)
         return doubt(level, dying)
 
     assert "tied to the release: phases and sizes agree in all trials by 100 %" in said(np.full(3, 0.4))
+    beside, own = 2.0 * np.pi * np.arange(3) / 3.0, 2.0 * np.pi / dominant_period(one.motions[0])
+    changing = "changes along each record beside the body's own motion"  # as a gap's, whose rate goes with the swing
+    assert changing in said(beside, 0.95 * own)
+    assert changing not in said(beside, 0.8 * own)
+    assert changing not in said(beside, 0.95 * own, left=FAR_ABOVE_NOISE)
     assert "tied" not in said(2.0 * np.pi * np.arange(3) / 3.0)
 
 

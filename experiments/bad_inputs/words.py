@@ -51,7 +51,7 @@ CASES = (
     Case("init of a folder without recordings", files(("e/a.yaml", b""), then=["init", "{}/e"]), r"e .*no", USAGE),
     Case("init of rubbish alone", files(("e/a.mat", b"\0" * 999), then=["init", "{}/e"]), r"a\.mat", USAGE),
     Case("init over a config", files(("undertow.yaml", b"name: mine"), then=["init", "{}"]), r"there already", USAGE),
-    Case("compare of a folder without a run", words("compare", "{}"), r"verdict\.json cannot be read"),
+    Case("compare of a folder without a run", words("compare", "{}"), r"verdict\.json cannot be read", code=2),
     Case("compare of a damaged run", files(("run/verdict.json", b"[" * 100_000), then=["compare", "{}/run"]),
          r"run folder .*verdict\.json"),
     Case("explain of a folder without a run", words("explain", "{}"), r"verdict\.json"),

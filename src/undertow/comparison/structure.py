@@ -169,7 +169,7 @@ def _told(motions: Sequence[Motion], found: Selected, rules: Rules, effort: Effo
     terms = _refined(found)
     covariance, widening = number_covariance(found)
     rivals = _rivals(found, rules)
-    total = covariance * np.outer(widening, widening) + _between_rivals(found, rivals)
+    total = covariance * np.outer(widening, widening) + _between_rivals(found, rivals, rules)
     numbers = _estimates(found, terms, total)
     names = tuple(label(term) if _twice(term, found.book.terms) else term.name for term in found.book.terms)
     shares = inclusion(found, effort.resamples, effort.seed) if effort.resamples else ()
@@ -276,9 +276,10 @@ def _rivals(found: Selected, rules: Rules) -> list[tuple[tuple[int, ...], float]
     return [pair for pair in sorted(differences.items(), key=lambda pair: pair[1]) if pair[1] <= rules.rival_difference]
 
 
-def _between_rivals(found: Selected, rivals: Sequence[tuple[tuple[int, ...], float]]) -> Array:
+def _between_rivals(found: Selected, rivals: Sequence[tuple[tuple[int, ...], float]], rules: Rules) -> Array:
     """Covariance (p, p) of the numbers kept because another subset may be the true one: how far they lie in rivals that
-    have them, in the linear picture, each rival by its odds."""
+    have them, in the linear picture, each rival by its odds; of each term more than one that it has beyond those kept
+    by those of a rival once more, as in the walk."""
     places = found.book.columns(found.chosen)
     squares, weights = np.zeros((len(places), len(places))), np.ones(len(places))
     for terms, difference in rivals:
@@ -286,7 +287,8 @@ def _between_rivals(found: Selected, rivals: Sequence[tuple[tuple[int, ...], flo
         there = dict(zip(others, _least_squares(found, others), strict=True))
         away = np.array([there.get(place, found.polished.values[place]) for place in places])
         away = away - found.polished.values[places]
-        odds = math.exp(-0.5 * difference)
+        further = max(len(terms) - len(found.chosen) - 1, 0)
+        odds = math.exp(-0.5 * (difference + rules.rival_difference * further))
         squares += odds * np.outer(away, away)
         weights += odds * np.isin(places, others)
     return squares / np.sqrt(np.outer(weights, weights))

@@ -21,6 +21,9 @@ COVERAGE_TAIL = 0.95
 SCATTER_LEVEL = 0.95
 """Quantile of what noise alone would make of the scatter between trials; beyond it the scatter is taken as real."""
 
+LEVEL_OF_TWO = 0.999
+"""The same of two trials, where what is real makes an error four times as wide as their difference says."""
+
 
 def robust_covariance(
     columns: Sequence[Array], residuals: Sequence[Array], block: int, nuisance: int = 0
@@ -64,7 +67,8 @@ def scatter_factor(grams: Sequence[Array], scores: Sequence[Array], moments: Seq
     ``grams`` X'X, ``scores`` the covariance of X'e and ``moments`` X'e of each trial. The jackknife over trials is
     compared with what the residual's noise alone would make of it, coefficient by coefficient. Where it is larger, the
     standard error grows in proportion; where it is beyond `SCATTER_LEVEL` of what noise makes, by (t quantile / normal
-    quantile) at n_trials - 1 degrees of freedom too. 1 for one trial, which has no jackknife.
+    quantile) at n_trials - 1 degrees of freedom too. Of two trials only beyond `LEVEL_OF_TWO`; 1 for one trial, which
+    has no jackknife.
     """
     count, size = len(grams), grams[0].shape[0]
     if count < 2:
@@ -75,9 +79,10 @@ def scatter_factor(grams: Sequence[Array], scores: Sequence[Array], moments: Seq
     found = np.sum((changes - changes.mean(axis=0)) ** 2, axis=0)
     ratio = found / np.maximum(_expected_scatter(inverses, scores), np.finfo(float).tiny)
     freedom = count - 1
-    beyond = ratio > chi2.ppf(SCATTER_LEVEL, freedom) / freedom
+    beyond = ratio > chi2.ppf(SCATTER_LEVEL if count > 2 else LEVEL_OF_TWO, freedom) / freedom
     widening = student.ppf(COVERAGE_TAIL, freedom) / norm.ppf(COVERAGE_TAIL)
-    factor: Array = np.sqrt(np.maximum(ratio, 1.0)) * np.where(beyond, widening, 1.0)
+    noise_alone = np.sqrt(np.maximum(ratio, 1.0)) if count > 2 else np.ones(size)
+    factor: Array = np.where(beyond, np.sqrt(ratio) * widening, noise_alone)
     return factor
 
 

@@ -111,7 +111,7 @@ def with_doubts(
         unknown = [text for kind, text in doubts if kind not in kinds]
         wrong = "" if "conditions" in kinds else impossible(group)
         of_one = of_one or (ordered if group.verdict.status == "nothing_missing" and not unknown else "")
-        if of_one and not wrong:
+        if of_one and of_one not in unknown and not wrong:
             group, unknown = replace(group, notes=(*group.notes, of_one)), [of_one]
             said += [] if any(text.endswith(of_one) for text in said) else [f"{group.label}: {of_one}"]
         if wrong:

@@ -169,12 +169,13 @@ def _told(motions: Sequence[Motion], found: Selected, rules: Rules, effort: Effo
     terms = _refined(found)
     covariance, widening = number_covariance(found)
     rivals = _rivals(found, rules)
-    total = covariance * np.outer(widening, widening) + _between_rivals(found, rivals, rules)
+    alone = covariance * np.outer(widening, widening)  # were this the true subset
+    total = alone + _between_rivals(found, rivals, rules)
     numbers = _estimates(found, terms, total)
     names = tuple(label(term) if _twice(term, found.book.terms) else term.name for term in found.book.terms)
     shares = inclusion(found, effort.resamples, effort.seed) if effort.resamples else ()
     count = len(terms)
-    route, outcome = _route(motions, found, terms, total[:count, :count]) if effort.second_route else (None, "")
+    route, outcome = _route(motions, found, terms, alone[:count, :count]) if effort.second_route else (None, "")
     return FoundStructure(
         trials=tuple(motion.name for motion in motions),
         considered=names,
@@ -185,7 +186,7 @@ def _told(motions: Sequence[Motion], found: Selected, rules: Rules, effort: Effo
         inclusion=dict(zip(names, shares, strict=False)),
         rivals=tuple(RivalSubset(tuple(names[i] for i in terms), difference) for terms, difference in rivals),
         trace=found.search.trace,
-        collinear=collinearity([term.name for term in terms], total[:count, :count], _sizes(motions, terms)),
+        collinear=collinearity([term.name for term in terms], alone[:count, :count], _sizes(motions, terms)),
         route=route,
         route_outcome=outcome,
         left=left_over(found),

@@ -756,3 +756,10 @@ def test_rivals_have_each_name_once_and_none_says_what_the_answer_says():
     sets = (("sine_restoring", "cubic_stiffness"), ("cubic_stiffness", "cubic_stiffness"), ("cubic_stiffness",))
     assert other_sets(("cubic_stiffness", "sine_restoring"), sets) == (("cubic_stiffness",),)
     assert other_sets(("cubic_stiffness",), sets) == (("sine_restoring", "cubic_stiffness"),)
+
+
+@pytest.mark.parametrize(
+    ("assumed", "words"), [("", "repeatability 5.0 %"), ("two trials", "repeatability 5.0 %, assumed")]
+)
+def test_what_repetitions_differ_by_is_said_to_be_assumed_where_nobody_measured_it(assumed, words):
+    assert case(assumed=assumed).repeats == words

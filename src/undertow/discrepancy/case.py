@@ -12,6 +12,7 @@ from dataclasses import dataclass, field, replace
 from undertow.comparison.level import Member
 from undertow.conditioning.motion import Motion
 from undertow.discrepancy.verdict import Described
+from undertow.discrepancy.words import percent
 from undertow.likelihood.fit import Specimen
 
 
@@ -55,6 +56,11 @@ class Case:
             return told
         differs = member.spread.get("k1", 0.0) * told.stiffness_N_per_m
         return replace(told, stiffness_error_N_per_m=math.hypot(told.stiffness_error_N_per_m, differs))
+
+    @property
+    def repeats(self) -> str:
+        """What repetitions differ by, in words, and that it was assumed where nobody measured or stated it."""
+        return f"repeatability {percent(self.allowed)}{', assumed' if self.assumed else ''}"
 
     @property
     def in_water(self) -> bool:

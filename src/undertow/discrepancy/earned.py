@@ -126,9 +126,8 @@ def of_several_causes(verdict: Verdict) -> Verdict:
 
 def without_answer(verdict: Verdict, case: Case, because: str, lacking: str) -> Verdict:
     """``cannot_tell``: the measured errors stay, what was named does not. ``lacking`` is a key of `NEXT`."""
-    size, allowed = percent(case.baseline.nrmse), percent(case.allowed)
-    limit = f"repeatability {allowed}{', assumed' if case.assumed else ''}"
-    text = f"{case.label}: cannot tell, because {because}. The equation misses {size} of the motion ({limit})."
+    missed = f"The equation misses {percent(case.baseline.nrmse)} of the motion ({case.repeats})."
+    text = f"{case.label}: cannot tell, because {because}. {missed}"
     return replace(
         verdict, status="cannot_tell", verdict=(), alternatives=(), parameters={}, augmented=None,
         origin="undetermined", transfer={}, next_test=_next(lacking, case), sentence=text, because=because,
@@ -150,8 +149,8 @@ def _small(verdict: Verdict, case: Case, diagnosis: LevelDiagnosis, small: Candi
     likely = list(dict.fromkeys((small.names[0], *(" and ".join(names) for names in other))))
     words = ", or ".join(name.replace("_", " ") for name in likely[:3])
     text = (
-        f"{case.label}: the equation misses {percent(case.baseline.nrmse)} of the motion (repeatability "
-        f"{percent(case.allowed)}), no more than repetitions differ; but evidence of 10^{odds:.0f} to 1 says that "
+        f"{case.label}: the equation misses {percent(case.baseline.nrmse)} of the motion "
+        f"({case.repeats}), no more than repetitions differ; but evidence of 10^{odds:.0f} to 1 says that "
         f"something small is there, most probably {words}{_but(in_air)}."
     )
     name = likely[0] if len(likely) == 1 and not in_air.because else "unknown"
@@ -164,8 +163,8 @@ def _left(verdict: Verdict, case: Case, gate: Gate) -> Verdict:
     small = gate.value < COUNTS_IN_REPEATABILITY * case.allowed
     status: Status = "present_but_small" if small else "unknown"
     text = (
-        f"{case.label}: the equation misses {percent(case.baseline.nrmse)} of the motion (repeatability "
-        f"{percent(case.allowed)}), no more than repetitions differ; but {gate.because}: something is there, and no "
+        f"{case.label}: the equation misses {percent(case.baseline.nrmse)} of the motion "
+        f"({case.repeats}), no more than repetitions differ; but {gate.because}: something is there, and no "
         "suspect explains it."
     )
     return replace(verdict, status=status, verdict=("unknown",), sentence=text)
@@ -187,8 +186,8 @@ def _standing_out(
     likely = list(dict.fromkeys((first.name, *near)))  # a p-value of zero is no smaller than twenty times itself
     words = ", ".join(name.replace("_", " ") for name in likely[:3])
     text = (
-        f"{case.label}: the equation misses {percent(case.baseline.nrmse)} of the motion (repeatability "
-        f"{percent(case.allowed)}), no more than repetitions differ; but of levels like this with nothing missing only "
+        f"{case.label}: the equation misses {percent(case.baseline.nrmse)} of the motion "
+        f"({case.repeats}), no more than repetitions differ; but of levels like this with nothing missing only "
         f"{percent(tested.p_value)} stand out as much: something is there, most like {words}{_but(in_air)}."
     )
     small = first.size < 1.0

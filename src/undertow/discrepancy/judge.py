@@ -273,20 +273,20 @@ def _without_a_name(plain: Verdict, case: Case, far: bool, as_scatter: bool = Fa
     if as_scatter and case.missing > total / 2:
         text = (
             f"{case.label}: the equation explains {total - case.missing} of {total} trials within repeatability and "
-            f"the group as a whole (error {percent(case.baseline.nrmse)}, repeatability {percent(case.allowed)}), all "
+            f"the group as a whole (error {percent(case.baseline.nrmse)}, {case.repeats}), all "
             "of them to the noise with k, c, mu of their own; nothing is missing."
         )
         return replace(plain, status="nothing_missing", verdict=(), sentence=text)
     if case.missing <= total / 2 and not (far and case.missing):
         text = (
             f"{case.label}: the equation explains {total - case.missing} of {total} trials within repeatability "
-            f"(error {percent(case.baseline.nrmse)}, repeatability {percent(case.allowed)}"
+            f"(error {percent(case.baseline.nrmse)}, {case.repeats}"
             f"{', beyond which scatter alone puts one in twenty' if case.missing else ''}); nothing is missing."
         )
         return replace(plain, status="nothing_missing", verdict=(), sentence=text)
     text = (
-        f"{case.label}: the equation misses {percent(case.baseline.nrmse)} of the motion (repeatability "
-        f"{percent(case.allowed)}) in {case.missing} of {total} trials, and no suspect explains it: unknown."
+        f"{case.label}: the equation misses {percent(case.baseline.nrmse)} of the motion "
+        f"({case.repeats}) in {case.missing} of {total} trials, and no suspect explains it: unknown."
         + (f" Of what is left stand {case.place}." if case.place else "")
     )
     return replace(plain, status="unknown", verdict=("unknown",), sentence=text)

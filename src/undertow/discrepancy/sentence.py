@@ -67,7 +67,7 @@ def sentence_of(
 def _missed(case: Case) -> str:
     """What the prescribed equation misses, in how many trials. The error is the median's: it may be within
     repeatability though some trials are not."""
-    size, allowed = percent(case.baseline.nrmse), f"repeatability {percent(case.allowed)}"
+    size, allowed = percent(case.baseline.nrmse), case.repeats
     share = f"{case.missing} of {len(case.trials)} trials"
     if not case.missing and len(case.trials) == 1:
         return f"the error is no more than repetitions differ (error {size}, {allowed}), but what is left has a shape"

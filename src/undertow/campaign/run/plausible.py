@@ -173,7 +173,8 @@ def implausible(
     known = [name for name, kinds in accepted.items() if STRANGE & set(kinds)]
     found.append(not_one_body(group) or strange_trial(group, known))
     doubts = [("conditions", text) for text in found if text]
-    doubts += [(kind, text) for kind, text in (("damping", _damped(numbers)), ("unit", _turned(group))) if text]
+    others = (("damping", _damped(numbers)), ("unit", _turned(group)), ("unit", _hurled(group)))
+    doubts += [(kind, text) for kind, text in others if text]
     return tuple(doubts)
 
 
@@ -335,18 +336,23 @@ def _unloaded(group: GroupFindings) -> str:
 
 
 def _turned(group: GroupFindings) -> str:
-    """That a body was turned by more than half a turn, as an angle in degrees that is taken for radians was, or moves
-    with an acceleration that no rig bears, as millimetres taken for metres do."""
-    swings = [(t.motion, float(np.max(np.abs(t.motion.windowed("a"))))) for t in group.trials]
-    turned = [motion for motion, _ in swings if motion.recording.coordinate == "rotation"]
+    """That a body was turned by more than half a turn, as an angle in degrees that is taken for radians was."""
+    turned = [t.motion for t in group.trials if t.motion.recording.coordinate == "rotation"]
     most = max(turned, key=lambda one: one.amplitude, default=None)
-    if most is not None and most.amplitude > math.pi:
-        return (
-            f"trial {most.name} is released from {most.amplitude:.3g} rad, more than half a turn (pi): is it in "
-            "degrees? correct recordings.channels.displacement.unit, or list unit in recordings.accept"
-        )
-    fastest, size = max(swings, key=lambda one: one[1])
-    if turned or not size > HURLED_M_PER_S2:
+    if most is None or not most.amplitude > math.pi:
+        return ""
+    return (
+        f"trial {most.name} is released from {most.amplitude:.3g} rad, more than half a turn (pi): is it in degrees? "
+        "correct recordings.channels.displacement.unit, or list unit in recordings.accept"
+    )
+
+
+def _hurled(group: GroupFindings) -> str:
+    """That a body moves with an acceleration that no rig bears, as millimetres taken for metres do."""
+    moved = [t.motion for t in group.trials if t.motion.recording.coordinate == "translation"]
+    sizes = [(float(np.max(np.abs(motion.windowed("a")))), motion) for motion in moved]
+    size, fastest = max(sizes, key=lambda one: one[0], default=(0.0, None))
+    if fastest is None or not size > HURLED_M_PER_S2:
         return ""
     return (
         f"trial {fastest.name} is released from {fastest.amplitude:.3g} m and moves with {size / GRAVITY:.3g} g, more "

@@ -15,7 +15,7 @@ from experiments.structure.truths import OtherBody
 from tests.short_trials import LONG, group, per_mass, released
 from undertow.comparison.discover import motions_of
 from undertow.comparison.stepwise_selection import Rules
-from undertow.comparison.structure import Effort, find_structure
+from undertow.comparison.structure import Effort, find_structure, number_covariance
 from undertow.comparison.structure_report import as_html, as_text, doubts, findings, odds
 from undertow.conditioning.condition import condition
 from undertow.equation.hydrodynamics import QuadraticDrag
@@ -337,3 +337,17 @@ def test_a_number_that_rivals_place_elsewhere_has_their_distance_in_its_error():
     with_both = ("stiffness", "viscous_damping", "quadratic_drag")
     assert with_both in (*found.rivals_, tuple(term.name for term in found.terms_))
     assert abs(drag.value - 2.0) < 2.0 * drag.stderr
+    covariance, widening = number_covariance(found.structure_.found)
+    place = [term.name for term in found.terms_].index("quadratic_drag")
+    assert drag.stderr > 2.0 * np.sqrt(covariance[place, place]) * widening[place]
+
+
+def test_what_a_fit_takes_up_of_the_noise_is_in_its_errors(monkeypatch):
+    found = undertow.Discover(["stiffness", "viscous_damping"], resamples=0, outside=False, second_route=False)
+    selected = found.fit([body_of(4.0)], t=0.01, units={"x": "m"}).structure_.found
+    wide = np.sqrt(np.diag(number_covariance(selected)[0]))
+    lengths = [sum(selected.linear.lengths)]
+    monkeypatch.setattr("undertow.comparison.structure.taken_up", lambda *_: [np.zeros((n, 1)) for n in lengths])
+    plain = np.sqrt(np.diag(number_covariance(selected)[0]))
+    assert np.all(wide / plain > 1.03)
+    assert np.all(wide / plain < 1.3)

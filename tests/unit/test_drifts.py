@@ -140,3 +140,12 @@ def test_scatter_is_hardly_ever_said_to_follow_the_release():
         return replace(plain, trials=tuple(trials))
 
     assert sum(bool(no_scatter([scattered() for _ in range(3)])) for _ in range(200)) <= 1  # .2 expected
+
+
+def test_of_water_s_trials_a_lighter_one_counts_as_a_stiffer_one():
+    plain = green(DRIFTING, np.geomspace(0.01, 0.05, 5))
+    trials = []
+    for trial, mass in zip(plain.trials, 1e6 / DRIFTING, strict=True):
+        numbers = {"total_mass_kg": Estimate(float(mass), 1.0, unit="kg")}
+        trials.append(replace(trial, fits={"output_error": Fit("", ("r",), {}, numbers)}))
+    assert "rises with the size of the release" in no_scatter([replace(plain, trials=tuple(trials))] * 4)

@@ -17,7 +17,7 @@ from undertow.discrepancy.findings import AugmentedRun, Findings, GroupFindings,
 from undertow.discrepancy.verdict import Described, Gate, Verdict
 from undertow.quantities import Estimate
 from undertow.report.behind import adjusted_words, gate_rows, repaired_block, seen_rows
-from undertow.report.blocks import no_gain_words
+from undertow.report.blocks import errors_of, no_gain_words
 from undertow.report.first_screen import (
     SENTENCES_AT_MOST,
     first_screen,
@@ -375,3 +375,10 @@ def test_a_group_that_what_is_named_does_not_help_says_so_with_the_group_that_ne
     assert not is_no_gain(second.verdict)
     text = " ".join(s["text"] for s in level_sentences(findings))
     assert "no gain here, both within the 20\u00a0% of repeats" in text
+
+
+def test_a_group_s_errors_are_those_of_unseen_trials_where_both_equations_have_them():
+    before, after = Described(0.05, 0.06), Described(0.03, 0.04)
+    assert errors_of(Verdict({}, (), baseline=before, augmented=after)) == (0.06, 0.04)
+    assert errors_of(Verdict({}, (), baseline=before, augmented=Described(0.03))) == (0.05, 0.03)
+    assert errors_of(Verdict({}, (), baseline=before)) is None

@@ -10,6 +10,7 @@ from undertow.comparison.structure import Effort, find_structure, number_covaria
 from undertow.conditioning.condition import condition
 from undertow.equation.hydrodynamics import QuadraticDrag
 from undertow.equation.structure import CoulombFriction, Stiffness, ViscousDamping
+from undertow.uncertainty.robust import scatter_factor
 
 EQ15 = (Stiffness(), ViscousDamping(), CoulombFriction(), QuadraticDrag())
 ALONE = Effort(resamples=0, second_route=False)
@@ -50,3 +51,13 @@ def test_a_coefficient_on_its_bound_says_so():
     assert structure.numbers["quadratic_drag"].outcome.startswith("on its bound 0 N s^2/m^2 / kg")
     assert structure.numbers["stiffness"].outcome == "ok"
     assert structure.numbers["stiffness"].value == pytest.approx(109592.0 / LONG.inertia_kg, rel=1e-3)
+
+
+@pytest.mark.parametrize(("apart", "wider"), [(2.0, False), (30.0, True)])
+def test_two_trials_widen_an_error_only_where_they_surely_differ(apart, wider):
+    """Each trial's score in its own standard deviations: two apart is chance, thirty is not."""
+    gram = np.array([[100.0]])
+    moments = [np.array([10.0 * apart / 2.0]), np.array([-10.0 * apart / 2.0])]
+    (factor,) = scatter_factor([gram, gram], [gram, gram], moments)
+    assert (factor > 4.0) == wider
+    assert factor == 1.0 or wider

@@ -149,6 +149,17 @@ def test_what_one_water_repeats_says_how_trials_differ_in_another(tmp_path: Path
     assert task.structure.k.stderr > structures[()].structure.k.stderr  # one dry trial is one draw of a wider scatter
 
 
+def test_cells_that_show_another_spring_in_water_make_its_group_as_unsure_as_uneven_dry_trials(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    config, groups, terms = configured(tmp_path), campaign(3, 3, 0.002), terms_by_name(TERMS)
+    structures = structures_of(config, groups, terms)
+    monkeypatch.setattr("undertow.campaign.run.tasks._another_spring", lambda found, slopes: "another spring")
+    asked = {key: group_task(config, key, one, terms, structures).uneven for key, one in groups.items()}
+    assert asked[("level", 1),] == "another spring"
+    assert asked[("level", 0),] != "another spring"
+
+
 def test_without_dry_trials_every_group_takes_what_the_campaign_repeats(tmp_path: Path) -> None:
     config, terms = configured(tmp_path), terms_by_name(TERMS)
     groups = campaign(0, 6, 0.02)

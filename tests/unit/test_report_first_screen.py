@@ -379,6 +379,6 @@ def test_a_group_that_what_is_named_does_not_help_says_so_with_the_group_that_ne
 
 def test_a_group_s_errors_are_those_of_unseen_trials_where_both_equations_have_them():
     before, after = Described(0.05, 0.06), Described(0.03, 0.04)
-    assert errors_of(Verdict({}, (), baseline=before, augmented=after)) == (0.06, 0.04)
-    assert errors_of(Verdict({}, (), baseline=before, augmented=Described(0.03))) == (0.05, 0.03)
-    assert errors_of(Verdict({}, (), baseline=before)) is None
+    assert errors_of(before, after) == (0.06, 0.04, True)
+    assert errors_of(before, Described(0.03)) == (0.05, 0.03, False)
+    assert errors_of(before, None) is None

@@ -152,25 +152,27 @@ def springs_apart(groups: Sequence[GroupFindings], water: Collection[str]) -> st
 
 
 def no_scatter(groups: Sequence[GroupFindings]) -> str:
-    """That what differs between trials goes with the release or with the order of their names in all groups in which
-    nothing is missing, in words; empty where it may be scatter.
+    """That what differs between trials goes with the release, or with the order of their names, in all groups together
+    in which nothing is missing, in words; empty where it may be scatter.
 
-    Each trial's own stiffness over its mass is ranked within its group (Kendall's tau, added over groups, by
-    permutation); with the same few trials a group alone would not show it. Less than `WORTH_SAYING` is left alone.
+    Each trial's own stiffness over its mass is ranked within its group. Kendall's tau, added over the groups, is held
+    against orders drawn at random: the few trials of one group would not show it. Less than `WORTH_SAYING` is not said.
     """
     green = [g for g in groups if g.verdict.status == "nothing_missing"]
     found = [rows for rows in (_rates(g) for g in green) if len(rows) >= FEWEST_RANKED]
     for along, words in ((1, "with the size of the release"), (2, "in the order of the trials' names")):
         pairs = [(np.array([r[0] for r in rows]), np.array([r[along] for r in rows])) for rows in found]
-        slopes = [float(np.polyfit(size, rate, 1)[0]) for rate, size in pairs if float(np.ptp(size)) > 0.0]
-        spans = [abs(one) * float(np.ptp(size)) for one, (_, size) in zip(slopes, pairs, strict=False)]
-        if len(slopes) < len(pairs) or not pairs or float(np.median(spans)) < WORTH_SAYING:
+        if not pairs or any(float(np.ptp(size)) == 0.0 for _, size in pairs):
+            continue
+        changes = [float(np.polyfit(size, rate, 1)[0] * np.ptp(size)) for rate, size in pairs]
+        typical = float(np.median(np.abs(changes)))
+        if typical < WORTH_SAYING:
             continue
         chance = _chance_of_ranks(pairs)
         if chance < ORDERED / 2.0:
-            way, rare = "rises" if sum(slopes) > 0.0 else "falls", 1.0 / max(chance, 1.0 / PERMUTED)
+            way, rare = "rises" if sum(changes) > 0.0 else "falls", 1.0 / max(chance, 1.0 / PERMUTED)
             return (
-                f"stiffness over mass of single trials {way} {words}, by {percent(float(np.median(spans)))} in "
+                f"stiffness over mass of single trials {way} {words}, by {percent(typical)} in "
                 f"{count(len(pairs), 'group')} (by chance in at most one campaign of {rare:,.0f}): "
                 "scatter goes with nothing; a law that the equation lacks does, or a rig that changes from trial to "
                 "trial (temperature, a part that works loose)"

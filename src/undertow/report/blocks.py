@@ -13,7 +13,7 @@ from typing import Any
 from undertow.discrepancy.calibration import record_of
 from undertow.discrepancy.findings import Findings, GroupFindings, TrialFindings
 from undertow.discrepancy.mismatch import place_words
-from undertow.discrepancy.verdict import Verdict
+from undertow.discrepancy.verdict import Described, Verdict
 from undertow.discrepancy.words import count, group_title, percent
 from undertow.quantities import OK, Estimate, format_number, unit_in_rotation
 from undertow.report.arrange import agreement, group_numbers, spanning_conditions
@@ -154,21 +154,17 @@ def overview(findings: Findings, anchors: Sequence[str], extent: Extent | None =
 
 def unseen_words(verdict: Verdict) -> str:
     """Free-run error on trials that no fit has seen, before and after what is named; empty without such a proof."""
-    if verdict.augmented is None:
-        return ""
-    before, after = verdict.baseline.held_out_nrmse, verdict.augmented.held_out_nrmse
-    return f"{percent(before)} → {percent(after)}" if math.isfinite(before) and math.isfinite(after) else ""
+    errors = errors_of(verdict.baseline, verdict.augmented)
+    return f"{percent(errors[0])} → {percent(errors[1])}" if errors is not None and errors[2] else ""
 
 
-def errors_of(verdict: Verdict) -> tuple[float, float] | None:
-    """Free-run error of a group as prescribed and repaired: of unseen trials where both have one, else of the fitted
-    ones; None without a repaired equation."""
-    before, after = verdict.baseline, verdict.augmented
+def errors_of(before: Described, after: Described | None) -> tuple[float, float, bool] | None:
+    """Free-run error of a group as prescribed and repaired, and whether on unseen trials: where both equations have
+    them, else on the fitted ones; None without a repaired equation."""
     if after is None:
         return None
-    if math.isfinite(before.held_out_nrmse) and math.isfinite(after.held_out_nrmse):
-        return before.held_out_nrmse, after.held_out_nrmse
-    return before.nrmse, after.nrmse
+    unseen = before.held_out_nrmse, after.held_out_nrmse
+    return (*unseen, True) if all(map(math.isfinite, unseen)) else (before.nrmse, after.nrmse, False)
 
 
 def identity(group: GroupFindings, anchor: str) -> dict[str, Any]:
@@ -227,28 +223,25 @@ def no_gain_words(findings: Findings, group: GroupFindings) -> str:
 
     The springs of one water are judged together: what is named can be needed on one spring and be no gain on the other.
     """
-    verdict, errors = group.verdict, errors_of(group.verdict)
+    verdict, errors = group.verdict, errors_of(group.verdict.baseline, group.verdict.augmented)
     if errors is None or not errors[1] > errors[0]:
         return ""
     span = spanning_conditions(findings)
     together = [g for g in findings.groups if g is not group and span.level_of(g) == span.level_of(group)]
-    others = [
-        g for g in together
-        if g.verdict.verdict == verdict.verdict and (found := errors_of(g.verdict)) is not None and found[1] < found[0]
+    alike = [
+        (g, found) for g in together if g.verdict.verdict == verdict.verdict
+        and (found := errors_of(g.verdict.baseline, g.verdict.augmented)) is not None and found[1] < found[0]
     ]  # fmt: skip
     text = f"In this group the free-run error does not fall ({percent(errors[0])} as prescribed, {percent(errors[1])} "
-    text += f"repaired, on {'unseen' if unseen_words(verdict) else 'fitted'} trials"
-    if max(errors) <= verdict.repeatability_nrmse:
+    text += f"repaired, on {'unseen' if errors[2] else 'fitted'} trials"
+    if max(errors[:2]) <= verdict.repeatability_nrmse:
         text += f", both within repeatability, {percent(verdict.repeatability_nrmse)}"
     if not together:
         return text + ")"
     text += "): the prescribed equation was fitted to this group alone"
-    if not others:
+    if not alike:
         return f"{text}, the repaired one to several groups together"
-    falls = "; ".join(
-        f"{unbroken(g.label)}, {percent(found[0])} → {percent(found[1])}"
-        for g in others if (found := errors_of(g.verdict)) is not None
-    )  # fmt: skip
+    falls = "; ".join(f"{unbroken(g.label)}, {percent(found[0])} → {percent(found[1])}" for g, found in alike)
     return f"{text}, the repaired one to all groups of this water together. What is named is needed there ({falls})"
 
 

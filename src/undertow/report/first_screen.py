@@ -22,10 +22,10 @@ from undertow.report.blocks import (
     NO_BREAK,
     Block,
     as_measured_words,
+    errors_of,
     few_words,
     identity,
     likelihood_words,
-    unseen_words,
 )
 from undertow.report.wording import confidence_words, unbroken
 
@@ -163,12 +163,12 @@ def error_words(verdict: Verdict) -> str:
     >>> error_words(Verdict({}, (), baseline=Described(0.4, 0.5), augmented=Described(0.02, 0.06)))
     'error 50 % → 6.0 % on unseen trials'
     """
-    if verdict.augmented is None:
+    errors = errors_of(verdict.baseline, verdict.augmented)
+    if errors is None:
         return f"error {percent(verdict.baseline.nrmse)}"
-    if unseen := unseen_words(verdict):
-        return f"error {unseen} on unseen trials"
-    after = percent(verdict.augmented.nrmse)
-    return f"error {percent(verdict.baseline.nrmse)} → {after} on the trials it was fitted to"
+    before, after, unseen = errors
+    where = "unseen trials" if unseen else "the trials it was fitted to"
+    return f"error {percent(before)} → {percent(after)} on {where}"
 
 
 # ---------------------------------------------------------------- the trial that is shown

@@ -19,10 +19,11 @@ from undertow.campaign.driven.run import DrivenFinished
 from undertow.campaign.run.folder import DOUBTS_PRINTED, Finished
 from undertow.discrepancy.calibration import conditions_of, record_for
 from undertow.discrepancy.findings import Findings
+from undertow.discrepancy.verdict import Described
 from undertow.discrepancy.words import count, group_title, percent
 from undertow.front.terminal.table import table_text
 from undertow.quantities import or_nan
-from undertow.report.blocks import no_gain_words
+from undertow.report.blocks import errors_of, no_gain_words
 from undertow.report.verdict_file import group_json, read_verdicts
 from undertow.report.wording import STATUS_WORDS, in_plain_words, sentence_words
 from undertow.uncertainty.growth import grown_words
@@ -84,12 +85,14 @@ def errors_words(entry: Entry) -> tuple[str, str]:
     >>> errors_words({"baseline": {"nrmse": 0.4, "held_out_nrmse": 0.5}, "augmented": None})
     ('40 %', '-')
     """
-    before, after = entry["baseline"], entry["augmented"] or {}
-    unseen = [or_nan(one.get("held_out_nrmse")) for one in (before, after)]
-    if all(map(math.isfinite, unseen)):
-        return percent(unseen[0]), percent(unseen[1])
-    repaired = or_nan(after.get("nrmse"))
-    return percent(or_nan(before.get("nrmse"))), percent(repaired) + (" fitted" if math.isfinite(repaired) else "")
+    before, after = (
+        one and Described(or_nan(one.get("nrmse")), or_nan(one.get("held_out_nrmse")))
+        for one in (entry["baseline"], entry["augmented"])
+    )
+    errors = errors_of(before, after)
+    if errors is None:
+        return percent(before.nrmse), "-"
+    return percent(errors[0]), percent(errors[1]) + ("" if errors[2] else " fitted")
 
 
 def missing_words(entry: Entry) -> str:

@@ -382,3 +382,11 @@ def test_a_group_s_errors_are_those_of_unseen_trials_where_both_equations_have_t
     assert errors_of(before, after) == (0.06, 0.04, True)
     assert errors_of(before, Described(0.03)) == (0.05, 0.03, False)
     assert errors_of(before, None) is None
+
+
+@pytest.mark.parametrize(("count", "twice"), [(2, True), (1, False)])
+def test_two_of_one_kind_are_said_on_the_first_screen_as_in_the_terminal(count, twice):
+    second = named_findings().groups[1]
+    verdict = replace(second.verdict, status="explained", verdict=("hidden_resonator",) * count, alternatives=())
+    said = level_sentences(replace(named_findings(), groups=(replace(second, verdict=verdict),)))
+    assert ("at two rates" in said[0]["text"]) == twice

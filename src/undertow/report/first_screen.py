@@ -131,8 +131,10 @@ def _what(verdict: Verdict) -> str:
 
 
 def _words(name: str, verdict: Verdict) -> str:
-    """An effect in words; that it is water that oscillates is known only against dry trials."""
-    return in_words(name, of_water=verdict.origin == "water")
+    """An effect in words, with what a second of its kind means; that it is water that oscillates is known only against
+    dry trials."""
+    rates = " at two rates" if verdict.verdict.count(name) > 1 else ""
+    return in_words(name, of_water=verdict.origin == "water") + rates
 
 
 def _size(group: GroupFindings, series: str | None) -> str:

@@ -72,9 +72,7 @@ def from_starts(
     if not quick:
         return None
     ahead = sorted(quick, key=lambda f: f.criterion)[: (REFINED if len(starts) * len(waters) > 1 else 1)]
-    if suspect.recurs:
-        at = replace(level, shared_water=ahead[0].shared_water)
-        ahead.append(_half_periods_on(at, best, ahead[0]))
+    ahead += _half_periods_on(level, best, suspect, ahead[0])
     fit = min((_refined(level, f) for f in _apart(ahead)), key=lambda f: f.criterion)
     return Candidate((*best.suspects, suspect), fit, prior, doubt(level, fit, best.fit))
 
@@ -106,8 +104,8 @@ def from_places(
     if suspect.memory and suspect.origin == "water" and not best.suspects and stands != level:
         tried.append((level, places[0]))
     fits = [f for w, p in tried if (f := _from_place(w, best, suspect, p)) is not None]
-    if suspect.recurs and fits:
-        fits.append(_half_periods_on(stands, best, min(fits, key=lambda f: f.criterion)))
+    if fits:
+        fits += _half_periods_on(level, best, suspect, min(fits, key=lambda f: f.criterion))
     fits += [f for start in further if (f := _in_windows(stands, best, suspect, start)) is not None]
     if not fits:
         return None
@@ -289,17 +287,20 @@ def _nearer(*fits: JointFit | None) -> JointFit | None:
     return min((fit for fit in fits if fit is not None), key=lambda fit: fit.criterion, default=None)
 
 
-def _half_periods_on(level: Level, best: Candidate, fit: JointFit) -> JointFit:
-    """The closest fit to which half a period more, or less, with the coefficient turned, leads step by step: in a slow
-    decay echoes that far apart look much alike, and one linear step puts them in no order."""
-    addend = fit.addends[-1]
-    for way in (-math.pi / level.scales.slowest, math.pi / level.scales.slowest):
-        ahead: JointFit | None = fit
-        while ahead is not None:
-            fit = ahead
-            ahead = _with(level, best, (addend,), turned(fit, addend, way), growing=False)
-            ahead = ahead if ahead is not None and ahead.criterion < fit.criterion - SAME_END else None
-    return fit
+def _half_periods_on(level: Level, best: Candidate, suspect: Suspect, fit: JointFit) -> list[JointFit]:
+    """The closest fit to which half a period more, or less, with the coefficient turned, leads step by step, of every
+    memory in it that recurs, an earlier one's too: in a slow decay echoes that far apart look much alike, and neither
+    one linear step nor a fit without the last law puts them in order. Nothing where none does."""
+    level = replace(level, shared_water=fit.shared_water)
+    every, found = (*best.suspects, suspect), fit
+    for place, one in enumerate(every, start=len(fit.addends) - len(every)):
+        for way in (-math.pi / level.scales.slowest, math.pi / level.scales.slowest) if one.recurs else ():
+            ahead: JointFit | None = found
+            while ahead is not None:
+                found, last = ahead, ahead.addends[-1]
+                ahead = _with(level, best, (last,), turned(found, found.addends[place], way), growing=False)
+                ahead = ahead if ahead is not None and ahead.criterion < found.criterion - SAME_END else None
+    return [] if found is fit else [found]
 
 
 def turned(fit: JointFit, addend: Addend, later_s: float) -> dict[str, float]:

@@ -137,6 +137,29 @@ def test_an_echo_is_found_from_a_place_some_half_periods_off(away):
     assert abs(stays.fit.value("delayed_echo.delay_s") - delay) > 0.5 * half
 
 
+@pytest.mark.parametrize("joined", [from_starts, from_places])
+def test_an_echo_that_another_law_joins_is_walked_half_periods_on_too(joined):
+    """Alone it had been fitted to what two effects leave, and had ended half a period beside (a sealed case)."""
+    echo, cubic, delay = found("delayed_echo"), found("cubic_stiffness"), 2.58
+    laws = ((registry.find("delayed_echo", delay_s=delay), 900.0), (registry.find("cubic_stiffness"), 3e6))
+    level = make_level([member("short", SHORT, 7100, laws)])
+    null, half = Candidate((), stands(level), 0.0), math.pi / level.scales.slowest
+    place = GridPlace("delayed_echo", echo.additions(level.scales, delay + half), 9.0)
+    beside = from_places(level, null, replace(echo, recurs=False), [place], 0.0)
+    assert abs(beside.fit.value("delayed_echo.delay_s") - delay) > 0.5 * half
+
+    def both(first):
+        stood = replace(beside, suspects=(first,))
+        seen = GridPlace("cubic_stiffness", cubic.additions(level.scales, 0.0), 9.0)
+        return joined(level, stood, cubic, *([] if joined is from_starts else [[seen]]), 0.0)
+
+    together = both(echo)
+    assert together.suspects == (echo, cubic)
+    assert together.fit.value("delayed_echo.delay_s") == pytest.approx(delay, abs=0.03)
+    assert together.fit.value("cubic_stiffness.N_per_m3@short") == pytest.approx(3e6, rel=0.1)
+    assert abs(both(replace(echo, recurs=False)).fit.value("delayed_echo.delay_s") - delay) > 0.5 * half
+
+
 def test_two_of_a_kind_at_once_have_numbers_of_their_own():
     water = registry.find("hidden_resonator", natural_frequency_rad_per_s=9.6, damping_ratio=0.02)
     level = make_level([member("short", SHORT, 700, ((water, 150.0),))])

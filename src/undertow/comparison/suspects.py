@@ -295,7 +295,7 @@ _RESONATOR = Suspect(
     often_beside=True, overdamped_as=Relaxation.name,
 )  # fmt: skip
 _RELEASE = Suspect(
-    "imperfect_release", "outside", _release, words="a release that was not sudden, or that a filter rounded,",
+    "imperfect_release", "outside", _release, words="a release that was not sudden or that a filter rounded",
     next_test="the load at the release, recorded at the full rate",
 )  # fmt: skip
 

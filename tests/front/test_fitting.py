@@ -342,7 +342,7 @@ def test_a_law_of_your_own_is_simulated_and_run_free():
         undertow.simulate(law, x0=0.1)
     run = undertow.simulate(law, x0=0.1, duration_s=3.0, rate_hz=60.0)
     assert run.x == pytest.approx(0.1 * np.cos(10.0 * run.t), abs=1e-5)
-    assert undertow.predict(law, x0=0.1, times=run.t).notes == ("no band: the equation has a law of your own",)
+    assert undertow.predict(law, x0=0.1, times=run.t).notes == ("no band: an equation alone has no errors",)
     assert list(run.table.columns) == ["t", "x", "v", "a"]
     assert len(run.plot().lines) == 1
 

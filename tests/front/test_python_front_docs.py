@@ -99,3 +99,4 @@ def test_the_notebook_of_every_name_ends_with_the_run_it_made(tmp_path, monkeypa
 def test_the_notebook_on_an_own_law_predicts_what_it_has_not_seen():
     left = run_notebook("a_law_of_your_own")
     assert left["own"].score(left["unseen"]) > 0.985 > 0.97 > left["plain"].score(left["unseen"])
+    assert left["discovered"].get_feature_names_out().tolist() == ["stiffness", "viscous_damping", "magnet_brake"]

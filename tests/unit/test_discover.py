@@ -205,7 +205,7 @@ def test_displacement_alone_is_enough():
         ({"exclusive": (("a", "b"),)}, r"exclusive names 'a'"),
         ({"terms": ("stiffnes",)}, r"equation term 'stiffnes' is not in the registry; did you mean 'stiffness'"),
         ({"terms": ()}, r"3 trials and 0 terms; give at least one of each"),
-        ({"terms": ("stiffness", "hidden_resonator")}, r"^hidden_resonator has no compiled force .* simulated"),
+        ({"terms": ("stiffness", "hidden_resonator")}, r"^hidden_resonator is no force of x and v alone.* simulated"),
         ({"scatter": {"mass": 0.1}}, r"scatter of 'mass' is 0.1; give a share above 0 of one of stiffness"),
         ({"scatter": {"stiffness": -0.1}}, r"scatter of 'stiffness' is -0.1; give a share above 0"),
         ({"terms": SIX, "resamples": 3, "outside": False}, r"3 resamples give no probability; draw at least 10"),

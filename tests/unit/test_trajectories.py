@@ -178,9 +178,9 @@ def test_a_recording_without_motion_is_refused():
 @pytest.mark.parametrize(
     ("terms", "reason"),
     [
-        ((Stiffness(), HiddenResonator(9.0, 0.02)), "hidden_resonator has no compiled force of x and v alone"),
-        ((Stiffness(), ExternalForcing(3.0)), "external_forcing has no compiled force"),
-        ((Stiffness(), HiddenResonator(), ExternalForcing()), "hidden_resonator, external_forcing have no"),
+        ((Stiffness(), HiddenResonator(9.0, 0.02)), "hidden_resonator is no force of x and v alone"),
+        ((Stiffness(), ExternalForcing(3.0)), "external_forcing is no force of x and v"),
+        ((Stiffness(), HiddenResonator(), ExternalForcing()), "hidden_resonator, external_forcing are no"),
         ((Stiffness(), DragExponent(1.5), DragExponent(2.5)), "two terms share the inner parameter cp, p"),
     ],
 )

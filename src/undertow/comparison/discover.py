@@ -7,7 +7,6 @@ words (structure_report.py).
 from __future__ import annotations
 
 import difflib
-import math
 from collections.abc import Iterable, Mapping, Sequence
 from numbers import Integral, Real
 from typing import Any, Self, cast
@@ -28,11 +27,10 @@ from undertow.conditioning.motion import Motion
 from undertow.equation import registry
 from undertow.equation.driven_laws import find_driven
 from undertow.equation.equation import Equation
-from undertow.equation.kernel import SLOT
 from undertow.equation.term import Term
 from undertow.errors import IdentificationError, NotFittedError, shown
 from undertow.likelihood.driven import DrivenLaws
-from undertow.likelihood.free_run import FreeRun, free_run
+from undertow.likelihood.free_run import FreeRun, equation_runs
 from undertow.methods.library import label
 from undertow.quantities import Estimate, Hold
 from undertow.recording.recording import Recording
@@ -263,14 +261,7 @@ class Discovery(BaseEstimator):  # type: ignore[misc]
 
     def free_runs(self, trials: Sequence[Trial]) -> tuple[FreeRun, ...]:
         """The equation run from each trial's release, its x0, clock and rest position fitted to the trial."""
-        equation = self._fitted().equation
-        theta = equation.theta()
-        stiffness = max(float(theta[SLOT["k1"]] + theta[SLOT["ks"]]), np.finfo(float).tiny)
-        halfwidth = max(float(theta[SLOT["fc"]]), 0.0) / stiffness
-        return tuple(
-            free_run(motion, theta, math.hypot(halfwidth, motion.equilibrium.total_stderr))
-            for motion in motions_of(trials)
-        )
+        return equation_runs(self._fitted().equation, motions_of(trials))
 
     def predict(self, trials: Sequence[Trial]) -> list[Array]:
         """Displacement from rest (m) of each trial's free run at every sample of its motion window, (n_i,) each."""

@@ -14,8 +14,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from undertow.comparison.beliefs import Belief
+from undertow.equation.general import PlacedTerm, place_of, placed_terms
 from undertow.equation.kernel import N_SLOTS, SLOT
 from undertow.equation.term import Term
+from undertow.equation.tracing import formula_of
 from undertow.errors import IdentificationError
 
 Array = NDArray[np.float64]
@@ -26,8 +28,9 @@ class Laws:
     """A library as the integrator sees it: every number the motion may depend on, coefficients first.
 
     ``names`` (p,) are the coefficients (a term each), then ``term.inner`` for every inner parameter; ``slots`` (p,)
-    their places in the integrator; ``owner`` (p,) the index of the term; ``lower``, ``upper`` (p,) bounds; ``beliefs``
-    what is known of coefficients beforehand.
+    their places in the integrator, behind its own those of laws that it does not know; ``owner`` (p,) the index of the
+    term; ``lower``, ``upper`` (p,) bounds; ``beliefs`` what is known of coefficients beforehand; ``placed`` all forces
+    with their places, where one is such a law.
     """
 
     terms: tuple[Term, ...]
@@ -38,10 +41,11 @@ class Laws:
     lower: Array
     upper: Array
     beliefs: tuple[Belief, ...] = ()
+    placed: tuple[PlacedTerm, ...] = ()
 
     def vector(self, values: Array) -> Array:
         """Parameter vector of the integrator, per unit mass, at ``values`` (p,)."""
-        theta = np.zeros(N_SLOTS)
+        theta = np.zeros(max(N_SLOTS, 1 + int(self.slots.max())))
         theta[SLOT["mass"]] = 1.0
         np.add.at(theta, self.slots, values)
         return theta
@@ -60,16 +64,25 @@ class Laws:
 
 
 def why_not_simulated(terms: Sequence[Term]) -> str:
-    """Why the compiled integrator cannot judge this library; empty where it can."""
-    lost = [term.name for term in terms if term.kind != "force" or not term.slots]
+    """Why compiled code cannot judge this library on simulated motion; empty where it can."""
+    lost = [term.name for term in terms if term.kind != "force"]
     if lost:
-        return f"{', '.join(lost)} {'has' if len(lost) == 1 else 'have'} no compiled force of x and v alone"
+        return f"{', '.join(lost)} {'is' if len(lost) == 1 else 'are'} no force of x and v alone"
+    own = [term for term in terms if not term.slots]
+    if slow := [term.name for term in own if not _is_a_formula(term)]:
+        return f"{', '.join(slow)} {'is' if len(slow) == 1 else 'are'} no formula of numpy's functions"
     inner: list[str] = []
-    for term in terms:
+    for term in (term for term in terms if term.slots):
         inner += [term.slots[parameter.name] for parameter in term.parameters[1:]]
         inner += [term.slots[term.coefficient.name]] if term.inner else []
     twice = sorted({slot for slot in inner if inner.count(slot) > 1})
     return f"two terms share the inner parameter {', '.join(twice)}" if twice else ""
+
+
+def _is_a_formula(term: Term) -> bool:
+    """Whether a law of one's own is read once and then calculated by compiled code."""
+    numbers = np.array([1.0, *term.inner.values()])
+    return formula_of([(term, tuple(range(numbers.size)))], numbers, 1.0, 1.0, 1.0) is not None
 
 
 def laws(terms: Sequence[Term], signs: bool = True, beliefs: Sequence[Belief] = ()) -> Laws:
@@ -87,19 +100,20 @@ def laws(terms: Sequence[Term], signs: bool = True, beliefs: Sequence[Belief] = 
     have = [term.name for term in terms]
     for name in (name for belief in beliefs for name in belief.weights if name not in have):
         raise IdentificationError(f"a belief names {name!r}, which is not in the library {', '.join(have)}")
+    placed, own = placed_terms(terms)
     rows = [
-        (term.name, term.slots[term.coefficient.name], index, 0.0,
+        (term.name, place_of(term, term.coefficient.name, own), index, 0.0,
          term.coefficient.lower if signs else -math.inf, math.inf)
         for index, term in enumerate(terms)
     ]  # fmt: skip
     for index, term in enumerate(terms):
         for parameter in term.parameters[1:]:
             rows.append(
-                (f"{term.name}.{parameter.name}", term.slots[parameter.name], index, term.inner[parameter.name],
-                 parameter.lower, parameter.upper)
+                (f"{term.name}.{parameter.name}", place_of(term, parameter.name, own), index,
+                 term.inner[parameter.name], parameter.lower, parameter.upper)
             )  # fmt: skip
     names, slots, owner, start, lower, upper = zip(*rows, strict=True)
     return Laws(
-        tuple(terms), tuple(names), np.array([SLOT[slot] for slot in slots]), np.array(owner),
-        np.array(start), np.array(lower), np.array(upper), tuple(beliefs),
+        tuple(terms), tuple(names), np.array(slots), np.array(owner),
+        np.array(start), np.array(lower), np.array(upper), tuple(beliefs), placed,
     )  # fmt: skip

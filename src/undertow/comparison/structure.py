@@ -160,6 +160,10 @@ def _slots(scatter: Mapping[str, float], terms: Sequence[Term]) -> dict[str, flo
                 f"scatter of {name!r} is {share:g}, relative, and is {LARGEST_SCATTER:g} at most: {share:g} % is "
                 f"{share / 100.0:g}"
             )
+        if not own[0].slots:
+            raise IdentificationError(
+                f"scatter of {name!r} is {share:g}, but your own law is alike in all trials; leave it out of scatter"
+            )
         slots[own[0].slots[own[0].coefficient.name]] = float(share)
     return slots
 

@@ -22,7 +22,8 @@ from numpy.typing import NDArray
 from undertow.comparison.laws import Laws
 from undertow.conditioning.motion import Motion
 from undertow.conditioning.period import dominant_period
-from undertow.equation.kernel import N_SLOTS, SLOT
+from undertow.equation.general import PlacedTerm
+from undertow.equation.kernel import SLOT
 from undertow.errors import IdentificationError
 from undertow.likelihood.priors import GAIN_STD, LATE_RELEASE_RADIANS, clock_std
 from undertow.likelihood.problem import Channel, Link, TrialProblem, cells
@@ -167,7 +168,7 @@ def trial_rows(trial: Cells, book: Laws, values: Array, own: Array, chosen: Sequ
     mine = dict(zip(trial.names, own.tolist(), strict=True))
     theta = book.vector(values)
     theta[SLOT["x0"]], theta[SLOT["v0"]] = mine["x0"], mine.get("v0", 0.0)
-    factor, parts = np.ones(N_SLOTS), np.ones(N_SLOTS)
+    factor, parts = np.ones(theta.size), np.ones(theta.size)
     for name in (name for name in trial.names if name.startswith(OWN)):
         slot = SLOT[name.removeprefix(OWN)]
         factor[slot], parts[slot] = 1.0 + mine[name], theta[slot]
@@ -176,7 +177,7 @@ def trial_rows(trial: Cells, book: Laws, values: Array, own: Array, chosen: Sequ
     clocks = {name: len(places) + i for i, name in enumerate(n for n in NUISANCES if n in mine)}
     at = np.concatenate([np.zeros(len(places)), [mine[name] for name in clocks]])
     with np.errstate(over="ignore", invalid="ignore"):
-        found = residuals(_as_problem(trial, theta * factor, places, clocks), at)
+        found = residuals(_as_problem(trial, theta * factor, places, clocks, book.placed), at)
         if found is None or not np.all(np.abs(found[0]) < LARGEST) or not np.all(np.abs(found[1]) < LARGEST):
             return None
     table = _in_cells(trial, np.column_stack(found[:2]))
@@ -195,7 +196,9 @@ def _slots_of(names: Sequence[str]) -> list[int]:
     return [_slot_of(name) for name in names if name not in NUISANCES]
 
 
-def _as_problem(trial: Cells, theta: Array, places: Mapping[int, int], clocks: Mapping[str, int]) -> TrialProblem:
+def _as_problem(
+    trial: Cells, theta: Array, places: Mapping[int, int], clocks: Mapping[str, int], placed: tuple[PlacedTerm, ...]
+) -> TrialProblem:
     """The trial's samples as the one likelihood sees them: numbers at ``theta``, unknown deviations from those by their
     slots (``places``), and what the sensors have of their own (``clocks``)."""
     channels, samples = [], trial.t.shape[1]
@@ -206,8 +209,9 @@ def _as_problem(trial: Cells, theta: Array, places: Mapping[int, int], clocks: M
         channels.append(channel)
     links = tuple(Link(slot, column) for slot, column in places.items())
     return TrialProblem(
-        trial.name, trial.t.ravel(), theta, links, tuple(channels), clocks.get("shift", -1), period_s=trial.period_s
-    )
+        trial.name, trial.t.ravel(), theta, links, tuple(channels), clocks.get("shift", -1), period_s=trial.period_s,
+        laws=placed,
+    )  # fmt: skip
 
 
 def _in_cells(trial: Cells, table: Array) -> Array:

@@ -15,14 +15,15 @@ laws (structure.py and its neighbours), the compiled integrators (kernel.py, tap
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
 from scipy.integrate import solve_ivp
 
 from undertow.equation.columns import SPRINGS
-from undertow.equation.kernel import SLOT
+from undertow.equation.equation import Equation
+from undertow.equation.kernel import N_SLOTS, SLOT
 from undertow.equation.term import Array, Term
 from undertow.equation.tracing import Formula, formula_of
 from undertow.errors import IdentificationError
@@ -58,6 +59,54 @@ class PlacedTerm:
 
     term: Term
     places: tuple[int, ...]
+
+
+def placed_terms(terms: Sequence[Term]) -> tuple[tuple[PlacedTerm, ...], dict[str, int]]:
+    """All forces with their places where a law has no compiled slots, and the places of such laws' parameters.
+
+    IdentificationError where a law beside such a one has memory, or no place of its own.
+    """
+    own = [term for term in terms if not term.slots]
+    places: dict[str, int] = {}
+    for term in own:
+        for parameter in term.parameters:
+            places[f"{term.name}.{parameter.name}"] = N_SLOTS + len(places)
+    if not own:
+        return (), {}
+    placed: dict[int, PlacedTerm] = {}
+    for term in terms:
+        if not term.is_inertia:
+            at = tuple(place_of(term, p.name, places) for p in term.parameters)
+            placed.setdefault(at[0], PlacedTerm(term, at))  # two laws of one place are one force, as in the kernel
+    return tuple(placed.values()), places
+
+
+def place_of(term: Term, parameter: str, places: Mapping[str, int]) -> int:
+    """Where a parameter of a law stands in the parameter vector; ``places`` are those of laws without slots."""
+    own = f"{term.name}.{parameter}"
+    if own in places:
+        return places[own]
+    slot = term.slots.get(parameter, "")
+    if slot not in SLOT or term.kind != "force":
+        raise IdentificationError(
+            f"{term.name} beside {next(iter(places)).partition('.')[0]}, a law without compiled slots: "
+            f"its {parameter} has no place of its own; give the law slots or leave {term.name} out"
+        )
+    return SLOT[slot]
+
+
+def placed_equation(equation: Equation) -> tuple[Array, tuple[PlacedTerm, ...]]:
+    """The parameter vector of an equation, those of laws without compiled slots behind the integrator's own, and all
+    forces with their places where it has such a law (else nothing)."""
+    laws, places = placed_terms(equation.terms)
+    pairs = list(zip(equation.terms, equation.coefficients, strict=True))
+    known = [pair for pair in pairs if pair[0].slots]
+    compiled = replace(equation, terms=tuple(t for t, _ in known), coefficients=tuple(c for _, c in known))
+    theta = np.concatenate([compiled.theta(), np.zeros(len(places))])
+    for term, value in (pair for pair in pairs if not pair[0].slots):
+        for name, number in {term.coefficient.name: value, **term.inner}.items():
+            theta[places[f"{term.name}.{name}"]] = number
+    return theta, laws
 
 
 @dataclass(frozen=True)

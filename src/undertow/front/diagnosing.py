@@ -154,8 +154,8 @@ def diagnose(
     unplaced = [term.name for term in terms if not term.slots]
     if unplaced:
         raise IdentificationError(
-            f"equation has {', '.join(unplaced)}, a law of your own without slots, and what is missing beside it is "
-            "searched for by the compiled integrator; compare undertow.fit(...).score(unseen) with it and without"
+            f"equation has {', '.join(unplaced)}, a law of your own without slots, and what is missing is searched for "
+            "beside laws of the registry alone; compare undertow.fit(...).score(unseen) with it and without"
         )
     known = [term.name for term in terms if term.name in registered()]
     config = with_settings(

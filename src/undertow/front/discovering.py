@@ -21,6 +21,7 @@ from undertow.comparison.structure_report import Outside
 from undertow.conditioning.driven_records import Inputs
 from undertow.conditioning.motion import Motion
 from undertow.equation.equation import Equation
+from undertow.equation.general import place_of, placed_equation, placed_terms
 from undertow.equation.registry import catalogue
 from undertow.errors import IdentificationError, RecordingError, UndertowError
 from undertow.front.columns import Columns, Units
@@ -29,7 +30,7 @@ from undertow.front.diagnosing import diagnose
 from undertow.front.driving import Driven
 from undertow.front.found_equation import FoundEquation, every_trial, mean_score
 from undertow.front.known import ReadSettings
-from undertow.front.prediction import Prediction, predict, scatter_of
+from undertow.front.prediction import Prediction, normal_thetas, predict, scatter_of
 from undertow.front.reading import read
 from undertow.front.tables import parameter_table
 from undertow.front.to_arviz import to_arviz
@@ -59,7 +60,8 @@ class Discover(FoundEquation, Estimator):
     Parameters
     ----------
     terms : names of the registry's forces of x and v (`undertow terms`), or their Term objects; None takes ten: x, v,
-        sgn v, v|v|, x^2, x^3, x|x|, v^3, xv, x^2 v. A law of your own, or with memory, is refused: `fit` takes it.
+        sgn v, v|v|, x^2, x^3, x|x|, v^3, xv, x^2 v. A law of your own stands beside them where it is a formula of
+        numpy's functions; one with memory is refused.
     known : names of terms that are certainly there.
     together : groups of names that enter all or none.
     exclusive : groups of names of which at most one enters.
@@ -227,14 +229,14 @@ class Discover(FoundEquation, Estimator):
         return "\n".join([report, *(f"not used: {one.reason}" for one in self.failed_)])
 
     def theta_draws(self, draws: int, rng: np.random.Generator) -> tuple[Array, Mapping[str, float], str]:
-        """Parameter vectors (draws, slots) as the numbers' errors spread them, each number for itself."""
-        base = self.equation_.theta()
-        out = np.tile(base, (draws, 1))
-        for term, value in zip(self.terms_, self.coefficients_, strict=True):
-            error = self.estimates_[term.name].total_stderr
-            place = np.flatnonzero(base == value)
-            out[:, place] += np.nan_to_num(error) * rng.standard_normal((draws, 1))
-        return out, *scatter_of(None)
+        """Parameter vectors (draws, slots) as the numbers' errors and correlations spread them."""
+        theta, own = placed_equation(self.equation_)[0], placed_terms(self.terms_)[1]
+        terms, places = {term.name: term for term in self.terms_}, []
+        for name in self.estimates_:
+            term, inner = terms[name.partition(".")[0]], name.partition(".")[2]
+            places.append(place_of(term, inner or term.coefficient.name, own))
+        spread = normal_thetas(theta, places, [1.0] * len(places), self.structure_.covariance, draws, rng)
+        return spread, *scatter_of(None)
 
     def plot(self, axes: Axes | None = None, trial: int | str = 0) -> Axes:
         """Measured motion and free run of one trial it was fitted to; returns the Axes."""

@@ -6,7 +6,6 @@ Belongs here: the methods that `fit`, `Discover` and `diagnose` share. Does not 
 
 from __future__ import annotations
 
-import math
 from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
 
@@ -14,8 +13,7 @@ import numpy as np
 import pandas as pd
 from numpy.typing import ArrayLike, NDArray
 
-from undertow.equation.kernel import SLOT
-from undertow.errors import IdentificationError, RecordingError, UndertowError
+from undertow.errors import RecordingError, UndertowError
 from undertow.front.columns import Columns, Units
 from undertow.front.handover import HandOver
 from undertow.front.prediction import Prediction, predict
@@ -24,7 +22,7 @@ from undertow.front.simulation import Simulation, simulate
 from undertow.front.tables import parameter_table
 from undertow.front.to_arviz import to_arviz
 from undertow.front.trials import Trials
-from undertow.likelihood.free_run import FreeRun, free_run
+from undertow.likelihood.free_run import FreeRun, equation_runs
 from undertow.quantities import Estimate
 from undertow.recording.arrays import real_numbers
 from undertow.report.trial_curves import draw_pairs
@@ -72,19 +70,8 @@ class FoundEquation(HandOver):
 
     def free_runs(self, trials: Any) -> tuple[FreeRun, ...]:
         """The equation run free on each trial, given as `undertow.read` takes them: only x0, clock and rest
-        position are adjusted to it.
-
-        Raises IdentificationError where the equation has a law of your own.
-        """
-        trials, equation = every_trial(trials), self.equation
-        if not equation.compiled:
-            raise IdentificationError(
-                f"{equation} has a law of your own and cannot be adjusted to {len(trials)} trials; take predict()"
-            )
-        theta = equation.theta()
-        k, held = float(theta[SLOT["k1"]]), max(float(theta[SLOT["fc"]]), 0.0)
-        width = held / k if k > 0.0 else 0.0
-        return tuple(free_run(m, theta, math.hypot(width, m.equilibrium.total_stderr)) for m in trials)
+        position are adjusted to it."""
+        return equation_runs(self.equation, every_trial(trials))
 
     def score(
         self, trials: Any = None, *, t: ArrayLike | Sequence[ArrayLike] | None = None, columns: Columns | None = None,

@@ -19,6 +19,7 @@ from numpy.typing import ArrayLike
 from undertow.conditioning.motion import Motion
 from undertow.discrepancy.words import percent
 from undertow.equation.equation import Equation
+from undertow.equation.general import PlacedTerm, general_trajectory, placed_equation
 from undertow.equation.kernel import SLOT
 from undertow.equation.simulate import rising
 from undertow.equation.simulate import simulate as integrate
@@ -175,7 +176,7 @@ def predict(
     found = one_group(found)
     equation = equation_of(found)
     rng = np.random.default_rng(seed)
-    drawn, notes = _drawn(found, equation, draws, rng)
+    drawn, notes = _drawn(found, draws, rng)
     if trials is None:
         if x0 is None or times is None:
             raise UndertowError(f"x0 is {x0} and times {'given' if times is not None else None}; give trials or both")
@@ -196,7 +197,7 @@ def predict_whole(
     1 sigma), and the share of the motion that the equation misses.
     """
     equation = equation_of(found)
-    drawn, _ = _drawn(found, equation, DRAWS, np.random.default_rng(0))
+    drawn, _ = _drawn(found, DRAWS, np.random.default_rng(0))
     noise, rest_std, missed = others
     if isinstance(where, Motion):
         quantity = scored_channel(where)
@@ -212,10 +213,8 @@ def predict_whole(
     return _run(equation, drawn, named, times, (x0, v0), rest, INTERVAL_LEVEL, measured, size)
 
 
-def _drawn(found: Any, equation: Equation, draws: int, rng: np.random.Generator) -> tuple[Array, tuple[str, ...]]:
+def _drawn(found: Any, draws: int, rng: np.random.Generator) -> tuple[Array, tuple[str, ...]]:
     """Parameter vectors (draws, slots) as their errors and the scatter from trial to trial spread them, and a note."""
-    if not equation.compiled:
-        return np.zeros((0, 0)), ("no band: the equation has a law of your own",)
     spread = getattr(found, "theta_draws", None)
     if spread is None:
         return np.zeros((0, 0)), ("no band: an equation alone has no errors",)
@@ -245,7 +244,7 @@ def _on_trial(
     start, rest = _start(motion, rest_m)
     if adjust:
         free = found.free_runs(read(motion))[0] if hasattr(found, "free_runs") else None
-        if free is None or not free.theta.size:
+        if free is None:
             raise UndertowError(
                 f"adjust is {adjust} but a {type(found).__name__} cannot be fitted to trial {motion.name}; leave it out"
             )
@@ -258,7 +257,9 @@ def _on_trial(
 
 def _clock(simulated: Array, equation: Equation, start: tuple[float, float], t: Array, quantity: str) -> float:
     """By how much the adjusted free run's clock is ahead of the recording's, s: one Gauss-Newton step is enough."""
-    x, v, a = trajectory(equation.theta(*start), NOTHING, t)
+    theta, laws = placed_equation(equation)
+    theta[SLOT["x0"]], theta[SLOT["v0"]] = start
+    x, v, a = _under(theta, laws, t)
     level, rate = {"displacement": (x, v), "velocity": (v, a), "acceleration": (a, a)}[quantity]
     slope = rate[:, 0]
     return float(slope @ (simulated - level[:, 0]) / (slope @ slope))
@@ -288,7 +289,7 @@ def _run(
     lower = upper = np.full(times.size, math.nan)
     if drawn.size:
         coarse = grid[:: max(1, grid.size // BAND_POINTS)]
-        around = _spread(drawn, start, coarse, place)
+        around = _spread(drawn, placed_equation(equation)[1], start, coarse, place)
         base = np.interp(coarse, grid, (moved.x, moved.v, moved.a)[place])
         tail = 0.5 - 0.5 * level
         wide = half_width(noise, level)
@@ -300,14 +301,21 @@ def _run(
     return PredictedRun(name, times, level_at + shown, lower, upper, seen, start[0], rest, coordinate, quantity)
 
 
-def _spread(drawn: Array, start: tuple[float, float], times: Array, place: int) -> Array:
+def _under(theta: Array, laws: tuple[PlacedTerm, ...], times: Array) -> tuple[Array, Array, Array]:
+    """x, v, a, each (n, 1), of a parameter vector: by the integrator that knows its laws."""
+    return general_trajectory(theta, laws, NOTHING, times) if laws else trajectory(theta, NOTHING, times)
+
+
+def _spread(
+    drawn: Array, laws: tuple[PlacedTerm, ...], start: tuple[float, float], times: Array, place: int
+) -> Array:
     """Motions (draws, n) of the drawn equations from one start; those without bounds are left out."""
     out = []
     for theta in drawn:
         theta = theta.copy()
         theta[SLOT["x0"]], theta[SLOT["v0"]] = start
         try:
-            out.append(trajectory(theta, NOTHING, times)[place][:, 0])
+            out.append(_under(theta, laws, times)[place][:, 0])
         except IdentificationError:
             continue
     if not out:

@@ -10,13 +10,14 @@ Belongs here: nrmse and its two floors. Does not belong here: why it is large.
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 
 import numpy as np
 
 from undertow.conditioning.motion import Motion
-from undertow.equation.general import PlacedTerm
+from undertow.equation.equation import Equation
+from undertow.equation.general import PlacedTerm, placed_equation
 from undertow.equation.kernel import SLOT
 from undertow.equation.simulate import fastest_frequency
 from undertow.errors import IdentificationError
@@ -51,8 +52,8 @@ class FreeRun:
 
     ``t`` (n,) s after the release inside the motion window, ``measured`` and ``simulated`` (n,) about the rest
     position (m, rad; rad/s where only a rate was recorded), ``nrmse`` RMS error over RMS measured. ``theta`` is the
-    parameter vector with the trial's x0, v0 in it (empty where the compiled integrator lacks a law), ``nuisance`` the
-    derivatives of ``simulated`` by x0, clock, rest.
+    parameter vector with the trial's x0, v0 in it (laws that the compiled integrator lacks behind its own places),
+    ``nuisance`` the derivatives of ``simulated`` by x0, clock, rest.
     """
 
     t: Array
@@ -106,6 +107,14 @@ def free_run(
     return _at_samples(motion, solution.problem, solution.values, quantity, solution.outcome)
 
 
+def equation_runs(equation: Equation, motions: Iterable[Motion]) -> tuple[FreeRun, ...]:
+    """The free run of an equation on each trial, whose rest lies within what friction holds, or its own error."""
+    theta, laws = placed_equation(equation)
+    stiffness = float(theta[SLOT["k1"]] + theta[SLOT["ks"]])
+    held = max(float(theta[SLOT["fc"]]), 0.0) / stiffness if stiffness > 0.0 else 0.0
+    return tuple(free_run(m, theta, math.hypot(held, m.equilibrium.total_stderr), laws=laws) for m in motions)
+
+
 def _bounded_start(problem: Problem) -> Array:
     """The trial's own start, with x0 and v0 halved until its motion has bounds: damping that feeds a fast motion may
     still hold a slow one. The trial's own start where no half helps; the search then says what is wrong."""
@@ -135,8 +144,7 @@ def _at_samples(motion: Motion, problem: Problem, values: Array, quantity: str, 
         rate = {"displacement": v[:, 0], "velocity": a[:, 0]}.get(quantity)
         columns.append((np.gradient(simulated, t) if rate is None else rate)[:, None])
     score = float(np.sqrt(np.mean((measured - simulated) ** 2) / np.mean(measured**2)))
-    compiled = np.zeros(0) if trial.laws else theta
-    return FreeRun(t, measured, simulated, score, compiled, np.hstack(columns), outcome)
+    return FreeRun(t, measured, simulated, score, theta, np.hstack(columns), outcome)
 
 
 def as_released(motion: Motion, theta: Array) -> FreeRun | None:

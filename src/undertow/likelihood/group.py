@@ -15,7 +15,7 @@ import numpy as np
 from undertow.conditioning.motion import Motion
 from undertow.conditioning.period import dominant_period
 from undertow.equation import registry
-from undertow.equation.general import PlacedTerm
+from undertow.equation.general import PlacedTerm, placed_terms
 from undertow.equation.kernel import N_SLOTS, SLOT
 from undertow.equation.term import Term
 from undertow.errors import FAILURES, IdentificationError
@@ -131,39 +131,9 @@ def group_model(
         else:
             coefficients += _unknowns(term, specimen, mass, rate, speed, size, anchored)
     own = dict(stiffness or {}) if structure is not None else {}
-    laws, places = _laws(kept)
+    laws, places = placed_terms(kept)
     base = np.concatenate([base, np.zeros(len(places))])
     return GroupModel(kept, specimen, base, tuple(coefficients), structure, own, anchored, laws, places)
-
-
-def _laws(terms: Sequence[Term]) -> tuple[tuple[PlacedTerm, ...], dict[str, int]]:
-    """All forces with their places where a law has no compiled slots, and the places of such laws' parameters."""
-    own = [term for term in terms if not term.slots]
-    places: dict[str, int] = {}
-    for term in own:
-        for parameter in term.parameters:
-            places[f"{term.name}.{parameter.name}"] = N_SLOTS + len(places)
-    if not own:
-        return (), {}
-    placed: dict[int, PlacedTerm] = {}
-    for term in terms:
-        if not term.is_inertia:
-            at = tuple(_place(term, p.name, places) for p in term.parameters)
-            placed.setdefault(at[0], PlacedTerm(term, at))  # two laws of one place are one force, as in the kernel
-    return tuple(placed.values()), places
-
-
-def _place(term: Term, parameter: str, places: Mapping[str, int]) -> int:
-    own = f"{term.name}.{parameter}"
-    if own in places:
-        return places[own]
-    slot = term.slots.get(parameter, "")
-    if slot not in SLOT or term.kind != "force":
-        raise IdentificationError(
-            f"{term.name} beside {next(iter(places)).partition('.')[0]}, a law without compiled slots: "
-            f"its {parameter} has no place of its own; give the law slots or leave {term.name} out"
-        )
-    return SLOT[slot]
 
 
 def _fix(base: Array, term: Term, structure: Structure, specimen: Specimen) -> None:

@@ -73,7 +73,7 @@ def compare_motions(
     visible = _effect(sides[0].verdict) > UNEXPLAINED * allowed_error(recording, sides[1].run)
     rivals = {n for names in sides[1].verdict.alternatives for n in names}
     extra = tuple(n for n in has if visible and n not in (*wanted, *rivals, "unknown"))
-    released = as_released(recording, run.theta) or run if run.theta.size else run
+    released = as_released(recording, run.theta) or run
     found = Difference(
         *sides, _rows(first, second), run, mismatch, _cycles(recording, released), sidebands(recording, run), lacks,
         extra, larger, by_equation, "", _notes(simulation, recording, [n for n in wanted if n in has]), spread,

@@ -18,6 +18,7 @@ from dataclasses import dataclass, field, replace
 from undertow.comparison import attempt, explained
 from undertow.comparison.attempt import REFINED, beyond_starts, from_pair, from_places, from_starts, own_rates
 from undertow.comparison.candidate import RIVAL_ODDS, Candidate, LevelDiagnosis, Screened, conclude
+from undertow.comparison.clock import changes
 from undertow.comparison.explained import ALL, NEARLY_ALL, SLIDING, asked, beyond_doubt, biases, explains
 from undertow.comparison.joining import MOST_EFFECTS, PRIOR_NOTHING, has_room, log_prior, may_join, may_pair
 from undertow.comparison.joint import at_memory, free_run_error, missed_share
@@ -163,9 +164,12 @@ class _Search:
     def _from_another_first(self) -> tuple[Candidate, float] | None:
         """Two effects, with the free run's error, that are more probable than an answer which leaves much of what lies
         far above noise, and more than repetitions differ by: of two strong effects either may hide what the other alone
-        would explain."""
+        would explain. A lone force that changes along the record, with numbers of its own in every trial, may hold
+        any two that die out."""
+        lone = len(self.best.suspects) == 1 and changes(self.best.fit.addends[-1])
         near = self.error <= 1.0 or self.best.fit.misfit <= FAR_ABOVE_NOISE
-        if near or not self.best.suspects or explains(self.null, self.best, NEARLY_ALL):
+        enough = near or not self.best.suspects or explains(self.null, self.best, NEARLY_ALL)
+        if enough and not lone:
             return None
         first = self.best.suspects[0]
         pairs = self._beside([c for c in self.found if len(c.suspects) == 1 and c.suspects[0] != first])

@@ -36,6 +36,7 @@ from undertow.report.wording import (
     printed_unit,
     problem_of,
     reason_words,
+    rejected_words,
     sentence_words,
     unbroken,
 )
@@ -258,7 +259,9 @@ def verdict_block(verdict: Verdict) -> Block:
         "origin": "" if verdict.origin == "undetermined" else verdict.origin,
         "check": check.because if math.isfinite(check.expected) or check.agrees is not None else "",
         "agrees": check.agrees,
-        "rejected": [{"name": r.name.replace("_", " "), "because": reason_words(r.because)} for r in verdict.rejected],
+        "rejected": [
+            {"name": r.name.replace("_", " "), "because": rejected_words(r.name, r.because)} for r in verdict.rejected
+        ],
         "next_test": verdict.next_test,
     }
 

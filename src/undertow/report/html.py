@@ -16,6 +16,7 @@ from markupsafe import Markup
 
 from undertow.discrepancy.findings import Findings, GroupFindings
 from undertow.report import blocks, figures, first_screen, trial_figures
+from undertow.report.anchors import anchors
 from undertow.report.arrange import spanning_conditions
 from undertow.report.captions import captions
 from undertow.report.drawing import without_collection
@@ -23,7 +24,6 @@ from undertow.report.explorer import explorer_block
 from undertow.report.extent import Extent, extent_of
 from undertow.report.group_figures import WIDTH_IN, group_figures, row_of
 from undertow.report.style import in_theme, new_figure, page_style, svg_text
-from undertow.report.wording import anchors
 from undertow.report.writing import rendered, write_text
 
 LEVEL_PARAMETERS = ("added_mass_kg", "drag_coefficient")

@@ -59,6 +59,8 @@ def _what(d: Difference) -> str:
         text = f"lacks {' and '.join(words)}"
         if rivals and names and not d.by_equation:
             text += f" (this recording cannot tell that from {'; '.join(rivals)})"
+        if names and not d.by_equation and "unknown" in d.recording.verdict.verdict:
+            text += " (the closest of what was tried: one recording does not prove it)"
     else:
         text = "lacks no law that this recording shows"
     far = [parameter_name(r.name).words for r in d.rows if r.sigmas > FAR]

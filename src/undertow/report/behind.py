@@ -19,6 +19,7 @@ from undertow.equation.equation import Equation
 from undertow.errors import IdentificationError
 from undertow.quantities import Estimate
 from undertow.report.expressions import numeric_latex
+from undertow.report.gates import asked_words, outcome_words
 from undertow.report.wording import (
     confidence_words,
     estimate_text,
@@ -36,14 +37,16 @@ PROBABILITY_GATE = "posterior"
 
 
 def gate_rows(verdict: Verdict) -> list[Mapping[str, Any]]:
-    """Every condition behind a verdict: ``gate``, ``statistic``, ``value``, ``limit``, ``passed``, ``because``."""
+    """Every condition behind a verdict, in words: ``gate``, ``statistic``, ``value``, ``limit`` (what is asked for),
+    ``passed``, ``outcome``, ``because``."""
     return [
         {
             "gate": gate.gate.replace("_", " "),
             "statistic": gate.statistic.replace("_", " "),
             "value": _number(gate, gate.value),
-            "limit": _number(gate, gate.limit),
+            "limit": f"{asked_words(gate.gate, gate.value, gate.limit, gate.passed)} {_number(gate, gate.limit)}",
             "passed": gate.passed,
+            "outcome": outcome_words(gate.gate, gate.passed, verdict.status, verdict.verdict),
             "because": "" if gate.passed else reason_words(gate.because),
         }
         for gate in verdict.decision

@@ -234,6 +234,8 @@ def reason_words(text: str) -> str:
     ('viscous damping = -0.9 ± 0.2 N s/m', 'drag exponent: exponent = 1.5 ± 16 could')
     >>> reason_words("drift_m of 3.8e-06 is no more than"), reason_words("drag_exponent.exponent = 4 1 sits")
     ('drift of 3.8 × 10⁻⁶ m is no more than', 'drag exponent: exponent = 4 sits')
+    >>> reason_words("a mass of 1e+04 kg"), reason_words("an error of (7.3e-05)")
+    ('a mass of 10000 kg', 'an error of (0.000073)')
 
     A key of a config stays as it is written there:
 
@@ -255,7 +257,7 @@ def _reason_words(text: str) -> str:
     text = _ONE_OF_A_LAW.sub(of_a_law, text)
     text = _BARE.sub("its coefficient", text)
     text = _IDENTIFIER.sub(lambda found: parameter_name(found.group()).words, in_plain_words(text))
-    text = _EXPONENT.sub(lambda found: plain_number(float(found.group()), len(found.group(1).strip("-")) - 1), text)
+    text = _EXPONENT.sub(lambda found: plain_number(float(found.group()), len(re.sub(r"\D", "", found[1]))), text)
     return _POWER.sub(lambda found: found.group(1).translate(_SUPERSCRIPTS), text)
 
 

@@ -209,7 +209,7 @@ def test_a_named_verdict_shows_its_numbers_check_next_test_and_what_was_ruled_ou
     ("status", "names", "words", "tone"),
     [
         ("nothing_missing", (), "nothing missing", "good"),
-        ("explained", ("hidden_resonator", "hidden_resonator"), "explained with hidden resonator", "found"),
+        ("explained", ("hidden_resonator", "hidden_resonator"), "explained with 2 hidden resonators", "found"),
         ("unknown", ("unknown",), "not explained", "open"),
         ("unknown", ("relaxation", "unknown"), "relaxation + unknown", "open"),
         ("not_identifiable", ("relaxation",), "not identifiable: relaxation or linear damping", "open"),

@@ -64,6 +64,19 @@ def allowed_words(verdict: Verdict, share: float) -> str:
     return f"{percent(share)}, assumed" if assumed and math.isfinite(share) else percent(share)
 
 
+def posterior_words(verdict: Verdict) -> str:
+    """How probable exactly what is named is among all that was fitted, and it with more laws beside it where that was
+    computed; empty where nothing is explained."""
+    if verdict.status != "explained" or not math.isfinite(verdict.posterior):
+        return ""
+    held = [gate.value for gate in verdict.decision if gate.gate == "outweighed"]
+    more = f", and all sets that hold these {confidence_words(held[0])}" if held else ""
+    return (
+        "Of all sets of laws that were fitted here, those excluded by the conditions below included, exactly this one "
+        f"has a posterior probability of {confidence_words(verdict.posterior)}{more}"
+    )
+
+
 def seen_rows(verdict: Verdict) -> list[Mapping[str, str]]:
     """What would have been seen in a group, the least share of the motion first: ``effect``, ``seen``, ``share``,
     ``named``, all in words."""

@@ -110,7 +110,7 @@ def _friction(group: GroupFindings) -> str:
     }
     said = "; ".join(words[panel] for panel in friction_panels(group))
     slope = " Trials on a slope: the two numbers take each other's place." if "same trial" in said else ""
-    return f"One point a trial: {said}.{slope}" if said else ""
+    return f"One point a trial. {said[:1].upper()}{said[1:]}.{slope}" if said else ""
 
 
 def quality_rows(group: GroupFindings) -> list[Mapping[str, Any]]:

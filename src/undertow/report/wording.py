@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import math
 import re
+from collections import Counter
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, replace
 
@@ -139,6 +140,16 @@ def parameter_words(name: str) -> str:
         return parameter_name(name).words
     law, words = effect.replace("_", " ").replace("#", " "), parameter_name(parameter).words
     return law if words == law or parameter == "force_N" or _UNIT_ALONE.fullmatch(words) else f"{law}: {words}"
+
+
+def effects_words(names: Iterable[str]) -> str:
+    """Effects that are named together, several of one kind counted.
+
+    >>> effects_words(["hidden_resonator", "linear_damping", "hidden_resonator"])
+    '2 hidden resonators + linear damping'
+    """
+    counted = Counter(name.replace("_", " ") for name in names)
+    return " + ".join(name if number == 1 else f"{number} {name}s" for name, number in counted.items())
 
 
 def values_in_words(values: Mapping[str, float], beside: str = "") -> str:
@@ -346,11 +357,13 @@ def estimate_text(estimate: Estimate, with_unit: bool = True) -> str:
 def confidence_words(confidence: float) -> str:
     """A probability in whole per cent, never as certain; empty where there is none.
 
-    >>> confidence_words(0.98), confidence_words(0.9999)
-    ('98 %', 'over 99 %')
+    >>> confidence_words(0.98), confidence_words(0.9999), confidence_words(1e-20)
+    ('98 %', 'over 99 %', 'under 1 %')
     """
     if not math.isfinite(confidence):
         return ""
+    if confidence < 0.01:
+        return "under 1 %"
     return "over 99 %" if confidence > 0.99 else f"{100.0 * confidence:.0f} %"
 
 
@@ -379,5 +392,5 @@ def error_parts(estimate: Estimate) -> str:
 def problem_of(estimate: Estimate) -> str:
     """What a reader must know before using an estimate: on a bound, no error bar; empty where nothing."""
     if estimate.outcome != OK:
-        return estimate.outcome
+        return in_plain_words(estimate.outcome)
     return "" if math.isfinite(estimate.total_stderr) else "no error bar"

@@ -18,7 +18,6 @@ from undertow.equation import registry
 from undertow.equation.general import PlacedTerm, placed_terms
 from undertow.equation.kernel import N_SLOTS, SLOT
 from undertow.equation.term import Term, force_of
-from undertow.errors import IdentificationError
 from undertow.likelihood.fit import Specimen, Structure
 from undertow.likelihood.scale import contract_name
 from undertow.quantities import Estimate

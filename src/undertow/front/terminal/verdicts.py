@@ -145,7 +145,7 @@ def run_text(finished: Finished | DrivenFinished, width: int = 0, colour: bool =
     if verbose:
         lines += said.values()
         lines += [f"{g.label}: {in_plain_words(words)}" for g in shown for words in grown_words(g.grown)]
-    lines.append(finished.findings.across_groups)
+    lines.append(in_plain_words(finished.findings.across_groups))
     listed = doubts if verbose else doubts[:DOUBTS_PRINTED]
     lines += [f"doubt: {one}" for one in listed]
     if more := len(doubts) - len(listed):

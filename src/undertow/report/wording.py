@@ -371,9 +371,9 @@ def p_words(p_value: float) -> str:
     """A p-value in words: where no simulation knows it further, what it is at most.
 
     >>> p_words(0.032), p_words(1e-6)
-    ('p = 0.032', 'p at most 1e-06')
+    ('p = 0.032', 'p at most 1 × 10⁻⁶')
     """
-    return f"p {'at most' if p_value <= LEAST_P else '='} {p_value:.2g}"
+    return f"p {'at most' if p_value <= LEAST_P else '='} {plain_number(p_value, 2)}"
 
 
 def error_parts(estimate: Estimate) -> str:

@@ -103,8 +103,8 @@ def _null(verdict: Verdict) -> str:
 def _friction(group: GroupFindings) -> str:
     words = {
         "hold": "friction against the hold before the release",
-        "rest": "where the body came to rest: a point outside the grey band was not held there by this friction (a "
-        "rest position that is poorly known does not widen the frame)",
+        "rest": "where the body came to rest: a point outside the grey band (friction force over stiffness, "
+        "each way) was not held there by this friction (a rest position that is poorly known does not widen the frame)",
         "damping": "friction against viscous damping of the same trial",
         "drag": "friction against drag of the same trial",
     }

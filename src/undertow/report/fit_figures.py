@@ -255,10 +255,10 @@ def _draw_rest(group: GroupFindings, axes: Axes, factor: float, unit: str) -> No
     values = dict(zip((t.name for t in group.equation.terms), group.equation.coefficients, strict=True))
     width = factor * values["coulomb_friction"] / values["stiffness"] if values.get("stiffness") else math.nan
     if math.isfinite(width):
-        axes.axhspan(-width, width, color=PALE, lw=0, label="held by friction: within ± friction force / stiffness")
+        axes.axhspan(-width, width, color=PALE, lw=0, label="held by friction")
     rested = [(t.motion.amplitude, _resting(t), t.motion.equilibrium.total_stderr) for t in group.trials]
     size, place, error = factor * np.array([one for one in rested if math.isfinite(one[1])]).T
-    axes.errorbar(size, place, error, fmt="o", ms=4.0, color=INK, elinewidth=0.8, label="a trial, one standard error")
+    axes.errorbar(size, place, error, fmt="o", ms=4.0, color=INK, elinewidth=0.8, label="a trial ± standard error")
     known = error <= POORLY_KNOWN * np.median(error)
     reach = 1.1 * max(float(np.max(np.abs(place[known]) + error[known])), width if math.isfinite(width) else 0.0)
     axes.set_ylim(-reach, reach)

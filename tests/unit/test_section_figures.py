@@ -127,6 +127,7 @@ def test_small_odds_have_a_plain_axis_and_large_ones_a_logarithms() -> None:
         with page_style():
             figure = fit_figures.draw_suspects("hidden resonator", others, new_figure(11.0, 2.0))
         assert figure.axes[0].get_xscale() == scale
+        assert not figure.axes[0].lines[0].get_clip_on()  # the diamond at zero, at the frame's edge
 
 
 def test_the_pair_plot_shows_the_correlation_and_leaves_out_what_has_no_error(axes: Axes) -> None:
@@ -187,6 +188,8 @@ def test_captions_name_the_held_out_trial_and_the_equation_that_is_believed() ->
     assert trial is not None
     assert f"{trial.motion.name} (held out)" in said["energy"]
     assert "repaired equation" in said["energy"]
+    assert "the green line is the repaired one" in said["where"]
+    assert "green" not in captions(findings, dry())["where"]
     assert "prescribed equation" in captions(findings, dry())["noise"]
 
 

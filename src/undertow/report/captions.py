@@ -44,7 +44,8 @@ def captions(findings: Findings, group: GroupFindings) -> Mapping[str, Any]:
         "speed, orange positive, blue negative: a pattern means a missing force of displacement or speed; what differs "
         "from swing to swing at the same place averages out and stays pale. Below: frequency and damping of every full "
         "cycle with one standard error, without those that noise makes: black points off the blue line are what the "
-        "equation misses, and the green line is what the repaired one gives; what lies far off is not in the frame.",
+        f"equation misses{', the green line is the repaired one' if is_repaired(group.verdict) else ''}; what lies "
+        "far off is not in the frame.",
         "suspects": "Odds of every suspect beside what is said (green diamond), logarithm to base 10, the cost of its "
         "numbers included. Orange: more evidence than what is said, but excluded for the reason below.",
         "noise": f"What the {believed} equation leaves of trial {named}: its autocorrelation (grey: 95 % of white "

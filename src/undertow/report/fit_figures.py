@@ -62,7 +62,7 @@ def draw_suspects(said: str, others: Sequence[Rejected], figure: Figure) -> Figu
     rows = sorted((r for r in others if math.isfinite(r.log_odds)), key=lambda r: -r.log_odds)[:SUSPECTS_AT_MOST]
     odds = [r.log_odds / math.log(10.0) for r in rows]
     axes.barh(range(1, len(rows) + 1), odds, height=0.6, color=[NOT_EXPLAINED if o > 0.0 else BLUE for o in odds])
-    axes.plot([0.0], [0], "D", color=GREEN, ms=6.0)
+    axes.plot([0.0], [0], "D", color=GREEN, ms=6.0, clip_on=False)
     for at, value in enumerate(odds, 1):
         side, align = (3, "left") if value >= 0.0 else (-3, "right")
         words = f"{value:.0f}" if abs(value) >= 10.0 else f"{value:.2g}"

@@ -390,7 +390,11 @@ def error_parts(estimate: Estimate) -> str:
 
 
 def problem_of(estimate: Estimate) -> str:
-    """What a reader must know before using an estimate: on a bound, no error bar; empty where nothing."""
+    """What a reader must know before using an estimate: on a bound, no error bar; empty where nothing.
+
+    >>> problem_of(Estimate(0.0, outcome="added_mass_kg on its bound 0 kg"))
+    'added mass on its bound 0 kg'
+    """
     if estimate.outcome != OK:
         return in_plain_words(estimate.outcome)
     return "" if math.isfinite(estimate.total_stderr) else "no error bar"

@@ -171,7 +171,7 @@ def run(
     ] = "",
     page: Annotated[bool, typer.Option("--page/--no-page", help="Without: tables and verdicts alone.")] = True,
 ) -> None:
-    """The whole way, from recordings to report; prints a table of verdicts."""
+    """Go the whole way, from recordings to a report; print a table of verdicts."""
     _one_voice(quiet, verbose)
     with warnings.catch_warnings():
         from undertow.campaign.config import load
@@ -202,7 +202,7 @@ def init(
     ] = None,
     quiet: Quiet = False,
 ) -> None:
-    """A config for all recordings of a folder that runs as it is: layouts, channels, conditions from names."""
+    """Write a config that runs as it is for a folder's recordings: layouts, channels, conditions from names."""
     from undertow.campaign.starting import start
     with _progress(quiet) as progress:
         started = start(folder, out, progress)
@@ -214,7 +214,7 @@ def inspect(
     files: Annotated[list[Path], typer.Argument(metavar="FILE...", help="Recordings.")],
     save: Annotated[bool, typer.Option("--save", help="Write the proposed config beside each file.")] = False,
 ) -> None:
-    """What is in a recording: channels, rate, gaps, noise, release, a proposed channel mapping."""
+    """Say what is in a recording: channels, rate, gaps, noise, release, a proposed config."""
     from undertow.campaign.inspection import inspect_file, save_config
     bad = 0
     for file in files:
@@ -237,7 +237,7 @@ def compare(
     whole: Annotated[bool, typer.Option("--all", help="Also what is the same in all runs.")] = False,
     as_json: AsJson = False,
 ) -> None:
-    """Runs side by side: what changed in verdicts, errors, prescribed and repaired parameters."""
+    """Put runs side by side: what changed in verdicts, errors, prescribed and repaired parameters."""
     from undertow.front.terminal.changes import comparison_json, comparison_text
     from undertow.report.verdict_file import as_runs_write_them
     with as_runs_write_them(runs):
@@ -256,7 +256,7 @@ def compare(
 def open_page(
     run: Annotated[Path, typer.Argument(metavar="RUN", help="A run folder.", autocompletion=_run_folders)],
 ) -> None:
-    """The page of a run in the browser."""
+    """Open the page of a run in the browser."""
     from undertow.front.opening import page_of, show
     from undertow.report.verdict_file import must_be_there
     must_be_there([run])
@@ -272,7 +272,7 @@ def explain(
     ] = "",
     as_json: AsJson = False,
 ) -> None:
-    """Every condition behind each verdict: statistic, value, limit, passed."""
+    """List every condition behind each verdict: statistic, value, what is asked for, what follows."""
     from undertow.report.explain import explain_text, explained
     from undertow.report.verdict_file import as_runs_write_them
     with as_runs_write_them([run]):
@@ -291,7 +291,7 @@ def differ(
     ] = None,
     out: Annotated[Path | None, typer.Option("--out", metavar="DIR", help="Folder; default: runs/differ_...")] = None,
 ) -> None:
-    """A simulation made elsewhere against a recording: where they differ, and what physics the simulation lacks."""
+    """Compare a simulation made elsewhere with a recording: where they differ, what physics it lacks."""
     from undertow.campaign.differ.files import differ as differ_files
     typer.echo(differ_files(simulation, recording, config, out).summary)
 
@@ -302,17 +302,17 @@ def predict(
     recording: Annotated[
         Path | None, typer.Option("--recording", metavar="FILE", help="A recording that nobody fitted.")
     ] = None,
-    x0: Annotated[float, typer.Option("--x0", metavar="V", help="Start of a decay never tested, SI.")] = math.nan,
-    duration: Annotated[float, typer.Option("--duration", metavar="S", help="How long it lasts, s.")] = math.nan,
-    rate: Annotated[float, typer.Option("--rate", metavar="HZ", help="Samples a second.")] = math.nan,
+    x0: Annotated[float, typer.Option(metavar="V", help="Release from V m (rad).", show_default=False)] = math.nan,
+    duration: Annotated[float, typer.Option(metavar="S", help="From x0: for S s.", show_default=False)] = math.nan,
+    rate: Annotated[float, typer.Option(metavar="HZ", help="Samples a second.", show_default=False)] = math.nan,
     group: Annotated[str, typer.Option("--group", metavar="G", help="The group: its words, as spring=short.")] = "",
-    start: Annotated[int, typer.Option("--start", metavar="N", help="Driven: samples of the start.")] = 50,
+    start: Annotated[int, typer.Option("--start", metavar="N", help="Driven: samples used to find the start.")] = 50,
     config: Annotated[
         Path | None, typer.Option("--config", metavar="C", help="Which columns are what; default: the run's config.")
     ] = None,
     out: Annotated[Path | None, typer.Option("--out", metavar="FILE.csv", help="The table with its 90 % band.")] = None,
 ) -> None:
-    """The equation found in a run, run free on a recording that nobody fitted."""
+    """Run a finished run's equation on a recording that nobody fitted, or from --x0 for --duration at --rate."""
     from undertow.front.run_prediction import predict_any
     from undertow.front.terminal.predicted import prediction_text
     from undertow.report.verdict_file import as_runs_write_them
@@ -334,7 +334,7 @@ def fetch(
     ] = "",
     quiet: Quiet = False,
 ) -> None:
-    """A public record, checksummed, resumed when cut."""
+    """Download a public record: checksums are compared, a download that was cut goes on."""
     from undertow.campaign.fetch.records import fetch as fetch_files
 
     with _progress(quiet) as progress:
@@ -349,7 +349,7 @@ def terms(
         typer.Argument(metavar="[TERM]...", help="Only these; default: all.", autocompletion=_term_names),
     ] = None,
 ) -> None:
-    """The registry: every term, its law, unit, source, what it looks like when left out; other names of verdicts."""
+    """List every term: its law, unit, source, what it looks like when left out; then other names of verdicts."""
     from undertow.campaign.terms import describe_terms
 
     typer.echo(describe_terms(names or ()))
@@ -363,7 +363,7 @@ def audit(
     as_json: AsJson = False,
     quiet: Quiet = False,
 ) -> None:
-    """Published tables: what physics their trends and disagreements betray; writes audit.json and audit.html."""
+    """Check published tables: what physics their trends and disagreements betray; write audit.json and audit.html."""
     from undertow.campaign.audit.published import audit_to_folder
     with _progress(quiet) as progress:
         findings, folder = audit_to_folder(config, out, overrides or (), progress)

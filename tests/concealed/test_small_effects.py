@@ -356,7 +356,7 @@ def test_behind_what_hides_within_repeatability_another_must_show_in_the_free_ru
 
     stiffness = one("cubic_stiffness", 50.0, 0.85, biases=False)
     assert worthwhile([stiffness, one("delayed_echo", 45.0, 0.85, biases=True)]) is None
-    assert aside[-1]["cubic_stiffness"] == "brings the free run no closer by what counts, at evidence of e^43 for it"
+    assert aside[-1]["cubic_stiffness"] == "brings the free run closer by less than counts (log odds 43)"
     assert worthwhile([one("delayed_echo", 45.0, 0.85, biases=True)]) is not None
     shown = one("cubic_damping", 40.0, 0.2, biases=False)
     assert worthwhile([stiffness, shown])[0] is shown

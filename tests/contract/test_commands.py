@@ -370,3 +370,11 @@ def test_fetch_refuses_what_it_should(
     assert said.code == code
     assert re.search(f"undertow: .*{sentence}", said.err)
     assert list(tmp_path.iterdir()) == []
+
+
+def test_help_says_what_a_command_does_and_no_nan(capsys: Capture) -> None:
+    assert "nan" not in undertow(capsys, "predict", "--help").out
+    listed = undertow(capsys, "--help").out.split("Commands:")[1].strip().splitlines()
+    first = {line.split()[0]: line.split()[1] for line in listed}
+    assert first["fetch"] == "Download"
+    assert first["explain"] == "List"

@@ -158,6 +158,11 @@ def test_a_pair_of_files_gives_a_page_and_a_json_that_agree(tmp_path, capsys):
     assert found["where"]["time"]["early"] + found["where"]["time"]["late"] <= 1.0 + 1e-9
     page = (tmp_path / "out" / "differ.html").read_text()
     assert "lacks stiffness with the cube" in page
+    assert "repeatability" not in page  # the search's limit is what one recording allows, and is called so
+    assert "k 0.4 %, c 20 %" in page
+    assert "displacement (mm)" in page
+    assert "damping of a cycle (% of critical)" in page
+    assert page.count("<figcaption") == 2
     assert page.count("<svg") == 2
     assert 'src="http' not in page
     assert "<script" not in page

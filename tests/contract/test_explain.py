@@ -42,10 +42,12 @@ def test_every_gate_is_a_line_with_value_limit_and_whether_it_is_passed(run, cap
     said = undertow(capsys, "explain", run)
     assert said.code == 0
     lines = [" ".join(line.split()) for line in said.out.splitlines()]
-    assert "free_run free-run error over repeatability 1.8 1 NOT passed" in lines
-    assert "comes_closer error of unseen trials after over before 1.42 1.2 NOT passed" in lines
-    assert "search_ended suspects not tried to the end 0 0 passed" in lines
-    assert "posterior posterior probability - 0.99 NOT passed" in lines
+    assert "gate statistic value asked for outcome" in lines
+    assert "free_run free-run error over repeatability 1.8 at most 1 misses more than repetitions" in lines
+    barred = "NOT met: bars an answer"
+    assert f"comes_closer error of unseen trials after over before 1.42 at most 1.2 {barred}" in lines
+    assert "search_ended suspects not tried to the end 0 at most 0 met" in lines
+    assert "posterior posterior probability - at least 0.99 shared with other candidates: so it is not named" in lines
     assert "comes_closer: it went up" in lines
     assert "search_ended: not tried: none" not in lines  # a reason is that of a gate that is not passed
     assert "relaxation: on its bound" in lines
@@ -53,6 +55,20 @@ def test_every_gate_is_a_line_with_value_limit_and_whether_it_is_passed(run, cap
     assert f"hidden_resonator, {at}: from 4.1 kg, 1.1 % of the motion" in lines
     assert "cubic_stiffness: from 1700 N/m^3, 0.45 % of the motion" in lines
     assert "not testable here: rest_offset" in lines
+
+
+def test_under_a_green_verdict_a_candidate_that_is_not_named_is_no_failure(run, capsys):
+    findings = small_findings()
+    first, second = findings.groups
+    weak = Gate("evidence", "log odds of relaxation over nothing", 2.8, 4.6, False)
+    green = replace(first.verdict, status="nothing_missing", verdict=(), decision=(weak,))
+    write_verdict(replace(findings, groups=(replace(first, verdict=green), second)), run / "verdict.json")
+    said = " ".join(undertow(capsys, "explain", run, "--group", "1.63").out.split())
+    assert "relaxation over nothing 2.8 at least 4.6 not reached: so it is not named" in said
+    assert "NOT" not in said
+    green = replace(green, status="not_identifiable", verdict=("relaxation",), alternatives=(("hysteresis",),))
+    write_verdict(replace(findings, groups=(replace(first, verdict=green), second)), run / "verdict.json")
+    assert "not_identifiable: relaxation or hysteresis" in undertow(capsys, "explain", run, "--group", "1.63").out
 
 
 def test_one_group_is_taken_by_words_of_its_title_and_others_are_refused(run, capsys):

@@ -317,7 +317,7 @@ class Unreadable:
         (lambda x: 1.0, r"own_spring: its force has the shape \(\) for 5 samples of x, v, a and t; give one number"),
         (lambda x: x[:3], r"own_spring: its force has the shape \(3,\) for 5 samples"),
         (lambda x: x if abs(x) < 1.0 else -x, r"own_spring: its force cannot be calculated from .*ambiguous.*np.where"),
-        (lambda x: 1 / 0, r"own_spring: its force cannot be calculated from arrays of 5 samples \(division by zero\)"),
+        (lambda x: 1 / 0, r"own_spring: its force cannot .* from arrays of 5 samples \(division by zero, ZeroDiv"),
     ],
 )
 def test_a_law_of_your_own_that_gives_no_number_a_sample_is_refused(trials, monkeypatch, force, said):
@@ -345,6 +345,37 @@ def test_a_law_of_your_own_is_simulated_and_run_free():
     assert undertow.predict(law, x0=0.1, times=run.t).notes == ("no band: an equation alone has no errors",)
     assert list(run.table.columns) == ["t", "x", "v", "a"]
     assert len(run.plot().lines) == 1
+
+
+@pytest.mark.parametrize(
+    ("force", "said"),
+    [
+        (lambda x: 1 / 0, r"own_spring: its force cannot .* at x = 0\.1, v = .* \(division by zero, ZeroDiv"),
+        (lambda x: x if abs(x[0]) > 0.01 else [1.0][3], r"own_spring: .*at x = .*list index out of range, IndexError"),
+        (np.log, r"own_spring: its force is nan at x = -0\.05, v = .*; give a finite number to both sides"),
+        (lambda x: 1.0, r"own_spring: its force has the shape \(\) for 1 samples"),
+    ],
+)
+def test_a_law_of_your_own_that_fails_in_a_simulation_is_named(monkeypatch, force, said):
+    monkeypatch.setattr(Own, "force", lambda self, x, v, a, t: force(x))
+    with pytest.raises(IdentificationError, match=said):
+        undertow.simulate(Equation((Own(),), (400.0,), mass_kg=MASS_KG), x0=0.1, duration_s=3.0, rate_hz=60.0)
+
+
+def test_a_coefficient_that_every_trial_gives_another_value_is_said_not_to_be_identified(monkeypatch):
+    """A brake that fades with displacement, fitted with one that ends at 30 mm: each trial alone trades it with c."""
+
+    def brake(force):
+        own = Own()
+        monkeypatch.setattr(Own, "force", lambda self, x, v, a, t: force(x, v))
+        return own
+
+    law = Equation((Stiffness(), brake(lambda x, v: v / (1.0 + (x / 0.03) ** 2))), (400.0, 6.0), mass_kg=MASS_KG)
+    runs = [undertow.simulate(law, x0=x0, duration_s=3.0, rate_hz=50.0) for x0 in (0.04, 0.1)]
+    recorded = [run.recorded(noise_m=2e-4, seed=i, name=f"r{i}") for i, run in enumerate(runs)]
+    wrong = brake(lambda x, v: np.where(np.abs(x) < 0.03, v, 0.0))
+    said = "\n".join(undertow.fit(recorded, ["stiffness", "viscous_damping", wrong], mass_kg=MASS_KG).doubts)
+    assert "not identified from these trials, of which each alone gives another number: c_Ns_per_m (together" in said
 
 
 def test_a_search_for_what_is_missing_refuses_a_law_of_your_own(trials):

@@ -74,7 +74,7 @@ def test_a_group_says_its_proof_on_unseen_trials_and_how_probable_it_is():
     assert record is not None
     assert f"of {record.said} such verdicts (explained, only noise is left) on sealed campaigns" in text
     assert "which makes 91 % (docs/calibration.md)." in text
-    assert "Of all candidates fitted here it has a posterior probability of 72 %." in text
+    assert "exactly this one has a posterior probability of 72 %." in text
     assert likelihood_words(replace(verdict, confidence=float("nan"))) == ""
     plain = verdict_block(replace(verdict, sentence="not the answer, because hidden_resonator is 2 N/m^3"))["sentence"]
     assert plain == "not the answer, because hidden resonator is 2 N/m³"

@@ -69,4 +69,10 @@ def test_a_simulation_that_sticks_has_no_endless_damping():
     motion = recorded(decay(1.0, 0.02))
     stuck = np.where(np.arange(1200) > 250, 0.0, decay(1.0, 0.02)) + 1e-18 * np.cos(np.arange(1200))
     found = compare_cycles(motion, run_of(motion, stuck))
-    assert np.all(np.isfinite(found.damping_ratio_simulated))
+    swings = np.isfinite(found.damping_ratio_simulated)
+    assert not np.any(np.isinf(found.damping_ratio_simulated))
+    assert np.all(found.time[swings] < 4.0)  # it stops 2.5 s after the release; a cycle of 1 s and half a swing more
+    assert np.all(found.time[~swings] > 2.5)
+    assert f"it swings {np.count_nonzero(~swings)} cycles more after the simulation's equation has come to rest" in (
+        found.sentence()
+    )

@@ -80,6 +80,8 @@ def test_panels_without_a_clear_cycle_take_no_room() -> None:
             figure = draw_where(group, trial, cycles, {"body": 2.0}, new_figure(11.0, 5.0))
         figure.canvas.draw()
         heights.append(figure.axes[2].get_position().height)
+        bars = [a.get_ylabel() for a in figure.axes if a.get_ylabel().startswith(("amplitude", "force"))]
+        assert bars == ["amplitude (mm)", "force (N)"]
     assert heights[1] < 0.2 * heights[0]
 
 

@@ -276,6 +276,16 @@ def test_a_body_that_gains_energy_is_doubted_first_and_the_sign_that_forbids_it_
     assert "!" not in str(free)
 
 
+def test_only_the_sign_that_stands_in_the_way_is_blamed():
+    law = {"stiffness": 1.0, "viscous_damping": -0.8, "van_der_pol_damping": 0.8}
+    run = undertow.simulate(law, x0=2.0, rate_hz=50.0, duration_s=30.0)
+    given = run.x + 1e-3 * np.random.default_rng(0).standard_normal(run.t.size)
+    driven = undertow.read([given], t=0.02, units={"x": "m"}, accept=["damping"])
+    said = str(undertow.Discover(resamples=0, outside=False, second_route=False).fit(driven)).split("\n")
+    blamed = [line.split()[1] for line in said if "would leave less" in line]
+    assert blamed == ["viscous_damping"]  # friction and drag, whose forces look like it, had been blamed too
+
+
 def test_false_terms_together_do_not_take_the_place_of_a_true_one():
     """Weak viscous beside quadratic damping: this noise draws two terms more at odds of two to one."""
     times = np.arange(0.0, 12.0, 0.02)

@@ -61,7 +61,7 @@ def test_without_a_numeric_condition_groups_stand_side_by_side_by_name(axes: Axe
     named = tuple(replace(wet(), key=key) for key in keys)
     figures.draw_against_level(replace(findings, groups=named), "drag_coefficient", axes)
     assert [label.get_text() for label in axes.get_xticklabels()] == ["spring long", "spring short"]
-    assert axes.get_ylabel() == "drag coefficient $C_d$"
+    assert axes.get_ylabel() == "drag coefficient $C_d$ (-)"
 
 
 def test_a_negative_added_mass_is_on_the_axis_with_zero_marked(axes: Axes) -> None:
@@ -103,7 +103,7 @@ def test_agreement_leaves_the_printed_recipe_out(axes: Axes) -> None:
     figures.draw_agreement(wet(), "drag_coefficient", axes)
     labels = [label.get_text() for label in axes.get_yticklabels()]
     assert labels == ["SINDy", "Method 1", "Method 2", "Output error"]
-    assert axes.get_xlabel() == "drag coefficient $C_d$"
+    assert axes.get_xlabel() == "drag coefficient $C_d$ (-)"
 
 
 def test_intervals_are_one_and_two_standard_errors(axes: Axes) -> None:

@@ -16,7 +16,7 @@ from undertow.comparison.detectable import Detectable
 from undertow.discrepancy.findings import AugmentedRun, Findings, GroupFindings, TrialFindings
 from undertow.discrepancy.verdict import Described, Gate, Verdict
 from undertow.quantities import Estimate
-from undertow.report.behind import adjusted_words, gate_rows, repaired_block, seen_rows
+from undertow.report.behind import adjusted_words, gate_rows, posterior_words, repaired_block, seen_rows
 from undertow.report.blocks import errors_of, no_gain_words
 from undertow.report.first_screen import (
     SENTENCES_AT_MOST,
@@ -266,17 +266,24 @@ def test_the_conditions_behind_a_verdict_stand_in_its_section_folded():
     details = section.split('<details class="gates part">')[1].split("</details>")[0]
     assert "3 conditions with their limits" in details
     assert "log odds of hidden resonator over nothing" in details
-    assert "<td class=\"n\">812</td><td class=\"n\">4.6</td><td>yes</td>" in details
+    assert "<td class=\"n\">812</td><td class=\"n\">at least 4.6</td><td>met</td>" in details
     assert "because &lt;i&gt;this&lt;/i&gt;" in details
-    assert details.count("<b>no</b>") == 1
+    assert details.count("<b>") == 1
 
 
 def test_a_probability_among_the_conditions_is_never_printed_as_certain():
     verdict = Verdict({}, (), decision=GATES)
     row = gate_rows(verdict)[1]
-    assert (row["value"], row["limit"]) == ("over 99 %", "99 %")
+    assert (row["value"], row["limit"]) == ("over 99 %", "at least 99 %")
     unknown = gate_rows(replace(verdict, decision=(replace(GATES[1], value=math.nan),)))
     assert unknown[0]["value"] == "-"
+
+
+def test_an_answer_that_larger_sets_hold_has_their_probability_beside_its_own():
+    held = Gate("outweighed", "probability of the names that are said", 0.9999, 0.5, True)
+    verdict = Verdict({}, (), status="explained", posterior=1e-20, decision=(held,))
+    assert posterior_words(verdict).endswith("probability of under 1 %, and all sets that hold these over 99 %")
+    assert posterior_words(replace(verdict, status="unknown")) == ""
 
 
 def test_what_would_have_been_seen_stands_in_words_the_smallest_share_first():

@@ -194,6 +194,13 @@ def test_the_overview_holds_the_reference_methods_numbers() -> None:
             assert error == pytest.approx(numbers["added_mass_kg"].total_stderr, rel=0.1)
 
 
+def test_the_sentence_over_all_groups_has_parameters_in_words() -> None:
+    findings = replace(small_findings(), across_groups="But added_mass_kg is 3 kg with spring long")
+    with page_style():
+        text = page(findings, page_figures(findings), {})
+    assert '<p class="lead">But added mass is 3 kg with spring long</p>' in text
+
+
 def test_a_named_verdict_shows_its_numbers_check_next_test_and_what_was_ruled_out() -> None:
     text = read(rendered()).text.replace("\u00a0±\u00a0", " ± ")
     assert "explained with hidden resonator" in text
@@ -209,7 +216,7 @@ def test_a_named_verdict_shows_its_numbers_check_next_test_and_what_was_ruled_ou
     ("status", "names", "words", "tone"),
     [
         ("nothing_missing", (), "nothing missing", "good"),
-        ("explained", ("hidden_resonator", "hidden_resonator"), "explained with hidden resonator", "found"),
+        ("explained", ("hidden_resonator", "hidden_resonator"), "explained with 2 hidden resonators", "found"),
         ("unknown", ("unknown",), "not explained", "open"),
         ("unknown", ("relaxation", "unknown"), "relaxation + unknown", "open"),
         ("not_identifiable", ("relaxation",), "not identifiable: relaxation or linear damping", "open"),

@@ -19,6 +19,7 @@ from undertow.errors import ConfigError, UndertowError
 from undertow.front.terminal.changes import comparison_text
 from undertow.likelihood.fit import Fit, Specimen
 from undertow.quantities import Estimate
+from undertow.report.anchors import anchors
 from undertow.report.arrange import (
     agreement,
     by_amplitude,
@@ -37,7 +38,7 @@ from undertow.report.expressions import (
     numeric_latex,
     numeric_lines,
 )
-from undertow.report.wording import anchors, estimate_text, parameter_name, printed_unit, problem_of
+from undertow.report.wording import estimate_text, parameter_name, printed_unit, problem_of
 
 
 def wet() -> GroupFindings:

@@ -127,12 +127,16 @@ def test_small_odds_have_a_plain_axis_and_large_ones_a_logarithms() -> None:
         with page_style():
             figure = fit_figures.draw_suspects("hidden resonator", others, new_figure(11.0, 2.0))
         assert figure.axes[0].get_xscale() == scale
+        assert not figure.axes[0].lines[0].get_clip_on()  # the diamond at zero, at the frame's edge
 
 
 def test_the_pair_plot_shows_the_correlation_and_leaves_out_what_has_no_error(axes: Axes) -> None:
     assert fit_figures.pair_names(TWO) == ["added_mass_kg", "drag_coefficient"]
     fit_figures.draw_pairs(TWO, axes)
     assert [text.get_text() for text in axes.texts] == ["-0.95"]
+    assert axes.texts[0].get_ha() == "right"  # the ellipse leans to the left: that corner is free
+    (legend,) = axes.figure.legends
+    assert [t.get_text() for t in legend.get_texts()] == ["one standard error", "two", "number: correlation"]
     ring = axes.collections[0].get_segments()[1]
     assert np.corrcoef(ring[:-1, 0], ring[:-1, 1])[0, 1] == pytest.approx(-0.95, abs=0.01)
 
@@ -163,6 +167,20 @@ def test_friction_is_drawn_against_other_numbers_only_where_trials_have_their_ow
     assert len(figure.axes) == len(panels)
 
 
+def test_a_rest_position_that_is_poorly_known_does_not_widen_the_frame(monkeypatch: pytest.MonkeyPatch) -> None:
+    group = dry()
+    monkeypatch.setattr(fit_figures, "_resting", lambda _: 1e-4)
+    unsure = replace(group.trials[0].motion.equilibrium, stderr=1.0)  # a metre
+    first = replace(group.trials[0], motion=replace(group.trials[0].motion, equilibrium=unsure))
+    heights = []
+    for trials in (group.trials, (first, *group.trials[1:])):
+        with page_style():
+            figure = fit_figures.draw_friction(replace(group, trials=trials), ["rest"], new_figure(11.0, 2.6))
+        heights.append(figure.axes[0].get_ylim()[1])
+        assert "held by friction" in figure.axes[0].get_legend().get_texts()[0].get_text()
+    assert heights[1] == pytest.approx(heights[0], rel=0.5)
+
+
 def test_captions_name_the_held_out_trial_and_the_equation_that_is_believed() -> None:
     findings = small_findings()
     said = captions(replace(findings, groups=(dry(), wet())), wet())
@@ -170,6 +188,8 @@ def test_captions_name_the_held_out_trial_and_the_equation_that_is_believed() ->
     assert trial is not None
     assert f"{trial.motion.name} (held out)" in said["energy"]
     assert "repaired equation" in said["energy"]
+    assert "the green line is the repaired one" in said["where"]
+    assert "green" not in captions(findings, dry())["where"]
     assert "prescribed equation" in captions(findings, dry())["noise"]
 
 

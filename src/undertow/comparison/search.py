@@ -332,8 +332,8 @@ class _Search:
 
     def _too_small(self, candidate: Candidate) -> None:
         """Set a candidate aside because the free run hardly shows it."""
-        gain = f"e^{candidate.score - self.best.score:.0f}"
-        self._set_aside([candidate], f"brings the free run no closer by what counts, at evidence of {gain} for it")
+        gain = candidate.score - self.best.score
+        self._set_aside([candidate], f"brings the free run closer by less than counts (log odds {gain:.0f})")
         if not self.best.suspects and len(candidate.suspects) == 1:
             self.small.append(candidate)
 

@@ -10,7 +10,7 @@ words (structure_report.py).
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 
 import numpy as np
@@ -332,16 +332,28 @@ def _route(
 
 
 def forbidden_by_signs(found: Selected) -> tuple[int, ...]:
-    """Indices of the terms that the linear picture around the last subset would give a coefficient below their bound,
-    where that lowers the criterion by more than a free number costs."""
+    """Indices of the terms that the linear picture around the last subset would give a coefficient below their bound:
+    the fewest of them, each of which lowers the criterion by more than a free number costs. (With all bounds gone at
+    once terms that look alike share the coefficient of one.)"""
     places = list(found.offered)
     columns, response = found.linear.columns[:, places], found.linear.response
     lower, count = found.book.lower[places], len(found.book.terms)
     lower = np.where(np.arange(lower.size) < count, lower, -math.inf)  # inner numbers have no sign
-    free = np.linalg.lstsq(columns, response, rcond=None)[0]
-    kept = lsq_linear(columns, response, (lower, np.full(lower.size, math.inf)))
-    gain = (2.0 * kept.cost - float(np.sum((response - columns @ free) ** 2))) / found.widening
-    return tuple(i for i in range(count) if free[i] < lower[i]) if gain > found.penalty else ()
+
+    def cost(released: Collection[int]) -> float:
+        bounds = np.where(np.isin(np.arange(lower.size), list(released)), -math.inf, lower)
+        return float(2.0 * lsq_linear(columns, response, (bounds, np.full(lower.size, math.inf))).cost)
+
+    released: list[int] = []
+    kept = cost(released)
+    bounded = {i for i in range(count) if math.isfinite(lower[i])}
+    while bounded - {*released}:
+        least, best = min((cost([*released, i]), i) for i in bounded - {*released})
+        if (kept - least) / found.widening <= found.penalty:
+            break
+        kept = least
+        released.append(best)
+    return tuple(sorted(released))
 
 
 def left_over(found: Selected) -> float:

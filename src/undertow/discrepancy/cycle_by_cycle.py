@@ -35,7 +35,8 @@ SAID_FREQUENCY, SAID_DAMPING = 0.003, 0.003
 class CycleComparison:
     """Full cycles of one trial beside those of a simulation at the same instants, (n,) each.
 
-    ``time`` s after the release, ``amplitude`` m (rad), frequencies in Hz, damping ratios (decrement / 2 pi).
+    ``time`` s after the release, ``amplitude`` m (rad), frequencies in Hz, damping ratios (decrement / 2 pi); nan where
+    the simulation has come to rest.
     """
 
     time: Array
@@ -47,12 +48,13 @@ class CycleComparison:
 
     def sentence(self) -> str:
         """Where frequency and damping part, at large and at small amplitude; empty where they do not or no cycle is
-        clear."""
-        if self.time.size < 2 or not np.all(np.isfinite(self.damping_ratio_simulated)):
+        clear. Cycles after the simulation has come to rest have no counterpart and are counted in words."""
+        both = np.flatnonzero(np.isfinite(self.damping_ratio_simulated))
+        if both.size < 2:
             return ""
         parts = []
-        half = self.time.size // 2
-        for word, at in (("large", slice(0, half)), ("small", slice(half, None))):
+        half = both.size // 2
+        for word, at in (("large", both[:half]), ("small", both[half:])):
             away = float(np.median(self.frequency_hz[at] / self.frequency_hz_simulated[at])) - 1.0
             damped = float(np.median(self.damping_ratio[at] - self.damping_ratio_simulated[at]))
             said = []
@@ -63,6 +65,9 @@ class CycleComparison:
                 said.append(f"the damping is {100.0 * own:.2g} % of critical, not {100.0 * (own - damped):.2g} %")
             if said:
                 parts.append(f"at {word} amplitude {' and '.join(said)}")
+        if stopped := self.time.size - both.size:
+            cycles = f"{stopped} cycle{'s' if stopped > 1 else ''} more"
+            parts.append(f"it swings {cycles} after the simulation's equation has come to rest")
         return "; ".join(parts)
 
 
@@ -115,7 +120,9 @@ def _at(cycles: Cycles, time: Array) -> tuple[Array, Array]:
     if not middle.size:
         none = np.full(time.size, math.nan)
         return none, none
-    return np.interp(time, middle, frequency), np.interp(time, middle, damping)
+    rests = time > middle[-1] + 1.0 / frequency[-1]
+    found = np.interp(time, middle, frequency), np.interp(time, middle, damping)
+    return np.where(rests, math.nan, found[0]), np.where(rests, math.nan, found[1])
 
 
 def sidebands(motion: Motion, run: FreeRun) -> Sidebands:

@@ -11,7 +11,7 @@ from __future__ import annotations
 import itertools
 import math
 from collections.abc import Collection, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from scipy.stats import t as student
@@ -144,10 +144,10 @@ def springs_apart(groups: Sequence[GroupFindings], water: Collection[str]) -> st
     found = sorted((d for d in group_drifts(fine, water) if water and d.parameter in WATER), key=lambda d: d.chance)
     if not found:
         return ""
-    more = f", and {len(found) - 1} more pairs" if len(found) > 1 else ""
+    more = {1: "", 2: " One more pair differs."}.get(len(found), f" {len(found) - 1} more pairs differ.")
     return (
-        f" But {found[0].sentence}{more}. Each group's equation has its own; stiffness that the water adds would look "
-        "so, or water that moves by itself."
+        f" But {found[0].sentence} (errors of each group's own fit).{more} Each group's equation keeps its own; "
+        "stiffness that the water adds would look so, or water that moves by itself."
     )
 
 
@@ -232,5 +232,6 @@ def _pair_sentence(
 
     common = words(one, [n for n in one if n not in differing])
     place = f"{common}: " if common else ""
-    why = "water has one" if name in WATER else "a structure has one"
+    why = "one water has one value" if name in WATER else "one structure has one value"
+    first, second = (replace(e, stderr=e.total_stderr, systematic=0.0) for e in (first, second))
     return f"{place}{name} is {first} with {words(one, differing)}, but {second} with {words(other, differing)}; {why}"

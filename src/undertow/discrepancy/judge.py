@@ -376,7 +376,7 @@ def _rejected(diagnosis: LevelDiagnosis) -> tuple[Rejected, ...]:
     for screened in diagnosis.screened:
         name = screened.suspect.name
         if name not in best.names:
-            because = f"one linear step shows at most odds of {_power(screened.gain)} to 1 for it, before its own cost"
+            because = f"not fitted in full: a first estimate gives odds of at most {_power(screened.gain)} to 1 for it"
             odds = screened.score - _said(diagnosis).score
             out.setdefault(name, Rejected(name, because, odds))
     return tuple(out.values())
@@ -392,7 +392,7 @@ def _odds(candidate: Candidate, diagnosis: LevelDiagnosis) -> str:
     other = " + ".join(_said(diagnosis).names) or "the equation as it is"
     if behind > 0.0:
         return f"odds of {_power(behind)} to 1 against it beside {other}"
-    return f"brings the free run no closer by what counts, at odds of {_power(-behind)} to 1 for it"
+    return f"brings the free run closer by less than counts, at odds of {_power(-behind)} to 1 for it"
 
 
 def _power(log_odds: float) -> str:

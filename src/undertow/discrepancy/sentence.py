@@ -108,7 +108,7 @@ def changing_words(addends: Sequence[Addend]) -> str:
 def transfer_words(moved: Mapping[str, float]) -> str:
     """What other springs alone predict, in words."""
     texts = [
-        f"with the numbers that the trials of {label} alone give, the error here is {percent(error)}"
+        f"with the numbers that the other spring's trials ({label}) alone give, the error here is {percent(error)}"
         for label, error in moved.items() if math.isfinite(error)
     ]  # fmt: skip
     return f" W{'; '.join(texts)[1:]}." if texts else ""

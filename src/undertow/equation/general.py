@@ -24,7 +24,7 @@ from scipy.integrate import solve_ivp
 from undertow.equation.columns import SPRINGS
 from undertow.equation.equation import Equation
 from undertow.equation.kernel import N_SLOTS, SLOT
-from undertow.equation.term import Array, Term
+from undertow.equation.term import Array, Term, force_of
 from undertow.equation.tracing import Formula, formula_of
 from undertow.errors import IdentificationError
 
@@ -133,7 +133,7 @@ class _Motion:
         by: dict[int, Array] = {}
         for law in self.laws:
             coefficient, term = self._at(law)
-            force = np.asarray(term.force(xs, vs, still, times), dtype=np.float64)
+            force = force_of(term, xs, vs, still, times)
             total += coefficient * force
             by[law.places[0]] = by.get(law.places[0], 0.0) - force[:count] / mass
             for place, parameter in zip(law.places[1:], law.term.parameters[1:], strict=True):

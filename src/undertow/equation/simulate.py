@@ -9,14 +9,15 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from itertools import product
 
 import numpy as np
 from scipy.integrate import solve_ivp
 
 from undertow.equation.columns import fading, stiffest
 from undertow.equation.equation import Equation
-from undertow.equation.term import Array, Term
-from undertow.errors import UndertowError
+from undertow.equation.term import Array, Term, force_of
+from undertow.errors import IdentificationError, UndertowError
 
 STEPS_PER_PERIOD = 60
 """Largest step of a simulation: this many a period of the fastest mode (error under 1e-5 of x0; see docs)."""
@@ -164,6 +165,7 @@ def _general(equation: Equation, x0: float, v0: float, times: Array) -> Trajecto
         )
     mass = equation.total_mass_kg
     pairs = [(t, c) for t, c in zip(equation.terms, equation.coefficients, strict=True) if not t.is_inertia]
+    _must_have_forces([term for term, _ in pairs], x0, v0, float(times[-1]))
     read = _formula_motion(pairs, (mass, equation.rest_m), x0, v0, times)
     if read is not None:
         return read
@@ -171,9 +173,24 @@ def _general(equation: Equation, x0: float, v0: float, times: Array) -> Trajecto
     def acceleration(t: float, x: float, v: float) -> float:
         one = np.ones(1)
         at = (np.array([x - equation.rest_m]), np.array([v]), 0.0 * one, t * one)
-        return -sum(c * float(term.force(*at)[0]) for term, c in pairs) / mass
+        return -sum(c * float(force_of(term, *at)[0]) for term, c in pairs) / mass
 
     return _split_at_reversals(acceleration, x0, v0, times)
+
+
+def _must_have_forces(laws: Sequence[Term], x0: float, v0: float, end: float) -> None:
+    """A law without a finite number to either side of its rest has no motion that swings through it."""
+    size, speed, *_ = _sizes(x0, v0, end)
+    still = np.zeros(1)
+    for law, x_share, v_share in product(laws, (1.0, 0.5, -0.5), (0.5, -0.5)):
+        x, v = np.array([(size or 1.0) * x_share]), np.array([(speed or 1.0) * v_share])
+        with np.errstate(invalid="ignore", divide="ignore"):
+            force = float(force_of(law, x, v, still, still)[0])
+        if not math.isfinite(force):
+            raise IdentificationError(
+                f"{law.name}: its force is {force:g} at x = {x[0]:.3g}, v = {v[0]:.3g}; give a finite number to both "
+                "sides of the rest position and in both directions, as with abs(x) in a logarithm or a root"
+            )
 
 
 def _formula_motion(

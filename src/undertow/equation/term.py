@@ -22,7 +22,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from undertow.equation.columns import COLUMNS
-from undertow.errors import UndertowError
+from undertow.errors import FAILURES, IdentificationError, UndertowError
 from undertow.quantities import Parameter
 
 Expression = Any
@@ -262,3 +262,31 @@ def _made(law: type[Term]) -> Column:
     whole = sp.sympify(share.smooth + share.friction * place.d).subs(place.d, sp.sign(place.v))
     function = sp.lambdify((place.x, place.v, place.t, *inner.values()), whole, "numpy")
     return lambda x, v, t, p: 0.0 * x + function(x, v, t, *p.values())
+
+
+OF_A_LAW = (TypeError, LookupError, AttributeError, NameError, RuntimeError, AssertionError, *FAILURES)
+"""What a law of a user's own may raise."""
+
+
+def force_of(term: Term, x: Array, v: Array, a: Array, t: Array) -> Array:
+    """A law's force per unit coefficient, (n,), from x, v, a, t (n,).
+
+    IdentificationError, with the law's name, where a law of a user's own raises or gives another number of values.
+    """
+    try:
+        force = np.asarray(term.force(x, v, a, t), dtype=np.float64)
+    except OF_A_LAW as error:
+        where, mend = f"from arrays of {x.size} samples", (
+            "calculate with whole arrays, as np.where(abs(x) < 0.03, v, 0.0) in place of if"
+        )
+        if x.size == 1:
+            where, mend = f"at x = {x[0]:.3g}, v = {v[0]:.3g}", "correct the law's force"
+        raise IdentificationError(
+            f"{term.name}: its force cannot be calculated {where} ({error}, {type(error).__name__}); {mend}"
+        ) from error
+    if force.shape != x.shape:
+        raise IdentificationError(
+            f"{term.name}: its force has the shape {force.shape} for {x.size} samples of x, v, a and t; give "
+            "one number a sample, as np.full_like(x, 1.0)"
+        )
+    return force

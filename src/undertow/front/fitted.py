@@ -37,6 +37,10 @@ from undertow.uncertainty.profile import profile
 ADEQUATE = 2.0
 """Mean squared residual over the sensors' noise from which something is left in the residual."""
 
+GREW = 3.0
+"""A number within one standard error of 0 is not identified where trials that differ have made that error so many times
+the fit's own."""
+
 
 @dataclass(frozen=True, eq=False, repr=False)
 class Fitted(FoundNumbers):
@@ -155,6 +159,17 @@ class Fitted(FoundNumbers):
             said.append(
                 f"what is left is {np.sqrt(left):.2g} times the sensors' noise: the equation lacks something, or "
                 "trials differ; undertow.diagnose says which"
+            )
+        lost = [
+            f"{name} (together {e.value:.3g}, error {e.total_stderr:.2g} {e.unit})"
+            for name, e in self.group.estimates.items()
+            if name in solution.problem.names and abs(e.value) < e.total_stderr
+            and e.total_stderr > GREW * solution.stderr(name)
+        ]  # fmt: skip
+        if lost:
+            said.append(
+                f"not identified from these trials, of which each alone gives another number: {'; '.join(lost)}; a law "
+                "of another form may be behind it"
             )
         return (*said, *self.anchor.doubts)
 

@@ -17,8 +17,7 @@ from undertow.conditioning.period import dominant_period
 from undertow.equation import registry
 from undertow.equation.general import PlacedTerm, placed_terms
 from undertow.equation.kernel import N_SLOTS, SLOT
-from undertow.equation.term import Term
-from undertow.errors import FAILURES, IdentificationError
+from undertow.equation.term import Term, force_of
 from undertow.likelihood.fit import Specimen, Structure
 from undertow.likelihood.scale import contract_name
 from undertow.quantities import Estimate
@@ -172,19 +171,7 @@ def _typical(term: Term, size: float, speed: float) -> float:
     """Force per unit coefficient at the motion's largest displacement and speed; IdentificationError where a law of
     one's own gives no array of them."""
     share = np.linspace(-1.0, 1.0, SAMPLES_ASKED)
-    try:
-        force = np.asarray(term.force(size * share, speed * share, share, np.abs(share)), dtype=np.float64)
-    except (TypeError, LookupError, AttributeError, *FAILURES) as error:
-        raise IdentificationError(
-            f"{term.name}: its force cannot be calculated from arrays of {SAMPLES_ASKED} samples ({error}); calculate "
-            "with whole arrays, as np.where(abs(x) < 0.03, v, 0.0) in place of if"
-        ) from error
-    if force.shape != share.shape:
-        raise IdentificationError(
-            f"{term.name}: its force has the shape {force.shape} for {SAMPLES_ASKED} samples of x, v, a and t; give "
-            "one number a sample, as np.full_like(x, 1.0)"
-        )
-    return abs(float(force[-1])) or 1.0
+    return abs(float(force_of(term, size * share, speed * share, share, np.abs(share))[-1])) or 1.0
 
 
 def _general(term: Term, scale: float, suffix: str) -> list[Coefficient]:

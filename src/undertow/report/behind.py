@@ -19,6 +19,7 @@ from undertow.equation.equation import Equation
 from undertow.errors import IdentificationError
 from undertow.quantities import Estimate
 from undertow.report.expressions import numeric_latex
+from undertow.report.gates import asked_words, outcome_words
 from undertow.report.wording import (
     confidence_words,
     estimate_text,
@@ -36,14 +37,16 @@ PROBABILITY_GATE = "posterior"
 
 
 def gate_rows(verdict: Verdict) -> list[Mapping[str, Any]]:
-    """Every condition behind a verdict: ``gate``, ``statistic``, ``value``, ``limit``, ``passed``, ``because``."""
+    """Every condition behind a verdict, in words: ``gate``, ``statistic``, ``value``, ``limit`` (what is asked for),
+    ``passed``, ``outcome``, ``because``."""
     return [
         {
             "gate": gate.gate.replace("_", " "),
             "statistic": gate.statistic.replace("_", " "),
             "value": _number(gate, gate.value),
-            "limit": _number(gate, gate.limit),
+            "limit": f"{asked_words(gate.gate, gate.value, gate.limit, gate.passed)} {_number(gate, gate.limit)}",
             "passed": gate.passed,
+            "outcome": outcome_words(gate.gate, gate.passed, verdict.status, verdict.verdict),
             "because": "" if gate.passed else reason_words(gate.because),
         }
         for gate in verdict.decision
@@ -59,6 +62,19 @@ def allowed_words(verdict: Verdict, share: float) -> str:
     unknown = any(gate.gate == "scatter_known" and not gate.passed for gate in verdict.decision)
     assumed = unknown or ", assumed" in verdict.sentence  # a group that was never searched has no conditions
     return f"{percent(share)}, assumed" if assumed and math.isfinite(share) else percent(share)
+
+
+def posterior_words(verdict: Verdict) -> str:
+    """How probable exactly what is named is among all that was fitted, and it with more laws beside it where that was
+    computed; empty where nothing is explained."""
+    if verdict.status != "explained" or not math.isfinite(verdict.posterior):
+        return ""
+    held = [gate.value for gate in verdict.decision if gate.gate == "outweighed"]
+    more = f", and all sets that hold these {confidence_words(held[0])}" if held else ""
+    return (
+        "Of all sets of laws that were fitted here, those excluded by the conditions below included, exactly this one "
+        f"has a posterior probability of {confidence_words(verdict.posterior)}{more}"
+    )
 
 
 def seen_rows(verdict: Verdict) -> list[Mapping[str, str]]:

@@ -17,7 +17,7 @@ from undertow.discrepancy.verdict import Described, Verdict
 from undertow.discrepancy.words import count, group_title, percent
 from undertow.quantities import OK, Estimate, format_number, unit_in_rotation
 from undertow.report.arrange import agreement, group_numbers, spanning_conditions
-from undertow.report.behind import adjusted_words, allowed_words, gate_rows, repaired_block, seen_rows
+from undertow.report.behind import adjusted_words, allowed_words, gate_rows, posterior_words, repaired_block, seen_rows
 from undertow.report.expressions import is_per_mass, numeric_latex
 from undertow.report.extent import Extent, extent_of
 from undertow.report.figures import amplitude_scale
@@ -25,6 +25,7 @@ from undertow.report.wording import (
     METHOD_NOTES,
     STATUS_WORDS,
     confidence_words,
+    effects_words,
     error_parts,
     estimate_text,
     in_plain_words,
@@ -36,6 +37,7 @@ from undertow.report.wording import (
     printed_unit,
     problem_of,
     reason_words,
+    rejected_words,
     sentence_words,
     unbroken,
 )
@@ -83,16 +85,15 @@ def first_of(items: Sequence[Any], at_most: int) -> tuple[Sequence[Any], str]:
 
 
 def named_effects(verdict: Verdict) -> str:
-    """The effects that a verdict names, each once, with "unknown" after them where more is missing."""
-    named = dict.fromkeys(name.replace("_", " ") for name in verdict.verdict)
-    return "" if list(named) == ["unknown"] else " + ".join(named)
+    """The effects that a verdict names, with "unknown" after them where more is missing."""
+    return "" if set(verdict.verdict) == {"unknown"} else effects_words(verdict.verdict)
 
 
 def rival_words(verdict: Verdict) -> tuple[str, ...]:
     """Sets of effects that the data cannot tell from the verdict's; none where it can."""
     if verdict.status != "not_identifiable":
         return ()
-    return tuple(" + ".join(name.replace("_", " ") for name in names) for names in verdict.alternatives)
+    return tuple(effects_words(names) for names in verdict.alternatives)
 
 
 def status_words(verdict: Verdict) -> str:
@@ -252,13 +253,15 @@ def verdict_block(verdict: Verdict) -> Block:
         "sentence": sentence_words(verdict.sentence, group_title(verdict.group)),
         "confidence": "" if few_words(verdict) else likelihood_words(verdict),
         "record": record_words(verdict),
-        "posterior": confidence_words(verdict.posterior) if verdict.status == "explained" else "",
+        "posterior": posterior_words(verdict),
         "rivals": " or ".join(rival_words(verdict)),
         "rivals_said": "cannot tell it from" in verdict.sentence,
         "origin": "" if verdict.origin == "undetermined" else verdict.origin,
         "check": check.because if math.isfinite(check.expected) or check.agrees is not None else "",
         "agrees": check.agrees,
-        "rejected": [{"name": r.name.replace("_", " "), "because": reason_words(r.because)} for r in verdict.rejected],
+        "rejected": [
+            {"name": r.name.replace("_", " "), "because": rejected_words(r.name, r.because)} for r in verdict.rejected
+        ],
         "next_test": verdict.next_test,
     }
 
@@ -327,7 +330,7 @@ def _method_row(group: GroupFindings, method: str, units: Mapping[str, str]) -> 
     return {
         "label": method_label(method),
         "cells": cells,
-        "outcome": "" if fit.outcome == OK else fit.outcome,
+        "outcome": "" if fit.outcome == OK else in_plain_words(fit.outcome),
         "notes": [reason_words(n) for n in fit.notes if n],
         "as_printed": is_as_printed(method),
     }

@@ -20,7 +20,7 @@ from undertow.recording.recording import Coordinate
 from undertow.report.behind import is_repaired
 from undertow.report.explorer import CHANNEL_UNITS
 from undertow.report.expressions import is_per_mass
-from undertow.report.fit_figures import friction_panels, hold_of
+from undertow.report.fit_figures import TIGHT, friction_panels, hold_of
 from undertow.report.group_figures import budget_of, one_trial
 from undertow.report.mismatch_figures import CYCLES_AT_MOST
 from undertow.report.style import DRAWN
@@ -38,18 +38,21 @@ def captions(findings: Findings, group: GroupFindings) -> Mapping[str, Any]:
     believed = "repaired" if is_repaired(group.verdict) else "prescribed"
     return {
         "energy": "" if trial is None else _energy(group, trial),
-        "where": f"Trial {named}, prescribed equation. Top left: where in time and frequency the residual is strong, "
-        "with the frequencies of the body and of what was found. "
-        "Top right: the force that the equation leaves over, mean of all measured motions at each displacement and "
-        "speed, orange positive, blue negative; a residual that differs from swing to swing at the same place averages "
-        "out and stays pale. Below: frequency and damping of every full cycle with one standard error, without those "
-        "that noise makes; what lies far off is not in the frame.",
+        "where": f"Where the prescribed equation misses trial {named}. Top left: the residual (measured less free run) "
+        "by time and frequency; a spot that lies on no black line is a motion that the body alone does not have. "
+        "Top right: the force that the equation leaves over, mean of all trials at each displacement and "
+        "speed, orange positive, blue negative: a pattern means a missing force of displacement or speed; what differs "
+        "from swing to swing at the same place averages out and stays pale. Below: frequency and damping of every full "
+        "cycle with one standard error, without those that noise makes: black points off the blue line are what the "
+        f"equation misses{', the green line is the repaired one' if is_repaired(group.verdict) else ''}; what lies "
+        "far off is not in the frame.",
         "suspects": "Odds of every suspect beside what is said (green diamond), logarithm to base 10, the cost of its "
         "numbers included. Orange: more evidence than what is said, but excluded for the reason below.",
         "noise": f"What the {believed} equation leaves of trial {named}: its autocorrelation (grey: 95 % of white "
         "noise), and its quantiles beside those of the sensor's noise. Correlated residuals count as fewer samples.",
-        "pairs": "Correlations of the repaired equation's numbers: ellipses of one and two standard errors, the "
-        "correlation above each; orange beyond 0.9: the two are known together better than each alone.",
+        "pairs": "How far the repaired equation's numbers can be told from each other: a round ellipse is two numbers "
+        "that are known independently, a thin one two of which the data know a combination better than each alone "
+        f"(correlation beyond {TIGHT:g}: orange). Each cell is to the scale of the two standard errors at its sides.",
         "null": _null(group.verdict),
         "friction": _friction(group),
         "quality": quality_rows(group),
@@ -101,12 +104,14 @@ def _null(verdict: Verdict) -> str:
 def _friction(group: GroupFindings) -> str:
     words = {
         "hold": "friction against the hold before the release",
-        "rest": "where bodies came to rest, grey the band in which friction can hold them (mu N / k)",
+        "rest": "where the body came to rest: a point outside the grey band (friction force over stiffness, "
+        "each way) was not held there by this friction (a rest position that is poorly known does not widen the frame)",
         "damping": "friction against viscous damping of the same trial",
         "drag": "friction against drag of the same trial",
     }
     said = "; ".join(words[panel] for panel in friction_panels(group))
-    return f"Each trial fitted alone: {said}. Trials on a slope share what they cannot tell apart." if said else ""
+    slope = " Trials on a slope: the two numbers take each other's place." if "same trial" in said else ""
+    return f"One point a trial. {said[:1].upper()}{said[1:]}.{slope}" if said else ""
 
 
 def quality_rows(group: GroupFindings) -> list[Mapping[str, Any]]:

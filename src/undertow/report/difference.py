@@ -18,8 +18,9 @@ from undertow.discrepancy.difference import Difference, Side
 from undertow.discrepancy.words import percent
 from undertow.quantities import Estimate
 from undertow.report.style import BLUE, INK, VERMILLION, new_figure, page_style, svg_text
+from undertow.report.trial_figures import Response, response_of
 from undertow.report.verdict_file import plain
-from undertow.report.wording import parameter_name, parameter_words, reason_words
+from undertow.report.wording import parameter_name, parameter_words, plain_number, reason_words, rejected_words
 from undertow.report.writing import rendered, write_text
 
 VERSION = 1
@@ -27,6 +28,17 @@ VERSION = 1
 
 WIDTH_IN, HEIGHT_IN = 11.0, 3.0
 """A figure over the whole page, inch."""
+
+MOTIONS = (
+    "The simulation's equation, released where and when the recording was: where the orange curve is as large as the "
+    "black one, the equation predicts nothing of the motion. The error in the first sentence is this one or smaller: "
+    "for it release, clock and rest position are adjusted to the recording."
+)
+CYCLES = (
+    "Frequency and damping of every full cycle, large ones at the right: black off the blue squares shows at which "
+    "amplitude the two differ. A black point without a square: the simulation's equation has come to rest by then."
+)
+"""Captions of the figures."""
 
 
 def write_difference(difference: Difference, folder: Path) -> Path:
@@ -102,15 +114,23 @@ def difference_page(difference: Difference) -> str:
             for name, side in (("simulation", d.simulation), ("recording", d.recording))
         ],
         shares=_where(d),
-        figures=[Markup(svg) for svg in _figures(d)],
-        search=reason_words(d.recording.verdict.sentence),
-        rejected=d.recording.verdict.rejected,
+        figures=[(Markup(svg), caption) for svg, caption in _figures(d)],
+        search=_search_words(d.recording.verdict.sentence),
+        rejected=[(r.name.replace("_", " "), rejected_words(r.name, r.because)) for r in d.recording.verdict.rejected],
+        scatter=", ".join(f"{symbol.replace('mu', 'μ')} {100.0 * share:.2g} %" for symbol, share in d.scatter.items()),
         notes=d.notes,
     )
 
 
+def _search_words(sentence: str) -> str:
+    """The search's sentence: its limit is what one recording allows, and no repeatability."""
+    text = reason_words(sentence.removeprefix("recording: "))
+    text = text.replace("within repeatability", "within what is allowed").replace("repeatability", "allowed")
+    return text[:1].upper() + text[1:]
+
+
 def _row(name: str, one: Estimate | None, other: Estimate | None, sigmas: float) -> Mapping[str, str]:
-    far = f"{sigmas:.1f}" if math.isfinite(sigmas) else ""
+    far = plain_number(sigmas, 2) if math.isfinite(sigmas) else ""
     return {
         "name": parameter_name(name).words, "simulation": "-" if one is None else str(one),
         "recording": "-" if other is None else str(other), "sigmas": far,
@@ -131,51 +151,57 @@ def _found(parameters: Mapping[str, object]) -> list[tuple[str, str]]:
 def _where(d: Difference) -> list[tuple[str, str]]:
     m = d.mismatch
     thirds = f"{percent(m.share_early)}, {percent(m.share_middle)}, {percent(m.share_late)}"
-    rows = [("of the difference in the first, second, last third", thirds)]
+    rows = [("share of the squared difference in the first, second and last third of the motion", thirds)]
     if math.isfinite(m.line_frequency_hz):
         line = f"{m.line_frequency_hz:.3g} Hz, {percent(m.line_share)}"
-        rows.append(("its strongest line beside the body's own", line))
+        rows.append(("its strongest frequency beside the body's own, and its share of the squared difference", line))
         lower, upper = percent(d.bands.lower_share), percent(d.bands.upper_share)
-        rows.append((f"sidebands {d.bands.spacing_hz:.3g} Hz below and above", f"{lower}, {upper}"))
+        rows.append((f"shares {d.bands.spacing_hz:.3g} Hz below and above the body's frequency", f"{lower}, {upper}"))
     if math.isfinite(m.amplitude_exponent):
-        rows.append(("it grows as amplitude to the power", f"{m.amplitude_exponent:.2g}"))
+        rows.append(("power of the amplitude with which it grows from cycle to cycle", f"{m.amplitude_exponent:.2g}"))
     return rows
 
 
-def _figures(d: Difference) -> list[str]:
-    """Motions above each other, then frequency and damping by amplitude."""
+def _figures(d: Difference) -> list[tuple[str, str]]:
+    """Motions above each other, then frequency and damping by amplitude, each with its caption."""
     with page_style():
         figure = new_figure(WIDTH_IN, HEIGHT_IN)
-        draw_motions(d, figure.subplots())
-        drawn = [svg_text(figure)]
+        axes = draw_motions(d, figure.subplots())
+        figure.legend(handles=list(axes.lines), loc="outside upper left", ncols=3)
+        drawn = [(svg_text(figure), MOTIONS)]
         if d.cycles is not None and d.cycles.time.size > 1:
             figure = new_figure(WIDTH_IN, HEIGHT_IN)
             left, right = figure.subplots(1, 2)
-            draw_cycles(d, left, "frequency_hz", "frequency (Hz)")
-            draw_cycles(d, right, "damping_ratio", "damping ratio")
-            drawn.append(svg_text(figure))
+            draw_cycles(d, left, "frequency_hz", "frequency of a cycle (Hz)")
+            draw_cycles(d, right, "damping_ratio", "damping of a cycle (% of critical)", 100.0)
+            figure.legend(handles=list(left.lines), loc="outside upper left", ncols=2)
+            drawn.append((svg_text(figure), CYCLES))
     return drawn
+
+
+def _drawn(d: Difference) -> Response:
+    return response_of(d.recording.motion.recording)
 
 
 def draw_motions(d: Difference, axes: Axes) -> Axes:
     """The recording, the simulation's equation let go from the same release, and what is between them."""
-    run = d.released or d.run
-    axes.plot(run.t, run.measured, color=INK, label="recording")
-    axes.plot(run.t, run.simulated, color=BLUE, label="simulation's equation, same release")
-    axes.plot(run.t, run.residual, color=VERMILLION, label="difference")
-    axes.set_xlabel("time after the release (s)")
-    axes.set_ylabel(f"displacement ({d.recording.motion.recording.unit('displacement')})")
-    axes.legend(ncols=3, loc="upper right")
+    run, shown = d.released or d.run, _drawn(d)
+    axes.plot(run.t, shown.factor * run.measured, color=INK, label="recording")
+    axes.plot(run.t, shown.factor * run.simulated, color=BLUE, label="simulation's equation, same release")
+    axes.plot(run.t, shown.factor * run.residual, color=VERMILLION, lw=0.7, label="recording minus simulation")
+    axes.set_xlabel("time after release (s)")
+    axes.set_ylabel(f"{shown.words} ({shown.unit})")
+    axes.margins(x=0.0)
     return axes
 
 
-def draw_cycles(d: Difference, axes: Axes, what: str, label: str) -> Axes:
-    """Frequency or damping of each cycle against its amplitude, recording and simulation's equation."""
+def draw_cycles(d: Difference, axes: Axes, what: str, label: str, factor: float = 1.0) -> Axes:
+    """Frequency or damping of each cycle, times ``factor``, by amplitude: recording and simulation's equation."""
+    shown = _drawn(d)
     if d.cycles is not None:
-        size, theirs = d.cycles.amplitude, getattr(d.cycles, f"{what}_simulated")
-        axes.plot(size, getattr(d.cycles, what), "o", color=INK, label="recording")
-        axes.plot(size, theirs, "s", color=BLUE, label="simulation's equation")
-    axes.set_xlabel(f"amplitude of the cycle ({d.recording.motion.recording.unit('displacement')})")
+        size, theirs = shown.factor * d.cycles.amplitude, factor * getattr(d.cycles, f"{what}_simulated")
+        axes.plot(size, factor * getattr(d.cycles, what), "o", ms=4.0, color=INK, label="recording")
+        axes.plot(size, theirs, "s", ms=4.0, mfc="none", color=BLUE, label="simulation's equation, at the same time")
+    axes.set_xlabel(f"amplitude of the recording's cycle ({shown.unit})")
     axes.set_ylabel(label)
-    axes.legend()
     return axes

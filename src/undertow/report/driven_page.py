@@ -82,13 +82,13 @@ def run_picture(run: DrawnRun) -> str:
         above, below = figure.subplots(2, 1, sharex=True, height_ratios=(2, 1))
         above.plot(run.t[shown], run.recorded[shown], color="0.6", lw=1.6, label="recorded", rasterized=True)
         above.plot(run.t[shown], run.predicted[shown], lw=0.8, label="free run", rasterized=True)
-        above.set_ylabel(f"{run.name}, {run.unit}")
-        above.legend(loc="upper right")
+        above.set_ylabel(f"motion ({run.unit})")
+        figure.legend(loc="outside upper left", ncols=2)
         below.plot(run.t[shown], (run.predicted - run.recorded)[shown], lw=0.8, rasterized=True)
-        below.set_ylabel(f"difference, {run.unit}")
-        below.set_xlabel("time, s")
+        below.set_ylabel(f"free run minus\nrecorded ({run.unit})")
+        below.set_xlabel("time (s)")
         rms = float(np.sqrt(np.mean((run.predicted - run.recorded) ** 2)))
-        said = f"{escape(run.name)}: rms {plain_number(rms, 3)} {run.unit}"
+        said = f"{escape(run.name)}: free run minus recorded is {plain_number(rms, 3)} {run.unit} rms, of all samples"
         return f"<figure>{svg_text(figure)}<figcaption>{said}</figcaption></figure>"
 
 

@@ -6,16 +6,16 @@ Belongs here: that text, from verdict.json. Does not belong here: deciding anyth
 from __future__ import annotations
 
 import json
+import math
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
 from undertow.discrepancy.words import group_title
 from undertow.errors import ConfigError, UndertowError
+from undertow.report.gates import asked_words, outcome_words
 from undertow.report.which_group import groups_meant
-from undertow.report.wording import plain_number, reason_words, values_in_words
-
-PASSED, FAILED = "passed", "NOT passed"
+from undertow.report.wording import plain_number, reason_words, rejected_words, values_in_words
 
 
 def explain_text(folder: Path, group: str = "") -> str:
@@ -55,17 +55,18 @@ def _groups(folder: Path) -> list[Mapping[str, Any]]:
 
 
 def _explained(title: str, one: Mapping[str, Any]) -> str:
-    said = f"{one['status']}{': ' + ' and '.join(one['verdict']) if one['verdict'] else ''}"
-    lines = [f"{title}: {said}"]
+    names = " or ".join(" and ".join(some) for some in (one["verdict"], *one["alternatives"]) if some)
+    lines = [f"{title}: {one['status']}{': ' + names if names else ''}"]
     rows = [
-        (g["gate"], g["statistic"], _number(g["value"]), _number(g["limit"]), PASSED if g["passed"] else FAILED)
+        (g["gate"], g["statistic"], _number(g["value"]), _asked(g),
+         outcome_words(g["gate"], g["passed"], one["status"], one["verdict"]))
         for g in one["decision"]
-    ]
-    head = ("gate", "statistic", "value", "limit", "")
+    ]  # fmt: skip
+    head = ("gate", "statistic", "value", "asked for", "outcome")
     widths = [max(len(row[at]) for row in (head, *rows)) for at in range(len(head))]
     for row in (head, *rows):
         lines.append("  " + "  ".join(cell.ljust(width) for cell, width in zip(row, widths, strict=True)).rstrip())
-    lines += [f"  {g['gate']}: {g['because']}" for g in one["decision"] if g["because"]]
+    lines += [f"  {g['gate']}: {reason_words(g['because'])}" for g in one["decision"] if g["because"]]
     if one["detectable"]:
         lines.append("  would have been seen, with 90 % power:")
         lines += [
@@ -76,8 +77,13 @@ def _explained(title: str, one: Mapping[str, Any]) -> str:
         lines.append(f"  not testable here: {', '.join(one['not_testable'])}")
     if one["rejected"]:
         lines.append("  not the answer:")
-        lines += [f"    {r['name']}: {reason_words(r['because'])}" for r in one["rejected"]]
+        lines += [f"    {r['name']}: {rejected_words(r['name'], r['because'])}" for r in one["rejected"]]
     return "\n".join(lines)
+
+
+def _asked(gate: Mapping[str, Any]) -> str:
+    value, limit = (math.nan if gate[key] is None else gate[key] for key in ("value", "limit"))
+    return f"{asked_words(gate['gate'], value, limit, gate['passed'])} {_number(gate['limit'])}"
 
 
 def _number(value: float | None) -> str:

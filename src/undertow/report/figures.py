@@ -50,10 +50,12 @@ def parameter_axis_label(parameter: str, unit: str) -> str:
 
     >>> parameter_axis_label("added_mass_kg", "kg")
     'added mass $m_a$ (kg)'
+    >>> parameter_axis_label("drag_coefficient", "1")
+    'drag coefficient $C_d$ (-)'
     """
     name = parameter_name(parameter)
     symbol = f" ${name.symbol}$" if name.symbol else ""
-    return f"{name.words}{symbol}" + (f" ({printed_unit(unit)})" if printed_unit(unit) else "")
+    return f"{name.words}{symbol}" + (f" ({printed_unit(unit) or '-'})" if unit else "")
 
 
 def amplitude_scale(findings: Findings) -> tuple[float, str]:

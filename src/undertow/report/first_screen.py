@@ -184,7 +184,8 @@ def trial_block(shown: Shown, anchors: Sequence[str]) -> Block:
         numbers.append({"value": percent(found.nrmse), "words": "error of the repaired equation", "tone": "good"})
     allowed, _, assumed = allowed_words(verdict, trial.mismatch.repeatability_nrmse).partition(", ")
     if allowed != "-":
-        words = f"what repeating the test would give, at most{f' ({assumed}, not measured)' if assumed else ''}"
+        words = "what repeating the test would give in 95 % of trials, at most"
+        words += f" ({assumed}, not measured)" if assumed else ""
         numbers.append({"value": allowed, "words": words, "tone": ""})
     if sure := how_sure(verdict):
         numbers.append({"value": sure, "words": likelihood_of(verdict), "tone": ""})

@@ -14,6 +14,7 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.collections import LineCollection
 from matplotlib.figure import Figure
+from matplotlib.lines import Line2D
 from scipy.special import ndtri
 
 from undertow.comparison.tail import Histogram
@@ -47,6 +48,9 @@ SUSPECTS_AT_MOST = 14
 FAR_APART = 30.0
 """Logarithms of odds beyond which their axis is a logarithm's too."""
 
+POORLY_KNOWN = 5.0
+"""A rest position whose error is this many times the median one does not widen the frame."""
+
 HOLDS_DIFFER = 1.5
 """The longest hold must be this many times the shortest before friction is drawn against it."""
 
@@ -58,7 +62,7 @@ def draw_suspects(said: str, others: Sequence[Rejected], figure: Figure) -> Figu
     rows = sorted((r for r in others if math.isfinite(r.log_odds)), key=lambda r: -r.log_odds)[:SUSPECTS_AT_MOST]
     odds = [r.log_odds / math.log(10.0) for r in rows]
     axes.barh(range(1, len(rows) + 1), odds, height=0.6, color=[NOT_EXPLAINED if o > 0.0 else BLUE for o in odds])
-    axes.plot([0.0], [0], "D", color=GREEN, ms=6.0)
+    axes.plot([0.0], [0], "D", color=GREEN, ms=6.0, clip_on=False)
     for at, value in enumerate(odds, 1):
         side, align = (3, "left") if value >= 0.0 else (-3, "right")
         words = f"{value:.0f}" if abs(value) >= 10.0 else f"{value:.2g}"
@@ -108,7 +112,8 @@ def pair_names(repaired: Described) -> list[str]:
 
 def draw_pairs(repaired: Described, axes: Axes) -> Axes:
     """Ellipses of one and two standard errors of every pair of the repaired equation's numbers, each pair in its own
-    cell and to the scale of its errors, with the correlation; the numbers stand at the sides."""
+    cell and to the scale of its errors, with the correlation in the corner that its ellipse leaves free; the numbers
+    stand at the sides."""
     names = pair_names(repaired)
     around = np.linspace(0.0, 2.0 * math.pi, 29)
     for row in range(1, len(names)):
@@ -117,8 +122,14 @@ def draw_pairs(repaired: Described, axes: Axes) -> Axes:
             turned = r * np.cos(around) + math.sqrt(max(1.0 - r * r, 0.0)) * np.sin(around)
             rings = [np.column_stack([column + s * np.cos(around), -row + s * turned]) for s in (0.2, 0.4)]
             axes.add_collection(LineCollection(rings, colors=[BLUE, SKY], linewidths=1.0))
-            colour = NOT_EXPLAINED if abs(r) > TIGHT else INK
-            axes.text(column - 0.46, -row + 0.46, f"{r:+.2f}", fontsize=7.5, va="top", color=colour)
+            colour, side = NOT_EXPLAINED if abs(r) > TIGHT else INK, 1.0 if r < 0.0 else -1.0
+            axes.text(
+                column + 0.46 * side, -row + 0.46, f"{round(r, 2) + 0.0:+.2f}", fontsize=7.5, va="top",
+                ha="right" if side > 0.0 else "left", color=colour,
+            )  # fmt: skip
+    marks = [Line2D([], [], color=BLUE, label="one standard error"), Line2D([], [], color=SKY, label="two")]
+    marks.append(Line2D([], [], ls="none", label="number: correlation"))
+    axes.figure.legend(handles=marks, loc="outside upper left", ncols=3)
     axes.set_xlim(-0.5, len(names) - 1.5)
     axes.set_ylim(-len(names) + 0.5, -0.5)
     sides = [f"{parameter_words(n).replace(': ', chr(10))}\n{estimate_text(repaired.parameters[n])}" for n in names]
@@ -234,9 +245,9 @@ def draw_friction(group: GroupFindings, panels: Sequence[str], figure: Figure) -
             error = numbers[other].total_stderr if other else 0.0
             mu = numbers["mu"]
             axes.errorbar([place], [mu.value], [mu.total_stderr], [error], fmt="o", ms=4.0, color=INK, elinewidth=0.8)
-        axes.set_ylabel("friction coefficient of one trial")
+        axes.set_ylabel("friction coefficient of that trial (-)")
         axes.set_xlabel({"hold": "hold before the release (s)", "damping": "viscous damping of that trial (N s/m)",
-                         "drag": "drag coefficient of that trial"}[kind])  # fmt: skip
+                         "drag": "drag coefficient of that trial (-)"}[kind])  # fmt: skip
     return figure
 
 
@@ -244,10 +255,13 @@ def _draw_rest(group: GroupFindings, axes: Axes, factor: float, unit: str) -> No
     values = dict(zip((t.name for t in group.equation.terms), group.equation.coefficients, strict=True))
     width = factor * values["coulomb_friction"] / values["stiffness"] if values.get("stiffness") else math.nan
     if math.isfinite(width):
-        axes.axhspan(-width, width, color=PALE, lw=0)
-    for trial in group.trials:
-        error = trial.motion.equilibrium.total_stderr * factor
-        place = trial.motion.amplitude * factor
-        axes.errorbar([place], [_resting(trial) * factor], [error], fmt="o", ms=4.0, color=INK, elinewidth=0.8)
+        axes.axhspan(-width, width, color=PALE, lw=0, label="held by friction")
+    rested = [(t.motion.amplitude, _resting(t), t.motion.equilibrium.total_stderr) for t in group.trials]
+    size, place, error = factor * np.array([one for one in rested if math.isfinite(one[1])]).T
+    axes.errorbar(size, place, error, fmt="o", ms=4.0, color=INK, elinewidth=0.8, label="a trial ± standard error")
+    known = error <= POORLY_KNOWN * np.median(error)
+    reach = 1.1 * max(float(np.max(np.abs(place[known]) + error[known])), width if math.isfinite(width) else 0.0)
+    axes.set_ylim(-reach, reach)
     axes.set_xlabel(f"release amplitude ({unit})")
-    axes.set_ylabel(f"where it came to rest ({unit})")
+    axes.set_ylabel(f"rest off the swing's centre ({unit})")
+    axes.legend(loc="lower left", bbox_to_anchor=(0.0, 1.0), ncols=2, borderaxespad=0.1, borderpad=0.0)

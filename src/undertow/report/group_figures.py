@@ -77,7 +77,8 @@ def marked_lines(group: GroupFindings, trial: TrialFindings) -> dict[str, float]
     numbers = {} if group.verdict.augmented is None else group.verdict.augmented.parameters
     for name, estimate in numbers.items():
         if name.endswith("frequency_rad_per_s"):
-            lines[name.split(".")[0].replace("_", " ").replace("#", " ")] = estimate.value / (2.0 * math.pi)
+            words = name.split(".")[0].replace("_", " ").replace("#", " ") + "'s waves" * (".kernel_" in name)
+            lines[words] = estimate.value / (2.0 * math.pi)
     if not numbers and math.isfinite(trial.mismatch.line_frequency_hz):
         lines["strongest line of the residual"] = trial.mismatch.line_frequency_hz
     return lines

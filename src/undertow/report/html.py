@@ -16,6 +16,7 @@ from markupsafe import Markup
 
 from undertow.discrepancy.findings import Findings, GroupFindings
 from undertow.report import blocks, figures, first_screen, trial_figures
+from undertow.report.anchors import anchors
 from undertow.report.arrange import spanning_conditions
 from undertow.report.captions import captions
 from undertow.report.drawing import without_collection
@@ -23,7 +24,7 @@ from undertow.report.explorer import explorer_block
 from undertow.report.extent import Extent, extent_of
 from undertow.report.group_figures import WIDTH_IN, group_figures, row_of
 from undertow.report.style import in_theme, new_figure, page_style, svg_text
-from undertow.report.wording import anchors
+from undertow.report.wording import in_plain_words
 from undertow.report.writing import rendered, write_text
 
 LEVEL_PARAMETERS = ("added_mass_kg", "drag_coefficient")
@@ -87,7 +88,7 @@ def page(
     return rendered(
         "report.html.j2",
         name=findings.name,
-        across=findings.across_groups,
+        across=in_plain_words(findings.across_groups),
         doubts=[doubt.rstrip(".") for doubt in findings.doubts],
         first=first_screen.first_screen(findings, names),
         groups=[

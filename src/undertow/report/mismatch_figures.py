@@ -144,7 +144,7 @@ def draw_time_frequency(trial: TrialFindings, lines: Mapping[str, float], axes: 
     levels = np.array([*SHADES, 1.0]) * largest
     colours = [to_rgba(NOT_EXPLAINED, shade) for shade in SHADES]
     shades = axes.contourf(time + even[0], frequency[kept], amplitude, levels=levels, colors=colours)
-    _bar(shades, axes)
+    _bar(shades, axes, f"amplitude ({shown.unit})")
     for (words, at), style in zip(lines.items(), chain(("-",), cycle(("--", ":", "-."))), strict=False):
         if math.isfinite(at):
             axes.axhline(at, color=INK if style == "-" else GREEN, lw=0.9, ls=style, label=f"{words} {at:.3g} Hz")
@@ -152,7 +152,7 @@ def draw_time_frequency(trial: TrialFindings, lines: Mapping[str, float], axes: 
     axes.set_xlabel("time after release (s)")
     axes.set_ylabel("frequency (Hz)")
     rows = _legend_above(axes)
-    axes.set_title(f"residual as prescribed, up to {_plain(largest)} {shown.unit}", pad=4 + 14 * rows)
+    axes.set_title(f"residual in time and frequency, up to {_plain(largest)} {shown.unit}", pad=4 + 14 * rows)
     return axes
 
 
@@ -183,8 +183,8 @@ def draw_residual_force(group: GroupFindings, axes: Axes) -> Axes:
     axes.set_ylim(wide[1][0] * factor, wide[1][-1] * factor)
     newton = "N" if coordinate == "translation" else "N m"
     per = " per kg" if group.equation.mass_kg == 1.0 else ""
-    _bar(scale, axes)
-    axes.set_title(f"residual force, mean a cell: up to ±{_plain(largest)} {newton}{per}")
+    _bar(scale, axes, f"{'force' if coordinate == 'translation' else 'moment'} ({newton}{per})")
+    axes.set_title(f"residual force, mean in every cell: up to ±{_plain(largest)} {newton}{per}")
     return axes
 
 
@@ -197,9 +197,9 @@ def _plain(value: float) -> str:
     return f"{float(f'{value:.2g}'):.12g}"
 
 
-def _bar(shades: ScalarMappable, axes: Axes) -> None:
-    """A colour bar beside a map, in the unit of its title."""
-    bar = axes.figure.colorbar(shades, ax=axes, ticks=MaxNLocator(4), pad=0.02, fraction=0.04)
+def _bar(shades: ScalarMappable, axes: Axes, label: str) -> None:
+    """A colour bar beside a map."""
+    bar = axes.figure.colorbar(shades, ax=axes, ticks=MaxNLocator(4), pad=0.02, fraction=0.04, label=label)
     bar.outline.set_visible(False)
 
 
@@ -230,8 +230,7 @@ def draw_cycles(cycling: Cycling, axes: Axes, which: str) -> Axes:
         axes.set_ylim(*ends)
     axes.set_xlabel("time after release (s)")
     axes.set_ylabel("frequency (Hz)" if which == "frequency" else "damping (% of critical)")
-    if which == "frequency":
-        _legend_above(axes)
+    axes.set_title(f"{which} of every full cycle", pad=4 + 14 * _legend_above(axes))
     return axes
 
 

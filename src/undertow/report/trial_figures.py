@@ -16,7 +16,7 @@ from matplotlib.figure import Figure
 
 from undertow.discrepancy.findings import GroupFindings, TrialFindings
 from undertow.discrepancy.words import percent
-from undertow.recording.recording import Array
+from undertow.recording.recording import Array, Recording
 from undertow.report.arrange import chosen, excess
 from undertow.report.style import DRAWN, GREEN, INK, NOT_EXPLAINED, PALE, PRESCRIBED, plain_log_ticks
 
@@ -53,8 +53,12 @@ class Response:
 
 
 def response(trial: TrialFindings) -> Response:
+    """What a trial's free run is compared with."""
+    return response_of(trial.motion.recording)
+
+
+def response_of(recording: Recording) -> Response:
     """Displacement where it was recorded, else velocity (a rate gyro alone)."""
-    recording = trial.motion.recording
     channel = "displacement" if "displacement" in recording.channels else "velocity"
     factor, unit = DRAWN[recording.coordinate]
     words = _RESPONSES[channel, recording.coordinate]

@@ -6,10 +6,10 @@ Belongs here: names, symbols and units in words. Does not belong here: groups in
 
 from __future__ import annotations
 
-import itertools
 import math
 import re
-from collections.abc import Iterable, Mapping, Sequence
+from collections import Counter
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, replace
 
 from undertow.comparison.limits import LEAST_P
@@ -47,9 +47,6 @@ METHOD_NOTES: Mapping[str, str] = {
     "output_error": "the simulated motion closest to every sensor at once, by least squares weighted with the noise",
 }
 """What each method does, in one line."""
-
-RESERVED_ANCHORS = frozenset({"campaign", "first", "overview", "failed", "made"})
-"""Anchors of the page's own parts."""
 
 REFERENCE_ORDER = ("output_error", "method1", "sindy", "method2", "decay")
 """Whose numbers stand for a group where its verdict holds none: the statistically most efficient method first."""
@@ -145,6 +142,16 @@ def parameter_words(name: str) -> str:
     return law if words == law or parameter == "force_N" or _UNIT_ALONE.fullmatch(words) else f"{law}: {words}"
 
 
+def effects_words(names: Iterable[str]) -> str:
+    """Effects that are named together, several of one kind counted.
+
+    >>> effects_words(["hidden_resonator", "linear_damping", "hidden_resonator"])
+    '2 hidden resonators + linear damping'
+    """
+    counted = Counter(name.replace("_", " ") for name in names)
+    return " + ".join(name if number == 1 else f"{number} {name}s" for name, number in counted.items())
+
+
 def values_in_words(values: Mapping[str, float], beside: str = "") -> str:
     """Numbers by their names in the contract, in words with their units; empty where there are none.
 
@@ -160,13 +167,18 @@ def values_in_words(values: Mapping[str, float], beside: str = "") -> str:
 
     def unit(name: str) -> str:
         """The unit at the end of a name, as it is printed."""
-        found = _UNIT_AT_END.search(name)
-        said = found.group()[1:].replace("_per_", "/") if found else ""
+        said = _unit_in(name)
         return printed_unit(unit_in_rotation(said) if turns and "rad" not in said else said)
 
     return ", ".join(
         f"{parameter_name(name).words} {plain_number(value, 2)} {unit(name)}".strip() for name, value in values.items()
     )
+
+
+def _unit_in(name: str) -> str:
+    """The unit at the end of a parameter's name; empty where there is none."""
+    found = _UNIT_AT_END.search(name)
+    return found.group()[1:].replace("_per_", "/") if found else ""
 
 
 def method_label(method: str) -> str:
@@ -211,7 +223,8 @@ _ONE_OF_A_LAW = re.compile(r"\b([a-z]+(?:_[a-z]+)*)\.([A-Za-z]\w+)")
 _IDENTIFIER = re.compile(r"\b[a-z]+(?:_[A-Za-z0-9]+)+\b")
 _BARE = re.compile(r"\bNs?\d?_per_\w+\b")
 _OF_ALL, _OF_SPRING = re.compile(r"@all\b"), re.compile(r"@([^\s,;=]+)")
-_NO_UNIT = re.compile(r"(?<== )(\S+ \+- \S+) 1(?= )")
+_NO_UNIT = re.compile(r"(?<== )(\S+(?: \+- \S+)?) 1(?= )")
+_SIZE_OF = re.compile(r"\b([a-z]+(?:_[A-Za-z0-9]+)+) of ([\d.e+-]+)(?= )")
 _EXPONENT = re.compile(r"(-?\d+(?:\.\d+)?)e([+-]?\d+)")
 _POWER = re.compile(r"\^(-?\d+)")
 
@@ -230,6 +243,10 @@ def reason_words(text: str) -> str:
     'its coefficient is 0.1 ± 0.2 N/m³, within 2 standard errors of 0'
     >>> reason_words("c_Ns_per_m@all = -0.9 +- 0.2 N s/m"), reason_words("drag_exponent.exponent = 1.5 +- 16 1 could")
     ('viscous damping = -0.9 ± 0.2 N s/m', 'drag exponent: exponent = 1.5 ± 16 could')
+    >>> reason_words("drift_m of 3.8e-06 is no more than"), reason_words("drag_exponent.exponent = 4 1 sits")
+    ('drift of 3.8 × 10⁻⁶ m is no more than', 'drag exponent: exponent = 4 sits')
+    >>> reason_words("a mass of 1e+04 kg"), reason_words("an error of (7.3e-05)")
+    ('a mass of 10000 kg', 'an error of (0.000073)')
 
     A key of a config stays as it is written there:
 
@@ -246,12 +263,22 @@ def _reason_words(text: str) -> str:
         return parameter_words(found.group())
 
     text = _OF_SPRING.sub(r" (\1)", _OF_ALL.sub("", text))
+    text = _SIZE_OF.sub(lambda found: f"{found.group()} {_unit_in(found.group(1))}".rstrip(), text)
     text = _NO_UNIT.sub(r"\1", text).replace(" +- ", " ± ")
     text = _ONE_OF_A_LAW.sub(of_a_law, text)
     text = _BARE.sub("its coefficient", text)
     text = _IDENTIFIER.sub(lambda found: parameter_name(found.group()).words, in_plain_words(text))
-    text = _EXPONENT.sub(lambda found: plain_number(float(found.group())), text)
+    text = _EXPONENT.sub(lambda found: plain_number(float(found.group()), len(re.sub(r"\D", "", found[1]))), text)
     return _POWER.sub(lambda found: found.group(1).translate(_SUPERSCRIPTS), text)
+
+
+def rejected_words(name: str, because: str) -> str:
+    """Why a law is not the answer, beside its name.
+
+    >>> rejected_words("relaxation", "relaxation.time_s = 1.008 s sits on its bound")
+    'time = 1.008 s sits on its bound'
+    """
+    return reason_words(because).removeprefix(f"{name.replace('_', ' ')}: ")
 
 
 def sentence_words(sentence: str, title: str) -> str:
@@ -330,11 +357,13 @@ def estimate_text(estimate: Estimate, with_unit: bool = True) -> str:
 def confidence_words(confidence: float) -> str:
     """A probability in whole per cent, never as certain; empty where there is none.
 
-    >>> confidence_words(0.98), confidence_words(0.9999)
-    ('98 %', 'over 99 %')
+    >>> confidence_words(0.98), confidence_words(0.9999), confidence_words(1e-20)
+    ('98 %', 'over 99 %', 'under 1 %')
     """
     if not math.isfinite(confidence):
         return ""
+    if confidence < 0.01:
+        return "under 1 %"
     return "over 99 %" if confidence > 0.99 else f"{100.0 * confidence:.0f} %"
 
 
@@ -342,9 +371,9 @@ def p_words(p_value: float) -> str:
     """A p-value in words: where no simulation knows it further, what it is at most.
 
     >>> p_words(0.032), p_words(1e-6)
-    ('p = 0.032', 'p at most 1e-06')
+    ('p = 0.032', 'p at most 1 × 10⁻⁶')
     """
-    return f"p {'at most' if p_value <= LEAST_P else '='} {p_value:.2g}"
+    return f"p {'at most' if p_value <= LEAST_P else '='} {plain_number(p_value, 2)}"
 
 
 def error_parts(estimate: Estimate) -> str:
@@ -361,34 +390,11 @@ def error_parts(estimate: Estimate) -> str:
 
 
 def problem_of(estimate: Estimate) -> str:
-    """What a reader must know before using an estimate: on a bound, no error bar; empty where nothing."""
+    """What a reader must know before using an estimate: on a bound, no error bar; empty where nothing.
+
+    >>> problem_of(Estimate(0.0, outcome="added_mass_kg on its bound 0 kg"))
+    'added mass on its bound 0 kg'
+    """
     if estimate.outcome != OK:
-        return estimate.outcome
+        return in_plain_words(estimate.outcome)
     return "" if math.isfinite(estimate.total_stderr) else "no error bar"
-
-
-ANCHOR_AT_MOST = 60
-"""Letters of an anchor: it is also a file's name."""
-
-
-def safe_anchor(text: str) -> str:
-    """A text as an anchor of a page: lower case letters, digits and single dashes.
-
-    >>> safe_anchor("spring short, water depth 2.36 m")
-    'spring-short-water-depth-2-36-m'
-    """
-    return re.sub(r"[^a-z0-9]+", "-", text.lower())[:ANCHOR_AT_MOST].strip("-") or "group"
-
-
-def anchors(texts: Sequence[str]) -> list[str]:
-    """One anchor a text, numbered where two would be alike.
-
-    >>> anchors(["depth 2.3", "depth 2,3", "水"])
-    ['depth-2-3', 'depth-2-3-2', 'group']
-    """
-    out: list[str] = []
-    for text in texts:
-        plain = safe_anchor(text)
-        free = (f"{plain}-{number}" for number in itertools.count(2))
-        out.append(plain if plain not in {*out, *RESERVED_ANCHORS} else next(a for a in free if a not in out))
-    return out

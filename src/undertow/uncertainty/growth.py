@@ -13,6 +13,10 @@ SPRINGS, LEVELS = "groups in the same water", "groups on the same spring"
 """What differs, in words."""
 
 
+WORTH_SAYING = 1.05
+"""A standard error that grew by less is printed as it was: "(1)" would say so."""
+
+
 @dataclass(frozen=True)
 class Grown:
     """One parameter in several trials, each fitted alone: chi-squared of their values about the mean at ``freedom``
@@ -28,18 +32,22 @@ class Grown:
 
 
 def grown_words(found: Sequence[Grown]) -> tuple[str, ...]:
-    """Why standard errors are larger than a fit's own, in one sentence; nothing where all agree.
+    """Why standard errors are larger than a fit's own, in one sentence; nothing where all agree, or differ by less than
+    two digits show.
 
     A parameter that several methods give stands once, with the largest growth.
 
     >>> found = [Grown("mu", 43.2, 3, 1e-9, 123.0), Grown("k_N_per_m", 4.0, 1, 0.05, 1.52, HALVES)]
     >>> grown_words(found)[0].split(": ")[1]
     'mu (120) between trials fitted alone; k_N_per_m (1.5) between trials of small and of large amplitude'
+    >>> grown_words([Grown("mu", 5.2, 3, 0.04, 1.04)])
+    ()
     """
     largest: dict[tuple[str, str], float] = {}
     for one in found:
         place = (one.among, one.parameter)
-        largest[place] = max(one.grown, largest.get(place, 0.0))
+        if one.grown >= WORTH_SAYING:
+            largest[place] = max(one.grown, largest.get(place, 0.0))
     said = []
     for among in (TRIALS, HALVES, SPRINGS, LEVELS):
         those = [f"{name} ({float(f'{times:.2g}'):g})" for (what, name), times in largest.items() if what == among]

@@ -35,6 +35,7 @@ from undertow.recording.catalogue import read_trial
 from undertow.recording.recording import Array
 from undertow.report.driven_page import DrawnRun, PagePart, page_html, run_picture
 from undertow.report.verdict_file import plain
+from undertow.report.wording import parameter_words, plain_number
 from undertow.report.writing import write_text
 
 VERSION = 1
@@ -69,7 +70,8 @@ class DrivenDifference:
         if self.extra:
             words.append(f"has {listed_in_words(self.extra)}, which the recording does not show")
         said = [
-            f"{row.name} ({row.simulation} there, {row.recording} in the recording, {row.sigmas:.2g} standard errors)"
+            f"{parameter_words(row.name)} ({row.simulation} there, {row.recording} in the recording, "
+            f"{plain_number(row.sigmas, 2)} standard errors)"
             for row in self.rows if row.sigmas > FAR
         ]  # fmt: skip
         if said:
@@ -175,10 +177,11 @@ def write_driven(found: DrivenDifference, folder: Path) -> None:
     table = [("number", "simulation", "recording", "standard errors apart")]
     for row in found.rows:
         shown = (str(one) if one is not None else "-" for one in (row.simulation, row.recording))
-        table.append((row.name, *shown, f"{row.sigmas:.1f}" if math.isfinite(row.sigmas) else ""))  # type: ignore[arg-type]
+        sigmas = plain_number(row.sigmas, 2) if math.isfinite(row.sigmas) else ""
+        table.append((parameter_words(row.name), *shown, sigmas))  # type: ignore[arg-type]
     t, x = found.trial.t, found.trial.outputs[found.trial.main]
     unit = UNITS_OF_MOTION[found.trial.main]
-    picture = run_picture(DrawnRun("recording, and the simulation's equation", t, x, found.run, unit))
+    picture = run_picture(DrawnRun("The simulation's equation under the recording's input", t, x, found.run, unit))
     equation = "M x'' + " + " + ".join(term.law for term in found.recording.laws.terms) + f" = {found.trial.quantity}"
     part = PagePart(found.sentence, [picture], equation, {"Numbers, with the laws of both": table})
     write_text(folder / "differ.html", page_html("A simulation against a recording", [part]))

@@ -52,6 +52,8 @@ def _what(d: Difference) -> str:
     """What the simulation lacks, and which numbers differ, in words."""
     names = [n for n in d.lacks if n != "unknown"]
     words = [listed_in_words([n], d.more) for n in names]
+    if names and not d.by_equation and "unknown" in d.recording.verdict.verdict:
+        words[-1] += " (the closest of what was tried: one recording does not prove it)"
     if "unknown" in d.lacks:
         words.append("something that no suspect explains")
     rivals = [listed_in_words(names) for names in d.recording.verdict.alternatives]

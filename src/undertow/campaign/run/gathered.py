@@ -158,11 +158,13 @@ def across(named: Mapping[str, int], statuses: Mapping[str, int]) -> str:
     'The equation leaves out: hidden resonator in 2 of 3 groups. For 1 group these data cannot tell.'
     >>> across({}, {"nothing_missing": 2})
     'The equation explains 2 groups; nothing is missing.'
+    >>> across({"quadratic drag": 1}, {"explained": 1})
+    'The equation leaves out: quadratic drag.'
     """
     groups = sum(statuses.values())
     of, parts = count(groups, "group"), []
     if named:
-        said = "; ".join(f"{name} in {number} of {of}" for name, number in named.items())
+        said = "; ".join(f"{name} in {number} of {of}" if groups > 1 else name for name, number in named.items())
         parts.append(f"The equation leaves out: {said}.")
     if statuses.get("nothing_missing", 0) == groups:
         parts.append(f"The equation explains {of}; nothing is missing.")

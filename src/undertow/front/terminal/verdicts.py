@@ -25,7 +25,7 @@ from undertow.front.terminal.table import table_text
 from undertow.quantities import or_nan
 from undertow.report.blocks import errors_of, no_gain_words
 from undertow.report.verdict_file import group_json, read_verdicts
-from undertow.report.wording import STATUS_WORDS, in_plain_words, sentence_words
+from undertow.report.wording import STATUS_WORDS, effects_words, in_plain_words, sentence_words
 from undertow.uncertainty.growth import grown_words
 
 COLOURS: Mapping[str, str] = {
@@ -101,9 +101,7 @@ def missing_words(entry: Entry) -> str:
     >>> missing_words({"verdict": ["hidden_resonator"], "alternatives": [["relaxation"]]})
     'hidden resonator, or relaxation'
     """
-    named = " + ".join(entry["verdict"])
-    rivals = [" + ".join(names) for names in entry["alternatives"]]
-    return ", or ".join([*([named] if named else []), *rivals]).replace("_", " ") or "-"
+    return ", or ".join(effects_words(names) for names in (entry["verdict"], *entry["alternatives"]) if names) or "-"
 
 
 def probability_words(entry: Entry) -> str:
@@ -147,7 +145,7 @@ def run_text(finished: Finished | DrivenFinished, width: int = 0, colour: bool =
     if verbose:
         lines += said.values()
         lines += [f"{g.label}: {in_plain_words(words)}" for g in shown for words in grown_words(g.grown)]
-    lines.append(finished.findings.across_groups)
+    lines.append(in_plain_words(finished.findings.across_groups))
     listed = doubts if verbose else doubts[:DOUBTS_PRINTED]
     lines += [f"doubt: {one}" for one in listed]
     if more := len(doubts) - len(listed):

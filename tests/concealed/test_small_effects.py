@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 
 from tests.concealed.test_diagnosis import LONG, SHORT, member
-from undertow.comparison import attempt, candidate, search
+from undertow.comparison import attempt, candidate, search, trying
 from undertow.comparison.attempt import beyond_starts, from_pair, from_places, from_starts, from_twin, own_rates
 from undertow.comparison.candidate import Candidate
 from undertow.comparison.clock import SIGNIFICANT
@@ -85,9 +85,9 @@ def test_water_that_swings_at_twice_the_bodys_rate_is_offered_its_own_line(monke
     seen = peaks(places(level, Stands.of(stands(level)), suspect))[:1]
     assert beyond_starts(level, suspect, seen) == pytest.approx([frequency], rel=0.08)
     offered = []
-    monkeypatch.setattr(search, "FINE", 0.0)  # where little is missing every place of the grid is looked at
-    monkeypatch.setattr(search, "WORTH", 0.0)
-    monkeypatch.setattr(search, "from_starts", lambda *given: offered.append(given[-1]))
+    monkeypatch.setattr(trying, "FINE", 0.0)  # where little is missing every place of the grid is looked at
+    monkeypatch.setattr(trying, "WORTH", 0.0)
+    monkeypatch.setattr(trying, "from_starts", lambda *given: offered.append(given[-1]))
     diagnose(level, [suspect])
     assert offered == [beyond_starts(level, suspect, seen)]
 
@@ -118,7 +118,7 @@ def test_a_wider_form_is_offered_what_its_twin_found_that_is_worth_it(monkeypatc
     assert offered[0][1] is None
     assert offered[1][1].suspects == (pair[0],)
     offered.clear()
-    monkeypatch.setattr(search, "ODDS", 1e9)  # as if what the twin found were not worth it
+    monkeypatch.setattr(trying, "ODDS", 1e9)  # as if what the twin found were not worth it
     diagnose(make_level([member("short", SHORT, 700, ((water, 150.0),))]), pair)
     assert [twin for _, twin in offered[:2]] == [None, None]
 
@@ -187,9 +187,9 @@ def test_a_force_at_the_bodys_own_rate_is_tried_in_growing_windows_from_there(mo
     level = replace(level, scales=replace(level.scales, slowest=slow, fastest=fast))
     assert own_rates(level) == rates
     offered, windows = [], []
-    monkeypatch.setattr(search, "FINE", 0.0)
-    monkeypatch.setattr(search, "WORTH", 0.0)
-    monkeypatch.setattr(search, "from_places", lambda *given: offered.append(given[-1]))
+    monkeypatch.setattr(trying, "FINE", 0.0)
+    monkeypatch.setattr(trying, "WORTH", 0.0)
+    monkeypatch.setattr(trying, "from_places", lambda *given: offered.append(given[-1]))
     diagnose(level, [suspect])
     assert offered == [rates]
     best = Candidate((), stands(level), 0.0)
@@ -488,16 +488,22 @@ def test_what_leaves_no_more_than_noise_is_not_passed_over_for_a_description_tha
 
 
 @pytest.mark.parametrize(
-    ("error", "left", "score", "answer"),
-    [(6.0, 4000.0, 60.0, "external_forcing"), (0.9, 4000.0, 60.0, ""), (6.0, 900.0, 60.0, ""), (6.0, 4000.0, 16.0, "")],
-)
-def test_two_strong_effects_are_found_from_another_first_one(monkeypatch, error, left, score, answer):
-    """An echo took up a third of what a force and a resonator leave; the pair is looked for beside the force."""
+    ("error", "left", "score", "changing", "answer"),
+    [
+        (6.0, 4000.0, 60.0, False, "external_forcing"), (0.9, 4000.0, 60.0, False, ""), (6.0, 900.0, 60.0, False, ""),
+        (6.0, 4000.0, 16.0, False, ""), (0.9, 1.5, 60.0, True, "external_forcing"), (0.9, 1.5, 16.0, True, ""),
+    ],
+)  # fmt: skip
+def test_two_strong_effects_are_found_from_another_first_one(monkeypatch, error, left, score, changing, answer):
+    """An echo took up a third of what a force and a resonator leave; the pair is looked for beside the force. So it is
+    where a force that changes along the record (here in the echo's place) left no more than noise."""
+    monkeypatch.setattr(search, "changes", lambda addend: changing and addend == "delayed_echo")
     monkeypatch.setattr(search, "free_run_error", lambda _, fit: fit.miss)
 
     def one(names: tuple[str, ...], score: float, misfit: float) -> SimpleNamespace:
         suspects = tuple(found(name) for name in names)
-        return SimpleNamespace(suspects=suspects, score=score, fit=SimpleNamespace(misfit=misfit, miss=0.5), out="")
+        fit = SimpleNamespace(misfit=misfit, miss=0.5, addends=names)
+        return SimpleNamespace(suspects=suspects, score=score, fit=fit, out="")
 
     null, echo, force = one((), 0.0, 12000.0), one(("delayed_echo",), 15.0, left), one(("external_forcing",), 12.0, 3e3)
     tried: list[object] = []
@@ -513,7 +519,7 @@ def test_two_strong_effects_are_found_from_another_first_one(monkeypatch, error,
     ahead = search._Search._from_another_first(state)
     assert ("" if ahead is None else ahead[0].suspects[0].name) == answer
     assert state.best is echo
-    assert tried == ([force] if error > 1.0 and left > 3000.0 else [])
+    assert tried == ([force] if changing or (error > 1.0 and left > 3000.0) else [])
 
 
 def test_a_place_knows_where_what_stands_goes_beside_its_law():

@@ -61,6 +61,12 @@ def biases(before: Candidate, after: Candidate) -> bool:
     return after.fit.moved(before.fit)[1] > COUNTS_IN_STDERR
 
 
+def hides(before: Candidate, after: Candidate) -> bool:
+    """Whether one law more, whose numbers mean something, leaves nearly no more than noise and moves a number that is
+    reported, however close the free run was without it."""
+    return not after.out and explains(before, after, NEARLY_ALL) and biases(before, after)
+
+
 def explains(before: Candidate, after: Candidate, share: float) -> bool:
     """Whether one candidate explains more than a share of the residual above noise that another leaves; no share is
     always explained."""

@@ -5,35 +5,31 @@ and springs. The criterion (joint.py) is turned into probabilities with a stated
 half shared equally among the suspects, and a hundredth of that for each further effect. A suspect whose numbers mean
 nothing (on a bound, not distinct from zero) is out. Rivals within odds of 99 to 1 are named beside the answer.
 
-Belongs here: the search. Does not belong here: beliefs (joining.py, candidate.py), what is explained (explained.py), a
-first look at small effects (score_test.py), the proof on held-out trials (validation.py), words (judge.py).
+Belongs here: the search. Does not belong here: the fits that it asks for (trying.py), beliefs (joining.py,
+candidate.py), what is explained (explained.py), the proof on held-out trials (validation.py), words (judge.py).
 """
 
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
 
 from undertow.comparison import attempt, explained
-from undertow.comparison.attempt import REFINED, beyond_starts, from_pair, from_places, from_starts, own_rates
-from undertow.comparison.candidate import RIVAL_ODDS, Candidate, LevelDiagnosis, Screened, conclude
+from undertow.comparison.attempt import from_pair
+from undertow.comparison.candidate import Candidate, LevelDiagnosis, conclude
 from undertow.comparison.clock import changes
-from undertow.comparison.explained import ALL, NEARLY_ALL, SLIDING, asked, beyond_doubt, biases, explains
-from undertow.comparison.joining import MOST_EFFECTS, PRIOR_NOTHING, has_room, log_prior, may_join, may_pair
+from undertow.comparison.explained import ALL, NEARLY_ALL, SLIDING, asked, beyond_doubt, biases, explains, hides
+from undertow.comparison.joining import MOST_EFFECTS, PRIOR_NOTHING, has_room, may_pair
 from undertow.comparison.joint import at_memory, free_run_error, missed_share
 from undertow.comparison.level import Level
 from undertow.comparison.limits import FAR_ABOVE_NOISE, OVERWHELMING, WORTH
 from undertow.comparison.needless import leanest, shorter_sets
 from undertow.comparison.prescribed import FURTHER, further_on, plain_fit
-from undertow.comparison.score_test import GridPlace, Stands, peaks, places
 from undertow.comparison.suspect import Suspect
+from undertow.comparison.trying import LEAST_GAIN, LINEAR, ODDS, Trying
 from undertow.comparison.two_effects import PAIRS, best_pairs
-from undertow.likelihood.budget import BudgetError, metered
 from undertow.likelihood.noise import residual_memory
-
-EVIDENCE_ALONE = 10.0
-"""Gain in log posterior that a suspect must have shown alone to be tried beside another."""
 
 REMAINING = 0.8
 """A further effect must leave at most this share of the free run's error that stood before it."""
@@ -41,44 +37,9 @@ REMAINING = 0.8
 BESIDE = 2
 """Where no single effect is enough, so many of the most probable ones are tried with another."""
 
-FINE = 2.0
-"""Up to this many times repeatability the free run's error is small enough for one linear step to show a gain."""
 
-LINEAR = 0.1
-"""Share of the motion that the free run may miss for a linear step to be trusted, however wide repeatability is."""
-
-NEAR = 10.0
-"""Mean squared residual over noise of a fit so near that the free run's share does not matter: trials differ."""
-
-ODDS = math.log(RIVAL_ODDS)
-"""Log odds from which a set has a name."""
-
-LEAST_GAIN = 5.0
-"""A linear step that raises the log evidence by less cannot lead to a name: half of what one needs. What a missing law
-leaves swings for long; judged at half its memory (`_at_own_memory`) the step is worth more."""
-
-
-@dataclass
-class _Search:
-    """One level's search as it goes on: what stands, what was tried."""
-
-    level: Level
-    suspects: Sequence[Suspect]
-    null: Candidate
-    clean_when_dry: bool
-    budget: float = 1.0
-    told: Mapping[str, float] = field(default_factory=dict)
-
-    def __post_init__(self) -> None:
-        self.unfinished: list[str] = []
-        self.best, self.found = self.null, [self.null]
-        self.screened: dict[str, Screened] = {}
-        self.small: list[Candidate] = []
-        self.stands: Stands | None = None
-        self.looked: Stands | None = None
-        self.looks: dict[str, tuple[GridPlace, ...]] = {}
-        self.error = free_run_error(self.level, self.null.fit)
-        self.left = attempt.LEVEL_BUDGET * self._one_look()
+class _Search(Trying):
+    """One level's search as it goes on."""
 
     def run(self) -> LevelDiagnosis:
         """Add effects one after the other until none is worth it, or the level's budget is spent."""
@@ -86,11 +47,6 @@ class _Search:
         small = None if self.best.suspects else self._overwhelming()
         rest = list(self.screened.values()), small, len(self.suspects), self.unfinished, self.looks
         return conclude(self.null, self.best, self.found, *rest)
-
-    def _one_look(self) -> float:
-        """One look at the level with the prescribed equation, times what the config and the number of trials give."""
-        trials = 1.0 + (self.level.trials - 1.0) / attempt.TRIALS_A_BUDGET
-        return self.budget * trials * attempt.one_look(self.null.fit)
 
     def _grow(self) -> None:
         for depth in range(MOST_EFFECTS):
@@ -112,15 +68,12 @@ class _Search:
             self.best, self.error = self._plainer(ahead, probable)
         self.best, self.error = self._two_that_leave_noise() or (self.best, self.error)
         self.best, self.error = self._from_another_first() or (self.best, self.error)
+        self.best, self.error = self._hiding_beside() or (self.best, self.error)
 
     def _overwhelming(self) -> Candidate | None:
         """The most probable single law against which nothing but its size speaks; None where there is none."""
         able = (c for c in self.small if c.score - self.null.score > OVERWHELMING)
         return max(able, key=lambda c: c.score, default=None)
-
-    def _prior(self, suspects: Sequence[Suspect]) -> float:
-        told = sum(self.told.get(name, 0.0) for name in {s.name for s in suspects})
-        return log_prior(suspects, len(self.suspects), self.clean_when_dry) + told
 
     def _leaner(self, candidate: Candidate, error: float, least: float) -> tuple[Candidate, float] | None:
         """The same last effect without an earlier one that it makes needless (needless.py), and its error."""
@@ -177,6 +130,19 @@ class _Search:
         ahead = max(able, key=lambda c: c.score, default=None)
         return None if ahead is None else (ahead, free_run_error(self.level, ahead.fit))
 
+    def _hiding_beside(self) -> tuple[Candidate, float] | None:
+        """A law of the body that hides beside an answer as close as repetitions, with the free run's error: beside a
+        resonator near the body's rate a dashpot is drag, and less added mass."""
+        enough = self.error <= 1.0 and self.best.fit.misfit <= FAR_ABOVE_NOISE
+        if not enough or not 0 < len(self.best.suspects) < MOST_EFFECTS:
+            return None
+        every, self.suspects = self.suspects, [s for s in self.suspects if s.of_the_body]
+        tried = self._as_far_as_possible(1)
+        self.found, self.suspects = self.found + tried, every
+        able = [c for c in tried if c.score > self.best.score + OVERWHELMING and hides(self.best, c)]
+        ahead = max(able, key=lambda c: c.score, default=None)
+        return None if ahead is None else (ahead, free_run_error(self.level, ahead.fit))
+
     def _two_that_leave_noise(self) -> tuple[Candidate, float] | None:
         """Two effects that explain nearly all, with the free run's error, where one leaves more, however close to the
         motion: two that mask each other are both weak alone."""
@@ -208,91 +174,6 @@ class _Search:
         self.best, self.found = self.null, [self.null]
         self.screened = {k: replace(s, score=self.null.score + s.relative) for k, s in self.screened.items()}
         return [replace(c, fit=at_memory(c.fit, memory)) for c in tried]
-
-    def _as_far_as_possible(self, depth: int) -> list[Candidate]:
-        """Candidates of this depth; those tried so far where what is left of the level's budget ends."""
-        tried: list[Candidate] = []
-        with metered(self.left) as meter:
-            try:
-                for candidate in self._tried(depth):
-                    tried.append(candidate)
-            except BudgetError:
-                self.unfinished.append("further effects")
-        self.left = max(self.left - meter.spent, 0.0)
-        return tried
-
-    def _tried(self, depth: int) -> Iterator[Candidate]:
-        near = self.best.fit.misfit <= NEAR or missed_share(self.level, self.best.fit) <= LINEAR
-        small, twin = self.error <= (FINE if near else WORTH), None
-        for suspect in self.suspects:
-            if not may_join(self.best, suspect) or (depth and not self._promising(suspect)):
-                continue
-            candidate = self._within_budget(suspect, small, depth, twin if suspect.swings else None)
-            if candidate is not None:
-                twin = candidate if suspect.swings and candidate.score > self.best.score + ODDS else twin
-                yield candidate
-
-    def _within_budget(self, suspect: Suspect, small: bool, depth: int, twin: Candidate | None) -> Candidate | None:
-        """A suspect tried, also from where its ``twin`` ended, unless that takes more than one suspect may."""
-        prior = self._prior((*self.best.suspects, suspect))
-        with metered(attempt.SUSPECT_BUDGET * self._one_look()) as meter:
-            try:
-                candidate = self._small(suspect, prior, depth) if small else self._large(suspect, prior)
-                candidate = attempt.from_twin(self.level, self.best, suspect, candidate, twin)
-                candidate = attempt.widened(self.level, self.best, suspect, candidate)
-                if candidate is None or not (depth and explained.fading(candidate)):
-                    return candidate
-                return attempt.as_radiation(self.level, candidate)
-            except BudgetError as out:
-                if out.meter is not meter:
-                    raise
-                self.unfinished.append(suspect.label)
-        return None
-
-    def _small(self, suspect: Suspect, prior: float, depth: int) -> Candidate | None:
-        """A suspect where little is missing: fitted from the best places of its grid, or from its own starts where a
-        place says nothing of the others, if one could gain enough."""
-        if suspect.late or suspect.told_by_springs:  # a step from waters of each spring's own shows neither
-            return from_starts(self.level, self.best, suspect, prior, self.best.fit.criterion)
-        ahead = self._peaks(suspect)[:REFINED]
-        if not ahead or ahead[0].gain * math.sqrt(self.best.fit.memory) < LEAST_GAIN:
-            if not depth:
-                self._screen_out(suspect, prior, ahead[0].gain if ahead else 0.0)
-            return None
-        if suspect.look is not None:
-            return from_starts(self.level, self.best, suspect, prior, self.best.fit.criterion)
-        return from_places(self.level, self.best, suspect, ahead, prior)
-
-    def _large(self, suspect: Suspect, prior: float) -> Candidate | None:
-        """A suspect where much is missing: from several starts, and where its own line lies beyond them from that; a
-        line that leaves the fit no way to it but a start on it (a clock) from the peaks of its grid, and from the
-        body's own rate, where what is far from the motion has no peak."""
-        if not suspect.on_a_line:
-            most = self.best.fit.criterion if suspect.has_no_zero else math.inf
-            seen = self._peaks(suspect)[:1] if suspect.swings and not self.best.suspects else ()
-            return from_starts(self.level, self.best, suspect, prior, most, beyond_starts(self.level, suspect, seen))
-        ahead = self._peaks(suspect)[: REFINED + 1]
-        further = () if self.best.suspects else own_rates(self.level)
-        return from_places(self.level, self.best, suspect, ahead, prior, further) if ahead else None
-
-    def _peaks(self, suspect: Suspect) -> tuple[GridPlace, ...]:
-        """The best places of a suspect's grid as seen from what stands; looks from the prescribed equation are kept."""
-        if self.stands is None or self.stands.fit.solution is not self.best.fit.solution:
-            self.stands = Stands.of(self.best.fit)
-        seen = places(self.level, self.stands, suspect)
-        if not self.best.suspects:
-            self.looks[suspect.label], self.looked = seen, self.stands
-        return peaks(seen)
-
-    def _screen_out(self, suspect: Suspect, prior: float, gain: float) -> None:
-        """Keep what a suspect could gain at most, with the penalty of its unknowns."""
-        relative = prior - self.null.log_prior + gain - attempt.penalty_of(self.level, self.null.fit, suspect)
-        self.screened[suspect.label] = Screened(suspect, gain, self.null.score + relative, relative)
-
-    def _promising(self, suspect: Suspect) -> bool:
-        """Whether a suspect is tried beside what is there: one that often is, or that alone had evidence for it."""
-        alone = (c.score - self.null.score for c in self.found if c.names == (suspect.name,))
-        return suspect.often_beside or max(alone, default=0.0) > EVIDENCE_ALONE
 
     def _worthwhile(self, probable: Sequence[Candidate], remaining: float) -> tuple[Candidate, float] | None:
         """The most probable candidate that brings the free run closer by what counts, with its error; where none does,

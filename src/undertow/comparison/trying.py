@@ -1,0 +1,158 @@
+"""Suspects tried on one level, each beside what stands: which of them, from where, and within which budget.
+
+Belongs here: the fits that a search asks for. Does not belong here: which of them is believed (search.py), one
+suspect's fits (attempt.py).
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, field
+
+from undertow.comparison import attempt, explained
+from undertow.comparison.attempt import REFINED, beyond_starts, from_places, from_starts, own_rates
+from undertow.comparison.candidate import RIVAL_ODDS, Candidate, Screened
+from undertow.comparison.joining import log_prior, may_join
+from undertow.comparison.joint import free_run_error, missed_share
+from undertow.comparison.level import Level
+from undertow.comparison.limits import WORTH
+from undertow.comparison.score_test import GridPlace, Stands, peaks, places
+from undertow.comparison.suspect import Suspect
+from undertow.likelihood.budget import BudgetError, metered
+
+EVIDENCE_ALONE = 10.0
+"""Gain in log posterior that a suspect must have shown alone to be tried beside another."""
+
+FINE = 2.0
+"""Up to this many times repeatability the free run's error is small enough for one linear step to show a gain."""
+
+LINEAR = 0.1
+"""Share of the motion that the free run may miss for a linear step to be trusted, however wide repeatability is."""
+
+NEAR = 10.0
+"""Mean squared residual over noise of a fit so near that the free run's share does not matter: trials differ."""
+
+ODDS = math.log(RIVAL_ODDS)
+"""Log odds from which a set has a name."""
+
+LEAST_GAIN = 5.0
+"""A linear step that raises the log evidence by less cannot lead to a name: half of what one needs. What a missing law
+leaves swings for long; judged at half its memory (`_at_own_memory`) the step is worth more."""
+
+
+@dataclass
+class Trying:
+    """One level as a search goes on: what stands, what was tried, what may still be spent."""
+
+    level: Level
+    suspects: Sequence[Suspect]
+    null: Candidate
+    clean_when_dry: bool
+    budget: float = 1.0
+    told: Mapping[str, float] = field(default_factory=dict)
+
+    def __post_init__(self) -> None:
+        self.unfinished: list[str] = []
+        self.best, self.found = self.null, [self.null]
+        self.screened: dict[str, Screened] = {}
+        self.small: list[Candidate] = []
+        self.stands: Stands | None = None
+        self.looked: Stands | None = None
+        self.looks: dict[str, tuple[GridPlace, ...]] = {}
+        self.error = free_run_error(self.level, self.null.fit)
+        self.left = attempt.LEVEL_BUDGET * self._one_look()
+
+    def _one_look(self) -> float:
+        """One look at the level with the prescribed equation, times what the config and the number of trials give."""
+        trials = 1.0 + (self.level.trials - 1.0) / attempt.TRIALS_A_BUDGET
+        return self.budget * trials * attempt.one_look(self.null.fit)
+
+    def _prior(self, suspects: Sequence[Suspect]) -> float:
+        told = sum(self.told.get(name, 0.0) for name in {s.name for s in suspects})
+        return log_prior(suspects, len(self.suspects), self.clean_when_dry) + told
+
+    def _as_far_as_possible(self, depth: int) -> list[Candidate]:
+        """Candidates of this depth; those tried so far where what is left of the level's budget ends."""
+        tried: list[Candidate] = []
+        with metered(self.left) as meter:
+            try:
+                for candidate in self._tried(depth):
+                    tried.append(candidate)
+            except BudgetError:
+                self.unfinished.append("further effects")
+        self.left = max(self.left - meter.spent, 0.0)
+        return tried
+
+    def _tried(self, depth: int) -> Iterator[Candidate]:
+        near = self.best.fit.misfit <= NEAR or missed_share(self.level, self.best.fit) <= LINEAR
+        small, twin = self.error <= (FINE if near else WORTH), None
+        for suspect in self.suspects:
+            if not may_join(self.best, suspect) or (depth and not self._promising(suspect)):
+                continue
+            candidate = self._within_budget(suspect, small, depth, twin if suspect.swings else None)
+            if candidate is not None:
+                twin = candidate if suspect.swings and candidate.score > self.best.score + ODDS else twin
+                yield candidate
+
+    def _within_budget(self, suspect: Suspect, small: bool, depth: int, twin: Candidate | None) -> Candidate | None:
+        """A suspect tried, also from where its ``twin`` ended, unless that takes more than one suspect may."""
+        prior = self._prior((*self.best.suspects, suspect))
+        with metered(attempt.SUSPECT_BUDGET * self._one_look()) as meter:
+            try:
+                candidate = self._small(suspect, prior, depth) if small else self._large(suspect, prior)
+                candidate = attempt.from_twin(self.level, self.best, suspect, candidate, twin)
+                candidate = attempt.widened(self.level, self.best, suspect, candidate)
+                if candidate is None or not (depth and explained.fading(candidate)):
+                    return candidate
+                return attempt.as_radiation(self.level, candidate)
+            except BudgetError as out:
+                if out.meter is not meter:
+                    raise
+                self.unfinished.append(suspect.label)
+        return None
+
+    def _small(self, suspect: Suspect, prior: float, depth: int) -> Candidate | None:
+        """A suspect where little is missing: fitted from the best places of its grid, or from its own starts where a
+        place says nothing of the others, if one could gain enough."""
+        if suspect.late or suspect.told_by_springs:  # a step from waters of each spring's own shows neither
+            return from_starts(self.level, self.best, suspect, prior, self.best.fit.criterion)
+        ahead = self._peaks(suspect)[:REFINED]
+        if not ahead or ahead[0].gain * math.sqrt(self.best.fit.memory) < LEAST_GAIN:
+            if not depth:
+                self._screen_out(suspect, prior, ahead[0].gain if ahead else 0.0)
+            return None
+        if suspect.look is not None:
+            return from_starts(self.level, self.best, suspect, prior, self.best.fit.criterion)
+        return from_places(self.level, self.best, suspect, ahead, prior)
+
+    def _large(self, suspect: Suspect, prior: float) -> Candidate | None:
+        """A suspect where much is missing: from several starts, and where its own line lies beyond them from that; a
+        line that leaves the fit no way to it but a start on it (a clock) from the peaks of its grid, and from the
+        body's own rate, where what is far from the motion has no peak."""
+        if not suspect.on_a_line:
+            most = self.best.fit.criterion if suspect.has_no_zero else math.inf
+            seen = self._peaks(suspect)[:1] if suspect.swings and not self.best.suspects else ()
+            return from_starts(self.level, self.best, suspect, prior, most, beyond_starts(self.level, suspect, seen))
+        ahead = self._peaks(suspect)[: REFINED + 1]
+        further = () if self.best.suspects else own_rates(self.level)
+        return from_places(self.level, self.best, suspect, ahead, prior, further) if ahead else None
+
+    def _peaks(self, suspect: Suspect) -> tuple[GridPlace, ...]:
+        """The best places of a suspect's grid as seen from what stands; looks from the prescribed equation are kept."""
+        if self.stands is None or self.stands.fit.solution is not self.best.fit.solution:
+            self.stands = Stands.of(self.best.fit)
+        seen = places(self.level, self.stands, suspect)
+        if not self.best.suspects:
+            self.looks[suspect.label], self.looked = seen, self.stands
+        return peaks(seen)
+
+    def _screen_out(self, suspect: Suspect, prior: float, gain: float) -> None:
+        """Keep what a suspect could gain at most, with the penalty of its unknowns."""
+        relative = prior - self.null.log_prior + gain - attempt.penalty_of(self.level, self.null.fit, suspect)
+        self.screened[suspect.label] = Screened(suspect, gain, self.null.score + relative, relative)
+
+    def _promising(self, suspect: Suspect) -> bool:
+        """Whether a suspect is tried beside what is there: one that often is, or that alone had evidence for it."""
+        alone = (c.score - self.null.score for c in self.found if c.names == (suspect.name,))
+        return suspect.often_beside or max(alone, default=0.0) > EVIDENCE_ALONE

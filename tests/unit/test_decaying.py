@@ -72,6 +72,9 @@ NO_DECAY = {
               r"it moves from 1\.8 to 0\.36 m at .* s and stays there without swinging: friction or damping stops it"),
     "over-damped": (np.where(T < HELD, 1.0, np.exp(-3.1 * (T - HELD)) * (1.0 + 3.1 * (T - HELD))),
                     r"it moves from 1\.8 to -?0\.0.* m at .* s and stays there without swinging"),
+    "stuck after two turns": (
+        np.where(T < HELD, 1.0, np.where(T < HELD + 1.5, free(T, 0.35), free(T, 0.35)[np.searchsorted(T, HELD + 1.5)])),
+        r"it turns 2 times between .* s, where it lies still; a decay needs 3 turns: release it from further"),
     "chopped after 0.7 periods": (free(T)[:135], r"it turns once between .* s, where it begins to move, and"),
     "chopped after 1.2 periods": (free(T)[:160], r"it turns 2 times between .*; a decay needs 3 turns: record longer"),
     "chopped without a hold": (free(T, held=0.0)[:35], r"it turns once between .*; a decay needs 3 turns"),

@@ -329,6 +329,29 @@ def test_one_trial_of_another_period_or_size_is_said_where_nothing_is_explained(
     assert said.endswith("look at the unit of its displacement (recordings.layouts)")
 
 
+@pytest.mark.parametrize(
+    ("periods", "strange"),
+    [
+        ([0.946, 0.9475, 0.949, 0.948, 0.993], True),  # filed under the wrong spring, 10 % stiffer
+        ([1.0, 1.001, 1.0025, 1.002, 1.015], True),  # a clock 1.5 % fast
+        ([1.0, 1.001, 1.0025, 1.002, 1.008], False),
+        ([1.0, 1.002, 1.004, 1.02], False),  # of four one stands so far in 7 of 100 groups by chance
+        ([1.0, 1.002, 1.004, 1.05], True),
+        ([1.0, 1.002, 1.03], False),
+        ([1.0, 1.002, 1.05], True),
+    ],
+)
+def test_one_trial_of_another_period_bars_green(periods, strange):
+    """Filed under the wrong spring it had been green at 99 %, with a repeatability of 34 to 50 %."""
+    alike = of_periods(small_findings().groups[1], periods)
+    green = replace(alike, verdict=replace(alike.verdict, status="nothing_missing", verdict=(), alternatives=()))
+    (found,), _ = with_doubts([green])
+    assert (found.verdict.status == "cannot_tell") is strange
+    assert (f"trial_{len(periods)} is unlike the others" in found.verdict.because) is strange
+    explained = replace(green, verdict=replace(green.verdict, status="explained"))
+    assert strange_trial(explained) == ""
+
+
 def test_trials_of_one_group_that_swing_at_other_periods_are_not_one_body():
     unknown = small_findings().groups[1]
     assert unknown.verdict.status == "unknown"

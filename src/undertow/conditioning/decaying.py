@@ -282,18 +282,19 @@ def _slowly_sampled(time: Array, values: Array) -> str:
 
 
 def _moves_once(seen: Swings, time: Array, values: Array, unit: str) -> str:
-    """That a body did not swing after it moved, or that the record ends before it did."""
+    """That a body hardly swung, or not, after it moved, or that the record ends before it did."""
     largest = float(np.ptp(values))
     last = values[time >= time[-1] - QUIET_SHARE * (time[-1] - time[0])]
     away = np.flatnonzero(np.abs(values - values[0]) > STILL * largest)
     begun = float(time[away[0]]) if away.size else float(time[0])
-    if float(np.ptp(last)) < STILL * largest:
+    swung = max(seen.time.size - 2, 0)
+    rests = float(np.ptp(last)) < STILL * largest
+    if rests and swung < 2:
         end = float(np.median(last))
         return (
             f"it moves from {values[0]:.3g} to {end:.3g} {unit} at {begun:.3g} s and stays there without swinging: "
             f"friction or damping stops it within a swing, or it was not let go; release it from further, or {_OUT}"
         )
-    swung = max(seen.time.size - 2, 0)
     if not swung:
         return (
             f"it goes from {values[0]:.3g} to {values[-1]:.3g} {unit} and never turns: the record ends within its "
@@ -301,7 +302,8 @@ def _moves_once(seen: Swings, time: Array, values: Array, unit: str) -> str:
         )
     return (
         f"it turns {'once' if swung == 1 else f'{swung} times'} between {begun:.3g} s, where it begins to move, and "
-        f"{time[-1]:.3g} s, where it ends; a decay needs 3 turns: record longer, or correct trials.window"
+        f"{time[-1]:.3g} s, where it {'lies still' if rests else 'ends'}; a decay needs 3 turns: "
+        f"{'release it from further' if rests else 'record longer'}, or correct trials.window"
     )
 
 

@@ -22,10 +22,13 @@ APART = 1.2
 """Ratio of the longest to the shortest period from which on trials are said not to be of one body: a hardening spring
 and friction move it by less from release to release of most rigs, a gap or a stop by more."""
 
-ALONE, ALONE_OF_TWO = 4.0, 10.0
+ALONE, ALONE_OF_TWO, SURELY = 4.0, 10.0, 2.0
 """One trial's period is another than that of three or more others where it is so many times as far from them as they
 are from each other, of two others the second. Of normal numbers alike one stands so in 16 of 100 groups of three, in 7
-of four, in 1.5 of five."""
+of four, in 1.5 of five. Where nothing is missing it must be `SURELY` times as far, but among `MANY` others."""
+
+MANY = 4
+"""So many other trials show how far one may be off."""
 
 LEAST_APART = 1.01
 """The same, at least: friction and drag move a period by less from release to release."""
@@ -131,16 +134,18 @@ def strange_trial(group: GroupFindings, known: Collection[str] = ()) -> str:
                 f"trial {name} is released from {size:.3g}, the others of its group from {min(rest):.3g} to "
                 f"{max(rest):.3g}: look at the unit of its displacement (recordings.layouts)"
             )
-    return "" if verdict.status in EXPLAINED else lone_trial(group, known)
+    if verdict.status == "explained":
+        return ""
+    return lone_trial(group, known, SURELY if verdict.status in EXPLAINED else 1.0)
 
 
-def lone_trial(group: GroupFindings, known: Collection[str] = ()) -> str:
+def lone_trial(group: GroupFindings, known: Collection[str] = (), sure: float = 1.0) -> str:
     """The one trial of another period, in words: another clock, spring or body, where the others swing alike; empty
-    where there is none but of those ``known`` to be strange."""
+    where there is none but of those ``known`` to be strange. It is ``sure`` times as far from them as it need be."""
     swings = swings_of([trial.motion for trial in group.trials])
     for one in (one for one in swings if one.name not in known):
         others = [other for other in swings if other is not one]
-        if len(others) > 1 and not apart(others) and _alone(one, others):
+        if len(others) > 1 and not apart(others) and _alone(one, others, sure):
             return (
                 f"trial {one.name} is unlike the others{_periods(one, others)}: look at its clock, its spring and what "
                 "its file is, or leave it out (recordings.exclude)"
@@ -148,11 +153,11 @@ def lone_trial(group: GroupFindings, known: Collection[str] = ()) -> str:
     return ""
 
 
-def _alone(one: Swing, others: Sequence[Swing]) -> bool:
+def _alone(one: Swing, others: Sequence[Swing], sure: float) -> bool:
     """Whether a trial's period is another than the others'."""
     low, high = min(o.period_s for o in others), max(o.period_s for o in others)
     off = max(low / one.period_s, one.period_s / high)
-    times = ALONE if len(others) > 2 else ALONE_OF_TWO
+    times = (sure if len(others) < MANY else 1.0) * (ALONE if len(others) > 2 else ALONE_OF_TWO)
     sizes = [o.amplitude for o in others]
     as_large = min(sizes) / AS_LARGE < one.amplitude < AS_LARGE * max(sizes)
     return off > APART or (as_large and off > LEAST_APART and off - 1.0 > times * (high / low - 1.0))

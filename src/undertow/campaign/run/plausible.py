@@ -18,6 +18,7 @@ import numpy as np
 from undertow.campaign.run.judgement import contradicted_verdict
 from undertow.campaign.run.one_body import lone_trial, not_one_body, strange_trial
 from undertow.campaign.run.tasks import slope_of_cells
+from undertow.campaign.run.trial_scale import scaled_trial
 from undertow.comparison.suspects import SUSPECTS
 from undertow.discrepancy.drifts import no_scatter
 from undertow.discrepancy.earned import NEXT
@@ -109,7 +110,8 @@ def with_doubts(
         mild = (_stiffness(group, numbers, NOTED, "noted"), _lighter(group, numbers)) if not doubts else ()
         said += [f"{group.label}: {text}" for text in mild if text]
         unknown = [text for kind, text in doubts if kind not in kinds]
-        wrong = "" if "conditions" in kinds else impossible(group)
+        strange = [name for name, mine in accepted.items() if STRANGE & set(mine)]
+        wrong = "" if "conditions" in kinds else impossible(group) or scaled_trial(group, strange)
         of_one = of_one or (ordered if group.verdict.status == "nothing_missing" and not unknown else "")
         if of_one and of_one not in unknown and not wrong:
             group, unknown = replace(group, notes=(*group.notes, of_one)), [of_one]

@@ -15,7 +15,7 @@ import numpy as np
 
 from undertow.conditioning.motion import Motion
 from undertow.likelihood.fit import Fit
-from undertow.methods.dry import Scatter, believed
+from undertow.methods.dry import DEFAULT_SCATTER, Scatter, believed
 from undertow.uncertainty.repeats import noise_of, scatter_between
 
 FEWEST = 3
@@ -23,6 +23,10 @@ FEWEST = 3
 
 WITHIN = 1.1
 """Largest over smallest release of trials that repeat each other."""
+
+RIGS = 4.0
+"""Rigs' scatter is within this factor of what is usual, for all that repetitions take for granted: so wide that three
+trials that tell decide, and trials whose noise is many times any rig's scatter leave what is usual."""
 
 NAMES: Mapping[str, tuple[str, ...]] = {
     "k": ("k_N_per_m", "total_mass_kg", "k_N_per_m_per_mass"),
@@ -55,7 +59,7 @@ def scatter_of_repetitions(sets: Sequence[Sequence[Fit]], known: float = 0.0) ->
     freedom = sum(len(fits) - 1 for fits in sets)
     if not sets or freedom + known < FEWEST - 1:
         return None
-    seen = {symbol: _relative(sets, names) for symbol, names in NAMES.items()}
+    seen = {symbol: _relative(sets, names, DEFAULT_SCATTER[symbol]) for symbol, names in NAMES.items()}
     return Scatter({symbol: value for symbol, value in seen.items() if value is not None}, float(freedom))
 
 
@@ -76,9 +80,9 @@ def pooled(one: Scatter, other: Scatter) -> Scatter:
     return Scatter(values, freedom)
 
 
-def _relative(sets: Sequence[Sequence[Fit]], names: Sequence[str]) -> float | None:
-    """Scatter of one quantity over its means; 0 where its errors explain all or no equation has it, None where it was
-    held."""
+def _relative(sets: Sequence[Sequence[Fit]], names: Sequence[str], usual: float) -> float | None:
+    """Scatter of one quantity over its means, believed beside what is ``usual``; 0 where no equation has it, None where
+    it was held."""
     held = False
     for name in names:
         groups = []
@@ -91,5 +95,5 @@ def _relative(sets: Sequence[Sequence[Fit]], names: Sequence[str]) -> float | No
             if len(good) > 1 and not fixed and size > 0.0:
                 groups.append((np.array([e.value for e in good]) / size, noise_of(good) / size))
         if groups:
-            return scatter_between(groups).median
+            return scatter_between(groups, (usual, RIGS)).median
     return None if held else 0.0

@@ -59,12 +59,14 @@ def weighted_mean(values: Array, noise: Array, between: float) -> tuple[float, f
     return float(weights @ values / np.sum(weights)), 1.0 / math.sqrt(float(np.sum(weights)))
 
 
-def scatter_between(groups: Sequence[tuple[Array, Array]]) -> Between:
+def scatter_between(groups: Sequence[tuple[Array, Array]], usual: tuple[float, float] | None = None) -> Between:
     """Posterior of the scatter that groups of trials have in common, each about its own mean.
 
     ``groups`` holds (values (n,), noise (n,)) of two or more trials each. Likelihood with the means integrated out;
     prior sqrt(sum (s / (noise^2 + s^2))^2), the reference prior, with which the mean's intervals cover what they say
     (Bodnar et al. 2017, doi:10.1002/sim.7156); without noise it makes the mean Student's t at n - 1 degrees of freedom.
+    With what is ``usual`` and the factor within which it is (a standard deviation of the logarithm) that is the prior:
+    trials whose noise hides any scatter then say nothing, in place of that it may be as large as their noise.
 
     IdentificationError where no group has two trials.
     """
@@ -76,7 +78,9 @@ def scatter_between(groups: Sequence[tuple[Array, Array]]) -> Between:
     size = max(math.hypot(float(np.ptp(values)), float(np.min(noise))) for values, noise in seen)
     if not size > 0.0:
         return Between(np.zeros(1), np.ones(1))
-    grid = size * np.geomspace(SMALLEST, LARGEST, GRID)
+    low, high = (size * SMALLEST, size * LARGEST) if usual is None else (
+        min(size, usual[0]) * SMALLEST, max(size, usual[0]) * LARGEST)
+    grid = np.geomspace(low, high, GRID)
     log_weight = np.log(grid)  # the grid is even in the logarithm
     prior = np.zeros(GRID)
     for values, noise in seen:
@@ -86,7 +90,10 @@ def scatter_between(groups: Sequence[tuple[Array, Array]]) -> Between:
         log_weight += -0.5 * np.sum(np.log(variance) + (values[:, None] - mean) ** 2 / variance, axis=0)
         log_weight -= 0.5 * np.log(total)
         prior += np.sum((grid / variance) ** 2, axis=0)
-    log_weight += 0.5 * np.log(prior)
+    if usual is None:
+        log_weight += 0.5 * np.log(prior)
+    else:
+        log_weight -= np.log(grid) + 0.5 * (np.log(grid / usual[0]) / math.log(usual[1])) ** 2
     weights = np.exp(log_weight - np.max(log_weight))
     return Between(grid, weights / np.sum(weights))
 

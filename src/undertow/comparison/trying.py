@@ -88,7 +88,7 @@ class Trying:
         near = self.best.fit.misfit <= NEAR or missed_share(self.level, self.best.fit) <= LINEAR
         small, twin = self.error <= (FINE if near else WORTH), None
         for suspect in self.suspects:
-            if not may_join(self.best, suspect) or (depth and not self._promising(suspect)):
+            if not may_join(self.best, suspect) or (depth and not (small or self._promising(suspect))):
                 continue
             candidate = self._within_budget(suspect, small, depth, twin if suspect.swings else None)
             if candidate is not None:

@@ -149,3 +149,18 @@ def test_a_dashpot_that_hides_beside_water_near_the_bodys_rate_is_named_and_drag
     assert alone.names == ("hidden_resonator",)
     assert alone.fit.misfit < 1.5
     assert alone.fit.value("drag_coefficient") > 3.0
+
+
+def test_what_has_no_evidence_alone_is_tried_beside_an_answer_that_is_near():
+    """Alone the cubic spring is worth nothing; beside the water it takes the rest (had been a description)."""
+    resonator = registry.find("hidden_resonator", natural_frequency_rad_per_s=8.4, damping_ratio=0.01)
+    hidden = ((resonator, 150.0), (registry.find("cubic_stiffness"), 5e6))
+    level = make_level([replace(member("short", (0.02, 0.03, 0.04), 6300, hidden), allowed=0.3)])
+    names = ("linear_damping", "hidden_resonator", "cubic_stiffness", "stribeck_friction", "relaxation")
+    said = diagnose(level, chosen(names))
+    (alone,) = [c for c in said.candidates if c.names == ("cubic_stiffness",)][:1]
+    assert alone.score < said.null.score
+    assert said.best.names == ("hidden_resonator", "cubic_stiffness")
+    assert said.best.fit.misfit < 1.1
+    value, error = (at("cubic_stiffness.N_per_m3@short") for at in (said.best.fit.value, said.best.fit.solution.stderr))
+    assert abs(value - 5e6) < 3.0 * error < 1e6

@@ -118,11 +118,11 @@ class _Search(Trying):
         """Two effects, with the free run's error, that are more probable than an answer which leaves much of what lies
         far above noise, and more than repetitions differ by: of two strong effects either may hide what the other alone
         would explain. A lone force that changes along the record, with numbers of its own in every trial, may hold
-        any two that die out."""
-        lone = len(self.best.suspects) == 1 and changes(self.best.fit.addends[-1])
-        near = self.error <= 1.0 or self.best.fit.misfit <= FAR_ABOVE_NOISE
-        enough = near or not self.best.suspects or explains(self.null, self.best, NEARLY_ALL)
-        if enough and not lone:
+        any two that die out, and a release that leaves more than noise any that die out at once."""
+        noisy, lone = self.best.fit.misfit > FAR_ABOVE_NOISE, len(self.best.suspects) == 1
+        lone = lone and (changes(self.best.fit.addends[-1]) or (noisy and self.best.suspects[0].of_the_release))
+        far = self.error > 1.0 and noisy and not explains(self.null, self.best, NEARLY_ALL)
+        if not (lone or (far and self.best.suspects)):
             return None
         first = self.best.suspects[0]
         pairs = self._beside([c for c in self.found if len(c.suspects) == 1 and c.suspects[0] != first])
@@ -132,14 +132,15 @@ class _Search(Trying):
 
     def _hiding_beside(self) -> tuple[Candidate, float] | None:
         """A law of the body that hides beside an answer as close as repetitions, with the free run's error: beside a
-        resonator near the body's rate a dashpot is drag, and less added mass."""
+        resonator near the body's rate a dashpot is drag, and less added mass. One that the free run alone had set aside
+        is such a law too."""
         enough = self.error <= 1.0 and self.best.fit.misfit <= FAR_ABOVE_NOISE
         if not enough or not 0 < len(self.best.suspects) < MOST_EFFECTS:
             return None
         every, self.suspects = self.suspects, [s for s in self.suspects if s.of_the_body]
         tried = self._as_far_as_possible(1)
         self.found, self.suspects = self.found + tried, every
-        able = [c for c in tried if c.score > self.best.score + OVERWHELMING and hides(self.best, c)]
+        able = [c for c in self.found if c.score > self.best.score + OVERWHELMING and hides(self.best, c)]
         ahead = max(able, key=lambda c: c.score, default=None)
         return None if ahead is None else (ahead, free_run_error(self.level, ahead.fit))
 

@@ -522,6 +522,58 @@ def test_two_strong_effects_are_found_from_another_first_one(monkeypatch, error,
     assert tried == ([force] if changing or (error > 1.0 and left > 3000.0) else [])
 
 
+def test_a_release_that_leaves_more_than_noise_is_held_against_pairs(monkeypatch):
+    """It explained 96 % of what a resonator and a dashpot leave in two swings, and 700 times the noise stayed."""
+    monkeypatch.setattr(search, "free_run_error", lambda _, fit: fit.miss)
+    monkeypatch.setattr(search, "changes", lambda addend: False)
+    variants = {"imperfect_release": "a hold that fades", "linear_damping": "one for all springs"}
+
+    def one(names: tuple[str, ...], score: float, misfit: float) -> SimpleNamespace:
+        suspects = tuple(found(name, variants.get(name, "")) for name in names)
+        return SimpleNamespace(
+            suspects=suspects, score=score, out="", fit=SimpleNamespace(misfit=misfit, miss=0.9, addends=names)
+        )
+
+    for left, answer in ((703.0, "hidden_resonator"), (2.0, "")):
+        null, release = one((), 0.0, 16655.0), one(("imperfect_release",), 50.0, left)
+        water, both = one(("hidden_resonator",), 40.0, 450.0), one(("hidden_resonator", "linear_damping"), 92.0, 4.0)
+        state = SimpleNamespace(level=None, null=null, best=release, error=2.0, found=[null, release, water])
+        state._beside = lambda singles, both=both: [both]
+        ahead = search._Search._from_another_first(state)
+        assert ("" if ahead is None else ahead[0].suspects[0].name) == answer
+
+
+@pytest.mark.parametrize(
+    ("score", "misfit", "out", "aside", "moves", "named"),
+    [
+        (256.0, 1.077, "brings the free run closer by less than counts", True, True, True),
+        (256.0, 1.077, "", False, True, True),
+        (256.0, 1.077, "would feed energy", False, True, False),
+        (230.0, 1.077, "", False, True, False),  # no million to one
+        (256.0, 1.6, "", False, True, False),  # half of what is left
+        (256.0, 1.077, "", False, False, False),  # no number that anybody reads
+    ],
+)
+def test_a_law_that_hides_is_more_probable_by_a_million_takes_the_rest_and_moves_a_number(
+    monkeypatch, score, misfit, out, aside, moves, named
+):
+    monkeypatch.setattr(search, "free_run_error", lambda _, fit: 0.4)
+
+    def one(score: float, misfit: float, out: str = "", aside: bool = False) -> SimpleNamespace:
+        fit = SimpleNamespace(misfit=misfit, moved=lambda before: ("drag", 6.0 if moves else 1.0))
+        return SimpleNamespace(suspects=(found("hidden_resonator"),), score=score, fit=fit, out=out, aside=aside)
+
+    hidden = one(score, misfit, out, aside)
+    state = SimpleNamespace(
+        level=None, best=one(219.0, 2.162), error=0.8, suspects=(), found=[hidden], _as_far_as_possible=lambda depth: []
+    )
+    ahead = search._Search._hiding_beside(state)
+    assert (ahead == (hidden, 0.4)) is named
+    assert (ahead is None) is not named
+    state.best.fit.misfit = 2.6  # far above noise: the search has gone on already
+    assert search._Search._hiding_beside(state) is None
+
+
 def test_a_place_knows_where_what_stands_goes_beside_its_law():
     """The same step in both: drag gives to a dashpot what it had taken up of it."""
     level = make_level([member("short", SHORT, 2000, ((registry.find("linear_damping"), 250.0),))])

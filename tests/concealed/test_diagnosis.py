@@ -200,6 +200,29 @@ def test_a_search_whose_budget_ends_decides_by_what_it_has_tried(monkeypatch):
     assert "further effects" in cut.unfinished
 
 
+def test_what_is_tried_on_top_may_stay_unfinished(monkeypatch):
+    """Suspects without evidence of their own, beside an answer, come last; that they were too dear is no doubt."""
+    level = make_level([member("short", SHORT, 500, ((registry.find("linear_damping"), 2500.0),))])
+    order, tried = [], search._Search._within_budget
+
+    def limited(self, suspect, small, depth, twin):
+        order.append((depth, self._promising(suspect), self.asked_for))
+        if depth and not self._promising(suspect):
+            self._not_tried(suspect.label)
+            return None
+        return tried(self, suspect, small, depth, twin)
+
+    monkeypatch.setattr(search._Search, "_within_budget", limited)
+    monkeypatch.setattr("undertow.comparison.search.FAR_ABOVE_NOISE", 0.0)  # as if it left more than noise
+    found = diagnose(level, chosen(("linear_damping", "cubic_stiffness", "hysteresis", "hidden_resonator")))
+    assert found.unfinished == ()
+    beside = [promising for depth, promising, _ in order if depth]
+    assert {True, False} <= set(beside)
+    assert all(asked == (promising or not depth) for depth, promising, asked in order)
+    first_round = beside[: beside.index(False)]
+    assert all(first_round)
+
+
 def test_a_step_that_is_known_to_be_worse_is_not_computed_to_its_end(monkeypatch):
     level = make_level([member("short", SHORT, 5000)])
     problem = fit_joint(level, (), 1.0, {}, 10.0, growing=False, quick=True).solution.problem

@@ -138,8 +138,9 @@ class _Search(Trying):
         if not enough or not 0 < len(self.best.suspects) < MOST_EFFECTS:
             return None
         every, self.suspects = self.suspects, [s for s in self.suspects if s.of_the_body]
-        tried = self._as_far_as_possible(1)
-        self.found, self.suspects = self.found + tried, every
+        self.asked_for = False
+        self.found += self._as_far_as_possible(1)
+        self.suspects, self.asked_for = every, True
         able = [c for c in self.found if c.score > self.best.score + OVERWHELMING and hides(self.best, c)]
         ahead = max(able, key=lambda c: c.score, default=None)
         return None if ahead is None else (ahead, free_run_error(self.level, ahead.fit))

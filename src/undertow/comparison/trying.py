@@ -54,6 +54,7 @@ class Trying:
 
     def __post_init__(self) -> None:
         self.unfinished: list[str] = []
+        self.asked_for = True
         self.best, self.found = self.null, [self.null]
         self.screened: dict[str, Screened] = {}
         self.small: list[Candidate] = []
@@ -74,20 +75,23 @@ class Trying:
 
     def _as_far_as_possible(self, depth: int) -> list[Candidate]:
         """Candidates of this depth; those tried so far where what is left of the level's budget ends."""
-        tried: list[Candidate] = []
+        tried, asked_for = list[Candidate](), self.asked_for
         with metered(self.left) as meter:
             try:
                 for candidate in self._tried(depth):
                     tried.append(candidate)
             except BudgetError:
-                self.unfinished.append("further effects")
+                self._not_tried("further effects")
+        self.asked_for = asked_for
         self.left = max(self.left - meter.spent, 0.0)
         return tried
 
     def _tried(self, depth: int) -> Iterator[Candidate]:
         near = self.best.fit.misfit <= NEAR or missed_share(self.level, self.best.fit) <= LINEAR
         small, twin = self.error <= (FINE if near else WORTH), None
-        for suspect in self.suspects:
+        asked_for = self.asked_for
+        for suspect in sorted(self.suspects, key=lambda s: bool(depth) and not self._promising(s)):
+            self.asked_for = asked_for and (not depth or self._promising(suspect))
             if not may_join(self.best, suspect) or (depth and not (small or self._promising(suspect))):
                 continue
             candidate = self._within_budget(suspect, small, depth, twin if suspect.swings else None)
@@ -109,7 +113,7 @@ class Trying:
             except BudgetError as out:
                 if out.meter is not meter:
                     raise
-                self.unfinished.append(suspect.label)
+                self._not_tried(suspect.label)
         return None
 
     def _small(self, suspect: Suspect, prior: float, depth: int) -> Candidate | None:
@@ -151,6 +155,10 @@ class Trying:
         """Keep what a suspect could gain at most, with the penalty of its unknowns."""
         relative = prior - self.null.log_prior + gain - attempt.penalty_of(self.level, self.null.fit, suspect)
         self.screened[suspect.label] = Screened(suspect, gain, self.null.score + relative, relative)
+
+    def _not_tried(self, label: str) -> None:
+        """Say that something was not tried to the end, where it is asked for: not of what is tried beside on top."""
+        self.unfinished += [label] if self.asked_for else []
 
     def _promising(self, suspect: Suspect) -> bool:
         """Whether a suspect is tried beside what is there: one that often is, or that alone had evidence for it."""

@@ -565,7 +565,7 @@ def test_a_law_that_hides_is_more_probable_by_a_million_takes_the_rest_and_moves
 
     hidden = one(score, misfit, out, aside)
     state = SimpleNamespace(
-        level=None, best=one(219.0, 2.162), error=0.8, suspects=(), found=[hidden], _as_far_as_possible=lambda depth: []
+        level=None, best=one(219.0, 2.162), error=0.8, suspects=(), found=[hidden], _spending=lambda *_: []
     )
     ahead = search._Search._hiding_beside(state)
     assert (ahead == (hidden, 0.4)) is named

@@ -137,10 +137,7 @@ class _Search(Trying):
         enough = self.error <= 1.0 and self.best.fit.misfit <= FAR_ABOVE_NOISE
         if not enough or not 0 < len(self.best.suspects) < MOST_EFFECTS:
             return None
-        every, self.suspects = self.suspects, [s for s in self.suspects if s.of_the_body]
-        self.asked_for = False
-        self.found += self._as_far_as_possible(1)
-        self.suspects, self.asked_for = every, True
+        self.found += self._spending(1, [s for s in self.suspects if s.of_the_body], False)
         able = [c for c in self.found if c.score > self.best.score + OVERWHELMING and hides(self.best, c)]
         ahead = max(able, key=lambda c: c.score, default=None)
         return None if ahead is None else (ahead, free_run_error(self.level, ahead.fit))

@@ -40,6 +40,9 @@ LEAST_GAIN = 5.0
 """A linear step that raises the log evidence by less cannot lead to a name: half of what one needs. What a missing law
 leaves swings for long; judged at half its memory (`_at_own_memory`) the step is worth more."""
 
+ON_TOP = 0.25
+"""Share of a level's budget that suspects without evidence of their own may spend beside an answer."""
+
 
 @dataclass
 class Trying:
@@ -62,7 +65,8 @@ class Trying:
         self.looked: Stands | None = None
         self.looks: dict[str, tuple[GridPlace, ...]] = {}
         self.error = free_run_error(self.level, self.null.fit)
-        self.left = attempt.LEVEL_BUDGET * self._one_look()
+        most = attempt.LEVEL_BUDGET * self._one_look()
+        self.left = {True: most, False: ON_TOP * most}
 
     def _one_look(self) -> float:
         """One look at the level with the prescribed equation, times what the config and the number of trials give."""
@@ -74,25 +78,30 @@ class Trying:
         return log_prior(suspects, len(self.suspects), self.clean_when_dry) + told
 
     def _as_far_as_possible(self, depth: int) -> list[Candidate]:
-        """Candidates of this depth; those tried so far where what is left of the level's budget ends."""
-        tried, asked_for = list[Candidate](), self.asked_for
-        with metered(self.left) as meter:
+        """Candidates of this depth: of suspects that are asked for, and beside others of those on top, each kind until
+        its budget ends."""
+        promising = [s for s in self.suspects if not depth or self._promising(s)]
+        on_top = [s for s in self.suspects if s not in promising]
+        return self._spending(depth, promising, True) + self._spending(depth, on_top, False)
+
+    def _spending(self, depth: int, suspects: Sequence[Suspect], asked_for: bool) -> list[Candidate]:
+        """Candidates of these suspects; those tried so far where the budget of what is ``asked_for``, or of what is
+        tried on top of that, ends. The latter is no doubt."""
+        tried, self.asked_for = list[Candidate](), asked_for
+        with metered(self.left[asked_for]) as meter:
             try:
-                for candidate in self._tried(depth):
+                for candidate in self._tried(depth, suspects):
                     tried.append(candidate)
             except BudgetError:
                 self._not_tried("further effects")
-        self.asked_for = asked_for
-        self.left = max(self.left - meter.spent, 0.0)
+        self.left[asked_for] = max(self.left[asked_for] - meter.spent, 0.0)
         return tried
 
-    def _tried(self, depth: int) -> Iterator[Candidate]:
+    def _tried(self, depth: int, suspects: Sequence[Suspect]) -> Iterator[Candidate]:
         near = self.best.fit.misfit <= NEAR or missed_share(self.level, self.best.fit) <= LINEAR
         small, twin = self.error <= (FINE if near else WORTH), None
-        asked_for = self.asked_for
-        for suspect in sorted(self.suspects, key=lambda s: bool(depth) and not self._promising(s)):
-            self.asked_for = asked_for and (not depth or self._promising(suspect))
-            if not may_join(self.best, suspect) or (depth and not (small or self._promising(suspect))):
+        for suspect in suspects:
+            if not may_join(self.best, suspect) or not (small or self.asked_for):
                 continue
             candidate = self._within_budget(suspect, small, depth, twin if suspect.swings else None)
             if candidate is not None:

@@ -103,7 +103,7 @@ def test_the_run_folder_has_the_contracts_files_and_opens(finished):
 
 def test_explain_and_compare_take_the_run(finished, capsys):
     folder, _ = finished
-    assert "quintic_stiffness: cubic_stiffness comes closer" in command(capsys, "explain", folder).out
+    assert "quintic_stiffness: cubic stiffness comes closer" in command(capsys, "explain", folder).out
     assert command(capsys, "compare", folder, folder).code == 0
 
 

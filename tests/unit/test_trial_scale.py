@@ -64,6 +64,7 @@ def test_friction_and_drag_of_one_trial_show_the_scale_of_its_displacement(times
         of_numbers([ALIKE[0], (0.000156, 300.0)]),  # which of two is wrong?
         of_numbers([(0.0016, 30.0), (0.0004, 90.0), (0.0064, 12.0), (0.00016, 300.0)]),  # none is like another
         of_numbers(scaled(0.2, drag=False)),  # no unit is five times another
+        of_numbers(scaled(2.54, drag=False)),  # a dirty rail as well
         of_numbers([(-0.001, 30.0), *ALIKE[1:]]),
     ],
 )

@@ -37,12 +37,12 @@ LEAST_SPREAD = 0.05
 KNOWN_WITHIN = 0.5
 """A number with a larger relative error says nothing of a scale."""
 
-UNITS = (2.54, 10.0, 12.0, 25.4, 39.37, 100.0, 304.8, 1000.0)
-"""Ratios of units of length: without drag only such a scale is doubted."""
+UNITS = (10.0, 25.4, 39.37, 100.0, 304.8, 1000.0)
+"""Ratios of units of length: without drag only such a scale is doubted. A smaller one may be a rail that was dirty."""
 
 
 @dataclass(frozen=True)
-class _Seen:
+class _Scale:
     """Logarithm of one trial's number over the others' median, and its standard error."""
 
     ratio: float
@@ -69,7 +69,7 @@ def scaled_trial(group: GroupFindings, known: Collection[str] = ()) -> str:
     return ""
 
 
-def _seen(one: TrialFindings, others: Sequence[TrialFindings], names: Sequence[str]) -> _Seen | None:
+def _seen(one: TrialFindings, others: Sequence[TrialFindings], names: Sequence[str]) -> _Scale | None:
     """How one trial's number compares with the others'; None where fewer than two others say it, or they differ."""
     mine, theirs = _number(one, names), [n for t in others if (n := _number(t, names)) is not None]
     if mine is None or len(theirs) < 2:
@@ -77,7 +77,7 @@ def _seen(one: TrialFindings, others: Sequence[TrialFindings], names: Sequence[s
     logs = np.log([n.value for n in theirs])
     own = max(float(np.ptp(logs)) if len(theirs) == 2 else float(np.std(logs, ddof=1)), LEAST_SPREAD)
     noise = math.hypot(mine.stderr / mine.value, own * math.sqrt(1.0 + 1.0 / len(theirs)))
-    return _Seen(math.log(mine.value) - float(np.median(logs)), noise)
+    return _Scale(math.log(mine.value) - float(np.median(logs)), noise)
 
 
 def _number(trial: TrialFindings, names: Sequence[str]) -> Estimate | None:
@@ -90,11 +90,11 @@ def _number(trial: TrialFindings, names: Sequence[str]) -> Estimate | None:
     return None
 
 
-def _drag_agrees(friction: _Seen, drag: _Seen) -> bool:
+def _drag_agrees(friction: _Scale, drag: _Scale) -> bool:
     """Whether drag shows the same scale: its ratio is friction's inverse, and surely not one."""
     together = math.hypot(friction.error, drag.error)
     return abs(friction.ratio + drag.ratio) < SAME * together and abs(drag.ratio) > SAME * drag.error
 
 
-def _is_a_unit(friction: _Seen) -> bool:
+def _is_a_unit(friction: _Scale) -> bool:
     return any(abs(abs(friction.ratio) - math.log(unit)) < SAME * LEAST_SPREAD for unit in UNITS)

@@ -64,6 +64,6 @@ def outcome_words(gate: str, passed: bool, status: str, named: Collection[str]) 
     if gate in OF_THE_EQUATION:
         return OF_THE_EQUATION[gate]
     if gate not in CONDITIONS:
-        return "not reached: so it is not added"
+        return "not added"
     barred = status in ("cannot_tell", "unknown")
     return "NOT met: bars an answer" if barred else "not met: bars other answers, not this one"

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import re
 from dataclasses import replace
 from pathlib import Path
 
@@ -12,7 +13,9 @@ from tests.command_line import undertow
 from tests.findings_fixture import small_findings
 from tests.written import write_verdict
 from undertow.comparison.detectable import Detectable
+from undertow.discrepancy import decision
 from undertow.discrepancy.verdict import Gate, Rejected
+from undertow.report.gates import CONDITIONS, OF_A_CANDIDATE, OF_THE_EQUATION
 
 DECISION = (
     Gate("free_run", "free-run error over repeatability", 1.8, 1.0, False),
@@ -55,6 +58,16 @@ def test_every_gate_is_a_line_with_value_limit_and_whether_it_is_passed(run, cap
     assert f"hidden_resonator, {at}: from 4.1 kg, 1.1 % of the motion" in lines
     assert "cubic_stiffness: from 1700 N/m^3, 0.45 % of the motion" in lines
     assert "not testable here: rest_offset" in lines
+
+
+def test_every_condition_of_a_decay_has_words_for_what_follows():
+    """Another name would be read as a law that was tried on a driven body."""
+    written = {
+        name for file in (Path(decision.__file__).parents[1]).rglob("*.py")
+        for name in re.findall(r'Gate\(\s*"(\w+)"', file.read_text(encoding="utf-8"))
+    }  # fmt: skip
+    assert len(written) > 15
+    assert written <= CONDITIONS | set(OF_A_CANDIDATE) | set(OF_THE_EQUATION)
 
 
 def test_under_a_green_verdict_a_candidate_that_is_not_named_is_no_failure(run, capsys):

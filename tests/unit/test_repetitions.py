@@ -83,6 +83,26 @@ def test_sets_of_repetitions_share_one_scatter_about_means_of_their_own() -> Non
     assert found.values["mu"] == 0.0  # no equation has it
 
 
+@pytest.mark.parametrize(
+    ("away", "noise", "least", "most"),
+    [
+        (5.3, 26.7, 0.5, 3.0),  # no trial knows its friction: it had been 17 times the mean
+        (0.2, 0.01, 1.7, 2.3),  # three trials that tell decide
+    ],
+)
+def test_trials_whose_noise_hides_their_scatter_leave_what_rigs_have(
+    away: float, noise: float, least: float, most: float
+) -> None:
+    """Beside a usual scatter of .1 of the friction."""
+    fits = [
+        Fit("output_error", (f"r{at}",), {}, {"mu": Estimate(0.01 * (1.0 + at * away), 0.01 * noise)})
+        for at in (-1.0, 0.0, 1.0)
+    ]
+    seen = scatter_of_repetitions([fits])
+    assert seen is not None
+    assert least * DEFAULT_SCATTER["mu"] < seen.values["mu"] < most * DEFAULT_SCATTER["mu"]
+
+
 def test_a_number_that_was_held_says_nothing_of_scatter() -> None:
     held = {"k_N_per_m": (5.0, 5.0, 5.0), "mu": (0.1, 0.1, 0.1)}
     found = scatter_of_repetitions([fits(**held, total_mass_kg=(10.0, 10.3, 9.8))])

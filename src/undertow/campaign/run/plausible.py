@@ -110,8 +110,7 @@ def with_doubts(
         mild = (_stiffness(group, numbers, NOTED, "noted"), _lighter(group, numbers)) if not doubts else ()
         said += [f"{group.label}: {text}" for text in mild if text]
         unknown = [text for kind, text in doubts if kind not in kinds]
-        strange = [name for name, mine in accepted.items() if STRANGE & set(mine)]
-        wrong = "" if "conditions" in kinds else impossible(group) or scaled_trial(group, strange)
+        wrong = "" if "conditions" in kinds else impossible(group) or scaled_trial(group, _strange(accepted))
         of_one = of_one or (ordered if group.verdict.status == "nothing_missing" and not unknown else "")
         if of_one and of_one not in unknown and not wrong:
             group, unknown = replace(group, notes=(*group.notes, of_one)), [of_one]
@@ -126,7 +125,7 @@ def with_doubts(
 def _in_one_trial(groups: Sequence[GroupFindings], accepted: Mapping[str, Sequence[str]]) -> list[str]:
     """For every group whose verdict names what differs from trial to trial: the one trial of its water that differs, in
     words; empty where there is none. Of one trial that is no law: its clock, its spring or its file may be another."""
-    strange = [name for name, kinds in accepted.items() if STRANGE & set(kinds)]
+    strange = _strange(accepted)
     scattered = [bool(BETWEEN_TRIALS & set(group.verdict.verdict)) for group in groups]
     texts = [lone_trial(g, strange) if named else "" for g, named in zip(groups, scattered, strict=True)]
     said = [(group.verdict.parameters, text) for group, text in zip(groups, texts, strict=True) if text]
@@ -134,6 +133,11 @@ def _in_one_trial(groups: Sequence[GroupFindings], accepted: Mapping[str, Sequen
         next((text for numbers, text in said if named and numbers == group.verdict.parameters), "")
         for group, named in zip(groups, scattered, strict=True)
     ]
+
+
+def _strange(accepted: Mapping[str, Sequence[str]]) -> list[str]:
+    """Trials that are known to be unlike the others."""
+    return [name for name, kinds in accepted.items() if STRANGE & set(kinds)]
 
 
 def _not_green(group: GroupFindings, text: str) -> GroupFindings:
@@ -172,8 +176,7 @@ def implausible(
         found.append(_outside(MASS, numbers["total_mass_kg"].scaled(1.0 / mass, "1")))
     found.append(_weighed_wrong(group, numbers))
     found += [_stiffness(group, numbers), _cells(group, numbers, STIFFNESS_OFF), _floats(group), _unloaded(group)]
-    known = [name for name, kinds in accepted.items() if STRANGE & set(kinds)]
-    found.append(not_one_body(group) or strange_trial(group, known))
+    found.append(not_one_body(group) or strange_trial(group, _strange(accepted)))
     doubts = [("conditions", text) for text in found if text]
     others = (("damping", _damped(numbers)), ("unit", _turned(group)), ("unit", _hurled(group)))
     doubts += [(kind, text) for kind, text in others if text]

@@ -16,11 +16,11 @@ from dataclasses import dataclass
 import numpy as np
 
 from undertow.discrepancy.findings import GroupFindings, TrialFindings
-from undertow.quantities import Estimate
+from undertow.methods.repeated import NAMES
+from undertow.quantities import OK, Estimate
 
-FRICTION = ("mu", "friction_N", "friction_N_per_mass")
 DRAG = ("drag_coefficient", "drag_Ns2_per_m2", "drag_Ns2_per_m2_per_mass")
-"""What a fit calls friction and drag."""
+"""What a single fit calls drag."""
 
 LEAST = math.log(1.5)
 """Logarithm of a scale that is doubted: trials' friction differs by less."""
@@ -54,7 +54,7 @@ def scaled_trial(group: GroupFindings, known: Collection[str] = ()) -> str:
     none but of those ``known`` to be strange."""
     for one in (t for t in group.trials if t.motion.name not in known):
         others = [t for t in group.trials if t is not one]
-        friction, drag = (_seen(one, others, names) for names in (FRICTION, DRAG))
+        friction, drag = (_seen(one, others, names) for names in (NAMES["mu"], DRAG))
         if friction is None or abs(friction.ratio) < max(LEAST, SURE * friction.error):
             continue
         if _drag_agrees(friction, drag) if drag is not None else _is_a_unit(friction):
@@ -83,8 +83,10 @@ def _seen(one: TrialFindings, others: Sequence[TrialFindings], names: Sequence[s
 def _number(trial: TrialFindings, names: Sequence[str]) -> Estimate | None:
     """A trial's own number, where its fit alone knows it well; None where it does not."""
     fit = trial.fits.get("output_error")
-    for name in names if fit is not None and fit.outcome == "ok" else ():
-        found = fit.parameters.get(name) if fit is not None else None
+    if fit is None or fit.outcome != OK:
+        return None
+    for name in names:
+        found = fit.parameters.get(name)
         if found is not None and found.value > 0.0 and 0.0 < found.stderr < KNOWN_WITHIN * found.value:
             return found
     return None

@@ -9,8 +9,10 @@ import numpy as np
 import pytest
 
 from undertow.comparison import search
+from undertow.comparison.candidate import Candidate
 from undertow.comparison.joint import fit_joint
 from undertow.comparison.level import Member, make_level
+from undertow.comparison.prescribed import plain_fit
 from undertow.comparison.search import diagnose
 from undertow.comparison.suspects import SUSPECTS, chosen
 from undertow.conditioning.condition import condition
@@ -24,6 +26,7 @@ from undertow.equation.equation import Equation
 from undertow.equation.simulate import simulate
 from undertow.errors import ConfigError, IdentificationError
 from undertow.likelihood import output_error
+from undertow.likelihood.budget import spend
 from undertow.likelihood.fit import Specimen, Structure
 from undertow.likelihood.problem import TrialOptions
 from undertow.methods.baseline import group_model, terms_by_name
@@ -221,6 +224,30 @@ def test_what_is_tried_on_top_may_stay_unfinished(monkeypatch):
     assert all(asked == (promising or not depth) for depth, promising, asked in order)
     first_round = beside[: beside.index(False)]
     assert all(first_round)
+
+
+def test_what_is_tried_on_top_spends_a_fourth_of_its_own_and_only_where_one_step_tells():
+    level = make_level([member("short", SHORT, 500, ((registry.find("linear_damping"), 2500.0),))])
+    (one,) = chosen(("cubic_stiffness",))
+    state = search._Search(level, [one], Candidate((), plain_fit(level), 0.0), clean_when_dry=False)
+    whole, on_top = state.left[True], state.left[False]
+    assert on_top == pytest.approx(0.25 * whole)
+
+    def dear(depth, suspects):
+        spend(0.5 * on_top)
+        yield from ()
+        spend(whole)
+
+    state._tried = dear
+    assert state._spending(1, [one], False) == []
+    assert (state.left, state.unfinished) == ({True: whole, False: 0.0}, [])
+    assert state._spending(1, [one], True) == []
+    assert (state.left, state.unfinished) == ({True: 0.0, False: 0.0}, ["further effects"])
+    del state._tried
+    state.error, state._within_budget = 10.0, lambda suspect, *_: suspect
+    for asked_for, tried in ((True, [one]), (False, [])):
+        state.asked_for = asked_for
+        assert list(state._tried(1, [one])) == tried  # far off a linear step tells nothing
 
 
 def test_a_step_that_is_known_to_be_worse_is_not_computed_to_its_end(monkeypatch):

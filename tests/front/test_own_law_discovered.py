@@ -10,6 +10,7 @@ import pytest
 
 import undertow
 from undertow.equation.equation import Equation
+from undertow.equation.kernel import N_SLOTS, SLOT
 from undertow.equation.registry import find
 from undertow.equation.structure import CubicStiffness
 from undertow.equation.term import Array, Term
@@ -83,8 +84,13 @@ def test_a_law_of_ones_own_is_kept_with_its_inner_parameter():
     band = found.prediction(trials[2:], draws=40)
     assert band.notes[0].startswith("band: the numbers' errors")
     assert 0.8 < band.runs[0].inside <= 1.0
-    errors = np.std(found.theta_draws(2000, np.random.default_rng(0))[0], axis=0)
+    thetas = found.theta_draws(2000, np.random.default_rng(0))[0]
+    errors = np.std(thetas, axis=0)
     assert sorted(errors[errors > 0.0]) == pytest.approx(sorted(found.parameters["stderr"]), rel=0.06)
+    together = np.corrcoef(thetas[:, [SLOT["c1"], N_SLOTS]].T)[0, 1]
+    covariance = found.structure_.covariance
+    assert together == pytest.approx(covariance[1, 2] / np.sqrt(covariance[1, 1] * covariance[2, 2]), abs=0.05)
+    assert together < -0.8  # the brake and the damping, of which a band knows the sum
 
 
 def test_a_law_of_ones_own_that_is_not_there_is_left_out():

@@ -10,6 +10,7 @@ import pytest
 
 from tests.exact_motions import LONG, exact_motion
 from undertow.conditioning.condition import condition
+from undertow.equation import registry
 from undertow.equation.equation import Equation, equation_15
 from undertow.equation.general import PlacedTerm, general_trajectory, spring_force
 from undertow.equation.hidden import Relaxation
@@ -18,6 +19,7 @@ from undertow.equation.simulate import simulate
 from undertow.equation.structure import CoulombFriction, CubicStiffness, Stiffness, ViscousDamping
 from undertow.equation.term import Array, Term
 from undertow.errors import IdentificationError
+from undertow.likelihood import free_run as free_runs
 from undertow.likelihood import output_error
 from undertow.likelihood.fit import Specimen
 from undertow.likelihood.free_run import free_run
@@ -72,6 +74,18 @@ def test_the_general_path_moves_and_sticks_as_the_compiled_one_does():
         size = np.max(np.abs(theirs), axis=0)
         assert np.max(np.abs(ours - theirs) / size) < 2e-4  # differences of the laws; 1e-7 for the motion itself
     assert np.max(np.abs(general[0][:, 0] - compiled[0][:, 0])) < 1e-7 * 0.06 * 5.0  # both are right to 1e-7 of x0
+
+
+def test_a_rest_lies_within_what_friction_holds_against_the_spring_or_a_pendulums_sine(monkeypatch):
+    seen = []
+    monkeypatch.setattr(free_runs, "free_run", lambda motion, theta, width, **_: seen.append(width))
+    motion = exact_motion(LONG, 0.06, rate_hz=60.0, duration_s=4.0)
+    for spring in ("stiffness", "sine_restoring"):
+        law = Equation((registry.find(spring), CoulombFriction()), (400.0, 4.0), mass_kg=4.0)
+        free_runs.equation_runs(law, [motion])
+    free_runs.equation_runs(Equation((ViscousDamping(),), (1.0,)), [motion])
+    own = motion.equilibrium.total_stderr
+    assert seen == pytest.approx([np.hypot(0.01, own), np.hypot(0.01, own), own])
 
 
 def test_a_free_run_is_adjusted_on_the_general_path_as_on_the_compiled_one():

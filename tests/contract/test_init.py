@@ -7,6 +7,7 @@ import re
 from pathlib import Path
 
 import numpy as np
+import pandas as pd
 import pytest
 
 from tests.command_line import undertow
@@ -279,6 +280,72 @@ def test_bodies_of_other_periods_are_groups_of_their_own(capsys: Capture, tmp_pa
     assert "  guessed: trials swing at periods from 0.993 to 2.98 s" in said.out
     assert ": groups go by label too" in said.out
     assert "group_by: [label]" in (tmp_path / "undertow.yaml").read_text()
+
+
+@pytest.fixture(params=["versuche.csv", "list.xlsx", "numbers.csv"])
+def listed(request: pytest.FixtureRequest, tmp_path: Path) -> Path:
+    """Six recordings in a folder below an index, one file that it does not name, and one that is not there."""
+    (tmp_path / "data").mkdir()
+    for at in range(7):
+        write_table(tmp_path / "data" / f"v{at + 1}.csv", recorded(0.03 + 0.01 * (at % 3), at), "t,x,a")
+    kind = request.param
+    names = [f"v{at + 1}" if kind == "numbers.csv" else f"data/v{at + 1}.csv" for at in range(7) if at != 3]
+    names += ["v9" if kind == "numbers.csv" else "data/v9.csv"]
+    rows = [
+        {("test" if kind == "numbers.csv" else "file"): name, "no": at + 1, "depth_m": "0,0" if at < 3 else "1,2",
+         "spring": "soft" if at % 2 else "stiff", "x0_mm": 30 + 10 * (at % 3)}
+        for at, name in enumerate(names)
+    ]  # fmt: skip
+    if kind == "numbers.csv":
+        for path in (tmp_path / "data").iterdir():
+            path.rename(tmp_path / path.name)
+    table = pd.DataFrame(rows)
+    if kind == "list.xlsx":
+        table.to_excel(tmp_path / kind, index=False)
+    else:
+        table.to_csv(tmp_path / kind, sep=";", index=False)
+    return tmp_path
+
+
+def test_the_index_of_a_folder_gives_trials_and_conditions(listed: Path) -> None:
+    """It had been left out as no recording, and dry trials and those in water were one group."""
+    done = start(listed)
+    config = load(done.path)
+    index = config.recordings.index
+    assert index in ("versuche.csv", "list.xlsx", "numbers.csv")
+    assert config.trials.group_by == ("depth_m", "spring")
+    assert config.trials.dry == {"depth_m": 0.0}
+    assert {"added_mass", "quadratic_drag"} <= set(config.equation.terms)
+    entries = planned(config).entries
+    assert [entry.name for entry in entries] == ["v1", "v2", "v3", "v5", "v6", "v7"]
+    assert [entry.conditions["depth_m"] for entry in entries] == [0.0] * 3 + [1.2] * 3
+    left_out = dict(done.left_out)
+    below = "" if index == "numbers.csv" else "data/"
+    assert left_out[f"{below}v4.csv"] == f"is not in the index {index}"
+    assert "is not there" in left_out[f"{below}v9.csv"]
+
+
+def test_a_condition_of_the_index_that_parts_bodies_parts_groups(tmp_path: Path) -> None:
+    for at in range(4):
+        table = recorded(0.04, at)
+        table[:, 0] *= 1.5 if at > 1 else 1.0
+        write_table(tmp_path / f"v{at}.csv", table[:, :2], "t,x")
+    rows = [f"v{at}.csv,{[3.5, 3.5, 7, 7][at]},{at}" for at in range(4)]
+    (tmp_path / "trials.csv").write_text("\n".join(["recording,ballast_kg,run", *rows]), encoding="utf-8")
+    done = start(tmp_path)
+    config = load(done.path)
+    assert (config.recordings.index_column, config.trials.group_by) == ("recording", ("ballast_kg",))
+    assert "groups go by ballast_kg too" in done.path.read_text("utf-8")
+
+
+def test_a_table_that_names_a_few_recordings_is_no_index(tmp_path: Path) -> None:
+    for at in range(4):
+        write_table(tmp_path / f"v{at}.csv", recorded(0.04, at), "t,x,a")
+    notes = ["who;what", "me;v1.csv", "you;v2.csv", *(f"us;tea {at}" for at in range(5))]
+    (tmp_path / "notes.csv").write_text("\n".join(notes), encoding="utf-8")
+    done = start(tmp_path)
+    assert load(done.path).recordings.index is None
+    assert done.trials == 4
 
 
 def test_a_folder_that_cannot_be_begun_with_is_said(capsys: Capture, tmp_path: Path) -> None:

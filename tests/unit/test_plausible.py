@@ -366,6 +366,33 @@ def test_trials_of_one_group_that_swing_at_other_periods_are_not_one_body():
     assert not_one_body(of_periods(unknown, [1.4, 1.25])) == ""
     explained = replace(mixed, verdict=replace(mixed.verdict, status="nothing_missing", verdict=()))
     assert not_one_body(explained) == ""
+    (found,), doubts = with_doubts([mixed])
+    assert (found.verdict.status, found.verdict.because) == ("cannot_tell", said)
+    assert f"{mixed.label}: {said}" in doubts
+
+
+@pytest.mark.parametrize(
+    ("periods", "several"),
+    [
+        ([0.83, 1.02, 0.832, 1.021, 1.019], True),  # four dry trials and five in water, in one group
+        ([0.83, 1.02, 1.021], False),  # one trial alone is told by itself
+        ([0.83, 0.9, 1.1, 1.2], False),  # neither lot is of one period
+        ([0.83, 0.95, 1.021, 1.019], False),  # none of them apart enough from the next
+    ],
+)
+def test_lots_of_trials_of_two_periods_are_not_one_body_though_no_condition_parts_them(periods, several):
+    """Without an index dry trials and those in water had been one group: small Stribeck friction, at 80 % error."""
+    small = small_findings().groups[1]
+    small = replace(small, verdict=replace(small.verdict, status="present_but_small", verdict=("stribeck_friction",)))
+    said = not_one_body(of_periods(small, periods))
+    assert bool(said) is several
+    if several:
+        assert said.endswith("give every trial its condition, as a column of an index or a part of its name, and set "
+                             "trials.group_by")  # fmt: skip
+        assert "20 % apart, and none between" in said
+    trials = [replace(t, motion=replace(t.motion, amplitude=(3.0 if p > 1.0 else 1.0) * t.motion.amplitude))
+              for p, t in zip(periods, of_periods(small, periods).trials, strict=True)]  # fmt: skip
+    assert not_one_body(replace(small, trials=tuple(trials))) == ""  # a period that goes with the swing
 
 
 def test_scatter_that_follows_the_release_in_all_groups_bars_green(monkeypatch):

@@ -99,16 +99,41 @@ def not_one_body(group: GroupFindings) -> str:
     """That a group which is not explained holds trials of other periods, and what parts them; empty where it is one
     body's, or no condition has a value for each period: one with a gap, or two that swing together, have many.
     """
-    swings = swings_of([trial.motion for trial in group.trials])
-    name = "" if group.verdict.status in EXPLAINED or not apart(swings) else parted_by(swings)
-    if not name or len({one.conditions[name] for one in swings}) != bodies(swings):
+    swings = sorted(swings_of([trial.motion for trial in group.trials]), key=lambda one: one.period_s)
+    if group.verdict.status in ("nothing_missing", "explained") or not apart(swings):
         return ""
-    first, *_, last = sorted(swings, key=lambda one: one.period_s)
+    name, lots = parted_by(swings), _lots(swings)
+    told = bool(name) and len({one.conditions[name] for one in swings}) == bodies(swings)
+    if not told and not _many_bodies(lots):
+        return ""
+    key = f"set trials.group_by: [{', '.join((*group.key, name))}]" if told else (
+        "give every trial its condition, as a column of an index or a part of its name, and set trials.group_by"
+    )  # fmt: skip
+    first, *_, last = swings
     return (
         f"trial {first.name} swings at a period of {first.period_s:.3g} s and {last.name} at {last.period_s:.3g} s, "
-        f"more than {100.0 * (APART - 1.0):.0f} % apart: these are not one body or spring; set trials.group_by: "
-        f"[{', '.join((*group.key, name))}]"
+        f"more than {100.0 * (APART - 1.0):.0f} % apart{'' if told else ', and none between'}: these are not one body "
+        f"or spring; {key}"
     )
+
+
+def _lots(swings: Sequence[Swing]) -> list[list[Swing]]:
+    """Trials in order of their periods, parted where these lie apart."""
+    lots = [[swings[0]]]
+    for before, after in pairwise(swings):
+        if after.period_s > APART * before.period_s:
+            lots.append([])
+        lots[-1].append(after)
+    return lots
+
+
+def _many_bodies(lots: Sequence[Sequence[Swing]]) -> bool:
+    """Whether lots of trials show by themselves that they are of several bodies: two of each at least, alike in period
+    beside how far the next lot is, from releases of one range. One body whose period goes with its swing has none."""
+    sizes = [[one.amplitude for one in lot] for lot in lots]
+    alike = all(lot[-1].period_s / lot[0].period_s - 1.0 < (APART - 1.0) / ALONE for lot in lots)
+    one_range = all(max(min(a), min(b)) <= min(max(a), max(b)) for a, b in pairwise(sizes))
+    return len(lots) > 1 and min(map(len, lots)) > 1 and alike and one_range
 
 
 def strange_trial(group: GroupFindings, known: Collection[str] = ()) -> str:

@@ -110,7 +110,7 @@ def with_doubts(
         mild = (_stiffness(group, numbers, NOTED, "noted"), _lighter(group, numbers)) if not doubts else ()
         said += [f"{group.label}: {text}" for text in mild if text]
         unknown = [text for kind, text in doubts if kind not in kinds]
-        wrong = "" if "conditions" in kinds else impossible(group) or scaled_trial(group, _strange(accepted))
+        wrong = "" if "conditions" in kinds else _no_group(group, _strange(accepted))
         of_one = of_one or (ordered if group.verdict.status == "nothing_missing" and not unknown else "")
         if of_one and of_one not in unknown and not wrong:
             group, unknown = replace(group, notes=(*group.notes, of_one)), [of_one]
@@ -154,6 +154,11 @@ def _not_green(group: GroupFindings, text: str) -> GroupFindings:
         origin="undetermined", transfer={},
     )  # fmt: skip
     return replace(group, verdict=changed)
+
+
+def _no_group(group: GroupFindings, strange: Sequence[str]) -> str:
+    """Why nothing can be said of a group's trials together, in words; empty where nothing speaks against it."""
+    return impossible(group) or not_one_body(group) or scaled_trial(group, strange)
 
 
 def impossible(group: GroupFindings) -> str:

@@ -88,7 +88,8 @@ class Draft:
         return "\n".join(lines) + "\n"
 
     def _recordings(self, base: Reading) -> list[str]:
-        lines = ["files:", *(f"  - {plain(one)}" for one in _globs(self.survey.files))]
+        globs = ["files:", *(f"  - {plain(one)}" for one in _globs(self.survey.files))]
+        lines = globs if self.survey.index is None else self.survey.index.lines
         if self.named.pattern:
             said = ", ".join(f"{name} ({meaning})" for name, meaning in self.named.meanings.items())
             lines += _comment(f"parts of the file names are conditions: {said}")
@@ -114,8 +115,9 @@ class Draft:
 
     def _unread(self) -> dict[str, str]:
         """Files that cannot be read and that the globs fit all the same."""
-        ends = {_end(name) for name in self.survey.files}
-        return {name: why for name, why in self.survey.unread if _end(name) in ends}
+        index, ends = self.survey.index, {_end(name) for name in self.survey.files}
+        fits = index.listed if index is not None else {name for name, _ in self.survey.unread if _end(name) in ends}
+        return {name: why for name, why in self.survey.unread if name in fits}
 
     def _trials(self) -> list[str]:
         lines = [
@@ -124,7 +126,8 @@ class Draft:
         ]
         if self.named.dry is not None:
             name, value = self.named.dry
-            lines.append(f"dry: {{{name}: {plain(value)}}}")
+            said = f"{value:.12g}" if isinstance(value, float) else plain(value)
+            lines.append(f"dry: {{{name}: {said}}}")
         else:
             lines += ["# conditions of the trials without water: {water_depth_m: 0}", "dry: none"]
         if self.starts:

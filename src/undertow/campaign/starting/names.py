@@ -1,6 +1,7 @@
 """Conditions guessed from file names: ``T12_kurz_229_a`` is a trial's number, a word, a number and a repetition.
 
-Belongs here: names. Does not belong here: what is in the files (survey.py), conditions of an index.
+Belongs here: names. Does not belong here: what is in the files (survey.py), conditions of an index
+(indexed.py).
 """
 
 from __future__ import annotations
@@ -11,6 +12,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 
 from undertow.recording.readers import suffix_of, trial_name
+from undertow.recording.recording import Condition
 
 DRY = frozenset(
     {"dry", "air", "empty", "nowater", "inair", "trocken", "luft", "leer", "sec", "seco", "vide", "asciutto", "aria"}
@@ -46,7 +48,7 @@ class Named:
 
     pattern: str = ""
     group_by: tuple[str, ...] = ()
-    dry: tuple[str, str] | None = None
+    dry: tuple[str, Condition] | None = None
     meanings: dict[str, str] = field(default_factory=dict)
     wet: bool = False
 
@@ -68,7 +70,7 @@ def read_names(files: Sequence[str]) -> Named:
     pieces: list[str] = []
     meanings: dict[str, str] = {}
     group_by: list[str] = []
-    dry: tuple[str, str] | None = None
+    dry: tuple[str, Condition] | None = None
     wet = False
     for at, column in enumerate(columns):
         if len(set(column)) == 1:

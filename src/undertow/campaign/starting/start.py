@@ -86,7 +86,8 @@ def start(folder: Path, out: Path | None = None, progress: Progress = lambda sta
     found = survey(folder, lambda done, of: progress("look", done, of))
     if found.sets:
         return _written_sets(found, folder, path)
-    draft = _planned(Draft(folder.resolve().name or "campaign", found, read_names(found.files)), folder)
+    named = read_names(found.files) if found.index is None else found.index.named
+    draft = _planned(Draft(folder.resolve().name or "campaign", found, named), folder)
     tried = _tried(draft, folder, progress)
     if not tried.trials:
         draft = replace(draft, parts=tried.parts)
@@ -161,7 +162,8 @@ def _planned(draft: Draft, folder: Path) -> Draft:
         _config(draft, folder)
     except ConfigError as error:
         said = str(error).splitlines()[0].removeprefix("config: ")
-        plain = replace(draft, named=Named(), notes=(f"File names give no conditions that fit together ({said}).",))
+        names = "File names" if draft.survey.index is None else "The index's columns"
+        plain = replace(draft, named=Named(), notes=(f"{names} give no conditions that fit together ({said}).",))
         _config(plain, folder)
         return plain
     return draft
@@ -229,7 +231,8 @@ def _parted(draft: Draft, swings: Sequence[Swing]) -> Draft:
     mixed = [one for members in groups.values() if apart(members) for one in members]
     name = parted_by(mixed)
     values = {one.conditions[name] for one in mixed} if name else set()
-    if not name or len(values) != bodies(mixed) or not all(isinstance(value, str) for value in values):
+    words = draft.survey.index is not None or all(isinstance(value, str) for value in values)
+    if not name or len(values) != bodies(mixed) or not words:
         return draft
     periods = [one.period_s for one in mixed]
     said = f"trials swing at periods from {min(periods):.3g} to {max(periods):.3g} s: groups go by {name} too"

@@ -14,6 +14,7 @@ from glob import escape
 from pathlib import Path
 
 from undertow.campaign.inspection import what_lacks
+from undertow.campaign.starting.indexed import Indexed, find_index
 from undertow.discrepancy.words import count
 from undertow.errors import ConfigError, RecordingError
 from undertow.recording.channels import ChannelSpec, TimeSpec
@@ -55,13 +56,15 @@ class Alike:
 class Survey:
     """What a folder holds: groups of files that are read alike, the largest first; files that cannot be read or do not
     belong to the others, with the reason; what was guessed; harmonic sets, where it holds no recording in time; and of
-    the guesses those without which every number may be wrong (``doubts``)."""
+    the guesses those without which every number may be wrong (``doubts``); the folder's own ``index``, where it has
+    one: then no recording counts that this does not list."""
 
     groups: tuple[Alike, ...]
     unread: tuple[tuple[str, str], ...]
     remarks: tuple[str, ...]
     sets: tuple[tuple[str, FileFormat, ResponseProposal], ...] = ()
     doubts: tuple[str, ...] = ()
+    index: Indexed | None = None
 
     @property
     def files(self) -> tuple[str, ...]:
@@ -75,6 +78,7 @@ def survey(folder: Path, looked: Looked = lambda done, of: None) -> Survey:
     Raises ConfigError where there is no such folder or none of its files can be read as a recording.
     """
     files = _files(folder)
+    index = find_index(folder, files)
     found: dict[Reading, list[str]] = {}
     unread: list[tuple[str, str]] = []
     remarks: Counter[str] = Counter()
@@ -83,6 +87,9 @@ def survey(folder: Path, looked: Looked = lambda done, of: None) -> Survey:
     sets: list[tuple[str, FileFormat, ResponseProposal]] = []
     for done, name in enumerate(files):
         looked(done, len(files))
+        if index is not None and name not in index.listed:
+            unread += [(name, f"is not in the index {index.name}")] if name != index.name else []
+            continue
         if link := refused(folder / name, folder):
             unread.append((name, f"is {link}"))
             continue
@@ -118,7 +125,7 @@ def survey(folder: Path, looked: Looked = lambda done, of: None) -> Survey:
             raise ConfigError(f"{folder} holds no file with the suffix of a recording, as .csv, .txt, .mat, .xlsx")
         looked_at = f"{count(len(files), 'file')} looked at"
         raise ConfigError(f"no file in {folder} can be read as a recording ({looked_at}); {first}")
-    return replace(_sorted_out(found, unread, tuple(remarks)), doubts=tuple(doubts))
+    return replace(_sorted_out(found, unread, tuple(remarks)), doubts=tuple(doubts), index=index)
 
 
 def _blamed(unread: Sequence[tuple[str, str]], lacks: Mapping[str, str]) -> list[tuple[str, str]]:

@@ -129,17 +129,29 @@ def test_a_stiffness_that_follows_the_release_in_every_group_is_no_scatter():
     assert no_scatter([]) == ""
 
 
-def test_scatter_is_hardly_ever_said_to_follow_the_release():
+def test_what_differs_by_more_than_rigs_do_needs_less_of_an_order():
+    """A mass that leaks by .8 % a trial, and a stiffness that falls by .3 %, had been green at 95 to 99 %."""
+    leak = np.array([1000.0, 1008.0, 1016.0, 1024.0, 1032.0])
+    amplitudes = np.array([0.03, 0.011, 0.05, 0.02, 0.035])
+    groups = [green(leak[:4], amplitudes[:4]), green(leak, amplitudes)]  # one in 1,400 by chance
+    assert "rises in the order of the trials' names, by 2.8 % in 2 groups" in no_scatter(groups)
+    small = 1000.0 + 0.3 * (leak - 1000.0)  # as much as rigs scatter
+    assert no_scatter([green(small[:4], amplitudes[:4]), green(small, amplitudes)]) == ""
+    assert no_scatter([green(leak[:4], amplitudes[:4]), green(leak[::-1], amplitudes)]) == ""
+
+
+@pytest.mark.parametrize(("scatter", "most"), [(0.005, 1), (0.02, 6)])  # .2 and 2 expected
+def test_scatter_is_hardly_ever_said_to_follow_the_release(scatter, most):
     rng, plain = np.random.default_rng(2), green(DRIFTING, np.geomspace(0.01, 0.05, 5))
 
     def scattered() -> GroupFindings:
         trials = []
         for trial in plain.trials:
-            numbers = {"k_N_per_m": Estimate(1000.0 * float(1.0 + 0.02 * rng.standard_normal()), 1.0, unit="N/m")}
+            numbers = {"k_N_per_m": Estimate(1000.0 * float(1.0 + scatter * rng.standard_normal()), 1.0, unit="N/m")}
             trials.append(replace(trial, fits={"output_error": Fit("", ("r",), {}, numbers)}))
         return replace(plain, trials=tuple(trials))
 
-    assert sum(bool(no_scatter([scattered() for _ in range(3)])) for _ in range(200)) <= 1  # .2 expected
+    assert sum(bool(no_scatter([scattered() for _ in range(3)])) for _ in range(200)) <= most
 
 
 def test_of_water_s_trials_a_lighter_one_counts_as_a_stiffer_one():

@@ -29,11 +29,15 @@ LARGEST = 262_144
 NAMED = 0.5
 """Share of a table's rows that name a recording from which on it is the folder's index."""
 
-WATER = ("depth", "level", "water", "immersion", "draft", "draught", "fill", "tiefe", "wasser", "pegel", "eintauch")
-WATER += ("profond", "niveau", "eau", "nivel", "agua", "profundidad", "acqua", "livello", "fondale")
+WATER = (
+    "depth", "level", "water", "immersion", "draft", "draught", "fill", "tiefe", "wasser", "pegel", "eintauch",
+    "profond", "niveau", "eau", "nivel", "agua", "profundidad", "acqua", "livello", "fondale",
+)  # fmt: skip
 """How names of columns begin, word by word, that say how much water there is."""
 
-RIG = ("spring", "stiffness", "config", "setup", "rig", "feder", "aufbau", "ressort", "muelle", "resorte", "molla")
+RIG = (
+    "spring", "stiffness", "config", "setup", "rig", "feder", "aufbau", "ressort", "muelle", "resorte", "molla",
+)  # fmt: skip
 """The same of columns that say which spring or set-up."""
 
 
@@ -95,10 +99,10 @@ def _meaning(index: Index, column: str, rows: Sequence[Mapping[str, str]]) -> Na
     return Named(group_by=shared, dry=dry, wet=dry is not None)
 
 
-def _begins(name: str, beginnings: Sequence[str]) -> bool:
+def _begins(name: str, beginnings: tuple[str, ...]) -> bool:
     """Whether a word of a column's name begins so."""
     words = re.split(r"[\W_0-9]+", name.lower())
-    return any(word.startswith(tuple(beginnings)) for word in words if word)
+    return any(word.startswith(beginnings) for word in words if word)
 
 
 def _is_water(name: str, values: Sequence[Condition]) -> bool:

@@ -23,6 +23,7 @@ from undertow.comparison.level import Level
 from undertow.comparison.limits import FAR_ABOVE_NOISE, OVERWHELMING, WORTH
 from undertow.comparison.null_test import NullTest
 from undertow.comparison.support import MORE_LIKELY, support
+from undertow.discrepancy.alone import one_alone
 from undertow.discrepancy.calibration import LEFT
 from undertow.discrepancy.case import Case
 from undertow.discrepancy.dry_check import CERTAIN, DryAnswer
@@ -223,8 +224,8 @@ def _more_than_noise(diagnosis: LevelDiagnosis, tested: NullTest) -> Gate:
 
 
 def _left_over(case: Case, diagnosis: LevelDiagnosis) -> Gate:
-    """Whether more than noise is left where trials differ so much that a free run hides it: repeatability as wide as
-    half of the motion would call anything small."""
+    """Whether more than noise is left where trials differ so much that a free run hides it, of all trials or of a
+    single one: repeatability as wide as half of the motion would call anything small."""
     fit = diagnosis.null.fit
     share = left_share(fit) if fit.misfit > FAR_ABOVE_NOISE else 0.0
     because = (
@@ -233,8 +234,15 @@ def _left_over(case: Case, diagnosis: LevelDiagnosis) -> Gate:
     )
     wandering = share > LEFT_SHARE and wanders(fit)
     because += ": a sensor that wanders, or the ground" if wandering else ""
-    statistic = "share of the motion left, k, c, mu of each trial's own, where that is more than noise"
     lacking = "more" if wandering else "left"
+    if (one := one_alone(case, fit)) is not None and one.share > LEFT_SHARE:
+        share, lacking = one.share, "alone"
+        because = (
+            f"k, c and mu of its own leave {percent(share)} of the motion of trial {one.name}, "
+            f"{math.sqrt(one.misfit):.2g} times its sensors' noise, and far less of the others: look at its file "
+            "(filtered, samples lost, a knock), or leave it out (recordings.exclude)"
+        )
+    statistic = "share of the motion left, k, c, mu of each trial's own, where that is more than noise"
     return Gate("nothing_left", statistic, share, LEFT_SHARE, share <= LEFT_SHARE, because, lacking, GREEN)
 
 

@@ -45,10 +45,16 @@ def wanders(fit: JointFit) -> bool:
 def left_share(fit: JointFit) -> float:
     """RMS of what the equation leaves of the displacement (a velocity where none is recorded), k, c, mu of each trial's
     own, over the RMS of the motion; of all trials together."""
-    squares = []
+    return math.sqrt(float(np.mean([share**2 for share in left_shares(fit).values()])))
+
+
+def left_shares(fit: JointFit) -> dict[str, float]:
+    """The same of every trial, by its name."""
+    shares = {}
     for trial, r in zip(fit.solution.problem.trials, fit.solution.residuals, strict=True):
         quantities = [channel.quantity for channel in trial.channels]
         at = next((i for i, quantity in enumerate(quantities) if quantity in ("displacement", "velocity")), 0)
         channel, n = trial.channels[at], trial.t.size
-        squares.append(channel.sigma**2 * float(np.mean(r[at * n : (at + 1) * n] ** 2)) / float(np.var(channel.values)))
-    return math.sqrt(float(np.mean(squares)))
+        square = channel.sigma**2 * float(np.mean(r[at * n : (at + 1) * n] ** 2)) / float(np.var(channel.values))
+        shares[trial.name] = math.sqrt(square)
+    return shares

@@ -117,7 +117,7 @@ def test_a_force_that_changes_along_the_record_and_goes_with_the_release_is_a_me
 
     assert "tied to the release: phases and sizes agree in all trials by 100 %" in said(np.full(3, 0.4))
     beside, own = 2.0 * np.pi * np.arange(3) / 3.0, 2.0 * np.pi / dominant_period(one.motions[0])
-    changing = "changes along each record beside the body's own motion"  # as a gap's, whose rate goes with the swing
+    changing = "leaves more than noise: a body whose rate goes with its swing looks so"  # as a gap's
     assert changing in said(beside, 0.95 * own)
     assert changing not in said(beside, 0.8 * own)
     assert changing not in said(beside, 0.95 * own, left=FAR_ABOVE_NOISE)

@@ -155,8 +155,8 @@ def with_cells(ratio: float, error: float = 200.0) -> GroupFindings:
 def test_load_cells_that_show_another_spring_contradict_and_by_less_are_doubted():
     assert implausible(with_cells(1.05)) == ()
     (noted,), said = with_doubts([with_cells(1.05)])
-    assert said == ()
     assert "above the one that the motion shows, and more than 3 % is noted: look at the cells" in noted.notes[-1]
+    assert said == (f"{noted.label}: {noted.notes[-1]}",)  # on the terminal as well
     assert with_doubts([with_cells(1.02)])[0][0].notes == with_cells(1.02).notes
     assert implausible(with_cells(0.85, 0.03 * K_N_PER_M)) == ()  # its error leaves less than a tenth
     ((_, said),) = implausible(with_cells(0.85))

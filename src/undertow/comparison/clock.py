@@ -113,10 +113,10 @@ def _own_motion(level: Level, fit: JointFit, force: Addend) -> str:
                     f"{force.prefix} at {clock:.3g} rad/s is the body's own motion of {own:.3g} rad/s: its phases in "
                     f"the trials are locked to the release by {100 * agree:.0f} %"
                 )
-            if changes(force) and fit.misfit > FAR_ABOVE_NOISE:
+            if fit.misfit > FAR_ABOVE_NOISE:
                 return (
-                    f"{force.prefix} at {clock:.3g} rad/s changes along each record beside the body's own motion of "
-                    f"{own:.3g} rad/s and leaves more than noise: a body whose rate goes with its swing looks so"
+                    f"{force.prefix} at {clock:.3g} rad/s, beside the body's own motion of {own:.3g} rad/s, leaves "
+                    "more than noise: a body whose rate goes with its swing looks so"
                 )
     return ""
 

@@ -10,6 +10,7 @@ import math
 from collections.abc import Mapping
 from typing import Any
 
+from undertow.discrepancy.decision import NAMED
 from undertow.discrepancy.findings import GroupFindings
 from undertow.discrepancy.repaired import named_laws, repaired_equation, repaired_errors
 from undertow.discrepancy.verdict import Gate, Verdict
@@ -18,6 +19,7 @@ from undertow.equation import registry
 from undertow.equation.equation import Equation
 from undertow.errors import IdentificationError
 from undertow.quantities import Estimate
+from undertow.report.arrange import group_numbers
 from undertow.report.expressions import numeric_latex
 from undertow.report.gates import asked_words, outcome_words
 from undertow.report.wording import (
@@ -117,6 +119,21 @@ def repaired_of(group: GroupFindings) -> tuple[Equation, Mapping[str, float]] | 
 def is_repaired(verdict: Verdict) -> bool:
     """Whether a verdict names something and has the numbers that go with it."""
     return verdict.augmented is not None and bool(named_laws(verdict))
+
+
+def believed_numbers(group: GroupFindings) -> Mapping[str, Estimate]:
+    """The numbers that stand for a group: where something is named the repaired equation's, which what is missing does
+    not bend."""
+    numbers, after = group_numbers(group), group.verdict.augmented
+    if after is None or group.verdict.status not in NAMED or not is_repaired(group.verdict):
+        return numbers
+    return {name: after.parameters.get(name, one) for name, one in numbers.items()}
+
+
+def number_words(group: GroupFindings, number: Estimate, with_unit: bool) -> str:
+    """A number, in brackets where something is missing that nobody knows: it bends the number."""
+    text = estimate_text(number, with_unit)
+    return f"({text})" if group.verdict.status == "unknown" else text
 
 
 def repaired_block(group: GroupFindings) -> Mapping[str, Any]:

@@ -16,8 +16,8 @@ from undertow.discrepancy.mismatch import place_words
 from undertow.discrepancy.verdict import Described, Verdict
 from undertow.discrepancy.words import count, group_title, percent
 from undertow.quantities import OK, Estimate, format_number, unit_in_rotation
-from undertow.report.arrange import agreement, group_numbers, spanning_conditions
-from undertow.report.behind import adjusted_words, allowed_words, gate_rows, posterior_words, repaired_block, seen_rows
+from undertow.report import behind
+from undertow.report.arrange import agreement, spanning_conditions
 from undertow.report.expressions import is_per_mass, numeric_latex
 from undertow.report.extent import Extent, extent_of
 from undertow.report.figures import amplitude_scale
@@ -135,16 +135,16 @@ def column_heading(parameter: str, unit: str, coordinate: str = "translation") -
 def overview(findings: Findings, anchors: Sequence[str], extent: Extent | None = None) -> Block:
     """The table of all groups: ``columns``; ``rows`` of what stands for each, its error and what is allowed."""
     whole = extent or extent_of(findings)
-    numbers = [group_numbers(group) for group in findings.groups]
+    numbers = [behind.believed_numbers(group) for group in findings.groups]
     parameters = [p for p in ordered_parameters(n for found in numbers for n in found) if p != "total_mass_kg"]
     parameters = parameters[:COLUMNS_AT_MOST]
     units = {p: unit_of([found[p] for found in numbers if p in found]) for p in parameters}
     rows = [
         identity(group, anchor)
         | {
-            "cells": [estimate_text(found[p], not units[p]) if p in found else "" for p in parameters],
+            "cells": [behind.number_words(group, found[p], not units[p]) if p in found else "" for p in parameters],
             "nrmse": percent(group.verdict.baseline.nrmse),
-            "limit": allowed_words(group.verdict, group.verdict.repeatability_nrmse),
+            "limit": behind.allowed_words(group.verdict, group.verdict.repeatability_nrmse),
             "unseen": unseen_words(group.verdict),
             "missing": "{1} of {0}".format(*whole.size_of(group)),
         }
@@ -198,12 +198,12 @@ def group_block(
         "methods": [_method_row(group, method, units) for method in group.fits],
         "published": [f"{published[p]:.5g}" if p in published else "" for p in parameters] if published else [],
         "agreement": agreement_texts(group, [p for p in parameters if p != "total_mass_kg"]),
-        "gates": gate_rows(group.verdict),
-        "seen": seen_rows(group.verdict),
+        "gates": behind.gate_rows(group.verdict),
+        "seen": behind.seen_rows(group.verdict),
         "not_testable": group.verdict.not_testable,
-        "repaired": repaired_block(group),
+        "repaired": behind.repaired_block(group),
         "no_gain": no_gain_words(findings, group),
-        "adjusted": adjusted_words(group),
+        "adjusted": behind.adjusted_words(group),
         "latex": [group.equation.to_latex(), numeric_latex(group.equation, group.equation_errors)],
         "text": group.equation.text(group.equation_errors),
         "per_mass": is_per_mass(group.equation, group.equation_errors),
@@ -253,7 +253,7 @@ def verdict_block(verdict: Verdict) -> Block:
         "sentence": sentence_words(verdict.sentence, group_title(verdict.group)),
         "confidence": "" if few_words(verdict) else likelihood_words(verdict),
         "record": record_words(verdict),
-        "posterior": posterior_words(verdict),
+        "posterior": behind.posterior_words(verdict),
         "rivals": " or ".join(rival_words(verdict)),
         "rivals_said": "cannot tell it from" in verdict.sentence,
         "origin": "" if verdict.origin == "undetermined" else verdict.origin,

@@ -107,7 +107,8 @@ def with_doubts(
         if notes:
             group = replace(group, notes=(*group.notes, *notes))
         numbers = group_numbers(group)
-        mild = (_stiffness(group, numbers, NOTED, "noted"), _lighter(group, numbers)) if not doubts else ()
+        noted = (_stiffness(group, numbers, NOTED, "noted"), _cells(group, numbers, NOTED, "noted"))
+        mild = (*noted, _lighter(group, numbers)) if not doubts else ()
         said += [f"{group.label}: {text}" for text in mild if text]
         unknown = [text for kind, text in doubts if kind not in kinds]
         wrong = "" if "conditions" in kinds else _no_group(group, _strange(accepted))

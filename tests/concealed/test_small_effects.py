@@ -23,7 +23,7 @@ from undertow.comparison.search import diagnose
 from undertow.comparison.suspects import SUSPECTS, Suspect, chosen, kernel_additions
 from undertow.discrepancy.case import Case
 from undertow.discrepancy.judge import judge
-from undertow.discrepancy.validation import kernel_damping
+from undertow.discrepancy.validation import addition_parameters, kernel_damping
 from undertow.discrepancy.verdict import Described
 from undertow.equation import registry
 from undertow.likelihood import output_error
@@ -316,6 +316,10 @@ def test_a_small_hysteresis_yields_in_its_look_and_is_found_from_its_starts():
     best = max((c for c in diagnosis.candidates if c.suspects), key=lambda c: c.score)
     k, force = (best.fit.value(f"hysteresis.{n}") for n in ("stiffness_N_per_m", "yield_force_N"))
     assert force / k == pytest.approx(0.006, rel=0.3)
+    (said,) = addition_parameters(best.fit, "short")["hysteresis"]
+    assert said["yield_displacement_m"].value == pytest.approx(force / k)  # the repaired equation had its usual 5 mm
+    assert 0.0 < said["yield_displacement_m"].stderr < 0.3 * force / k
+    assert said["yield_displacement_m"].unit == "m"
 
 
 def test_what_need_explain_no_share_is_not_held_against_a_fit_that_took_it_up():

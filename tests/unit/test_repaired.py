@@ -7,6 +7,8 @@ from dataclasses import replace
 
 import pytest
 
+from tests.findings_fixture import small_findings
+from undertow.campaign.run.equations import equations_entry
 from undertow.discrepancy.repaired import repaired_equation, repaired_errors
 from undertow.discrepancy.verdict import Described, Verdict
 from undertow.equation import registry
@@ -87,6 +89,20 @@ def test_without_an_anchor_the_total_mass_stays_one_and_numbers_are_per_mass():
     assert repaired_errors(prescribed, {}, said, Specimen())["stiffness"] == 0.2
 
 
+def test_a_prescribed_law_that_is_named_once_more_has_errors_of_its_own():
+    """Dry friction that water adds had stood in equations.json without an error, and the prescribed one with it."""
+    said = verdict("coulomb_friction", **{"coulomb_friction.force_N": Estimate(48.2, 5.0, unit="N")})
+    errors = repaired_errors(PRESCRIBED, {**ERRORS, "coulomb_friction": 30.0}, said, SPECIMEN)
+    assert errors["coulomb_friction"] == 30.0
+    group = replace(small_findings().groups[1], equation=PRESCRIBED, specimen=SPECIMEN, verdict=said)
+    group = replace(group, equation_errors={**ERRORS, "coulomb_friction": 30.0})
+    rows = equations_entry(group)["versions"]["augmented"]["rows"]
+    friction = [(one["number"], one["value"], one["stderr"]) for one in rows if one["term"] == "coulomb_friction"]
+    assert friction == [(1, 170.0, 30.0), (2, 48.2, 5.0)]
+    stiffness = next(one for one in rows if one["term"] == "stiffness")
+    assert (stiffness["value"], stiffness["stderr"]) == (109600.0, 300.0)
+
+
 def test_where_nothing_is_named_the_prescribed_equation_stays():
     nothing = replace(verdict(), augmented=None)
     assert repaired_equation(PRESCRIBED, nothing, SPECIMEN) is PRESCRIBED
@@ -98,4 +114,7 @@ def test_what_is_no_law_of_motion_or_has_no_numbers_is_refused():
         repaired_equation(PRESCRIBED, verdict("time_shift"), SPECIMEN)
     with pytest.raises(IdentificationError, match=r"cubic_stiffness has no N_per_m3 among its numbers \(none\)"):
         repaired_equation(PRESCRIBED, verdict("cubic_stiffness"), SPECIMEN)
+    force = {"hysteresis.stiffness_N_per_m": Estimate(30000.0), "hysteresis.yield_force_N": Estimate(180.0)}
+    with pytest.raises(IdentificationError, match="hysteresis has no yield_displacement_m among its numbers"):
+        repaired_equation(PRESCRIBED, verdict("hysteresis", **force), SPECIMEN)  # its usual 5 mm had stood there
     assert math.isnan(repaired_errors(PRESCRIBED, ERRORS, verdict("time_shift"), SPECIMEN).get("time_shift", math.nan))

@@ -63,7 +63,8 @@ def repaired_errors(
     prescribed: Equation, errors: Mapping[str, float], verdict: Verdict, specimen: Specimen
 ) -> dict[str, float]:
     """Standard errors of the repaired equation's coefficients by term name ("mass": total mass), as `errors` are of the
-    prescribed one. Numbers that were held keep theirs; a law that is named more than once has none."""
+    prescribed one. Numbers that were held keep theirs, also where a law of the prescribed equation is named once more;
+    a law that is named more than once has none."""
     if verdict.augmented is None:
         return dict(errors)
     numbers, out = verdict.augmented.parameters, dict(errors)
@@ -76,12 +77,12 @@ def repaired_errors(
     if "total_mass_kg" in numbers and not any(t.is_inertia for t in prescribed.terms):
         out["mass"] = numbers["total_mass_kg"].total_stderr
     for name in named_laws(verdict):
-        if row(name) is None:
+        if row(name) is None or name in prescribed_names:
             continue
         out.pop(name, None)
         found = [numbers[f"{name}.{key}"] for key in (find(name).coefficient.name, _own_name(name))
                  if f"{name}.{key}" in numbers]  # fmt: skip
-        if found and _how_many(name, numbers) == 1 and name not in prescribed_names:
+        if found and _how_many(name, numbers) == 1:
             out[name] = found[0].total_stderr
     return out
 
@@ -140,9 +141,11 @@ def _added(name: str, given: Mapping[str, float], specimen: Specimen) -> tuple[A
         values[leading] = values.pop(said.ratio) * getattr(specimen, said.per)
     if (own := _own_name(name)) in values:
         values[leading] = values[own]
-    if leading not in values:
+    lacking = next((name for name, usual in term.inner.items() if name not in values and usual), "")
+    if leading not in values or lacking:
+        has = ", ".join(given) or "none"
         raise IdentificationError(
-            f"{name} has no {leading} among its numbers ({', '.join(given) or 'none'}); take .parameters instead"
+            f"{name} has no {lacking or leading} among its numbers ({has}); take .parameters instead"
         )
     inner = {p.name: values[p.name] for p in term.parameters[1:] if p.name in values}
     return find(name, **{**term.inner, **inner}), values[leading]

@@ -7,7 +7,7 @@ belong here: finding the addition (search.py).
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -18,6 +18,7 @@ from undertow.comparison.joint import JointFit, shared_theta, sizes_of_its_own
 from undertow.comparison.level import Addend, Level, Member, full_name, seen_by
 from undertow.conditioning.motion import Motion
 from undertow.discrepancy.verdict import PhysicalCheck
+from undertow.equation.registry import row
 from undertow.errors import IdentificationError
 from undertow.likelihood.free_run import FreeRun, free_run
 from undertow.likelihood.scale import contract_name
@@ -78,20 +79,40 @@ def kernel_damping(fit: JointFit, addend: Addend, rate: float) -> Estimate:
     is that of m, w, z by their covariance.
     """
     names = [f"{addend.prefix}.{a.name}" for a in addend.additions[:3]]
-    index = [fit.solution.problem.names.index(n) for n in names]
-    values = fit.solution.values[index]
 
     def damping(numbers: Array) -> float:
         mass, w, z = numbers
         stiff = w**2 + 2j * z * w * rate
         return float(-rate * (mass * stiff / (stiff - rate**2)).imag)
 
+    return _follows(fit, names, damping, "N s/m")
+
+
+def _follows(fit: JointFit, names: Sequence[str], of: Callable[[Array], float], unit: str) -> Estimate:
+    """A number that follows from several unknowns, with its error by their covariance."""
+    index = [fit.solution.problem.names.index(n) for n in names]
+    values = fit.solution.values[index]
     steps = 1e-4 * np.where(values == 0.0, 1.0, np.abs(values))
-    slope = np.array(
-        [(damping(values + h * e) - damping(values - h * e)) / (2.0 * h) for h, e in zip(steps, np.eye(3), strict=True)]
-    )
+    ways = zip(steps, np.eye(len(names)), strict=True)
+    slope = np.array([(of(values + h * e) - of(values - h * e)) / (2.0 * h) for h, e in ways])
     variance = float(slope @ fit.solution.covariance[np.ix_(index, index)] @ slope)
-    return Estimate(damping(values), math.sqrt(max(variance, 0.0)), 0.0, "N s/m", "joint fit")
+    return Estimate(of(values), math.sqrt(max(variance, 0.0)), 0.0, unit, "joint fit")
+
+
+def _of_slots(fit: JointFit, addend: Addend, spring: str) -> dict[str, Estimate]:
+    """Parameters of the added law that are no unknowns of the fit but follow from them: the displacement at which a
+    hysteresis yields, from force and stiffness."""
+    law = row(addend.prefix.split("#")[0])
+    names = {a.slot: full_name(addend.prefix, a, spring, "") for a in addend.additions}
+    if law is None or not set(names.values()) <= set(fit.solution.problem.names):
+        return {}
+    values = {slot: fit.value(name) for slot, name in names.items()}
+    units = {p.name: p.unit for p in law.parameters}
+
+    def of(key: str) -> Callable[[Array], float]:
+        return lambda numbers: law.of_slots(dict(zip(names, numbers.tolist(), strict=True)))[key]
+
+    return {key: _follows(fit, [*names.values()], of(key), units[key]) for key in law.of_slots(values)}
 
 
 def addition_parameters(fit: JointFit, spring: str, rate: float = math.nan) -> dict[str, list[dict[str, Estimate]]]:
@@ -110,6 +131,7 @@ def addition_parameters(fit: JointFit, spring: str, rate: float = math.nan) -> d
             on_bound = value <= a.lower or value >= a.upper
             outcome = f"{name} on its bound {value:.4g} {a.unit}" if on_bound else "ok"
             numbers[a.name] = Estimate(value, math.nan if on_bound else error, 0.0, a.unit, "joint fit", outcome)
+        numbers |= _of_slots(fit, addend, spring)
         if "kernel_mass_kg" in numbers:
             numbers = {"c_Ns_per_m": kernel_damping(fit, addend, rate), **numbers}
         found.setdefault(addend.prefix.split("#")[0], []).append(numbers)

@@ -221,6 +221,11 @@ class Hysteresis(Term):
         """Stiffness, and the force at which it yields."""
         return {"kb": coefficient, "fb": abs(coefficient) * self.yield_displacement_m}
 
+    @classmethod
+    def of_slots(cls, slots: Mapping[str, float]) -> dict[str, float]:
+        """The displacement at which it yields."""
+        return {"yield_displacement_m": slots["fb"] / abs(slots["kb"])} if slots["kb"] else {}
+
     def share(self, p: Mapping[str, Expression], q: SymbolPlace, number: str) -> Share:
         """A force with its own rate, which falls where it yields."""
         import sympy as sp

@@ -195,6 +195,12 @@ class Term:
             values[self.slots[name]] = number
         return values
 
+    @classmethod
+    def of_slots(cls, slots: Mapping[str, float]) -> dict[str, float]:
+        """Its parameters that stand in no slot by themselves, from what stands in the compiled integrator's slots: the
+        inverse of `slot_values`. Empty where every slot is a parameter."""
+        return {}
+
     def share(self, p: Mapping[str, Expression], q: SymbolPlace, number: str) -> Share | None:
         """What the law adds to an equation in symbols: ``p`` its parameters' symbols by name, ``q`` the symbols of the
         motion, ``number`` what tells it from others of its name. None where it is code alone; a law with states or a

@@ -7,6 +7,7 @@ trials (campaign/driven/run.py).
 from __future__ import annotations
 
 import math
+from collections import Counter
 from collections.abc import Iterator, Mapping, Sequence
 from typing import Any
 
@@ -48,7 +49,8 @@ def equations_entry(group: GroupFindings, stated: Mapping[str, float] | None = N
         else:
             errors = repaired_errors(group.equation, group.equation_errors, verdict, group.specimen)
             inner = {name: e.total_stderr for name, e in verdict.augmented.parameters.items() if "." in name}
-            versions["augmented"] = _version(repaired, errors, verdict.augmented.nrmse, allowed, inner)
+            had = Counter(term.name for term in group.equation.terms)
+            versions["augmented"] = _version(repaired, errors, verdict.augmented.nrmse, allowed, inner, had)
     motions = [one.motion for one in group.trials]
     noise = [motion.noise.get(scored_channel(motion), 0.0) for motion in motions]
     structure, scatter = group.structure, stated or _own_scatter(group)
@@ -91,9 +93,11 @@ def _version(
     nrmse: float,
     allowed: float,
     inner: Mapping[str, float] | None = None,
+    had: Mapping[str, int] | None = None,
 ) -> dict[str, Any]:
-    """One equation: its laws' numbers with their errors, each number for itself."""
-    rows = [*_rows(equation, errors, inner or {})]
+    """One equation: its laws' numbers with their errors, each number for itself; ``had``: how often the prescribed one
+    has each law, behind which the named ones stand."""
+    rows = [*_rows(equation, errors, inner or {}, had or {})]
     stderr = [row["stderr"] for row in rows]
     beyond = nrmse if not math.isfinite(allowed) or nrmse > allowed else 0.0
     return {
@@ -103,18 +107,23 @@ def _version(
     }  # fmt: skip
 
 
-def _rows(equation: Equation, errors: Mapping[str, float], inner: Mapping[str, float]) -> Iterator[dict[str, Any]]:
-    counts: dict[str, int] = {}
+def _rows(
+    equation: Equation, errors: Mapping[str, float], inner: Mapping[str, float], had: Mapping[str, int]
+) -> Iterator[dict[str, Any]]:
+    counts = Counter[str]()
     for term, value in zip(equation.terms, equation.coefficients, strict=True):
-        counts[term.name] = counts.get(term.name, 0) + 1
-        prefix = f"{term.name}#{counts[term.name]}" if counts[term.name] > 1 else term.name
+        counts[term.name] += 1
+        added = counts[term.name] - had.get(term.name, 0)
+        prefix = f"{term.name}#{added}" if added > 1 else term.name
+        once_more = added > 0 and term.name in had
         for parameter in term.parameters:
             leads = parameter is term.parameters[0]
             own = inner.get(f"{prefix}.{parameter.name}", 0.0)
             yield {
                 "term": term.name, "number": counts[term.name], "law": term.law, "parameter": parameter.name,
                 "unit": parameter.unit, "value": value if leads else float(getattr(term, parameter.name)),
-                "stderr": _known(errors.get(term.name, own) if leads else own), "relative_to": term.relative_to,
+                "stderr": _known(errors.get(term.name, own) if leads and not once_more else own),
+                "relative_to": term.relative_to,
             }  # fmt: skip
 
 

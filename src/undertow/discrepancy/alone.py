@@ -9,6 +9,7 @@ Belongs here: that trial. Does not belong here: trials of another period or scal
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass, replace
 
 from undertow.comparison.joint import JointFit, fit_joint
@@ -16,6 +17,7 @@ from undertow.comparison.level import make_level
 from undertow.comparison.limits import FAR_ABOVE_NOISE
 from undertow.discrepancy.case import Case
 from undertow.discrepancy.wandering import left_shares
+from undertow.discrepancy.words import percent
 from undertow.errors import IdentificationError
 
 STANDS_OUT = 4.0
@@ -32,6 +34,15 @@ class Alone:
     name: str
     share: float
     misfit: float
+
+    @property
+    def words(self) -> str:
+        """The same as a reason, with what to do."""
+        return (
+            f"k, c and mu of its own leave {percent(self.share)} of the motion of trial {self.name}, "
+            f"{math.sqrt(self.misfit):.2g} times its sensors' noise, and far less of the others: look at its file "
+            "(filtered, samples lost, a knock), or leave it out (recordings.exclude)"
+        )
 
 
 def one_alone(case: Case, null: JointFit) -> Alone | None:

@@ -98,7 +98,7 @@ def gates(
              "discrepancy.suspects names none: nothing was looked for", "search", GREEN),
         Gate("search_ended", "suspects not tried to the end", float(len(diagnosis.unfinished)), 0.0,
              not diagnosis.unfinished, f"not tried to the end within discrepancy.budget: {left}", "search", unsearched),
-        *_beside_its_null(verdict, diagnosis, tested),
+        *_beside_its_null(verdict, case, diagnosis, tested),
         *none,
         _structure(case),
         _flag("scatter_known", "reasons why nobody knows how much trials differ", case.assumed, GREEN, "assumed"),
@@ -177,7 +177,9 @@ def _without_a_null(diagnosis: LevelDiagnosis) -> Gate:
     return Gate("nothing_overwhelming", statistic, value, limit, diagnosis.small is None, "", "small", GREEN)
 
 
-def _beside_its_null(verdict: Verdict, diagnosis: LevelDiagnosis, tested: NullTest) -> tuple[Gate, ...]:
+def _beside_its_null(
+    verdict: Verdict, case: Case, diagnosis: LevelDiagnosis, tested: NullTest
+) -> tuple[Gate, ...]:
     """Whether the level stands out among replicas of itself with nothing missing, as a name needs and green must not:
     how much trials differ, if it was assumed, is as uncertain in the replicas. A bad release is in no replica, and what
     nobody knows is in all of them."""
@@ -193,7 +195,7 @@ def _beside_its_null(verdict: Verdict, diagnosis: LevelDiagnosis, tested: NullTe
         counts = tested.tests[0].size >= 1.0 or diagnosis.null.fit.misfit > FAR_ABOVE_NOISE
         said = f"of levels like this with nothing beside it only {percent(p)} stand out as much"
         return (Gate("p_value", asked, p, tested.limit, not (tested.significant and counts), said, "beside", NAMED),)
-    return (_more_than_noise(diagnosis, tested),) if verdict.verdict == ("unknown",) else ()
+    return (_more_than_noise(case, diagnosis, tested),) if verdict.verdict == ("unknown",) else ()
 
 
 def _carried(verdict: Verdict, diagnosis: LevelDiagnosis) -> bool:
@@ -207,7 +209,7 @@ def _stands_in(best: Candidate, tested: NullTest) -> bool:
     return labels <= known or bool(labels & known and best.fit.misfit <= FAR_ABOVE_NOISE)
 
 
-def _more_than_noise(diagnosis: LevelDiagnosis, tested: NullTest) -> Gate:
+def _more_than_noise(case: Case, diagnosis: LevelDiagnosis, tested: NullTest) -> Gate:
     """Whether there is something that nobody knows: more than noise beside k, c, mu of each trial's own that swings
     with the motion, or a level that stands out among its replicas. Else trials differ by more than is known, or a
     sensor wanders, and that is no missing physics."""
@@ -218,6 +220,8 @@ def _more_than_noise(diagnosis: LevelDiagnosis, tested: NullTest) -> Gate:
         if goes_on
         else "k, c and mu of each trial's own leave no more than noise: trials may differ by more than is known"
     )
+    if goes_on and (one := one_alone(case, diagnosis.null.fit)) is not None:
+        because = one.words
     statistic = "mean squared residual over noise, k, c, mu of each trial's own"
     passed = (misfit > FAR_ABOVE_NOISE and not goes_on) or tested.significant
     return Gate("more_than_noise", statistic, misfit, FAR_ABOVE_NOISE, passed, because, "assumed", ("unknown",))
@@ -236,12 +240,7 @@ def _left_over(case: Case, diagnosis: LevelDiagnosis) -> Gate:
     because += ": a sensor that wanders, or the ground" if wandering else ""
     lacking = "more" if wandering else "left"
     if (one := one_alone(case, fit)) is not None and one.share > LEFT_SHARE:
-        share, lacking = one.share, "alone"
-        because = (
-            f"k, c and mu of its own leave {percent(share)} of the motion of trial {one.name}, "
-            f"{math.sqrt(one.misfit):.2g} times its sensors' noise, and far less of the others: look at its file "
-            "(filtered, samples lost, a knock), or leave it out (recordings.exclude)"
-        )
+        share, lacking, because = one.share, "alone", one.words
     statistic = "share of the motion left, k, c, mu of each trial's own, where that is more than noise"
     return Gate("nothing_left", statistic, share, LEFT_SHARE, share <= LEFT_SHARE, because, lacking, GREEN)
 

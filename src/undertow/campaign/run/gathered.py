@@ -10,6 +10,7 @@ import math
 from collections import Counter
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
+from types import MappingProxyType
 
 from undertow.campaign.config import RunConfig
 from undertow.campaign.run.portions import group_order
@@ -66,6 +67,7 @@ class Gathered:
         self._doubts: list[str] = []
         self._doubts_more = 0
         self._named: Counter[str] = Counter()
+        self._sensed: Counter[str] = Counter()
         self._statuses: Counter[str] = Counter()
         self._titles: set[str] = set()
         self.contradicted: list[str] = []
@@ -83,7 +85,7 @@ class Gathered:
         self._doubts_more += max(len(part.doubts) - room, 0)
         self.extent = self.extent.with_groups(part.groups)
         for group, fitted in zip(part.groups, part.as_fitted or part.groups, strict=True):
-            self._named.update(_names(group))
+            (self._sensed if group.verdict.origin == "instrument" else self._named).update(_names(group))
             self._statuses[group.verdict.status] += 1
             self._titles.add(group_title(group.key))
             if len(self._compared) <= COMPARED_AT_MOST:
@@ -99,7 +101,7 @@ class Gathered:
         groups = sorted(self._groups, key=lambda g: group_order(g.key.items(), g.dry))
         return Findings(
             config.name, tuple(groups), tuple(self._failed), tuple(config.identify), config.equation.coordinate,
-            dict(seconds), across(self._named, self._statuses) + self._springs_apart() + self._left_out(),
+            dict(seconds), across(self._named, self._statuses, self._sensed) + self._springs_apart() + self._left_out(),
             (*self._notes, *self._further_notes()),
             (*self._doubts, *([f"{count(self._doubts_more, 'more doubt')}"] if self._doubts_more else ())),
         )  # fmt: skip
@@ -151,8 +153,11 @@ def _words(names: Iterable[str]) -> list[str]:
     return ["something unknown" if name == "unknown" else name.replace("_", " ") for name in dict.fromkeys(names)]
 
 
-def across(named: Mapping[str, int], statuses: Mapping[str, int]) -> str:
-    """One sentence over all groups, from how many name what, and how many have which status.
+def across(
+    named: Mapping[str, int], statuses: Mapping[str, int], sensed: Mapping[str, int] = MappingProxyType({})
+) -> str:
+    """One sentence over all groups, from how many name what (``sensed``: a fault of a sensor), and how many have which
+    status.
 
     >>> across({"hidden resonator": 2}, {"explained": 2, "cannot_tell": 1})
     'The equation leaves out: hidden resonator in 2 of 3 groups. For 1 group these data cannot tell.'
@@ -160,12 +165,14 @@ def across(named: Mapping[str, int], statuses: Mapping[str, int]) -> str:
     'The equation explains 2 groups; nothing is missing.'
     >>> across({"quadratic drag": 1}, {"explained": 1})
     'The equation leaves out: quadratic drag.'
+    >>> across({}, {"explained": 2}, {"clipping": 2})
+    'Not the motion but a sensor shows: clipping in 2 of 2 groups.'
     """
     groups = sum(statuses.values())
     of, parts = count(groups, "group"), []
-    if named:
-        said = "; ".join(f"{name} in {number} of {of}" if groups > 1 else name for name, number in named.items())
-        parts.append(f"The equation leaves out: {said}.")
+    for words, names in (("The equation leaves out", named), ("Not the motion but a sensor shows", sensed)):
+        said = "; ".join(f"{name} in {number} of {of}" if groups > 1 else name for name, number in names.items())
+        parts += [f"{words}: {said}."] if said else []
     if statuses.get("nothing_missing", 0) == groups:
         parts.append(f"The equation explains {of}; nothing is missing.")
     elif fine := statuses.get("nothing_missing", 0):

@@ -7,7 +7,8 @@
 
 writes results.csv (a row a method, truth, noise and seed) and docs/peers.md; ``driven`` writes driven.csv and its table
 in docs/driven_measured.md. SysIdentPy is installed apart from our own environment, ``pip install --no-deps --target
-FOLDER sysidentpy==0.9.0``, or, for ``driven``, with jax-sysid in an environment of their own; without them their rows say so.
+FOLDER sysidentpy==0.9.0``, or, for ``driven``, with jax-sysid in an environment of their own; without them their rows
+say so.
 
 Belongs here: the command. Does not belong here: data (data.py, driven_sets.py), methods (methods.py,
 driven_methods.py), tables (table.py, driven_table.py).

@@ -6,8 +6,9 @@
     python -m benchmarks.beside_peers driven                   # three public driven benchmarks, three rounds
 
 writes results.csv (a row a method, truth, noise and seed) and docs/peers.md; ``driven`` writes driven.csv and its table
-in docs/driven.md. SysIdentPy is installed apart from our own environment, ``pip install --no-deps --target FOLDER
-sysidentpy==0.9.0``, or, for ``driven``, with jax-sysid in an environment of their own; without them their rows say so.
+in docs/driven_measured.md. SysIdentPy is installed apart from our own environment, ``pip install --no-deps --target
+FOLDER sysidentpy==0.9.0``, or, for ``driven``, with jax-sysid in an environment of their own; without them their rows
+say so.
 
 Belongs here: the command. Does not belong here: data (data.py, driven_sets.py), methods (methods.py,
 driven_methods.py), tables (table.py, driven_table.py).
@@ -51,7 +52,7 @@ def main(arguments: list[str] | None = None) -> int:
 
 
 def _driven(names: Sequence[str], rounds: int, out: Path | None) -> int:
-    """Driven rows, and the table in docs/driven.md; with a folder of one's own both go there."""
+    """Driven rows, and the table in docs/driven_measured.md; with a folder of one's own both go there."""
     results = (out or FOLDER) / "driven.csv"
     write_rows(driven_table.run(names, rounds), driven_table.HEADER, results)
     table = driven_table.tabulate(driven_table.read_rows(results))

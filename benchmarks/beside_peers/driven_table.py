@@ -1,4 +1,4 @@
-"""Rounds of the driven comparison, its csv and its table in docs/driven.md.
+"""Rounds of the driven comparison, its csv and its table in docs/driven_measured.md.
 
     python -m benchmarks.beside_peers driven                     # three rounds, all sets, all methods
     python -m benchmarks.beside_peers driven --rounds 1 --sets emps --out somewhere

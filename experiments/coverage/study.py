@@ -160,7 +160,7 @@ def read(path: Path) -> list[Entry]:
 
 
 def main(arguments: list[str] | None = None) -> int:
-    """Run the study, write its rows and print the table of docs/uncertainty.md."""
+    """Run the study, write its rows and print the table of docs/uncertainty_measured.md."""
     parser = argparse.ArgumentParser(description="Coverage of nominal 90 % intervals on synthetic campaigns.")
     parser.add_argument("--campaigns", type=int, default=CAMPAIGNS, help="campaigns a scatter and number of trials")
     parser.add_argument("--first", type=int, default=FIRST_SEED, help="first seed")

@@ -1,4 +1,4 @@
-"""`python -m experiments.driven [FOLDER]`: runs configs/driven where FOLDER lacks a run; docs/driven.md's table.
+"""`python -m experiments.driven [FOLDER]`: runs configs/driven where FOLDER lacks a run; for docs/driven_measured.md.
 
 Belongs here: that table and its picture. Does not belong here: any number of it (verdict.json of the runs).
 """

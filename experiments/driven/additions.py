@@ -3,7 +3,7 @@
 Bodies that lack nothing count false additions; bodies that lack one law count right names. Seeds of the rules'
 calibration and those of the proof differ. A finished row is kept in FILE, so that a run goes on where it stopped.
 
-Belongs here: the list of bodies, rows, the table of docs/driven.md. Does not belong here: bodies (bodies.py).
+Belongs here: the list of bodies, rows, the table of docs/driven_measured.md. Does not belong here: bodies (bodies.py).
 """
 
 from __future__ import annotations

@@ -5,7 +5,7 @@ added, or kept from the search, so that the equation lacks something for good. T
 records of the same size and of 1.5 times the force; counted are samples inside the band, beyond those of the start.
 A finished row is kept in FILE, so that a run goes on where it stopped.
 
-Belongs here: these cases, rows, the table of docs/driven.md. Does not belong here: the band
+Belongs here: these cases, rows, the table of docs/driven_measured.md. Does not belong here: the band
 (methods/driven_equations.py).
 """
 

@@ -3,7 +3,7 @@
 The force of a controller answers to what pushes the carriage and is not recorded. Where nothing does, both estimates
 are right; where much does, output error is drawn to one side, and the instrument (the controller's target) is not.
 
-Belongs here: these cases, the table of docs/driven.md. Does not belong here: bodies (bodies.py), the estimate
+Belongs here: these cases, the table of docs/driven_measured.md. Does not belong here: bodies (bodies.py), the estimate
 (methods/driven_instrument.py).
 """
 

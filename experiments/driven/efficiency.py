@@ -4,7 +4,8 @@ Bodies are known: every record of a case has the same body and input, and noise 
 exact sensitivities at the truth, the start state among the unknowns; a fit begins from no start values where all laws
 are linear in their numbers. An efficient fit's errors over the bound have an rms of 1.
 
-Belongs here: these cases, their rows, the table of docs/driven.md. Does not belong here: the fit (methods/driven.py).
+Belongs here: these cases, their rows, the table of docs/driven_measured.md. Does not belong here: the fit
+(methods/driven.py).
 """
 
 from __future__ import annotations

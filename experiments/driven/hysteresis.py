@@ -4,7 +4,7 @@ Sprung bodies with one of the family's laws under a random force. The search kno
 adds is run free on a record of twice and of half the amplitude that it was given, and so is every other member, fitted
 to the same record. Seeds of the rules' calibration and those of the proof differ. A finished row is kept in FILE.
 
-Belongs here: truths, records, rows, the table of docs/driven.md. Does not belong here: the search
+Belongs here: truths, records, rows, the table of docs/driven_measured.md. Does not belong here: the search
 (comparison/driven_hysteresis.py).
 """
 

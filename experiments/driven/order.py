@@ -1,5 +1,5 @@
 """How often swapped columns of force and displacement are refused, and columns in their places are not:
-``python -m experiments.driven.order`` (under a minute, and the table of docs/driven.md).
+``python -m experiments.driven.order`` (under a minute, and the table of docs/driven_measured.md).
 
 Belongs here: the cases and their counts. Does not belong here: the rule (methods/driven_order.py).
 """

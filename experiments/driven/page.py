@@ -1,4 +1,4 @@
-"""Tables of docs/driven.md: what stands between two marks is made anew.
+"""Tables of docs/driven_measured.md: what stands between two marks is made anew.
 
 Belongs here: that replacement. Does not belong here: any table's content.
 """
@@ -7,7 +7,7 @@ from __future__ import annotations
 
 from pathlib import Path
 
-PAGE = Path(__file__).resolve().parents[2] / "docs" / "driven.md"
+PAGE = Path(__file__).resolve().parents[2] / "docs" / "driven_measured.md"
 
 
 def put(table: str, name: str) -> None:

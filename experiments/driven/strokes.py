@@ -4,7 +4,7 @@ Each is fitted to one record of 25 s (ten strokes) by output error, and beside t
 record asks for them; both are run free on fresh records of the same carriage. With --emps EMPS' training record stands
 in their place: parts of it are left out in turn, and run free from their first samples.
 
-Belongs here: these cases, the tables of docs/driven.md. Does not belong here: bodies (bodies.py), the fit
+Belongs here: these cases, the tables of docs/driven_measured.md. Does not belong here: bodies (bodies.py), the fit
 (methods/driven_strokes.py).
 """
 

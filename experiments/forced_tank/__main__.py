@@ -1,6 +1,6 @@
 """What an equation from decays says of the same tank when it is driven: amplitudes that were held before the decays.
 
-    python -m experiments.forced_tank        # writes docs/pictures/forced_tank.svg, prints the table of docs/driven.md
+    python -m experiments.forced_tank  # writes docs/pictures/forced_tank.svg, prints a table of docs/driven_measured.md
 
 The tank was moved at .953, .960 and .967 of its natural frequency, then let go: its decays are in
 ../shared/recordings/sloshing_tank_decay, whose README has the sources. How far it was moved is not known: the force

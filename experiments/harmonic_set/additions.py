@@ -1,6 +1,6 @@
 """What the search makes of synthetic harmonic sets that lack a law, or nothing.
 
-    python -m experiments.harmonic_set.additions [SEEDS]        # prints the table of docs/driven.md
+    python -m experiments.harmonic_set.additions [SEEDS]        # prints the table of docs/driven_measured.md
 
 A body of 2 kg is swept up and down under 1 N in 27 steps each, with 1 mm of noise on both parts of the motion; its
 equation is given whole, or without the law that the row names. The last column counts sets in which the law alone was

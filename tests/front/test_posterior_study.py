@@ -61,7 +61,7 @@ def test_draws_are_not_few_where_the_dry_trials_agree_by_chance():
 
 
 def test_the_page_shows_the_files_numbers():
-    page = (DOCS / "uncertainty.md").read_text(encoding="utf-8")
+    page = (DOCS / "uncertainty_measured.md").read_text(encoding="utf-8")
     for rows in json.loads((DOCS / "posterior.json").read_text()).values():
         for name, row in rows.items():
             assert f"{row['p_flat']} | {row['coverage_percent']}" in page, name

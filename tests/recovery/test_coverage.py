@@ -15,7 +15,7 @@ from undertow.campaign.config import load
 from undertow.campaign.run import run
 from undertow.conditioning.condition import condition
 
-DOCS = Path(__file__).resolve().parents[2] / "docs" / "uncertainty.md"
+DOCS = Path(__file__).resolve().parents[2] / "docs" / "uncertainty_measured.md"
 
 CONFIG = """\
 name: coverage

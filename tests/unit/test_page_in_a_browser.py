@@ -28,7 +28,7 @@ TOO_WIDE = """JSON.stringify([...document.querySelectorAll("main *")].filter((e)
 
 LOAD_AT_MOST_S, SLOWED = 1.5, 4.0
 """Processor time of the page's thread for one load, s; how many times longer it may take on a machine that others use
-(measured with nothing else: docs/performance.md)."""
+(measured with nothing else: docs/performance_measured.md)."""
 
 PAPER_PX = 688
 """Width of A4 within the page's margins of 14 mm, at 96 pixels an inch."""

@@ -26,7 +26,7 @@ from undertow.likelihood.driven import DrivenLaws
 from undertow.methods.driven_equations import predict_driven, read_back, written
 
 SEED = 3100
-"""Bodies of this file: neither those of the rules' calibration nor those of the proof in docs/driven.md."""
+"""Bodies of this file: neither those of the rules' calibration nor those of the proof in docs/driven_measured.md."""
 
 
 @pytest.fixture(scope="module")
@@ -200,7 +200,7 @@ def test_a_law_s_held_numbers_are_on_disk_and_come_back(pinched):
 
 def test_the_table_of_the_experiment_is_that_of_its_rows():
     assert experiment.table(experiment.read(experiment.RESULT)) in (
-        (experiment.RESULT.parents[2] / "docs" / "driven.md").read_text()
+        (experiment.RESULT.parents[2] / "docs" / "driven_measured.md").read_text()
     )
 
 

@@ -29,7 +29,7 @@ from undertow.errors import UndertowError
 
 EQUATION_PRIOR = 0.5
 FURTHER_EFFECT = 0.01
-"""A second effect beside a first, as in the search on recordings (docs/discrepancy.md)."""
+"""A second effect beside a first, as in the search on recordings (docs/discrepancy_rules.md)."""
 
 FAR_BEHIND = 8.0
 """Rivals whose log evidence on flat sheets lies further behind the best one's stay flat: bending moves it by a few."""

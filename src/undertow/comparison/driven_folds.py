@@ -39,7 +39,8 @@ SHORTEST_WINDOW = 4 * START_SAMPLES
 DEVIATIONS = 5.0
 """Standard errors by which the ratio of squared errors must be below 1. Set on cases that no longer count as proof: a
 synthetic carriage that lacks nothing but whose drive wanders reached 4.6 with a relaxation (windows hang together, so
-that 2.5 is no 1 %), EMPS' asymmetric damping 6.7, its other laws 1.3 at most. On fresh cases: docs/driven.md."""
+that 2.5 is no 1 %), EMPS' asymmetric damping 6.7, its other laws 1.3 at most. On fresh cases:
+docs/driven_measured.md."""
 FEWEST_WINDOWS = 5
 """Below so many windows their scatter says too little."""
 TRYING = SearchEffort(12, 0.1)
@@ -47,7 +48,7 @@ TRYING = SearchEffort(12, 0.1)
 CLOSER_WINDOWS = 0.75
 """Share of the windows that must come closer, 15 of 20: a law that is there acts in all of them, and by chance 2 in 100
 laws would. Set on synthetic carriages whose drive wanders, where a hysteresis brought 11 and 13 of 20 closer, a few of
-these by so much that the sum fell by 5 and by 20 standard errors; proof on others: docs/driven.md."""
+these by so much that the sum fell by 5 and by 20 standard errors; proof on others: docs/driven_measured.md."""
 
 
 @dataclass(frozen=True)

@@ -27,7 +27,7 @@ SAMPLES_PER_PERIOD = 50
 """Cells a period that samples are averaged into: averaging to 100 Hz at 2 Hz loses nothing (cell's mean compared)."""
 
 TRAJECTORY_STEPS_PER_PERIOD = 40
-"""Largest step in fits: error under 1e-7 of x0 (docs/performance.md), far below any sensor."""
+"""Largest step in fits: error under 1e-7 of x0 (docs/performance_measured.md), far below any sensor."""
 
 
 EVEN = 1e-4

@@ -36,7 +36,7 @@ BAND_90 = 1.645
 GROWTH = 2.0
 """Power of the motion's size with which what a free run misses grows beyond training: that of a law of x^2 or v|v|;
 friction's grows less, a cubic spring's more. Set on 32 bodies that lack a law (experiments.driven.bands --calibration):
-with 1 their bands held 84 % at 1.5 times the force, with 2 90 %; on other bodies docs/driven.md."""
+with 1 their bands held 84 % at 1.5 times the force, with 2 90 %; on other bodies docs/driven_measured.md."""
 
 
 @dataclass(frozen=True)

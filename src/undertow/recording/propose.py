@@ -121,7 +121,7 @@ def propose_mapping(table: pd.DataFrame, units: Mapping[Column, str] | None = No
         raise RecordingError(
             f"columns {', '.join(map(repr, table.columns))} are amplitudes by frequency, a harmonic set, and no "
             "recording in time; `undertow inspect` proposes a config of its file, undertow.fit_response takes arrays "
-            "(docs/driven.md)"
+            "(docs/harmonic_sets.md)"
         )
     said = units or {}
     found: dict[str, list[tuple[Column, str]]] = {}

@@ -73,7 +73,7 @@ def propose_response(table: pd.DataFrame, units: Mapping[Column, str] | None = N
         lacking = ", ".join(name for name in ("frequency", "amplitude", "phase") if name not in columns)
         raise RecordingError(
             f"columns {', '.join(map(repr, table.columns))} are a harmonic set, amplitudes by frequency, in which "
-            f"nothing looks like {lacking}; a run needs amplitude and phase (docs/driven.md)"
+            f"nothing looks like {lacking}; a run needs amplitude and phase (docs/harmonic_sets.md)"
         )
     coordinate: Coordinate = "rotation" if _is_angle(columns["amplitude"][1]) else "translation"
     columns, more = _with_units(columns, coordinate)

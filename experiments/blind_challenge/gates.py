@@ -14,8 +14,7 @@ from experiments.blind_challenge.judge import CaseResult, holds, judge
 
 OF_NAMES = ("p_value", "comes_closer", "outweighed", "described", "dry_trials_agree", "twice_the_scatter")
 OF_GREEN = (
-    "suspects_tried", "search_ended", "p_value", "nothing_overwhelming", "structure_known", "scatter_known",
-    "nothing_left", "upper_bound",
+    "search_ended", "p_value", "structure_known", "scatter_known", "nothing_left", "upper_bound",
 )  # fmt: skip
 OF_UNKNOWN = ("more_than_noise", "search_ended", "twice_the_scatter")
 OF_ALL = ("channels_agree",)

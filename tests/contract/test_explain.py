@@ -68,6 +68,7 @@ def test_every_condition_of_a_decay_has_words_for_what_follows():
     }  # fmt: skip
     assert len(written) > 15
     assert written <= CONDITIONS | set(OF_A_CANDIDATE) | set(OF_THE_EQUATION)
+    assert len(CONDITIONS) <= 15
 
 
 def test_under_a_green_verdict_a_candidate_that_is_not_named_is_no_failure(run, capsys):

@@ -94,10 +94,10 @@ def gates(
     found = (
         _flag("channels_agree", "groups of channels that contradict each other", case.contradiction, EVERY,
               "contradiction"),
-        Gate("suspects_tried", "suspects", float(diagnosis.looked), 1.0, diagnosis.looked > 0,
-             "discrepancy.suspects names none: nothing was looked for", "search", GREEN),
         Gate("search_ended", "suspects not tried to the end", float(len(diagnosis.unfinished)), 0.0,
-             not diagnosis.unfinished, f"not tried to the end within discrepancy.budget: {left}", "search", unsearched),
+             not diagnosis.unfinished, f"not tried to the end within discrepancy.budget: {left}", "search", unsearched)
+        if diagnosis.looked else _flag("search_ended", "searches that were not begun",
+                                       "discrepancy.suspects names none: nothing was looked for", GREEN, "search"),
         *_beside_its_null(verdict, case, diagnosis, tested),
         *none,
         _structure(case),
@@ -172,9 +172,9 @@ def _structure(case: Case) -> Gate:
 def _without_a_null(diagnosis: LevelDiagnosis) -> Gate:
     """What green needs where no suspect can be held against replicas: no overwhelming evidence for a small effect."""
     small = 0.0 if diagnosis.small is None else diagnosis.small.score - diagnosis.null.score
-    statistic = "log10 of the odds for the strongest effect that a free run hardly shows"
+    statistic = "log10 of the odds for the strongest effect that a free run hardly shows, where no replica can be made"
     value, limit = small / math.log(10.0), OVERWHELMING / math.log(10.0)
-    return Gate("nothing_overwhelming", statistic, value, limit, diagnosis.small is None, "", "small", GREEN)
+    return Gate("p_value", statistic, value, limit, diagnosis.small is None, "", "small", GREEN)
 
 
 def _beside_its_null(
@@ -316,20 +316,15 @@ def _outweighed(diagnosis: LevelDiagnosis) -> tuple[Gate, ...]:
     if not diagnosis.named:
         return ()
     found = support(diagnosis)
-
-    def gate(name: str, statistic: str, likely: float, other: Candidate, lacking: str) -> Gate:
-        because = " and ".join(other.names).replace("_", " ") or "the equation as it is"
-        because += f", excluded because {other.out}" if other.out else ""
-        because = f"its probability is {percent(likely)}, and most probable is {because}"
-        bars = NAMED
-        return Gate(name, statistic, likely, MORE_LIKELY, likely >= MORE_LIKELY, because, lacking, bars)
-
-    statistic = "probability of the names that are said, excluded candidates included"
-    held = gate("outweighed", statistic, found.likely, found.other, "outweighed")
-    if diagnosis.best.fit.misfit > FAR_ABOVE_NOISE or not held.passed:
-        return (held,)
-    statistic = "probability of exactly these names, nothing beside them, excluded candidates included"
-    return held, gate("nothing_beside", statistic, found.exactly, found.rather, "beside")
+    exactly = diagnosis.best.fit.misfit <= FAR_ABOVE_NOISE and found.likely >= MORE_LIKELY
+    likely, other = (found.exactly, found.rather) if exactly else (found.likely, found.other)
+    of_what = "exactly these names, nothing beside them" if exactly else "the names that are said"
+    because = " and ".join(other.names).replace("_", " ") or "the equation as it is"
+    because += f", excluded because {other.out}" if other.out else ""
+    because = f"its probability is {percent(likely)}, and most probable is {because}"
+    lacking, passed = "beside" if exactly else "outweighed", likely >= MORE_LIKELY
+    statistic = f"probability of {of_what}, excluded candidates included"
+    return (Gate("outweighed", statistic, likely, MORE_LIKELY, passed, because, lacking, NAMED),)
 
 
 def _described(verdict: Verdict, case: Case, diagnosis: LevelDiagnosis, reach: Closeness) -> tuple[Gate, ...]:

@@ -8,7 +8,7 @@ from __future__ import annotations
 from collections.abc import Collection, Mapping
 
 AT_LEAST = frozenset({
-    "evidence", "free_run_closer", "posterior", "suspects_tried", "more_than_noise", "outweighed", "nothing_beside",
+    "evidence", "free_run_closer", "posterior", "more_than_noise", "outweighed",
 })  # fmt: skip
 """Conditions that ask for a value of at least their limit; the others ask for no more than it."""
 
@@ -29,9 +29,9 @@ OF_THE_EQUATION: Mapping[str, str] = {
 """Lines about what is left, and what it means not to meet them. They bar nothing either."""
 
 CONDITIONS = frozenset({
-    "channels_agree", "suspects_tried", "search_ended", "p_value", "more_than_noise", "nothing_overwhelming",
-    "structure_known", "scatter_known", "nothing_left", "plausible", "upper_bound", "comes_closer", "distinct",
-    "outweighed", "nothing_beside", "described", "dry_trials_agree", "twice_the_scatter",
+    "channels_agree", "search_ended", "p_value", "more_than_noise", "structure_known", "scatter_known", "nothing_left",
+    "plausible", "upper_bound", "comes_closer", "distinct", "outweighed", "described", "dry_trials_agree",
+    "twice_the_scatter",
 })  # fmt: skip
 """Conditions of a decay's verdict; every other line is a law that was tried on a driven body."""
 

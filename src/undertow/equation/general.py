@@ -24,7 +24,7 @@ from scipy.integrate import solve_ivp
 from undertow.equation.columns import SPRINGS
 from undertow.equation.equation import Equation
 from undertow.equation.kernel import N_SLOTS, SLOT
-from undertow.equation.term import Array, Term, force_of
+from undertow.equation.term import Array, PlacedTerm, Term, force_of
 from undertow.equation.tracing import Formula, formula_of
 from undertow.errors import IdentificationError
 
@@ -48,17 +48,6 @@ TURNS = f"the motion turns more than {MOST_REVERSALS} times; a coefficient has t
 
 Samples = tuple[Array, Array, Array]
 """x, v, a, each (n, 1 + p)."""
-
-
-@dataclass(frozen=True)
-class PlacedTerm:
-    """A term and where its parameters stand in the parameter vector: coefficient first, then the inner ones.
-
-    A law without compiled slots has its places behind the compiled integrator's own.
-    """
-
-    term: Term
-    places: tuple[int, ...]
 
 
 def placed_terms(terms: Sequence[Term]) -> tuple[tuple[PlacedTerm, ...], dict[str, int]]:
@@ -132,7 +121,7 @@ class _Motion:
         total = np.zeros(5 * count)
         by: dict[int, Array] = {}
         for law in self.laws:
-            coefficient, term = self._at(law)
+            coefficient, term = law.at(self.theta)
             force = force_of(term, xs, vs, still, times)
             total += coefficient * force
             by[law.places[0]] = by.get(law.places[0], 0.0) - force[:count] / mass
@@ -147,13 +136,6 @@ class _Motion:
         zero = np.zeros(count)
         columns = [by.get(place, zero) for place in self.active]
         return a, ax, av, np.column_stack(columns) if columns else np.zeros((count, 0))
-
-    def _at(self, law: PlacedTerm) -> tuple[float, Term]:
-        """Coefficient, and the term with its inner parameters, at the parameter vector."""
-        inner = {
-            p.name: float(self.theta[place]) for p, place in zip(law.term.parameters[1:], law.places[1:], strict=True)
-        }
-        return float(self.theta[law.places[0]]), replace(law.term, **inner) if inner else law.term
 
 
 def _by_inner(term: Term, name: str, x: Array, v: Array, t: Array) -> Array:
@@ -185,8 +167,7 @@ def general_trajectory(
         )
     motion = _sized(theta, tuple(laws), tuple(int(place) for place in active), times)
     instants = np.ascontiguousarray(times, dtype=np.float64)
-    placed = [(law.term, law.places) for law in laws]
-    formula = formula_of(placed, motion.theta, motion.size, motion.speed, float(instants[-1]))
+    formula = formula_of(laws, motion.theta, motion.size, motion.speed, float(instants[-1]))
     return _march(motion, instants) if formula is None else _compiled(motion, formula, instants)
 
 

@@ -17,9 +17,10 @@ import numpy as np
 
 from undertow.conditioning.motion import Motion
 from undertow.equation.equation import Equation
-from undertow.equation.general import PlacedTerm, placed_equation
+from undertow.equation.general import placed_equation
 from undertow.equation.kernel import SLOT
 from undertow.equation.simulate import fastest_frequency
+from undertow.equation.term import PlacedTerm
 from undertow.errors import IdentificationError
 from undertow.likelihood import output_error
 from undertow.likelihood.problem import (

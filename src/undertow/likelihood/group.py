@@ -15,9 +15,9 @@ import numpy as np
 from undertow.conditioning.motion import Motion
 from undertow.conditioning.period import dominant_period
 from undertow.equation import registry
-from undertow.equation.general import PlacedTerm, placed_terms
+from undertow.equation.general import placed_terms
 from undertow.equation.kernel import N_SLOTS, SLOT
-from undertow.equation.term import Term, force_of
+from undertow.equation.term import PlacedTerm, Term, force_of
 from undertow.likelihood.fit import Specimen, Structure
 from undertow.likelihood.scale import contract_name
 from undertow.quantities import Estimate

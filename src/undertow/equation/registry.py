@@ -109,9 +109,9 @@ def find(name: str, **inner: float) -> Term:
     >>> find("drag_exponent", exponent=1.5).inner
     {'exponent': 1.5}
     """
-    for cls in _LAWS:
-        if cls.name == name:
-            return cls(**inner)
+    law = row(name)
+    if law is not None:
+        return law(**inner)
     near = difflib.get_close_matches(name, names(), n=1)
     hint = f"did you mean {near[0]!r}?" if near else "`undertow terms` lists all"
     raise ConfigError(f"equation term {name!r} is not in the registry; {hint}")

@@ -111,8 +111,7 @@ def from_record(problem: Problem, begin: Array) -> Array:
             if link is not None and link.unknown not in given:
                 values[link.unknown] += (number - float(theta[link.slot])) / link.factor
                 given.add(link.unknown)
-    lower, upper = (np.array([getattr(u, side) for u in problem.unknowns]) for side in ("lower", "upper"))
-    return np.clip(values, lower, upper)
+    return np.clip(values, *problem.bounds)
 
 
 def _attempt(problem: Problem, values: Array, growing: bool, effort: SearchEffort) -> Solution | None:

@@ -9,8 +9,6 @@ import numpy as np
 
 from undertow.likelihood.output_error import Solution
 from undertow.recording.recording import Array
-from undertow.uncertainty.confidence import half_width
-from undertow.uncertainty.repeats import mean_of_trials
 
 BLOCK_PERIODS = 1.5
 """Length of a block of residuals, in periods of the motion: longer than what a residual remembers of itself."""
@@ -81,8 +79,3 @@ def noise_factors(solution: Solution) -> list[Array]:
             factors[i] = max(1.0, spent * float(np.mean(power)))
         out.append(factors)
     return out
-
-
-__all__ = [
-    "half_width", "mean_of_trials", "noise_covariance", "noise_factors", "residual_covariance",
-]  # fmt: skip

@@ -22,7 +22,7 @@ from undertow.equation.term import Array
 from undertow.errors import UndertowError
 
 GRAVITY_M_PER_S2 = 9.81
-"""Standard gravity to the three digits that the recordings deserve."""
+"""Standard gravity to the three digits that the recordings deserve, as the report has it (m g in Eqs. 1 and 15)."""
 
 MODES = 8
 """Odd modes that are kept: the eighth holds less than a thousandth of the water."""

@@ -84,7 +84,7 @@ class Solution:
 
     ``cost`` is the sum of squared weighted residuals and prior terms, ``chi2`` without priors; ``residuals`` one array
     a trial, channels one after the other, in units of their noise; ``jacobians`` likewise (n, p), p in ``used``.
-    ``ambiguity`` (p,) is what the recording leaves open besides (lone_samples.py; None: nothing), as standard errors.
+    ``ambiguity`` (p,) is what the recording leaves open besides (multistart.py; None: nothing), as standard errors.
     """
 
     problem: Problem

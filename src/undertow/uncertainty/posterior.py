@@ -161,11 +161,10 @@ def _is_own(name: str, symbol: str) -> bool:
 
 def _target(problem: Problem, scale: Array) -> Callable[[int, Array], float]:
     """Logarithm of likelihood times prior of candidate i at its values, up to a constant; -inf out of bounds."""
-    lower = np.array([u.lower for u in problem.unknowns])
-    upper = np.array([u.upper for u in problem.unknowns])
+    lower, upper = problem.bounds
     start, precision = problem.believed
     scatters = np.any(scale != 1.0, axis=0)
-    chi2 = _compiled(problem) if eq15.is_plain(problem) else _general(problem)
+    chi2 = _misfit(problem)
 
     def log_density(i: int, values: Array) -> float:
         if np.any(values < lower) or np.any(values > upper):
@@ -176,21 +175,14 @@ def _target(problem: Problem, scale: Array) -> Callable[[int, Array], float]:
     return log_density
 
 
-def _compiled(problem: Problem) -> Callable[[Array], float]:
-    """Sum of squared weighted residuals by the compiled twin of Eq. 15."""
-    fast, general = eq15.misfit(problem), _general(problem)
+def _misfit(problem: Problem) -> Callable[[Array], float]:
+    """Sum of squared weighted residuals, inf without bounds: by the compiled twin of Eq. 15 where that has a motion."""
+    fast = eq15.misfit(problem) if eq15.is_plain(problem) else None
 
     def chi2(values: Array) -> float:
-        found = fast(values)
-        return general(values) if math.isnan(found) else found
-
-    return chi2
-
-
-def _general(problem: Problem) -> Callable[[Array], float]:
-    """The same for any equation, without sensitivities."""
-
-    def chi2(values: Array) -> float:
+        found = math.nan if fast is None else fast(values)
+        if not math.isnan(found):
+            return found
         try:
             return sum(_trial(trial, values) for trial in problem.trials)
         except IdentificationError:  # a motion without bounds: as improbable as can be

@@ -40,8 +40,7 @@ def noise_covariance(solution: Solution) -> Array:
         spent = max(1.0, blocks / max(blocks - used.size, 1.0))
         meat[np.ix_(used, used)] += spent * (scores.T @ scores)
     bread = solution.covariance
-    covariance: Array = bread @ (meat + np.diag(solution.problem.believed[1])) @ bread
-    return covariance
+    return bread @ (meat + np.diag(solution.problem.believed[1])) @ bread
 
 
 def residual_covariance(solution: Solution) -> Array:
@@ -55,8 +54,7 @@ def residual_covariance(solution: Solution) -> Array:
     for trial, jac, used, factors in rows:
         weight = np.repeat(factors, trial.t.size)
         meat[np.ix_(used, used)] += jac.T @ (jac * weight[:, None])
-    covariance: Array = solution.covariance @ meat @ solution.covariance
-    return covariance
+    return solution.covariance @ meat @ solution.covariance
 
 
 def noise_factors(solution: Solution) -> list[Array]:

@@ -265,19 +265,31 @@ def column_of(law: type[Term]) -> Column:
     raise UndertowError(f"{law.name} has neither an expression nor a force; write its `share` or its `force`")
 
 
-def _made(law: type[Term]) -> Column:
-    """The same for a row outside the registry, by SymPy."""
+def unit_force(law: type[Term], q: SymbolPlace) -> Expression | None:
+    """A law's force per unit coefficient, in x, v, t of ``q`` and its inner parameters' names; None where it is no such
+    expression."""
     import sympy as sp
 
-    place = SymbolPlace(*(sp.Symbol(name, real=True) for name in ("x", "v", "d", "a", "t", "echo")))
     inner = {parameter.name: sp.Symbol(parameter.name, real=True) for parameter in law.parameters[1:]}
-    share = law().share({law.parameters[0].name: sp.Integer(1), **inner}, place, "")
+    share = law().share({law.parameters[0].name: sp.Integer(1), **inner}, q, "")
     if share is None or share.states or share.delay:
+        return None
+    return sp.sympify(share.smooth + share.friction * q.d).subs(q.d, sp.sign(q.v))
+
+
+def _made(law: type[Term]) -> Column:
+    """The same for a row outside the registry, by SymPy."""
+    from sympy import lambdify
+
+    from undertow.equation.code_text import PLACE, symbol
+
+    whole = unit_force(law, PLACE)
+    if whole is None:
         raise UndertowError(
             f"{law.name} has an expression with states or a delay; write its `force` along a whole motion beside it"
         )
-    whole = sp.sympify(share.smooth + share.friction * place.d).subs(place.d, sp.sign(place.v))
-    function = sp.lambdify((place.x, place.v, place.t, *inner.values()), whole, "numpy")
+    inner = (symbol(parameter.name) for parameter in law.parameters[1:])
+    function = lambdify((PLACE.x, PLACE.v, PLACE.t, *inner), whole, "numpy")
     return lambda x, v, t, p: 0.0 * x + function(x, v, t, *p.values())
 
 

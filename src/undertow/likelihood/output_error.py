@@ -12,7 +12,6 @@ fitted (problem.py), intervals (intervals.py).
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
 from dataclasses import dataclass, replace
 from functools import partial
 
@@ -216,7 +215,6 @@ def fit(
     problem: Problem,
     start: Array | None = None,
     growing: bool = True,
-    progress: Callable[[str], None] | None = None,
     effort: SearchEffort = FULL,
 ) -> Solution:
     """The best values of all unknowns.
@@ -237,8 +235,6 @@ def fit(
         for window in windows:
             reached = _search(shortened(problem, window), values, effort)
             values, iterations = reached.values, iterations + reached.iterations
-            if progress is not None:
-                progress(f"window {window:.3g} s")
         end = _search(problem, values, effort)
     except IdentificationError:
         if values is first:

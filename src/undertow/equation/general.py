@@ -187,8 +187,7 @@ def general_trajectory(
 
 def followed(motion: OwnMotion, times: Array) -> tuple[Samples, int]:
     """x, v, a at ``times`` (n,), s, rising, and the steps taken. IdentificationError where it leaves every bound."""
-    size, speed = motion.size or 1.0, motion.speed or 1.0
-    formula = formula_of(motion.laws, motion.theta, size, speed, float(times[-1]))
+    formula = formula_of(motion.laws, motion.theta, motion.size, motion.speed or 1.0, float(times[-1]))
     return _march(motion, times) if formula is None else _compiled(motion, formula, times)
 
 

@@ -179,7 +179,7 @@ def _must_have_forces(laws: Sequence[Term], x0: float, v0: float, end: float) ->
     size, speed, *_ = _sizes(x0, v0, end)
     still = np.zeros(1)
     for law, x_share, v_share in product(laws, (1.0, 0.5, -0.5), (0.5, -0.5)):
-        x, v = np.array([(size or 1.0) * x_share]), np.array([(speed or 1.0) * v_share])
+        x, v = np.array([size * x_share]), np.array([(speed or 1.0) * v_share])
         with np.errstate(invalid="ignore", divide="ignore"):
             force = float(force_of(law, x, v, still, still)[0])
         if not math.isfinite(force):
@@ -191,7 +191,7 @@ def _must_have_forces(laws: Sequence[Term], x0: float, v0: float, end: float) ->
 
 def _sizes(x0: float, v0: float, end: float) -> tuple[float, float, float, Array]:
     """Size and speed of a motion, the speed that counts as standstill, and the absolute tolerances of x and v."""
-    size = max(abs(x0), abs(v0) * end)
+    size = max(abs(x0), abs(v0) * end) or 1.0
     speed = max(abs(v0), size / end if end > 0.0 else 0.0)
     floor = 1e-12 * np.array([size, size / end if end > 0.0 else size])
     return size, speed, 1e-9 * speed or 1e-300, floor

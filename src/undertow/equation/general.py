@@ -1,4 +1,4 @@
-"""The path for laws that the compiled integrator does not know, so that a user's own Term can be fitted too.
+"""The path for laws that the compiled integrator does not know: a user's own Term can be fitted and simulated too.
 
 A law that is a formula is read once (tracing.py) and integrated by compiled code (tape_march.py); one that is more (a
 look-up, a decision by a value) by the same method in Python, some hundred times slower.

@@ -53,7 +53,7 @@ def test_a_compiled_integrator_is_kept_with_a_mark_of_the_generated_text(tmp_pat
     other = tmp_path / "algebra.py"
     other.write_text(generate.TARGET.read_text() + "\n")
     assert mark_of(SimpleNamespace(__file__=other)) != mark
-    (driven,) = (cell.cell_contents for cell in driven_kernel._drive.py_func.__closure__)
+    (driven,) = (cell.cell_contents for cell in driven_kernel.drive.py_func.__closure__)
     assert driven == mark_of(algebra, kernel, driven_slots, driven_memory, driven_forces)
 
 

@@ -13,7 +13,7 @@ from undertow.conditioning.condition import condition
 from undertow.conditioning.period import dominant_period
 from undertow.likelihood import multistart as blind
 from undertow.likelihood import output_error
-from undertow.likelihood.lone_samples import as_recorded
+from undertow.likelihood.multistart import as_recorded
 from undertow.likelihood.problem import cells
 from undertow.recording.recording import Recording
 

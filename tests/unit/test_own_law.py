@@ -12,12 +12,12 @@ from tests.exact_motions import LONG, exact_motion
 from undertow.conditioning.condition import condition
 from undertow.equation import registry
 from undertow.equation.equation import Equation, equation_15
-from undertow.equation.general import PlacedTerm, general_trajectory, spring_force
+from undertow.equation.general import general_trajectory, spring_force
 from undertow.equation.hidden import Relaxation
 from undertow.equation.kernel import N_SLOTS, SLOT
 from undertow.equation.simulate import simulate
 from undertow.equation.structure import CoulombFriction, CubicStiffness, Stiffness, ViscousDamping
-from undertow.equation.term import Array, Term
+from undertow.equation.term import Array, PlacedTerm, Term
 from undertow.errors import IdentificationError
 from undertow.likelihood import free_run as free_runs
 from undertow.likelihood import output_error

@@ -131,7 +131,7 @@ def test_a_simulated_own_law_is_the_one_in_python_to_rest(monkeypatch):
     )
     times = np.linspace(0.0, 12.0, 200)
     ours = simulate(equation, 0.08, times, v0=-0.1)
-    monkeypatch.setattr(tracing, "formula_of", lambda *_: None)
+    monkeypatch.setattr(general, "formula_of", lambda *_: None)
     python = simulate(equation, 0.08, times, v0=-0.1)
     assert np.max(np.abs(ours.x - python.x)) < 1e-9 * 0.08
     assert ours.v[-1] == 0.0

@@ -267,6 +267,33 @@ def test_a_users_own_law_takes_the_general_path_to_the_same_motion():
     assert np.max(np.abs(own.x - compiled.x)) < 1e-6 * 0.02
 
 
+def test_a_users_own_law_may_decide_by_a_value():
+    class _Gate(_Drag):
+        name = "my_gate"
+
+        def force(self, x, v, a, t):
+            return v * np.abs(v) if x > -1.0 else 0.0 * v
+
+    t = np.linspace(0.0, 4.0, 201)
+    deciding, formula = (
+        simulate(Equation((registry.find("stiffness"), law), (K, 3900.0), mass_kg=M), 0.02, t)
+        for law in (_Gate(), _Drag())
+    )
+    assert np.max(np.abs(deciding.x - formula.x)) < 1e-8 * 0.02  # one method, 240 steps at rtol 1e-10
+
+
+def test_a_users_own_law_that_feeds_the_motion_leaves_every_bound():
+    equation = Equation((registry.find("stiffness"), _Drag()), (K, -3900.0), mass_kg=M)
+    with pytest.raises(UndertowError, match=r"the motion leaves every bound at .* s; a coefficient is wrong"):
+        simulate(equation, 3.0, np.linspace(0.0, 30.0, 301))
+
+
+def test_a_force_of_its_own_sets_a_body_under_a_users_law_out_from_rest():
+    laws = (registry.find("stiffness"), registry.find("external_forcing", frequency_rad_per_s=3.0), _Drag())
+    motion = simulate(Equation(laws, (K, 3e4, 3900.0), mass_kg=M), 0.0, np.linspace(0.0, 4.0, 101))
+    assert np.max(np.abs(motion.x)) > 0.1
+
+
 def test_memory_beside_a_users_own_law_is_refused_by_name():
     equation = Equation((registry.find("stiffness"), registry.find("relaxation"), _Drag()), (K, 1e4, 3900.0), mass_kg=M)
     with pytest.raises(UndertowError, match="relaxation beside a law without compiled slots"):

@@ -14,9 +14,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from undertow.comparison.beliefs import Belief
-from undertow.equation.general import PlacedTerm, place_of, placed_terms
+from undertow.equation.general import place_of, placed_terms
 from undertow.equation.kernel import N_SLOTS, SLOT
-from undertow.equation.term import Term
+from undertow.equation.term import PlacedTerm, Term
 from undertow.equation.tracing import formula_of
 from undertow.errors import IdentificationError
 

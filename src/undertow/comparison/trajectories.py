@@ -22,8 +22,8 @@ from numpy.typing import NDArray
 from undertow.comparison.laws import Laws
 from undertow.conditioning.motion import Motion
 from undertow.conditioning.period import dominant_period
-from undertow.equation.general import PlacedTerm
 from undertow.equation.kernel import SLOT
+from undertow.equation.term import PlacedTerm
 from undertow.errors import IdentificationError
 from undertow.likelihood.priors import GAIN_STD, LATE_RELEASE_RADIANS, clock_std
 from undertow.likelihood.problem import Channel, Link, TrialProblem, cells

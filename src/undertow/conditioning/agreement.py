@@ -12,7 +12,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 from undertow.conditioning.band import band_of
 from undertow.conditioning.motion import Motion, Window
@@ -161,43 +161,44 @@ def _once(strange: Sequence[Pair], lost: Sequence[str]) -> list[Pair]:
     return said
 
 
+def _said(kind: str, pair: Pair, factor: float, text: str, certain: bool = True) -> Disagreement:
+    """A disagreement of two channels, with how to accept it."""
+    channels, sentence = (pair.first, pair.second), f"{text}, or list {kind} in recordings.accept"
+    return Disagreement(kind, channels, factor, certain, sentence)
+
+
 def _not_of_it(pair: Pair, lost: Sequence[str]) -> Disagreement:
     """A channel that shows another motion, or none."""
-    names = (pair.first, pair.second)
     which = lost[0] if len(lost) == 1 else pair.first
     columns = f"correct recordings.channels.{which}, take it out"
     if _silent(pair):
         text = (
             f"{pair.first} shows nothing of the motion that {pair.second} shows (at most "
             f"{100.0 * (pair.size + 2.0 * pair.stderr):.2g} % of it): was the sensor connected, is it the right "
-            f"column? {columns}, or list gain in recordings.accept"
+            f"column? {columns}"
         )
-        return Disagreement("gain", names, pair.size, True, text)
+        return _said("gain", pair, pair.size, text)
     if _unrelated(pair):
         text = (
             f"{pair.first} and {pair.second} do not belong together: {100.0 * pair.coherence:.0f} % of one goes with "
             f"the other about the motion's frequency, and over {100.0 * UNRELATED:.0f} % must; is a column swapped, or "
-            f"from another trial? {columns}, or list gain in recordings.accept"
+            f"from another trial? {columns}"
         )
-        return Disagreement("gain", names, pair.size, True, text)
+        return _said("gain", pair, pair.size, text)
     later = "later" if pair.clock > 0.0 else "earlier"
     share = abs(pair.clock) / (2.0 * math.pi)
     text = (
         f"{pair.first} is {share:.2f} periods {later} than {pair.second} says it must be; a quarter of a period is "
-        "another quantity (a velocity in place of an acceleration), any other angle another trial or clock: "
-        f"{columns}, or list clock in recordings.accept"
+        f"another quantity (a velocity in place of an acceleration), any other angle another trial or clock: {columns}"
     )
-    return Disagreement("clock", names, pair.clock, True, text)
+    return _said("clock", pair, pair.clock, text)
 
 
 def _swapped(pair: Pair, swap: Remedy, units: Sequence[Remedy]) -> Disagreement:
     """Two columns that go together the other way round; a unit would have to meet that factor by chance."""
     seems = " or ".join(remedy.seems for remedy in (swap, *units))
-    text = (
-        f"{pair.measured}, and would be 1 the other way round: {seems}; correct {swap.key}, or list unit in "
-        "recordings.accept"
-    )
-    return Disagreement("unit", (pair.first, pair.second), pair.value.real, True, text)
+    text = f"{pair.measured}, and would be 1 the other way round: {seems}; correct {swap.key}"
+    return _said("unit", pair, pair.value.real, text)
 
 
 def _signs(pairs: Sequence[Pair]) -> list[Disagreement]:
@@ -209,9 +210,8 @@ def _signs(pairs: Sequence[Pair]) -> list[Disagreement]:
     pair = next((p for p in against if remedies and remedies[0].channel in (p.first, p.second)), against[0])
     seems = " or ".join(remedy.seems for remedy in remedies) or "a sign seems turned over"
     keys = " or ".join(remedy.key for remedy in remedies) or f"recordings.channels.{pair.first}.sign"
-    text = f"{pair.measured}: {seems}; correct {keys}, or list sign in recordings.accept"
-    names = tuple(remedy.channel for remedy in remedies) if len(remedies) == 1 else (pair.first, pair.second)
-    return [Disagreement("sign", names, pair.value.real, True, text)]
+    found = _said("sign", pair, pair.value.real, f"{pair.measured}: {seems}; correct {keys}")
+    return [replace(found, channels=(remedies[0].channel,)) if len(remedies) == 1 else found]
 
 
 def _sizes(pairs: Sequence[Pair], stated: Stated, recording: Recording) -> list[Disagreement]:
@@ -230,11 +230,10 @@ def _sizes(pairs: Sequence[Pair], stated: Stated, recording: Recording) -> list[
         return [_unexplained(p) for p in _apart(wrong)]
     named = remedies[0].channel
     pair = next((p for p in wrong if p.powers.get(named)), wrong[0])
-    kind = "unit" if units else "period" if pair.first == "time" else "gain"
+    kind = "unit" if units else _gain_or_period(pair)
     seems = " or ".join(remedy.seems for remedy in remedies)
     keys = " or ".join(dict.fromkeys(remedy.key for remedy in remedies))
-    text = f"{pair.measured}: {seems}; correct {keys}, or list {kind} in recordings.accept"
-    return [Disagreement(kind, (pair.first, pair.second), pair.size, True, text)]
+    return [_said(kind, pair, pair.size, f"{pair.measured}: {seems}; correct {keys}")]
 
 
 def _apart(pairs: Sequence[Pair]) -> list[Pair]:
@@ -249,39 +248,37 @@ def _apart(pairs: Sequence[Pair]) -> list[Pair]:
 def _gain(pair: Pair) -> Disagreement:
     """A doubt about a gain."""
     off = 100.0 * max(pair.agrees[1] - 1.0, 1.0 - pair.agrees[0])
-    kind = "period" if pair.first == "time" else "gain"
     text = (
         f"{pair.measured} (+- {pair.stderr:.2g}), and more than {off:.0f} % off is doubted: look at the calibration of "
-        f"{_both(pair)}, or list {kind} in recordings.accept"
+        f"{_both(pair)}"
     )
-    return Disagreement(kind, (pair.first, pair.second), pair.size, False, text)
+    return _said(_gain_or_period(pair), pair, pair.size, text, certain=False)
 
 
 def _another_column(pair: Pair) -> Disagreement:
     """A size that no unit explains, the wrong way round: another quantity than the config says."""
     text = (
         f"{pair.measured}, and neither a sign nor a unit alone explains it: is a column another quantity (a force, or "
-        f"a displacement in place of an acceleration)? correct {_keys(pair)}, or list gain in recordings.accept"
+        f"a displacement in place of an acceleration)? correct recordings.channels.{pair.first} or .{pair.second}"
     )
-    return Disagreement("gain", (pair.first, pair.second), pair.value.real, True, text)
+    return _said("gain", pair, pair.value.real, text)
 
 
 def _unexplained(pair: Pair) -> Disagreement:
     """A size that no single change explains."""
-    kind = "period" if pair.first == "time" else "gain"
     text = (
         f"{pair.measured} and must be 1; no unit of one channel explains all that was compared: look at unit, gain and "
-        f"column of {_both(pair)}, or list {kind} in recordings.accept"
+        f"column of {_both(pair)}"
     )
-    return Disagreement(kind, (pair.first, pair.second), pair.size, True, text)
+    return _said(_gain_or_period(pair), pair, pair.size, text)
 
 
 def _both(pair: Pair) -> str:
     return "stiffness, mass and time" if pair.first == "time" else f"{pair.first} and {pair.second}"
 
 
-def _keys(pair: Pair) -> str:
-    return f"recordings.channels.{pair.first} or .{pair.second}"
+def _gain_or_period(pair: Pair) -> str:
+    return "period" if pair.first == "time" else "gain"
 
 
 def _clocks(pairs: Sequence[Pair]) -> list[Disagreement]:
@@ -292,10 +289,9 @@ def _clocks(pairs: Sequence[Pair]) -> list[Disagreement]:
         later = "later" if pair.clock > 0.0 else "earlier"
         text = (
             f"{pair.first} is {abs(pair.clock):.2f} rad of the motion {later} than {pair.second} at equal time "
-            f"stamps, and more than {CLOCK_DOUBT:g} rad is doubted: look at filters and clocks of both, or list "
-            "clock in recordings.accept"
+            f"stamps, and more than {CLOCK_DOUBT:g} rad is doubted: look at filters and clocks of both"
         )
-        found.append(Disagreement("clock", (pair.first, pair.second), pair.clock, False, text))
+        found.append(_said("clock", pair, pair.clock, text, certain=False))
     return found
 
 

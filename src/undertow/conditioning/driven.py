@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from types import MappingProxyType
 from typing import Literal
 
@@ -162,21 +162,17 @@ class DrivenTrial:
     def part(self, begin: int, end: int) -> DrivenTrial:
         """Samples ``begin`` to ``end`` (exclusive) as a trial of their own; its input is that of these samples."""
         cut = slice(begin, end)
-        return DrivenTrial(
-            self.name, self.t[cut], self.u[cut], {name: values[cut] for name, values in self.outputs.items()},
-            self.quantity, self.hold, self.conditions, self.frames,
-            None if self.instrument is None else self.instrument[cut], self.free,
-        )  # fmt: skip
+        outputs = {name: values[cut] for name, values in self.outputs.items()}
+        instrument = None if self.instrument is None else self.instrument[cut]
+        return replace(self, t=self.t[cut], u=self.u[cut], outputs=outputs, instrument=instrument)
 
     def thinned(self, steps: int) -> DrivenTrial:
         """Every ``steps``-th sample of the motion, driven by the mean of the input in between."""
         n = self.t.size // steps * steps
+        outputs = {name: values[:n:steps] for name, values in self.outputs.items()}
         instrument = None if self.instrument is None else self.instrument[:n:steps]
-        return DrivenTrial(
-            self.name, self.t[:n:steps], self.u[:n].reshape(-1, steps).mean(axis=1),
-            {name: values[:n:steps] for name, values in self.outputs.items()}, self.quantity, "zero", self.conditions,
-            self.frames, instrument, self.free,
-        )  # fmt: skip
+        mean = self.u[:n].reshape(-1, steps).mean(axis=1)
+        return replace(self, t=self.t[:n:steps], u=mean, outputs=outputs, hold="zero", instrument=instrument)
 
     def slowness(self, samples: int) -> int:
         """How many steps between samples still leave so many ``samples`` a cycle of the fastest part of the motion, and

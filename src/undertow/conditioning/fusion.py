@@ -49,9 +49,9 @@ HELD_STILL = 1e-9
 
 @dataclass(frozen=True)
 class Smoothed:
-    """x, v, a and their standard errors (n,) in SI at the instants given, the accelerometer's bias, the jerk's
-    density (m/s^3)^2/Hz, the innovations' log-likelihood, and by how much the accelerometer's samples are of a later
-    instant than their time stamp says (s, with standard error; nan where not both clocks are there)."""
+    """x, v, a and their standard errors (n,) in SI at the instants given, the accelerometer's bias, and by how much the
+    accelerometer's samples are of a later instant than their time stamp says (s, with standard error; nan where not
+    both clocks are there)."""
 
     x: Array
     v: Array
@@ -60,8 +60,6 @@ class Smoothed:
     v_std: Array
     a_std: Array
     bias: Array
-    jerk_density: float
-    log_likelihood: float
     clock_s: float = math.nan
     clock_stderr_s: float = math.nan
 
@@ -211,9 +209,9 @@ class _Setting:
     covariance: Array
     bias_density: float
 
-    def at(self, jerk_density: float) -> tuple[Array, Array, float]:
-        """Smoothed means (n, 5), covariances (n, 5, 5) and log-likelihood at a jerk density."""
-        return self._run(jerk_density, self.t.size, True)
+    def at(self, jerk_density: float) -> tuple[Array, Array]:
+        """Smoothed means (n, 5) and covariances (n, 5, 5) at a jerk density."""
+        return self._run(jerk_density, self.t.size, True)[:2]
 
     def log_likelihood(self, jerk_density: float) -> float:
         """Log-likelihood of the first samples at a jerk density."""
@@ -244,13 +242,13 @@ def fuse(
         setting = replace(setting, jerk=_oscillator_jerk(first))
         setting.covariance[4, 4] = (CLOCK_RADIANS / _angular_rate(t, channels)) ** 2
         density = _best_density(setting, scale)
-    means, covariances, loglik = setting.at(density)
+    means, covariances = setting.at(density)
     errors = np.sqrt(np.maximum(np.einsum("nii->ni", covariances), 0.0))
     x, v, a, b = (np.ascontiguousarray(means[:, i]) for i in range(4))
     if "displacement" not in channels:
         x = x - float(np.mean(x))
     clock = (float(means[-1, 4]), float(errors[-1, 4])) if np.any(setting.jerk) else (math.nan, math.nan)
-    return Smoothed(x, v, a, errors[:, 0], errors[:, 1], errors[:, 2], b, density, loglik, *clock)
+    return Smoothed(x, v, a, errors[:, 0], errors[:, 1], errors[:, 2], b, *clock)
 
 
 def _best_density(setting: _Setting, scale: float) -> float:

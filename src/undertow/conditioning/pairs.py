@@ -12,6 +12,7 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass, field
+from itertools import combinations
 from types import MappingProxyType
 
 from undertow.conditioning.band import ORDERS, Band, Relation
@@ -129,10 +130,7 @@ def three_digits(value: float) -> str:
 def pairs_of(band: Band, stated: Stated) -> tuple[Pair, ...]:
     """Every law that the channels of one trial and the stated specimen can be held against."""
     motion = [name for name in ("displacement", "velocity", "acceleration") if name in band.channels]
-    found = []
-    for at, second in enumerate(motion):
-        for first in motion[at + 1 :]:
-            found.append(_kinematic(band, first, second, stated))
+    found = [_kinematic(band, first, second, stated) for second, first in combinations(motion, 2)]
     place = next((name for name in ("displacement", "velocity") if name in motion), "")
     if place and "spring_force" in band.channels:
         found += _of_force(band, place, stated)

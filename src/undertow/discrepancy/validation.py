@@ -24,7 +24,7 @@ from undertow.likelihood.free_run import FreeRun, free_run
 from undertow.likelihood.scale import contract_name
 from undertow.quantities import Estimate
 from undertow.recording.recording import Array
-from undertow.uncertainty.intervals import mean_of_trials
+from undertow.uncertainty.repeats import mean_of_trials
 
 STANDARD_GRAVITY_M_PER_S2 = 9.81
 

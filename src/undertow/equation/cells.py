@@ -22,7 +22,7 @@ from undertow.equation.term import Array
 from undertow.errors import UndertowError
 
 GRAVITY_M_PER_S2 = 9.81
-"""Standard gravity to the three digits that the recordings deserve."""
+"""Standard gravity to the three digits that the recordings deserve, as the report has it (m g in Eqs. 1 and 15)."""
 
 MODES = 8
 """Odd modes that are kept: the eighth holds less than a thousandth of the water."""
@@ -40,7 +40,7 @@ class CellModes:
 
 
 def closed_cell(
-    width_m: float, depth_m: float, length_m: float, density_kg_per_m3: float = 1000.0, modes: int = MODES
+    width_m: float, depth_m: float, length_m: float, density_kg_per_m3: float = 1000.0
 ) -> CellModes:
     """Modes of the water in closed rectangular cells of one width and depth, ``length_m`` long all together.
 
@@ -55,7 +55,7 @@ def closed_cell(
             raise UndertowError(
                 f"cell {what} is {value:g} m; it must be positive: measure the still water between walls"
             )
-    order = 2.0 * np.arange(1, modes + 1) - 1.0
+    order = 2.0 * np.arange(1, MODES + 1) - 1.0
     number = order * math.pi / width_m
     tanh = np.tanh(number * depth_m)
     water = density_kg_per_m3 * width_m * depth_m * length_m

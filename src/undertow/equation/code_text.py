@@ -77,20 +77,19 @@ def place(slot: str) -> str:
     return f"_{slot.upper()}"
 
 
-def directed(expression: Expression, ways: Iterable[tuple[Expression, Expression]] = ((V, D), (X, SIDE))) -> Expression:
-    """The expression smooth in one direction: |y| is y way for each (y, way), sign(y) is way, way squared is 1.
+def directed(expression: Expression) -> Expression:
+    """The expression smooth in one direction: |v| is v d and |x| is x side; d and side are the signs, their squares 1.
 
     Raises UndertowError where something is left that bends or jumps elsewhere.
     """
     out = sp.sympify(expression)
-    ways = tuple(ways)
-    for y, way in ways:
+    for y, way in ((V, D), (X, SIDE)):
         out = out.replace(
             lambda e, y=y: e.is_Pow and e.base == sp.Abs(y) and not e.exp.is_Integer,
             lambda e, y=y, way=way: OddPower(y, e.exp, way) * way,
         )
         out = out.subs({sp.Abs(y): y * way, sp.sign(y): way}, simultaneous=True)
-    out = _reduced(out, {way for _, way in ways})
+    out = _reduced(out)
     for bent in out.atoms(sp.Abs, sp.sign, sp.Heaviside, sp.Piecewise, sp.Max, sp.Min):
         raise UndertowError(
             f"a law's expression has {bent}, which bends where the integrator knows no event; it may bend at v = 0 and "
@@ -99,17 +98,17 @@ def directed(expression: Expression, ways: Iterable[tuple[Expression, Expression
     return out
 
 
-def _reduced(expression: Expression, ways: set[Expression]) -> Expression:
+def _reduced(expression: Expression) -> Expression:
     """Even powers of a direction are 1, odd ones the direction itself."""
     return sp.expand(expression, power_base=False, power_exp=False, log=False).replace(
-        lambda e: e.is_Pow and e.base in ways and e.exp.is_Integer,
+        lambda e: e.is_Pow and e.base in (D, SIDE) and e.exp.is_Integer,
         lambda e: e.base if int(e.exp) % 2 else sp.Integer(1),
     )
 
 
 def slope(expression: Expression, symbol: Expression) -> Expression:
     """Derivative by a symbol, of an expression in one direction."""
-    return _reduced(sp.diff(expression, symbol), {D, SIDE})
+    return _reduced(sp.diff(expression, symbol))
 
 
 def linear_in(expression: Expression, symbols: Iterable[Expression]) -> tuple[Expression, ...]:
@@ -117,12 +116,12 @@ def linear_in(expression: Expression, symbols: Iterable[Expression]) -> tuple[Ex
     return tuple(s for s in symbols if expression.has(s) and not sp.diff(expression, s).has(s))
 
 
-def nested(expression: Expression, motion: Iterable[Expression] = (V, X)) -> Expression:
+def nested(expression: Expression) -> Expression:
     """A sum of powers of the motion with common factors taken out (Horner's form); what goes with the time is left as
     it is, for a fraction of exponentials would overflow late in a record."""
     if expression.has(T):
         return expression
-    gens = [s for s in motion if expression.has(s)]
+    gens = [s for s in (V, X) if expression.has(s)]
     others = expression.free_symbols - set(gens)
     if not gens or any(f.free_symbols & set(gens) for f in expression.atoms(sp.Function)) or not others:
         return expression

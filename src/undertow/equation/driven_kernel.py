@@ -278,7 +278,7 @@ def _travel(th, active, knots, pieces, times, h_max, bound, state, rows, dims, p
             return -steps
 
 
-def _with_mark(mark: int) -> Callable[..., Any]:
+def _with_mark(mark: int) -> Any:
     """The compiled integrator; ``mark`` stands for the other files' text, so that their changes are compiled anew."""
 
     @compiled(
@@ -287,6 +287,14 @@ def _with_mark(mark: int) -> Callable[..., Any]:
         **OPTIONS,
     )
     def drive(th, active, knots, pieces, broken, times, h_max, bound):
+        """Motion from times[0] with the parameter vector ``th`` (slots as in DRIVEN_SLOTS), at rising ``times`` (m,) s.
+
+        The input is sum_p pieces[i, p] r^p on piece i, r from 0 to 1 between knots[i] and knots[i + 1] (s);
+        ``broken`` says that it jumps there. ``active`` (p,) are the slots whose sensitivities are wanted, ``h_max``
+        the largest step in s, ``bound`` a displacement that no sound motion reaches. Gives x, v, a each (m, 1 + p):
+        column 0 the motion, column 1 + j its derivative by slot active[j]; hidden states (m, q); and the number of
+        steps, negative where the motion left the bound.
+        """
         if mark < 0:
             raise ValueError("a mark is not negative")
         longer = np.zeros(N_DRIVEN + 4 * SLIDERS)
@@ -314,29 +322,10 @@ def _with_mark(mark: int) -> Callable[..., Any]:
         )  # fmt: skip
         return rows[0], rows[1], rows[2], rows[3], steps
 
-    return drive  # type: ignore[no-any-return]
+    return drive
 
 
-_drive = _with_mark(mark_of(algebra, kernel, driven_slots, driven_memory, driven_forces))
-
-
-def drive(
-    th: Array,
-    active: NDArray[np.int64],
-    knots: Array,
-    pieces: Array,
-    broken: bool,
-    times: Array,
-    h_max: float,
-    bound: float,
-) -> tuple[Array, Array, Array, Array, int]:
-    """Motion from times[0] with the parameter vector ``th`` (slots as in DRIVEN_SLOTS), at ``times`` (m,), s, rising.
-
-    The input is sum_p pieces[i, p] r^p on piece i, r from 0 to 1 between knots[i] and knots[i + 1] (s); ``broken`` says
-    that it jumps there. ``active`` (p,) are the slots whose sensitivities are wanted, ``h_max`` the largest step in s,
-    ``bound`` a displacement that no sound motion reaches. Gives x, v, a each (m, 1 + p): column 0 the motion, column
-    1 + j its derivative by slot active[j]; hidden states (m, q); and the number of steps, negative where the motion
-    left the bound.
-    """
-    got: tuple[Array, Array, Array, Array, int] = _drive(th, active, knots, pieces, broken, times, h_max, bound)
-    return got
+drive: Callable[
+    [Array, NDArray[np.int64], Array, Array, bool, Array, float, float], tuple[Array, Array, Array, Array, int]
+]
+drive = _with_mark(mark_of(algebra, kernel, driven_slots, driven_memory, driven_forces))

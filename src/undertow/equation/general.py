@@ -1,4 +1,4 @@
-"""The path for laws that the compiled integrator does not know, so that a user's own Term can be fitted too.
+"""The path for laws that the compiled integrator does not know: a user's own Term can be fitted and simulated too.
 
 A law that is a formula is read once (tracing.py) and integrated by compiled code (tape_march.py); one that is more (a
 look-up, a decision by a value) by the same method in Python, some hundred times slower.
@@ -24,7 +24,7 @@ from scipy.integrate import solve_ivp
 from undertow.equation.columns import SPRINGS
 from undertow.equation.equation import Equation
 from undertow.equation.kernel import N_SLOTS, SLOT
-from undertow.equation.term import Array, Term, force_of
+from undertow.equation.term import Array, PlacedTerm, Term, force_of
 from undertow.equation.tracing import Formula, formula_of
 from undertow.errors import IdentificationError
 
@@ -48,17 +48,6 @@ TURNS = f"the motion turns more than {MOST_REVERSALS} times; a coefficient has t
 
 Samples = tuple[Array, Array, Array]
 """x, v, a, each (n, 1 + p)."""
-
-
-@dataclass(frozen=True)
-class PlacedTerm:
-    """A term and where its parameters stand in the parameter vector: coefficient first, then the inner ones.
-
-    A law without compiled slots has its places behind the compiled integrator's own.
-    """
-
-    term: Term
-    places: tuple[int, ...]
 
 
 def placed_terms(terms: Sequence[Term]) -> tuple[tuple[PlacedTerm, ...], dict[str, int]]:
@@ -110,29 +99,40 @@ def placed_equation(equation: Equation) -> tuple[Array, tuple[PlacedTerm, ...]]:
 
 
 @dataclass(frozen=True)
-class _Motion:
-    """The equation at one parameter vector: sizes for differences, and the wanted derivatives."""
+class OwnMotion:
+    """Laws at one parameter vector and the places whose derivatives are wanted; the motion's ``size`` (m) and ``speed``
+    (m/s), the speed that counts as standstill, and the relative and absolute (2,) tolerances of x and v."""
 
     theta: Array
     laws: tuple[PlacedTerm, ...]
     active: tuple[int, ...]
     size: float
     speed: float
+    still: float
+    relative: float
+    absolute: Array
 
     def slopes(self, t: Array, x: Array, v: Array, side: float) -> tuple[Array, Array, Array, Array]:
-        """a (n,), its derivatives by x and by v (n,), and by the active numbers (n, p), moving to ``side`` (+1, -1)."""
+        """a (n,), its derivatives by x and by v (n,), and by the active numbers (n, p), moving to ``side`` (+1, -1).
+
+        Where none is wanted, sample by sample: a law may then decide by a value.
+        """
         mass = self.theta[SLOT["mass"]]
         dx, dv = DIFFERENCE * self.size, DIFFERENCE * self.speed
         count = x.size
         here = x - self.theta[SLOT["xe"]]
-        moving = side * np.maximum(v * side, STANDSTILL * self.speed)
+        moving = side * np.maximum(v * side, self.still)
+        if not self.active:
+            samples = zip(here[:, None], moving[:, None], t[:, None], strict=True)
+            a = np.array([-self._force(*sample) / mass for sample in samples])
+            return a, np.zeros(count), np.zeros(count), np.zeros((count, 0))
         xs = np.concatenate([here, here + dx, here - dx, here, here])
         vs = np.concatenate([moving, moving, moving, moving + side * dv, moving + side * 2.0 * dv])
         still, times = np.zeros(5 * count), np.tile(t, 5)
         total = np.zeros(5 * count)
         by: dict[int, Array] = {}
         for law in self.laws:
-            coefficient, term = self._at(law)
+            coefficient, term = law.at(self.theta)
             force = force_of(term, xs, vs, still, times)
             total += coefficient * force
             by[law.places[0]] = by.get(law.places[0], 0.0) - force[:count] / mass
@@ -145,15 +145,12 @@ class _Motion:
         av = -side * (-3.0 * f[0] + 4.0 * f[3] - f[4]) / (2.0 * dv) / mass
         by |= {SLOT["mass"]: -a / mass, SLOT["xe"]: -ax}
         zero = np.zeros(count)
-        columns = [by.get(place, zero) for place in self.active]
-        return a, ax, av, np.column_stack(columns) if columns else np.zeros((count, 0))
+        return a, ax, av, np.column_stack([by.get(place, zero) for place in self.active])
 
-    def _at(self, law: PlacedTerm) -> tuple[float, Term]:
-        """Coefficient, and the term with its inner parameters, at the parameter vector."""
-        inner = {
-            p.name: float(self.theta[place]) for p, place in zip(law.term.parameters[1:], law.places[1:], strict=True)
-        }
-        return float(self.theta[law.places[0]]), replace(law.term, **inner) if inner else law.term
+    def _force(self, x: Array, v: Array, t: Array) -> float:
+        """All laws' force at one sample, each (1,), N."""
+        placed = (law.at(self.theta) for law in self.laws)
+        return sum(coefficient * float(force_of(law, x, v, np.zeros(1), t)[0]) for coefficient, law in placed)
 
 
 def _by_inner(term: Term, name: str, x: Array, v: Array, t: Array) -> Array:
@@ -185,12 +182,16 @@ def general_trajectory(
         )
     motion = _sized(theta, tuple(laws), tuple(int(place) for place in active), times)
     instants = np.ascontiguousarray(times, dtype=np.float64)
-    placed = [(law.term, law.places) for law in laws]
-    formula = formula_of(placed, motion.theta, motion.size, motion.speed, float(instants[-1]))
-    return _march(motion, instants) if formula is None else _compiled(motion, formula, instants)
+    return followed(motion, instants)[0]
 
 
-def _compiled(motion: _Motion, formula: Formula, times: Array) -> Samples:
+def followed(motion: OwnMotion, times: Array) -> tuple[Samples, int]:
+    """x, v, a at ``times`` (n,), s, rising, and the steps taken. IdentificationError where it leaves every bound."""
+    formula = formula_of(motion.laws, motion.theta, motion.size, motion.speed or 1.0, float(times[-1]))
+    return _march(motion, times) if formula is None else _compiled(motion, formula, times)
+
+
+def _compiled(motion: OwnMotion, formula: Formula, times: Array) -> tuple[Samples, int]:
     """The motion by compiled code."""
     from undertow.equation.tape_march import DONE, INITIAL, MASS, REST, TURNING, march
 
@@ -202,18 +203,18 @@ def _compiled(motion: _Motion, formula: Formula, times: Array) -> Samples:
     )
     columns = np.full(theta.size, -1, dtype=np.int64)
     columns[np.array(motion.active, dtype=np.int64)[by > 0]] = by[by > 0]
-    sizes = np.array([theta[SLOT["mass"]], theta[SLOT["xe"]], STANDSTILL * motion.speed])
-    tolerances = RELATIVE_TOLERANCE * np.array([1.0, motion.size, motion.speed])
-    x, v, a, ending, _, when = march(
+    sizes = np.array([theta[SLOT["mass"]], theta[SLOT["xe"]], motion.still])
+    tolerances = np.array([motion.relative, *motion.absolute])
+    x, v, a, ending, steps, when = march(
         formula.rows, formula.constants, theta, columns, by, sizes, _start(motion).ravel(), tolerances, times,
         MOST_REVERSALS,
     )  # fmt: skip
     if ending == DONE:
-        return x, v, a
+        return (x, v, a), steps
     raise IdentificationError(TURNS if ending == TURNING else f"the motion leaves every bound at {when:.3g} s; {WRONG}")
 
 
-def _start(motion: _Motion) -> Array:
+def _start(motion: OwnMotion) -> Array:
     """x and v at the release with their derivatives, (2, 1 + p)."""
     state = np.zeros((2, 1 + len(motion.active)))
     for row, slot in enumerate(("x0", "v0")):
@@ -223,32 +224,41 @@ def _start(motion: _Motion) -> Array:
     return state
 
 
-def _sized(theta: Array, laws: tuple[PlacedTerm, ...], active: tuple[int, ...], times: Array) -> _Motion:
+def _sized(theta: Array, laws: tuple[PlacedTerm, ...], active: tuple[int, ...], times: Array) -> OwnMotion:
     """The motion's size and speed, from its start and the acceleration there."""
     x0, v0 = float(theta[SLOT["x0"]]), float(theta[SLOT["v0"]])
     span = float(times[-1])
     rough = max(abs(x0 - float(theta[SLOT["xe"]])), abs(v0) * 0.1 * span) or 1.0
-    first = _Motion(theta, laws, active, rough, rough)
+    first = _of_size(theta, laws, active, rough, rough)
     push = abs(float(first.slopes(np.zeros(1), np.array([x0]), np.array([v0]), -math.copysign(1.0, x0))[0][0]))
     speed = max(abs(v0), math.sqrt(push * rough), rough / span if span > 0.0 else 0.0)
-    return _Motion(theta, laws, active, rough, speed)
+    return _of_size(theta, laws, active, rough, speed)
 
 
-def _march(motion: _Motion, times: Array) -> tuple[Array, Array, Array]:
-    """From reversal to reversal up to the last of ``times``."""
+def _of_size(
+    theta: Array, laws: tuple[PlacedTerm, ...], active: tuple[int, ...], size: float, speed: float
+) -> OwnMotion:
+    """The motion of that size with the tolerances of fits."""
+    absolute = RELATIVE_TOLERANCE * np.array([size, speed])
+    return OwnMotion(theta, laws, active, size, speed, STANDSTILL * speed, RELATIVE_TOLERANCE, absolute)
+
+
+def _march(motion: OwnMotion, times: Array) -> tuple[Samples, int]:
+    """From reversal to reversal up to the last of ``times``; the steps taken."""
     columns = 1 + len(motion.active)
     state = _start(motion)
     x, v, a = (np.zeros((times.size, columns)) for _ in range(3))
-    t, end = 0.0, float(times[-1])
+    t, end, steps = 0.0, float(times[-1]), 0
     side = float(np.sign(state[1, 0])) or _leaves(motion, t, state[0, 0])
     for _ in range(MOST_REVERSALS):
         here = times >= t
         if side == 0.0:
             x[here], v[here], a[here] = state[0], 0.0, 0.0
-            return x, v, a
-        t, state, before = _stretch(motion, (t, end), state, side, times, (x, v, a))
+            return (x, v, a), steps
+        t, state, before, more = _stretch(motion, (t, end), state, side, times, (x, v, a))
+        steps += more
         if t >= end:
-            return x, v, a
+            return (x, v, a), steps
         turned = _leaves(motion, t, state[0, 0])
         after = motion.slopes(np.array([t]), state[0, :1], np.zeros(1), turned)[0][0] if turned else 0.0
         state[1] *= after / before if before else 0.0
@@ -257,7 +267,7 @@ def _march(motion: _Motion, times: Array) -> tuple[Array, Array, Array]:
     raise IdentificationError(TURNS)
 
 
-def _leaves(motion: _Motion, t: float, x: float) -> float:
+def _leaves(motion: OwnMotion, t: float, x: float) -> float:
     """Direction in which a body at rest starts to move, 0 where it sticks."""
     at = np.array([t]), np.array([x]), np.zeros(1)
     for side in (1.0, -1.0):
@@ -267,14 +277,15 @@ def _leaves(motion: _Motion, t: float, x: float) -> float:
 
 
 def _stretch(
-    motion: _Motion, span: tuple[float, float], state: Array, side: float, times: Array, out: Samples
-) -> tuple[float, Array, float]:
-    """One stretch to its reversal or the end: fills samples; gives its last instant, and state and acceleration there.
+    motion: OwnMotion, span: tuple[float, float], state: Array, side: float, times: Array, out: Samples
+) -> tuple[float, Array, float, int]:
+    """One stretch to its reversal or the end: fills samples; gives its last instant, state and acceleration there, and
+    its steps.
 
     Steps follow the motion's own error; its derivatives are as smooth and need no other ones.
     """
     shape = state.shape
-    started = abs(state[1, 0]) <= STANDSTILL * motion.speed
+    started = abs(state[1, 0]) <= motion.still
 
     def slope(t: float, flat: Array) -> Array:
         y = flat.reshape(shape)
@@ -286,13 +297,13 @@ def _stretch(
         return rate.ravel()
 
     def reversal(t: float, flat: Array) -> float:
-        return float(flat[shape[1]]) * side + (STANDSTILL * motion.speed if started and t == span[0] else 0.0)
+        return float(flat[shape[1]]) * side + (motion.still if started and t == span[0] else 0.0)
 
     reversal.terminal, reversal.direction = True, -1  # type: ignore[attr-defined]
     tolerance = np.full(shape, UNCONTROLLED)
-    tolerance[:, 0] = RELATIVE_TOLERANCE * np.array([motion.size, motion.speed])
+    tolerance[:, 0] = motion.absolute
     piece = solve_ivp(
-        slope, span, state.ravel(), "DOP853", events=reversal, dense_output=True, rtol=RELATIVE_TOLERANCE,
+        slope, span, state.ravel(), "DOP853", events=reversal, dense_output=True, rtol=motion.relative,
         atol=tolerance.ravel(),
     )  # fmt: skip
     last = piece.y[:, -1].reshape(shape)
@@ -301,12 +312,13 @@ def _stretch(
     stop = float(piece.t[-1])
     _fill(motion, times, (span[0], stop), piece.sol, side, out)
     before = motion.slopes(np.array([stop]), last[0, :1], np.zeros(1), side)[0][0]
-    return stop, last, float(before)
+    return stop, last, float(before), piece.t.size
 
 
 def _fill(
-    motion: _Motion, times: Array, span: tuple[float, float], dense: Callable[[Array], Array], side: float, out: Samples
-) -> None:
+    motion: OwnMotion, times: Array, span: tuple[float, float], dense: Callable[[Array], Array], side: float,
+    out: Samples,
+) -> None:  # fmt: skip
     """Samples of one stretch."""
     x, v, a = out
     here = (times >= span[0]) & (times <= span[1])

@@ -13,7 +13,7 @@ import sympy as sp
 from undertow.equation.code_text import PLACE, SIDE, D, T, V, X, slope, symbol, text
 from undertow.equation.generate import Law, read
 from undertow.equation.generate_states import Lanes
-from undertow.equation.term import Expression, Term
+from undertow.equation.term import Expression, Term, unit_force
 
 HEAD = '''"""Generated from the laws' rows: their forces along a whole motion, and their largest slopes.
 
@@ -37,19 +37,9 @@ Size = Callable[[str], float]
 '''
 
 
-def column_of(row: type[Term]) -> Expression | None:
-    """A law's force per unit coefficient, in x, v, t and its inner parameters; None where it is no such expression."""
-    inner = {parameter.name: symbol(parameter.name) for parameter in row.parameters}
-    share = row().share(inner, PLACE, "")
-    if share is None or share.states or share.delay:
-        return None
-    whole = share.smooth + share.friction * D
-    return sp.sympify(whole).subs(inner[row.parameters[0].name], 1).subs(D, sp.sign(V))
-
-
 def column_text(row: type[Term]) -> str:
     """Its text by numpy: a new array, also where the law is one of its arguments."""
-    written = column_of(row)
+    written = unit_force(row, PLACE)
     if written is None:
         return ""
     names = {symbol(p.name): f'p["{p.name}"]' for p in row.parameters[1:]}
@@ -67,7 +57,7 @@ def _springs(rows: Sequence[type[Term]]) -> str:
     """What load cells in the springs see, by slot: the law and its slope."""
     out = "SPRINGS: dict[str, tuple[Callable[[Array], Array], Callable[[Array], Array]]] = {\n"
     for row in (row for row in rows if row.sprung):
-        one = column_of(row)
+        one = unit_force(row, PLACE)
         ways = {sp.Abs(X): X * SIDE, sp.sign(X): SIDE}
         by = slope(sp.sympify(one).subs(ways), X).subs(SIDE, sp.sign(X)).subs(X * sp.sign(X), sp.Abs(X))
         steep = text(by, array=True) if by.has(X) else f"{text(by, array=True)} + 0.0 * x"

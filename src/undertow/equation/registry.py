@@ -38,28 +38,25 @@ def _rows() -> tuple[type[Term], ...]:
 
 _LAWS: tuple[type[Term], ...] = _rows()
 
-EQUATION_15: tuple[str, ...] = tuple(cls.name for cls in _FIRST)
+
+def _named(*laws: type[Term]) -> tuple[str, ...]:
+    return tuple(law.name for law in laws)
+
+
+EQUATION_15 = _named(*_FIRST)
 """Names of the terms of the report's Eq. 15, taken where no equation is given."""
 
-ORDINARY: tuple[str, ...] = tuple(
-    cls.name for cls in (Stiffness, SineRestoring, ViscousDamping, CoulombFriction, QuadraticDrag)
-)
+ORDINARY = _named(Stiffness, SineRestoring, ViscousDamping, CoulombFriction, QuadraticDrag)
 """Restoring force and losses that every rig has."""
 
-TEN_TERMS: tuple[str, ...] = tuple(
-    cls.name
-    for cls in (
-        Stiffness, ViscousDamping, CoulombFriction, QuadraticDrag, AsymmetricStiffness, CubicStiffness,
-        QuadraticStiffness, CubicDamping, PositionDamping, VanDerPolDamping,
-    )
+TEN_TERMS = _named(
+    Stiffness, ViscousDamping, CoulombFriction, QuadraticDrag, AsymmetricStiffness, CubicStiffness,
+    QuadraticStiffness, CubicDamping, PositionDamping, VanDerPolDamping,
 )  # fmt: skip
 """A library to discover an equation from: x, v, sgn v, v|v|, x^2, x^3, x|x|, v^3, xv, x^2 v."""
 
-SEVEN_TERMS: tuple[str, ...] = tuple(
-    cls.name
-    for cls in (
-        Stiffness, ViscousDamping, CoulombFriction, QuadraticDrag, CubicStiffness, QuadraticStiffness, CubicDamping,
-    )
+SEVEN_TERMS = _named(
+    Stiffness, ViscousDamping, CoulombFriction, QuadraticDrag, CubicStiffness, QuadraticStiffness, CubicDamping,
 )  # fmt: skip
 """The library for a pair of motions: laws that one record can distinguish."""
 
@@ -70,7 +67,7 @@ def names() -> tuple[str, ...]:
     >>> names()[:2]
     ('stiffness', 'viscous_damping')
     """
-    return tuple(cls.name for cls in _LAWS)
+    return _named(*_LAWS)
 
 
 def twice(terms: Sequence[Term]) -> str:
@@ -109,9 +106,9 @@ def find(name: str, **inner: float) -> Term:
     >>> find("drag_exponent", exponent=1.5).inner
     {'exponent': 1.5}
     """
-    for cls in _LAWS:
-        if cls.name == name:
-            return cls(**inner)
+    law = row(name)
+    if law is not None:
+        return law(**inner)
     near = difflib.get_close_matches(name, names(), n=1)
     hint = f"did you mean {near[0]!r}?" if near else "`undertow terms` lists all"
     raise ConfigError(f"equation term {name!r} is not in the registry; {hint}")

@@ -1,22 +1,21 @@
 """Where an equation takes the body: event-exact simulation.
 
-Belongs here: one call from an Equation to a Trajectory, by the compiled integrator where it knows every term, else by
-scipy's DOP853 split at velocity reversals. Does not belong here: fitting.
+Belongs here: one call from an Equation to a Trajectory, by the compiled integrator where it knows every term. Does not
+belong here: the path for other laws (general.py), fitting.
 """
 
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
 from itertools import product
 
 import numpy as np
-from scipy.integrate import solve_ivp
 
 from undertow.equation.columns import fading, stiffest
 from undertow.equation.equation import Equation
-from undertow.equation.term import Array, Term, force_of
+from undertow.equation.term import Array, PlacedTerm, Term, force_of
 from undertow.errors import IdentificationError, UndertowError
 
 STEPS_PER_PERIOD = 60
@@ -28,9 +27,6 @@ STABLE = 5.0
 
 SPLIT_TOLERANCE = 1e-10
 """Relative tolerance of DOP853 for laws that the compiled integrator does not know."""
-
-MOST_REVERSALS = 100_000
-"""A motion that turns more often is left to the path in Python, which says what is wrong."""
 
 HIDDEN_SHARE, OUTSIDE_SHARE = 0.6, 0.4
 """Of a body's steps a period, those of a hidden oscillator, and of what acts from outside or fades: their errors reach
@@ -156,26 +152,26 @@ def must_be_a_start(x0: float, v0: float) -> None:
 
 
 def _general(equation: Equation, x0: float, v0: float, times: Array) -> Trajectory:
-    """The path for a user's own algebraic law: DOP853 split where the velocity reverses; sticks there."""
+    """The path for a user's own algebraic law (general.py)."""
+    from undertow.equation.general import OwnMotion, followed
+
     memory = [t.name for t in equation.terms if t.kind == "state"]
     if memory:
         raise UndertowError(
             f"simulate: {', '.join(memory)} beside a law without compiled slots cannot be integrated; give the law "
             "slots or take the hidden state out"
         )
-    mass = equation.total_mass_kg
     pairs = [(t, c) for t, c in zip(equation.terms, equation.coefficients, strict=True) if not t.is_inertia]
     _must_have_forces([term for term, _ in pairs], x0, v0, float(times[-1]))
-    read = _formula_motion(pairs, (mass, equation.rest_m), x0, v0, times)
-    if read is not None:
-        return read
-
-    def acceleration(t: float, x: float, v: float) -> float:
-        one = np.ones(1)
-        at = (np.array([x - equation.rest_m]), np.array([v]), 0.0 * one, t * one)
-        return -sum(c * float(force_of(term, *at)[0]) for term, c in pairs) / mass
-
-    return _split_at_reversals(acceleration, x0, v0, times)
+    theta = replace(equation, terms=(), coefficients=(), mass_kg=equation.total_mass_kg).theta(x0, v0)
+    laws = []
+    for term, coefficient in pairs:
+        laws.append(PlacedTerm(term, tuple(range(theta.size, theta.size + len(term.parameters)))))
+        theta = np.concatenate([theta, [coefficient, *term.inner.values()]])
+    size, speed, still, floor = _sizes(x0, v0, float(times[-1]))
+    motion = OwnMotion(theta, tuple(laws), (), size, speed, still, SPLIT_TOLERANCE, floor)
+    (x, v, a), steps = followed(motion, times)
+    return Trajectory(times, x[:, 0], v[:, 0], a[:, 0], np.zeros((times.size, 0)), steps)
 
 
 def _must_have_forces(laws: Sequence[Term], x0: float, v0: float, end: float) -> None:
@@ -183,7 +179,7 @@ def _must_have_forces(laws: Sequence[Term], x0: float, v0: float, end: float) ->
     size, speed, *_ = _sizes(x0, v0, end)
     still = np.zeros(1)
     for law, x_share, v_share in product(laws, (1.0, 0.5, -0.5), (0.5, -0.5)):
-        x, v = np.array([(size or 1.0) * x_share]), np.array([(speed or 1.0) * v_share])
+        x, v = np.array([size * x_share]), np.array([(speed or 1.0) * v_share])
         with np.errstate(invalid="ignore", divide="ignore"):
             force = float(force_of(law, x, v, still, still)[0])
         if not math.isfinite(force):
@@ -193,85 +189,9 @@ def _must_have_forces(laws: Sequence[Term], x0: float, v0: float, end: float) ->
             )
 
 
-def _formula_motion(
-    pairs: Sequence[tuple[Term, float]], body: tuple[float, float], x0: float, v0: float, times: Array
-) -> Trajectory | None:
-    """The same by compiled code, where the laws are formulas; None where one is more, or the motion has no bounds.
-
-    ``body`` is its mass (kg) and rest position (m).
-    """
-    from undertow.equation.tape_march import DONE, march
-    from undertow.equation.tracing import formula_of
-
-    theta = np.array([number for law, c in pairs for number in (c, *law.inner.values())], dtype=np.float64)
-    ends = np.cumsum([len(law.parameters) for law, _ in pairs])
-    laws = [(law, tuple(range(end - len(law.parameters), end))) for (law, _), end in zip(pairs, ends, strict=True)]
-    size, speed, tiny, floor = _sizes(x0, v0, float(times[-1]))
-    formula = formula_of(laws, theta, size or 1.0, speed or 1.0, float(times[-1]))
-    if formula is None:
-        return None
-    none = np.zeros(0, dtype=np.int64)
-    x, v, a, ending, steps, _ = march(
-        formula.rows, formula.constants, theta, np.full(theta.size, -1), none, np.array([*body, tiny]),
-        np.array([x0, v0]), np.array([SPLIT_TOLERANCE, *floor]), times, MOST_REVERSALS,
-    )  # fmt: skip
-    if ending != DONE:
-        return None
-    return Trajectory(times, x[:, 0], v[:, 0], a[:, 0], np.zeros((times.size, 0)), int(steps))
-
-
 def _sizes(x0: float, v0: float, end: float) -> tuple[float, float, float, Array]:
     """Size and speed of a motion, the speed that counts as standstill, and the absolute tolerances of x and v."""
-    size = max(abs(x0), abs(v0) * end)
+    size = max(abs(x0), abs(v0) * end) or 1.0
     speed = max(abs(v0), size / end if end > 0.0 else 0.0)
     floor = 1e-12 * np.array([size, size / end if end > 0.0 else size])
     return size, speed, 1e-9 * speed or 1e-300, floor
-
-
-def _split_at_reversals(
-    acceleration: Callable[[float, float, float], float], x0: float, v0: float, times: Array
-) -> Trajectory:
-    """March DOP853 from reversal to reversal; at rest the body moves on only if it would move against friction."""
-    end = float(times[-1])
-    _, _, tiny, floor = _sizes(x0, v0, end)
-    out = np.zeros((3, times.size))
-    t, x, v, steps = 0.0, x0, v0, 0
-    while t < end or steps == 0:
-        side = float(np.sign(v)) or _side_of_motion(acceleration, t, x, tiny)
-        if side == 0.0:
-            rest = times >= t
-            out[0, rest], out[1:, rest] = x, 0.0
-            break
-
-        def slope(s: float, y: Array, side: float = side) -> list[float]:
-            """Rates of x and v while the body moves to one side."""
-            moving = y[1] if y[1] * side > 0.0 else side * tiny
-            return [y[1], acceleration(s, y[0], moving)]
-
-        def reversal(s: float, y: Array, side: float = side, start: float = t) -> float:
-            """Zero where the velocity changes its sign."""
-            return float(y[1]) * side + (tiny if s == start else 0.0)
-
-        reversal.terminal, reversal.direction = True, -1  # type: ignore[attr-defined]
-        piece = solve_ivp(
-            slope, (t, end), [x, v], "DOP853", events=reversal, rtol=SPLIT_TOLERANCE, atol=floor, dense_output=True
-        )
-        stop = float(piece.t[-1])
-        here = (times >= t) & (times <= stop)
-        out[:2, here] = piece.sol(times[here])
-        sampled = zip(times[here], *out[:2, here], strict=True)
-        out[2, here] = [acceleration(s, position, v or side * tiny) for s, position, v in sampled]
-        steps += piece.t.size
-        if stop >= end:
-            break
-        t, x, v = stop, float(piece.y[0, -1]), 0.0
-    return Trajectory(times, out[0], out[1], out[2], np.zeros((times.size, 0)), steps)
-
-
-def _side_of_motion(acceleration: Callable[[float, float, float], float], t: float, x: float, tiny: float) -> float:
-    """Direction in which a body at rest starts to move, 0 where it sticks."""
-    if acceleration(t, x, tiny) > 0.0:
-        return 1.0
-    if acceleration(t, x, -tiny) < 0.0:
-        return -1.0
-    return 0.0

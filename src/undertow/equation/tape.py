@@ -187,19 +187,6 @@ def run(
 
 
 @compiled("Tuple((f8[::1], f8[:,::1]))(i8[:,::1], f8[::1], f8[::1], i8[::1], f8[::1], f8[::1], f8[::1])", **WITHIN)
-def _evaluate(rows, constants, th, columns, x, v, t):  # type: ignore[no-untyped-def]
-    width = 2
-    for place in columns:
-        width = max(width, place + 1)
-    force, slopes = np.empty(x.size), np.empty((x.size, width))
-    value, slope, vary = np.empty(rows.shape[0]), np.zeros((rows.shape[0], width)), spread(rows, columns, width)
-    for i in range(x.size):
-        run(rows, constants, th, x[i], v[i], t[i], value, slope, vary)
-        force[i] = value[-1]
-        slopes[i] = slope[-1]
-    return force, slopes
-
-
 def evaluate(
     rows: np.ndarray, constants: Array, theta: Array, columns: np.ndarray, x: Array, v: Array, t: Array
 ) -> tuple[Array, Array]:
@@ -207,6 +194,13 @@ def evaluate(
 
     ``columns`` gives for each place of ``theta`` the column of its derivative (from 2 on), -1 for none.
     """
-    motion = (np.ascontiguousarray(one, dtype=np.float64) for one in (x, v, t))
-    force, slopes = _evaluate(rows, constants, theta, columns, *motion)
+    width = 2
+    for place in columns:
+        width = max(width, place + 1)
+    force, slopes = np.empty(x.size), np.empty((x.size, width))
+    value, slope, vary = np.empty(rows.shape[0]), np.zeros((rows.shape[0], width)), spread(rows, columns, width)
+    for i in range(x.size):
+        run(rows, constants, theta, x[i], v[i], t[i], value, slope, vary)
+        force[i] = value[-1]
+        slopes[i] = slope[-1]
     return force, slopes

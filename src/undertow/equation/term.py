@@ -15,8 +15,8 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
-from typing import Any, ClassVar, Literal
+from dataclasses import dataclass, replace
+from typing import Any, ClassVar, Literal, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -79,13 +79,8 @@ class Published:
     per: str = ""
 
 
-SAID_ANEW = (
-    "is_inertia", "own_clock", "dissipates", "pulls_back", "is_spring", "instead_of", "linear", "sprung", "of_water",
-    "of_area", "relative_to", "structural", "published", "speed_power", "held_by_kernel", "present_by", "missing_as",
-    "words", "words_unplaced", "words_alone", "next_test", "suspect_of", "element", "slot_values", "smooth", "friction",
-    "share", "by_slots", "materials", "start", "constants", "held_unless_asked", "takes_the_place_of", "several_causes",
-)  # fmt: skip
-"""What a law does not take over from the law that it is derived from."""
+TAKEN_OVER = ("kind", "slots", "force", "coefficient", "inner")
+"""What a law takes over from the law that it is derived from, where it says nothing else."""
 
 
 @dataclass(frozen=True)
@@ -166,9 +161,9 @@ class Term:
         """A law derived from another under a name of its own is another law: it says anew what others ask of it."""
         super().__init_subclass__()
         if "name" in cls.__dict__:
-            for one in SAID_ANEW:
-                if one not in cls.__dict__:
-                    setattr(cls, one, Term.__dict__[one])
+            for one, usual in vars(Term).items():
+                if not one.startswith("_") and one not in (*TAKEN_OVER, *vars(cls)):
+                    setattr(cls, one, usual)
 
     def force(self, x: Array, v: Array, a: Array, t: Array) -> Array:
         """Force per unit coefficient, (n,), at displacement x from rest (m), velocity v, acceleration a, time t (s).
@@ -230,6 +225,22 @@ class Term:
         return math.nan
 
 
+class PlacedTerm(NamedTuple):
+    """A term and where its parameters stand in the parameter vector: coefficient first, then the inner ones.
+
+    A law without compiled slots has its places behind the compiled integrator's own.
+    """
+
+    term: Term
+    places: tuple[int, ...]
+
+    def at(self, theta: Array) -> tuple[float, Term]:
+        """Coefficient, and the term with its inner parameters, at a parameter vector."""
+        names = (parameter.name for parameter in self.term.parameters[1:])
+        inner = {name: float(theta[place]) for name, place in zip(names, self.places[1:], strict=True)}
+        return float(theta[self.places[0]]), replace(self.term, **inner) if inner else self.term
+
+
 Column = Callable[[Array, Array, Array, Mapping[str, float]], Array]
 """A law's force per unit coefficient at x, v, t (n,) and its inner parameters."""
 
@@ -254,19 +265,31 @@ def column_of(law: type[Term]) -> Column:
     raise UndertowError(f"{law.name} has neither an expression nor a force; write its `share` or its `force`")
 
 
-def _made(law: type[Term]) -> Column:
-    """The same for a row outside the registry, by SymPy."""
+def unit_force(law: type[Term], q: SymbolPlace) -> Expression | None:
+    """A law's force per unit coefficient, in x, v, t of ``q`` and its inner parameters' names; None where it is no such
+    expression."""
     import sympy as sp
 
-    place = SymbolPlace(*(sp.Symbol(name, real=True) for name in ("x", "v", "d", "a", "t", "echo")))
     inner = {parameter.name: sp.Symbol(parameter.name, real=True) for parameter in law.parameters[1:]}
-    share = law().share({law.parameters[0].name: sp.Integer(1), **inner}, place, "")
+    share = law().share({law.parameters[0].name: sp.Integer(1), **inner}, q, "")
     if share is None or share.states or share.delay:
+        return None
+    return sp.sympify(share.smooth + share.friction * q.d).subs(q.d, sp.sign(q.v))
+
+
+def _made(law: type[Term]) -> Column:
+    """The same for a row outside the registry, by SymPy."""
+    from sympy import lambdify
+
+    from undertow.equation.code_text import PLACE, symbol
+
+    whole = unit_force(law, PLACE)
+    if whole is None:
         raise UndertowError(
             f"{law.name} has an expression with states or a delay; write its `force` along a whole motion beside it"
         )
-    whole = sp.sympify(share.smooth + share.friction * place.d).subs(place.d, sp.sign(place.v))
-    function = sp.lambdify((place.x, place.v, place.t, *inner.values()), whole, "numpy")
+    inner = (symbol(parameter.name) for parameter in law.parameters[1:])
+    function = lambdify((PLACE.x, PLACE.v, PLACE.t, *inner), whole, "numpy")
     return lambda x, v, t, p: 0.0 * x + function(x, v, t, *p.values())
 
 

@@ -13,12 +13,12 @@ from __future__ import annotations
 import copy
 import math
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
 
-from undertow.equation.term import Array, Term
+from undertow.equation.term import Array, PlacedTerm, Term
 from undertow.errors import UndertowError
 
 NAMES = (
@@ -147,22 +147,21 @@ class Formula:
     constants: Array
 
 
-Placed = tuple[Term, tuple[int, ...]]
-"""A law with the places of its coefficient and inner parameters in the parameter vector."""
-
-
-def formula_of(laws: Sequence[Placed], theta: Array, size: float, speed: float, span: float) -> Formula | None:
+def formula_of(
+    laws: Sequence[tuple[Term, tuple[int, ...]]], theta: Array, size: float, speed: float, span: float
+) -> Formula | None:
     """All laws' forces as one list; None where a law cannot be read, or its list does not give what its code does.
 
-    ``theta`` holds values of the parameters, ``size`` (m), ``speed`` (m/s) and ``span`` (s) the motion's, at which the
-    list is held against the code.
+    ``laws`` are terms with their places (`PlacedTerm`) in ``theta``, the parameters' values; ``size`` (m), ``speed``
+    (m/s) and ``span`` (s) are the motion's, at which the list is held against the code.
     """
+    placed = [PlacedTerm(*law) for law in laws]
     sheet = _Sheet()
     try:
         with np.errstate(all="ignore"):
             x, v, t = (sheet.note(name) for name in ("x", "v", "t"))
             total = sheet.of(0.0)
-            for term, places in laws:
+            for term, places in placed:
                 total = total + sheet.note("number", places[0]) * sheet.of(_traced(sheet, term, places, (x, v, t)))
     except UNREADABLE:
         return None
@@ -170,7 +169,7 @@ def formula_of(laws: Sequence[Placed], theta: Array, size: float, speed: float, 
         return None
     rows = np.array(sheet.rows, dtype=np.int64)
     found = Formula(rows, np.array(sheet.constants, dtype=np.float64))
-    return found if _agrees(found, laws, theta, size, speed, span) else None
+    return found if _agrees(found, placed, theta, size, speed, span) else None
 
 
 def _traced(sheet: _Sheet, term: Term, places: tuple[int, ...], motion: tuple[Symbol, Symbol, Symbol]) -> Any:
@@ -186,7 +185,7 @@ def _traced(sheet: _Sheet, term: Term, places: tuple[int, ...], motion: tuple[Sy
 _CHECKS: dict[tuple[object, ...], bool] = {}
 
 
-def _agrees(found: Formula, laws: Sequence[Placed], theta: Array, size: float, speed: float, span: float) -> bool:
+def _agrees(found: Formula, laws: Sequence[PlacedTerm], theta: Array, size: float, speed: float, span: float) -> bool:
     """Whether the list gives what the laws' code gives, at a few motions; asked once for each list and law."""
     from undertow.equation.tape import evaluate  # compiled where the first law of a user's own is
 
@@ -198,14 +197,9 @@ def _agrees(found: Formula, laws: Sequence[Placed], theta: Array, size: float, s
         none = np.full(theta.size, -1, dtype=np.int64)
         ours = evaluate(found.rows, found.constants, theta, none, x, v, t)[0]
         with np.errstate(all="ignore"):
-            code = sum((theta[p[0]] * _called(term, p, theta, x, v, t) for term, p in laws), np.zeros(x.size))
+            code = np.zeros(x.size)
+            for coefficient, law in (placed.at(theta) for placed in laws):
+                code += coefficient * np.asarray(law.force(x.copy(), v.copy(), np.zeros(x.size), t.copy()))
         scale = AGREE * np.max(np.abs(code[np.isfinite(code)]), initial=0.0)
         _CHECKS[key] = bool(np.allclose(ours, code, rtol=AGREE, atol=scale, equal_nan=True))
     return _CHECKS[key]
-
-
-def _called(term: Term, places: tuple[int, ...], theta: Array, x: Array, v: Array, t: Array) -> Array:
-    """A law's own code at the parameters' values."""
-    inner = {p.name: float(theta[place]) for p, place in zip(term.parameters[1:], places[1:], strict=True)}
-    law = replace(term, **inner) if inner else term
-    return np.asarray(law.force(x.copy(), v.copy(), np.zeros(x.size), t.copy()), dtype=np.float64)

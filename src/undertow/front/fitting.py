@@ -32,7 +32,7 @@ from undertow.methods.decay import load_cell_stiffness
 from undertow.methods.dry import dry_fits, pooled_scatter, structural_terms, structure_from
 from undertow.uncertainty.disagreement import OF_ONE_TRIAL, grown
 from undertow.uncertainty.growth import grown_words
-from undertow.uncertainty.intervals import mean_of_trials
+from undertow.uncertainty.repeats import mean_of_trials
 
 
 def fit(

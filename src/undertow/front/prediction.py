@@ -19,10 +19,11 @@ from numpy.typing import ArrayLike
 from undertow.conditioning.motion import Motion
 from undertow.discrepancy.words import percent
 from undertow.equation.equation import Equation
-from undertow.equation.general import PlacedTerm, general_trajectory, placed_equation
+from undertow.equation.general import general_trajectory, placed_equation
 from undertow.equation.kernel import SLOT
 from undertow.equation.simulate import rising
 from undertow.equation.simulate import simulate as integrate
+from undertow.equation.term import PlacedTerm
 from undertow.errors import IdentificationError, UndertowError
 from undertow.front.reading import read
 from undertow.front.simulation import equation_of, one_group

@@ -10,11 +10,9 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from types import MappingProxyType
 
+from undertow.equation.cells import GRAVITY_M_PER_S2
 from undertow.errors import IdentificationError
 from undertow.quantities import OK, Estimate
-
-GRAVITY_M_PER_S2 = 9.81
-"""Standard value used by the report (m g in Eqs. 1 and 15)."""
 
 
 @dataclass(frozen=True)

@@ -16,10 +16,12 @@ from dataclasses import dataclass
 import numpy as np
 
 from undertow.conditioning.motion import Motion
+from undertow.conditioning.release import followed
 from undertow.equation.equation import Equation
-from undertow.equation.general import PlacedTerm, placed_equation
+from undertow.equation.general import placed_equation
 from undertow.equation.kernel import SLOT
 from undertow.equation.simulate import fastest_frequency
+from undertow.equation.term import PlacedTerm
 from undertow.errors import IdentificationError
 from undertow.likelihood import output_error
 from undertow.likelihood.problem import (
@@ -72,11 +74,7 @@ class FreeRun:
 
 def scored_channel(motion: Motion) -> str:
     """What the free run is scored against: displacement, or velocity where only a rate was recorded."""
-    for quantity in ("displacement", "velocity", "acceleration"):
-        if quantity in motion.recording.channels:
-            return quantity
-    have = ", ".join(motion.recording.channels) or "nothing"
-    raise IdentificationError(f"trial {motion.name}: recorded is {have}; a free run needs displacement or velocity")
+    return followed(motion.recording)
 
 
 def free_run(

@@ -15,9 +15,9 @@ import numpy as np
 from undertow.conditioning.motion import Motion
 from undertow.conditioning.period import dominant_period
 from undertow.equation import registry
-from undertow.equation.general import PlacedTerm, placed_terms
+from undertow.equation.general import placed_terms
 from undertow.equation.kernel import N_SLOTS, SLOT
-from undertow.equation.term import Term, force_of
+from undertow.equation.term import PlacedTerm, Term, force_of
 from undertow.likelihood.fit import Specimen, Structure
 from undertow.likelihood.scale import contract_name
 from undertow.quantities import Estimate
@@ -153,18 +153,16 @@ def _unknowns(
         start = first * per_force
         lower = -0.9 * mass if term.is_inertia else 0.0 if term.structural == "k" else -math.inf
         slot = term.slots[term.coefficient.name]
-        return [_one(label, unit, slot, start, start, term, suffix, factor=1.0 / per_force, lower=lower)]
+        return [_one(label, unit, slot, start, start, term, suffix, 1.0 / per_force, (lower, math.inf))]
     return _general(term, mass * rate * speed / _typical(term, size, speed), suffix)
 
 
 def _one(
     name: str, unit: str, slot: str, start: float, scale: float, term: Term, suffix: str,
-    factor: float = 1.0, lower: float = -math.inf,
+    factor: float, bounds: tuple[float, float],
 ) -> Coefficient:  # fmt: skip
-    return Coefficient(
-        name + suffix, unit + (" per kg" if suffix else ""), slot, factor, start, lower, math.inf, scale, term.name,
-        bool(suffix),
-    )  # fmt: skip
+    per_kg = " per kg" if suffix else ""
+    return Coefficient(name + suffix, unit + per_kg, slot, factor, start, *bounds, scale, term.name, bool(suffix))
 
 
 def _typical(term: Term, size: float, speed: float) -> float:
@@ -175,40 +173,27 @@ def _typical(term: Term, size: float, speed: float) -> float:
 
 
 def _general(term: Term, scale: float, suffix: str) -> list[Coefficient]:
-    """Unknowns of any other compiled term, its inner parameters included, named term.parameter."""
-    if not term.slots:
-        return _own_law(term, scale, suffix)
-    out = []
-    for slot, number in term.slot_values(1e-3 * scale).items():
-        parameter = next((p for p in term.parameters if term.slots[p.name] == slot), term.coefficient)
-        label = f"{term.name}_{parameter.name}"
-        size = abs(number) if number else scale
-        numbered = slot + "1" if term.held_by_kernel else slot
-        per_mass = bool(suffix) and parameter is term.coefficient
-        out.append(
-            Coefficient(
-                label + (suffix if per_mass else ""), parameter.unit + (" per kg" if per_mass else ""), numbered, 1.0,
-                number, parameter.lower, parameter.upper, size, term.name, per_mass,
-            )
-        )  # fmt: skip
-    return out
-
-
-def _own_law(term: Term, scale: float, suffix: str) -> list[Coefficient]:
-    """Unknowns of a law that the compiled integrator does not know: its coefficient and its inner parameters."""
-    out = []
-    for parameter in term.parameters:
-        leading = parameter is term.coefficient
-        value = 1e-3 * scale if leading else float(term.inner[parameter.name])
-        out.append(
-            Coefficient(
-                f"{term.name}_{parameter.name}" + (suffix if leading else ""),
-                parameter.unit + (" per kg" if leading and suffix else ""), f"{term.name}.{parameter.name}", 1.0, value,
-                parameter.lower, parameter.upper, scale if leading else max(abs(value), 1e-3), term.name,
-                leading and bool(suffix),
-            )
-        )  # fmt: skip
-    return out
+    """Unknowns of any other term, its inner parameters included: in the compiled integrator's slots, or, of a law
+    without any, under its own name."""
+    first, leading = 1e-3 * scale, term.coefficient
+    if term.slots:
+        of_slot = {term.slots[p.name]: p for p in reversed(term.parameters)}
+        number = "1" if term.held_by_kernel else ""
+        found = [
+            (of_slot.get(slot, leading), slot + number, value, abs(value) or scale)
+            for slot, value in term.slot_values(first).items()
+        ]
+    else:
+        found = [(leading, f"{term.name}.{leading.name}", first, scale)]
+        inner = zip(term.parameters[1:], term.inner.values(), strict=True)
+        found += [(p, f"{term.name}.{p.name}", value, max(abs(value), 1e-3)) for p, value in inner]
+    return [
+        _one(
+            f"{term.name}_{p.name}", p.unit, slot, value, size, term, suffix if p is leading else "", 1.0,
+            (p.lower, p.upper),
+        )
+        for p, slot, value, size in found
+    ]  # fmt: skip
 
 
 def terms_by_name(names: Sequence[str]) -> tuple[Term, ...]:

@@ -4,7 +4,8 @@ Growing windows lead Eq. 15 from nearly every start to its optimum; where they d
 A hidden oscillator started far from its frequency ends as damping or as mass; then the equation without it is fitted,
 and the oscillator is offered to that at frequencies from well below the body's to well above.
 
-Belongs here: where to start again. Does not belong here: the search itself (output_error.py).
+Belongs here: where to start again, and what a sample stands for where a search ended. Does not belong here: the search
+itself (output_error.py).
 """
 
 from __future__ import annotations
@@ -18,7 +19,6 @@ import numpy as np
 from undertow.equation.kernel import SLOT
 from undertow.errors import IdentificationError
 from undertow.likelihood import output_error
-from undertow.likelihood.lone_samples import as_recorded
 from undertow.likelihood.output_error import FULL, QUICK, SearchEffort, Solution
 from undertow.likelihood.problem import Problem
 from undertow.recording.recording import Array
@@ -38,6 +38,9 @@ RECORD_DAMPING = {"c1": 0.01, "fc": 0.003, "q": 0.01}
 
 GOOD_FIT = 2.0
 """Mean squared residual in units of noise up to which the first end is taken: what is left is noise."""
+
+MOST_EXPONENT = 700.0
+"""Of what an exponential is taken: beyond it is no number."""
 
 
 def hidden_unknowns(problem: Problem) -> dict[str, tuple[int, float, float]]:
@@ -59,7 +62,7 @@ def fit(problem: Problem, start: Array | None = None) -> Solution:
 
     Where the first search leaves more than noise it starts again from the record's period and release; a hidden
     oscillator that is unknown is offered to the equation without it at frequencies from 0.3 to 2.6 of the motion's.
-    The end of least cost is returned, lone samples taken as they were recorded (lone_samples.py). Raises
+    The end of least cost is returned, lone samples taken as they were recorded (`as_recorded`). Raises
     IdentificationError where no start has a motion within bounds.
     """
     begin = np.array([u.start for u in problem.unknowns]) if start is None else np.array(start, dtype=np.float64)
@@ -111,8 +114,7 @@ def from_record(problem: Problem, begin: Array) -> Array:
             if link is not None and link.unknown not in given:
                 values[link.unknown] += (number - float(theta[link.slot])) / link.factor
                 given.add(link.unknown)
-    lower, upper = (np.array([getattr(u, side) for u in problem.unknowns]) for side in ("lower", "upper"))
-    return np.clip(values, lower, upper)
+    return np.clip(values, *problem.bounds)
 
 
 def _attempt(problem: Problem, values: Array, growing: bool, effort: SearchEffort) -> Solution | None:
@@ -147,3 +149,32 @@ def _without(problem: Problem, begin: Array, hidden: dict[str, tuple[int, float,
         values[index] = number
     bare = _attempt(Problem(tuple(unknowns), problem.trials), values, True, FULL)
     return begin if bare is None else bare.values.copy()
+
+
+def as_recorded(solution: Solution) -> Solution:
+    """The solution with lone samples as instants or as means over their steps, whichever fits better, and as its
+    ``ambiguity`` the distance to the other's values times the root of its probability (errors of a mixture of both).
+
+    Loggers do one or the other and recordings do not say which. Friction changes its sign at every turn and the
+    acceleration jumps there: a mean holds part of the jump, an instant none. The search compares means, which have no
+    jumps; where it ended the turns themselves tell, all trials of a fit alike, for they share a logger. A body without
+    friction hardly tells, and the two differ by (w dt)^2 / 24 of the amplitude: its numbers' errors then hold both. The
+    solution itself where every cell holds several samples, or where neither has a motion within bounds.
+    """
+    trials = solution.problem.trials
+    if not any(trial.width_s > 0.0 and not trial.averaged for trial in trials):
+        return solution
+    means = tuple(replace(trial, averaged=True) for trial in trials)
+    instants = tuple(trial if trial.averaged else replace(trial, width_s=0.0) for trial in trials)
+    ends = []
+    for either in (means, instants):
+        try:
+            problem = replace(solution.problem, trials=either)
+            ends.append(output_error.fit(problem, solution.values, growing=False))
+        except IdentificationError:  # at its edge a motion can have bounds in one and none in the other
+            continue
+    if not ends:
+        return solution
+    best, other = min(ends, key=lambda end: end.cost), max(ends, key=lambda end: end.cost)
+    probable = 1.0 / (1.0 + math.exp(min(0.5 * (other.cost - best.cost), MOST_EXPONENT)))
+    return replace(best, ambiguity=math.sqrt(probable) * abs(other.values - best.values))

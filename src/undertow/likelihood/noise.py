@@ -77,8 +77,7 @@ def autocovariance(residual: Array, lengths: Sequence[int], memory: int | None =
         sums = sums[: max(2, int(enough[0]) + 1 if enough.size else longest)]
     lag = np.arange(sums.size) / sums.size
     parzen = np.where(lag < 0.5, 1.0 - 6.0 * lag**2 * (1.0 - lag), 2.0 * (1.0 - lag) ** 3)
-    covariance: Array = sums / len(residual) * parzen
-    return covariance
+    return sums / len(residual) * parzen
 
 
 def score_matrix(columns: Array, covariance: Array, lengths: Sequence[int]) -> Array:
@@ -90,8 +89,7 @@ def score_matrix(columns: Array, covariance: Array, lengths: Sequence[int]) -> A
         first += length
         spread = fftconvolve(part, kernel, mode="full", axes=0)[covariance.size - 1 :][: part.shape[0]]
         total += part.T @ spread
-    symmetric: Array = 0.5 * (total + total.T)
-    return symmetric
+    return 0.5 * (total + total.T)
 
 
 def effective_samples(columns: Array, scores: Array, variance: float) -> float:
@@ -109,5 +107,4 @@ def correlate(values: Array, lags: int) -> Array:
     """Sums of products at lags 0 to lags - 1 of each column of ``values`` (n, p): (at most lags, p)."""
     size = 2 ** int(np.ceil(np.log2(2 * values.shape[0])))
     spectrum = np.fft.rfft(values, size, axis=0)
-    products: Array = np.fft.irfft(np.abs(spectrum) ** 2, size, axis=0)[: min(lags, values.shape[0])]
-    return products
+    return np.fft.irfft(np.abs(spectrum) ** 2, size, axis=0)[: min(lags, values.shape[0])]

@@ -12,7 +12,7 @@ channels: under 2e-4 at 50 cells a period of two samples each. A sample on its o
 an acceleration with that of the cubic through velocities and accelerations at its step's edges. A step in which the
 body turns has a jump: there the mean over the step is taken, enlarged by 1 + (w D)^2 / 24, w the motion's frequency,
 which is what a logger that smooths would see, so that a search meets no jumps. Where it ends lone samples are taken as
-recorded (lone_samples.py).
+recorded (multistart.py).
 
 Belongs here: signals, their rates of change and sensitivities, compiled in channel_rows.py. Does not belong here: the
 instants at which a motion is needed (problem.py), weights, nuisances, the search (output_error.py), the twin of this on

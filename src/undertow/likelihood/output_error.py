@@ -12,7 +12,6 @@ fitted (problem.py), intervals (intervals.py).
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
 from dataclasses import dataclass, replace
 from functools import partial
 
@@ -84,7 +83,7 @@ class Solution:
 
     ``cost`` is the sum of squared weighted residuals and prior terms, ``chi2`` without priors; ``residuals`` one array
     a trial, channels one after the other, in units of their noise; ``jacobians`` likewise (n, p), p in ``used``.
-    ``ambiguity`` (p,) is what the recording leaves open besides (lone_samples.py; None: nothing), as standard errors.
+    ``ambiguity`` (p,) is what the recording leaves open besides (multistart.py; None: nothing), as standard errors.
     """
 
     problem: Problem
@@ -216,7 +215,6 @@ def fit(
     problem: Problem,
     start: Array | None = None,
     growing: bool = True,
-    progress: Callable[[str], None] | None = None,
     effort: SearchEffort = FULL,
 ) -> Solution:
     """The best values of all unknowns.
@@ -237,8 +235,6 @@ def fit(
         for window in windows:
             reached = _search(shortened(problem, window), values, effort)
             values, iterations = reached.values, iterations + reached.iterations
-            if progress is not None:
-                progress(f"window {window:.3g} s")
         end = _search(problem, values, effort)
     except IdentificationError:
         if values is first:

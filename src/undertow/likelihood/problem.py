@@ -16,9 +16,9 @@ import numpy as np
 
 from undertow.conditioning.motion import Motion
 from undertow.conditioning.period import dominant_period
-from undertow.equation.general import PlacedTerm
 from undertow.equation.input import Drive, MotionSize
 from undertow.equation.kernel import SLOT
+from undertow.equation.term import PlacedTerm
 from undertow.errors import IdentificationError
 from undertow.likelihood.priors import GAIN_STD, REST_SHARE, clock_std
 from undertow.recording.recording import Array

@@ -22,7 +22,7 @@ from undertow.likelihood import multistart as blind
 from undertow.likelihood import output_error
 from undertow.likelihood.fit import Fit, Structure
 from undertow.likelihood.group import Coefficient, GroupModel, group_model, terms_by_name
-from undertow.likelihood.lone_samples import as_recorded
+from undertow.likelihood.multistart import as_recorded
 from undertow.likelihood.output_error import Solution
 from undertow.likelihood.problem import Link, Problem, ProblemBuilder, TrialOptions
 from undertow.likelihood.scale import with_scale_error

@@ -242,17 +242,12 @@ def _given_scatter(
         ))  # fmt: skip
         total += trial.normal[:count, :count] - cross @ solved[:, :, :-1]
         right += trial.right[:count] - solved[:, :, -1] @ cross.T
-        log_weight += 0.5 * np.sum(np.log(precision), axis=1) - 0.5 * _log_det(inner)
+        log_weight += 0.5 * np.sum(np.log(precision), axis=1) - 0.5 * np.linalg.slogdet(inner).logabsdet
         log_weight += 0.5 * solved[:, :, -1] @ trial.right[count:]
     covariance = np.asarray(np.linalg.inv(total), dtype=np.float64)
-    centre = np.asarray(np.einsum("mij,mj->mi", covariance, right), dtype=np.float64)
-    log_weight += 0.5 * np.asarray(np.sum(centre * right, axis=1), dtype=np.float64) - 0.5 * _log_det(total)
+    centre = np.einsum("mij,mj->mi", covariance, right)
+    log_weight += 0.5 * np.sum(centre * right, axis=1) - 0.5 * np.linalg.slogdet(total).logabsdet
     return centre, covariance, log_weight
-
-
-def _log_det(matrices: Array) -> Array:
-    """Logarithm of the determinant of each of (m, c, c), (m,)."""
-    return np.asarray(np.linalg.slogdet(matrices)[1], dtype=np.float64)
 
 
 def _share(covariance: Array, weights: Array, shared: int) -> Array:

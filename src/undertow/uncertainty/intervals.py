@@ -9,8 +9,6 @@ import numpy as np
 
 from undertow.likelihood.output_error import Solution
 from undertow.recording.recording import Array
-from undertow.uncertainty.confidence import half_width
-from undertow.uncertainty.repeats import mean_of_trials
 
 BLOCK_PERIODS = 1.5
 """Length of a block of residuals, in periods of the motion: longer than what a residual remembers of itself."""
@@ -42,8 +40,7 @@ def noise_covariance(solution: Solution) -> Array:
         spent = max(1.0, blocks / max(blocks - used.size, 1.0))
         meat[np.ix_(used, used)] += spent * (scores.T @ scores)
     bread = solution.covariance
-    covariance: Array = bread @ (meat + np.diag(solution.problem.believed[1])) @ bread
-    return covariance
+    return bread @ (meat + np.diag(solution.problem.believed[1])) @ bread
 
 
 def residual_covariance(solution: Solution) -> Array:
@@ -57,8 +54,7 @@ def residual_covariance(solution: Solution) -> Array:
     for trial, jac, used, factors in rows:
         weight = np.repeat(factors, trial.t.size)
         meat[np.ix_(used, used)] += jac.T @ (jac * weight[:, None])
-    covariance: Array = solution.covariance @ meat @ solution.covariance
-    return covariance
+    return solution.covariance @ meat @ solution.covariance
 
 
 def noise_factors(solution: Solution) -> list[Array]:
@@ -81,8 +77,3 @@ def noise_factors(solution: Solution) -> list[Array]:
             factors[i] = max(1.0, spent * float(np.mean(power)))
         out.append(factors)
     return out
-
-
-__all__ = [
-    "half_width", "mean_of_trials", "noise_covariance", "noise_factors", "residual_covariance",
-]  # fmt: skip

@@ -16,15 +16,15 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from undertow.errors import IdentificationError
 from undertow.likelihood import eq15, output_error
-from undertow.likelihood.observation_model import signal
-from undertow.likelihood.output_error import Solution, parameter_vector, trajectory
+from undertow.likelihood.output_error import Solution
 from undertow.likelihood.problem import Problem, TrialProblem
+from undertow.likelihood.residuals import parameter_vector, residuals
 from undertow.recording.recording import Array
 from undertow.uncertainty.hierarchy import Effect, scatters_seen
 from undertow.uncertainty.profile import as_noisy
@@ -41,8 +41,6 @@ trials be wrong, no weight exceeds ten times the mean for it."""
 
 FLATTEST = 1e-12
 """Smallest curvature of a proposal over its largest: less is rounding."""
-
-NOTHING = np.zeros(0, dtype=np.int64)
 
 
 @dataclass(frozen=True)
@@ -161,11 +159,10 @@ def _is_own(name: str, symbol: str) -> bool:
 
 def _target(problem: Problem, scale: Array) -> Callable[[int, Array], float]:
     """Logarithm of likelihood times prior of candidate i at its values, up to a constant; -inf out of bounds."""
-    lower = np.array([u.lower for u in problem.unknowns])
-    upper = np.array([u.upper for u in problem.unknowns])
+    lower, upper = problem.bounds
     start, precision = problem.believed
     scatters = np.any(scale != 1.0, axis=0)
-    chi2 = _compiled(problem) if eq15.is_plain(problem) else _general(problem)
+    chi2 = _misfit(problem)
 
     def log_density(i: int, values: Array) -> float:
         if np.any(values < lower) or np.any(values > upper):
@@ -176,45 +173,18 @@ def _target(problem: Problem, scale: Array) -> Callable[[int, Array], float]:
     return log_density
 
 
-def _compiled(problem: Problem) -> Callable[[Array], float]:
-    """Sum of squared weighted residuals by the compiled twin of Eq. 15."""
-    fast, general = eq15.misfit(problem), _general(problem)
+def _misfit(problem: Problem) -> Callable[[Array], float]:
+    """Sum of squared weighted residuals, inf without bounds: by the compiled twin of Eq. 15 where that has a motion."""
+    fast = eq15.misfit(problem) if eq15.is_plain(problem) else None
 
     def chi2(values: Array) -> float:
-        found = fast(values)
-        return general(values) if math.isnan(found) else found
+        found = math.nan if fast is None else fast(values)
+        return sum(_trial(trial, values) for trial in problem.trials) if math.isnan(found) else found
 
     return chi2
 
 
-def _general(problem: Problem) -> Callable[[Array], float]:
-    """The same for any equation, without sensitivities."""
-
-    def chi2(values: Array) -> float:
-        try:
-            return sum(_trial(trial, values) for trial in problem.trials)
-        except IdentificationError:  # a motion without bounds: as improbable as can be
-            return math.inf
-
-    return chi2
-
-
-@np.errstate(invalid="ignore", over="ignore")
 def _trial(trial: TrialProblem, values: Array) -> float:
-    if trial.laws:
-        found = output_error.residuals(trial, values)
-        return math.inf if found is None else float(found[0] @ found[0])
-    theta = parameter_vector(trial, values)
-    late = values[trial.shift] if trial.shift >= 0 else 0.0
-    total = 0.0
-    for channel in trial.channels:
-        times = trial.instants[0] + late + (values[channel.shift] if channel.shift >= 0 else 0.0)
-        motion = trajectory(theta, NOTHING, np.maximum(times, 0.0))
-        seen = signal(trial, channel.quantity, motion, times, theta, NOTHING)[0][:, 0]
-        seen = seen * (1.0 + (values[channel.gain] if channel.gain >= 0 else 0.0))
-        if channel.offset >= 0:
-            seen = seen + values[channel.offset]
-        if channel.drift >= 0:
-            seen = seen + values[channel.drift] * ((trial.t - trial.t[0]) / (trial.t[-1] - trial.t[0]) - 0.5)
-        total += float(np.sum(((seen - channel.values) / channel.sigma) ** 2))
-    return total
+    """One trial's share of it, without sensitivities: its parameters are held at the values; inf without bounds."""
+    found = residuals(replace(trial, base=parameter_vector(trial, values), links=()), values)
+    return math.inf if found is None else float(found[0] @ found[0])

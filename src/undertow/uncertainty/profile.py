@@ -10,7 +10,6 @@ search for each of its points (output_error.py).
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -31,6 +30,9 @@ DOUBLINGS = 12
 
 END_IN_WIDTHS = 0.01
 """An interval's end is found to this share of its distance from the best value."""
+
+STEEP = 1e6
+"""What a rise counts where there is no motion: a finite number, for the search of a zero."""
 
 
 @dataclass(frozen=True)
@@ -114,7 +116,8 @@ class _Walk:
             if side * (outer - bound) >= 0.0:
                 outer = bound
             if self.rise(outer) >= limit:
-                return _crossing(lambda value: self.rise(value) - limit, inner, outer, abs(outer - self.best))
+                near = END_IN_WIDTHS * abs(outer - self.best)
+                return float(brentq(lambda value: min(self.rise(value) - limit, STEEP), inner, outer, xtol=near))
             if outer == bound:
                 return bound
             inner, away = outer, 2.0 * away
@@ -134,12 +137,3 @@ def as_noisy(solution: Solution) -> Problem:
         for trial, factors in zip(solution.problem.trials, noise_factors(solution), strict=True)
     )
     return Problem(solution.problem.unknowns, trials)
-
-
-def _crossing(excess: Callable[[float], float], inner: float, outer: float, width: float) -> float:
-    """Where ``excess`` changes sign between two values, to `END_IN_WIDTHS` of ``width``; inf counts as a large rise."""
-
-    def finite(value: float) -> float:
-        return min(excess(value), 1e6)
-
-    return float(brentq(finite, inner, outer, xtol=END_IN_WIDTHS * width))

@@ -19,7 +19,7 @@ import numpy as np
 from undertow.errors import IdentificationError
 from undertow.quantities import Estimate
 from undertow.recording.recording import Array
-from undertow.uncertainty.confidence import as_stderr, mixture_half_width, widening
+from undertow.uncertainty.confidence import as_stderr, mixture_half_width
 
 GRID = 300
 """Values of the scatter that are summed over, even in its logarithm: twice as many change a half width by 1e-3."""
@@ -157,6 +157,7 @@ def mean_of_trials(estimates: Sequence[Estimate], unit: str, source: str) -> Est
     The scatter is summed over (`scatter_between`): with 3, 4 or 6 trials the standard error is up to 1.8 times the
     scatter over sqrt(n). One trial has no scatter to show: its own error. IdentificationError without a finite value.
 
+    >>> from undertow.uncertainty.confidence import widening
     >>> three = [Estimate(value) for value in (9.0, 10.0, 11.0)]
     >>> mean = mean_of_trials(three, "kg", "three trials")
     >>> round(mean.stderr / (1.0 / 3**0.5), 2), round(widening(2.0), 2)
@@ -178,9 +179,3 @@ def mean_of_trials(estimates: Sequence[Estimate], unit: str, source: str) -> Est
 def noise_of(estimates: Sequence[Estimate]) -> Array:
     """Standard errors (n,) of single trials, 0 where there is none: their scatter then speaks alone."""
     return np.array([e.stderr if math.isfinite(e.stderr) else 0.0 for e in estimates])
-
-
-__all__ = [
-    "Between", "mean_of_trials", "mean_over", "noise_of", "scatter_between", "scatter_of_two", "weighted_mean",
-    "widening",
-]  # fmt: skip

@@ -46,7 +46,7 @@ from undertow.methods.sindy import SindyResult, discover
 from undertow.quantities import OK, Estimate
 from undertow.recording.recording import Condition
 from undertow.uncertainty.disagreement import of_one_trial
-from undertow.uncertainty.intervals import mean_of_trials
+from undertow.uncertainty.repeats import mean_of_trials
 
 PER_TRIAL = ("decay", "sindy", "method1", "method2", "output_error")
 """Methods that a trial can be given alone."""

@@ -28,7 +28,7 @@ from undertow.discrepancy.words import percent
 from undertow.equation.structure import CoulombFriction
 from undertow.quantities import Estimate, format_number
 from undertow.report.arrange import group_numbers
-from undertow.uncertainty.intervals import mean_of_trials
+from undertow.uncertainty.repeats import mean_of_trials
 
 ERRORS = 3.0
 """A number is doubted where it lies so many standard errors outside its range."""

@@ -29,7 +29,7 @@ from undertow.methods.decay import load_cell_stiffness
 from undertow.methods.dry import Scatter, dry_fits, pooled_scatter, structural_terms, structure_from, uneven
 from undertow.quantities import Estimate
 from undertow.recording.patterns import patterns_of
-from undertow.uncertainty.intervals import mean_of_trials
+from undertow.uncertainty.repeats import mean_of_trials
 
 JOINT_AT_MOST = 60
 """Trials of a group that are fitted together and searched: every one has a clock and offsets of its own among the

@@ -40,7 +40,7 @@ class Alone:
         """The same as a reason, with what to do."""
         return (
             f"k, c and mu of its own leave {percent(self.share)} of the motion of trial {self.name}, "
-            f"{math.sqrt(self.misfit):.2g} times its sensors' noise, and far less of the others: look at its file "
+            f"{math.sqrt(self.misfit):.3g} times its sensors' noise, and far less of the others: look at its file "
             "(filtered, samples lost, a knock), or leave it out (recordings.exclude)"
         )
 

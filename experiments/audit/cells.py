@@ -1,6 +1,6 @@
 """What the water between the girders would make of Method 1, without any fit: closed cells, and cells open below.
 
-    python -m experiments.audit.cells      # prints the table of docs/published_tables.md
+    python -m experiments audit.cells      # prints the table of docs/published_tables.md
 
 Closed cells: the first modes of rectangles that hold the printed water (equation/cells.py), the rest moving with the
 walls. Open cells: the poles of the virtual flume (data/virtual_flume/truth.json: linear potential flow around the
@@ -91,5 +91,6 @@ def page_table(found: list[Prediction]) -> str:
     return "\n".join([head, *lines])
 
 
-if __name__ == "__main__":
+def main() -> None:
+    """Print the table."""
     sys.stdout.write(page_table(predictions()) + "\n")

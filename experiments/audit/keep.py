@@ -1,6 +1,6 @@
 """Keeps of an audit's folder what docs/published_tables.md shows: verdicts and four figures.
 
-    undertow audit configs/published.yaml --out runs/published && python -m experiments.audit.keep runs/published
+    undertow audit configs/published.yaml --out runs/published && python -m experiments audit.keep runs/published
 
 Nothing is computed here.
 """
@@ -20,16 +20,12 @@ FIGURES = {
 }  # fmt: skip
 
 
-def main(folder: Path) -> int:
+def main() -> None:
     """Copy figures under their names, and audit.json in one line a table."""
+    folder = Path(sys.argv[1])
     HERE.mkdir(exist_ok=True)
     PICTURES.mkdir(parents=True, exist_ok=True)
     for source, name in FIGURES.items():
         shutil.copy(folder / "figures" / f"{source}.svg", PICTURES / f"{name}.svg")
     said = json.loads((folder / "audit.json").read_text(encoding="utf-8"))
     (HERE / "audit.json").write_text(json.dumps(said, indent=1) + "\n", encoding="utf-8")
-    return 0
-
-
-if __name__ == "__main__":
-    sys.exit(main(Path(sys.argv[1])))

@@ -158,7 +158,7 @@ def section(found: dict[str, Any]) -> str:
     return "\n".join([
         f"{found['tables']} simulated tables of the {TABLES} planned and {found['covering']} of {COVERAGE_TABLES} for "
         f"coverage alone, {found['cpu_s'] / 60.0:.0f} minutes of a core "
-        f"(`python -m experiments.audit.simulated run`; revision {', '.join(found['revisions']) or 'unknown'}).",
+        f"(`python -m experiments audit.simulated run`; revision {', '.join(found['revisions']) or 'unknown'}).",
         f"With an effect planted, its name is among at most {MOST_NAMES} that are said in {one['named_small']} of "
         f"{one['tables']} tables, or its class (dissipation, memory, set-up) is the preferred one's: {one['right']} of "
         f"{one['tables']} ({100.0 * one['right'] / max(one['tables'], 1):.0f} %). It is the preferred name in "

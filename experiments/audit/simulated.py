@@ -1,7 +1,7 @@
 """200 simulated tables: physics known, recipes run, scatter added, audited as if printed.
 
-    python -m experiments.audit.simulated run      # appends to simulated.jsonl, goes on where it stopped
-    python -m experiments.audit.simulated page     # writes the section of docs/published_tables.md
+    python -m experiments audit.simulated run      # appends to simulated.jsonl, goes on where it stopped
+    python -m experiments audit.simulated page     # writes the section of docs/published_tables.md
 
 Three designs on the structure of Tables 1 and 2: Method 1 on one spring at nine releases, Methods 1 and 2 on two
 springs at four releases each. Truths in turn: Eq. 15, linear damping, friction mis-set, a drag that falls with
@@ -268,8 +268,9 @@ def _turn(number: int) -> float:
     return number / TABLES if number < TABLES else (number - TABLES) / COVERAGE_TABLES
 
 
-def main(arguments: list[str]) -> int:
+def main(arguments: list[str] | None = None) -> int:
     """Run what is missing (up to a number, from a number), or write the page's section."""
+    arguments = sys.argv[1:] if arguments is None else arguments
     if arguments[:1] == ["page"]:
         from experiments.audit.scores import write_page
 
@@ -285,7 +286,3 @@ def main(arguments: list[str]) -> int:
             with RESULTS.open("a", encoding="utf-8") as stream:
                 stream.write(json.dumps(found) + "\n")
     return 0
-
-
-if __name__ == "__main__":
-    sys.exit(main(sys.argv[1:]))

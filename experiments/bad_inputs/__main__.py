@@ -1,6 +1,6 @@
 """Every bad input through its command, each in a process of its own.
 
-    python -m experiments.bad_inputs [WORD ...]
+    python -m experiments bad_inputs [WORD ...]
 
 writes docs/bad_inputs.md (with WORDs: prints the cases whose names hold one): exit code, processor time, peak memory
 and the sentence. A traceback, another exit code or sentence, more than `LONGEST_S` or `LARGEST_MB` are marked, and the
@@ -144,14 +144,10 @@ def head(count: int, failed: int) -> str:
 After this page you know how undertow answers what it cannot use: one sentence with the quantity, the value, the rule
 and the next step, an exit code (1: failed, 2: the words or the config are wrong), never a traceback, within seconds.
 
-    python -m experiments.bad_inputs
+    python -m experiments bad_inputs
 
 runs {count} bad inputs through the commands, each in a process of its own, with its processor time and its peak memory
 (some 500 MB are the packages that every command has loaded here); {count - failed} are answered as their case says,
 {failed} are not. The tests run all but the largest of them (`tests/contract/test_bad_inputs_table.py`); random texts
 and changed bytes: `tests/unit/test_untrusted_input.py` and `experiments/fuzz`.
 """
-
-
-if __name__ == "__main__":
-    main()

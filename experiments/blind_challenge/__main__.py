@@ -1,10 +1,10 @@
 """The one entry: draw the cases, run the program on the laboratories, score the verdicts against the truths.
 
-    python -m experiments.blind_challenge generate --set calibration --out runs/blind
-    python -m experiments.blind_challenge run --out runs/blind [--jobs 2]
-    python -m experiments.blind_challenge peers --out runs/blind
-    python -m experiments.blind_challenge score --out runs/blind --page docs/blind_challenge.md
-    python -m experiments.blind_challenge all --small
+    python -m experiments blind_challenge generate --set calibration --out runs/blind
+    python -m experiments blind_challenge run --out runs/blind [--jobs 2]
+    python -m experiments blind_challenge peers --out runs/blind
+    python -m experiments blind_challenge score --out runs/blind --page docs/blind_challenge.md
+    python -m experiments blind_challenge all --small
 
 `--small` is a slice of six quick cases, of which the lightest is run. The set `test` is for frozen revisions: run it
 once, and take a new seed after a rule changed.
@@ -28,8 +28,7 @@ PEER_ROWS = "peers.jsonl"
 
 def arguments(line: list[str]) -> argparse.Namespace:
     """The command line."""
-    parser = argparse.ArgumentParser(prog="python -m experiments.blind_challenge", description=__doc__,
-                                     formatter_class=argparse.RawDescriptionHelpFormatter)  # fmt: skip
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("command", choices=("generate", "run", "peers", "score", "all"))
     parser.add_argument(
         "--out", type=Path, default=Path("runs/blind"), help="folder of the challenge; default runs/blind"
@@ -143,7 +142,3 @@ def main(line: list[str] | None = None) -> int:
     if args.small and args.command == "all":
         shutil.rmtree(args.out)
     return 0
-
-
-if __name__ == "__main__":
-    sys.exit(main())

@@ -166,9 +166,9 @@ def page(t: dict[str, Any], marks: dict[str, Any], picture: str) -> str:
         "measured there, as the expected likelihood ratio of the true law after the prescribed equation was "
         "refitted, with the trials' scatter known "
         "(strength 1: the best possible test at p = .01 finds it every second time).\n",
-        "    python -m experiments.blind_challenge generate --set test --out runs/blind\n"
-        "    python -m experiments.blind_challenge run --out runs/blind\n"
-        "    python -m experiments.blind_challenge score --out runs/blind --page docs/blind_challenge.md\n",
+        "    python -m experiments blind_challenge generate --set test --out runs/blind\n"
+        "    python -m experiments blind_challenge run --out runs/blind\n"
+        "    python -m experiments blind_challenge score --out runs/blind --page docs/blind_challenge.md\n",
         "## Which rows these are\n", _origin(marks),
         table(["truth", "cases"], t["kinds"].items()),
         "## Targets\n", table(["what", "target", "reached", ""], _targets(t)),

@@ -1,9 +1,9 @@
 """Write the counts that verdicts are given their probability by.
 
-    python -m experiments.blind_challenge generate --seed 2102001 --cases 100 --out runs/calibration
-    python -m experiments.blind_challenge run --out runs/calibration --jobs 2
-    python -m experiments.calibration runs/calibration [FOLDER ...]            # --add: beside the counts that stand
-    python -m experiments.calibration FOLDER [...] --fresh FOLDER [...] --page docs/calibration.md
+    python -m experiments blind_challenge generate --seed 2102001 --cases 100 --out runs/calibration
+    python -m experiments blind_challenge run --out runs/calibration --jobs 2
+    python -m experiments calibration runs/calibration [FOLDER ...]            # --add: beside the counts that stand
+    python -m experiments calibration FOLDER [...] --fresh FOLDER [...] --page docs/calibration.md
 
 Sealed campaigns of one or more seeds (1,129 of 2109001; 1,138 of 2112001, 2114001, 2115001, 2116001 and 2117001; 1,461
 of 2100002, 2118001, 2120001, 2121001 and 2123001; a revision each), which are calibration from then on. Cases that data
@@ -19,7 +19,6 @@ from __future__ import annotations
 
 import argparse
 import json
-import sys
 from collections import Counter
 from collections.abc import Sequence
 from pathlib import Path
@@ -69,9 +68,9 @@ def _given(folders: Sequence[Path]) -> tuple[list[Said], str]:
     return [one for folder in folders for one in verdicts_of(folder)], f"{len(rows)} cases of {'; '.join(marks)}"
 
 
-def main(arguments: list[str]) -> int:
+def main(arguments: list[str] | None = None) -> int:
     """Count and write; with a page, write that instead, from the counts as they stand."""
-    parser = argparse.ArgumentParser(prog="python -m experiments.calibration")
+    parser = argparse.ArgumentParser()
     parser.add_argument("folders", nargs="+", type=Path, help="calibration: folders of the blind challenge")
     parser.add_argument("--add", action="store_true", help="add to the counts that stand instead of replacing them")
     parser.add_argument("--fresh", nargs="+", type=Path, help="folders of seeds that nobody had looked at")
@@ -92,7 +91,3 @@ def main(arguments: list[str]) -> int:
     picture.savefig(options.page.parent / PICTURE)
     options.page.write_text(text, encoding="utf-8")
     return 0
-
-
-if __name__ == "__main__":
-    sys.exit(main(sys.argv[1:]))

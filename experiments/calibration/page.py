@@ -171,8 +171,8 @@ def page(
         f"level that nearly stands out (p below {NEARLY}), one that leans to it (below {LEANS}) or does not, each seen "
         "sharply (no more than a tenth of what counts can hide) or not; something small without a name of two: "
         f"beyond every replica (p below {BEYOND}) or not.\n",
-        "    python -m experiments.calibration runs/a runs/b         # the counts; --add: to those that stand\n"
-        "    python -m experiments.calibration runs/a runs/b --fresh runs/c runs/d --page docs/calibration.md\n",
+        "    python -m experiments calibration runs/a runs/b         # the counts; --add: to those that stand\n"
+        "    python -m experiments calibration runs/a runs/b --fresh runs/c runs/d --page docs/calibration.md\n",
         "## Counts\n", f"{counts['campaigns']} campaigns of seeds {seeds}.\n",
         table(["verdict", "said", "held", "probability"], rows),
         "## Families of truths left out\n",

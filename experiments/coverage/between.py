@@ -1,6 +1,6 @@
 """Do nominal 90 % intervals hold the truth where trials differ by more than their errors, and where they are alike?
 
-    python -m experiments.coverage.between          # 600 simulated campaigns, some minutes; writes between.csv, .md
+    python -m experiments coverage.between          # 600 simulated campaigns, some minutes; writes between.csv, .md
 
 Campaigns of 2, 3, 4 or 6 decays of one body with linear and quadratic damping, noise, no dry trials; the linear damping
 of every trial is the body's own times 1 + scatter z. All trials are fitted together, then each alone, and the joint
@@ -93,7 +93,7 @@ def table(rows: list[dict[str, object]], draws: int) -> str:
     """The two tables of between.md."""
     out = [
         "# Trials that differ: coverage of nominal 90 % intervals", "",
-        "    python -m experiments.coverage.between", "",
+        "    python -m experiments coverage.between", "",
         "Decays: the joint fit's own errors and the grown ones; c differs from trial to trial, k and drag do not.", "",
         "| trials | scatter of c | c: own, % | c: grown, % | k: own, grown | drag: own, grown | c's error, times |",
         "|---|---|---|---|---|---|---|",
@@ -137,7 +137,3 @@ def main() -> None:
         writer.writeheader()
         writer.writerows(rows)
     PAGE.write_text(table(rows, asked.draws), encoding="utf-8")
-
-
-if __name__ == "__main__":
-    main()

@@ -1,6 +1,6 @@
 """Do nominal 90 % intervals hold the truth in 90 of 100 campaigns? Few trials, coloured noise, drift, clocks, scatter.
 
-    python -m experiments.coverage.study            # 402 campaigns, 6 minutes on one core; writes coverage.csv
+    python -m experiments coverage.study            # 402 campaigns, 6 minutes on one core; writes coverage.csv
 
 Each campaign goes the way that `undertow run` goes: conditioned, k, c, mu from its dry trials, then the group in water
 by output error; what is counted is value +- 1.645 stderr, as levels.csv has them. Belongs here: that count. Does not
@@ -11,7 +11,6 @@ from __future__ import annotations
 
 import argparse
 import csv
-import sys
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from itertools import product
@@ -30,6 +29,7 @@ from undertow.methods.dry import dry_fits, pooled_scatter, structural_terms, str
 from undertow.quantities import Estimate
 from undertow.uncertainty.repeats import mean_of_trials
 
+IN_MINUTES = "--campaigns 1 --out {}/coverage.csv"
 RESULTS = Path(__file__).with_name("coverage.csv")
 TERMS = terms_by_name(("stiffness", "viscous_damping", "coulomb_friction", "added_mass", "quadratic_drag"))
 COUNTS = (3, 4, 6)
@@ -169,7 +169,3 @@ def main(arguments: list[str] | None = None) -> int:
     write(study(options.campaigns, options.first), options.out)
     print("\n".join(summary(read(options.out))))
     return 0
-
-
-if __name__ == "__main__":
-    sys.exit(main())

@@ -1,7 +1,7 @@
 """`undertow differ` tried on pairs whose difference is known: writes docs/differ.json and the table of docs/differ.md.
 
-    python -m experiments.differ              # all pairs
-    python -m experiments.differ --only NAME  # one, printed alone
+    python -m experiments differ              # all pairs
+    python -m experiments differ --only NAME  # one, printed alone
 """
 
 from __future__ import annotations
@@ -61,7 +61,3 @@ def main() -> None:
         before, _, after = page.read_text(encoding="utf-8").split(MARK)
         page.write_text(f"{before}{MARK}\n{table(rows)}\n{MARK}{after}", encoding="utf-8")
     print(table(rows))
-
-
-if __name__ == "__main__":
-    main()

@@ -1,4 +1,4 @@
-"""`python -m experiments.driven [FOLDER]`: runs configs/driven where FOLDER lacks a run; for docs/driven_measured.md.
+"""`python -m experiments driven [FOLDER]`: runs configs/driven where FOLDER lacks a run; for docs/driven_measured.md.
 
 Belongs here: that table and its picture. Does not belong here: any number of it (verdict.json of the runs).
 """
@@ -32,8 +32,9 @@ def row(name: str, folder: Path) -> str:
     return f"| {name} | {given} | {shown[0]} | {added} | {shown[-1]} |"
 
 
-def main(folder: Path) -> None:
+def main() -> None:
     """Make the runs that are not there, and write the table."""
+    folder = Path(sys.argv[1]) if len(sys.argv) > 1 else ROOT / "runs"
     lines = ["| set | equation given | free run, unseen | added | free run, unseen |", "|---|---|---|---|---|"]
     for name in SETS:
         if not (folder / name / "verdict.json").exists():
@@ -43,7 +44,3 @@ def main(folder: Path) -> None:
             )
         lines.append(row(name, folder / name))
     put("\n".join(lines), "table")
-
-
-if __name__ == "__main__":
-    main(Path(sys.argv[1]) if len(sys.argv) > 1 else ROOT / "runs")

@@ -1,4 +1,4 @@
-"""`python -m experiments.driven.additions [--calibration] [FILE]`: what the search adds to bodies of known laws.
+"""`python -m experiments driven.additions [--calibration] [FILE]`: what the search adds to bodies of known laws.
 
 Bodies that lack nothing count false additions; bodies that lack one law count right names. Seeds of the rules'
 calibration and those of the proof differ. A finished row is kept in FILE, so that a run goes on where it stopped.
@@ -8,14 +8,12 @@ Belongs here: the list of bodies, rows, the table of docs/driven_measured.md. Do
 
 from __future__ import annotations
 
-import csv
-import sys
 import time
 from collections.abc import Iterator, Sequence
 from pathlib import Path
 
 from experiments.driven.bodies import GIVEN, Body, body, record
-from experiments.driven.page import put
+from experiments.driven.page import resumed
 from undertow.comparison.driven_search import discover_driven
 from undertow.equation.driven_laws import find_driven
 from undertow.likelihood.driven import DrivenLaws
@@ -54,14 +52,19 @@ def cases(first: int) -> Iterator[tuple[Body, float]]:
             yield body(kind, first + 100 * (1 + hundred) + number, missing), 0.0
 
 
+def label(one: Body, wander: float) -> tuple[str, ...]:
+    """What a body's line begins with."""
+    return one.kind, str(one.seed), f"{wander:g}", one.missing or "nothing"
+
+
 def row(one: Body, wander: float) -> tuple[str, ...]:
     """One body's line."""
     trial, begun = record(one, wander), time.perf_counter()
     found = discover_driven([trial], DrivenLaws(tuple(find_driven(name) for name in GIVEN[one.kind])))
     seconds = time.perf_counter() - begun
     numbers = (*found.validation, trial.noise()[trial.main])
-    said = (one.kind, str(one.seed), f"{wander:g}", one.missing or "nothing", " ".join(found.added) or "nothing")
-    return (*said, *(f"{number:.4g}" for number in numbers), f"{seconds:.1f}")
+    added = " ".join(found.added) or "nothing"
+    return (*label(one, wander), added, *(f"{number:.4g}" for number in numbers), f"{seconds:.1f}")
 
 
 def table(rows: Sequence[Sequence[str]]) -> str:
@@ -85,29 +88,8 @@ def table(rows: Sequence[Sequence[str]]) -> str:
     return "\n".join(lines)
 
 
-def main(path: Path, first: int) -> None:
-    """Run what the file lacks, a line at a time; print the table, and put that of the proof on the page."""
-    done = {tuple(one[:4]) for one in read(path)}
-    for one, wander in cases(first):
-        if (one.kind, str(one.seed), f"{wander:g}", one.missing or "nothing") in done:
-            continue
-        line = row(one, wander)
-        print(*line, flush=True)
-        with path.open("a", newline="", encoding="utf-8") as stream:
-            csv.writer(stream, lineterminator="\n").writerows([HEADER, line] if not stream.tell() else [line])
-    print(table(read(path)))
-    if path == RESULT:
-        put(table(read(path)), "additions")
-
-
-def read(path: Path) -> list[list[str]]:
-    """Rows of a file that may not be there yet."""
-    if not path.exists():
-        return []
-    with path.open(newline="", encoding="utf-8") as stream:
-        return list(csv.reader(stream))[1:]
-
-
-if __name__ == "__main__":
-    given = [word for word in sys.argv[1:] if not word.startswith("--")]
-    main(Path(given[0]) if given else RESULT, CALIBRATION if "--calibration" in sys.argv else PROOF)
+def main() -> None:
+    """The study as a command."""
+    resumed(
+        RESULT, HEADER, (CALIBRATION, PROOF), cases, label, lambda one, wander: [row(one, wander)], table, "additions"
+    )

@@ -1,4 +1,4 @@
-"""`python -m experiments.driven.bands [--calibration] [FILE]`: what the 90 % bands of predicted driven motions hold.
+"""`python -m experiments driven.bands [--calibration] [FILE]`: what the 90 % bands of predicted driven motions hold.
 
 Bodies with numbers drawn at random are fitted to one record, with the law that they have beyond the given equation
 added, or kept from the search, so that the equation lacks something for good. The equation is run free on fresh
@@ -11,16 +11,13 @@ Belongs here: these cases, rows, the table of docs/driven_measured.md. Does not 
 
 from __future__ import annotations
 
-import csv
-import sys
 from collections.abc import Iterator, Sequence
 from pathlib import Path
 
 import numpy as np
 
-from experiments.driven.additions import read
 from experiments.driven.bodies import GIVEN, Body, body, record
-from experiments.driven.page import put
+from experiments.driven.page import resumed
 from undertow.comparison.driven_search import discover_driven
 from undertow.conditioning.driven import DrivenTrial
 from undertow.equation.driven_laws import find_driven
@@ -52,6 +49,11 @@ def cases(first: int) -> Iterator[tuple[Body, bool]]:
                     yield one, False
 
 
+def label(one: Body, searched: bool) -> tuple[str, ...]:
+    """What a body's lines begin with."""
+    return one.kind, str(one.seed), one.missing or "nothing", "yes" if searched else "no"
+
+
 def rows(one: Body, searched: bool) -> list[tuple[str, ...]]:
     """One body's lines, one for each size of the force."""
     trial = record(one)
@@ -73,9 +75,8 @@ def rows(one: Body, searched: bool) -> list[tuple[str, ...]]:
                 np.mean((seen >= low) & (seen <= high)), np.mean(0.5 * (high - low)), np.sqrt(np.mean(away**2)),
                 trial.noise()[trial.main], motion_of(fresh),
             ))  # fmt: skip
-        said = (one.kind, str(one.seed), one.missing or "nothing", "yes" if searched else "no")
         mean = (f"{number:.4g}" for number in np.mean(counts, axis=0))
-        out.append((*said, " ".join(found.added) or "nothing", f"{force:g}", *mean))
+        out.append((*label(one, searched), " ".join(found.added) or "nothing", f"{force:g}", *mean))
     return out
 
 
@@ -111,22 +112,6 @@ def table(lines: Sequence[Sequence[str]]) -> str:
     return "\n".join(out)
 
 
-def main(path: Path, first: int) -> None:
-    """Run what the file lacks; print the table, and put that of the committed file on the page."""
-    done = {tuple(one[:4]) for one in read(path)}
-    for one, searched in cases(first):
-        if (one.kind, str(one.seed), one.missing or "nothing", "yes" if searched else "no") in done:
-            continue
-        lines = rows(one, searched)
-        for line in lines:
-            print(*line, flush=True)
-        with path.open("a", newline="", encoding="utf-8") as stream:
-            csv.writer(stream, lineterminator="\n").writerows([*([HEADER] if not stream.tell() else []), *lines])
-    print(table(read(path)))
-    if path == RESULT:
-        put(table(read(path)), "bands")
-
-
-if __name__ == "__main__":
-    given = [word for word in sys.argv[1:] if not word.startswith("--")]
-    main(Path(given[0]) if given else RESULT, CALIBRATION if "--calibration" in sys.argv else PROOF)
+def main() -> None:
+    """The study as a command."""
+    resumed(RESULT, HEADER, (CALIBRATION, PROOF), cases, label, rows, table, "bands")

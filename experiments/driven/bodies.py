@@ -5,7 +5,7 @@ Belongs here: their numbers, their records. Does not belong here: what the searc
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -16,6 +16,8 @@ from undertow.equation.driven import driven_motion
 from undertow.equation.driven_laws import find_driven, places
 from undertow.equation.driven_slots import DRIVEN_SLOT, N_DRIVEN
 from undertow.equation.input import MotionSize, drive_of
+from undertow.equation.term import Term
+from undertow.quantities import Mover
 from undertow.recording.recording import Array
 
 NOTHING = np.zeros(0, dtype=np.int64)
@@ -47,13 +49,28 @@ class Body:
 
     def theta(self, state: tuple[float, float, float] = (0.0, 0.0, 0.0)) -> Array:
         """The integrator's vector from a state x, v, z (m, m/s, N)."""
-        theta = np.zeros(N_DRIVEN)
         laws = [find_driven(name) for name in (*GIVEN[self.kind], *([self.missing] if self.missing else []))]
-        slots = {place.name: place.slots[0] for place in places(laws)} | {"mass_kg": "mass"}
-        values = {"gain": 1.0, "bw_unit": 1.0, "bw_n": 1.0, **dict(zip(("x0", "v0", "bw_z0"), state, strict=True))}
-        for name, value in {**values, **{slots[name]: value for name, value in self.numbers.items()}}.items():
-            theta[DRIVEN_SLOT[name]] = value
-        return theta
+        return theta_of(laws, self.numbers, dict(zip(("x0", "v0", "bw_z0"), state, strict=True)))
+
+
+def slots_of(laws: Sequence[Term], mover: Mover | None = None) -> dict[str, str]:
+    """The integrator's slot of each number, by law.parameter, ``mass_kg`` and ``input_delay_s``."""
+    own = {place.name: place.slots[0] for place in places(laws, mover)}
+    return own | {"mass_kg": "mass", "input_delay_s": "delay"}
+
+
+def theta_of(
+    laws: Sequence[Term], numbers: Mapping[str, float], more: Mapping[str, float], mover: Mover | None = None
+) -> Array:
+    """The integrator's vector of a body with these numbers, by their names of `slots_of`, and ``more`` by slot."""
+    slots = slots_of(laws, mover)
+    values = {"gain": 1.0, "bw_unit": 1.0, "bw_n": 1.0} | dict(more)
+    for law in laws:
+        values |= law.constants
+    theta = np.zeros(N_DRIVEN)
+    for slot, value in (values | {slots[name]: value for name, value in numbers.items()}).items():
+        theta[DRIVEN_SLOT[slot]] = value
+    return theta
 
 
 def body(kind: str, seed: int, missing: str = "") -> Body:

@@ -1,4 +1,4 @@
-"""`python -m experiments.driven.closed_loop`: output error beside an instrument, on carriages in closed loop.
+"""`python -m experiments driven.closed_loop`: output error beside an instrument, on carriages in closed loop.
 
 The force of a controller answers to what pushes the carriage and is not recorded. Where nothing does, both estimates
 are right; where much does, output error is drawn to one side, and the instrument (the controller's target) is not.
@@ -9,14 +9,13 @@ Belongs here: these cases, the table of docs/driven_measured.md. Does not belong
 
 from __future__ import annotations
 
-import csv
 from collections.abc import Sequence
 from pathlib import Path
 
 import numpy as np
 
 from experiments.driven.bodies import GIVEN, body, record
-from experiments.driven.page import put
+from experiments.driven.page import kept
 from undertow.equation.driven_laws import find_driven
 from undertow.errors import IdentificationError
 from undertow.likelihood.driven import DrivenLaws
@@ -82,10 +81,4 @@ def main() -> None:
         for seed in SEEDS:
             lines += rows(push, seed)
             print(push, seed, flush=True)
-    with RESULT.open("w", newline="", encoding="utf-8") as stream:
-        csv.writer(stream, lineterminator="\n").writerows([HEADER, *lines])
-    put(table(lines), "closed loop")
-
-
-if __name__ == "__main__":
-    main()
+    kept(RESULT, HEADER, lines, table, "closed loop")

@@ -1,4 +1,4 @@
-"""`python -m experiments.driven.efficiency [RECORDS]`: errors of driven fits beside the Cramer-Rao bound.
+"""`python -m experiments driven.efficiency [RECORDS]`: errors of driven fits beside the Cramer-Rao bound.
 
 Bodies are known: every record of a case has the same body and input, and noise of its own. The bound comes of the
 exact sensitivities at the truth, the start state among the unknowns; a fit begins from no start values where all laws
@@ -10,7 +10,6 @@ Belongs here: these cases, their rows, the table of docs/driven_measured.md. Doe
 
 from __future__ import annotations
 
-import csv
 import sys
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
@@ -18,11 +17,12 @@ from pathlib import Path
 
 import numpy as np
 
-from experiments.driven.page import put
+from experiments.driven.bodies import NOTHING, slots_of, theta_of
+from experiments.driven.page import kept
 from undertow.conditioning.driven import DrivenTrial, Frame, Quantity
 from undertow.equation.driven import driven_motion
-from undertow.equation.driven_laws import find_driven, places
-from undertow.equation.driven_slots import DRIVEN_SLOT, N_DRIVEN
+from undertow.equation.driven_laws import find_driven
+from undertow.equation.driven_slots import DRIVEN_SLOT
 from undertow.equation.input import MotionSize
 from undertow.likelihood.driven import MASS, DrivenLaws, drive_for
 from undertow.methods.driven import fit_driven
@@ -72,16 +72,11 @@ class Case:
     @property
     def slots(self) -> dict[str, str]:
         """The integrator's slot of each number."""
-        own = {place.name: place.slots[0] for place in places(self.laws.terms, mover_of(self.quantity))}
-        return own | {MASS: "mass", DELAY: "delay"}
+        return slots_of(self.laws.terms, mover_of(self.quantity))
 
     def theta(self) -> Array:
         """The integrator's vector of the truth, from rest."""
-        theta = np.zeros(N_DRIVEN)
-        values = {"gain": 1.0, "bw_unit": 1.0, "bw_n": 1.0}
-        for name, value in {**values, **{self.slots[n]: v for n, v in self.numbers.items()}}.items():
-            theta[DRIVEN_SLOT[name]] = value
-        return theta
+        return theta_of(self.laws.terms, self.numbers, {}, mover_of(self.quantity))
 
 
 def near(numbers: Mapping[str, float], share: float = 0.1) -> dict[str, float]:
@@ -121,8 +116,7 @@ def clean(case: Case) -> DrivenTrial:
         u = 12.0 * np.sin(2.0 * np.pi * 0.25 * t)
     frames: dict[str, Frame] = {"displacement": "relative"} if case.quantity != "force" else {}
     made = DrivenTrial("record", t, u, {"displacement": u}, case.quantity, case.hold, frames=frames)
-    nothing = np.zeros(0, dtype=np.int64)
-    x = driven_motion(case.theta(), nothing, drive_for(made), t, MotionSize(), FINE).x[:, 0]
+    x = driven_motion(case.theta(), NOTHING, drive_for(made), t, MotionSize(), FINE).x[:, 0]
     return replace(made, outputs={"displacement": x})
 
 
@@ -181,16 +175,11 @@ def table(lines: Sequence[Sequence[str]]) -> str:
     return "\n".join(out)
 
 
-def main(records: int = RECORDS) -> None:
+def main() -> None:
     """Every case, the file and the page's table."""
+    records = int(sys.argv[1]) if len(sys.argv) > 1 else RECORDS
     lines = []
     for label in CASES:
         lines += rows(label, range(FIRST_SEED, FIRST_SEED + records))
         print(table([line for line in lines if line[0] == label]).splitlines()[-1], flush=True)
-    with RESULT.open("w", newline="", encoding="utf-8") as stream:
-        csv.writer(stream, lineterminator="\n").writerows([HEADER, *lines])
-    put(table(lines), "efficiency")
-
-
-if __name__ == "__main__":
-    main(*(int(word) for word in sys.argv[1:]))
+    kept(RESULT, HEADER, lines, table, "efficiency")

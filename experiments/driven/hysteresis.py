@@ -1,4 +1,4 @@
-"""`python -m experiments.driven.hysteresis [--calibration] [FILE]`: which hysteresis, proved on another amplitude.
+"""`python -m experiments driven.hysteresis [--calibration] [FILE]`: which hysteresis, proved on another amplitude.
 
 Sprung bodies with one of the family's laws under a random force. The search knows the spring and the damper; what it
 adds is run free on a record of twice and of half the amplitude that it was given, and so is every other member, fitted
@@ -10,22 +10,19 @@ Belongs here: truths, records, rows, the table of docs/driven_measured.md. Does 
 
 from __future__ import annotations
 
-import csv
-import sys
 import time
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 
 import numpy as np
 
-from experiments.driven.additions import read
-from experiments.driven.page import put
+from experiments.driven.bodies import NOTHING, theta_of
+from experiments.driven.page import resumed
 from undertow.comparison.driven_folds import validation_rms
 from undertow.comparison.driven_search import DrivenFound, discover_driven
 from undertow.conditioning.driven import DrivenTrial
 from undertow.equation.driven import driven_motion
-from undertow.equation.driven_laws import find_driven, places
-from undertow.equation.driven_slots import DRIVEN_SLOT, N_DRIVEN
+from undertow.equation.driven_laws import find_driven
 from undertow.equation.input import MotionSize, drive_of
 from undertow.likelihood.driven import DrivenLaws
 from undertow.methods.driven import DrivenFit
@@ -74,15 +71,10 @@ def record(truth: str, seed: int, factor: float) -> DrivenTrial:
     """The body's record at a force of so many times FORCE_N, with white noise."""
     numbers, rng = numbers_of(truth, seed), np.random.default_rng([seed, round(100 * factor)])
     laws = [find_driven(name) for name in (*GIVEN, truth.split()[0])]
-    slots = {place.name: place.slots[0] for place in places(laws)} | {"mass_kg": "mass"}
-    theta = np.zeros(N_DRIVEN)
-    values = {"gain": 1.0, **laws[-1].constants, **{slots[name]: value for name, value in numbers.items()}}
-    for slot, value in values.items():
-        theta[DRIVEN_SLOT[slot]] = value
     t = np.arange(SAMPLES) / RATE_HZ
     u = np.convolve(rng.normal(size=t.size + 40), np.hanning(40), "same")[: t.size]
     u *= factor * FORCE_N / np.std(u)
-    x = driven_motion(theta, np.zeros(0, dtype=np.int64), drive_of(t, u), t, MotionSize(), 60).x[:, 0]
+    x = driven_motion(theta_of(laws, numbers, {}), NOTHING, drive_of(t, u), t, MotionSize(), 60).x[:, 0]
     return DrivenTrial("body", t, u, {"displacement": x + NOISE_M * rng.normal(size=t.size)}, hold="first")
 
 
@@ -157,22 +149,16 @@ def table(rows: Sequence[Sequence[str]]) -> str:
     return "\n".join(lines)
 
 
-def main(path: Path, first: int) -> None:
-    """Run what the file lacks, a line at a time; print the table, and put that of the proof on the page."""
-    done = {tuple(one[:2]) for one in read(path)}
+def cases(first: int) -> Iterator[tuple[str, int]]:
+    """Every body of a set: its truth and its seed."""
     for number in range(REPEATED):
         for truth in TRUTHS:
-            if (truth, str(first + number)) in done:
-                continue
-            line = row(truth, first + number)
-            print(*line, flush=True)
-            with path.open("a", newline="", encoding="utf-8") as stream:
-                csv.writer(stream, lineterminator="\n").writerows([HEADER, line] if not stream.tell() else [line])
-    print(table(read(path)))
-    if path == RESULT:
-        put(table(read(path)), "hysteresis")
+            yield truth, first + number
 
 
-if __name__ == "__main__":
-    given = [word for word in sys.argv[1:] if not word.startswith("--")]
-    main(Path(given[0]) if given else RESULT, CALIBRATION if "--calibration" in sys.argv else PROOF)
+def main() -> None:
+    """The study as a command."""
+    resumed(
+        RESULT, HEADER, (CALIBRATION, PROOF), cases, lambda truth, seed: (truth, str(seed)),
+        lambda truth, seed: [row(truth, seed)], table, "hysteresis",
+    )  # fmt: skip

@@ -1,4 +1,4 @@
-"""`python -m experiments.driven.newmark`: what the integrator of the Bouc-Wen benchmark does to the mass that is found.
+"""`python -m experiments driven.newmark`: what the integrator of the Bouc-Wen benchmark does to the mass that is found.
 
 The benchmark's authors integrate with Newmark's constant mean acceleration at 15 kHz. Motions made so under the first
 8,192 forces of the training record, at that rate and at four times it, with hardly any noise, are fitted here; the
@@ -63,7 +63,3 @@ def main() -> None:
         )  # fmt: skip
         said = ", ".join(f"{name} {one.value:.6g}" for name, one in found.numbers.items())
         print(f"{RATE_HZ * steps / 1e3:g} kHz: {said}", flush=True)
-
-
-if __name__ == "__main__":
-    main()

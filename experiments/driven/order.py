@@ -1,5 +1,5 @@
 """How often swapped columns of force and displacement are refused, and columns in their places are not:
-``python -m experiments.driven.order`` (under a minute, and the table of docs/driven_measured.md).
+``python -m experiments driven.order`` (under a minute, and the table of docs/driven_measured.md).
 
 Belongs here: the cases and their counts. Does not belong here: the rule (methods/driven_order.py).
 """
@@ -10,13 +10,12 @@ from collections.abc import Callable, Iterator
 
 import numpy as np
 
-from experiments.driven.bodies import body, record
+from experiments.driven.bodies import NOTHING, body, record, theta_of
 from experiments.driven.page import put
 from undertow.campaign.config import load
 from undertow.campaign.driven.trials import driven_trials
 from undertow.conditioning.driven import DrivenTrial
 from undertow.equation.driven import driven_motion
-from undertow.equation.driven_slots import DRIVEN_SLOT, N_DRIVEN
 from undertow.equation.input import MotionSize, drive_of
 from undertow.errors import IdentificationError
 from undertow.methods.driven_order import must_not_be_swapped
@@ -36,10 +35,8 @@ def simple(numbers: dict[str, float], seed: int, swept: bool = False, delay: flo
     u = np.convolve(rng.normal(size=t.size + 30), np.hanning(30), "same")[: t.size] * 20.0
     if swept:
         u = 60.0 * np.sin(2.0 * np.pi * (0.2 * t + 0.5 * 1.4 / t[-1] * t**2))
-    theta = np.zeros(N_DRIVEN)
-    for name, value in {"gain": 1.0, "bw_unit": 1.0, "bw_n": 1.0, "delay": delay, **numbers}.items():
-        theta[DRIVEN_SLOT[name]] = value
-    x = driven_motion(theta, np.zeros(0, dtype=np.int64), drive_of(t, u, "first"), t, MotionSize(), 60).x[:, 0]
+    theta = theta_of((), {}, {"delay": delay, **numbers})
+    x = driven_motion(theta, NOTHING, drive_of(t, u, "first"), t, MotionSize(), 60).x[:, 0]
     return DrivenTrial("simple", t, u, {"displacement": x + 1e-4 * rng.normal(size=t.size)})
 
 
@@ -85,7 +82,3 @@ def main() -> None:
         lines.append(f"| {name} | {len(trials)} | {' | '.join(map(str, counts))} |")
         print(lines[-1], flush=True)
     put("\n".join(lines), "order")
-
-
-if __name__ == "__main__":
-    main()

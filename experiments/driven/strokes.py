@@ -1,4 +1,4 @@
-"""`python -m experiments.driven.strokes [--emps]`: carriages whose offset and friction vary from stroke to stroke.
+"""`python -m experiments driven.strokes [--emps]`: carriages whose offset and friction vary from stroke to stroke.
 
 Each is fitted to one record of 25 s (ten strokes) by output error, and beside that with deviations by stroke where the
 record asks for them; both are run free on fresh records of the same carriage. With --emps EMPS' training record stands
@@ -10,7 +10,6 @@ Belongs here: these cases, the tables of docs/driven_measured.md. Does not belon
 
 from __future__ import annotations
 
-import csv
 import sys
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
@@ -21,7 +20,7 @@ import numpy as np
 from benchmarks.beside_peers.driven_sets import load
 from experiments.driven.bands import motion_of
 from experiments.driven.bodies import GIVEN, body, record
-from experiments.driven.page import put
+from experiments.driven.page import kept, put
 from undertow.conditioning.driven import DrivenTrial
 from undertow.equation.driven_laws import find_driven
 from undertow.errors import IdentificationError
@@ -151,16 +150,12 @@ def emps() -> None:
 
 
 def main() -> None:
-    """Every case, the file and the page's table."""
+    """Every case, the file and the page's table; or the page's table of EMPS."""
+    if "--emps" in sys.argv:
+        return emps()
     lines = []
     for case in CASES:
         for seed in SEEDS:
             lines.append(line_of(case, seed))
             print(*lines[-1], flush=True)
-    with RESULT.open("w", newline="", encoding="utf-8") as stream:
-        csv.writer(stream, lineterminator="\n").writerows([HEADER, *lines])
-    put(table(lines), "strokes")
-
-
-if __name__ == "__main__":
-    emps() if "--emps" in sys.argv else main()
+    kept(RESULT, HEADER, lines, table, "strokes")

@@ -1,6 +1,6 @@
 """How often a fit from a blind start ends at the best optimum: 500 starts of each kind of fit.
 
-    nice -n 10 python -m experiments.efficiency.blind            # writes blind.csv and blind.md beside this file
+    nice -n 10 python -m experiments efficiency.blind            # writes blind.csv and blind.md beside this file
 
 Each start has its own noise. The best optimum is where a fit from the truth ends, or the blind fit where that is lower.
 A fit has its cost when it is within 0.01 of it (a tenth of a standard error); it is in its valley when every unknown is
@@ -23,6 +23,7 @@ from experiments.eq15_campaign import tables
 from undertow.likelihood import multistart as blind
 from undertow.likelihood import output_error
 
+IN_MINUTES = "--starts 4 --to {}"
 HERE = Path(__file__).parent
 NOISE_M = 2e-4
 NEAR_COST = 0.01
@@ -98,7 +99,3 @@ def main() -> None:
     text = f"# Blind starts\n\nStarts: {ranges} (units and law in cases.py).\n\n{summary(rows)}\n"
     (given.to / "blind.md").write_text(text)
     print(text)
-
-
-if __name__ == "__main__":
-    main()

@@ -1,6 +1,6 @@
 """How close to the Cramer-Rao bound output error is: std over bound and bias over bound of every unknown.
 
-    nice -n 10 python -m experiments.efficiency.bound        # 1,000 realisations; writes efficiency.md and .csv here
+    nice -n 10 python -m experiments efficiency.bound        # 1,000 realisations; writes efficiency.md and .csv here
 
 The bound is the covariance at the truth from the exact sensitivities. Fits start up to three bounds from the truth:
 that every blind start arrives at the same optimum is blind.py's business.
@@ -19,6 +19,7 @@ import numpy as np
 from experiments.efficiency.cases import Case, eq15, hidden
 from undertow.likelihood import output_error
 
+IN_MINUTES = "--realisations 4 --to {}"
 HERE = Path(__file__).parent
 LEVELS = (("long", 2.57), ("short", 2.36))
 NOISES_M = (1e-4, 1e-3)
@@ -95,7 +96,3 @@ def main() -> None:
         writer.writerows([{k: f"{v:.4g}" if isinstance(v, float) else v for k, v in row.items()} for row in table])
     (given.to / "efficiency.md").write_text(markdown(table))
     print(markdown(table))
-
-
-if __name__ == "__main__":
-    main()

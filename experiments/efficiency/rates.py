@@ -1,7 +1,7 @@
 """Whether an estimate depends on the sampling rate: one motion with one noise at 100, 250 and 1000 Hz.
 
-    python -m experiments.efficiency.rates       # four minutes; writes rates.md beside this file
-    python -m experiments.efficiency.rates --first 10 --to experiments/efficiency/rates_fresh.md
+    python -m experiments efficiency.rates       # four minutes; writes rates.md beside this file
+    python -m experiments efficiency.rates --first 10 --to experiments/efficiency/rates_fresh.md
 
 A slower record of the same motion and noise is made from the 1 kHz one in two ways: means of 4 and of 10 samples, as a
 logger that averages gives them, and single samples of the motion that carry the mean noise of their neighbours, as a
@@ -30,6 +30,7 @@ from undertow.likelihood.problem import Link, Problem, ProblemBuilder, TrialOpti
 from undertow.recording.recording import Recording
 from undertow.uncertainty.intervals import noise_covariance
 
+IN_MINUTES = "--seeds 1 --to {}/rates.md"
 HERE = Path(__file__).parent
 MEANS_OF = {1000: 1, 250: 4, 100: 10}
 LIMIT_STDERR = 0.3
@@ -149,7 +150,7 @@ def main() -> None:
         "# Estimates at 100, 250 and 1000 Hz", "",
         "|difference from 1 kHz| of m_a, C_d, c, mu in reported standard errors, median and largest of",
         f"{4 * given.seeds} (seeds from {given.first} on); the limit is {LIMIT_STDERR}. Made by "
-        "`python -m experiments.efficiency.rates`.",
+        "`python -m experiments efficiency.rates`.",
     ]  # fmt: skip
     seeds = range(given.first, given.first + given.seeds)
     found = {
@@ -167,7 +168,3 @@ def main() -> None:
         lines += ["", f"{np.count_nonzero(every > LIMIT_STDERR)} of {every.size} are beyond the limit."]
     given.to.write_text("\n".join(lines) + "\n")
     print("\n".join(lines))
-
-
-if __name__ == "__main__":
-    main()

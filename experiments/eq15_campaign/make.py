@@ -1,7 +1,7 @@
 """Make the Eq. 15 campaign, 48 snap releases of Eq. 15, or check the committed one against it.
 
-    python -m experiments.eq15_campaign.make            # write data/eq15_campaign
-    python -m experiments.eq15_campaign.make --check    # remake in memory; exit 1 on any difference
+    python -m experiments eq15_campaign.make            # write data/eq15_campaign
+    python -m experiments eq15_campaign.make --check    # remake in memory; exit 1 on any difference
 
 The files of the campaign stand here; what is in a recording stands in trials.py.
 """
@@ -12,7 +12,6 @@ import argparse
 import gzip
 import io
 import json
-import sys
 from pathlib import Path
 
 from experiments.eq15_campaign import tables
@@ -66,7 +65,7 @@ def make_campaign() -> dict[str, str]:
         files[trial.file], entries[trial.file] = make_trial(trial)
         index.append(f"{trial.file},{trial.spring},{trial.water_depth_m:.2f},{trial.x0_target_m:.3f}")
     truth = {
-        "made_by": "python -m experiments.eq15_campaign.make",
+        "made_by": "python -m experiments eq15_campaign.make",
         "equation": "(m+m_a) x'' + c x' + k x + sign(x') mu (m g - V rho g) + 1/2 Cd rho A x'|x'| = 0",
         "missing": [],
         "seed": SEED,
@@ -127,7 +126,3 @@ def main(arguments: list[str] | None = None) -> int:
         write_file(options.out / name, text)
     print(f"{len(files)} files written to {options.out}")
     return 0
-
-
-if __name__ == "__main__":
-    sys.exit(main())

@@ -1,7 +1,7 @@
 """Method 1's m_a and C_d on the virtual flume by level and spring, beside the report's Tables 4, 5 and 6.
 
-    python -m experiments.flume_tables            # runs Method 1 on configs/flume.yaml first (about a minute)
-    python -m experiments.flume_tables --run DIR  # takes them from a finished run folder of that config
+    python -m experiments flume_tables            # runs Method 1 on configs/flume.yaml first (about a minute)
+    python -m experiments flume_tables --run DIR  # takes them from a finished run folder of that config
 
 writes docs/flume_tables.json and docs/flume_tables.md. The flume's own answer stands beside as a third column; it is
 read here and by no fit.
@@ -87,7 +87,7 @@ def own_answer() -> dict[str, dict[str, dict[str, Any]]]:
 
 def main(arguments: Sequence[str] | None = None) -> None:
     """Answers, tables, docs."""
-    parser = argparse.ArgumentParser(prog="python -m experiments.flume_tables", description=__doc__)
+    parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--run", type=Path, help="a finished run folder of configs/flume.yaml")
     folder = parser.parse_args(arguments).run
     with tempfile.TemporaryDirectory() as scratch:
@@ -97,7 +97,3 @@ def main(arguments: Sequence[str] | None = None) -> None:
     kept = ",\n".join(" " + json.dumps(asdict(row)) for row in rows)
     (DOCS / "flume_tables.json").write_text(f"[\n{kept}\n]\n".replace("NaN", "null"), encoding="utf-8")
     (DOCS / "flume_tables.md").write_text(page(rows, published(), own_answer()), encoding="utf-8")
-
-
-if __name__ == "__main__":
-    main()

@@ -158,7 +158,7 @@ def page(rows: Sequence[Row], tables: Tables, answer: Answer) -> str:
         "body's frequency, *put in* the drag coefficient of its structure, *B alone* the C_d that would take as much",
         "from a swing of the release's size as the radiation damping there does. Made by",
         "",
-        "    python -m experiments.flume_tables",
+        "    python -m experiments flume_tables",
         "",
         "## By level, largest release (Table 4: 0.108 m, here 0.107 m; Table 6: 0.033 m in both)",
         "",

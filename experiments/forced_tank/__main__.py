@@ -1,6 +1,6 @@
 """What an equation from decays says of the same tank when it is driven: amplitudes that were held before the decays.
 
-    python -m experiments.forced_tank  # writes docs/pictures/forced_tank.svg, prints a table of docs/driven_measured.md
+    python -m experiments forced_tank  # writes docs/pictures/forced_tank.svg, prints a table of docs/driven_measured.md
 
 The tank was moved at .953, .960 and .967 of its natural frequency, then let go: its decays are in
 ../shared/recordings/sloshing_tank_decay, whose README has the sources. How far it was moved is not known: the force
@@ -62,7 +62,3 @@ def draw(equation: object, force: float, at: np.ndarray, held: np.ndarray) -> No
         axes.set_ylabel("centre of mass (% of the width)")
         axes.legend()
         figure.savefig(ROOT / "docs" / "pictures" / "forced_tank.svg", metadata={"Date": None})
-
-
-if __name__ == "__main__":
-    main()

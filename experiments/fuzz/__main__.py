@@ -1,6 +1,6 @@
 """Every reader given its own kind of file with changed, lost, doubled and foreign bytes, for a time.
 
-    python -m experiments.fuzz [SECONDS [FILE ...]]
+    python -m experiments fuzz [SECONDS [FILE ...]]
 
 writes fuzz.md and fuzz.csv: files a reader was given, how many it read and refused, the longest and the largest. Each
 reader works in a child process that may have `LARGEST_MB` more than it has after its first file, and `LONGEST_S` of
@@ -275,7 +275,7 @@ def main() -> None:
 HEAD = f"""\
 # Readers given files with changed bytes
 
-    python -m experiments.fuzz 600
+    python -m experiments fuzz 600
 
 Ten minutes a reader is the command's default; the seconds that were run stand in the table. Each file has one to eight
 changes: bytes, bits, lost and doubled stretches, lengths of 0 to 2^64, a cut; half of them in the first 600 bytes. In
@@ -297,7 +297,3 @@ def write_page(rows: list[dict[str, str]]) -> None:
         for r in rows
     ]
     (HERE / "fuzz.md").write_text(HEAD + "\n".join(lines) + "\n")
-
-
-if __name__ == "__main__":
-    main()

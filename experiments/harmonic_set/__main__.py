@@ -1,6 +1,6 @@
 """A harmonic set with a known truth: a hardening body swept up and down under a stepped sine.
 
-    python -m experiments.harmonic_set [FOLDER]        # default data/harmonic_set
+    python -m experiments harmonic_set [FOLDER]        # default data/harmonic_set
 
 Nothing of undertow stands in it: the motion is integrated by DOP853, the body goes on from one frequency to the next,
 and amplitude and phase are those of the last of its periods at the drive's frequency, with noise on both parts alike.
@@ -41,8 +41,10 @@ def swept(frequencies: np.ndarray) -> list[complex]:
     return out
 
 
-def main(folder: Path) -> None:
+def main(folder: Path | None = None) -> None:
     """Write both sweeps and the truth."""
+    if folder is None:
+        folder = Path(sys.argv[1]) if len(sys.argv) > 1 else Path("data") / "harmonic_set"
     rng = np.random.default_rng(SEED)
     for name, frequencies in (("sweep_up", FREQUENCIES_HZ), ("sweep_down", FREQUENCIES_HZ[::-1])):
         noise = NOISE_M * (rng.standard_normal(frequencies.size) + 1j * rng.standard_normal(frequencies.size))
@@ -56,7 +58,3 @@ def main(folder: Path) -> None:
         "cubic_stiffness.N_per_m3": CUBIC_N_PER_M3, "noise_m": NOISE_M,
     }  # fmt: skip
     (folder / "truth.json").write_text(json.dumps(truth, indent=1) + "\n", encoding="utf-8")
-
-
-if __name__ == "__main__":
-    main(Path(sys.argv[1]) if len(sys.argv) > 1 else Path("data") / "harmonic_set")

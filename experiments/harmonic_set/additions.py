@@ -1,6 +1,6 @@
 """What the search makes of synthetic harmonic sets that lack a law, or nothing.
 
-    python -m experiments.harmonic_set.additions [SEEDS]        # prints the table of docs/driven_measured.md
+    python -m experiments harmonic_set.additions [SEEDS]        # prints the table of docs/driven_measured.md
 
 A body of 2 kg is swept up and down under 1 N in 27 steps each, with 1 mm of noise on both parts of the motion; its
 equation is given whole, or without the law that the row names. The last column counts sets in which the law alone was
@@ -47,8 +47,9 @@ def noisy(states: list[SteadyState], seed: int) -> HarmonicSet:
     return HarmonicSet(rate, np.ones(rate.size), np.hypot(cosine, sine), np.arctan2(-sine, cosine))
 
 
-def main(seeds: int) -> None:
+def main() -> None:
     """Print the table, row by row."""
+    seeds = int(sys.argv[1]) if len(sys.argv) > 1 else 20
     n = FREQUENCIES_HZ.size
     along = [np.arange(n), n + np.arange(n)]
     print("| body has | equation lacks | sets | named alone | with rivals | nothing added | another added | in 90 % |")
@@ -70,7 +71,3 @@ def main(seeds: int) -> None:
             cells = [missing or "linear laws", lacks or "nothing", str(seeds), *map(str, counts.values())]
             cells[-1] = cells[-1] if lacks else "-"
             print(f"| {' | '.join(cells)} |", flush=True)
-
-
-if __name__ == "__main__":
-    main(int(sys.argv[1]) if len(sys.argv) > 1 else 20)

@@ -1,6 +1,6 @@
 """A real recording with a hidden oscillator: the model building that carries a tuned mass damper.
 
-    python -m experiments.hidden_states.real
+    python -m experiments hidden_states.real
 
 writes real.json here, which the page takes its last section from. The recording is that of
 `configs/recordings/tmd_two_sensors.yaml`; it is not part of the project, and without it the command says so.
@@ -52,7 +52,3 @@ def main() -> int:
         return 1
     RESULT.write_text(json.dumps([building(terms) for terms in EQUATIONS], indent=1) + "\n")
     return 0
-
-
-if __name__ == "__main__":
-    sys.exit(main())

@@ -1,8 +1,8 @@
 """Are hidden oscillators found, are they right, and how often is something named that is not there?
 
-    python -m experiments.hidden_states.study planted     # 8 seeds a truth and noise
-    python -m experiments.hidden_states.study nulls       # 120 campaigns without an oscillator
-    python -m experiments.hidden_states.study page        # docs/hidden_states.md from both tables and real.json
+    python -m experiments hidden_states.study planted     # 8 seeds a truth and noise
+    python -m experiments hidden_states.study nulls       # 120 campaigns without an oscillator
+    python -m experiments hidden_states.study page        # docs/hidden_states.md from both tables and real.json
 
 Tables: planted.csv, nulls.csv, a row a campaign, in this folder. ``--first``, ``--count`` and ``--out`` run a slice
 elsewhere. Every campaign is judged by `undertow.diagnose`, the search of `undertow run`.
@@ -14,7 +14,6 @@ from __future__ import annotations
 
 import argparse
 import csv
-import sys
 import time
 from collections.abc import Iterable, Iterator, Mapping
 from pathlib import Path
@@ -49,6 +48,7 @@ HEADER = (
     "true_k_r_N_per_m", "true_tau_s", "error", "error_repaired", "allowed", "cpu_s",
 )  # fmt: skip
 
+IN_MINUTES = "nulls --count 2 --out {}"
 Row = dict[str, str]
 
 
@@ -144,7 +144,3 @@ def main(arguments: list[str] | None = None) -> int:
     campaigns = made(options.first, default if options.count is None else options.count)
     write((identify(campaign) for campaign in campaigns), options.out / f"{options.part}.csv")
     return 0
-
-
-if __name__ == "__main__":
-    sys.exit(main())

@@ -1,6 +1,6 @@
 """How exact the compiled integrator is: random equations against DOP853 split at every event (rtol 1e-12).
 
-    nice -n 5 python -m experiments.integrator.accuracy --cases 450
+    nice -n 5 python -m experiments integrator.accuracy --cases 450
 
 writes accuracy.csv (one row a case) and accuracy.md (quantiles a kind) beside this file. The equations: bodies of 2 to
 5 t at 3 to 13 rad/s, damping ratio 0.5 to 8 %, friction that lets most of them stick within the 12 s, one extra of
@@ -131,7 +131,7 @@ def summary(rows: list, seconds: float) -> str:
         f"# The compiled integrator against DOP853 split at events, {len(rows)} random equations",
         "",
         f"Largest error over 12 s in units of x0, by steps a period; {seconds:.0f} s of CPU. "
-        "Made by `python -m experiments.integrator.accuracy`.",
+        "Made by `python -m experiments integrator.accuracy`.",
         "",
         "| kind | cases | stick | start again | 60: median | 99 % | largest | 200: median | 99 % | largest |",
         "|---|---|---|---|---|---|---|---|---|---|",
@@ -147,7 +147,3 @@ def summary(rows: list, seconds: float) -> str:
             cells += [f"{q:.1e}" for q in (np.median(errors), np.quantile(errors, 0.99), errors.max())]
         lines.append("| " + " | ".join(cells) + " |")
     return "\n".join(lines) + "\n"
-
-
-if __name__ == "__main__":
-    main()

@@ -1,8 +1,8 @@
 """Run campaigns as they are and rescaled, compare their verdicts, and make docs/invariance.md.
 
-    python -m experiments.invariance                 # all twelve, three scales each: two hours on two cores
-    python -m experiments.invariance --small         # one campaign, one scale
-    python -m experiments.invariance --only two nothing --scales 1
+    python -m experiments invariance                 # all twelve, three scales each: two hours on two cores
+    python -m experiments invariance --small         # one campaign, one scale
+    python -m experiments invariance --only two nothing --scales 1
 """
 
 from __future__ import annotations
@@ -94,7 +94,7 @@ def _holds() -> list[str]:
     lines = [
         "", "## Holds of any length, bodies of any period", "",
         "A light body in air and in water, Eq. 15 alone, every suspect looked for: `nothing_missing` is right in both "
-        "groups, with the added mass within three standard errors (`python -m experiments.invariance.holds`).", "",
+        "groups, with the added mass within three standard errors (`python -m experiments invariance.holds`).", "",
         f"**{right} of {len(rows)} campaigns were right.**", "",
         "| held, periods | body, Hz | said dry; wet | added mass, standard errors off |", "|---|---|---|---|",
     ]  # fmt: skip
@@ -114,7 +114,7 @@ def _page() -> int:
     lines = [
         "# The same verdict in other units", "",
         "After reading this page you know whether a watch's balance and a ship get the same treatment as a bridge.",
-        "`python -m experiments.invariance` makes it.", "",
+        "`python -m experiments invariance` makes it.", "",
         f"Every recording, specimen and window of a campaign was rescaled ({ranges}, noise and sampling rate alike; "
         f"seed {SEED}) and the campaign run again. Statuses, names and rivals must be the same, and every number must "
         "scale by its unit within a tenth of its standard error.", "",
@@ -130,7 +130,3 @@ def _page() -> int:
     lines += _holds()
     (ROOT / "docs" / "invariance.md").write_text("\n".join([*lines, ""]), encoding="utf-8")
     return 0
-
-
-if __name__ == "__main__":
-    raise SystemExit(main())

@@ -1,6 +1,6 @@
 """Campaigns with nothing missing, let go after holds of no time to three periods, of bodies slow and fast.
 
-    python -m experiments.invariance.holds        # eighteen campaigns, ten minutes; writes results/holds.csv
+    python -m experiments invariance.holds        # eighteen campaigns, ten minutes; writes results/holds.csv
 
 A light body of 3.4 Hz in air and in water (Eq. 15 alone), with its time stretched. Every suspect is looked for; the
 answer must be `nothing_missing` in both groups, and the added mass within three standard errors.
@@ -12,7 +12,6 @@ from __future__ import annotations
 
 import csv
 import json
-import sys
 import tempfile
 from pathlib import Path
 
@@ -67,7 +66,3 @@ def main() -> int:
         writer.writerows([COLUMNS, *rows])
     print(f"{sum(row[-1] for row in rows)} of {len(rows)} right")
     return int(not all(row[-1] for row in rows))
-
-
-if __name__ == "__main__":
-    sys.exit(main())

@@ -1,6 +1,6 @@
 """A run that searches, killed (SIGKILL, its process alone) at random moments, every fourth one twice, then resumed.
 
-    python -m experiments.kills [KILLED [FIRST_SEED]]
+    python -m experiments kills [KILLED [FIRST_SEED]]
 
 adds rows to kills.csv and writes kills.md: whether the tables of the resumed run are the bytes of an uninterrupted one,
 whether every part that was finished is kept as it was, and how much work was lost: the seconds between the last
@@ -209,7 +209,7 @@ def write_page(whole_s: float) -> None:
     PAGE.write_text(f"""\
 # Runs killed at random moments
 
-    python -m experiments.kills {len(rows)}
+    python -m experiments kills {len(rows)}
 
 | | |
 |---|---|
@@ -226,7 +226,3 @@ A kill before the first part loses reading and that part; one after the last los
 run. The campaign has {len(SPRINGS)} springs of {len(RELEASES_M)} trials with a drag that the equation lacks, each
 searched over {', '.join(SUSPECTS)}. The clock of the lost seconds runs on while other work has the cores.
 """)
-
-
-if __name__ == "__main__":
-    main()

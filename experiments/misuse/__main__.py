@@ -1,8 +1,8 @@
 """Make ordinary mistakes through the command, see what is said, write docs/misuse.md and docs/misuse.json.
 
-    python -m experiments.misuse                         # 60 mistakes and 10 campaigns in order: about four minutes
-    python -m experiments.misuse --small                 # one or two of each kind; a table, no page
-    python -m experiments.misuse --only g_labelled_mps2  # one case and all that was said; no page
+    python -m experiments misuse                         # 60 mistakes and 10 campaigns in order: about four minutes
+    python -m experiments misuse --small                 # one or two of each kind; a table, no page
+    python -m experiments misuse --only g_labelled_mps2  # one case and all that was said; no page
 
 Exit 0 where every answer is right, 1 otherwise. `--out DIR` writes the page there, of the cases that were run.
 """
@@ -10,7 +10,6 @@ Exit 0 where every answer is right, 1 otherwise. `--out DIR` writes the page the
 from __future__ import annotations
 
 import argparse
-import sys
 import tempfile
 from pathlib import Path
 
@@ -42,16 +41,9 @@ def main(arguments: list[str] | None = None) -> int:
 
 
 def _options(arguments: list[str] | None) -> argparse.Namespace:
-    parser = argparse.ArgumentParser(
-        prog="python -m experiments.misuse",
-        description="Ordinary mistakes through the command, and what is said of each.",
-    )
+    parser = argparse.ArgumentParser(description="Ordinary mistakes through the command, and what is said of each.")
     parser.add_argument("--small", action="store_true", help="one case or two of each kind; no page")
     parser.add_argument("--only", action="append", metavar="NAME", help="this case (may be given again); no page")
     parser.add_argument("--out", type=Path, metavar="DIR", help="folder of misuse.md and misuse.json; default docs")
     parser.add_argument("--keep", type=Path, metavar="DIR", help="keep the campaigns and their run folders there")
     return parser.parse_args(arguments)
-
-
-if __name__ == "__main__":
-    sys.exit(main())

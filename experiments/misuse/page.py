@@ -86,7 +86,7 @@ def _opening(answers: Sequence[Answer]) -> str:
     return f"""# Ordinary mistakes, and what is said of them
 
 Here one can look up what the command answers to a mistake in a path, a unit, a channel, the config or the test itself.
-`python -m experiments.misuse` makes this page: small campaigns (exact Eq. 15, `experiments/misuse`), one mistake in
+`python -m experiments misuse` makes this page: small campaigns (exact Eq. 15, `experiments/misuse`), one mistake in
 each, `undertow run` on it. A mistake must end in a sentence and exit 1 or 2, in exit 3 with the trial or group
 left out alone, or in `cannot_tell`; it must never end in `nothing_missing`.
 

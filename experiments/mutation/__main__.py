@@ -1,7 +1,7 @@
 """Do the unit tests notice a changed line? Mutants drawn by a seed in likelihood, comparison and laws.
 
-    pip install '.[mutation]' && python -m experiments.mutation --seed 1 --mutants 30
-    python -m experiments.mutation --again       # those that survived, once more, after tests were added
+    pip install '.[mutation]' && python -m experiments mutation --seed 1 --mutants 30
+    python -m experiments mutation --again       # those that survived, once more, after tests were added
 
 A place (module, line, column) is drawn with equal probability, then one of cosmic-ray's operators that change it. Each
 mutant runs against the tests of its module alone (`tests_of`), in place, and the file is put back. What changes nothing
@@ -197,7 +197,7 @@ def again() -> None:
 
 def main(arguments: list[str] | None = None) -> int:
     """Draw mutants, run them, add their rows to results.csv."""
-    parser = argparse.ArgumentParser(prog="python -m experiments.mutation", description=(__doc__ or "").split("\n")[0])
+    parser = argparse.ArgumentParser(description=(__doc__ or "").split("\n")[0])
     parser.add_argument("--seed", type=int, default=1)
     parser.add_argument("--mutants", type=int, default=30)
     parser.add_argument("--again", action="store_true", help="run the survivors once more")
@@ -216,7 +216,3 @@ def main(arguments: list[str] | None = None) -> int:
             file.flush()
             print(f"{row.outcome:14} {row.module}:{row.line} {row.before}  ->  {row.after}", flush=True)
     return 0
-
-
-if __name__ == "__main__":
-    sys.exit(main())

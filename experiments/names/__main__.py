@@ -1,16 +1,15 @@
 """Run a study of the diagnosis; rows are written as they come, and a cut run goes on where it stopped.
 
-    python -m experiments.names --study nulls --seeds 30
-    python -m experiments.names --study confusion --seeds 1 --strengths 1.5 --names relaxation hysteresis
-    python -m experiments.names --folder /tmp/hidden --names relaxation --strengths 4   # a campaign on disk, not judged
-    python -m experiments.names --page                                                  # docs/confusion.* from the rows
+    python -m experiments names --study nulls --seeds 30
+    python -m experiments names --study confusion --seeds 1 --strengths 1.5 --names relaxation hysteresis
+    python -m experiments names --folder /tmp/hidden --names relaxation --strengths 4   # a campaign on disk, not judged
+    python -m experiments names --page                                                  # docs/confusion.* from the rows
 """
 
 from __future__ import annotations
 
 import argparse
 import subprocess
-import sys
 from collections.abc import Iterator
 from pathlib import Path
 
@@ -22,6 +21,7 @@ from experiments.names.rows import append, key, read
 from experiments.names.studies import STRENGTHS, STUDIES, Case
 from experiments.names.verdicts import Row, judge, outcome
 
+IN_MINUTES = "--study nulls --seeds 1 --out {}"
 HERE = Path(__file__).resolve().parent
 RESULTS = HERE / "results"
 WITH_NAMES = ("confusion", "pairs")
@@ -104,7 +104,3 @@ def _line(row: Row) -> str:
     said = row.get("failed") or f"{row['wet'] or 'nothing'} (rivals {row['rivals']}; dry {row['dry'] or 'nothing'})"
     hidden = f"{row['hidden'] or 'nothing'} {row['strength']} seed {row['seed']}"
     return f"{row['outcome']:8s} {hidden:42s} {row.get('view', '')} {said} {row.get('cpu_s', '')} s"
-
-
-if __name__ == "__main__":
-    sys.exit(main())

@@ -29,8 +29,8 @@ HEAD = """\
 # Which name each effect gets
 
 Campaigns simulated with one known thing missing, judged by the package as `undertow run` judges them, and counted.
-`python -m experiments.names --page` makes this page from the rows in `experiments/names/results`, one line a campaign
-with the revision that judged it. `python -m experiments.names --study NAME --seeds N` adds rows (nulls, confusion,
+`python -m experiments names --page` makes this page from the rows in `experiments/names/results`, one line a campaign
+with the revision that judged it. `python -m experiments names --study NAME --seeds N` adds rows (nulls, confusion,
 pairs, inseparable, seiche, near_seiche, invariance); with `--folder DIR` it writes the campaigns themselves, for
 `undertow run`.
 

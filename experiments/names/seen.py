@@ -1,7 +1,7 @@
 """Whether `detectable` is true: effects planted at 1.5 times and at half of the size that a campaign with nothing in it
 says it would have seen, and how many of them are.
 
-    python -m experiments.names.seen --seeds 10 --first 910000 --jobs 2
+    python -m experiments names.seen --seeds 10 --first 910000 --jobs 2
 
 A campaign of a seed is judged with nothing hidden in it; of every suspect each group that it acts on then says the
 smallest effect that 90 % of its replicas would show. The smallest of these is what the campaign would have seen: half
@@ -19,7 +19,6 @@ from __future__ import annotations
 import argparse
 import csv
 import math
-import sys
 import tempfile
 import time
 from collections import Counter
@@ -41,6 +40,7 @@ from undertow.comparison.null_test import limit
 from undertow.discrepancy.verdict import Verdict
 from undertow.errors import UndertowError
 
+IN_MINUTES = "--seeds 1 --out {}/seen.csv"
 SLOTS = {
     "linear_damping": "c", "cubic_damping": "c3", "cubic_stiffness": "k3", "quintic_stiffness": "k5",
     "asymmetric_stiffness": "k2", "variable_normal_force": "n", "hidden_resonator": "hm", "relaxation": "rk",
@@ -162,7 +162,3 @@ def main() -> int:
             print(row.get("hidden"), row.get("strength"), row.get("outcome", row.get("failed")), flush=True)
     print(counted(options.out))
     return 0
-
-
-if __name__ == "__main__":
-    sys.exit(main())

@@ -1,9 +1,9 @@
 """Draws the documentation's pictures.
 
-    python -m experiments.pictures laws [TERM ...]     docs/pictures/laws/TERM.svg, some seconds each
-    python -m experiments.pictures tour                docs/pictures/tour/: runs configs/flume.yaml
-    python -m experiments.pictures page RUN            docs/pictures/page/, by Chromium from a run's page (page.py)
-    python -m experiments.pictures rooms               docs/pictures/rooms.svg, from the imports (rooms.py)
+    python -m experiments pictures laws [TERM ...]     docs/pictures/laws/TERM.svg, some seconds each
+    python -m experiments pictures tour                docs/pictures/tour/: runs configs/flume.yaml
+    python -m experiments pictures page RUN            docs/pictures/page/, by Chromium from a run's page (page.py)
+    python -m experiments pictures rooms               docs/pictures/rooms.svg, from the imports (rooms.py)
 
 A law's picture: two releases of a body with the law, the equation without it whose other numbers are fitted to both,
 and what is left. Belongs here: cases and figures. Does not belong here: fits and laws (undertow).
@@ -171,8 +171,9 @@ def draw_rooms() -> None:
         print(f"{room:12} imports {target:12} {count:4}")
 
 
-def main(words: Sequence[str]) -> None:
+def main() -> None:
     """Draw what is asked for."""
+    words = sys.argv[1:]
     if words[:1] == ["rooms"]:
         draw_rooms()
     elif words[:1] == ["page"]:
@@ -183,7 +184,3 @@ def main(words: Sequence[str]) -> None:
         tour(run_campaign(load(CONFIG)))
     else:
         laws(words[1:])
-
-
-if __name__ == "__main__":
-    main(sys.argv[1:])

@@ -1,6 +1,6 @@
 """The six pictures of docs/page.md, by headless Chromium from a finished run's page.
 
-    python -m experiments.pictures page runs/flume
+    python -m experiments pictures page runs/flume
 
 Belongs here: what of the page each shows. Does not belong here: the browser (tests/browser.py).
 """

@@ -1,6 +1,6 @@
 """The picture of the rooms, from the imports as they are: who stands on whom.
 
-    python -m experiments.pictures rooms               docs/pictures/rooms.svg, and the counts on the terminal
+    python -m experiments pictures rooms               docs/pictures/rooms.svg, and the counts on the terminal
 
 An arrow points to what is imported. Drawn are the arrows that follow from no others: a room that imports a second and
 a third, which the second imports too, has one arrow. Belongs here: reading imports and drawing them. Does not belong

@@ -1,7 +1,7 @@
 """Simulation-based calibration of `Fitted.posterior`: where truths are drawn at random and each campaign is fitted, the
 truth's rank among the draws is uniform (Talts et al. 2018, arXiv:1804.06788), and 90 % intervals hold it in 90 of 100.
 
-    python -m experiments.posterior [CAMPAIGNS [FIRST_SEED [KIND ...]]]
+    python -m experiments posterior [CAMPAIGNS [FIRST_SEED [KIND ...]]]
 
 adds its seeds to docs/posterior.json. Two kinds of campaign, with the motions of experiments/eq15_campaign/motion.py: a
 dry rig of known mass (k, c, mu unknown), and a body in water beside its dry trials, whose k, c, mu scatter from trial
@@ -13,7 +13,6 @@ Belongs here: truths, ranks, the file. Does not belong here: fits and draws (und
 from __future__ import annotations
 
 import json
-import sys
 from collections.abc import Iterator, Sequence
 from pathlib import Path
 
@@ -132,8 +131,3 @@ def main(campaigns: int = CAMPAIGNS, first: int = 0, kinds: Sequence[str] = tupl
     OUT.write_text(json.dumps(whole, indent=1) + "\n")
     for name, row in data.items():
         print(f"{name:22} p {row['p_flat']:<7} coverage {row['coverage_percent']} %  {row['counts']}")
-
-
-if __name__ == "__main__":
-    words = sys.argv[1:]
-    main(*map(int, words[:2]), *([words[2:]] if len(words) > 2 else []))

@@ -1,6 +1,6 @@
 """Methods 1 and 2 on motions that have the report's published values: do they give them back?
 
-    python -m experiments.published.methods_on_tables      # writes docs/methods.md
+    python -m experiments published.methods_on_tables      # writes docs/methods.md
 
 Belongs here: the two methods on Table 4 (long spring) and Table 6 (short spring), and the page. Does not belong here:
 the simulated recordings (releases.py), noise, drift and scatter (experiments/recovery, docs/eq15_recovery.md).
@@ -9,7 +9,6 @@ the simulated recordings (releases.py), noise, drift and scatter (experiments/re
 from __future__ import annotations
 
 import math
-import sys
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -90,7 +89,7 @@ Motions of Eq. 15 with the added masses and drag coefficients of Table 4 (long s
 (short spring, 0.033 m), with k, c, mu of Tables 1 and 2, integrated exactly by scipy's DOP853 split at reversals
 (nothing of undertow), and given to both methods: what they return should be what was put in. Made by
 
-    python -m experiments.published.methods_on_tables
+    python -m experiments published.methods_on_tables
 
 *Recorded*: from a recording at 1000 Hz with 1 s of hold, through conditioning, almost without noise. *Exact history*:
 the exact displacement until the body stops; *whole record*: until 15 s. The submerged volumes, which the report does
@@ -156,7 +155,3 @@ def main() -> int:
     """Write the page."""
     PAGE.write_text(page([judge(Level(*level)) for level in LEVELS]), encoding="utf-8")
     return 0
-
-
-if __name__ == "__main__":
-    sys.exit(main())

@@ -1,6 +1,6 @@
 """Real recordings given with an equation that is too small for them, or large enough, and what the package says.
 
-    python -m experiments.real_verdicts            # ten recordings, half an hour; writes docs/recordings_verdicts.md
+    python -m experiments real_verdicts            # ten recordings, half an hour; writes docs/recordings_verdicts.md
 
 Each recording is run twice: with the repeatability of an ordinary rig (assumed, as nobody repeated these tests), and as
 if the rig repeated exactly, where only noise is in the way. Needs the recordings beside the repository, in
@@ -95,7 +95,7 @@ def page(rows: list[tuple[Given, bool, Verdict, float]]) -> str:
         "",
         "Public recordings, each given with an equation that its authors know to be too small, or with one that is",
         "thought to be large enough.",
-        "`python -m experiments.real_verdicts` makes this page; the recordings are not part of the project.",
+        "`python -m experiments real_verdicts` makes this page; the recordings are not part of the project.",
         "",
         "Nobody repeated these tests: how far repetitions would differ is assumed as an ordinary rig's (k 0.4, c 20,",
         "mu 10 %), or, in the rows marked exact, as nothing, so that only noise is in the way. nrmse before and after",
@@ -134,7 +134,3 @@ def main() -> int:
                 print(case.title, scatter, dict(verdict.group), said(verdict), f"{seconds:.0f} s", flush=True)
     PAGE.write_text(page(rows), encoding="utf-8")
     return 0
-
-
-if __name__ == "__main__":
-    sys.exit(main())

@@ -1,6 +1,6 @@
 """Run every real recording from its config and write docs/recordings.json and docs/recordings.md.
 
-    python -m experiments.recordings.make
+    python -m experiments recordings.make
 
 needs the recordings beside the repository, in ../shared/recordings. Belongs here: the two files and what they were made
 from. Does not belong here: runs (studies.py), published numbers (published.py), the page's text (page.py).
@@ -20,7 +20,7 @@ from experiments.recordings.page import page
 from experiments.recordings.published import REFERENCES
 from experiments.recordings.studies import RECORDINGS, ROOT, STUDIES, inputs, plain, run_study
 
-COMMAND = "python -m experiments.recordings.make"
+COMMAND = "python -m experiments recordings.make"
 JSON, PAGE = ROOT / "docs" / "recordings.json", ROOT / "docs" / "recordings.md"
 
 ROOMS = ("recording", "conditioning", "equation", "likelihood", "uncertainty", "methods", "comparison")
@@ -83,7 +83,3 @@ def main() -> int:
     judged = [row for row in made["comparisons"] if row["met"] is not None]
     print(f"{len(made['studies'])} runs; {sum(row['met'] for row in judged)} of {len(judged)} limits met")
     return 0
-
-
-if __name__ == "__main__":
-    sys.exit(main())

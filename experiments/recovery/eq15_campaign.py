@@ -1,6 +1,6 @@
 """What every method gives back of the Eq. 15 campaign, level by level, beside the truth it was made from.
 
-    python -m experiments.recovery.eq15_campaign      # runs configs/eq15.yaml, writes docs/eq15_recovery.md
+    python -m experiments recovery.eq15_campaign      # runs configs/eq15.yaml, writes docs/eq15_recovery.md
 
 Belongs here: the comparison and its page; alone in this folder it imports undertow. Does not belong here: the campaign.
 """
@@ -9,7 +9,6 @@ from __future__ import annotations
 
 import json
 import math
-import sys
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -90,7 +89,7 @@ HEAD = """# A campaign of Eq. 15: what comes back, level by level
 releases each, with sensor noise, drift, quantisation, gain errors, and scatter from trial to trial of 0.3 % in k, 6 %
 in c and 5 % in mu (truth.json). Made by
 
-    python -m experiments.recovery.eq15_campaign
+    python -m experiments recovery.eq15_campaign
 
 Each entry is the value found with one standard error, noise and what was held fixed together, and in brackets the
 error in units of it. True m_a and C_d are those of Tables 4 and 6, the same in all four trials of a level; true k, c,
@@ -213,7 +212,3 @@ def main() -> int:
     """Run and write the page."""
     PAGE.write_text(page(recover(), WORDS), encoding="utf-8")
     return 0
-
-
-if __name__ == "__main__":
-    sys.exit(main())

@@ -1,13 +1,12 @@
 """What Method 2 makes of exact motions with the values of Tables 4 and 6: its biases beside their closed forms.
 
-    python -m experiments.recovery.method2_bias      # writes method2_bias.md here
+    python -m experiments recovery.method2_bias      # writes method2_bias.md here
 
 Largest release of each level, no noise, the instants found on the exact motion. Recordings with sensors are elsewhere.
 """
 
 from __future__ import annotations
 
-import sys
 from pathlib import Path
 
 import numpy as np
@@ -59,7 +58,3 @@ def main() -> int:
     levels = [plant(spring, depth) for spring in ("long", "short") for depth in tables.WET_DEPTHS_M]
     FILE.write_text(HEADER + "".join(row(truth) for truth in levels))
     return 0
-
-
-if __name__ == "__main__":
-    sys.exit(main())

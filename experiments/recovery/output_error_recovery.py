@@ -1,6 +1,6 @@
 """How well output error, all four trials of a level together, gives back a planted Eq. 15: 100 seeds a level and noise.
 
-    python -m experiments.recovery.output_error_recovery        # six minutes
+    python -m experiments recovery.output_error_recovery        # six minutes
 
 writes output_error_recovery.csv (a row a campaign) and output_error_recovery.md (p90 of the errors beside limits and
 bounds) here. Starts are the same for all: 500 kg, 500 N s/m, mu 0.006, C_d 5.
@@ -30,6 +30,7 @@ from undertow.likelihood import multistart as blind
 from undertow.likelihood.problem import Link, ProblemBuilder, TrialOptions
 from undertow.uncertainty.intervals import noise_covariance
 
+IN_MINUTES = "--seeds 2 --out {}"
 FOLDER = Path(__file__).resolve().parent
 SEEDS = 100
 LEVELS = (("long", 2.57), ("short", 2.36))
@@ -140,7 +141,3 @@ def main(arguments: list[str] | None = None) -> int:
     page = HEADER.format(seeds=options.seeds) + "\n".join(lines) + "\n"
     (options.out / "output_error_recovery.md").write_text(page)
     return 0
-
-
-if __name__ == "__main__":
-    sys.exit(main())

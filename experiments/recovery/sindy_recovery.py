@@ -1,7 +1,7 @@
 """How well SINDy, pooled over a level's four trials, gives back a planted Eq. 15: 20 seeds a level and noise.
 
-    python -m experiments.recovery.sindy_recovery                 # the two levels with a stated limit
-    python -m experiments.recovery.sindy_recovery --levels all    # five levels, both springs
+    python -m experiments recovery.sindy_recovery                 # the two levels with a stated limit
+    python -m experiments recovery.sindy_recovery --levels all    # five levels, both springs
 
 writes sindy_recovery.csv (a row a campaign) and sindy_recovery.md (p90 of the errors beside limits and bounds) here.
 """
@@ -50,6 +50,7 @@ TEN_TERMS = (
     VanDerPolDamping(),
 )  # fmt: skip
 
+IN_MINUTES = "--seeds 2 --out {}"
 
 @dataclass(frozen=True)
 class Outcome:
@@ -171,7 +172,3 @@ def main(arguments: list[str] | None = None) -> int:
     write_rows((one for outcomes in groups.values() for one in outcomes), options.out / "sindy_recovery.csv")
     (options.out / "sindy_recovery.md").write_text(HEADER.format(seeds=options.seeds) + tabulate(groups))
     return 0
-
-
-if __name__ == "__main__":
-    sys.exit(main())

@@ -1,6 +1,6 @@
 """Shares of the residual force where it is known what is missing: writes docs/residual_shares.md.
 
-    python -m experiments.residual_shares [--run DIR]...
+    python -m experiments residual_shares [--run DIR]...
 
 Every DIR is a finished run folder whose mismatch.csv is tabled too, e.g. of configs/flume.yaml.
 """
@@ -31,7 +31,7 @@ other trials), `clock_share` (of what that leaves, a steady oscillation whose ph
 refitted beside every law; a share is empty where a group has fewer than three trials, where their releases lie within a
 factor of 1.2, and where the residual force is noise. How: `undertow.discrepancy.shares`.
 
-    python -m experiments.residual_shares
+    python -m experiments residual_shares
 """
 
 TEXT = """\
@@ -84,7 +84,3 @@ def main() -> None:
     text = "\n".join([*lines, "", TEXT])
     (ROOT / "docs" / "residual_shares.md").write_text(text, encoding="utf-8")
     print(text)
-
-
-if __name__ == "__main__":
-    main()

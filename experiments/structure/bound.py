@@ -1,6 +1,6 @@
 """What the structure study's recordings can hold of a drag exponent at best, whatever method reads them.
 
-    python -m experiments.structure.bound        # a minute; writes bound.csv here
+    python -m experiments structure.bound        # a minute; writes bound.csv here
 
 The Cramer-Rao bound of the exponent's standard deviation, and by how much the best subset of the ten terms misses the
 true motion, from the sensitivities of the simulated trials at the truth: white noise, each trial's own start, clock,
@@ -90,7 +90,3 @@ def main() -> int:
                     writer.writerow((spring, depth, noise, int(dry), *(f"{value:.3g}" for value in row)))
                     print(spring, noise, dry, found, file=sys.stderr, flush=True)
     return 0
-
-
-if __name__ == "__main__":
-    sys.exit(main())

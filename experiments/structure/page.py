@@ -21,7 +21,7 @@ STRIBECK_BAND = (0.02, 0.045)
 
 HEAD = """# Structures found where the truth is known
 
-Made by `python -m experiments.structure.study table` from the rows beside it in `experiments/structure` (each study's
+Made by `python -m experiments structure.study table` from the rows beside it in `experiments/structure` (each study's
 command stands at the top of `study.py`). Recordings as in the recovery study: four trials a level, 1000 Hz, offsets,
 drift, 14 bits; noise on x and a: N1 0.05 mm, 0.02 m/s2; N3 0.2 mm, 0.1 m/s2; N4 1 mm, 0.1 m/s2. Truths are simulated by
 an integrator that shares nothing with undertow. Bold is below what was asked for.
@@ -98,7 +98,7 @@ def exponent_part() -> str:
         "force more at rest) is an eleventh term.\nStiffness, viscous damping and friction are known to be there. "
         "*Beside four dry trials*: c / k is known as a value too, from four\nreleases out of water with the same "
         f"sensors (`from_dry`).\n\n{table(lines, 'truth')}\n{table(scatter, 'how sure')}\n"
-        "The bound (`python -m experiments.structure.bound`) is what no unbiased method can beat from these "
+        "The bound (`python -m experiments structure.bound`) is what no unbiased method can beat from these "
         "recordings: where it is\n0.29, at most 4 campaigns of 10 can lie within 0.15 of 1.5.\n"
     )
 
@@ -139,7 +139,7 @@ def routes_part() -> str:
         exact, agree = (sum(int(row[name] or 0) for row in own) for name in ("exact", "agrees"))
         lines.append(f"| {setting} | {len(own)} | {exact} | {agree} | {z:.1f} |")
     head = (
-        "## Two routes\n\nTrials of unequal length, both springs, N1, N3 (`python -m experiments.structure.routes`).\n"
+        "## Two routes\n\nTrials of unequal length, both springs, N1, N3 (`python -m experiments structure.routes`).\n"
         "In the last line the weak form takes the accelerometer for 8 ms late, which it is not.\n\n"
     )
     return head + "\n".join(lines) + "\n"
@@ -166,7 +166,7 @@ def examples_part() -> str:
     )
     return (
         "## Inside plain pysindy\n\nExact supports of all equations with `pysindy.SINDy(optimizer=BestSubset())` "
-        "(`python -m experiments.structure.pysindy_examples`).\n\n" + "\n".join(lines) + "\n" + said
+        "(`python -m experiments structure.pysindy_examples`).\n\n" + "\n".join(lines) + "\n" + said
     )
 
 

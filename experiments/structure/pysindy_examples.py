@@ -1,6 +1,6 @@
 """The best-subset optimiser and the term library inside a plain pysindy.SINDy, on pysindy's own examples.
 
-    python -m experiments.structure.pysindy_examples --seeds 20
+    python -m experiments structure.pysindy_examples --seeds 20
 
 Lorenz and Van der Pol, states recorded with noise, derivatives by finite differences of what pysindy sees: exact
 support of every equation, beside pysindy's default optimiser on the same data, and with derivatives that
@@ -44,6 +44,7 @@ VAN_DER_POL_TERMS = (
     Stiffness(), ViscousDamping(), VanDerPolDamping(), AsymmetricStiffness(), CubicStiffness(), PositionDamping(),
 )  # fmt: skip
 
+IN_MINUTES = "--seeds 2 --out {}"
 
 @dataclass(frozen=True)
 class Example:
@@ -131,7 +132,3 @@ def main(arguments: list[str] | None = None) -> int:
         writer.writerow(COLUMNS)
         writer.writerows(rows)
     return 0
-
-
-if __name__ == "__main__":
-    sys.exit(main())

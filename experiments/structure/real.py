@@ -1,6 +1,6 @@
 """What `Discover` says of real recordings: a pendulum's free swing and a ship's roll decay.
 
-    python -m experiments.structure.real            # writes docs/structure_recordings.md
+    python -m experiments structure.real            # writes docs/structure_recordings.md
 
 The recordings are read as configs/recordings says; they are not part of the project. The swings of one
 pendulum together, then every trial alone, with a library of restoring and damping laws that was fixed before any
@@ -26,7 +26,7 @@ RESAMPLES = 50
 
 HEAD = """# Structures of real recordings
 
-Made by `python -m experiments.structure.real`: the pendulum's two swings together,
+Made by `python -m experiments structure.real`: the pendulum's two swings together,
 then every trial alone; libraries fixed beforehand. Numbers are over the inertia; units are printed for
 translation (m for rad, N for N m).
 
@@ -87,7 +87,3 @@ def main() -> int:
             print(*(motion.name for motion in trials), file=sys.stderr, flush=True)
     PAGE.write_text(HEAD + "\n".join(parts))
     return 0
-
-
-if __name__ == "__main__":
-    sys.exit(main())

@@ -1,6 +1,6 @@
 """Two routes to one equation: trajectories, and the weak form on recorded samples; whether they say when one is wrong.
 
-    python -m experiments.structure.routes --seeds 5
+    python -m experiments structure.routes --seeds 5
 
 Recordings of Eq. 15 as the recovery study makes them, of unequal length: with both sensors, with the displacement
 alone, and with a weak form that takes the accelerometer for 8 ms late. Writes routes.csv here.
@@ -98,7 +98,3 @@ def main(arguments: Sequence[str] | None = None) -> int:
         writer.writerow(COLUMNS)
         writer.writerows(rows)
     return 0
-
-
-if __name__ == "__main__":
-    sys.exit(main())

@@ -1,13 +1,13 @@
 """Which terms are found when the truth is known: Eq. 15, and equations that are not Eq. 15.
 
-    python -m experiments.structure.study support --kinds eq15 --seeds 100     # ten terms, exact support
-    python -m experiments.structure.study support --kinds eq15 --levels all --seeds 10
-    python -m experiments.structure.study support --kinds no_friction cubic_2 cubic_10 v3 --seeds 20
-    python -m experiments.structure.study exponent --kinds drag_1.5 --seeds 10 # a column with a parameter inside
-    python -m experiments.structure.study exponent --kinds stribeck --seeds 10
-    python -m experiments.structure.study exponent_dry --kinds drag_1.5 --seeds 5   # beside four dry trials
-    python -m experiments.structure.bound                                      # what these recordings hold at best
-    python -m experiments.structure.study table                                # docs/structure_measured.md
+    python -m experiments structure.study support --kinds eq15 --seeds 100     # ten terms, exact support
+    python -m experiments structure.study support --kinds eq15 --levels all --seeds 10
+    python -m experiments structure.study support --kinds no_friction cubic_2 cubic_10 v3 --seeds 20
+    python -m experiments structure.study exponent --kinds drag_1.5 --seeds 10 # a column with a parameter inside
+    python -m experiments structure.study exponent --kinds stribeck --seeds 10
+    python -m experiments structure.study exponent_dry --kinds drag_1.5 --seeds 5   # beside four dry trials
+    python -m experiments structure.bound                                      # what these recordings hold at best
+    python -m experiments structure.study table                                # docs/structure_measured.md
 
 The dry trials are four releases of the same spring out of water, recorded alike: c / k carries over.
 Each run adds rows to <study>.csv here, or replaces those of the same campaign; the last one writes the tables.
@@ -174,7 +174,3 @@ def main(arguments: list[str] | None = None) -> int:
         return 0
     run(options.study, options.kinds, ALL_LEVELS if options.levels == "all" else STATED_LEVELS, options.seeds)
     return 0
-
-
-if __name__ == "__main__":
-    sys.exit(main())

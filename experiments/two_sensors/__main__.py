@@ -1,6 +1,6 @@
 """The building's sensor alone against the damper's: writes docs/two_sensors.md.
 
-    python -m experiments.two_sensors
+    python -m experiments two_sensors
 
 needs the recordings beside the project (configs/recordings/tmd_two_sensors.yaml).
 """
@@ -30,7 +30,7 @@ def page(found: list[Hidden]) -> str:
         "Model building with a tuned mass damper; only the building's sensor is fitted, from 9.45 s, the hidden state",
         "at that instant free. Eq. 15's terms alone reach R2 0.71 at absurd numbers (docs/recordings.md).",
         "",
-        "    python -m experiments.two_sensors",
+        "    python -m experiments two_sensors",
         "",
         "| building's terms | R2 | coupled frequencies, Hz | off sensor 1's | hidden mass / building | its frequency | "
         "its damping | correlation with sensor 1 |",
@@ -61,7 +61,3 @@ def main() -> None:
     text = page([hidden_from(motion, terms, START_RAD_PER_S, damper) for terms in FORMS])
     (ROOT / "docs" / "two_sensors.md").write_text(text, encoding="utf-8")
     print(text)
-
-
-if __name__ == "__main__":
-    main()

@@ -1,7 +1,7 @@
 """Vertical load cells of the virtual flume, never fitted, against the modes that `undertow run` finds.
 
-    python -m experiments.vertical_cells            # runs configs/flume.yaml's search for resonators first (minutes)
-    python -m experiments.vertical_cells --run DIR  # takes the modes from a finished run folder
+    python -m experiments vertical_cells            # runs configs/flume.yaml's search for resonators first (minutes)
+    python -m experiments vertical_cells --run DIR  # takes the modes from a finished run folder
 
 writes docs/vertical_cells.json and docs/vertical_cells.md.
 """
@@ -75,7 +75,7 @@ def page(rows: dict[str, list[Comparison]], found: dict[str, tuple[float, Mode]]
         "part (structure's inertia off), and the mode's part alone (added mass and drag off too). *Size* is the",
         "measured mode's part over the predicted one.",
         "",
-        "    python -m experiments.vertical_cells",
+        "    python -m experiments vertical_cells",
         "",
         "| group | mode | trials | whole | water | mode alone | size |",
         "| --- | --- | --- | --- | --- | --- | --- |",
@@ -128,7 +128,3 @@ def main() -> None:
     (DOCS / "vertical_cells.json").write_text(json.dumps(kept, indent=1) + "\n", encoding="utf-8")
     (DOCS / "vertical_cells.md").write_text(page(rows, found), encoding="utf-8")
     print(page(rows, found))
-
-
-if __name__ == "__main__":
-    main()

@@ -1,4 +1,4 @@
-"""One command that remakes everything: `python -m experiments.virtual_flume` from the repository's root.
+"""One command that remakes everything: `python -m experiments virtual_flume` from the repository's root.
 
 `--only` with data, answer, studies or pictures remakes a part.
 """
@@ -54,7 +54,7 @@ PARTS = {"data": make_data, "answer": make_answer, "studies": make_studies, "pic
 
 def main(arguments: list[str] | None = None) -> int:
     """Run the parts asked for; seconds go to standard error."""
-    parser = argparse.ArgumentParser(prog="python -m experiments.virtual_flume", description=__doc__)
+    parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--only", choices=sorted(PARTS), help="remake one part")
     chosen = parser.parse_args(arguments).only
     for name, make in PARTS.items():
@@ -63,7 +63,3 @@ def main(arguments: list[str] | None = None) -> int:
             make()
             _say(f"{name}: {time.perf_counter() - start:.0f} s")
     return 0
-
-
-if __name__ == "__main__":
-    raise SystemExit(main())

@@ -6,7 +6,7 @@ load and resists by quadratic drag. So nothing radiates, and the added mass is t
 slosh. One level lies under depth / width 0.337, where a standing wave hardens with its amplitude, one above, where
 it softens.
 
-`python -m experiments.virtual_flume.nonlinear_campaign FOLDER` writes it. Every draw comes from
+`python -m experiments virtual_flume.nonlinear_campaign FOLDER` writes it. Every draw comes from
 `default_rng([SEED, trial])`; the program under test never reads truth.json.
 """
 
@@ -216,13 +216,9 @@ def main(arguments: list[str] | None = None) -> int:
     """Write the campaign into the folder named on the command line; 2 where none is named."""
     arguments = sys.argv[1:] if arguments is None else arguments
     if len(arguments) != 1:
-        print("usage: python -m experiments.virtual_flume.nonlinear_campaign FOLDER", file=sys.stderr)
+        print("usage: python -m experiments virtual_flume.nonlinear_campaign FOLDER", file=sys.stderr)
         return 2
     for trial in write(Path(arguments[0])):
         told = f"{trial.file} {trial.spring:5s} {trial.water_depth_m:.2f} m {trial.x0_m:.4f} m"
         print(told, file=sys.stderr, flush=True)
     return 0
-
-
-if __name__ == "__main__":
-    raise SystemExit(main())

@@ -1,6 +1,6 @@
 """How far the steep cells can be trusted, as the tables of docs/nonlinear_cell.md: no data are written, no test is run.
 
-`python -m experiments.virtual_flume.nonlinear_checks` prints them (half a minute).
+`python -m experiments virtual_flume.nonlinear_checks` prints them (half a minute).
 """
 
 from __future__ import annotations
@@ -102,7 +102,3 @@ def main() -> int:
         for row in rows():
             print(row, flush=True)
     return 0
-
-
-if __name__ == "__main__":
-    raise SystemExit(main())

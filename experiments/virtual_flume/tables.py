@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 if TYPE_CHECKING:
     from experiments.virtual_flume.studies import ClosedCell, Halved, Kept, Shift
 
-COMMAND = "    python -m experiments.virtual_flume --only studies"
+COMMAND = "    python -m experiments virtual_flume --only studies"
 
 
 def table(head: Iterable[str], rows: Iterable[Iterable[str]]) -> list[str]:

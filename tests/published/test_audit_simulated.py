@@ -57,7 +57,7 @@ def test_simulated_tables_are_the_same_each_time_and_printed_to_their_digits():
 
 
 def test_the_page_says_what_the_stored_results_say():
-    remake = "docs/published_tables.md is old; remake it: python -m experiments.audit.simulated page"
+    remake = "docs/published_tables.md is old; remake it: python -m experiments audit.simulated page"
     assert section(summary(read_results())) in PAGE.read_text(encoding="utf-8"), remake
 
 

@@ -91,7 +91,7 @@ def numbers(text: str) -> np.ndarray:
 
 def test_page_is_what_the_methods_give():
     stored, now = PAGE.read_text(encoding="utf-8"), page([outcome(level) for level in LEVELS])
-    remake = "docs/methods.md is old; remake it: python -m experiments.published.methods_on_tables"
+    remake = "docs/methods.md is old; remake it: python -m experiments published.methods_on_tables"
     assert NUMBER.sub("#", stored) == NUMBER.sub("#", now), remake
     # 0.15 kg or units of the last digits: Nelder-Mead ends within 1e-5 of m, 0.03 kg, elsewhere on another processor
     np.testing.assert_allclose(numbers(stored), numbers(now), atol=0.15, rtol=1e-3, err_msg=remake)

@@ -7,10 +7,9 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from experiments.driven.additions import read
 from experiments.driven.bands import FORCES, HEADER, PROOF, RESULT, cases, motion_of, rows, table
 from experiments.driven.bodies import GIVEN, body, record
-from experiments.driven.page import PAGE
+from experiments.driven.page import PAGE, read
 from undertow.equation.driven_laws import find_driven
 from undertow.likelihood.driven import DrivenLaws
 from undertow.methods.driven import fit_driven

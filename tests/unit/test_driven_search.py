@@ -7,8 +7,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from experiments.driven.additions import PROOF, RESULT, cases, read, row, table
+from experiments.driven.additions import PROOF, RESULT, cases, row, table
 from experiments.driven.bodies import GIVEN, body, record
+from experiments.driven.page import read
 from undertow.comparison.driven_folds import come_closer
 from undertow.comparison.driven_search import _sound, _unsure, discover_driven
 from undertow.equation.driven_laws import find_driven

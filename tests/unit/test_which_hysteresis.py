@@ -14,6 +14,7 @@ from experiments.driven.bodies import GIVEN as SPRUNG
 from experiments.driven.bodies import body
 from experiments.driven.bodies import record as sprung_record
 from experiments.driven.hysteresis import GIVEN, NOISE_M, away, numbers_of, record
+from experiments.driven.page import read
 from undertow import fit_driven
 from undertow.campaign.driven.run import sentence_of
 from undertow.comparison import driven_hysteresis, driven_search
@@ -199,7 +200,7 @@ def test_a_law_s_held_numbers_are_on_disk_and_come_back(pinched):
 
 
 def test_the_table_of_the_experiment_is_that_of_its_rows():
-    assert experiment.table(experiment.read(experiment.RESULT)) in (
+    assert experiment.table(read(experiment.RESULT)) in (
         (experiment.RESULT.parents[2] / "docs" / "driven_measured.md").read_text()
     )
 

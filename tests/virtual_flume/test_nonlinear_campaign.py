@@ -128,7 +128,7 @@ def test_the_campaign_stays_small():
 
 def test_without_a_folder_the_command_says_how_to_use_it(capsys):
     assert maker.main([]) == 2
-    assert "usage: python -m experiments.virtual_flume.nonlinear_campaign FOLDER" in capsys.readouterr().err
+    assert "usage: python -m experiments virtual_flume.nonlinear_campaign FOLDER" in capsys.readouterr().err
 
 
 def test_the_maker_imports_nothing_of_undertow():

@@ -1,7 +1,7 @@
 """How often a verdict of a kind was right on sealed campaigns of known truth: the probability that is said with it.
 
 The campaigns are drawn and judged by experiments/blind_challenge, which shares no code with the package; the counts are
-made by `python -m experiments.calibration` and stand in calibration.json with seeds and revisions. Every group counts
+made by `python -m experiments calibration` and stand in calibration.json with seeds and revisions. Every group counts
 that was given an answer, as it comes: campaigns of another kind may be easier or harder. A verdict holds where nothing
 as large as what counts is missing, or something is, and every name is of an effect that is there or describes it; that
 a further effect has no name does not count against it. The posterior among everything that was fitted stands beside

@@ -21,6 +21,7 @@ import numpy as np
 from scipy.stats import beta
 
 from experiments.audit.simulated import COVERAGE_TABLES, INTERVALS, TABLES
+from experiments.files import put
 from undertow.audit.verdicts import ODDS
 
 PAGE = Path(__file__).resolve().parents[2] / "docs" / "published_tables.md"
@@ -205,6 +206,4 @@ def _covered(key: str, row: dict[str, Any]) -> str:
 
 def write_page(results: Sequence[dict[str, Any]]) -> None:
     """Put the section between its marks in docs/published_tables.md."""
-    text = PAGE.read_text(encoding="utf-8")
-    before, after = text.split(MARKS[0])[0], text.split(MARKS[1])[1]
-    PAGE.write_text(f"{before}{MARKS[0]}\n{section(summary(results))}\n{MARKS[1]}{after}", encoding="utf-8")
+    put(PAGE, section(summary(results)), *MARKS)

@@ -11,7 +11,6 @@ same for single numbers with known errors, on which the test's level was chosen.
 from __future__ import annotations
 
 import argparse
-import csv
 from collections.abc import Iterator
 from itertools import product
 from pathlib import Path
@@ -20,6 +19,7 @@ import numpy as np
 from scipy.stats import chi2
 
 import undertow
+from experiments.files import write_rows
 from undertow.conditioning.motion import Motion
 from undertow.likelihood.fit import Specimen
 from undertow.likelihood.problem import TrialOptions
@@ -132,8 +132,5 @@ def main() -> None:
                 "value": f"{before.value:.6g}", "stderr": f"{before.stderr:.4g}", "stderr_grown": f"{after.stderr:.4g}",
                 "own": int(holds(before, NAMES[name])), "grown": int(holds(after, NAMES[name])),
             })  # fmt: skip
-    with RESULTS.open("w", newline="", encoding="utf-8") as stream:
-        writer = csv.DictWriter(stream, rows[0].keys())
-        writer.writeheader()
-        writer.writerows(rows)
+    write_rows(RESULTS, rows[0], rows)
     PAGE.write_text(table(rows, asked.draws), encoding="utf-8")

@@ -10,7 +10,6 @@ belong here: how a campaign is made (campaigns.py).
 from __future__ import annotations
 
 import argparse
-import csv
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from itertools import product
@@ -20,6 +19,7 @@ import numpy as np
 
 from experiments.coverage.campaigns import SCATTERS, Campaign, Truth, make_campaign
 from experiments.eq15_campaign import tables
+from experiments.files import read_rows, write_rows
 from undertow.conditioning.condition import condition
 from undertow.conditioning.motion import Motion
 from undertow.likelihood.fit import Specimen
@@ -42,6 +42,7 @@ FIRST_SEED = 2000
 NORMAL_90 = 1.6449
 DRY = ("k_N_per_m", "c_Ns_per_m", "mu")
 WET = ("added_mass_kg", "drag_coefficient")
+HEADER = ("scatter", "trials", "seed", "fit", "parameter", "value", "stderr", "truth", "inside")
 
 
 @dataclass(frozen=True)
@@ -136,27 +137,17 @@ def summary(entries: Sequence[Entry]) -> list[str]:
     return lines
 
 
-def write(entries: Iterable[Entry], path: Path) -> None:
-    """Every interval, a row each, as they come."""
-    with path.open("w", newline="", encoding="utf-8") as stream:
-        table = csv.writer(stream, lineterminator="\n")
-        table.writerow(["scatter", "trials", "seed", "fit", "parameter", "value", "stderr", "truth", "inside"])
-        for e in entries:
-            numbers = [f"{number:.6g}" for number in (e.value, e.stderr, e.truth)]
-            table.writerow([e.scatter, e.trials, e.seed, e.fit, e.parameter, *numbers, str(e.inside).lower()])
-            stream.flush()
+def cells(entry: Entry) -> list[str]:
+    """An interval's row."""
+    numbers = [f"{number:.6g}" for number in (entry.value, entry.stderr, entry.truth)]
+    said = (entry.scatter, str(entry.trials), str(entry.seed), entry.fit, entry.parameter)
+    return [*said, *numbers, str(entry.inside).lower()]
 
 
 def read(path: Path) -> list[Entry]:
-    """The intervals of a table that `write` wrote."""
-    with path.open(encoding="utf-8") as stream:
-        return [
-            Entry(
-                row["scatter"], int(row["trials"]), int(row["seed"]), row["fit"], row["parameter"], float(row["value"]),
-                float(row["stderr"]), float(row["truth"]),
-            )
-            for row in csv.DictReader(stream)
-        ]  # fmt: skip
+    """The intervals of a table of `cells`."""
+    numbers = {"trials": int, "seed": int, "value": float, "stderr": float, "truth": float}
+    return [Entry(**{name: numbers.get(name, str)(row[name]) for name in HEADER[:-1]}) for row in read_rows(path)]
 
 
 def main(arguments: list[str] | None = None) -> int:
@@ -166,6 +157,6 @@ def main(arguments: list[str] | None = None) -> int:
     parser.add_argument("--first", type=int, default=FIRST_SEED, help="first seed")
     parser.add_argument("--out", type=Path, default=RESULTS, help="where the rows go")
     options = parser.parse_args(arguments)
-    write(study(options.campaigns, options.first), options.out)
+    write_rows(options.out, HEADER, map(cells, study(options.campaigns, options.first)))
     print("\n".join(summary(read(options.out))))
     return 0

@@ -12,11 +12,11 @@ import tempfile
 from pathlib import Path
 from typing import Any
 
-from experiments.differ.pairs import ROOT, Pair, pairs
+from experiments.differ.pairs import Pair, pairs
+from experiments.files import DOCS, put
 from undertow.campaign.differ.files import differ
 from undertow.report.verdict_file import plain
 
-DOCS = ROOT / "docs"
 MARK = "<!-- table -->"
 """In docs/differ.md the table stands between two of these."""
 
@@ -57,7 +57,5 @@ def main() -> None:
                 print(rows[-1]["pair"], rows[-1]["lacks"], rows[-1]["alternatives"], flush=True)
     if only is None:
         (DOCS / "differ.json").write_text(json.dumps(rows, indent=1, ensure_ascii=False) + "\n", encoding="utf-8")
-        page = DOCS / "differ.md"
-        before, _, after = page.read_text(encoding="utf-8").split(MARK)
-        page.write_text(f"{before}{MARK}\n{table(rows)}\n{MARK}{after}", encoding="utf-8")
+        put(DOCS / "differ.md", table(rows), MARK, MARK)
     print(table(rows))

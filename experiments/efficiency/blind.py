@@ -11,7 +11,6 @@ passes a cell's centre, so that the valley has many bottoms.
 from __future__ import annotations
 
 import argparse
-import csv
 import time
 from collections.abc import Sequence
 from pathlib import Path
@@ -20,6 +19,7 @@ import numpy as np
 
 from experiments.efficiency.cases import RANGES, Case, eq15, hidden
 from experiments.eq15_campaign import tables
+from experiments.files import table, write_rows
 from undertow.likelihood import multistart as blind
 from undertow.likelihood import output_error
 
@@ -69,17 +69,15 @@ def in_valley(rows: Sequence[dict[str, float | str]]) -> int:
 
 def summary(rows: Sequence[dict[str, float | str]]) -> str:
     """Markdown: share of starts that end at the best optimum, and the time a fit takes, a kind."""
-    head = "| fit | starts | at the best cost | in its valley | CPU a fit, ms (median, largest) |"
-    lines = [head, "|---|---|---|---|---|"]
+    lines = []
     for kind in dict.fromkeys(str(row["kind"]) for row in rows):
         mine = [row for row in rows if row["kind"] == kind]
-        shares = []
-        for good in (at_best(mine), in_valley(mine)):
-            shares.append(f"{good} ({100.0 * good / len(mine):.1f} %)")
+        shares = [f"{good} ({100.0 * good / len(mine):.1f} %)" for good in (at_best(mine), in_valley(mine))]
         spent = [float(row["cpu_ms"]) for row in mine]
         name = "hidden oscillator" if kind == "hidden" else f"{kind} unknowns"
-        lines.append(f"| {name} | {len(mine)} | {' | '.join(shares)} | {np.median(spent):.2g}, {max(spent):.2g} |")
-    return "\n".join(lines)
+        lines.append((name, len(mine), *shares, f"{np.median(spent):.2g}, {max(spent):.2g}"))
+    head = ("fit", "starts", "at the best cost", "in its valley", "CPU a fit, ms (median, largest)")
+    return table(head, lines)
 
 
 def main() -> None:
@@ -91,10 +89,8 @@ def main() -> None:
     given = parser.parse_args()
     rows = [row for kind in given.kinds for row in tried(kind, given.starts)]
     names = list(dict.fromkeys(name for row in rows for name in row))
-    with (given.to / "blind.csv").open("w", newline="") as file:
-        writer = csv.DictWriter(file, names, lineterminator="\n")
-        writer.writeheader()
-        writer.writerows([{k: f"{v:.4g}" if isinstance(v, float) else v for k, v in row.items()} for row in rows])
+    shown = [[f"{v:.4g}" if isinstance(v, float) else v for v in (row.get(n, "") for n in names)] for row in rows]
+    write_rows(given.to / "blind.csv", names, shown)
     ranges = ", ".join(f"{name} {low:g} to {high:g}" for name, (low, high) in RANGES.items())
     text = f"# Blind starts\n\nStarts: {ranges} (units and law in cases.py).\n\n{summary(rows)}\n"
     (given.to / "blind.md").write_text(text)

@@ -9,7 +9,6 @@ that every blind start arrives at the same optimum is blind.py's business.
 from __future__ import annotations
 
 import argparse
-import csv
 import math
 from collections.abc import Iterable
 from pathlib import Path
@@ -17,6 +16,7 @@ from pathlib import Path
 import numpy as np
 
 from experiments.efficiency.cases import Case, eq15, hidden
+from experiments.files import write_rows
 from undertow.likelihood import output_error
 
 IN_MINUTES = "--realisations 4 --to {}"
@@ -90,9 +90,7 @@ def main() -> None:
     parser.add_argument("--to", type=Path, default=HERE)
     given = parser.parse_args()
     table = rows(given.realisations, all_cases())
-    with (given.to / "efficiency.csv").open("w", newline="") as file:
-        writer = csv.DictWriter(file, list(table[0]), lineterminator="\n")
-        writer.writeheader()
-        writer.writerows([{k: f"{v:.4g}" if isinstance(v, float) else v for k, v in row.items()} for row in table])
+    shown = [[f"{v:.4g}" if isinstance(v, float) else v for v in row.values()] for row in table]
+    write_rows(given.to / "efficiency.csv", table[0], shown)
     (given.to / "efficiency.md").write_text(markdown(table))
     print(markdown(table))

@@ -10,7 +10,6 @@ read here and by no fit.
 from __future__ import annotations
 
 import argparse
-import csv
 import json
 import tempfile
 from collections.abc import Sequence
@@ -18,6 +17,7 @@ from dataclasses import asdict
 from pathlib import Path
 from typing import Any
 
+from experiments.files import read_rows
 from experiments.flume_tables.page import Row, page
 from undertow.campaign.run.folder import run_to_folder
 
@@ -27,12 +27,6 @@ DOCS = ROOT / "docs"
 PUBLISHED = ROOT / "data" / "published"
 TRUTH = ROOT / "data" / "virtual_flume" / "truth.json"
 METHOD_1_ALONE = ("identify=[method1]", "discrepancy.suspects=[]")
-
-
-def records(path: Path) -> list[dict[str, str]]:
-    """Lines of a CSV file with a header."""
-    with path.open(newline="", encoding="utf-8") as stream:
-        return list(csv.DictReader(stream))
 
 
 def rows_of(trials: Sequence[dict[str, str]]) -> list[Row]:
@@ -64,7 +58,7 @@ def published() -> dict[str, list[dict[str, float]]]:
         "6": "table06_method1_short_by_level",
     }  # fmt: skip
     return {
-        key: [{k: float(v) for k, v in row.items()} for row in records(PUBLISHED / f"{name}.csv")]
+        key: [{k: float(v) for k, v in row.items()} for row in read_rows(PUBLISHED / f"{name}.csv")]
         for key, name in names.items()
     }
 
@@ -93,7 +87,7 @@ def main(arguments: Sequence[str] | None = None) -> None:
     with tempfile.TemporaryDirectory() as scratch:
         if folder is None:
             folder = run_to_folder(CONFIG, METHOD_1_ALONE, Path(scratch) / "flume").folder
-        rows = rows_of(records(folder / "trials.csv"))
+        rows = rows_of(read_rows(folder / "trials.csv"))
     kept = ",\n".join(" " + json.dumps(asdict(row)) for row in rows)
     (DOCS / "flume_tables.json").write_text(f"[\n{kept}\n]\n".replace("NaN", "null"), encoding="utf-8")
     (DOCS / "flume_tables.md").write_text(page(rows, published(), own_answer()), encoding="utf-8")

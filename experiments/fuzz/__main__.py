@@ -12,7 +12,6 @@ Belongs here: changes, children, the page. Does not belong here: files as they s
 
 from __future__ import annotations
 
-import csv
 import gc
 import gzip
 import io
@@ -31,6 +30,7 @@ from pathlib import Path
 import numpy as np
 import scipy.io
 
+from experiments.files import read_rows, write_rows
 from experiments.processor_time import spent
 from experiments.revision import revision
 from tests.lab_files import WRITERS, write_csv
@@ -257,18 +257,12 @@ def main() -> None:
     """All readers, or those named, one after the other."""
     seconds = float(sys.argv[1]) if len(sys.argv) > 1 else SECONDS
     results = HERE / "fuzz.csv"
-    rows: dict[str, dict[str, str]] = {}
-    if results.exists():
-        with results.open(newline="") as stream:
-            rows = {row["file"]: row for row in csv.DictReader(stream)}
+    rows = {row["file"]: row for row in read_rows(results)}
     for seed, name in enumerate(sys.argv[2:] or FILES):
         score = fuzz(name, seconds, seed + int(time.time()))
         print(score, flush=True)
         rows[name] = {key: f"{v:.2f}" if isinstance(v, float) else str(v) for key, v in asdict(score).items()}
-        with results.open("w", newline="") as stream:
-            writer = csv.DictWriter(stream, [field.name for field in fields(Score)], lineterminator="\n")
-            writer.writeheader()
-            writer.writerows(rows.values())
+        write_rows(results, [field.name for field in fields(Score)], rows.values())
     write_page(list(rows.values()))
 
 

@@ -13,9 +13,10 @@ from typing import Any
 
 import numpy as np
 
+from experiments.files import read_rows
 from experiments.hidden_states.campaigns import NULLS, PLANTED
 from experiments.hidden_states.motion import Oscillator
-from experiments.hidden_states.study import OSCILLATOR, RELAXATION, Row, read
+from experiments.hidden_states.study import OSCILLATOR, RELAXATION, Row
 from experiments.recovery.releases import NOISE
 from undertow.comparison.candidate import OVERDAMPED
 
@@ -197,7 +198,7 @@ def write_page(folder: Path, page: Path = PAGE) -> None:
 
 def text(folder: Path) -> str:
     """The page."""
-    planted, nulls = read(folder / "planted.csv"), read(folder / "nulls.csv")
+    planted, nulls = read_rows(folder / "planted.csv"), read_rows(folder / "nulls.csv")
     false = sum(bool(false_names(one)) for one in nulls)
     seconds = [float(one["cpu_s"]) for one in planted]
     return (FOLDER / "page.md").read_text().format(

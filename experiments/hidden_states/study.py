@@ -13,12 +13,12 @@ Belongs here: running campaigns and writing rows. Does not belong here: campaign
 from __future__ import annotations
 
 import argparse
-import csv
 import time
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Iterator, Mapping
 from pathlib import Path
 
 import undertow
+from experiments.files import write_rows
 from experiments.hidden_states.campaigns import PLANTED, STIFFNESS_N_PER_M, Campaign, null, planted
 from experiments.recovery.releases import NOISE
 from undertow.quantities import Estimate
@@ -110,22 +110,6 @@ def null_campaigns(first: int, count: int) -> Iterator[Campaign]:
         yield null(seed)
 
 
-def write(rows: Iterable[Row], path: Path) -> None:
-    """A line a campaign, written as they come."""
-    with path.open("w", newline="") as stream:
-        writer = csv.DictWriter(stream, HEADER, lineterminator="\n")
-        writer.writeheader()
-        for row in rows:
-            writer.writerow(row)
-            stream.flush()
-
-
-def read(path: Path) -> list[Row]:
-    """Rows of one of the study's tables."""
-    with path.open(newline="") as stream:
-        return list(csv.DictReader(stream))
-
-
 def main(arguments: list[str] | None = None) -> int:
     """Run one part of the study."""
     parser = argparse.ArgumentParser(description="Hidden oscillators: found, right, and false positives.")
@@ -142,5 +126,5 @@ def main(arguments: list[str] | None = None) -> int:
     default = SEEDS if options.part == "planted" else NULL_CAMPAIGNS
     made = planted_campaigns if options.part == "planted" else null_campaigns
     campaigns = made(options.first, default if options.count is None else options.count)
-    write((identify(campaign) for campaign in campaigns), options.out / f"{options.part}.csv")
+    write_rows(options.out / f"{options.part}.csv", HEADER, (identify(campaign) for campaign in campaigns))
     return 0

@@ -10,12 +10,12 @@ each kind in turn. Errors are the largest over the motion, in units of the relea
 from __future__ import annotations
 
 import argparse
-import csv
 import time
 from pathlib import Path
 
 import numpy as np
 
+from experiments.files import write_rows
 from tests.reference import reference
 from undertow.equation import registry
 from undertow.equation.equation import Equation
@@ -118,10 +118,8 @@ def main() -> None:
     began = time.process_time()
     rows = [errors_of(number) for number in range(count)]
     seconds = time.process_time() - began
-    with (HERE / "accuracy.csv").open("w", newline="") as file:
-        writer = csv.writer(file, lineterminator="\n")
-        writer.writerow(rows[0])
-        writer.writerows([[f"{v:.3g}" if isinstance(v, float) else v for v in row.values()] for row in rows])
+    shown = [[f"{v:.3g}" if isinstance(v, float) else v for v in row.values()] for row in rows]
+    write_rows(HERE / "accuracy.csv", rows[0], shown)
     (HERE / "accuracy.md").write_text(summary(rows, seconds))
 
 

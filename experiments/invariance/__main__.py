@@ -8,15 +8,15 @@
 from __future__ import annotations
 
 import argparse
-import csv
-import subprocess
 import tempfile
 import time
 from pathlib import Path
 
+from experiments.files import add_rows, read_rows, table
 from experiments.invariance.campaigns import LENGTH, MASS, ROOT, SEED, TIME, makers, scales
 from experiments.invariance.compare import differences, largest
 from experiments.invariance.rescale import rescale
+from experiments.revision import revision
 from undertow.campaign.run.folder import run_to_folder
 
 ROWS = Path(__file__).resolve().parent / "results" / "rescaled.csv"
@@ -57,11 +57,11 @@ def _campaign(place: int, name: str, config: Path | None, folder: Path, count: i
         far = largest(folder / "first", folder / f"run{at}", scale)
         said = "; ".join(f"{d.group} {d.what}" for d in found)
         row = (name, f"{scale.time:.4g}", f"{scale.length:.4g}", f"{scale.mass:.4g}", _groups(folder / "first"), said,
-               f"{far:.3g}", round(time.process_time() - start), _revision())  # fmt: skip
+               f"{far:.3g}", round(time.process_time() - start), revision())  # fmt: skip
         print(" | ".join(map(str, row)), flush=True)
         wrong += bool(found)
         if not small:
-            _keep(row)
+            add_rows(ROWS, COLUMNS, [row])
     return wrong
 
 
@@ -69,45 +69,28 @@ def _groups(run: Path) -> int:
     return (run / "verdict.json").read_text(encoding="utf-8").count('"status"')
 
 
-def _revision() -> str:
-    return subprocess.run(
-        ["git", "rev-parse", "--short", "HEAD"], cwd=ROOT, capture_output=True, text=True, check=True
-    ).stdout.strip()
-
-
-def _keep(row: tuple[object, ...]) -> None:
-    ROWS.parent.mkdir(exist_ok=True)
-    new = not ROWS.exists()
-    with ROWS.open("a", newline="", encoding="utf-8") as stream:
-        writer = csv.writer(stream, lineterminator="\n")
-        if new:
-            writer.writerow(COLUMNS)
-        writer.writerow(row)
-
-
 def _holds() -> list[str]:
     """The part on holds before the release, from the rows of holds.py; nothing where it was not run."""
-    if not HOLDS.exists():
+    rows = read_rows(HOLDS)
+    if not rows:
         return []
-    rows = list(csv.DictReader(HOLDS.open(encoding="utf-8")))
     right = sum(row["right"] == "True" for row in rows)
     lines = [
         "", "## Holds of any length, bodies of any period", "",
         "A light body in air and in water, Eq. 15 alone, every suspect looked for: `nothing_missing` is right in both "
         "groups, with the added mass within three standard errors (`python -m experiments invariance.holds`).", "",
         f"**{right} of {len(rows)} campaigns were right.**", "",
-        "| held, periods | body, Hz | said dry; wet | added mass, standard errors off |", "|---|---|---|---|",
     ]  # fmt: skip
-    return lines + [
-        f"| {r['periods_held']} | {r['frequency_hz']} | {r['statuses'].replace('_', ' ')} | "
-        f"{r['added_mass_in_stderr']} |"
-        for r in rows
+    cells = [
+        (r["periods_held"], r["frequency_hz"], r["statuses"].replace("_", " "), r["added_mass_in_stderr"]) for r in rows
     ]
+    head = ("held, periods", "body, Hz", "said dry; wet", "added mass, standard errors off")
+    return [*lines, table(head, cells)]
 
 
 def _page() -> int:
     """docs/invariance.md from the rows."""
-    rows = list(csv.DictReader(ROWS.open(encoding="utf-8")))
+    rows = read_rows(ROWS)
     same = sum(not row["differences"] for row in rows)
     ends = {"time": TIME, "length": LENGTH, "mass": MASS}
     ranges = ", ".join(f"{name} {low:.2g} to {high:g} times" for name, (low, high) in ends.items())
@@ -119,14 +102,9 @@ def _page() -> int:
         f"seed {SEED}) and the campaign run again. Statuses, names and rivals must be the same, and every number must "
         "scale by its unit within a tenth of its standard error.", "",
         f"**{same} of {len(rows)} rescaled campaigns gave the same answers.**", "",
-        "| campaign | time | length | mass | groups | largest difference, standard errors | what differs | revision |",
-        "|---|---|---|---|---|---|---|---|",
     ]  # fmt: skip
-    lines += [
-        f"| {r['campaign']} | {r['time']} | {r['length']} | {r['mass']} | {r['groups']} | {r['largest']} | "
-        f"{r['differences'] or 'nothing'} | {r['revision']} |"
-        for r in rows
-    ]
-    lines += _holds()
+    shown = ("campaign", "time", "length", "mass", "groups", "largest", "differences", "revision")
+    head = (*shown[:5], "largest difference, standard errors", "what differs", "revision")
+    lines += [table(head, [[r[name] or "nothing" for name in shown] for r in rows]), *_holds()]
     (ROOT / "docs" / "invariance.md").write_text("\n".join([*lines, ""]), encoding="utf-8")
     return 0

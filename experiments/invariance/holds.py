@@ -10,11 +10,11 @@ Belongs here: those campaigns and their rows. Does not belong here: other units 
 
 from __future__ import annotations
 
-import csv
 import json
 import tempfile
 from pathlib import Path
 
+from experiments.files import write_rows
 from experiments.invariance.rescale import Scale, rescale
 from experiments.misuse.campaigns import Draft, fast, write
 from experiments.misuse.rigs import FAST, Release, record
@@ -60,9 +60,6 @@ def main() -> int:
             right = all(g["status"] == "nothing_missing" for g in said) and abs(off) < 3.0
             rows.append((periods, round(HZ / stretched, 3), statuses, round(off, 2), right))
             print(" | ".join(map(str, rows[-1])), flush=True)
-    ROWS.parent.mkdir(exist_ok=True)
-    with ROWS.open("w", newline="", encoding="utf-8") as stream:
-        writer = csv.writer(stream, lineterminator="\n")
-        writer.writerows([COLUMNS, *rows])
+    write_rows(ROWS, COLUMNS, rows)
     print(f"{sum(row[-1] for row in rows)} of {len(rows)} right")
     return int(not all(row[-1] for row in rows))

@@ -13,7 +13,6 @@ Belongs here: the campaign, kills, the comparison. Does not belong here: parts (
 
 from __future__ import annotations
 
-import csv
 import os
 import shutil
 import signal
@@ -28,6 +27,8 @@ from pathlib import Path
 import numpy as np
 
 from experiments.eq15_campaign.motion import simulate
+from experiments.files import read_rows, write_rows
+from experiments.processor_time import spent
 from experiments.revision import revision
 from tests.small_campaign import BODY, HOLD_S, RATE_HZ, Campaign, Table, make_campaign, write_table
 from undertow.campaign.run import folder as run_folder
@@ -99,13 +100,7 @@ def run_here(made: Campaign, out: Path, resume: bool = False) -> None:
 
 def used_s(process: int, jobs: int, begun: float) -> float:
     """Processor time of a process (other work on the machine does not count); with workers, seconds since it began."""
-    if jobs > 1:
-        return time.perf_counter() - begun
-    try:
-        fields = Path(f"/proc/{process}/stat").read_text().rpartition(")")[2].split()
-    except OSError:
-        return 0.0
-    return (int(fields[11]) + int(fields[12])) / os.sysconf("SC_CLK_TCK")
+    return time.perf_counter() - begun if jobs > 1 else spent(process)
 
 
 def ended(process: int) -> int:
@@ -183,25 +178,14 @@ def main() -> None:
 
 def add(row: dict[str, object]) -> None:
     """One more row of kills.csv, in place of an older one of its seed."""
-    rows = [one for one in read() if one["seed"] != str(row["seed"])]
-    with RESULTS.open("w", newline="") as stream:
-        writer = csv.DictWriter(stream, COLUMNS, lineterminator="\n")
-        writer.writeheader()
-        writer.writerows(sorted([*rows, row], key=lambda one: int(str(one["seed"]))))
+    rows = [one for one in read_rows(RESULTS) if one["seed"] != str(row["seed"])]
+    write_rows(RESULTS, COLUMNS, sorted([*rows, row], key=lambda one: int(str(one["seed"]))))
     print(row, flush=True)
-
-
-def read() -> list[dict[str, str]]:
-    """The rows of kills.csv."""
-    if not RESULTS.exists():
-        return []
-    with RESULTS.open(newline="") as stream:
-        return list(csv.DictReader(stream))
 
 
 def write_page(whole_s: float) -> None:
     """kills.md, from kills.csv."""
-    rows = read()
+    rows = read_rows(RESULTS)
     same, kept = (sum(row[name] == "True" for row in rows) for name in ("same_tables", "parts_kept"))
     some = sum(0 < int(row["parts_at_kill"]) < int(row["parts_of"]) for row in rows)
     lost = sorted(float(row["lost_s"]) for row in rows)

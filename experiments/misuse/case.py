@@ -5,8 +5,12 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass
 
+import pandas as pd
+
 from experiments.misuse.answers import Way
 from experiments.misuse.campaigns import Draft
+
+Edit = Callable[[Draft], object]
 
 
 @dataclass(frozen=True)
@@ -25,7 +29,7 @@ class Case:
     name: str
     done: str
     base: Callable[[], Draft]
-    edit: Callable[[Draft], None]
+    edit: Edit
     ways: tuple[Way, ...]
 
     def draft(self) -> Draft:
@@ -37,3 +41,18 @@ class Case:
 
 def leave(draft: Draft) -> None:
     """No edit: the campaign is used as it stands."""
+
+
+def setting(path: str, value: object) -> Edit:
+    """Another value of a key of the config."""
+    return lambda draft: draft.set(path, value)
+
+
+def channel(quantity: str, **keys: object) -> Edit:
+    """Other keys of one channel of the config."""
+    return lambda draft: draft.channel(quantity, **keys)
+
+
+def everywhere(edit: Callable[[pd.DataFrame], pd.DataFrame | None]) -> Edit:
+    """An edit of every recording."""
+    return lambda draft: draft.change(draft.recordings, edit)

@@ -7,7 +7,7 @@ import pandas as pd
 
 from experiments.misuse.answers import NOT_GREEN, Groups, TrialsAlone, Way
 from experiments.misuse.campaigns import Draft, bridge, roll_decay
-from experiments.misuse.case import Case
+from experiments.misuse.case import Case, setting
 from experiments.misuse.rigs import LOAD_SHARES, Release, record
 
 HARDENING_PER_M2 = 12.0
@@ -64,10 +64,6 @@ def _growing(draft: Draft) -> None:
     draft.recordings["t02.csv"] = record("bridge", release).copy()
 
 
-def _chopped(draft: Draft) -> None:
-    draft.change(["t05.csv"], lambda table: table[table.t < 1.4])
-
-
 def _dry_uneven(draft: Draft) -> None:
     draft.remove("specimen.scatter")
     draft.recordings["t02.csv"] = record("bridge", Release("long", 1.63, 0.107, seed=41, c_factor=8.0)).copy()
@@ -83,76 +79,33 @@ def _one_trial(draft: Draft) -> None:
     draft.set("discrepancy.suspects", ["linear_damping", "coulomb_friction"])
 
 
-def _generous_scatter(draft: Draft) -> None:
-    draft.set("specimen.scatter", {"k": 0.1, "c": 0.5, "mu": 0.5})
-
-
 def _hardening_in_water() -> Draft:
     return bridge(hardening_per_m2=HARDENING_PER_M2)
 
 
-def _hardening_roll() -> Draft:
-    return roll_decay(hardening_per_rad2=1.0)
-
-
 MISTAKES = (
-    Case(
-        "driven",
-        "one recording is of a driven test: a steady 0.8 Hz",
-        bridge,
-        _driven,
-        no_decay("t05", 2.36, "driven|steady|does not (decay|die)|(not a|no) (free )?decay"),
-    ),
-    Case(
-        "stuck",
-        "one body stuck: let go at 107 mm, it slipped to 80 mm and stayed",
-        bridge,
-        _stuck,
-        no_decay("t05", 2.36, STUCK),
-    ),
-    Case(
-        "growing",
-        "one recording grows: the controller of a shaker was left on",
-        bridge,
-        _growing,
-        no_decay("t02", 1.63, "grow"),
-    ),
-    Case(
-        "chopped",
-        "one recording ends half a period after the release",
-        bridge,
-        _chopped,
-        no_decay("t05", 2.36, "period|cycle|swing|ends|cut|chopped|short"),
-    ),
-    Case(
-        "dry_uneven",
-        "one of three trials in air was damped eight times as much: a hand on the line; scatter from the dry trials",
-        bridge,
-        _dry_uneven,
-        (
-            TrialsAlone(("uneven|differ|scatter|damping|group",), trials=("t02",), others=5),
-            Groups(("t02|uneven|scatter|differ",), DONE_OR_SOME_FAILED),
-        ),
-    ),
-    Case(
-        "one_trial",
-        "one roll decay alone, scatter not stated; its spring hardens, which no suspect is",
-        _hardening_roll,
-        _one_trial,
-        (Groups((), DONE_OR_SOME_FAILED, statuses=NOT_GREEN),),
-    ),
-    Case(
-        "two_dry_trials",
-        "two trials in air, scatter not stated; the spring hardens in water, which no suspect is",
-        _hardening_in_water,
-        _two_dry,
-        (Groups((), DONE_OR_SOME_FAILED, where={"water_depth_m": 2.36}, statuses=NOT_GREEN),),
-    ),
-    Case(
-        "generous_scatter",
-        "scatter stated as 10 % of k and 50 % of c: repeatability hides a spring that hardens in water",
-        _hardening_in_water,
-        _generous_scatter,
-        (Groups((), DONE_OR_SOME_FAILED, where={"water_depth_m": 2.36}, statuses=NOT_GREEN),),
-    ),
-)
+    Case("driven", "one recording is of a driven test: a steady 0.8 Hz", bridge, _driven,
+         no_decay("t05", 2.36, "driven|steady|does not (decay|die)|(not a|no) (free )?decay")),
+    Case("stuck", "one body stuck: let go at 107 mm, it slipped to 80 mm and stayed", bridge, _stuck,
+         no_decay("t05", 2.36, STUCK)),
+    Case("growing", "one recording grows: the controller of a shaker was left on", bridge, _growing,
+         no_decay("t02", 1.63, "grow")),
+    Case("chopped", "one recording ends half a period after the release", bridge,
+         lambda draft: draft.change(["t05.csv"], lambda table: table[table.t < 1.4]),
+         no_decay("t05", 2.36, "period|cycle|swing|ends|cut|chopped|short")),
+    Case("dry_uneven",
+         "one of three trials in air was damped eight times as much: a hand on the line; scatter from the dry trials",
+         bridge, _dry_uneven,
+         (TrialsAlone(("uneven|differ|scatter|damping|group",), trials=("t02",), others=5),
+          Groups(("t02|uneven|scatter|differ",), DONE_OR_SOME_FAILED))),
+    Case("one_trial", "one roll decay alone, scatter not stated; its spring hardens, which no suspect is",
+         lambda: roll_decay(hardening_per_rad2=1.0), _one_trial,
+         (Groups((), DONE_OR_SOME_FAILED, statuses=NOT_GREEN),)),
+    Case("two_dry_trials", "two trials in air, scatter not stated; the spring hardens in water, which no suspect is",
+         _hardening_in_water, _two_dry,
+         (Groups((), DONE_OR_SOME_FAILED, where={"water_depth_m": 2.36}, statuses=NOT_GREEN),)),
+    Case("generous_scatter",
+         "scatter stated as 10 % of k and 50 % of c: repeatability hides a spring that hardens in water",
+         _hardening_in_water, setting("specimen.scatter", {"k": 0.1, "c": 0.5, "mu": 0.5}),
+         (Groups((), DONE_OR_SOME_FAILED, where={"water_depth_m": 2.36}, statuses=NOT_GREEN),)),
+)  # fmt: skip

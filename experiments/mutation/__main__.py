@@ -13,7 +13,6 @@ from __future__ import annotations
 
 import argparse
 import ast
-import csv
 import re
 import subprocess
 import sys
@@ -26,6 +25,8 @@ import numpy as np
 import parso
 from cosmic_ray.mutating import mutate_code
 from cosmic_ray.operators.provider import OperatorProvider
+
+from experiments.files import add_rows, read_rows, write_rows
 
 ROOT = Path(__file__).resolve().parents[2]
 SOURCE = ROOT / "src" / "undertow"
@@ -83,6 +84,9 @@ class Row:
     after: str
     outcome: str
     seconds: float
+
+
+COLUMNS = [field.name for field in fields(Row)]
 
 
 @dataclass(frozen=True)
@@ -177,8 +181,7 @@ def outcome_of(module: str, text: str, changed: str) -> str:
 
 def again() -> None:
     """Run once more what survived, at the line that still reads so, and write the outcomes."""
-    with RESULTS.open(newline="", encoding="utf-8") as file:
-        rows = list(csv.DictReader(file))
+    rows = read_rows(RESULTS)
     for row in rows:
         text = (SOURCE / row["module"]).read_text(encoding="utf-8")
         if row["outcome"] == "survived" and text.count(row["before"]) >= 1:
@@ -189,10 +192,7 @@ def again() -> None:
             outcome = outcome_of(row["module"], text, "".join(lines))
             row["outcome"] = "survived" if outcome == "survived" else f"{outcome} by a test added since"
             print(f"{row['outcome']:32} {row['module']}:{row['line']} {row['before']}  ->  {row['after']}", flush=True)
-            with RESULTS.open("w", newline="", encoding="utf-8") as file:
-                writer = csv.DictWriter(file, [field.name for field in fields(Row)])
-                writer.writeheader()
-                writer.writerows(rows)
+            write_rows(RESULTS, COLUMNS, rows)
 
 
 def main(arguments: list[str] | None = None) -> int:
@@ -205,14 +205,8 @@ def main(arguments: list[str] | None = None) -> int:
     if asked.again:
         again()
         return 0
-    new = not RESULTS.exists()
-    with RESULTS.open("a", newline="", encoding="utf-8") as file:
-        writer = csv.DictWriter(file, [field.name for field in fields(Row)])
-        if new:
-            writer.writeheader()
-        for mutant, changed in drawn(asked.seed, asked.mutants):
-            row = judged(asked.seed, mutant, changed)
-            writer.writerow(asdict(row))
-            file.flush()
-            print(f"{row.outcome:14} {row.module}:{row.line} {row.before}  ->  {row.after}", flush=True)
+    for mutant, changed in drawn(asked.seed, asked.mutants):
+        row = judged(asked.seed, mutant, changed)
+        add_rows(RESULTS, COLUMNS, [asdict(row)])
+        print(f"{row.outcome:14} {row.module}:{row.line} {row.before}  ->  {row.after}", flush=True)
     return 0

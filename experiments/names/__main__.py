@@ -9,7 +9,6 @@
 from __future__ import annotations
 
 import argparse
-import subprocess
 from collections.abc import Iterator
 from pathlib import Path
 
@@ -20,6 +19,7 @@ from experiments.names.page import make_page
 from experiments.names.rows import append, key, read
 from experiments.names.studies import STRENGTHS, STUDIES, Case
 from experiments.names.verdicts import Row, judge, outcome
+from experiments.revision import revision
 
 IN_MINUTES = "--study nulls --seeds 1 --out {}"
 HERE = Path(__file__).resolve().parent
@@ -87,17 +87,7 @@ def _row(case: Case) -> Row:
     row |= {"springs": "+".join(plan.springs), "trials": plan.wet_trials, "rate_hz": plan.rate_hz}
     row |= {"scatter": plan.scatter}
     row |= judge(case.campaign, case.view)
-    return row | {"outcome": outcome(row), "revision": _revision()}
-
-
-def _revision() -> str:
-    """The git revision of what was judged, with a plus where its source is edited."""
-    edited = "+" if _git("status", "--porcelain", "--", str(HERE.parents[1] / "src")) else ""
-    return _git("rev-parse", "--short", "HEAD") + edited
-
-
-def _git(*words: str) -> str:
-    return subprocess.run(["git", "-C", str(HERE), *words], capture_output=True, text=True, check=True).stdout.strip()
+    return row | {"outcome": outcome(row), "revision": revision()}
 
 
 def _line(row: Row) -> str:

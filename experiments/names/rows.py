@@ -5,9 +5,10 @@ Belongs here: reading, appending, which campaigns are done. Does not belong here
 
 from __future__ import annotations
 
-import csv
 from collections.abc import Mapping
 from pathlib import Path
+
+from experiments.files import add_rows, read_rows
 
 COLUMNS = (
     *("study", "hidden", "strength", "seed", "size", "reached", "view", "decay_per_s", "springs", "trials", "rate_hz"),
@@ -30,18 +31,10 @@ def key(row: Mapping[str, object]) -> tuple[str, ...]:
 
 def read(path: Path) -> list[dict[str, str]]:
     """Rows of a study, the latest of each campaign, in the order in which campaigns came first; none without a file."""
-    if not path.exists():
-        return []
-    with path.open(encoding="utf-8", newline="") as stream:
-        return list({key(row): row for row in csv.DictReader(stream)}.values())
+    return list({key(row): row for row in read_rows(path)}.values())
 
 
 def append(path: Path, row: Mapping[str, object]) -> None:
     """Add one row at the end of a study's file, in the columns that it has."""
-    path.parent.mkdir(parents=True, exist_ok=True)
     columns = path.read_text(encoding="utf-8").partition("\n")[0].split(",") if path.exists() else COLUMNS
-    with path.open("a", encoding="utf-8", newline="") as stream:
-        writer = csv.DictWriter(stream, columns, restval="", extrasaction="ignore", lineterminator="\n")
-        if columns is COLUMNS:
-            writer.writeheader()
-        writer.writerow(row)
+    add_rows(path, columns, [[row.get(column, "") for column in columns]])

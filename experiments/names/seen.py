@@ -17,7 +17,6 @@ Belongs here: that study. Does not belong here: campaigns (scenes.py), what a ve
 from __future__ import annotations
 
 import argparse
-import csv
 import math
 import tempfile
 import time
@@ -28,12 +27,13 @@ from pathlib import Path
 
 from joblib import Parallel, delayed
 
-from experiments.names.__main__ import _revision
+from experiments.files import read_rows, table
 from experiments.names.effects import find
 from experiments.names.folder import View, write
 from experiments.names.rows import append
 from experiments.names.scenes import Campaign
 from experiments.names.studies import HIDDEN_IN, plan_of
+from experiments.revision import revision
 from undertow.campaign.config import load
 from undertow.campaign.run import run
 from undertow.comparison.null_test import limit
@@ -90,7 +90,7 @@ def size_of(campaign: Campaign, verdict: Verdict, name: str, value: float) -> fl
 def rows_of(seed: int) -> list[Row]:
     """One seed: the campaign with nothing hidden, then with every suspect at both doses."""
     campaign = Campaign(plan_of(seed, most=HIDDEN_IN))
-    view, base = View(stated=seed % 2 == 1), {"study": "seen", "seed": seed, "revision": _revision()}
+    view, base = View(stated=seed % 2 == 1), {"study": "seen", "seed": seed, "revision": revision()}
     out: list[Row] = []
     try:
         everywhere = verdicts_of(campaign, view)
@@ -132,18 +132,17 @@ def rows_of(seed: int) -> list[Row]:
 
 def counted(path: Path) -> str:
     """A table: seen of all, by suspect and dose."""
-    with path.open(encoding="utf-8", newline="") as stream:
-        rows = [r for r in csv.DictReader(stream) if not r["failed"]]
+    rows = [r for r in read_rows(path) if not r["failed"]]
     total = Counter((r["hidden"], float(r["strength"])) for r in rows)
     seen = Counter((r["hidden"], float(r["strength"])) for r in rows if r["outcome"] == "seen")
-    lines = ["| suspect | seen at half of it | seen at 1.5 times |", "|---|---|---|"]
+    lines = []
     for name in (*SLOTS, ""):
         cells = []
         for dose in DOSES:
             mine = [k for k in total if k[1] == dose and name in ("", k[0])]
             cells.append(f"{sum(seen[k] for k in mine)} of {sum(total[k] for k in mine)}")
-        lines.append(f"| {name or '**all**'} | " + " | ".join(cells) + " |")
-    return "\n".join(lines)
+        lines.append((name or "**all**", *cells))
+    return table(("suspect", "seen at half of it", "seen at 1.5 times"), lines)
 
 
 def main() -> int:

@@ -10,12 +10,13 @@ if the rig repeated exactly, where only noise is in the way. Needs the recording
 
 from __future__ import annotations
 
-import subprocess
 import sys
 import time
 from dataclasses import dataclass
 from pathlib import Path
 
+from experiments.files import table
+from experiments.revision import revision
 from undertow.campaign.config import load
 from undertow.campaign.run import run
 from undertow.discrepancy.verdict import Verdict
@@ -82,12 +83,6 @@ def said(verdict: Verdict) -> str:
     return f"{names} (or {rivals})" if rivals else names
 
 
-def revision() -> str:
-    """The revision that judges."""
-    words = ["git", "rev-parse", "--short", "HEAD"]
-    return subprocess.run(words, cwd=ROOT, capture_output=True, text=True, check=True).stdout.strip()
-
-
 def page(rows: list[tuple[Given, bool, Verdict, float]]) -> str:
     """The page."""
     lines = [
@@ -102,18 +97,18 @@ def page(rows: list[tuple[Given, bool, Verdict, float]]) -> str:
         "what is named, on the trials fitted and on the ones held out. Seconds: processor time a group, one core.",
         f"All rows are of revision {revision()}.",
         "",
-        "| recording | known to be missing | scatter | group | said | nrmse | held out | s |",
-        "|---|---|---|---|---|---|---|---|",
     ]
+    cells = []
     for case, exact, v, seconds in rows:
         group = ", ".join(f"{k} {x}" for k, x in v.group.items()) or "all"
         after = f" to {v.augmented.nrmse:.3g}" if v.augmented else ""
         held = f"{v.baseline.held_out_nrmse:.3g}" if v.held_out else "none"
         held += f" to {v.augmented.held_out_nrmse:.3g}" if v.held_out and v.augmented else ""
-        lines.append(
-            f"| {case.title} | {case.known} | {'exact' if exact else 'assumed'} | {group} | {said(v)} "
-            f"| {v.baseline.nrmse:.3g}{after} | {held} | {seconds:.0f} |"
-        )
+        scatter = "exact" if exact else "assumed"
+        error = f"{v.baseline.nrmse:.3g}{after}"
+        cells.append((case.title, case.known, scatter, group, said(v), error, held, f"{seconds:.0f}"))
+    head = ("recording", "known to be missing", "scatter", "group", "said", "nrmse", "held out", "s")
+    lines.append(table(head, cells))
     lines += ["", "## In the package's words", ""]
     lines += [f"- {case.config}, {'exact' if exact else 'assumed'}: {v.sentence}" for case, exact, v, _ in rows]
     return "\n".join(lines) + "\n"

@@ -11,7 +11,6 @@ Belongs here: that fit and its table. Does not belong here: recordings (releases
 from __future__ import annotations
 
 import argparse
-import csv
 import sys
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -21,6 +20,7 @@ import numpy as np
 
 from experiments.eq15_campaign import tables
 from experiments.eq15_campaign.motion import Floats
+from experiments.files import write_rows
 from experiments.recovery.bound import bound
 from experiments.recovery.releases import LARGEST_DRIFT, NOISE, Truth, plant, record_group
 from undertow.conditioning.condition import condition
@@ -134,10 +134,8 @@ def main(arguments: list[str] | None = None) -> int:
                 print(lines[-1], file=sys.stderr, flush=True)
                 for seed, one in enumerate(recoveries):
                     rows.append([spring, depth, noise, how, seed, *(f"{error:.4f}" for error in one.errors)])
-    with (options.out / "output_error_recovery.csv").open("w", newline="") as stream:
-        writer = csv.writer(stream, lineterminator="\n")
-        writer.writerow(["spring", "water_depth_m", "noise", "drift", "seed", *QUANTITIES])
-        writer.writerows(rows)
+    header = ("spring", "water_depth_m", "noise", "drift", "seed", *QUANTITIES)
+    write_rows(options.out / "output_error_recovery.csv", header, rows)
     page = HEADER.format(seeds=options.seeds) + "\n".join(lines) + "\n"
     (options.out / "output_error_recovery.md").write_text(page)
     return 0

@@ -9,7 +9,6 @@ writes sindy_recovery.csv (a row a campaign) and sindy_recovery.md (p90 of the e
 from __future__ import annotations
 
 import argparse
-import csv
 import sys
 from collections.abc import Iterable
 from dataclasses import dataclass
@@ -19,6 +18,7 @@ import numpy as np
 
 from experiments.eq15_campaign import tables
 from experiments.eq15_campaign.motion import Floats
+from experiments.files import write_rows
 from experiments.recovery.bound import bound
 from experiments.recovery.releases import NOISE, Truth, plant, record_group
 from undertow.conditioning.condition import condition
@@ -108,17 +108,10 @@ def limit(noise: str, lowest: Floats) -> Floats:
     return np.maximum(LIMITS[noise], BOUND_SHARE * lowest)
 
 
-def write_rows(outcomes: Iterable[Outcome], path: Path) -> None:
-    """One row a campaign."""
-    with path.open("w", newline="") as stream:
-        writer = csv.writer(stream, lineterminator="\n")
-        writer.writerow(["spring", "water_depth_m", "noise", "seed", *QUANTITIES, "exact", "kept"])
-        for one in outcomes:
-            errors = [f"{error:.4f}" for error in one.errors]
-            kept = " ".join(one.kept)
-            writer.writerow(
-                [one.truth.spring, one.truth.water_depth_m, one.noise, one.seed, *errors, int(one.exact), kept]
-            )
+def cells(one: Outcome) -> list[object]:
+    """A campaign's row."""
+    errors = [f"{error:.4f}" for error in one.errors]
+    return [one.truth.spring, one.truth.water_depth_m, one.noise, one.seed, *errors, int(one.exact), " ".join(one.kept)]
 
 
 def tabulate(groups: dict[tuple[Truth, str], list[Outcome]]) -> str:
@@ -169,6 +162,8 @@ def main(arguments: list[str] | None = None) -> int:
             truth = plant(spring, depth)
             groups[truth, noise] = [recover(truth, noise, seed) for seed in range(options.seeds)]
             print(spring, depth, noise, np.round(ninetieth(groups[truth, noise]), 2), file=sys.stderr, flush=True)
-    write_rows((one for outcomes in groups.values() for one in outcomes), options.out / "sindy_recovery.csv")
+    header = ("spring", "water_depth_m", "noise", "seed", *QUANTITIES, "exact", "kept")
+    rows = [cells(one) for outcomes in groups.values() for one in outcomes]
+    write_rows(options.out / "sindy_recovery.csv", header, rows)
     (options.out / "sindy_recovery.md").write_text(HEADER.format(seeds=options.seeds) + tabulate(groups))
     return 0

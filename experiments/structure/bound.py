@@ -9,14 +9,16 @@ gain and drift unknown as in the study. Once from the trials in water alone, onc
 
 from __future__ import annotations
 
-import csv
 import sys
+from collections.abc import Iterator
 from dataclasses import dataclass, replace
+from itertools import product
 from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
 
+from experiments.files import write_rows
 from experiments.recovery.releases import NOISE
 from experiments.structure.study import STATED_LEVELS, STRUCTURAL, dry_beliefs, motions_of, ten_terms
 from experiments.structure.truths import OtherTruth, plant_other
@@ -77,16 +79,14 @@ def bound(truth: OtherTruth, noise: str, dry: bool) -> Bound:
     return Bound(std, float(left @ left))
 
 
-def main() -> int:
+def rows() -> Iterator[tuple[object, ...]]:
     """Every level and noise, without and with dry trials."""
-    with (FOLDER / "bound.csv").open("w", newline="") as stream:
-        writer = csv.writer(stream, lineterminator="\n")
-        writer.writerow(COLUMNS)
-        for spring, depth in STATED_LEVELS:
-            for noise in NOISE:
-                for dry in (False, True):
-                    found = bound(plant_other(spring, depth, "drag_1.5"), noise, dry)
-                    row = (found.exponent_std, found.misfit)
-                    writer.writerow((spring, depth, noise, int(dry), *(f"{value:.3g}" for value in row)))
-                    print(spring, noise, dry, found, file=sys.stderr, flush=True)
-    return 0
+    for (spring, depth), noise, dry in product(STATED_LEVELS, NOISE, (False, True)):
+        found = bound(plant_other(spring, depth, "drag_1.5"), noise, dry)
+        yield spring, depth, noise, int(dry), f"{found.exponent_std:.3g}", f"{found.misfit:.3g}"
+        print(spring, noise, dry, found, file=sys.stderr, flush=True)
+
+
+def main() -> None:
+    """Write the rows."""
+    write_rows(FOLDER / "bound.csv", COLUMNS, rows())

@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-import csv
 from collections.abc import Callable, Iterable
 from pathlib import Path
 
 import numpy as np
 
+from experiments import files
 from experiments.recovery.releases import NOISE
 from experiments.structure.study import FOLDER, STATED_LEVELS, Row, read_rows
 
@@ -44,8 +44,7 @@ def cells(rows: Iterable[Row], counted: Callable[[Row], bool], wanted: float) ->
 def table(lines: Iterable[tuple[str, list[str]]], first: str) -> str:
     """Markdown: a line a study, a column a spring and noise."""
     heads = [f"{spring} {depth:g} m, {noise}" for spring, depth in STATED_LEVELS for noise in NOISE]
-    out = [f"| {first} | {' | '.join(heads)} |", f"|---|{'---|' * len(heads)}"]
-    return "\n".join([*out, *(f"| {name} | {' | '.join(shown)} |" for name, shown in lines)]) + "\n"
+    return files.table((first, *heads), [(name, *shown) for name, shown in lines]) + "\n"
 
 
 def support_part() -> str:
@@ -105,8 +104,8 @@ def exponent_part() -> str:
 
 def bounds(column: str, dry: bool) -> list[str]:
     """A column of bound.csv for each spring and noise in order."""
-    with (FOLDER / "bound.csv").open(newline="") as stream:
-        rows = {(row["spring"], row["noise"]): row for row in csv.DictReader(stream) if int(row["dry_trials"]) == dry}
+    every = files.read_rows(FOLDER / "bound.csv")
+    rows = {(row["spring"], row["noise"]): row for row in every if int(row["dry_trials"]) == dry}
     return [rows[spring, noise][column] for spring, _ in STATED_LEVELS for noise in NOISE]
 
 
@@ -127,46 +126,36 @@ def spreads(rows: list[Row]) -> list[str]:
 
 def routes_part() -> str:
     """Whether the two routes agree, and say so when one is wrong."""
-    path = FOLDER / "routes.csv"
-    with path.open(newline="") as stream:
-        rows = list(csv.DictReader(stream))
-    lines = ["| recordings | campaigns | exact support | routes agree | rms z, trajectories (largest of four) |",
-             "|---|---|---|---|---|"]  # fmt: skip
+    rows, cells = files.read_rows(FOLDER / "routes.csv"), []
     for setting in dict.fromkeys(row["setting"] for row in rows):
         own = [row for row in rows if row["setting"] == setting]
         worst = [float(row["worst_first_z"]) for row in own if row["worst_first_z"] not in ("", "nan")]
         z = np.sqrt(np.mean(np.square(worst)))
         exact, agree = (sum(int(row[name] or 0) for row in own) for name in ("exact", "agrees"))
-        lines.append(f"| {setting} | {len(own)} | {exact} | {agree} | {z:.1f} |")
+        cells.append((setting, len(own), exact, agree, f"{z:.1f}"))
+    found = ("recordings", "campaigns", "exact support", "routes agree", "rms z, trajectories (largest of four)")
     head = (
         "## Two routes\n\nTrials of unequal length, both springs, N1, N3 (`python -m experiments structure.routes`).\n"
         "In the last line the weak form takes the accelerometer for 8 ms late, which it is not.\n\n"
     )
-    return head + "\n".join(lines) + "\n"
+    return head + files.table(found, cells) + "\n"
 
 
 def examples_part() -> str:
     """pysindy's own examples."""
-    with (FOLDER / "pysindy_examples.csv").open(newline="") as stream:
-        rows = list(csv.DictReader(stream))
-    lines = [
-        "| example | noise | BestSubset | pysindy's default | BestSubset, rates measured |",
-        "|---|---|---|---|---|",
+    counts = ("best_subset_exact", "stlsq_default_exact", "best_subset_given_rates")
+    rows = [
+        (row["example"], f"{100.0 * float(row['noise_share']):g} %", *(f"{row[n]} of {row['draws']}" for n in counts))
+        for row in files.read_rows(FOLDER / "pysindy_examples.csv")
     ]
-    for row in rows:
-        draws = row["draws"]
-        share = f"{100.0 * float(row['noise_share']):g} %"
-        lines.append(
-            f"| {row['example']} | {share} | {row['best_subset_exact']} of {draws} "
-            f"| {row['stlsq_default_exact']} of {draws} | {row['best_subset_given_rates']} of {draws} |"
-        )
+    head = ("example", "noise", "BestSubset", "pysindy's default", "BestSubset, rates measured")
     said = (
         "\nWithout noise, pysindy's finite differences are wrong by a function of the states, which an exact search\n"
         "finds and takes for further terms; with the rates given, or with noise above that, it does not.\n"
     )
     return (
         "## Inside plain pysindy\n\nExact supports of all equations with `pysindy.SINDy(optimizer=BestSubset())` "
-        "(`python -m experiments structure.pysindy_examples`).\n\n" + "\n".join(lines) + "\n" + said
+        "(`python -m experiments structure.pysindy_examples`).\n\n" + files.table(head, rows) + "\n" + said
     )
 
 

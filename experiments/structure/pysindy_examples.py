@@ -11,7 +11,6 @@ Writes pysindy_examples.csv here.
 from __future__ import annotations
 
 import argparse
-import csv
 import sys
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -22,6 +21,7 @@ import pysindy
 from numpy.typing import NDArray
 from scipy.integrate import solve_ivp
 
+from experiments.files import write_rows
 from undertow.equation.structure import (
     AsymmetricStiffness,
     CubicStiffness,
@@ -127,8 +127,5 @@ def main(arguments: list[str] | None = None) -> int:
             given = sum(exact_support(example, states, BestSubset(), rate) for rate in rates)
             rows.append((example.name, share, len(draws), ours, theirs, given))
             print(*rows[-1], file=sys.stderr, flush=True)
-    with (options.out / "pysindy_examples.csv").open("w", newline="") as stream:
-        writer = csv.writer(stream, lineterminator="\n")
-        writer.writerow(COLUMNS)
-        writer.writerows(rows)
+    write_rows(options.out / "pysindy_examples.csv", COLUMNS, rows)
     return 0

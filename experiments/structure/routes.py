@@ -9,7 +9,6 @@ alone, and with a weak form that takes the accelerometer for 8 ms late. Writes r
 from __future__ import annotations
 
 import argparse
-import csv
 import sys
 from collections.abc import Sequence
 from dataclasses import replace
@@ -17,6 +16,7 @@ from pathlib import Path
 
 import numpy as np
 
+from experiments.files import write_rows
 from experiments.recovery.releases import record_group
 from experiments.structure.study import STATED_LEVELS, ten_terms
 from experiments.structure.truths import KINDS, OtherTruth, plant_other
@@ -93,8 +93,5 @@ def main(arguments: Sequence[str] | None = None) -> int:
             for noise in NOISE:
                 rows += [judge(truth, noise, seed, setting) for seed in range(options.seeds)]
                 print(*rows[-options.seeds :], sep="\n", file=sys.stderr, flush=True)
-    with (FOLDER / "routes.csv").open("w", newline="") as stream:
-        writer = csv.writer(stream, lineterminator="\n")
-        writer.writerow(COLUMNS)
-        writer.writerows(rows)
+    write_rows(FOLDER / "routes.csv", COLUMNS, rows)
     return 0

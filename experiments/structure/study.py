@@ -16,7 +16,6 @@ Each run adds rows to <study>.csv here, or replaces those of the same campaign; 
 from __future__ import annotations
 
 import argparse
-import csv
 import sys
 import time
 from collections.abc import Iterable, Sequence
@@ -24,6 +23,7 @@ from dataclasses import asdict, dataclass, fields, replace
 from functools import lru_cache
 from pathlib import Path
 
+from experiments import files
 from experiments.eq15_campaign import tables
 from experiments.recovery.releases import NOISE, record_group
 from experiments.structure.truths import KINDS, OtherTruth, plant_other
@@ -122,21 +122,15 @@ def row_of(study: str, truth: OtherTruth, noise: str, seed: int, found: FoundStr
 
 def read_rows(path: Path) -> dict[tuple[str, str, str, float, str, int], Row]:
     """Rows of an earlier run by campaign; empty where there is none."""
-    if not path.exists():
-        return {}
     kinds = {field.name: {"str": str, "float": float, "int": int}[str(field.type)] for field in fields(Row)}
-    with path.open(newline="") as stream:
-        rows = [Row(**{name: kinds[name](text) for name, text in row.items()}) for row in csv.DictReader(stream)]
+    rows = [Row(**{name: kinds[name](text) for name, text in row.items()}) for row in files.read_rows(path)]
     return {row.campaign: row for row in rows}
 
 
 def write_rows(rows: Iterable[Row], path: Path) -> None:
     """One row a campaign, sorted."""
-    with path.open("w", newline="") as stream:
-        writer = csv.DictWriter(stream, [field.name for field in fields(Row)], lineterminator="\n")
-        writer.writeheader()
-        for row in sorted(rows, key=lambda one: one.campaign):
-            writer.writerow(asdict(row))
+    found = [asdict(row) for row in sorted(rows, key=lambda one: one.campaign)]
+    files.write_rows(path, [field.name for field in fields(Row)], found)
 
 
 def run(study: str, kinds: Sequence[str], levels: Sequence[tuple[str, float]], seeds: int) -> None:

@@ -9,6 +9,7 @@ import pytest
 import undertow
 from experiments.eq15_campaign.motion import Body
 from experiments.eq15_campaign.motion import simulate as simulate_eq15
+from experiments.files import read_rows, write_rows
 from experiments.hidden_states import page, study
 from experiments.hidden_states.campaigns import (
     NULLS,
@@ -146,7 +147,7 @@ def test_a_null_campaign_of_each_kind_lacks_an_oscillator_and_has_what_its_name_
 
 
 def test_the_committed_rows_are_those_of_fresh_seeds_and_meet_the_limits_set_beforehand():
-    rows = study.read(study.FOLDER / "planted.csv")
+    rows = read_rows(study.FOLDER / "planted.csv")
     assert len(rows) == study.SEEDS * len(PLANTED) * len(NOISES)
     assert {int(row["seed"]) for row in rows} == set(range(study.FIRST_SEED, study.FIRST_SEED + study.SEEDS))
     for kind in PLANTED:
@@ -163,7 +164,7 @@ def test_the_committed_rows_are_those_of_fresh_seeds_and_meet_the_limits_set_bef
 
 
 def test_the_committed_null_campaigns_name_nothing_hidden_that_is_not_there():
-    rows = study.read(study.FOLDER / "nulls.csv")
+    rows = read_rows(study.FOLDER / "nulls.csv")
     seeds = range(study.FIRST_SEED, study.FIRST_SEED + study.NULL_CAMPAIGNS)
     assert [int(row["seed"]) for row in rows] == list(seeds)
     assert sum(bool(page.false_names(row)) for row in rows) <= len(rows) / 50  # one in fifty
@@ -177,8 +178,8 @@ def test_a_row_is_written_with_several_oscillators_in_a_cell(tmp_path):
     row = dict.fromkeys(study.HEADER, "") | {
         "kind": "two of 200 kg", "named": "hidden_resonator+hidden_resonator", "w_rad_per_s": "7.5 10.5",
     }  # fmt: skip
-    study.write([row], tmp_path / "planted.csv")
-    (read,) = study.read(tmp_path / "planted.csv")
+    write_rows(tmp_path / "planted.csv", study.HEADER, [row])
+    (read,) = read_rows(tmp_path / "planted.csv")
     assert read == row
     assert page.numbers(read, "w_rad_per_s") == [7.5, 10.5]
     assert page.right_number(read)
@@ -188,4 +189,4 @@ def test_a_row_is_written_with_several_oscillators_in_a_cell(tmp_path):
 def test_the_study_writes_the_rows_of_the_part_that_is_asked_for(tmp_path, monkeypatch):
     monkeypatch.setattr(study, "identify", lambda campaign: {"kind": campaign.kind, "seed": str(campaign.seed)})
     assert study.main(["nulls", "--first", "3", "--count", "2", "--out", str(tmp_path)]) == 0
-    assert [row["kind"] for row in study.read(tmp_path / "nulls.csv")] == ["drift", "friction asymmetry"]
+    assert [row["kind"] for row in read_rows(tmp_path / "nulls.csv")] == ["drift", "friction asymmetry"]

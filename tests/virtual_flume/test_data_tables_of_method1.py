@@ -7,7 +7,8 @@ from pathlib import Path
 
 import pytest
 
-from experiments.flume_tables.__main__ import own_answer, published, records, rows_of
+from experiments.files import read_rows
+from experiments.flume_tables.__main__ import own_answer, published, rows_of
 from experiments.flume_tables.page import Row, drag_of_radiation, falling, largest, page
 from undertow.campaign.config import load
 from undertow.conditioning.condition import condition
@@ -78,6 +79,6 @@ def test_a_bound_in_the_outcome_is_kept(tmp_path):
     )
     path = tmp_path / "trials.csv"
     path.write_text(f"{head}\n{line}\n", encoding="utf-8")
-    (row,) = rows_of(records(path))
+    (row,) = rows_of(read_rows(path))
     assert row.on_bound
     assert row.added_mass_kg == 0.0

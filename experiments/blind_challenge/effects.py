@@ -53,11 +53,12 @@ class EffectKind:
 TABLE: dict[str, EffectKind] = {}
 
 
-def add(kind: EffectKind) -> None:
-    """Put a kind into the table; two with one key are refused."""
-    if kind.key in TABLE:
-        raise ValueError(f"effect {kind.key}: it is in the table already; give the second one another key")
-    TABLE[kind.key] = kind
+def add(*kinds: EffectKind) -> None:
+    """Put kinds into the table; two with one key are refused."""
+    for kind in kinds:
+        if kind.key in TABLE:
+            raise ValueError(f"effect {kind.key}: it is in the table already; give the second one another key")
+        TABLE[kind.key] = kind
 
 
 def table() -> dict[str, EffectKind]:

@@ -110,77 +110,27 @@ def _reflection_shape(rng: np.random.Generator, rig: Rig) -> Shape:
     }
 
 
-def _fill() -> None:
-    def tone_numbers(s: Shape, d: float, e: Scene) -> dict[str, float]:
-        _, waves = _waves(s, d, e)
-        return {"amplitude_N": waves[0], "frequency_rad_per_s": waves[1]}
-
-    add(
-        EffectKind(
-            "external_tone",
-            "a force of one frequency with its own clock",
-            "outside",
-            ("external_forcing",),
-            _tone,
-            _push,
-            unknowns=2,
-            unknowns_a_trial=1,
-            numbers=tone_numbers,
-        )
-    )
-    for key, low, high, text in (
-        ("external_narrow_band", 0.4, 2.5, "a seiche: a narrow-band random force"),
-        ("external_close", 0.94, 1.06, "a seiche close to the body's frequency"),
-    ):
-        add(
-            EffectKind(
-                key, text, "outside", ("external_forcing",), _band(low, high), _push, unknowns=2, unknowns_a_trial=2
-            )
-        )
+def tone_numbers(s: Shape, d: float, e: Scene) -> dict[str, float]:
+    _, waves = _waves(s, d, e)
+    return {"amplitude_N": waves[0], "frequency_rad_per_s": waves[1]}
 
 
-def _fill_echoes() -> None:
-    add(
-        EffectKind(
-            "delayed_echo",
-            "a wave that comes back from the flume's end",
-            "water",
-            ("delayed_echo",),
-            _echo_shape,
-            lambda s, d, e: Change(e.body, (Law(codes.ECHO, (0.0, *_echo(s, d, e))),)),
-            unknowns=2,
-            largest=6.0,
-            numbers=lambda s, d, e: dict(zip(("gain", "delay_s"), _echo(s, d, e), strict=True)),
+add(
+    EffectKind("external_tone", "a force of one frequency with its own clock", "outside", ("external_forcing",), _tone,
+               _push, unknowns=2, unknowns_a_trial=1, numbers=tone_numbers),
+    *(
+        EffectKind(key, text, "outside", ("external_forcing",), _band(low, high), _push, unknowns=2, unknowns_a_trial=2)
+        for key, low, high, text in (
+            ("external_narrow_band", 0.4, 2.5, "a seiche: a narrow-band random force"),
+            ("external_close", 0.94, 1.06, "a seiche close to the body's frequency"),
         )
-    )
-    add(
-        EffectKind(
-            "dispersive_reflections",
-            "waves that come back spread out by dispersion",
-            "water",
-            (),
-            _reflection_shape,
-            _reflection,
-            ("delayed_echo", "hidden_resonator"),
-            unknowns=4,
-            largest=10.0,
-            needs=Needs(trials=(1, 10), levels=(1, 1, 2)),
-        )
-    )
-    add(
-        EffectKind(
-            "seiche_with_velocity",
-            "a seiche that carries water past the body",
-            "outside",
-            (),
-            _band(0.4, 2.0),
-            _current,
-            ("external_forcing",),
-            unknowns=2,
-            unknowns_a_trial=2,
-        )
-    )
-
-
-_fill()
-_fill_echoes()
+    ),
+    EffectKind("delayed_echo", "a wave that comes back from the flume's end", "water", ("delayed_echo",), _echo_shape,
+               lambda s, d, e: Change(e.body, (Law(codes.ECHO, (0.0, *_echo(s, d, e))),)), unknowns=2, largest=6.0,
+               numbers=lambda s, d, e: dict(zip(("gain", "delay_s"), _echo(s, d, e), strict=True))),
+    EffectKind("dispersive_reflections", "waves that come back spread out by dispersion", "water", (),
+               _reflection_shape, _reflection, ("delayed_echo", "hidden_resonator"), unknowns=4, largest=10.0,
+               needs=Needs(trials=(1, 10), levels=(1, 1, 2))),
+    EffectKind("seiche_with_velocity", "a seiche that carries water past the body", "outside", (), _band(0.4, 2.0),
+               _current, ("external_forcing",), unknowns=2, unknowns_a_trial=2),
+)  # fmt: skip

@@ -42,66 +42,18 @@ def _level(shape: Shape, dose: float, scene: Scene) -> float:
     return scene.rig.largest * (1.0 - min(0.03 * dose, 0.4))
 
 
-def _fill() -> None:
-    add(
-        EffectKind(
-            "time_shift",
-            "an accelerometer that is late",
-            "instrument",
-            ("time_shift",),
-            nothing,
-            _fault("time_shift", "acceleration", _late),
-            needs=SECOND,
-            numbers=lambda s, d, e: {"shift_s": _late(s, d, e)},
-        )
-    )
-    add(
-        EffectKind(
-            "late_cell",
-            "load cells that are late",
-            "instrument",
-            ("time_shift",),
-            nothing,
-            _late_cell,
-            ("linear_damping",),
-            needs=Needs(channels=("spring_force",), coordinate="translation"),
-            numbers=lambda s, d, e: {"shift_s": _late(s, d, e)},
-        )
-    )
-    add(
-        EffectKind(
-            "gain_error",
-            "an accelerometer with a wrong gain",
-            "instrument",
-            ("gain_error",),
-            _sign,
-            _fault("gain_error", "acceleration", lambda s, d, e: 1.0 + s["sign"] * min(0.02 * d, 0.7)),
-            needs=SECOND,
-            numbers=lambda s, d, e: {"gain": 1.0 + s["sign"] * min(0.02 * d, 0.7)},
-        )
-    )
-    add(
-        EffectKind(
-            "sensor_drift",
-            "a displacement sensor that drifts within a trial",
-            "instrument",
-            ("sensor_drift",),
-            lambda r, g: {"span": float(r.uniform(0.3, 1.0)), **_sign(r, g)},
-            _drift,
-        )
-    )
-    add(
-        EffectKind(
-            "clipping",
-            "a displacement sensor that saturates",
-            "instrument",
-            ("clipping",),
-            nothing,
-            _fault("clipping", "displacement", _level),
-            largest=13.0,
-            linear=False,
-        )
-    )
-
-
-_fill()
+add(
+    EffectKind("time_shift", "an accelerometer that is late", "instrument", ("time_shift",), nothing,
+               _fault("time_shift", "acceleration", _late), needs=SECOND,
+               numbers=lambda s, d, e: {"shift_s": _late(s, d, e)}),
+    EffectKind("late_cell", "load cells that are late", "instrument", ("time_shift",), nothing, _late_cell,
+               ("linear_damping",), needs=Needs(channels=("spring_force",), coordinate="translation"),
+               numbers=lambda s, d, e: {"shift_s": _late(s, d, e)}),
+    EffectKind("gain_error", "an accelerometer with a wrong gain", "instrument", ("gain_error",), _sign,
+               _fault("gain_error", "acceleration", lambda s, d, e: 1.0 + s["sign"] * min(0.02 * d, 0.7)), needs=SECOND,
+               numbers=lambda s, d, e: {"gain": 1.0 + s["sign"] * min(0.02 * d, 0.7)}),
+    EffectKind("sensor_drift", "a displacement sensor that drifts within a trial", "instrument", ("sensor_drift",),
+               lambda r, g: {"span": float(r.uniform(0.3, 1.0)), **_sign(r, g)}, _drift),
+    EffectKind("clipping", "a displacement sensor that saturates", "instrument", ("clipping",), nothing,
+               _fault("clipping", "displacement", _level), largest=13.0, linear=False),
+)  # fmt: skip

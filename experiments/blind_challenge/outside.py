@@ -162,99 +162,45 @@ def _warming(shape: Shape, dose: float, scene: Scene) -> Change:
     return Change(scene.body.changed(stiffness=k * (1.0 - day)), (Law(codes.HEAT, (-dose * 0.01 * k, time)),))
 
 
-def _fill() -> None:
-    for key, text, draw, change, near, ends in (
-        (
-            "lugre",
-            "LuGre friction",
-            _uniform(peak=(0.0, 0.6), speed=(0.02, 0.1), damping=(0.05, 0.5)),
-            _lugre,
-            ("presliding", "stribeck_friction", "hysteresis"),
-            (0.05, 10.0),
-        ),
-        (
-            "rate_state",
-            "rate-and-state friction",
-            _uniform(speed=(0.03, 0.1), slip=(0.02, 0.2), weakening=(0.8, 2.0)),
-            _rate_state,
-            ("stribeck_friction", "linear_damping"),
-            (1.5, 4.0),
-        ),
-        ("uneven_rail", "friction uneven along the rail", _rail, _uneven, ("variable_normal_force",), (0.0, 4.5)),
-        (
-            "bending_rail",
-            "a rail that bends",
-            _uniform(span=(2.3, 4.0), grip=(0.0, 0.05)),
-            _bending,
-            ("cubic_stiffness", "variable_normal_force"),
-            (0.0, 8.0),
-        ),
-    ):
-        add(
-            EffectKind(
-                key,
-                text,
-                "structure",
-                (),
-                draw,
-                change,
-                near,
-                unknowns=3,
-                needs=RAILS,
-                smallest=ends[0],
-                largest=ends[1],
-                linear=ends[0] == 0.0,
-            )
+add(
+    *(
+        EffectKind(key, text, "structure", (), draw, change, near, unknowns=3, needs=RAILS, smallest=ends[0],
+                   largest=ends[1], linear=ends[0] == 0.0)
+        for key, text, draw, change, near, ends in (
+            ("lugre", "LuGre friction", _uniform(peak=(0.0, 0.6), speed=(0.02, 0.1), damping=(0.05, 0.5)), _lugre,
+             ("presliding", "stribeck_friction", "hysteresis"), (0.05, 10.0)),
+            ("rate_state", "rate-and-state friction",
+             _uniform(speed=(0.03, 0.1), slip=(0.02, 0.2), weakening=(0.8, 2.0)), _rate_state,
+             ("stribeck_friction", "linear_damping"), (1.5, 4.0)),
+            ("uneven_rail", "friction uneven along the rail", _rail, _uneven, ("variable_normal_force",), (0.0, 4.5)),
+            ("bending_rail", "a rail that bends", _uniform(span=(2.3, 4.0), grip=(0.0, 0.05)), _bending,
+             ("cubic_stiffness", "variable_normal_force"), (0.0, 8.0)),
         )
-
-
-def _fill_joints() -> None:
-    for key, text, draw, change, near in (
-        ("iwan", "an Iwan joint", _uniform(spread=(0.7, 2.0), reach=(0.3, 1.0)), _iwan, ("hysteresis", "presliding")),
-        (
-            "bouc_wen_pinching",
-            "Bouc-Wen hysteresis with degradation and pinching",
-            _uniform(n=(1.0, 2.5), beta=(-0.5, 1.0), delta=(0.005, 0.03), pinch=(0.3, 0.9), **{"yield": (0.1, 0.5)}),
-            _bouc_wen,
-            ("hysteresis", "presliding"),
-        ),
-        (
-            "stop",
-            "a stop on one side",
-            _uniform(gap=(0.3, 0.85), loss=(0.0, 0.4)),
-            _stop,
-            ("asymmetric_stiffness", "cubic_stiffness"),
-        ),
-        ("magnet", "a magnet at one end", _uniform(distance=(1.4, 2.5)), _magnet, ("asymmetric_stiffness",)),
-        ("rattle", "a rattling part", _uniform(gap=(0.03, 0.3), loss=(0.2, 0.8)), _rattle, ("hysteresis",)),
-        (
-            "warming",
-            "stiffness that drifts with temperature",
-            _uniform(day=(0.0, 2.0), time=(5.0, 30.0)),
-            _warming,
-            ("mass_change",),
-        ),
-    ):
-        add(EffectKind(key, text, "structure", (), draw, change, near, unknowns=3, largest=10.0))
-    for key, text, draw, change, near in (
-        (
-            "keulegan_drag",
-            "drag that depends on KC",
-            _uniform(power=(0.3, 1.2)),
-            _keulegan,
-            ("drag_exponent", "cubic_damping", "linear_damping"),
-        ),
-        (
-            "wake",
-            "a wake oscillator",
-            _uniform(ratio=(0.5, 2.0), epsilon=(0.05, 0.4), coupling=(0.0, 1.0)),
-            _wake,
-            ("external_forcing", "hidden_resonator"),
-        ),
-        ("leak", "a leak that changes the mass during a run", _uniform(time=(3.0, 20.0)), _leak, ("mass_change",)),
-    ):
-        add(EffectKind(key, text, "water", (), draw, change, near, unknowns=3))
-
-
-_fill()
-_fill_joints()
+    ),
+    *(
+        EffectKind(key, text, "structure", (), draw, change, near, unknowns=3, largest=10.0)
+        for key, text, draw, change, near in (
+            ("iwan", "an Iwan joint", _uniform(spread=(0.7, 2.0), reach=(0.3, 1.0)), _iwan,
+             ("hysteresis", "presliding")),
+            ("bouc_wen_pinching", "Bouc-Wen hysteresis with degradation and pinching",
+             _uniform(n=(1.0, 2.5), beta=(-0.5, 1.0), delta=(0.005, 0.03), pinch=(0.3, 0.9), **{"yield": (0.1, 0.5)}),
+             _bouc_wen, ("hysteresis", "presliding")),
+            ("stop", "a stop on one side", _uniform(gap=(0.3, 0.85), loss=(0.0, 0.4)), _stop,
+             ("asymmetric_stiffness", "cubic_stiffness")),
+            ("magnet", "a magnet at one end", _uniform(distance=(1.4, 2.5)), _magnet, ("asymmetric_stiffness",)),
+            ("rattle", "a rattling part", _uniform(gap=(0.03, 0.3), loss=(0.2, 0.8)), _rattle, ("hysteresis",)),
+            ("warming", "stiffness that drifts with temperature", _uniform(day=(0.0, 2.0), time=(5.0, 30.0)), _warming,
+             ("mass_change",)),
+        )
+    ),
+    *(
+        EffectKind(key, text, "water", (), draw, change, near, unknowns=3)
+        for key, text, draw, change, near in (
+            ("keulegan_drag", "drag that depends on KC", _uniform(power=(0.3, 1.2)), _keulegan,
+             ("drag_exponent", "cubic_damping", "linear_damping")),
+            ("wake", "a wake oscillator", _uniform(ratio=(0.5, 2.0), epsilon=(0.05, 0.4), coupling=(0.0, 1.0)), _wake,
+             ("external_forcing", "hidden_resonator")),
+            ("leak", "a leak that changes the mass during a run", _uniform(time=(3.0, 20.0)), _leak, ("mass_change",)),
+        )
+    ),
+)  # fmt: skip

@@ -198,149 +198,34 @@ def _with(draw: object, **ranges: tuple[float, float]) -> object:
     return both
 
 
-def _fill() -> None:
-    add(
-        EffectKind(
-            "hidden_resonator",
-            "water that oscillates by itself, linear",
-            "water",
-            ("hidden_resonator",),
-            _resonator_shape(),
-            _resonator,
-            unknowns=3,
-            numbers=_resonator_numbers,
-        )
-    )
-    add(
-        EffectKind(
-            "hidden_resonator_nonlinear",
-            "water whose damping and frequency depend on its amplitude",
-            "water",
-            ("hidden_resonator",),
-            _resonator_shape(True),
-            _resonator,
-            unknowns=5,
-            numbers=_resonator_numbers,
-        )
-    )
-    add(
-        EffectKind(
-            "relaxation",
-            "a force that relaxes (Maxwell element)",
-            "water",
-            ("relaxation",),
-            lambda r, g: {"time": _log(r, 0.15, 4.0)},
-            _relaxation,
-            unknowns=2,
-            numbers=_relaxation_numbers,
-        )
-    )
-    add(
-        EffectKind(
-            "resonator_far_above",
-            "water whose frequency is far above the body's",
-            "water",
-            ("hidden_resonator",),
-            _resonator_shape(low=8.0, high=20.0),
-            _resonator,
-            ("added_mass",),
-            unknowns=3,
-            needs=Needs(dry="many", knows_mass=True),
-            left_out=("added_mass",),
-            numbers=_resonator_numbers,
-        )
-    )
-
-
-def _fill_extremes() -> None:
-    add(
-        EffectKind(
-            "overdamped_resonator",
-            "water so damped that it only creeps",
-            "water",
-            ("hidden_resonator",),
-            lambda r, g: {"ratio": _log(r, 0.5, 2.0), "damping": float(r.uniform(2.0, 4.0)), "drag": 0.0, "cubic": 0.0},
-            _resonator,
-            ("relaxation",),
-            unknowns=3,
-            numbers=_resonator_numbers,
-        )
-    )
-    add(
-        EffectKind(
-            "closed_cells",
-            "fully nonlinear water in closed cells (Miles-Lukovsky)",
-            "water",
-            (),
-            _cell_shape,
-            _cells,
-            ("hidden_resonator",),
-            unknowns=3,
-            needs=SLOW,
-            numbers=_cell_truth,
-            fit_rig=_small_releases,
-            largest=10.0,
-        )
-    )
-    add(
-        EffectKind(
-            "open_section",
-            "a linear section open below",
-            "water",
-            (),
-            _open_shape,
-            _open_section,
-            ("hidden_resonator", "relaxation"),
-            unknowns=4,
-            needs=HEAVY,
-        )
-    )
-
-
-def _fill_waves() -> None:
-    add(
-        EffectKind(
-            "radiation",
-            "radiation as a convolution",
-            "water",
-            (),
-            lambda r, g: {"ratio": _log(r, 0.5, 1.8), "sharpness": float(r.uniform(1.5, 4.0))},
-            lambda s, d, e: Change(e.body, (_radiating(d, s["ratio"], s["sharpness"], e),)),
-            ("relaxation", "hidden_resonator", "linear_damping"),
-            unknowns=4,
-            needs=HEAVY,
-        )
-    )
-    add(
-        EffectKind("deck", "water that hits a deck", "water", (), _deck_shape, _deck, ("hidden_resonator",), unknowns=5)
-    )
-    add(
-        EffectKind(
-            "pitch",
-            "pitch coupled to surge",
-            "structure",
-            (),
-            _with(_resonator_shape(low=0.6, high=3.0), lever=(-1.0, 1.0)),
-            _pitch,
-            ("hidden_resonator",),
-            unknowns=4,
-        )
-    )
-    add(
-        EffectKind(
-            "left_over_sloshing",
-            "sloshing left over from the run before",
-            "water",
-            (),
-            _with(_resonator_shape(), left=(0.1, 0.6)),
-            _left_over,
-            ("hidden_resonator", "external_forcing"),
-            unknowns=3,
-            unknowns_a_trial=2,
-        )
-    )
-
-
-_fill()
-_fill_extremes()
-_fill_waves()
+add(
+    EffectKind("hidden_resonator", "water that oscillates by itself, linear", "water", ("hidden_resonator",),
+               _resonator_shape(), _resonator, unknowns=3, numbers=_resonator_numbers),
+    EffectKind("hidden_resonator_nonlinear", "water whose damping and frequency depend on its amplitude", "water",
+               ("hidden_resonator",), _resonator_shape(True), _resonator, unknowns=5, numbers=_resonator_numbers),
+    EffectKind("relaxation", "a force that relaxes (Maxwell element)", "water", ("relaxation",),
+               lambda r, g: {"time": _log(r, 0.15, 4.0)}, _relaxation, unknowns=2, numbers=_relaxation_numbers),
+    EffectKind("resonator_far_above", "water whose frequency is far above the body's", "water", ("hidden_resonator",),
+               _resonator_shape(low=8.0, high=20.0), _resonator, ("added_mass",), unknowns=3,
+               needs=Needs(dry="many", knows_mass=True), left_out=("added_mass",), numbers=_resonator_numbers),
+    EffectKind("overdamped_resonator", "water so damped that it only creeps", "water", ("hidden_resonator",),
+               lambda r, g: {"ratio": _log(r, 0.5, 2.0), "damping": float(r.uniform(2.0, 4.0)), "drag": 0.0,
+                             "cubic": 0.0},
+               _resonator, ("relaxation",), unknowns=3, numbers=_resonator_numbers),
+    EffectKind("closed_cells", "fully nonlinear water in closed cells (Miles-Lukovsky)", "water", (), _cell_shape,
+               _cells, ("hidden_resonator",), unknowns=3, needs=SLOW, numbers=_cell_truth, fit_rig=_small_releases,
+               largest=10.0),
+    EffectKind("open_section", "a linear section open below", "water", (), _open_shape, _open_section,
+               ("hidden_resonator", "relaxation"), unknowns=4, needs=HEAVY),
+    EffectKind("radiation", "radiation as a convolution", "water", (),
+               lambda r, g: {"ratio": _log(r, 0.5, 1.8), "sharpness": float(r.uniform(1.5, 4.0))},
+               lambda s, d, e: Change(e.body, (_radiating(d, s["ratio"], s["sharpness"], e),)),
+               ("relaxation", "hidden_resonator", "linear_damping"), unknowns=4, needs=HEAVY),
+    EffectKind("deck", "water that hits a deck", "water", (), _deck_shape, _deck, ("hidden_resonator",), unknowns=5),
+    EffectKind("pitch", "pitch coupled to surge", "structure", (),
+               _with(_resonator_shape(low=0.6, high=3.0), lever=(-1.0, 1.0)), _pitch, ("hidden_resonator",),
+               unknowns=4),
+    EffectKind("left_over_sloshing", "sloshing left over from the run before", "water", (),
+               _with(_resonator_shape(), left=(0.1, 0.6)), _left_over, ("hidden_resonator", "external_forcing"),
+               unknowns=3, unknowns_a_trial=2),
+)  # fmt: skip

@@ -15,7 +15,7 @@ import numpy as np
 import pandas as pd
 from scipy.integrate import solve_ivp
 
-from experiments.eq15_campaign.motion import Body, simulate
+from experiments.eq15_campaign.motion import Body, hold_and_release
 from undertow.equation.term import Array
 
 ROOT = Path(__file__).resolve().parents[2]
@@ -62,13 +62,13 @@ def body_of(spring: str, depth_m: float) -> Body:
 
 def write_release(path: Path, body: Body, x0_m: float, noise: int | None = None) -> Path:
     """One release as a table: s, m, m/s2; with the sensors' noise from a seed, or exact."""
-    motion = simulate(body, x0_m, np.arange(0.0, MOTION_S, 1.0 / RATE_HZ))
-    held = round(HOLD_S * RATE_HZ)
-    x, a = np.r_[np.full(held, x0_m), motion.x], np.r_[np.zeros(held), motion.a]
+    time = np.arange(round((HOLD_S + MOTION_S) * RATE_HZ)) / RATE_HZ
+    motion = hold_and_release(body, x0_m, time - HOLD_S)
+    x, a = motion.x, motion.a
     if noise is not None:
         rng = np.random.default_rng(noise)
         x, a = x + NOISE_M * rng.standard_normal(x.size), a + NOISE_M_PER_S2 * rng.standard_normal(a.size)
-    table = pd.DataFrame({"time_s": np.arange(x.size) / RATE_HZ, "disp_m": x, "accel_mps2": a})
+    table = pd.DataFrame({"time_s": time, "disp_m": x, "accel_mps2": a})
     table.to_csv(path, index=False, float_format="%.7f")
     return path
 

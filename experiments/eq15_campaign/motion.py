@@ -5,7 +5,7 @@ The equation and its integration belong here; what the parameters are and how se
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import TypeVar
 
 import numpy as np
@@ -108,6 +108,15 @@ def simulate(body: Body, x0_m: float, times_s: Floats) -> Motion:
     stopped = reversals[-1][0] if body.sticks(reversals[-1][1]) else None
     instants, places = np.array(reversals).T
     return Motion(x, v, a, instants, places, stopped)
+
+
+def hold_and_release(body: Body, x0_m: float, since_s: Floats) -> Motion:
+    """The same at times (s since the release, increasing) before which the body may be held at `x0_m`."""
+    free = since_s >= 0.0
+    motion = simulate(body, x0_m, since_s[free])
+    x, v, a = np.full_like(since_s, x0_m), np.zeros_like(since_s), np.zeros_like(since_s)
+    x[free], v[free], a[free] = motion.x, motion.v, motion.a
+    return replace(motion, x=x, v=v, a=a)
 
 
 @dataclass

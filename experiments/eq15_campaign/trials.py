@@ -13,7 +13,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from experiments.eq15_campaign import sensors, tables
-from experiments.eq15_campaign.motion import Body, Floats, Motion, simulate
+from experiments.eq15_campaign.motion import Body, Floats, Motion, hold_and_release
 
 SEED = 15
 RATE_HZ = 250
@@ -109,27 +109,22 @@ def draw_truth(trial: Trial, rng: np.random.Generator) -> Truth:
     )
 
 
-def move(truth: Truth) -> tuple[Floats, Floats, Floats, Motion]:
-    """Stamped times (s), x (m) and x'' (m/s2) of a record, shape (n,), and the motion after the release.
+def move(truth: Truth) -> tuple[Floats, Motion]:
+    """Stamped times (s) of a record, shape (n,), and the motion at them.
 
     The body is held at x0 until the release. A sample stamped t was taken at t + stamp_error.
     """
     stamps = np.arange(round((truth.hold_s + RECORD_AFTER_RELEASE_S) * RATE_HZ)) / RATE_HZ
-    since_release = stamps + truth.stamp_error_s - truth.hold_s
-    free = since_release >= 0.0
-    motion = simulate(truth.body, truth.x0_m, since_release[free])
-    x, a = np.full_like(stamps, truth.x0_m), np.zeros_like(stamps)
-    x[free], a[free] = motion.x, motion.a
-    return stamps, x, a, motion
+    return stamps, hold_and_release(truth.body, truth.x0_m, stamps + truth.stamp_error_s - truth.hold_s)
 
 
 def make_trial(trial: Trial) -> tuple[str, dict[str, object]]:
     """A trial's recording as CSV text and its entry in truth.json."""
     rng = np.random.default_rng([SEED, trial.number])
     truth = draw_truth(trial, rng)
-    stamps, x, a, motion = move(truth)
-    spring_force = truth.k_N_per_m * x
-    quantities = (x, a, *(share * spring_force for share in sensors.LOAD_SHARES))
+    stamps, motion = move(truth)
+    spring_force = truth.k_N_per_m * motion.x
+    quantities = (motion.x, motion.a, *(share * spring_force for share in sensors.LOAD_SHARES))
     gains = campaign_gains()
     columns, offsets = [stamps], {}
     for sensor, quantity in zip(sensors.SENSORS, quantities, strict=True):

@@ -18,17 +18,7 @@ import numpy as np
 from experiments.eq15_campaign import tables
 from experiments.eq15_campaign.motion import Floats
 from experiments.hidden_states.motion import Oscillator, Plant, simulate
-from experiments.recovery.releases import (
-    CONVERTER_STEPS,
-    FULL_SCALE,
-    HOLD_S,
-    LARGEST_DRIFT,
-    LARGEST_OFFSET,
-    NOISE,
-    RATE_HZ,
-    RECORD_AFTER_RELEASE_S,
-    drift,
-)  # fmt: skip
+from experiments.recovery.releases import NOISE, RATE_HZ, RECORD_AFTER_RELEASE_S, seen
 from undertow.recording.recording import Recording
 
 STIFFNESS_N_PER_M = 404000.0
@@ -144,19 +134,7 @@ def _move(truth: Plant, x0_m: float, early_s: float) -> tuple[Floats, Floats]:
 def record(
     truth: Plant, x0_m: float, noise: str, rng: np.random.Generator, name: str, drift_times: float = 1.0
 ) -> Recording:
-    """One trial seen by a potentiometer and an accelerometer: offset, drift, white noise, 14 bits, 1 kHz."""
-    early_s = rng.integers(0, 10) / 10.0 / RATE_HZ
-    x, a = _move(truth, x0_m, early_s)
-    held = round(HOLD_S * RATE_HZ)
-    exact = {
-        "displacement": np.concatenate([np.full(held, x0_m), x]),
-        "acceleration": np.concatenate([np.zeros(held), a]),
-    }
-    time = np.arange(exact["displacement"].size) / RATE_HZ
-    channels = {}
-    for (quantity, values), size in zip(exact.items(), NOISE[noise], strict=True):
-        seen = values + rng.uniform(-1.0, 1.0) * LARGEST_OFFSET[quantity]
-        seen = seen + drift(rng, time, drift_times * LARGEST_DRIFT[quantity]) + size * rng.standard_normal(time.size)
-        step = 2.0 * FULL_SCALE[quantity] / CONVERTER_STEPS
-        channels[quantity] = np.rint(seen / step) * step
-    return Recording(name, time, channels, {"spring": "short", "water_depth_m": WATER_DEPTH_M})
+    """One trial with the sensors of the recovery study; the drift is so many times the ordinary one."""
+    moved = _move(truth, x0_m, rng.integers(0, 10) / 10.0 / RATE_HZ)
+    conditions = {"spring": "short", "water_depth_m": WATER_DEPTH_M}
+    return Recording(name, *seen(x0_m, *moved, noise, rng, drift_times), conditions)

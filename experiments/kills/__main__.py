@@ -26,7 +26,7 @@ from pathlib import Path
 
 import numpy as np
 
-from experiments.eq15_campaign.motion import simulate
+from experiments.eq15_campaign.motion import hold_and_release
 from experiments.files import read_rows, write_rows
 from experiments.processor_time import spent
 from experiments.revision import revision
@@ -67,12 +67,10 @@ def campaign(folder: Path) -> Campaign:
 def with_drag(x0_m: float, seed: int) -> Table:
     """A release of a body that has drag: time in s, displacement in m, acceleration in m/s2, (n, 3)."""
     rng = np.random.default_rng(seed)
-    after = np.arange(0.0, MOTION_S, 1.0 / RATE_HZ)
-    motion = simulate(replace(BODY, drag_Ns2_per_m2=DRAG_NS2_PER_M2), x0_m, after)
-    held = round(HOLD_S * RATE_HZ)
-    x, a = np.r_[np.full(held, x0_m), motion.x], np.r_[np.zeros(held), motion.a]
-    x, a = x + NOISE_M * rng.standard_normal(x.size), a + NOISE_M_PER_S2 * rng.standard_normal(x.size)
-    return np.column_stack([np.arange(x.size) / RATE_HZ, x, a])
+    time = np.arange(round((HOLD_S + MOTION_S) * RATE_HZ)) / RATE_HZ
+    motion = hold_and_release(replace(BODY, drag_Ns2_per_m2=DRAG_NS2_PER_M2), x0_m, time - HOLD_S)
+    noise = rng.standard_normal((2, time.size))
+    return np.column_stack([time, motion.x + NOISE_M * noise[0], motion.a + NOISE_M_PER_S2 * noise[1]])
 
 
 def start(made: Campaign, out: Path, jobs: int, resume: bool = False) -> int:

@@ -15,7 +15,7 @@ from functools import cache
 import numpy as np
 import pandas as pd
 
-from experiments.eq15_campaign.motion import Body, Floats, simulate
+from experiments.eq15_campaign.motion import Body, Floats, Motion, hold_and_release
 
 GRAVITY_M_PER_S2 = 9.81
 WATER_DENSITY_KG_PER_M3 = 1000.0
@@ -196,8 +196,9 @@ def record(rig_name: str, release: Release) -> pd.DataFrame:
     x0 = release.x0_m * (1.0 + rng.uniform(-0.02, 0.02))
     hold = (rig.hold_s if release.hold_s is None else release.hold_s) * rng.uniform(0.95, 1.05)
     times = _times(rig, release, hold)
-    x, v, a = _hold_and_motion(body, x0, hold, times)
-    return _sensed(rig, rng, times, (x, v, a), k * x * (1.0 + release.hardening_per_m2 * x * x))
+    motion = hold_and_release(body, x0, times - hold)
+    force = k * motion.x * (1.0 + release.hardening_per_m2 * motion.x * motion.x)
+    return _sensed(rig, rng, times, motion, force)
 
 
 def _times(rig: Rig, release: Release, hold_s: float) -> Floats:
@@ -206,22 +207,12 @@ def _times(rig: Rig, release: Release, hold_s: float) -> Floats:
     return np.arange(round((hold_s + (release.motion_s or rig.motion_s)) * rate)) / rate
 
 
-def _hold_and_motion(body: Body, x0: float, hold_s: float, times: Floats) -> tuple[Floats, Floats, Floats]:
-    """x, v, a at `times` of a body held at `x0` until `hold_s`."""
-    free = times >= hold_s
-    motion = simulate(body, x0, times[free] - hold_s)
-    x, v, a = np.full_like(times, x0), np.zeros_like(times), np.zeros_like(times)
-    x[free], v[free], a[free] = motion.x, motion.v, motion.a
-    return x, v, a
-
-
 def _sensed(
-    rig: Rig, rng: np.random.Generator, times: Floats, motion: tuple[Floats, Floats, Floats], force: Floats
+    rig: Rig, rng: np.random.Generator, times: Floats, motion: Motion, force: Floats
 ) -> pd.DataFrame:
     """The columns, each with its sensor's noise."""
-    x, v, a = motion
     left, right = (share * force for share in LOAD_SHARES)
-    quantities = {"x": x, "v": v, "a": a, "lc1": left, "lc2": right}
+    quantities = {"x": motion.x, "v": motion.v, "a": motion.a, "lc1": left, "lc2": right}
     table = pd.DataFrame({"t": times})
     for column, quantity in quantities.items():
         noise = rig.noise["force" if column.startswith("lc") else column]

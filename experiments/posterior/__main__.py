@@ -20,7 +20,7 @@ import numpy as np
 from scipy.stats import binomtest, chisquare
 
 import undertow
-from experiments.eq15_campaign.motion import Body, simulate
+from experiments.eq15_campaign.motion import Body, hold_and_release
 from undertow.recording.recording import Recording
 
 OUT = Path(__file__).resolve().parents[2] / "docs" / "posterior.json"
@@ -43,8 +43,8 @@ def recorded(body: Body, x0_m: float, name: str, rng: np.random.Generator) -> Re
     """A hold and a decay with white noise and a sensor whose zero is off by a millimetre."""
     period = 2.0 * np.pi / np.sqrt(body.k_N_per_m / body.inertia_kg)
     held, after = round(HOLD_S * RATE_HZ), round(SWINGS * period * RATE_HZ)
-    moved = simulate(body, x0_m, np.arange(after) / RATE_HZ)
-    x = np.concatenate([np.full(held, x0_m), moved.x]) + 1e-3 * rng.standard_normal()
+    moved = hold_and_release(body, x0_m, (np.arange(held + after) - held) / RATE_HZ)
+    x = moved.x + 1e-3 * rng.standard_normal()
     return Recording(
         name, np.arange(held + after) / RATE_HZ, {"displacement": x + NOISE_M * rng.standard_normal(x.size)}
     )

@@ -10,7 +10,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from experiments.eq15_campaign import tables
-from experiments.eq15_campaign.motion import Body, Motion, simulate
+from experiments.eq15_campaign.motion import Body, Motion, hold_and_release, simulate
 from undertow.likelihood.fit import Specimen, Structure
 from undertow.quantities import Estimate
 from undertow.recording.recording import Recording
@@ -80,14 +80,10 @@ class Level:
     def record(self) -> Recording:
         """Displacement and acceleration at 1000 Hz: held for 1 s, then 15 s of motion and rest."""
         time = np.arange(round((HOLD_S + RECORD_S) * RATE_HZ)) / RATE_HZ
-        since = time - HOLD_S
-        free = since >= 0.0
-        motion = self.moved(since[free])
-        x, a = np.full_like(time, RELEASE_M[self.spring]), np.zeros_like(time)
-        x[free], a[free] = motion.x, motion.a
+        motion = hold_and_release(self.body, RELEASE_M[self.spring], time - HOLD_S)
         rng = np.random.default_rng(15)
         channels = {
-            "displacement": x + NOISE_M * rng.standard_normal(time.size),
-            "acceleration": a + NOISE_M_PER_S2 * rng.standard_normal(time.size),
+            "displacement": motion.x + NOISE_M * rng.standard_normal(time.size),
+            "acceleration": motion.a + NOISE_M_PER_S2 * rng.standard_normal(time.size),
         }
         return Recording(f"{self.spring} {self.water_depth_m:.2f} m", time, channels)

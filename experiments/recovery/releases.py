@@ -13,6 +13,7 @@ import numpy as np
 
 from experiments.eq15_campaign import tables
 from experiments.eq15_campaign.motion import Body, Floats, Motion, simulate
+from experiments.eq15_campaign.sensors import drift
 from undertow.recording.recording import Recording
 
 RATE_HZ = 1000.0
@@ -24,7 +25,6 @@ FULL_SCALE = {"displacement": 0.15, "acceleration": 20.0}
 
 LARGEST_DRIFT = {"displacement": 2e-4, "acceleration": 0.02}
 LARGEST_OFFSET = {"displacement": 1e-3, "acceleration": 0.1}
-DRIFT_PERIODS_S = (15.0, 40.0)
 NOISE = {"N1": (5e-5, 0.02), "N3": (2e-4, 0.1), "N4": (1e-3, 0.1)}
 """Standard deviations of white noise on x (m) and a (m/s^2)."""
 
@@ -78,33 +78,30 @@ def _move(truth: Truth, x0_m: float, early_s: float) -> Motion:
     return simulate(truth.body, x0_m, times)
 
 
-def drift(rng: np.random.Generator, times_s: Floats, largest: float) -> Floats:
-    """Slow drift (n,), never beyond ``largest``: D/2 [sin(2 pi t / T + p) - sin p], T from 15 to 40 s."""
-    size, period = rng.uniform(-largest, largest), rng.uniform(*DRIFT_PERIODS_S)
-    phase = rng.uniform(0.0, 2.0 * np.pi)
-    return 0.5 * size * (np.sin(2.0 * np.pi * times_s / period + phase) - np.sin(phase))
-
-
 def record(truth: Truth, x0_m: float, noise: str, rng: np.random.Generator, name: str) -> Recording:
-    """One trial seen by a string potentiometer and an accelerometer: offsets, drift, noise, 14 bits.
+    """One trial as `seen` says; the release falls anywhere between two samples (to a tenth of a sample)."""
+    moved = _move(truth, x0_m, rng.integers(0, 10) / 10.0 / RATE_HZ)
+    conditions = {"spring": truth.spring, "water_depth_m": truth.water_depth_m}
+    return Recording(name, *seen(x0_m, moved.x, moved.a, noise, rng), conditions)
 
-    The release falls anywhere between two samples (to a tenth of a sample).
-    """
-    early_s = rng.integers(0, 10) / 10.0 / RATE_HZ
-    moved = _move(truth, x0_m, early_s)
+
+def seen(
+    x0_m: float, x: Floats, a: Floats, noise: str, rng: np.random.Generator, drift_times: float = 1.0
+) -> tuple[Floats, dict[str, Floats]]:
+    """Time, and what a string potentiometer and an accelerometer make of a hold and a motion: offsets, drift (so many
+    times the ordinary one), noise, 14 bits."""
     held = round(HOLD_S * RATE_HZ)
     exact = {
-        "displacement": np.concatenate([np.full(held, x0_m), moved.x]),
-        "acceleration": np.concatenate([np.zeros(held), moved.a]),
-    }
-    time = np.arange(exact["displacement"].size) / RATE_HZ
+        "displacement": np.concatenate([np.full(held, x0_m), x]), "acceleration": np.concatenate([np.zeros(held), a])
+    }  # fmt: skip
+    time = np.arange(held + x.size) / RATE_HZ
     channels = {}
     for (quantity, values), size in zip(exact.items(), NOISE[noise], strict=True):
-        offset = rng.uniform(-1.0, 1.0) * LARGEST_OFFSET[quantity]
-        seen = values + offset + drift(rng, time, LARGEST_DRIFT[quantity]) + size * rng.standard_normal(time.size)
+        read = values + rng.uniform(-1.0, 1.0) * LARGEST_OFFSET[quantity]
+        read = read + drift(rng, time, drift_times * LARGEST_DRIFT[quantity]) + size * rng.standard_normal(time.size)
         step = 2.0 * FULL_SCALE[quantity] / CONVERTER_STEPS
-        channels[quantity] = np.rint(seen / step) * step
-    return Recording(name, time, channels, {"spring": truth.spring, "water_depth_m": truth.water_depth_m})
+        channels[quantity] = np.rint(read / step) * step
+    return time, channels
 
 
 def record_group(truth: Truth, noise: str, seed: int) -> list[Recording]:

@@ -34,8 +34,8 @@ with the revision that judged it. `python -m experiments names --study NAME --se
 pairs, inseparable, seiche, near_seiche, invariance); with `--folder DIR` it writes the campaigns themselves, for
 `undertow run`.
 
-The motion is integrated by code of its own (fourth-order Runge-Kutta at 4 kHz, reversals found to the last digit;
-within 1e-11 m of data/eq15_campaign's integrator), with k, c, mu of every trial its own: scatter of the report
+The motion is integrated by the blind challenge's code (that of the rows so far by a fourth-order Runge-Kutta at 4 kHz;
+both lie within 1e-11 m of data/eq15_campaign's integrator), with k, c, mu of every trial its own: scatter of the report
 (k 0.4, c 23, mu 9 %) or of a careful rig (0.3, 6, 5 %). Sensors have noise, gain, offset, drift, a clock error, and 14
 bits. A campaign has one or two springs, 3 or 4 trials a spring, wet and dry (nulls up to 6), 10 to 15 s at 100, 250 or
 1000 Hz. What belongs to structure, set-up or instruments is in the dry trials too; what belongs to the water is not.

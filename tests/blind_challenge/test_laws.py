@@ -239,3 +239,13 @@ def test_a_body_that_its_spring_no_longer_holds_ends_as_no_number_within_few_ste
     assert np.all(np.isnan(motion.x[-100:]))
     held = simulate(PLAIN, (softens,), 0.6, 200, STEP)
     assert np.max(np.abs(held.x)) == pytest.approx(0.6, rel=1e-6)
+
+
+def test_a_fading_tone_is_a_tone_at_first_and_nothing_at_last():
+    body = Body(3000.0, 800.0, 4e5, 100.0, 2000.0)
+    tone = simulate(body, (Law(codes.TONES, (1.0, 500.0, 9.0, 0.7)),), 0.03, 800, 0.01).x
+    steady, gone = (
+        simulate(body, (Law(codes.FADING, (500.0, 9.0, 0.7, rate)),), 0.03, 800, 0.01).x for rate in (0.0, 1e4)
+    )
+    assert np.max(np.abs(steady - tone)) < 1e-9
+    assert np.max(np.abs(gone - simulate(body, (), 0.03, 800, 0.01).x)) < 1e-5  # a push of a tenth of a millisecond

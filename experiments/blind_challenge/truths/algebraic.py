@@ -63,6 +63,8 @@ def algebraic_force(code, t, x, v, p, o, swing):
         return -p[o] * math.sin(x)
     if code == codes.TONES:
         return _tones(t, p, o)
+    if code == codes.FADING:
+        return p[o] * math.exp(-p[o + 3] * t) * math.cos(p[o + 1] * t + p[o + 2])
     if code == codes.CURRENT:
         return _current(t, v, p, o)
     if code == codes.STOP:

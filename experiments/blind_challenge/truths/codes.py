@@ -23,6 +23,7 @@ STRIBECK = 15  # force, velocity: grip F exp(-(v / vs)^2)
 ONEWAY = 16  # force: grip that differs with the direction
 NORMAL = 17  # n: grip n |x|
 BEND = 18  # stiffness, span: -K x (1 - (2 x / L)^2), the valley of a bending rail
+FADING = 19  # amplitude, frequency, phase, rate: A exp(-g t) cos(w t + phi)
 # Laws with hidden states.
 RESONATOR = 20  # m, w, zeta, b, g: states s, s'
 RELAX = 21  # stiffness, time: state z

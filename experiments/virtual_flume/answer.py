@@ -15,6 +15,7 @@ from experiments.virtual_flume.campaign import SEED, Trial, water_at
 from experiments.virtual_flume.frequency import Mode, Water
 from experiments.virtual_flume.rational import RationalFit, vector_fit
 from experiments.virtual_flume.structure import DRAG_COEFFICIENT, MASS_KG, SPRINGS, drag_factor, normal_force
+from experiments.virtual_flume.trials import rounded
 
 Array = np.ndarray
 
@@ -106,15 +107,6 @@ def _are_neighbours(mode: Mode, of: Mode) -> bool:
     return near and mode.damping_ratio < 2.0 * of.damping_ratio
 
 
-def _rounded(value: object) -> object:
-    """Numbers to eight digits, through dictionaries and lists: enough to compare, few enough to read."""
-    if isinstance(value, dict):
-        return {k: _rounded(v) for k, v in value.items()}
-    if isinstance(value, list | tuple):
-        return [_rounded(v) for v in value]
-    return float(f"{float(value):.8g}") if isinstance(value, float | np.floating) else value
-
-
 def truth(levels: list[LevelAnswer], everything: list[Trial]) -> dict[str, object]:
     """Contents of truth.json: the levels' answers, then every trial's own numbers."""
     table = {}
@@ -145,6 +137,6 @@ def truth(levels: list[LevelAnswer], everything: list[Trial]) -> dict[str, objec
             "damping_ratio": "-",
             "participating_mass": "kg, all cells",
         },
-        "levels": _rounded(table),
-        "trials": {t.file: _rounded({k: v for k, v in asdict(t).items() if k != "file"}) for t in everything},
+        "levels": rounded(table, 8),
+        "trials": {t.file: rounded({k: v for k, v in asdict(t).items() if k != "file"}, 8) for t in everything},
     }

@@ -6,12 +6,10 @@ setup.json; what made the data goes to truth.json (see answer.py), which a progr
 
 from __future__ import annotations
 
-import csv
 import gzip
 import io
 import json
 from collections.abc import Iterator
-from dataclasses import asdict
 from functools import lru_cache
 from pathlib import Path
 
@@ -21,7 +19,7 @@ from experiments.virtual_flume import section, sensors
 from experiments.virtual_flume.frequency import DENSITY, GRAVITY, Water
 from experiments.virtual_flume.march import Flume, Motion
 from experiments.virtual_flume.structure import MASS_KG, normal_force, structure
-from experiments.virtual_flume.trials import LOAD_SHARE, Plan, Trial
+from experiments.virtual_flume.trials import LOAD_SHARE, Plan, Trial, write_index
 from experiments.virtual_flume.water import RAIL_HEIGHT_M, flume_water
 
 Array = np.ndarray
@@ -82,17 +80,7 @@ def recording(trial: Trial) -> bytes:
     spring_force = trial.stiffness_N_per_m * motion.x
     v1, v2 = vertical_loads(trial, motion)
     truth = (motion.x, motion.a, LOAD_SHARE * spring_force, (1.0 - LOAD_SHARE) * spring_force, v1, v2)
-    gains = sensors.instrument_gains(np.random.default_rng([SEED, 10_000]))
-    rng = np.random.default_rng([SEED, trial.number, 1])
-    out = io.StringIO()
-    out.write(",".join(["time_s", *[s.column for s in sensors.SENSORS]]) + "\n")
-    columns = [
-        sensors.record(s, y, gains[s.column], rng) for s, y in zip(sensors.SENSORS, truth, strict=True)
-    ]
-    for i, row in enumerate(zip(*columns, strict=True)):
-        cells = [f"{value + 0.0:.{s.decimals}f}" for s, value in zip(sensors.SENSORS, row, strict=True)]
-        out.write(f"{i / RATE_HZ:.4f}," + ",".join(cells) + "\n")
-    return out.getvalue().encode()
+    return sensors.recording(PLAN, trial, sensors.SENSORS, truth, 4)
 
 
 def _compressed(text: bytes) -> bytes:
@@ -146,9 +134,5 @@ def write(folder: Path) -> Iterator[Trial]:
     for trial in everything:
         (folder / trial.file).write_bytes(_compressed(recording(trial)))
         yield trial
-    keys = ("file", "spring", "water_depth_m", "x0_target_m")
-    with (folder / "campaign.csv").open("w", newline="") as stream:
-        index = csv.DictWriter(stream, keys, extrasaction="ignore", lineterminator="\n")
-        index.writeheader()
-        index.writerows(sorted((asdict(t) for t in everything), key=lambda row: row["file"]))
+    write_index(folder, everything)
     (folder / "setup.json").write_text(json.dumps(setup(), indent=1) + "\n")

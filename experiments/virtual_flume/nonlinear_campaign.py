@@ -12,9 +12,7 @@ it softens.
 
 from __future__ import annotations
 
-import csv
 import gzip
-import io
 import json
 import sys
 from collections.abc import Iterator
@@ -29,7 +27,7 @@ from experiments.virtual_flume.march import Flume, Motion
 from experiments.virtual_flume.nonlinear_cell import NonlinearFlume, tadjbakhsh_keller
 from experiments.virtual_flume.nonlinear_water import Cell, theory_mode
 from experiments.virtual_flume.structure import MASS_KG, Structure, normal_force, structure
-from experiments.virtual_flume.trials import LOAD_SHARE, Plan, Trial
+from experiments.virtual_flume.trials import LOAD_SHARE, Plan, Trial, rounded, write_index
 from experiments.virtual_flume.water import stokes_layer_rate
 
 Array = np.ndarray
@@ -81,15 +79,7 @@ def recording(trial: Trial, motion: Motion) -> bytes:
     """The trial's file before compression: CSV with a header line."""
     spring_force = trial.stiffness_N_per_m * motion.x
     truth = (motion.x, motion.a, LOAD_SHARE * spring_force, (1.0 - LOAD_SHARE) * spring_force)
-    gains = sensors.instrument_gains(np.random.default_rng([SEED, 10_000]))
-    rng = np.random.default_rng([SEED, trial.number, 1])
-    columns = [sensors.record(s, y, gains[s.column], rng) for s, y in zip(CHANNELS, truth, strict=True)]
-    out = io.StringIO()
-    out.write(",".join(["time_s", *[s.column for s in CHANNELS]]) + "\n")
-    for i, row in enumerate(zip(*columns, strict=True)):
-        cells = [f"{value + 0.0:.{s.decimals}f}" for s, value in zip(CHANNELS, row, strict=True)]
-        out.write(f"{i / RATE_HZ:.2f}," + ",".join(cells) + "\n")
-    return out.getvalue().encode()
+    return sensors.recording(PLAN, trial, CHANNELS, truth, 2)
 
 
 def setup() -> dict[str, object]:
@@ -178,19 +168,6 @@ def trial_truth(trial: Trial, motion: Motion) -> dict[str, object]:
     return {**asdict(trial), **steep}
 
 
-def _rounded(value: object) -> object:
-    """Numbers to six digits, through dictionaries and lists."""
-    if isinstance(value, dict):
-        return {k: _rounded(v) for k, v in value.items()}
-    if isinstance(value, list):
-        return [_rounded(v) for v in value]
-    return float(f"{float(value):.6g}") if isinstance(value, float | np.floating) else value
-
-
-def _write_json(path: Path, content: object) -> None:
-    path.write_text(json.dumps(_rounded(content), indent=1) + "\n")
-
-
 def write(folder: Path, chosen: list[Trial] | None = None) -> Iterator[Trial]:
     """Write recordings, index, setup and truth into a folder; yields each trial once its file stands."""
     folder.mkdir(parents=True, exist_ok=True)
@@ -201,15 +178,12 @@ def write(folder: Path, chosen: list[Trial] | None = None) -> Iterator[Trial]:
         (folder / trial.file).write_bytes(gzip.compress(recording(trial, motion), compresslevel=9, mtime=0))
         told.append(trial_truth(trial, motion))
         yield trial
-    keys = ("file", "spring", "water_depth_m", "x0_target_m")
-    with (folder / "campaign.csv").open("w", newline="") as stream:
-        index = csv.DictWriter(stream, keys, extrasaction="ignore", lineterminator="\n")
-        index.writeheader()
-        index.writerows(sorted((asdict(t) for t in everything), key=lambda row: row["file"]))
-    _write_json(folder / "setup.json", setup())
+    write_index(folder, everything)
     levels = {f"{depth:.2f}": level_truth(depth) for depth in WET_DEPTHS_M}
     kind = "fully nonlinear potential flow in closed cells that go with the body; nonlinear structure"
-    _write_json(folder / "truth.json", {"kind": kind, "seed": SEED, "levels": levels, "trials": told})
+    truth = {"kind": kind, "seed": SEED, "levels": levels, "trials": told}
+    for name, content in (("setup", setup()), ("truth", truth)):
+        (folder / f"{name}.json").write_text(json.dumps(rounded(content, 6), indent=1) + "\n")
 
 
 def main(arguments: list[str] | None = None) -> int:

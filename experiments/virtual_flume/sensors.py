@@ -2,9 +2,13 @@
 
 from __future__ import annotations
 
+import io
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
+
+from experiments.virtual_flume.trials import Plan, Trial
 
 Array = np.ndarray
 
@@ -63,3 +67,17 @@ def record(sensor: Sensor, truth: Array, gain: float, rng: np.random.Generator) 
 def instrument_gains(rng: np.random.Generator) -> dict[str, float]:
     """One gain an instrument, the same in every trial."""
     return {s.column: 1.0 + s.gain_scatter * float(rng.standard_normal()) for s in SENSORS}
+
+
+def recording(plan: Plan, trial: Trial, chosen: Sequence[Sensor], truths: Sequence[Array], decimals: int) -> bytes:
+    """A trial's file before compression: what sensors make of these quantities, as CSV with a header line;
+    ``decimals`` are those of the time."""
+    gains = instrument_gains(np.random.default_rng([plan.seed, 10_000]))
+    rng = np.random.default_rng([plan.seed, trial.number, 1])
+    columns = [record(s, y, gains[s.column], rng) for s, y in zip(chosen, truths, strict=True)]
+    out = io.StringIO()
+    out.write(",".join(["time_s", *[s.column for s in chosen]]) + "\n")
+    for i, row in enumerate(zip(*columns, strict=True)):
+        cells = [f"{value + 0.0:.{s.decimals}f}" for s, value in zip(chosen, row, strict=True)]
+        out.write(f"{i / plan.rate_hz:.{decimals}f}," + ",".join(cells) + "\n")
+    return out.getvalue().encode()

@@ -17,6 +17,7 @@ from experiments.virtual_flume import campaign, frequency, section, structure, t
 from experiments.virtual_flume.frequency import DENSITY, GRAVITY, Water
 from experiments.virtual_flume.march import Flume, energy
 from experiments.virtual_flume.mesh import Spacing
+from experiments.virtual_flume.trials import rounded
 from experiments.virtual_flume.water import closed_cells, flume_water
 
 Array = np.ndarray
@@ -257,13 +258,7 @@ def write_convergence(folder: Path, say: Callable[[str], None]) -> None:
 
 def _short(row: Row) -> Row:
     """The row with its numbers to six digits, so that page and JSON say the same."""
-
-    def six(value: object) -> object:
-        if isinstance(value, dict):
-            return {k: six(v) for k, v in value.items()}
-        return float(f"{value:.6g}") if isinstance(value, float) else value
-
-    return type(row)(**{k: six(v) for k, v in asdict(row).items()})
+    return type(row)(**rounded(asdict(row), 6))
 
 
 def _keep(path: Path, page: str, rows: Sequence[Row]) -> None:

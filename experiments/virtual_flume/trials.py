@@ -6,15 +6,18 @@ here: what moves in them (campaign.py, nonlinear_campaign.py), what sensors make
 
 from __future__ import annotations
 
+import csv
 import hashlib
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass
+from pathlib import Path
 
 import numpy as np
 
 from experiments.virtual_flume import section
 from experiments.virtual_flume.structure import SPRINGS, STIFFNESS_SCATTER
 
+INDEX = ("file", "spring", "water_depth_m", "x0_target_m")
 LOAD_SHARE = 0.49  # of the spring force in load cell 1
 RELEASE_SCATTER = 0.01  # relative, of x0 about its target
 CLIP_SIGMA = 2.0  # draws of k, c and mu stay within
@@ -77,3 +80,20 @@ class Plan:
 
 def _scattered(rng: np.random.Generator, mean: float, relative: float) -> float:
     return mean * (1.0 + relative * float(np.clip(rng.standard_normal(), -CLIP_SIGMA, CLIP_SIGMA)))
+
+
+def write_index(folder: Path, trials: Sequence[Trial]) -> None:
+    """campaign.csv: a line a trial, in the order of the files' names, which says nothing."""
+    with (folder / "campaign.csv").open("w", newline="") as stream:
+        index = csv.DictWriter(stream, INDEX, extrasaction="ignore", lineterminator="\n")
+        index.writeheader()
+        index.writerows(sorted((asdict(t) for t in trials), key=lambda row: row["file"]))
+
+
+def rounded(value: object, digits: int) -> object:
+    """Numbers to so many digits, through dictionaries and lists: enough to compare, few enough to read."""
+    if isinstance(value, dict):
+        return {k: rounded(v, digits) for k, v in value.items()}
+    if isinstance(value, list | tuple):
+        return [rounded(v, digits) for v in value]
+    return float(f"{float(value):.{digits}g}") if isinstance(value, float | np.floating) else value

@@ -79,8 +79,7 @@ def page_table(found: list[Prediction]) -> str:
     """The table as Markdown; below its bound Method 1 prints 0."""
     head = (
         "| H, m | cells | first mode, rad/s | participating mass, kg | m_a long, kg | printed | m_a short, kg | "
-        "printed |\n"
-        "|---|---|---|---|---|---|---|---|"
+        "printed |\n|---|---|---|---|---|---|---|---|"
     )
     lines = [
         f"| {one.water_depth_m} | {one.kind} | {one.frequency_rad_per_s:.2f} | {one.mass_kg:.0f} | "

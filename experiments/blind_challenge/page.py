@@ -163,9 +163,8 @@ def page(t: dict[str, Any], marks: dict[str, Any], picture: str) -> str:
         "After this page you know how far a verdict can be trusted on effects that nobody here tuned to, and how to "
         "rerun the test.\n",
         "Cases are drawn by `experiments/blind_challenge`, which shares no code with the package; strengths are "
-        "measured there, as the expected likelihood ratio of the true law after the prescribed equation was "
-        "refitted, with the trials' scatter known "
-        "(strength 1: the best possible test at p = .01 finds it every second time).\n",
+        "measured there, as the expected likelihood ratio of the true law after the prescribed equation was refitted, "
+        "with the trials' scatter known (strength 1: the best possible test at p = .01 finds it every second time).\n",
         "    python -m experiments blind_challenge generate --set test --out runs/blind\n"
         "    python -m experiments blind_challenge run --out runs/blind\n"
         "    python -m experiments blind_challenge score --out runs/blind --page docs/blind_challenge.md\n",

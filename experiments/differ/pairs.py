@@ -138,11 +138,9 @@ def pendulum_pair(folder: Path) -> Pair:
     pd.DataFrame({"time_s": time, "angle_deg": turned}).to_csv(made, index=False, float_format="%.6f")
     config = folder / "pendulum.yaml"
     config.write_text(
-        "name: pendulum\n"
-        "recordings:\n"
-        "  files: pendulum.csv\n"
-        "  channels: {time: {column: time_s, unit: s}, displacement: {column: angle_deg, unit: deg}}\n"
-        "equation: {terms: [sine_restoring, viscous_damping], coordinate: rotation}\n",
+        "name: pendulum\nrecordings:\n  files: pendulum.csv\n  channels: {time: {column: time_s, unit: s}, "
+        "displacement: {column: angle_deg, unit: deg}}\nequation: {terms: [sine_restoring, viscous_damping], "
+        "coordinate: rotation}\n",
         encoding="utf-8",
     )
     return Pair("real pendulum, viscous-only model", made, recorded, config, ("coulomb_friction",))

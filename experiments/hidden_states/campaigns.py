@@ -84,13 +84,9 @@ def _exponent(body: Plant, rng: np.random.Generator) -> Plant:
 
 
 NULLS: dict[str, Callable[[Plant, np.random.Generator], Plant]] = {
-    "nothing": _nothing,
-    "cubic stiffness": _cubic,
-    "Maxwell element": _maxwell,
-    "drift": _nothing,
-    "friction asymmetry": _asymmetric,
-    "drag exponent": _exponent,
-}
+    "nothing": _nothing, "cubic stiffness": _cubic, "Maxwell element": _maxwell, "drift": _nothing,
+    "friction asymmetry": _asymmetric, "drag exponent": _exponent,
+}  # fmt: skip
 
 
 @dataclass(frozen=True)

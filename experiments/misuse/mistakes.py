@@ -21,17 +21,9 @@ FINE: tuple[Case, ...] = fine.CAMPAIGNS
 CASES: tuple[Case, ...] = MISTAKES + FINE
 
 SMALL = (
-    "index_not_there",
-    "cut_gzip",
-    "dry_level_not_there",
-    "volume_of_a_level_missing",
-    "g_labelled_mps2",
-    "one_level_in_mm",
-    "stuck",
-    "two_dry_trials",
-    "linear_damping_in_water",
-    "other_units",
-)
+    "index_not_there", "cut_gzip", "dry_level_not_there", "volume_of_a_level_missing", "g_labelled_mps2",
+    "one_level_in_mm", "stuck", "two_dry_trials", "linear_damping_in_water", "other_units",
+)  # fmt: skip
 """One case or two of each kind, for --small."""
 
 

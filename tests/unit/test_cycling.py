@@ -10,7 +10,7 @@ import pytest
 
 from tests.findings_fixture import bare_findings, small_findings
 from undertow.conditioning.motion import Motion, Window
-from undertow.discrepancy.cycling import Cycling, cycling
+from undertow.discrepancy.cycle_by_cycle import Cycling, cycling
 from undertow.discrepancy.findings import AugmentedRun, TrialFindings
 from undertow.discrepancy.mismatch import Mismatch
 from undertow.quantities import Estimate

@@ -12,7 +12,7 @@ from matplotlib.colors import same_color, to_rgba
 from matplotlib.figure import Figure
 
 from tests.findings_fixture import small_findings
-from undertow.discrepancy.cycling import cycling
+from undertow.discrepancy.cycle_by_cycle import cycling
 from undertow.discrepancy.findings import TrialFindings
 from undertow.report import mismatch_figures, small_multiples, trial_curves, trial_figures
 from undertow.report.style import PRESCRIBED, new_figure

@@ -105,9 +105,7 @@ def come_closer(before: Array, after: Array) -> str:
         return "a fit without a part of the record has no bounded motion"
     if not math.isfinite(sums[0]):
         return ""
-    ratio = float(np.sum(after) / np.sum(before))
-    scatter = math.sqrt(before.size / (before.size - 1)) * float(np.linalg.norm(after - ratio * before))
-    error = scatter / float(np.sum(before))
+    ratio, error = ratio_of(before, after)
     closer, wanted = int(np.count_nonzero(after < before)), math.ceil(CLOSER_WINDOWS * before.size)
     if closer < wanted:
         return (
@@ -120,6 +118,18 @@ def come_closer(before: Array, after: Array) -> str:
         f"parts left out in turn come no surely closer: {sums[1]:.4g} after {sums[0]:.4g}, their squares "
         f"{ratio:.3g} +- {error:.2g} of what they were, where {DEVIATIONS:g} standard errors below 1 are asked for"
     )
+
+
+def ratio_of(before: Array, after: Array) -> tuple[float, float]:
+    """Ratio of the sums of squared errors ``after`` and ``before`` (n,), and its standard error from their scatter
+    about it (Cochran 1977, ch. 6).
+
+    >>> ratio_of(np.full(4, 2.0), np.ones(4))
+    (0.5, 0.0)
+    """
+    ratio = float(np.sum(after) / np.sum(before))
+    scatter = math.sqrt(before.size / (before.size - 1)) * float(np.linalg.norm(after - ratio * before))
+    return ratio, scatter / float(np.sum(before))
 
 
 def validation_rms(unseen: Sequence[DrivenTrial], fitted: DrivenFit) -> float:

@@ -17,7 +17,7 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 from scipy.stats import chi2
 
-from undertow.comparison.driven_folds import CLOSER, Tried
+from undertow.comparison.driven_folds import CLOSER, Tried, ratio_of
 from undertow.comparison.driven_search import ROUNDS, SURE
 from undertow.comparison.driven_suspects import STATIC
 from undertow.conditioning.harmonic import HarmonicSet
@@ -265,11 +265,9 @@ def _no_closer(before: float, after: float) -> str:
 
 
 def _not_surely(before: Array, after: Array, deviations: float = DEVIATIONS) -> str:
-    """Why squared errors ``after`` (n,) are no sure gain over ``before`` (n,), by the ratio of their sums and its
-    standard error from the points' scatter about it (Cochran 1977, ch. 6); empty where they are."""
-    ratio = float(np.sum(after) / np.sum(before))
-    scatter = math.sqrt(before.size / (before.size - 1)) * float(np.linalg.norm(after - ratio * before))
-    error = scatter / float(np.sum(before))
+    """Why squared errors ``after`` (n,) are no sure gain over ``before`` (n,), by the ratio of their sums; empty where
+    they are."""
+    ratio, error = ratio_of(before, after)
     if 1.0 - ratio > deviations * error:
         return ""
     return (

@@ -20,6 +20,7 @@ from scipy.signal import bessel, sosfiltfilt
 from undertow.conditioning.motion import Motion
 from undertow.errors import IdentificationError
 from undertow.likelihood.fit import Fit, Specimen, Structure
+from undertow.methods.decay import central_slopes
 from undertow.quantities import OK, Estimate
 
 Array = NDArray[np.float64]
@@ -201,7 +202,7 @@ def _fit(
     held = (structure.k, structure.c, structure.mu)
     point = np.array([peak.x, peak.a, crossing.v, crossing.a, 0.0, *(estimate.value for estimate in held)])
     noise = np.array([peak.x_std, peak.a_std, crossing.v_std, crossing.a_std, crossing.x_std])
-    values, slopes = solve(point), _slopes(solve, point, abs(peak.x))
+    values, slopes = solve(point), central_slopes(solve, point, abs(peak.x))
     stderr = np.sqrt(np.sum((slopes[:, :5] * noise) ** 2, axis=1))
     systematic = np.sqrt(np.sum((slopes[:, 5:] * [estimate.total_stderr for estimate in held]) ** 2, axis=1))
     friction = structure.mu.value * normal
@@ -224,14 +225,3 @@ def _fit(
     )
     parameters |= {"k_N_per_m": structure.k, "c_Ns_per_m": structure.c, "mu": structure.mu}
     return Fit(method, (motion.name,), parameters=parameters, outcome=outcome, notes=tuple(notes), anchor="stiffness")
-
-
-def _slopes(solve: object, point: Array, size: float) -> Array:
-    """Central differences (2, n) of the balances at ``point``, each step 1e-6 of the value (of ``size`` where it is 0).
-    """
-    columns = []
-    for index, value in enumerate(point):
-        step = np.zeros_like(point)
-        step[index] = 1e-6 * (abs(float(value)) or size)
-        columns.append((solve(point + step) - solve(point - step)) / (2.0 * step[index]))  # type: ignore[operator]
-    return np.column_stack(columns)

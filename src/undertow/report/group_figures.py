@@ -16,7 +16,7 @@ from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 
 from undertow.conditioning.period import dominant_period
-from undertow.discrepancy.cycling import cycling
+from undertow.discrepancy.cycle_by_cycle import cycling
 from undertow.discrepancy.energy import EnergyBudget, energy_budget
 from undertow.discrepancy.findings import Findings, GroupFindings, TrialFindings
 from undertow.discrepancy.repaired import named_laws

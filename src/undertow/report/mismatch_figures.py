@@ -19,7 +19,7 @@ from matplotlib.patches import Rectangle
 from matplotlib.ticker import MaxNLocator
 from scipy.signal import stft
 
-from undertow.discrepancy.cycling import Cycling
+from undertow.discrepancy.cycle_by_cycle import Cycling
 from undertow.discrepancy.energy import EnergyBudget
 from undertow.discrepancy.findings import GroupFindings, TrialFindings
 from undertow.discrepancy.residual import ResidualForce, residual_force

@@ -131,9 +131,8 @@ def _judge_releases(table: PublishedTable, full: PublishedTable, said: np.ndarra
     for i in np.flatnonzero(decades):
         found.append(Oddity(
             "slip of the point", (table.name, full.name), "release", float(said[i]), float(known[i]), "m",
-            f"{table.title}: a release of {said[i]:.4g} m stands where {full.title} has {known[i]:.4g} m: a "
-            f"slip of the "
-            f"decimal point ({said[i] / 10.0 ** decades[i]:.4g} m is meant).",
+            f"{table.title}: a release of {said[i]:.4g} m stands where {full.title} has {known[i]:.4g} m: a slip of "
+            f"the decimal point ({said[i] / 10.0 ** decades[i]:.4g} m is meant).",
         ))  # fmt: skip
     ratio = said / 10.0**decades / known
     middle = float(np.median(ratio))

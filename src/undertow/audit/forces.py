@@ -143,9 +143,8 @@ def _largest_velocity(table: PublishedTable, known: Known) -> list[Oddity]:
     return [Oddity(
         "largest velocity", (table.name,), "velocity", printed, reached[worst], "m/s",
         f"{table.title}: Eq. 15 with the printed coefficients reaches {reached[worst]:.3g} m/s from "
-        f"{columns['release'].values[worst]:.4g} m, {printed:.3g} m/s is printed ({int(off.sum())} of "
-        f"{table.rows} rows "
-        f"differ by more than {100.0 * MAXIMA_AGREE:.0f} %, ratios {min(ratios):.2f} to {max(ratios):.2f}).",
+        f"{columns['release'].values[worst]:.4g} m, {printed:.3g} m/s is printed ({int(off.sum())} of {table.rows} "
+        f"rows differ by more than {100.0 * MAXIMA_AGREE:.0f} %, ratios {min(ratios):.2f} to {max(ratios):.2f}).",
     )]  # fmt: skip
 
 
@@ -173,11 +172,9 @@ def _recipe(table: PublishedTable, structure: DryStructure, constants: Constants
     return [
         Oddity(
             "formula", (table.name,), "drag_coefficient", printed, returned.bounded_drag, "1",
-            f"{table.title}: Eq. 21 as printed leaves out (m + m_a) x'', which balances the forces at x = 0: on "
-            f"a motion with "
-            f"the printed coefficients it gives C_d = {returned.bounded_drag:.3g}, and a negative one on every "
-            f"decay, where "
-            f"{printed:.3g} is printed.",
+            f"{table.title}: Eq. 21 as printed leaves out (m + m_a) x'', which balances the forces at x = 0: on a "
+            f"motion with the printed coefficients it gives C_d = {returned.bounded_drag:.3g}, and a negative one on "
+            f"every decay, where {printed:.3g} is printed.",
         ),
         Oddity(
             "formula", (table.name,), ADDED_MASS, added, added - known.friction_N / acceleration, "kg",

@@ -40,18 +40,16 @@ TESTS: Mapping[frozenset[str], str] = {
         "to the amplitude, at a rest position within mu N / k; linear damping takes the same share of every cycle"
     ),
     frozenset({LINEAR, "drag_exponent"}): (
-        "releases over a tenfold range of amplitude on one spring: decrement against amplitude is flat for "
-        "linear damping "
-        "and a power below one for a falling drag"
+        "releases over a tenfold range of amplitude on one spring: decrement against amplitude is flat for linear "
+        "damping and a power below one for a falling drag"
     ),
     frozenset({FRICTION, "drag_exponent"}): (
         "the vertical load cells during the motion, or the same release with weights added over the bearings: friction "
         "follows the normal force, drag does not"
     ),
     frozenset({LINEAR, RESONATOR}): (
-        "the whole record instead of two coefficients, or a second spring: a resonator makes a beat and its "
-        "damping depends "
-        "on the spring, linear damping does neither"
+        "the whole record instead of two coefficients, or a second spring: a resonator makes a beat and its damping "
+        "depends on the spring, linear damping does neither"
     ),
     frozenset({FRICTION, "rest_offset"}): (
         "the first turning points on both sides: an offset changes sign from one to the next, friction does not"
@@ -60,9 +58,8 @@ TESTS: Mapping[frozenset[str], str] = {
         "the rest position after the motion, and turning points on both sides: an offset shows there, damping does not"
     ),
     frozenset({RESONATOR, "support_compliance"}): (
-        "a third spring, or the dry period again with the wet set-up: compliance shifts every level alike, a "
-        "resonator does "
-        "not shift the dry period"
+        "a third spring, or the dry period again with the wet set-up: compliance shifts every level alike, a resonator "
+        "does not shift the dry period"
     ),
     frozenset({RESONATOR, "gain_error"}): (
         "the spring's stiffness again, by a weight and a ruler or by its dry period: a mis-stated one shifts every "

@@ -20,7 +20,7 @@ from undertow.campaign.config.recording_settings import ChannelSettings
 from undertow.campaign.config.run_config import GroupKey, RunConfig
 from undertow.campaign.config.settings import LargestSettings
 from undertow.campaign.config.situations import CLOSE, Situation, listed, nearest, situations, values_of, written
-from undertow.campaign.config.source import Location
+from undertow.campaign.config.source import Location, Wrong
 from undertow.campaign.config.specimen_rules import impossible, location, tables
 from undertow.errors import ConfigError, RecordingError
 from undertow.recording.catalogue import Entry
@@ -35,7 +35,6 @@ from undertow.recording.units import factor_to_si
 SENTENCES_AT_MOST = 20
 """Problems said at once; a list of a thousand wrong files is one mistake."""
 
-Wrong = tuple[Location, str]
 Entries = Sequence[Entry]
 
 

@@ -14,14 +14,7 @@ from typing import Literal
 import numpy as np
 
 from undertow.audit.effects import DAMPING, FRICTION_FORCE, RESONATOR_DAMPING_RATIO, RESONATOR_FREQUENCY, RESONATOR_MASS
-from undertow.audit.recipes import (
-    ITERATIONS,
-    Array,
-    Known,
-    Returned,
-    method1_returns,
-    method2_returns,
-)
+from undertow.audit.recipes import ITERATIONS, Array, Known, Returned, method1_returns, method2_returns
 from undertow.equation.kernel import N_SLOTS, SLOT
 from undertow.errors import UndertowError
 

@@ -12,15 +12,7 @@ from itertools import combinations
 import numpy as np
 
 from undertow.audit.identities import NOTICEABLE, Oddity
-from undertow.audit.tables import (
-    ADDED_MASS,
-    QUANTITIES,
-    WORDS,
-    Constants,
-    PublishedTable,
-    paired_rows,
-    same_conditions,
-)
+from undertow.audit.tables import ADDED_MASS, QUANTITIES, WORDS, Constants, PublishedTable, paired_rows, same_conditions
 
 COEFFICIENTS = (ADDED_MASS, "drag_coefficient")
 REPEATED = 0.15

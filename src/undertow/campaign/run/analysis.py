@@ -34,13 +34,7 @@ from undertow.likelihood.free_run import (
 from undertow.likelihood.problem import TrialOptions
 from undertow.likelihood.scale import Anchor, to_physical
 from undertow.methods import decay, method1, method2
-from undertow.methods.baseline import (
-    GroupFit,
-    GroupModel,
-    as_fit,
-    fit_group,
-    group_model,
-)
+from undertow.methods.baseline import GroupFit, GroupModel, as_fit, fit_group, group_model
 from undertow.methods.dry import DEFAULT_SCATTER
 from undertow.methods.sindy import SindyResult, discover
 from undertow.quantities import OK, Estimate

@@ -26,14 +26,7 @@ from undertow.likelihood.fit import Specimen, Structure
 from undertow.likelihood.free_run import free_run, repeatability, scored_channel, sensor_floor
 from undertow.likelihood.problem import TrialOptions
 from undertow.methods.baseline import GroupModel, fit_group, group_model
-from undertow.methods.dry import (
-    DEFAULT_SCATTER,
-    Scatter,
-    dry_fits,
-    pooled_scatter,
-    structural_terms,
-    structure_from,
-)
+from undertow.methods.dry import DEFAULT_SCATTER, Scatter, dry_fits, pooled_scatter, structural_terms, structure_from
 
 MOST_SCATTER = 1.5
 """Scatter of k, c, mu from trial to trial that is still believed, over that of published rigs."""

@@ -184,8 +184,7 @@ def draw_rows(found: Answer, column: int, axes: Axes) -> Axes:
     if column == 1:
         axes.set_yscale("log")
         style.plain_log_ticks(axes.yaxis, [value for value in printed if value > 0.0])
-    axes.set_xlabel("release, mm")
-    axes.set_ylabel(NAMES[column])
+    axes.set(xlabel="release, mm", ylabel=NAMES[column])
     return axes
 
 
@@ -238,8 +237,7 @@ def draw_mixture(found: Answer, axes: Axes) -> Axes:
         c=draws["drag_coefficient"][few], s=6, cmap="viridis", rasterized=True,
     )  # fmt: skip
     axes.figure.colorbar(points, ax=axes, label="drag coefficient")
-    axes.set_xlabel("linear damping on top, N s/m")
-    axes.set_ylabel("friction error, N")
+    axes.set(xlabel="linear damping on top, N s/m", ylabel="friction error, N")
     return axes
 
 
@@ -281,7 +279,6 @@ def draw_share(share: WaterShare, axes: Axes) -> Axes:
     axes.set_yscale("log")
     style.plain_log_ticks(axes.xaxis, list(x))
     style.plain_log_ticks(axes.yaxis, list(share.printed))
-    axes.set_xlabel("release, mm")
-    axes.set_ylabel(NAMES[1])
+    axes.set(xlabel="release, mm", ylabel=NAMES[1])
     axes.legend()
     return axes

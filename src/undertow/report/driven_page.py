@@ -85,8 +85,7 @@ def run_picture(run: DrawnRun) -> str:
         above.set_ylabel(f"motion ({run.unit})")
         figure.legend(loc="outside upper left", ncols=2)
         below.plot(run.t[shown], (run.predicted - run.recorded)[shown], lw=0.8, rasterized=True)
-        below.set_ylabel(f"free run minus\nrecorded ({run.unit})")
-        below.set_xlabel("time (s)")
+        below.set(xlabel="time (s)", ylabel=f"free run minus\nrecorded ({run.unit})")
         rms = float(np.sqrt(np.mean((run.predicted - run.recorded) ** 2)))
         said = f"{escape(run.name)}: free run minus recorded is {plain_number(rms, 3)} {run.unit} rms, of all samples"
         return f"<figure>{svg_text(figure)}<figcaption>{said}</figcaption></figure>"
@@ -143,7 +142,6 @@ def set_picture(drawn: DrawnSet) -> str:
                 below.plot(drawn.frequency_Hz[here], drawn.phase[here], **look)
         above.set_ylabel(f"amplitude, {drawn.unit}")
         above.legend()
-        below.set_ylabel("phase, deg")
-        below.set_xlabel("frequency, Hz")
+        below.set(xlabel="frequency, Hz", ylabel="phase, deg")
         said = f"{escape(drawn.name)}: {drawn.frequency_Hz.size} points"
         return f"<figure>{svg_text(figure)}<figcaption>{said}</figcaption></figure>"

@@ -14,7 +14,6 @@ import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 
@@ -163,16 +162,11 @@ def differ_driven(simulation: Path, recording: Path, config: RunConfig) -> Drive
 
 def write_driven(found: DrivenDifference, folder: Path) -> None:
     """differ.json and differ.html."""
-    rows = [
-        {"name": row.name, "simulation": plain(row.simulation), "recording": plain(row.recording),
-         "sigmas": plain(row.sigmas)}
-        for row in found.rows
-    ]  # fmt: skip
-    said: dict[str, Any] = {
-        "version": VERSION, "driven": True, "sentence": found.sentence, "lacks": list(found.lacks),
-        "extra": list(found.extra), "differs_in_number": list(found.far), "nrmse": plain(found.missed),
-        "nrmse_of_its_own_equation": plain(found.own), "terms": rows,
-    }  # fmt: skip
+    said = plain({
+        "version": VERSION, "driven": True, "sentence": found.sentence, "lacks": found.lacks,
+        "extra": found.extra, "differs_in_number": found.far, "nrmse": found.missed,
+        "nrmse_of_its_own_equation": found.own, "terms": [vars(row) for row in found.rows],
+    })  # fmt: skip
     write_text(folder / "differ.json", json.dumps(said, indent=1, allow_nan=False, ensure_ascii=False))
     table = [("number", "simulation", "recording", "standard errors apart")]
     for row in found.rows:

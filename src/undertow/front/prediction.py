@@ -16,6 +16,7 @@ import numpy as np
 import pandas as pd
 from numpy.typing import ArrayLike
 
+from undertow.comparison.deviations import SLOTS
 from undertow.conditioning.motion import Motion
 from undertow.discrepancy.words import percent
 from undertow.equation.equation import Equation
@@ -43,9 +44,6 @@ LEAST_DRAWS = 2
 
 BAND_POINTS = 1000
 """Instants at which a band is computed; between them it is interpolated."""
-
-RUBBING = {"k": "k1", "c": "c1", "mu": "fc"}
-"""Slots of what differs from trial to trial."""
 
 NOTHING = np.zeros(0, dtype=np.int64)
 
@@ -220,7 +218,7 @@ def _drawn(found: Any, draws: int, rng: np.random.Generator) -> tuple[Array, tup
     if spread is None:
         return np.zeros((0, 0)), ("no band: an equation alone has no errors",)
     thetas, scatter, note = spread(draws, rng)
-    for symbol, slot in RUBBING.items():
+    for symbol, slot in SLOTS.items():
         factors = 1.0 + scatter.get(symbol, 0.0) * rng.standard_normal(draws)
         thetas[:, SLOT[slot]] *= np.maximum(factors, 0.0)
     return thetas, (note,)

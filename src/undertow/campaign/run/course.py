@@ -9,6 +9,7 @@ import time
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, field, replace
+from operator import attrgetter
 from pathlib import Path
 
 from undertow.campaign.config import GroupKey, RunConfig
@@ -244,10 +245,6 @@ class Course:
             self.seconds[name] = self.seconds.get(name, 0.0) + time.perf_counter() - start
 
 
-def _entry_name(entry: Entry) -> str:
-    return entry.name
-
-
 def _task_name(task: GroupTask) -> str:
     return f"{group_title(task.key)} ({count(len(task.motions), 'trial')})"
 
@@ -324,7 +321,7 @@ def _checked(
     config: RunConfig, catalogue: Catalogue, entries: Sequence[Entry], jobs: int, progress: Progress
 ) -> list[Checked]:
     """Every trial read, checked and conditioned, each recording once."""
-    return each_once(on_processes(Checker(config, catalogue), entries, jobs, READ, progress, _entry_name))
+    return each_once(on_processes(Checker(config, catalogue), entries, jobs, READ, progress, attrgetter("name")))
 
 
 def _notes(motions: Sequence[Motion]) -> tuple[str, ...]:

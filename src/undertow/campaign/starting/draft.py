@@ -5,6 +5,7 @@ Belongs here: YAML. Does not belong here: looking at files (survey.py, names.py)
 
 from __future__ import annotations
 
+import textwrap
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from glob import escape
@@ -158,13 +159,10 @@ def _state(wrong: str) -> str:
 
 def _comment(text: str) -> list[str]:
     """A sentence as lines of comment."""
-    lines, line = [], "#"
-    for word in text.split():
-        if len(line) + len(word) >= WIDTH and line != "#":
-            lines.append(line)
-            line = "#"
-        line += f" {word}"
-    return [*lines, line]
+    return textwrap.wrap(
+        " ".join(text.split()), WIDTH, initial_indent="# ", subsequent_indent="# ", break_long_words=False,
+        break_on_hyphens=False,
+    )  # fmt: skip
 
 
 def _indented(lines: Iterable[str], by: int) -> list[str]:

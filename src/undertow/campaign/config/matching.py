@@ -19,17 +19,17 @@ from pathlib import Path
 from undertow.campaign.config.recording_settings import ChannelSettings
 from undertow.campaign.config.run_config import GroupKey, RunConfig
 from undertow.campaign.config.settings import LargestSettings
-from undertow.campaign.config.situations import CLOSE, Situation, listed, nearest, situations, values_of, written
+from undertow.campaign.config.situations import CLOSE, Situation, listed, nearest, situations, values_of
 from undertow.campaign.config.source import Location, Wrong
 from undertow.campaign.config.specimen_rules import impossible, location, tables
 from undertow.errors import ConfigError, RecordingError
 from undertow.recording.catalogue import Entry
-from undertow.recording.conditions import same_condition
+from undertow.recording.conditions import same_condition, written
 from undertow.recording.gather import listing
 from undertow.recording.patterns import Patterns, patterns_of
 from undertow.recording.propose import name_and_unit
 from undertow.recording.readers import trial_name
-from undertow.recording.recording import Condition, Coordinate
+from undertow.recording.recording import COORDINATES, Condition
 from undertow.recording.units import factor_to_si
 
 SENTENCES_AT_MOST = 20
@@ -317,8 +317,7 @@ def contradicted_headers(config: RunConfig) -> tuple[str, ...]:
 
 def _size_of(unit: str, channel: str) -> float | None:
     """A unit in SI, in translation or rotation; None where it is none of this channel."""
-    coordinates: tuple[Coordinate, ...] = ("translation", "rotation")
-    for coordinate in coordinates:
+    for coordinate in COORDINATES:
         with contextlib.suppress(RecordingError):
             return factor_to_si(unit, channel, coordinate)[0]
     return None

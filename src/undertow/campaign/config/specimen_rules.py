@@ -13,12 +13,12 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 from undertow.campaign.config.settings import Quantity, Table
-from undertow.campaign.config.situations import Situation, listed, written
+from undertow.campaign.config.situations import Situation, listed
 from undertow.campaign.config.source import Location, Wrong
 from undertow.errors import ConfigError
 from undertow.quantities import LARGEST_SCATTER
 from undertow.recording.channels import LARGEST
-from undertow.recording.conditions import number, same_condition
+from undertow.recording.conditions import number, same_condition, written
 from undertow.recording.recording import Condition
 
 if TYPE_CHECKING:

@@ -40,7 +40,7 @@ def lay_out(figure: Figure) -> None:
     figure.set_layout_engine("none")
 
 
-def _one_pass(figure: Any, asked: dict[str, Any]) -> bool:
+def _one_pass(figure: Figure, asked: dict[str, Any]) -> bool:
     """The first pass; False where a second one would find other ticks or move a colour bar, or where this matplotlib
     has no such passes."""
     if any(hasattr(place, "_colorbar") for place in figure.axes):
@@ -50,7 +50,7 @@ def _one_pass(figure: Any, asked: dict[str, Any]) -> bool:
     spaces = {name: asked[name] for name in ("hspace", "wspace")}
     before = _ticks(figure)
     try:
-        renderer = figure._get_renderer()
+        renderer = _renderer(figure)
         grids = passes.make_layoutgrids(figure, None, rect=asked["rect"])
         if asked.get("compress") or not grids["hasgrids"]:
             return False
@@ -64,6 +64,11 @@ def _one_pass(figure: Any, asked: dict[str, Any]) -> bool:
     except (AttributeError, TypeError):
         return False
     return _ticks(figure) == before
+
+
+def _renderer(figure: Any) -> Any:
+    """What measures a figure's texts."""
+    return figure._get_renderer()
 
 
 def _ticks(figure: Figure) -> Ticks:

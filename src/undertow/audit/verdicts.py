@@ -12,7 +12,7 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass
-from itertools import product
+from itertools import chain, product
 
 from undertow.audit.answer import Answer, Weight, probabilities_under
 from undertow.audit.effects import FRICTION, LINEAR, RESONATOR
@@ -80,6 +80,9 @@ PARAMETER_WORDS: Mapping[str, str] = {
     "offset_m": "offset", "exponent": "exponent", "c_Ns_per_m": "c", "compliance_m_per_N": "compliance",
 }  # fmt: skip
 """A parameter inside a sentence, its unit beside the number."""
+
+OF_SPRING = "true over printed stiffness, less one, of spring "
+"""What stands in a sentence for the beginning of a parameter that belongs to one spring."""
 
 NO_WATER_TEST = "a dry release of the same amplitude through the same recipe: what it returns is the structure's share"
 
@@ -177,13 +180,9 @@ def next_test(preferred: tuple[str, ...], alternatives: tuple[tuple[str, ...], .
     """
     if not informs:
         return NO_WATER_TEST
-    for alternative in alternatives:
-        for one, other in product(preferred, alternative):
-            test = TESTS.get(frozenset({one, other}))
-            if test and one != other:
-                return test
     singles = [effect for alternative in alternatives for effect in alternative if effect not in preferred]
-    for one, other in product(singles, singles):
+    beside = (product(preferred, alternative) for alternative in alternatives)
+    for one, other in chain(*beside, product(singles, singles)):
         test = TESTS.get(frozenset({one, other}))
         if test and one != other:
             return test
@@ -235,11 +234,6 @@ def likely(probability: float) -> str:
     return "above 0.999" if probability > 0.999 else f"{probability:.3g}"
 
 
-def _of_spring(name: str) -> str:
-    """A parameter that belongs to one spring, in words."""
-    return name.replace("stiffness_", "true over printed stiffness, less one, of spring ")
-
-
 def _on_bound(name: str, found: Range) -> str:
     """Said of an exponent that would rather be linear damping."""
     near = name == "exponent" and found.low < EXPONENTS[0] + NEAR_LINEAR
@@ -259,7 +253,7 @@ def _told(weight: Weight) -> str:
     if len(weight.posteriors) > 1:
         return weight.rival.label
     ranges = [
-        f"{PARAMETER_WORDS.get(name, _of_spring(name))} "
+        f"{PARAMETER_WORDS.get(name, name.replace('stiffness_', OF_SPRING))} "
         f"{rounded(r.low)} to {rounded(r.high)}{'' if r.unit == '1' else ' ' + r.unit}{_on_bound(name, r)}"
         for effect, group in _parameters(weight)[0].items()
         if effect != "water"

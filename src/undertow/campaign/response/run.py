@@ -59,7 +59,10 @@ def run_response(
     found: list[ResponseFound] = []
     for done, group in enumerate(groups):
         progress("identification", done, len(groups))
-        found.append(_found(config, group))
+        terms, held = known(config, group.key)
+        unseen = None if config.trials.hold_out == "auto" else group.unseen
+        suspects = config.discrepancy.named
+        found.append(discover_response(group.measured, group.along, terms, held, suspects, unseen, config.seed))
     progress("identification", len(groups), len(groups))
     pairs = list(zip(groups, found, strict=True))
     titles = [f"{config.name}, {group_title(group.key)}" if group.key else config.name for group in groups]
@@ -82,13 +85,6 @@ def known(config: RunConfig, conditions: Mapping[str, Condition]) -> tuple[tuple
     if wanted and spring is not None and np.isfinite(specimen.stiffness_N_per_m):
         held[f"{spring.name}.{spring.coefficient.name}"] = specimen.stiffness_N_per_m
     return terms, held
-
-
-def _found(config: RunConfig, group: Sweeps) -> ResponseFound:
-    """One group's equation, and what it lacks."""
-    terms, held = known(config, group.key)
-    held_out = None if config.trials.hold_out == "auto" else group.unseen
-    return discover_response(group.measured, group.along, terms, held, config.discrepancy.named, held_out, config.seed)
 
 
 def sentence_of(title: str, group: Sweeps, found: ResponseFound) -> str:

@@ -148,13 +148,12 @@ def _names(config: RunConfig, entries: Entries) -> Iterator[Wrong]:
     """Conditions that no trial has."""
     have = sorted({name for entry in entries for name in entry.conditions})
     asked: list[tuple[Location, str, str]] = [
-        *((("trials", "group_by", at), "trials.group_by", name) for at, name in enumerate(config.trials.group_by)),
-        *((("trials", "dry", name), "trials.dry", name) for name in config.trials.dry or {}),
+        *((("trials", "group_by", i), "trials.group_by names", name) for i, name in enumerate(config.trials.group_by)),
+        *((("trials", "dry", name), "trials.dry names", name) for name in config.trials.dry or {}),
         *((location(q, "by"), f"specimen.{q} goes by", table.by) for q, table in tables(config).items()),
     ]
-    for where, key, name in asked:
+    for where, says, name in asked:
         if name not in have:
-            says = key if key.endswith("by") and key.startswith("specimen") else f"{key} names"
             near = nearest(name, have)
             yield where, f"{says} {name!r}, but no trial has such a condition; they have {listed(have)}{near}"
 
